@@ -78,6 +78,20 @@ def compare_models(
     )
 
 
+def disagreement(comparison: Comparison, bound_percent: float) -> list[str]:
+    """Name the position where both models differ most, if that is by more than a bound (percent of the deflection)."""
+    error = 100.0 * np.abs(np.nan_to_num(comparison.relative_error))
+    t, i = np.unravel_index(int(np.argmax(error)), error.shape)
+    if not error[t, i] > bound_percent:
+        return []
+    full = comparison.full
+    return [
+        f"reduced model: the STE is {error[t, i]:.3g} % from that of full FE at phi = {full.phi_rad[i]:.6g} rad, "
+        f"torque = {full.torque_Nm[t]:g} N m, more than [compare] largest_error_percent = {bound_percent:g}: train at "
+        'more angles and torques ([offline]), choose shapes = "line_loads", or raise the bound'
+    ]
+
+
 def training_failures(training: Training) -> list[str]:
     """Name the full-FE solutions that are missing from a basis: it answers there too, but worse."""
     return [

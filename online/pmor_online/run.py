@@ -11,7 +11,7 @@ from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of
 from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep
-from pmor_online.compare import Comparison, failed_positions, training_failures
+from pmor_online.compare import Comparison, disagreement, failed_positions, training_failures
 from pmor_online.conditions import ConditionSweep
 from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, sweep_angles
@@ -93,9 +93,19 @@ class OnlineResult:
 
     @property
     def all_failures(self) -> tuple[str, ...]:
-        """Positions that did not converge, those of the other models with their names."""
-        named = (f"{other.case.contact.scheme}: {text}" for other in self.others for text in other.failures)
-        return (*self.failures, *named)
+        """Failures of all models, those of the others with their names."""
+        named = (
+            f"{other.case.contact.scheme}: {text}"
+            for other in self.others
+            for text in (other.failures if isinstance(other, LostModel) else other.all_failures)
+        )
+        return (*self.failures, *self.disagreement, *named)
+
+    @property
+    def disagreement(self) -> tuple[str, ...]:
+        """The position at which the models differ most, where that is by more than the case allows."""
+        bound = self.case.compare.largest_error_percent
+        return () if self.comparison is None else tuple(disagreement(self.comparison, bound))
 
     @property
     def nominal(self) -> int:

@@ -14,7 +14,7 @@ from pmor.core.progress import Progress
 from pmor.core.threads import processes, threads
 from pmor.storage.results_folder import default_folder
 
-POSITIONS = "positions did not converge"
+POSITIONS = "positions failed"
 
 
 def run(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:

@@ -73,7 +73,7 @@ class RunResult:
 
     @property
     def failures(self) -> tuple[str, ...]:
-        """Positions that did not converge, in words."""
+        """Positions that did not converge, and a disagreement with full FE, in words."""
         return self.found.all_failures
 
     def __repr__(self) -> str:

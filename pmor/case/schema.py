@@ -243,11 +243,15 @@ class CompareCase:
         Reduced models that `pmor run` and `pmor compare` train and hold against each other, by their contact schemes:
         `paper` is the paper's way, with the shapes `positions`; `line` has `line_loads`, the others `flank_lines`. The
         case's own model is always among them, with the shapes of the case; None is the case's own alone.
+    largest_error_percent : float
+        Largest difference of the transmission errors of reduced model and full FE, in percent of the deflection: a
+        larger one is named, and makes the exit code 3.
     """
 
     angles: Annotated[int, Range(1, 10_000)] = 40
     torques_Nm: Torques
     models: tuple[Scheme, ...] | None = None
+    largest_error_percent: Annotated[float, Range(0.0, 1e6, "%", low_excluded=True)] = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,12 +12,13 @@ from pmor.case.capability import refuse_beyond
 from pmor.case.flanks import EXTENTS
 from pmor.case.reader import Reader, checked, parse_toml, read_text, sections_in
 from pmor.case.values import toml_text
-from pmor.core.errors import CaseError, printable
+from pmor.core.errors import CaseError, GeometryError, printable
 from pmor.design.settings import AMOUNT_KEYS, MISALIGNMENT_KEYS, Design, Load
-from pmor.design.variables import assembly_at, corners
+from pmor.design.variables import assembly_at, corners, drawn
 from pmor.gear.condition import Assembly
 from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
+from pmor.gear.working import refuse_working_geometry
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import gear_pair
 from pmor.pair.modifications import refuse_modifications_off_the_flank
@@ -120,6 +121,8 @@ def check_ranges(design: Design, case: Case, where: str) -> None:
                 )
     for x in corners(design.variables):
         _check_corner(assembly_at(base, design.variables, x), case, pair, where)
+    if design.scatter.axes:
+        _refuse_scatter(design, base, pair, where)
     if case.mesh.width == "plane_strain" and (uneven(design) or any("helix" in v.key for v in design.variables)):
         raise CaseError(
             f'{where}: flanks or axes differ over the width, and the case has [mesh] width = "plane_strain": write '
@@ -140,6 +143,14 @@ def _check_corner(assembly: Assembly, case: Case, pair: GearPair, where: str) ->
         refuse_modifications_off_the_flank(asked, pair)
     except CaseError as error:
         raise CaseError(f"{place}: {error}") from None
+
+
+def _refuse_scatter(design: Design, base: Assembly, pair: GearPair, where: str) -> None:
+    draws = drawn(design.scatter, design.scatter.draws)
+    try:
+        refuse_working_geometry(pair, [assembly_at(base, (), (), draw).misalignment for draw in draws])
+    except GeometryError as error:
+        raise GeometryError(f"{where}: [scatter] draws {error}: lower the scatter") from None
 
 
 def _check_together(design: Design, where: str) -> None:

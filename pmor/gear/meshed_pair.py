@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import TypeVar
 
 from pmor.core.arrays import FloatArray
-from pmor.gear.condition import Assembly, Misalignment
+from pmor.gear.condition import ALIGNED, Assembly, Misalignment
 from pmor.gear.flank_deviation import kernel_deviation
 from pmor.gear.kernels.deviation import Deviation
 from pmor.gear.kernels.motion import axial_opening, section_offset
@@ -18,6 +18,7 @@ from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.tip_edge import TipEdge
 from pmor.gear.tooth import Tooth
+from pmor.gear.working import refuse_working_geometry
 
 K = TypeVar("K")
 V = TypeVar("V")
@@ -76,11 +77,19 @@ class MeshedPair:
         return self.pair.most_touching_pairs
 
     def kinematics(self, misalignment: Misalignment) -> Kinematics:
-        """Kinematics for the kernels, with the wheel's axis in a place."""
+        """Kinematics for the kernels, with the wheel's axis in a place.
+
+        Raises
+        ------
+        GeometryError
+            Where the pair does not mesh there.
+        """
         return _kept(self._kinematics, misalignment, self._make_kinematics)
 
     def _make_kinematics(self, misalignment: Misalignment) -> Kinematics:
         pair, width = self.pair, self.pair.face_width
+        if misalignment != ALIGNED:
+            refuse_working_geometry(pair, [misalignment])
         (start, end), (low, high) = pair.roll_position_range, pair.common_face
         apart = math.copysign(1e-3, pair.centre_distance)
         kinematics = Kinematics(
@@ -158,4 +167,5 @@ def _gear(flank: Flank, tooth: Tooth, edge: TipEdge) -> Gear:
         half_angle=tooth.base_half_angle,
         twist=tooth.twist_per_length,
         edge_radius=edge.radius,
+        undercut_roll=tooth.form_roll_angle if tooth.is_undercut else 0.0,
     )

@@ -75,12 +75,12 @@ class GearPair:
                 f"faces from z = {low_1:g} to {high_1:g} mm and from {low_2:g} to {high_2:g} mm: lie beside each "
                 "other: move one of them (face_offset_mm), or widen it"
             )
-        if self.centre_distance / (self.pinion.base_radius + self.wheel.base_radius) < 1.0:
+        if self.centre_distance / self.base_distance < 1.0:
             raise GeometryError(
                 f"centre_distance_mm = {self.centre_distance:g}: below the sum of the base radii "
-                f"{self.pinion.base_radius + self.wheel.base_radius:.6g} mm; raise it"
+                f"{self.base_distance:.6g} mm; raise it"
             )
-        tightest = zero_backlash_centre_distance(self.pinion, self.wheel)
+        tightest = self.least_centre_distance
         if self.centre_distance < tightest - ROUNDING * self.pinion.module:
             raise GeometryError(
                 f"centre_distance_mm = {self.centre_distance:g}: the teeth jam below {tightest:.6g} mm (no backlash); "
@@ -92,19 +92,27 @@ class GearPair:
                 "reduce centre_distance_mm or raise the addenda"
             )
 
+    @property
+    def base_distance(self) -> float:
+        """Sum of the base radii, mm."""
+        return self.pinion.base_radius + self.wheel.base_radius
+
+    @property
+    def least_centre_distance(self) -> float:
+        """Centre distance below which the teeth jam, mm."""
+        return zero_backlash_centre_distance(self.pinion, self.wheel)
+
     @cached_property
     def working_pressure_angle(self) -> float:
         """Transverse pressure angle at the working pitch circles, rad."""
-        return math.acos((self.pinion.base_radius + self.wheel.base_radius) / self.centre_distance)
+        return math.acos(self.base_distance / self.centre_distance)
 
     @property
     def backlash(self) -> float:
         """Backlash of the drawing along the transverse line of action, mm (ISO 21771, 6.3: j_bt)."""
-        tightest = math.acos(
-            (self.pinion.base_radius + self.wheel.base_radius) / zero_backlash_centre_distance(self.pinion, self.wheel)
-        )
+        tightest = math.acos(self.base_distance / zero_backlash_centre_distance(self.pinion, self.wheel))
         opened = involute_function(self.working_pressure_angle) - involute_function(tightest)
-        return max(2.0 * opened * (self.pinion.base_radius + self.wheel.base_radius), 0.0)
+        return max(2.0 * opened * self.base_distance, 0.0)
 
     @cached_property
     def action_length(self) -> float:

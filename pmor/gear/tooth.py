@@ -18,6 +18,8 @@ from pmor.core.errors import GeometryError
 
 # Roll angle below which undercut drowns in round-off, rad: it would take off less than 1e-9 of the base radius.
 LEAST_UNDERCUT = 3e-5
+# Roll angles of involute and trochoid, rad, over which tangents are taken.
+EDGE_STEP = 1e-6
 
 
 def involute_function(alpha: float) -> float:
@@ -155,6 +157,18 @@ class Tooth:
     def is_undercut(self) -> bool:
         """Whether the rack tip cuts into the involute."""
         return self._tangency_roll_angle() < 0.0
+
+    @cached_property
+    def undercut_edge_angle(self) -> float:
+        """Angle inside the tooth between fillet and involute at the edge that undercut leaves, rad; pi without one."""
+        if not self.is_undercut:
+            return math.pi
+        roll, tau = self._undercut_intersection
+        inwards, step = self._trochoid(tau + np.array([0.0, EDGE_STEP])), np.array([0.0, EDGE_STEP])
+        involute = np.diff(self.flank_section(roll + step), axis=0)[0]
+        fillet = np.diff(inwards, axis=0)[0]
+        cosine = float(involute @ fillet / (np.linalg.norm(involute) * np.linalg.norm(fillet)))
+        return math.acos(cosine)
 
     def roll_angle_at(self, radius: float) -> float:
         """Return the roll angle of the involute at a radius (mm, not below the base radius)."""

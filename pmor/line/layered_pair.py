@@ -88,9 +88,10 @@ class LayeredPair(MeshedPair):
         return pinion, wheel
 
     @cached_property
-    def corners(self) -> tuple[Corner, Corner]:
-        """Where the layers of pinion and wheel end at the tip."""
-        return self.kernel_layers[0].corner, self.kernel_layers[1].corner
+    def corners(self) -> tuple[Corner, Corner, Corner, Corner]:
+        """Corners of the flanks in the order of `LineLaw.corner`."""
+        pinion, wheel = self.kernel_layers
+        return pinion.tip, wheel.tip, pinion.undercut, wheel.undercut
 
 
 def as_layered(meshed: MeshedPair) -> LayeredPair:
@@ -153,11 +154,19 @@ def place_sections(
 
 def _layer(tooth: Tooth, edge: TipEdge, layer: SurfaceLayer) -> Layer:
     angle = 0.5 * math.pi + math.acos(tooth.base_radius / tooth.tip_radius)
-    corner = Corner(
+    tip = Corner(
         place=0.5 * tooth.base_radius * (tooth.tip_roll_angle**2 - edge.roll_angle**2),
         depth=float(layer.depth[-1]),
         influence_length=INFLUENCE_LENGTH,
         excess=wedge_softness(angle) - 1.0,
         coefficients=corner_coefficients(angle, layer.poisson_ratio),
     )
-    return Layer(layer.compliance, layer.constant, corner)
+    # The layer goes on below the fillet: of the table of tip corners only the wedge is left.
+    undercut = Corner(
+        place=0.0,
+        depth=float(layer.depth[0]),
+        influence_length=INFLUENCE_LENGTH,
+        excess=wedge_softness(tooth.undercut_edge_angle) - 1.0,
+        coefficients=np.zeros_like(tip.coefficients),
+    )
+    return Layer(layer.compliance, layer.constant, tip, undercut)

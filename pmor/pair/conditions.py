@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import fields, replace
+from dataclasses import astuple, fields, replace
+from itertools import product
 
 from pmor.case import Case, ConditionCase, OfflineCase, trained_flanks
 from pmor.core.arrays import FloatArray
-from pmor.gear.condition import Assembly, Condition, Misalignment, at_torques
+from pmor.gear.condition import ALIGNED, Assembly, Condition, Misalignment, at_torques
 
 DEVIATIONS = tuple(field.name for field in fields(Misalignment))
 
@@ -39,6 +40,13 @@ def listed_conditions(case: Case) -> tuple[Condition, ...]:
         )  # fmt: skip
         for condition in case.conditions
     )
+
+
+def misalignments_of(case: Case) -> list[Misalignment]:
+    """Return all misalignments that a case trains and sweeps, aligned axes left out."""
+    trained = (Misalignment(*values) for values in product(*training_values(case.offline)[:-1]))
+    found = {case.misalignment, *(condition.misalignment for condition in case.conditions), *trained}
+    return sorted(found - {ALIGNED}, key=astuple)
 
 
 def torques_of(case: Case, condition: ConditionCase) -> tuple[float, ...]:

@@ -24,8 +24,10 @@ from pmor.gear.meshed_pair import Flank, MeshedPair
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tip_edge import TipEdge, tip_edge
 from pmor.gear.tooth import Tooth
+from pmor.gear.working import refuse_working_geometry
 from pmor.line.hertz import approach_constants, check_half_width, line_compliance
 from pmor.line.layered_pair import LayeredPair, SurfaceLayer, layers_of
+from pmor.pair.conditions import misalignments_of
 from pmor.pair.limits import refuse_bent_blank, refuse_impossible_load, refuse_lost_load
 from pmor.pair.modifications import refuse_modifications_off_the_flank
 from pmor.penalty.elasticity import full_elasticity
@@ -118,7 +120,8 @@ def gear_pair(case: Case) -> GearPair:
     Raises
     ------
     GeometryError
-        When there are no such gears, they cannot mesh, a tip meets the mate's root or fillet, or its edge does not fit.
+        When there are no such gears, they cannot mesh on the axes of the case, a tip meets the mate's root or fillet,
+        or its edge does not fit.
     CaseError
         When modifications do not lie on the flanks.
     """
@@ -129,6 +132,7 @@ def gear_pair(case: Case) -> GearPair:
     made = GearPair(pinion, wheel, width, distance, pair.pinion.face(width), pair.wheel.face(width), *edges)
     refuse_interference(made)
     refuse_modifications_off_the_flank(case, made)
+    refuse_working_geometry(made, misalignments_of(case))
     return made
 
 

@@ -194,9 +194,20 @@ def test_a_failed_position_ends_with_3_and_is_named(out, tmp_path, monkeypatch, 
     text, error = capsys.readouterr()
     message = f"full FE: phi = {seen[0]:.6g} rad, torque = 60 N m did not converge"
     assert f"  ! {message}" in text.splitlines()
-    assert error == f"pmor: error: 1 positions did not converge, first: {message}\n"
+    assert error == f"pmor: error: 1 positions failed, first: {message}\n"
     assert summary_of(out)["n_positions_failed"] == 1
     assert message in (out / "report.html").read_text()
+
+
+def test_a_reduced_model_that_differs_from_full_fe_by_more_than_the_bound_ends_with_3(out, tmp_path, capsys, undrawn):
+    bound = 1e-6
+    arguments = ["run", write_case(tmp_path, compare={"largest_error_percent": bound}), "--out", str(out)]
+    assert main(arguments) == 3
+    found, error = summary_of(out), capsys.readouterr().err
+    percent = 100.0 * found["rom_vs_full_ste_max_rel"]
+    assert f"the STE is {percent:.3g} % from that of full FE" in error
+    assert f"more than [compare] largest_error_percent = {bound:g}" in error
+    assert found["n_positions_failed"] == 0
 
 
 def test_training_that_fails_is_not_passed_over_in_silence(tmp_path, monkeypatch, capsys):

@@ -28,7 +28,8 @@ from pmor.gear.kernels.types import Gear, Kinematics
 def filled(kind, **known):
     return kind(*[known.get(name, kind._field_defaults.get(name, 0.0)) for name in kind._fields])
 gear = filled(
-    Gear, nodes=np.zeros((2, 2, 3)), roll=np.zeros(2), base_radius=40.0, form_roll=0.1, tip_roll=0.6, edge_radius=0.0,
+    Gear, nodes=np.zeros((2, 2, 3)), roll=np.zeros(2), base_radius=40.0, form_roll=0.1, tip_roll=0.6,
+    edge_radius=0.0, undercut_roll=0.0,
 )
 pair = filled(Kinematics, action_length=30.0, pressure_angle=0.35, centre_distance=84.0, pitch=0.3)
 print(relative_radius(pair, (gear, gear), 0.4, 0.0))

@@ -153,7 +153,7 @@ def test_a_hole_in_the_training_of_a_model_is_named_with_it(out, tmp_path, monke
     assert main(["compare", write_case(tmp_path, "paper"), "--out", str(out)]) == 3
     text, error = capsys.readouterr()
     assert "! paper: training: phi = " in text
-    assert "2 positions did not converge, first: paper: training: phi = " in error
+    assert "2 positions failed, first: paper: training: phi = " in error
     assert [model["n_positions_failed"] for model in summary_of(out)["models"]] == [2, 0]
 
 

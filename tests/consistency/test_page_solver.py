@@ -65,6 +65,15 @@ def test_the_solver_without_a_browser_solves_what_python_solves(spur):
     compare_solver(*spur, 50)
 
 
+def test_the_solver_knows_the_edge_that_undercut_leaves():
+    undercut = HELICAL | {
+        "pair": {}, "pinion": {"teeth": 12, "bore_radius_mm": 8.0}, "wheel": {"teeth": 40, "bore_radius_mm": 25.0},
+        "load": {"torque_Nm": 50.0}, "online": {"angles_per_pitch": 32, "torques_Nm": [50.0]},
+        "compare": {"torques_Nm": [50.0]},
+    }  # fmt: skip
+    compare_solver(*online_result(case_with(**undercut)), 5, 32)
+
+
 def test_approaches_under_any_load_are_those_of_python(spur):
     """From far below the least load, on which sections begin, to where contact reaches the end of the layer."""
     section, pair = live_section(*spur), spur[1]
@@ -105,20 +114,20 @@ TRANSCRIBED = {
         "kernel_deviation": "4c2ba981", "_radians": "c69bd13e",
     },
     "pmor/line/kernels/contact_point.py": {
-        "cubic_rows": "e670fbce", "involute_foot": "deaf638f", "_corner_foot": "8e86ea14",
-        "closest_approach": "8b4d2d06", "_turned": "341f0321",
+        "cubic_rows": "e670fbce", "involute_foot": "6c3e16ce", "_tip_foot": "8c9785be",
+        "_corner_foot": "9a56935a", "_undercut": "acd76cdc", "closest_approach": "0f1052f3", "_turned": "341f0321",
     },
     "pmor/line/kernels/places.py": {
-        "_first_pair": "c7cff0de", "_within": "f6350319", "_place": "b913bebe", "_carry": "5e80789c",
+        "_first_pair": "c7cff0de", "_within": "f6350319", "_place": "c8e1208c", "_carry": "5e80789c",
         "line_deviations": "de61c616",
     },
     "pmor/line/kernels/law.py": {
-        "_smooth_approach": "32a29c8a", "widest_load": "4d03e551", "approach_of": "e1528084", "line_law": "4c16fc57",
-        "_from_corner": "ebb9595e", "_law_near_corner": "3f8c264a", "sections_alike": "df9f3b46",
+        "_smooth_approach": "32be204d", "widest_load": "4d03e551", "approach_of": "e1528084", "line_law": "2f74478d",
+        "_corner": "46d88f0f", "_from_corner": "b2efd556", "_law_near_corner": "6ebc4515", "sections_alike": "df9f3b46",
     },
     "pmor/line/kernels/tip_corner.py": {
         "_hertz": "5174cf36", "_cut_off": "afc00315", "_across": "a9f710c5", "contact_patch": "a60b4c7e",
-        "_spread_part": "de89416b", "single_mean": "8b032f55", "_felt": "4ba65c97", "_layer_end": "2bd060bf",
+        "_spread_part": "de89416b", "single_mean": "0445114f", "_felt": "4ba65c97", "_layer_end": "2bd060bf",
         "corner_approach": "c061e786",
     },
     "pmor/line/kernels/loads.py": {

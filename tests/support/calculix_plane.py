@@ -7,6 +7,7 @@ have the same columns, so that all sectors fit together. Contact is surface to s
 
 import math
 import re
+from functools import partial
 from unittest.mock import patch
 
 import numpy as np
@@ -22,6 +23,8 @@ MARGIN = 0.1
 # Share of the STE by which the pinion is ahead at first: the overlap is then about as long as the contact.
 START = 0.12
 TOLERANCE = 1e-5
+# Length of a flank's first element, mm, below which the fillet of an undercut tooth is graded to it.
+FINE = 0.1
 NAMES = "PINION", "WHEEL"
 
 
@@ -43,15 +46,30 @@ def _rows(tooth, roll, fine, reach):
     """Roll angles of nodes on a flank that touches at `roll`."""
     marks = 0.5 * tooth.base_radius
     arc = np.linspace(marks * tooth.form_roll_angle**2, marks * tooth.tip_roll_angle**2, 40001)
-    spacing = np.minimum(fine + ROW_GROWTH * np.maximum(np.abs(arc - marks * roll**2) - reach, 0.0), COARSEST)
+    return np.sqrt(_graded(arc, np.abs(arc - marks * roll**2) - reach, fine) / marks)
+
+
+def _graded(arc, distance, fine):
+    """Nodes of second-order elements along an arc, `fine` apart and coarser by distance."""
+    spacing = np.minimum(fine + ROW_GROWTH * np.maximum(distance, 0.0), COARSEST)
     count = np.append(0.0, np.cumsum(0.5 * (1.0 / spacing[1:] + 1.0 / spacing[:-1]) * np.diff(arc)))
     ends = np.interp(np.linspace(0.0, count[-1], math.ceil(count[-1]) + 1), count, arc)
-    both = np.append(np.stack([ends[:-1], 0.5 * (ends[1:] + ends[:-1])], axis=1).ravel(), ends[-1])
-    return np.sqrt(both / marks)
+    return np.append(np.stack([ends[:-1], 0.5 * (ends[1:] + ends[:-1])], axis=1).ravel(), ends[-1])
+
+
+def _graded_fillet(fine, tooth, upper):
+    """Nodes of an undercut tooth's upper fillet, as fine at the edge that undercut leaves as the flank beside it."""
+    points = tooth.root_section(np.linspace(0.0, 1.0, 40001))
+    points = points[: 1 + np.argmin(np.linalg.norm(points - upper[0], axis=1))]
+    arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    nodes = _graded(arc, arc, fine)
+    return np.stack([np.interp(nodes, arc, points[:, d]) for d in range(2)], axis=-1)[::-1]
 
 
 def _sector(tooth, gear, width, roll, across):
-    with flank_rows(roll, FILLET), patch.object(sector, "_through_thickness", lambda *_: across):
+    first = 0.5 * tooth.base_radius * (roll[2] ** 2 - roll[0] ** 2)
+    upper = {"upper": partial(_graded_fillet, first)} if tooth.is_undercut and first < FINE else {}
+    with flank_rows(roll, FILLET, **upper), patch.object(sector, "_through_thickness", lambda *_: across):
         rows = (len(roll) - 1) // 2
         return sector.build_sector(tooth, gear.bore_radius_mm, width, rows, 1, width="plane_strain", order=2)
 

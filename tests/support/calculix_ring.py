@@ -12,12 +12,16 @@ from pmor.fe.outline import tooth_outline
 
 
 @contextmanager
-def flank_rows(roll, fillet):
-    """Sectors are built with flank nodes at roll angles and with so many elements along a fillet."""
+def flank_rows(roll, fillet, upper=lambda _, points: points):
+    """Sectors are built with flank nodes at roll angles and with so many elements along a fillet.
+
+    ``upper(tooth, points)`` may place the nodes of the upper fillet anew.
+    """
 
     def outline(tooth, _, spacing, order):
         made = tooth_outline(tooth, fillet, spacing, order)
-        return replace(made, flank=tooth.flank_section(roll), flank_roll_angle=roll)
+        placed = upper(tooth, made.upper_fillet)
+        return replace(made, flank=tooth.flank_section(roll), flank_roll_angle=roll, upper_fillet=placed)
 
     with patch.object(sector, "tooth_outline", outline):
         yield

@@ -210,7 +210,7 @@ def test_gap_and_approach_go_on_smoothly_over_the_end_of_the_path(end, pinion):
         lines = place_lines(position, kinematics, gears, meshed.kernel_layers, z, 3, 2)
         own = -lines.first_pair[0]
         gap, law = lines.gap[0, own], LineLaw(*lines.law[0, own])
-        assert law.gear == gear
+        assert law.corner == gear
         assert (law.angle > 0.0) == (n < 0)
         total.append(gap + corner_approach(120.0, law, meshed.corners[gear])[0])
     outer, across, inner = np.diff(total) / [1.0, 2.0, 1.0]

@@ -71,6 +71,8 @@ class Gear(NamedTuple):
         gears of a helical pair.
     edge_radius : float
         Of the rounded edge behind the flank's end, mm; 0 for a sharp one.
+    undercut_roll : float
+        Roll angle of the edge that undercut leaves at the form circle, rad; 0 without undercut.
     """
 
     nodes: FloatArray
@@ -81,6 +83,7 @@ class Gear(NamedTuple):
     half_angle: float
     twist: float
     edge_radius: float
+    undercut_roll: float
 
 
 class Motion(NamedTuple):

@@ -16,7 +16,7 @@ from pmor.lab.comparison.measure import Reduction, Row, Truth, build, effort, on
 from pmor.lab.comparison.result import FILES, Comparison
 from pmor.lab.comparison.training import TrainingSet, greedy_training, grid_training, sobol_training, solves_until
 from pmor.lab.comparison.variants import Variant, changed, grid_keys, table_grids, variants
-from pmor.pair.model import elastic_model
+from pmor.pair.model import elastic_model, gear_pair
 from pmor.work.cost import meshed_within_memory
 from pmor.work.pieces import Piece, run_pieces
 from pmor.work.results import pieces_folder
@@ -60,6 +60,7 @@ def run(
         raise CaseError(
             f'case {case.name}: [contact] scheme = "line": has no trained shapes to compare: write scheme = "direct"'
         )
+    gear_pair(case)  # refused before there is a folder
     with pieces_folder(folder, FILES, overwrite=overwrite) as parts:
         truth = _truth(case, states, executor)
         trainings = _trainings(case, truth)

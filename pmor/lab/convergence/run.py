@@ -19,7 +19,7 @@ from pmor.core.errors import CaseError, ConvergenceError
 from pmor.gear.pair import GearPair
 from pmor.lab.convergence.result import ELEMENTS, FILES, PLANE, PROFILE_ELEMENTS, QUANTITIES, Convergence, Level
 from pmor.pair.conditions import conditions_of
-from pmor.pair.model import elastic_model, mesh_model
+from pmor.pair.model import elastic_model, gear_pair, mesh_model
 from pmor.work.cost import FINITE_ELEMENTS, refuse_beyond_memory, stages
 from pmor.work.pieces import Piece, Result, run_pieces
 from pmor.work.results import pieces_folder
@@ -60,6 +60,7 @@ def run(
             f'case {case.name}: [contact] scheme = "{case.contact.scheme}": has no limit on finer meshes: write "line"'
         )
     pieces = list(_pieces(case, profile_elements))
+    gear_pair(case)  # refused before there is a folder
     with pieces_folder(folder, FILES, overwrite=overwrite) as parts:
         results, failures = run_pieces(pieces, parts, executor=executor, progress=progress, what="meshes")
     lost = {"reason": "did not converge"}

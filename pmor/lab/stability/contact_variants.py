@@ -120,7 +120,7 @@ def _places() -> list[Variant]:
 def _misalignments() -> list[Variant]:
     table: dict[str, Sections] = {}
     for key, words, values in (
-        ("in_plane_um", "tilted in their plane", (20.0, -200.0, 1000.0)),
+        ("in_plane_um", "tilted in their plane", (20.0, -200.0, 400.0)),
         ("out_of_plane_um", "tilted across their plane", (20.0, -200.0)),
         ("centre_distance_um", "farther apart", (-50.0, 300.0)),
     ):

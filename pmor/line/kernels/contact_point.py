@@ -23,6 +23,8 @@ from pmor.gear.kernels.motion import axial_opening, roll_angle, section_motion
 
 # Advances are far below this, rad.
 CORNER = 0.01
+# Roll angle of a corner's foot below which the mate's normal turns no faster, rad: the flank ends at the base circle.
+LEAST_ROLL = 0.01
 
 
 class ContactPoint(NamedTuple):
@@ -42,7 +44,7 @@ class ContactPoint(NamedTuple):
         Derivative of the lever by the pinion's rotation, mm, from an advance (rad) on that brings its corner to the
         line of action, and turns the lever; 0 where that is far.
     slant : float
-        Angle between the flank of the gear whose corner meets the mate and the mate's, rad; 0 between the tips.
+        Angle between the flank of the gear whose corner meets the mate and the mate's, rad; 0 between the corners.
     """
 
     gap: float
@@ -143,6 +145,9 @@ def involute_foot(gears, slave, u, radius, motion):
     # The flank that is met is smooth: its normal is that of the force on both.
     axial = -mate.twist * mate.base_radius
     slant = np.arcsin(np.sin(angle) * own_x - np.cos(angle) * own_y)
+    at_tip = own.undercut_roll == 0.0 or u > own.undercut_roll
+    if not at_tip:  # the flank goes on towards the tip
+        slant = -slant
     lever, mate_lever, slope = -mate.base_radius, -slave_arm, 0.0
     pinion, wheel = (mate_roll, -nx, -ny, -axial), (u, own_x, own_y, axial)
     # The mate's normal is at its base radius wherever the wheel's corner is. The pinion's corner turns with the pinion:
@@ -150,8 +155,9 @@ def involute_foot(gears, slave, u, radius, motion):
         lever, mate_lever, pinion, wheel = slave_arm, mate.base_radius, wheel, pinion
         arm_x, arm_y = x - shift[0], y - shift[1]
         # By how much the normal turns as the corner moves over the mate, (-arm_y, arm_x) for each radian.
-        turning = (x * arm_x + y * arm_y) / (x * x + y * y) - (y * arm_x - x * arm_y) / ((x * x + y * y) * roll)
-        slope = (arm_x * nx + arm_y * ny) * (turning - 1.0)
+        square, rising = x * x + y * y, max(roll, LEAST_ROLL)
+        turning = (x * arm_x + y * arm_y) / square - (y * arm_x - x * arm_y) / (square * rising)
+        slope = (arm_x * nx + arm_y * ny) * (turning - 1.0) if at_tip else 0.0
     return ContactPoint(
         gap=gap, pinion_roll=pinion[0], wheel_roll=wheel[0], pinion_x=pinion[1], pinion_y=pinion[2],
         pinion_z=pinion[3], wheel_x=wheel[1], wheel_y=wheel[2], wheel_z=wheel[3], lever=lever, mate_lever=mate_lever,
@@ -160,17 +166,33 @@ def involute_foot(gears, slave, u, radius, motion):
 
 
 @compiled
-def _corner_foot(gears, slave, motion):
+def _tip_foot(gears, slave, motion):
     """ContactPoint of the edge at the slave's tip with the master's involute."""
     return involute_foot(gears, slave, gears[slave].tip_roll, gears[slave].edge_radius, motion)
+
+
+@compiled
+def _corner_foot(gears, gear, roll, forward, back):
+    """ContactPoint at the end of the path near a gear's tip, beyond which the line of action meets it at `roll`.
+
+    Two corners end the flanks there: that gear's tip, and the undercut edge of its mate. The one that lies farther
+    inside meets the other flank.
+    """
+    mate = 1 - gear
+    if gears[gear].base_radius * (roll - gears[gear].tip_roll) > 0.0:
+        found = _tip_foot(gears, gear, forward if gear == 0 else back)
+        if not _undercut(gears[mate], roll_of(found, mate)):
+            return found
+    return involute_foot(gears, mate, gears[mate].undercut_roll, 0.0, forward if mate == 0 else back)
 
 
 @compiled
 def closest_approach(kinematics, gears, roll_position, advance, z, forward, back):
     """ContactPoint at the closest approach of two undeformed flanks in the section at z (mm).
 
-    Between the tips it lies on the line of action, which each flank meets at its own roll angle; beyond, a tip corner
-    meets the mate. `forward` and `back` are filled as in `section_motion`.
+    Between the corners of the flanks it lies on the line of action, which each flank meets at its own roll angle;
+    beyond, a tip corner or the edge of an undercut meets the mate. `forward` and `back` are filled as in
+    `section_motion`.
     """
     section = roll_position + gears[0].twist * z
     turn, opening = section_motion(kinematics, gears, section, advance, z, forward, back)
@@ -178,13 +200,13 @@ def closest_approach(kinematics, gears, roll_position, advance, z, forward, back
     pinion_roll = roll_angle(kinematics, gears, 0, section) + ahead
     wheel_roll = roll_angle(kinematics, gears, 1, section) + turn
     aside = axial_opening(kinematics, gears, pinion_roll)
-    if pinion_roll > gears[0].tip_roll:
-        return _turned(_corner_foot(gears, 0, forward), gears, z, aside)
-    if gears[1].base_radius * (wheel_roll - gears[1].tip_roll) > 0.0:
-        return _turned(_corner_foot(gears, 1, back), gears, z, aside)
+    if pinion_roll > gears[0].tip_roll or _undercut(gears[1], wheel_roll):
+        return _turned(_corner_foot(gears, 0, pinion_roll, forward, back), gears, z, aside)
+    if gears[1].base_radius * (wheel_roll - gears[1].tip_roll) > 0.0 or _undercut(gears[0], pinion_roll):
+        return _turned(_corner_foot(gears, 1, wheel_roll, forward, back), gears, z, aside)
     slope = 0.0
     if pinion_roll > gears[0].tip_roll - CORNER:
-        slope = _corner_foot(gears, 0, forward).lever_slope
+        slope = _tip_foot(gears, 0, forward).lever_slope
     pinion, wheel = gears[0].half_angle - pinion_roll, gears[1].half_angle - wheel_roll
     axial = gears[0].twist * gears[0].base_radius
     contact_point = ContactPoint(
@@ -194,6 +216,11 @@ def closest_approach(kinematics, gears, roll_position, advance, z, forward, back
         corner_advance=gears[0].tip_roll - pinion_roll, slant=0.0,
     )  # fmt: skip
     return _turned(contact_point, gears, z, aside)
+
+
+@compiled
+def _undercut(gear, roll):
+    return gear.undercut_roll > 0.0 and roll < gear.undercut_roll
 
 
 @compiled

@@ -15,7 +15,7 @@ def _smooth_approach(load, law, corners):
     if load <= law.plain:
         shape = law.constant - 0.5 * np.log(load)
         return law.compliance * load * shape, law.compliance * (shape - 0.5)
-    return corner_approach(load, law, corners[int(law.gear)])
+    return corner_approach(load, law, corners[int(law.corner)])
 
 
 @compiled
@@ -51,20 +51,20 @@ def line_law(gears, layers, contact_point, carriers):
     compliance, constant, curvature = 0.0, 0.0, 0.0
     cosine = 1.0 / np.sqrt(1.0 + (gears[0].twist * gears[0].base_radius) ** 2)
     near, nearest, inside = -1, 1.0, 0.0
-    for gear in range(2):
-        distance, influence_length = _from_corner(
-            gears[gear], layers[gear].corner, roll_of(contact_point, gear), cosine
-        )
+    for number in range(4):
+        distance, influence_length = _from_corner(gears, layers, contact_point, number, cosine)
         if distance < nearest * influence_length:
-            near, nearest, inside = gear, distance / influence_length, distance
+            near, nearest, inside = number, distance / influence_length, distance
     for gear in range(2):
         flank, layer, value, roll = gears[gear], layers[gear], 0.0, roll_of(contact_point, gear)
         for a in range(4):
             row = min(carriers.row[gear] + a, len(layer.constant) - 1)
             value += carriers.weight[gear, a] * layer.constant[row]
-        if gear != near:
-            distance, influence_length = _from_corner(flank, layer.corner, roll, cosine)
-            value += single_mean(layer.corner, (layer.corner.place + distance) / influence_length)
+        for number in range(gear, 4, 2):
+            if number != near:
+                corner = _corner(layers, number)
+                distance, influence_length = _from_corner(gears, layers, contact_point, number, cosine)
+                value += single_mean(corner, (corner.place + distance) / influence_length)
         compliance += layer.compliance
         constant += layer.compliance * value
         curvature += 1.0 / (flank.base_radius * max(roll, 1e-3))
@@ -72,27 +72,39 @@ def line_law(gears, layers, contact_point, carriers):
     least = 1e-9 / (compliance * curvature * cosine)
     law = LineLaw(
         compliance=compliance / cosine, constant=constant - 0.5 * np.log(2.0 * compliance / (cosine * curvature)),
-        least=least, plain=np.inf, gear=0.0, opening=constant - 0.5, angle=0.0, curvature=curvature, edge_curvature=0.0,
-        place=0.0, influence_length=1.0, share=0.0,
+        least=least, plain=np.inf, corner=0.0, opening=constant - 0.5, angle=0.0, curvature=curvature,
+        edge_curvature=0.0, place=0.0, influence_length=1.0, share=0.0,
     )  # fmt: skip
     return law if near < 0 else _law_near_corner(gears, layers, contact_point, near, inside, cosine, law)
 
 
 @compiled
-def _from_corner(flank, corner, roll, cosine):
-    """Distance from where the flank ends to the roll angle `roll`, and that over which the layer's end is felt, mm."""
-    distance = 0.5 * max(flank.base_radius * (flank.tip_roll**2 - roll**2), 0.0)
+def _corner(layers, number):
+    layer = layers[number % 2]
+    return layer.tip if number < 2 else layer.undercut
+
+
+@compiled
+def _from_corner(gears, layers, contact_point, number, cosine):
+    """Distance along the flank from a corner, by its number in `LineLaw`, and that over which it is felt, mm."""
+    flank, corner, roll = gears[number % 2], _corner(layers, number), roll_of(contact_point, number % 2)
+    distance = np.inf
+    if number < 2:
+        distance = 0.5 * max(flank.base_radius * (flank.tip_roll**2 - roll**2), 0.0)
+    elif flank.undercut_roll > 0.0:
+        distance = 0.5 * flank.base_radius * max(roll**2 - flank.undercut_roll**2, 0.0)
     return distance, corner.influence_length * corner.depth * cosine
 
 
 @compiled
 def _law_near_corner(gears, layers, contact_point, near, inside, cosine, law):
-    """Complete a law with the corner of the gear `near`; the flanks meet `inside` (mm) of its edge or at it."""
-    flank, mate, corner = gears[near], gears[1 - near], layers[near].corner
-    share = layers[near].compliance / (layers[0].compliance + layers[1].compliance)
+    """Complete a law with the corner `near`; the flanks meet `inside` (mm) of its edge or at it."""
+    gear, corner = near % 2, _corner(layers, near)
+    flank, mate = gears[gear], gears[1 - gear]
+    share = layers[gear].compliance / (layers[0].compliance + layers[1].compliance)
     place, influence_length, edge = corner.place, corner.influence_length * corner.depth * cosine, 0.0
-    if flank.edge_radius > 0.0:
-        edge = 1.0 / flank.edge_radius + 1.0 / (mate.base_radius * max(roll_of(contact_point, 1 - near), 1e-3))
+    if near < 2 and flank.edge_radius > 0.0:
+        edge = 1.0 / flank.edge_radius + 1.0 / (mate.base_radius * max(roll_of(contact_point, 1 - gear), 1e-3))
     if inside > 0.0:
         angle, short = -law.curvature * inside, min(SHORT * (place + inside), inside)
         constant = law.constant + share * single_mean(corner, (place + inside) / influence_length)
@@ -100,7 +112,7 @@ def _law_near_corner(gears, layers, contact_point, near, inside, cosine, law):
         angle, short, constant = contact_point.slant, 0.0, law.constant
     plain = 0.5 * law.curvature * short**2 / law.compliance
     return LineLaw(
-        compliance=law.compliance, constant=constant, least=law.least, plain=plain, gear=float(near),
+        compliance=law.compliance, constant=constant, least=law.least, plain=plain, corner=float(near),
         opening=law.opening, angle=angle, curvature=law.curvature, edge_curvature=edge, place=place,
         influence_length=influence_length, share=share,
     )  # fmt: skip

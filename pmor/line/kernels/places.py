@@ -18,6 +18,9 @@ from pmor.line.kernels.law import line_law, sections_alike
 from pmor.line.kernels.tip_corner import LAW_FIELDS, store_law
 from pmor.line.kernels.types import Carriers
 
+# Lever over the pinion's base radius below which a corner slides along its mate, far away, and does not meet it.
+LEAST_LEVER = 0.1
+
 
 class Places(NamedTuple):
     """Where the flanks of all tooth pairs that can touch meet over A pinion angles: P pairs of S sections, N = P S.
@@ -175,6 +178,8 @@ def _place(places, i, n, kinematics, gears, roll_position, z, forward, back):
     places.gap[i, n] = contact_point.gap - contact_point.lever * touch
     places.lever[i, n], places.mate_lever[i, n] = contact_point.lever, contact_point.mate_lever
     places.lever_slope[i, n] = contact_point.lever_slope
+    if contact_point.lever > -LEAST_LEVER * gears[0].base_radius:
+        places.gap[i, n], places.lever[i, n], places.lever_slope[i, n] = np.inf, -gears[0].base_radius, 0.0
     places.corner_advance[i, n] = touch + contact_point.corner_advance
     places.roll[i, n, 0], places.roll[i, n, 1] = contact_point.pinion_roll, contact_point.wheel_roll
     return contact_point

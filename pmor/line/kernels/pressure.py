@@ -58,7 +58,8 @@ def _patch(load, law):
         return half_width, 0.0, half_width * law.curvature / (np.pi * law.compliance)
     patch = contact_patch(size, law.angle, law.curvature, law.edge_curvature)
     offset = patch.middle - max(-law.angle / law.curvature, 0.0)
-    return patch.length, offset if law.gear == 1.0 else -offset, edge_pressure(patch, law) / law.compliance
+    to_tip_of_pinion = law.corner == 1.0 or law.corner == 2.0
+    return patch.length, offset if to_tip_of_pinion else -offset, edge_pressure(patch, law) / law.compliance
 
 
 @compiled

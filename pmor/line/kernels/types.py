@@ -17,13 +17,14 @@ class Layer(NamedTuple):
         2 (1 - nu^2) / (pi E), mm^2/N.
     constant : ndarray, shape (n + 1,)
         ln(2 depth) + 1/2 + a of the approach at each row of nodes (`pmor.line.hertz`).
-    corner : Corner
-        Where the layer ends at the tip.
+    tip, undercut : Corner
+        Where the flank ends at the tip, and at the edge that undercut leaves.
     """
 
     compliance: float
     constant: FloatArray
-    corner: Corner
+    tip: Corner
+    undercut: Corner
 
 
 class Carriers(NamedTuple):

@@ -9,7 +9,8 @@ import numpy as np
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.tooth import Tooth
-from pmor.line.kernels import contact_point, loads, tip_corner
+from pmor.line.kernels import contact_point, loads, places, tip_corner
+from pmor.line.kernels.tip_corner import Corner
 from pmor.line.layered_pair import LayeredPair
 from pmor.report.live.compliance import packed_compliance
 from pmor_online.model import ReducedPair
@@ -23,7 +24,8 @@ CONSTANTS = {
     name: getattr(module, name)
     for module, names in (
         (loads, ("MAX_STEPS", "PATIENCE", "TOLERANCE", "NEARBY", "ROUND_OFF", "BEGINNING")),
-        (tip_corner, ("SHORT", "LONGEST")), (contact_point, ("CORNER",)),
+        (tip_corner, ("SHORT", "LONGEST", "NEAREST")), (contact_point, ("CORNER", "LEAST_ROLL")),
+        (places, ("LEAST_LEVER",)),
     ) for name in names
 }  # fmt: skip
 
@@ -76,18 +78,21 @@ def _kinematics(meshed: MeshedPair) -> dict[str, float]:
 
 def _gear(meshed: LayeredPair, assembly: Assembly, number: int) -> dict[str, Any]:
     gear, layer = meshed.gears[number], meshed.kernel_layers[number]
-    names, corner = ("base_radius", "half_angle", "tip_roll", "twist", "edge_radius"), layer.corner
-    of_corner = "place", "depth", "influence_length", "excess"
+    names = "base_radius", "half_angle", "tip_roll", "twist", "edge_radius", "undercut_roll"
     return {
         **{name: float(getattr(gear, name)) for name in names},
         "roll": gear.roll.tolist(),
         "line_compliance": float(layer.compliance),
         "line_constant": layer.constant.tolist(),
         "column_z": gear.nodes[0, :, 2].tolist(),
-        "corner": {name: float(getattr(corner, name)) for name in of_corner}
-        | {"coefficients": corner.coefficients.tolist()},
+        "tip": _corner(layer.tip),
+        "undercut": _corner(layer.undercut),
         "flank": _flank(meshed, assembly, number),
     }
+
+
+def _corner(corner: Corner) -> dict[str, Any]:
+    return {name: np.asarray(value).tolist() for name, value in corner._asdict().items()}
 
 
 def _flank(meshed: MeshedPair, assembly: Assembly, number: int) -> dict[str, Any]:

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
 
 from pmor.case import Case
-from pmor.gear.condition import ALIGNED
+from pmor.core.errors import GeometryError
+from pmor.gear.condition import ALIGNED, Misalignment
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.modification import UNMODIFIED, Modification
+from pmor.gear.pair import GearPair
+from pmor.gear.working import refuse_working_geometry
 from pmor.pair.conditions import assembly_of
 from pmor.pair.limits import LARGE_APPROACH, PRESSURE_OVER_MODULUS, hertz_pressure
 from pmor.report.live.model import live_model
@@ -23,6 +27,8 @@ from pmor_online.run import OnlineResult
 # Angles over a pitch: ten orders take 21. Of helical pairs, whose many sections take longer, fewer: their transmission
 # error is smoother.
 SPUR_ANGLES, HELICAL_ANGLES = 100, 40
+# Deviation of the axes, um, to which sliders reach at least.
+LEAST_DEVIATION = 1.0
 # Upper limits of sliders: over the nominal torque, over the mean transmission error, over the amounts of the case.
 TORQUE_RANGE, AMOUNT_RANGE, BEYOND_CASE = 2.0, 4.0, 1.5
 # Least start of tip relief as a share of the active profile, and its start where the case has none.
@@ -156,9 +162,24 @@ def _controls(result: OnlineResult, meshed: MeshedPair) -> Iterable[Control]:
             "in_plane_um": "not parallel in the plane of the axes, µm over the face",
             "out_of_plane_um": "not parallel across that plane, µm over the face",
         }
-    far = _rounded(max(amount, BEYOND_CASE * max(map(abs, deviations.values()))))
+    present_off = max(map(abs, deviations.values()))
+    far = max(present_off, _meshing(meshed.pair, _rounded(max(amount, BEYOND_CASE * present_off)), tuple(names)))
     for key, label in names.items():
         yield Control("axes", key, label, _written(deviations[key]), -far, far, far / 100.0)
+
+
+def _meshing(pair: GearPair, far: float, names: Sequence[str]) -> float:
+    """Return the largest deviation of the axes up to `far`, by halves of it, at which a pair still meshes, um."""
+    signs = list(product((-1.0, 1.0), repeat=len(names)))
+    while far > LEAST_DEVIATION:
+        corners = [dict(zip(names, (far * sign for sign in each), strict=True)) for each in signs]
+        try:
+            refuse_working_geometry(pair, [Misalignment(**corner) for corner in corners])
+        except GeometryError:
+            far *= 0.5
+        else:
+            break
+    return far
 
 
 #: amounts with a slider: label, whether negative values are allowed, whether they vary over the width

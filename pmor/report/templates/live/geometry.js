@@ -1,5 +1,5 @@
 // Contact points of two involutes in a transverse section, with the wheel's axis displaced: a transcript of
-// pmor/gear/kernels/motion.py and pmor/line/kernels/contact_point.py.
+// pmor/gear/kernels/motion.py and pmor/line/kernels/contact_point.py, and _place of places.py beside it.
 
 // Kinematics of a pair (`model.kinematics`) with a misaligned wheel axis (um over the face width, as in a case).
 function kinematicsAt(model, axes) {
@@ -51,9 +51,9 @@ function reversed({ angle, shift }) {
   return { angle: -angle, shift: [-(c * shift[0] + s * shift[1]), -(-s * shift[0] + c * shift[1])] };
 }
 
-// Contact point of the edge at the slave's tip with the master's involute.
-function cornerFoot(gears, slave, motion) {
-  const own = gears[slave], mate = gears[1 - slave], u = own.tip_roll, radius = own.edge_radius;
+// Contact point of the point of the slave's involute at roll angle u, or of the arc that goes on there, with the master's.
+function involuteFoot(gears, slave, u, radius, motion) {
+  const own = gears[slave], mate = gears[1 - slave];
   const c = Math.cos(motion.angle), s = Math.sin(motion.angle), shift = motion.shift;
   const angle = own.half_angle - u, along = own.base_radius * u - radius;
   const px = -own.base_radius * Math.sin(angle) - along * Math.cos(angle);
@@ -65,7 +65,8 @@ function cornerFoot(gears, slave, motion) {
   const ownX = c * nx + s * ny, ownY = -s * nx + c * ny;
   const slaveArm = (x - shift[0]) * ny - (y - shift[1]) * nx;
   const gap = mate.base_radius * offset - radius, mateRoll = roll - offset;
-  const slant = Math.asin(Math.sin(angle) * ownX - Math.cos(angle) * ownY);
+  const atTip = own.undercut_roll === 0 || u > own.undercut_roll;
+  const slant = (atTip ? 1 : -1) * Math.asin(Math.sin(angle) * ownX - Math.cos(angle) * ownY);
   const ownTurn = Math.atan2(ownY, ownX), mateTurn = Math.atan2(-ny, -nx);
   if (slave === 1) {
     return {
@@ -73,9 +74,24 @@ function cornerFoot(gears, slave, motion) {
     };
   }
   const armX = x - shift[0], armY = y - shift[1], square = x * x + y * y;
-  const turning = (x * armX + y * armY) / square - (y * armX - x * armY) / (square * roll);
-  const leverSlope = (armX * nx + armY * ny) * (turning - 1);
+  const turning = (x * armX + y * armY) / square - (y * armX - x * armY) / (square * Math.max(roll, LEAST_ROLL));
+  const leverSlope = atTip ? (armX * nx + armY * ny) * (turning - 1) : 0;
   return { gap, roll: [u, mateRoll], turn: [ownTurn, mateTurn], lever: slaveArm, leverSlope, cornerAdvance: 0, slant };
+}
+
+function tipFoot(gears, slave, motion) {
+  return involuteFoot(gears, slave, gears[slave].tip_roll, gears[slave].edge_radius, motion);
+}
+
+// Contact point at the end of the path near a gear's tip: of that, or of the edge that undercut leaves on its mate.
+function cornerFoot(gears, gear, roll, forward) {
+  const mate = 1 - gear, toWheel = forward();
+  const [own, others] = gear === 0 ? [toWheel, reversed(toWheel)] : [reversed(toWheel), toWheel];
+  if (roll > gears[gear].tip_roll) {
+    const found = tipFoot(gears, gear, own);
+    if (found.roll[mate] >= gears[mate].undercut_roll) return found;
+  }
+  return involuteFoot(gears, mate, gears[mate].undercut_roll, 0, others);
 }
 
 // Closest approach of two undeformed flanks in the section at z, placed where plain flanks first touch; the gap is
@@ -88,21 +104,25 @@ function closestApproach(k, gears, rollPosition, z) {
   const wheelRoll = rollAngle(k, gears, 1, section) + turn;
   const aside = axialOpening(k, gears, pinionRoll), forward = () => moveParallel(k, gears, section, x, y);
   let contactPoint;
-  if (pinionRoll > gears[0].tip_roll) {
-    contactPoint = cornerFoot(gears, 0, forward());
-  } else if (wheelRoll > gears[1].tip_roll) {
-    contactPoint = cornerFoot(gears, 1, reversed(forward()));
+  const undercut = (gear, roll) => gear.undercut_roll > 0 && roll < gear.undercut_roll;
+  if (pinionRoll > gears[0].tip_roll || undercut(gears[1], wheelRoll)) {
+    contactPoint = cornerFoot(gears, 0, pinionRoll, forward);
+  } else if (wheelRoll > gears[1].tip_roll || undercut(gears[0], pinionRoll)) {
+    contactPoint = cornerFoot(gears, 1, wheelRoll, forward);
   } else {
     const near = pinionRoll > gears[0].tip_roll - CORNER;
     contactPoint = {
       gap: opening - gears[0].base_radius * k.first_touch, roll: [pinionRoll, wheelRoll], slant: 0,
       turn: [gears[0].half_angle - pinionRoll, gears[1].half_angle - wheelRoll],
-      lever: -gears[0].base_radius, leverSlope: near ? cornerFoot(gears, 0, forward()).leverSlope : 0,
+      lever: -gears[0].base_radius, leverSlope: near ? tipFoot(gears, 0, forward()).leverSlope : 0,
       cornerAdvance: gears[0].tip_roll - pinionRoll,
     };
   }
   contactPoint.gap += aside - contactPoint.lever * k.first_touch;
   contactPoint.cornerAdvance += k.first_touch;
+  if (contactPoint.lever > -LEAST_LEVER * gears[0].base_radius) {
+    contactPoint.gap = Infinity; contactPoint.lever = -gears[0].base_radius; contactPoint.leverSlope = 0;
+  }
   return contactPoint;
 }
 

@@ -77,6 +77,7 @@ function spreadPart(table, y, square) {
 
 function singleMean(corner, y) {
   if (y >= 1) return 0;
+  y = Math.max(y, NEAREST);
   const near = 1 - y, [value] = spreadPart(corner.coefficients[0], y, 0);
   return corner.excess * (-Math.log(y) - near - 0.5 * near ** 2) + near ** 2 * value;
 }
@@ -130,7 +131,7 @@ function smoothApproach(load, law, gears) {
     const shape = law.constant - 0.5 * Math.log(load);
     return [law.compliance * load * shape, law.compliance * (shape - 0.5)];
   }
-  return cornerApproach(load, law, gears[law.gear].corner);
+  return cornerApproach(load, law, cornerOf(gears, law.corner));
 }
 
 // Approach of the flanks under a line load (N/mm), mm, and its derivative.
@@ -149,27 +150,38 @@ function approachOf(load, law, gears) {
   return smoothApproach(load, law, gears);
 }
 
-// Distance of a roll angle from the end of the flank, and the influence length of the layer's end, mm.
-function fromCorner(gear, roll, cosine) {
-  const distance = 0.5 * gear.base_radius * Math.max(gear.tip_roll ** 2 - roll ** 2, 0);
-  return [distance, gear.corner.influence_length * gear.corner.depth * cosine];
+// Corners by number: 0 and 1 the tips of pinion and wheel, 2 and 3 the edges that undercut leaves on them.
+function cornerOf(gears, number) {
+  return number < 2 ? gears[number].tip : gears[number - 2].undercut;
+}
+
+// Distance along the flank from a corner, and that over which it is felt, mm.
+function fromCorner(gears, contactPoint, number, cosine) {
+  const gear = gears[number % 2], roll = contactPoint.roll[number % 2], corner = cornerOf(gears, number);
+  let distance = Infinity;
+  if (number < 2) distance = 0.5 * gear.base_radius * Math.max(gear.tip_roll ** 2 - roll ** 2, 0);
+  else if (gear.undercut_roll > 0) {
+    distance = 0.5 * gear.base_radius * Math.max(roll ** 2 - gear.undercut_roll ** 2, 0);
+  }
+  return [distance, corner.influence_length * corner.depth * cosine];
 }
 
 // The law at a contact point; `carriers` are the rows of nodes and their weights on either gear.
 function lineLaw(gears, contactPoint, carriers) {
   const cosine = 1 / Math.sqrt(1 + (gears[0].twist * gears[0].base_radius) ** 2);
   let near = -1, nearest = 1, inside = 0, compliance = 0, constant = 0, curvature = 0;
-  for (let g = 0; g < 2; g++) {
-    const [distance, influence_length] = fromCorner(gears[g], contactPoint.roll[g], cosine);
-    if (distance < nearest * influence_length) { near = g; nearest = distance / influence_length; inside = distance; }
+  for (let n = 0; n < 4; n++) {
+    const [distance, influence_length] = fromCorner(gears, contactPoint, n, cosine);
+    if (distance < nearest * influence_length) { near = n; nearest = distance / influence_length; inside = distance; }
   }
   for (let g = 0; g < 2; g++) {
     const gear = gears[g], roll = contactPoint.roll[g], { row, weight } = carriers[g];
     let value = 0;
     for (let a = 0; a < 4; a++) value += weight[a] * gear.line_constant[Math.min(row + a, gear.line_constant.length - 1)];
-    if (g !== near) {
-      const [distance, influence_length] = fromCorner(gear, roll, cosine);
-      value += singleMean(gear.corner, (gear.corner.place + distance) / influence_length);
+    for (const n of [g, g + 2]) {
+      if (n === near) continue;
+      const corner = cornerOf(gears, n), [distance, influence_length] = fromCorner(gears, contactPoint, n, cosine);
+      value += singleMean(corner, (corner.place + distance) / influence_length);
     }
     compliance += gear.line_compliance;
     constant += gear.line_compliance * value;
@@ -178,19 +190,19 @@ function lineLaw(gears, contactPoint, carriers) {
   constant = constant / compliance + Math.log(cosine);
   const law = {
     compliance: compliance / cosine, constant: constant - 0.5 * Math.log(2 * compliance / (cosine * curvature)),
-    least: 1e-9 / (compliance * curvature * cosine), plain: Infinity, gear: 0, opening: constant - 0.5, angle: 0,
+    least: 1e-9 / (compliance * curvature * cosine), plain: Infinity, corner: 0, opening: constant - 0.5, angle: 0,
     curvature, edgeCurvature: 0, place: 0, influence_length: 1, share: 0,
   };
   return near < 0 ? law : lawNearCorner(gears, contactPoint, near, inside, cosine, law);
 }
 
 function lawNearCorner(gears, contactPoint, near, inside, cosine, law) {
-  const gear = gears[near], mate = gears[1 - near], corner = gear.corner;
+  const own = near % 2, gear = gears[own], mate = gears[1 - own], corner = cornerOf(gears, near);
   const share = gear.line_compliance / (gears[0].line_compliance + gears[1].line_compliance);
   const influence_length = corner.influence_length * corner.depth * cosine;
   let edgeCurvature = 0, { constant, angle } = law, short = 0;
-  if (gear.edge_radius > 0) {
-    edgeCurvature = 1 / gear.edge_radius + 1 / (mate.base_radius * Math.max(contactPoint.roll[1 - near], 1e-3));
+  if (near < 2 && gear.edge_radius > 0) {
+    edgeCurvature = 1 / gear.edge_radius + 1 / (mate.base_radius * Math.max(contactPoint.roll[1 - own], 1e-3));
   }
   if (inside > 0) {
     angle = -law.curvature * inside;
@@ -200,5 +212,5 @@ function lawNearCorner(gears, contactPoint, near, inside, cosine, law) {
     angle = contactPoint.slant;
   }
   const plain = 0.5 * law.curvature * short ** 2 / law.compliance;
-  return { ...law, constant, plain, gear: near, angle, edgeCurvature, place: corner.place, influence_length, share };
+  return { ...law, constant, plain, corner: near, angle, edgeCurvature, place: corner.place, influence_length, share };
 }
