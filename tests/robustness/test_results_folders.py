@@ -7,9 +7,9 @@ import sys
 
 import pytest
 
+import pmor.app.full
 import pmor.lab.bench
 import pmor.lab.study.run
-import pmor.pair.model
 from pmor.app.cli import main
 from pmor.case import load_case
 from pmor.core.errors import OutputError
@@ -45,7 +45,7 @@ def no_work(monkeypatch):
     def never(*_arguments, **_more):
         pytest.fail("this should have been refused before the work")
 
-    monkeypatch.setattr(pmor.pair.model, "elastic_model", never)
+    monkeypatch.setattr(pmor.app.full, "elastic_model", never)
     monkeypatch.setattr(pmor.lab.study.run, "run_pieces", never)
     monkeypatch.setattr(pmor.lab.bench, "run", never)
 
@@ -296,12 +296,3 @@ def test_a_name_never_gets_out_of_the_folder_out(name):
         assert len(folder.name) < 120
         assert folder.name.isprintable()
     assert default_folder("paper_spur", "_quick").as_posix() == "out/paper_spur_quick"
-
-
-def test_a_case_called_dots_stays_in_the_folder_out(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "...toml").write_text(case_text(output=QUIET))
-    assert main(["run", "...toml"]) == 0
-    assert "results in out/case" in capsys.readouterr().out
-    assert results_in(tmp_path) == {"...toml", "out"}
-    assert results_in(tmp_path / "out") == {"case"}

@@ -143,12 +143,6 @@ def test_topography_has_no_kinks_and_stays_at_its_border(pair):
     assert _on_grid(pair, noise, 40.0, 12.0) == pytest.approx(noise.amount_um[-1][-1], abs=1e-10)
 
 
-def test_grid_of_a_parabola_finds_the_crowning(pair, amount_um):
-    crowned = _grid(lambda u, z: 8.0 * (z / 10.0) ** 2, 4, 9)
-    for z in (6.3, 9.1, -9.6):
-        assert _on_grid(pair, crowned, 20.0, z) == pytest.approx(8.0 * (0.1 * z) ** 2, abs=1e-10)
-
-
 def test_topography_reads_from_csv():
     text = "roll \\ z;-10;0;10\n10;1;2;3\n20.5;4;5;-6\n"
     wanted = Topography((10.0, 20.5), (-10.0, 0.0, 10.0), ((1.0, 2.0, 3.0), (4.0, 5.0, -6.0)))
