@@ -108,7 +108,7 @@ TRANSCRIBED = {
         "section_offset": "28b81155", "axial_opening": "a100d342", "section_motion": "f9949d80",
     },
     "pmor/gear/kernels/deviation.py": {
-        "flank_deviation": "b3789042", "_relief": "f7c721d8", "_on_grid": "27f1ecbe", "_cell": "d28fd817",
+        "flank_deviation": "6a07753d", "_relief": "f7c721d8", "_on_grid": "27f1ecbe", "_cell": "d28fd817",
     },
     "pmor/gear/flank_deviation.py": {
         "kernel_deviation": "4c2ba981", "_radians": "c69bd13e",

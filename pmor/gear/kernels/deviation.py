@@ -105,9 +105,9 @@ def flank_deviation(deviation, u, z, tooth):
     if not deviation.present:
         return 0.0
     d, amount = deviation, 0.0
-    if d.tip_relief != 0.0 and (u - d.tip_relief_start) * d.tip_relief_span > 0.0:
+    if d.tip_relief != 0.0 and (u - d.tip_relief_start) * d.roll_span > 0.0:
         amount += _relief((u - d.tip_relief_start) / d.tip_relief_span, d.tip_relief, d.tip_relief_parabolic)
-    if d.root_relief != 0.0 and (d.root_relief_end - u) * d.root_relief_span > 0.0:
+    if d.root_relief != 0.0 and (d.root_relief_end - u) * d.roll_span > 0.0:
         amount += _relief((d.root_relief_end - u) / d.root_relief_span, d.root_relief, d.root_relief_parabolic)
     xi, zeta = (u - d.middle_roll) / d.roll_span, (z - d.middle_z) / d.width  # -1/2 to 1/2
     amount += 4.0 * (d.profile_crowning * xi * xi + d.helix_crowning * zeta * zeta)
