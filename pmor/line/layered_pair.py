@@ -54,8 +54,7 @@ class LayeredPair(MeshedPair):
     layers : two SurfaceLayer
         Of pinion and wheel.
     support : callable, optional
-        ``support(lines, meshed)``: flexibility between placed sections by the hubs' compliance, (A, N, N), mm/N;
-        symmetric, not negative. A function of a module or a partial of one, which other processes can take.
+        ``support(lines, meshed)``, of a module: flexibility between sections by the hubs, (A, N, N), mm/N, symmetric.
     """
 
     layers: tuple[SurfaceLayer, SurfaceLayer]

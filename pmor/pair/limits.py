@@ -49,13 +49,13 @@ def refuse_impossible_load(case: Case, approach_mm: float) -> None:
         )
 
 
-def refuse_bent_blank(case: Case, pair: GearPair) -> None:
-    """Raise CaseError when the axial force of helical flanks would bend a blank as no linear body bends."""
+def refuse_bent_blank(case: Case, pair: GearPair, held_mm: tuple[float, float]) -> None:
+    """Raise CaseError when helical flanks would bend a blank outside its held radius as no linear body bends."""
     torque = max(case.swept_torques_Nm)
     force = 1e3 * torque / pair.pinion.base_radius * math.tan(abs(pair.base_helix_angle))
     gears = (("pinion", case.pair.pinion, pair.pinion), ("wheel", case.pair.wheel, pair.wheel))
-    for (name, gear, tooth), (low, high) in zip(gears, pair.faces, strict=True):
-        thickness, overhang = high - low, tooth.tip_radius - gear.bore_radius_mm
+    for (name, gear, tooth), (low, high), radius in zip(gears, pair.faces, held_mm, strict=True):
+        thickness, overhang = high - low, abs(tooth.tip_radius - radius)
         plate = 1e3 * gear.youngs_modulus_GPa * thickness**3 / (12.0 * (1.0 - gear.poisson_ratio**2))
         deflection = RIM_DEFLECTION * force * overhang**2 / plate
         if deflection > LARGEST_DEFLECTION * thickness:

@@ -163,6 +163,11 @@ def approach_estimate(case: Case, pair: GearPair) -> float:
     return 1e3 * case.torque_Nm / pair.pinion.base_radius / stiffness_estimate(case, pair)
 
 
+def held_radii(case: Case) -> tuple[float, float]:
+    """Return the radii at which the sectors of pinion and wheel are held, mm: those of their bores."""
+    return case.pair.pinion.bore_radius_mm, case.pair.wheel.bore_radius_mm
+
+
 def sector_meshes(case: Case, pair: GearPair) -> tuple[SectorMesh, SectorMesh]:
     """Mesh a tooth sector of pinion and wheel; gears of one shape share one mesh unless the case says otherwise.
 
@@ -170,10 +175,10 @@ def sector_meshes(case: Case, pair: GearPair) -> tuple[SectorMesh, SectorMesh]:
     ------
     GeometryError, MeshError
     """
-    faces = pair.faces
-    pinion = _sector(case, case.pair.pinion, pair.pinion, faces[0])
-    same = case.mesh.share_identical and pair.pinion == pair.wheel and faces[0] == faces[1] and _same_blank(case)
-    return pinion, pinion if same else _sector(case, case.pair.wheel, pair.wheel, faces[1])
+    faces, held = pair.faces, held_radii(case)
+    pinion = _sector(case, case.pair.pinion, pair.pinion, faces[0], held[0])
+    same = case.mesh.share_identical and pair.pinion == pair.wheel and faces[0] == faces[1] and held[0] == held[1]
+    return pinion, pinion if same else _sector(case, case.pair.wheel, pair.wheel, faces[1], held[1])
 
 
 def same_body(case: Case, pinion: SectorMesh, wheel: SectorMesh) -> bool:
@@ -209,7 +214,7 @@ def refuse_loads_of_bodies(case: Case, pair: GearPair) -> None:
     CaseError, GeometryError
     """
     refuse_impossible_load(case, approach_estimate(case, pair))
-    refuse_bent_blank(case, pair)
+    refuse_bent_blank(case, pair, held_radii(case))
 
 
 def refuse_loads(case: Case, meshed: MeshedPair) -> None:
@@ -365,10 +370,6 @@ def _same_sector(one: SectorMesh, other: SectorMesh) -> bool:
     )
 
 
-def _same_blank(case: Case) -> bool:
-    return case.pair.pinion.bore_radius_mm == case.pair.wheel.bore_radius_mm
-
-
 def _tooth(case: Case, gear: GearCase, hand: float) -> Tooth:
     return Tooth(
         teeth=gear.teeth, module=case.pair.module_mm, pressure_angle=math.radians(case.pair.pressure_angle_deg),
@@ -377,10 +378,10 @@ def _tooth(case: Case, gear: GearCase, hand: float) -> Tooth:
     )  # fmt: skip
 
 
-def _sector(case: Case, gear: GearCase, tooth: Tooth, face: tuple[float, float]) -> SectorMesh:
+def _sector(case: Case, gear: GearCase, tooth: Tooth, face: tuple[float, float], held_mm: float) -> SectorMesh:
     mesh = case.mesh
     try:
-        return build_sector(tooth, gear.bore_radius_mm, face[1] - face[0], mesh.profile_elements, mesh.width_elements,
+        return build_sector(tooth, held_mm, face[1] - face[0], mesh.profile_elements, mesh.width_elements,
                             mesh.spacing, meshed_width(case), gear.face_offset_mm, mesh.order)  # fmt: skip
     except MeshError as error:
         raise MeshError(f"gear with {gear.teeth} teeth: {error}") from error
