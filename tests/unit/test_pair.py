@@ -11,7 +11,7 @@ from pmor.core.errors import GeometryError
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import involute_function
 from pmor.penalty.position import relative_motion
-from tests.support.gear_models import ALPHA, MODULE, WIDTH, gear_pair, helical_pair, meshed_pair
+from tests.support.gear_models import ALPHA, WIDTH, gear_pair, helical_pair, meshed_pair
 from tests.support.gear_models import tooth as gear
 
 EXACT = 1e-12  # relative; closed forms differ by round-off only
@@ -100,18 +100,6 @@ def test_path_of_contact_ends_at_the_tips_or_the_form_points(pair):
     assert_allclose([start, end], 0.0, atol=EXACT)
 
 
-# --- contact ratio -------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", ["paper", "unequal", "shifted", "backlash"])
-def test_contact_ratio_by_the_textbook_formula(name):
-    pair = PAIRS[name]
-    (ra1, rb1), (ra2, rb2) = ((t.tip_radius, t.base_radius) for t in (pair.pinion, pair.wheel))
-    a = pair.centre_distance
-    action = math.sqrt(ra1**2 - rb1**2) + math.sqrt(ra2**2 - rb2**2) - math.sqrt(a**2 - (rb1 + rb2) ** 2)
-    assert_allclose(pair.contact_ratio, action / (math.pi * MODULE * math.cos(ALPHA)), rtol=EXACT)
-
-
 # --- centre distance -----------------------------------------------------------------------------------------------
 
 
@@ -130,15 +118,6 @@ def test_backlash_follows_the_textbook_formula(pair):
         apart = -pair.wheel_tooth_rotation(-p) - pair.wheel_tooth_rotation(p)
         found = (pair.wheel.angular_pitch - apart) * pair.wheel.base_radius
         assert_allclose(found, expected, rtol=1e-9, atol=ROOT * pair.wheel.base_pitch)
-
-
-@every_pair
-def test_backlash_is_what_thicknesses_leave_of_the_pitch_circle(pair):
-    pitch = left = 2.0 * math.pi * pair.pinion.base_radius / pair.pinion.teeth
-    for tooth in (pair.pinion, pair.wheel):
-        # Along the line of action an arc of the pitch circle counts by the cosine of the pressure angle.
-        left -= 2.0 * tooth.base_radius * tooth.half_thickness_angle(math.tan(pair.working_pressure_angle))
-    assert_allclose(pair.backlash, left, rtol=1e-9, atol=ROOT * pitch)
 
 
 def test_standard_gears_mesh_at_the_standard_distance():
