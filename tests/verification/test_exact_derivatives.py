@@ -15,58 +15,13 @@ from numpy.testing import assert_allclose
 from pmor.design.judge import Judge
 from pmor.design.settings import AMOUNT_KEYS, Design, ExtentKey, Goal, Load, Scatter, Search, Trade, Variable
 from pmor.gear.condition import PLAIN, Assembly, at_torques
-from pmor.gear.deviation_rates import AMOUNTS, deviation_rates
+from pmor.gear.deviation_rates import deviation_rates
 from pmor.pair.conditions import conditions_of_assembly
 from pmor.results.sensitivity import sensitivities
 from pmor.results.sweep import mesh_stiffness
 from pmor_online.line_sweep import sweep_line_loads
+from pmor_online.model import online_angles
 from tests.support.line_pairs import ABOUT_TO, NOTHING, STEP, TORQUE, models, random_modification
-
-
-def moved(assembly, parameter, by):
-    gear, key = parameter.split(".")
-    modification = getattr(assembly, gear)
-    return replace(assembly, **{gear: replace(modification, **{key: getattr(modification, key) + by})})
-
-
-def at_a_kink(sweep, near):
-    """Whether a section takes up or loses its load under a step, or is about to, (conditions, angles).
-
-    The law of a load that goes to nothing is logarithmic, and so steep that a quotient finds no slope of it. The law's
-    slope also jumps, by 0.5 %, where the patch of contact comes to a sharp edge, at which there is no pressure.
-    """
-    (load, moved), (sharp, now) = (
-        [getattr(one.states.lines, name) for one in (sweep, near)] for name in ("load_N_per_mm", "pressure_MPa")
-    )
-    return ((np.abs(moved - load) > ABOUT_TO * load) | (np.isnan(now) != np.isnan(sharp))).any(axis=(2, 3))
-
-
-def errors_of_sensitivities(name, rng, share):
-    """Exact derivative less difference quotient, over the largest one of the parameter; NaN where sections change."""
-    _, reduced = models(name)
-    active = reduced.meshed.pair.active_rolls
-    assembly = Assembly(pinion=random_modification(rng, active[0]), wheel=random_modification(rng, active[1]))
-    phi, torque = reduced.meshed.pair.pitch * share, TORQUE * 1e-3 * rng.uniform(0.2, 1.5)
-    sweep = sweep_line_loads(reduced, phi, conditions_of_assembly(assembly, [torque]), recorded=True)
-    found = sensitivities(sweep, deviation_rates(reduced.meshed, assembly, sweep.states.lines))
-    step = [STEP[parameter.split("_")[-1]] for parameter in found.parameter]
-    conditions = []
-    for parameter, h in zip(found.parameter, step, strict=True):
-        for by in (-h, h):
-            conditions += conditions_of_assembly(moved(assembly, parameter, by), [torque])
-    near = sweep_line_loads(reduced, phi, conditions, recorded=True)
-    quotient = (near.ste_um[1::2] - near.ste_um[::2]) / (2.0 * np.array(step)[:, None])
-    kink = at_a_kink(sweep, near)
-    same = ~(kink[::2] | kink[1::2])
-    for row, parameter in enumerate(found.parameter):
-        gear, key = parameter.split(".")
-        if key in get_args(ExtentKey):
-            value = getattr(getattr(assembly, gear), key)
-            same[row] &= ~relief_begins(reduced, gear, key, value, sweep.states.lines)
-    exact = found.ste[:, 0]
-    scale = np.abs(exact).max(axis=1, keepdims=True)
-    # Below that nothing but rounding is left: where relief is felt at the tip alone, its start is not.
-    return np.where(same, (exact - quotient) / np.maximum(scale, NOTHING), np.nan), found
 
 
 def relief_begins(reduced, gear, key, value, lines):
@@ -78,20 +33,6 @@ def relief_begins(reduced, gear, key, value, lines):
         places = np.broadcast_to(np.minimum(lines.z_mm - low, high - lines.z_mm), places.shape)
     near = np.abs(places - value) <= STEP[key.split("_")[-1]]
     return (near & (lines.load_N_per_mm[0] > 0.0)).any(axis=(1, 2))
-
-
-@pytest.mark.parametrize("name", ["spur", "helical"])
-def test_sensitivities_are_the_difference_quotients_for_fifty_random_modifications_each(name):
-    rng, errors = np.random.default_rng(17), []
-    for _ in range(50):
-        error, found = errors_of_sensitivities(name, rng, rng.uniform(0.0, 1.0, 3))
-        assert len(found.parameter) == 2 * (len(AMOUNTS) + 3)
-        errors.append(error.ravel())
-    errors = np.concatenate(errors)
-    # Measured 0.2 % (spur) and 0.3 % (helical).
-    assert np.isnan(errors).mean() < 0.02
-    # Measured 2e-7 and 1e-7; with the factor of the last Newton step instead of the solution's, 7e-6.
-    assert np.nanmax(np.abs(errors)) < 2e-6
 
 
 @pytest.mark.parametrize("name", ["spur", "unequal", "edges", "helical", "quadratic"])
@@ -170,6 +111,16 @@ def kinks(judge, variable, here, moved, value):
         yield "relief begins", relief_begins(judge.reduced, variable.gear, variable.key, value, here)
 
 
+def of_a_sweep(judge, assembly):
+    """Sensitivities as the results file of a sweep has them, in the order of the variables."""
+    phi = online_angles(judge.reduced.meshed.pair.pitch, ANGLES)
+    sweep = sweep_line_loads(
+        judge.reduced, phi, conditions_of_assembly(assembly, judge.design.load.torques_Nm), recorded=True
+    )
+    found = sensitivities(sweep, deviation_rates(judge.reduced.meshed, assembly, sweep.states.lines))
+    return found.ste[[found.parameter.index(f"{v.gear}.{v.key}") for v in VARIABLES], 0]
+
+
 def errors_of(name, minimise, rng, named):
     """Exact derivative less quotient over the largest of the curve's: of the curve (k, A), of the figure (k,)."""
     judge = judge_of(name, minimise, 1e-3 * TORQUE * rng.uniform(0.2, 1.5))
@@ -182,6 +133,7 @@ def errors_of(name, minimise, rng, named):
     judge.base = Assembly(PLAIN.misalignment, *base)
     state = judge.solver.solve(judge.assembly(x), differentiated=True)
     exact = judge.ste_rates(state, judge.assembly(x))[:, 0]
+    assert_allclose(of_a_sweep(judge, judge.assembly(x)), exact, rtol=0.0, atol=1e-9 * np.abs(exact).max())
     _, figure, _ = judge.smooth(x, SHARPNESS)
     curve_errors, figure_errors = np.full(exact.shape, np.nan), np.full(len(x), np.nan)
     for k, variable in enumerate(VARIABLES):
@@ -203,8 +155,9 @@ def errors_of(name, minimise, rng, named):
 
 
 @pytest.mark.parametrize("name", ["spur", "helical"])
-@pytest.mark.parametrize("states", [2, pytest.param(100, marks=pytest.mark.slow)])
-def test_gradients_are_difference_quotients_at_random_states(name, states):
+@pytest.mark.parametrize(("states", "bound"), [(4, 2e-6), pytest.param(100, 1e-5, marks=pytest.mark.slow)])
+def test_gradients_are_difference_quotients_at_random_states(name, states, bound):
+    """With the factor of the last Newton step instead of the solution's, 7e-6 off."""
     rng, named, curves, figures = np.random.default_rng(19), Counter(), [], []
     for number in range(states):
         minimise = ("peak_to_peak_um", "order_1_um", "order_2_um")[number % 3]
@@ -217,5 +170,5 @@ def test_gradients_are_difference_quotients_at_random_states(name, states):
           f"{dict(named)}")  # fmt: skip
     assert np.isnan(curves).mean() < 0.02
     assert np.isnan(figures).mean() < 0.2
-    assert np.nanmax(np.abs(curves)) < 1e-5
-    assert np.nanmax(np.abs(figures)) < 1e-5
+    assert np.nanmax(np.abs(curves)) < bound
+    assert np.nanmax(np.abs(figures)) < bound
