@@ -202,16 +202,6 @@ def test_derivatives_of_mean_and_peak_to_peak_foretell_a_small_change():
     assert_allclose(after.peak_to_peak_um - before.peak_to_peak_um, change, rtol=2e-2, atol=1e-6)
 
 
-def test_derivatives_of_plain_flanks_foretell_a_small_crowning():
-    model, plain = model_of("spur"), Modification()
-    before = model.sweep(pinion=plain, wheel=plain)
-    found = before.sensitivities()
-    for key in ("profile_crowning_um", "helix_crowning_um"):
-        after = model.sweep(pinion=Modification(**{key: 0.01}), wheel=plain)
-        k = found.parameter.index(f"pinion.{key}")
-        assert_allclose(after.mean_um - before.mean_um, 0.01 * found.mean[k], rtol=1e-2)
-
-
 def test_a_torque_of_the_harris_map_beyond_the_contact_model_is_refused():
     model = model_of("spur", results={"harris_torques_Nm": [1e4]})
     with pytest.raises(GeometryError, match="torque 10000 N m: makes the contact"):

@@ -16,7 +16,7 @@ from pmor.lab.stability.balances import newton_condition, torque_imbalance
 from pmor.lab.stability.flank_variants import flank_variants
 from pmor.lab.stability.matrix import base_case, matrix
 from pmor.lab.stability.measure import measure
-from pmor.lab.stability.places import mirrored_angles, pinion_angles
+from pmor.lab.stability.places import pinion_angles
 from pmor.lab.stability.result import FILES
 from pmor.lab.stability.run import penalty_law
 from pmor.lab.stability.variants import REFERENCES, Variant
@@ -120,13 +120,6 @@ def test_usual_places_hold_exact_entry_and_exit_and_the_borders_are_nodes(model)
     distance = [np.abs(r[:, None] - f.roll_angle).min(axis=1)
                 for r, f in zip(rolls, (meshed.pinion, meshed.wheel), strict=True)]  # fmt: skip
     assert np.minimum(*distance).max() < 1e-12
-
-
-def test_mirrored_angles_are_as_far_from_the_other_end(model):
-    pair = model.mesh.meshed.pair
-    first, last = pair.roll_position_range
-    phi = np.array([first, 0.5 * (first + last), last])
-    assert_allclose(mirrored_angles(pair, phi, pair), [last, 0.5 * (first + last), first], atol=1e-12)
 
 
 def test_an_entry_says_what_is_wrong(base, store):

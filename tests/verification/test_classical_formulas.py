@@ -120,21 +120,6 @@ def test_body_polynomials_warn_outside_their_fit():
 # --- kinematics and load sharing -------------------------------------------------------------------------------------
 
 
-def test_contact_ratio_of_the_paper_pair():
-    path = paper_path()
-    # closed form for equal gears: z / pi (tan a_a - tan a)
-    expected = 21 / np.pi * (np.tan(np.arccos(42 * np.cos(ALPHA) / 46)) - np.tan(ALPHA))
-    assert_allclose(path.contact_ratio, expected, rtol=1e-12)
-    assert_allclose(path.base_pitch_mm, 4 * np.pi * np.cos(ALPHA))
-
-
-def test_path_of_contact_ends_on_the_tip_circles():
-    path = paper_path()
-    first, second = path.contact_radii(np.array([0.0, path.length_mm]))
-    assert_allclose([first[1], second[0]], 46.0)
-    assert_allclose(first, second[::-1])
-
-
 def test_equal_springs_share_equally():
     path = paper_path()
     cycle = formulas.mesh_cycle(lambda s, load: np.full_like(s, 1e-4), path, 100.0, n_positions=1000)
