@@ -23,8 +23,8 @@ def _shapes(case: Case) -> str:
     if case.reduction.shapes == "line_loads":
         return ""
     return (
-        f'line loads alone, and the case has [reduction] shapes = "{case.reduction.shapes}": write [contact] scheme = '
-        '"line" and [reduction] shapes = "line_loads"'
+        f'line loads, not "{case.reduction.shapes}": write [contact] scheme = "line", [reduction] shapes = '
+        '"line_loads"'
     )
 
 

@@ -64,12 +64,12 @@ def section_distance(pair: GearPair, misalignment: Misalignment, z: float) -> fl
     share = z / pair.face_width
     across = 1e-3 * misalignment.out_of_plane_um * share
     along = 1e-3 * (misalignment.centre_distance_um + misalignment.in_plane_um * share)
-    return math.hypot(across, pair.centre_distance + along)
+    return math.copysign(math.hypot(across, abs(pair.centre_distance) + along), pair.centre_distance)
 
 
 def overlap_of_tips(pair: GearPair, distance: float) -> float:
     """Return by how much the tips at a centre distance overlap along the line of action, mm."""
-    action_length = math.sqrt(max(distance**2 - pair.base_distance**2, 0.0))
+    action_length = math.copysign(math.sqrt(max(distance**2 - pair.base_distance**2, 0.0)), distance)
     pinion, wheel = pair.tip_edges
     reached = pinion.roll_angle * pair.pinion.base_radius + wheel.roll_angle * pair.wheel.base_radius
     return reached - action_length

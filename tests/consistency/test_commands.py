@@ -201,7 +201,7 @@ def test_a_failed_position_ends_with_3_and_is_named(out, tmp_path, monkeypatch, 
 
 def test_a_reduced_model_that_differs_from_full_fe_by_more_than_the_bound_ends_with_3(out, tmp_path, capsys, undrawn):
     bound = 1e-6
-    arguments = ["run", write_case(tmp_path, compare={"largest_error_percent": bound}), "--out", str(out)]
+    arguments = ["run", str(write_case(tmp_path, compare={"largest_error_percent": bound})), "--out", str(out)]
     assert main(arguments) == 3
     found, error = summary_of(out), capsys.readouterr().err
     percent = 100.0 * found["rom_vs_full_ste_max_rel"]

@@ -12,6 +12,8 @@ from pmor.pair.model import gear_pair
 from pmor_online.root_stress import _measures
 from tests.support.small_case import case_with
 
+BORE = 20.0
+
 
 def helical(torque):
     load = {"torques_Nm": [torque]}
@@ -24,12 +26,12 @@ def helical(torque):
 def test_a_blank_bends_as_a_plate_under_the_axial_force():
     """D = E t^3 / 12 (1 - nu^2) of steel, 4 mm thick, between bore and tip."""
     pair = gear_pair(helical(100.0))
-    plate, overhang = 210e3 * 4.0**3 / (12.0 * 0.91), pair.pinion.tip_radius - 20.0
+    plate, overhang = 210e3 * 4.0**3 / (12.0 * 0.91), pair.pinion.tip_radius - BORE
     force = LARGEST_DEFLECTION * 4.0 * plate / (RIM_DEFLECTION * overhang**2)
     torque = 1e-3 * force * pair.pinion.base_radius / math.tan(pair.base_helix_angle)
-    refuse_bent_blank(helical(0.999 * torque), pair)
+    refuse_bent_blank(helical(0.999 * torque), pair, (BORE, BORE))
     with pytest.raises(CaseError, match="would bend"):
-        refuse_bent_blank(helical(1.001 * torque), pair)
+        refuse_bent_blank(helical(1.001 * torque), pair, (BORE, BORE))
 
 
 def test_largest_principal_and_von_mises_stress_are_those_of_the_tensor(rng):

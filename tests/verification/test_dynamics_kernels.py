@@ -127,7 +127,7 @@ def test_beyond_its_range_a_table_gives_no_force_and_nobody_takes_it_for_one():
     table = tabulate(curved, -0.2, 2.0, tolerance=1e-4)
     assert np.isnan(forces_at(table, np.zeros(1), np.full(1, 2.5))[0]).all()
     heavy = along_line_of_action(1.0, 0.1, 10.0)
-    with pytest.raises(ConvergenceError, match="leaves the force law"):
+    with pytest.raises(ConvergenceError, match="leaves the range of the force law"):
         integrate(heavy, table, np.array([1.0, 0.0]), (1.0, 1.0), 10)
     with pytest.raises(ConvergenceError):
         response(heavy, table, (0.5, 1.5))
