@@ -23,7 +23,7 @@ def _shapes(case: Case) -> str:
     if case.reduction.shapes == "line_loads":
         return ""
     return (
-        f'line loads, not "{case.reduction.shapes}": write [contact] scheme = "line", [reduction] shapes = '
+        f'line loads, not "{case.reduction.shapes}": set [contact] scheme = "line", [reduction] shapes = '
         '"line_loads"'
     )
 

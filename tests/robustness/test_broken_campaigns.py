@@ -67,7 +67,7 @@ BROKEN = {
     "store in a folder of other things": (
         BASE + GRID + TEETH + '[store]\nfolder = "taken"\n', ["taken", "holds other things"],
     ),
-    "penalty contact": (BASE + GRID + TEETH + 'contact.scheme = "direct"\n', ['flank_lines', '[contact] scheme = "line"']),
+    "penalty": (BASE + GRID + TEETH + 'contact.scheme = "direct"\n', ["flank_lines", '[contact] scheme = "line"']),
 }  # fmt: skip
 TABLES = {
     "long.csv": "pinion.teeth\n" + "1" * 200_000 + "\n",

@@ -48,7 +48,7 @@ def test_broken_sections_are_refused_in_one_line(name, tmp_path):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"contact": {"scheme": "direct"}, "reduction": {"shapes": "flank_lines"}}, "takes line loads alone"),
+        ({"contact": {"scheme": "direct"}, "reduction": {"shapes": "flank_lines"}}, "takes line loads, not"),
         (
             LINES
             | {"pinion.modification": {"pitch_deviations_um": [0.0] * 20 + [8.0]}, "dynamics": {"backlash_um": 50.0}},
