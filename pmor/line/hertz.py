@@ -115,8 +115,8 @@ def overloaded(meshed: LayeredPair, law: FloatArray, force: FloatArray) -> BoolA
     compliance, opening, curvature = (law[..., field] for field in fields)
     depth = 0.5 * np.exp(opening - mean)  # both layers' in the logarithmic mean, as the approach has it
     allowed = 0.5 * curvature * (WIDEST * depth) ** 2
-    load = force / np.tile(meshed.width, force.shape[2] // len(meshed.width))
-    return np.asarray((compliance * load > allowed).any(axis=2))
+    width = np.tile(meshed.width, force.shape[2] // len(meshed.width))
+    return np.asarray((force * (compliance / width) > allowed).any(axis=2))
 
 
 def check_half_width(meshed: LayeredPair, torque: float) -> None:

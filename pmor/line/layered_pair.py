@@ -87,9 +87,11 @@ class LayeredPair(MeshedPair):
         return pinion, wheel
 
     @cached_property
-    def corners(self) -> tuple[Corner, Corner, Corner, Corner]:
-        """Corners of the flanks in the order of `LineLaw.corner`."""
+    def corners(self) -> tuple[Corner, ...]:
+        """Corners of the flanks in the order of `LineLaw.corner`; tips alone without undercut: kernels are faster."""
         pinion, wheel = self.kernel_layers
+        if not any(gear.undercut_roll for gear in self.gears):
+            return pinion.tip, wheel.tip
         return pinion.tip, wheel.tip, pinion.undercut, wheel.undercut
 
 

@@ -169,7 +169,7 @@ def _together(pair: GearPair) -> dict[str, Any]:
         "tilted axes, relief, crowning and twist": merged(modified(relief | heavy), tilted),
         "tilted axes, crowning and twist, helical": merged(HELIX, modified(heavy), tilted),
         "helix crowning of 1 mm, 0.001 N m": merged(crowned, load(1e-3)),
-        "helix crowning of 1 mm, 1000 N m": merged(crowned, load(1e3)),
+        "helix crowning of 1 mm, 300 N m": merged(crowned, load(300.0)),
         "helix angle 30 deg, 0.1 N m": merged({"pair": {"helix_angle_deg": 30.0}}, load(0.1)),
     }
 

@@ -149,7 +149,7 @@ def solve_lines(lines, flexibility, deviation, loads, held, warm, rate, width, c
         Of the sections, with their images, mm.
     compliance : two ndarrays, shape (neighbours + 1, S, S, rows c, rows c)
         Between sections of the flanks of teeth 0, 1, ... apart, of pinion and wheel, mm/N.
-    corners : two Corner
+    corners : two or four Corner
         Of the flanks of pinion and wheel.
     results : LineResults
         Filled.
