@@ -26,7 +26,7 @@ def text_of(document):
 BROKEN = {
     "no case": ({"case": None}, ["case: is missing", "add 'case = ...'"]),
     "case of another name": ({"case": "smal.toml"}, ["smal.toml", "there is no such case file", "small.toml"]),
-    "case without line loads": ({"case": "shapes.toml"}, ["flank_lines", "write [contact] scheme"]),
+    "case without line loads": ({"case": "shapes.toml"}, ["flank_lines", "set [contact] scheme"]),
     "misspelt key": ({"search": {"sample": 8}}, ["[search] sample", "did you mean samples?"]),
     "no variable": ({"variables": None}, ["[[variables]]: is missing", "add one"]),
     "one bracket": ({"variables": {"key": "tip_relief_um", "range": [0.0, 20.0]}}, ["write [[variables]]"]),
