@@ -16,7 +16,6 @@ import numpy as np
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.threads import in_order
 from pmor.gear.condition import Assembly, Condition, common_misalignment
-from pmor.line.hertz import overloaded
 from pmor.line.kernels.loads import LineResults
 from pmor.line.kernels.places import Lines
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
@@ -95,7 +94,7 @@ def _solve(
             deviation = placed.deviation(assembly)
             for first in range(0, len(numbers), most):
                 found = placed.solve(loads[numbers[first : first + most]], False, deviation, recorded)
-                wide.append(overloaded(pair.meshed, placed.lines.law, found.force))
+                wide.append(placed.width_limit.exceeded(found.force))
                 parts.append(found if recorded else found._replace(force=found.force[:, :0].copy()))
         order = [n for numbers in alike.values() for n in numbers]
         found = parts[0] if len(parts) == 1 else _in_order(parts, order)

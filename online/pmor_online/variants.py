@@ -8,6 +8,7 @@ that was solved before, to the last bit.
 from __future__ import annotations
 
 import threading
+from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,7 +17,6 @@ import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.gear.condition import Assembly, Misalignment
-from pmor.line.hertz import overloaded
 from pmor.line.kernels.loads import LineResults
 from pmor.line.kernels.places import Lines
 from pmor.line.pair import PlacedSections
@@ -88,7 +88,9 @@ class VariantSolver:
         self._torques = np.array([1e3 * torque for torque in torques_Nm])
         # Found once: where active profiles begin and end takes as long as a position.
         self._active = reduced.layered.pair.active_rolls
-        self._idle: list[tuple[Misalignment, PlacedSections]] = []  # the last used one at the end
+        # One for each thread that was on the same axes; the axes used last at the end.
+        self._idle: OrderedDict[Misalignment, list[PlacedSections]] = OrderedDict()
+        self._idle_bytes = 0
         self._lock = threading.Lock()
 
     def solve(self, assembly: Assembly, differentiated: bool = False) -> VariantState:
@@ -103,7 +105,7 @@ class VariantSolver:
         """
         with self._placed(assembly.misalignment) as placed:
             found = placed.solve(self._torques, False, placed.deviation(assembly), differentiated)
-        wide = overloaded(self.reduced.layered, placed.lines.law, found.force)
+        wide = placed.width_limit.exceeded(found.force)
         return self._state(placed.lines, found._replace(converged=found.converged & ~wide))
 
     def _state(self, lines: Lines, found: LineResults) -> VariantState:
@@ -123,14 +125,28 @@ class VariantSolver:
     def _placed(self, misalignment: Misalignment) -> Iterator[PlacedSections]:
         """Lend the sections on some axes: solving makes flexibilities ready in them, which is for one at a time."""
         with self._lock:
-            place = next((n for n, (where, _) in enumerate(self._idle) if where == misalignment), None)
-            placed = None if place is None else self._idle.pop(place)[1]
+            placed = self._take(misalignment)
         if placed is None:
             placed = self.reduced.lines.place(self.phi, misalignment)
         try:
             yield placed
         finally:
             with self._lock:
-                self._idle.append((misalignment, placed))
-                while len(self._idle) > 1 and sum(one.nbytes for _, one in self._idle) > MOST_IDLE_BYTES:
-                    del self._idle[0]
+                self._keep(misalignment, placed)
+
+    def _take(self, misalignment: Misalignment) -> PlacedSections | None:
+        alike = self._idle.get(misalignment)
+        if not alike:
+            return None
+        placed = alike.pop()
+        self._idle_bytes -= placed.nbytes
+        return placed
+
+    def _keep(self, misalignment: Misalignment, placed: PlacedSections) -> None:
+        """Keep the sections for the next variant on these axes; the axes not used for longest go."""
+        self._idle.setdefault(misalignment, []).append(placed)
+        self._idle.move_to_end(misalignment)
+        self._idle_bytes += placed.nbytes
+        while len(self._idle) > 1 and self._idle_bytes > MOST_IDLE_BYTES:
+            _, longest = self._idle.popitem(last=False)
+            self._idle_bytes -= sum(one.nbytes for one in longest)

@@ -23,8 +23,7 @@ def _shapes(case: Case) -> str:
     if case.reduction.shapes == "line_loads":
         return ""
     return (
-        f'line loads, not "{case.reduction.shapes}": set [contact] scheme = "line", [reduction] shapes = '
-        '"line_loads"'
+        f'line loads, not "{case.reduction.shapes}": set [contact] scheme = "line", [reduction] shapes = "line_loads"'
     )
 
 

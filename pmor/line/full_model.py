@@ -17,7 +17,7 @@ from pmor.body.support import Support
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition, common_build
-from pmor.line.hertz import TOO_WIDE, overloaded
+from pmor.line.hertz import TOO_WIDE, width_limit
 from pmor.line.kernels.law import approach_of
 from pmor.line.kernels.places import line_deviations
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
@@ -248,7 +248,7 @@ class _Flanks:
             if newton.advance <= largest:
                 force = np.zeros_like(self.lines.gap)[None]
                 force[..., candidates] = newton.force
-                if overloaded(self.meshed, self.lines.law, force).any():
+                if width_limit(self.meshed, self.lines.law).exceeded(force).any():
                     raise ConvergenceError(f"phi = {self.phi:.6g} rad, {condition.load_text} {TOO_WIDE}", [])
                 return self._state(newton)
             largest = newton.advance + NEARBY * (newton.advance - touch)

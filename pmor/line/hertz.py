@@ -35,7 +35,7 @@ There is no penalty: w is the unknown, one for each section and tooth pair, nonl
 
 Where it stops being valid. *Wide contact*: (1) needs b << d; against a bonded layer solved by finite elements it is 0.5
 % low at b = d / 4 and 3 % at b = d / 2. Wider contact is refused before anything is solved (`check_half_width`), and a
-state in which it is wider in some section counts as not converged (`overloaded`). *Tip corner*: within a depth from the
+state in which it is wider in some section counts as not converged (`WidthLimit`). *Tip corner*: within a depth from the
 tip, and where its edge carries, the law is that of `pmor.line.kernels.tip_corner`, to second order in the gap, of
 flanks without deviations: a relief that runs out at the tip turns the corner away from the mate, which is left out.
 *Root*: in the fillet the layer ends at a held face, (1) does not; where contact begins, 0.8 to 1.2 depths from there,
@@ -49,6 +49,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -92,31 +93,37 @@ def approach_constants(depth: FloatArray, poisson_ratio: float) -> FloatArray:
     return np.asarray(np.log(2.0 * depth) + 0.5 + bonded_layer_constant(poisson_ratio))
 
 
-def overloaded(meshed: LayeredPair, law: FloatArray, force: FloatArray) -> BoolArray:
-    """Return in which states some section carries so much that its contact is too wide for the layer.
+class WidthLimit(NamedTuple):
+    """Load of placed sections beyond which their contact is too wide for the layer.
 
     `check_half_width` knows the mean load alone; edges of the face may carry several times as much.
 
-    Parameters
+    Attributes
     ----------
-    meshed : LayeredPair
-    law : ndarray, shape (A, N, 12)
-        `LineLaw` of each section.
-    force : ndarray, shape (D, A, N)
-        N.
-
-    Returns
-    -------
-    ndarray of bool, shape (D, A)
+    compliance : ndarray, shape (A, N)
+        Of the law, over the width of the section, mm/N.
+    approach : ndarray, shape (A, N)
+        Compliance times the largest force, mm.
     """
+
+    compliance: FloatArray
+    approach: FloatArray
+
+    def exceeded(self, force: FloatArray) -> BoolArray:
+        """Return in which states (D, A) some section exceeds it, under forces (D, A, N), N."""
+        return np.asarray((force * self.compliance > self.approach).any(axis=2))
+
+
+def width_limit(meshed: LayeredPair, law: FloatArray) -> WidthLimit:
+    """Return the limit of sections from their laws (`LineLaw`), shape (A, N, 12)."""
     total = sum(layer.compliance for layer in meshed.layers)
     mean = sum(layer.compliance * bonded_layer_constant(layer.poisson_ratio) for layer in meshed.layers) / total
     fields = map(LineLaw._fields.index, ("compliance", "opening", "curvature"))
     compliance, opening, curvature = (law[..., field] for field in fields)
     depth = 0.5 * np.exp(opening - mean)  # both layers' in the logarithmic mean, as the approach has it
     allowed = 0.5 * curvature * (WIDEST * depth) ** 2
-    width = np.tile(meshed.width, force.shape[2] // len(meshed.width))
-    return np.asarray((force * (compliance / width) > allowed).any(axis=2))
+    width = np.tile(meshed.width, law.shape[1] // len(meshed.width))
+    return WidthLimit(compliance / width, allowed)
 
 
 def check_half_width(meshed: LayeredPair, torque: float) -> None:

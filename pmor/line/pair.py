@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from pmor.body.support import Support, support_rows
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Assembly, Misalignment
+from pmor.line.hertz import WidthLimit, width_limit
 from pmor.line.kernels.flexibility import Flexibility
 from pmor.line.kernels.loads import LineResults, solve_lines
 from pmor.line.kernels.places import Lines, line_deviations
@@ -69,7 +71,12 @@ class PlacedSections:
         workspace = Flexibility(between, np.zeros(self.lines.gap.shape, dtype=bool))
         object.__setattr__(self, "flexibility", workspace)
 
-    @property
+    @cached_property
+    def width_limit(self) -> WidthLimit:
+        """Load of each section beyond which its contact is too wide for the layer."""
+        return width_limit(self.pair.meshed, self.lines.law)
+
+    @cached_property
     def nbytes(self) -> int:
         """Memory that the sections and their flexibilities take."""
         return sum(array.nbytes for array in (*self.lines, *self.flexibility))

@@ -22,7 +22,7 @@ from pmor.lab.stability.run import penalty_law
 from pmor.lab.stability.variants import REFERENCES, Variant
 from pmor.penalty.elasticity import FullElasticity, ReducedElasticity
 from pmor.penalty.solve import solve_position
-from tests.support.small_case import case_with, full_fe, small_case, write_case
+from tests.support.small_case import case_with, write_case
 from tests.support.stored_energy import stored_in_points
 from tests.support.stored_files import results_in
 
@@ -179,36 +179,6 @@ def test_extreme_helices_and_flanks_hold_or_are_refused_in_words(name, base, sto
         assert "would bend the pinion's blank, 0.4 mm thick" in entry.note
     else:
         assert entry.torque_balance_rel is not None
-
-
-# --- models that are kept --------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("first", ["aligned", "tilted"])
-def test_axes_that_may_tilt_and_axes_that_do_not_have_models_of_their_own(first):
-    """Half of the width is meshed for one, all of it for the other, with the same keys in [mesh]."""
-    aligned = small_case()
-    cases = {"aligned": aligned, "tilted": change_case(aligned, offline={"in_plane_um": [-10.0, 10.0]})}
-    store = ModelStore()
-    for name in sorted(cases, key=lambda name: name != first):
-        model, _ = store.model(cases[name])
-        alone = full_fe(cases[name])
-        phi = model.mesh.meshed.pair.roll_position_range[0]
-        advances = [
-            solve_position(m.mesh.meshed, phi, at_torques([1e5]), m.elasticity_at).equilibria[0].advance
-            for m in (model, alone)
-        ]
-        assert_allclose(*advances, rtol=SAME_MODEL)
-
-
-def test_cases_that_differ_in_the_contact_alone_share_a_model_but_line_contact_has_its_own():
-    store, case = ModelStore(), case_with()
-    model, seconds = store.model(case)
-    other, same_seconds = store.model(change_case(case, penalty_N_mm3=1e5))
-    assert other.pinion is model.pinion
-    assert other.mesh.meshed.scheme.penalty != model.mesh.meshed.scheme.penalty
-    assert same_seconds == seconds
-    assert store.model(change_case(case, scheme="line"))[0].pinion is not model.pinion
 
 
 # --- the command -----------------------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ from pmor.gear.condition import PLAIN, Assembly, Condition, Misalignment, at_tor
 from pmor.gear.kernels.types import Motion
 from pmor.gear.modification import Modification
 from pmor.gear.topography import Topography
-from pmor.line.hertz import WIDEST, check_half_width, overloaded
+from pmor.line.hertz import WIDEST, check_half_width, width_limit
 from pmor.line.kernels.contact_point import closest_approach
 from pmor.line.kernels.places import line_deviations
 from pmor.line.layered_pair import place_flanks_of, place_sections, sections_of
@@ -72,7 +72,7 @@ def disagreement(name, share, condition):
     return abs(sweep.ste_um[0, 0] - advance) / max(abs(advance), approach), worst / largest
 
 
-def test_a_section_that_is_overloaded_by_itself_is_flagged():
+def test_a_section_that_is_width_limit_by_itself_is_flagged():
     """The mean load is within the range of the law, and `check_half_width` lets it pass; the edges are not."""
     torque, (full, reduced) = 6e6, models("spur")
     meshed, phi = reduced.layered, np.array([0.1])
@@ -101,9 +101,10 @@ def test_a_section_that_is_overloaded_by_itself_is_flagged():
     widest = (half_width / np.sqrt(depths[0] * depths[1])).max()
     assert widest > WIDEST
     narrower = state.force * 0.97 * (WIDEST / widest) ** 2
-    assert overloaded(meshed, lines.law, state.force).all()
-    assert not overloaded(meshed, lines.law, narrower).any()
-    assert overloaded(meshed, lines.law, narrower * 1.06).all()
+    limit = width_limit(meshed, lines.law)
+    assert limit.exceeded(state.force).all()
+    assert not limit.exceeded(narrower).any()
+    assert limit.exceeded(narrower * 1.06).all()
 
 
 @pytest.mark.parametrize("name", PAIRS)
