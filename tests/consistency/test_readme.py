@@ -65,10 +65,17 @@ def _untimed(line):
 
 
 def test_what_pages_refer_to_is_there():
-    pages = [ROOT / "README.md", *(ROOT / "cases").rglob("*.md")]
+    pages = [*ROOT.glob("*.md"), *(ROOT / "cases").rglob("*.md")]
     for page in pages:
         targets = re.findall(r"\]\(([^)#:]+)\)", page.read_text(encoding="utf-8"))
         assert [target for target in targets if not (page.parent / target).exists()] == [], page.name
+
+
+def test_one_version_stands_in_the_citation_and_above_the_changes():
+    assert f"\nversion: {pmor.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    newest = re.search(r"^## (\S+)", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert newest
+    assert newest[1] == pmor.__version__
 
 
 def test_the_commands_of_the_table_are_those_of_the_program():

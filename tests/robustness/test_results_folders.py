@@ -192,6 +192,17 @@ def test_after_an_edit_nothing_of_the_old_text_lies_beside_new_results(finished,
     )
 
 
+def test_results_of_another_version_go_as_those_of_another_text_do(tmp_path, monkeypatch):
+    with results_folder(tmp_path / "out", ["ste.csv"]) as folder:
+        start_results(folder, "text")
+        write(folder / "ste.csv", "old numbers")
+    start_results(folder, "text")
+    assert (folder / "ste.csv").exists()
+    monkeypatch.setattr(pmor.storage.manifest, "__version__", "0.5.0")
+    start_results(folder, "text")
+    assert not (folder / "ste.csv").exists()
+
+
 def test_killed_before_or_after_a_replacement_a_file_is_known_to_be_ours(tmp_path, monkeypatch):
     with results_folder(tmp_path, ("ste.csv",)):
         write(tmp_path / "ste.csv", "first")
