@@ -58,8 +58,6 @@ def greedy_snapshots(
 
     Parameters
     ----------
-    case : Case
-    model : ElasticModel
     estimate : callable
         See `ErrorEstimate`.
     known : sequence of Snapshots

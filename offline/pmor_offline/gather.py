@@ -26,8 +26,6 @@ def make_basis(
 
     Parameters
     ----------
-    case : Case
-    model : ElasticModel
     snapshots : sequence of Snapshots
         With equally many conditions each; none for a reduction that needs no training.
     seconds : float

@@ -35,7 +35,6 @@ class TrainingPosition:
     ----------
     phi : float
         rad.
-    conditions : tuple of Condition
     """
 
     phi: float
@@ -74,9 +73,6 @@ def sobol_positions(offline: OfflineCase, pair: GearPair, count: int, seed: int 
     ----------
     offline : OfflineCase
         Its lists span the ranges; a list of one value is no dimension.
-    pair : GearPair
-    count : int
-    seed : int
     """
     from scipy.stats import qmc  # takes half a second, which only this sampling shall cost
 
@@ -113,8 +109,6 @@ def roll_position_grid(meshed: MeshedPair, angles_per_pitch: int, largest_torque
 
     Parameters
     ----------
-    meshed : MeshedPair
-    angles_per_pitch : int
     largest_torque : float
         N mm: how far beyond the path of contact deflected teeth can touch.
 

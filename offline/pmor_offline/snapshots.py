@@ -21,8 +21,6 @@ def solve_snapshots(
 
     Parameters
     ----------
-    model : ElasticModel
-    training : TrainingPosition
     estimate_percent : float
         Error estimate for which the position was chosen.
     """

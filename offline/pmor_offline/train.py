@@ -31,7 +31,6 @@ class Trained:
 
     Parameters
     ----------
-    basis : Basis
     force : ndarray, shape (M, T, 2, f)
         Nodal forces of full FE, N (`pmor_offline.gather.make_basis`).
     failures : tuple of str
@@ -52,8 +51,6 @@ def train(
 
     Parameters
     ----------
-    case : Case
-    model : ElasticModel
     estimate : callable, optional
         Error estimate for a greedy sampling (`pmor_offline.adaptive`).
     executor : concurrent.futures.Executor, optional

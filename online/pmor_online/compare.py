@@ -59,7 +59,6 @@ def compare_models(
 
     Parameters
     ----------
-    reduced : ReducedPair
     model : ElasticModel
         Full FE of the same case.
     progress : callable

@@ -27,11 +27,8 @@ class ConditionSweep:
 
     Parameters
     ----------
-    name : str
-    assembly : Assembly
     own : int
         Index of the condition's own torque in the sweep.
-    sweep : SteSweep
     """
 
     name: str
@@ -47,7 +44,6 @@ def sweep_listed(
 
     Parameters
     ----------
-    reduced : ReducedPair
     executor : concurrent.futures.Executor, optional
         Shares out blocks of angles between threads.
     progress : callable
@@ -74,7 +70,6 @@ def sweep_assemblies(
 
     Parameters
     ----------
-    reduced : ReducedPair
     phi : ndarray, shape (n,)
         Pinion angles, rad.
     assemblies : sequence of Assembly

@@ -66,10 +66,8 @@ def contact_patterns(reduced: ReducedPair, phi: float, condition: Condition) -> 
 
     Parameters
     ----------
-    reduced : ReducedPair
     phi : float
         Pinion angle, rad.
-    condition : Condition
 
     Returns
     -------

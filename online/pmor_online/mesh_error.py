@@ -32,7 +32,6 @@ def with_mesh_error(sweep: SteSweep, reduced: ReducedPair, conditions: Sequence[
 
     Parameters
     ----------
-    sweep : SteSweep
     reduced : ReducedPair
         The model of the sweep.
     conditions : sequence of Condition

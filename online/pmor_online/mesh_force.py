@@ -70,7 +70,6 @@ class LineLoadLaw:
     ----------
     reduced : ReducedPair
         Of line loads.
-    assembly : Assembly
     low, high : float
         Range of displacements, mm: below it nothing touches, above it there is no force that motion could take.
     backlash : float

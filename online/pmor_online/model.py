@@ -27,13 +27,7 @@ from pmor.reduction.basis import Basis
 
 @dataclass(frozen=True)
 class ReducedPair:
-    """A gear pair with its reduced elasticity.
-
-    Parameters
-    ----------
-    basis : Basis
-    meshed : MeshedPair
-    """
+    """A gear pair with its reduced elasticity."""
 
     basis: Basis
     meshed: MeshedPair

@@ -37,8 +37,6 @@ class Readings:
     face_load_factor : (D,)
         K_Hbeta (`pmor.results.load_distribution`).
     effective_contact_ratio : (D,)
-    forces : MeshForces
-    sensitivities : Sensitivities
     maps : tuple of (FlankMap, FlankMap)
         Of pinion and wheel at each torque; empty where they are not asked for.
     light : (FlankMap, FlankMap) or None
@@ -68,7 +66,6 @@ def read_off(reduced: ReducedPair, sweep: SteSweep, executor: Executor | None = 
 
     Parameters
     ----------
-    reduced : ReducedPair
     sweep : SteSweep
         Recorded, of the case's own condition.
     executor : concurrent.futures.Executor, optional

@@ -29,7 +29,6 @@ def root_stress(
 
     Parameters
     ----------
-    reduced : ReducedPair
     phi : ndarray, shape (A,)
         Pinion angles, rad.
     conditions : sequence of Condition

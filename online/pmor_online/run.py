@@ -28,7 +28,6 @@ class LostModel:
     ----------
     case : Case
         Of the model.
-    reason : str
     """
 
     case: Case
@@ -46,7 +45,6 @@ class OnlineResult:
 
     Parameters
     ----------
-    reduced : ReducedPair
     sweep : SteSweep
         Of the reduced model, at the case's online angles and torques.
     comparison : Comparison or None
@@ -131,7 +129,6 @@ def sweep_case(
 
     Parameters
     ----------
-    reduced : ReducedPair
     executor : concurrent.futures.Executor, optional
         Shares out blocks of angles between threads.
     progress : callable
@@ -156,7 +153,6 @@ def root_stress_of_case(reduced: ReducedPair, executor: Executor | None = None) 
 
     Parameters
     ----------
-    reduced : ReducedPair
     executor : concurrent.futures.Executor, optional
         As in `sweep_case`.
     """

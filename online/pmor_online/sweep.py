@@ -50,7 +50,6 @@ def sweep_reduced_pair(
 
     Parameters
     ----------
-    reduced : ReducedPair
     phi : ndarray, shape (n,)
         Pinion angles, rad; neighbours should be close, each starts from the one before.
     conditions : sequence of Condition

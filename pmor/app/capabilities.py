@@ -134,7 +134,6 @@ def bench(
 
     Parameters
     ----------
-    case : Case
     file : Path or str, optional
         JSON file to write; one that is there is compared with first.
     threads : int

@@ -21,7 +21,6 @@ class Verification:
 
     Parameters
     ----------
-    path : Path
     checks : tuple of Check
         Each with ``name``, ``value``, ``limit`` and ``ok``.
     """
@@ -71,7 +70,6 @@ def verify(path: Path | str, full: FullModel | None = None, *, progress: Steps =
 
     Parameters
     ----------
-    path : Path or str
     full : FullModel, optional
         Of the case in the file; made anew by default.
     progress : callable

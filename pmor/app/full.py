@@ -31,7 +31,6 @@ class FullModel:
 
     Parameters
     ----------
-    case : Case
     elastic : ElasticModel
         Meshes, and the compliance of both gears.
     """

@@ -54,7 +54,6 @@ class ReducedModel:
 
     Parameters
     ----------
-    basis : Basis
     force : ndarray, shape (M, T, 2, f), or None
         Nodal forces of the training, N, which a file keeps beside the basis.
     source : Path or None

@@ -36,8 +36,6 @@ class SweepResult:
 
     Parameters
     ----------
-    sweep : SteSweep
-    pair : GearPair
     reduced : ReducedPair, optional
         Model of the sweep, where it keeps its line loads.
     assembly : Assembly
@@ -215,7 +213,6 @@ class ConditionsResult:
 
     Parameters
     ----------
-    assemblies : tuple of Assembly
     results : tuple of SweepResult
         One for each.
     """

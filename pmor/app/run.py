@@ -93,7 +93,6 @@ def run_case(
 
     Parameters
     ----------
-    case : Case
     folder : Path or str
         For the results, made unless it is there.
     pages : bool
@@ -147,7 +146,6 @@ def sweep_model(
 
     Parameters
     ----------
-    reduced : ReducedPair
     basis : (Path, int) or callable
         Basis file of the model and its size in bytes; or a function that writes one beside the results.
     folder, overwrite, executor, progress, inputs

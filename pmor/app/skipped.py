@@ -39,8 +39,6 @@ class Scene:
 
     Parameters
     ----------
-    case : Case
-    pair : GearPair
     sectors : two SectorMesh
         The same object twice when the gears have the same mesh.
     """

@@ -31,7 +31,6 @@ def train(
 
     Parameters
     ----------
-    case : Case
     full : FullModel, optional
         Of a case with the same pair, mesh and contact scheme, where there is one already.
     file : Path or str, optional
@@ -92,7 +91,6 @@ def load_model(path: Path | str, *, case: Case | None = None) -> ReducedModel:
 
     Parameters
     ----------
-    path : Path or str
     case : Case, optional
         Whose sweep to ask for, rather than that of the case in the file: of the same pair, mesh and training.
 
@@ -119,7 +117,6 @@ def compare(
 
     Parameters
     ----------
-    model : ReducedModel
     full : FullModel, optional
         Made anew by default.
     executor : concurrent.futures.Executor, optional

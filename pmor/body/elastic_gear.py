@@ -23,14 +23,12 @@ class ElasticGear:
 
     Parameters
     ----------
-    mesh : SectorMesh
     neighbours : int
         Number of neighbouring teeth on either side that the compliance covers.
     compliance : ndarray, shape (2 neighbours + 1, n, n)
         ``compliance[neighbours + k]`` is the displacement of the flank nodes of tooth k under unit forces on the flank
         nodes of tooth 0, each in its own tooth's frame, mm/N; n = 3 x flank nodes. Without the local compliance of
         the surface layer where that was taken out. On half the width a unit force is shared by a node and its image.
-    sector : CondensedSector
     side_displacement : ndarray, shape (2 neighbours + 2, n_left, n)
         Displacement of the left side face of sectors -neighbours - 1 ... neighbours under unit forces on the flank's
         nodes that elements have, mm/N; of no sectors unless asked for.

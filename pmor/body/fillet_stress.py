@@ -77,7 +77,6 @@ class FilletStress:
 
     Parameters
     ----------
-    points : FilletPoints
     shapes : ndarray, shape (2 NEIGHBOURS + 1, 2, p, c, 3, n)
         Of the teeth around, counted counter-clockwise from the loaded one; on the loaded flank's side, on the other
         one; points; columns; along the outline, across it, shear; under unit forces on the flank's unknowns, MPa/N.
@@ -92,10 +91,8 @@ def surface_stress(mesh: FilletMesh, youngs_modulus: float, poisson_ratio: float
 
     Parameters
     ----------
-    mesh : FilletMesh
     youngs_modulus : float
         MPa.
-    poisson_ratio : float
 
     Returns
     -------

@@ -23,7 +23,6 @@ class FlankCompliance:
     gears : two ndarrays, shape (neighbours + 1, n, n)
         Of pinion and wheel: displacement of the tooth 0, 1, ... teeth counter-clockwise from the loaded one, mm/N; two
         or three components at each flank node. The same object for identical gears.
-    components : int
     support : Support or None
         The part of low rank, of the gears' blanks; None of solid ones. `gears` are without it.
     """

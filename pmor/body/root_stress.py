@@ -51,7 +51,6 @@ def root_stress_shapes(fillet: FilletStress, components: int) -> RootStressShape
 
     Parameters
     ----------
-    fillet : FilletStress
     components : int
         Of the forces: the first of x, y and z in the tooth's frame.
     """

@@ -47,7 +47,6 @@ def section_shares(first: IntArray, share: FloatArray, columns: int) -> FloatArr
         First column of nodes that carries each section.
     share : ndarray, shape (S, b)
         Of the b columns from there on; zero beyond the last one.
-    columns : int
     """
     shares = np.zeros((len(first), columns))
     for section, (start, weights) in enumerate(zip(first, share, strict=True)):

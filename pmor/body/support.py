@@ -53,7 +53,6 @@ def support_rows(
 
     Parameters
     ----------
-    support : Support
     sections : (ndarray of int, shape (2, S); ndarray, shape (2, S, b))
         First column of nodes that carries each section on pinion and wheel, and the shares of b columns from there on.
     node_rows : (int, int)

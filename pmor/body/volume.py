@@ -74,12 +74,10 @@ def nodal_stress(mesh: SectorMesh, displacement: FloatArray, youngs_modulus: flo
 
     Parameters
     ----------
-    mesh : SectorMesh
     displacement : ndarray, shape (n_nodes, 3, m)
         mm.
     youngs_modulus : float
         MPa.
-    poisson_ratio : float
 
     Returns
     -------

@@ -33,7 +33,6 @@ def read_text(path: Path, what: str, place: str = "") -> str:
 
     Parameters
     ----------
-    path : Path
     what : str
         Kind of the file, such as "case file".
     place : str

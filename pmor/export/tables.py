@@ -27,10 +27,8 @@ class ResultArray:
     Parameters
     ----------
     values : ndarray
-    unit : str
     dims : tuple of str
         Names of its axes; none of a single number.
-    description : str
     """
 
     values: np.ndarray

@@ -55,7 +55,6 @@ def export(reduced: ReducedPair, path_out: Path, overwrite: bool = False) -> Non
     ----------
     reduced : ReducedPair
         The finite elements of its case are solved again for the volume.
-    path_out : Path
     overwrite : bool
         As in `pmor.storage.atomic.atomic_path`.
 

@@ -28,7 +28,6 @@ def completion(mesh: SectorMesh, nodes: IntArray) -> sp.csr_array:
 
     Parameters
     ----------
-    mesh : SectorMesh
     nodes : ndarray of int
         All nodes of a flank, or of the sector, any shape.
 

@@ -59,10 +59,8 @@ def condense_sector(
 
     Parameters
     ----------
-    mesh : SectorMesh
     youngs_modulus : float
         MPa.
-    poisson_ratio : float
     element : {"hex8", "hex8i", "hex20"}
     keep_rows : bool
         Keep the factors, for back-substitution to the volume (memory grows with the mesh).

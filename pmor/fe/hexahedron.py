@@ -70,7 +70,6 @@ def element_stiffness(
         Nodes in the order of `pmor.fe.element`.
     youngs_modulus : float
         MPa.
-    poisson_ratio : float
     element : {"hex8", "hex8i", "hex20"}
 
     Returns

@@ -17,8 +17,6 @@ def surface_layer(
 
     Parameters
     ----------
-    tooth : Tooth
-    profile_elements : int
     spacing : {"roll_angle", "arc_length"}
         As in `pmor.fe.sector.build_sector`.
     depth : float

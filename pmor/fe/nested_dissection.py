@@ -119,7 +119,6 @@ def elimination_order(mesh: SectorMesh, numbers: IntArray, sectors: int) -> IntA
 
     Parameters
     ----------
-    mesh : SectorMesh
     numbers : ndarray of int, shape (teeth, sector nodes)
         Node of the whole gear for each node of each sector (`pmor.fe.whole_gear`).
     sectors : int

@@ -48,7 +48,6 @@ def tooth_outline(tooth: Tooth, profile_elements: int, spacing: str, order: int 
 
     Parameters
     ----------
-    tooth : Tooth
     profile_elements : int
         Elements along the flank, from start of involute to tip.
     spacing : {"roll_angle", "arc_length"}

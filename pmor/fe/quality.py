@@ -19,10 +19,8 @@ class MeshQuality:
 
     Parameters
     ----------
-    n_elements : int
     min_scaled_jacobian : float
         Smallest corner triple product of unit edge vectors: 1 for a brick, <= 0 inside out (Knupp 2003).
-    median_scaled_jacobian : float
     max_aspect_ratio : float
         Longest over shortest edge of an element.
     """

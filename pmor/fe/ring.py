@@ -25,7 +25,6 @@ def symmetric_coordinates(mesh: SectorMesh, side: IntArray) -> tuple[sp.csr_arra
 
     Parameters
     ----------
-    mesh : SectorMesh
     side : ndarray of int, shape (n,)
         Nodes of a side face, left or right, both ends of the face width included.
 

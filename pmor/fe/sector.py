@@ -135,7 +135,6 @@ def build_sector(
 
     Parameters
     ----------
-    tooth : Tooth
     bore_radius, face_width : float
         mm.
     profile_elements, width_elements : int
@@ -204,7 +203,6 @@ def tooth_block(outline: Outline, module: float, order: int = 1) -> FloatArray:
 
     Parameters
     ----------
-    outline : Outline
     module : float
         mm.
     order : int

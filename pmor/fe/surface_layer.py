@@ -34,7 +34,6 @@ def layer_compliance(mesh: SectorMesh, columns: int, stiffness: FloatArray) -> F
 
     Parameters
     ----------
-    mesh : SectorMesh
     columns : int
         Columns of nodes above the layer's inner face.
     stiffness : ndarray, shape (n_elements, 3 k, 3 k)

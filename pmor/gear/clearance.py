@@ -96,7 +96,6 @@ def corner_clearance(pair: GearPair, gear: int) -> float:
 
     Parameters
     ----------
-    pair : GearPair
     gear : int
         Whose corner: 0 pinion, 1 wheel.
     """

@@ -61,7 +61,6 @@ class Assembly:
 
     Parameters
     ----------
-    misalignment : Misalignment
     pinion, wheel : Modification
         Of their loaded flanks.
     """
@@ -102,7 +101,6 @@ class Condition:
     ----------
     torque : float
         On the pinion, N mm, positive.
-    misalignment : Misalignment
     pinion, wheel : Modification
         Of their loaded flanks.
     """

@@ -65,7 +65,6 @@ def deviation_rates(
 
     Parameters
     ----------
-    meshed : MeshedPair
     assembly : Assembly
         The modifications about which to differentiate.
     lines : SectionStates

@@ -30,10 +30,6 @@ def kernel_deviation(
         Roll angles at which its active profile starts and ends, rad (`pmor.gear.pair.GearPair.active_rolls`).
     face : float, float
         Where its face begins and ends along z, from mid width of the pair, mm.
-
-    Returns
-    -------
-    Deviation
     """
     m, (start, end), tip = modification, active, tooth.tip_roll_angle
     tip_start = _radians(m.tip_relief_start_roll_deg, tip - 1.0)

@@ -54,8 +54,6 @@ class MeshedPair:
 
     Parameters
     ----------
-    pair : GearPair
-    pinion, wheel : Flank
     stiffness_estimate : float
         Rough stiffness of one tooth pair along the line of action, N/mm: where searches start, how large windows are.
     mirrored : bool

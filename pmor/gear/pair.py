@@ -253,10 +253,6 @@ class GearPair:
         margin : float
             By how much a pair may touch before and after the path of contact (deflected teeth do), rad of roll
             position.
-
-        Returns
-        -------
-        ndarray of int
         """
         first, last = self.meshing_range
         low = math.ceil((first - margin - phi) / self.pitch - 1e-12)

@@ -39,7 +39,6 @@ def tip_edge(tooth: Tooth, rounding: float = 0.0, chamfer: float = 0.0) -> TipEd
 
     Parameters
     ----------
-    tooth : Tooth
     rounding, chamfer : float
         Radius of a rounded edge, height of a chamfer, mm; one of them at most.
 

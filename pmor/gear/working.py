@@ -40,7 +40,6 @@ def refuse_working_geometry(pair: GearPair, misalignments: Iterable[Misalignment
     ----------
     pair : GearPair
         As drawn.
-    misalignments : iterable of Misalignment
     """
     checked = dict[float, Misalignment]()
     for misalignment in misalignments:

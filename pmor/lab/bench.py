@@ -143,7 +143,6 @@ def run(
 
     Parameters
     ----------
-    case : Case
     jobs : int
         Threads of the parallel sweep.
     before : sequence of dict

@@ -133,12 +133,10 @@ def solve_angle(
 
     Parameters
     ----------
-    meshed : LayeredPair
     compliance : callable
         ``compliance(gear, offset)`` of whole flanks (`ToothCompliance`).
     phi : float
         rad.
-    conditions : sequence of Condition
     start : float, optional
         Advance to start from, rad; by default the expected one.
     """

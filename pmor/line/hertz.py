@@ -131,7 +131,6 @@ def check_half_width(meshed: LayeredPair, torque: float) -> None:
 
     Parameters
     ----------
-    meshed : LayeredPair
     torque : float
         N mm; as if one tooth pair carried it at the pitch point.
 

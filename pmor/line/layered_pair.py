@@ -35,7 +35,6 @@ class SurfaceLayer:
         ln(2 depth) + 1/2 + a of the approach (`pmor.line.hertz`).
     columns : int
         Columns of nodes above the layer's inner face.
-    poisson_ratio : float
     """
 
     depth: FloatArray
@@ -120,10 +119,8 @@ def place_flanks_of(
 
     Parameters
     ----------
-    meshed : MeshedPair
     phi : ndarray, shape (n,)
         Pinion angles, rad.
-    misalignment : Misalignment
     z : ndarray, shape (S,), optional
         By default of the sections in which line contact is evaluated, mm.
     """
@@ -139,10 +136,8 @@ def place_sections(
 
     Parameters
     ----------
-    meshed : LayeredPair
     phi : ndarray, shape (n,)
         Pinion angles, rad.
-    misalignment : Misalignment
     components : int
         Of displacement: 2 without, 3 with those along the axis.
     """

@@ -25,7 +25,6 @@ class LinePair:
 
     Parameters
     ----------
-    meshed : LayeredPair
     compliance : two ndarrays, shape (neighbours + 1, S, S, r c, r c)
         Between sections of the flanks of teeth 0, 1, ... apart, of pinion and wheel, mm/N (`section_compliance`).
     components : int
@@ -55,8 +54,6 @@ class PlacedSections:
 
     Parameters
     ----------
-    pair : LinePair
-    lines : Lines
     flexibility : Flexibility
         Its own workspace: of the sections that solutions have asked for.
     """
@@ -107,10 +104,6 @@ class PlacedSections:
             With the derivatives of the advance by deviations.
         force : ndarray, shape (D, A, N), optional
             Forces to begin with, N.
-
-        Returns
-        -------
-        LineResults
         """
         angles, size = self.lines.gap.shape
         wanted = np.empty((len(loads), angles))

@@ -27,13 +27,8 @@ def flank_sections(pinion_z: FloatArray, wheel_z: FloatArray, helical: bool, ord
     ----------
     pinion_z, wheel_z : ndarray, shape (m + 1,)
         Columns of nodes, rising, mm.
-    helical : bool
     order : int
         Intervals between columns that an element spans.
-
-    Returns
-    -------
-    Sections
     """
     if not helical and np.array_equal(pinion_z, wheel_z):
         column = np.arange(len(pinion_z))

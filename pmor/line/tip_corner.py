@@ -48,7 +48,6 @@ def corner_coefficients(angle: float, poisson_ratio: float) -> FloatArray:
     ----------
     angle : float
         Between flank and tip land, rad; held inside the range of the table.
-    poisson_ratio : float
     """
     within = min(max(math.degrees(angle), ANGLES_DEG[0]), ANGLES_DEG[-1])
     by_angle = np.tensordot(_lagrange(ANGLES_DEG, within), _table(), axes=1)

@@ -34,8 +34,6 @@ def with_unloaded(sweep: SteSweep, meshed: MeshedPair, conditions: Sequence[Cond
 
     Parameters
     ----------
-    sweep : SteSweep
-    meshed : MeshedPair
     conditions : sequence of Condition
         Those of the sweep, with the same axes.
     """

@@ -34,7 +34,6 @@ def refuse_impossible_load(case: Case, approach_mm: float) -> None:
 
     Parameters
     ----------
-    case : Case
     approach_mm : float
         Of the flanks, to expect under the nominal torque, mm.
     """
@@ -71,7 +70,6 @@ def refuse_lost_load(case: Case, round_off_at: Callable[[float], float]) -> None
 
     Parameters
     ----------
-    case : Case
     round_off_at : callable
         Round-off of the coordinates over the approach of the flanks under a torque (N mm).
     """
@@ -91,8 +89,6 @@ def range_warnings(case: Case, pair: GearPair, approach_mm: float) -> tuple[str,
 
     Parameters
     ----------
-    case : Case
-    pair : GearPair
     approach_mm : float
         As in `refuse_impossible_load`.
 

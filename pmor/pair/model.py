@@ -54,7 +54,6 @@ class MeshModel:
         The same object when the gears are of one shape.
     quality : MeshQuality
         Of the worse of the two meshes.
-    meshed : MeshedPair
     """
 
     pinion: SectorMesh
@@ -69,7 +68,6 @@ class ElasticModel:
 
     Parameters
     ----------
-    mesh : MeshModel
     pinion, wheel : ElasticGear
         The same object when the gears are identical.
     support : Support or None
@@ -240,8 +238,6 @@ def assemble_pair(
 
     Parameters
     ----------
-    case : Case
-    pair : GearPair
     nodes : two ndarrays, shape (n + 1, m + 1, 3)
         mm.
     roll_angles : two ndarrays, shape (n + 1,)
@@ -278,8 +274,6 @@ def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> Ela
 
     Parameters
     ----------
-    case : Case
-    mesh : MeshModel
     keep_volume : bool
         Keep the factors for back-substitution to the volume.
     """
@@ -297,11 +291,8 @@ def solved_gear(
 
     Parameters
     ----------
-    case : Case
-    mesh : MeshModel
     sector : SectorMesh
         Of the gear: one of those in `mesh`.
-    gear : GearCase
     keep_volume : bool
         Keep the factors for back-substitution to the volume.
     """
@@ -323,10 +314,8 @@ def model_of_solved(case: Case, mesh: MeshModel, solved: ElasticModel) -> Elasti
 
     Parameters
     ----------
-    case : Case
     mesh : MeshModel
         Of the case.
-    solved : ElasticModel
     """
     from pmor.body.elastic_gear import with_layer
 

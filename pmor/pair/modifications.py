@@ -19,7 +19,6 @@ def refuse_modifications_off_the_flank(case: Case, pair: GearPair) -> None:
 
     Parameters
     ----------
-    case : Case
     pair : GearPair
         Its geometry.
     """

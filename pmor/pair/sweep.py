@@ -37,7 +37,6 @@ def sweep_ste(
 
     Parameters
     ----------
-    meshed : MeshedPair
     elasticity_at : callable or ToothCompliance
         Gives the elastic model of a position's windows; under line contact the compliance of the flanks.
     phi : ndarray, shape (n,)

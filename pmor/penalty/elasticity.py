@@ -146,7 +146,6 @@ def full_elasticity(pinion: ElasticGear, wheel: ElasticGear, position: Position)
     ----------
     pinion, wheel : ElasticGear
         Their patches must cover the position's tooth pairs.
-    position : Position
     """
     size = 3 * len(position.nodes)
     compliance = np.zeros((size, size))

@@ -60,7 +60,6 @@ class Equilibrium:
         Rotation of the pinion ahead of its kinematic position, rad.
     coordinates : ndarray
         Of the elastic model.
-    contact : Contact
     steps : int
         Newton steps taken.
     history : tuple of (correction of the coordinates, correction of the advance)
@@ -115,14 +114,10 @@ def solve_equilibrium(
 
     Parameters
     ----------
-    meshed : PenaltyPair
-    position : Position
-    elasticity : Elasticity
     condition : Condition
         With the axes and flanks of the position.
     start : (ndarray, float), optional
         Elastic coordinates and advance (rad) to start from; by default the undeformed pair at the expected approach.
-    max_steps : int
     tolerance : float
         On the relative corrections of the coordinates (energy norm) and of the advance.
     remember : bool

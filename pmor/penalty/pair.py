@@ -86,12 +86,7 @@ class ContactScheme:
 
 @dataclass(frozen=True, kw_only=True)
 class PenaltyPair(MeshedPair):
-    """A meshed pair with a scheme of penalty contact.
-
-    Parameters
-    ----------
-    scheme : ContactScheme
-    """
+    """A meshed pair with a scheme of penalty contact."""
 
     scheme: ContactScheme
 
@@ -149,8 +144,6 @@ def refined_extents(flank: Flank, scheme: ContactScheme, mirrored: bool = False)
 
     Parameters
     ----------
-    flank : Flank
-    scheme : ContactScheme
     mirrored : bool
         The last column is the plane of symmetry of a half.
 

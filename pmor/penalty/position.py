@@ -80,12 +80,10 @@ def active_patches(meshed: PenaltyPair, phi: float, depth: float, assembly: Asse
 
     Parameters
     ----------
-    meshed : PenaltyPair
     phi : float
         Pinion angle, rad.
     depth : float
         Largest approach of the flanks to allow for: deflection, penetration and surface error, mm.
-    assembly : Assembly
     """
     clear, pair_count = meshed.clearance(assembly) * depth, meshed.tooth_pair_count
     kernel_pair = meshed.for_kernels(assembly)
@@ -119,12 +117,10 @@ def relative_motion(
 
     Parameters
     ----------
-    meshed : MeshedPair
     roll_position : float
         Kinematic roll position of the pinion tooth, rad.
     advance : float
         Rotation of the pinion ahead of its kinematic position, rad.
-    misalignment : Misalignment
 
     Returns
     -------

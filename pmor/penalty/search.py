@@ -78,8 +78,6 @@ def search_contact(
 
     Parameters
     ----------
-    meshed : PenaltyPair
-    position : Position
     displacement : ndarray, shape (n, 3)
         Displacements of the position's nodes, in each tooth's frame, mm.
     advance : float

@@ -36,7 +36,6 @@ class SolvedPosition:
 
     Parameters
     ----------
-    position : Position
     equilibria : tuple of Equilibrium or None
         One for each condition; None where Newton did not converge.
     failures : tuple of str
@@ -58,7 +57,6 @@ def solve_position(
 
     Parameters
     ----------
-    meshed : PenaltyPair
     phi : float
         Pinion angle, rad.
     conditions : sequence of Condition

@@ -61,7 +61,6 @@ class Basis:
 
     Parameters
     ----------
-    case : Case
     flank_nodes : two ndarrays, shape (n + 1, m + 1, 3)
         Pinion and wheel, mm; as much of the width as is meshed (`pmor.case.width`), like the shapes.
     flank_roll_angle : two ndarrays, shape (n + 1,)
@@ -70,7 +69,6 @@ class Basis:
         Below the flanks of pinion and wheel, as the compliance was without them; of line contact alone.
     shapes : FlankLineShapes, ContactShapes or None
         None for line loads, which stand on the compliance alone.
-    training : Training
     compliance : FlankCompliance or None
         For line loads, and for the error estimate; None when the case does not ask for it.
     coarser : Basis or None

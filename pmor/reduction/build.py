@@ -31,7 +31,6 @@ def build_shapes(
 
     Parameters
     ----------
-    case : Case
     bodies : two ElasticGear
         Pinion and wheel.
     grid : ndarray, shape (M,)

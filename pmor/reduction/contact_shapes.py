@@ -79,7 +79,6 @@ def contact_shapes(
 
     Parameters
     ----------
-    pinion, wheel : ElasticGear
     roll_position : ndarray, shape (M,)
         Uniform grid, rad.
     angles_per_pitch : int

@@ -35,7 +35,6 @@ def conditions_figure(own: SteSweep, nominal: int, conditions: Sequence[Conditio
         Of the case's own condition, drawn dashed.
     nominal : int
         Index of its torque.
-    conditions : sequence of ConditionSweep
     """
     with panels(1, 7.6, 6.4, rows=2) as (figure, (over_torque, over_angle)):
         coloured = _least(conditions, MOST_COLOURED)

@@ -77,7 +77,6 @@ def write_summary_json(path: Path, summary: Mapping[str, Any], overwrite: bool =
 
     Parameters
     ----------
-    path : Path
     summary : mapping
     overwrite : bool
         As in `pmor.storage.atomic.atomic_path`.

@@ -27,11 +27,8 @@ def panels(
 
     Parameters
     ----------
-    columns : int
-    width_in, height_in : float
     legend : int
         Columns of a legend below all panels, with the entries of the first; 0: none.
-    rows : int
     options
         Of `matplotlib.figure.Figure.subplots`.
     """
@@ -71,7 +68,6 @@ def name_points(axes: Axes, points: Sequence[tuple[float, float, str]], left: bo
 
     Parameters
     ----------
-    axes : Axes
     points : sequence of (float, float, str)
     left : bool
         Left of all that is drawn, for which the axes are widened; otherwise right of the axes.

@@ -38,7 +38,6 @@ def provenance(case: Case | None = None, measured_on: Mapping[str, Any] | None =
 
     Parameters
     ----------
-    case : Case, optional
     measured_on : mapping, optional
         Result of `machine` on the machine that measured the run times; by default this machine.
     """

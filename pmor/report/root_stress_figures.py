@@ -22,7 +22,6 @@ def fillet_figure(stress: RootStress, torque: int, nominal_MPa: tuple[float | No
 
     Parameters
     ----------
-    stress : RootStress
     torque : int
         Its place.
     nominal_MPa : two float
@@ -51,7 +50,6 @@ def cycle_figure(stress: RootStress, pitch_rad: float) -> Figure:
 
     Parameters
     ----------
-    stress : RootStress
     pitch_rad : float
         Of the pinion.
     """

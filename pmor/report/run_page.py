@@ -61,7 +61,6 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
 
     Parameters
     ----------
-    result : OnlineResult
     mesh : SectorMesh or None
         The pinion's mesh, when there is one to show.
     """
@@ -141,9 +140,6 @@ def write_pages(
 
     Parameters
     ----------
-    result : OnlineResult
-    mesh : SectorMesh or None
-    out : Path
     live : ReducedPair or str, optional
         Model of line loads that the page solves, or the reason why there is none (`pmor.work.live`).
 

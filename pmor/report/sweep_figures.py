@@ -34,7 +34,6 @@ def ste_figure(reduced: SteSweep, full: SteSweep | None = None, reduced_there: S
 
     Parameters
     ----------
-    reduced : SteSweep
     full : SteSweep, optional
         Full FE at any angles and torques.
     reduced_there : SteSweep, optional

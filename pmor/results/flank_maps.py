@@ -70,7 +70,6 @@ def flank_map(
     ----------
     sweep : SteSweep
         Over one pitch or several; of several, whose teeth may differ, the largest.
-    torque_index : int
     gear : int
         0 pinion, 1 wheel.
     active_rad : float, float

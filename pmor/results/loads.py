@@ -119,7 +119,6 @@ class SweepStates:
     amplitude : (n_torques, n_angles, P, slots)
         Of each shape that a pair can have (flank lines: the pinion's, then the wheel's), in the units of the basis; 0
         for shapes that are not active.
-    loads : ContactLoads
     lines : LineStates or None
         Of line loads as unknowns; None of other models.
     """

@@ -23,13 +23,11 @@ class Largest(NamedTuple):
 
     Parameters
     ----------
-    max_principal_MPa : float
     phi_rad : float
         Pinion angle.
     tooth : int
         Tooth pair.
     side : {"tension", "compression"}
-    radius_mm, z_mm : float
     """
 
     max_principal_MPa: float

@@ -46,7 +46,6 @@ def sensitivities(sweep: SteSweep, rates: Mapping[str, FloatArray]) -> Sensitivi
 
     Parameters
     ----------
-    sweep : SteSweep
     rates : mapping of str to ndarray, shape (A, P, S)
         d e_n / d parameter in um per unit (`pmor.gear.deviation_rates`).
     """

@@ -260,7 +260,6 @@ def mesh_stiffness(sweep: SteSweep, base_radius_mm: float, face_width_mm: float)
     ----------
     base_radius_mm : float
         Of the pinion: F_n = T / r_b1.
-    face_width_mm : float
     """
     load = 1e3 * sweep.torque_Nm / base_radius_mm / face_width_mm
     secant = _positive_ratio(np.broadcast_to(load[:, None], sweep.ste_um.shape), sweep.deflection_um)

@@ -51,12 +51,9 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
 
     Parameters
     ----------
-    path : Path
-    basis : Basis
     force : ndarray, shape (M, T, 2, f)
         Nodal forces of full FE over roll position and condition (off a grid: of M loaded tooth pairs, T = 1),
         N, those on a node and on its image together: not needed online, kept for checks and for later enrichment.
-    overwrite : bool
 
     Raises
     ------
@@ -229,7 +226,6 @@ def require_made_from(path: Path, basis: Basis, case: Case) -> None:
     ----------
     path : Path
         Of the basis file.
-    basis : Basis
     case : Case
         Its required origin; modifications, sweep, comparison and output may differ.
     """

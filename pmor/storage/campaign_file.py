@@ -23,7 +23,6 @@ def write_campaign_file(
 
     Parameters
     ----------
-    path : Path
     name, text : str
         Of the campaign.
     statuses : tuple of str

@@ -45,8 +45,6 @@ class Schema:
 
     Parameters
     ----------
-    name : str
-    version : int
     remedy : str
         For a file that this version cannot read.
     """
@@ -64,8 +62,6 @@ def create(
 
     Parameters
     ----------
-    path : Path
-    schema : Schema
     attributes : dict
         Root attributes beside schema, version and provenance.
     overwrite : bool
@@ -118,7 +114,6 @@ def read_all(group: h5py.Group, layout: Layout, sizes: Mapping[str, int] | None 
 
     Parameters
     ----------
-    group : h5py.Group
     layout : mapping of str to Field
         By the path in the group.
     sizes : mapping of str to int, optional
@@ -151,8 +146,6 @@ def attribute(item: h5py.Group | h5py.Dataset, name: str, kind: type | None = No
 
     Parameters
     ----------
-    item : h5py.Group or h5py.Dataset
-    name : str
     kind : {str, float, int, bool}, optional
         Required type.
 
@@ -210,8 +203,6 @@ def read(group: h5py.Group, name: str, field: Field | None = None) -> np.ndarray
 
     Parameters
     ----------
-    group : h5py.Group
-    name : str
     field : Field, optional
         Bounds of its values; type and shape are checked already (`check_layout`).
 

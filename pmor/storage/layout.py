@@ -28,11 +28,9 @@ class Field:
 
     Parameters
     ----------
-    unit : str
     dims : str
         Names of its axes. Axes of one name have one length: in all of the file where the length is known beforehand,
         else within the group.
-    description : str
     kind : type
         float (64 bits), int (64 bits) or bool.
     finite : bool

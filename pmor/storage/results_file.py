@@ -123,7 +123,6 @@ class ResultsFile:
 
     Parameters
     ----------
-    case_name, case_text : str
     arrays : mapping of str to ndarray
         By their paths in `RESULTS_LAYOUT`.
     parameters : tuple of str

@@ -47,7 +47,6 @@ def results_folder(
 
     Parameters
     ----------
-    folder : Path
     names : sequence of str
         Files that are going to be written there.
     working : sequence of str
@@ -131,7 +130,6 @@ def working_folder(folder: Path, anew: bool = False) -> Path:
 
     Parameters
     ----------
-    folder : Path
     anew : bool
         Remove our files in it.
 

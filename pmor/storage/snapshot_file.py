@@ -44,7 +44,6 @@ def read_snapshots(path: Path, basis_key: str) -> Snapshots | None:
 
     Parameters
     ----------
-    path : Path
     basis_key : str
         Key of the case; snapshots of another case do not count.
     """

@@ -60,7 +60,6 @@ class Stage:
 
     Parameters
     ----------
-    name : str
     memory : int
         Bytes at most, of the whole process.
     seconds : float
@@ -150,7 +149,6 @@ def refuse_beyond_memory(case: Case, limits: Sequence[MemoryLimit] | None = None
 
     Parameters
     ----------
-    case : Case
     limits : sequence of MemoryLimit, optional
         Those on this process by default.
 
@@ -186,7 +184,6 @@ def refuse_large_sweep(
     ----------
     name : str
         Of the case.
-    meshed : MeshedPair
     angles, torques, assemblies : int
         Their numbers.
     sections : int

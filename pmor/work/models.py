@@ -71,7 +71,6 @@ def run_models(
 
     Parameters
     ----------
-    case : Case
     model : ElasticModel
         Of the case.
     others : sequence of MeshedCase

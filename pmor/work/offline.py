@@ -52,8 +52,6 @@ def run_offline(
 
     Parameters
     ----------
-    case : Case
-    model : ElasticModel
     path : Path
         Of the basis file. Snapshots are kept beside it, in a folder of the same name with ``.parts``, until it is
         written.

@@ -22,7 +22,6 @@ def run_online(
 
     Parameters
     ----------
-    reduced : ReducedPair
     basis_path : Path
         File of the basis.
     model : ElasticModel, optional

@@ -76,7 +76,6 @@ def run_pieces(
 
     Parameters
     ----------
-    pieces : sequence of Piece
     folder : Path
         Of finished pieces.
     executor : concurrent.futures.Executor, optional

@@ -29,7 +29,6 @@ class Report:
         Of the files ``<name>.json`` and ``<name>.md``.
     data : mapping
         Plain data.
-    title : str
     blocks : sequence of Block
         In the order of reading, provenance left out.
     case : Case, optional

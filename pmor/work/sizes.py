@@ -29,7 +29,6 @@ class GearSize:
 
     Parameters
     ----------
-    teeth : int
     lines : int
         Rows of nodes on the flank, from the start of the involute to the tip.
     layers : int

@@ -62,9 +62,7 @@ def solve_states(
 
     Parameters
     ----------
-    meshed : MeshedPair
     elasticity_at : callable
-    states : States
     executor : Executor, optional
         Solves several states at a time.
     progress : callable

@@ -18,12 +18,10 @@ def table(title: str, columns: Columns, rows: Iterable[Any], note: str = "") -> 
 
     Parameters
     ----------
-    title : str
     columns : mapping of str to Column
         By heading.
     rows : iterable of mapping
         Of anything, where all columns are callables.
-    note : str
     """
     cells = [[column(row) if callable(column) else row[column] for column in columns.values()] for row in rows]
     return Table(title, tuple(columns), cells, note)

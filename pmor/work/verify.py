@@ -64,7 +64,6 @@ class Check:
 
     Parameters
     ----------
-    name : str
     value, limit : float
         Without unit; NaN is never within the limit.
     meaning : str
@@ -87,7 +86,6 @@ def verify_basis(basis: Basis, model: ElasticModel, progress: Callable[[], None]
 
     Parameters
     ----------
-    basis : Basis
     model : ElasticModel
         Of the case that the basis was made from.
     progress : callable

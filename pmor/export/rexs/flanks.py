@@ -63,7 +63,6 @@ class Found:
     ----------
     keys : dict
         Of a section `[pinion.modification]`.
-    notes : list of str
     """
 
     keys: dict[str, Any] = field(default_factory=dict)
@@ -85,7 +84,6 @@ def read_flank(components: list[Component], profile: Profile) -> Found:
     ----------
     components : list of Component
         Modifications that the flank refers to.
-    profile : Profile
     """
     found, ends = Found(), list[Component]()
     for component in components:

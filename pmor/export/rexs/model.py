@@ -52,8 +52,6 @@ class Component:
 
     Parameters
     ----------
-    number : int
-    kind, name : str
     values : dict
         By attribute: numbers, text, lists of them, with the unit of the file.
     file : str
@@ -150,9 +148,7 @@ class Gearbox:
 
     Parameters
     ----------
-    version, program : str
     components : dict of int to Component
-    relations : tuple of Relation
     load_cases : tuple of dict
         Attributes of components in each load case, by their numbers.
     """

@@ -20,7 +20,6 @@ class StageResults:
 
     Attributes
     ----------
-    torque_Nm : float
     phi_rad : (n,)
     ste_um : (n,)
     stiffness_N_per_mm : (n,)

@@ -14,7 +14,6 @@ class Stage:
 
     Parameters
     ----------
-    component : Component
     pinion, wheel : Component
         The driving gear, and the driven one.
     torques_Nm : tuple of float

@@ -33,11 +33,8 @@ def write_rexs(
 
     Parameters
     ----------
-    case : Case
     pair : GearPair
         Its geometry.
-    path : Path
-    results : StageResults, optional
     overwrite : bool
         As in `pmor.storage.atomic.atomic_path`.
 

@@ -51,7 +51,6 @@ def nominal_root_stress(pair: GearPair, torque_Nm: float) -> tuple[float | None,
 
     Parameters
     ----------
-    pair : GearPair
     torque_Nm : float
         At the pinion.
     """

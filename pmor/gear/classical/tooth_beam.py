@@ -26,7 +26,6 @@ class ToothBeam:
     ----------
     y_mm, half_thickness_mm : (n,) arrays
         Outline from the root circle (first point) to the tip circle (last point); ``y_mm`` ascends.
-    base_radius_mm, root_radius_mm, tip_radius_mm : float
     start_radius_mm : float
         Where the involute begins, that is where it meets the root trochoid.
     half_angle_at_base_rad : float

@@ -37,7 +37,6 @@ class Deviation(NamedTuple):
         At the start of the active profile, mm.
     root_relief_end, root_relief_span : float
         Where it ends, and how far it is from there down to the start of the active profile, rad.
-    root_relief_parabolic : bool
     profile_crowning, profile_slope : float
         At both ends of the active profile; from its one end to the other, mm.
     helix_crowning, helix_slope : float

@@ -39,8 +39,6 @@ def run(
 
     Parameters
     ----------
-    case : Case
-    only : str
     folder, overwrite, executor, progress
         As in `pmor.app.capabilities`; the executor is one of threads.
 

@@ -34,7 +34,6 @@ def run(
 
     Parameters
     ----------
-    study : Study
     folder, overwrite, executor, progress
         As in `pmor.app.capabilities`; the executor is one of threads, for the angles of full FE. Pieces and bases stay
         in the folder for the next run.

@@ -163,7 +163,6 @@ class Patch(NamedTuple):
         h_0 less the gap where flanks would touch, mm.
     first, second : float
         W_1 and W_2, mm.
-    middle_slope, length_slope, first_slope, second_slope : float
     """
 
     middle: float

@@ -56,8 +56,6 @@ class Solution(NamedTuple):
     ----------
     advance : float
         rad.
-    steps : int
-    converged : bool
     listed : int
         Points.
     border : bool

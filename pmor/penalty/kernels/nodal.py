@@ -39,7 +39,6 @@ class Facing(NamedTuple):
         See `Gear`.
     motion : Motion
         From the slave's tooth to the master's.
-    slave_is_pinion : bool
     penalty : ndarray, shape (points along the width,)
         Of the slave's points in each section, N/mm^3; 0 where there are none.
     slave_centre, master_centre : ndarray, shape (points along the width,)
@@ -90,7 +89,6 @@ class _Grid(NamedTuple):
 
     Attributes
     ----------
-    slave, master : Surface
     first, patches : int
         Element rows of the master that may be used.
     detail_profile, detail_width : int

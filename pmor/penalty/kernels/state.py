@@ -169,7 +169,6 @@ class Family(NamedTuple):
         Which of the two. A shape of lines belongs to one gear, one of positions to both.
     lines : two GearLines
         Of pinion and wheel.
-    positions : PositionShapes
     """
 
     by_line: bool
@@ -217,7 +216,6 @@ class Work(NamedTuple):
         Whether a point carries load in the linearised problem.
     target, difference, solution, trial, rhs : ndarray, shape (active shapes + 1,)
     matrix, factor : ndarray, shape (active shapes + 1, active shapes + 1)
-    workspace : SearchWorkspace
     """
 
     undeformed: FloatArray

@@ -35,7 +35,6 @@ class Settings(NamedTuple):
         Approach for which windows are cut, mm.
     clearance : float
         Share of the depth that counts as clear.
-    max_steps : int
     tolerance : float
         Of Newton.
     """

@@ -83,13 +83,9 @@ class Pair(NamedTuple):
 
     Attributes
     ----------
-    kinematics : Kinematics
-    gears : two Gear
     extents : two ndarrays, shape (rows, columns of contact points, 4)
         Half distances of each point to its neighbours along and across the profile (`TO_ROOT` ...), mm; their products
         are its share of area.
-    limits : WindowLimits
-    scheme : NodalScheme
     deviations : two Deviation
         Of the flanks of pinion and wheel from `gears`.
     """

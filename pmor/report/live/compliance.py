@@ -37,7 +37,6 @@ def packed_compliance(blocks: FloatArray, gear: Gear) -> dict[str, Any]:
     ----------
     blocks : ndarray, shape (neighbours + 1, n, n)
         Of teeth 0, 1, ... apart (`pmor.body.flank_compliance.FlankCompliance`), mm/N.
-    gear : Gear
 
     Returns
     -------

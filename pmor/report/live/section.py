@@ -44,10 +44,8 @@ class Control:
     group : {"load", "pinion", "wheel", "misalignment"}
     key : str
         As in a case file.
-    label : str
     initial : str
         Value of the case.
-    low, high, step : float
     choices : tuple of str
         Instead of a range.
     """
@@ -68,12 +66,10 @@ class LiveSection:
 
     Parameters
     ----------
-    controls : tuple of Control
     same : bool
         Both gears start alike.
     data : dict
         Data of the solver, and the results of the case.
-    note : str
     """
 
     controls: tuple[Control, ...]
