@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from pmor.campaigns.relations import case_of, with_relations
-from pmor.campaigns.rows import Answer
+from pmor.campaigns.rows import Answer, Keys, read_answer
 from pmor.campaigns.settings import Campaign
 from pmor.campaigns.store import key_of
 from pmor.campaigns.table import Design
@@ -36,6 +36,8 @@ INFEASIBLE_S = 0.01
 # Files in a folder, each with a line in its manifest.
 PER_FOLDER = 500
 SWEEP = "sweep"
+# What reading a file brings that is not as this program wrote it.
+MALFORMED = (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError)
 
 
 @dataclass(frozen=True)
@@ -80,10 +82,13 @@ def chunks_of(count: int, seconds: float) -> list[Chunk]:
 
 
 class ChunkFiles:
-    """Files of finished chunks, by number; files of others, or of another `key_of_campaign`, do not count."""
+    """Files of finished chunks, by number.
 
-    def __init__(self, folder: Path, key: str, chunks: Sequence[Chunk]) -> None:
-        self._folder, self._key, self._chunks = folder, key, chunks
+    Files of others, of another `key_of_campaign`, or with other `keys` than its rows do not count.
+    """
+
+    def __init__(self, folder: Path, key: str, chunks: Sequence[Chunk], keys: Keys | None = None) -> None:
+        self._folder, self._key, self._chunks, self._keys = folder, key, chunks, keys
         self._ready: set[Path] = set()
 
     def begin(self, name: str) -> None:
@@ -120,9 +125,9 @@ class ChunkFiles:
             return None
         try:
             data = json.loads(path.read_text(encoding="utf-8"))
-            fits = (data["key"], data["first"], len(data["rows"])) == (self._key, chunk.first, chunk.count)
-            return Answer(tuple(data["rows"]), tuple(data["seconds"])) if fits else None
-        except (OSError, ValueError, KeyError, TypeError):
+            fits = (data["key"], data["first"]) == (self._key, chunk.first)
+            return read_answer(data, chunk.designs, self._keys) if fits else None
+        except MALFORMED:
             return None  # it is made anew
 
 
@@ -135,7 +140,9 @@ def planned_files(folder: Path) -> tuple[str, ChunkFiles, Sequence[Chunk]]:
     """Return name of the campaign, files and chunks of a folder; FileFormatError for a plan of another version."""
     try:
         plan = json.loads((folder / PLAN).read_text(encoding="utf-8"))
-        chunks = [Chunk(k, first, count) for k, (first, count) in enumerate(plan["chunks"])]
+        chunks = [Chunk(k, int(first), int(count)) for k, (first, count) in enumerate(plan["chunks"])]
+        if not isinstance(plan["campaign"], str) or any(min(chunk.first, chunk.count) < 0 for chunk in chunks):
+            raise ValueError("no plan of chunks")
         return plan["campaign"], ChunkFiles(folder, plan["key"], chunks), chunks
-    except (OSError, ValueError, KeyError, TypeError):
+    except MALFORMED:
         raise FileFormatError(f"{folder / PLAN}: is of another version: remove the folder {folder}") from None

@@ -40,6 +40,14 @@ class Task:
 
 
 @dataclass(frozen=True)
+class Keys:
+    """Keys that every row of a campaign holds: of its designs, and of their results."""
+
+    inputs: tuple[str, ...]
+    results: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Answer:
     """Rows of the designs of a chunk, in order, the same under each executor, and their processor times, s."""
 
@@ -61,3 +69,23 @@ def plain_row(
         "inputs": {name: design.get(name) for name in task.columns},
         "results": {key: found.get(key) for key in task.results},
     }
+
+
+def read_answer(data: Any, designs: range, keys: Keys | None = None) -> Answer:
+    """Return the answer of designs, counted from 0, of plain data; ValueError where a solver gave none such."""
+    rows, seconds = data["rows"], data["seconds"]
+    if not (len(rows) == len(seconds) == len(designs)) or not all(map(_is_number, seconds)):
+        raise ValueError("no row and no time for each design")
+    for number, row in zip(designs, rows, strict=True):
+        whole = row["design"] == number + 1 and row["status"] in STATUSES and isinstance(row["reason"], str)
+        for name in ("inputs", "results"):
+            values = row[name]
+            known = keys is None or set(values) == set(getattr(keys, name))
+            whole = whole and known and all(value is None or _is_number(value) for value in values.values())
+        if not whole:
+            raise ValueError(f"no row of design {number + 1}")
+    return Answer(tuple(rows), tuple(seconds))
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)

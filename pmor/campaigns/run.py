@@ -14,7 +14,7 @@ from pmor.campaigns.columns import Effort
 from pmor.campaigns.fine import judged_finely
 from pmor.campaigns.output import FILES, refuse_changed_cases
 from pmor.campaigns.result import CampaignResult, gathered
-from pmor.campaigns.rows import ANGLES, PEAKS, Answer, Row, Task
+from pmor.campaigns.rows import ANGLES, PEAKS, Answer, Keys, Row, Task
 from pmor.campaigns.settings import Campaign
 from pmor.campaigns.store import Store, open_store, refuse_foreign_store
 from pmor.campaigns.submit import submit_all
@@ -69,7 +69,7 @@ def _solved(campaign: Campaign, parts: Path, executor: Executor, progress: Calla
     chunks = chunks_of(campaign.count, expected_seconds(campaign, table))
     store = campaign.sections.store
     task = task_of(campaign, open_store(Path(store.folder), store.limit_GiB))
-    files = ChunkFiles(parts, key_of_campaign(campaign), chunks)
+    files = ChunkFiles(parts, key_of_campaign(campaign), chunks, Keys(campaign.columns, campaign.results))
     files.begin(campaign.name)
     known = {chunk.number for chunk, _ in files.finished()}
     missing = {chunk.number: chunk for chunk in chunks if chunk.number not in known}

@@ -125,9 +125,10 @@ def read_part(path: Path, key: str) -> dict[str, Any] | None:
         return None
     try:
         part = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return None  # missing, or damaged: it is made anew
-    return part["result"] if isinstance(part, dict) and part.get("key") == key else None
+    whole = isinstance(part, dict) and part.get("key") == key and isinstance(part.get("result"), dict)
+    return part["result"] if whole else None
 
 
 def write_part(path: Path, key: str, result: Result) -> dict[str, Any]:

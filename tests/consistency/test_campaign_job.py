@@ -311,9 +311,69 @@ def test_chunks_of_another_campaign_or_another_hand_are_solved_again(folder, fau
     assert set(statuses(folder / "out")) == {"ok", "infeasible"}
 
 
-def test_chunks_of_another_version_are_told_of_in_words(tmp_path, capsys):
+def malformed_chunks(first, rows, key):
+    """What a chunk may hold that no solver wrote."""
+    numbered = [row | {"design": first + 1 + k} for k, row in enumerate(rows)]
+    whole = {"key": key, "first": first, "rows": numbered, "seconds": [0.1] * len(rows)}
+
+    def changed(**fields):
+        return whole | {"rows": [numbered[0] | fields, *numbered[1:]]}
+
+    return [
+        {name: value for name, value in whole.items() if name != "key"},
+        whole | {"rows": {}},
+        whole | {"rows": [1, 2, 3, 4]},
+        whole | {"rows": [{"design": row["design"]} for row in numbered]},
+        whole | {"seconds": [0.1]},
+        whole | {"seconds": ["long"] * len(rows)},
+        changed(design=first + 2),
+        changed(status="fine"),
+        changed(reason=None),
+        changed(results=numbered[0]["results"] | {"ste_mean_um": "much"}),
+        changed(results={"no_such_result": 1.0}),
+        changed(inputs=[]),
+    ]
+
+
+@pytest.mark.parametrize("half", [slice(6), slice(6, 12)])
+def test_malformed_chunks_are_solved_again_and_malformed_plans_written_anew(half, folder, faulty, monkeypatch, capsys):
+    assert main(["campaign", "campaign.toml", "--out", "plain"]) == 0
+    keep = chunks_module.ChunkFiles.write
+
+    def once(self, chunk, answer):
+        keep(self, chunk, answer)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(chunks_module.ChunkFiles, "write", once)
+        assert main(["campaign", "campaign.toml", "--out", "out"]) == 130
+    plan = folder / "out" / "parts" / "plan.json"
+    (one,) = plan.parent.rglob("chunk_*.json")
+    made = json.loads(one.read_text())
+    for number in range(DESIGNS // 4):
+        content = malformed_chunks(4 * number, made["rows"], made["key"])[half][number]
+        write_summary_json(one.with_name(f"chunk_{number:06d}.json"), content, overwrite=True)
+    capsys.readouterr()
+    assert main(["info", "out"]) == 0
+    write_summary_json(plan, {"campaign": "campaign", "key": made["key"], "chunks": [["a", 4]]}, overwrite=True)
+    assert main(["campaign", "campaign.toml", "--out", "out"]) == 0
+    assert "taken over" not in capsys.readouterr().err
+    assert results(folder / "out") == results(folder / "plain")
+
+
+PLANS = [
+    {"campaign": "old", "chunks": 3, "designs": 12},
+    {"campaign": "old", "key": "k", "chunks": [["a", 4]]},
+    {"campaign": "old", "key": "k", "chunks": [[0, -4]]},
+    {"campaign": ["old"], "key": "k", "chunks": [[0, 4]]},
+    {"campaign": "old", "key": "k", "chunks": [[0, 4, 4]]},
+]
+
+
+@pytest.mark.parametrize("plan", PLANS, ids=repr)
+def test_plans_of_another_version_are_told_of_in_words(plan, tmp_path, capsys):
     parts = working_folder(tmp_path / "parts")
-    write_summary_json(parts / "plan.json", {"campaign": "old", "chunks": 3, "designs": 12})
+    write_summary_json(parts / "plan.json", plan)
     assert main(["info", str(tmp_path)]) == 2
     assert "plan.json: is of another version: remove the folder" in capsys.readouterr().err
 
