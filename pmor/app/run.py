@@ -15,6 +15,7 @@ from pmor.case import Case, text_of
 from pmor.case.live_page import takes_whole_width
 from pmor.case.width import whole_width
 from pmor.core.progress import Steps, quietly
+from pmor.core.threads import refuse_processes
 from pmor.fe.sector import SectorMesh
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import ElasticModel, refuse_loads
@@ -124,6 +125,7 @@ def run_models_of(
 ) -> RunResult:  # fmt: skip
     """Do the same with the basis that `save` writes, and with solved full FE of the case, where they are given."""
     started = time.perf_counter()
+    refuse_processes(executor)
     # Cases that cannot be meshed are refused before any folder is made.
     mesh, others = elastic.mesh if elastic else meshed_within_memory(case), meshed_models(case)
     own = (OWN_BASIS,) if save else ()
@@ -152,6 +154,7 @@ def sweep_model(
         As in `run_case`.
     """
     case = reduced.basis.case
+    refuse_processes(executor)
     refuse_large_sweep_of(case, reduced.meshed)
     refuse_loads(case, reduced.meshed)  # a sweep may go beyond those that the training has been through
     if takes_whole_width(case):

@@ -13,6 +13,7 @@ from pmor.app.model import ReducedModel
 from pmor.case import Case
 from pmor.core.errors import CaseError
 from pmor.core.progress import Steps, quietly
+from pmor.core.threads import refuse_processes
 from pmor.storage.atomic import ensure_writable, refuse_existing
 from pmor.storage.basis_file import read_model, require_made_from
 from pmor.storage.results_folder import refuse_foreign_folder, refuse_in_the_way
@@ -64,6 +65,7 @@ def train(
         return load_model(file)
     if resume:
         raise CaseError("resume = True: takes a file beside which full solutions are kept: pass file as well")
+    refuse_processes(executor)
     model = (full or full_model(case)).elastic
     trained = train_basis(case, model, estimate_errors, executor, lambda: progress(1))
     return ReducedModel(trained.basis, trained.force)
@@ -76,6 +78,7 @@ def train_file(
     """Train a case and write its basis file; parameters as of `train`, and files that are not replaced at any rate."""
     started = time.perf_counter()
     # Before the work, not after it.
+    refuse_processes(executor)
     refuse_existing(path, overwrite)
     refuse_in_the_way([path], overwrite, inputs)
     mesh = full.elastic.mesh if full else meshed_within_memory(case)
@@ -124,5 +127,6 @@ def compare(
     progress : callable
         Called with the number of angles done.
     """
+    refuse_processes(executor)
     elastic = (full or full_model(model.case)).elastic
     return compare_models(model.reduced, elastic, lambda: progress(1), executor)

@@ -76,8 +76,8 @@ def executor_errors(executor: Executor | None, work: Callable[..., object]) -> I
     """
     while isinstance(work, partial):
         work = work.func
-    if isinstance(executor, ProcessPoolExecutor) and "<locals>" in work.__qualname__:
-        raise CaseError("executor: is one of processes, and this work is for threads: pass a ThreadPoolExecutor")
+    if "<locals>" in work.__qualname__:
+        refuse_processes(executor)
     try:
         yield
     except BrokenExecutor as error:
@@ -85,6 +85,12 @@ def executor_errors(executor: Executor | None, work: Callable[..., object]) -> I
             f"the executor does no more work ({type(error).__name__}): a script with an executor of processes makes "
             "its calls below 'if __name__ == \"__main__\":'; else see what became of its workers"
         ) from error
+
+
+def refuse_processes(executor: Executor | None) -> None:
+    """Raise CaseError for an executor of processes, before work whose last part is for threads."""
+    if isinstance(executor, ProcessPoolExecutor):
+        raise CaseError("executor: is one of processes, and this work is for threads: pass a ThreadPoolExecutor")
 
 
 @contextmanager

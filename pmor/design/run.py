@@ -9,6 +9,7 @@ from pathlib import Path
 
 from pmor.case.width import meshed_width
 from pmor.core.errors import CaseError
+from pmor.core.threads import refuse_processes
 from pmor.design.loader import DesignFile
 from pmor.design.output import FILES
 from pmor.design.readings import read_off
@@ -39,6 +40,7 @@ def run(
         Where a torque is beyond the range of the contact, or the reduced model does not suffice.
     OutputError
     """
+    refuse_processes(executor)
     if reduced is None:
         reduced = trained_pair(settings)
     else:

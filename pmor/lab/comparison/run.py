@@ -11,6 +11,7 @@ from pathlib import Path
 
 from pmor.case import Case
 from pmor.core.errors import CaseError, ConvergenceError
+from pmor.core.threads import refuse_processes
 from pmor.lab.comparison.curves import SAMPLINGS, Point, curves_of, points_of_curves
 from pmor.lab.comparison.measure import Reduction, Row, Truth, build, effort, online_times_ms, worth
 from pmor.lab.comparison.result import FILES, Comparison
@@ -56,6 +57,7 @@ def run(
         When no reduction, or no point of a sampling, is left.
     """
     started = time.perf_counter()
+    refuse_processes(executor)
     if case.contact.kind == "line":
         raise CaseError(
             f'case {case.name}: [contact] scheme = "line": has no trained shapes to compare: write scheme = "direct"'

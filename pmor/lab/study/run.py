@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from pmor.case import Case
+from pmor.core.threads import refuse_processes
 from pmor.lab.core.models import ModelStore
 from pmor.lab.rivals.calculix import calculix_available
 from pmor.lab.study import rivals, solve
@@ -42,6 +43,7 @@ def run(
     ------
     CaseError, OutputError
     """
+    refuse_processes(executor)
     cases = study_cases(study)
     for case in (*cases.meshes.values(), *cases.cells.values()):
         refuse_beyond_memory(case)
