@@ -126,18 +126,6 @@ def test_cubic_weights_are_linear_where_one_of_the_four_is_idle(place, torque):
     assert np.array_equal(cubic[:, torque], linear[:, torque])
 
 
-@pytest.mark.parametrize("stencil", [2, 4])
-@pytest.mark.parametrize("k", range(6))
-@pytest.mark.parametrize("round_off", [-1e-15, 0.0, 1e-15])
-def test_on_the_grid_a_training_position_stands_alone(k, round_off, stencil):
-    shapes = shapes_for_weights(stencil)
-    found = on_the_grid(shapes, float(shapes.roll_position[k]) + round_off)
-    expected = np.zeros((6, 2))
-    expected[k] = shapes.loaded[k]
-    # Exactly: a trace of an idle or of a foreign position would not reproduce the training.
-    assert np.array_equal(found, expected)
-
-
 # --- smaller and redundant bases -------------------------------------------------------------------------------------
 
 
@@ -166,13 +154,3 @@ def test_dependent_training_torques_are_dropped_without_harm(whole_model, forces
     redundant = sweep_with(twice, by_position.meshed, phi, torques)
     # What is dropped is 1e-10 of the energy, its square root of the displacement.
     assert_allclose(redundant.ste_um, once.ste_um, rtol=1e-6)
-
-
-def test_one_training_torque_is_a_basis(whole_model, forces, by_position):
-    one = rebuilt(whole_model, by_position, forces, [1])
-    training = by_position.basis.training
-    sweep = sweep_with(one, by_position.meshed, training.phi[:3], training.torque[:, 0])
-    assert_allclose(sweep.ste_um[1], training.ste_um[1, :3], rtol=TRAINED)
-    # The other torque was not trained: close, as load moves little along the flank, but not the same.
-    assert_allclose(sweep.ste_um[0], training.ste_um[0, :3], rtol=0.05)
-    assert np.abs(sweep.ste_um[0] / training.ste_um[0, :3] - 1.0).max() > TRAINED

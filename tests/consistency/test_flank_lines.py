@@ -1,11 +1,10 @@
 """One shape for each line of flank nodes: where it sits, what it moves, what work it does, what it learns from.
 
-Static modes: unit forces on all nodes of a line, in two directions.
+Their displacements and energy products, and static modes: test_verify, test_reductions.
 """
 
 from itertools import product
 
-import h5py
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -16,7 +15,6 @@ from pmor.penalty.elasticity import full_elasticity, shape_elasticity
 from pmor.penalty.kernels.types import ELEMENT_ROWS, FIRST_ROW
 from pmor.penalty.position import active_patches
 from pmor.reduction.flank_lines import LEAST_LOAD, flank_line_shapes
-from pmor.reduction.static_modes import static_mode_shapes
 from tests.support.gear_models import body, gear_pair, meshed_pair, sector, tooth
 
 ROUND_OFF = 1e-12  # of the largest: products of a few hundred terms
@@ -73,25 +71,6 @@ def test_shapes_are_orthonormal_and_each_sits_on_its_own_line(shapes):
         assert_allclose(gear.force @ gear.force.T, np.eye(len(force)), rtol=0.0, atol=ROUND_OFF)
         for i, j in product(range(len(force)), range(LINES)):
             assert force[i, j].any() == (line[i] == j)
-
-
-def test_displacements_are_the_compliance_times_the_forces(shapes, bodies):
-    for gear, elastic in zip(shapes.gears, bodies, strict=True):
-        for k in range(-elastic.neighbours, elastic.neighbours + 1):
-            for force, moved in zip(gear.force, gear.displacement[shapes.neighbours + k], strict=True):
-                expected = elastic.tooth_compliance(k) @ force
-                assert_allclose(moved, expected, rtol=0.0, atol=ROUND_OFF * np.abs(expected).max())
-
-
-def test_energy_products_are_the_work_of_forces_on_displacements(shapes, bodies):
-    for gear, elastic in zip(shapes.gears, bodies, strict=True):
-        for k in range(-elastic.neighbours, elastic.neighbours + 1):
-            expected = gear.force @ (elastic.tooth_compliance(k) @ gear.force.T)
-            assert_allclose(
-                gear.gram[shapes.neighbours + k], expected, rtol=0.0, atol=ROUND_OFF * np.abs(expected).max()
-            )
-            # Betti: the work of one tooth's load on what another's does to it, either way round.
-            assert_allclose(gear.gram[shapes.neighbours - k], expected.T, rtol=0.0, atol=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("depth", [0.02, 100.0], ids=["windows", "whole flanks"])
@@ -192,47 +171,3 @@ def test_a_gear_without_a_loaded_state_is_refused(idle, bodies, flank_nodes, rng
     force[:, idle] = 0.0
     with pytest.raises(ConvergenceError, match="no training state loads a flank"):
         flank_line_shapes(bodies, force, flank_nodes, TOLERANCE)
-
-
-def test_the_number_of_shapes_does_not_grow_with_the_training_torques(small_model, small_basis_path):
-    """The distribution over the width hardly depends on the torque; shapes at positions come once for each."""
-    _, model = small_model
-    flanks = model.mesh.pinion.flank_nodes, model.mesh.wheel.flank_nodes
-    with h5py.File(small_basis_path) as file:
-        force = file["training/force"][()]
-    assert force.shape[1] == 2
-    starts = [
-        [g.start for g in flank_line_shapes((model.pinion, model.wheel), force[:, torques], flanks, TOLERANCE).gears]
-        for torques in ([1], [0, 1], [0, 1, 1])
-    ]
-    for start in starts[1:]:
-        assert np.array_equal(start, starts[0])
-
-
-# --- static modes ----------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def static_modes(bodies, flank_nodes):
-    return static_mode_shapes(bodies, flank_nodes)
-
-
-def test_each_line_has_two_static_modes_for_each_of_its_nodes(static_modes):
-    for gear in static_modes.gears:
-        assert np.array_equal(gear.start, 2 * COLUMNS * np.arange(LINES + 1))
-        for line, shape in np.ndindex(LINES, 2 * COLUMNS):
-            force = gear.force[gear.start[line] + shape].reshape(LINES, COLUMNS, 3)
-            loaded = np.argwhere(np.linalg.norm(force, axis=2) > 1e-12)
-            assert [(int(i), int(k)) for i, k in loaded] == [(line, shape // 2)]
-
-
-def test_forces_of_static_modes_are_along_the_normal_and_the_profile(static_modes, flank_nodes):
-    """The normal from the involute itself; nodes give it to a hundredth."""
-    for gear, nodes, lines in zip(GEARS, flank_nodes, static_modes.gears, strict=True):
-        force = lines.force.reshape(LINES, -1, 2, LINES, COLUMNS, 3)
-        for i, k in np.ndindex(LINES, COLUMNS):
-            normal = gear.flank_normal(gear.roll_angle_at(np.hypot(*nodes[i, k, :2])), 0.0)
-            across, along = (f / np.linalg.norm(f) for f in force[i, k, :, i, k])
-            assert abs(across @ normal) > 0.99
-            assert abs(along @ normal) < 0.12
-            assert_allclose([across[2], along[2], across @ along], 0.0, rtol=0.0, atol=1e-12)

@@ -188,33 +188,6 @@ def test_error_falls_with_the_number_of_training_angles(tmp_path):
     assert rms(lines) < 0.2 * rms(errors[-1]), "with a quarter of the training"
 
 
-@pytest.mark.jit
-def test_lines_from_one_torque_and_ten_angles_are_within_a_thousandth_of_full_fe(tmp_path):
-    """Measured 1.7e-4 at most, at 60 N m, for which nothing was trained. Interpolated positions: 1.3e-2."""
-    case = meshed_case((10, 2), 4, angles_per_pitch=10, torques_Nm=[100.0])
-    model = full_fe(case)
-    phi, full = unseen_sweep(model, 30)
-    assert relative_errors(model, case, tmp_path / "basis.h5", phi, full).max() < 1e-3
-
-
-@pytest.mark.jit
-@pytest.mark.parametrize("width_elements", [1, 2])
-def test_lines_are_far_closer_to_full_fe_than_interpolated_positions_on_fine_meshes(width_elements, tmp_path):
-    """The contact passes three elements from one trained position to the next: dents at places in between.
-
-    Measured 1.4e-4 (one element over the width, where lines have no distribution to choose) and 2.1e-3 (two) against
-    7e-2.
-    """
-    errors = {}
-    for shapes in ("flank_lines", "positions"):
-        case = meshed_case((24, width_elements), 1, shapes, angles_per_pitch=8)
-        if not errors:
-            model = full_fe(case)
-            phi, full = unseen_sweep(model, 20)
-        errors[shapes] = rms(relative_errors(model, case, tmp_path / f"{shapes}.h5", phi, full))
-    assert 5.0 * errors["flank_lines"] < errors["positions"]
-
-
 # Measured 6.7e-5 and 1.3e-5; the second is the paper's own family of shapes on its own contact.
 @pytest.mark.jit
 @pytest.mark.parametrize(

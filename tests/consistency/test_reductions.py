@@ -143,13 +143,6 @@ def test_one_basis_for_all_positions_is_worse_than_one_for_each_at_equal_size(tr
     assert error[0] > 5.0 * error[1], error
 
 
-def test_a_global_basis_needs_many_more_modes(training):
-    _, _, bodies, _, force = training
-    for tolerance in (1e-3, 1e-6):
-        local, everywhere = (modes(bodies, force, tolerance) for modes in (local_modes, global_modes))
-        assert everywhere.shape[0] > 3 * local.shape[1]
-
-
 def test_the_compiled_sweep_of_cubics_through_pod_modes_is_its_slow_twin(small_model, small_basis_file):
     """The other families: test_compiled_sweep."""
     reduced = reduced_pair(read_basis(small_basis_file(shapes="pod", interpolation="cubic")))

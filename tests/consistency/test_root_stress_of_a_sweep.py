@@ -103,18 +103,6 @@ def test_loaded_teeth_alone_have_stresses(stress, model):
         assert np.array_equal(np.isfinite(values), np.broadcast_to(carried[:, :, None, :, None], values.shape))
 
 
-def test_identical_gears_have_the_same_largest_stress_at_mirrored_times(stress, model):
-    pitch = model.reduced.meshed.pair.pitch
-    pinion, wheel = (stress.largest(1, gear) for gear in range(2))
-    assert_allclose(pinion.max_principal_MPa, wheel.max_principal_MPa, rtol=1e-6)
-    middle = sum(model.reduced.meshed.pair.roll_position_range)
-    rolls = [one.phi_rad + pitch * one.tooth for one in (pinion, wheel)]
-    assert_allclose(sum(rolls), middle, atol=1e-6 + pitch / 40)
-    assert pinion.side == "tension"
-    # The largest lies between points: a parabola's, measured 0.2 % above theirs.
-    assert_allclose(pinion.max_principal_MPa, stress.envelope[0].max_principal_MPa[1].max(), rtol=4e-3)
-
-
 def test_identical_gears_change_places_where_the_mesh_is_mirrored(model):
     """Two teeth carry: each feels the other, the one ahead on the pinion, the one behind on the wheel."""
     phi = 0.05
@@ -131,13 +119,11 @@ def test_the_largest_stress_is_near_the_nominal_one_and_where_one_tooth_carries_
     """15 % is what FE and ISO 6336-3 may differ by; here -4 %."""
     found = stress.largest(1, 0)
     assert_allclose(found.max_principal_MPa, 89.1, rtol=0.15)
+    assert found.side == "tension"
+    # The largest lies between points: a parabola's, measured 0.2 % above theirs.
+    assert_allclose(found.max_principal_MPa, stress.envelope[0].max_principal_MPa[1].max(), rtol=4e-3)
     share = model.sweep().pair_share[1, int(np.argmin(np.abs(stress.phi_rad - found.phi_rad)))]
     assert share.max() > 0.99
-
-
-def test_stress_grows_with_the_torque_but_for_contact_that_stiffens(stress):
-    low, high = (stress.largest(torque, 0).max_principal_MPa for torque in range(2))
-    assert_allclose(high / low, 2.0, rtol=2e-2)
 
 
 def test_points_near_a_line_of_contact_do_not_count(model):

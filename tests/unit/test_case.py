@@ -1,4 +1,3 @@
-import dataclasses
 import re
 import tomllib
 from pathlib import Path
@@ -89,20 +88,10 @@ def test_torques_are_sorted():
     assert case.online.torques_Nm == (20.0, 50.0, 80.0)
 
 
-def test_written_centre_distance_is_taken():
-    case = parse(MINIMAL.replace("module_mm = 2", "module_mm = 2\ncentre_distance_mm = 60.2"))
-    assert case.pair.centre_distance_mm == 60.2
-
-
 def test_byte_order_mark_and_windows_line_ends_are_read(tmp_path):
     path = tmp_path / "win.toml"
     path.write_bytes(b"\xef\xbb\xbf" + MINIMAL.replace("\n", "\r\n").encode())
     assert load_case(path).name == "win"
-
-
-def test_case_is_frozen():
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        parse(MINIMAL).torque_Nm = 1.0
 
 
 def test_paper_case_holds_the_papers_values_and_our_assumptions():

@@ -257,11 +257,6 @@ def test_screen_summary_is_aligned():
     assert summary_text("nothing", []) == "nothing"
 
 
-def test_nan_in_a_numeric_column_is_a_dash():
-    html = page(Table("E", ("Model", "ms"), [("a", 1.0), ("b", math.nan)]))
-    assert '<td class="number">–</td>' in html
-
-
 def test_a_picture_is_drawn_once_for_its_file_and_for_the_page(monkeypatch):
     drawn, pictures = [], {kind: picture_bytes(figure(), kind) for kind in ("png", "svg")}
     monkeypatch.setattr(pmor.report.page, "picture_bytes", lambda figure, kind: drawn.append(kind) or pictures[kind])

@@ -32,11 +32,6 @@ def shifted(curve, offset):
     return Curve(curve.ste_um + offset, curve.pair_share, curve.pair_index)
 
 
-def test_a_curve_has_no_error_against_itself(curve):
-    for measure in (mean_error_um, peak_to_peak_error_um, shape_error_um, load_share_error):
-        assert measure(curve, curve) == 0.0
-
-
 def test_an_offset_is_all_mean_and_no_shape(curve):
     other = shifted(curve, -0.75)
     assert_allclose(mean_error_um(other, curve), -0.75, rtol=ROUND_OFF)

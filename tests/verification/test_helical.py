@@ -100,18 +100,6 @@ def test_full_and_reduced_converge_at_all_positions_and_agree(helix_deg):
     assert sharing.mean() > model.mesh.meshed.pair.total_contact_ratio - 0.5
 
 
-@pytest.mark.parametrize("shapes", ["flank_lines", "positions"])
-def test_a_helical_basis_is_read_back(shapes, tmp_path):
-    faces = {"pinion": {"face_width_mm": 33.0}, "wheel": {"face_offset_mm": 2.0}}
-    case = case_of(20.0, offline={"angles_per_pitch": 6}, reduction={"shapes": shapes}, **faces)
-    trained = pmor.train(case)
-    trained.save(tmp_path / "basis.h5")
-    phi = angles(trained.reduced.meshed.pair, 3)
-    again = pmor.load_model(tmp_path / "basis.h5").sweep(angles=phi)
-    assert again.converged.all()
-    assert np.array_equal(again.ste_um, trained.sweep(angles=phi).ste_um)
-
-
 @pytest.mark.parametrize("helix_deg", [0.0, 25.0])
 def test_faces_moved_along_the_axes_together_only_turn_a_helical_pair(helix_deg):
     offset = 6.0
@@ -173,11 +161,6 @@ def test_facets_warn_of_the_bulge_that_they_cut_off():
         text = " ".join(range_warnings(case, pair, approach_estimate(case, pair)))
         assert ("facets between the layers of nodes cut" in text) == warned
         assert 2e-4 < pair.pinion.helix_sagitta(1.0) < 4e-4
-    # The chord's middle against the helix of equal roll angle, along the flank's normal.
-    gear, roll = pair.pinion, pair.pinion.tip_roll_angle
-    ends = gear.flank_point(np.array(roll), np.array([-0.5, 0.5]))
-    middle, normal = gear.flank_point(np.array(roll), np.array(0.0)), gear.flank_normal(np.array(roll), np.array(0.0))
-    assert_allclose(gear.helix_sagitta(1.0), (middle - ends.mean(axis=0)) @ normal, rtol=1e-3)
 
 
 # --- line contact ----------------------------------------------------------------------------------------------------

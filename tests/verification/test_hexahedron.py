@@ -133,25 +133,6 @@ def test_six_rigid_body_modes_and_not_more(element, rng):
     assert_allclose(forces / np.abs(stiffness).max(), 0.0, atol=ROUND_OFF)
 
 
-@elements_of_all_kinds
-def test_element_stiffness_turns_with_the_element(element, rng):
-    nodes, elements = single_distorted(rng, element)
-    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
-    turn *= np.sign(np.linalg.det(turn))
-    both = np.kron(np.eye(len(nodes)), turn)
-    straight = element_stiffness(nodes, elements, YOUNG, POISSON, element)[0]
-    turned = element_stiffness(nodes @ turn.T, elements, YOUNG, POISSON, element)[0]
-    assert_allclose(turned, both @ straight @ both.T, rtol=0, atol=1e-11 * np.abs(straight).max())
-
-
-def test_incompatible_modes_only_soften(rng):
-    nodes, elements = single_distorted(rng, "hex8")
-    difference = np.subtract(*(element_stiffness(nodes, elements, YOUNG, POISSON, e)[0] for e in ("hex8", "hex8i")))
-    values = np.linalg.eigvalsh(difference)
-    assert values[0] > -1e-9 * values[-1]
-    assert values[-1] > 0.0
-
-
 # --- bending -------------------------------------------------------------------------------------------------------
 
 

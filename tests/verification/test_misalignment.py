@@ -7,7 +7,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.gear.condition import ALIGNED, Assembly, Condition, Misalignment
-from pmor.gear.kernels.motion import section_offset
 from pmor.gear.kernels.types import Motion
 from pmor.line.kernels.contact_point import closest_approach
 from pmor.pair.model import mesh_model
@@ -148,14 +147,6 @@ def test_the_mirrored_tilt_mirrors_the_load_that_carries_the_torque(scheme):
 def test_conditions_that_share_windows_share_their_axes(scheme):
     with pytest.raises(ValueError, match="need the same axes and flanks, not 2"):
         states_at(model(scheme), 0.1, [*under_torque(ALIGNED), *under_torque(TILTED)])
-
-
-def test_aligned_is_what_it_was_without_the_parameter():
-    meshed = model().mesh.meshed
-    kinematics = meshed.kinematics(ALIGNED)
-    away = kinematics.offset_x, kinematics.offset_y, kinematics.slope_x, kinematics.slope_y, kinematics.first_touch
-    assert away == (0.0, 0.0, 0.0, 0.0, 0.0)
-    assert section_offset(kinematics, meshed.gears, 7.0) == (0.0, 0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("torque", [1e2, 1e4, 1e6])

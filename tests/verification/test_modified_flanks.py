@@ -78,23 +78,6 @@ def test_where_one_pair_touches_the_gap_has_opened_by_the_deviation():
     assert expected < -1.0
 
 
-def test_nodes_lie_where_the_deviation_says_along_the_transverse_normal():
-    meshed, assembly = meshed_pair(PAIR, 6, 2), Assembly(pinion=RELIEVED, wheel=ROOTED)
-    phi = PAIR.roll_position_range[0] + 0.2 * PAIR.pitch - 2.0 * PAIR.pitch
-    plain, position = active_patches(meshed, phi, 0.1), active_patches(meshed, phi, 0.1, assembly)
-    assert list(plain.pair_index) == list(position.pair_index) == [2, 3]
-    deviations = position.kernel_pair.deviations
-    for p, number in enumerate(position.pair_index):
-        for gear, (flank, toothing) in enumerate([(meshed.pinion, PAIR.pinion), (meshed.wheel, PAIR.wheel)]):
-            nodes = position.nodes[position.window_slice(p, gear)]
-            before = plain.nodes[plain.window_slice(p, gear)]
-            rows = position.flank_nodes[p][gear] // flank.columns
-            for node, there, u in zip(nodes, before, flank.roll_angle[rows], strict=True):
-                index = int(number) if gear == 0 else -int(number)
-                amount = flank_deviation(deviations[gear], u, there[2], index)
-                assert_allclose(there - node, amount * toothing.flank_normal(u, there[2]), rtol=0, atol=1e-14)
-
-
 @pytest.mark.parametrize("flanks", [(SMALL_RELIEF, UNMODIFIED), (SMALL_RELIEF, SMALL_RELIEF)], ids=["one", "both"])
 def test_compiled_sweep_and_its_slow_twin_agree_on_modified_flanks(small_basis, flanks):
     reduced, phi = reduced_pair(small_basis), np.linspace(0.0, 0.28, 4)

@@ -11,7 +11,7 @@ from pmor.fe.outline import tooth_outline
 from pmor.penalty.kernels.state import Surface as KernelSurface
 from pmor.penalty.kernels.surface import refine, surface_point
 from tests.support.gear_models import tooth
-from tests.support.surfaces import FOOT, GAP, ROUND_OFF, Surface, circle, cylinder, random_rotation, saddle
+from tests.support.surfaces import FOOT, GAP, ROUND_OFF, Surface, circle, cylinder, saddle
 
 DIFFERENCES = 1e-8  # central differences of a cubic, step 1e-5
 
@@ -112,20 +112,6 @@ def test_patch_with_exact_tangents_reproduces_a_cubic(rng):
         assert_allclose(tangent_t, value(g, t, True), atol=1e-12)
 
 
-@pytest.mark.parametrize("parabolic", [True, False])
-@pytest.mark.parametrize("smooth", [True, False])
-def test_plane_is_reproduced(smooth, parabolic, rng):
-    x, z = np.meshgrid(np.linspace(0, 1, 5) ** 1.5, np.linspace(0, 1, 4) ** 0.8, indexing="ij")
-    turn = random_rotation(rng)
-    surface = Surface(np.stack([x, 0.3 * x - 0.5 * z, z], axis=-1) @ turn.T, smooth, parabolic)
-    normal = turn @ (np.array([-0.3, 1.0, 0.5]) / math.sqrt(1.34))
-    assert_allclose(surface.normals, np.broadcast_to(normal, surface.normals.shape), atol=ROUND_OFF)
-    for i, k in surface.elements:
-        for s, t in ((0.2, 0.9), (0.6, 0.5)):
-            assert_allclose(surface.at(i, k, s, t)[0] @ normal, 0.0, atol=ROUND_OFF)
-            assert_allclose(surface.normal(i, k, s, t), normal, atol=ROUND_OFF)
-
-
 def shape_errors(make, residual, rows_of_interest, smooth=True, parabolic=True, sizes=(4, 8, 16)):
     """Largest residual over some rows of patches, for refined grids."""
     errors = []
@@ -194,16 +180,6 @@ def test_patches_of_the_involute_are_third_order_and_of_a_helicoid_second(gear, 
     assert errors[0] < 5e-4  # 8 elements: below half a micrometre, where facets miss by ten
 
 
-def test_parabolic_normals_beat_averaged_ones_at_the_tip():
-    for n in (8, 16):
-        parabolic, average = (Surface(flank_grid(GEAR, n, 4), parabolic=p) for p in (True, False))
-        assert flank_error(GEAR, parabolic, [n - 1]) < 0.1 * flank_error(GEAR, average, [n - 1])
-        exact = GEAR.flank_normal(tooth_outline(GEAR, n, "roll_angle").flank_roll_angle, 0.0)
-        turn = [np.linalg.norm(surface.normals[:, 1] - exact, axis=1) for surface in (parabolic, average)]
-        assert turn[0][-1] < 0.1 * turn[1][-1]
-        assert turn[0][0] < 0.5 * turn[1][0]
-
-
 def test_averaged_normal_is_the_mean_of_the_concurrent_facets():
     """A slow, obvious twin of the kernel."""
     nodes = saddle()
@@ -233,22 +209,6 @@ def test_two_by_two_nodes_have_chords_for_tangents():
 
 
 # --- the closest point -----------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("smooth", [True, False])
-def test_foot_is_perpendicular(smooth, rng):
-    surface = Surface(saddle(), smooth)
-    for i, k in surface.elements:
-        s, t = rng.uniform(0.2, 0.8, 2)
-        place, gap = surface.at(i, k, s, t)[0], rng.uniform(-0.05, 0.05)
-        x = place + gap * surface.normal(i, k, s, t)
-        element, guess, foot, found, tangents = surface.project(x, (i, k))
-        assert element.tolist() == [i, k]
-        for tangent in tangents:
-            assert abs((x - foot) @ tangent) <= FOOT * (tangent @ tangent)
-        assert_allclose(found, gap, atol=GAP)
-        assert_allclose(guess, [s, t], atol=FOOT)
-        assert_allclose(foot, place, atol=FOOT)
 
 
 @pytest.mark.parametrize("smooth", [True, False])
