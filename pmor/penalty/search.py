@@ -20,22 +20,8 @@ class Contact:
 
     Parameters
     ----------
-    pair : ndarray of int, shape (n,)
-        Number of the tooth pair in the position's list.
-    slave : ndarray of int, shape (n,)
-        Gear that the point belongs to: 0 pinion, 1 wheel.
-    index : ndarray of int, shape (n, K)
-        Window nodes that carry the point: half of them the slave's, half the master's (`pmor.penalty.kernels.state`).
-    weight : ndarray, shape (n, K, 3)
-        Gradient of the gap by the displacements of these nodes.
-    gap : ndarray, shape (n,)
-        Negative: penetration, mm.
-    stiffness : ndarray, shape (n,)
-        Penalty times share of area, N/mm.
-    lever, mate_lever : ndarray, shape (n,)
-        Derivative of the gap by the pinion's rotation; lever arm of the force on the wheel, mm.
-    place : ndarray of int, shape (n, 4)
-        Slave point (row, column in the window) and master element (row, column in the window).
+    pair, slave, index, weight, gap, stiffness, lever, mate_lever, place
+        As in `pmor.penalty.kernels.state.Points`; its `node` is `index` here.
     smallest_gap : float
         Over all points, touching or not, mm; infinite when no point projects.
     touches_border : bool

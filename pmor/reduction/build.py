@@ -41,10 +41,6 @@ def build_shapes(
     flank_nodes : two ndarrays, shape (lines, columns, 3)
         mm.
 
-    Returns
-    -------
-    FlankLineShapes, ContactShapes or None
-
     Raises
     ------
     ConvergenceError

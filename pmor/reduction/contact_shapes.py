@@ -79,10 +79,8 @@ def contact_shapes(
 
     Parameters
     ----------
-    roll_position : ndarray, shape (M,)
-        Uniform grid, rad.
-    angles_per_pitch : int
-        Grid steps per pitch.
+    roll_position, angles_per_pitch
+        As in `ContactShapes`.
     force : ndarray, shape (M, T, 2, f)
         Nodal forces on the pinion's and the wheel's flank, each in its tooth's frame, N; zero where the pair is idle.
     interpolation : {"linear", "cubic"}
@@ -102,10 +100,8 @@ def shapes_of(
 
     Parameters
     ----------
-    bodies : two ElasticGear
-        Pinion and wheel.
     roll_position, angles_per_pitch
-        As in `contact_shapes`.
+        As in `ContactShapes`.
     force : ndarray, shape (M, T, 2, f)
         Of each shape, as it is; zero where there is none.
     interpolation : {"linear", "cubic"}
@@ -132,9 +128,8 @@ def energy_products(
     ----------
     force : ndarray, shape (M, T, 2, f)
         Of each shape.
-    displacement : ndarray, shape (M, T, 2, 2 neighbours + 1, f)
-    angles_per_pitch, neighbours, stencil : int
-        Stencil: grid positions that are combined.
+    stencil : int
+        Grid positions that are combined.
     """
     positions, torques = force.shape[:2]
     gram = np.zeros((neighbours + 1, positions, stencil, stencil, torques, torques))

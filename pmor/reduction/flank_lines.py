@@ -88,13 +88,11 @@ def flank_line_shapes(
 
     Parameters
     ----------
-    bodies : two ElasticGear
-        Pinion and wheel.
+    bodies, flank_nodes
+        As in `pmor.reduction.build.build_shapes`.
     force : ndarray, shape (..., 2, f)
         Nodal forces of full FE on the flanks of pinion and wheel, each in its tooth's frame, N; those on a node and on
         its image together.
-    flank_nodes : two ndarrays, shape (lines, columns, 3)
-        mm.
     tolerance : float
         A further distribution of a line is kept when it carries more than this share of the first one's forces.
         Measured on the paper's pair with parallel axes: the second carries 1-3 %, and without it the STE misses full FE

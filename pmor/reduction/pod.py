@@ -43,10 +43,8 @@ def local_modes(bodies: tuple[ElasticGear, ElasticGear], force: FloatArray, tole
 
     Parameters
     ----------
-    bodies : two ElasticGear
-        Pinion and wheel.
-    force : ndarray, shape (M, T, 2, f)
-        Nodal forces on the flanks over roll positions and training states, N; zero where the pair is idle.
+    bodies, force
+        As in `pmor.reduction.build.build_shapes`.
     tolerance : float
         Share of the snapshots' energy that may be discarded.
 

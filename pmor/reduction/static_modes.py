@@ -23,15 +23,7 @@ from pmor.reduction.flank_lines import FlankLineShapes, gear_lines
 def static_mode_shapes(
     bodies: tuple[ElasticGear, ElasticGear], flank_nodes: tuple[FloatArray, FloatArray]
 ) -> FlankLineShapes:
-    """Build the unit-force shapes.
-
-    Parameters
-    ----------
-    bodies : two ElasticGear
-        Pinion and wheel.
-    flank_nodes : two ndarrays, shape (lines, columns, 3)
-        mm.
-    """
+    """Build the unit-force shapes of pinion and wheel; arguments as in `pmor.reduction.build.build_shapes`."""
     pinion, wheel = (gear_lines(body, *_unit_forces(nodes)) for body, nodes in zip(bodies, flank_nodes, strict=True))
     return FlankLineShapes((pinion, wheel))
 

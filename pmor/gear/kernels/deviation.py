@@ -79,12 +79,6 @@ class Deviation(NamedTuple):
     grid: FloatArray
 
 
-NO_DEVIATION = Deviation(
-    False, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 1.0, False, 0.0, 0.0, 1.0, False, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0,
-    np.empty(0), np.empty(0), np.empty(0), np.empty((0, 0, 4)),
-)  # fmt: skip
-
-
 @inlined
 def flank_deviation(deviation, u, z, tooth):
     """Deviation of a gear's flank at one of its points, mm.

@@ -12,25 +12,7 @@ from pmor.penalty.kernels.types import FIRST, FIRST_ROW, OFFSET
 
 
 class Loads(NamedTuple):
-    """Forces at contact points, one state behind the other.
-
-    Attributes
-    ----------
-    pair : ndarray of int, shape (n,)
-        Tooth pair.
-    slave : ndarray of int, shape (n,)
-        Gear whose point it is.
-    column : ndarray of int, shape (n,)
-        Column of the slave's points, or of nodes on exact flanks.
-    force : ndarray, shape (n,)
-        Normal force, N.
-    lever, mate_lever : ndarray, shape (n,)
-        Of the force on the pinion (times -force it is the pinion's torque) and on the wheel, mm.
-    roll : ndarray, shape (n, 2)
-        Roll angles on pinion and wheel, rad.
-    z : ndarray, shape (n,)
-        mm.
-    """
+    """Forces at contact points, one state behind the other, in N, mm and rad: see `pmor.results.loads.ContactLoads`."""
 
     pair: IntArray
     slave: IntArray

@@ -73,15 +73,15 @@ class Points(NamedTuple):
     pair : ndarray of int, shape (n,)
         Number of the tooth pair among those that can touch.
     slave : ndarray of int, shape (n,)
-        Gear whose point it is.
+        Gear whose point it is: 0 pinion, 1 wheel.
     node : ndarray of int, shape (n, 8)
         Window nodes that carry the point: four of the slave, four of the master.
     weight : ndarray, shape (n, 8, 3)
         Gradient of the gap by the displacements of these nodes.
     gap : ndarray, shape (n,)
-        mm.
+        Negative: penetration, mm.
     stiffness : ndarray, shape (n,)
-        N/mm.
+        Penalty times share of area, N/mm.
     lever, mate_lever : ndarray, shape (n,)
         Derivative of the gap by the pinion's rotation; lever arm of the force on the wheel, mm.
     place : ndarray of int, shape (n, 4)
@@ -127,14 +127,7 @@ class Found(NamedTuple):
 
 
 class GearLines(NamedTuple):
-    """Shapes of a gear that belong to its flank lines (`pmor.reduction.flank_lines.GearLines`).
-
-    Attributes
-    ----------
-    start : ndarray of int, shape (lines + 1,)
-    displacement : ndarray, shape (2 neighbours + 1, m, f)
-    gram : ndarray, shape (2 neighbours + 1, m, m)
-    """
+    """Shapes of a gear that belong to its flank lines: see `pmor.reduction.flank_lines.GearLines`."""
 
     start: IntArray
     displacement: FloatArray
@@ -148,9 +141,8 @@ class PositionShapes(NamedTuple):
     ----------
     first, step : float
         Grid of roll positions, rad.
-    loaded : ndarray of bool, shape (M, T)
-    displacement : ndarray, shape (M, T, 2, 2 patches + 1, f)
-    gram : ndarray, shape (neighbours + 1, M, S, S, T, T)
+    loaded, displacement, gram
+        As there.
     """
 
     first: float
