@@ -268,9 +268,9 @@ class _Draft:
             if math.isclose(made().centre_distance, distance, rel_tol=SAME_DISTANCE):
                 return None
             made(centre_distance_mm=distance)
-        except GeometryError as error:
+        except (CaseError, GeometryError) as error:
             if "jam" not in str(error):
-                raise GeometryError(f"{self.where}: {error}") from None
+                raise type(error)(f"{self.where}: {error}") from None
             self.notes.append(f"centre distance {distance:g} mm: too small for the profile shifts: without backlash")
             return None
         return distance
