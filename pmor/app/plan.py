@@ -14,7 +14,7 @@ from pmor.case.width import intervals_across, meshed_width
 from pmor.core.memory import memory_text
 from pmor.core.progress import format_time
 from pmor.pair.conditions import full_solves, misalignments, torques_of
-from pmor.pair.model import gear_pair, refuse_loads_of_bodies
+from pmor.pair.model import refuse_loads_unmeshed
 from pmor.work.cost import refuse_beyond_memory, stages
 
 NOT_WRITTEN = {
@@ -42,7 +42,7 @@ def plan_parts(case: Case) -> Iterator[str]:
         Between two parts, when the case takes more memory than there is: the others would need a mesh.
     GeometryError, MeshError
     """
-    refuse_loads_of_bodies(case, gear_pair(case))  # before anything is printed
+    refuse_loads_unmeshed(case)  # before anything is printed
     for part in PARTS:
         if part is _computed_and_skipped:
             refuse_beyond_memory(case)

@@ -366,9 +366,13 @@ class Case:
 
     @property
     def swept_torques_Nm(self) -> tuple[float, ...]:
-        """All torques of training and sweeps in N m, those of listed conditions among them."""
+        """All torques that training, sweeps, comparison and motion ask for, N m."""
         listed = (condition.torque_Nm for condition in self.conditions)
-        return (self.torque_Nm, *self.offline.torques_Nm, *self.online.torques_Nm, *listed)
+        of_lines = (*self.results.harris_torques_Nm, *self.dynamics.torques_Nm) if self.contact.kind == "line" else ()
+        return (
+            self.torque_Nm, *self.offline.torques_Nm, *self.online.torques_Nm, *self.compare.torques_Nm, *listed,
+            *of_lines,
+        )  # fmt: skip
 
     @property
     def root_stress(self) -> bool:

@@ -48,6 +48,7 @@ through the material below it alone: load must not change much over the width wi
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import cache
 from typing import NamedTuple
 
@@ -55,8 +56,9 @@ import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.core.errors import GeometryError
+from pmor.gear.pair import GearPair
 from pmor.line.kernels.tip_corner import LineLaw
-from pmor.line.layered_pair import LayeredPair
+from pmor.line.layered_pair import LayeredPair, SurfaceLayer
 
 # Half-width over the depth of the layer, beyond which the closed form is refused.
 WIDEST = 0.5
@@ -126,11 +128,17 @@ def width_limit(meshed: LayeredPair, law: FloatArray) -> WidthLimit:
     return WidthLimit(compliance / width, allowed)
 
 
-def check_half_width(meshed: LayeredPair, torque: float) -> None:
+def check_half_width(
+    pair: GearPair, layers: Sequence[SurfaceLayer], rolls: Sequence[FloatArray], torque: float
+) -> None:
     """Refuse a torque under which the contact is too wide for the layer.
 
     Parameters
     ----------
+    layers : two SurfaceLayer
+        Of pinion and wheel.
+    rolls : two ndarrays, shape (n + 1,)
+        Roll angles of the rows of their depths, rad.
     torque : float
         N mm; as if one tooth pair carried it at the pitch point.
 
@@ -138,14 +146,13 @@ def check_half_width(meshed: LayeredPair, torque: float) -> None:
     ------
     GeometryError
     """
-    pair = meshed.pair
     roll = math.tan(pair.working_pressure_angle)
     line_load = torque / (pair.pinion.base_radius * pair.common_width)
-    compliance = sum(layer.compliance for layer in meshed.layers)
+    compliance = sum(layer.compliance for layer in layers)
     half_width = math.sqrt(2.0 * compliance * line_load * pair.pitch_point_radius)
     depth = min(
-        float(np.interp(gear.base_radius * roll, gear.base_radius * gear.roll, layer.depth))
-        for gear, layer in zip(meshed.gears, meshed.layers, strict=True)
+        float(np.interp(gear.base_radius * roll, gear.base_radius * rows, layer.depth))
+        for gear, rows, layer in zip((pair.pinion, pair.wheel), rolls, layers, strict=True)
     )
     if half_width > WIDEST * depth:
         raise GeometryError(

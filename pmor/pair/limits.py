@@ -43,8 +43,8 @@ def refuse_impossible_load(case: Case, approach_mm: float) -> None:
         allowed = torque * LARGEST_APPROACH / in_modules
         raise CaseError(
             f"torque of {torque:g} N m: the flanks would approach by {in_modules:.3g} modules, more than the "
-            f"{LARGEST_APPROACH:g} that teeth have room for: stay below {allowed:.3g} N m ([load] torque_Nm, [offline] "
-            "and [online] torques_Nm), widen the face or raise youngs_modulus_GPa"
+            f"{LARGEST_APPROACH:g} that teeth have room for: stay below {allowed:.3g} N m ([load] torque_Nm, "
+            "torques_Nm of [offline], [online], [compare] and [dynamics]), widen the face or raise youngs_modulus_GPa"
         )
 
 
@@ -73,14 +73,14 @@ def refuse_lost_load(case: Case, round_off_at: Callable[[float], float]) -> None
     round_off_at : callable
         Round-off of the coordinates over the approach of the flanks under a torque (N mm).
     """
-    torque = min(*case.swept_torques_Nm, *case.compare.torques_Nm)
+    torque = min(case.swept_torques_Nm)
     round_off = round_off_at(1e3 * torque)
     if round_off > MOST_ROUND_OFF:
         raise CaseError(
             f"torque of {torque:g} N m: the flanks approach by so little that round-off of the coordinates is "
             f"{round_off:.2g} of it, more than {MOST_ROUND_OFF:g}: stay above "
-            f"{torque * round_off / MOST_ROUND_OFF:.2g} N m ([load] torque_Nm, torques_Nm of [offline], [online] and "
-            "[compare])"
+            f"{torque * round_off / MOST_ROUND_OFF:.2g} N m ([load] torque_Nm, torques_Nm of [offline], [online], "
+            "[compare] and [dynamics], harris_torques_Nm of [results])"
         )
 
 

@@ -17,6 +17,7 @@ from pmor.core.arrays import FloatArray
 from pmor.core.errors import GeometryError, MeshError
 from pmor.fe.fillet import build_fillet
 from pmor.fe.layer import surface_layer
+from pmor.fe.outline import tooth_outline
 from pmor.fe.quality import MeshQuality, mesh_quality
 from pmor.fe.sector import SectorMesh, build_sector
 from pmor.gear.clearance import refuse_interference
@@ -227,7 +228,21 @@ def refuse_loads(case: Case, meshed: MeshedPair) -> None:
         refuse_lost_load(case, partial(round_off_residual, meshed))
     if isinstance(meshed, LayeredPair):
         refuse_lost_load(case, meshed.round_off)
-        check_half_width(meshed, 1e3 * max(*case.swept_torques_Nm, *case.results.harris_torques_Nm))
+        rolls = meshed.pinion.roll_angle, meshed.wheel.roll_angle
+        check_half_width(meshed.pair, meshed.layers, rolls, 1e3 * max(case.swept_torques_Nm))
+
+
+def refuse_loads_unmeshed(case: Case) -> None:
+    """Refuse loads as `refuse_loads` does before anything is meshed, but for those lost in round-off."""
+    pair = gear_pair(case)
+    refuse_loads_of_bodies(case, pair)
+    if case.contact.kind == "line":
+        mesh = case.mesh
+        rolls = [
+            tooth_outline(tooth, mesh.profile_elements, mesh.spacing, mesh.order).flank_roll_angle
+            for tooth in (pair.pinion, pair.wheel)
+        ]
+        check_half_width(pair, surface_layers(case, pair), rolls, 1e3 * max(case.swept_torques_Nm))
 
 
 def assemble_pair(

@@ -42,7 +42,11 @@ LOADS = {
     "a load that is no number": (NAN, "finite"),
     "a load as text": ("125", "must be a number|must be a list"),
     "a load beyond the teeth": (1e9, "teeth have room for"),
+    "a load beyond the law of line contact": (1.1e4, "half-wide, more than half the depth"),
 }
+# Where a case asks for torques.
+TORQUES = [("online", "torques_Nm"), ("compare", "torques_Nm"), ("results", "harris_torques_Nm"),
+           ("dynamics", "torques_Nm")]  # fmt: skip
 # Deviations of the axes, um.
 AXES = {
     "axes off by metres": ({"centre_distance_um": 1e6}, "between -1000 and 1000"),
@@ -132,6 +136,11 @@ def test_flanks(keys, words, gear, of_cases, of_sweeps):
 @pytest.mark.parametrize(("torque", "words"), LOADS.values(), ids=LOADS)
 def test_loads(torque, words, model, of_cases, of_sweeps, tmp_path):
     refuse(of_cases, {"load": {"torque_Nm": torque}}, words=words)
+    for section, key in TORQUES:
+        values = torque if isinstance(torque, str) else sorted([100.0, torque])
+        refuse(of_cases, {section: {key: values}}, words=words)
+    del of_cases["campaign"]  # its keys have one value each
+    refuse(of_cases, {"condition": [{"name": "other", "torque_Nm": torque}]}, words=words)
     torques = torque if isinstance(torque, str) else [100.0, torque, 50.0]
     others = {
         "model.harris_map": model.harris_map,

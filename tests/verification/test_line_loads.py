@@ -76,7 +76,8 @@ def test_a_section_that_is_width_limit_by_itself_is_flagged():
     """The mean load is within the range of the law, and `check_half_width` lets it pass; the edges are not."""
     torque, (full, reduced) = 6e6, models("spur")
     meshed, phi = reduced.layered, np.array([0.1])
-    check_half_width(meshed, torque)
+    rolls = meshed.pinion.roll_angle, meshed.wheel.roll_angle
+    check_half_width(meshed.pair, meshed.layers, rolls, torque)
     aligned, tilted = (Condition(torque=torque, misalignment=Misalignment(out_of_plane_um=um)) for um in (0.0, 900.0))
     assert sweep_line_loads(reduced, phi, [aligned]).converged.all()
     sweep = sweep_line_loads(reduced, phi, [tilted], recorded=True)
