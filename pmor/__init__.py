@@ -9,7 +9,8 @@
 
 Cases
     `load_case`: reads a case file. `make_case`: makes a `Case` from keywords. `change_case`: changes one by keywords.
-    `import_rexs`: makes one of a stage in a gearbox file. `plan`: work of a case, its memory and time.
+    `import_rexs`: makes one of a stage in a gearbox file. `plan`: work of a case, its memory and time. `geometry`: the
+    data sheet of its gears, a `Geometry`.
 Models
     `train`: solves full FE over the training of a case; a `ReducedModel`, with `sweep`, `sweep_conditions`,
     `root_stress`, `report`, `export`, `dynamics`, `design`. `load_model`: reads one from a file. `full_model`: full FE
@@ -65,6 +66,7 @@ if TYPE_CHECKING:
     from pmor.app.export import export_file, import_rexs
     from pmor.app.files import Verification, info, load_results, verify
     from pmor.app.full import FullModel, full_model
+    from pmor.app.geometry import Geometry, geometry
     from pmor.app.model import ReducedModel
     from pmor.app.plan import plan
     from pmor.app.result import ConditionsResult, SweepResult
@@ -97,6 +99,7 @@ _HOMES = {
     "pmor.app.export": ("export_file", "import_rexs"),
     "pmor.app.files": ("Verification", "info", "load_results", "verify"),
     "pmor.app.full": ("FullModel", "full_model"),
+    "pmor.app.geometry": ("Geometry", "geometry"),
     "pmor.app.plan": ("plan",),
     "pmor.app.model": ("ReducedModel",),
     "pmor.app.capabilities": (
@@ -123,10 +126,11 @@ _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Assembly", "CampaignResult", "Case", "CaseError", "Comparison", "ConditionsResult", "ConvergenceError",
-    "DesignResult", "DynamicsResult", "ExternalProgramError", "FileFormatError", "FullModel", "GeometryError",
+    "DesignResult", "DynamicsResult", "ExternalProgramError", "FileFormatError", "FullModel", "Geometry",
+    "GeometryError",
     "MeshError", "Misalignment", "Modification", "OutputError", "PmorError", "ReducedModel", "ResultArray",
     "RootStress", "RunResult", "SweepResult", "Topography", "Verification", "bench", "campaign", "change_case",
-    "compare", "convergence", "export_file", "full_model", "import_rexs", "info", "load_case", "load_model",
+    "compare", "convergence", "export_file", "full_model", "geometry", "import_rexs", "info", "load_case", "load_model",
     "load_results", "make_case", "plan", "reductions", "run_case", "run_design", "run_dynamics", "stability", "study",
     "train", "verify", "write_campaign_case", "write_design_case", "__version__"
 ]  # fmt: skip

@@ -5,6 +5,7 @@ A new part of the plan is one more function in `PARTS`: from the case to the lin
 
 from collections.abc import Callable, Iterator
 
+from pmor.app.geometry import geometry
 from pmor.app.skipped import computed, remarks, scene, skipped
 from pmor.case import Case, condition_words, describe, model_names, other_models, short_list
 from pmor.case.capability import why_not
@@ -27,6 +28,7 @@ NOT_WRITTEN = {
     **{f"dynamics.{gear}_{key}": "rigid" for gear in GEARS
        for key in ("bearing_stiffness_N_um", "tilting_stiffness_kNm_rad")},
     **{f"dynamics.{gear}_bearing_damping_N_s_mm": "by the ratio" for gear in GEARS},
+    "load.speed_rpm": "not given",
     "pair.centre_distance_mm": "without backlash",
     "pinion.face_width_mm": "of the pair",
     "wheel.face_width_mm": "of the pair",
@@ -79,6 +81,10 @@ def _settings(case: Case) -> list[str]:
             section = name
         lines.append(f"  {entry:<22} {_value_text(key, value)}{' *' if is_default else ''}")
     return lines
+
+
+def _geometry(case: Case) -> list[str]:
+    return str(geometry(case)).splitlines()
 
 
 def _sizes(case: Case) -> list[str]:
@@ -216,5 +222,5 @@ def _torques_text(torques: tuple[float, ...]) -> str:
 
 
 PARTS: tuple[Callable[[Case], list[str]], ...] = (
-    _heading, _settings, _conditions, _sizes, _work, _models, _cost, _computed_and_skipped,
+    _heading, _settings, _geometry, _conditions, _sizes, _work, _models, _cost, _computed_and_skipped,
 )  # fmt: skip

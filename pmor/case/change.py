@@ -98,7 +98,7 @@ def sections_of(case: Case) -> dict[str, dict[str, Any]]:
     """Return all settings by section and key, in the order of a case file; of modifications, those that are there."""
     pair = asdict(case.pair)
     gears = {gear: pair.pop(gear) for gear in GEARS}
-    sections = {"load": {"torque_Nm": case.torque_Nm}, "pair": pair, **gears}
+    sections = {"load": {"torque_Nm": case.torque_Nm, "speed_rpm": case.speed_rpm}, "pair": pair, **gears}
     for gear, modification in zip(GEARS, (case.pinion_modification, case.wheel_modification), strict=True):
         if modification != UNMODIFIED:
             sections[f"{gear}.{MODIFICATION}"] = {

@@ -71,14 +71,16 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
         return reader.section(document.get(key, {}), SECTIONS[key], key, filled, given, also)
 
     title = reader.value(document.get("title", name), str, "title")
-    torque_Nm = section("load").torque_Nm
+    load = section("load")
+    torque_Nm = load.torque_Nm
     pinion = section("pinion")
     wheel = section("wheel") if "wheel" in document else pinion
     misalignment, modifications = section("misalignment"), [section(f"{gear}.{MODIFICATION}") for gear in GEARS]
     contact = section("contact")
     usual = {"torque_Nm": torque_Nm, **vars(misalignment)}
     case = Case(
-        name=name, title=title, torque_Nm=torque_Nm, pair=section("pair", {"pinion": pinion, "wheel": wheel}),
+        name=name, title=title, torque_Nm=torque_Nm, speed_rpm=load.speed_rpm,
+        pair=section("pair", {"pinion": pinion, "wheel": wheel}),
         pinion_modification=modifications[0], wheel_modification=modifications[1],
         conditions=_read_conditions(reader, document.get(CONDITION, []), usual, modifications), mesh=section("mesh"),
         contact=contact, misalignment=misalignment,

@@ -310,9 +310,12 @@ class LoadCase:
     ----------
     torque_Nm : float
         Torque on the pinion in N m.
+    speed_rpm : float or None
+        Speed of the pinion in revolutions per minute, for the frequencies of the data sheet; None is left out.
     """
 
     torque_Nm: Torque
+    speed_rpm: Annotated[float, Range(0.0, 1e7, "1/min", low_excluded=True)] | None = None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -327,6 +330,8 @@ class Case:
         One line for the report.
     torque_Nm : float
         Nominal torque on the pinion in N m.
+    speed_rpm : float or None
+        Speed of the pinion in revolutions per minute.
     pair, mesh, contact, misalignment, reduction, offline, online, compare, results, dynamics, output
         One dataclass per section of the file.
     pinion_modification, wheel_modification : Modification
@@ -340,6 +345,7 @@ class Case:
     name: str
     title: str
     torque_Nm: float
+    speed_rpm: float | None = None
     pair: PairCase
     pinion_modification: Modification = UNMODIFIED
     wheel_modification: Modification = UNMODIFIED

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from pmor.case import Case, beyond_training
 from pmor.case.coarser import LEAST_ELEMENTS
 from pmor.core.arrays import FloatArray
 from pmor.gear.classical.iso6336_root import nominal_root_stress
+from pmor.gear.data_sheet import data_sheet
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate
 from pmor.report.condition_table import condition_rows, sweep_row
@@ -53,7 +55,10 @@ def result_files(case: Case) -> tuple[str, ...]:
 
 def summary(result: OnlineResult) -> dict[str, Any]:
     """Return the machine-readable summary; None for figures that were not asked for."""
-    return {**figures(result), "models": [model_summary(model) for model in result.models]}
+    sheet = data_sheet(result.reduced.meshed.pair, result.case.speed_rpm)
+    return {
+        **figures(result), "geometry": asdict(sheet), "models": [model_summary(model) for model in result.models]
+    }  # fmt: skip
 
 
 def model_summary(model: OnlineResult | LostModel) -> dict[str, Any]:

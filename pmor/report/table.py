@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 #: content of a cell; None is shown as a dash, a float in four significant digits
 Cell = str | float | int | bool | None
+# Numbers that are written out, with the decimals that their reader expects.
+DECIMAL = re.compile(r"-?\d+(\.\d+)?")
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,12 @@ def format_cell(value: Cell) -> str:
 
 def _is_numeric(cells: Iterable[Cell]) -> bool:
     present = [cell for cell in cells if cell is not None]
-    return bool(present) and all(isinstance(c, (int, float)) and not isinstance(c, bool) for c in present)
+    return bool(present) and all(map(_is_number, present))
+
+
+def _is_number(cell: Cell) -> bool:
+    """Whether a cell is a number, or text of one with its decimals."""
+    return DECIMAL.fullmatch(cell) is not None if isinstance(cell, str) else not isinstance(cell, bool)
 
 
 def aligned_lines(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> list[str]:

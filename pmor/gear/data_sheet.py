@@ -1,0 +1,236 @@
+"""The data sheet of a gear pair, as ISO 21771:2007 names it: what stands on a drawing, and how the pair meshes.
+
+Diameters, thicknesses and lengths on the line of action are those of the transverse section unless they say otherwise.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from pmor.gear.clearance import tip_clearance, tip_land
+from pmor.gear.pair import GearPair
+from pmor.gear.profile import Profile, ProfilePoint, profiles
+from pmor.gear.tooth import Tooth
+
+
+@dataclass(frozen=True, kw_only=True)
+class GearData:
+    """Data of one gear; None where there is no such number.
+
+    Parameters
+    ----------
+    teeth : int
+        z.
+    profile_shift : float
+        x, in modules.
+    reference_diameter_mm, base_diameter_mm, working_pitch_diameter_mm : float
+        d, d_b, d_w.
+    tip_diameter_mm, tip_form_diameter_mm : float
+        d_a; d_Fa, where a rounding or chamfer begins.
+    root_diameter_mm, root_form_diameter_mm : float
+        d_f; d_Ff, where the fillet begins.
+    start_of_active_profile_diameter_mm, end_of_active_profile_diameter_mm : float
+        d_Nf, d_Na: between them the mate touches.
+    tip_clearance_mm : float
+        c, from the tip circle to the mate's root circle.
+    normal_tooth_thickness_mm, tooth_thickness_mm : float
+        s_n, s_t: arcs of the reference circle.
+    tip_tooth_thickness_mm, base_tooth_thickness_mm : float
+        s_at, s_bt: arcs of the tip circle and of the base circle.
+    span_teeth : int or None
+        k, nearest to contact half way up the flank; None where the face is too narrow, or flanks too short.
+    span_mm : float or None
+        W_k, base tangent length over k teeth.
+    angular_backlash_deg : float
+        j_phi, of this gear while its mate stands still.
+    speed_rpm, rotational_frequency_Hz : float or None
+        None without a speed.
+    start_of_active_profile, pitch_point, end_of_active_profile, tip : ProfilePoint
+        A, C and E of the path of contact on this flank, and its tip circle.
+    lowest_single_contact, highest_single_contact : ProfilePoint or None
+        LPSTC and HPSTC, B and D on the pinion's flank; None where the transverse section never has one pair in contact
+        or never two.
+    """
+
+    teeth: int
+    profile_shift: float
+    reference_diameter_mm: float
+    base_diameter_mm: float
+    working_pitch_diameter_mm: float
+    tip_diameter_mm: float
+    tip_form_diameter_mm: float
+    root_diameter_mm: float
+    root_form_diameter_mm: float
+    start_of_active_profile_diameter_mm: float
+    end_of_active_profile_diameter_mm: float
+    tip_clearance_mm: float
+    normal_tooth_thickness_mm: float
+    tooth_thickness_mm: float
+    tip_tooth_thickness_mm: float
+    base_tooth_thickness_mm: float
+    span_teeth: int | None
+    span_mm: float | None
+    angular_backlash_deg: float
+    speed_rpm: float | None
+    rotational_frequency_Hz: float | None
+    start_of_active_profile: ProfilePoint
+    lowest_single_contact: ProfilePoint | None
+    pitch_point: ProfilePoint
+    highest_single_contact: ProfilePoint | None
+    end_of_active_profile: ProfilePoint
+    tip: ProfilePoint
+
+
+@dataclass(frozen=True, kw_only=True)
+class DataSheet:
+    """Data of a pair.
+
+    Parameters
+    ----------
+    pinion, wheel : GearData
+    gear_ratio : float
+        u = z_2 / z_1.
+    normal_module_mm, transverse_module_mm : float
+        m_n, m_t.
+    normal_pressure_angle_deg, transverse_pressure_angle_deg : float
+        alpha_n, alpha_t at the reference circles.
+    helix_angle_deg, base_helix_angle_deg : float
+        beta, beta_b of the pinion: positive where it is right-handed.
+    sum_of_profile_shifts : float
+        x_1 + x_2, in modules.
+    centre_distance_mm, reference_centre_distance_mm, zero_backlash_centre_distance_mm : float
+        a_w, a_d = (d_1 + d_2) / 2, and that at which these teeth have no backlash.
+    working_transverse_pressure_angle_deg, working_normal_pressure_angle_deg : float
+        alpha_wt, alpha_wn.
+    normal_backlash_mm, transverse_backlash_mm, circumferential_backlash_mm : float
+        j_bn, normal to the flanks; j_bt, along the transverse line of action; j_wt, along the working pitch circles.
+    base_pitch_mm, path_of_contact_mm : float
+        p_et, g_alpha.
+    common_face_width_mm : float
+        b_w.
+    transverse_contact_ratio, overlap_ratio, total_contact_ratio : float
+        eps_alpha, eps_beta, eps_gamma.
+    mesh_frequency_Hz : float or None
+        f_z; None without a speed.
+    """
+
+    pinion: GearData
+    wheel: GearData
+    gear_ratio: float
+    normal_module_mm: float
+    transverse_module_mm: float
+    normal_pressure_angle_deg: float
+    transverse_pressure_angle_deg: float
+    helix_angle_deg: float
+    base_helix_angle_deg: float
+    sum_of_profile_shifts: float
+    centre_distance_mm: float
+    reference_centre_distance_mm: float
+    zero_backlash_centre_distance_mm: float
+    working_transverse_pressure_angle_deg: float
+    working_normal_pressure_angle_deg: float
+    normal_backlash_mm: float
+    transverse_backlash_mm: float
+    circumferential_backlash_mm: float
+    base_pitch_mm: float
+    path_of_contact_mm: float
+    common_face_width_mm: float
+    transverse_contact_ratio: float
+    overlap_ratio: float
+    total_contact_ratio: float
+    mesh_frequency_Hz: float | None
+
+
+def data_sheet(pair: GearPair, speed_rpm: float | None = None) -> DataSheet:
+    """Return the data sheet of a pair.
+
+    Parameters
+    ----------
+    pair : GearPair
+    speed_rpm : float, optional
+        Of the pinion, revolutions per minute.
+    """
+    pinion = pair.pinion
+    helix = math.cos(pair.base_helix_angle)
+    return DataSheet(
+        pinion=_gear_data(pair, 0, speed_rpm), wheel=_gear_data(pair, 1, speed_rpm),
+        gear_ratio=pair.wheel.teeth / pinion.teeth,
+        normal_module_mm=pinion.module, transverse_module_mm=pinion.transverse_module,
+        normal_pressure_angle_deg=math.degrees(pinion.pressure_angle),
+        transverse_pressure_angle_deg=math.degrees(pinion.transverse_pressure_angle),
+        helix_angle_deg=math.degrees(pinion.helix_angle), base_helix_angle_deg=math.degrees(pair.base_helix_angle),
+        sum_of_profile_shifts=pinion.profile_shift + pair.wheel.profile_shift,
+        centre_distance_mm=pair.centre_distance,
+        reference_centre_distance_mm=pinion.reference_radius + pair.wheel.reference_radius,
+        zero_backlash_centre_distance_mm=pair.least_centre_distance,
+        working_transverse_pressure_angle_deg=math.degrees(pair.working_pressure_angle),
+        working_normal_pressure_angle_deg=math.degrees(math.asin(math.sin(pair.working_pressure_angle) * helix)),
+        normal_backlash_mm=pair.backlash * helix, transverse_backlash_mm=pair.backlash,
+        circumferential_backlash_mm=pair.backlash / math.cos(pair.working_pressure_angle),
+        base_pitch_mm=pinion.base_pitch, path_of_contact_mm=pair.contact_ratio * pinion.base_pitch,
+        common_face_width_mm=pair.common_width, transverse_contact_ratio=pair.contact_ratio,
+        overlap_ratio=pair.overlap_ratio, total_contact_ratio=pair.total_contact_ratio,
+        mesh_frequency_Hz=None if speed_rpm is None else pinion.teeth * speed_rpm / 60.0,
+    )  # fmt: skip
+
+
+def _gear_data(pair: GearPair, gear: int, pinion_speed_rpm: float | None) -> GearData:
+    tooth, profile, edge = (pair.pinion, pair.wheel)[gear], profiles(pair)[gear], pair.tip_edges[gear]
+    low, high = pair.faces[gear]
+    span_teeth = teeth_to_span(tooth, high - low, edge.roll_angle)
+    speed = None if pinion_speed_rpm is None else pinion_speed_rpm * pair.pinion.teeth / tooth.teeth
+    lowest, highest = _single_contact(profile, tooth.angular_pitch)
+    thickness = 2.0 * tooth.reference_radius * tooth.half_thickness_angle(math.tan(tooth.transverse_pressure_angle))
+    return GearData(
+        teeth=tooth.teeth, profile_shift=tooth.profile_shift,
+        reference_diameter_mm=2.0 * tooth.reference_radius, base_diameter_mm=2.0 * tooth.base_radius,
+        working_pitch_diameter_mm=2.0 * tooth.base_radius / math.cos(pair.working_pressure_angle),
+        tip_diameter_mm=2.0 * tooth.tip_radius, tip_form_diameter_mm=profile.point(edge.roll_angle).diameter_mm,
+        root_diameter_mm=2.0 * tooth.root_radius,
+        root_form_diameter_mm=profile.point(tooth.form_roll_angle).diameter_mm,
+        start_of_active_profile_diameter_mm=profile.point(profile.start).diameter_mm,
+        end_of_active_profile_diameter_mm=profile.point(profile.end).diameter_mm,
+        tip_clearance_mm=tip_clearance(pair, gear),
+        normal_tooth_thickness_mm=thickness * math.cos(tooth.helix_angle), tooth_thickness_mm=thickness,
+        tip_tooth_thickness_mm=tip_land(tooth),
+        base_tooth_thickness_mm=2.0 * tooth.base_radius * tooth.base_half_angle,
+        span_teeth=span_teeth, span_mm=None if span_teeth is None else span(tooth, span_teeth),
+        angular_backlash_deg=math.degrees(pair.backlash / tooth.base_radius),
+        speed_rpm=speed, rotational_frequency_Hz=None if speed is None else speed / 60.0,
+        start_of_active_profile=profile.point(profile.start),
+        lowest_single_contact=None if lowest is None else profile.point(lowest),
+        pitch_point=profile.point(math.tan(pair.working_pressure_angle)),
+        highest_single_contact=None if highest is None else profile.point(highest),
+        end_of_active_profile=profile.point(profile.end), tip=profile.point(profile.tip),
+    )  # fmt: skip
+
+
+def _single_contact(profile: Profile, pitch: float) -> tuple[float | None, float | None]:
+    """Roll angles between which a flank of a spur pair carries alone, rad."""
+    lowest, highest = profile.end - pitch, profile.start + pitch
+    return (lowest, highest) if profile.start < lowest <= highest < profile.end else (None, None)
+
+
+def span(tooth: Tooth, teeth: int) -> float:
+    """Return the base tangent length over a number of teeth, in the normal section, mm (ISO 21771, 7.5: W_k)."""
+    transverse = (teeth - 1) * tooth.base_pitch + 2.0 * tooth.base_radius * tooth.base_half_angle
+    return transverse * math.cos(math.atan(tooth.base_radius * tooth.twist_per_length))
+
+
+def teeth_to_span(tooth: Tooth, face_width: float, end_roll: float) -> int | None:
+    """Return the number of teeth whose span touches the flanks nearest to the circle d + 2 x m_n.
+
+    None where anvils that touch both flanks would leave the face of a helical gear, or the flanks end before, at the
+    form circle or at a roll angle towards the tip.
+    """
+    base_helix = math.atan(tooth.base_radius * tooth.twist_per_length)
+    middle = tooth.roll_angle_at(tooth.reference_radius + tooth.profile_shift * tooth.module)
+    # The anvils touch where roll angles of both flanks add up to the transverse span; by symmetry each has half of it.
+    usable = []
+    for teeth in range(1, tooth.teeth // 2 + 1):
+        length = span(tooth, teeth)
+        roll = 0.5 * length * math.cos(base_helix) / tooth.base_radius
+        if tooth.form_roll_angle < roll < end_roll and length * abs(math.sin(base_helix)) < face_width:
+            usable.append((abs(roll - middle), teeth))
+    return min(usable)[1] if usable else None

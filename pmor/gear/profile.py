@@ -1,0 +1,100 @@
+"""Places along the flank of a gear, in each measure that drawings and programs use.
+
+The roll angle u of an involute and the place of its contact on the line of action are one thing: r_b u is its roll
+length, r_b sqrt(1 + u^2) its radius. Source: ISO 21771:2007, 5.6 (roll angle and roll length) and 7 (reliefs).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from pmor.gear.pair import GearPair
+
+
+@dataclass(frozen=True)
+class ProfilePoint:
+    """A point of a flank.
+
+    Parameters
+    ----------
+    roll_deg : float
+        Roll angle of the gear, degrees: 0 at the base circle.
+    roll_length_mm : float
+        On the line of action, from where it touches the base circle, mm.
+    diameter_mm : float
+        mm.
+    to_tip_mm, from_start_mm : float
+        On the line of action, to the tip circle and from the start of the active profile, mm.
+    percent : float
+        Of the path of contact, from the start of the active profile (0) to its end (100).
+    """
+
+    roll_deg: float
+    roll_length_mm: float
+    diameter_mm: float
+    to_tip_mm: float
+    from_start_mm: float
+    percent: float
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The flank of a gear in its pair, along the profile.
+
+    Parameters
+    ----------
+    base_radius : float
+        mm.
+    start, end, tip : float
+        Roll angles at the start and the end of the active profile, and at the tip circle, rad.
+    """
+
+    base_radius: float
+    start: float
+    end: float
+    tip: float
+
+    def point(self, roll: float) -> ProfilePoint:
+        """Return the point at a roll angle (rad) in all measures."""
+        length = self.base_radius * roll
+        return ProfilePoint(
+            roll_deg=math.degrees(roll), roll_length_mm=length,
+            diameter_mm=2.0 * self.base_radius * math.hypot(1.0, roll),
+            to_tip_mm=self.base_radius * self.tip - length, from_start_mm=length - self.base_radius * self.start,
+            percent=100.0 * (roll - self.start) / (self.end - self.start),
+        )  # fmt: skip
+
+    def roll_at(self, measure: str, value: float) -> float:
+        """Return the roll angle of a point, rad; the inverse of `point`.
+
+        Parameters
+        ----------
+        measure : str
+            A field of `ProfilePoint`.
+        value : float
+            In its unit; a diameter below the base circle counts as the base circle.
+        """
+        if measure == "roll_deg":
+            return math.radians(value)
+        if measure == "roll_length_mm":
+            return value / self.base_radius
+        if measure == "diameter_mm":
+            ratio = 0.5 * value / self.base_radius
+            return math.sqrt(max((ratio - 1.0) * (ratio + 1.0), 0.0))
+        if measure == "to_tip_mm":
+            return self.tip - value / self.base_radius
+        if measure == "from_start_mm":
+            return self.start + value / self.base_radius
+        if measure == "percent":
+            return self.start + 1e-2 * value * (self.end - self.start)
+        raise ValueError(f"measure = {measure!r}: is no field of ProfilePoint")
+
+
+def profiles(pair: GearPair) -> tuple[Profile, Profile]:
+    """Return the flanks of pinion and wheel, along the profile."""
+    (pinion, wheel), teeth = pair.active_rolls, (pair.pinion, pair.wheel)
+    return (
+        Profile(teeth[0].base_radius, *pinion, teeth[0].tip_roll_angle),
+        Profile(teeth[1].base_radius, *wheel, teeth[1].tip_roll_angle),
+    )

@@ -1,0 +1,105 @@
+"""The data sheet of a pair as tables: on pages, on the screen, in notebooks. Lengths in mm have four decimals."""
+
+from __future__ import annotations
+
+from pmor.gear.data_sheet import DataSheet
+from pmor.gear.profile import ProfilePoint
+from pmor.report.table import Cell, Table
+
+NOTE = (
+    "Quantities and symbols of ISO 21771; tooth thicknesses are arcs. Roll lengths count on the line of action from "
+    "the base circle, shares on the path of contact from the start of the gear's active profile to its end."
+)
+
+_PAIR: tuple[tuple[str, str, str, str], ...] = (
+    ("gear ratio", "u", "gear_ratio", ""),
+    ("normal module", "m_n", "normal_module_mm", "mm"),
+    ("transverse module", "m_t", "transverse_module_mm", "mm"),
+    ("normal pressure angle", "α_n", "normal_pressure_angle_deg", "deg"),
+    ("transverse pressure angle", "α_t", "transverse_pressure_angle_deg", "deg"),
+    ("helix angle", "β", "helix_angle_deg", "deg"),
+    ("base helix angle", "β_b", "base_helix_angle_deg", "deg"),
+    ("centre distance", "a_w", "centre_distance_mm", "mm"),
+    ("reference centre distance", "a_d", "reference_centre_distance_mm", "mm"),
+    ("centre distance without backlash", "", "zero_backlash_centre_distance_mm", "mm"),
+    ("working transverse pressure angle", "α_wt", "working_transverse_pressure_angle_deg", "deg"),
+    ("working normal pressure angle", "α_wn", "working_normal_pressure_angle_deg", "deg"),
+    ("sum of profile shifts", "x_1 + x_2", "sum_of_profile_shifts", ""),
+    ("normal backlash", "j_bn", "normal_backlash_mm", "mm"),
+    ("backlash on the transverse line of action", "j_bt", "transverse_backlash_mm", "mm"),
+    ("circumferential backlash", "j_wt", "circumferential_backlash_mm", "mm"),
+    ("common face width", "b_w", "common_face_width_mm", "mm"),
+    ("transverse base pitch", "p_et", "base_pitch_mm", "mm"),
+    ("length of path of contact", "g_α", "path_of_contact_mm", "mm"),
+    ("transverse contact ratio", "ε_α", "transverse_contact_ratio", ""),
+    ("overlap ratio", "ε_β", "overlap_ratio", ""),
+    ("total contact ratio", "ε_γ", "total_contact_ratio", ""),
+    ("mesh frequency", "f_z", "mesh_frequency_Hz", "Hz"),
+)
+_GEARS: tuple[tuple[str, str, str, str], ...] = (
+    ("number of teeth", "z", "teeth", ""),
+    ("profile shift coefficient", "x", "profile_shift", ""),
+    ("reference diameter", "d", "reference_diameter_mm", "mm"),
+    ("base diameter", "d_b", "base_diameter_mm", "mm"),
+    ("working pitch diameter", "d_w", "working_pitch_diameter_mm", "mm"),
+    ("tip diameter", "d_a", "tip_diameter_mm", "mm"),
+    ("tip form diameter", "d_Fa", "tip_form_diameter_mm", "mm"),
+    ("end of active profile, diameter", "d_Na", "end_of_active_profile_diameter_mm", "mm"),
+    ("start of active profile, diameter", "d_Nf", "start_of_active_profile_diameter_mm", "mm"),
+    ("root form diameter", "d_Ff", "root_form_diameter_mm", "mm"),
+    ("root diameter", "d_f", "root_diameter_mm", "mm"),
+    ("tip clearance", "c", "tip_clearance_mm", "mm"),
+    ("normal tooth thickness, reference", "s_n", "normal_tooth_thickness_mm", "mm"),
+    ("tooth thickness, reference", "s_t", "tooth_thickness_mm", "mm"),
+    ("tooth thickness, tip", "s_at", "tip_tooth_thickness_mm", "mm"),
+    ("tooth thickness, base", "s_bt", "base_tooth_thickness_mm", "mm"),
+    ("teeth to span", "k", "span_teeth", ""),
+    ("span", "W_k", "span_mm", "mm"),
+    ("angular backlash", "j_φ", "angular_backlash_deg", "deg"),
+    ("speed", "n", "speed_rpm", "1/min"),
+    ("rotational frequency", "f", "rotational_frequency_Hz", "Hz"),
+)
+_POINTS = (
+    ("start of active profile, SAP", "start_of_active_profile"),
+    ("lowest point of single contact, LPSTC", "lowest_single_contact"),
+    ("pitch point", "pitch_point"),
+    ("highest point of single contact, HPSTC", "highest_single_contact"),
+    ("end of active profile, EAP", "end_of_active_profile"),
+    ("tip circle", "tip"),
+)
+_PLACES = "place", "gear", "roll angle, deg", "roll length, mm", "diameter, mm", "to the tip, mm", "share of path, %"
+
+
+def sheet_tables(sheet: DataSheet) -> list[Table]:
+    """Return the data sheet as tables: pair, gears, places on the profile."""
+    pair = [(name, symbol, decimal(getattr(sheet, key)), unit)
+            for name, symbol, key, unit in _PAIR if getattr(sheet, key) is not None]  # fmt: skip
+    gears = [(name, symbol, decimal(getattr(sheet.pinion, key)), decimal(getattr(sheet.wheel, key)), unit)
+             for name, symbol, key, unit in _GEARS if not _missing(sheet, key)]  # fmt: skip
+    points = [
+        (point, gear, *_point(getattr(data, key)))
+        for gear, data in (("pinion", sheet.pinion), ("wheel", sheet.wheel))
+        for point, key in _POINTS
+        if getattr(data, key) is not None
+    ]
+    return [
+        Table("Gear data: pair", ("quantity", "symbol", "value", "unit"), pair),
+        Table("Gear data: gears", ("quantity", "symbol", "pinion", "wheel", "unit"), gears),
+        Table("Gear data: places on the profile", _PLACES, points, NOTE),
+    ]
+
+
+def _missing(sheet: DataSheet, key: str) -> bool:
+    return getattr(sheet.pinion, key) is None and getattr(sheet.wheel, key) is None
+
+
+def _point(point: ProfilePoint) -> tuple[Cell, ...]:
+    return (
+        decimal(point.roll_deg), decimal(point.roll_length_mm), decimal(point.diameter_mm), decimal(point.to_tip_mm),
+        decimal(point.percent, 2),
+    )  # fmt: skip
+
+
+def decimal(value: float | None, digits: int = 4) -> Cell:
+    """A number as on a drawing: with a fixed number of decimals, without a negative zero."""
+    return value if value is None or isinstance(value, int) else f"{round(value, digits) + 0.0:.{digits}f}"
