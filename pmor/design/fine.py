@@ -22,7 +22,8 @@ from pmor_online.variants import VariantSolver, VariantState
 
 # Angles per pitch of the pair as drawn at least, and at most; those of scattered pairs, over those of the search.
 FEWEST, MOST, DRAWN = 512, 8192, 2
-# Change of a result by twice the angles that counts as none: over itself, and besides (um, MPa, N/mm).
+# Change of a result by twice the angles that counts as none: over itself, or over the bound of a constraint where that
+# is more (the load of a tip's edge peaks in a fraction of a degree), and besides (um, MPa, N/mm).
 SETTLED, NOISE = 3e-3, 1e-3
 # Angles whose flexibilities are in memory together.
 BLOCK = 256
@@ -68,13 +69,18 @@ def judged_finely(judge: Judge, x: FloatArray) -> tuple[Verdict, int]:
         *(c.result for c in design.constraints),
     }
     columns = [k for k, key in enumerate(design.results) if key in asked]
+    bounds = {c.result: c.at_most for c in design.constraints}
+    sizes = np.array([bounds.get(design.results[k], 0.0) for k in columns])
     first = few * 2 ** max(0, int(np.ceil(np.log2(FEWEST / few))))
     nominal, angles = _settled(
-        judge, first, lambda fine: fine.results(fine.assembly(x)), lambda table: table[:, columns]
+        judge, first, lambda fine: fine.results(fine.assembly(x)), lambda table: table[:, columns], sizes
     )
     if not design.scatters:
         return judge.verdict_of(x, nominal, nominal[None]), angles
-    over, _ = _settled(judge, DRAWN * few, lambda fine: fine.scattered(x), lambda table: _value_of(judge, x, table))
+    sizes = np.append([constraint.at_most for constraint in design.constraints], 0.0)
+    over, _ = _settled(
+        judge, DRAWN * few, lambda fine: fine.scattered(x), lambda table: _value_of(judge, x, table), sizes
+    )
     return judge.verdict_of(x, nominal, over), angles
 
 
@@ -96,16 +102,20 @@ def _value_of(judge: Judge, x: FloatArray, over: FloatArray) -> FloatArray:
 
 
 def _settled(
-    judge: Judge, angles: int, results: Callable[[Judge], FloatArray], watched: Callable[[FloatArray], FloatArray]
-) -> tuple[FloatArray, int]:
-    """Return results on twice and twice as many angles, until those that are watched no longer move."""
+    judge: Judge, angles: int, results: Callable[[Judge], FloatArray], watched: Callable[[FloatArray], FloatArray],
+    sizes: FloatArray,
+) -> tuple[FloatArray, int]:  # fmt: skip
+    """Return results on twice and twice as many angles, until those that are watched no longer move.
+
+    `sizes` are those over which changes count as small, where they are larger than the results themselves.
+    """
     before: FloatArray | None = None
     while angles <= MOST:
         found = results(on_angles(judge, angles))
         now = watched(found)
         if not np.isfinite(now).all():
             raise ConvergenceError(f"a position on {angles} angles per pitch did not converge", [])
-        if before is not None and (np.abs(now - before) <= SETTLED * np.abs(now) + NOISE).all():
+        if before is not None and (np.abs(now - before) <= SETTLED * np.maximum(np.abs(now), sizes) + NOISE).all():
             return found, angles
         before, angles = now, 2 * angles
     raise ConvergenceError(f"the results still move on {angles // 2} angles per pitch", [])

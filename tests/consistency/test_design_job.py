@@ -92,6 +92,14 @@ def test_results_that_do_not_settle_are_no_verdict(found, monkeypatch):
         fine.judged_finely(found.judge, found.variants.x[0])
 
 
+def test_a_narrow_peak_far_below_its_bound_settles(found, monkeypatch):
+    """A tip's edge touches over a fraction of a degree: its load is 1 % larger on twice the angles."""
+    loads = iter(np.array([[4.08], [4.13], [4.15]]))
+    monkeypatch.setattr(fine, "on_angles", lambda judge, angles: next(loads))
+    settled, angles = fine._settled(found.judge, 768, lambda load: load, lambda load: load, np.array([200.0]))
+    assert (settled, angles) == (4.13, 1536)
+
+
 @pytest.mark.parametrize("every", [1, 5])
 def test_variants_without_a_solution_are_named_and_the_rest_is_written(tmp_path, capsys, undrawn, monkeypatch, every):
     """With 1 no variant has a solution: no best one, no rule of Harris, no draws; with 5 four of five on few angles."""
