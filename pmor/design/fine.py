@@ -69,7 +69,7 @@ def judged_finely(judge: Judge, x: FloatArray) -> tuple[Verdict, int]:
         *(c.result for c in design.constraints),
     }
     columns = [k for k, key in enumerate(design.results) if key in asked]
-    bounds = {c.result: c.at_most for c in design.constraints}
+    bounds: dict[str, float] = {c.result: c.at_most for c in design.constraints}
     sizes = np.array([bounds.get(design.results[k], 0.0) for k in columns])
     first = few * 2 ** max(0, int(np.ceil(np.log2(FEWEST / few))))
     nominal, angles = _settled(
