@@ -21,7 +21,7 @@ from pmor.work.cost import refuse_beyond_memory, stages
 NOT_WRITTEN = {
     "compare.models": "the case's own alone",
     "contact.edge_normals": "of the scheme",
-    "dynamics.backlash_um": "of the drawing",
+    "dynamics.backlash_um": "of the nominal pair",
     "dynamics.mesh_damping_N_s_mm": "by the ratio",
     "dynamics.mesh_frequency_Hz": "by the ratio",
     **{f"dynamics.{gear}_{key}": "of a solid disc" for gear in GEARS for key in ("inertia_kg_m2", "mass_kg")},

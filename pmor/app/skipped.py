@@ -221,7 +221,7 @@ def _of_output(scene: Scene) -> Iterator[Skipped]:
     case, output, shapes = scene.case, scene.case.output, scene.case.reduction.shapes
     if shapes != "line_loads":
         why = f'shapes = "{shapes}": they are read off exact line loads'
-        yield Skipped("flank pressure, K_Hbeta, sensitivities", why, "flank maps, forces and Harris map too")
+        yield Skipped("flank pressure, K_Hβ, sensitivities", why, "flank maps, forces and Harris map too")
     elif not case.results.maps:
         angles = case.online.angles_per_pitch * case.pitches
         saving = f"a sweep of {angles} angles at a hundredth of the torque, and three pictures"

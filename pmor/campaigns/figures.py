@@ -44,7 +44,7 @@ FIGURES = (
     Figure("mesh_stiffness_mean_N_per_mm_um", "mesh stiffness", "N/(mm um)"),
     Figure("mesh_stiffness_tangent_mean_N_per_mm_um", "mesh stiffness, tangent", "N/(mm um)"),
     Figure("flank_pressure_max_MPa", "flank pressure", "MPa"),
-    Figure("k_h_beta", "K_Hbeta", "1"),
+    Figure("k_h_beta", "K_Hβ", "1"),
     Figure("root_stress_pinion_MPa", "root stress, pinion", "MPa"),
     Figure("root_stress_wheel_MPa", "root stress, wheel", "MPa"),
     Figure("contact_ratio", "transverse contact ratio", "1"),

@@ -54,7 +54,7 @@ def front_figure(found: Found) -> Figure:
             axes.plot(objective[~kept], against[~kept], ".", color="#cccccc", ms=2.5, label="breaks a constraint")
         axes.plot(objective[kept], against[kept], ".", color=COLOURS[4], ms=2.5, label="variants", rasterized=True)
         front = found.front
-        axes.plot(objective[front], against[front], "o-", color=COLOURS[0], ms=4.5, label="nothing beats these")
+        axes.plot(objective[front], against[front], "o-", color=COLOURS[0], ms=4.5, label="Pareto front")
         if found.best is not None:
             axes.plot(objective[found.best], against[found.best], "*", color=COLOURS[1], ms=13, label="best")
         _limit_to_bulk(axes, objective, against)

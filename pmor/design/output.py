@@ -161,15 +161,15 @@ def _unit(name: str) -> str:
 def _blocks(found: Found, read: Readings) -> list[Block]:
     design, chosen = found.design, {name: found.variants.x[n] for name, n in read.chosen.items()}
     pictures = [
-        ("front.png", "The objective against the other result: no variant beats those along the line in both.",
+        ("front.png", "The objective against the other result, and the Pareto front of all variants.",
          figures.front_figure(found)),
-        ("contour.png", "The objective of the pair as drawn over each two variables, all others as in the best; within "
+        ("contour.png", "The objective of the nominal pair over each two variables, all others as in the best; within "
          "the dashed ellipse are 95 % of the gears that are made.", figures.contour_figure(found)),
         ("torque.png", "Peak-to-peak STE over torque. A design for one torque has its valley there and climbs on both "
          "sides; the best for all of them lies between.",
          figures.torque_figure(found, {"base case": None, **chosen})),
-        ("ste.png", "STE over the pitch under each torque, as drawn.", figures.ste_figure(found, read.curves)),
-        ("sensitivity.png", "Sensitivity of the objective as drawn, about the best: exact derivatives, also by "
+        ("ste.png", "STE of the nominal pair under each torque.", figures.ste_figure(found, read.curves)),
+        ("sensitivity.png", "Sensitivity of the nominal objective, about the best: exact derivatives, also by "
          "parameters that are no variables.",
          figures.sensitivity_figure(read.rates, design.objective.minimise) if read.rates else None),
         ("scatter.png", f"{FRESH:,} pairs drawn anew, each solved in full.",
@@ -191,7 +191,7 @@ def _count_words(found: Found) -> str:
     names = ", ".join(variable_words(v.name) for v in design.variables)
     torques = ", ".join(f"{t:g}" for t in design.load.torques_Nm)
     spent = ", ".join(f"{count:,} of {stage}" for stage, count in found.evaluations.items())
-    value = {"nominal": "as drawn", "expected": "expected over scatter",
+    value = {"nominal": "nominal", "expected": "expected over scatter",
              "percentile_95": "that 95 % of the pairs made stay below"}[design.objective.value]  # fmt: skip
     return (
         f"{len(found.variants):,} variants of {names} under {torques} N m, {design.search.angles} angles to a pitch; "

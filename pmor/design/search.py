@@ -182,7 +182,7 @@ class _Search:
         for number, n in enumerate(best[np.isfinite(samples.objective[best])]):
             work = partial(_descended, self.judge, self.judge, samples.x[n], "descent")
             pieces.append(self._piece(f"descent {number:03d}", samples.x[n].tolist(), work))
-        others = [] if not design.scatters else [("as drawn", nominal(design))]
+        others = [] if not design.scatters else [("nominal", nominal(design))]
         torques = design.load.torques_Nm
         if 1 < len(torques) <= MOST_SINGLE:
             others += [(f"{torque:g} N m", at_torque(design, torque)) for torque in torques]

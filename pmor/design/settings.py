@@ -86,7 +86,7 @@ class Goal:
     minimise : {"peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um"}
         Peak-to-peak STE, or the amplitude of an order of the mesh.
     value : {"nominal", "expected", "percentile_95"}
-        As drawn; or the mean over the scatter, or its 95 % quantile. Constraints are on the same value.
+        Nominal, without scatter; or the mean over the scatter, or its 95 % quantile. Constraints are on the same value.
     """
 
     minimise: Objective = "peak_to_peak_um"

@@ -31,7 +31,7 @@ class Variants:
     results: FloatArray  # shape (V, T, R): Nominal; NaN where a position did not converge
     objective: FloatArray  # shape (V,)
     limits: FloatArray  # shape (V, C)
-    # Origin of each: "sample", "descent", "trade-off", "as drawn" (best without scatter), "170 N m" (best for that
+    # Origin of each: "sample", "descent", "trade-off", "nominal" (best without scatter), "170 N m" (best for that
     # torque alone)
     origin: tuple[str, ...]
 

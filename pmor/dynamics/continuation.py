@@ -184,7 +184,7 @@ def trace(
                 if limits[0] <= turn.speed <= limits[1]:
                     folds.append(Fold(turn, "run_up" if last.tangent[-1] > 0.0 else "run_down"))
             except ConvergenceError as error:
-                lost.append(f"fold near mesh frequency {in_Hz(last.speed)}: {error}")
+                lost.append(f"jump near mesh frequency {in_Hz(last.speed)}: {error}")
         points.append(new)
         if not limits[0] <= new.speed <= limits[1]:
             return branch("end of the speeds")

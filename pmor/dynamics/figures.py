@@ -41,7 +41,7 @@ def response_figure(responses: Sequence[Data], factors: Sequence[Data]) -> Figur
         for (colour, _), factor in zip(_coloured(responses), factors, strict=True):
             below.plot(1e-3 * np.array(factor["mesh_frequency_Hz"]), factor["k_v"], color=colour, lw=0.9, ls="-.")
         above.set_ylabel("Dynamic transmission error, rms [µm]")
-        below.set(ylabel="Largest over mean mesh force [-]", xlabel="Mesh frequency [kHz]")
+        below.set(ylabel="Dynamic factor [-]", xlabel="Mesh frequency [kHz]")
         above.set_ylim(bottom=0.0)
         _legend(figure, responses, runs=True, iso=True)
     return figure

@@ -71,9 +71,9 @@ def _blocks(found: Dynamics) -> list[Block]:
     how = "on rigid bearings" if not model.supports else f"on bearings ({', '.join(s.name for s in model.supports)})"
     blocks: list[Block] = [
         f"Two gears of {one.mass_kg:.4g} and {two.mass_kg:.4g} kg, {one.polar_kg_m2:.4g} and {two.polar_kg_m2:.4g} "
-        f"kg m², {how}; {1e3 * model.mass:.4g} kg move along the line of action.",
+        f"kg m², {how}; reduced mass {1e3 * model.mass:.4g} kg along the line of action.",
         _law_paragraph(case, found.laws, responses),
-        "Displacements count along the transverse line of action from where flanks of the drawing touch, the dynamic "
+        "Displacements count along the transverse line of action from where the nominal flanks touch, the dynamic "
         f"transmission error about its mean. {_backs(found)}",
         *map(Warning, found.failures),
     ]
@@ -81,7 +81,7 @@ def _blocks(found: Dynamics) -> list[Block]:
         factors = [rated(case, found.pair, model.mass, response) for response in responses]
         blocks += [
             Picture("response.png", "Response over the mesh frequency; dotted: natural frequency with the mean "
-                    "stiffness. Between folds motion is unstable; the marks are the runs, which jump there. "
+                    "stiffness. Between jump frequencies motion is unstable; the marks are the runs, which jump there. "
                     f"Dash-dotted below: K_v of ISO 6336-1, method B, tolerance class {case.dynamics.accuracy_grade}.",
                     response_figure(responses, factors)),
         ]  # fmt: skip
@@ -91,7 +91,7 @@ def _blocks(found: Dynamics) -> list[Block]:
         ("waterfall.png", "Orders of the transmission error along the run-up; broken orders are motion that does not "
          "repeat with the mesh.", waterfall_figure(responses)),
         ("motion.png", "The stable motion of the largest transmission error of each torque: left of the dashed line, "
-         "or below it, the flanks of the drawing have parted.", motion_figure(responses)),
+         "or below it, the nominal flanks are separated.", motion_figure(responses)),
     ):  # fmt: skip
         if figure is not None:
             blocks.append(Picture(name, caption, figure))
@@ -132,10 +132,10 @@ def _axes_sentence(laws: Sequence[MeshLaw], responses: Sequence[Data]) -> list[s
     axes = laws[-1].assembly.misalignment
     return [
         "Line loads are solved with the axes displaced by the mean mesh force (under the largest torque "
-        f"{axes.centre_distance_um:+.3g} µm of centre distance, over the face width {axes.in_plane_um:+.3g} µm in the "
-        f"plane of the axes and {axes.out_of_plane_um:+.3g} µm across it); motion about it acts through levers at the "
-        "pitch point. At some instants of the largest motion, with the axes displaced as they are then, the mesh "
-        f"force differs by {100.0 * max(shares):.2g} % of its mean at most."
+        f"{axes.centre_distance_um:+.3g} µm of centre distance, over the face width {axes.in_plane_um:+.3g} µm of "
+        f"in-plane and {axes.out_of_plane_um:+.3g} µm of out-of-plane misalignment); motion about it acts through "
+        "levers at the pitch point. At some instants of the largest motion, with the axes displaced as they are then, "
+        f"the mesh force differs by {100.0 * max(shares):.2g} % of its mean at most."
     ]
 
 
@@ -156,12 +156,12 @@ def _tables(found: Dynamics) -> Sequence[Table]:
         "largest DTE rms, µm": lambda row: _most(row, "dte_rms_um"),
         "dynamic factor": lambda row: _most(row, "dynamic_factor"),
         "contact lost, %": lambda row: _percent(_most(row, "contact_loss")),
-        "parted, µm": lambda row: _most(row, "separation_um"),
+        "largest flank separation, µm": lambda row: _most(row, "separation_um"),
     }
-    note = "Largest values are those of stable motion within the speeds; the dynamic factor is largest over mean force."
+    note = "Largest values of stable motion within the speeds. Dynamic factor: largest over mean mesh force."
     return [
         table("Torques", torques, found.responses, note),
-        table("Folds, where motion jumps", folds, rows),
+        table("Jump frequencies", folds, rows),
         _ratings(found),
     ]
 
@@ -200,16 +200,16 @@ def _percent(share: float | None) -> float | None:
 
 def _backs(found: Dynamics) -> str:
     if found.backlash is not None:
-        whence = "of the drawing" if found.case.dynamics.backlash_um is None else "of the case"
+        whence = "of the nominal pair" if found.case.dynamics.backlash_um is None else "of the case"
         struck = [f"{response['torque_Nm']:g}" for response in found.responses if _strikes(response)]
         seen = f"Stable motion touches them under {', '.join(struck)} N m." if struck else "No stable motion does."
         return f"The backs of teeth touch {1e3 * found.backlash:.4g} µm beyond, the backlash {whence}. {seen}"
-    why = "the drawing has no backlash"
+    why = "the nominal pair has no backlash"
     if not assembly_of(found.case).backs_mirror_flanks:
         why = "they are no mirror images of the working flanks"
     return (
-        f"Contact of the back flanks is neglected: {why}. They would touch where flanks part farther than the backlash "
-        "([dynamics] backlash_um)."
+        f"Contact of the back flanks is neglected: {why}. They would touch where flanks separate by more than the "
+        "backlash ([dynamics] backlash_um)."
     )
 
 

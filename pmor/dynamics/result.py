@@ -90,7 +90,7 @@ class DynamicsResult:
     def __repr__(self) -> str:
         count = sum(len(folds) for folds in self.folds)
         torques = ", ".join(f"{torque:g}" for torque in self.torque_Nm)
-        return f"<DynamicsResult of {self.found.case.name!r}: {torques} N m, {count} folds>"
+        return f"<DynamicsResult of {self.found.case.name!r}: {torques} N m, {count} jump frequencies>"
 
     def __str__(self) -> str:
         return dynamics_text(self.found)

@@ -257,7 +257,7 @@ def reading_rows(case: Case, model: ReducedPair) -> list[Row]:
 
     works = {
         f"results: STE alone, {READ_ANGLES} angles x {len(conditions)} torques": lambda: sweep(False),
-        "results: with stiffness, pressure, K_Hbeta, forces, derivatives": read,
+        "results: with stiffness, pressure, K_Hβ, forces, derivatives": read,
         "results: flank maps and Harris map": draw,
     }
     times = times_in_turn({name: _timed_ms(work) for name, work in works.items()}, READ_REPEATS)

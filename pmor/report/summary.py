@@ -177,7 +177,7 @@ def _readings_rows(s: dict[str, Any], result: OnlineResult) -> list[tuple[str, f
         secant,
         _known("mesh stiffness, tangent", s["mesh_stiffness_tangent_mean_N_per_mm_um"], "N/(mm um)",
                "derivative of the force by the STE", "needs a position that converged"),
-        _known("K_Hbeta", s["k_h_beta"], "", "largest over mean line load of the face, over the cycle", lacks),
+        _known("K_Hβ", s["k_h_beta"], "", "largest over mean line load of the face, over the cycle", lacks),
         _known("contact ratio, loaded", s["effective_contact_ratio"], "",
                f"{result.reduced.meshed.pair.contact_ratio + result.reduced.meshed.pair.overlap_ratio:.3f} unloaded",
                lacks),

@@ -50,7 +50,8 @@ def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys):
     assert {file.name for file in out.iterdir() if not file.name.startswith(".")} == set(FILES)
     data = json.loads((out / "dynamics.json").read_text())
     assert data["backlash_um"] is None
-    assert "Contact of the back flanks is neglected: the drawing has no backlash." in (out / "dynamics.md").read_text()
+    page = (out / "dynamics.md").read_text()
+    assert "Contact of the back flanks is neglected: the nominal pair has no backlash." in page
     assert [response["torque_Nm"] for response in data["responses"]] == [60.0, 100.0]
     for response in data["responses"]:
         assert response["lost"] == []
@@ -174,14 +175,14 @@ def test_a_torque_without_a_response_is_named_and_leaves_the_others(model, monke
 
 def test_what_is_lost_of_a_response_is_a_failure_and_exit_code_3(tmp_path, monkeypatch, capsys):
     def without_a_fold(task, part):
-        return {**solve(task, part), "lost": ["fold near mesh frequency 2000 Hz: made to fail"]}
+        return {**solve(task, part), "lost": ["jump near mesh frequency 2000 Hz: made to fail"]}
 
     monkeypatch.setattr(solution, "solve", without_a_fold)
     path, out = tmp_path / "small.toml", tmp_path / "out"
     path.write_text(text(torques_Nm=[60.0], run_cycles=0, damping_ratio=0.2))
     assert main(["dynamics", str(path), "--out", str(out)]) == 3
-    assert "first: 60 N m: fold near mesh frequency 2000 Hz" in capsys.readouterr().err
-    assert "60 N m: fold near mesh frequency 2000 Hz" in (out / "dynamics.md").read_text()
+    assert "first: 60 N m: jump near mesh frequency 2000 Hz" in capsys.readouterr().err
+    assert "60 N m: jump near mesh frequency 2000 Hz" in (out / "dynamics.md").read_text()
 
 
 def test_a_speed_at_which_motion_is_static_is_refused_in_words(model):

@@ -111,7 +111,7 @@ def test_summary_has_the_figures_of_the_nominal_torque(run):
     assert_allclose(s["mesh_stiffness_mean_N_per_mm_um"], mean, rtol=1e-12)
     assert 1.0 < s["mesh_stiffness_tangent_mean_N_per_mm_um"] / s["mesh_stiffness_mean_N_per_mm_um"] < 2.0
     json.dumps(s)
-    assert {"K_Hbeta", "flank pressure, max"} <= {label for label, *_ in summary_rows(run)}
+    assert {"K_Hβ", "flank pressure, max"} <= {label for label, *_ in summary_rows(run)}
 
 
 def test_harris_table_begins_with_the_rigid_flanks(run, tmp_path):

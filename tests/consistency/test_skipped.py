@@ -42,7 +42,7 @@ def test_four_cases_have_four_lists():
     common = {"the flanks that carry no load", "displacements inside the gears", "tooth pairs out of mesh",
               "the compliance of distant teeth", "flank patches without contact"}  # fmt: skip
     identical = common | {"the wheel's finite elements", "half the face width"}
-    trained = {"flank pressure, K_Hbeta, sensitivities", "the root stress"}
+    trained = {"flank pressure, K_Hβ, sensitivities", "the root stress"}
     assert what["paper_64"] == identical | trained
     assert what["paper_spur"] == identical | {
         "contact points and penalty", "training of the case's own model", "finite elements of models",
@@ -78,7 +78,7 @@ def test_the_plan_prints_what_because_and_savings():
 
 def test_maps_are_left_out_where_they_are_not_asked_for():
     lines = {"contact": {"scheme": "line"}, "reduction": {"shapes": "line_loads"}}
-    maps, pressure = "flank maps and contact pattern", "flank pressure, K_Hbeta, sensitivities"
+    maps, pressure = "flank maps and contact pattern", "flank pressure, K_Hβ, sensitivities"
     assert not {maps, pressure} & set(listed(case_with(**lines)))
     assert maps in listed(case_with(**lines, results={"maps": False}))
     assert pressure in listed(case_with())

@@ -82,7 +82,7 @@ def test_every_column_and_key_that_a_run_leaves_is_documented(run):
 
 
 def test_a_report_of_a_model_is_that_of_a_run(run, tmp_path):
-    """With K_Hbeta, pressure, root stress, all models and the live page."""
+    """With K_Hβ, pressure, root stress, all models and the live page."""
     path, folder = run
     model = pmor.train(pmor.load_case(path))
     result = model.report(tmp_path / "python", full=pmor.full_model(model.case))

@@ -136,7 +136,7 @@ def test_a_place_that_is_not_found_costs_no_branch(monkeypatch, where):
     assert len(found.branches[0].points) > 10
     assert len(found.lost) == 2
     assert all(
-        re.match(r"(fold|period doubling) near mesh frequency 0\.\d+ Hz: made to fail", lost) for lost in found.lost
+        re.match(r"(jump|period doubling) near mesh frequency 0\.\d+ Hz: made to fail", lost) for lost in found.lost
     )
 
 

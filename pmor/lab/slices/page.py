@@ -44,7 +44,7 @@ CAPTION = (
     "Tangent stiffness at rest over the mesh cycle, and the stable response at the highest damping over the natural "
     "frequency of each: coupled (solid), thin slices (dashed)."
 )
-NOTE = "Folds of the main resonance, over the natural frequency of each law; empty: no jump."
+NOTE = "Jump frequencies of the main resonance, over the natural frequency of each law; empty: no jump."
 
 
 def write_slices(case: Case, slices: Sequence[Data], folder: Path) -> None:

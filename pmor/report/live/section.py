@@ -155,8 +155,8 @@ def _controls(result: OnlineResult, meshed: MeshedPair) -> Iterable[Control]:
     names = {"centre_distance_um": "centre distance, µm further apart"}
     if not even:
         names |= {
-            "in_plane_um": "not parallel in the plane of the axes, µm over the face",
-            "out_of_plane_um": "not parallel across that plane, µm over the face",
+            "in_plane_um": "in-plane misalignment, µm over the face",
+            "out_of_plane_um": "out-of-plane misalignment, µm over the face",
         }
     present_off = max(map(abs, deviations.values()))
     far = max(present_off, _meshing(meshed.pair, _rounded(max(amount, BEYOND_CASE * present_off)), tuple(names)))
