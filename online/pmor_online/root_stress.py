@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from pmor.body.root_stress import RootStressShapes
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
@@ -18,6 +19,8 @@ from pmor_online.model import ReducedPair
 
 # Points that are nearer to a line of contact, in modules, are left out: the load on a few nodes dominates there.
 NEAR_CONTACT = 0.5
+# Places over the width for each column, to which the largest stress is interpolated.
+BETWEEN = 8
 # Stresses are found for so many angles at a time: few enough for those of all points to stay in megabytes.
 ANGLES_PER_BLOCK = 25
 
@@ -159,26 +162,46 @@ def _largest(
     shapes: RootStressShapes, principal: FloatArray, von_mises: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Largest values at both fillets of m teeth, radius and z of the one that counts on each side, each (m, 2)."""
-    peak, arc, column = _peaks(shapes, principal)
-    mises, mises_arc, mises_column = _peaks(shapes, von_mises)
+    peak, arc, z = _peaks(shapes, principal)
+    mises, mises_arc, mises_z = _peaks(shapes, von_mises)
     compressed = np.array([False, True])
-    arc, column = np.where(compressed, mises_arc, arc), np.where(compressed, mises_column, column)
+    arc, z = np.where(compressed, mises_arc, arc), np.where(compressed, mises_z, z)
     radius = np.interp(arc, arc_lengths(shapes.section), np.linalg.norm(shapes.section, axis=1))
-    return peak, mises, radius, shapes.z[column]
+    return peak, mises, radius, z
 
 
-def _peaks(shapes: RootStressShapes, values: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Largest of values over points and columns, arc length and column of it: by a parabola through three points."""
-    count, sides, points, columns = values.shape
-    place, column = np.divmod(values.reshape(count, sides, -1).argmax(axis=2), columns)
-    arc = arc_lengths(shapes.section)
+def _peaks(shapes: RootStressShapes, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Largest of values (m, 2, p, c), its arc length and z: the top of each column, and a cubic spline through them.
+
+    On the columns alone the largest stress would fall and rise while a line of contact moves from one to the next.
+    *Measured*, helical pair on 8 elements, stress at the columns of nodes and between them: 0.8 % too low with columns
+    alone, 0.7 % too high with the spline.
+    """
+    tops, arcs = _tops(arc_lengths(shapes.section), values.swapaxes(2, 3))
+    z = shapes.z[0] + (shapes.z[-1] - shapes.z[0]) * np.linspace(0.0, 1.0, BETWEEN * (len(shapes.z) - 1) + 1)
+    columns = np.eye(len(shapes.z))
+    smooth = CubicSpline(shapes.z, columns)(z)
+    linear = np.stack([np.interp(z, shapes.z, column) for column in columns], axis=1)
+    whole = (tops > 0.0).all(axis=2, keepdims=True)  # a column of which nothing counts would bend the spline
+    over = np.where(whole, tops @ smooth.T, tops @ linear.T)
+    best = over.argmax(axis=2)[..., None]
+    nearest = np.abs(z[:, None] - shapes.z).argmin(axis=1)[best]
+    return (
+        np.take_along_axis(over, best, axis=2)[..., 0], np.take_along_axis(arcs, nearest, axis=2)[..., 0],
+        z[best[..., 0]],
+    )  # fmt: skip
+
+
+def _tops(x: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Largest of values (..., p) over x and its place, by a parabola through three points, all of which count."""
+    points, place = len(x), values.argmax(axis=-1)
     first = np.clip(place - 1, 0, points - 3)
-    x = [arc[first + i] for i in range(3)]
-    rows, side = np.ogrid[:count, :sides]
-    y = [values[rows, side, first + i, column] for i in range(3)]
-    slope, further = (y[1] - y[0]) / (x[1] - x[0]), (y[2] - y[1]) / (x[2] - x[1])
-    bend = (further - slope) / (x[2] - x[0])
-    inside = (place > 0) & (place < points - 1) & (bend < 0.0)
-    top = 0.5 * (x[0] + x[1]) - 0.5 * slope / np.where(inside, bend, 1.0)
-    value = y[0] + slope * (top - x[0]) + bend * (top - x[0]) * (top - x[1])
-    return np.where(inside, value, values[rows, side, place, column]), np.where(inside, top, arc[place]), column
+    x_of = [x[first + i] for i in range(3)]
+    y = [np.take_along_axis(values, (first + i)[..., None], axis=-1)[..., 0] for i in range(3)]
+    slope, further = (y[1] - y[0]) / (x_of[1] - x_of[0]), (y[2] - y[1]) / (x_of[2] - x_of[1])
+    bend = (further - slope) / (x_of[2] - x_of[0])
+    inside = (place > 0) & (place < points - 1) & (bend < 0.0) & (np.minimum(y[0], y[2]) > 0.0)
+    top = 0.5 * (x_of[0] + x_of[1]) - 0.5 * slope / np.where(inside, bend, 1.0)
+    value = y[0] + slope * (top - x_of[0]) + bend * (top - x_of[0]) * (top - x_of[1])
+    largest = np.take_along_axis(values, place[..., None], axis=-1)[..., 0]
+    return np.where(inside, value, largest), np.where(inside, top, x[place])

@@ -64,7 +64,7 @@ def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys):
         low, high = (ratio * response["natural_frequency_Hz"] for ratio in (0.8, 1.2))
         np.testing.assert_allclose([response["run_up"][0]["mesh_frequency_Hz"],
                                     response["run_down"][0]["mesh_frequency_Hz"]], [low, high], rtol=5e-3)  # fmt: skip
-    assert "Folds, where motion jumps" in capsys.readouterr().out
+    assert "Jump frequencies" in capsys.readouterr().out
 
 
 def test_finished_torques_are_taken_over(tmp_path, model, monkeypatch):
