@@ -63,6 +63,7 @@ if TYPE_CHECKING:
         write_campaign_case,
         write_design_case,
     )
+    from pmor.app.cases import change_case, make_case
     from pmor.app.export import export_file, import_rexs
     from pmor.app.files import Verification, info, load_results, verify
     from pmor.app.full import FullModel, full_model
@@ -73,7 +74,7 @@ if TYPE_CHECKING:
     from pmor.app.run import RunResult, run_case
     from pmor.app.training import compare, load_model, train
     from pmor.campaigns.result import CampaignResult
-    from pmor.case import Case, change_case, load_case, make_case
+    from pmor.case import Case, load_case
     from pmor.core.errors import (
         CaseError,
         ConvergenceError,
@@ -110,7 +111,8 @@ _HOMES = {
     "pmor.app.training": ("compare", "load_model", "train"),
     "pmor.dynamics.result": ("DynamicsResult",),
     "pmor.app.result": ("ConditionsResult", "SweepResult"),
-    "pmor.case": ("Case", "change_case", "load_case", "make_case"),
+    "pmor.app.cases": ("change_case", "make_case"),
+    "pmor.case": ("Case", "load_case"),
     "pmor.gear.condition": ("Misalignment", "Assembly"),
     "pmor.core.errors": (
         "CaseError", "ConvergenceError", "ExternalProgramError", "FileFormatError", "GeometryError", "MeshError",
@@ -138,7 +140,9 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
-        raise AttributeError(f"module 'pmor' has no attribute {name!r}")
+        from pmor.core.wording import did_you_mean
+
+        raise AttributeError(f"module 'pmor' has no attribute {name!r}: {did_you_mean(name, __all__)}")
     return getattr(import_module(_HOME[name]), name)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -30,12 +31,12 @@ from pmor_online.model import online_angles
 # Torques of a sweep in Python keep their order.
 TORQUES = Annotated[tuple[float, ...], Range(0.0, 1e12, "N m", low_excluded=True, in_order=True)]
 ANGLES = Annotated[int, Range(1, MOST_ANGLES)]
-# Pinion angles in rad: beyond, neighbouring numbers are too far apart.
-LARGEST_ANGLE = 1e6
+# Parts of a built pair.
+BUILT = (Assembly, Misalignment, Modification)
 
 
 def asked_case(
-    case: Case, pair: GearPair, torques_Nm: Iterable[float] | None, angles: int | FloatArray | None,
+    case: Case, pair: GearPair, torques_Nm: float | Iterable[float] | None, angles: int | FloatArray | None,
     misalignment: Misalignment | None, flanks: tuple[Modification | None, Modification | None],
 ) -> Case:  # fmt: skip
     """Return the case of a model with a requested sweep, torques listed, checked by the rules for keys of a case file.
@@ -70,7 +71,7 @@ class Asked:
 
 
 def asked_sweep(
-    case: Case, meshed: MeshedPair, torques_Nm: Iterable[float] | None, angles: int | FloatArray | None,
+    case: Case, meshed: MeshedPair, torques_Nm: float | Iterable[float] | None, angles: int | FloatArray | None,
     misalignment: Misalignment | None, flanks: tuple[Modification | None, Modification | None], sections: int = 0,
 ) -> Asked:  # fmt: skip
     """Return a requested sweep of the case's pair, which records some sections in each position.
@@ -89,7 +90,7 @@ def asked_sweep(
 def listed_within_memory(case: Case, meshed: MeshedPair, torques_Nm: Any, angles: Any, **sizes: int) -> Any:
     """List the torques of a requested sweep; CaseError when it takes more memory than there is, by its lengths."""
     torques = None if torques_Nm is None else _listed(torques_Nm, f"{case.name}: torques_Nm")
-    count = len(torques) if isinstance(torques, list) else len(case.online.torques_Nm)
+    count = len(torques) if isinstance(torques, list) else len(case.online.torques_Nm) if torques is None else 1
     of_angles = case.pitches * case.online.angles_per_pitch
     if isinstance(angles, int | np.integer):
         of_angles = max(int(angles), 0)
@@ -99,8 +100,13 @@ def listed_within_memory(case: Case, meshed: MeshedPair, torques_Nm: Any, angles
     return torques
 
 
-def checked_assemblies(case: Case, assemblies: Sequence[Assembly]) -> tuple[Assembly, ...]:
-    """Return assemblies, checked by the rules for the keys of a case file.
+def listed_assemblies(assemblies: Any) -> list[Any]:
+    """List the assemblies of a request: a single one is a list of one."""
+    return [assemblies] if isinstance(assemblies, BUILT) or not isinstance(assemblies, Iterable) else list(assemblies)
+
+
+def checked_assemblies(case: Case, assemblies: Sequence[Any]) -> tuple[Assembly, ...]:
+    """Return assemblies, checked by the rules for the keys of a case file; axes alone are of plain flanks.
 
     Raises
     ------
@@ -110,8 +116,14 @@ def checked_assemblies(case: Case, assemblies: Sequence[Assembly]) -> tuple[Asse
     found = []
     for number, one in enumerate(assemblies):
         where = f"{case.name}: assemblies[{number}]"
+        if isinstance(one, Misalignment):
+            one = Assembly(one)
+        if isinstance(one, Modification):
+            ways = "Assembly(pinion=m), Assembly(wheel=m) or, of both gears, Assembly(pinion=m, wheel=m)"
+            raise CaseError(f"{where} = {one!r:.60}: says nothing of its gear: write {ways}")
         if not isinstance(one, Assembly):
-            raise CaseError(f"{where} = {one!r:.60}: must be an Assembly")
+            ways = "Assembly(pinion=Modification(...), misalignment=Misalignment(...))"
+            raise CaseError(f"{where} = {one!r:.60}: must be an Assembly: write {ways}")
         flanks = [checked(getattr(one, gear), Modification, where, f"{gear}.modification") for gear in GEARS]
         found.append(Assembly(checked(one.misalignment, Misalignment, where, "misalignment"), *flanks))
     if not found:
@@ -176,9 +188,23 @@ def positions(case: Case, meshed: MeshedPair, angles: int | FloatArray | None) -
     except ValueError:  # lists of different lengths
         phi = np.empty((0, 0))
     numbers = phi.ndim == 1 and phi.dtype.kind in "iuf" and 0 < len(phi) <= MOST_ANGLES
-    if not numbers or not (np.abs(phi) <= LARGEST_ANGLE).all():  # nan neither
+    if not numbers or not np.isfinite(phi).all():
         raise CaseError(
             f"{where}, of shape {phi.shape} and type {phi.dtype}: must be a whole number, or a list of 1 to "
-            f"{MOST_ANGLES} finite numbers in rad, at most {LARGEST_ANGLE:g}: correct them"
+            f"{MOST_ANGLES} finite numbers in rad: correct them"
+        )
+    largest, period = float(np.abs(phi).max()), math.tau * _revolutions(case)
+    if largest > period + meshed.pair.pitch:
+        raise CaseError(
+            f"{where} reach {largest:g}: they are in rad, and all states of the pair are there within {period:.4g} "
+            "rad: where these are degrees, write angles=numpy.radians(angles)"
         )
     return np.asarray(phi, dtype=float)
+
+
+def _revolutions(case: Case) -> int:
+    """Revolutions of the pinion after which all states of a pair repeat: several where its teeth differ."""
+    flanks = [case.pinion_modification, case.wheel_modification]
+    flanks += [flank for condition in case.conditions for flank in (condition.pinion, condition.wheel)]
+    pinion, wheel = case.pair.pinion.teeth, case.pair.wheel.teeth
+    return wheel // math.gcd(pinion, wheel) if any(flank.pitch_deviations_um for flank in flanks) else 1

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from pmor.core.errors import OutputError
 from pmor.core.progress import Steps
+from pmor.core.wording import suggesting
 
 if TYPE_CHECKING:
     from pmor.campaigns.result import CampaignResult
@@ -47,6 +48,7 @@ class _Result(Protocol):
 _Found = TypeVar("_Found", bound=_Result)
 
 
+@suggesting
 def run_dynamics(
     case: Case, folder: Place | None = None, *, executor: Executor | None = None, progress: Steps | None = None,
     overwrite: bool = False,
@@ -57,6 +59,7 @@ def run_dynamics(
     return _run(run, case, folder, overwrite, executor=executor, progress=progress)
 
 
+@suggesting
 def run_design(
     file: Place | DesignFile, folder: Place | None = None, *, executor: Executor | None = None,
     progress: Steps | None = None, overwrite: bool = False,
@@ -69,6 +72,7 @@ def run_design(
     return _run(run, settings, folder, overwrite, executor=executor, progress=progress)
 
 
+@suggesting
 def campaign(
     file: Place | Campaign, folder: Place | None = None, *, executor: Executor | None = None,
     progress: Steps | None = None, overwrite: bool = False,
@@ -85,6 +89,7 @@ def campaign(
     return _run(run, settings, folder, overwrite, executor=executor, progress=progress)
 
 
+@suggesting
 def study(
     file: Place | Study, folder: Place | None = None, *, quick: bool = False, executor: Executor | None = None,
     progress: Steps | None = None, overwrite: bool = False,
@@ -97,6 +102,7 @@ def study(
     return _run(run, settings, folder, overwrite, executor=executor, progress=progress)
 
 
+@suggesting
 def convergence(
     case: Case, folder: Place | None = None, *, executor: Executor | None = None, progress: Steps | None = None,
     overwrite: bool = False,
@@ -107,6 +113,7 @@ def convergence(
     return _run(run, case, folder, overwrite, executor=executor, progress=progress)
 
 
+@suggesting
 def stability(
     case: Case, folder: Place | None = None, *, only: str = "", executor: Executor | None = None,
     progress: Steps | None = None, overwrite: bool = False,
@@ -117,6 +124,7 @@ def stability(
     return _run(run, case, folder, overwrite, only=only, executor=executor, progress=progress)
 
 
+@suggesting
 def reductions(
     case: Case, folder: Place | None = None, *, executor: Executor | None = None, progress: Steps | None = None,
     overwrite: bool = False,
@@ -127,6 +135,7 @@ def reductions(
     return _run(run, case, folder, overwrite, executor=executor, progress=progress)
 
 
+@suggesting
 def bench(
     case: Case, file: Place | None = None, *, threads: int = 2, overwrite: bool = False, inputs: Sequence[Path] = ()
 ) -> Bench:

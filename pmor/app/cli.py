@@ -19,6 +19,7 @@ from pmor.core.errors import OutputError, PmorError, printable
 from pmor.core.memory import memory_limits, memory_text
 from pmor.core.threads import use_one_thread
 from pmor.core.version import __version__
+from pmor.core.wording import in_command
 
 INTERRUPTED = 130
 # Results have messages of their own (pmor.storage.atomic); this is for the files that libraries write.
@@ -266,7 +267,7 @@ class _Line(logging.Formatter):
 
 
 def _one_line(text: str) -> str:
-    return printable(" ".join(text.splitlines()))
+    return printable(in_command(" ".join(text.splitlines())))
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from pmor.app.result import SweepResult
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
 from pmor.core.progress import Steps, quietly
+from pmor.core.wording import suggesting
 from pmor.gear.condition import Misalignment
 from pmor.gear.modification import Modification
 from pmor.line.unloaded import with_unloaded
@@ -38,8 +39,9 @@ class FullModel:
     case: Case
     elastic: ElasticModel
 
+    @suggesting
     def sweep(
-        self, torques_Nm: Iterable[float] | None = None, angles: int | FloatArray | None = None, *,
+        self, torques_Nm: float | Iterable[float] | None = None, angles: int | FloatArray | None = None, *,
         misalignment: Misalignment | None = None, executor: Executor | None = None, progress: Steps = quietly,
         pinion: Modification | None = None, wheel: Modification | None = None
     ) -> SweepResult:  # fmt: skip
@@ -54,6 +56,7 @@ class FullModel:
         return f"<FullModel of {self.case!r}>"
 
 
+@suggesting
 def full_model(case: Case) -> FullModel:
     """Mesh both gears and solve for the compliance of their flanks.
 

@@ -15,10 +15,12 @@ from pmor.app.asked import (
     check_assembly,
     checked_assemblies,
     listed,
+    listed_assemblies,
     listed_within_memory,
     positions,
     with_assembly,
 )
+from pmor.app.cases import in_keywords
 from pmor.app.export import export_model, export_sweep
 from pmor.app.full import FullModel
 from pmor.app.result import ConditionsResult, SweepResult
@@ -27,6 +29,7 @@ from pmor.case import Case, beyond_training, change_case, trained_flanks
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, OutputError
 from pmor.core.progress import Steps, quietly
+from pmor.core.wording import suggesting
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.gear.modification import Modification
 from pmor.line.unloaded import with_unloaded
@@ -87,8 +90,9 @@ class ReducedModel:
         """Largest number of unknowns of a position."""
         return largest_size(self.reduced)
 
+    @suggesting
     def sweep(
-        self, torques_Nm: Iterable[float] | None = None, angles: int | FloatArray | None = None, *,
+        self, torques_Nm: float | Iterable[float] | None = None, angles: int | FloatArray | None = None, *,
         misalignment: Misalignment | None = None, extrapolate: bool = False, executor: Executor | None = None,
         progress: Steps = quietly, pinion: Modification | None = None, wheel: Modification | None = None
     ) -> SweepResult:  # fmt: skip
@@ -96,7 +100,7 @@ class ReducedModel:
 
         Parameters
         ----------
-        torques_Nm : iterable of float, optional
+        torques_Nm : float or iterable of float, optional
             Pinion torques, N m; those of the case by default.
         angles : int or ndarray, optional
             Number of pinion angles per pitch, or the angles themselves in rad; by default the number of the case.
@@ -128,15 +132,21 @@ class ReducedModel:
         sweep = with_mesh_error(with_unloaded(sweep, meshed, conditions), self.reduced, conditions)
         return SweepResult(sweep, meshed.pair, self.reduced, conditions[0].assembly)
 
+    @suggesting
     def harris_map(
-        self, torques_Nm: Iterable[float] | None = None, angles: int | None = None, *, executor: Executor | None = None
+        self,
+        torques_Nm: float | Iterable[float] | None = None,
+        angles: int | None = None,
+        *,
+        executor: Executor | None = None,
     ) -> SweepResult:
         """Sweep over the torques of the Harris map, those of the case by default; see `sweep`."""
         torques = self.case.results.harris_torques_Nm if torques_Nm is None else torques_Nm
         return self.sweep(torques, angles, executor=executor)
 
+    @suggesting
     def sweep_conditions(
-        self, assemblies: Sequence[Assembly], torques_Nm: Iterable[float] | None = None,
+        self, assemblies: Assembly | Iterable[Assembly], torques_Nm: float | Iterable[float] | None = None,
         angles: int | FloatArray | None = None, *, extrapolate: bool = False, executor: Executor | None = None,
         progress: Steps = quietly
     ) -> ConditionsResult:  # fmt: skip
@@ -144,8 +154,9 @@ class ReducedModel:
 
         Parameters
         ----------
-        assemblies : sequence of Assembly
-            Axes and modifications of both flanks, complete: the default of each is as drawn, whatever the case says.
+        assemblies : Assembly, or iterable of Assembly
+            Axes and modifications of both flanks, complete: the default of each is as drawn, whatever the case says. A
+            `Misalignment` stands for an assembly of plain flanks.
         torques_Nm, angles, extrapolate, executor
             As in `sweep`, the same for all.
         progress : callable
@@ -156,19 +167,19 @@ class ReducedModel:
         CaseError
             As `sweep`, with the number of the assembly, from 0.
         """
-        meshed = self.reduced.meshed
+        meshed, assemblies = self.reduced.meshed, listed_assemblies(assemblies)
         torques_Nm = listed_within_memory(self.case, meshed, torques_Nm, angles, assemblies=len(assemblies))
         asked = asked_case(self.case, meshed.pair, torques_Nm, angles, None, (None, None))
-        assemblies = checked_assemblies(self.case, assemblies)
-        asked = replace(asked, conditions=tuple(listed(asked, n, one) for n, one in enumerate(assemblies)))
+        built = checked_assemblies(self.case, assemblies)
+        asked = replace(asked, conditions=tuple(listed(asked, n, one) for n, one in enumerate(built)))
         check_assembly(asked, self.case, meshed.pair)
         if self.case.reduction.trained:
-            for one in assemblies:
+            for one in built:
                 self._refuse_beyond_training(with_assembly(asked, one), extrapolate)
         refuse_loads(asked, meshed)
         phi, torques = positions(asked, meshed, angles), asked.online.torques_Nm
-        sweeps = sweep_assemblies(self.reduced, phi, assemblies, [torques] * len(assemblies), executor, progress)
-        return ConditionsResult(tuple(assemblies), tuple(SweepResult(sweep, meshed.pair) for sweep in sweeps))
+        sweeps = sweep_assemblies(self.reduced, phi, built, [torques] * len(built), executor, progress)
+        return ConditionsResult(built, tuple(SweepResult(sweep, meshed.pair) for sweep in sweeps))
 
     def dynamics(
         self, *, folder: Path | str | None = None, executor: Executor | None = None,
@@ -198,7 +209,8 @@ class ReducedModel:
         """
         from pmor.dynamics.run import run
 
-        asked = change_case(self.case, dynamics=settings) if settings else self.case
+        with in_keywords():
+            asked = change_case(self.case, dynamics=settings) if settings else self.case
         return run(asked, reduced=self.reduced, folder=folder, executor=executor, progress=progress)
 
     def design(
@@ -228,11 +240,13 @@ class ReducedModel:
         from pmor.design.loader import settings_of
         from pmor.design.run import run
 
-        file = settings_of(self.case, settings)
+        with in_keywords():
+            file = settings_of(self.case, settings)
         return run(file, reduced=self.reduced, folder=folder, executor=executor, progress=progress)
 
+    @suggesting
     def root_stress(
-        self, torques_Nm: Iterable[float] | None = None, angles: int | FloatArray | None = None, *,
+        self, torques_Nm: float | Iterable[float] | None = None, angles: int | FloatArray | None = None, *,
         misalignment: Misalignment | None = None, executor: Executor | None = None, pinion: Modification | None = None,
         wheel: Modification | None = None
     ) -> RootStress:  # fmt: skip
@@ -259,8 +273,7 @@ class ReducedModel:
         found = root_stress(self.reduced, asked.phi, asked.conditions, executor)
         if found is None:
             raise CaseError(
-                'the model holds no root stress: train one of line loads, [reduction] shapes = "line_loads", with '
-                "[results] root_stress = true"
+                "the model holds no root stress: train one of a case with scheme='line' and root_stress=True"
             )
         return found
 
@@ -271,6 +284,7 @@ class ReducedModel:
         if beyond and not (extrapolate or case.online.extrapolate):
             raise CaseError(f"beyond the training: {beyond[0]}: train over it, or pass extrapolate=True")
 
+    @suggesting
     def save(self, path: Path | str, *, overwrite: bool = False) -> None:
         """Write the model to an HDF5 file, whole or not at all.
 
@@ -285,6 +299,7 @@ class ReducedModel:
         ensure_folder(target.parent)
         write_basis(target, self.basis, self.force, overwrite)
 
+    @suggesting
     def export(self, path: Path | str, to: str, *, torque_Nm: float | None = None, overwrite: bool = False) -> None:
         """Write the model in the format of another program, as `pmor.export_file` does of a basis file.
 
@@ -315,6 +330,7 @@ class ReducedModel:
         ensure_folder(target.parent)
         export_model(self.reduced, to, target, overwrite, torque_Nm)
 
+    @suggesting
     def report(
         self, folder: Path | str, *, compare: bool = True, full: FullModel | None = None, overwrite: bool = False,
         executor: Executor | None = None, progress: Steps = quietly, inputs: Sequence[Path] = (),

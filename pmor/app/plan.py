@@ -14,6 +14,7 @@ from pmor.case.live_page import asks_for_live_page, takes_whole_width
 from pmor.case.width import intervals_across, meshed_width
 from pmor.core.memory import memory_text
 from pmor.core.progress import format_time
+from pmor.core.wording import suggesting
 from pmor.pair.conditions import full_solves, misalignments, torques_of
 from pmor.pair.model import refuse_loads_unmeshed
 from pmor.work.cost import refuse_beyond_memory, stages
@@ -52,6 +53,7 @@ def plan_parts(case: Case) -> Iterator[str]:
             yield "\n".join(lines)
 
 
+@suggesting
 def plan(case: Case) -> str:
     """Return the plan of a case, with sizes, peak memory and time, as `pmor plan` prints it.
 

@@ -16,6 +16,7 @@ from pmor.case.live_page import takes_whole_width
 from pmor.case.width import whole_width
 from pmor.core.progress import Steps, quietly
 from pmor.core.threads import refuse_processes
+from pmor.core.wording import suggesting
 from pmor.fe.sector import SectorMesh
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import ElasticModel, refuse_loads
@@ -84,6 +85,7 @@ class RunResult:
         return result_text(self.found)
 
 
+@suggesting
 def run_case(
     case: Case, folder: Path | str, *, pages: bool = True, overwrite: bool = False,
     executor: Executor | None = None, progress: Steps = quietly, inputs: Sequence[Path] = (),

@@ -14,6 +14,7 @@ from pmor.case import Case
 from pmor.core.errors import CaseError
 from pmor.core.progress import Steps, quietly
 from pmor.core.threads import refuse_processes
+from pmor.core.wording import suggesting
 from pmor.storage.atomic import ensure_writable, refuse_existing
 from pmor.storage.basis_file import read_model, require_made_from
 from pmor.storage.results_folder import refuse_foreign_folder, refuse_in_the_way
@@ -24,6 +25,7 @@ from pmor_online.compare import Comparison, compare_models
 from pmor_online.errors import estimate_errors
 
 
+@suggesting
 def train(
     case: Case, full: FullModel | None = None, *, file: Path | str | None = None, resume: bool = False,
     overwrite: bool = False, executor: Executor | None = None, progress: Steps = quietly,
@@ -89,6 +91,7 @@ def train_file(
                        progress=progress)  # fmt: skip
 
 
+@suggesting
 def load_model(path: Path | str, *, case: Case | None = None) -> ReducedModel:
     """Read a model that `ReducedModel.save`, `train` or `pmor offline` has written.
 
@@ -113,6 +116,7 @@ def load_model(path: Path | str, *, case: Case | None = None) -> ReducedModel:
     return ReducedModel(basis, force, source, size)
 
 
+@suggesting
 def compare(
     model: ReducedModel, full: FullModel | None = None, *, executor: Executor | None = None, progress: Steps = quietly
 ) -> Comparison:

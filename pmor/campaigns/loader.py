@@ -26,8 +26,9 @@ from pmor.case import change_case, load_case, parse_case, text_of
 from pmor.case.capability import why_not
 from pmor.case.reader import Reader, keys_of, parse_toml, read_text, sections_in
 from pmor.case.schema import SECTIONS
-from pmor.case.values import did_you_mean, forms_of, toml_text
+from pmor.case.values import forms_of, toml_text
 from pmor.core.errors import printable
+from pmor.core.wording import did_you_mean
 
 DESIGNS = "designs"
 RANGE_KEYS = ("from", "to", "steps")

@@ -106,7 +106,7 @@ def write_design(campaign: Campaign, number: int, folder: Path, overwrite: bool 
     """
     if number > campaign.count:
         raise CaseError(
-            f"--case {number}: {campaign.inputs[0]} has {campaign.count} designs: give one of these numbers"
+            f"number {number}: {campaign.inputs[0]} has {campaign.count} designs: give one of these numbers"
         )
     design = with_relations(campaign.base_text, designs_of(campaign)(number - 1), campaign.sections.relations)
     target = ensure_folder(folder) / f"{campaign.name}_design_{number}.toml"

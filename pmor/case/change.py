@@ -11,37 +11,13 @@ from pmor.case.loader import parse_case
 from pmor.case.reader import keys_of
 from pmor.case.schema import SECTIONS, Case
 from pmor.core.errors import CaseError
+from pmor.core.wording import did_you_mean
 from pmor.gear.modification import UNMODIFIED
 from pmor.gear.topography import Topography
 
 
 def make_case(name: str = "case", **settings: Any) -> Case:
-    """Make a case without a file.
-
-    Parameters
-    ----------
-    name : str
-        Names results; used in messages.
-    **settings
-        Sections as mappings, or single keys by their names in a case file where only one section has them (a key of the
-        gears sets both): ``pinion={"teeth": 21}``, ``module_mm=4.0``. Names carry the units.
-
-    Returns
-    -------
-    Case
-        Complete: every default is filled in.
-
-    Raises
-    ------
-    CaseError
-        As for a case file: key, value, allowed values and remedy.
-
-    Examples
-    --------
-    >>> case = make_case(teeth=21, bore_radius_mm=20.0, module_mm=4.0, face_width_mm=20.0, torque_Nm=100.0)
-    >>> case.pair.wheel.teeth
-    21
-    """
+    """Make a case without a file; see `pmor.app.cases`, which types the keywords out."""
     return parse_case(_text(_changed({}, settings, name)), name, name)
 
 
@@ -116,7 +92,8 @@ def _changed(document: dict[str, Any], settings: Mapping[str, Any], where: str) 
             document[key] = value
         elif key in SECTIONS:
             if not isinstance(value, Mapping):
-                raise CaseError(f"{where}: {key} = {value!r}: is a section: write {key}={{'key': value, ...}}")
+                first = next(iter(keys_of(SECTIONS[key])))
+                raise CaseError(f"{where}: {key} = {value!r}: is a section: write {_keyword(key, first)}")
             document[key] = document.get(key, {}) | dict(value)
         else:
             for section in _homes(key, document, where):
@@ -134,7 +111,8 @@ def _homes(key: str, document: Mapping[str, Any], where: str) -> tuple[str, ...]
         choices = " or ".join(_keyword(name, key) for name in homes)
         raise CaseError(f"{where}: {key}: more than one section has it: write {choices}")
     if not homes:
-        raise CaseError(f"{where}: {key}: no section has such a key; sections are {', '.join(SECTIONS)}")
+        keys = dict.fromkeys(key for kind in SECTIONS.values() for key in keys_of(kind))
+        raise CaseError(f"{where}: {key}: no section has such a key: {did_you_mean(key, [*SECTIONS, *keys])}")
     return homes
 
 

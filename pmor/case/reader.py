@@ -16,8 +16,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, NoReturn, TypeVar, get_args, get_origin, get_type_hints
 
-from pmor.case.values import REMOVED, Refused, convert, did_you_mean, toml_text
+from pmor.case.values import REMOVED, Refused, convert, toml_text
 from pmor.core.errors import CaseError
+from pmor.core.wording import did_you_mean
 from pmor.gear.topography import Topography, read_topography
 
 Section = TypeVar("Section")
@@ -53,6 +54,8 @@ def read_text(path: Path, what: str, place: str = "") -> str:
     except PermissionError:
         raise CaseError(f"{place}: may not be read: check the permissions of the file") from None
     except UnicodeDecodeError:
+        if path.suffix == ".h5":
+            raise CaseError(f"{place}: is no {what} but an HDF5 file: a model is read by pmor.load_model") from None
         raise CaseError(f"{place}: cannot be read, is not UTF-8 text: save it as plain text in UTF-8") from None
     except (OSError, ValueError) as error:
         raise CaseError(f"{place}: cannot be read ({error}): name a readable {what}") from None
@@ -267,7 +270,9 @@ def checked(section: Any, kind: type[Section], where: str, name: str) -> Section
     CaseError
     """
     if not isinstance(section, kind):
-        raise CaseError(f"{where}: {name} = {section!r:.60}: must be a {kind.__name__}")
+        content = section if isinstance(section, Mapping) else {next(iter(keys_of(kind))): "..."}
+        made = f"{kind.__name__}({', '.join(f'{key}={value}' for key, value in content.items())})"
+        raise CaseError(f"{where}: {name} = {section!r:.60}: must be a {kind.__name__}: write {made}")
     written = {i.name: value for i, _ in _annotated(kind)  # type: ignore[arg-type]
                if (value := getattr(section, i.name)) is not i.default}  # fmt: skip
     return Reader(where).section({key: v for key, v in written.items() if v is not None}, kind, name)

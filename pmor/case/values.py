@@ -4,7 +4,6 @@ All functions return the converted value or raise `Refused` with rule and remedy
 and key.
 """
 
-import difflib
 import json
 import math
 from dataclasses import fields
@@ -14,6 +13,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pmor.core.errors import CaseError
 from pmor.core.ranges import Range
+from pmor.core.wording import did_you_mean
 from pmor.gear.topography import Topography
 
 LONGEST_SHOWN_VALUE = 60
@@ -49,14 +49,6 @@ def toml_text(value: object) -> str:
     else:
         text = str(value)
     return text if len(text) <= LONGEST_SHOWN_VALUE else text[: LONGEST_SHOWN_VALUE - 3] + "..."
-
-
-def did_you_mean(word: str, valid: list[str]) -> str:
-    """Remedy for a misspelt word: the closest valid one, or all of them."""
-    closest = difflib.get_close_matches(word, valid, n=1)
-    if not closest:  # "Teeth", "HERMITE"
-        closest = [name for name in valid if name.lower() == word.lower()]
-    return f"did you mean {closest[0]}?" if closest else f"valid are {', '.join(valid)}"
 
 
 def plain(value: Any) -> Any:
@@ -124,10 +116,11 @@ def _topography(value: object) -> Topography:
 
 
 def _items(value: object, item: Any) -> tuple[Any, ...]:
-    if not isinstance(value, list) or not value:
+    entries = value if isinstance(value, list) else [value]
+    if not entries:
         raise Refused("must be a list with at least one entry: put the values in brackets")
     try:
-        found = tuple(convert(entry, item) for entry in value)
+        found = tuple(convert(entry, item) for entry in entries)
     except Refused as refused:
         raise Refused(f"each value {refused}") from None
     if len(set(found)) < len(found):
@@ -202,8 +195,10 @@ def _number(value: object, allowed: Range) -> float:
 
 
 def _numbers(value: object, allowed: Range) -> tuple[float, ...]:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return (_number(value, allowed),)
     if not isinstance(value, list):
-        raise Refused("must be a list: put the numbers in brackets, as in [20.0, 70.0]")
+        raise Refused("must be a number, or a list of numbers in brackets, as in [20.0, 70.0]")
     if not value:
         raise Refused("must not be empty: give at least one value, or leave the key out for the default")
     try:

@@ -30,15 +30,13 @@ def write_variant(file: DesignFile, folder: Path, number: int, *, overwrite: boo
 
 def _text(file: DesignFile, results: Path, number: int) -> str:
     if not results.exists():
-        raise OutputError(f"{results}: there are no results yet: run 'pmor design' without --case first")
+        raise OutputError(f"{results}: there are no results yet: run pmor.run_design first")
     found = read_design_file(results)
     if found.text != file.text:
-        raise OutputError(
-            f"{results}: was made from another design file or case: run 'pmor design' without --case first"
-        )
+        raise OutputError(f"{results}: was made from another design file or case: run pmor.run_design first")
     count = len(found.arrays["x"])
     if number >= count:
-        raise CaseError(f"--case {number}: variants are 0 to {count - 1}: choose one of them")
+        raise CaseError(f"variant {number}: variants are 0 to {count - 1}: choose one of them")
     base = load_case(file.inputs[1])
     assembly = assembly_at(file.base, file.design.variables, found.arrays["x"][number])
     sections = {"pinion.modification": assembly.pinion, "wheel.modification": assembly.wheel}

@@ -13,12 +13,14 @@ from dataclasses import dataclass
 from typing import Annotated, TypeVar
 
 from pmor.core.ranges import Range
+from pmor.core.wording import suggesting
 from pmor.gear.modification import UNMODIFIED, Modification
 
 T = TypeVar("T")
 Deviation = Annotated[float, Range(-1000.0, 1000.0, "um")]
 
 
+@suggesting
 @dataclass(frozen=True)
 class Misalignment:
     """Offset and tilt of the wheel's axis as a rigid body; by default none.
@@ -55,6 +57,7 @@ class Misalignment:
 ALIGNED = Misalignment()
 
 
+@suggesting
 @dataclass(frozen=True)
 class Assembly:
     """Misalignment and modifications of a pair; by default aligned axes and plain involutes.

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from pmor.core.ranges import METRES, RADIANS, Range
+from pmor.core.wording import suggesting
 from pmor.gear.topography import Topography
 
 Amount = Annotated[float, Range(-1000.0, 1000.0, "um")]
@@ -14,6 +15,7 @@ RollAngle = Annotated[float, Range(0.0, 180.0, "deg", mistaken_for=(RADIANS,))]
 ReliefShape = Literal["linear", "parabolic"]
 
 
+@suggesting
 @dataclass(frozen=True, kw_only=True)
 class Modification:
     """Deviations of the loaded flanks of one gear (sections `[pinion.modification]` and `[wheel.modification]`).

@@ -97,7 +97,7 @@ def refuse_existing(path: Path, overwrite: bool) -> None:
     if os.path.isdir(path):
         raise OutputError(f"{path}: is a folder, not a file; choose another name")
     if os.path.exists(path) and not overwrite:  # unlike Path.exists, no error where a name is too long
-        raise OutputError(f"{path}: exists already; choose another name or add --overwrite")
+        raise OutputError(f"{path}: exists already; choose another name or pass overwrite=True")
 
 
 def ensure_folder(path: Path) -> Path:

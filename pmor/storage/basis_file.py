@@ -41,7 +41,7 @@ from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read, rea
 from pmor.storage.layout import check_layout, require
 from pmor.storage.structure import items_of
 
-BASIS_SCHEMA = Schema("pmor-basis", 9, "make it anew with 'pmor offline'")
+BASIS_SCHEMA = Schema("pmor-basis", 9, "make it anew with pmor.train")
 # Not read for a basis: kept for checks and for later enrichment.
 KEPT = "training/force"
 

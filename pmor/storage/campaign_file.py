@@ -10,7 +10,7 @@ import numpy as np
 from pmor.storage.hdf5 import Schema, create, write_all
 from pmor.storage.layout import Field
 
-CAMPAIGN_SCHEMA = Schema("pmor-campaign", 2, "make it anew with 'pmor campaign'")
+CAMPAIGN_SCHEMA = Schema("pmor-campaign", 2, "make it anew with pmor.campaign")
 NUMBER, STATUS = "design/number", "design/status"
 AXIS = "design"
 

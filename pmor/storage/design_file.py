@@ -11,7 +11,7 @@ import numpy as np
 from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all, write_all
 from pmor.storage.layout import Field
 
-DESIGN_SCHEMA = Schema("pmor-design", 2, "make it anew with 'pmor design'")
+DESIGN_SCHEMA = Schema("pmor-design", 2, "make it anew with pmor.run_design")
 
 DESIGN_LAYOUT = {
     "torque": Field("N m", "torque", "on the pinion", least=0.0),

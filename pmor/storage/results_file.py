@@ -21,7 +21,7 @@ from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all,
 from pmor.storage.layout import Field
 from pmor.storage.structure import items_of
 
-RESULTS_SCHEMA = Schema("pmor-results", 2, "make it anew with 'pmor run' or 'pmor online'")
+RESULTS_SCHEMA = Schema("pmor-results", 2, "make it anew with pmor.run_case")
 
 STATE, SECTIONS, FLANK = "torque, angle", "torque, angle, pair, section", "torque, roll, place"
 TEETH = "torque, angle, gear, pair, side"

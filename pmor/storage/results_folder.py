@@ -86,7 +86,7 @@ def refuse_in_the_way(paths: Sequence[Path], overwrite: bool, inputs: Sequence[P
                 raise OutputError(f"{path}: is an input of the results; choose another place for them")
         no_file = path.is_dir() or path.is_symlink()
         if no_file or not (overwrite or is_ours(path)):
-            remedy = "choose another place" + ("" if no_file else ", or add --overwrite")
+            remedy = "choose another place" + ("" if no_file else ", or pass overwrite=True")
             raise OutputError(f"{path}: {foreign_words(path)}; {remedy}")
 
 

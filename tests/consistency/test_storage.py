@@ -185,7 +185,7 @@ def test_a_basis_that_cannot_be_trusted_is_refused(damage, path):
         read_basis(path)
     message = str(caught.value)
     assert str(path) in message
-    assert "'pmor offline'" in message, "says what to do"
+    assert "pmor.train" in message, "says what to do"
     assert len(message.splitlines()) == 1
     assert caught.value.exit_code == 2
 
@@ -202,7 +202,7 @@ def test_a_case_text_that_this_version_refuses_names_the_basis_file(path):
 
 def test_an_existing_file_stays_unless_told_otherwise(path, basis, force):
     before = path.read_bytes()
-    with pytest.raises(OutputError, match=r"basis\.h5: exists already; .*--overwrite"):
+    with pytest.raises(OutputError, match=r"basis\.h5: exists already; .*pass overwrite=True"):
         write_basis(path, basis, force)
     assert path.read_bytes() == before
     other = replace(basis, training=replace(basis.training, seconds=7.0))

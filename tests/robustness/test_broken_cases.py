@@ -122,7 +122,7 @@ BROKEN = {
     "title of two lines": (replaced("Small spur pair for", "Small\\nspur"), ["title", "one line"]),
     "zero torque": (replaced("torque_Nm = 100.0", "torque_Nm = 0.0"), ["torque_Nm = 0.0", "no contact to solve"]),
     "empty torque list": (replaced("[40.0, 160.0]", "[]"), ["[offline] torques_Nm = []", "must not be empty"]),
-    "number for torque list": (replaced("[40.0, 160.0]", "160.0"), ["[offline] torques_Nm", "in brackets"]),
+    "text for torque list": (replaced("[40.0, 160.0]", '"160"'), ["[offline] torques_Nm", "in brackets"]),
     "bad value in a torque list": (replaced("[40.0, 160.0]", "[40.0, nan]"), ["[offline] torques_Nm", "finite"]),
     "duplicated torques": (replaced("[40.0, 160.0]", "[160, 160.0]"), ["torques_Nm", "160.0 is there twice"]),
     "online torque beyond training": (

@@ -40,7 +40,7 @@ LOADS = {
     "no load": (0.0, "without load"),
     "a reversed load": (-5.0, "reversed torque"),
     "a load that is no number": (NAN, "finite"),
-    "a load as text": ("125", "must be a number|must be a list"),
+    "a load as text": ("125", "must be a number"),
     "a load beyond the teeth": (1e9, "teeth have room for"),
     "a load beyond the law of line contact": (1.1e4, "half-wide, more than half the depth"),
 }

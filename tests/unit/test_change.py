@@ -50,7 +50,7 @@ def test_a_key_of_the_gears_changes_both_and_a_section_one():
     ("settings", "message"),
     [
         ({"torques_Nm": [1.0]}, r"more than one section has it: write offline=\{'torques_Nm': ...\} or online="),
-        ({"profile_element": 8}, "no section has such a key"),
+        ({"profile_element": 8}, "no section has such a key: did you mean profile_elements"),
         ({"mesh": 8}, r"is a section: write mesh=\{"),
         ({"profile_elements": 0}, "must be between 2 and 512"),
         ({"torque_Nm": float("nan")}, "torque_Nm"),

@@ -61,7 +61,7 @@ def find_stage(gearbox: Gearbox, wanted: int | None, where: str) -> Stage:
     if not found:
         raise CaseError(f"{where}: has no stage of two external cylindrical gears: nothing to make a case of")
     if wanted is None and len(found) > 1:
-        raise CaseError(f"{where}: has several stages: choose one with --stage: {listed}")
+        raise CaseError(f"{where}: has several stages: pass stage=N: {listed}")
     number = next(iter(found)) if wanted is None else wanted
     if number not in found:
         raise CaseError(f"{where}: stage {number}: there is no such stage of cylindrical gears: choose from {listed}")

@@ -1,0 +1,188 @@
+"""Cases made and changed in Python, each keyword with its type: editors and notebooks complete and check them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from inspect import Parameter, signature
+from typing import Any, Literal, TypedDict, TypeVar, Unpack
+
+from pmor.case import Case
+from pmor.case import change_case as changed_case
+from pmor.case import make_case as made_case
+from pmor.core.errors import CaseError
+from pmor.core.wording import in_python, suggesting
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+Section = Mapping[str, Any]
+Numbers = float | Sequence[float]
+Scheme = Literal["line", "direct", "paper", "facet"]
+PictureFormat = Literal["png", "svg", "pdf"]
+
+
+class Settings(TypedDict, total=False):
+    """Sections of a case file as mappings, and its keys that only one section has, or both gears have."""
+
+    title: str
+    condition: Sequence[Section]
+    load: Section
+    pair: Section
+    pinion: Section
+    wheel: Section
+    mesh: Section
+    contact: Section
+    misalignment: Section
+    reduction: Section
+    offline: Section
+    online: Section
+    compare: Section
+    results: Section
+    dynamics: Section
+    output: Section
+    # [load]
+    torque_Nm: float
+    # [pair]
+    module_mm: float
+    pressure_angle_deg: float
+    helix_angle_deg: float
+    face_width_mm: float
+    centre_distance_mm: float
+    # [pinion]
+    teeth: int
+    profile_shift: float
+    addendum: float
+    dedendum: float
+    rack_tip_radius: float
+    bore_radius_mm: float
+    face_offset_mm: float
+    tip_rounding_mm: float
+    tip_chamfer_mm: float
+    youngs_modulus_GPa: float
+    poisson_ratio: float
+    # [mesh]
+    profile_elements: int
+    width_elements: int
+    width: Literal["half", "whole", "plane_strain"]
+    element: Literal["hex20", "hex8i", "hex8"]
+    spacing: Literal["arc_length", "roll_angle"]
+    share_identical: bool
+    error_bar: bool
+    # [contact]
+    scheme: Scheme
+    slave: Literal["tip", "pinion", "wheel", "both"]
+    edge_normals: Literal["parabolic", "average"]
+    lodm_profile: int
+    lodm_width: int
+    penalty_N_mm3: float
+    layer_depth: float
+    # [reduction]
+    shapes: Literal["line_loads", "flank_lines", "positions", "pod", "global_pod", "static_modes"]
+    interpolation: Literal["linear", "cubic"]
+    pod_tolerance: float
+    distribution_tolerance: float
+    error_estimate: bool
+    # [offline]
+    sampling: Literal["grid", "sobol", "greedy"]
+    solves: int
+    tolerance_percent: float
+    # [online]
+    pitches: int | Literal["revolution", "hunting"]
+    extrapolate: bool
+    # [compare]
+    angles: int
+    models: Scheme | Sequence[Scheme]
+    largest_error_percent: float
+    # [results]
+    maps: bool
+    harris_torques_Nm: Numbers
+    root_stress: bool
+    # [dynamics]
+    degrees_of_freedom: int
+    mesh_frequency_ratio: Numbers
+    mesh_frequency_Hz: Numbers
+    damping_ratio: float
+    mesh_damping_N_s_mm: float
+    backlash_um: float
+    density_kg_m3: float
+    pinion_inertia_kg_m2: float
+    wheel_inertia_kg_m2: float
+    pinion_shaft_inertia_kg_m2: float
+    wheel_shaft_inertia_kg_m2: float
+    pinion_mass_kg: float
+    wheel_mass_kg: float
+    pinion_bearing_stiffness_N_um: Numbers
+    wheel_bearing_stiffness_N_um: Numbers
+    pinion_bearing_damping_N_s_mm: Numbers
+    wheel_bearing_damping_N_s_mm: Numbers
+    pinion_tilting_stiffness_kNm_rad: Numbers
+    wheel_tilting_stiffness_kNm_rad: Numbers
+    bearing_damping_ratio: float
+    run_cycles: int
+    accuracy_grade: int
+    law: Literal["table", "exact"]
+    # [output]
+    plots: bool
+    report: bool
+    live_page: bool
+    format: PictureFormat | Sequence[PictureFormat]
+
+
+@contextmanager
+def in_keywords() -> Iterator[None]:
+    """Word what is refused as keywords of Python, not as sections of a file."""
+    try:
+        yield
+    except CaseError as error:
+        raise type(error)(in_python(str(error))) from None
+
+
+def _typed_out(function: Function) -> Function:
+    """Show each key in the signature, where notebooks find what to complete."""
+    shown = signature(function)
+    given = [one for one in shown.parameters.values() if one.kind is not Parameter.VAR_KEYWORD]
+    keys = [
+        Parameter(key, Parameter.KEYWORD_ONLY, default=..., annotation=getattr(hint, "__forward_arg__", hint))
+        for key, hint in Settings.__annotations__.items()
+    ]
+    function.__signature__ = shown.replace(parameters=[*given, *keys])  # type: ignore[attr-defined]
+    return function
+
+
+@_typed_out
+def make_case(name: str = "case", **settings: Unpack[Settings]) -> Case:
+    """Make a case without a file.
+
+    Parameters
+    ----------
+    name : str
+        Names results; used in messages.
+    **settings
+        Sections as mappings, or single keys by their names in a case file where only one section has them (a key of the
+        gears sets both): ``pinion={"teeth": 21}``, ``module_mm=4.0``. Names carry the units.
+
+    Returns
+    -------
+    Case
+        Complete: every default is filled in.
+
+    Raises
+    ------
+    CaseError
+        As for a case file: key, value, allowed values and remedy.
+
+    Examples
+    --------
+    >>> case = make_case(teeth=21, bore_radius_mm=20.0, module_mm=4.0, face_width_mm=20.0, torque_Nm=100.0)
+    >>> case.pair.wheel.teeth
+    21
+    """
+    with in_keywords():
+        return made_case(name, **settings)
+
+
+@_typed_out
+@suggesting
+def change_case(case: Case, **settings: Unpack[Settings]) -> Case:
+    """Return a case with some settings changed; see `make_case`."""
+    with in_keywords():
+        return changed_case(case, **settings)
