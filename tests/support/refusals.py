@@ -70,7 +70,7 @@ def end_of(path, original, words=None):
         except FileFormatError as error:
             message = str(error)
             assert message.startswith(f"{path}: ")
-            assert "pmor offline" in message
+            assert "pmor.train" in message
             assert len(message) < 600
             assert words is None or words in message, message
             ends.append("refused")

@@ -57,7 +57,7 @@ def test_each_stage_of_a_public_gearbox_is_the_pair_of_its_drawing(
 
 @beside
 def test_one_of_several_stages_has_to_be_chosen():
-    with pytest.raises(CaseError, match=r"several stages: choose one with --stage: 6 \(23/67 teeth\), 37"):
+    with pytest.raises(CaseError, match=r"several stages: pass stage=N: 6 \(23/67 teeth\), 37"):
         read_stage(SEW)
 
 
