@@ -41,6 +41,7 @@ class Settings(TypedDict, total=False):
     output: Section
     # [load]
     torque_Nm: float
+    speed_rpm: float
     # [pair]
     module_mm: float
     pressure_angle_deg: float
