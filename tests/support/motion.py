@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pmor.dynamics.harmonic_balance import harmonics_of, rms
+from pmor.dynamics.harmonic_balance import harmonics_of
 from pmor.dynamics.oscillator import Oscillator, motion_of, position_under
 from pmor.dynamics.stability import monodromy
 
@@ -27,20 +27,6 @@ def state_of(balance, unknowns, speed):
 def monodromies(branch):
     """Return the growth of disturbances over a period at all points of a branch, (points, 2n, 2n)."""
     return np.array([monodromy(branch.balance, point.unknowns, point.speed) for point in branch.points])
-
-
-def largest(branch, follow):
-    """Return the point of a branch at which the root mean square of its motion is largest."""
-    size = rms(branch.unknowns)
-    top = int(size.argmax())
-
-    def growth(point):
-        return float(point.unknowns[1:] @ point.tangent[1:-1])
-
-    for i in (top - 1, top):
-        if 0 <= i < len(size) - 1 and growth(branch.points[i]) * growth(branch.points[i + 1]) < 0.0:
-            return follow.refine(branch.points[i], follow.length(branch.points[i], branch.points[i + 1]), growth)
-    return branch.points[top]
 
 
 def multipliers(balance, unknowns, speed):

@@ -1,4 +1,4 @@
-"""The pair in motion on a benchmark: x'' + 2 zeta x' + (1 + 0.2 cos wt) max(x, 0) = 1, by the code of the gears."""
+"""The pair in motion on the benchmark of `pmor.lab.validation.motion`: stability, folds, and ways that lead to them."""
 
 import re
 
@@ -6,41 +6,14 @@ import numpy as np
 import pytest
 
 from pmor.core.errors import ConvergenceError
-from pmor.dynamics.continuation import Follower, first_point, follower, trace
-from pmor.dynamics.harmonic_balance import Balance, rest, rms, solution_of, solve_at
+from pmor.dynamics.continuation import Follower
+from pmor.dynamics.harmonic_balance import rest, rms, solution_of, solve_at
 from pmor.dynamics.integration import integrate, run_through
-from pmor.dynamics.kernels.laws import VaryingStiffness
 from pmor.dynamics.period_doubling import between_orders, doublings
-from pmor.dynamics.response import HARMONICS, response
+from pmor.dynamics.response import response
 from pmor.dynamics.stability import monodromy, stability_of
-from tests.support.motion import along_line_of_action, largest, monodromies, multipliers, state_of
-
-BENCHMARK = VaryingStiffness(stiffness=1.0, variation=0.2, pulls=False)
-# Given to four digits; found from two sides, this code being the third.
-PUBLISHED = 2e-3
-
-
-def followed(zeta, law=BENCHMARK, limits=(0.55, 1.4)):
-    balance = Balance(along_line_of_action(1.0, 2.0 * zeta, 1.0), law, cycles=1, harmonics=HARMONICS)
-    start = solve_at(balance, limits[1], rest(balance))
-    follow = follower(balance, start, limits[1])
-    return trace(follow, first_point(follow, start, limits[1], upwards=False), limits), follow
-
-
-@pytest.mark.parametrize(
-    ("zeta", "run_up", "run_down", "size", "at"),
-    [(0.05, 0.9069, 0.8344, 1.4769, 0.8368), (0.02, 0.8954, 0.592, 3.623, None)],
-)
-def test_folds_and_the_largest_motion_are_those_of_the_benchmark(zeta, run_up, run_down, size, at):
-    branch, follow = followed(zeta)
-    assert branch.ended == "end of the speeds"
-    assert [fold.kind for fold in branch.folds] == ["run_down", "run_up"]
-    found = [fold.point.speed for fold in branch.folds]
-    np.testing.assert_allclose(found, [run_down, run_up], rtol=PUBLISHED)
-    top = largest(branch, follow)
-    np.testing.assert_allclose(rms(top.unknowns), size, rtol=PUBLISHED)
-    if at:
-        np.testing.assert_allclose(top.speed, at, rtol=PUBLISHED)
+from pmor.lab.validation.motion import BENCHMARK, DIGITS, followed
+from tests.support.motion import along_line_of_action, monodromies, multipliers, state_of
 
 
 def test_motion_is_stable_up_to_the_folds_and_unstable_between_them():
@@ -66,7 +39,7 @@ def test_no_fold_is_lost_where_the_speeds_begin_amid_the_resonance(low):
     found = response(along_line_of_action(1.0, 0.1, 1.0), BENCHMARK, (low, 1.4))
     assert len(found.branches) == (2 if low > 0.6 else 1)
     run_up = [fold.point.speed for fold in found.folds if fold.kind == "run_up"]
-    np.testing.assert_allclose(run_up, [0.9069], rtol=PUBLISHED)
+    np.testing.assert_allclose(run_up, [0.9069], rtol=DIGITS)
 
 
 def test_motion_not_found_at_the_upper_limit_is_come_to_from_above(monkeypatch):
@@ -77,7 +50,7 @@ def test_motion_not_found_at_the_upper_limit_is_come_to_from_above(monkeypatch):
 
     monkeypatch.setattr("pmor.dynamics.response.solve_at", fails_there)
     found = response(along_line_of_action(1.0, 0.1, 1.0), BENCHMARK, (0.55, 1.4))
-    np.testing.assert_allclose([fold.point.speed for fold in found.folds], [0.8344, 0.9069], rtol=PUBLISHED)
+    np.testing.assert_allclose([fold.point.speed for fold in found.folds], [0.8344, 0.9069], rtol=DIGITS)
     assert found.branches[0].speed.max() <= 1.4
 
 

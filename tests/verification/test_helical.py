@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-import pmor
 from pmor.core.conventions import rotation_z
 from pmor.gear.condition import PLAIN, at_torques
 from pmor.gear.kernels.types import Motion
@@ -19,7 +18,6 @@ from pmor.pair.model import approach_estimate, gear_pair
 from pmor.pair.sweep import sweep_ste
 from pmor.penalty.solve import solve_position
 from pmor_offline.train import train
-from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 from tests.support.small_case import case_with, full_fe
@@ -250,20 +248,3 @@ def test_a_helix_of_a_tenth_of_a_degree_is_as_good_as_none(flank):
         found.append((np.mean(advances), max(pressures)))
     assert_allclose(found[1][0], found[0][0], rtol=5e-3)
     assert_allclose(found[1][1], found[0][1], rtol=2e-2)
-
-
-def test_peak_to_peak_without_load_is_half_of_a_relief_from_the_highest_point_of_single_contact():
-    """On both gears of a 50/50 pair: where two pairs are in reach, one's relief falls as the other's grows."""
-    relief = 10.0
-    case = case_with(
-        pair={"module_mm": 3.0, "centre_distance_mm": 150.0}, pinion={"teeth": 50, "bore_radius_mm": 60.0},
-        mesh={"profile_elements": 4, "width_elements": 2}, contact={"scheme": "line"},
-        reduction={"shapes": "line_loads"},
-    )  # fmt: skip
-    reduced = pmor.train(case).reduced
-    pair = reduced.meshed.pair
-    highest = math.degrees(pair.active_rolls[0][0] + pair.pitch)
-    flank = Modification(tip_relief_um=relief, tip_relief_start_roll_deg=highest)
-    phi = np.linspace(0.0, pair.pitch, 400, endpoint=False)
-    sweep = sweep_line_loads(reduced, phi, at_torques([1e-5], pinion=flank, wheel=flank))
-    assert_allclose(np.ptp(sweep.ste_um[0]), 0.5 * relief, rtol=1e-2)

@@ -1,7 +1,6 @@
 """Load over flank and face: independent slices in closed form, Hertz's integral, and forces in balance."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,66 +8,13 @@ from numpy.testing import assert_allclose
 
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.gear.modification import UNMODIFIED, Modification
-from pmor.line.kernels.types import Sections
 from pmor.pair.conditions import conditions_of_assembly
 from pmor.results.flank_maps import flank_map
 from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, over_the_whole_face
 from pmor_online.line_sweep import sweep_line_loads
-from pmor_online.model import ReducedPair, online_angles
+from pmor_online.model import online_angles
 from pmor_online.readings import forces_on_gears
 from tests.support.line_pairs import models
-
-# --- K_Hbeta of independent slices -----------------------------------------------------------------------------------
-
-SLICES, WIDTH = 200, 20.0  # over the face, mm
-# A bed so soft that Hertz's law, in series with it, is nothing: N/(mm um).
-STIFFNESS = 2e-4
-# The trapezoidal rule over the slices, and Hertz's law: measured 2e-4 together.
-SLICE_LAW = 1e-3
-
-
-def bed_of_slices():
-    """The small spur pair with springs beside each other in place of its gears, each pair of teeth on its own."""
-    _, reduced = models("spur")
-    z = np.linspace(-0.5 * WIDTH, 0.5 * WIDTH, SLICES + 1)
-    width = np.full(SLICES + 1, WIDTH / SLICES)
-    width[[0, -1]] *= 0.5
-    columns = np.zeros((2, SLICES + 1), dtype=np.int64)
-    sections = Sections(z, width, columns, np.ones((2, SLICES + 1, 1)))
-    rows = len(reduced.meshed.pinion.roll_angle)
-    # Moves all rows of nodes alike, half of it in each gear.
-    rigid = np.kron(np.ones((rows, rows)), np.eye(2))
-    between = np.zeros((1, SLICES + 1, SLICES + 1, 2 * rows, 2 * rows))
-    for n in range(SLICES + 1):
-        between[0, n, n] = 0.5 / (1e3 * STIFFNESS * width[n]) * rigid
-    changed = ReducedPair(reduced.basis, replace(reduced.meshed))
-    changed.meshed.__dict__["sections"] = sections
-    changed.__dict__["section_compliance"] = between, between
-    return changed
-
-
-def k_h_beta(bed, load, flank):
-    """K_Hbeta at a line load (N/mm) where one tooth pair carries it."""
-    pair = bed.meshed.pair
-    phi = np.array([0.5 * sum(pair.roll_position_range)])
-    torque = 1e-3 * load * WIDTH * pair.pinion.base_radius
-    sweep = sweep_line_loads(bed, phi, conditions_of_assembly(Assembly(pinion=flank), [torque]), recorded=True)
-    assert effective_contact_ratio(sweep) == 1.0
-    return float(face_load_factor(sweep.states.lines)[0])
-
-
-def test_face_load_factor_of_independent_slices_is_that_of_the_closed_forms():
-    """ISO 6336-1, method C: misaligned by F over the face, and crowned by C at both ends (FIELD 1.2)."""
-    bed, amount = bed_of_slices(), 20.0
-    for ratio in (0.4, 4.0 / 3.0, 2.0, 8.0 / 3.0, 16.0 / 3.0, 32.0 / 3.0):  # F c / w
-        expected = 1.0 + 0.5 * ratio if ratio <= 2.0 else math.sqrt(2.0 * ratio)
-        found = k_h_beta(bed, amount * STIFFNESS / ratio, Modification(helix_slope_um=amount))
-        assert_allclose(found, expected, rtol=SLICE_LAW)
-    for ratio in (0.3, 1.5, 8.0 / 3.0, 10.0):  # C c / w
-        expected = 1.0 + ratio / 3.0 if ratio <= 1.5 else 1.5 / (1.5 / ratio) ** (1.0 / 3.0)
-        found = k_h_beta(bed, amount * STIFFNESS / ratio, Modification(helix_crowning_um=amount))
-        assert_allclose(found, expected, rtol=SLICE_LAW)
-
 
 # --- on real pairs ---------------------------------------------------------------------------------------------------
 

@@ -1,12 +1,10 @@
 """Root stress of the paper's gear, a line load at the outer point of contact: against CalculiX and in our own meshes.
 
-CalculiX: a whole ring of second-order elements, plane strain, 0.06 mm along the fillet (`support/calculix_fillet.py`):
-86.84 MPa at r = 37.614 mm, elements of 0.12 mm 86.85 MPa. In 3-D, 20 mm wide, 0.2 mm along the fillet: 91.40 MPa at mid
-width. Ours: 86.72 MPa at r = 37.637 mm, and 91.2 MPa. The other side: -103.08 MPa there, here -102.9.
+CalculiX: a whole ring of second-order elements, plane strain, 0.06 mm along the fillet (`support/calculix_fillet.py`),
+elements of 0.12 mm move it by 1e-4; in 3-D 20 mm wide, 0.2 mm. Its figures are in `pmor.lab.validation.calculix`.
 Slow: ``pytest -n 0 -m slow tests/verification/test_root_stress.py -s``; seconds in plane strain, four minutes in 3-D.
 """
 
-import math
 from unittest.mock import patch
 
 import numpy as np
@@ -17,24 +15,28 @@ from pmor.body.elastic_gear import elastic_gear
 from pmor.body.fillet_stress import sector_stress, surface_stress
 from pmor.body.root_stress import root_stress_shapes
 from pmor.fe import fillet, outline
-from pmor.fe.element import tributary_widths
 from pmor.fe.fillet import build_fillet
 from pmor.fe.sector import build_sector
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available
+from pmor.lab.validation.calculix import (
+    PLANE_MPA,
+    PLANE_PRESSED_MPA,
+    PLANE_RADIUS_MM,
+    PLANE_RTOL,
+    SOLID_MPA,
+    highest_point,
+    line_load,
+)
 from pmor_online.root_stress import _largest, _measures
 from tests.support.calculix_fillet import fillet_stress, largest_principal
-from tests.support.gear_models import POISSON, WIDTH, YOUNG, gear_pair, tooth
+from tests.support.gear_models import POISSON, WIDTH, YOUNG, tooth
 from tests.support.whole_gear import volume_displacement
 
 BORE = 20.0
 PAPER = tooth(21)
-PAIR = gear_pair(PAPER, PAPER)
-# Roll angle on the pinion where the pair before leaves the mesh, and 100 N m on 20 mm there, N/mm.
-HIGHEST = float(PAIR.contact_roll_angles(np.array([PAIR.roll_position_range[0] + PAIR.pitch]))[0][0])
-LINE_LOAD = 1e5 / PAPER.base_radius / WIDTH
-PLANE_MPA, PLANE_RADIUS, PLANE_PRESSED_MPA, SOLID_MPA = 86.84, 37.614, -103.08, 91.40
-# Measured -0.14, +0.02 and -0.2 %; 1.5 and 3 % are asked for. Between points 0.2 mm apart the place is a parabola's.
-PLANE_RTOL, SOLID_RTOL, PLACE = 5e-3, 1e-2, 0.1
+HIGHEST, LINE_LOAD = highest_point()
+# Between points 0.2 mm apart the place is a parabola's.
+PLACE = 0.1
 # The z of columns of nodes in CalculiX, finer at the face.
 COLUMNS = -10.0 + np.array([0.0, 0.15, 0.3, 0.55, 0.8, 1.2, 1.6, 2.25, 2.9, 3.9, 4.9, 6.1, 7.3, 8.65, 10.0])
 
@@ -49,19 +51,6 @@ def solved(gear=PAPER, element="hex20", neighbours=1, keep=False, **sizes):
     return elastic_gear(mesh, YOUNG, POISSON, element, neighbours, keep, fillet=around)
 
 
-def at_highest_point(body, gear=PAPER):
-    """Forces on the flank's nodes that a line load at the outer point of single contact amounts to."""
-    mesh, u = body.mesh, body.mesh.flank_roll_angle
-    first = int(np.clip(np.searchsorted(u, HIGHEST) - 2, 0, len(u) - 4))
-    near = u[first : first + 4]
-    share = [math.prod((HIGHEST - b) / (a - b) for b in near if b != a) for a in near]
-    width = tributary_widths(mesh.z, mesh.order) * (2.0 if mesh.mirrored else 1.0)
-    force = np.zeros((*mesh.flank.shape, 3))
-    normal = gear.flank_normal(np.array(HIGHEST), np.array(0.0))
-    force[first : first + 4] = -LINE_LOAD * np.multiply.outer(np.outer(share, width), normal)
-    return force.ravel()
-
-
 def largest(body, force):
     """Largest principal stress on the loaded side, its radius, and the largest compression on the other one."""
     own = body.fillet.shapes[1] @ force
@@ -72,15 +61,9 @@ def largest(body, force):
 
 def test_root_stress_in_plane_strain_is_what_calculix_gave():
     body = solved()
-    peak, radius, pressed = largest(body, at_highest_point(body))
+    peak, radius, pressed = largest(body, line_load(body, PAPER))
     assert_allclose([peak, pressed], [PLANE_MPA, PLANE_PRESSED_MPA], rtol=PLANE_RTOL)
-    assert abs(radius - PLANE_RADIUS) < PLACE
-
-
-def test_root_stress_of_the_whole_width_is_what_calculix_gave():
-    body = solved(width="half", across=4, face=WIDTH)
-    peak, *_ = largest(body, at_highest_point(body))
-    assert_allclose(peak, SOLID_MPA, rtol=SOLID_RTOL)
+    assert abs(radius - PLANE_RADIUS_MM) < PLACE
 
 
 @pytest.mark.slow
@@ -96,17 +79,17 @@ def test_calculix_gives_these_root_stresses(plane):
     assert_allclose(principal.max(), PLANE_MPA if plane else SOLID_MPA, rtol=1e-3)
     if plane:
         assert_allclose(pressed.min(), PLANE_PRESSED_MPA, rtol=1e-3)
-        assert abs(radius - PLANE_RADIUS) < 0.5 * PLACE
+        assert abs(radius - PLANE_RADIUS_MM) < 0.5 * PLACE
 
 
 def test_root_stress_has_converged_in_our_own_mesh():
     """Four times finer around the fillet, cut farther away, and a sector with twice the elements and a finer fillet."""
     body = solved()
-    coarse, radius, pressed = largest(body, at_highest_point(body))
+    coarse, radius, pressed = largest(body, line_load(body, PAPER))
     finer = {"ALONG": 0.03, "SHORTEST": 0.01, "TURN": 0.05, "GROWTH_DEPTH": 1.4, "CUT_DEPTH": 0.9, "ABOVE": 0.5}
     with patch.multiple(fillet, **finer), patch.object(outline, "FINE_FILLET", 48):
         body = solved(elements=16)
-    fine, fine_radius, fine_pressed = largest(body, at_highest_point(body))
+    fine, fine_radius, fine_pressed = largest(body, line_load(body, PAPER))
     assert_allclose([coarse, pressed], [fine, fine_pressed], rtol=3e-3)  # measured 0.06 and 0.08 %; 2 % are asked for
     assert abs(radius - fine_radius) < PLACE
 
@@ -114,10 +97,10 @@ def test_root_stress_has_converged_in_our_own_mesh():
 def test_a_sharper_rack_makes_a_sharper_notch_that_is_resolved_as_well():
     sharp = tooth(21, rack_tip_radius=0.1)
     body = solved(sharp)
-    coarse, *_ = largest(body, at_highest_point(body, sharp))
+    coarse, *_ = largest(body, line_load(body, sharp))
     with patch.multiple(fillet, ALONG=0.03, SHORTEST=0.01, TURN=0.05, GROWTH_DEPTH=1.4):
         body = solved(sharp)
-    fine, *_ = largest(body, at_highest_point(body, sharp))
+    fine, *_ = largest(body, line_load(body, sharp))
     assert_allclose(coarse, fine, rtol=3e-3)  # measured 0.05 %
     assert coarse > 1.2 * PLANE_MPA
 
@@ -189,7 +172,7 @@ def test_the_other_fillet_is_the_image_of_the_loaded_one(helix_deg, width):
 
 def test_patterns_give_back_the_stress_of_forces_that_spread():
     body = solved(width="half", across=4, face=WIDTH)
-    force = at_highest_point(body)
+    force = line_load(body, PAPER)
     shapes = root_stress_shapes(body.fillet, 2)
     in_plane = force.reshape(-1, 3)[:, :2].ravel()
     assert_allclose(shapes.pattern @ shapes.pattern.T, np.eye(len(shapes.pattern)), atol=1e-9)

@@ -4,6 +4,7 @@ Slow, two hundred random pairs, and CalculiX: ``pytest -n 0 -m slow tests/verifi
 """
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -16,6 +17,8 @@ from pmor.core.errors import PmorError
 from pmor.gear.clearance import below_form_circle
 from pmor.gear.condition import ALIGNED
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available
+from pmor.lab.validation import calculix
+from pmor.lab.validation.pairs import after_entry
 from pmor.line.layered_pair import place_flanks_of, place_sections
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, gear_pair, mesh_model
@@ -166,43 +169,22 @@ def test_a_pair_whose_tips_end_above_the_form_circles_does_not_know_of_undercut(
 
 # --- full FE against CalculiX ---------------------------------------------------------------------------------------
 
-WIDTH, PENALTY = 20.0, 5e7
-# Pitches from where the pair comes into mesh, length of elements at the contact (mm), CalculiX's STE (um): contact at
-# the edge of the undercut, and on the flank beside it.
-POSITIONS = [(-0.06, 0.003, 6.1055), (0.1, 0.012, 5.6591)]
-
-
-@cache
-def plane_strain():
-    sections = SHALLOW | {"pair": {"face_width_mm": 1.0}, "wheel": {"teeth": 40, "bore_radius_mm": 62.0}}
-    case = case_of(sections, torque=50.0 / WIDTH, profile=16)
-    return case, elastic_model(case, mesh_model(case))
-
-
-def plane_strain_ste(share):
-    case, full = plane_strain()
-    pair = full.mesh.meshed.pair
-    phi = pair.roll_position_range[0] + share * pair.pitch
-    (state,) = states_at(full, phi, [nominal_condition(case)])
-    return phi, 1e3 * state.advance * pair.pinion.base_radius
-
-
-@pytest.mark.parametrize(("share", "fine", "theirs_um"), POSITIONS)
-def test_full_fe_gives_the_ste_that_calculix_gave(share, fine, theirs_um):
-    """Its figures of the slow test below."""
-    assert_allclose(plane_strain_ste(share)[1], theirs_um, rtol=1e-2)
+TORQUE_NM, PENALTY = 50.0, 5e7
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(not calculix_available(), reason=f"CalculiX ({PROGRAM}) is not installed")
-@pytest.mark.parametrize(("share", "fine", "known_um"), POSITIONS)
+@pytest.mark.parametrize(("share", "fine", "known_um"), calculix.UNDERCUT)
 def test_full_fe_gives_the_ste_of_calculix(share, fine, known_um):
-    """Measured: +0.63 % at the edge, -0.13 % beside it; elements of four times the length: +0.66 %."""
-    phi, ours = plane_strain_ste(share)
-    case, full = plane_strain()
-    theirs = plane_ste_um(case, full.mesh.meshed.pair, phi, fine, 0.15, PENALTY, ours)
+    """Elements of four times the length at the edge: +0.66 % instead of +0.63 %."""
+    case, full = calculix.plane("undercut")
+    pair = full.mesh.meshed.pair
+    phi = after_entry(pair, share)
+    ours = calculix.plane_ste_um("undercut", TORQUE_NM, phi)
+    loaded = replace(case, torque_Nm=TORQUE_NM / calculix.WIDTH)
+    theirs = plane_ste_um(loaded, pair, phi, fine, 0.15, PENALTY, ours)
     print(f"\nundercut at {share:g}: {ours:.4f} um, CalculiX {theirs:.4f} um: {1e2 * (ours / theirs - 1.0):+.3f} %")  # noqa: T201
-    assert_allclose(ours, theirs, rtol=1e-2)
+    assert_allclose(ours, theirs, rtol=calculix.CORNER_RTOL)
     assert_allclose(theirs, known_um, rtol=1e-3)
 
 

@@ -1,0 +1,45 @@
+"""Published figures, exact results and those of other programs (`pmor.lab.validation`): each row, and the page."""
+
+import math
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from pmor.lab.validation import page
+from pmor.lab.validation.__main__ import PAGE, main
+from pmor.lab.validation.check import Check
+
+pytestmark = pytest.mark.jit
+SHOWN = Path(__file__).parents[2] / PAGE
+
+
+@cache
+def rows(theme):
+    return page.THEMES[theme]()
+
+
+@pytest.mark.parametrize("theme", page.THEMES)
+def test_our_figures_are_those_of_standards_papers_and_other_programs(theme):
+    assert rows(theme)
+    assert [(check.quantity, check.theirs, check.ours) for check in rows(theme) if not check.holds] == []
+
+
+def test_the_page_of_the_manual_shows_each_figure_as_it_is_now():
+    lines = SHOWN.read_text(encoding="utf-8").split("### All figures")[1].splitlines()
+    shown = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("| ")][2:]
+    checks = [check for theme in page.THEMES for check in rows(theme)]
+    assert [[row[i] for i in (0, 1, 2, 5, 6)] for row in shown] == [
+        [check.quantity, check.unit, *(str(page.COLUMNS[key](check)) for key in ("theirs", "allowed, %", "source"))]
+        for check in checks
+    ]
+    # Digits that are shown, and the last ones of another processor.
+    assert [row[0] for row, check in zip(shown, checks, strict=True)
+            if not math.isclose(float(row[3]), check.ours, rel_tol=6e-4)] == []  # fmt: skip
+
+
+@pytest.mark.parametrize("ours", [1.02, math.nan])
+def test_a_figure_too_far_from_its_source_is_named_and_ends_with_1(ours, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(page, "THEMES", {"made up": lambda: [Check("length", "mm", 1.0, ours, "made up", 0.01)]})
+    assert main(str(tmp_path / "validation.md")) == 1
+    assert "too far from their source: length" in capsys.readouterr().out
