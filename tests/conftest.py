@@ -67,6 +67,21 @@ def few_candidates():
         yield
 
 
+@pytest.fixture(scope="module")
+def full(case):
+    """Full FE of the case of a module."""
+    import pmor
+
+    return pmor.full_model(case)
+
+
+@pytest.fixture(scope="module")
+def model(case, full):
+    import pmor
+
+    return pmor.train(case, full)
+
+
 @pytest.fixture(scope="session")
 def small_models():
     """Function from the meshed width to the case and full FE of a small spur pair.

@@ -24,16 +24,6 @@ def case():
     )  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def full(case):
-    return pmor.full_model(case)
-
-
-@pytest.fixture(scope="module")
-def model(case, full):
-    return pmor.train(case, full)
-
-
 def test_a_saved_model_answers_as_before(tmp_path, model):
     model.save(tmp_path / "new" / "basis.h5")
     again = pmor.load_model(tmp_path / "new" / "basis.h5")

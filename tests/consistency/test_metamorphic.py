@@ -229,18 +229,6 @@ def test_identical_gears_are_one_or_two_models(scheme):
     assert_allclose(ste(model_of(written)), expected, rtol=0, atol=0, err_msg="[wheel] written out")
 
 
-@every_relation
-def test_names_and_what_is_not_asked_change_nothing(name, scheme):
-    model, expected = base(name, scheme)
-    case = replace(model.case, name="another", title="Another title")
-    assert_allclose(ste(pmor.FullModel(case, model.elastic)), expected, rtol=0, atol=0)
-    given = model.elastic.mesh.meshed.pair.centre_distance
-    written = sections(name, scheme, pair={"centre_distance_mm": given}, online={"angles_per_pitch": 17})
-    rebuilt = pmor.make_case("written", **written)
-    elastic = ElasticModel(mesh_model(rebuilt), model.elastic.pinion, model.elastic.wheel)
-    assert_allclose(ste(pmor.FullModel(rebuilt, elastic)), expected, rtol=ROUNDED)
-
-
 # --- trained models ------------------------------------------------------------------------------------------------
 
 

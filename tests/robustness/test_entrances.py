@@ -60,16 +60,6 @@ def case():
     return pmor.make_case("small", **BASE)
 
 
-@pytest.fixture(scope="module")
-def full(case):
-    return pmor.full_model(case)
-
-
-@pytest.fixture(scope="module")
-def model(case, full):
-    return pmor.train(case, full)
-
-
 @pytest.fixture
 def of_cases(case, tmp_path):
     """Entrances that take keys of a case by section, by name; each raises what it refuses."""

@@ -49,19 +49,9 @@ def test_half_the_addresses_end_in_one_line(command, profile_elements, tmp_path)
 
 
 @pytest.fixture(scope="module")
-def small():
+def case():
     mesh = {"profile_elements": 4, "width_elements": 2, "error_bar": False}
     return paper(mesh=mesh, online={"angles_per_pitch": 8}, output={"plots": False, "report": False})
-
-
-@pytest.fixture(scope="module")
-def full(small):
-    return pmor.full_model(small)
-
-
-@pytest.fixture(scope="module")
-def model(small, full):
-    return pmor.train(small, full)
 
 
 # Some 10 GiB each, of angles, torques, assemblies, or all of them.

@@ -110,6 +110,21 @@ def test_momentum_and_energy_are_kept_without_damping(dynamics):
         np.testing.assert_allclose(change, -bearing[:, :, direction].sum(axis=1), atol=1e-9 * np.abs(bearing).max())
 
 
+def test_dampers_take_power_by_what_they_see_and_bearings_pass_their_forces_on(rng):
+    model, _ = model_of(**SOFT, bearing_damping_ratio=0.1)
+    oscillator = model.oscillator(TORQUE_NM, 70.0)
+    states, force = rng.normal(size=(5, 2 * oscillator.size)), rng.uniform(0.0, 1e4, 5)
+    q, v = np.split(states, 2, axis=1)
+    power = 70.0 * (v @ oscillator.lever) ** 2 + v[:, 1:] ** 2 @ [support.damping for support in model.supports]
+    np.testing.assert_allclose(np.einsum("si,ij,sj->s", v, oscillator.damping, v), power, rtol=1e-12)
+    rate = oscillator.load - q @ oscillator.stiffness - v @ oscillator.damping - force[:, None] * oscillator.lever
+    bearing = model.bearing_forces(oscillator, states, force)
+    for direction in range(3):
+        places = [1 + i for i, support in enumerate(model.supports) if support.direction == direction]
+        change = rate[:, places].sum(axis=1)
+        np.testing.assert_allclose(change, -bearing[:, :, direction].sum(axis=1), atol=1e-9 * np.abs(bearing).max())
+
+
 @pytest.mark.parametrize("dynamics", [IN_PLANE, SOFT], ids=["six", "twelve"])
 def test_stiff_bearings_give_the_motion_of_one_degree_of_freedom(dynamics):
     one, many = on(model_of()[0]), on(model_of(**stiffer(1e6, dynamics))[0])
