@@ -41,9 +41,7 @@ def asked_case(
 ) -> Case:  # fmt: skip
     """Return the case of a model with a requested sweep, torques listed, checked by the rules for keys of a case file.
 
-    Raises
-    ------
-    CaseError
+    CaseError where one is broken.
     """
     reader, online, off = Reader(case.name), case.online, case.misalignment
     if torques_Nm is not None:
@@ -176,9 +174,7 @@ def listed(case: Case, number: int, assembly: Assembly) -> ConditionCase:
 def positions(case: Case, meshed: MeshedPair, angles: int | FloatArray | None) -> FloatArray:
     """Return the pinion angles of a sweep (n,), rad: the given ones, or a number of them over a pitch.
 
-    Raises
-    ------
-    CaseError
+    CaseError where these are no angles.
     """
     if angles is None or _is_single(angles):
         return online_angles(meshed.pair.pitch, case.online.angles_per_pitch, case.pitches)

@@ -84,12 +84,7 @@ class Skipped:
 
 
 def scene(case: Case) -> Scene:
-    """Mesh a case for its plan.
-
-    Raises
-    ------
-    CaseError, GeometryError, MeshError
-    """
+    """Mesh a case for its plan; CaseError, GeometryError or MeshError where that fails."""
     pair = gear_pair(case)
     return Scene(case, pair, sector_meshes(case, pair))
 

@@ -30,7 +30,7 @@ DEEPEST = 20
 
 
 def read_text(path: Path, what: str, place: str = "") -> str:
-    """Return the text of a file that a user names.
+    """Return the text of a file that a user names; CaseError where it cannot be read.
 
     Parameters
     ----------
@@ -38,10 +38,6 @@ def read_text(path: Path, what: str, place: str = "") -> str:
         Kind of the file, such as "case file".
     place : str
         Key that names it, for messages; by default the path itself.
-
-    Raises
-    ------
-    CaseError
     """
     place = place or str(path)
     try:
@@ -152,7 +148,7 @@ class Reader:
         self, table: Any, kind: type[Section], name: str = "", filled: Mapping[str, Any] = NOTHING,
         given: Mapping[str, Any] = NOTHING, also: Sequence[str] = (),
     ) -> Section:  # fmt: skip
-        """Read a section.
+        """Read a section; CaseError where a key breaks its rule.
 
         Parameters
         ----------
@@ -168,10 +164,6 @@ class Reader:
             Values of fields that are no keys.
         also : sequence of str
             Further keys that suggestions may name.
-
-        Raises
-        ------
-        CaseError
         """
         self.refuse_value(name, table)
         items = [pair for pair in _annotated(kind) if pair[0].name not in given]  # type: ignore[arg-type]
@@ -257,6 +249,8 @@ class Reader:
 def checked(section: Any, kind: type[Section], where: str, name: str) -> Section:
     """Return a section that was made in Python, checked by the rules for its keys in a file.
 
+    CaseError where one is broken.
+
     Parameters
     ----------
     section : object
@@ -264,10 +258,6 @@ def checked(section: Any, kind: type[Section], where: str, name: str) -> Section
     kind : type
     where, name : str
         Place and name of the section, for messages.
-
-    Raises
-    ------
-    CaseError
     """
     if not isinstance(section, kind):
         content = section if isinstance(section, Mapping) else {next(iter(keys_of(kind))): "..."}

@@ -67,9 +67,7 @@ def load(path: Path | str) -> DesignFile:
 def settings_of(case: Case, sections: Mapping[str, Any]) -> DesignFile:
     """Return the settings that a design file with these sections, as TOML reads them, would give for a base case.
 
-    Raises
-    ------
-    CaseError
+    CaseError where they give none.
     """
     design = _complete(_read(sections, WHERE, title=case.name, case=case.name), case, WHERE)
     return DesignFile(case.name, f"{sections!r}\n{case.text}", design, case_of(design, case, WHERE), ())

@@ -228,12 +228,7 @@ class _Flanks:
         return total
 
     def solve(self, condition: Condition, start: float | None = None) -> LineState:
-        """Solve one condition.
-
-        Raises
-        ------
-        ConvergenceError
-        """
+        """Solve one condition; ConvergenceError where that fails."""
         lever, touch = self.lines.lever[0], float(np.min(self.free / -self.lines.lever[0]))
         advance = touch + self.meshed.expected_approach(condition.torque) / -float(lever[0])
         advance = advance if start is None else max(start, advance)

@@ -131,7 +131,7 @@ def width_limit(meshed: LayeredPair, law: FloatArray) -> WidthLimit:
 def check_half_width(
     pair: GearPair, layers: Sequence[SurfaceLayer], rolls: Sequence[FloatArray], torque: float
 ) -> None:
-    """Refuse a torque under which the contact is too wide for the layer.
+    """Raise GeometryError for a torque under which the contact is too wide for the layer.
 
     Parameters
     ----------
@@ -141,10 +141,6 @@ def check_half_width(
         Roll angles of the rows of their depths, rad.
     torque : float
         N mm; as if one tooth pair carried it at the pitch point.
-
-    Raises
-    ------
-    GeometryError
     """
     roll = math.tan(pair.working_pressure_angle)
     line_load = torque / (pair.pinion.base_radius * pair.common_width)

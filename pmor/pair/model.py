@@ -170,9 +170,7 @@ def held_radii(case: Case) -> tuple[float, float]:
 def sector_meshes(case: Case, pair: GearPair) -> tuple[SectorMesh, SectorMesh]:
     """Mesh a tooth sector of pinion and wheel; gears of one shape share one mesh unless the case says otherwise.
 
-    Raises
-    ------
-    GeometryError, MeshError
+    GeometryError or MeshError where there is no such gear.
     """
     faces, held = pair.faces, held_radii(case)
     pinion = _sector(case, case.pair.pinion, pair.pinion, faces[0], held[0])
@@ -219,9 +217,7 @@ def refuse_loads_of_bodies(case: Case, pair: GearPair) -> None:
 def refuse_loads(case: Case, meshed: MeshedPair) -> None:
     """Refuse loads of training and sweep beyond the range of the contact model, or lost in round-off.
 
-    Raises
-    ------
-    CaseError, GeometryError
+    CaseError or GeometryError says which.
     """
     refuse_loads_of_bodies(case, meshed.pair)
     if isinstance(meshed, PenaltyPair):

@@ -11,12 +11,7 @@ from pmor.storage.atomic import atomic_path
 
 
 def write_markdown(path: Path, title: str, blocks: Iterable[Block]) -> None:
-    """Write a page as Markdown; the target is replaced only when it is complete.
-
-    Raises
-    ------
-    OutputError
-    """
+    """Write a page as Markdown; the target is replaced only when it is complete; OutputError where it cannot be."""
     with atomic_path(path) as temporary:
         temporary.write_text(page_markdown(title, blocks), encoding="utf-8")
 

@@ -67,12 +67,7 @@ Block = str | Heading | Warning | Table | Picture
 
 
 def write_page(path: Path, title: str, blocks: Iterable[Block | LiveSection | Designs]) -> None:
-    """Write a page; the target is replaced only when it is complete.
-
-    Raises
-    ------
-    OutputError
-    """
+    """Write a page; the target is replaced only when it is complete; OutputError where it cannot be."""
     page = page_html(title, blocks)
     with atomic_path(path) as temporary:
         temporary.write_text(page, encoding="utf-8")

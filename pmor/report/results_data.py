@@ -23,12 +23,7 @@ Arrays = dict[str, np.ndarray]
 
 
 def write_results_data(result: OnlineResult, out: Path) -> None:
-    """Write the results file and its tables into a folder.
-
-    Raises
-    ------
-    OutputError
-    """
+    """Write the results file and its tables into a folder; OutputError where that fails."""
     arrays = sweep_arrays(result.sweep, result.reduced.meshed.pair) | _readings(result) | _root_stress(result)
     parameters = result.readings.sensitivities.parameter if result.readings else ()
     case = result.case

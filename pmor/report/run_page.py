@@ -138,16 +138,12 @@ def _rigid(result: OnlineResult) -> str:
 def write_pages(
     result: OnlineResult, mesh: SectorMesh | None, out: Path, live: ReducedPair | str | None = None
 ) -> None:
-    """Write the pictures and the report page, as far as the case asks for them.
+    """Write the pictures and the report page, as far as the case asks for them; OutputError where that fails.
 
     Parameters
     ----------
     live : ReducedPair or str, optional
         Model of line loads that the page solves, or the reason why there is none (`pmor.work.live`).
-
-    Raises
-    ------
-    OutputError
     """
     case = result.reduced.basis.case
     if not (case.output.plots or case.output.report):

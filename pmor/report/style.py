@@ -89,12 +89,7 @@ def legend_label(text: str) -> str:
 
 
 def write_picture(content: bytes, target: Path) -> None:
-    """Write a picture; the target is replaced only when it is complete.
-
-    Raises
-    ------
-    OutputError
-    """
+    """Write a picture; the target is replaced only when it is complete; OutputError where it cannot be."""
     with atomic_path(target) as temporary:
         temporary.write_bytes(content)
 

@@ -232,12 +232,7 @@ def _known(label: str, value: float | None, unit: str, note: str, lacks: str) ->
 
 
 def write_results(result: OnlineResult, out: Path) -> None:
-    """Write the tables that every run has.
-
-    Raises
-    ------
-    OutputError
-    """
+    """Write the tables that every run has; OutputError where that fails."""
     write_ste_csv(out / "ste.csv", result.sweep)
     write_summary_json(out / "summary.json", summary(result))
     write_results_data(result, out)

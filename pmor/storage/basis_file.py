@@ -47,17 +47,13 @@ KEPT = "training/force"
 
 
 def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = False) -> None:
-    """Write a basis file.
+    """Write a basis file; OutputError where that fails.
 
     Parameters
     ----------
     force : ndarray, shape (M, T, 2, f)
         Nodal forces of full FE over roll position and condition (off a grid: of M loaded tooth pairs, T = 1),
         N, those on a node and on its image together: not needed online, kept for checks and for later enrichment.
-
-    Raises
-    ------
-    OutputError
     """
     case, layout = basis.case, basis_layout(basis.case)
     text = text_of(case)
@@ -135,9 +131,7 @@ def read_basis(path: Path) -> Basis:
 def read_model(path: Path) -> tuple[Basis, FloatArray, int]:
     """Read a basis file with the force fields, as `write_basis` takes them, and the size of the file in bytes.
 
-    Raises
-    ------
-    FileFormatError
+    FileFormatError where it is none.
     """
     with open_checked(path, BASIS_SCHEMA) as file:
         basis = _read(file, path)

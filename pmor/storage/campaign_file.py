@@ -21,6 +21,8 @@ def write_campaign_file(
 ) -> None:  # fmt: skip
     """Write a campaign file, whole, in the place of an older one of ours; equal contents are equal files.
 
+    OutputError where that fails.
+
     Parameters
     ----------
     name, text : str
@@ -32,10 +34,6 @@ def write_campaign_file(
     arrays : mapping of str to ndarray
         By their paths: ``design/number``, ``design/status``, ``inputs/<key>``, ``results/<key>``; NaN where a design
         has no such value. The reasons stand in the CSV file.
-
-    Raises
-    ------
-    OutputError
     """
     codes = ", ".join(f"{code} {status}" for code, status in enumerate(statuses))
     layout = {

@@ -54,12 +54,7 @@ def read_compliance(path: Path, key: str) -> SolvedGear:
 
 
 def write_compliance(path: Path, key: str, solved: SolvedGear) -> None:
-    """Write the file of the gear with a key, whole; equal contents are equal files.
-
-    Raises
-    ------
-    OutputError
-    """
+    """Write the file of the gear with a key, whole; equal contents are equal files; OutputError where that fails."""
     stress = solved.root_stress
     arrays = {} if stress is None else {f"{STRESS}/{name}": getattr(stress, name) for name in ROOT_STRESS}
     with create(path, COMPLIANCE_SCHEMA, {"key": key}, overwrite=True, dated=False) as file:

@@ -61,12 +61,7 @@ NAMES = ("variables", "results", "constraints", "origins", "curves")
 
 
 def write_design_file(path: Path, content: DesignResults) -> None:
-    """Write a design file, whole, in the place of an older one of ours.
-
-    Raises
-    ------
-    OutputError
-    """
+    """Write a design file, whole, in the place of an older one of ours; OutputError where that fails."""
     attributes = {"text": content.text} | {name: ", ".join(getattr(content, name)) for name in NAMES}
     with create(path, DESIGN_SCHEMA, attributes, overwrite=True) as file:
         write_all(file, content.arrays, DESIGN_LAYOUT)

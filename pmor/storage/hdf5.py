@@ -112,16 +112,14 @@ def write_all(group: h5py.Group, arrays: Mapping[str, Any], layout: Layout) -> N
 def read_all(group: h5py.Group, layout: Layout, sizes: Mapping[str, int] | None = None) -> dict[str, np.ndarray]:
     """Read the datasets of a layout that are there, within `open_checked`: names, types, shapes and values fit it.
 
+    Damaged where one does not.
+
     Parameters
     ----------
     layout : mapping of str to Field
         By the path in the group.
     sizes : mapping of str to int, optional
         Lengths of axes that are known beforehand.
-
-    Raises
-    ------
-    Damaged
     """
     check_layout(items_of(group), layout, sizes or {})
     return {name: read(group, name, field) for name, field in layout.items() if name in group}
@@ -226,12 +224,7 @@ def read(group: h5py.Group, name: str, field: Field | None = None) -> np.ndarray
 
 
 def check_descriptions(file: h5py.File) -> None:
-    """Verify units and descriptions of all datasets, within `open_checked`.
-
-    Raises
-    ------
-    Damaged
-    """
+    """Verify units and descriptions of all datasets, within `open_checked`; Damaged where one differs."""
     _check_seal(file, DESCRIPTIONS, descriptions_checksum)
 
 

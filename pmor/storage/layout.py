@@ -58,7 +58,7 @@ Layout = Mapping[str, Field]
 
 
 def check_layout(items: Items, layout: Layout, sizes: Mapping[str, int]) -> None:
-    """Compare names, types and shapes of a file's datasets with a layout; no data are read.
+    """Compare names, types and shapes of a file's datasets with a layout; no data are read; Damaged where one differs.
 
     Parameters
     ----------
@@ -68,10 +68,6 @@ def check_layout(items: Items, layout: Layout, sizes: Mapping[str, int]) -> None
         By the path in the file.
     sizes : mapping of str to int
         Lengths of axes that are known beforehand.
-
-    Raises
-    ------
-    Damaged
     """
     found = {path: item for path, item in items.items() if isinstance(item, h5py.Dataset)}
     for path in found:
@@ -97,12 +93,7 @@ def check_layout(items: Items, layout: Layout, sizes: Mapping[str, int]) -> None
 
 
 def check_values(path: str, array: np.ndarray, field: Field) -> None:
-    """Compare the values of a dataset with the bounds of its field.
-
-    Raises
-    ------
-    Damaged
-    """
+    """Compare the values of a dataset with the bounds of its field; Damaged where one is beyond."""
     known = np.isfinite(array)
     if field.finite and not known.all():
         raise Damaged(f"is of no use: {path} holds values that are not finite")

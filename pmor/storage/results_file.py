@@ -136,12 +136,7 @@ class ResultsFile:
 
 
 def write_results_file(path: Path, content: ResultsFile) -> None:
-    """Write a results file, whole, in the place of an older one of ours.
-
-    Raises
-    ------
-    OutputError
-    """
+    """Write a results file, whole, in the place of an older one of ours; OutputError where that fails."""
     attributes = {
         "case_name": content.case_name, "case_text": content.case_text, "parameters": ", ".join(content.parameters)
     }  # fmt: skip

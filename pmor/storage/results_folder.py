@@ -151,11 +151,9 @@ def working_folder(folder: Path, anew: bool = False) -> Path:
 def remove_working_folder(folder: Path) -> None:
     """Remove a folder for unfinished work; files of others stay, and the folder with them.
 
-    Files count by their names alone: a broken disk may have left half of one.
+    OutputError where that fails.
 
-    Raises
-    ------
-    OutputError
+    Files count by their names alone: a broken disk may have left half of one.
     """
     if not has_manifest(folder):
         return

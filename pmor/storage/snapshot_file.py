@@ -26,12 +26,7 @@ SNAPSHOT_LAYOUT = {
 
 
 def write_snapshots(path: Path, snapshots: Snapshots, basis_key: str) -> None:
-    """Write the snapshots of one angle; an existing file is replaced.
-
-    Raises
-    ------
-    OutputError
-    """
+    """Write the snapshots of one angle; an existing file is replaced; OutputError where that fails."""
     attributes = {"phi": snapshots.phi, "basis_key": basis_key, "estimate_percent": snapshots.estimate_percent}
     with create(path, SNAPSHOT_SCHEMA, attributes, overwrite=True) as file:
         own = snapshots.pair_index, snapshots.force, snapshots.ste_um, snapshots.converged

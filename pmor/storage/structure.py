@@ -54,7 +54,7 @@ def items_of(file: h5py.File) -> Items:
 
 
 def check_plain(items: Items, file_size: int) -> None:
-    """Refuse attributes and datasets that are not stored byte by byte.
+    """Raise Damaged for attributes and datasets that are not stored byte by byte.
 
     Parameters
     ----------
@@ -62,10 +62,6 @@ def check_plain(items: Items, file_size: int) -> None:
         As `items_of` gives them.
     file_size : int
         Bytes.
-
-    Raises
-    ------
-    Damaged
     """
     total = 0
     for path, item in items.items():

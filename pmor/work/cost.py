@@ -80,11 +80,9 @@ def _compiling_seconds(cases: Iterable[Case]) -> float:
 def stages(case: Case) -> tuple[Stage, ...]:
     """Return the stages of `pmor run` in their order; where kernels are not compiled yet, that comes first.
 
-    Those of other models that the case compares have their names.
+    GeometryError or MeshError where there is no such pair or mesh.
 
-    Raises
-    ------
-    GeometryError, MeshError
+    Those of other models that the case compares have their names.
     """
     pair, others, sharing = gear_pair(case), dict(other_models(case)), sharing_bodies(case)
     seconds = _compiling_seconds((case, *others.values()))

@@ -74,6 +74,8 @@ def run_pieces(
 ) -> tuple[dict[str, Result], tuple[str, ...]]:  # fmt: skip
     """Do all pieces of work that are not finished yet; progress goes to the log "pmor".
 
+    OutputError where one cannot be kept.
+
     Parameters
     ----------
     folder : Path
@@ -91,10 +93,6 @@ def run_pieces(
         By name; missing for those that failed.
     failures : tuple of str
         Pieces that did not converge at all, with the reason.
-
-    Raises
-    ------
-    OutputError
     """
     working_folder(folder)
     results: dict[str, Result] = {}
@@ -134,9 +132,7 @@ def read_part(path: Path, key: str) -> dict[str, Any] | None:
 def write_part(path: Path, key: str, result: Result) -> dict[str, Any]:
     """Write a part file and return its result as `read_part` would: numbers, lists and null alone.
 
-    Raises
-    ------
-    OutputError
+    OutputError where that fails.
     """
     write_summary_json(path, {"key": key, "result": result}, overwrite=True)
     found = read_part(path, key)

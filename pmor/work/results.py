@@ -51,12 +51,7 @@ class Report:
     page_only: Sequence[Any] = ()
 
     def write(self, folder: Path) -> None:
-        """Write ``<name>.json``, ``<name>.md``, the pictures and the page.
-
-        Raises
-        ------
-        OutputError
-        """
+        """Write ``<name>.json``, ``<name>.md``, the pictures and the page; OutputError where that fails."""
         write_summary_json(folder / f"{self.name}.json", self.data)
         for block in self.blocks:
             if isinstance(block, Picture):
@@ -70,7 +65,7 @@ class Report:
 def pieces_folder(
     folder: Path | str | None, files: Sequence[str], *, inputs: Sequence[Path] = (), overwrite: bool = False
 ) -> Iterator[Path]:
-    """Give the folder of finished pieces, held by this process alone.
+    """Give the folder of finished pieces, held by this process alone; OutputError where it cannot be.
 
     Parameters
     ----------
@@ -78,10 +73,6 @@ def pieces_folder(
         Of the results; None: a temporary folder, which is removed afterwards.
     files, inputs, overwrite
         As in `pmor.storage.results_folder.results_folder`: files of others are refused now, before the work.
-
-    Raises
-    ------
-    OutputError
     """
     if folder is None:
         with tempfile.TemporaryDirectory() as temporary:
@@ -98,6 +89,8 @@ def writing_results(
 ) -> Iterator[Path]:  # fmt: skip
     """Give a folder to write results into; results of another text there are removed first.
 
+    OutputError where that fails.
+
     Parameters
     ----------
     folder, files, inputs, overwrite, working
@@ -106,10 +99,6 @@ def writing_results(
         Text that the results are made from, such as that of the case.
     complete : bool
         Remove these folders afterwards: nothing is left to resume.
-
-    Raises
-    ------
-    OutputError
     """
     with results_folder(Path(folder), files, working, overwrite, inputs) as held:
         start_results(held, text)

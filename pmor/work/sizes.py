@@ -75,9 +75,7 @@ class GearSize:
 def gear_size(case: Case, tooth: Tooth, held_mm: float, face_width_mm: float) -> GearSize:
     """Return the sizes of a gear's mesh: its transverse section is made, which takes no time, and not its volume.
 
-    Raises
-    ------
-    GeometryError, MeshError
+    GeometryError or MeshError where there is no such gear.
     """
     mesh = case.mesh
     section = build_sector(tooth, held_mm, face_width_mm, mesh.profile_elements, 1, mesh.spacing,
@@ -139,9 +137,7 @@ class PairSize:
 def pair_size(case: Case, pair: GearPair) -> PairSize:
     """Return the sizes of a case; nothing is meshed but transverse sections.
 
-    Raises
-    ------
-    GeometryError, MeshError
+    GeometryError or MeshError where there is no such pair or mesh.
     """
     both = [
         gear_size(case, tooth, held, case.pair.face_width_mm)

@@ -76,6 +76,13 @@ def test_no_variant_is_better_on_fine_angles_than_the_best(found):
             assert verdict.objective > 0.99 * found.variants.objective[found.best]
 
 
+def test_a_constraint_holds_under_the_torque_at_which_its_result_is_largest(found, rng):
+    keys = found.judge.design.results
+    results = rng.random((2, len(keys)))
+    limits = found.judge.verdict_of(found.variants.x[0], results, results[None]).limits
+    assert limits == [results[:, keys.index("tip_edge_load_N_per_mm")].max()]
+
+
 def test_blocks_of_angles_are_solved_as_all_of_them_together(found, monkeypatch):
     monkeypatch.setattr(fine, "BLOCK", 7)
     judge, assembly = on_angles(found.judge, 24), found.judge.assembly(found.variants.x[0])

@@ -97,6 +97,7 @@ def test_a_long_sweep_keeps_results_alone(model, monkeypatch):
     """Forces of all sections in all states would be four times as much; blocks and whole have the same numbers."""
     torques = np.linspace(10.0, 160.0, 60)
     monkeypatch.setattr("pmor_online.readings.MOST_KEPT", 0)
+    model.sweep(torques[:1], 2, pinion=pmor.Modification(helix_crowning_um=3.0))  # compiles what is not yet
     tracemalloc.start()
     swept = model.sweep(torques, 2000, pinion=pmor.Modification(helix_crowning_um=3.0))
     _, peak = tracemalloc.get_traced_memory()

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from pmor.design.harris import highest_single_contact
 from pmor.design.measures import (
     draw_weights,
     order_amplitude,
@@ -12,9 +13,10 @@ from pmor.design.measures import (
     smooth_peak_to_peak,
 )
 from pmor.design.settings import Scatter, Variable
-from pmor.design.variables import AS_DRAWN, assembly_at, drawn, spread_evenly, steps_around, to_steps
-from pmor.gear.condition import PLAIN
+from pmor.design.variables import AS_DRAWN, Draw, assembly_at, drawn, spread_evenly, steps_around, to_steps
+from pmor.gear.condition import PLAIN, Assembly, Misalignment
 from pmor.work.front import pareto_front
+from tests.support.gear_models import gear_pair, tooth
 
 RELIEF = Variable(key="tip_relief_um", range=(0.0, 10.0), step=2.0)
 START = Variable(key="tip_relief_start_roll_deg", gear="wheel", range=(20.0, 24.0))
@@ -101,3 +103,11 @@ def test_draws_have_the_deviations_that_are_asked_for():
     assert assembly.pinion.tip_relief_um == 4.0 + of_pinion[0]
     assert assembly.misalignment.in_plane_um == in_plane[0]
     assert assembly_at(PLAIN, (), ()) == assembly_at(PLAIN, (), (), AS_DRAWN) == PLAIN
+    tilted, off = Assembly(Misalignment(1.0, 2.0, 3.0)), Draw(misalignment=Misalignment(10.0, 20.0, 30.0))
+    assert assembly_at(tilted, (), (), off).misalignment == Misalignment(11.0, 22.0, 33.0)
+
+
+def test_the_highest_point_of_single_contact_of_a_wheel_is_that_of_a_pinion_in_its_place():
+    gears = tooth(17, 0.3), tooth(31)
+    on_pinion, on_wheel = highest_single_contact(gear_pair(*gears))
+    assert_allclose(highest_single_contact(gear_pair(*gears[::-1])), [on_wheel, on_pinion], rtol=1e-12)

@@ -14,7 +14,7 @@ from pmor.fe.outline import tooth_outline
 from pmor.fe.quality import mesh_quality
 from pmor.fe.sector import build_sector
 from pmor.gear.tooth import Tooth
-from tests.support.gear_models import ALPHA, MODULE, tooth
+from tests.support.gear_models import tooth
 
 EXACT = 1e-12  # relative; the same formula, or a sum of a few terms
 PLACE = 1e-10  # mm at radii up to 600 mm: round-off
@@ -184,17 +184,6 @@ def test_fillet_nodes_lie_on_the_trochoid(gear):
 
 
 @every_gear
-def test_flank_rows_and_columns_give_the_outward_normal(gear):
-    nodes = mesh_of(gear, 6, 2).flank_nodes
-    along_z, along_profile = nodes[:-1, 1:] - nodes[:-1, :-1], nodes[1:, :-1] - nodes[:-1, :-1]
-    assert np.all(along_z[..., 2] > 0.0)
-    assert np.all(np.diff(np.linalg.norm(nodes[..., :2], axis=-1), axis=0) > 0.0)  # root to tip
-    normal = np.cross(along_z, along_profile)
-    lever = nodes[:-1, :-1, 0] * normal[..., 1] - nodes[:-1, :-1, 1] * normal[..., 0]
-    assert np.all(lever > 0.0)  # counter-clockwise: the loaded flank
-
-
-@every_gear
 def test_nodes_sit_on_tip_circle_and_bore(gear):
     mesh = mesh_of(gear)
     radius = np.linalg.norm(mesh.nodes[:, :2], axis=1)
@@ -236,8 +225,3 @@ def test_helical_mesh_is_the_spur_section_twisted():
     for layer, z in enumerate(mesh.z):
         turned = mesh.nodes[1::layers] @ rotation_z((z - mesh.z[1]) * gear.twist_per_length).T
         assert_allclose(mesh.nodes[layer::layers, :2], turned[:, :2], atol=PLACE, rtol=0)
-
-
-def test_module_scales_everything():
-    small, large = mesh_of(tooth(21), 4, 1), mesh_of(Tooth(21, 3.0 * MODULE, ALPHA), 4, 1)
-    assert_allclose(large.nodes[:, :2], 3.0 * small.nodes[:, :2], rtol=1e-9, atol=PLACE)

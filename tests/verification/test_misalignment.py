@@ -76,14 +76,6 @@ def test_plain_flanks_on_tilted_axes_first_touch_where_the_kinematics_say():
         assert max(gaps) > 0.01
 
 
-def test_levers_are_the_derivatives_of_the_gap_in_a_displaced_section():
-    meshed, step = model().mesh.meshed, 1e-6
-    start, end = meshed.pair.roll_position_range
-    for roll_position in (start - 0.03, 0.5 * (start + end), end + 0.03):
-        below, here, above = (section_at(meshed, roll_position, s * step, 8.0)[0] for s in (-1.0, 0.0, 1.0))
-        assert_allclose((above.gap - below.gap) / (2.0 * step), here.lever, rtol=1e-5)
-
-
 def test_relative_motion_is_rigid_and_puts_the_wheels_axis_where_a_condition_says():
     meshed = model().mesh.meshed
     rotation, shift = relative_motion(meshed, 0.07, 1e-3, TILTED)

@@ -29,7 +29,7 @@ DIGITS = 12
 def write_rexs(
     case: Case, pair: GearPair, path: Path, results: StageResults | None = None, overwrite: bool = False
 ) -> None:
-    """Write a case and its results as a REXS file.
+    """Write a case and its results as a REXS file; OutputError where it cannot be.
 
     Parameters
     ----------
@@ -37,10 +37,6 @@ def write_rexs(
         Its geometry.
     overwrite : bool
         As in `pmor.storage.atomic.atomic_path`.
-
-    Raises
-    ------
-    OutputError
     """
     text = rexs_text(case, pair, results, datetime.now().astimezone().isoformat(timespec="seconds"))
     with atomic_path(path, overwrite) as temporary:
