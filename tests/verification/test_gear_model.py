@@ -110,6 +110,17 @@ def test_momentum_and_energy_are_kept_without_damping(dynamics):
         np.testing.assert_allclose(change, -bearing[:, :, direction].sum(axis=1), atol=1e-9 * np.abs(bearing).max())
 
 
+def test_tilts_count_times_the_base_radius_of_their_own_gear():
+    """Energies of tilts in t, mm and s are those of the inertias (kg m^2) and stiffnesses (kN m/rad) of the case."""
+    model, pair = model_of(**SOFT)
+    for gear, name, tooth in ((0, "pinion", pair.pinion), (1, "wheel", pair.wheel)):
+        tilts = [support for support in model.supports if support.gear == gear and support.direction >= 3]
+        inertia, square = model.inertias[gear].tilting_kg_m2, tooth.base_radius**2
+        np.testing.assert_allclose([tilt.mass * square for tilt in tilts], 1e3 * inertia, rtol=1e-12)
+        stiffness = 1e6 * np.array(SOFT[f"{name}_tilting_stiffness_kNm_rad"])
+        np.testing.assert_allclose([tilt.stiffness * square for tilt in tilts], stiffness, rtol=1e-12)
+
+
 def test_dampers_take_power_by_what_they_see_and_bearings_pass_their_forces_on(rng):
     model, _ = model_of(**SOFT, bearing_damping_ratio=0.1)
     oscillator = model.oscillator(TORQUE_NM, 70.0)
