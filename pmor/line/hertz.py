@@ -116,13 +116,19 @@ class WidthLimit(NamedTuple):
         return np.asarray((force * self.compliance > self.approach).any(axis=2))
 
 
+def mean_layer_constant(meshed: LayeredPair) -> float:
+    """Return the constant a of both layers together, each by its compliance."""
+    total = sum(layer.compliance for layer in meshed.layers)
+    return sum(layer.compliance * bonded_layer_constant(layer.poisson_ratio) for layer in meshed.layers) / total
+
+
 def width_limit(meshed: LayeredPair, law: FloatArray) -> WidthLimit:
     """Return the limit of sections from their laws (`LineLaw`), shape (A, N, 12)."""
-    total = sum(layer.compliance for layer in meshed.layers)
-    mean = sum(layer.compliance * bonded_layer_constant(layer.poisson_ratio) for layer in meshed.layers) / total
     fields = map(LineLaw._fields.index, ("compliance", "opening", "curvature"))
     compliance, opening, curvature = (law[..., field] for field in fields)
-    depth = 0.5 * np.exp(opening - mean)  # both layers' in the logarithmic mean, as the approach has it
+    depth = 0.5 * np.exp(
+        opening - mean_layer_constant(meshed)
+    )  # both layers' in the logarithmic mean, as the approach has it
     allowed = 0.5 * curvature * (WIDEST * depth) ** 2
     width = np.tile(meshed.width, law.shape[1] // len(meshed.width))
     return WidthLimit(compliance / width, allowed)

@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import load_case
-from pmor.gear.condition import ALIGNED
+from pmor.gear.condition import ALIGNED, Condition
 from pmor.gear.modification import Modification
 from pmor.gear.topography import Topography
 from pmor.line.kernels import loads
@@ -22,6 +22,7 @@ from tests.support.page_solver import CASES, STE, PageSolver, condition_of, kern
 from tests.support.small_case import case_with
 
 pytestmark = pytest.mark.jit
+OVERLOAD = 1.2e7  # N mm: of some positions, not of all
 HELICAL = {
     "pair": {"helix_angle_deg": 20.0}, "mesh": {"profile_elements": 5, "width_elements": 2, "element": "hex20"},
     "pinion": {"teeth": 21, "bore_radius_mm": 20.0}, "contact": None, "reduction": None, "offline": None,
@@ -63,6 +64,21 @@ def compare_solver(result, pair, count, angles=8):
 
 def test_the_solver_without_a_browser_solves_what_python_solves(spur):
     compare_solver(*spur, 50)
+
+
+def test_the_page_names_positions_that_overload_a_section_where_python_does(spur):
+    result, pair = spur
+    section = live_section(*spur)
+    setting, total = json.loads(json.dumps(section.data["case"])), section.data["model"]["angles"]
+    setting["torque_Nm"] = 1e-3 * OVERLOAD
+    phi = online_angles(pair.meshed.pair.pitch, total)
+    expected = sweep_line_loads(pair, phi, [Condition(torque=OVERLOAD)])
+    assert 0.1 < expected.overloaded.mean() < 0.9
+    solver = PageSolver(section.data)
+    assert [ste is None for ste in solver.sweep(setting, range(total))["ste"]] == expected.overloaded[0].tolist()
+    assert solver.warnings(setting)[0].startswith(
+        f"{expected.overloaded.sum()} of {total} positions overload a section"
+    )
 
 
 def test_the_solver_knows_the_edge_that_undercut_leaves():
@@ -125,6 +141,7 @@ TRANSCRIBED = {
         "_smooth_approach": "32be204d", "widest_load": "4d03e551", "approach_of": "e1528084", "line_law": "2f74478d",
         "_corner": "46d88f0f", "_from_corner": "b2efd556", "_law_near_corner": "6ebc4515", "sections_alike": "df9f3b46",
     },
+    "pmor/line/hertz.py": {"mean_layer_constant": "d90b7b6e", "width_limit": "8bcc2135"},
     "pmor/line/kernels/tip_corner.py": {
         "_hertz": "5174cf36", "_cut_off": "afc00315", "_across": "a9f710c5", "contact_patch": "a60b4c7e",
         "_spread_part": "de89416b", "single_mean": "0445114f", "_felt": "4ba65c97", "_layer_end": "2bd060bf",

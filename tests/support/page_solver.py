@@ -6,6 +6,7 @@ import io
 import json
 import tokenize
 import zlib
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -82,6 +83,16 @@ class PageSolver:
             placeSections(model, kinematics, kinematics.pitch * i / model.angles));
           const {{ ste, states }} = sweep(model, places, setting);
           return {{ ste, steps: states.map(state => state.steps) }};
+        }})({json.dumps(setting)})""")
+
+    def warnings(self, setting):
+        """What the page says of a setting."""
+        self.run((TEMPLATES / "numbers.js").read_text(encoding="utf-8"))
+        with suppress(quickjs.JSException):  # the page itself, which its last line starts, is not there
+            self.run((TEMPLATES / "live" / "page.js").read_text(encoding="utf-8"))
+        return self.value(f"""(setting => {{
+          const result = sweep(model, placedPair(model, setting.axes), setting);
+          return warningsOf(DATA, model, result, findingsOf(model, result));
         }})({json.dumps(setting)})""")
 
 

@@ -9,6 +9,8 @@ import numpy as np
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.tooth import Tooth
+from pmor.line import hertz
+from pmor.line.hertz import mean_layer_constant
 from pmor.line.kernels import contact_point, loads, places, tip_corner
 from pmor.line.kernels.tip_corner import Corner
 from pmor.line.layered_pair import LayeredPair
@@ -25,7 +27,7 @@ CONSTANTS = {
     for module, names in (
         (loads, ("MAX_STEPS", "PATIENCE", "TOLERANCE", "NEARBY", "ROUND_OFF", "BEGINNING")),
         (tip_corner, ("SHORT", "LONGEST", "NEAREST")), (contact_point, ("CORNER", "LEAST_ROLL")),
-        (places, ("LEAST_LEVER",)),
+        (places, ("LEAST_LEVER",)), (hertz, ("WIDEST",)),
     ) for name in names
 }  # fmt: skip
 
@@ -55,6 +57,7 @@ def live_model(reduced: ReducedPair, assembly: Assembly, angles: int) -> dict[st
         "angles": angles,
         "pair_count": meshed.tooth_pair_count,
         "rate": meshed.expected_approach(1.0),
+        "layer_constant": mean_layer_constant(meshed),
         "kinematics": _kinematics(meshed),
         "common_face": list(meshed.pair.common_face),
         "pinion_roll_range": list(meshed.pair.pinion_roll_range),

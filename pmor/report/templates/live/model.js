@@ -106,7 +106,9 @@ function sweep(model, places, setting) {
   const flanks = setting.modifications.map((m, g) => deviationOf(m, model.gears[g].flank));
   const states = places.map(place => {
     const removed = place.sections.map(section => deviationAt(model, flanks, section));
-    return { place, ...solvePosition(model, place, removed, 1e3 * setting.torque_Nm) };
+    const found = solvePosition(model, place, removed, 1e3 * setting.torque_Nm);
+    const overloaded = found.converged && isOverloaded(model, place, found.force);
+    return { place, ...found, converged: found.converged && !overloaded, overloaded };
   });
   const ste = states.map(state => state.converged ? 1e3 * model.gears[0].base_radius * state.advance : NaN);
   const known = ste.filter(Number.isFinite);

@@ -143,9 +143,10 @@ function settingOf(data, controls) {
   return setting;
 }
 
-// Line loads of the sections that carry, N/mm, at one of the angles.
+// Line loads of the sections that carry, N/mm, at one of the angles; none where there is no solution.
 function lineLoads(model, state) {
   const found = [];
+  if (!state.converged) return found;
   state.place.sections.forEach((section, n) => {
     const load = state.force[n] / model.sections.width[section.section];
     if (load > 0) found.push({ ...section, load, force: state.force[n], z: model.sections.z[section.section] });
@@ -173,7 +174,12 @@ function findingsOf(model, result) {
 
 // Warnings beyond the limits of the run's sweep and of a linear model.
 function warningsOf({ limits }, model, result, { pressure }) {
-  const said = [], { torque_Nm: torque } = result.setting, missing = result.states.filter(s => !s.converged).length;
+  const said = [], { torque_Nm: torque } = result.setting, wide = result.states.filter(s => s.overloaded).length;
+  const missing = result.states.filter(s => !s.converged).length - wide;
+  if (wide) {
+    said.push(`${wide} of ${model.angles} positions overload a section, whose contact is wider than half the depth of `
+      + "the layer that line contact stands on: the curve has gaps. Lower the torque, or relieve the edges.");
+  }
   if (missing) said.push(`${missing} of ${model.angles} positions did not converge: the curve has gaps.`);
   if (torque < limits.torque_Nm[0] || torque > limits.torque_Nm[1]) {
     said.push(`Torque outside ${limits.torque_Nm.map(shortNumber).join(" to ")} N m, the range of this run's sweep.`);

@@ -152,6 +152,15 @@ function workspaceOf(size) {
   return workspaces.get(size);
 }
 
+// Whether contact is too wide for the layer in some section: width_limit in pmor/line/hertz.py.
+function isOverloaded(model, place, force) {
+  return place.sections.some(({ section, law }, n) => {
+    if (!(force[n] > 0)) return false;
+    const depth = 0.5 * Math.exp(law.opening - model.layer_constant);
+    return force[n] * law.compliance / model.sections.width[section] > 0.5 * law.curvature * (WIDEST * depth) ** 2;
+  });
+}
+
 // Advance (rad) and forces of the sections (N) under a torque (N mm); `removed` is the deviation of the flanks, mm.
 function solvePosition(model, place, removed, torque) {
   const { sections } = place, size = sections.length, { width } = model.sections, rate = model.rate;
