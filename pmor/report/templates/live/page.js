@@ -238,11 +238,10 @@ function concentrationOf(model, state) {
 }
 
 function stePlot(data, model, result, angle) {
-  const pitch = 180 / Math.PI * model.kinematics.pitch, known = ([, ste]) => Number.isFinite(ste);
+  const pitch = 180 / Math.PI * model.kinematics.pitch;
   // Without pitch deviations the curve goes on as it began.
   const ends = model.gears.some(gear => gear.flank.pitch.length) ? [] : [[pitch, result.ste[0]]];
-  const now = [...result.ste.map((ste, i) => [pitch * i / model.angles, ste]), ...ends].filter(known);
-  const was = data.case.curve.filter(known);
+  const now = [...result.ste.map((ste, i) => [pitch * i / model.angles, ste]), ...ends], was = data.case.curve;
   const label = `Transmission error over one pitch: peak-to-peak ${result.peakToPeak.toPrecision(4)} µm`;
   const y = rangeOf([...now, ...was].map(point => point[1]));
   return frame({ x: [0, pitch], y, label, xLabel: "pinion angle, deg", yLabel: "STE, µm" }, (px, py, h) => {

@@ -29,9 +29,12 @@ function frame(options, inside) {
     ...inside(px, py, h));
 }
 
+// A curve through points, with gaps where there is no value.
 function curve(points, px, py, kind) {
-  const path = points.map(([x, y]) => `${px(x).toFixed(1)} ${py(y).toFixed(1)}`).join("L");
-  return points.length ? [svgElement("path", { class: kind, d: `M${path}` })] : [];
+  const isKnown = point => point !== undefined && Number.isFinite(point[1]);
+  const path = points.map((point, i) => isKnown(point)
+    ? `${isKnown(points[i - 1]) ? "L" : "M"}${px(point[0]).toFixed(1)} ${py(point[1]).toFixed(1)}` : "").join("");
+  return path ? [svgElement("path", { class: kind, d: path })] : [];
 }
 
 // Range of values with a margin; from 0 where that is near.
