@@ -40,8 +40,11 @@ class DynamicsCase:
         Lowest and highest mesh frequency, over the natural frequency.
     mesh_frequency_Hz : tuple of float or None
         The same in Hz; None is by the ratio.
+    speed_rpm : tuple of float or None
+        The same as speeds of the pinion in rpm; None is by the ratio.
     damping_ratio : float
         Of the mesh: 2 damping_ratio sqrt(k m) is its damping, k the mean stiffness, m the mass on the line of action.
+        Models of the literature take 0.01 to 0.1; peaks of resonance are inverse to it.
     mesh_damping_N_s_mm : float or None
         Damping of the mesh in N s/mm; None is by the ratio.
     backlash_um : float or None
@@ -50,7 +53,7 @@ class DynamicsCase:
     density_kg_m3 : float
         Of both gears, in kg/m3.
     pinion_inertia_kg_m2, wheel_inertia_kg_m2 : float or None
-        Polar moment of inertia of a gear in kg m2; None is that of a solid disc of its reference diameter.
+        Polar moment of inertia of a gear in kg m2; None is that of a disc from its bore to its reference diameter.
     pinion_shaft_inertia_kg_m2, wheel_shaft_inertia_kg_m2 : float
         Of all that turns with a gear beside it, in kg m2.
     pinion_mass_kg, wheel_mass_kg : float or None
@@ -77,6 +80,7 @@ class DynamicsCase:
     degrees_of_freedom: Annotated[int, Range(1, 12)] = 1
     mesh_frequency_ratio: Annotated[tuple[float, ...], Range(1e-3, 100.0)] = (0.25, 1.4)
     mesh_frequency_Hz: Annotated[tuple[float, ...], Range(1e-3, 1e7, "Hz")] | None = None
+    speed_rpm: Annotated[tuple[float, ...], Range(1e-3, 1e7, "rpm")] | None = None
     damping_ratio: Annotated[float, Range(0.0, 2.0, low_excluded=True)] = 0.02
     mesh_damping_N_s_mm: Annotated[float, Range(0.0, 1e9, "N s/mm", low_excluded=True)] | None = None
     backlash_um: Annotated[float, Range(0.0, 1e5, "um")] | None = None
@@ -109,12 +113,15 @@ def check_dynamics(dynamics: DynamicsCase, where: str) -> None:
 
 
 def _check_frequencies(dynamics: DynamicsCase, where: str) -> None:
-    for key in ("mesh_frequency_ratio", "mesh_frequency_Hz"):
+    for key in ("mesh_frequency_ratio", "mesh_frequency_Hz", "speed_rpm"):
         values = getattr(dynamics, key)
         if values is not None and len(values) != 2:
             rule = f"must be two values, the lowest and the highest, not {len(values)}: write both, as in [0.3, 1.3]"
             raise _refused(where, dynamics, key, rule)
-    for value, other in (("mesh_frequency_Hz", "mesh_frequency_ratio"), ("mesh_damping_N_s_mm", "damping_ratio")):
+    for value, other in (
+        ("speed_rpm", "mesh_frequency_Hz"), ("speed_rpm", "mesh_frequency_ratio"),
+        ("mesh_frequency_Hz", "mesh_frequency_ratio"), ("mesh_damping_N_s_mm", "damping_ratio"),
+    ):  # fmt: skip
         if getattr(dynamics, value) is not None and getattr(dynamics, other) != getattr(DynamicsCase, other):
             raise _refused(where, dynamics, value, f"{other} sets it too: leave one of them out")
 

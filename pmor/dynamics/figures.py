@@ -20,6 +20,8 @@ RUNS = {"run_up": ("^", "run-up"), "run_down": ("v", "run-down")}
 MARKS = 45
 # Below the largest amplitude, decades that spectra show.
 DECADES = 3.0
+# Numbers of modes closer than this, over the range of the speeds, share a place.
+MODES_APART = 0.03
 # Mesh cycles that a picture of the motion shows.
 CYCLES = 2
 
@@ -37,12 +39,15 @@ def response_figure(responses: Sequence[Data], factors: Sequence[Data]) -> Figur
                 points = (found[key] or [])[:: max(1, len(found[key] or []) // MARKS)]
                 above.plot(_frequencies(points), _values(points, "dte_rms_um"), mark, color=colour, ms=3.5, mfc="none",
                            mew=0.8)  # fmt: skip
-            above.axvline(1e-3 * found["natural_frequency_Hz"], color=colour, lw=0.6, ls=":")
+            for axes in (above, below):
+                _mark_modes(axes, found, colour)
         for (colour, _), factor in zip(_coloured(responses), factors, strict=True):
             below.plot(1e-3 * np.array(factor["mesh_frequency_Hz"]), factor["k_v"], color=colour, lw=0.9, ls="-.")
         above.set_ylabel("Dynamic transmission error, rms [µm]")
         below.set(ylabel="Dynamic factor [-]", xlabel="Mesh frequency [kHz]")
         above.set_ylim(bottom=0.0)
+        _number_modes(above, responses)
+        _speed_axis(above, responses)
         _legend(figure, responses, runs=True, iso=True)
     return figure
 
@@ -56,6 +61,9 @@ def contact_figure(responses: Sequence[Data]) -> Figure:
             for branch in found["branches"]:
                 _branch(above, branch, "contact_loss", colour, 100.0)
                 _branch(below, branch, "bearing_force_N", colour, 1e-3, place=0)
+            for axes in (above, below):
+                _mark_modes(axes, found, colour)
+        _speed_axis(above, responses)
         above.set_ylabel("Cycle without contact [%]")
         below.set(ylabel="Largest force of the\npinion on its bearings [kN]", xlabel="Mesh frequency [kHz]")
         _legend(figure, responses, runs=False)
@@ -117,6 +125,40 @@ def motion_figure(responses: Sequence[Data]) -> Figure | None:
         force.set(ylabel="Mesh force [kN]", xlabel="Mesh cycles [-]")
         _legend(figure, [found for _, found in shown], runs=False, branches=False)
     return figure
+
+
+def _mark_modes(axes: Axes, found: Data, colour: str) -> None:
+    """Mark the natural frequencies within the speeds of a response, that of the mesh stronger than the others."""
+    lowest, highest = found["mesh_frequencies_Hz"]
+    for mode in found["modes"]:
+        frequency = mode["natural_frequency_Hz"]
+        if lowest <= frequency <= highest:
+            strong = frequency == found["natural_frequency_Hz"]
+            axes.axvline(1e-3 * frequency, color=colour, lw=0.9 if strong else 0.5, ls=":")
+
+
+def _number_modes(axes: Axes, responses: Sequence[Data]) -> None:
+    """Write the numbers of the modes above their marks under the last torque; those close together share a place."""
+    found = responses[-1]
+    lowest, highest = found["mesh_frequencies_Hz"]
+    places = list[tuple[float, list[str]]]()
+    for number, mode in enumerate(found["modes"], start=1):
+        frequency = mode["natural_frequency_Hz"]
+        if not lowest <= frequency <= highest:
+            continue
+        if places and frequency - places[-1][0] < MODES_APART * (highest - lowest):
+            places[-1][1].append(str(number))
+        else:
+            places.append((frequency, [str(number)]))
+    for frequency, numbers in places:
+        axes.annotate(", ".join(numbers), (1e-3 * frequency, 0.99), xycoords=("data", "axes fraction"), fontsize=8,
+                      xytext=(2, 0), textcoords="offset points", va="top", color="#555555")  # fmt: skip
+
+
+def _speed_axis(axes: Axes, responses: Sequence[Data]) -> None:
+    """Draw the speed of the pinion over the mesh frequency in kHz."""
+    rpm = responses[0]["speeds_rpm"][1] / (1e-3 * responses[0]["mesh_frequencies_Hz"][1])
+    axes.secondary_xaxis("top", functions=(lambda f: f * rpm, lambda n: n / rpm)).set_xlabel("Pinion speed [rpm]")
 
 
 def _branch(axes: Axes, branch: Sequence[Data], key: str, colour: str, factor: float = 1.0, place: int | None = None,

@@ -126,7 +126,7 @@ def gear_model(case: Case, pair: GearPair) -> GearModel:
 
 
 def disc(radius_mm: float, bore_radius_mm: float, width_mm: float, density_kg_m3: float) -> Inertia:
-    """Return the inertias of a ring up to the reference circle; bore 0 for a gear in one piece with its shaft."""
+    """Return the inertias of a ring from its bore to a radius."""
     outer, inner, width = 1e-3 * radius_mm, 1e-3 * bore_radius_mm, 1e-3 * width_mm
     mass = float(np.pi * (outer**2 - inner**2) * width * density_kg_m3)
     square = outer**2 + inner**2
@@ -143,12 +143,26 @@ def equivalent_mass(pinion: Inertia, wheel: Inertia, base_radii_mm: tuple[float,
     return 1e-3 * one * two / (one * second**2 + two * first**2)
 
 
-def natural_modes(oscillator: Oscillator, mesh_stiffness: float) -> tuple[FloatArray, FloatArray]:
-    """Return angular natural frequencies, rising, and the share of the mesh in the strain energy of each mode."""
+@dataclass(frozen=True)
+class NaturalModes:
+    """Small undamped vibrations of n degrees of freedom with a constant mesh stiffness."""
+
+    frequency: FloatArray  # shape (n,): Angular, rising
+    mesh_share: FloatArray  # shape (n,): Of the mesh in the strain energy
+    kinetic: FloatArray  # shape (n, n): Share of each degree of freedom in the kinetic energy, by mode
+
+    @property
+    def of_mesh(self) -> int:
+        """Number of the mode in which the mesh gives way most."""
+        return int(self.mesh_share.argmax())
+
+
+def natural_modes(oscillator: Oscillator, mesh_stiffness: float) -> NaturalModes:
+    """Return the natural modes with a stiffness of the mesh in N/mm; the mass matrix is diagonal."""
     mesh = mesh_stiffness * np.outer(oscillator.lever, oscillator.lever)
     squares, modes = eigh(oscillator.stiffness + mesh, oscillator.mass)
     share = mesh_stiffness * (oscillator.lever @ modes) ** 2 / squares
-    return np.sqrt(squares), np.asarray(share)
+    return NaturalModes(np.sqrt(squares), np.asarray(share), np.diag(oscillator.mass) * modes.T**2)
 
 
 def levers(pair: GearPair) -> FloatArray:
@@ -164,12 +178,13 @@ def levers(pair: GearPair) -> FloatArray:
 
 
 def _inertia(dynamics: DynamicsCase, gear: str, drawn: GearCase, tooth: Tooth, width_mm: float) -> Inertia:
-    solid = disc(tooth.reference_radius, 0.0, drawn.face_width_mm or width_mm, dynamics.density_kg_m3)
+    width = drawn.face_width_mm or width_mm
+    ring = disc(tooth.reference_radius, drawn.bore_radius_mm, width, dynamics.density_kg_m3)
     mass, polar = (getattr(dynamics, f"{gear}_{key}") for key in ("mass_kg", "inertia_kg_m2"))
-    polar = solid.polar_kg_m2 if polar is None else polar
-    mass = solid.mass_kg if mass is None else mass
+    polar = ring.polar_kg_m2 if polar is None else polar
+    mass = ring.mass_kg if mass is None else mass
     # A body of revolution tilts with half of its polar inertia and a part from its length.
-    tilting = solid.tilting_kg_m2 + 0.5 * (polar - solid.polar_kg_m2)
+    tilting = ring.tilting_kg_m2 + 0.5 * (polar - ring.polar_kg_m2)
     return Inertia(mass, polar + getattr(dynamics, f"{gear}_shaft_inertia_kg_m2"), tilting)
 
 

@@ -16,7 +16,7 @@ from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.continuation import Branch
 from pmor.dynamics.force_law import SolvedLaw, cycles_of
-from pmor.dynamics.gear_model import GearModel, natural_modes
+from pmor.dynamics.gear_model import GearModel, NaturalModes, natural_modes
 from pmor.dynamics.harmonic_balance import SAMPLES, in_Hz, rms
 from pmor.dynamics.integration import SAMPLES as RUN_SAMPLES
 from pmor.dynamics.integration import Motion, integrate, run_through
@@ -43,6 +43,9 @@ HISTORY = 256
 # Parts of a response, each solved by itself; the last two are keys of it.
 BRANCHES, RUN_UP, RUN_DOWN = "branches", "run_up", "run_down"
 RUNS = RUN_UP, RUN_DOWN
+
+# Name of the first degree of freedom.
+MESH_MOTION = "gears against each other"
 
 Data = dict[str, Any]
 
@@ -73,9 +76,13 @@ class AtRest:
 
     oscillator: Oscillator
     stiffness: float  # Of the mesh, mean of the tangent over the cycle, N/mm
-    natural: float  # Angular frequency of the mode in which the mesh gives way most
-    modes: FloatArray  # All of them
+    modes: NaturalModes
     interval: tuple[float, float]  # Range of displacements of the law
+
+    @property
+    def natural(self) -> float:
+        """Angular frequency of the mode in which the mesh gives way most."""
+        return float(self.modes.frequency[self.modes.of_mesh])
 
 
 def at_rest(task: Task) -> AtRest:
@@ -87,8 +94,7 @@ def at_rest(task: Task) -> AtRest:
     if damping is None:
         damping = 2.0 * task.damping_ratio * float(np.sqrt(stiffness * task.model.mass))
     oscillator = task.model.oscillator(task.torque_Nm, damping)
-    modes, shares = natural_modes(oscillator, stiffness)
-    return AtRest(oscillator, stiffness, float(modes[shares.argmax()]), modes, interval)
+    return AtRest(oscillator, stiffness, natural_modes(oscillator, stiffness), interval)
 
 
 def speeds_of(task: Task, rest: AtRest) -> tuple[float, float]:
@@ -146,7 +152,8 @@ def _branches(task: Task) -> Data:
     return {
         "torque_Nm": task.torque_Nm,
         "natural_frequency_Hz": _hz(rest.natural),
-        "natural_frequencies_Hz": [_hz(mode) for mode in rest.modes],
+        "natural_frequencies_Hz": [_hz(frequency) for frequency in rest.modes.frequency],
+        "modes": _modes(task.model, rest.modes),
         "mesh_stiffness_mean_N_per_um": 1e-3 * rest.stiffness,
         "mesh_damping_N_s_mm": float(rest.oscillator.damping[0, 0]),
         "mesh_force_mean_N": float(rest.oscillator.load[0]),
@@ -165,6 +172,15 @@ def _branches(task: Task) -> Data:
         "largest": _largest(task.model, found),
         "lost": lost,
     }  # fmt: skip
+
+
+def _modes(model: GearModel, modes: NaturalModes) -> list[Data]:
+    names = [MESH_MOTION, *(support.name for support in model.supports)]
+    return [
+        {"natural_frequency_Hz": _hz(frequency), "mesh_strain_energy_share": float(share),
+         "moves_most": names[int(kinetic.argmax())]}
+        for frequency, share, kinetic in zip(modes.frequency, modes.mesh_share, modes.kinetic, strict=True)
+    ]  # fmt: skip
 
 
 def _points(model: GearModel, branch: Branch, stable: Any) -> list[Data]:

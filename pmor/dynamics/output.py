@@ -12,6 +12,7 @@ from pmor.dynamics.law import MeshLaw
 from pmor.dynamics.measure import Data
 from pmor.dynamics.rating import by_range, rated
 from pmor.dynamics.solution import Dynamics
+from pmor.dynamics.speeds import rpm, with_speeds
 from pmor.pair.conditions import assembly_of
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Table
@@ -20,7 +21,8 @@ from pmor.work.table import Columns, table, text_lines
 
 #: files of a result; without runs or branches some are not written
 FILES = (
-    "dynamics.json", "dynamics.md", "report.html", "response.png", "contact.png", "waterfall.png", "motion.png",
+    "dynamics.json", "dynamics.md", "report.html", "response.csv", "response.png", "contact.png", "waterfall.png",
+    "motion.png",
 )  # fmt: skip
 KINDS = {"run_up": "running up", "run_down": "running down"}
 
@@ -33,7 +35,7 @@ def dynamics_report(found: Dynamics) -> Report:
 
 def dynamics_data(found: Dynamics) -> Data:
     """Return the content of `dynamics.json`."""
-    model = found.model
+    model, teeth = found.model, found.pair.pinion.teeth
     return {
         "case": found.case.name,
         "degrees_of_freedom": found.case.dynamics.degrees_of_freedom,
@@ -50,7 +52,8 @@ def dynamics_data(found: Dynamics) -> Data:
         "repeats_after_mesh_cycles": cycles_of(found.laws[0].table),
         "axes_um": [asdict(law.assembly.misalignment) for law in found.laws],
         "responses": [
-            response | {"iso_6336": rated(found.case, found.pair, model.mass, response)} for response in found.responses
+            response | {"iso_6336": with_speeds(rated(found.case, found.pair, model.mass, response), teeth)}
+            for response in found.responses
         ],
     }
 
@@ -58,7 +61,7 @@ def dynamics_data(found: Dynamics) -> Data:
 def dynamics_text(found: Dynamics) -> str:
     """Return the tables for the screen."""
     lines = [f"The pair in motion: {found.case.title}"]
-    for shown in _tables(found):
+    for shown in (_peaks(found.responses), *_tables(found)):
         if shown.rows:
             lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
     lines += [f"  ! {sentence}" for sentence in found.failures]
@@ -71,7 +74,9 @@ def _blocks(found: Dynamics) -> list[Block]:
     how = "on rigid bearings" if not model.supports else f"on bearings ({', '.join(s.name for s in model.supports)})"
     blocks: list[Block] = [
         f"Two gears of {one.mass_kg:.4g} and {two.mass_kg:.4g} kg, {one.polar_kg_m2:.4g} and {two.polar_kg_m2:.4g} "
-        f"kg m², {how}; reduced mass {1e3 * model.mass:.4g} kg along the line of action.",
+        f"kg m², {how}; reduced mass {1e3 * model.mass:.4g} kg along the line of action. Speeds are those of the "
+        "pinion.",
+        _assumed_paragraph(found),
         _law_paragraph(case, found.laws, responses),
         "Displacements count along the transverse line of action from where the nominal flanks touch, the dynamic "
         f"transmission error about its mean. {_backs(found)}",
@@ -80,10 +85,13 @@ def _blocks(found: Dynamics) -> list[Block]:
     if responses:
         factors = [rated(case, found.pair, model.mass, response) for response in responses]
         blocks += [
-            Picture("response.png", "Response over the mesh frequency; dotted: natural frequency with the mean "
-                    "stiffness. Between jump frequencies motion is unstable; the marks are the runs, which jump there. "
+            Picture("response.png", "Response over the mesh frequency; dotted: natural frequencies with the mean "
+                    "stiffness, numbered as in the table of modes; one excited by order k of the mesh peaks at a k-th "
+                    "of it. Between jump frequencies motion is unstable; the marks are the runs, which jump there. "
                     f"Dash-dotted below: K_v of ISO 6336-1, method B, tolerance class {case.dynamics.accuracy_grade}.",
                     response_figure(responses, factors)),
+            _peaks(responses),
+            _modes(responses),
         ]  # fmt: skip
     if any(response["branches"] for response in responses):
         blocks.append(Picture("contact.png", "Loss of contact, and force on the bearings.", contact_figure(responses)))
@@ -145,12 +153,14 @@ def _tables(found: Dynamics) -> Sequence[Table]:
         "torque, N m": lambda row: row[0]["torque_Nm"],
         "jump when": lambda row: KINDS[row[1]["kind"]],
         "mesh frequency, Hz": lambda row: row[1]["mesh_frequency_Hz"],
+        "speed, rpm": lambda row: row[1]["speed_rpm"],
         "over the natural one": lambda row: row[1]["mesh_frequency_Hz"] / row[0]["natural_frequency_Hz"],
         "DTE rms there, µm": lambda row: row[1]["dte_rms_um"],
     }
     torques: Columns = {
         "torque, N m": "torque_Nm",
         "natural frequency, Hz": "natural_frequency_Hz",
+        "at a speed of, rpm": "natural_speed_rpm",
         "mean mesh stiffness, N/µm": "mesh_stiffness_mean_N_per_um",
         "STE rms, µm": "ste_rms_um",
         "largest DTE rms, µm": lambda row: _most(row, "dte_rms_um"),
@@ -164,6 +174,64 @@ def _tables(found: Dynamics) -> Sequence[Table]:
         table("Jump frequencies", folds, rows),
         _ratings(found),
     ]
+
+
+def _peaks(responses: Sequence[Data]) -> Table:
+    rows = [(response, peak) for response in responses for peak in response["peaks"]]
+    columns: Columns = {
+        "torque, N m": lambda row: row[0]["torque_Nm"],
+        "speed, rpm": lambda row: row[1]["speed_rpm"],
+        "mesh frequency, Hz": lambda row: row[1]["mesh_frequency_Hz"],
+        "DTE rms, µm": lambda row: row[1]["dte_rms_um"],
+        "peak-to-peak, µm": lambda row: row[1]["dte_peak_to_peak_um"],
+        "dynamic factor": lambda row: row[1]["dynamic_factor"],
+        "largest order": lambda row: row[1]["order"],
+        "its amplitude, µm": lambda row: row[1]["order_um"],
+        "mode": lambda row: row[1]["mode"],
+        "its frequency over the natural one": lambda row: row[1]["over_natural"],
+    }
+    note = (
+        "Of stable motion; amplitudes zero to peak. The mode is the one whose natural frequency is nearest to that of "
+        "the largest order; where flanks part, peaks lie below it."
+    )
+    return table("Peaks of the response", columns, rows, note)
+
+
+def _modes(responses: Sequence[Data]) -> Table:
+    rows = [(response, number, mode) for response in responses for number, mode in enumerate(response["modes"], 1)]
+    columns: Columns = {
+        "torque, N m": lambda row: row[0]["torque_Nm"],
+        "mode": lambda row: row[1],
+        "natural frequency, Hz": lambda row: row[2]["natural_frequency_Hz"],
+        "at a speed of, rpm": lambda row: row[2]["natural_speed_rpm"],
+        "strain energy in the mesh, %": lambda row: 100.0 * row[2]["mesh_strain_energy_share"],
+        "moves most": lambda row: row[2]["moves_most"],
+    }
+    return table("Modes, with the mean mesh stiffness", columns, rows)
+
+
+def _assumed_paragraph(found: Dynamics) -> str:
+    """Return which damping and bearings motion has, and what hangs on them."""
+    dynamics, teeth = found.case.dynamics, found.pair.pinion.teeth
+    given = dynamics.mesh_damping_N_s_mm
+    damping = f"{100.0 * dynamics.damping_ratio:g} % of the critical one" if given is None else f"{given:g} N s/mm"
+    sentences = [
+        f"The mesh has a damping of {damping}, which no calculation gives: where flanks stay in contact peaks are "
+        "inverse to it, where they part it decides how far. Solve with half and with twice of it before a peak is "
+        "trusted."
+    ]
+    if found.model.supports:
+        sentences.append(
+            f"Bearings have the stiffness of the case and a damping ratio of {dynamics.bearing_damping_ratio:g}; take "
+            "the slope of their load over deflection at the working load, shaft and housing in series with them."
+        )
+    elif found.responses:
+        lowest = min(response["natural_frequency_Hz"] for response in found.responses)
+        sentences.append(
+            f"Bearings are rigid: real ones lower the natural frequency of {lowest:.4g} Hz ({rpm(lowest, teeth):.4g} "
+            "rpm) and add modes below it ([dynamics] degrees_of_freedom, pinion_bearing_stiffness_N_um)."
+        )
+    return " ".join(sentences)
 
 
 def _ratings(found: Dynamics) -> Table:

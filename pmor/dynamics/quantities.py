@@ -38,6 +38,9 @@ class PointQuantities:
     dte_rms_um: float
     dte_peak_to_peak_um: float
     dte_orders_um: tuple[float, ...]  # Amplitudes of the first orders of the mesh frequency, zero to peak
+    # The order of the largest amplitude, broken where motion takes several mesh cycles, and that amplitude
+    dominant_order: float
+    dominant_order_um: float
     # Of the mesh, along the transverse line of action; below 0 the backs of teeth push
     largest_force_N: float
     smallest_force_N: float
@@ -62,12 +65,15 @@ def cycle_of(model: GearModel, balance: Balance, unknowns: FloatArray, speed: fl
 def quantities(model: GearModel, balance: Balance, unknowns: FloatArray, speed: float) -> PointQuantities:
     """Return the quantities of a point of a branch; arguments as in `cycle_of`."""
     cycle = cycle_of(model, balance, unknowns, speed)
-    orders = np.hypot(unknowns[1::2], unknowns[2::2])[balance.cycles - 1 :: balance.cycles][:ORDERS]
+    amplitudes = UM * np.hypot(unknowns[1::2], unknowns[2::2])
+    largest = int(amplitudes.argmax())
     across = np.hypot(cycle.bearing[:, :, 0], cycle.bearing[:, :, 1]).max(axis=0)
     return PointQuantities(
         dte_rms_um=UM * float(rms(unknowns)),
         dte_peak_to_peak_um=UM * float(np.ptp(cycle.displacement)),
-        dte_orders_um=tuple((UM * orders).tolist()),
+        dte_orders_um=tuple(amplitudes[balance.cycles - 1 :: balance.cycles][:ORDERS].tolist()),
+        dominant_order=(largest + 1) / balance.cycles,
+        dominant_order_um=float(amplitudes[largest]),
         largest_force_N=float(cycle.force.max()),
         smallest_force_N=float(cycle.force.min()),
         dynamic_factor=float(cycle.force.max() / cycle.force.mean()),

@@ -10,6 +10,7 @@ import numpy as np
 
 from pmor.case import text_of
 from pmor.core.arrays import FloatArray
+from pmor.dynamics.curves import write_curves
 from pmor.dynamics.figures import motion_figure, response_figure, waterfall_figure
 from pmor.dynamics.measure import Data
 from pmor.dynamics.output import FILES, dynamics_data, dynamics_report, dynamics_text
@@ -43,6 +44,16 @@ class DynamicsResult:
         return self._numbers("natural_frequency_Hz")
 
     @property
+    def natural_speed_rpm(self) -> FloatArray:
+        """Speeds of the pinion at which the mesh has these frequencies, shape (T,), rpm."""
+        return self._numbers("natural_speed_rpm")
+
+    @property
+    def peaks(self) -> tuple[tuple[Data, ...], ...]:
+        """Peaks of the response, for each torque (`pmor.dynamics.peaks.peaks_of`)."""
+        return tuple(tuple(response["peaks"]) for response in self.found.responses)
+
+    @property
     def folds(self) -> tuple[tuple[Data, ...], ...]:
         """Jumps of motion, for each torque: mesh frequency, transmission error, and the direction of speed."""
         return tuple(tuple(response["folds"]) for response in self.found.responses)
@@ -67,7 +78,7 @@ class DynamicsResult:
         return motion_figure(self.found.responses)
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
-        """Write `dynamics.json`, `dynamics.md`, `report.html` and the pictures; remove finished pieces.
+        """Write `dynamics.json`, `dynamics.md`, `report.html`, `response.csv`, pictures; remove finished pieces.
 
         Pieces stay where something failed: the next run takes them over.
 
@@ -83,6 +94,7 @@ class DynamicsResult:
         text, complete = text_of(self.found.case), not self.failures
         with writing_results(folder, FILES, text, overwrite=overwrite, complete=complete) as out:
             dynamics_report(self.found).write(out)
+            write_curves(out / "response.csv", self.found.responses)
 
     def _numbers(self, key: str) -> FloatArray:
         return np.array([response[key] for response in self.found.responses])

@@ -16,6 +16,8 @@ from pmor.dynamics.kernels.laws import ForceTable
 from pmor.dynamics.law import MeshLaw, backlash_of, cycles_of, mesh_laws
 from pmor.dynamics.measure import BRANCHES, RUNS, Data, Task, joined, solve
 from pmor.dynamics.moved_axes import model_error
+from pmor.dynamics.peaks import peaks_of
+from pmor.dynamics.speeds import mesh_Hz, with_speeds
 from pmor.gear.pair import GearPair
 from pmor.pair.model import elastic_model, gear_pair
 from pmor.work.cost import meshed_within_memory
@@ -56,6 +58,8 @@ def task_of(case: Case, model: GearModel, law: ForceTable, torque_Nm: float) -> 
     """Return the problem of one torque."""
     dynamics = case.dynamics
     asked = dynamics.mesh_frequency_Hz
+    if dynamics.speed_rpm is not None:
+        asked = tuple(mesh_Hz(speed, case.pair.pinion.teeth) for speed in dynamics.speed_rpm)
     low, high = dynamics.mesh_frequency_ratio if asked is None else asked
     return Task(
         model, law, torque_Nm, dynamics.mesh_damping_N_s_mm, dynamics.damping_ratio, (low, high), asked is not None,
@@ -87,7 +91,8 @@ def run_dynamics(
                 share = model_error(case, model, reduced, law.table, largest)
                 if share is None:
                     response["lost"].append("no mesh force with the axes displaced as in the largest motion")
-            responses.append({**response, "axes_motion_force_error_share": share})
+            response |= {"axes_motion_force_error_share": share, "peaks": peaks_of(response)}
+            responses.append(with_speeds(response, case.pair.pinion.teeth))
             missing += [f"{law.torque_Nm:g} N m: {sentence}" for sentence in response["lost"]]
     return Dynamics(case, pair, model, backlash_of(case, pair), laws, tuple(responses), tuple(missing))
 

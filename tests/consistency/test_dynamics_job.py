@@ -1,5 +1,6 @@
 """The pair of a case in motion: what the command leaves, what it takes over, and what the Python API gives."""
 
+import csv
 import json
 from dataclasses import replace
 
@@ -59,11 +60,18 @@ def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys):
             assert {"mesh_frequency_Hz", "dte_rms_um", "stable"} <= set(point)
             assert point["dynamic_factor"] > 1.0
         for fold in response["folds"]:
-            assert set(fold) == {"mesh_frequency_Hz", "dte_rms_um", "kind"}
+            assert set(fold) == {"mesh_frequency_Hz", "speed_rpm", "dte_rms_um", "kind"}
         assert "run_up" in {fold["kind"] for fold in response["folds"]}, "a spur pair without relief jumps"
         low, high = (ratio * response["natural_frequency_Hz"] for ratio in (0.8, 1.2))
         np.testing.assert_allclose([response["run_up"][0]["mesh_frequency_Hz"],
                                     response["run_down"][0]["mesh_frequency_Hz"]], [low, high], rtol=5e-3)  # fmt: skip
+    with (out / "response.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    points = [point | {"torque_Nm": r["torque_Nm"]} for r in data["responses"]
+              for curve in (*r["branches"], r["run_up"], r["run_down"]) for point in curve]  # fmt: skip
+    for key in ("torque_Nm", "mesh_frequency_Hz", "speed_rpm", "dte_rms_um", "contact_loss"):
+        assert [float(row[key]) for row in rows] == [point[key] for point in points], key
+    assert {row["curve"] for row in rows} >= {"branch_1", "run_up", "run_down"}
     assert "Jump frequencies" in capsys.readouterr().out
 
 
@@ -148,8 +156,17 @@ def test_k_v_stands_over_the_speeds_of_the_response(model):
 
 
 def test_the_api_asks_for_what_the_case_does_not(model):
-    result = model.dynamics(torques_Nm=[80.0], run_cycles=0, damping_ratio=0.2)
+    speeds = {"mesh_frequency_ratio": [0.25, 1.4], "speed_rpm": [13000.0, 22000.0]}
+    result = model.dynamics(torques_Nm=[80.0], run_cycles=0, damping_ratio=0.2, **speeds)
     assert result.torque_Nm.tolist() == [80.0]
+    (response,) = result.data["responses"]
+    np.testing.assert_allclose(response["mesh_frequencies_Hz"], [13000.0 * 21 / 60, 22000.0 * 21 / 60], rtol=1e-12)
+    np.testing.assert_allclose(response["speeds_rpm"], [13000.0, 22000.0], rtol=1e-12)
+    ((peak,),) = result.peaks
+    assert (peak["order"], peak["mode"]) == (1.0, 1), "the main resonance alone, within these speeds"
+    assert 0.8 < peak["over_natural"] < 1.0, "flanks part, which bends the peak to lower speeds"
+    assert peak["dte_rms_um"] == max(p["dte_rms_um"] for b in response["branches"] for p in b if p["stable"])
+    np.testing.assert_allclose(result.natural_speed_rpm, result.natural_frequency_Hz * 60 / 21, rtol=1e-12)
     assert result.folds == ((),), "strong damping leaves no jump"
     assert result.plot_waterfall() is None
     assert len(result.plot_response().axes) == 2
