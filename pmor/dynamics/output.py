@@ -77,7 +77,6 @@ def _blocks(found: Dynamics) -> list[Block]:
         f"kg m², {how}; reduced mass {1e3 * model.mass:.4g} kg along the line of action. Speeds are those of the "
         "pinion.",
         _assumed_paragraph(found),
-        _law_paragraph(case, found.laws, responses),
         "Displacements count along the transverse line of action from where the nominal flanks touch, the dynamic "
         f"transmission error about its mean. {_backs(found)}",
         *map(Warning, found.failures),
@@ -103,7 +102,7 @@ def _blocks(found: Dynamics) -> list[Block]:
     ):  # fmt: skip
         if figure is not None:
             blocks.append(Picture(name, caption, figure))
-    return [*blocks, *_tables(found)]
+    return [*blocks, *_tables(found), _law_paragraph(case, found.laws, responses)]
 
 
 def _law_paragraph(case: Case, laws: Sequence[MeshLaw], responses: Sequence[Data]) -> str:
@@ -188,7 +187,7 @@ def _peaks(responses: Sequence[Data]) -> Table:
         "largest order": lambda row: row[1]["order"],
         "its amplitude, µm": lambda row: row[1]["order_um"],
         "mode": lambda row: row[1]["mode"],
-        "its frequency over the natural one": lambda row: row[1]["over_natural"],
+        "order × mesh frequency over its natural one": lambda row: row[1]["over_natural"],
     }
     note = (
         "Of stable motion; amplitudes zero to peak. The mode is the one whose natural frequency is nearest to that of "
@@ -198,7 +197,8 @@ def _peaks(responses: Sequence[Data]) -> Table:
 
 
 def _modes(responses: Sequence[Data]) -> Table:
-    rows = [(response, number, mode) for response in responses for number, mode in enumerate(response["modes"], 1)]
+    modes = [(response, number, mode) for response in responses for number, mode in enumerate(response["modes"], 1)]
+    rows = modes if len(modes) > len(responses) else []  # a single one stands beside its torque
     columns: Columns = {
         "torque, N m": lambda row: row[0]["torque_Nm"],
         "mode": lambda row: row[1],
