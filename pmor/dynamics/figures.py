@@ -21,7 +21,7 @@ MARKS = 45
 # Below the largest amplitude, decades that spectra show.
 DECADES = 3.0
 # Numbers of modes closer than this, over the range of the speeds, share a place.
-MODES_APART = 0.03
+MODES_APART = 0.05
 # Mesh cycles that a picture of the motion shows.
 CYCLES = 2
 
