@@ -101,6 +101,7 @@ class Settings(TypedDict, total=False):
     degrees_of_freedom: int
     mesh_frequency_ratio: Numbers
     mesh_frequency_Hz: Numbers
+    speed_range_rpm: Numbers
     damping_ratio: float
     mesh_damping_N_s_mm: float
     backlash_um: float

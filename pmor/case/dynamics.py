@@ -40,7 +40,7 @@ class DynamicsCase:
         Lowest and highest mesh frequency, over the natural frequency.
     mesh_frequency_Hz : tuple of float or None
         The same in Hz; None is by the ratio.
-    speed_rpm : tuple of float or None
+    speed_range_rpm : tuple of float or None
         The same as speeds of the pinion in rpm; None is by the ratio.
     damping_ratio : float
         Of the mesh: 2 damping_ratio sqrt(k m) is its damping, k the mean stiffness, m the mass on the line of action.
@@ -80,7 +80,7 @@ class DynamicsCase:
     degrees_of_freedom: Annotated[int, Range(1, 12)] = 1
     mesh_frequency_ratio: Annotated[tuple[float, ...], Range(1e-3, 100.0)] = (0.25, 1.4)
     mesh_frequency_Hz: Annotated[tuple[float, ...], Range(1e-3, 1e7, "Hz")] | None = None
-    speed_rpm: Annotated[tuple[float, ...], Range(1e-3, 1e7, "rpm")] | None = None
+    speed_range_rpm: Annotated[tuple[float, ...], Range(1e-3, 1e7, "rpm")] | None = None
     damping_ratio: Annotated[float, Range(0.0, 2.0, low_excluded=True)] = 0.02
     mesh_damping_N_s_mm: Annotated[float, Range(0.0, 1e9, "N s/mm", low_excluded=True)] | None = None
     backlash_um: Annotated[float, Range(0.0, 1e5, "um")] | None = None
@@ -113,13 +113,13 @@ def check_dynamics(dynamics: DynamicsCase, where: str) -> None:
 
 
 def _check_frequencies(dynamics: DynamicsCase, where: str) -> None:
-    for key in ("mesh_frequency_ratio", "mesh_frequency_Hz", "speed_rpm"):
+    for key in ("mesh_frequency_ratio", "mesh_frequency_Hz", "speed_range_rpm"):
         values = getattr(dynamics, key)
         if values is not None and len(values) != 2:
             rule = f"must be two values, the lowest and the highest, not {len(values)}: write both, as in [0.3, 1.3]"
             raise _refused(where, dynamics, key, rule)
     for value, other in (
-        ("speed_rpm", "mesh_frequency_Hz"), ("speed_rpm", "mesh_frequency_ratio"),
+        ("speed_range_rpm", "mesh_frequency_Hz"), ("speed_range_rpm", "mesh_frequency_ratio"),
         ("mesh_frequency_Hz", "mesh_frequency_ratio"), ("mesh_damping_N_s_mm", "damping_ratio"),
     ):  # fmt: skip
         if getattr(dynamics, value) is not None and getattr(dynamics, other) != getattr(DynamicsCase, other):

@@ -58,8 +58,8 @@ def task_of(case: Case, model: GearModel, law: ForceTable, torque_Nm: float) -> 
     """Return the problem of one torque."""
     dynamics = case.dynamics
     asked = dynamics.mesh_frequency_Hz
-    if dynamics.speed_rpm is not None:
-        asked = tuple(mesh_Hz(speed, case.pair.pinion.teeth) for speed in dynamics.speed_rpm)
+    if dynamics.speed_range_rpm is not None:
+        asked = tuple(mesh_Hz(speed, case.pair.pinion.teeth) for speed in dynamics.speed_range_rpm)
     low, high = dynamics.mesh_frequency_ratio if asked is None else asked
     return Task(
         model, law, torque_Nm, dynamics.mesh_damping_N_s_mm, dynamics.damping_ratio, (low, high), asked is not None,

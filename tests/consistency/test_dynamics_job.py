@@ -156,7 +156,7 @@ def test_k_v_stands_over_the_speeds_of_the_response(model):
 
 
 def test_the_api_asks_for_what_the_case_does_not(model):
-    speeds = {"mesh_frequency_ratio": [0.25, 1.4], "speed_rpm": [13000.0, 22000.0]}
+    speeds = {"mesh_frequency_ratio": [0.25, 1.4], "speed_range_rpm": [13000.0, 22000.0]}
     result = model.dynamics(torques_Nm=[80.0], run_cycles=0, damping_ratio=0.2, **speeds)
     assert result.torque_Nm.tolist() == [80.0]
     (response,) = result.data["responses"]

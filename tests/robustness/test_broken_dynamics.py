@@ -19,10 +19,10 @@ BROKEN = {
         {"mesh_frequency_ratio": [0.5, 1.0], "mesh_frequency_Hz": [500.0, 900.0]}, ["mesh_frequency_Hz", "leave one"],
     ),
     "speeds and frequencies": (
-        {"speed_rpm": [500.0, 900.0], "mesh_frequency_Hz": [500.0, 900.0]},
-        ["speed_rpm = [500.0, 900.0]", "mesh_frequency_Hz sets it too", "leave one"],
+        {"speed_range_rpm": [500.0, 900.0], "mesh_frequency_Hz": [500.0, 900.0]},
+        ["speed_range_rpm = [500.0, 900.0]", "mesh_frequency_Hz sets it too", "leave one"],
     ),
-    "one speed": ({"speed_rpm": [3000.0]}, ["speed_rpm = [3000.0]", "lowest and the highest"]),
+    "one speed": ({"speed_range_rpm": [3000.0]}, ["speed_range_rpm = [3000.0]", "lowest and the highest"]),
     "speed of nothing": ({"mesh_frequency_Hz": [0.0, 900.0]}, ["mesh_frequency_Hz = [0.0, 900.0]", "between 0.001"]),
     "the same frequency": ({"mesh_frequency_Hz": [900.0, 900.0]}, ["900.0 is there twice"]),
     "density in g/cm3": ({"density_kg_m3": 7.81}, ["density_kg_m3 = 7.81", "looks like g/cm3", "write 7810.0"]),
