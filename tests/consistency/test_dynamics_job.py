@@ -171,7 +171,7 @@ def test_the_api_asks_for_what_the_case_does_not(model):
     assert result.plot_waterfall() is None
     assert len(result.plot_response().axes) == 2
     assert "80 N m" in repr(result)
-    with pytest.raises(pmor.CaseError, match="degrees_of_freedom = 2"):
+    with pytest.raises(pmor.CaseError, match="'degrees_of_freedom': 2.*must be 1, 6 or 12"):
         model.dynamics(degrees_of_freedom=2)
 
 
