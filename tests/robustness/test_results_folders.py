@@ -226,6 +226,17 @@ def test_killed_before_or_after_a_replacement_a_file_is_known_to_be_ours(tmp_pat
         write(tmp_path / "ste.csv", "fourth")
 
 
+def test_what_is_to_be_overwritten_is_replaced_and_ours_then(tmp_path):
+    begin_manifest(tmp_path)
+    (tmp_path / "a").write_text("mine")
+    with pytest.raises(OutputError, match="not known to be written by pmor"):
+        write(tmp_path / "a", "ours")
+    with atomic_path(tmp_path / "a", overwrite=True) as temporary:
+        temporary.write_text("ours")
+    assert (tmp_path / "a").read_text() == "ours"
+    assert is_ours(tmp_path / "a")
+
+
 def test_half_a_line_in_the_manifest_costs_no_other_line(tmp_path):
     begin_manifest(tmp_path)
     write(tmp_path / "a", "1")

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from pmor.export.rexs.model import Component
+from pmor.gear.profile import Profile
 
 #: shapes of relief that a case knows, by those of REXS
 SHAPES = {"": "linear", "linear": "linear", "parabolic": "parabolic"}
@@ -22,33 +23,23 @@ ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True)
-class Profile:
+class FileFlank(Profile):
     """The flank that modifications lie on.
 
     Parameters
     ----------
-    base_radius : float
-        mm.
-    tip_roll : float
-        Roll angle at the tip circle, rad.
-    active : (float, float)
-        Roll angles of the active profile, rad.
     face_width : float
         mm.
     datum : int
         1 where the datum face has the larger z, else -1.
     """
 
-    base_radius: float
-    tip_roll: float
-    active: tuple[float, float]
     face_width: float
     datum: int
 
-    def roll_at(self, diameter: float) -> float:
+    def at(self, diameter: float) -> float:
         """Return the roll angle at a diameter, rad."""
-        ratio = 0.5 * diameter / self.base_radius
-        return math.sqrt(max(ratio * ratio - 1.0, 0.0))
+        return self.roll_at("diameter_mm", diameter)
 
     def z_at(self, coordinate: float) -> float:
         """Return z of a coordinate from the datum face, mm from the middle of the face."""
@@ -77,7 +68,7 @@ class Found:
             self.keys.pop(key, None)
 
 
-def read_flank(components: list[Component], profile: Profile) -> Found:
+def read_flank(components: list[Component], profile: FileFlank) -> Found:
     """Take over the modifications of a flank.
 
     Parameters
@@ -101,21 +92,21 @@ def read_flank(components: list[Component], profile: Profile) -> Found:
     return found
 
 
-def _place(component: Component, diameter: str, length: str, profile: Profile, sign: float, end: float) -> float | None:
+def _place(component: Component, diameter: str, length: str, flank: FileFlank, sign: float, end: float) -> float | None:
     """Roll angle at a diameter, or at a length on the line of action from an end of the flank."""
     place = component.number_of(diameter)
     if place is not None:
-        return profile.roll_at(place)
+        return flank.at(place)
     place = component.number_of(length)
-    return None if place is None else end + sign * place / profile.base_radius
+    return None if place is None else end + sign * place / flank.base_radius
 
 
-def _relief(component: Component, profile: Profile, found: Found) -> None:
+def _relief(component: Component, profile: FileFlank, found: Found) -> None:
     """A relief of tip or root: it begins at a roll angle and has its depth at another one, or at the flank's end."""
     which, shape = component.kind.removesuffix("_relief"), SHAPES.get(component.text_of("shape_of_relief"))
     sign, end, extent = {
-        "tip": (-1.0, profile.tip_roll, "tip_relief_start_roll_deg"),
-        "root": (1.0, profile.active[0], "root_relief_end_roll_deg"),
+        "tip": (-1.0, profile.tip, "tip_relief_start_roll_deg"),
+        "root": (1.0, profile.start, "root_relief_end_roll_deg"),
     }[which]
     depth = component.number_of(f"{which}_relief_depth")
     begins, at = (
@@ -152,8 +143,8 @@ def _quadratic(points: tuple[tuple[float, float], ...], span: tuple[float, float
     return bend * (high - low) ** 2 / 4.0, (slope + bend * (low + high)) * (high - low)
 
 
-def _profile_crowning(component: Component, profile: Profile, found: Found) -> None:
-    low, high = profile.active
+def _profile_crowning(component: Component, profile: FileFlank, found: Found) -> None:
+    low, high = profile.start, profile.end
     ends = [
         _place(component, f"diameter_where_profile_crowning_{end}_is_specified",
                f"length_where_profile_crowning_{end}_is_specified", profile, sign, usual) or usual
@@ -161,27 +152,27 @@ def _profile_crowning(component: Component, profile: Profile, found: Found) -> N
     ]  # fmt: skip
     amounts = [component.number_of(f"profile_crowning_at_{end}") or 0.0 for end in ("root", "tip")]
     top = component.number_of("profile_highest_point")
-    middle = 0.5 * sum(ends) if top is None else profile.roll_at(top)
+    middle = 0.5 * sum(ends) if top is None else profile.at(top)
     if not ends[0] < middle < ends[1]:
         found.notes.append(f"{component.label}: its highest point is not between its ends: left out")
         return
     points = (ends[0], UM * amounts[0]), (middle, 0.0), (ends[1], UM * amounts[1])
-    crowning, slope = _quadratic(points, profile.active)
+    crowning, slope = _quadratic(points, (profile.start, profile.end))
     _add_crowning(component, "profile", crowning, slope, found)
 
 
-def _profile_slope(component: Component, profile: Profile, found: Found) -> None:
-    low, high = profile.active
+def _profile_slope(component: Component, profile: FileFlank, found: Found) -> None:
+    low, high = profile.start, profile.end
     start = component.number_of("profile_evaluation_start")
     end = component.number_of("diameter_where_profile_slope_amount_is_specified", "profile_evaluation_end")
-    span = (high if end is None else profile.roll_at(end)) - (low if start is None else profile.roll_at(start))
+    span = (high if end is None else profile.at(end)) - (low if start is None else profile.at(start))
     amount = component.number_of("profile_slope")
     if amount and span > 0.0:
         found.add("profile_slope_um", UM * amount * (high - low) / span)
         found.notes.append(f"{component.label}: taken as removed at the tip where it is positive: check the sign")
 
 
-def _helix_crowning(component: Component, profile: Profile, found: Found) -> None:
+def _helix_crowning(component: Component, profile: FileFlank, found: Found) -> None:
     width = profile.face_width
     low = component.number_of("coordinate_where_helix_crowning_is_specified_datum_face") or 0.0
     high = component.number_of("coordinate_where_helix_crowning_is_specified_non_datum_face") or width
@@ -203,7 +194,7 @@ def _add_crowning(component: Component, along: str, crowning: float, slope: floa
         found.notes.append(f"{component.label}: circular: taken as a parabola, equal to a millionth")
 
 
-def _helix_slope(component: Component, profile: Profile, found: Found) -> None:
+def _helix_slope(component: Component, profile: FileFlank, found: Found) -> None:
     amount = component.number_of("helix_slope")
     start, end = (component.number_of(f"helix_evaluation_{end}") for end in ("start", "end"))
     whole = start is None or end is None or component.text_of("helix_evaluation_reference") == "facewidth"
@@ -215,7 +206,7 @@ def _helix_slope(component: Component, profile: Profile, found: Found) -> None:
         )
 
 
-def _profile_twist(component: Component, profile: Profile, found: Found) -> None:
+def _profile_twist(component: Component, profile: FileFlank, found: Found) -> None:
     amount = component.number_of("profile_twist")
     if amount:
         found.add("twist_um", -profile.datum * UM * amount)
@@ -225,7 +216,7 @@ def _profile_twist(component: Component, profile: Profile, found: Found) -> None
         )
 
 
-def _end_reliefs(components: list[Component], profile: Profile, found: Found) -> None:
+def _end_reliefs(components: list[Component], profile: FileFlank, found: Found) -> None:
     """Straight end relief, the same on both faces, is the only one with a key."""
     said = {}
     for component in components:
@@ -242,7 +233,7 @@ def _end_reliefs(components: list[Component], profile: Profile, found: Found) ->
         found.notes.append(f"{component.label}: a case has straight end relief alike on both faces: left out")
 
 
-def _topography(component: Component, profile: Profile, found: Found) -> None:
+def _topography(component: Component, profile: FileFlank, found: Found) -> None:
     """A grid: points one by one, or the product of diameters and coordinates with the coordinates running first."""
     diameters, coordinates, amounts = (
         component.numbers_of(name)
@@ -257,7 +248,7 @@ def _topography(component: Component, profile: Profile, found: Found) -> None:
         places = list(zip(diameters, coordinates, strict=True))
     else:
         places = []
-    grid = {(profile.roll_at(d), profile.z_at(c)): UM * a for (d, c), a in zip(places, amounts, strict=False)}
+    grid = {(profile.at(d), profile.z_at(c)): UM * a for (d, c), a in zip(places, amounts, strict=False)}
     rolls, columns = (sorted({place[i] for place in grid}) for i in (0, 1))
     if min(len(rolls), len(columns)) < 2 or len(grid) != len(rolls) * len(columns) or "topography" in found.keys:
         found.notes.append(f"{component.label}: is no grid of diameters and coordinates, or the second one: left out")
@@ -270,7 +261,7 @@ def _topography(component: Component, profile: Profile, found: Found) -> None:
         found.notes.append(f"{component.label}: linear between its points: a case has a smooth surface through them")
 
 
-READERS: dict[str, Callable[[Component, Profile, Found], None]] = {
+READERS: dict[str, Callable[[Component, FileFlank, Found], None]] = {
     "tip_relief": _relief,
     "root_relief": _relief,
     "profile_crowning": _profile_crowning,

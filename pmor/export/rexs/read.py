@@ -10,7 +10,7 @@ from typing import Any
 
 from pmor.case import Case, make_case, parse_case
 from pmor.core.errors import CaseError, GeometryError, printable
-from pmor.export.rexs.flanks import READERS, Profile, read_flank
+from pmor.export.rexs.flanks import READERS, FileFlank, read_flank
 from pmor.export.rexs.model import Component, Gearbox, read_rexs
 from pmor.export.rexs.stage import Stage, axis_of, face_middle, find_stage
 from pmor.gear.pair import GearPair
@@ -128,8 +128,8 @@ class _Draft:
             tooth = (pair.pinion, pair.wheel)[number]
             low, high = pair.faces[number]
             along = sum(a * b for a, b in zip(axis_of(gear), self.along, strict=True))
-            profile = Profile(
-                tooth.base_radius, tooth.tip_roll_angle, pair.active_rolls[number], high - low,
+            profile = FileFlank(
+                tooth.base_radius, *pair.active_rolls[number], tooth.tip_roll_angle, high - low,
                 self.datum[number] * (1 if along >= 0.0 else -1),
             )  # fmt: skip
             found = read_flank([part for part in self._referenced(flank) if part.kind != "material"], profile)
