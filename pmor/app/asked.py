@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -28,6 +29,7 @@ from pmor.pair.modifications import refuse_modifications_off_the_flank
 from pmor.work.cost import refuse_large_sweep
 from pmor_online.model import online_angles
 
+_LOG = logging.getLogger("pmor")
 # Torques of a sweep in Python keep their order.
 TORQUES = Annotated[tuple[float, ...], Range(0.0, 1e12, "N m", low_excluded=True, in_order=True)]
 ANGLES = Annotated[int, Range(1, MOST_ANGLES)]
@@ -145,15 +147,18 @@ def _listed(values: Any, where: str) -> Any:
 
 
 def check_assembly(asked: Case, case: Case, pair: GearPair) -> None:
-    """Raise CaseError where axes or flanks do not suit a case, or the mesh of its model."""
+    """Raise CaseError where axes or flanks do not suit a case."""
     check_flanks(asked, case.name)
     refuse_modifications_off_the_flank(asked, pair)
     refuse_uneven_load(asked, case.name)
-    if meshed_width(case) == "half" != meshed_width(asked):
-        raise CaseError(
-            f"{case.name}: tilted axes or flanks whose halves differ load the width unevenly, and the model has half "
-            'the width, which stands for both halves: write [mesh] width = "whole" and train again'
-        )
+
+
+def takes_whole_width(asked: Case, case: Case) -> bool:
+    """Whether a request loads the halves of the face differently, and its model has one for both; the log says so."""
+    if not meshed_width(case) == "half" != meshed_width(asked):
+        return False
+    _LOG.info("%s: the halves of the face are loaded differently: a model of the whole width answers", case.name)
+    return True
 
 
 def with_assembly(case: Case, assembly: Assembly) -> Case:

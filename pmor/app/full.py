@@ -6,10 +6,12 @@ import logging
 from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import cached_property
 
-from pmor.app.asked import asked_sweep
+from pmor.app.asked import asked_sweep, takes_whole_width
 from pmor.app.result import SweepResult
 from pmor.case import Case
+from pmor.case.width import whole_width
 from pmor.core.arrays import FloatArray
 from pmor.core.progress import Steps, quietly
 from pmor.core.wording import suggesting
@@ -39,6 +41,11 @@ class FullModel:
     case: Case
     elastic: ElasticModel
 
+    @cached_property
+    def whole(self) -> FullModel:
+        """The model on the whole width, where half of it stands for both halves: made when it is first asked for."""
+        return full_model(whole_width(self.case))
+
     @suggesting
     def sweep(
         self, torques_Nm: float | Iterable[float] | None = None, angles: int | FloatArray | None = None, *,
@@ -48,7 +55,8 @@ class FullModel:
         """Solve full contact over angles and torques; see `ReducedModel.sweep`."""
         meshed = self.elastic.mesh.meshed
         asked = asked_sweep(self.case, meshed, torques_Nm, angles, misalignment, (pinion, wheel), STATE_SECTIONS)
-        solve = self.elastic.elasticity_at
+        elastic = (self.whole if takes_whole_width(asked.case, self.case) else self).elastic
+        meshed, solve = elastic.mesh.meshed, elastic.elasticity_at
         sweep = sweep_ste(meshed, solve, asked.phi, asked.conditions, lambda: progress(1), executor)
         return SweepResult(with_unloaded(sweep, meshed, asked.conditions), meshed.pair)
 

@@ -18,6 +18,7 @@ from pmor.app.asked import (
     listed_assemblies,
     listed_within_memory,
     positions,
+    takes_whole_width,
     with_assembly,
 )
 from pmor.app.cases import in_keywords
@@ -26,6 +27,7 @@ from pmor.app.full import FullModel
 from pmor.app.result import ConditionsResult, SweepResult
 from pmor.app.run import RunResult, run_models_of, sweep_model
 from pmor.case import Case, beyond_training, change_case, trained_flanks
+from pmor.case.width import whole_width
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, OutputError
 from pmor.core.progress import Steps, quietly
@@ -86,6 +88,13 @@ class ReducedModel:
         return reduced_pair(self.basis)
 
     @cached_property
+    def whole(self) -> ReducedModel:
+        """The model on the whole width, where half of it stands for both halves: made when it is first asked for."""
+        from pmor.app.training import train
+
+        return train(whole_width(self.case))
+
+    @cached_property
     def size(self) -> int:
         """Largest number of unknowns of a position."""
         return largest_size(self.reduced)
@@ -97,6 +106,8 @@ class ReducedModel:
         progress: Steps = quietly, pinion: Modification | None = None, wheel: Modification | None = None
     ) -> SweepResult:  # fmt: skip
         """Solve for the static transmission error over angles and torques.
+
+        Axes or flanks that load the halves of the face differently are answered by the model of the `whole` width.
 
         Parameters
         ----------
@@ -124,13 +135,12 @@ class ReducedModel:
         meshed = self.reduced.meshed
         asked = asked_sweep(self.case, meshed, torques_Nm, angles, misalignment, (pinion, wheel))
         self._refuse_beyond_training(asked.case, extrapolate)
-        phi, conditions = asked.phi, asked.conditions
+        reduced = self._wide_enough(asked.case)
+        meshed, phi, conditions = reduced.meshed, asked.phi, asked.conditions
         recorded = can_record(meshed, asked.case, len(phi), len(conditions))
-        sweep = sweep_reduced_pair(
-            self.reduced, phi, conditions, executor=executor, progress=progress, recorded=recorded
-        )
-        sweep = with_mesh_error(with_unloaded(sweep, meshed, conditions), self.reduced, conditions)
-        return SweepResult(sweep, meshed.pair, self.reduced, conditions[0].assembly)
+        sweep = sweep_reduced_pair(reduced, phi, conditions, executor=executor, progress=progress, recorded=recorded)
+        sweep = with_mesh_error(with_unloaded(sweep, meshed, conditions), reduced, conditions)
+        return SweepResult(sweep, meshed.pair, reduced, conditions[0].assembly)
 
     @suggesting
     def harris_map(
@@ -178,7 +188,7 @@ class ReducedModel:
                 self._refuse_beyond_training(with_assembly(asked, one), extrapolate)
         refuse_loads(asked, meshed)
         phi, torques = positions(asked, meshed, angles), asked.online.torques_Nm
-        sweeps = sweep_assemblies(self.reduced, phi, built, [torques] * len(built), executor, progress)
+        sweeps = sweep_assemblies(self._wide_enough(asked), phi, built, [torques] * len(built), executor, progress)
         return ConditionsResult(built, tuple(SweepResult(sweep, meshed.pair) for sweep in sweeps))
 
     def dynamics(
@@ -242,7 +252,7 @@ class ReducedModel:
 
         with in_keywords():
             file = settings_of(self.case, settings)
-        return run(file, reduced=self.reduced, folder=folder, executor=executor, progress=progress)
+        return run(file, reduced=self._wide_enough(file.case), folder=folder, executor=executor, progress=progress)
 
     @suggesting
     def root_stress(
@@ -270,12 +280,15 @@ class ReducedModel:
         meshed = self.reduced.meshed
         sections = meshed.tooth_pair_count * meshed.pinion.nodes.shape[1]
         asked = asked_sweep(self.case, meshed, torques_Nm, angles, misalignment, (pinion, wheel), sections)
-        found = root_stress(self.reduced, asked.phi, asked.conditions, executor)
+        found = root_stress(self._wide_enough(asked.case), asked.phi, asked.conditions, executor)
         if found is None:
             raise CaseError(
                 "the model holds no root stress: train one of a case with scheme='line' and root_stress=True"
             )
         return found
+
+    def _wide_enough(self, asked: Case) -> ReducedPair:
+        return (self.whole if takes_whole_width(asked, self.case) else self).reduced
 
     def _refuse_beyond_training(self, case: Case, extrapolate: bool) -> None:
         beyond = beyond_training(case)

@@ -7,7 +7,6 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 
-from pmor.case.width import meshed_width
 from pmor.core.errors import CaseError
 from pmor.core.threads import refuse_processes
 from pmor.design.loader import DesignFile
@@ -55,11 +54,6 @@ def run(
 def _refuse_unfit(file: DesignFile, reduced: ReducedPair) -> None:
     """Raise CaseError where a model that was trained for another purpose does not suffice."""
     case = reduced.basis.case
-    if meshed_width(case) == "half" != meshed_width(file.case):
-        raise CaseError(
-            f"{file.name}: variables or scatter load the halves of the face differently, and the model has half the "
-            'width: write [mesh] width = "whole" and train again'
-        )
     if "root_stress_MPa" in file.design.results and reduced.basis.root_stress is None:
         raise CaseError(f"{file.name}: root_stress_MPa: the model holds none: train with [results] root_stress = true")
     refuse_loads(replace(case, online=replace(case.online, torques_Nm=file.design.load.torques_Nm)), reduced.meshed)

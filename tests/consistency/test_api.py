@@ -122,7 +122,7 @@ def test_a_comparison_is_at_angles_that_no_training_has_seen(model, full):
     ("arguments", "message"),
     [
         ({"torques_Nm": [200.0]}, "beyond the training: torque to 200 N m, trained to 160 N m: train over it, or pass"),
-        ({"misalignment": pmor.Misalignment(in_plane_um=3.0)}, "tilted axes"),
+        ({"misalignment": pmor.Misalignment(in_plane_um=3.0)}, "tilted axes load the width unevenly"),
         ({"misalignment": pmor.Misalignment(in_plane_um=3.0), "extrapolate": True}, "tilted axes"),
         ({"torques_Nm": [30.0, 200.0, 50.0]}, "beyond the training: torque to 200 N m"),
         ({"torques_Nm": []}, "must not be empty"),

@@ -144,14 +144,28 @@ def test_conditions_in_python_are_refused_by_their_number_with_the_remedy(model)
         model.sweep_conditions([BUILT[0], off])
     with pytest.raises(pmor.CaseError, match="give at least one"):
         model.sweep_conditions([])
-    half = pmor.train(pmor.change_case(model.case, width="half"))
-    assert half.reduced.meshed.mirrored
-    for uneven in BUILT[1:]:
-        with pytest.raises(pmor.CaseError, match='both halves: write .mesh. width = "whole" and train again'):
-            half.sweep_conditions([BUILT[0], uneven])
-        with pytest.raises(pmor.CaseError, match='both halves: write .mesh. width = "whole" and train again'):
-            half.sweep(misalignment=uneven.misalignment, wheel=uneven.wheel)
+    with pytest.raises(pmor.CaseError, match=r"says nothing of its gear: write Assembly\(pinion=m\)"):
+        model.sweep_conditions(BUILT[0].pinion)
+    axes = BUILT[1].misalignment
+    assert model.sweep_conditions(axes, angles=2).assemblies == (BUILT[1],), "axes say all of an assembly"
+
+
+def test_a_model_of_half_the_width_answers_what_differs_between_the_halves(model):
+    """By the whole width, which is solved once, when it is first asked for."""
+    full = pmor.full_model(pmor.change_case(model.case, width="half"))
+    half = pmor.train(full.case, full)
     assert_allclose(half.sweep_conditions(BUILT[:1]).ste_um, model.sweep_conditions(BUILT[:1]).ste_um, rtol=1e-8)
+    assert "whole" not in vars(half), "symmetric flanks need no more"
+    for uneven in BUILT[1:]:
+        asked = {"misalignment": uneven.misalignment, "wheel": uneven.wheel, "angles": 4}
+        swept, expected = half.sweep(75.0, **asked), model.sweep(75.0, **asked)
+        assert_allclose(swept.ste_um, expected.ste_um, rtol=1e-12)
+        assert_allclose(full.sweep(75.0, **asked).ste_um, expected.ste_um, rtol=1e-8)
+        del asked["angles"]
+        found, same = (one.root_stress([75.0], 4, **asked).max_principal_MPa for one in (half, model))
+        assert_allclose(found, same, rtol=1e-9)
+    assert_allclose(half.sweep_conditions(BUILT).ste_um, model.sweep_conditions(BUILT).ste_um, rtol=1e-12)
+    assert half.whole is half.whole
 
 
 def test_trained_shapes_sweep_conditions_within_their_training():
