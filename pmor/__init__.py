@@ -21,10 +21,10 @@ Results
     assemblies. `RootStress`: along the fillets.
 Capabilities and experiments, with their files where a folder is given
     `run_dynamics`: the pair in motion, a `DynamicsResult`. `run_design`: a search for flank modifications, a
-    `DesignResult`. `campaign`: a table of macro-geometries, a `CampaignResult`. `study`: a grid of meshes and
-    models. `convergence`: finer and finer meshes. `stability`: extreme variants. `reductions`: reductions
-    and samplings. `bench`: run times. `write_design_case`, `write_campaign_case`: one of many
-    designs as a case file.
+    `DesignResult`. `gearbox`: shafts, bearings and several meshes, a `GearboxResult`. `campaign`: a table of
+    macro-geometries, a `CampaignResult`. `study`: a grid of meshes and models. `convergence`: finer and finer
+    meshes. `stability`: extreme variants. `reductions`: reductions and samplings. `bench`: run times.
+    `write_design_case`, `write_campaign_case`: one of many designs as a case file.
 Conditions
     `Misalignment`: position of the wheel's axis. `Modification`: deviation of a gear's flanks; `Topography`: on a grid.
     `Assembly`: misalignment and both modifications.
@@ -55,6 +55,7 @@ if TYPE_CHECKING:
         bench,
         campaign,
         convergence,
+        gearbox,
         reductions,
         run_design,
         run_dynamics,
@@ -91,6 +92,7 @@ if TYPE_CHECKING:
     from pmor.gear.condition import Assembly, Misalignment
     from pmor.gear.modification import Modification
     from pmor.gear.topography import Topography
+    from pmor.machine.result import GearboxResult
     from pmor.results.root_stress import RootStress
     from pmor_online.compare import Comparison
 
@@ -104,7 +106,7 @@ _HOMES = {
     "pmor.app.plan": ("plan",),
     "pmor.app.model": ("ReducedModel",),
     "pmor.app.capabilities": (
-        "bench", "campaign", "convergence", "reductions", "run_design", "run_dynamics", "stability", "study",
+        "bench", "campaign", "convergence", "gearbox", "reductions", "run_design", "run_dynamics", "stability", "study",
         "write_campaign_case", "write_design_case",
     ),
     "pmor.app.run": ("RunResult", "run_case"),
@@ -121,6 +123,7 @@ _HOMES = {
     "pmor.export.tables": ("ResultArray",),
     "pmor.gear.modification": ("Modification",),
     "pmor.gear.topography": ("Topography",),
+    "pmor.machine.result": ("GearboxResult",),
     "pmor.results.root_stress": ("RootStress",),
     "pmor_online.compare": ("Comparison",),
 }  # fmt: skip
@@ -128,13 +131,13 @@ _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Assembly", "CampaignResult", "Case", "CaseError", "Comparison", "ConditionsResult", "ConvergenceError",
-    "DesignResult", "DynamicsResult", "ExternalProgramError", "FileFormatError", "FullModel", "Geometry",
-    "GeometryError",
-    "MeshError", "Misalignment", "Modification", "OutputError", "PmorError", "ReducedModel", "ResultArray",
-    "RootStress", "RunResult", "SweepResult", "Topography", "Verification", "bench", "campaign", "change_case",
-    "compare", "convergence", "export_file", "full_model", "geometry", "import_rexs", "info", "load_case", "load_model",
-    "load_results", "make_case", "plan", "reductions", "run_case", "run_design", "run_dynamics", "stability", "study",
-    "train", "verify", "write_campaign_case", "write_design_case", "__version__"
+    "DesignResult", "DynamicsResult", "ExternalProgramError", "FileFormatError", "FullModel", "GearboxResult",
+    "Geometry", "GeometryError", "MeshError", "Misalignment", "Modification", "OutputError", "PmorError",
+    "ReducedModel", "ResultArray", "RootStress", "RunResult", "SweepResult", "Topography", "Verification", "bench",
+    "campaign", "change_case", "compare", "convergence", "export_file", "full_model", "gearbox", "geometry",
+    "import_rexs", "info", "load_case", "load_model", "load_results", "make_case", "plan", "reductions", "run_case",
+    "run_design", "run_dynamics", "stability", "study", "train", "verify", "write_campaign_case",
+    "write_design_case", "__version__",
 ]  # fmt: skip
 
 

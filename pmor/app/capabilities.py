@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from pmor.lab.stability.result import Stability as StabilityResult
     from pmor.lab.study.result import StudyResult
     from pmor.lab.study.settings import Study
+    from pmor.machine.loader import GearboxFile
+    from pmor.machine.result import GearboxResult
 
 Place = Path | str
 
@@ -69,6 +71,19 @@ def run_design(
     from pmor.design.run import run
 
     settings = load(Path(file)) if isinstance(file, str | Path) else file
+    return _run(run, settings, folder, overwrite, executor=executor, progress=progress)
+
+
+@suggesting
+def gearbox(
+    file: Place | GearboxFile, folder: Place | None = None, *, executor: Executor | None = None,
+    progress: Steps | None = None, overwrite: bool = False,
+) -> GearboxResult:  # fmt: skip
+    """Solve shafts, bearings and all meshes of a gearbox file, as `pmor gearbox`; the executor is one of threads."""
+    from pmor.machine.loader import load
+    from pmor.machine.run import run
+
+    settings = load(file) if isinstance(file, str | Path) else file
     return _run(run, settings, folder, overwrite, executor=executor, progress=progress)
 
 

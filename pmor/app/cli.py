@@ -29,7 +29,7 @@ OUT_OF_SPACE = (errno.ENOSPC, errno.EDQUOT)
 # Commands that keep finished pieces. Their run times compare models, or they share out their work: one thread of
 # linear algebra.
 IN_PIECES = ("study", "stability", "convergence", "reductions", "dynamics", "design", "campaign")
-ONE_THREAD = (*IN_PIECES, "bench")
+ONE_THREAD = (*IN_PIECES, "bench", "gearbox")
 RESUME_HINTS = {
     "offline": "the same command with --resume goes on where it stopped",
     **dict.fromkeys(IN_PIECES, "finished pieces are kept; the same command goes on where it stopped"),
@@ -126,6 +126,12 @@ COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
         _out(usual="out/<name of the design>"), _jobs("pieces of the search"),
         _option("--case", dest="variant", metavar="N", type=_whole,
                 help="write variant N of finished results as a case file"),
+        OVERWRITE,
+    ),
+    "gearbox": (
+        "shafts, bearings and several meshes together: misalignment, transmission error and load of each",
+        _option("gearbox_path", metavar="GEARBOX", type=_path, help="gearbox file (TOML)"),
+        _out(usual="out/<name of the gearbox file>"), _jobs("angles"),
         OVERWRITE,
     ),
     "campaign": (

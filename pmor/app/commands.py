@@ -136,6 +136,17 @@ def design(
     _finish(found, folder, found.failures, "did not converge")
 
 
+def gearbox(gearbox_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
+    """Solve shafts, bearings and all meshes of a gearbox together: misalignment, transmission error, loads."""
+    from pmor.machine.loader import load
+
+    settings = load(gearbox_path)
+    folder = out or default_folder(settings.name)
+    with threads(jobs) as executor:
+        found = capabilities.gearbox(settings, folder, overwrite=overwrite, executor=executor)
+    _finish(found, folder, found.failures, "did not converge")
+
+
 def campaign(
     campaign_path: Path, out: Path | None = None, jobs: int = 1, dask: str | None = None,
     case_number: int | None = None, overwrite: bool = False,

@@ -8,11 +8,12 @@ from typing import Literal
 from pmor.case.schema import Case
 from pmor.core.errors import CaseError
 
-Capability = Literal["campaign", "classical", "design", "dynamics", "fmu", "page", "rexs", "vtkhdf"]
+Capability = Literal["campaign", "classical", "design", "dynamics", "fmu", "gearbox", "page", "rexs", "vtkhdf"]
 
 NAMES: dict[Capability, str] = {
     "campaign": "a campaign", "classical": "the table of classical formulas", "design": "a design",
     "dynamics": "the force law of dynamics", "fmu": "the force law of a unit for co-simulation",
+    "gearbox": "a gearbox",
     "page": "the live page", "rexs": "a REXS file", "vtkhdf": "a VTKHDF file",
 }  # fmt: skip
 # Nodes of a flank beyond which its compliance takes more of a page than all else: 8 x 8 quadratic elements have 289.
@@ -40,7 +41,7 @@ def _many_nodes(case: Case) -> str:
 
 # What capabilities take, of cases that they do not take; empty of others.
 LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
-    (_shapes, ("campaign", "design", "dynamics", "fmu", "page", "rexs")),
+    (_shapes, ("campaign", "design", "dynamics", "fmu", "gearbox", "page", "rexs")),
     (_uneven_teeth, ("fmu",)),
     (_many_nodes, ("page",)),
 )

@@ -23,7 +23,7 @@ from pmor.line.kernels.places import line_deviations
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
 from pmor.line.kernels.tip_corner import LineLaw
 from pmor.line.layered_pair import LayeredPair, place_sections
-from pmor.line.pair import support_flexibility
+from pmor.line.pair import on_supports
 
 MAX_STEPS, PATIENCE, TOLERANCE = 100, 20, 1e-12
 # Sections whose rigid flanks overlap by more than minus this share of the deepest overlap may carry.
@@ -176,10 +176,11 @@ class _Flanks:
         own = self.between(0, 0)
         self.components = own.shape[0] // (meshed.pinion.nodes.size // 3)
         lines = place_sections(meshed, np.array([phi]), assembly.misalignment, self.components)
+        lines, on_support = on_supports(meshed, compliance.support, lines)
         deviation = np.zeros_like(lines.gap)
         line_deviations(lines, meshed.sections.z, *meshed.deviations(assembly), deviation)
         self.lines, self.free = lines, (lines.gap + deviation)[0]
-        self.of_support = support_flexibility(meshed, compliance.support, lines)[0]
+        self.on_support = on_support[0]
         self.sections = len(meshed.sections.z)
         self.width = np.tile(meshed.width, meshed.tooth_pair_count)
         self.laws = [LineLaw(*row) for row in lines.law[0].tolist()]
@@ -216,7 +217,7 @@ class _Flanks:
 
     def flexibility(self, candidates: IntArray) -> FloatArray:
         """Change of the gaps of sections by forces in them, mm/N."""
-        total, pair = self.of_support[np.ix_(candidates, candidates)], candidates // self.sections
+        total, pair = self.on_support[np.ix_(candidates, candidates)], candidates // self.sections
         pairs = np.unique(pair)
         for gear in range(2):
             weights = np.stack([self.weights(gear, n) for n in candidates])

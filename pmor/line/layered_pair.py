@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,6 +13,7 @@ from pmor.gear.condition import ALIGNED, Misalignment
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.tip_edge import TipEdge
 from pmor.gear.tooth import Tooth
+from pmor.line.hubs import Hubs
 from pmor.line.kernels.places import Lines, Places, place_flanks, place_lines
 from pmor.line.kernels.tip_corner import Corner
 from pmor.line.kernels.types import Layer, Sections
@@ -52,12 +52,17 @@ class LayeredPair(MeshedPair):
     ----------
     layers : two SurfaceLayer
         Of pinion and wheel.
-    support : callable, optional
-        ``support(lines, meshed)``, of a module: flexibility between sections by the hubs, (A, N, N), mm/N, symmetric.
+    hubs : Hubs, optional
+        What the hubs stand on; by default they are held.
     """
 
     layers: tuple[SurfaceLayer, SurfaceLayer]
-    support: Callable[[Lines, LayeredPair], FloatArray] | None = None
+    hubs: Hubs | None = None
+
+    def __post_init__(self) -> None:
+        """Hubs tilt, and load both halves of the width differently."""
+        if self.hubs is not None and self.mirrored:
+            raise ValueError("hubs that give way take the whole width, and half of it is meshed")
 
     @cached_property
     def sections(self) -> Sections:

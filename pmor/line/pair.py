@@ -11,6 +11,7 @@ from pmor.body.support import Support, support_rows
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.line.hertz import WidthLimit, width_limit
+from pmor.line.hubs import hub_rows
 from pmor.line.kernels.flexibility import Flexibility
 from pmor.line.kernels.loads import LineResults, solve_lines
 from pmor.line.kernels.places import Lines, line_deviations
@@ -64,7 +65,8 @@ class PlacedSections:
 
     def __post_init__(self) -> None:
         """Allocate the flexibilities."""
-        between = support_flexibility(self.pair.meshed, self.pair.support, self.lines)
+        lines, between = on_supports(self.pair.meshed, self.pair.support, self.lines)
+        object.__setattr__(self, "lines", lines)
         workspace = Flexibility(between, np.zeros(self.lines.gap.shape, dtype=bool))
         object.__setattr__(self, "flexibility", workspace)
 
@@ -119,15 +121,25 @@ class PlacedSections:
         return found
 
 
-def support_flexibility(meshed: LayeredPair, support: Support | None, lines: Lines) -> FloatArray:
-    """Return flexibilities between placed sections by the gears' support and by the hubs', shape (A, N, N), mm/N."""
+def on_supports(meshed: LayeredPair, support: Support | None, lines: Lines) -> tuple[Lines, FloatArray]:
+    """Return placed sections on what the gears' bodies and hubs stand on, and the flexibilities that it adds.
+
+    Returns
+    -------
+    Lines
+        Their gaps with what other loads do to the hubs.
+    ndarray, shape (A, N, N)
+        mm/N.
+    """
     total = np.zeros((*lines.gap.shape, lines.gap.shape[1]))
-    if meshed.support is not None:
-        total += meshed.support(lines, meshed)
+    if meshed.hubs is not None:
+        rows = hub_rows(meshed.pair, lines, meshed.sections.z)
+        total += rows @ meshed.hubs.compliance @ rows.transpose(0, 2, 1)
+        lines = lines._replace(gap=lines.gap + rows @ meshed.hubs.offset)
     if support is not None:
         placed = support_rows(support, *meshed.carriers, lines.first_pair, lines.row, lines.gradient)
         total += support.flexibility(placed)
-    return total
+    return lines, total
 
 
 def no_results(conditions: int, angles: int, size: int, pairs: int, differentiated: bool) -> LineResults:

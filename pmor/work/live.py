@@ -25,7 +25,7 @@ def live_pair(reduced: ReducedPair) -> ReducedPair | str | None:
         return None
     if why := why_not(case, "page"):
         return why
-    if reduced.layered.support is not None or reduced.flank_compliance.support is not None:
+    if reduced.layered.hubs is not None or reduced.flank_compliance.support is not None:
         return "the page solves solid gears on rigid hubs alone"
     if not takes_whole_width(case):
         return reduced

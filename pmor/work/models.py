@@ -96,7 +96,7 @@ def run_models(
     common = 0.0 if started is None else time.perf_counter() - started
     kept = {OWN_BASIS: case} if given or not overwrite else {}
     kept |= {} if overwrite else {_basis_name(other.contact.scheme): other for other, _ in others}
-    bases = {name: _valid_basis(folder / name, own) for name, own in kept.items()}  # before any work is begun
+    bases = {name: valid_basis(folder / name, own) for name, own in kept.items()}  # before any work is begun
 
     def run(case: Case, model: ElasticModel, name: str) -> OnlineResult:
         path, basis = folder / name, bases.get(name)
@@ -123,7 +123,7 @@ def run_models(
     return replace(own, others=tuple(found))
 
 
-def _valid_basis(path: Path, case: Case) -> Basis | None:
+def valid_basis(path: Path, case: Case) -> Basis | None:
     """Return the basis in a results folder, if there is one made from these very settings; say so if it is not."""
     if not os.path.lexists(path):
         return None

@@ -1,4 +1,4 @@
-"""Tables of all keys of case, study, design and campaign files, as Markdown, straight from the dataclasses.
+"""Tables of all keys of case, study, design, campaign and gearbox files, as Markdown, straight from the dataclasses.
 
     python -m tests.programs.key_table cases/README.md
 
@@ -35,6 +35,7 @@ from pmor.design.settings import Design
 from pmor.gear.condition import Misalignment
 from pmor.gear.topography import Topography
 from pmor.lab.study.settings import Study
+from pmor.machine.settings import GearboxSections
 from pmor.storage.atomic import atomic_path
 
 BEGIN, END = "<!-- keys: made by `python -m tests.programs.key_table cases/README.md` -->", "<!-- end of keys -->"
@@ -48,7 +49,7 @@ MULTIPLES = {
 def formats() -> dict[str, dict[str, type]]:
     """Return the sections of each format by their headings; empty is what stands above the sections."""
     case = {f"[{name}]": kind for name, kind in SECTIONS.items() if not name.startswith("wheel")}
-    others = {"study": Study, "design": Design, "campaign": CampaignSections}
+    others = {"study": Study, "design": Design, "campaign": CampaignSections, "gearbox": GearboxSections}
     return {"case": {**case, f"[[{CONDITION}]]": ConditionCase}} | {
         name: {"": root} | {_brackets(section, root): kind for section, kind in sections_in(root).items()}
         for name, root in others.items()

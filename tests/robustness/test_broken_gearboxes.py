@@ -1,40 +1,60 @@
-"""Whatever a gearbox file holds: it becomes a case, or is refused in one line."""
+"""Gearboxes that cannot be: one line with place, value and remedy, exit code 2, and nothing written."""
 
-import random
-import re
-from collections import Counter
-from pathlib import Path
+import pytest
 
-from pmor.core.errors import PmorError
-from pmor.export.rexs.read import read_stage
+from pmor.app.cli import main
+from tests.support.gearboxes import SMALL, written
 
-GEARBOX = Path(__file__).parents[2] / "cases" / "gearbox.rexs"
-VALUES = ("0", "-1", "1e308", "nan", "inf", "", "x", "1e-300", "3", "-0.5", "9" * 20, "2.5", "true")
-NAMES = ("1", "2", "99", "gear", "cylindrical_gear", "left", "")
+BEARINGS = '[[bearings]]\nname = "A"'
+BROKEN = {
+    "no shaft of this name": ('shaft = "output"\nat_mm = 10.0', 'shaft = "outpt"\nat_mm = 10.0', "did you mean output"),
+    "bearing beyond the shaft": ("at_mm = 70.0\nradial", "at_mm = 90.0\nradial", "goes from 0 to 80 mm"),
+    "gear beyond the shaft": ('{ shaft = "input", at_mm = 35.0 }', '{ shaft = "input", at_mm = -1.0 }', "from 0 to 80"),
+    "gears apart": ('{ shaft = "input", at_mm = 35.0 }', '{ shaft = "input", at_mm = 36.0 }', "do not face each other"),
+    "one shaft": ('{ shaft = "output", at_mm = 35.0 }', '{ shaft = "input", at_mm = 35.0 }', "are on one shaft"),
+    "loose along its axis": ("axial_N_per_mm = 1e5\n", "", "along x: nothing holds it"),
+    "no bearings": ('name = "B"\nshaft = "input"', 'name = "B"\nshaft = "output"', "nothing holds it"),
+    "overlap": ("at_mm = [62.2, 0.0]", "at_mm = [20.0, 0.0]", "overlap at x = 0 to 80 mm"),
+    "bore too wide": ("inner_mm = 8.0", "inner_mm = 30.0", "must be below outer_mm = 28"),
+    "one coordinate": ("at_mm = [62.2, 0.0]", "at_mm = [62.2]", "must be y and z of the axis"),
+    "two kinds": ("ball = {", "radial_N_per_mm = 1e5\nball = {", "has one kind"),
+    "names twice": ('name = "B"', 'name = "A"', "is there twice"),
+    "the housing's name": ('name = "output"\nat', 'name = "housing"\nat', "another name"),
+    "to nowhere": ('name = "A"\n', 'name = "A"\nto = "frame"\n', 'must be a shaft or "housing"'),
+    "to another axis": ('name = "A"\n', 'name = "A"\nto = "output"\n', "has another axis"),
+    "no balance": ('torque_Nm = "balance"', "torque_Nm = -90.0", 'write torque_Nm = "balance"'),
+    "two balances": ("torque_Nm = 60.0", 'torque_Nm = "balance"', "2 torques"),
+    "no torque": ("torque_Nm = 60.0", "torque_Nm = 0.0", "no torque to carry"),
+    "a word for a torque": ("torque_Nm = 60.0", 'torque_Nm = "much"', "unknown choice"),
+    "a word for a stiffness": ("axial_N_per_mm = 1e5", 'axial_N_per_mm = "stiff"', "rigid"),
+    "negative stiffness": ("axial_N_per_mm = 1e5", "axial_N_per_mm = -1e5", "axial_N_per_mm"),
+    "unknown key": ("at_mm = [62.2, 0.0]", "at_mm = [62.2, 0.0]\ndiameter_mm = 20.0", "unknown key"),
+    "unknown section": ("[[meshes]]", "[[mesh]]", "did you mean meshes"),
+    "a section for a list": (BEARINGS, BEARINGS.replace("[[", "[").replace("]]", "]"), "not valid TOML"),
+    "no section of a shaft": ("sections = [{ length_mm = 80.0, outer_mm = 20.0 }]", "sections = []", "sections"),
+    "jammed": ("at_mm = [62.2, 0.0]", "at_mm = [62.0, 0.0]", "the teeth jam"),
+    "out of mesh": ("at_mm = [62.2, 0.0]", "at_mm = [69.0, 0.0]", "tip circles touch"),
+    "no case": ('case = "small.toml"', 'case = "smal.toml"', "there is no such case file"),
+    "a case that is none": ('case = "small.toml"', 'case = "box.toml"', "unknown section"),
+    "a change that is none": ('case = "small.toml"', 'case = "small.toml"\npair = { modul_mm = 2.0 }', "module_mm"),
+    "penalty contact": (
+        'case = "small.toml"',
+        'case = "small.toml"\ncontact = { scheme = "direct" }',
+        "a gearbox takes",
+    ),
+    "too few balls": ("balls = 9", "balls = 2", "balls = 2"),
+    "flat grooves": ("balls = 9", "balls = 9, inner_osculation = 0.5", "inner_osculation = 0.5"),
+    "a name that is a path": ('name = "mesh"', 'name = "../mesh"', "names a file"),
+    "infinite force": ("torque_Nm = 60.0", "torque_Nm = inf", "torque_Nm = inf"),
+}
 
 
-def broken(text, rng):
-    """Return the text with a value, a name or some lines changed."""
-    kind = rng.choice(("value", "value", "name", "lines"))
-    if kind == "lines":
-        lines = text.split("\n")
-        start = rng.randrange(len(lines))
-        del lines[start : start + rng.randint(1, 6)]
-        return "\n".join(lines)
-    pattern, choices = (r">([^<>\n]+)<", VALUES) if kind == "value" else (r'(?:id|role|type)="([^"]*)"', NAMES)
-    place = rng.choice(list(re.finditer(pattern, text)))
-    return text[: place.start(1)] + rng.choice(choices) + text[place.end(1) :]
-
-
-def test_a_broken_gearbox_is_a_case_or_refused_in_one_line(tmp_path):
-    text, rng, outcomes = GEARBOX.read_text(), random.Random(17), Counter()
-    for _ in range(80):
-        (tmp_path / "a.rexs").write_text(broken(text, rng))
-        try:
-            read_stage(tmp_path / "a.rexs")
-            outcomes["case"] += 1
-        except PmorError as error:
-            outcomes["refused"] += 1
-            outcomes["of several lines"] += "\n" in str(error)
-    assert outcomes["of several lines"] == 0
-    assert min(outcomes["case"], outcomes["refused"]) > 10
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_gearbox_that_cannot_be_is_refused_in_one_line(name, tmp_path, capsys):
+    old, new, words = BROKEN[name]
+    assert old in SMALL
+    path = written(tmp_path, SMALL.replace(old, new, 1))
+    assert main(["gearbox", str(path), "--out", str(tmp_path / "out")]) == 2
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("pmor: error")]
+    assert words in line
+    assert not (tmp_path / "out" / "gearbox.json").exists()

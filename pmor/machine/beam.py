@@ -1,0 +1,140 @@
+"""Shafts as beams: stiffness of a stepped Timoshenko beam with twelve degrees of freedom an element.
+
+The axis is x. A node moves along x, y, z and turns about them, in this order. With the shear parameter
+phi = 12 E I / (kappa G A L^2) the bending stiffness of an element is that of Przemieniecki, Theory of Matrix Structural
+Analysis, 1968, eq. 5.116; without distributed loads it is exact. The shear coefficient kappa of a circular section,
+solid or hollow, is that of Cowper, J. Appl. Mech. 33 (1966) 335.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.core.arrays import FloatArray
+
+NODE = 6
+# Stations of a shaft that are closer than this are one, mm.
+SAME_STATION_MM = 1e-6
+
+
+@dataclass(frozen=True)
+class ShaftMaterial:
+    """Elastic constants of a shaft.
+
+    Parameters
+    ----------
+    youngs_modulus : float
+        MPa.
+    poisson_ratio : float
+    """
+
+    youngs_modulus: float
+    poisson_ratio: float
+
+    @property
+    def shear_modulus(self) -> float:
+        """MPa."""
+        return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+
+@dataclass(frozen=True)
+class CircularSection:
+    """Cross section of a shaft.
+
+    Parameters
+    ----------
+    outer, inner : float
+        Diameters, mm; inner is 0 of a solid shaft.
+    """
+
+    outer: float
+    inner: float = 0.0
+
+    @property
+    def area(self) -> float:
+        """mm^2."""
+        return 0.25 * math.pi * (self.outer**2 - self.inner**2)
+
+    @property
+    def second_moment(self) -> float:
+        """Of area about a diameter, mm^4."""
+        return math.pi / 64.0 * (self.outer**4 - self.inner**4)
+
+    def shear_coefficient(self, poisson_ratio: float) -> float:
+        """Return kappa (Cowper 1966, table 1)."""
+        m2, nu = (self.inner / self.outer) ** 2, poisson_ratio
+        squared = (1.0 + m2) ** 2
+        return 6.0 * (1.0 + nu) * squared / ((7.0 + 6.0 * nu) * squared + (20.0 + 12.0 * nu) * m2)
+
+
+@dataclass(frozen=True)
+class Beam:
+    """A shaft as a row of beam elements.
+
+    Parameters
+    ----------
+    stations : ndarray, shape (n,)
+        Places of the nodes along the axis, mm, ascending.
+    sections : sequence of CircularSection, length n - 1
+        Of the elements between them.
+    material : ShaftMaterial
+    """
+
+    stations: FloatArray
+    sections: Sequence[CircularSection]
+    material: ShaftMaterial
+
+    def node_at(self, place: float) -> int:
+        """Return the number of the node at a place along the axis, mm; ValueError where there is none."""
+        node = int(np.abs(self.stations - place).argmin())
+        if abs(self.stations[node] - place) > SAME_STATION_MM:
+            raise ValueError(f"no node at {place} mm")
+        return node
+
+    def stiffness(self) -> FloatArray:
+        """Return the stiffness matrix, shape (6 n, 6 n), N/mm, N and N mm/rad."""
+        size = NODE * len(self.stations)
+        total = np.zeros((size, size))
+        for first, (section, length) in enumerate(zip(self.sections, np.diff(self.stations), strict=True)):
+            rows = slice(NODE * first, NODE * (first + 2))
+            total[rows, rows] += element_stiffness(section, float(length), self.material)
+        return total
+
+
+def element_stiffness(section: CircularSection, length: float, material: ShaftMaterial) -> FloatArray:
+    """Return the stiffness of an element between two nodes, shape (12, 12).
+
+    Parameters
+    ----------
+    section : CircularSection
+    length : float
+        mm.
+    material : ShaftMaterial
+    """
+    modulus, area, inertia = material.youngs_modulus, section.area, section.second_moment
+    shear_area = section.shear_coefficient(material.poisson_ratio) * area
+    phi = 12.0 * modulus * inertia / (material.shear_modulus * shear_area * length**2)
+    stiffness = np.zeros((2 * NODE, 2 * NODE))
+    pair = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    for place, value in ((0, modulus * area), (3, 2.0 * material.shear_modulus * inertia)):
+        ends = [place, place + NODE]
+        stiffness[np.ix_(ends, ends)] = value / length * pair
+    near, far = (4.0 + phi) * length**2, (2.0 - phi) * length**2
+    arm = 6.0 * length
+    bending = np.array(
+        [[12.0, arm, -12.0, arm], [arm, near, -arm, far], [-12.0, -arm, 12.0, -arm], [arm, far, -arm, near]]
+    ) * (modulus * inertia / (length**3 * (1.0 + phi)))
+    # A positive slope of z(x) is a negative turn about y.
+    for places, signs in (([1, 5, 7, 11], [1.0, 1.0, 1.0, 1.0]), ([2, 4, 8, 10], [1.0, -1.0, 1.0, -1.0])):
+        stiffness[np.ix_(places, places)] = bending * np.outer(signs, signs)
+    return stiffness
+
+
+def stations_of(borders: FloatArray, places: Sequence[float]) -> FloatArray:
+    """Return the stations of a shaft in ascending order: borders of its sections and further places on it, mm."""
+    ordered = np.sort(np.array([*borders, *places], dtype=float))
+    return ordered[np.r_[True, np.diff(ordered) > SAME_STATION_MM]]

@@ -1,0 +1,195 @@
+"""Shafts, bearings and the line loads of all meshes together.
+
+The forces of a mesh depend on how its hubs stand, and the hubs on the forces. Each mesh is solved exactly on its hubs'
+compliance S (`pmor.line.hubs`), which is that of the loaded machine without this mesh; where its mean force lies goes
+back into the machine, until it no longer moves. Of one mesh on linear supports the first step is exact. Meshes have
+different periods: each is swept under the mean forces of the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import null_space
+
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError
+from pmor.gear.condition import Assembly, Condition
+from pmor.line.hubs import HUB, Hubs, hub_rows, mean_wrench
+from pmor.machine.beam import NODE
+from pmor.machine.mesh_force import MeshFrame
+from pmor.machine.model import ABOUT_AXIS, GearboxModel, LoadedGearbox, Meshing, loaded
+from pmor.machine.settings import LoadCase
+from pmor.machine.system import ARM, Equilibrium, System
+from pmor.pair.conditions import assembly_of
+from pmor.results.sweep import SteSweep
+from pmor_online.model import ReducedPair, online_angles
+from pmor_online.sweep import sweep_reduced_pair
+
+# Angles of a pitch over which the mean force of a mesh is found.
+MEAN_ANGLES = 16
+MOST_ROUNDS = 40
+# Change of the place of a mesh force from round to round, over the centre distance.
+SETTLED = 1e-9
+
+
+class SolvedMesh(NamedTuple):
+    """A mesh on its supports under one load case.
+
+    Attributes
+    ----------
+    meshing : Meshing
+        Its frame, and the mean wrench on both hubs by a unit force.
+    force : float
+        In the transverse plane, N.
+    torque : float
+        On the pinion, N mm.
+    hubs : Hubs
+    displacement : ndarray, shape (2, 6)
+        Of both hubs without the rotation about their axes, in axes of the pair, mm and rad.
+    sweep, rigid : SteSweep
+        On the supports, and on rigid ones.
+    """
+
+    meshing: Meshing
+    force: float
+    torque: float
+    hubs: Hubs
+    displacement: FloatArray
+    sweep: SteSweep
+    rigid: SteSweep
+
+
+@dataclass(frozen=True)
+class SolvedLoad:
+    """A gearbox in equilibrium under one load case.
+
+    Parameters
+    ----------
+    load : LoadCase
+    gearbox : LoadedGearbox
+    equilibrium : Equilibrium
+    meshes : tuple of SolvedMesh
+    """
+
+    load: LoadCase
+    gearbox: LoadedGearbox
+    equilibrium: Equilibrium
+    meshes: tuple[SolvedMesh, ...]
+
+
+def solve_load(model: GearboxModel, load: LoadCase, pairs: Mapping[str, ReducedPair], angles: int) -> SolvedLoad:
+    """Solve a gearbox under one load case, and sweep its meshes.
+
+    Parameters
+    ----------
+    model : GearboxModel
+    load : LoadCase
+    pairs : mapping of str to ReducedPair
+        Of the meshes, by name, by line loads over the whole width.
+    angles : int
+        Of a pitch, in the sweeps.
+
+    Raises
+    ------
+    ConvergenceError
+    GeometryError
+    """
+    gearbox = loaded(model, load)
+    for _ in range(MOST_ROUNDS):
+        equilibrium = gearbox.solve()
+        system = gearbox.system()
+        moved, meshes = 0.0, list[Meshing]()
+        for number, mesh in enumerate(gearbox.meshes):
+            force = mesh_force(gearbox, equilibrium, number)
+            wrench = _mean_wrench(
+                pairs[mesh.settings.name], mesh, force, hubs_of(gearbox, equilibrium, system, mesh, force)
+            )
+            moved = max(moved, float(np.abs(wrench - mesh.wrenches).max()) / mesh.pair.centre_distance)
+            meshes.append(mesh._replace(wrenches=wrench))
+        if moved < SETTLED:
+            return SolvedLoad(load, gearbox, equilibrium, _swept(gearbox, equilibrium, system, pairs, angles))
+        gearbox = replace(gearbox, meshes=tuple(meshes))
+    raise ConvergenceError(f"load {load.name}: mesh forces still move after {MOST_ROUNDS} rounds", [])
+
+
+def mesh_force(gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int) -> float:
+    """Return the force of a mesh in the transverse plane, N."""
+    return float(equilibrium.reactions[len(equilibrium.reactions) - len(gearbox.meshes) + number])
+
+
+def hubs_of(gearbox: LoadedGearbox, equilibrium: Equilibrium, system: System, mesh: Meshing, force: float) -> Hubs:
+    """Return the compliance below both hubs of a mesh, and what all other loads do to them.
+
+    Shafts are held against rotation at one place each, those of the mesh at its hubs: forces of meshes are those of the
+    torques, and bending does not depend on the angle of a shaft.
+    """
+    size = len(gearbox.load)
+    held = [row for bearing in gearbox.bearings for row in bearing.rows[list(bearing.rigid)]]
+    turned = {start: start + ABOUT_AXIS for start in gearbox.first.values()}
+    for hub in mesh.hubs:
+        turned[max(start for start in turned if start <= hub)] = hub + ABOUT_AXIS
+    held += [np.eye(size)[place] for place in turned.values()]
+    scale = np.where(system.rotations, 1.0 / ARM, 1.0)
+    basis = scale[:, None] * null_space(np.array(held) * scale)
+    tangent = system.stiffness.copy()
+    for seat, state in zip(system.seats, equilibrium.bearings, strict=True):
+        tangent += seat.rows.T @ state.stiffness @ seat.rows
+    places = np.concatenate([hub + np.arange(NODE) for hub in mesh.hubs])
+    at_hubs = _turned(mesh.frame) @ basis[places]
+    compliance = at_hubs @ np.linalg.solve(basis.T @ tangent @ basis, at_hubs.T)
+    compliance = 0.5 * (compliance + compliance.T)
+    moved = _turned(mesh.frame) @ equilibrium.displacement[places]
+    moved[[ABOUT_AXIS + 2, HUB + ABOUT_AXIS + 2]] = 0.0
+    offset = moved - compliance @ (force * _turned(mesh.frame) @ mesh.wrenches.ravel())
+    return Hubs(compliance, np.asarray(offset))
+
+
+def _turned(frame: MeshFrame) -> FloatArray:
+    """Return the rotation that takes wrenches and displacements of both hubs into axes of the pair."""
+    return np.asarray(np.kron(np.eye(4), frame.axes.T))
+
+
+def _condition(mesh: Meshing, reduced: ReducedPair, force: float) -> Condition:
+    assembly: Assembly = assembly_of(reduced.basis.case)
+    torque = force * mesh.pair.pinion.base_radius
+    return Condition(
+        torque=torque, misalignment=assembly.misalignment, pinion=assembly.pinion, wheel=assembly.wheel
+    )  # fmt: skip
+
+
+def _mean_wrench(reduced: ReducedPair, mesh: Meshing, force: float, hubs: Hubs) -> FloatArray:
+    """Return the mean wrench on both hubs by a unit force of the mesh, in axes of the machine, shape (2, 6)."""
+    condition = _condition(mesh, reduced, force)
+    pair = on_hubs(reduced, hubs)
+    placed = pair.lines.place(online_angles(mesh.pair.pitch, MEAN_ANGLES), condition.misalignment)
+    found = placed.solve(np.array([condition.torque]), False, placed.deviation(condition.assembly))
+    if not found.converged.all():
+        raise ConvergenceError(f"mesh {mesh.settings.name}: {condition.load_text}: contact was not found", [])
+    mean = mean_wrench(hub_rows(mesh.pair, placed.lines, pair.layered.sections.z), found.force[0])
+    return np.asarray((_turned(mesh.frame).T @ mean).reshape(2, HUB) / force)
+
+
+def on_hubs(reduced: ReducedPair, hubs: Hubs) -> ReducedPair:
+    """Return a reduced pair whose hubs give way."""
+    return replace(reduced, meshed=replace(reduced.layered, hubs=hubs))
+
+
+def _swept(
+    gearbox: LoadedGearbox, equilibrium: Equilibrium, system: System, pairs: Mapping[str, ReducedPair], angles: int
+) -> tuple[SolvedMesh, ...]:
+    found = []
+    for number, mesh in enumerate(gearbox.meshes):
+        reduced, force = pairs[mesh.settings.name], mesh_force(gearbox, equilibrium, number)
+        hubs = hubs_of(gearbox, equilibrium, system, mesh, force)
+        condition, phi = _condition(mesh, reduced, force), online_angles(mesh.pair.pitch, angles)
+        sweep, rigid = (
+            sweep_reduced_pair(one, phi, [condition], recorded=True) for one in (on_hubs(reduced, hubs), reduced)
+        )
+        wrench = _turned(mesh.frame) @ mesh.wrenches.ravel()
+        displacement = (hubs.offset + hubs.compliance @ wrench * force).reshape(2, HUB)
+        found.append(SolvedMesh(mesh, force, condition.torque, hubs, displacement, sweep, rigid))
+    return tuple(found)

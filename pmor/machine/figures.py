@@ -1,0 +1,111 @@
+"""Pictures of a gearbox: deflected shafts, transmission errors, and how loads lie over the faces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pmor.machine.beam import NODE
+from pmor.machine.coupled import SolvedLoad
+from pmor.machine.model import GearboxModel
+from pmor.report.style import COLOURS, legend_label, new_figure, plot_style
+from pmor.results.load_distribution import line_states
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Share of the height of the gearbox that the largest displacement takes in the picture.
+SHOWN = 0.06
+VIEWS = (("y", 0, 1), ("z", 1, 2))
+
+
+def deflection_figure(model: GearboxModel, solved: SolvedLoad) -> Figure:
+    """Side views of all shafts, as drawn and deflected, exaggerated."""
+    moved = solved.equilibrium.displacement.reshape(-1, NODE)
+    largest = float(np.abs(moved[:, 1:3]).max())
+    places = [abs(value) for shaft in model.sections.shafts for value in shaft.at_mm]
+    radius = max(section.outer_mm for shaft in model.sections.shafts for section in shaft.sections)
+    factor = SHOWN * (max(places) + radius) / largest if largest > 0.0 else 1.0
+    factor = float(f"{factor:.1g}")
+    with plot_style():
+        figure = new_figure(8.2, 6.8)
+        panels = figure.subplots(2, 1, sharex=True)
+        for axes, (name, coordinate, row) in zip(panels, VIEWS, strict=True):
+            for colour, shaft in zip(_colours(len(model.sections.shafts)), model.sections.shafts, strict=True):
+                _outline(axes, model, shaft.name, coordinate, colour)
+                beam, first = solved.gearbox.beams[shaft.name], solved.gearbox.first[shaft.name] // NODE
+                line = shaft.at_mm[coordinate] + factor * moved[first : first + len(beam.stations), row]
+                axes.plot(shaft.start_mm + beam.stations, line, color=colour, label=legend_label(shaft.name))
+            for bearing in model.sections.bearings:
+                shaft = model.shafts[bearing.shaft]
+                axes.plot(shaft.start_mm + bearing.at_mm, shaft.at_mm[coordinate], "k^", ms=5, mfc="white")
+            axes.set(xlabel="x [mm]", ylabel=f"{name} [mm]")
+        figure.suptitle(
+            f"{solved.load.name}: displacements {factor:g} times as large; triangles: bearings", fontsize=11
+        )
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=6)
+    return figure
+
+
+def _outline(axes: Axes, model: GearboxModel, name: str, coordinate: int, colour: str) -> None:
+    shaft = model.shafts[name]
+    at, x = shaft.at_mm[coordinate], shaft.start_mm
+    for section in shaft.sections:
+        for side in (1.0, -1.0):
+            axes.fill_between([x, x + section.length_mm], at + side * 0.5 * section.inner_mm,
+                              at + side * 0.5 * section.outer_mm, color=colour, alpha=0.12, lw=0)  # fmt: skip
+        x += section.length_mm
+    for mesh in model.sections.meshes:
+        pair = model.pairs[mesh.name]
+        for gear, tooth, face in zip((mesh.pinion, mesh.wheel), (pair.pinion, pair.wheel), pair.faces, strict=True):
+            if gear.shaft == name:
+                middle = shaft.start_mm + gear.at_mm
+                axes.fill_between([middle + face[0], middle + face[1]], at - tooth.tip_radius, at + tooth.tip_radius,
+                                  color=colour, alpha=0.10, lw=0)  # fmt: skip
+
+
+def ste_figure(loads: Sequence[SolvedLoad]) -> Figure:
+    """Transmission error of each mesh about its mean, on its supports and on rigid ones."""
+    return _by_mesh(loads, "Pinion angle, pitches [-]", "STE about its mean [µm]", _ste)
+
+
+def face_load_figure(loads: Sequence[SolvedLoad]) -> Figure:
+    """Line load over the face of each mesh, added up over its tooth pairs, mean over the mesh cycle."""
+    return _by_mesh(loads, "x from mid width [mm]", "Line load, mean over\nthe mesh cycle [N/mm]", _face_load)
+
+
+def _ste(axes: Axes, solved: SolvedLoad, number: int, colour: str) -> None:
+    mesh = solved.meshes[number]
+    for sweep, style in ((mesh.sweep, "-"), (mesh.rigid, ":")):
+        ste = sweep.ste_um[0]
+        axes.plot(sweep.phi_rad / sweep.pitch_rad, ste - np.nanmean(ste), style, color=colour,
+                  label=legend_label(solved.load.name) if style == "-" else None)  # fmt: skip
+
+
+def _face_load(axes: Axes, solved: SolvedLoad, number: int, colour: str) -> None:
+    mesh = solved.meshes[number]
+    for sweep, style in ((mesh.sweep, "-"), (mesh.rigid, ":")):
+        lines = line_states(sweep)
+        load = lines.load_N_per_mm[0].sum(axis=1).mean(axis=0)
+        axes.plot(mesh.meshing.frame.along * lines.z_mm, load, style, color=colour,
+                  label=legend_label(solved.load.name) if style == "-" else None)  # fmt: skip
+
+
+def _by_mesh(loads: Sequence[SolvedLoad], x: str, y: str, draw: Callable[[Axes, SolvedLoad, int, str], None]) -> Figure:
+    count = len(loads[0].meshes)
+    with plot_style():
+        figure = new_figure(8.2, 1.2 + 2.6 * count)
+        panels = np.atleast_1d(figure.subplots(count, 1))
+        for number, axes in enumerate(panels):
+            for colour, solved in zip(_colours(len(loads)), loads, strict=True):
+                draw(axes, solved, number, colour)
+            axes.set(xlabel=x, ylabel=y, title=f"mesh {loads[0].meshes[number].meshing.settings.name}")
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    return figure
+
+
+def _colours(count: int) -> list[str]:
+    return [COLOURS[i % len(COLOURS)] for i in range(count)]

@@ -1,0 +1,251 @@
+"""From the settings of a gearbox to its system of shafts, bearings and meshes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from pmor.core.arrays import FloatArray
+from pmor.gear.pair import GearPair
+from pmor.machine.beam import NODE, Beam, CircularSection, ShaftMaterial, stations_of
+from pmor.machine.mesh_force import MeshFrame, hub_wrenches, mesh_frame
+from pmor.machine.rolling_bearing import RollingBearing
+from pmor.machine.settings import HOUSING, Bearing, GearboxSections, LoadCase, Mesh, Shaft
+from pmor.machine.system import Equilibrium, Seat, System, solve_system
+
+DIRECTIONS = ("along x", "along y", "along z", "about x", "about y", "about z")
+# Displacement of the inner ring: along x, y, z, about y, about z.
+BEARING_ROWS = (0, 1, 2, 4, 5)
+AXIAL, RADIAL, TILT = (0,), (1, 2), (4, 5)
+ABOUT_AXIS = 3
+
+
+class Supported(NamedTuple):
+    """A bearing in the system.
+
+    Attributes
+    ----------
+    settings : Bearing
+    rows : ndarray, shape (6, n)
+        Displacement of the shaft in the bearing against that to which it goes.
+    rigid : tuple of int
+        Directions held without any play, in the order of `rows`.
+    springs : ndarray, shape (6,)
+        Stiffness, N/mm and N mm/rad.
+    inner : RollingBearing or None
+    """
+
+    settings: Bearing
+    rows: FloatArray
+    rigid: tuple[int, ...]
+    springs: FloatArray
+    inner: RollingBearing | None
+
+
+class Meshing(NamedTuple):
+    """A gear mesh in the system.
+
+    Attributes
+    ----------
+    settings : Mesh
+    pair : GearPair
+    frame : MeshFrame
+    hubs : (int, int)
+        First displacements of the nodes in the middles of pinion and wheel.
+    wrenches : ndarray, shape (2, 6)
+        On both hubs, by a unit force in the transverse plane.
+    """
+
+    settings: Mesh
+    pair: GearPair
+    frame: MeshFrame
+    hubs: tuple[int, int]
+    wrenches: FloatArray
+
+
+@dataclass(frozen=True)
+class GearboxModel:
+    """Shafts as beams, and what joins them.
+
+    Parameters
+    ----------
+    sections : GearboxSections
+        Checked (`pmor.machine.loader`).
+    pairs : mapping of str to GearPair
+        Of the meshes, by name.
+    """
+
+    sections: GearboxSections
+    pairs: Mapping[str, GearPair]
+
+    @property
+    def shafts(self) -> dict[str, Shaft]:
+        """By name."""
+        return {shaft.name: shaft for shaft in self.sections.shafts}
+
+    def beams(self) -> dict[str, Beam]:
+        """Return the shafts' beams, with a node at each place where something acts."""
+        found = {}
+        for shaft in self.sections.shafts:
+            borders = np.cumsum([0.0, *(section.length_mm for section in shaft.sections)])
+            stations = stations_of(borders, self._places(shaft.name))
+            middles = 0.5 * (stations[1:] + stations[:-1])
+            which = np.searchsorted(borders, middles) - 1
+            sections = [CircularSection(shaft.sections[i].outer_mm, shaft.sections[i].inner_mm) for i in which]
+            material = ShaftMaterial(1e3 * shaft.youngs_modulus_GPa, shaft.poisson_ratio)
+            found[shaft.name] = Beam(stations, sections, material)
+        return found
+
+    def _places(self, name: str) -> list[float]:
+        """All places along a shaft where something acts, mm."""
+        said, shafts = self.sections, self.shafts
+        gears = [gear for mesh in said.meshes for gear in (mesh.pinion, mesh.wheel)]
+        loads = [place for load in said.loads for place in load.places]
+        bearings = [one for one in said.bearings if one.shaft == name]
+        carried = [one for one in said.bearings if one.to == name]
+        found = [gear.at_mm for gear in gears if gear.shaft == name] + [bearing.at_mm for bearing in bearings]
+        found += [place for shaft, place in loads if shaft == name]
+        return found + [one.at_mm + shafts[one.shaft].start_mm - shafts[name].start_mm for one in carried]
+
+
+@dataclass(frozen=True)
+class LoadedGearbox:
+    """A gearbox under one load case.
+
+    Parameters
+    ----------
+    beams : mapping of str to Beam
+    first : mapping of str to int
+        First displacement of each shaft.
+    bearings : tuple of Supported
+    meshes : tuple of Meshing
+    balances : tuple of ndarray, shape (n,)
+        Rows of the rotations that are held.
+    load : ndarray, shape (n,)
+    """
+
+    beams: Mapping[str, Beam]
+    first: Mapping[str, int]
+    bearings: tuple[Supported, ...]
+    meshes: tuple[Meshing, ...]
+    balances: tuple[FloatArray, ...]
+    load: FloatArray
+
+    def system(self) -> System:
+        """Return the system of equations."""
+        size = len(self.load)
+        stiffness, constraints, seats = np.zeros((size, size)), list[FloatArray](), list[Seat]()
+        names, rotations = [], np.tile(np.arange(NODE) >= ABOUT_AXIS, size // NODE)
+        for name, beam in self.beams.items():
+            rows = slice(self.first[name], self.first[name] + NODE * len(beam.stations))
+            stiffness[rows, rows] = beam.stiffness()
+            names += [f"shaft {name}, at {place:g} mm, {way}" for place in beam.stations for way in DIRECTIONS]
+        for bearing in self.bearings:
+            constraints += [bearing.rows[i] for i in bearing.rigid]
+            stiffness += np.einsum("i,ij,ik->jk", bearing.springs, bearing.rows, bearing.rows)
+            if bearing.inner is not None:
+                seats.append(Seat(bearing.rows[list(BEARING_ROWS)], bearing.inner))
+        constraints += self.balances
+        constraints += [_mesh_row(mesh, size) for mesh in self.meshes]
+        return System(stiffness, seats, np.array(constraints), names, rotations)
+
+    def solve(self) -> Equilibrium:
+        """Solve the equilibrium."""
+        return solve_system(self.system(), self.load)
+
+
+def loaded(model: GearboxModel, load: LoadCase) -> LoadedGearbox:
+    """Return a gearbox under one of its load cases."""
+    beams, first, size = model.beams(), dict[str, int](), 0
+    for name, beam in beams.items():
+        first[name], size = size, size + NODE * len(beam.stations)
+
+    def node(name: str, place: float) -> int:
+        return first[name] + NODE * beams[name].node_at(place)
+
+    force, balances = np.zeros(size), list[FloatArray]()
+    for torque in load.torques:
+        at = node(torque.shaft, torque.at_mm) + ABOUT_AXIS
+        if torque.torque_Nm == "balance":
+            balances.append(_unit(at, size))
+        else:
+            force[at] += 1e3 * torque.torque_Nm
+    for one in load.forces:
+        force[node(one.shaft, one.at_mm) + np.arange(3)] += one.x_N, one.y_N, one.z_N
+    shafts = model.shafts
+    bearings = []
+    for bearing in model.sections.bearings:
+        rows = np.zeros((NODE, size))
+        rows[:, node(bearing.shaft, bearing.at_mm) + np.arange(NODE)] = np.eye(NODE)
+        if bearing.to != HOUSING:
+            place = bearing.at_mm + shafts[bearing.shaft].start_mm - shafts[bearing.to].start_mm
+            rows[:, node(bearing.to, place) + np.arange(NODE)] -= np.eye(NODE)
+        bearings.append(_supported(bearing, rows))
+    senses = pinion_senses(model, load)
+    meshes = []
+    for mesh in model.sections.meshes:
+        pinion, wheel = (node(gear.shaft, gear.at_mm) for gear in (mesh.pinion, mesh.wheel))
+        meshes.append(_meshing(mesh, model, (pinion, wheel), senses[mesh.name]))
+    return LoadedGearbox(beams, first, tuple(bearings), tuple(meshes), tuple(balances), force)
+
+
+def pinion_senses(model: GearboxModel, load: LoadCase) -> dict[str, float]:
+    """Return the signs of the torques about x that drive the pinions, by mesh.
+
+    Torques without losses, from the balance of each shaft; least squares where power is split, of which the signs
+    alone are used.
+    """
+    said = model.sections
+    rows = {shaft.name: i for i, shaft in enumerate(said.shafts)}
+    held = [torque for torque in load.torques if torque.torque_Nm == "balance"]
+    matrix = np.zeros((len(rows), len(said.meshes) + len(held)))
+    for column, mesh in enumerate(said.meshes):
+        pair = model.pairs[mesh.name]
+        # Torque of the pinion's shaft that enters the mesh; both gears turn against each other.
+        matrix[rows[mesh.pinion.shaft], column] -= 1.0
+        matrix[rows[mesh.wheel.shaft], column] -= pair.wheel.base_radius / pair.pinion.base_radius
+    for column, torque in enumerate(held):
+        matrix[rows[torque.shaft], len(said.meshes) + column] = 1.0
+    given = np.zeros(len(rows))
+    for torque in load.torques:
+        if torque.torque_Nm != "balance":
+            given[rows[torque.shaft]] += torque.torque_Nm
+    found = np.linalg.lstsq(matrix, -given, rcond=None)[0]
+    return {mesh.name: -1.0 if found[i] < 0.0 else 1.0 for i, mesh in enumerate(said.meshes)}
+
+
+def _meshing(mesh: Mesh, model: GearboxModel, hubs: tuple[int, int], sense: float) -> Meshing:
+    pair = model.pairs[mesh.name]
+    pinion_at, wheel_at = (np.array(model.shafts[gear.shaft].at_mm) for gear in (mesh.pinion, mesh.wheel))
+    frame = mesh_frame(pinion_at, wheel_at, sense)
+    return Meshing(mesh, pair, frame, hubs, hub_wrenches(pair, frame))
+
+
+def _mesh_row(mesh: Meshing, size: int) -> FloatArray:
+    row = np.zeros(size)
+    for hub, wrench in zip(mesh.hubs, mesh.wrenches, strict=True):
+        row[hub : hub + NODE] += wrench
+    return row
+
+
+def _supported(bearing: Bearing, rows: FloatArray) -> Supported:
+    inner = bearing.ball or bearing.roller
+    rigid, springs = list[int](), np.zeros(NODE)
+    if inner is None:
+        for value, directions in (
+            (bearing.axial_N_per_mm, AXIAL), (bearing.radial_N_per_mm, RADIAL), (bearing.tilt_Nmm_per_rad, TILT),
+        ):  # fmt: skip
+            if value == "rigid":
+                rigid += directions
+            elif not isinstance(value, str):
+                springs[list(directions)] = value
+    return Supported(bearing, rows, tuple(rigid), springs, inner)
+
+
+def _unit(place: int, size: int) -> FloatArray:
+    row = np.zeros(size)
+    row[place] = 1.0
+    return row

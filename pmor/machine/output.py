@@ -1,0 +1,102 @@
+"""Files of a gearbox, its page, and its summary on the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pmor.machine.coupled import SolvedLoad
+from pmor.machine.figures import deflection_figure, face_load_figure, ste_figure
+from pmor.machine.loader import GearboxFile
+from pmor.machine.readings import Data, load_data
+from pmor.report.page import Block, Picture, Warning
+from pmor.report.table import Table
+from pmor.work.results import Report
+from pmor.work.table import Columns, table, text_lines
+
+#: files of a result beside the bases of its meshes
+FILES = ("gearbox.json", "gearbox.md", "report.html", "deflection.png", "ste.png", "face_load.png")
+
+MESH_COLUMNS: Columns = {
+    "load": "load",
+    "mesh": "name",
+    "pinion torque [N m]": "torque_Nm",
+    "F_β [µm]": "f_beta_um",
+    "in plane [µm]": "in_plane_um",
+    "out of plane [µm]": "out_of_plane_um",
+    "centre distance [µm]": "centre_distance_um",
+    "STE mean [µm]": "ste_mean_um",
+    "STE p-p [µm]": "ste_peak_to_peak_um",
+    "rigid [µm]": "rigid_ste_peak_to_peak_um",
+    "K_Hβ": "k_h_beta",
+    "rigid": "rigid_k_h_beta",
+    "pressure [MPa]": "flank_pressure_max_MPa",
+}
+BEARING_COLUMNS: Columns = {
+    "load": "load",
+    "bearing": "name",
+    "radial [N]": "radial_force_N",
+    "axial [N]": lambda row: row["force_N"][0],
+    "along y [µm]": lambda row: row["displacement_um"][1],
+    "along z [µm]": lambda row: row["displacement_um"][2],
+    "along x [µm]": lambda row: row["displacement_um"][0],
+    "tilt about y [mrad]": lambda row: row["tilt_mrad"][0],
+    "about z [mrad]": lambda row: row["tilt_mrad"][1],
+    "loaded elements": lambda row: row.get("loaded_elements"),
+}
+MISALIGNMENT = (
+    "F_β: face width times the difference of the slopes of both hubs along the transverse line of action; positive "
+    "where flanks overlap more at the larger x. Rigid: the same pair on rigid supports. Displacements of the wheel's "
+    "axis against the pinion's, over the face width, in axes of the pair."
+)
+
+
+def gearbox_data(file: GearboxFile, loads: Sequence[SolvedLoad], failures: Sequence[str]) -> Data:
+    """Return the content of `gearbox.json`."""
+    return {
+        "title": file.model.sections.title,
+        "loads": [load_data(solved) for solved in loads],
+        "failures": list(failures),
+    }
+
+
+def gearbox_report(file: GearboxFile, loads: Sequence[SolvedLoad], failures: Sequence[str]) -> Report:
+    """Return numbers and page."""
+    data = gearbox_data(file, loads, failures)
+    meshes, bearings = _tables(data)
+    blocks: list[Block] = [*map(Warning, failures)]
+    if loads:
+        blocks += [
+            meshes,
+            Picture("deflection.png", "Shafts as drawn, gears in outline, and their deflection lines under the first "
+                    "load; bearings are triangles.", deflection_figure(file.model, loads[0])),
+            Picture("face_load.png", "Line load over the face, added up over tooth pairs; dotted: on rigid supports.",
+                    face_load_figure(loads), "svg"),
+            Picture("ste.png", "Static transmission error over a pitch about its mean; dotted: on rigid supports.",
+                    ste_figure(loads), "svg"),
+            bearings,
+        ]  # fmt: skip
+    blocks += [
+        "Shafts are Timoshenko beams without the stiffness of gear bodies; the housing is rigid. Gears are rigid at "
+        "their bores; each mesh is solved by exact line loads on the compliance of its hubs, swept under the mean "
+        "forces of all other meshes. Rolling bearings: ISO/TS 16281, without centrifugal loads."
+    ]
+    return Report("gearbox", data, f"Gearbox: {file.model.sections.title}", blocks)
+
+
+def gearbox_text(file: GearboxFile, loads: Sequence[SolvedLoad], failures: Sequence[str]) -> str:
+    """Return the tables for the screen."""
+    lines = [f"Gearbox: {file.model.sections.title}"]
+    if loads:
+        for shown in _tables(gearbox_data(file, loads, failures)):
+            lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
+    return "\n".join([*lines, *(f"  ! {sentence}" for sentence in failures)])
+
+
+def _tables(data: Data) -> tuple[Table, Table]:
+    def rows(key: str) -> list[Data]:
+        return [{"load": load["name"], **entry} for load in data["loads"] for entry in load[key]]
+
+    return (
+        table("Meshes on their supports", MESH_COLUMNS, rows("meshes"), MISALIGNMENT),
+        table("Bearings", BEARING_COLUMNS, rows("bearings"), "Of the shaft against what the bearing stands on."),
+    )

@@ -1,0 +1,138 @@
+"""What an engineer reads off a solved gearbox, as plain data: the content of `gearbox.json`."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from pmor.core.arrays import FloatArray
+from pmor.gear.pair import GearPair
+from pmor.machine.beam import NODE
+from pmor.machine.coupled import SolvedLoad, SolvedMesh
+from pmor.machine.model import ABOUT_AXIS, Supported
+from pmor.results.load_distribution import face_load_factor, line_states
+from pmor.results.sweep import SteSweep, mesh_orders, peak_to_peak_um, ste_mean_um
+
+Data = dict[str, Any]
+HARMONICS = 5
+
+
+def load_data(solved: SolvedLoad) -> Data:
+    """Return the entry of a load case."""
+    return {
+        "name": solved.load.name,
+        "meshes": [mesh_data(mesh) for mesh in solved.meshes],
+        "bearings": bearing_data(solved),
+        "shafts": shaft_data(solved),
+        "held_torques_Nm": _held(solved),
+    }
+
+
+def mesh_data(mesh: SolvedMesh) -> Data:
+    """Return what a mesh does, beside the same pair on rigid supports."""
+    pair, frame = mesh.meshing.pair, mesh.meshing.frame
+    relative = mesh.displacement[1] - mesh.displacement[0]
+    width = pair.face_width
+    return {
+        "name": mesh.meshing.settings.name,
+        "torque_Nm": 1e-3 * mesh.torque,
+        "force_N": mesh.force,
+        "f_beta_um": frame.along * f_beta_um(pair, mesh.displacement),
+        "in_plane_um": -1e3 * width * float(relative[3]),
+        "out_of_plane_um": 1e3 * width * float(relative[4]),
+        "centre_distance_um": 1e3 * float(relative[1]),
+        "converged": bool(mesh.sweep.converged.all()),
+        **sweep_data(mesh.sweep),
+        **{f"rigid_{key}": value for key, value in sweep_data(mesh.rigid).items()},
+    }
+
+
+def f_beta_um(pair: GearPair, displacement: FloatArray) -> float:
+    """Return the misalignment F_beta: by how much more the flanks overlap at the end with the larger z, um.
+
+    It is the face width times the difference of the slopes of both hubs along the transverse line of action, shafts
+    alone: without deviations of the flanks, and before these adapt.
+    """
+    angle = pair.working_pressure_angle
+    slopes = [-math.cos(angle) * about[1] - math.sin(angle) * about[0] for about in displacement[:, ABOUT_AXIS:]]
+    return 1e3 * pair.face_width * (slopes[0] - slopes[1])
+
+
+def sweep_data(sweep: SteSweep) -> Data:
+    """Return the figures of a sweep under one torque; null where a position did not converge."""
+    lines = line_states(sweep)
+    whole = bool(sweep.converged.all())
+    pressure = np.nan_to_num(lines.pressure_MPa[0])
+    return {
+        "ste_mean_um": _number(ste_mean_um(sweep)[0], whole),
+        "ste_peak_to_peak_um": _number(peak_to_peak_um(sweep)[0], whole),
+        "ste_harmonics_um": [float(a) for a in mesh_orders(sweep, 0, HARMONICS)] if whole else None,
+        "k_h_beta": _number(face_load_factor(lines)[0], whole),
+        "flank_pressure_max_MPa": _number(pressure.max(), whole),
+    }
+
+
+def bearing_data(solved: SolvedLoad) -> list[Data]:
+    """Return force, displacement and tilt of each bearing, of its shaft against what it stands on."""
+    found, constraint, seat = [], 0, 0
+    displacement = solved.equilibrium.displacement
+    for bearing in solved.gearbox.bearings:
+        moved = bearing.rows @ displacement
+        force = bearing.springs * moved
+        elements = None
+        for direction in bearing.rigid:
+            force[direction] -= solved.equilibrium.reactions[constraint]
+            constraint += 1
+        if bearing.inner is not None:
+            state = solved.equilibrium.bearings[seat]
+            force[[0, 1, 2, 4, 5]] += state.force
+            elements, seat = state.element_force.tolist(), seat + 1
+        found.append(_bearing(bearing, moved, force, elements))
+    return found
+
+
+def _bearing(bearing: Supported, moved: FloatArray, force: FloatArray, elements: list[float] | None) -> Data:
+    entry = {
+        "name": bearing.settings.name,
+        "shaft": bearing.settings.shaft,
+        "to": bearing.settings.to,
+        "force_N": force[:3].tolist(),
+        "radial_force_N": float(np.hypot(*force[1:3])),
+        "moment_Nmm": force[4:].tolist(),
+        "displacement_um": (1e3 * moved[:3]).tolist(),
+        "tilt_mrad": (1e3 * moved[4:]).tolist(),
+    }
+    if elements is not None:
+        entry |= {"element_force_N": elements, "loaded_elements": int(np.count_nonzero(elements))}
+    return entry
+
+
+def shaft_data(solved: SolvedLoad) -> list[Data]:
+    """Return the deflection line of each shaft: places along it, displacements across the axis and along it, twist."""
+    found = []
+    for name, beam in solved.gearbox.beams.items():
+        first = solved.gearbox.first[name]
+        moved = solved.equilibrium.displacement[first : first + NODE * len(beam.stations)].reshape(-1, NODE)
+        found.append({
+            "name": name,
+            "at_mm": beam.stations.tolist(),
+            "displacement_um": (1e3 * moved[:, :3]).tolist(),
+            "tilt_mrad": (1e3 * moved[:, 4:]).tolist(),
+            "twist_mrad": (1e3 * (moved[:, 3] - moved[0, 3])).tolist(),
+        })  # fmt: skip
+    return found
+
+
+def _held(solved: SolvedLoad) -> list[Data]:
+    held = [torque for torque in solved.load.torques if torque.torque_Nm == "balance"]
+    first = sum(len(bearing.rigid) for bearing in solved.gearbox.bearings)
+    reactions = solved.equilibrium.reactions[first : first + len(held)]
+    return [
+        {"shaft": torque.shaft, "torque_Nm": 1e-3 * float(value)} for torque, value in zip(held, reactions, strict=True)
+    ]
+
+
+def _number(value: float, whole: bool) -> float | None:
+    return float(value) if whole else None

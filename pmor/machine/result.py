@@ -1,0 +1,75 @@
+"""The result of a gearbox: its numbers, pictures and files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pmor.machine.coupled import SolvedLoad
+from pmor.machine.figures import deflection_figure, face_load_figure, ste_figure
+from pmor.machine.loader import GearboxFile
+from pmor.machine.output import FILES, gearbox_data, gearbox_report, gearbox_text
+from pmor.machine.readings import Data
+from pmor.work.results import writing_results
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class GearboxResult:
+    """A gearbox under its load cases.
+
+    Parameters
+    ----------
+    file : GearboxFile
+    loads : tuple of SolvedLoad
+        Those that have an equilibrium.
+    failures : tuple of str
+        Load cases without one, and meshes with positions that did not converge.
+    """
+
+    file: GearboxFile
+    loads: tuple[SolvedLoad, ...]
+    failures: tuple[str, ...]
+
+    @property
+    def data(self) -> Data:
+        """All of it as plain data: the content of `gearbox.json`."""
+        return gearbox_data(self.file, self.loads, self.failures)
+
+    def plot_deflection(self, load: int = 0) -> Figure:
+        """Draw the deflected shafts under a load case, by its number."""
+        return deflection_figure(self.file.model, self.loads[load])
+
+    def plot_ste(self) -> Figure:
+        """Draw the transmission error of each mesh, on its supports and on rigid ones."""
+        return ste_figure(self.loads)
+
+    def plot_face_load(self) -> Figure:
+        """Draw the line load over the face of each mesh."""
+        return face_load_figure(self.loads)
+
+    def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
+        """Write `gearbox.json`, `gearbox.md`, `report.html` and the pictures.
+
+        Parameters
+        ----------
+        overwrite : bool
+            Replace files of these names whoever wrote them.
+
+        Raises
+        ------
+        OutputError
+        """
+        inputs = self.file.inputs
+        with writing_results(folder, FILES, self.file.text, inputs=inputs, overwrite=overwrite, working=()) as out:
+            gearbox_report(self.file, self.loads, self.failures).write(out)
+
+    def __repr__(self) -> str:
+        meshes = len(self.file.model.sections.meshes)
+        return f"<GearboxResult of {self.file.name!r}: {meshes} meshes, {len(self.loads)} loads>"
+
+    def __str__(self) -> str:
+        return gearbox_text(self.file, self.loads, self.failures)

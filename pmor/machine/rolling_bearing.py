@@ -1,0 +1,216 @@
+"""Rolling bearings by their inner geometry: forces and stiffness of ISO/TS 16281:2008.
+
+Rings are rigid. The inner ring moves by (x, y, z) and tilts by (about y, about z) against the outer one; x is the axis.
+Each ball, and each lamina of a roller, presses both rings together along one normal by the approach delta:
+
+    ball      delta = |(r, a)| - A,  r = A cos(alpha) - s / 2 + u_r,  a = A sin(alpha) + u_a,    Q = c_P delta^1.5
+    lamina    delta = u_r cos(alpha) + u_a sin(alpha) - s / 2 cos(alpha) - 2 P,                  q = c_s delta^(10/9)
+
+with u_r = y cos(psi) + z sin(psi) and u_a = x + R (theta_y sin(psi) - theta_z cos(psi)) at the azimuth psi, R the
+radius of the point of contact, A the distance between the centres of curvature of both raceways, s the radial clearance
+and P the drop of the roller's profile. Loads are sums over all elements, and so is the tangent stiffness; both follow
+from one potential, so that the tangent is symmetric. Centrifugal and gyroscopic loads are left out.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple, Protocol
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk
+
+from pmor.core.arrays import FloatArray
+from pmor.core.ranges import Length, Range
+
+DOF = 5
+LAMINAE = 41
+POINT, LINE = 1.5, 10.0 / 9.0
+# ISO/TS 16281, 5.3: stiffness of a roller of steel, N/mm^(10/9) for lengths in mm.
+LINE_STIFFNESS, LINE_LENGTH_EXPONENT = 35948.0, 8.0 / 9.0
+# ISO/TS 16281, 5.4: logarithmic profile of cylindrical and tapered rollers.
+PROFILE = 0.00035
+
+Clearance = Annotated[float, Range(-0.2, 1.0, "mm")]
+ContactAngle = Annotated[float, Range(-90.0, 90.0, "deg")]
+Elements = Annotated[int, Range(3, 400)]
+Osculation = Annotated[float, Range(0.5, 1.0, low_excluded=True)]
+
+
+class BearingState(NamedTuple):
+    """State of a bearing under a displacement of its inner ring: (x, y, z, about y, about z).
+
+    Attributes
+    ----------
+    force : ndarray, shape (5,)
+        On the inner ring that moves it so, N and N mm.
+    stiffness : ndarray, shape (5, 5)
+        Its derivative.
+    element_force : ndarray, shape (n,)
+        Of each rolling element, N.
+    """
+
+    force: FloatArray
+    stiffness: FloatArray
+    element_force: FloatArray
+
+
+class RollingBearing(Protocol):
+    """A bearing whose force is a function of the displacement of its inner ring."""
+
+    def state(self, displacement: FloatArray) -> BearingState:
+        """Return force and stiffness under a displacement, shape (5,), mm and rad."""
+
+
+@dataclass(frozen=True)
+class BallBearing:
+    """Deep-groove or angular-contact ball bearing of steel.
+
+    Parameters
+    ----------
+    balls : int
+        Their number.
+    ball_diameter_mm, pitch_diameter_mm : float
+        Of a ball, and of the circle of their centres.
+    clearance_mm : float
+        Radial clearance s; negative is preload.
+    contact_angle_deg : float
+        Nominal; positive takes thrust of the inner ring along +x, negative along -x, 0 both.
+    inner_osculation, outer_osculation : float
+        Radii of the raceways' grooves over the ball's diameter.
+    youngs_modulus_GPa, poisson_ratio : float
+        Of balls and rings.
+    first_ball_deg : float
+        Azimuth of a ball, from y towards z.
+    """
+
+    balls: Elements
+    ball_diameter_mm: Length
+    pitch_diameter_mm: Length
+    clearance_mm: Clearance = 0.0
+    contact_angle_deg: ContactAngle = 0.0
+    inner_osculation: Osculation = 0.52
+    outer_osculation: Osculation = 0.53
+    youngs_modulus_GPa: Annotated[float, Range(1.0, 1000.0, "GPa")] = 207.0
+    poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
+    first_ball_deg: Annotated[float, Range(-360.0, 360.0, "deg")] = 0.0
+
+    @property
+    def stiffness_constant(self) -> float:
+        """c_P, N/mm^1.5 (ISO/TS 16281, eq. 12 and 13)."""
+        gamma = self.ball_diameter_mm * math.cos(math.radians(self.contact_angle_deg)) / self.pitch_diameter_mm
+        inner = _point_compliance(self.ball_diameter_mm, gamma / (1.0 - gamma), self.inner_osculation)
+        outer = _point_compliance(self.ball_diameter_mm, -gamma / (1.0 + gamma), self.outer_osculation)
+        modulus = 1e3 * self.youngs_modulus_GPa
+        return 1.48 * modulus / (1.0 - self.poisson_ratio**2) * (inner + outer) ** -POINT
+
+    def state(self, displacement: FloatArray) -> BearingState:
+        """Return force and stiffness under a displacement, shape (5,), mm and rad."""
+        angle, diameter = math.radians(self.contact_angle_deg), self.ball_diameter_mm
+        distance = (self.inner_osculation + self.outer_osculation - 1.0) * diameter
+        groove_radius = 0.5 * self.pitch_diameter_mm + (self.inner_osculation - 0.5) * diameter * math.cos(angle)
+        azimuth = math.radians(self.first_ball_deg) + 2.0 * math.pi * np.arange(self.balls) / self.balls
+        radial, axial = directions(azimuth, groove_radius)
+        r = distance * math.cos(angle) - 0.5 * self.clearance_mm + radial @ displacement
+        a = distance * math.sin(angle) + axial @ displacement
+        length = np.hypot(r, a)
+        normal = (r[:, None] * radial + a[:, None] * axial) / length[:, None]
+        load, slope = power_law(self.stiffness_constant, length - distance, POINT)
+        turning = load / length
+        stiffness = np.einsum("n,ni,nj->ij", slope - turning, normal, normal)
+        for direction in (radial, axial):
+            stiffness += np.einsum("n,ni,nj->ij", turning, direction, direction)
+        return BearingState(load @ normal, stiffness, load)
+
+
+@dataclass(frozen=True)
+class RollerBearing:
+    """Cylindrical or tapered roller bearing of steel, its rollers cut into laminae.
+
+    Parameters
+    ----------
+    rollers : int
+        Their number.
+    roller_diameter_mm, effective_length_mm, pitch_diameter_mm : float
+        Of a roller, and of the circle of their centres.
+    clearance_mm : float
+        Radial clearance s; negative is preload.
+    contact_angle_deg : float
+        0 of a cylindrical roller bearing, which takes no thrust; positive takes thrust of the inner ring along +x.
+    laminae : int
+        Odd, so that one is in the middle.
+    logarithmic_profile : bool
+        Of the rollers, after ISO/TS 16281; otherwise cylindrical.
+    first_roller_deg : float
+        Azimuth of a roller, from y towards z.
+    """
+
+    rollers: Elements
+    roller_diameter_mm: Length
+    effective_length_mm: Length
+    pitch_diameter_mm: Length
+    clearance_mm: Clearance = 0.0
+    contact_angle_deg: ContactAngle = 0.0
+    laminae: Annotated[int, Range(1, 1001)] = LAMINAE
+    logarithmic_profile: bool = True
+    first_roller_deg: Annotated[float, Range(-360.0, 360.0, "deg")] = 0.0
+
+    @property
+    def stiffness_constant(self) -> float:
+        """c_L, N/mm^(10/9) (ISO/TS 16281, eq. 19)."""
+        return float(LINE_STIFFNESS * self.effective_length_mm**LINE_LENGTH_EXPONENT)
+
+    def state(self, displacement: FloatArray) -> BearingState:
+        """Return force and stiffness under a displacement, shape (5,), mm and rad."""
+        angle = math.radians(self.contact_angle_deg)
+        azimuth = math.radians(self.first_roller_deg) + 2.0 * math.pi * np.arange(self.rollers) / self.rollers
+        place = ((np.arange(self.laminae) + 0.5) / self.laminae - 0.5) * self.effective_length_mm
+        drop = np.zeros_like(place)
+        if self.logarithmic_profile and self.laminae > 1:
+            along = 2.0 * place / self.effective_length_mm
+            drop = -PROFILE * self.roller_diameter_mm * np.log1p(-(along**2))
+        psi = np.repeat(azimuth, self.laminae)
+        along_axis = np.tile(place, self.rollers) * math.cos(angle)
+        radius = 0.5 * self.pitch_diameter_mm + np.tile(place, self.rollers) * math.sin(angle)
+        radial, axial = directions(psi, radius)
+        # A tilted ring moves a lamina off the middle plane along the radius too.
+        radial[:, 3], radial[:, 4] = -along_axis * np.sin(psi), along_axis * np.cos(psi)
+        normal = math.cos(angle) * radial + math.sin(angle) * axial
+        approach = normal @ displacement - 0.5 * self.clearance_mm * math.cos(angle) - 2.0 * np.tile(drop, self.rollers)
+        load, slope = power_law(self.stiffness_constant / self.laminae, approach, LINE)
+        stiffness = np.einsum("n,ni,nj->ij", slope, normal, normal)
+        return BearingState(load @ normal, stiffness, load.reshape(self.rollers, -1).sum(axis=1))
+
+
+def directions(azimuth: FloatArray, radius: FloatArray | float) -> tuple[FloatArray, FloatArray]:
+    """Return the rows that take a displacement of the inner ring to u_r and u_a at some azimuths, shape (n, 5) each."""
+    radial, axial = np.zeros((2, len(azimuth), DOF))
+    radial[:, 1], radial[:, 2] = np.cos(azimuth), np.sin(azimuth)
+    axial[:, 0] = 1.0
+    axial[:, 3], axial[:, 4] = radius * np.sin(azimuth), -radius * np.cos(azimuth)
+    return radial, axial
+
+
+def power_law(constant: float, approach: FloatArray, exponent: float) -> tuple[FloatArray, FloatArray]:
+    """Return loads and their derivatives by the approach; none where there is no contact."""
+    pressed = np.maximum(approach, 0.0)
+    return constant * pressed**exponent, constant * exponent * pressed ** (exponent - 1.0)
+
+
+def _point_compliance(diameter: float, ratio: float, osculation: float) -> float:
+    """Return K(chi) (sum rho / (chi^2 E(chi)))^(1/3) of the contact of a ball with one raceway (Hertz)."""
+    groove = 0.5 / osculation
+    total = 2.0 / diameter * (2.0 + ratio - groove)
+    difference = (ratio + groove) / (2.0 + ratio - groove)
+    axes = brentq(lambda chi: 1.0 - 2.0 / (chi**2 - 1.0) * (_first(chi) / _second(chi) - 1.0) - difference, 1.001, 1e3)
+    return float(_first(axes) * (total / (axes**2 * _second(axes))) ** (1.0 / 3.0))
+
+
+def _first(chi: float) -> float:
+    return float(ellipk(1.0 - chi**-2))
+
+
+def _second(chi: float) -> float:
+    return float(ellipe(1.0 - chi**-2))

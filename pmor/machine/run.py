@@ -1,0 +1,87 @@
+"""The front door of gearboxes: a gearbox file in, its result out."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from pathlib import Path
+
+from pmor.core.errors import ConvergenceError
+from pmor.core.progress import quietly
+from pmor.machine.coupled import SolvedLoad, solve_load
+from pmor.machine.loader import GearboxFile
+from pmor.machine.output import FILES
+from pmor.machine.result import GearboxResult
+from pmor.pair.model import elastic_model
+from pmor.storage.basis_file import read_basis
+from pmor.storage.results_folder import results_folder
+from pmor.work.cost import meshed_within_memory
+from pmor.work.models import valid_basis
+from pmor.work.offline import parts_of, run_offline
+from pmor_online.model import ReducedPair, reduced_pair
+
+
+def run(
+    file: GearboxFile, *, folder: Path | str | None = None, overwrite: bool = False, executor: Executor | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> GearboxResult:  # fmt: skip
+    """Solve a gearbox under all its load cases; those without an equilibrium are in `failures`.
+
+    Parameters
+    ----------
+    folder, overwrite, executor, progress
+        As in `pmor.app.capabilities`; the executor is one of threads. The folder keeps the basis of each mesh.
+
+    Raises
+    ------
+    OutputError
+    """
+    step = progress or quietly
+    with _bases_folder(file, folder, overwrite) as bases:
+        pairs = {name: _trained(file, name, bases, overwrite, executor) for name in file.cases}
+    loads, failures = list[SolvedLoad](), list[str]()
+    angles = max(case.online.angles_per_pitch for case in file.cases.values())
+    for load in file.model.sections.loads:
+        try:
+            solved = solve_load(file.model, load, pairs, angles)
+        except ConvergenceError as error:
+            failures.append(f"load {load.name}: {error}")
+        else:
+            loads.append(solved)
+            failures += [
+                f"load {load.name}, mesh {mesh.meshing.settings.name}: positions did not converge"
+                for mesh in solved.meshes
+                if not mesh.sweep.converged.all()
+            ]
+        step(1)
+    return GearboxResult(file, tuple(loads), tuple(failures))
+
+
+def basis_name(mesh: str) -> str:
+    """Return the name of the basis file of a mesh."""
+    return f"basis_{mesh}.h5"
+
+
+@contextmanager
+def _bases_folder(file: GearboxFile, folder: Path | str | None, overwrite: bool) -> Iterator[Path]:
+    names = [basis_name(name) for name in file.cases]
+    if folder is None:
+        with tempfile.TemporaryDirectory() as temporary:
+            yield Path(temporary)
+        return
+    working = [parts_of(Path(name)).name for name in names]
+    with results_folder(Path(folder), (*FILES, *names), working, overwrite, file.inputs) as held:
+        yield held
+
+
+def _trained(file: GearboxFile, name: str, folder: Path, overwrite: bool, executor: Executor | None) -> ReducedPair:
+    """Return the reduced pair of a mesh; a basis that is there and is made from the same settings is taken over."""
+    case, path = file.cases[name], folder / basis_name(name)
+    basis = None if overwrite else valid_basis(path, case)
+    if basis is None:
+        model = elastic_model(case, meshed_within_memory(case))
+        run_offline(case, model, path, executor=executor, resume=not overwrite, overwrite=True)
+        basis = read_basis(path)
+    return reduced_pair(basis)

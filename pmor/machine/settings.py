@@ -1,0 +1,219 @@
+"""Sections of a gearbox file: one dataclass each.
+
+Axes of shafts are x, as in REXS; y and z are across. Places along a shaft count from its beginning.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pmor.case.reader import Sections
+from pmor.core.ranges import METRES, PASCALS, Length, Range
+from pmor.machine.rolling_bearing import BallBearing, RollerBearing
+
+Place = Annotated[float, Range(-1e6, 1e6, "mm")]
+Diameter = Annotated[float, Range(0.0, 1e5, "mm", mistaken_for=(METRES,))]
+Stiffness = Annotated[float, Range(1e-3, 1e15, "N/mm")] | Literal["rigid", "free"]
+TiltStiffness = Annotated[float, Range(1e-3, 1e18, "N mm/rad")] | Literal["rigid", "free"]
+AnyTorque = Annotated[float, Range(-1e12, 1e12, "N m")] | Literal["balance"]
+Force = Annotated[float, Range(-1e12, 1e12, "N")]
+HOUSING = "housing"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftSection:
+    """A length of a shaft of one diameter (section `sections` of `[[shafts]]`).
+
+    Parameters
+    ----------
+    length_mm, outer_mm, inner_mm : float
+        Length and diameters.
+    """
+
+    length_mm: Length
+    outer_mm: Length
+    inner_mm: Diameter = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shaft:
+    """A shaft (section `[[shafts]]`).
+
+    Parameters
+    ----------
+    name : str
+        Of the shaft; bearings, meshes and loads refer to it.
+    at_mm : (float, float)
+        y and z of its axis.
+    start_mm : float
+        x where it begins.
+    sections : tuple of ShaftSection
+        From its beginning on.
+    youngs_modulus_GPa, poisson_ratio : float
+        Of the shaft, usually steel.
+    """
+
+    name: str
+    at_mm: Annotated[tuple[float, ...], Range(-1e6, 1e6, "mm", in_order=True)] = (0.0, 0.0)
+    start_mm: Place = 0.0
+    sections: tuple[ShaftSection, ...]
+    youngs_modulus_GPa: Annotated[float, Range(1e-3, 1e4, "GPa", mistaken_for=PASCALS)] = 210.0
+    poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
+
+    @property
+    def length(self) -> float:
+        """mm."""
+        return sum(section.length_mm for section in self.sections)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bearing:
+    """A bearing of a shaft (section `[[bearings]]`).
+
+    Parameters
+    ----------
+    name, shaft : str
+        Of the bearing, and the shaft that it carries.
+    to : str
+        "housing", which is rigid, or another shaft, in which it stands.
+    at_mm : float
+        Along the shaft.
+    radial_N_per_mm, axial_N_per_mm, tilt_Nmm_per_rad : float, "rigid" or "free"
+        Of a bearing by its stiffness.
+    ball, roller : BallBearing, RollerBearing
+        Of a bearing by its inner geometry.
+    """
+
+    name: str
+    shaft: str
+    to: str = HOUSING
+    at_mm: Place
+    radial_N_per_mm: Stiffness = "rigid"
+    axial_N_per_mm: Stiffness = "free"
+    tilt_Nmm_per_rad: TiltStiffness = "free"
+    ball: BallBearing | None = None
+    roller: RollerBearing | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class GearPlace:
+    """Place of a gear (section `pinion` and `wheel` of `[[meshes]]`).
+
+    Parameters
+    ----------
+    shaft : str
+        That carries the gear.
+    at_mm : float
+        Along the shaft: the middle of the pair's face width.
+    """
+
+    shaft: str
+    at_mm: Place
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mesh:
+    """A gear pair (section `[[meshes]]`).
+
+    Parameters
+    ----------
+    name : str
+        Of the mesh, and of its basis file.
+    case : Path
+        Case file of the pair, beside the gearbox file.
+    pinion, wheel : GearPlace
+    changes : mapping
+        Sections of the case that are otherwise here: `pair = { helix_angle_deg = -10.0 }`.
+    """
+
+    name: str
+    case: Path
+    pinion: GearPlace
+    wheel: GearPlace
+    changes: Sections
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftTorque:
+    """A torque on a shaft (section `torques` of `[[loads]]`).
+
+    Parameters
+    ----------
+    shaft : str
+        On which it acts.
+    at_mm : float
+        Along the shaft.
+    torque_Nm : float or "balance"
+        About x. "balance" at the one place of a train that holds against all others.
+    """
+
+    shaft: str
+    at_mm: Place
+    torque_Nm: AnyTorque
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftForce:
+    """A force on a shaft (section `forces` of `[[loads]]`).
+
+    Parameters
+    ----------
+    shaft : str
+        On which it acts.
+    at_mm : float
+        Along the shaft.
+    x_N, y_N, z_N : float
+        Along the axes of the machine.
+    """
+
+    shaft: str
+    at_mm: Place
+    x_N: Force = 0.0
+    y_N: Force = 0.0
+    z_N: Force = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadCase:
+    """What acts on the shafts at once (section `[[loads]]`).
+
+    Parameters
+    ----------
+    name : str
+        Of the load case.
+    torques : tuple of ShaftTorque
+    forces : tuple of ShaftForce
+    """
+
+    name: str
+    torques: tuple[ShaftTorque, ...]
+    forces: tuple[ShaftForce, ...] = ()
+
+    @property
+    def places(self) -> tuple[tuple[str, float], ...]:
+        """Shafts and places along them, mm, of all torques and forces."""
+        torques = [(torque.shaft, torque.at_mm) for torque in self.torques]
+        return (*torques, *((force.shaft, force.at_mm) for force in self.forces))
+
+
+@dataclass(frozen=True, kw_only=True)
+class GearboxSections:
+    """A gearbox file.
+
+    Parameters
+    ----------
+    title : str
+        Of the page.
+    shafts : tuple of Shaft
+    bearings : tuple of Bearing
+    meshes : tuple of Mesh
+    loads : tuple of LoadCase
+    """
+
+    title: str
+    shafts: tuple[Shaft, ...]
+    bearings: tuple[Bearing, ...]
+    meshes: tuple[Mesh, ...]
+    loads: tuple[LoadCase, ...]

@@ -1,0 +1,184 @@
+"""Hubs that give way under line contact, equation (A): against moved axes, rigid hubs, and the whole machine."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from pmor.case import parse_case
+from pmor.gear.condition import ALIGNED, Misalignment, at_torques
+from pmor.line.hubs import Hubs, hub_rows
+from pmor.machine.coupled import on_hubs, solve_load
+from pmor.machine.model import loaded
+from pmor.machine.settings import LoadCase
+from pmor.pair.model import elastic_model, mesh_model
+from pmor_offline.train import train
+from pmor_online.line_sweep import sweep_line_loads
+from pmor_online.model import reduced_pair
+from tests.support.gearboxes import FVA_CASE, drive, fva_box
+
+TORQUE = 1e5
+# Axes move by hundredths of a nanometre a millimetre: what is left is of the second order.
+MOVED_UM, SECOND_ORDER = 0.01, 1e-6
+SOLVED = 1e-9
+
+
+@cache
+def pair(helix, width=50.0):
+    text = FVA_CASE.format(module=4.5, helix=helix, width=width, teeth=(27, 51), shift=0.0)
+    case = parse_case(text.replace("centre_distance_mm = 190.0\n", ""), "pair", "pair")
+    return reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
+
+
+def angles(reduced, count=20):
+    return np.linspace(0.0, reduced.meshed.pair.pitch, count, endpoint=False)
+
+
+@pytest.mark.parametrize("helix", [0.0, 21.0, -12.0])
+@pytest.mark.parametrize(
+    ("misalignment", "wheel"),
+    [
+        (Misalignment(in_plane_um=MOVED_UM), (0.0, 0.0, 0.0, -1e-3 * MOVED_UM / 50.0, 0.0, 0.0)),
+        (Misalignment(out_of_plane_um=MOVED_UM), (0.0, 0.0, 0.0, 0.0, 1e-3 * MOVED_UM / 50.0, 0.0)),
+        (Misalignment(centre_distance_um=MOVED_UM), (0.0, 1e-3 * MOVED_UM, 0.0, 0.0, 0.0, 0.0)),
+    ],
+)
+def test_moved_hubs_change_the_gaps_as_moved_axes_do(helix, misalignment, wheel):
+    reduced = pair(helix)
+    placed, moved = (reduced.lines.place(angles(reduced), where).lines for where in (ALIGNED, misalignment))
+    rows = hub_rows(reduced.meshed.pair, placed, reduced.layered.sections.z)
+    near = placed.gap < 0.02
+    change = moved.gap[near] - placed.gap[near]
+    by_rows = (rows @ np.r_[np.zeros(6), wheel])[near]
+    on_flanks = (np.abs(np.abs(placed.lever) - reduced.meshed.pair.pinion.base_radius) < 1e-9)[near]
+    on_flanks &= (np.abs(np.abs(placed.mate_lever) - reduced.meshed.pair.wheel.base_radius) < 1e-9)[near]
+    assert on_flanks.sum() > 100
+    size = np.abs(change).max()
+    assert_allclose(by_rows[on_flanks], change[on_flanks], rtol=0.0, atol=SECOND_ORDER * size + 1e-12)
+    # The point of a tip corner moves along the corner itself where axes tilt.
+    assert_allclose(by_rows, change, rtol=0.0, atol=0.02 * size)
+
+
+@pytest.mark.parametrize("helix", [0.0, 21.0])
+def test_rows_hold_the_levers_of_both_gears_and_balance(helix):
+    reduced = pair(helix)
+    lines = reduced.lines.place(angles(reduced), ALIGNED).lines
+    rows, there = hub_rows(reduced.meshed.pair, lines, reduced.layered.sections.z), np.isfinite(lines.gap)
+    assert_allclose(rows[..., 5][there], lines.lever[there], atol=1e-9)
+    assert_allclose(np.abs(rows[..., 11][there]), np.abs(lines.mate_lever[there]), atol=1e-9)
+    assert_allclose(rows[..., :3], -rows[..., 6:9], atol=1e-15)
+    about_pinion = rows[..., 9:] + np.cross([0.0, reduced.meshed.pair.centre_distance, 0.0], rows[..., 6:9])
+    assert_allclose(rows[..., 3:6], -about_pinion, atol=1e-9)
+
+
+def test_hubs_that_do_not_give_change_no_digit():
+    reduced = pair(21.0)
+    held = on_hubs(reduced, Hubs(np.zeros((12, 12)), np.zeros(12)))
+    found, expected = (sweep_line_loads(one, angles(one), at_torques([TORQUE])) for one in (held, reduced))
+    assert_array_equal(found.ste_um, expected.ste_um)
+
+
+def test_a_helical_wheel_that_screws_moves_the_transmission_error_alone():
+    """Along its axis by u: the same state, ahead by u tan(base helix angle)."""
+    reduced, along = pair(21.0), 0.01
+    screwed = on_hubs(reduced, Hubs(np.zeros((12, 12)), np.r_[np.zeros(8), along, np.zeros(3)]))
+    found, expected = (
+        sweep_line_loads(one, angles(reduced), at_torques([TORQUE]), recorded=True) for one in (screwed, reduced)
+    )
+    ahead = -1e3 * along * np.tan(reduced.meshed.pair.base_helix_angle)
+    assert_allclose(found.ste_um - expected.ste_um, ahead, rtol=0.0, atol=1e-3 * abs(ahead))
+    load, expected_load = (sweep.states.lines.load_N_per_mm for sweep in (found, expected))
+    assert_allclose(load, expected_load, rtol=0.0, atol=0.02 * expected_load.max())
+
+
+def test_half_of_the_width_is_refused():
+    with pytest.raises(ValueError, match="takes? the whole width"):
+        replace(pair(0.0).layered, mirrored=True, hubs=Hubs(np.zeros((12, 12)), np.zeros(12)))
+
+
+# --- with shafts and bearings ---------------------------------------------------------------------------------------
+
+
+@cache
+def solved(radial=2e5, torque_Nm=500.0):
+    box = fva_box(radial, radial)
+    pairs = {
+        name: reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis) for name, case in box.cases.items()
+    }
+    return box.model, pairs, solve_load(box.model, drive("load", torque_Nm), pairs, 12)
+
+
+def test_mesh_and_machine_agree_on_where_the_hubs_stand():
+    """The displacements that line loads find on S are those of all shafts under the forces of these line loads."""
+    model, _, found = solved()
+    for mesh in found.meshes:
+        axes = mesh.meshing.frame.axes
+        for hub, displacement in zip(mesh.meshing.hubs, mesh.displacement, strict=True):
+            moved = found.equilibrium.displacement[hub : hub + 6].reshape(2, 3) @ axes
+            moved[1, 2] = 0.0
+            assert_allclose(displacement, moved.ravel(), rtol=0.0, atol=SOLVED)
+    assert_allclose([mesh.torque for mesh in found.meshes], [5e5, 5e5 * 51 / 27], rtol=1e-4)
+
+
+def test_line_loads_and_hubs_together_are_a_fixed_point_by_hand():
+    """Hubs are displaced by the mean forces, without S in the equations: iterated until they no longer move."""
+    model, pairs, found = solved()
+    mesh = found.meshes[0]
+    reduced, hubs = pairs["high speed"], mesh.hubs
+    phi = angles(reduced, 1)
+    expected = sweep_line_loads(on_hubs(reduced, hubs), phi, at_torques([mesh.torque])).ste_um
+    moved = hubs.offset
+    for _ in range(400):
+        held = on_hubs(reduced, Hubs(np.zeros((12, 12)), moved))
+        placed = held.lines.place(phi, ALIGNED)
+        force = placed.solve(np.array([mesh.torque])).force[0]
+        rows = hub_rows(reduced.meshed.pair, placed.lines, reduced.layered.sections.z)
+        target = hubs.offset + hubs.compliance @ np.einsum("an,anr->r", force, rows)
+        if np.abs(target - moved).max() < 1e-13:
+            break
+        moved = moved + 0.5 * (target - moved)
+    by_hand = sweep_line_loads(on_hubs(reduced, Hubs(np.zeros((12, 12)), moved)), phi, at_torques([mesh.torque])).ste_um
+    assert_allclose(by_hand, expected, rtol=SOLVED)
+
+
+def test_the_compliance_of_the_hubs_is_symmetric_and_not_negative():
+    for mesh in solved()[2].meshes:
+        compliance = mesh.hubs.compliance
+        assert_allclose(compliance, compliance.T, rtol=0.0, atol=1e-15)
+        assert np.linalg.eigvalsh(compliance).min() > -1e-15
+        assert_allclose(compliance[[5, 11]], 0.0, atol=1e-20)
+
+
+def test_stiff_shafts_and_bearings_are_rigid_supports():
+    box = fva_box()
+    stiff = replace(
+        box.model,
+        sections=replace(
+            box.model.sections,
+            shafts=tuple(replace(shaft, youngs_modulus_GPa=1e12) for shaft in box.model.sections.shafts),
+        ),
+    )
+    _, pairs, _ = solved()
+    for mesh in solve_load(stiff, drive("load", 500.0), pairs, 12).meshes:
+        assert_allclose(mesh.sweep.ste_um, mesh.rigid.ste_um, rtol=1e-6)
+
+
+def test_a_reversed_torque_runs_the_same_pair_from_its_other_end():
+    """A box that is its own mirror image at mid width: spur gears, on bearings at equal distances."""
+    model, pairs, found = solved(2e5, -500.0)
+    for mesh in found.meshes:
+        assert mesh.force > 0.0
+        assert mesh.sweep.converged.all()
+    forward = solved(2e5, 500.0)[2]
+    senses = [mesh.meshing.frame.along for one in (forward, found) for mesh in one.meshes]
+    assert senses == [1.0, -1.0, -1.0, 1.0]
+
+
+def test_all_loads_of_a_file_have_one_system():
+    model, _, found = solved()
+    names = {place for load in (found.load, LoadCase(name="none", torques=())) for place, _ in load.places}
+    assert names == {"in", "out"}
+    stiffness = loaded(model, found.load).system().stiffness
+    assert_allclose(stiffness, stiffness.T, rtol=0.0, atol=1e-6)

@@ -1,0 +1,121 @@
+"""Shafts as beams on their supports: closed forms, and the two-stage box of the FVA with forces at mid face."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.machine.beam import NODE, Beam, CircularSection, ShaftMaterial
+from pmor.machine.model import loaded
+from pmor.machine.readings import bearing_data, f_beta_um
+from tests.support.gearboxes import fva_box
+
+STEEL = ShaftMaterial(210e3, 0.3)
+SOLID, HOLLOW = CircularSection(50.0), CircularSection(70.0, 58.0)
+EXACT = 1e-9
+# Digits of the table.
+PRINTED = 0.005
+PRINTED_UM = 6e-4
+
+
+def held(section, lengths, fixed, force):
+    """Displacements of a beam of one section that is held in some directions, under forces at its nodes."""
+    beam = Beam(np.cumsum([0.0, *lengths]), [section] * len(lengths), STEEL)
+    free = np.setdiff1d(np.arange(NODE * len(beam.stations)), fixed)
+    found = np.zeros(NODE * len(beam.stations))
+    found[free] = np.linalg.solve(beam.stiffness()[np.ix_(free, free)], force[free])
+    return found
+
+
+@pytest.mark.parametrize("section", [SOLID, HOLLOW])
+def test_a_cantilever_bends_shears_stretches_and_twists_as_in_closed_form(section):
+    length, load = 120.0, np.zeros(24)
+    load[18:] = [3e3, -800.0, 500.0, 7e4, 2e4, -9e4]
+    found = held(section, [30.0, 50.0, 40.0], np.arange(6), load)[18:]
+    bending = STEEL.youngs_modulus * section.second_moment
+    sheared = length / (section.shear_coefficient(0.3) * STEEL.shear_modulus * section.area)
+    along, y, z, torque, about_y, about_z = load[18:]
+    expected = [
+        along * length / (STEEL.youngs_modulus * section.area),
+        y * (length**3 / (3.0 * bending) + sheared) + about_z * length**2 / (2.0 * bending),
+        z * (length**3 / (3.0 * bending) + sheared) - about_y * length**2 / (2.0 * bending),
+        torque * length / (2.0 * STEEL.shear_modulus * section.second_moment),
+        -z * length**2 / (2.0 * bending) + about_y * length / bending,
+        y * length**2 / (2.0 * bending) + about_z * length / bending,
+    ]
+    assert_allclose(found, expected, rtol=EXACT)
+
+
+def test_a_simply_supported_shaft_sags_as_in_closed_form():
+    a, b, force = 70.0, 130.0, np.zeros(18)
+    force[8] = 1000.0
+    found = held(SOLID, [a, b], [0, 1, 2, 3, 13, 14], force)[8]
+    bending = STEEL.youngs_modulus * SOLID.second_moment
+    shear = SOLID.shear_coefficient(0.3) * STEEL.shear_modulus * SOLID.area
+    expected = 1000.0 * (a**2 * b**2 / (3.0 * bending * (a + b)) + a * b / (shear * (a + b)))
+    assert_allclose(found, expected, rtol=EXACT)
+
+
+def test_shear_coefficients_are_cowper_s():
+    assert_allclose(SOLID.shear_coefficient(0.3), 6.0 * 1.3 / (7.0 + 6.0 * 0.3), rtol=EXACT)
+    thin = CircularSection(1.0, 1.0 - 1e-9)
+    assert_allclose(thin.shear_coefficient(0.3), 2.0 * 1.3 / (4.0 + 3.0 * 0.3), rtol=1e-8)
+
+
+# Slopes of pinion and wheel along the line of action, urad, F_beta, um, and displacements y, z of both, um, of the high
+# and of the low speed: calculated independently, and checked there against a beam integrated anew.
+TABLE = {
+    ("rigid", "rigid", "free"): (
+        (-11.59, -28.04, 0.822, (-2.653, 1.386), (-1.078, -0.812)),
+        (16.98, -12.70, 2.197, (-4.496, -1.457), (4.503, 2.020)),
+    ),
+    ("rigid", "rigid", "rigid"): ((-11.58, -12.45, 0.044, None, None), (0.64, -12.71, 0.988, None, None)),
+    (5e5, 5e5, "free"): (
+        (-21.40, -105.28, 4.194, (-6.725, 11.927), (-0.873, -9.778)),
+        (-50.58, -41.04, -0.706, (-12.728, -8.969), (13.002, 11.660)),
+    ),
+    (2e5, 2e5, "free"): (
+        (-36.12, -221.15, 9.251, (-12.834, 27.738), (-0.564, -23.228)),
+        (-151.92, -83.54, -5.060, (-25.077, -20.236), (25.750, 26.121)),
+    ),
+}
+FORCES_N = (2949.5, -7602.3, 3196.7), (2194.0, -12318.8, -4921.0)
+
+
+@pytest.mark.parametrize("supports", TABLE)
+def test_the_two_stage_box_with_point_forces_deflects_as_calculated_independently(supports):
+    box = fva_box(*supports).model
+    gearbox = loaded(box, box.sections.loads[0])
+    found = gearbox.solve()
+    for mesh, expected, force_N, force in zip(
+        gearbox.meshes, TABLE[supports], FORCES_N, found.reactions[-2:], strict=True
+    ):
+        assert_allclose(force * mesh.wrenches[0, :3], force_N, atol=0.1)
+        moved = np.array([found.displacement[hub : hub + NODE] for hub in mesh.hubs])
+        turned = np.concatenate([moved[:, :3] @ mesh.frame.axes, moved[:, 3:] @ mesh.frame.axes], axis=1)
+        along = mesh.frame.along
+        angle = mesh.pair.working_pressure_angle
+        slopes = [along * (-math.cos(angle) * one[4] - math.sin(angle) * one[3]) for one in turned]
+        assert_allclose(np.array(slopes) * 1e6, expected[:2], atol=PRINTED)
+        assert_allclose(along * f_beta_um(mesh.pair, turned), expected[2], atol=PRINTED_UM)
+        for one, places in zip(moved, expected[3:], strict=True):
+            if places is not None:
+                assert_allclose(1e3 * one[1:3], places, atol=PRINTED_UM)
+
+
+def test_bearings_carry_what_meshes_and_torques_ask_for():
+    box = fva_box(5e5, 5e5).model
+    gearbox = loaded(box, box.sections.loads[0])
+    found = gearbox.solve()
+    reactions = dict.fromkeys(("in", "mid", "out"), np.zeros(3))
+    solved = type("Solved", (), {"gearbox": gearbox, "equilibrium": found})
+    for bearing in bearing_data(solved):
+        force = np.array(bearing["force_N"])
+        reactions[bearing["shaft"]] = reactions[bearing["shaft"]] - force
+        if bearing["to"] != "housing":
+            reactions[bearing["to"]] = reactions[bearing["to"]] + force
+    high, low = (force * mesh.wrenches[:, :3] for mesh, force in zip(gearbox.meshes, found.reactions[-2:], strict=True))
+    loads = {"in": high[0], "mid": high[1] + low[0], "out": low[1]}
+    for name, force in loads.items():
+        assert_allclose(reactions[name], -force, atol=1e-6 * np.abs(force).max())
