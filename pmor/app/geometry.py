@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from html import escape
 
 from pmor.case import Case
-from pmor.gear.data_sheet import DataSheet, data_sheet
+from pmor.gear.data_sheet import DataSheet
 from pmor.pair.model import gear_pair
-from pmor.report.data_sheet import sheet_tables
+from pmor.report.data_sheet import sheet_of, sheet_tables
 from pmor.report.table import aligned_lines, format_cell
 
 
@@ -60,4 +60,4 @@ def geometry(case: Case) -> Geometry:
     CaseError, GeometryError
         When there are no such gears, or they do not mesh.
     """
-    return Geometry(**vars(data_sheet(gear_pair(case), case.speed_rpm)))
+    return Geometry(**vars(sheet_of(case, gear_pair(case))))

@@ -12,7 +12,7 @@ from pmor.case.reader import keys_of
 from pmor.case.schema import SECTIONS, Case
 from pmor.core.errors import CaseError
 from pmor.core.wording import did_you_mean
-from pmor.gear.modification import UNMODIFIED
+from pmor.gear.modification import UNMODIFIED, other_places
 from pmor.gear.topography import Topography
 
 
@@ -94,11 +94,17 @@ def _changed(document: dict[str, Any], settings: Mapping[str, Any], where: str) 
             if not isinstance(value, Mapping):
                 first = next(iter(keys_of(SECTIONS[key])))
                 raise CaseError(f"{where}: {key} = {value!r}: is a section: write {_keyword(key, first)}")
-            document[key] = document.get(key, {}) | dict(value)
+            document[key] = _laid_over(document.get(key, {}), value)
         else:
             for section in _homes(key, document, where):
-                document[section] = document.get(section, {}) | {key: value}
+                document[section] = _laid_over(document.get(section, {}), {key: value})
     return document
+
+
+def _laid_over(section: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Keys of a section with some changed; those that said otherwise where a relief starts or ends are left out."""
+    replaced = other_places(key for key, value in values.items() if value is not None)
+    return {key: value for key, value in section.items() if key not in replaced} | dict(values)
 
 
 def _homes(key: str, document: Mapping[str, Any], where: str) -> tuple[str, ...]:

@@ -43,7 +43,7 @@ def condition_words(case: Case, condition: ConditionCase) -> list[str]:
             ("wheel", condition.wheel, case.wheel_modification),
         )
         for item in fields(modification)
-        if getattr(modification, item.name) != getattr(own, item.name)
+        if getattr(modification, item.name) not in (getattr(own, item.name), None)
     ]
     return [*([off] if off else []), *flanks]
 

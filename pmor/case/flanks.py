@@ -9,13 +9,13 @@ from pmor.case.schema import Case
 from pmor.case.values import toml_text
 from pmor.case.width import meshed_width
 from pmor.core.errors import CaseError
-from pmor.gear.modification import UNMODIFIED, Modification
+from pmor.gear.modification import RELIEF_PLACES, UNMODIFIED, Modification
 
-# Amounts, the keys of their extents, and these in words.
+# Amounts, the keys of their extents, of which they need one, and these in words.
 EXTENTS = (
-    ("tip_relief_um", "tip_relief_start_roll_deg", "the roll angle at which it starts"),
-    ("root_relief_um", "root_relief_end_roll_deg", "the roll angle at which it ends"),
-    ("end_relief_um", "end_relief_length_mm", "how far it goes from each face"),
+    ("tip_relief_um", tuple(RELIEF_PLACES["tip_relief_um"]), "the place at which it starts"),
+    ("root_relief_um", tuple(RELIEF_PLACES["root_relief_um"]), "the place at which it ends"),
+    ("end_relief_um", ("end_relief_length_mm",), "how far it goes from each face"),
 )
 # A grid may end this much before the flank that it covers, for the last digits of its file.
 GRID_SLACK_MM = 1e-3
@@ -80,10 +80,17 @@ def check_flanks(case: Case, where: str) -> None:
     """
     for flank in modified_flanks(case):
         place = f"{where}: {flank.place}"
-        for amount, extent, what in EXTENTS:
-            if getattr(flank.modification, amount) != 0.0 and getattr(flank.modification, extent) is None:
+        for amount, extents, what in EXTENTS:
+            given = [key for key in extents if getattr(flank.modification, key) is not None]
+            if len(given) > 1:
                 raise CaseError(
-                    f"{place} {amount} = {getattr(flank.modification, amount)}: needs {what}: add {extent} = ..."
+                    f"{place} {' and '.join(given)}: both say {what}: leave out all but one of them, the others are "
+                    "in the data sheet"
+                )
+            if getattr(flank.modification, amount) != 0.0 and not given:
+                raise CaseError(
+                    f"{place} {amount} = {getattr(flank.modification, amount)}: needs {what}: "
+                    f"add {' or '.join(extents)} = ..."
                 )
         _check_pitch(flank, place)
         _check_over_width(flank, case.pair.face_width_mm, place)

@@ -10,7 +10,7 @@ from pmor.case.reader import NOTHING, Reader, parse_toml, read_text
 from pmor.case.schema import SECTIONS, Case, ConditionCase
 from pmor.case.values import toml_text
 from pmor.core.errors import printable
-from pmor.gear.modification import Modification
+from pmor.gear.modification import Modification, other_places
 
 # Torques of a stage when the case file gives none, as multiples of the nominal torque.
 OFFLINE_TORQUES = (0.2, 0.7, 1.8)
@@ -103,7 +103,12 @@ def _read_conditions(
     found: list[ConditionCase] = []
     for number, table in enumerate(reader.list_of(tables, CONDITION), start=1):
         flanks = {
-            gear: reader.section(table.get(gear, {}), Modification, f"{CONDITION}.{gear}", vars(modification))
+            gear: reader.section(
+                table.get(gear, {}),
+                Modification,
+                f"{CONDITION}.{gear}",
+                vars(modification.changed(dict.fromkeys(other_places(_keys_in(table, gear))))),
+            )
             for gear, modification in zip(GEARS, modifications, strict=True)
         }
         own = {key: value for key, value in table.items() if key not in GEARS}
@@ -113,6 +118,11 @@ def _read_conditions(
             reader.refuse(f"[{CONDITION}] name = {toml_text(condition.name)}", "is there twice: rename one")
         found.append(condition)
     return tuple(found)
+
+
+def _keys_in(table: Mapping[str, Any], section: str) -> list[str]:
+    inner = table.get(section, {})
+    return list(inner) if isinstance(inner, Mapping) else []
 
 
 def _multiples(torque_Nm: float, factors: tuple[float, ...]) -> tuple[float, ...]:

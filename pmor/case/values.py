@@ -6,6 +6,7 @@ and key.
 
 import json
 import math
+import re
 from dataclasses import fields
 from pathlib import Path
 from types import NoneType, UnionType
@@ -17,6 +18,7 @@ from pmor.core.wording import did_you_mean
 from pmor.gear.topography import Topography
 
 LONGEST_SHOWN_VALUE = 60
+PER_CENT = re.compile(r"\s*(\d+\.?\d*)\s*%\s*")
 TORQUE_UNIT = "N m"
 NO_LOAD = "without load there is no contact to solve: a small torque, such as 0.001, shows the flanks"
 OTHER_FLANKS = (
@@ -183,6 +185,8 @@ def _whole_number(value: object, allowed: Range) -> int:
 
 
 def _number(value: object, allowed: Range) -> float:
+    if allowed.unit == "%" and isinstance(value, str) and (said := PER_CENT.fullmatch(value)):
+        value = float(said[1])
     _reject_non_number(value)
     assert isinstance(value, int | float)
     try:

@@ -111,11 +111,18 @@ def check_ranges(design: Design, case: Case, where: str) -> None:
     scattered = design.scatter.modifications
     for gear, modification in (("pinion", base.pinion), ("wheel", base.wheel)):
         asked = [key for key in AMOUNT_KEYS if (gear, key) in varied or key in scattered]
-        for amount, extent, _ in EXTENTS:
-            if amount in asked and getattr(modification, extent) is None and (gear, extent) not in varied:
+        for amount, extents, _ in EXTENTS:
+            given = [key for key in extents if getattr(modification, key) is not None]
+            given = [key for key in extents if (gear, key) in varied] or given
+            if amount in asked and not given:
                 raise CaseError(
-                    f"{where}: {amount}: the case does not say how far it goes on the {gear}: write {extent} below "
+                    f"{where}: {amount}: the case does not say how far it goes on the {gear}: write {extents[0]} below "
                     f"[{gear}.modification] of {case.name}, or make it a variable"
+                )
+            for key in set(extents) & set(scattered) - set(given):
+                raise CaseError(
+                    f"{where}: [scatter] {key}: {' and '.join(given) or 'nothing'} says how far {amount} goes on the "
+                    f"{gear}: write it as {key}, or leave the scatter out"
                 )
     for x in corners(design.variables):
         _check_corner(assembly_at(base, design.variables, x), case, pair, where)

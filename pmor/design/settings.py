@@ -11,7 +11,11 @@ AmountKey = Literal[
     "tip_relief_um", "root_relief_um", "profile_crowning_um", "profile_slope_um", "helix_crowning_um",
     "helix_slope_um", "end_relief_um", "twist_um",
 ]  # fmt: skip
-ExtentKey = Literal["tip_relief_start_roll_deg", "root_relief_end_roll_deg", "end_relief_length_mm"]
+ExtentKey = Literal[
+    "tip_relief_start_roll_deg", "tip_relief_start_roll_length_mm", "tip_relief_start_diameter_mm",
+    "tip_relief_length_mm", "tip_relief_start_percent", "root_relief_end_roll_deg", "root_relief_end_roll_length_mm",
+    "root_relief_end_diameter_mm", "root_relief_length_mm", "root_relief_end_percent", "end_relief_length_mm",
+]  # fmt: skip
 VariableKey = Literal[AmountKey, ExtentKey]
 Objective = Literal["peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um"]
 ResultKey = Literal[Objective, "pressure_MPa", "k_h_beta", "tip_edge_load_N_per_mm", "root_stress_MPa"]
@@ -124,7 +128,7 @@ class Scatter:
     helix_crowning_um, helix_slope_um, end_relief_um, twist_um : float
         Of amounts, um.
     tip_relief_start_roll_deg, root_relief_end_roll_deg : float
-        Of where reliefs start and end, degrees.
+        Of where reliefs start and end, degrees, where a roll angle says it.
     in_plane_um, out_of_plane_um, centre_distance_um : float
         Of the axes, um.
     draws : int

@@ -47,7 +47,7 @@ def assembly_at(
 
 
 def _modified(modification: Modification, values: Mapping[str, float], off: Mapping[str, float]) -> Modification:
-    chosen = replace(modification, **values)  # type: ignore[arg-type]
+    chosen = modification.changed(values)
     moved = {key: (getattr(chosen, key) or 0.0) + by for key, by in off.items()}
     return replace(chosen, **moved) if moved else chosen  # type: ignore[arg-type]
 

@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass
 
 from pmor.gear.clearance import tip_clearance, tip_land
+from pmor.gear.modification import RELIEF_PLACES, UNMODIFIED, Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.profile import Profile, ProfilePoint, profiles
 from pmor.gear.tooth import Tooth
@@ -48,6 +49,8 @@ class GearData:
         None without a speed.
     start_of_active_profile, pitch_point, end_of_active_profile, tip : ProfilePoint
         A, C and E of the path of contact on this flank, and its tip circle.
+    tip_relief_start, root_relief_end : ProfilePoint or None
+        None without relief.
     lowest_single_contact, highest_single_contact : ProfilePoint or None
         LPSTC and HPSTC, B and D on the pinion's flank; None where the transverse section never has one pair in contact
         or never two.
@@ -80,6 +83,8 @@ class GearData:
     highest_single_contact: ProfilePoint | None
     end_of_active_profile: ProfilePoint
     tip: ProfilePoint
+    tip_relief_start: ProfilePoint | None
+    root_relief_end: ProfilePoint | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,7 +147,9 @@ class DataSheet:
     mesh_frequency_Hz: float | None
 
 
-def data_sheet(pair: GearPair, speed_rpm: float | None = None) -> DataSheet:
+def data_sheet(
+    pair: GearPair, speed_rpm: float | None = None, flanks: tuple[Modification, Modification] = (UNMODIFIED, UNMODIFIED)
+) -> DataSheet:
     """Return the data sheet of a pair.
 
     Parameters
@@ -150,11 +157,13 @@ def data_sheet(pair: GearPair, speed_rpm: float | None = None) -> DataSheet:
     pair : GearPair
     speed_rpm : float, optional
         Of the pinion, revolutions per minute.
+    flanks : (Modification, Modification)
+        Of pinion and wheel.
     """
     pinion = pair.pinion
     helix = math.cos(pair.base_helix_angle)
     return DataSheet(
-        pinion=_gear_data(pair, 0, speed_rpm), wheel=_gear_data(pair, 1, speed_rpm),
+        pinion=_gear_data(pair, 0, speed_rpm, flanks[0]), wheel=_gear_data(pair, 1, speed_rpm, flanks[1]),
         gear_ratio=pair.wheel.teeth / pinion.teeth,
         normal_module_mm=pinion.module, transverse_module_mm=pinion.transverse_module,
         normal_pressure_angle_deg=math.degrees(pinion.pressure_angle),
@@ -175,12 +184,15 @@ def data_sheet(pair: GearPair, speed_rpm: float | None = None) -> DataSheet:
     )  # fmt: skip
 
 
-def _gear_data(pair: GearPair, gear: int, pinion_speed_rpm: float | None) -> GearData:
+def _gear_data(pair: GearPair, gear: int, pinion_speed_rpm: float | None, flank: Modification) -> GearData:
     tooth, profile, edge = (pair.pinion, pair.wheel)[gear], profiles(pair)[gear], pair.tip_edges[gear]
     low, high = pair.faces[gear]
     span_teeth = teeth_to_span(tooth, high - low, edge.roll_angle)
     speed = None if pinion_speed_rpm is None else pinion_speed_rpm * pair.pinion.teeth / tooth.teeth
     lowest, highest = _single_contact(profile, tooth.angular_pitch)
+    tip_relief, root_relief = (
+        profile.relief_roll(flank, amount) if getattr(flank, amount) else None for amount in RELIEF_PLACES
+    )
     thickness = 2.0 * tooth.reference_radius * tooth.half_thickness_angle(math.tan(tooth.transverse_pressure_angle))
     return GearData(
         teeth=tooth.teeth, profile_shift=tooth.profile_shift,
@@ -199,11 +211,16 @@ def _gear_data(pair: GearPair, gear: int, pinion_speed_rpm: float | None) -> Gea
         angular_backlash_deg=math.degrees(pair.backlash / tooth.base_radius),
         speed_rpm=speed, rotational_frequency_Hz=None if speed is None else speed / 60.0,
         start_of_active_profile=profile.point(profile.start),
-        lowest_single_contact=None if lowest is None else profile.point(lowest),
+        lowest_single_contact=_point(profile, lowest),
         pitch_point=profile.point(math.tan(pair.working_pressure_angle)),
-        highest_single_contact=None if highest is None else profile.point(highest),
+        highest_single_contact=_point(profile, highest),
         end_of_active_profile=profile.point(profile.end), tip=profile.point(profile.tip),
+        tip_relief_start=_point(profile, tip_relief), root_relief_end=_point(profile, root_relief),
     )  # fmt: skip
+
+
+def _point(profile: Profile, roll: float | None) -> ProfilePoint | None:
+    return None if roll is None else profile.point(roll)
 
 
 def _single_contact(profile: Profile, pitch: float) -> tuple[float | None, float | None]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection
 from typing import Any, Protocol
 
@@ -12,6 +11,8 @@ from pmor.core.arrays import FloatArray, IntArray
 from pmor.gear.condition import Assembly
 from pmor.gear.kernels.deviation import Deviation, deviations_at
 from pmor.gear.meshed_pair import MeshedPair
+from pmor.gear.modification import RELIEF_PLACES, Modification
+from pmor.gear.profile import profiles
 
 # Amounts of a case file with their fields in `Deviation`: the deviation is linear in each.
 AMOUNTS = {
@@ -27,12 +28,6 @@ AMOUNTS = {
 OVER_WIDTH = ("helix_crowning_um", "helix_slope_um", "end_relief_um", "twist_um")
 # Antisymmetric over the face: not possible on half a mesh.
 UNEVEN = ("helix_slope_um", "twist_um")
-# Amounts that need to know how far they go.
-EXTENTS = {
-    "tip_relief_um": "tip_relief_start_roll_deg",
-    "root_relief_um": "root_relief_end_roll_deg",
-    "end_relief_um": "end_relief_length_mm",
-}
 
 
 class SectionStates(Protocol):
@@ -80,17 +75,20 @@ def deviation_rates(
     for gear, (name, deviation, modification) in enumerate(
         zip(("pinion", "wheel"), meshed.deviations(assembly), (assembly.pinion, assembly.wheel), strict=True)
     ):
-        points = _points(lines, loaded, gear)
+        points, profile = _points(lines, loaded, gear), profiles(meshed.pair)[gear]
         for key in AMOUNTS:
-            extent = EXTENTS.get(key)
-            if key in absent or (extent is not None and getattr(modification, extent) is None):
+            extent = _extent(modification, key)
+            if key in absent or (extent is None and key in ("end_relief_um", *RELIEF_PLACES)):
                 continue
             if not wanted or f"{name}.{key}" in wanted:
                 found[f"{name}.{key}"] = _spread(loaded, _unit(deviation, key, points))
             if extent is None or (wanted and f"{name}.{extent}" not in wanted):
                 continue
             if getattr(modification, key) != 0.0:
-                found[f"{name}.{extent}"] = _spread(loaded, _by_extent(deviation, extent, points))
+                rates = _by_extent(deviation, key, points)
+                if key in RELIEF_PLACES:
+                    rates = rates * profile.roll_rate(RELIEF_PLACES[key][extent], getattr(modification, extent))
+                found[f"{name}.{extent}"] = _spread(loaded, rates)
     return found
 
 
@@ -114,23 +112,31 @@ def _unit(deviation: Deviation, key: str, points: _Points) -> FloatArray:
     return out
 
 
-def _by_extent(deviation: Deviation, extent: str, points: _Points) -> FloatArray:
-    """Derivative by where a relief starts or ends, um/deg, or by its length, um/mm.
+def _extent(modification: Modification, amount: str) -> str | None:
+    """Key that says how far an amount goes; None of those that need none, or have none."""
+    if amount in RELIEF_PLACES:
+        return modification.place_of(amount)
+    known = amount == "end_relief_um" and modification.end_relief_length_mm is not None
+    return "end_relief_length_mm" if known else None
+
+
+def _by_extent(deviation: Deviation, key: str, points: _Points) -> FloatArray:
+    """Derivative by the roll angle at which a relief starts or ends, um/rad, or by the length of an end relief, um/mm.
 
     Of E x or E x^2, x = (u - s) / (t - s), it is that by x times dx/ds = -(1 - x) / (t - s).
     """
     d, (roll, z, _) = deviation, points
-    if extent == "end_relief_length_mm":
+    if key == "end_relief_um":
         inwards = 0.5 * d.width - np.abs(z - d.middle_z)
         return np.where(inwards < d.end_relief_length, 1e3 * d.end_relief * inwards / d.end_relief_length**2, 0.0)
-    if extent == "tip_relief_start_roll_deg":
+    if key == "tip_relief_um":
         way, amount, parabolic = (roll - d.tip_relief_start) / d.tip_relief_span, -d.tip_relief, d.tip_relief_parabolic
         span = d.tip_relief_span
     else:
         way, amount, parabolic = (d.root_relief_end - roll) / d.root_relief_span, d.root_relief, d.root_relief_parabolic
         span = d.root_relief_span
     slope = 1e3 * amount * (2.0 * way if parabolic else 1.0) * (1.0 - way) / span
-    return np.asarray(np.where(way > 0.0, math.radians(1.0) * slope, 0.0))
+    return np.asarray(np.where(way > 0.0, slope, 0.0))
 
 
 def _spread(loaded: np.ndarray, values: FloatArray) -> FloatArray:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.gear.kernels.deviation import Deviation
 from pmor.gear.modification import Modification
+from pmor.gear.profile import Profile
 from pmor.gear.tooth import Tooth
 from pmor.gear.topography import Topography
 
@@ -32,8 +31,10 @@ def kernel_deviation(
         Where its face begins and ends along z, from mid width of the pair, mm.
     """
     m, (start, end), tip = modification, active, tooth.tip_roll_angle
-    tip_start = _radians(m.tip_relief_start_roll_deg, tip - 1.0)
-    root_end = _radians(m.root_relief_end_roll_deg, start + 1.0)
+    profile = Profile(tooth.base_radius, start, end, tip)
+    tip_start, root_end = (profile.relief_roll(m, amount) for amount in ("tip_relief_um", "root_relief_um"))
+    tip_start = tip - 1.0 if tip_start is None else tip_start
+    root_end = start + 1.0 if root_end is None else root_end
     grid_roll, grid_z, grid = _grid(m.topography)
     return Deviation(
         present=m.present,
@@ -61,10 +62,6 @@ def kernel_deviation(
         grid_z=grid_z,
         grid=grid,
     )
-
-
-def _radians(angle_deg: float | None, otherwise: float) -> float:
-    return otherwise if angle_deg is None else math.radians(angle_deg)
 
 
 def _pitch(deviations_um: tuple[float, ...]) -> FloatArray:

@@ -2,17 +2,40 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, Literal
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Literal
 
-from pmor.core.ranges import METRES, RADIANS, Range
+from pmor.core.ranges import METRES, RADIANS, SHARE, Length, Range
 from pmor.core.wording import suggesting
 from pmor.gear.topography import Topography
 
 Amount = Annotated[float, Range(-1000.0, 1000.0, "um")]
 Amounts = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, "um", in_order=True)]
 RollAngle = Annotated[float, Range(0.0, 180.0, "deg", mistaken_for=(RADIANS,))]
+Percent = Annotated[float, Range(1.0, 100.0, "%", mistaken_for=(SHARE,))]
 ReliefShape = Literal["linear", "parabolic"]
+
+#: keys of the place at which a relief starts or ends, by its amount, and what they measure
+#: (fields of `pmor.gear.profile.ProfilePoint`)
+RELIEF_PLACES: Mapping[str, Mapping[str, str]] = {
+    "tip_relief_um": {
+        "tip_relief_start_roll_deg": "roll_deg", "tip_relief_start_roll_length_mm": "roll_length_mm",
+        "tip_relief_start_diameter_mm": "diameter_mm", "tip_relief_length_mm": "to_tip_mm",
+        "tip_relief_start_percent": "percent",
+    },
+    "root_relief_um": {
+        "root_relief_end_roll_deg": "roll_deg", "root_relief_end_roll_length_mm": "roll_length_mm",
+        "root_relief_end_diameter_mm": "diameter_mm", "root_relief_length_mm": "from_start_mm",
+        "root_relief_end_percent": "percent",
+    },
+}  # fmt: skip
+
+
+def other_places(keys: Iterable[str]) -> set[str]:
+    """Return the keys that say otherwise what some of the given keys say: where a relief starts or ends."""
+    said = set(keys)
+    return {key for places in RELIEF_PLACES.values() if said & set(places) for key in places} - said
 
 
 @suggesting
@@ -23,20 +46,37 @@ class Modification:
     Amounts are in um along the transverse line of action, positive removes material, zero at the reference; normal to
     the flank they are cos(beta_b) times that, beta_b the base helix angle. Roll angles are the gear's own. The active
     profile is the part that its mate can touch on parallel axes at the centre distance of the case; all laws continue
-    beyond it.
+    beyond it. Where a relief starts or ends is said by one of its keys, needed with its amount.
 
     Parameters
     ----------
     tip_relief_um : float
         At the tip circle, in um.
     tip_relief_start_roll_deg : float or None
-        Roll angle at which tip relief starts, in degrees; needed with `tip_relief_um`.
+        Roll angle at which tip relief starts, in degrees.
+    tip_relief_start_roll_length_mm : float or None
+        Or its roll length in mm: on the line of action, from where it touches the base circle.
+    tip_relief_start_diameter_mm : float or None
+        Or its diameter in mm.
+    tip_relief_length_mm : float or None
+        Or the length of the relief in mm, on the path of contact from its start to the tip circle.
+    tip_relief_start_percent : float or None
+        Or its share of the path of contact in per cent, from the start of the gear's active profile (0) to its end
+        (100).
     tip_relief_shape : {"linear", "parabolic"}
         How tip relief E grows: with x or with x^2, where x goes from 0 at the start to 1 at the tip circle.
     root_relief_um : float
         At the start of the active profile, in um.
     root_relief_end_roll_deg : float or None
-        Roll angle at which root relief ends, in degrees; needed with `root_relief_um`.
+        Roll angle at which root relief ends, in degrees.
+    root_relief_end_roll_length_mm : float or None
+        Or its roll length in mm.
+    root_relief_end_diameter_mm : float or None
+        Or its diameter in mm.
+    root_relief_length_mm : float or None
+        Or the length of the relief in mm, on the path of contact from the start of the active profile.
+    root_relief_end_percent : float or None
+        Or its share of the path of contact in per cent, counted as that of tip relief: small near the root.
     root_relief_shape : {"linear", "parabolic"}
         How root relief grows from there towards the root.
     profile_crowning_um : float
@@ -65,9 +105,17 @@ class Modification:
 
     tip_relief_um: Amount = 0.0
     tip_relief_start_roll_deg: RollAngle | None = None
+    tip_relief_start_roll_length_mm: Length | None = None
+    tip_relief_start_diameter_mm: Length | None = None
+    tip_relief_length_mm: Length | None = None
+    tip_relief_start_percent: Percent | None = None
     tip_relief_shape: ReliefShape = "linear"
     root_relief_um: Amount = 0.0
     root_relief_end_roll_deg: RollAngle | None = None
+    root_relief_end_roll_length_mm: Length | None = None
+    root_relief_end_diameter_mm: Length | None = None
+    root_relief_length_mm: Length | None = None
+    root_relief_end_percent: Percent | None = None
     root_relief_shape: ReliefShape = "linear"
     profile_crowning_um: Amount = 0.0
     profile_slope_um: Amount = 0.0
@@ -89,6 +137,14 @@ class Modification:
         """Whether both halves of the face are alike."""
         mirrored = self.topography is None or self.topography.mirrored
         return mirrored and self.helix_slope_um == self.twist_um == 0.0
+
+    def place_of(self, amount: str) -> str | None:
+        """Return the key that says how far a relief goes, by the key of its amount; None where none does."""
+        return next((key for key in RELIEF_PLACES[amount] if getattr(self, key) is not None), None)
+
+    def changed(self, values: Mapping[str, Any]) -> Modification:
+        """Return it with some values changed; keys that said otherwise where a relief starts or ends are left out."""
+        return replace(self, **{**dict.fromkeys(other_places(values)), **values})
 
     @property
     def over_width(self) -> Modification:

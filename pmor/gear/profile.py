@@ -1,7 +1,7 @@
 """Places along the flank of a gear, in each measure that drawings and programs use.
 
 The roll angle u of an involute and the place of its contact on the line of action are one thing: r_b u is its roll
-length, r_b sqrt(1 + u^2) its radius. Source: ISO 21771:2007, 5.6 (roll angle and roll length) and 7 (reliefs).
+length, r_b sqrt(1 + u^2) its radius. Source: ISO 21771:2007 (roll angle, roll length, lengths of reliefs).
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from pmor.gear.modification import RELIEF_PLACES, Modification
 from pmor.gear.pair import GearPair
 
 
@@ -89,6 +90,26 @@ class Profile:
         if measure == "percent":
             return self.start + 1e-2 * value * (self.end - self.start)
         raise ValueError(f"measure = {measure!r}: is no field of ProfilePoint")
+
+    def roll_rate(self, measure: str, value: float) -> float:
+        """Return the derivative of `roll_at`, rad per unit."""
+        if measure == "diameter_mm":
+            return value / (4.0 * self.base_radius**2 * self.roll_at(measure, value))
+        return self.roll_at(measure, value + 1.0) - self.roll_at(measure, value)  # all others are linear
+
+    def relief_roll(self, modification: Modification, amount: str) -> float | None:
+        """Return the roll angle at which a relief, by the key of its amount, starts or ends, rad; None without."""
+        key = modification.place_of(amount)
+        return None if key is None else self.roll_at(RELIEF_PLACES[amount][key], getattr(modification, key))
+
+    def in_roll_angles(self, modification: Modification) -> Modification:
+        """Return a modification of this flank whose reliefs start and end at roll angles."""
+        for amount, places in RELIEF_PLACES.items():
+            key, by_roll = modification.place_of(amount), next(iter(places))
+            if key not in (None, by_roll):
+                roll = self.relief_roll(modification, amount)
+                modification = modification.changed({by_roll: math.degrees(roll or 0.0)})
+        return modification
 
 
 def profiles(pair: GearPair) -> tuple[Profile, Profile]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from pmor.gear.data_sheet import DataSheet
+from pmor.case import Case
+from pmor.gear.data_sheet import DataSheet, data_sheet
+from pmor.gear.pair import GearPair
 from pmor.gear.profile import ProfilePoint
 from pmor.report.table import Cell, Table
 
@@ -66,8 +68,15 @@ _POINTS = (
     ("highest point of single contact, HPSTC", "highest_single_contact"),
     ("end of active profile, EAP", "end_of_active_profile"),
     ("tip circle", "tip"),
+    ("start of tip relief", "tip_relief_start"),
+    ("end of root relief", "root_relief_end"),
 )
 _PLACES = "place", "gear", "roll angle, deg", "roll length, mm", "diameter, mm", "to the tip, mm", "share of path, %"
+
+
+def sheet_of(case: Case, pair: GearPair) -> DataSheet:
+    """Return the data sheet of a case, whose geometry is that of a pair."""
+    return data_sheet(pair, case.speed_rpm, (case.pinion_modification, case.wheel_modification))
 
 
 def sheet_tables(sheet: DataSheet) -> list[Table]:

@@ -14,11 +14,10 @@ from pmor.case.capability import why_not
 from pmor.fe.sector import SectorMesh
 from pmor.gear.classical.formulas import GearBody, classical_results
 from pmor.gear.classical.iso6336_root import nominal_root_stress
-from pmor.gear.data_sheet import data_sheet
 from pmor.pair.conditions import nominal_condition
 from pmor.report.condition_figure import conditions_figure
 from pmor.report.condition_table import condition_table
-from pmor.report.data_sheet import sheet_tables
+from pmor.report.data_sheet import sheet_of, sheet_tables
 from pmor.report.live.section import LiveSection, live_section
 from pmor.report.mesh_figure import mesh_figure
 from pmor.report.model_figures import MODEL_PICTURES, model_pictures
@@ -167,7 +166,7 @@ def run_blocks(
     settings = [
         (key, _cell(value), "default" if is_default else "case file") for key, value, is_default in describe(case)
     ]
-    sheet = data_sheet(result.reduced.meshed.pair, case.speed_rpm)
+    sheet = sheet_of(case, result.reduced.meshed.pair)
     shown: list[Block | LiveSection] = [Heading("Pictures"), *pictures] if pictures else []
     return [
         *map(Warning, warnings(result)), Heading("Results"),

@@ -14,11 +14,11 @@ from pmor.case import Case, beyond_training
 from pmor.case.coarser import LEAST_ELEMENTS
 from pmor.core.arrays import FloatArray
 from pmor.gear.classical.iso6336_root import nominal_root_stress
-from pmor.gear.data_sheet import data_sheet
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate
 from pmor.report.condition_table import condition_rows, sweep_row
 from pmor.report.data_files import write_ste_csv, write_stress_csv, write_summary_json, write_table_csv
+from pmor.report.data_sheet import sheet_of
 from pmor.report.results_data import HARRIS, RESULTS, write_results_data
 from pmor.report.table import Cell, format_cell
 from pmor.results.load_distribution import line_states
@@ -55,7 +55,7 @@ def result_files(case: Case) -> tuple[str, ...]:
 
 def summary(result: OnlineResult) -> dict[str, Any]:
     """Return the machine-readable summary; None for figures that were not asked for."""
-    sheet = data_sheet(result.reduced.meshed.pair, result.case.speed_rpm)
+    sheet = sheet_of(result.case, result.reduced.meshed.pair)
     return {
         **figures(result), "geometry": asdict(sheet), "models": [model_summary(model) for model in result.models]
     }  # fmt: skip

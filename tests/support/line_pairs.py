@@ -48,7 +48,7 @@ def _solved(text):
 # Of the steps of parameters: the second derivative does not count yet, and 1e-12 of the STE no more.
 ABOUT_TO = 0.005  # of its load
 NOTHING = 1e-3  # um per unit
-STEP = {"um": 6e-4, "deg": 6e-5, "mm": 6e-5}
+STEP = {"um": 6e-4, "deg": 6e-5, "mm": 6e-5, "percent": 6e-4}
 
 
 def random_modification(rng, active):

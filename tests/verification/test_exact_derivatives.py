@@ -16,6 +16,8 @@ from pmor.design.judge import Judge
 from pmor.design.settings import AMOUNT_KEYS, Design, ExtentKey, Goal, Load, Scatter, Search, Trade, Variable
 from pmor.gear.condition import PLAIN, Assembly, at_torques
 from pmor.gear.deviation_rates import deviation_rates
+from pmor.gear.modification import RELIEF_PLACES
+from pmor.gear.profile import profiles
 from pmor.pair.conditions import conditions_of_assembly
 from pmor.results.sensitivity import sensitivities
 from pmor.results.sweep import mesh_stiffness
@@ -26,12 +28,16 @@ from tests.support.line_pairs import ABOUT_TO, NOTHING, STEP, TORQUE, models, ra
 
 def relief_begins(reduced, gear, key, value, lines):
     """Whether a section that carries is within the step of where a relief begins or ends, (angles,)."""
-    side = int(gear == "wheel")
-    places = np.degrees(lines.roll_rad[..., side])
+    side, step = int(gear == "wheel"), STEP[key.split("_")[-1]]
+    places = lines.roll_rad[..., side]
     if key == "end_relief_length_mm":
         low, high = reduced.meshed.pair.faces[side]
         places = np.broadcast_to(np.minimum(lines.z_mm - low, high - lines.z_mm), places.shape)
-    near = np.abs(places - value) <= STEP[key.split("_")[-1]]
+    else:
+        profile = profiles(reduced.meshed.pair)[side]
+        step *= abs(profile.roll_rate(MEASURES[key], value))
+        value = profile.roll_at(MEASURES[key], value)
+    near = np.abs(places - value) <= step
     return (near & (lines.load_N_per_mm[0] > 0.0)).any(axis=(1, 2))
 
 
@@ -87,9 +93,15 @@ def test_shares_of_a_torque_are_levers_of_the_line_loads_and_idle_sections_count
 ANGLES = 12
 # So sharp that the bend of the figure itself, (sharpness step)^2 / 6, stays below what is looked for.
 SHARPNESS = 5.0
+# Each gear's reliefs start and end in measures of their own.
+EXTENTS = {
+    "pinion": ("tip_relief_start_percent", "root_relief_end_diameter_mm", "end_relief_length_mm"),
+    "wheel": ("tip_relief_length_mm", "root_relief_end_roll_deg", "end_relief_length_mm"),
+}
+MEASURES = {key: measure for places in RELIEF_PLACES.values() for key, measure in places.items()}
 VARIABLES = tuple(
-    Variable(key=key, gear=gear, range=(-1000.0, 1000.0)) for gear in ("pinion", "wheel")
-    for key in (*AMOUNT_KEYS, *get_args(ExtentKey))
+    Variable(key=key, gear=gear, range=(-1000.0, 1000.0)) for gear, extents in EXTENTS.items()
+    for key in (*AMOUNT_KEYS, *extents)
 )  # fmt: skip
 
 
@@ -121,12 +133,21 @@ def of_a_sweep(judge, assembly):
     return found.ste[[found.parameter.index(f"{v.gear}.{v.key}") for v in VARIABLES], 0]
 
 
+def value_of(modification, key, profile):
+    """Value of a key of a modification whose reliefs have roll angles, in the measure of the key."""
+    for amount, places in RELIEF_PLACES.items():
+        if key in places:
+            return getattr(profile.point(profile.relief_roll(modification, amount)), places[key])
+    return getattr(modification, key)
+
+
 def errors_of(name, minimise, rng, named):
     """Exact derivative less quotient over the largest of the curve's: of the curve (k, A), of the figure (k,)."""
     judge = judge_of(name, minimise, 1e-3 * TORQUE * rng.uniform(0.2, 1.5))
     active = judge.reduced.meshed.pair.active_rolls
     flanks = [random_modification(rng, gear) for gear in active]
-    x = np.array([getattr(flanks[v.gear == "wheel"], v.key) for v in VARIABLES])
+    along = profiles(judge.reduced.meshed.pair)
+    x = np.array([value_of(flanks[v.gear == "wheel"], v.key, along[v.gear == "wheel"]) for v in VARIABLES])
     # Shapes of relief are no variables.
     base = [replace(PLAIN.pinion, tip_relief_shape=m.tip_relief_shape, root_relief_shape=m.root_relief_shape)
             for m in flanks]  # fmt: skip

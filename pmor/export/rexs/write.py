@@ -17,6 +17,7 @@ from pmor.export.rexs.document import Document, Value
 from pmor.export.rexs.results import StageResults
 from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
+from pmor.gear.profile import profiles
 from pmor.gear.tooth import Tooth
 from pmor.storage.atomic import atomic_path
 
@@ -109,7 +110,8 @@ def _gear(document: Document, case: Case, pair: GearPair, number: int, name: str
         }  # fmt: skip
         if said.tip_rounding_mm:
             keys["custom_pmor_tip_rounding"] = said.tip_rounding_mm
-        modification = (case.pinion_modification, case.wheel_modification)[number]
+        own = (case.pinion_modification, case.wheel_modification)[number]
+        modification = profiles(pair)[number].in_roll_angles(own)
         if side == "left" and modification.pitch_deviations_um:
             keys["custom_pmor_pitch_deviations"] = modification.pitch_deviations_um
         flanks[side] = document.add("cylindrical_gear_flank", f"{side} flank of the {name}", **keys)

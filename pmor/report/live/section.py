@@ -16,6 +16,7 @@ from pmor.gear.condition import ALIGNED, Misalignment
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.modification import UNMODIFIED, Modification
 from pmor.gear.pair import GearPair
+from pmor.gear.profile import profiles
 from pmor.gear.working import refuse_working_geometry
 from pmor.pair.conditions import assembly_of
 from pmor.pair.limits import LARGE_APPROACH, PRESSURE_OVER_MODULUS, hertz_pressure
@@ -90,7 +91,7 @@ def live_section(result: OnlineResult, pair: ReducedPair) -> LiveSection:
     """
     case, meshed = result.case, pair.meshed
     helical = meshed.pair.pinion.helix_angle != 0.0
-    own = case.pinion_modification, case.wheel_modification
+    own = _own(case, meshed.pair)
     controls = tuple(_controls(result, meshed))
     starts = [{c.key: c.initial for c in controls if c.group == group} for group in ("pinion", "wheel")]
     data = live_model(pair, assembly_of(case), HELICAL_ANGLES if helical else SPUR_ANGLES) | {
@@ -106,6 +107,12 @@ def live_section(result: OnlineResult, pair: ReducedPair) -> LiveSection:
     }
     same = starts[0] == starts[1] and own[0] == own[1]
     return LiveSection(controls, same, data, _note(case, meshed))
+
+
+def _own(case: Case, pair: GearPair) -> tuple[Modification, Modification]:
+    """Modifications of the case, their reliefs by roll angles, which the page knows."""
+    pinion, wheel = profiles(pair)
+    return pinion.in_roll_angles(case.pinion_modification), wheel.in_roll_angles(case.wheel_modification)
 
 
 def _amounts(modification: Modification) -> dict[str, Any]:
@@ -144,7 +151,7 @@ def _controls(result: OnlineResult, meshed: MeshedPair) -> Iterable[Control]:
     highest = _rounded(max(TORQUE_RANGE * nominal, *case.online.torques_Nm))
     step = _rounded(highest) / 200.0
     yield Control("load", "torque_Nm", "torque on the pinion, N m", _written(nominal), step, highest, step)
-    flanks = [case.pinion_modification, case.wheel_modification]
+    flanks = _own(case, meshed.pair)
     present = [abs(getattr(flank, key)) for flank in flanks for key in _SLID]
     deviations = asdict(case.misalignment)
     amount = _rounded(max(AMOUNT_RANGE * ste if math.isfinite(ste) else 0.0, BEYOND_CASE * max(present), 10.0))
