@@ -18,7 +18,7 @@ from pmor.line.kernels.tip_corner import stored_law
 from pmor.report.live.section import live_section
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import online_angles
-from tests.support.page_solver import CASES, STE, PageSolver, condition_of, kernel_hashes, online_result
+from tests.support.page_solver import CASES, STE, TEMPLATES, PageSolver, condition_of, kernel_hashes, online_result
 from tests.support.small_case import case_with
 
 pytestmark = pytest.mark.jit
@@ -79,6 +79,12 @@ def test_the_page_names_positions_that_overload_a_section_where_python_does(spur
     assert solver.warnings(setting)[0].startswith(
         f"{expected.overloaded.sum()} of {total} positions overload a section"
     )
+
+    # The curve has gaps there.
+    solver.run((TEMPLATES / "live" / "plots.js").read_text(encoding="utf-8"))
+    solver.run("svgElement = (tag, attributes) => attributes;")
+    drawn = 'curve([[0, 1], [1, 2], [2, NaN], [3, 1], [4, 3]], x => x, y => y, "now")[0].d'
+    assert solver.value(drawn) == "M0.0 1.0L1.0 2.0M3.0 1.0L4.0 3.0"
 
 
 def test_the_solver_knows_the_edge_that_undercut_leaves():
