@@ -9,6 +9,7 @@ import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.gear.condition import PLAIN, Assembly
+from pmor.line.kernels.loads import LineResults
 from pmor.line.pair import LinePair, PlacedSections
 from pmor_online.model import ReducedPair
 
@@ -37,6 +38,14 @@ def mesh_force_of(reduced: ReducedPair, assembly: Assembly = PLAIN) -> Forces:
     return _MeshForce(reduced.lines, assembly)
 
 
+def overload_of(reduced: ReducedPair, assembly: Assembly = PLAIN) -> Callable[[float, FloatArray], BoolArray]:
+    """Return the function that tells at which displacements some section is overloaded (`WidthLimit`).
+
+    Parameters as in `mesh_force_of`; phases and displacements too.
+    """
+    return _MeshForce(reduced.lines, assembly).overloaded
+
+
 @dataclass(frozen=True)
 class _MeshForce:
     """A force law that can be pickled: processes share out its phases."""
@@ -45,18 +54,26 @@ class _MeshForce:
     assembly: Assembly
 
     def __call__(self, phase: float, displacement: FloatArray) -> FloatArray:
-        force, converged = self._solved(phase, displacement)
+        force, converged = self._forces(phase, displacement)
         if not converged.all():
             for k in np.flatnonzero(~converged):
-                beside, found = self._solved(phase, displacement[k] * (1.0 + NUDGES))
+                beside, found = self._forces(phase, displacement[k] * (1.0 + NUDGES))
                 force[k] = next(iter(beside[found]), np.nan)
         return force
 
-    def _solved(self, phase: float, displacement: FloatArray) -> tuple[FloatArray, BoolArray]:
+    def overloaded(self, phase: float, displacement: FloatArray) -> BoolArray:
+        """Whether contact of some section is too wide for the law, (displacements,)."""
+        placed, found = self._solved(phase, displacement)
+        return np.asarray(placed.width_limit.exceeded(found.force)[:, 0])
+
+    def _forces(self, phase: float, displacement: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Forces, and where they were found."""
-        radius, placed = self.pair.base_radius, place_phases(self.pair, np.array([phase]), self.assembly)
-        found = placed.solve(displacement / radius, True, placed.deviation(self.assembly))
-        return found.torque[:, 0].sum(axis=1) / radius, found.converged[:, 0]
+        _, found = self._solved(phase, displacement)
+        return found.torque[:, 0].sum(axis=1) / self.pair.base_radius, found.converged[:, 0]
+
+    def _solved(self, phase: float, displacement: FloatArray) -> tuple[PlacedSections, LineResults]:
+        placed = place_phases(self.pair, np.array([phase]), self.assembly)
+        return placed, placed.solve(displacement / self.pair.base_radius, True, placed.deviation(self.assembly))
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,13 @@ from pmor.dynamics.force_law import shifted
 from pmor.dynamics.force_table import TableError, Watched, range_under, table_error, tabulate
 from pmor.dynamics.gear_model import GearModel
 from pmor.dynamics.kernels.laws import ForceTable
+from pmor.dynamics.load_limit import LoadLimit, load_limit
 from pmor.dynamics.moved_axes import assembly_under, shift_of
 from pmor.dynamics.operating import static_displacement
 from pmor.gear.condition import Assembly, at_torques
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.pair import ROUNDING, GearPair
+from pmor.line.hertz import TOO_WIDE
 from pmor.line.layered_pair import as_layered, place_flanks_of
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import refuse_loads
@@ -57,6 +59,7 @@ class MeshLaw:
     # Of the static transmission error of the table under the torque, and that of the line loads
     static_error_um: float
     static_peak_to_peak_um: float
+    limit: LoadLimit  # Of the motion in which no section is overloaded
 
 
 def mesh_laws(
@@ -71,20 +74,22 @@ def mesh_laws(
     first: ConvergenceError | None = None
     if not model.supports:
         LOG.info("the force law is tabulated, which takes minutes for helical pairs")
-    shared = None if model.supports else force_law(case, reduced, executor)
+    shared = None if model.supports else _limited_law(case, reduced, executor, assembly_of(case))
     for torque in case.dynamics.torques_Nm:
         assembly = assembly_under(case, model, reduced.meshed.pair, torque)
         try:
             if shared is None:
                 LOG.info("the force law is tabulated, with the axes displaced by %g N m", torque)
-            table, error, largest = shared or force_law(_under(case, torque), reduced, executor, assembly)
+            found = shared or _limited_law(_under(case, torque), reduced, executor, assembly)
+            (table, error, largest), limit = found
             static = static_error_um(table, reduced, torque, assembly)
         except ConvergenceError as lost:
             failures.append(f"{torque:g} N m: {lost}")
             first = first or lost
         else:
             shift = shift_of(case, reduced.meshed.pair, assembly.misalignment)
-            laws.append(MeshLaw(torque, shifted(table, shift), error, largest, assembly, shift, *static))
+            limit = limit.shifted(shift)
+            laws.append(MeshLaw(torque, shifted(table, shift), error, largest, assembly, shift, *static, limit))
     if first and not laws:
         raise first
     return tuple(laws), tuple(failures)
@@ -92,6 +97,13 @@ def mesh_laws(
 
 def _under(case: Case, torque_Nm: float) -> Case:
     return replace(case, dynamics=replace(case.dynamics, torques_Nm=(torque_Nm,)))
+
+
+def _limited_law(
+    case: Case, reduced: ReducedPair, executor: Executor | None, assembly: Assembly
+) -> tuple[tuple[ForceTable, TableError, float], LoadLimit]:
+    law = force_law(case, reduced, executor, assembly)
+    return law, load_limit(reduced, assembly, law[0], alike_cycles(reduced.meshed, assembly))
 
 
 def force_law(
@@ -229,6 +241,8 @@ def _static(
         (1e3 * torque for torque in torques_Nm), assembly.misalignment, assembly.pinion, assembly.wheel
     )
     sweep = sweep_line_loads(reduced, phase / (2.0 * np.pi) * reduced.meshed.pair.pitch, torques)
+    if sweep.overloaded is not None and sweep.overloaded.any():
+        raise ConvergenceError(f"at rest a torque {TOO_WIDE}")
     if not sweep.converged.all():
         raise ConvergenceError("no equilibrium at rest under a torque at some angles: lower the torque")
     assert sweep.stiffness_N_per_um is not None, "line loads have one"

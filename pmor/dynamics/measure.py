@@ -6,13 +6,13 @@ A task can go to another process: it holds numbers alone.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import BoolArray, FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.continuation import Branch
 from pmor.dynamics.force_law import SolvedLaw, cycles_of
@@ -21,10 +21,12 @@ from pmor.dynamics.harmonic_balance import SAMPLES, in_Hz, rms
 from pmor.dynamics.integration import SAMPLES as RUN_SAMPLES
 from pmor.dynamics.integration import Motion, integrate, run_through
 from pmor.dynamics.kernels.laws import ForceTable
+from pmor.dynamics.load_limit import LoadLimit
 from pmor.dynamics.operating import mean_stiffness, static_displacement
 from pmor.dynamics.oscillator import Oscillator, position_under
 from pmor.dynamics.quantities import UM, cycle_of, quantities
 from pmor.dynamics.response import HARMONICS, Response, response
+from pmor.line.hertz import TOO_WIDE
 
 HZ = 1.0 / (2.0 * np.pi)
 # Cycles at the first speed of a run, in which the disturbance by its start dies out.
@@ -63,6 +65,7 @@ class Task:
     in_Hz: bool
     run_cycles: int
     exact: SolvedLaw | None = None  # Law of the branches, instead of the table
+    limit: LoadLimit | None = None  # Of the motion in which no section is overloaded
 
     @property
     def repeats(self) -> bool:
@@ -148,6 +151,12 @@ def _branches(task: Task) -> Data:
         for number, branch in enumerate(found.branches)
         if not branch.ended.startswith(("end of", "back at"))
     ]
+    for number, branch in enumerate(found.branches):
+        balance = branch.balance
+        wide = [
+            p.speed for p in branch.points if _overloads(task, balance.phase, balance.displacement(p.unknowns)).any()
+        ]
+        lost += _overloaded(f"branch {number}", wide)
     static = UM * static_displacement(task.law, float(rest.oscillator.load[0]), _phases(task.law), rest.interval)
     return {
         "torque_Nm": task.torque_Nm,
@@ -224,10 +233,34 @@ def _run(task: Task, key: str) -> Data:
     try:
         rest = at_rest(task)
         limits = speeds_of(task, rest)
-        points, spectra = follow(_pieces(task, rest, *(limits if key == RUN_UP else limits[::-1])), task.run_cycles)
+        pieces = _pieces(task, rest, *(limits if key == RUN_UP else limits[::-1]))
+        wide = list[float]()
+        points, spectra = follow(_watched(task, pieces, wide), task.run_cycles)
     except ConvergenceError as error:
         return {key: None, "lost": [f"{key}: {error}"]}
-    return {key: points, "lost": []} | ({"waterfall": spectra} if key == RUN_UP else {})
+    return {key: points, "lost": _overloaded(key, wide)} | ({"waterfall": spectra} if key == RUN_UP else {})
+
+
+def _watched(task: Task, pieces: Iterable[Motion], speeds: list[float]) -> Iterator[Motion]:
+    """Yield the pieces of a run; `speeds` takes those of cycles in which a section is overloaded."""
+    for piece in pieces:
+        wide = _overloads(task, piece.phase, piece.displacement).reshape(-1, RUN_SAMPLES).any(axis=1)
+        speeds.extend(piece.cycle_speed[wide].tolist())
+        yield piece
+
+
+def _overloads(task: Task, phase: FloatArray, x: FloatArray) -> BoolArray:
+    """Whether a section is overloaded, at phases and displacements."""
+    if task.limit is None or np.isinf(task.limit.displacement).all():
+        return np.zeros(len(x), dtype=bool)
+    return task.limit.exceeded(phase, x)
+
+
+def _overloaded(name: str, speeds: Sequence[float]) -> list[str]:
+    """Sentence on a part of a response in which a section is overloaded at some speeds; none without such speeds."""
+    if not speeds:
+        return []
+    return [f"{name}: from {_hz(min(speeds)):.6g} to {_hz(max(speeds)):.6g} Hz motion {TOO_WIDE}"]
 
 
 def _pieces(task: Task, rest: AtRest, first: float, last: float) -> Iterator[Motion]:

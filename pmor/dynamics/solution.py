@@ -76,7 +76,10 @@ def run_dynamics(
     model = gear_model(case, pair)
     parts = (BRANCHES, *(RUNS if case.dynamics.run_cycles else ()))
     laws, failures = mesh_laws(case, reduced, model, executor)
-    tasks = [_with_law(task_of(case, model, law.table, law.torque_Nm), law, reduced, case) for law in laws]
+    tasks = [
+        _with_law(replace(task_of(case, model, law.table, law.torque_Nm), limit=law.limit), law, reduced, case)
+        for law in laws
+    ]
     errors = [asdict(law.error) for law in laws]
     pieces = [
         Piece(_name(task, part), {"case": case}, errors, partial(solve, task, part)) for task in tasks for part in parts

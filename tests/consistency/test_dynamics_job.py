@@ -75,6 +75,18 @@ def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys):
     assert "Jump frequencies" in capsys.readouterr().out
 
 
+def test_motion_that_overloads_a_section_is_named_with_its_speeds(model):
+    """The torque at rest is within the law of line contact, its resonance is not."""
+    found = model.dynamics(torques_Nm=[4000.0, 6000.0], run_cycles=200)
+    said = [failure.partition(" Hz motion overloads a section")[0] for failure in found.failures]
+    assert [words.partition(": from ")[0] for words in said] == [
+        f"6000 N m: {part}" for part in ("branch 0", "run_up", "run_down")
+    ]
+    for words in said:
+        low, high = map(float, words.rpartition(": from ")[2].split(" to "))
+        assert 0.7 < low / found.natural_frequency_Hz[1] < high / found.natural_frequency_Hz[1] < 1.0
+
+
 def test_finished_torques_are_taken_over(tmp_path, model, monkeypatch):
     case = replace(model.case, dynamics=replace(model.case.dynamics, run_cycles=0, damping_ratio=0.1))
     first = run.run(case, reduced=model.reduced, folder=tmp_path)

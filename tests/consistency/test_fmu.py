@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import pmor
-from pmor.core.errors import CaseError
+from pmor.core.errors import CaseError, ConvergenceError
 from pmor.dynamics.fmu.law import mesh_law
 from pmor.dynamics.fmu.write import write_fmu
 from pmor.gear.condition import Assembly, Misalignment
@@ -228,3 +228,13 @@ def test_flanks_without_a_mirror_image_have_no_backs():
     law = mesh_law(dataclasses.replace(reduced, basis=dataclasses.replace(reduced.basis, case=tilted)), tolerance=0.05)
     assert gear_pair(tilted).centre_distance == 84.02
     assert law.backlash is None
+
+
+def test_a_unit_whose_table_would_overload_a_section_is_refused_with_the_reason():
+    """Under tilted axes an edge of the face carries several times the mean load."""
+    reduced = small_pair()
+    case = dataclasses.replace(reduced.basis.case, misalignment=Misalignment(out_of_plane_um=900.0))
+    tilted = dataclasses.replace(reduced, basis=dataclasses.replace(reduced.basis, case=case))
+    for torque in (5000.0, 6000.0):  # within the table alone, and at rest
+        with pytest.raises(ConvergenceError, match=f"{torque:g} N m overloads a section, whose contact is wider"):
+            mesh_law(tilted, torque, COARSE)

@@ -11,11 +11,12 @@ from pmor.case import load_case
 from pmor.dynamics.force_table import Watched, table_error, tabulate
 from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
 from pmor.dynamics.integration import integrate
+from pmor.dynamics.load_limit import load_limit
 from pmor.dynamics.operating import mean_stiffness, static_displacement
 from pmor.gear.condition import PLAIN, at_torques
 from pmor.pair.conditions import assembly_of
 from pmor_online.line_sweep import sweep_line_loads
-from pmor_online.mesh_force import LineLoadLaw, mesh_force_of, place_phases
+from pmor_online.mesh_force import LineLoadLaw, mesh_force_of, overload_of, place_phases
 from tests.support.line_pairs import small_pair
 from tests.support.motion import along_line_of_action
 
@@ -70,6 +71,24 @@ def test_the_law_without_a_table_is_that_of_the_sweep_whatever_it_starts_from(rn
     assert np.isnan(law.forces(phase, np.full(40, 0.051))[0]).all()
     backed = LineLoadLaw(reduced, PLAIN, -0.001, 0.05, backlash=0.1)
     np.testing.assert_allclose(backed.forces(-phase, -0.1 - x)[0], -force, rtol=1e-9, atol=1e-9)
+
+
+def test_the_limit_of_a_law_is_where_line_loads_overload_a_section(rng):
+    """Backs of teeth mirror the flanks; under small displacements no section is overloaded at all."""
+    reduced, backlash = small_pair(), 0.3
+    table = small_table()._replace(high=1.5, backlash=backlash)
+    limit, overloaded = load_limit(reduced, PLAIN, table), overload_of(reduced)
+    phases = 2.0 * np.pi * (rng.integers(0, 64, 20) / 64.0 + rng.integers(-3, 3, 20))
+    for phase in phases:
+        edge = float(limit.displacement[round(phase * 64 / (2.0 * np.pi)) % 64])
+        assert 0.7 < edge < 1.0
+        around = edge + np.array([-2e-3, 2e-3])
+        assert overloaded(phase, around).tolist() == [False, True]
+        assert limit.exceeded(np.full(2, phase), around).tolist() == [False, True]
+        assert limit.exceeded(np.full(2, -phase), -around - backlash).tolist() == [False, True]
+    assert np.isinf(load_limit(reduced, PLAIN, small_table()).displacement).all()
+    moved = limit.shifted(0.01)
+    assert moved.exceeded(np.zeros(1), np.array([limit.displacement[0] + 0.009])).tolist() == [False]
 
 
 def test_harmonic_balance_on_line_loads_is_that_on_their_table():

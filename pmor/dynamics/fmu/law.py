@@ -9,8 +9,10 @@ from pmor.case.capability import refuse_beyond
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.force_table import TOLERANCE, tabulate
 from pmor.dynamics.kernels.laws import ForceTable
+from pmor.dynamics.load_limit import load_limit
 from pmor.gear.condition import Assembly, at_torques
 from pmor.gear.pair import GearPair
+from pmor.line.hertz import TOO_WIDE
 from pmor.line.unloaded import unloaded_ste_um
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import refuse_loads
@@ -62,6 +64,8 @@ def mesh_law(reduced: ReducedPair, torque_Nm: float | None = None, tolerance: fl
     refuse_loads(replace(case, online=replace(case.online, torques_Nm=(torque,))), reduced.meshed)
     low, high = _range(reduced, assembly, torque)
     table = tabulate(mesh_force_of(reduced, assembly), low, high, tolerance=tolerance)
+    if load_limit(reduced, assembly, table).lowest < table.high:
+        raise ConvergenceError(f"a table to {torque:g} N m {TOO_WIDE}", [])
     pair = reduced.meshed.pair
     return UnitLaw(case, pair, table, torque, pair.backlash if assembly.backs_mirror_flanks else None)
 
@@ -72,6 +76,8 @@ def _range(reduced: ReducedPair, assembly: Assembly, torque_Nm: float) -> tuple[
     sweep = sweep_line_loads(
         reduced, phi, at_torques([1e3 * torque_Nm], assembly.misalignment, assembly.pinion, assembly.wheel)
     )
+    if sweep.overloaded is not None and sweep.overloaded.any():
+        raise ConvergenceError(f"{torque_Nm:g} N m {TOO_WIDE}", [])
     if not sweep.converged.all():
         raise ConvergenceError(f"no equilibrium under {torque_Nm:g} N m at some angles: lower the torque", [])
     touch = 1e-3 * unloaded_ste_um(reduced.meshed, phi, [assembly])
