@@ -46,10 +46,6 @@ def geometry(case: Case) -> Geometry:
 
     Nothing is meshed or solved.
 
-    Parameters
-    ----------
-    case : Case
-
     Returns
     -------
     Geometry

@@ -93,7 +93,6 @@ class DataSheet:
 
     Parameters
     ----------
-    pinion, wheel : GearData
     gear_ratio : float
         u = z_2 / z_1.
     normal_module_mm, transverse_module_mm : float
@@ -154,7 +153,6 @@ def data_sheet(
 
     Parameters
     ----------
-    pair : GearPair
     speed_rpm : float, optional
         Of the pinion, revolutions per minute.
     flanks : (Modification, Modification)

@@ -11,10 +11,8 @@ class Check:
 
     Parameters
     ----------
-    quantity : str
     unit : str
         ``1`` for pure numbers.
-    theirs, ours : float
     source : str
         Standard, paper, program, or how an exact result is found.
     tolerance : float
