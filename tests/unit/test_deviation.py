@@ -117,8 +117,9 @@ def _grid(function, n=7, m=5):
 
 
 def _on_grid(pair, topography, roll_deg, z):
-    deviation = kernel_deviation(Modification(topography=topography), pair.pinion, pair.active_rolls[0], (-10.0, 10.0))
-    return 1e3 * flank_deviation(deviation, math.radians(roll_deg), z, 0)
+    """Deviation (um) at a place along z from the middle of the face, which is not that of the pair."""
+    deviation = kernel_deviation(Modification(topography=topography), pair.pinion, pair.active_rolls[0], FACE)
+    return 1e3 * flank_deviation(deviation, math.radians(roll_deg), MIDDLE + z, 0)
 
 
 def test_topography_is_exact_at_its_points_and_for_bilinear_flanks(pair):
