@@ -50,7 +50,6 @@ def hub_rows(pair: GearPair, lines: Lines, z: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    pair : GearPair
     lines : Lines
         N sections at A angles.
     z : ndarray, shape (S,)

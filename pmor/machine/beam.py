@@ -29,7 +29,6 @@ class ShaftMaterial:
     ----------
     youngs_modulus : float
         MPa.
-    poisson_ratio : float
     """
 
     youngs_modulus: float
@@ -81,7 +80,6 @@ class Beam:
         Places of the nodes along the axis, mm, ascending.
     sections : sequence of CircularSection, length n - 1
         Of the elements between them.
-    material : ShaftMaterial
     """
 
     stations: FloatArray
@@ -110,10 +108,8 @@ def element_stiffness(section: CircularSection, length: float, material: ShaftMa
 
     Parameters
     ----------
-    section : CircularSection
     length : float
         mm.
-    material : ShaftMaterial
     """
     modulus, area, inertia = material.youngs_modulus, section.area, section.second_moment
     shear_area = section.shear_coefficient(material.poisson_ratio) * area

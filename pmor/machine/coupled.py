@@ -47,7 +47,6 @@ class SolvedMesh(NamedTuple):
         In the transverse plane, N.
     torque : float
         On the pinion, N mm.
-    hubs : Hubs
     displacement : ndarray, shape (2, 6)
         Of both hubs without the rotation about their axes, in axes of the pair, mm and rad.
     sweep, rigid : SteSweep
@@ -65,15 +64,7 @@ class SolvedMesh(NamedTuple):
 
 @dataclass(frozen=True)
 class SolvedLoad:
-    """A gearbox in equilibrium under one load case.
-
-    Parameters
-    ----------
-    load : LoadCase
-    gearbox : LoadedGearbox
-    equilibrium : Equilibrium
-    meshes : tuple of SolvedMesh
-    """
+    """A gearbox in equilibrium under one load case."""
 
     load: LoadCase
     gearbox: LoadedGearbox
@@ -86,8 +77,6 @@ def solve_load(model: GearboxModel, load: LoadCase, pairs: Mapping[str, ReducedP
 
     Parameters
     ----------
-    model : GearboxModel
-    load : LoadCase
     pairs : mapping of str to ReducedPair
         Of the meshes, by name, by line loads over the whole width.
     angles : int

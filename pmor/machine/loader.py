@@ -36,7 +36,6 @@ class GearboxFile:
         Stem of the file name.
     text : str
         Of the file and of the cases that it names.
-    model : GearboxModel
     cases : dict of str to Case
         Of the meshes, ready to be trained.
     inputs : tuple of Path

@@ -60,11 +60,6 @@ def normal_of(pair: GearPair) -> FloatArray:
 def hub_wrenches(pair: GearPair, frame: MeshFrame) -> FloatArray:
     """Return forces and moments on pinion and wheel by a unit force at the pitch point, in axes of the machine.
 
-    Parameters
-    ----------
-    pair : GearPair
-    frame : MeshFrame
-
     Returns
     -------
     ndarray, shape (2, 6)

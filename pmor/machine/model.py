@@ -28,14 +28,12 @@ class Supported(NamedTuple):
 
     Attributes
     ----------
-    settings : Bearing
     rows : ndarray, shape (6, n)
         Displacement of the shaft in the bearing against that to which it goes.
     rigid : tuple of int
         Directions held without any play, in the order of `rows`.
     springs : ndarray, shape (6,)
         Stiffness, N/mm and N mm/rad.
-    inner : RollingBearing or None
     """
 
     settings: Bearing
@@ -50,9 +48,6 @@ class Meshing(NamedTuple):
 
     Attributes
     ----------
-    settings : Mesh
-    pair : GearPair
-    frame : MeshFrame
     hubs : (int, int)
         First displacements of the nodes in the middles of pinion and wheel.
     wrenches : ndarray, shape (2, 6)
@@ -120,8 +115,6 @@ class LoadedGearbox:
     beams : mapping of str to Beam
     first : mapping of str to int
         First displacement of each shaft.
-    bearings : tuple of Supported
-    meshes : tuple of Meshing
     balances : tuple of ndarray, shape (n,)
         Rows of the rotations that are held.
     load : ndarray, shape (n,)

@@ -23,7 +23,6 @@ class GearboxResult:
 
     Parameters
     ----------
-    file : GearboxFile
     loads : tuple of SolvedLoad
         Those that have an equilibrium.
     failures : tuple of str

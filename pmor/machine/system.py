@@ -36,7 +36,6 @@ class Seat(NamedTuple):
     ----------
     rows : ndarray, shape (5, n)
         Displacement of the inner ring against the outer one, of the displacements of all nodes.
-    bearing : RollingBearing
     """
 
     rows: FloatArray
@@ -51,7 +50,6 @@ class System:
     ----------
     stiffness : ndarray, shape (n, n)
         Of beams and springs.
-    seats : sequence of Seat
     constraints : ndarray, shape (m, n)
         C.
     names : sequence of str
@@ -75,7 +73,6 @@ class Equilibrium(NamedTuple):
         mm and rad.
     reactions : ndarray, shape (m,)
         Multipliers of the constraints: the forces C^T reactions act on the nodes.
-    bearings : tuple of BearingState
     """
 
     displacement: FloatArray
