@@ -58,6 +58,8 @@ class Settings(TypedDict, total=False):
     face_offset_mm: float
     tip_rounding_mm: float
     tip_chamfer_mm: float
+    tip_shortening_mm: float
+    tooth_thickness_allowance_um: Numbers
     youngs_modulus_GPa: float
     poisson_ratio: float
     # [mesh]

@@ -53,6 +53,8 @@ def check_together(case: Case, document: dict[str, Any], where: str) -> None:
     _check_misalignment(case, where)
     _check_conditions(case, where)
     _check_extrapolation(case, where)
+    _check_allowances(pair.pinion, f"{where}: [pinion]")
+    _check_allowances(pair.wheel, f"{where}: [wheel]")
     _check_tip_edge(pair.pinion, case.contact.scheme, f"{where}: [pinion]")
     _check_tip_edge(pair.wheel, case.contact.scheme, f"{where}: [wheel]")
     check_flanks(case, where)
@@ -138,6 +140,8 @@ def refuse_uneven_sections(case: Case, where: str) -> None:
 def _check_bore(pair: PairCase, gear: GearCase, place: str) -> None:
     module_mm = pair.module_mm
     root_mm = module_mm * (gear.teeth / (2.0 * _cos_deg(pair.helix_angle_deg)) + gear.profile_shift - gear.dedendum)
+    # Teeth that are cut thinner are cut deeper.
+    root_mm += 0.25 * sum(gear.thickness_allowances_mm) / math.tan(math.radians(pair.pressure_angle_deg))
     limit_mm = root_mm - THINNEST_RIM * module_mm
     if limit_mm <= SMALLEST_LENGTH * module_mm:
         raise CaseError(
@@ -149,6 +153,14 @@ def _check_bore(pair: PairCase, gear: GearCase, place: str) -> None:
         raise CaseError(
             f"{place} bore_radius_mm = {gear.bore_radius_mm}: must be below {limit_mm:.6g} mm, the root radius "
             f"{root_mm:.6g} mm less half a module of rim: lower it"
+        )
+
+
+def _check_allowances(gear: GearCase, place: str) -> None:
+    if len(gear.tooth_thickness_allowance_um) > 2:
+        raise CaseError(
+            f"{place} tooth_thickness_allowance_um = {toml_text(gear.tooth_thickness_allowance_um)}: must be one value "
+            "or two, the lower and the upper one: leave the others out"
         )
 
 
@@ -176,6 +188,7 @@ def _check_centre_distance(pair: PairCase, where: str) -> None:
     reference_mm = pair.module_mm * sum(gear.teeth for gear in gears) / (2.0 * cos_helix)
     base_mm = reference_mm * math.cos(transverse_angle)
     tips_mm = reference_mm + pair.module_mm * sum(gear.addendum + gear.profile_shift for gear in gears)
+    tips_mm -= sum(gear.tip_shortening_mm for gear in gears)
     if base_mm < distance_mm < tips_mm:
         return
     remedy = f"the reference distance is {reference_mm:.6g}; leave the key out for the one without backlash"

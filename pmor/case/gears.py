@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from pmor.core.ranges import METRES, PASCALS, RADIANS, Length, Range
+from pmor.core.ranges import METRES, PASCALS, RADIANS, TAKEN_OFF, Length, Range
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +30,11 @@ class GearCase:
         Radius in mm of the rounded edge between flank and tip; in line contact.
     tip_chamfer_mm : float
         Height in mm, along the radius, that a chamfer takes off the flank at its tip; in line contact.
+    tip_shortening_mm : float
+        By which the tip circle's radius is less than addendum and profile shift make it, in mm: -k m_n of ISO 21771.
+    tooth_thickness_allowance_um : tuple of float
+        Of the normal tooth thickness at the reference cylinder, in um, negative: one, or the lower and the upper one,
+        whose mean is solved. It is cut by the rack, so that teeth get thinner and roots deeper, for backlash.
     youngs_modulus_GPa : float
         Young's modulus in GPa.
     poisson_ratio : float
@@ -46,8 +51,16 @@ class GearCase:
     face_offset_mm: Annotated[float, Range(-1e5, 1e5, "mm")] = 0.0
     tip_rounding_mm: Annotated[float, Range(0.0, 1e3, "mm", mistaken_for=(METRES,))] = 0.0
     tip_chamfer_mm: Annotated[float, Range(0.0, 1e3, "mm", mistaken_for=(METRES,))] = 0.0
+    tip_shortening_mm: Annotated[float, Range(0.0, 1e3, "mm", mistaken_for=(METRES,))] = 0.0
+    tooth_thickness_allowance_um: Annotated[tuple[float, ...], Range(-1e4, 0.0, "um", mistaken_for=(TAKEN_OFF,))] = ()
     youngs_modulus_GPa: Annotated[float, Range(1e-3, 1e4, "GPa", mistaken_for=PASCALS)] = 210.0
     poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
+
+    @property
+    def thickness_allowances_mm(self) -> tuple[float, float]:
+        """Lower and upper allowance of the normal tooth thickness, mm."""
+        allowances = self.tooth_thickness_allowance_um or (0.0,)
+        return 1e-3 * allowances[0], 1e-3 * allowances[-1]
 
     def face(self, pair_width_mm: float) -> tuple[float, float]:
         """Return where the face begins and ends along z, mm, in a pair of a face width."""

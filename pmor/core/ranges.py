@@ -50,6 +50,7 @@ class Range:
 METRES = WrongUnit("metres", "m", 1e3)
 RADIANS = WrongUnit("radians", "rad", math.degrees(1.0))
 SHARE = WrongUnit("a share", "of 1", 100.0)
+TAKEN_OFF = WrongUnit("what is taken off", "um", -1.0)
 PASCALS = (WrongUnit("MPa", "MPa", 1e-3), WrongUnit("Pa", "Pa", 1e-9))
 GRAMS_PER_CM3 = WrongUnit("g/cm3", "g/cm3", 1e3)
 

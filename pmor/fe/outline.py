@@ -73,7 +73,7 @@ def tooth_outline(tooth: Tooth, profile_elements: int, spacing: str, order: int 
     if _arc_length(fillet)[-1] < SHORTEST_FILLET * tooth.module:
         raise MeshError(
             f"rack_tip_radius = {tooth.rack_tip_radius:g}: leaves a corner in place of a root fillet where "
-            f"profile_shift = {tooth.profile_shift:g} is as large as the dedendum; raise it"
+            f"profile_shift = {tooth.generating_profile_shift:g} is as large as the dedendum; raise it"
         )
     split = _handover_index(fillet, tooth.root_radius)
     land_angles = np.linspace(angle_from_centre_line(fillet[-1], tooth.root_radius), math.pi / tooth.teeth, 50)

@@ -23,8 +23,10 @@ class GearData:
     ----------
     teeth : int
         z.
-    profile_shift : float
-        x, in modules.
+    profile_shift, generating_profile_shift : float
+        x; x_E, with which the rack makes the tooth thickness: in modules.
+    tip_alteration : float
+        k, in modules.
     reference_diameter_mm, base_diameter_mm, working_pitch_diameter_mm : float
         d, d_b, d_w.
     tip_diameter_mm, tip_form_diameter_mm : float
@@ -43,6 +45,8 @@ class GearData:
         k, nearest to contact half way up the flank; None where the face is too narrow, or flanks too short.
     span_mm : float or None
         W_k, base tangent length over k teeth.
+    least_span_mm, largest_span_mm : float or None
+        Over as many teeth with the lower and the upper allowance of the tooth thickness; None without two of them.
     angular_backlash_deg : float
         j_phi, of this gear while its mate stands still.
     speed_rpm, rotational_frequency_Hz : float or None
@@ -58,6 +62,8 @@ class GearData:
 
     teeth: int
     profile_shift: float
+    generating_profile_shift: float
+    tip_alteration: float
     reference_diameter_mm: float
     base_diameter_mm: float
     working_pitch_diameter_mm: float
@@ -74,6 +80,8 @@ class GearData:
     base_tooth_thickness_mm: float
     span_teeth: int | None
     span_mm: float | None
+    least_span_mm: float | None
+    largest_span_mm: float | None
     angular_backlash_deg: float
     speed_rpm: float | None
     rotational_frequency_Hz: float | None
@@ -109,6 +117,8 @@ class DataSheet:
         alpha_wt, alpha_wn.
     normal_backlash_mm, transverse_backlash_mm, circumferential_backlash_mm : float
         j_bn, normal to the flanks; j_bt, along the transverse line of action; j_wt, along the working pitch circles.
+    least_normal_backlash_mm, largest_normal_backlash_mm : float or None
+        j_bn with the upper and the lower allowances of the tooth thicknesses; None without two of them.
     base_pitch_mm, path_of_contact_mm : float
         p_et, g_alpha.
     common_face_width_mm : float
@@ -137,6 +147,8 @@ class DataSheet:
     normal_backlash_mm: float
     transverse_backlash_mm: float
     circumferential_backlash_mm: float
+    least_normal_backlash_mm: float | None
+    largest_normal_backlash_mm: float | None
     base_pitch_mm: float
     path_of_contact_mm: float
     common_face_width_mm: float
@@ -146,8 +158,28 @@ class DataSheet:
     mesh_frequency_Hz: float | None
 
 
+@dataclass(frozen=True)
+class OneGear:
+    """What a data sheet says of a gear beside its geometry.
+
+    Parameters
+    ----------
+    flank : Modification
+    allowances : (float, float)
+        Lower and upper one of the normal tooth thickness, mm; the teeth of the pair have their mean.
+    """
+
+    flank: Modification = UNMODIFIED
+    allowances: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def tolerance(self) -> float:
+        """Half the range of the tooth thickness, mm."""
+        return 0.5 * (self.allowances[1] - self.allowances[0])
+
+
 def data_sheet(
-    pair: GearPair, speed_rpm: float | None = None, flanks: tuple[Modification, Modification] = (UNMODIFIED, UNMODIFIED)
+    pair: GearPair, speed_rpm: float | None = None, gears: tuple[OneGear, OneGear] = (OneGear(), OneGear())
 ) -> DataSheet:
     """Return the data sheet of a pair.
 
@@ -155,13 +187,14 @@ def data_sheet(
     ----------
     speed_rpm : float, optional
         Of the pinion, revolutions per minute.
-    flanks : (Modification, Modification)
-        Of pinion and wheel.
+    gears : (OneGear, OneGear)
     """
     pinion = pair.pinion
     helix = math.cos(pair.base_helix_angle)
+    normal = pair.backlash * helix
+    varied = sum(gear.tolerance for gear in gears) * math.cos(pinion.pressure_angle)
     return DataSheet(
-        pinion=_gear_data(pair, 0, speed_rpm, flanks[0]), wheel=_gear_data(pair, 1, speed_rpm, flanks[1]),
+        pinion=_gear_data(pair, 0, speed_rpm, gears[0]), wheel=_gear_data(pair, 1, speed_rpm, gears[1]),
         gear_ratio=pair.wheel.teeth / pinion.teeth,
         normal_module_mm=pinion.module, transverse_module_mm=pinion.transverse_module,
         normal_pressure_angle_deg=math.degrees(pinion.pressure_angle),
@@ -173,8 +206,10 @@ def data_sheet(
         zero_backlash_centre_distance_mm=pair.least_centre_distance,
         working_transverse_pressure_angle_deg=math.degrees(pair.working_pressure_angle),
         working_normal_pressure_angle_deg=math.degrees(math.asin(math.sin(pair.working_pressure_angle) * helix)),
-        normal_backlash_mm=pair.backlash * helix, transverse_backlash_mm=pair.backlash,
+        normal_backlash_mm=normal, transverse_backlash_mm=pair.backlash,
         circumferential_backlash_mm=pair.backlash / math.cos(pair.working_pressure_angle),
+        least_normal_backlash_mm=max(normal - varied, 0.0) if varied else None,
+        largest_normal_backlash_mm=normal + varied if varied else None,
         base_pitch_mm=pinion.base_pitch, path_of_contact_mm=pair.contact_ratio * pinion.base_pitch,
         common_face_width_mm=pair.common_width, transverse_contact_ratio=pair.contact_ratio,
         overlap_ratio=pair.overlap_ratio, total_contact_ratio=pair.total_contact_ratio,
@@ -182,18 +217,22 @@ def data_sheet(
     )  # fmt: skip
 
 
-def _gear_data(pair: GearPair, gear: int, pinion_speed_rpm: float | None, flank: Modification) -> GearData:
+def _gear_data(pair: GearPair, gear: int, pinion_speed_rpm: float | None, said: OneGear) -> GearData:
     tooth, profile, edge = (pair.pinion, pair.wheel)[gear], profiles(pair)[gear], pair.tip_edges[gear]
     low, high = pair.faces[gear]
     span_teeth = teeth_to_span(tooth, high - low, edge.roll_angle)
     speed = None if pinion_speed_rpm is None else pinion_speed_rpm * pair.pinion.teeth / tooth.teeth
     lowest, highest = _single_contact(profile, tooth.angular_pitch)
     tip_relief, root_relief = (
-        profile.relief_roll(flank, amount) if getattr(flank, amount) else None for amount in RELIEF_PLACES
+        profile.relief_roll(said.flank, amount) if getattr(said.flank, amount) else None for amount in RELIEF_PLACES
     )
+    length = None if span_teeth is None else span(tooth, span_teeth)
+    varied = said.tolerance * math.cos(tooth.pressure_angle)
+    spread = (length - varied, length + varied) if length is not None and varied else None
     thickness = 2.0 * tooth.reference_radius * tooth.half_thickness_angle(math.tan(tooth.transverse_pressure_angle))
     return GearData(
         teeth=tooth.teeth, profile_shift=tooth.profile_shift,
+        generating_profile_shift=tooth.generating_profile_shift, tip_alteration=-tooth.tip_shortening / tooth.module,
         reference_diameter_mm=2.0 * tooth.reference_radius, base_diameter_mm=2.0 * tooth.base_radius,
         working_pitch_diameter_mm=2.0 * tooth.base_radius / math.cos(pair.working_pressure_angle),
         tip_diameter_mm=2.0 * tooth.tip_radius, tip_form_diameter_mm=profile.point(edge.roll_angle).diameter_mm,
@@ -205,7 +244,8 @@ def _gear_data(pair: GearPair, gear: int, pinion_speed_rpm: float | None, flank:
         normal_tooth_thickness_mm=thickness * math.cos(tooth.helix_angle), tooth_thickness_mm=thickness,
         tip_tooth_thickness_mm=tip_land(tooth),
         base_tooth_thickness_mm=2.0 * tooth.base_radius * tooth.base_half_angle,
-        span_teeth=span_teeth, span_mm=None if span_teeth is None else span(tooth, span_teeth),
+        span_teeth=span_teeth, span_mm=length, least_span_mm=None if spread is None else spread[0],
+        largest_span_mm=None if spread is None else spread[1],
         angular_backlash_deg=math.degrees(pair.backlash / tooth.base_radius),
         speed_rpm=speed, rotational_frequency_Hz=None if speed is None else speed / 60.0,
         start_of_active_profile=profile.point(profile.start),

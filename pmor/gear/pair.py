@@ -100,7 +100,7 @@ class GearPair:
     @property
     def least_centre_distance(self) -> float:
         """Centre distance below which the teeth jam, mm."""
-        return zero_backlash_centre_distance(self.pinion, self.wheel)
+        return tight_centre_distance(self.pinion, self.wheel)
 
     @cached_property
     def working_pressure_angle(self) -> float:
@@ -110,7 +110,7 @@ class GearPair:
     @property
     def backlash(self) -> float:
         """Backlash of the drawing along the transverse line of action, mm (ISO 21771, 6.3: j_bt)."""
-        tightest = math.acos(self.base_distance / zero_backlash_centre_distance(self.pinion, self.wheel))
+        tightest = math.acos(self.base_distance / tight_centre_distance(self.pinion, self.wheel))
         opened = involute_function(self.working_pressure_angle) - involute_function(tightest)
         return max(2.0 * opened * self.base_distance, 0.0)
 
@@ -264,9 +264,17 @@ class GearPair:
 
 
 def zero_backlash_centre_distance(pinion: Tooth, wheel: Tooth) -> float:
-    """Return the centre distance at which the generated teeth mesh without backlash, mm (ISO 21771, 6.2)."""
+    """Return the centre distance at which teeth without allowances mesh without backlash, mm (ISO 21771, 6.2)."""
+    return _tight_distance(pinion, wheel, pinion.profile_shift + wheel.profile_shift)
+
+
+def tight_centre_distance(pinion: Tooth, wheel: Tooth) -> float:
+    """Return the centre distance at which the teeth as generated, with their allowances, have no backlash, mm."""
+    return _tight_distance(pinion, wheel, pinion.generating_profile_shift + wheel.generating_profile_shift)
+
+
+def _tight_distance(pinion: Tooth, wheel: Tooth, shift: float) -> float:
     alpha_t = pinion.transverse_pressure_angle
-    shift = pinion.profile_shift + wheel.profile_shift
     teeth = pinion.teeth + wheel.teeth
     target = involute_function(alpha_t) + 2.0 * math.tan(pinion.pressure_angle) * shift / teeth
     if target <= 0.0:

@@ -53,6 +53,11 @@ class Tooth:
         tooth, whose transverse section turns counter-clockwise along +z.
     profile_shift, addendum, dedendum, rack_tip_radius : float
         In normal modules.
+    thickness_allowance : float
+        Normal tooth thickness at the reference cylinder over that of the profile shift, mm: negative for backlash. It
+        comes from a deeper cut (ISO 21771, E_sn), so that the root circle shrinks with it.
+    tip_shortening : float
+        By which the tip circle's radius is less than addendum and profile shift make it, mm (ISO 21771: -k m_n).
 
     Raises
     ------
@@ -69,6 +74,8 @@ class Tooth:
     addendum: float = 1.0
     dedendum: float = 1.25
     rack_tip_radius: float = 0.38
+    thickness_allowance: float = 0.0
+    tip_shortening: float = 0.0
 
     def __post_init__(self) -> None:
         if self._rack_tip_centre()[0] < -0.5 * math.pi * self.module - 1e-9 * self.module:
@@ -107,15 +114,20 @@ class Tooth:
         """Base radius r_b, mm."""
         return self.reference_radius * math.cos(self.transverse_pressure_angle)
 
+    @property
+    def generating_profile_shift(self) -> float:
+        """Profile shift x_E with which the rack generates the flanks, in modules."""
+        return self.profile_shift + 0.5 * self.thickness_allowance / (self.module * math.tan(self.pressure_angle))
+
     @cached_property
     def tip_radius(self) -> float:
         """Tip radius r_a, mm."""
-        return self.reference_radius + self.module * (self.addendum + self.profile_shift)
+        return self.reference_radius + self.module * (self.addendum + self.profile_shift) - self.tip_shortening
 
     @property
     def root_radius(self) -> float:
         """Root radius r_f, mm."""
-        return self.reference_radius - self.module * (self.dedendum - self.profile_shift)
+        return self.reference_radius - self.module * (self.dedendum - self.generating_profile_shift)
 
     @property
     def angular_pitch(self) -> float:
@@ -131,8 +143,8 @@ class Tooth:
     def base_half_angle(self) -> float:
         """Half the angle that the tooth subtends on the base circle, rad."""
         alpha_t = self.transverse_pressure_angle
-        half_reference = (0.5 * math.pi + 2.0 * self.profile_shift * math.tan(self.pressure_angle)) / self.teeth
-        return half_reference + involute_function(alpha_t)
+        half_reference = 0.5 * math.pi + 2.0 * self.generating_profile_shift * math.tan(self.pressure_angle)
+        return half_reference / self.teeth + involute_function(alpha_t)
 
     @cached_property
     def tip_roll_angle(self) -> float:
@@ -257,7 +269,7 @@ class Tooth:
         alpha, m, rho = self.pressure_angle, self.module, self.rack_tip_radius * self.module
         height_above_datum = rho - self.dedendum * m
         along = -0.25 * math.pi * m + height_above_datum * math.tan(alpha) - rho / math.cos(alpha)
-        return along, height_above_datum + self.profile_shift * m
+        return along, height_above_datum + self.generating_profile_shift * m
 
     def _tangency_roll_angle(self) -> float:
         """Roll angle that the point between straight flank and rounding of the rack generates (< 0: undercut)."""

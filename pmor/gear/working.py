@@ -2,8 +2,8 @@
 
 In each transverse section the axes have a distance of their own (`pmor.gear.kernels.motion.section_offset`), and the
 pair there is the one of that centre distance. Drawings without backlash have it from the allowances of tooth
-thickness, which a case does not hold: backs of teeth may overlap by the least backlash that ISO/TR 10064-2 recommends,
-j_bn = 2/3 (0.06 + 0.0005 a + 0.03 m_n).
+thickness; where a case does not say them, backs of teeth may overlap by the least backlash that ISO/TR 10064-2
+recommends, j_bn = 2/3 (0.06 + 0.0005 a + 0.03 m_n).
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ class WorkingPair(GearPair):
     @property
     def least_centre_distance(self) -> float:
         """Centre distance below which the teeth jam, mm."""
+        if self.pinion.thickness_allowance or self.wheel.thickness_allowance:
+            return super().least_centre_distance
         drawn = zero_backlash_centre_distance(self.pinion, self.wheel)
         recommended = 2.0 / 3.0 * (0.06 + 0.0005 * drawn + 0.03 * self.pinion.module)
         transverse = recommended / math.cos(self.base_helix_angle)

@@ -375,6 +375,7 @@ def _tooth(case: Case, gear: GearCase, hand: float) -> Tooth:
         teeth=gear.teeth, module=case.pair.module_mm, pressure_angle=math.radians(case.pair.pressure_angle_deg),
         helix_angle=hand * math.radians(case.pair.helix_angle_deg), profile_shift=gear.profile_shift,
         addendum=gear.addendum, dedendum=gear.dedendum, rack_tip_radius=gear.rack_tip_radius,
+        thickness_allowance=0.5 * sum(gear.thickness_allowances_mm), tip_shortening=gear.tip_shortening_mm,
     )  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pmor.case import Case
-from pmor.gear.data_sheet import DataSheet, data_sheet
+from pmor.gear.data_sheet import DataSheet, OneGear, data_sheet
 from pmor.gear.pair import GearPair
 from pmor.gear.profile import ProfilePoint
 from pmor.report.table import Cell, Table
@@ -28,6 +28,8 @@ _PAIR: tuple[tuple[str, str, str, str], ...] = (
     ("working normal pressure angle", "α_wn", "working_normal_pressure_angle_deg", "deg"),
     ("sum of profile shifts", "x_1 + x_2", "sum_of_profile_shifts", ""),
     ("normal backlash", "j_bn", "normal_backlash_mm", "mm"),
+    ("normal backlash, least", "j_bn", "least_normal_backlash_mm", "mm"),
+    ("normal backlash, largest", "j_bn", "largest_normal_backlash_mm", "mm"),
     ("backlash on the transverse line of action", "j_bt", "transverse_backlash_mm", "mm"),
     ("circumferential backlash", "j_wt", "circumferential_backlash_mm", "mm"),
     ("common face width", "b_w", "common_face_width_mm", "mm"),
@@ -41,6 +43,8 @@ _PAIR: tuple[tuple[str, str, str, str], ...] = (
 _GEARS: tuple[tuple[str, str, str, str], ...] = (
     ("number of teeth", "z", "teeth", ""),
     ("profile shift coefficient", "x", "profile_shift", ""),
+    ("generating profile shift coefficient", "x_E", "generating_profile_shift", ""),
+    ("tip alteration coefficient", "k", "tip_alteration", ""),
     ("reference diameter", "d", "reference_diameter_mm", "mm"),
     ("base diameter", "d_b", "base_diameter_mm", "mm"),
     ("working pitch diameter", "d_w", "working_pitch_diameter_mm", "mm"),
@@ -57,6 +61,8 @@ _GEARS: tuple[tuple[str, str, str, str], ...] = (
     ("tooth thickness, base", "s_bt", "base_tooth_thickness_mm", "mm"),
     ("teeth to span", "k", "span_teeth", ""),
     ("span", "W_k", "span_mm", "mm"),
+    ("span, least", "W_k", "least_span_mm", "mm"),
+    ("span, largest", "W_k", "largest_span_mm", "mm"),
     ("angular backlash", "j_φ", "angular_backlash_deg", "deg"),
     ("speed", "n", "speed_rpm", "1/min"),
     ("rotational frequency", "f", "rotational_frequency_Hz", "Hz"),
@@ -76,7 +82,11 @@ _PLACES = "place", "gear", "roll angle, deg", "roll length, mm", "diameter, mm",
 
 def sheet_of(case: Case, pair: GearPair) -> DataSheet:
     """Return the data sheet of a case, whose geometry is that of a pair."""
-    return data_sheet(pair, case.speed_rpm, (case.pinion_modification, case.wheel_modification))
+    return data_sheet(
+        pair, case.speed_rpm,
+        (OneGear(case.pinion_modification, case.pair.pinion.thickness_allowances_mm),
+         OneGear(case.wheel_modification, case.pair.wheel.thickness_allowances_mm)),
+    )  # fmt: skip
 
 
 def sheet_tables(sheet: DataSheet) -> list[Table]:

@@ -133,7 +133,7 @@ TRANSCRIBED = {
         "flank_deviation": "6a07753d", "_relief": "f7c721d8", "_on_grid": "27f1ecbe", "_cell": "d28fd817",
     },
     "pmor/gear/flank_deviation.py": {
-        "kernel_deviation": "4c2ba981", "_radians": "c69bd13e",
+        "kernel_deviation": "63dbfbfa",
     },
     "pmor/line/kernels/contact_point.py": {
         "cubic_rows": "e670fbce", "involute_foot": "6c3e16ce", "_tip_foot": "8c9785be",

@@ -168,6 +168,8 @@ class _Draft:
             keys["tip_chamfer_mm"] = chamfer
         if rounding := flank.number_of("custom_pmor_tip_rounding"):
             keys["tip_rounding_mm"] = rounding
+        if allowances := flank.numbers_of("custom_pmor_tooth_thickness_allowances"):
+            keys["tooth_thickness_allowance_um"] = [_rounded(1e3 * allowance) for allowance in allowances]
         root_radius = radius - module * (keys.get("dedendum", 1.25) - shift)
         keys["bore_radius_mm"] = self._bore(gear, root_radius, radius, module)
         return keys

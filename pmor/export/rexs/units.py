@@ -28,7 +28,8 @@ UNITS = {
         "u_coordinate_on_shaft", "w_axis_vector",
     ), "mm"),
     **dict.fromkeys((
-        "custom_pmor_pitch_deviations", "custom_pmor_transmission_error", "custom_pmor_transmission_error_peak_to_peak",
+        "custom_pmor_pitch_deviations", "custom_pmor_tooth_thickness_allowances", "custom_pmor_transmission_error",
+        "custom_pmor_transmission_error_peak_to_peak",
     ), "mum"),
     **dict.fromkeys((
         "custom_pmor_pinion_angle", "helix_angle_reference_diameter", "normal_pressure_angle",

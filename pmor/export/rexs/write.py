@@ -110,6 +110,8 @@ def _gear(document: Document, case: Case, pair: GearPair, number: int, name: str
         }  # fmt: skip
         if said.tip_rounding_mm:
             keys["custom_pmor_tip_rounding"] = said.tip_rounding_mm
+        if said.tooth_thickness_allowance_um:
+            keys["custom_pmor_tooth_thickness_allowances"] = said.tooth_thickness_allowance_um
         own = (case.pinion_modification, case.wheel_modification)[number]
         modification = profiles(pair)[number].in_roll_angles(own)
         if side == "left" and modification.pitch_deviations_um:

@@ -193,7 +193,15 @@ def classical_results(pair: GearPair, bodies: tuple[GearBody, GearBody], torque_
         if pair.pinion.helix_angle != 0.0:
             raise ValueError("for spur gears only")
         first, second = (
-            tooth_beam(t.teeth, t.module, t.pressure_angle, t.profile_shift, t.addendum, t.dedendum, t.rack_tip_radius)
+            tooth_beam(
+                t.teeth,
+                t.module,
+                t.pressure_angle,
+                t.generating_profile_shift,
+                (t.tip_radius - t.reference_radius) / t.module - t.generating_profile_shift,
+                t.dedendum,
+                t.rack_tip_radius,
+            )  # fmt: skip
             for t in (pair.pinion, pair.wheel)
         )
         return first, second

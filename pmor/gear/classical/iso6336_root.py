@@ -73,7 +73,7 @@ def root_factors(tooth: Tooth, pair: GearPair) -> RootFactors:
 
     edge, dedendum = tooth.rack_tip_radius, tooth.dedendum
     offset = math.pi / 4.0 - dedendum * math.tan(alpha) - (1.0 - math.sin(alpha)) * edge / math.cos(alpha)
-    lift = edge - dedendum + tooth.profile_shift
+    lift = edge - dedendum + tooth.generating_profile_shift
     auxiliary = 2.0 / virtual * (0.5 * math.pi - offset) - TANGENT_ANGLE
     theta = math.pi / 6.0
     for _ in range(STEPS):
@@ -87,7 +87,7 @@ def root_factors(tooth: Tooth, pair: GearPair) -> RootFactors:
     along = math.sqrt(tip**2 - base**2) / 2.0 - math.pi * math.cos(alpha) * (contact_ratio - 1.0)
     loaded = 2.0 * math.hypot(along, 0.5 * base)
     at_load = math.acos(base / loaded)
-    half_angle = (0.5 * math.pi + 2.0 * math.tan(alpha) * tooth.profile_shift) / virtual
+    half_angle = (0.5 * math.pi + 2.0 * math.tan(alpha) * tooth.generating_profile_shift) / virtual
     half_angle += involute_function(alpha) - involute_function(at_load)
     load_angle = at_load - half_angle
     lever = (math.cos(half_angle) - math.sin(half_angle) * math.tan(load_angle)) * loaded
