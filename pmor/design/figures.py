@@ -207,7 +207,7 @@ def scatter_figure(objectives: Mapping[str, FloatArray], design_words: str) -> F
 def variable_words(name: str) -> str:
     """Return the label of a variable along an axis: words, and the unit."""
     gear, _, key = name.rpartition(".")
-    for ending, unit in (("_um", "µm"), ("_roll_deg", "° of roll"), ("_mm", "mm")):
+    for ending, unit in (("_um", "µm"), ("_roll_deg", "° of roll"), ("_mm", "mm"), ("_percent", "% of the path")):
         if key.endswith(ending):
             words = key.removesuffix(ending).replace("_", " ")
             return f"{words.capitalize()}{f' of the {gear}' if gear else ''} [{unit}]"

@@ -18,6 +18,10 @@ OVER_TORQUE = ("harris", "waterfall")
 ON_FLANKS = ("flank_maps", "flank_pattern", "load_distribution")
 
 
+# Units of derivatives of the STE by a key, by the end of its name.
+RATES = {"um": "µm per µm", "deg": "µm per deg", "mm": "µm per mm", "percent": "µm per %"}
+
+
 def readings_picture_names(case: Case) -> tuple[str, ...]:
     """Return the names of the pictures that a run of a case can have."""
     if case.reduction.shapes != "line_loads":
@@ -83,9 +87,8 @@ def _mean(values: np.ndarray | None, d: int) -> float | None:
 def _sensitivities(result: OnlineResult) -> Table:
     assert result.readings is not None
     found, i = result.readings.sensitivities, result.nominal
-    units = {"um": "µm per µm", "deg": "µm per deg", "mm": "µm per mm"}
     rows = [
-        (name, units[name.rpartition("_")[2]], float(mean), float(span))
+        (name, RATES[name.rpartition("_")[2]], float(mean), float(span))
         for name, mean, span in zip(found.parameter, found.mean[:, i], found.peak_to_peak[:, i], strict=True)
     ]
     columns = ["parameter", "unit", "mean STE", "peak-to-peak STE"]

@@ -382,8 +382,8 @@ CASES = [
     {"helix_angle_deg": 12.0, "wheel": {"teeth": 33, "bore_radius_mm": 25.0, "profile_shift": -0.1, "addendum": 0.9,
      "dedendum": 1.3, "rack_tip_radius": 0.25, "face_width_mm": 18.0, "face_offset_mm": 2.0,
      "youngs_modulus_GPa": 110.0, "poisson_ratio": 0.28, "tip_chamfer_mm": 0.2}},
-    {"centre_distance_mm": 84.1, "pinion": {"teeth": 21, "bore_radius_mm": 20.0, "tip_rounding_mm": 0.3},
-     "wheel": {"teeth": 21, "bore_radius_mm": 20.0}},
+    {"centre_distance_mm": 84.1, "pinion": {"teeth": 21, "bore_radius_mm": 20.0, "tip_rounding_mm": 0.3,
+     "tooth_thickness_allowance_um": [-110.0, -70.0]}, "wheel": {"teeth": 21, "bore_radius_mm": 20.0}},
     {"pinion.modification": Modification(
         tip_relief_um=20.0, tip_relief_start_roll_deg=25.0, root_relief_um=8.0, root_relief_end_roll_deg=15.0,
         root_relief_shape="parabolic", profile_crowning_um=3.0, profile_slope_um=-2.0, helix_crowning_um=5.0,
@@ -413,6 +413,7 @@ def test_a_case_that_goes_out_and_comes_in_is_the_same(tmp_path, settings):
     assert (one.pinion, one.wheel) == (other.pinion, other.wheel)
     np.testing.assert_allclose(one.centre_distance, other.centre_distance, rtol=1e-12)
     assert again.pair.pinion.tip_rounding_mm == case.pair.pinion.tip_rounding_mm
+    assert again.pair.pinion.tooth_thickness_allowance_um == case.pair.pinion.tooth_thickness_allowance_um
     assert again.pair.wheel.tip_chamfer_mm == case.pair.wheel.tip_chamfer_mm
     # The middle of the common face is z = 0 of what comes in.
     shift = np.mean(other.common_face)
