@@ -19,6 +19,13 @@ FENCED = re.findall(r"```(\w+)\n(.*?)```", TEXT, re.DOTALL)
 INDENTED = [line.strip() for line in TEXT.splitlines() if re.match(r" {4}(\S*/)?(python|pmor|\.venv)", line)]
 
 
+MOST_BYTES = 9_000
+
+
+def test_the_readme_is_short():
+    assert len(TEXT.encode()) <= MOST_BYTES
+
+
 def blocks(language):
     return [text for name, text in FENCED if name == language]
 

@@ -1,0 +1,74 @@
+"""The manual does what it says: its blocks of TOML, commands and Python run in order, and print what it shows.
+
+A block of TOML names its file in its first line, ``# pair.toml``. The lines of a block of ``sh`` are commands of pmor.
+Those of ``output`` are among what the block before printed. A comment ``<!-- needs MODULE -->`` before a block leaves
+it out where that module is missing. All pages share one folder, in this order.
+"""
+
+import importlib.util
+import json
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from pmor.app.cli import main
+
+MANUAL = Path(__file__).parents[2] / "cases" / "manual"
+PAGES = ("ten_minutes.md", "ten_minutes.ipynb", "recipes.md")
+RUN = ("toml", "sh", "python", "output")
+
+pytestmark = pytest.mark.jit
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory):
+    """A folder beside a checkout's `cases`."""
+    folder = tmp_path_factory.mktemp("desk")
+    (folder / "cases").symlink_to(MANUAL.parent)
+    return folder
+
+
+def blocks_of(page):
+    """Language, text and needed module of each block."""
+    text = (MANUAL / page).read_text(encoding="utf-8")
+    if page.endswith(".ipynb"):
+        cells = [cell for cell in json.loads(text)["cells"] if cell["cell_type"] == "code"]
+        return [("python", "".join(cell["source"]), None) for cell in cells]
+    found = re.findall(r"(?:<!-- needs (\w+) -->\n)?```(\w+)\n(.*?)```", text, re.DOTALL)
+    return [(language, code, needed) for needed, language, code in found if language in RUN]
+
+
+def run_block(language, code, names, where, printed):
+    if language == "toml":
+        Path(re.match(r"# (\S+\.toml)\n", code)[1]).write_text(code, encoding="utf-8")
+    elif language == "sh":
+        for line in code.splitlines():
+            program, *arguments = shlex.split(line, comments=True) or ["pmor", "info", "--help"]
+            assert program == "pmor", line
+            assert main(arguments) == 0, line
+    elif language == "python":
+        exec(compile(code, where, "exec"), names)
+    else:
+        lines = {" ".join(line.split()) for line in printed.splitlines()}
+        for line in code.splitlines():
+            assert " ".join(line.split()) in lines, f"{where}: {line!r} is not among\n{printed}"
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_block_of_a_page_runs(page, desk, monkeypatch, capsys):
+    monkeypatch.chdir(desk)
+    names, printed = {"__name__": "__main__"}, ""
+    for number, (language, code, needed) in enumerate(blocks_of(page), start=1):
+        if needed and importlib.util.find_spec(needed) is None:
+            continue
+        run_block(language, code, names, f"{page}, block {number}", printed)
+        printed = capsys.readouterr().out if language != "output" else printed
+
+
+def test_every_page_is_in_the_table_of_contents():
+    contents = (MANUAL / "README.md").read_text(encoding="utf-8")
+    pages = {path.name for path in MANUAL.iterdir() if path.suffix in (".md", ".ipynb")} - {"README.md"}
+    assert [page for page in sorted(pages) if f"]({page})" not in contents] == []
+    assert "](cases/manual/README.md)" in (MANUAL.parents[1] / "README.md").read_text(encoding="utf-8")
