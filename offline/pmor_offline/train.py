@@ -12,7 +12,7 @@ from pmor.case import Case
 from pmor.case.coarser import coarser
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError, MeshError
-from pmor.core.threads import in_order
+from pmor.core.threads import in_order, one_thread
 from pmor.pair.model import ElasticModel, elastic_model, mesh_model
 from pmor.reduction.basis import Basis
 from pmor.reduction.snapshots import Snapshots
@@ -42,6 +42,7 @@ class Trained:
     failures: tuple[str, ...]
 
 
+@one_thread()
 def train(
     case: Case, model: ElasticModel, estimate: ErrorEstimate | None = None, executor: Executor | None = None,
     progress: Callable[[], None] = lambda: None, known: Mapping[int, Snapshots] | None = None,

@@ -10,6 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from pmor.body.root_stress import RootStressShapes
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.core.threads import one_thread
 from pmor.gear.condition import Condition, Misalignment, common_misalignment
 from pmor.line.layered_pair import place_sections
 from pmor.results.loads import ContactLoads
@@ -25,6 +26,7 @@ BETWEEN = 8
 ANGLES_PER_BLOCK = 25
 
 
+@one_thread()
 def root_stress(
     reduced: ReducedPair, phi: FloatArray, conditions: Sequence[Condition], executor: Executor | None = None
 ) -> RootStress | None:

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from pmor.core.errors import OutputError
 from pmor.core.progress import Steps
+from pmor.core.threads import one_thread
 from pmor.core.wording import suggesting
 
 if TYPE_CHECKING:
@@ -151,6 +152,7 @@ def reductions(
 
 
 @suggesting
+@one_thread()
 def bench(
     case: Case, file: Place | None = None, *, threads: int = 2, overwrite: bool = False, inputs: Sequence[Path] = ()
 ) -> Bench:
@@ -204,6 +206,7 @@ def write_campaign_case(file: Place | Campaign, folder: Place, number: int, *, o
     return write_design(settings, number, Path(folder), overwrite)
 
 
+@one_thread()
 def _run(run: Callable[..., _Found], settings: Any, folder: Place | None, overwrite: bool, **options: Any) -> _Found:
     found = run(settings, folder=folder, overwrite=overwrite, **options)
     if folder is not None:

@@ -26,10 +26,8 @@ INTERRUPTED = 130
 # Measured: numpy, scipy, numba and h5py with one thread take 480 MiB before anything is solved.
 FEWEST_ADDRESSES = 520 * 2**20
 OUT_OF_SPACE = (errno.ENOSPC, errno.EDQUOT)
-# Commands that keep finished pieces. Their run times compare models, or they share out their work: one thread of
-# linear algebra.
+# Commands that keep finished pieces.
 IN_PIECES = ("study", "stability", "convergence", "reductions", "dynamics", "design", "campaign")
-ONE_THREAD = (*IN_PIECES, "bench", "gearbox")
 RESUME_HINTS = {
     "offline": "the same command with --resume goes on where it stopped",
     **dict.fromkeys(IN_PIECES, "finished pieces are kept; the same command goes on where it stopped"),
@@ -187,9 +185,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(name: str, arguments: dict[str, Any]) -> int:
     try:
-        _ask_for_few_addresses()
-        if name in ONE_THREAD:
-            use_one_thread()  # before anything loads numpy
+        use_one_thread()  # before anything loads numpy
+        _refuse_few_addresses()
         getattr(commands, name)(**arguments)
         sys.stdout.flush()
     except PmorError as error:
@@ -227,8 +224,8 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _ask_for_few_addresses() -> None:
-    """Where addresses are limited: one thread, each further one reserves some; and libraries that find none just die.
+def _refuse_few_addresses() -> None:
+    """Refuse to begin where addresses are limited to fewer than the libraries reserve: without any they just die.
 
     Raises
     ------
@@ -236,13 +233,11 @@ def _ask_for_few_addresses() -> None:
         When they do not suffice for the libraries alone.
     """
     for limit in memory_limits():
-        if limit.of_addresses:
-            use_one_thread()  # before anything loads numpy
-            if limit.size < FEWEST_ADDRESSES:
-                raise OutputError(
-                    f"{limit.source} {memory_text(limit.size)} of addresses, and the libraries alone reserve "
-                    f"{memory_text(FEWEST_ADDRESSES)}: {limit.remedy}"
-                )
+        if limit.of_addresses and limit.size < FEWEST_ADDRESSES:
+            raise OutputError(
+                f"{limit.source} {memory_text(limit.size)} of addresses, and the libraries alone reserve "
+                f"{memory_text(FEWEST_ADDRESSES)}: {limit.remedy}"
+            )
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from pmor.case import Case, text_of
 from pmor.case.live_page import takes_whole_width
 from pmor.case.width import whole_width
 from pmor.core.progress import Steps, quietly
-from pmor.core.threads import refuse_processes
+from pmor.core.threads import one_thread, refuse_processes
 from pmor.core.wording import suggesting
 from pmor.fe.sector import SectorMesh
 from pmor.pair.conditions import assembly_of
@@ -121,6 +121,7 @@ def run_case(
     return run_models_of(case, Path(folder), None, None, pages, overwrite, executor, progress, inputs)
 
 
+@one_thread()
 def run_models_of(
     case: Case, folder: Path, save: Callable[[Path], None] | None, elastic: ElasticModel | None, pages: bool,
     overwrite: bool, executor: Executor | None, progress: Steps, inputs: Sequence[Path] = (),
@@ -142,6 +143,7 @@ def run_models_of(
     return RunResult(found, folder.absolute())
 
 
+@one_thread()
 def sweep_model(
     reduced: ReducedPair, basis: tuple[Path, int] | Callable[[Path], None], folder: Path, *, overwrite: bool,
     executor: Executor | None, progress: Steps, inputs: Sequence[Path],

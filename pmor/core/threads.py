@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
@@ -28,8 +29,50 @@ def use_one_thread() -> None:
 
 
 def linear_algebra_threads() -> str:
-    """Thread settings of the environment, for the report."""
-    return next((os.environ[name] for name in VARIABLES if name in os.environ), "the library's choice")
+    """Threads of linear algebra during a run, for the report."""
+    return next((os.environ[name] for name in VARIABLES if name in os.environ), "1")
+
+
+class _Limit:
+    """Limit on the threads of linear algebra, which the whole process shares: it goes when nobody holds it."""
+
+    def __init__(self) -> None:
+        self._lock, self._holders, self._before = threading.Lock(), 0, None  # type: threading.Lock, int, Any
+
+    def hold(self) -> None:
+        """Set one thread unless it is set."""
+        from threadpoolctl import threadpool_limits
+
+        with self._lock:
+            self._holders += 1
+            if self._holders == 1:
+                self._before = threadpool_limits(1, "blas")
+
+    def release(self) -> None:
+        """Set what was there before the first holder, after the last one."""
+        with self._lock:
+            self._holders -= 1
+            if self._holders == 0:
+                self._before.restore_original_limits()
+
+
+_LIMIT = _Limit()
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """One thread of linear algebra inside, unless the environment says otherwise; a context, or a decorator.
+
+    Its matrices are small: threads that wait for each other took 5 to 10 times as long on a loaded machine.
+    """
+    if any(name in os.environ for name in VARIABLES):
+        yield
+        return
+    _LIMIT.hold()
+    try:
+        yield
+    finally:
+        _LIMIT.release()
 
 
 def in_order(

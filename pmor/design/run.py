@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from pmor.core.errors import CaseError
-from pmor.core.threads import refuse_processes
+from pmor.core.threads import one_thread, refuse_processes
 from pmor.design.loader import DesignFile
 from pmor.design.output import FILES
 from pmor.design.readings import read_off
@@ -20,6 +20,7 @@ from pmor.work.results import pieces_folder
 from pmor_online.model import ReducedPair
 
 
+@one_thread()
 def run(
     settings: DesignFile, *, reduced: ReducedPair | None = None, folder: Path | str | None = None,
     overwrite: bool = False, executor: Executor | None = None, progress: Callable[[int], None] | None = None,

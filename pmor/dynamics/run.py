@@ -7,6 +7,7 @@ from concurrent.futures import Executor
 from pathlib import Path
 
 from pmor.case import Case
+from pmor.core.threads import one_thread
 from pmor.dynamics.output import FILES
 from pmor.dynamics.result import DynamicsResult
 from pmor.dynamics.solution import reduced_of, refuse_other_models, run_dynamics
@@ -14,6 +15,7 @@ from pmor.work.results import pieces_folder
 from pmor_online.model import ReducedPair
 
 
+@one_thread()
 def run(
     settings: Case, *, reduced: ReducedPair | None = None, folder: Path | str | None = None, overwrite: bool = False,
     executor: Executor | None = None, progress: Callable[[int], None] | None = None,

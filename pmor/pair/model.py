@@ -15,6 +15,7 @@ from pmor.case.checks import refuse_uneven_sections
 from pmor.case.width import meshed_width
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import GeometryError, MeshError
+from pmor.core.threads import one_thread
 from pmor.fe.fillet import build_fillet
 from pmor.fe.layer import surface_layer
 from pmor.fe.outline import tooth_outline
@@ -280,6 +281,7 @@ def surface_layers(case: Case, pair: GearPair) -> tuple[SurfaceLayer, ...]:
     return _layer(case, case.pair.pinion, pair.pinion), _layer(case, case.pair.wheel, pair.wheel)
 
 
+@one_thread()
 def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> ElasticModel:
     """Solve for the flank compliance of both gears; identical gears share one.
 
@@ -295,6 +297,7 @@ def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> Ela
     return ElasticModel(mesh, *per_gear(case, mesh, build))
 
 
+@one_thread()
 def solved_gear(
     case: Case, mesh: MeshModel, sector: SectorMesh, gear: GearCase, keep_volume: bool = False
 ) -> ElasticGear:

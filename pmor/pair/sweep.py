@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
-from pmor.core.threads import in_order
+from pmor.core.threads import in_order, one_thread
 from pmor.gear.condition import Condition
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.line.full_model import solve_angle
@@ -29,6 +29,7 @@ class _State(NamedTuple):
     torque: FloatArray
 
 
+@one_thread()
 def sweep_ste(
     meshed: MeshedPair, elasticity_at: Any, phi: FloatArray,
     conditions: Sequence[Condition], progress: Callable[[], None] = lambda: None, executor: Executor | None = None,

@@ -22,6 +22,8 @@ from pmor.case.loader import (
     COMPARE_TORQUES,
     DEFAULT_SHAPES,
     DYNAMICS_TORQUES,
+    ELEMENTS_TO_AXIAL_PITCH,
+    EXACT_ANGLES,
     HARRIS_TORQUES,
     OFFLINE_TORQUES,
     ONLINE_TORQUES,
@@ -44,6 +46,11 @@ MULTIPLES = {
     "offline": OFFLINE_TORQUES, "online": ONLINE_TORQUES, "compare": COMPARE_TORQUES, "results": HARRIS_TORQUES,
     "dynamics": DYNAMICS_TORQUES,
 }  # fmt: skip
+# Defaults that the rest of the case changes.
+CHANGED = {
+    ("mesh", "width_elements"): f"; of helical pairs with line contact {ELEMENTS_TO_AXIAL_PITCH:g} to an axial pitch",
+    ("compare", "angles"): f"; `{EXACT_ANGLES}` of exact line loads alone",
+}
 
 
 def formats() -> dict[str, dict[str, type]]:
@@ -152,7 +159,8 @@ def _default(section: str, key: str, default: Any) -> str:
         return " or ".join(f"`{toml_text(shapes)}`" for shapes in (DEFAULT_SHAPES["line"], OTHER_SHAPES))
     if default is MISSING:
         return "**required**"
-    return "left out" if default in (None, ()) else f"`{toml_text(default)}`"
+    usual = "left out" if default in (None, ()) else f"`{toml_text(default)}`"
+    return usual + CHANGED.get((section, key), "")
 
 
 def main(path: Path) -> None:
