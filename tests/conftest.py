@@ -55,8 +55,7 @@ def rng():
 @pytest.fixture
 def undrawn(monkeypatch):
     """Pictures are empty where a test looks at what is around them: to draw one takes half a second."""
-    monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda figure, target, **options: None)
-    monkeypatch.setattr("pmor.report.style._small_picture", lambda drawn, *kind, **how: drawn.getvalue())
+    monkeypatch.setattr("pmor.report.page.picture_bytes", lambda figure, picture_format: b"")
 
 
 @pytest.fixture(scope="module")

@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 #: Okabe and Ito's colours without yellow, distinguishable for colour-blind readers and in print
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 
-# Colours of a PNG's palette, and of a picture on a page, which is to be mailed.
-PNG_COLOURS, PAGE_COLOURS = 256, 48
+# Colours of a PNG's palette.
+PALETTE = 64
 
 # Without dates, so that the same results make the same files.
-UNDATED: dict[str, dict[str, Any]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+UNDATED: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
 
 @contextmanager
@@ -54,7 +54,7 @@ def plot_style() -> Iterator[None]:
         "axes.spines.top": False,
         "axes.spines.right": False,
         "axes.prop_cycle": cycler(color=COLOURS),
-        "savefig.dpi": 110,
+        "figure.dpi": 110,
         "svg.hashsalt": "pmor",
         "text.parse_math": False,  # users' names may hold dollar signs
     }
@@ -95,10 +95,8 @@ def write_picture(content: bytes, target: Path) -> None:
 
 
 def data_uri(content: bytes, picture_format: str) -> str:
-    """Return a picture as a data URI, for a page with nothing beside it: a PNG as lossless WebP, half its size."""
-    kind = "svg+xml"
-    if picture_format == "png":
-        content, kind = _small_picture(io.BytesIO(content), "webp", PAGE_COLOURS, lossless=True), "webp"
+    """Return a picture as a data URI, for a page with nothing beside it."""
+    kind = {"svg": "svg+xml"}.get(picture_format, picture_format)
     return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 
@@ -106,19 +104,27 @@ def picture_bytes(figure: Figure, picture_format: str) -> bytes:
     """Draw a figure; return the content of a file of that format."""
     buffer = io.BytesIO()
     with plot_style():  # some settings are read only now
-        figure.savefig(buffer, format=picture_format, metadata=UNDATED[picture_format])
-    if picture_format != "png":
-        return buffer.getvalue()
-    return _small_picture(buffer, "png", PNG_COLOURS, optimize=True)
+        if (engine := figure.get_layout_engine()) is not None:
+            # Once: matplotlib would draw the whole figure for it before each format.
+            engine.execute(figure)
+            figure.set_layout_engine("none")
+        if picture_format != "png":
+            figure.savefig(buffer, format=picture_format, metadata=UNDATED[picture_format])
+            return buffer.getvalue()
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        return _small_png(canvas.buffer_rgba(), figure.dpi)
 
 
-def _small_picture(drawn: io.BytesIO, picture_format: str, colours: int, **how: bool) -> bytes:
+def _small_png(pixels: memoryview, dpi: float) -> bytes:
     """Return a picture with a palette, which takes at most a third of the bytes of true colour."""
     from PIL import Image  # comes with matplotlib
 
-    small = io.BytesIO()
-    with Image.open(drawn) as image:
-        # The other methods drop colours of scales that few pixels have.
-        palette = image.convert("RGB").quantize(colours, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
-        palette.save(small, format=picture_format, dpi=image.info["dpi"], **how)
+    height, width, _ = pixels.shape or (0, 0, 0)
+    image, small = Image.frombuffer("RGBA", (width, height), pixels, "raw", "RGBA", 0, 1), io.BytesIO()
+    # The other methods drop colours of scales that few pixels have.
+    palette = image.convert("RGB").quantize(PALETTE, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    palette.save(small, format="png", dpi=(dpi, dpi))
     return small.getvalue()

@@ -87,7 +87,7 @@ def test_the_command_leaves_numbers_page_and_pictures(finished):
     assert results_in(out) == {"reductions.json", "reductions.md", "reductions.html", *pictures} == set(FILES)
     found = json.loads((out / "reductions.json").read_text())
     assert text.count("\n  flank_lines ") == sum(entry["shapes"] == "flank_lines" for entry in found["entries"])
-    assert (out / "reductions.html").read_text().count("data:image/webp;base64,") == len(pictures)
+    assert (out / "reductions.html").read_text().count("data:image/png;base64,") == len(pictures)
     for entry in found["entries"]:
         assert 0.0 < entry["online_without_ms"] < 100.0
         assert entry["basis_mib"] > entry["basis_without_mib"] > 0.0

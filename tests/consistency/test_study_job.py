@@ -140,7 +140,7 @@ def test_break_even_and_ratio_come_from_the_times(finished):
 
 def test_the_page_and_the_markdown_show_all_pictures(finished):
     html = (finished / "report.html").read_text()
-    assert html.count("data:image/webp;base64,") == len(PICTURES)
+    assert html.count("data:image/png;base64,") == len(PICTURES)
     assert "CalculiX is not installed here" in html
     assert set(re.findall(r"\]\((.+?)\)", (finished / "study.md").read_text())) == PICTURES
 

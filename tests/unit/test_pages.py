@@ -93,7 +93,7 @@ def test_page_is_self_contained():
     assert not {"script", "link", "iframe", "object"} & set(found.tags)
     references = [value for _, name, value in found.attributes if name in ("src", "href", "srcset", "data")]
     assert references
-    assert all(value.startswith("data:image/webp;base64,") for value in references)
+    assert all(value.startswith("data:image/png;base64,") for value in references)
     assert "url(" not in page()
     assert "@import" not in page()
 
