@@ -52,28 +52,30 @@ class Comparison:
 
 
 def compare_models(
-    reduced: ReducedPair, model: ElasticModel, progress: Callable[[], None] = lambda: None,
+    reduced: ReducedPair, model: ElasticModel | None, progress: Callable[[], None] = lambda: None,
     executor: Executor | None = None,
 ) -> Comparison:  # fmt: skip
     """Solve the case's comparison positions with the reduced and the full model.
 
     Parameters
     ----------
-    model : ElasticModel
-        Full FE of the same case.
+    model : ElasticModel or None
+        Full FE of the same case. None: line loads are held against full contact on the compliance in their basis, which
+        is that of the finite elements.
     progress : callable
         Called after each angle of the full model, for progress.
     executor : concurrent.futures.Executor, optional
         Solves several angles of the full model at a time.
     """
     case, pair = reduced.basis.case, reduced.meshed.pair
+    meshed, elasticity = (model.mesh.meshed, model.elasticity_at) if model else (reduced.meshed, reduced.elasticity_at)
     phi = unseen_angles(pair.meshing_range[0], pair.pitch, case.compare.angles, case.offline.angles_per_pitch)
     conditions = conditions_of(case, case.compare.torques_Nm)
     sweep_reduced_pair(reduced, phi[:1], conditions)  # compiles: run times are those of warm code
-    sweep_ste(model.mesh.meshed, model.elasticity_at, phi[:1], conditions)
-    full = sweep_ste(model.mesh.meshed, model.elasticity_at, phi, conditions, progress, executor)
+    sweep_ste(meshed, elasticity, phi[:1], conditions[:1])
+    full = sweep_ste(meshed, elasticity, phi, conditions, progress, executor)
     return Comparison(
-        reduced=sweep_reduced_pair(reduced, phi, conditions), full=with_unloaded(full, model.mesh.meshed, conditions)
+        reduced=sweep_reduced_pair(reduced, phi, conditions), full=with_unloaded(full, meshed, conditions)
     )
 
 

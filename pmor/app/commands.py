@@ -7,12 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pmor.app import capabilities
 from pmor.core.errors import ConvergenceError, FileFormatError, printable
 from pmor.core.progress import Progress
 from pmor.core.threads import processes, threads
 from pmor.storage.results_folder import default_folder
+
+if TYPE_CHECKING:
+    from pmor.app.run import RunResult
 
 POSITIONS = "positions failed"
 
@@ -30,12 +34,15 @@ def compare(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: 
 def _run_case(case_path: Path, out: Path | None, jobs: int, overwrite: bool, pages: bool) -> None:
     from pmor.app.run import run_case
     from pmor.case import load_case
+    from pmor.report.screen import proof_text
 
     case = load_case(case_path)
     folder = out or default_folder(case.name)
     with threads(jobs) as executor:
-        found = run_case(case, folder, pages=pages, overwrite=overwrite, executor=executor, inputs=(case_path,))
-    _finish(found, folder, found.failures, POSITIONS)
+        found = run_case(
+            case, folder, pages=pages, overwrite=overwrite, executor=executor, inputs=(case_path,), asked=_say_asked
+        )
+    _finish(proof_text(found.found), folder, found.failures, POSITIONS)
 
 
 def plan(case_path: Path) -> None:
@@ -66,12 +73,15 @@ def online(
     """Sweep the static transmission error with the reduced model of a basis file."""
     from pmor.app.training import load_model
     from pmor.case import load_case
+    from pmor.report.screen import proof_text
 
     model = load_model(basis_path, case=load_case(case_path) if case_path else None)
     folder, inputs = out or default_folder(model.case.name), (case_path,) if case_path else ()
     with threads(jobs) as executor:
-        found = model.report(folder, compare=False, overwrite=overwrite, executor=executor, inputs=inputs)
-    _finish(found, folder, found.failures, POSITIONS)
+        found = model.report(
+            folder, compare=False, overwrite=overwrite, executor=executor, inputs=inputs, asked=_say_asked
+        )
+    _finish(proof_text(found.found), folder, found.failures, POSITIONS)
 
 
 def study(
@@ -196,6 +206,13 @@ def info(path: Path, verify: bool = False) -> None:
             raise FileFormatError(
                 f"{path}: does not obey its own laws: {', '.join(found.failures)}; {BASIS_SCHEMA.remedy}"
             )
+
+
+def _say_asked(found: RunResult) -> None:
+    """Print what was asked for as soon as it is there: pages and proof take longer."""
+    from pmor.report.screen import asked_text
+
+    print(asked_text(found.found), flush=True)
 
 
 def _finish(result: object, folder: Path, failures: Sequence[str] = (), what_failed: str = "") -> None:

@@ -347,6 +347,7 @@ class ReducedModel:
     def report(
         self, folder: Path | str, *, compare: bool = True, full: FullModel | None = None, overwrite: bool = False,
         executor: Executor | None = None, progress: Steps = quietly, inputs: Sequence[Path] = (),
+        asked: Callable[[RunResult], None] = lambda found: None,
     ) -> RunResult:  # fmt: skip
         """Write what `pmor run` leaves: tables, pictures, the report page and the model, as the case asks for them.
 
@@ -359,7 +360,7 @@ class ReducedModel:
             model is left there only if it has no file yet.
         full : FullModel, optional
             To compare with; made anew by default.
-        overwrite, executor, progress, inputs
+        overwrite, executor, progress, inputs, asked
             As in `pmor.run_case`.
 
         Raises
@@ -369,11 +370,13 @@ class ReducedModel:
         """
         if compare:
             elastic = full.elastic if full else None
-            return run_models_of(self.case, Path(folder), self._save, elastic, True, overwrite, executor, progress)
+            return run_models_of(
+                self.case, Path(folder), self._save, elastic, True, overwrite, executor, progress, asked=asked
+            )
         kept = [*inputs, *([self.source] if self.source else [])]
         return sweep_model(
             self.reduced, (self.source, self.source_bytes) if self.source else self._save, Path(folder),
-            overwrite=overwrite, executor=executor, progress=progress, inputs=kept,
+            overwrite=overwrite, executor=executor, progress=progress, inputs=kept, asked=asked,
         )  # fmt: skip
 
     def _save(self, path: Path) -> None:

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +18,11 @@ from pmor.case.width import whole_width
 from pmor.core.progress import Steps, quietly
 from pmor.core.threads import one_thread, refuse_processes
 from pmor.core.wording import suggesting
-from pmor.fe.sector import SectorMesh
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import ElasticModel, refuse_loads
 from pmor.report.run_page import page_files, write_pages
 from pmor.report.screen import result_text
-from pmor.report.summary import result_files, summary, write_results
+from pmor.report.summary import result_files, summary, write_results, write_summary
 from pmor.results.root_stress import RootStress
 from pmor.storage.results_folder import results_folder, start_results
 from pmor.work.cost import meshed_within_memory, refuse_beyond_memory, refuse_large_sweep_of
@@ -89,6 +89,7 @@ class RunResult:
 def run_case(
     case: Case, folder: Path | str, *, pages: bool = True, overwrite: bool = False,
     executor: Executor | None = None, progress: Steps = quietly, inputs: Sequence[Path] = (),
+    asked: Callable[[RunResult], None] = lambda found: None,
 ) -> RunResult:  # fmt: skip
     """Do everything that a case asks for, and leave the files of `pmor run`.
 
@@ -108,6 +109,8 @@ def run_case(
         Called with the number of positions solved.
     inputs : sequence of Path
         Files that are not replaced at any rate, such as that of the case.
+    asked : callable
+        Given the sweep with all that is read off it, whose tables are written then, before proof and pages.
 
     Raises
     ------
@@ -118,13 +121,14 @@ def run_case(
     OutputError
         When somebody else's file is in the way, or the folder cannot be written to.
     """
-    return run_models_of(case, Path(folder), None, None, pages, overwrite, executor, progress, inputs)
+    return run_models_of(case, Path(folder), None, None, pages, overwrite, executor, progress, inputs, asked)
 
 
 @one_thread()
 def run_models_of(
     case: Case, folder: Path, save: Callable[[Path], None] | None, elastic: ElasticModel | None, pages: bool,
     overwrite: bool, executor: Executor | None, progress: Steps, inputs: Sequence[Path] = (),
+    asked: Callable[[RunResult], None] = lambda found: None,
 ) -> RunResult:  # fmt: skip
     """Do the same with the basis that `save` writes, and with solved full FE of the case, where they are given."""
     started = time.perf_counter()
@@ -134,19 +138,23 @@ def run_models_of(
     own = (OWN_BASIS,) if save else ()
     files = (*result_files(case), *(page_files(case) if pages else ()), *(basis_names(case) if overwrite else own))
     with results_folder(folder, files, unfinished(case), overwrite, inputs):
-        model = elastic or solve_bodies(case, mesh)
         if save is not None:
             save(folder / OWN_BASIS)
-        found = run_models(case, model, others, folder, given=save is not None, executor=executor,
-                           overwrite=overwrite, started=started, progress=progress)  # fmt: skip
-        _write(found, folder, mesh.pinion, pages)
+        solve = cache(lambda: elastic or solve_bodies(case, mesh))
+        found = run_models(
+            case, solve, others, folder, given=save is not None, executor=executor, overwrite=overwrite,
+            started=started, progress=progress, asked=partial(_write_first, folder, asked),
+        )  # fmt: skip
+        write_summary(found, folder)
+        if pages:
+            write_pages(found, mesh.pinion, folder, live_pair(found.reduced))
     return RunResult(found, folder.absolute())
 
 
 @one_thread()
 def sweep_model(
     reduced: ReducedPair, basis: tuple[Path, int] | Callable[[Path], None], folder: Path, *, overwrite: bool,
-    executor: Executor | None, progress: Steps, inputs: Sequence[Path],
+    executor: Executor | None, progress: Steps, inputs: Sequence[Path], asked: Callable[[RunResult], None],
 ) -> RunResult:  # fmt: skip
     """Sweep with a reduced model alone, and leave what `pmor online` leaves.
 
@@ -154,7 +162,7 @@ def sweep_model(
     ----------
     basis : (Path, int) or callable
         Basis file of the model and its size in bytes; or a function that writes one beside the results.
-    folder, overwrite, executor, progress, inputs
+    folder, overwrite, executor, progress, inputs, asked
         As in `run_case`.
     """
     case = reduced.basis.case
@@ -169,12 +177,12 @@ def sweep_model(
             basis(folder / OWN_BASIS)
         path, size = (folder / OWN_BASIS, None) if callable(basis) else basis
         found = run_online(reduced, path, basis_bytes=size, executor=executor, progress=progress)
-        _write(found, folder, None, True)
+        _write_first(folder, asked, found)
+        write_pages(found, None, folder, live_pair(found.reduced))
     return RunResult(found, folder.absolute())
 
 
-def _write(found: OnlineResult, folder: Path, mesh: SectorMesh | None, pages: bool) -> None:
+def _write_first(folder: Path, asked: Callable[[RunResult], None], found: OnlineResult) -> None:
     start_results(folder, text_of(found.case))
     write_results(found, folder)
-    if pages:
-        write_pages(found, mesh, folder, live_pair(found.reduced))
+    asked(RunResult(found, folder.absolute()))

@@ -86,7 +86,7 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     contact = section("contact")
     usual = {"torque_Nm": torque_Nm, **vars(misalignment)}
     pair = section("pair", {"pinion": pinion, "wheel": wheel})
-    across = {"width_elements": _elements_across(pair)} if contact.kind == "line" else {}
+    across: dict[str, Any] = {"width_elements": _elements_across(pair)} if contact.kind == "line" else {}
     reduction = section("reduction", shapes=DEFAULT_SHAPES.get(contact.scheme, OTHER_SHAPES))
     compared: dict[str, Any] = {"torques_Nm": _multiples(torque_Nm, COMPARE_TORQUES)}
     if reduction.shapes == "line_loads" and set(section("compare", **compared).models or ()) <= {"line"}:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pmor.core.errors import CaseError, ExternalProgramError
 
@@ -37,7 +37,8 @@ class _Limit:
     """Limit on the threads of linear algebra, which the whole process shares: it goes when nobody holds it."""
 
     def __init__(self) -> None:
-        self._lock, self._holders, self._before = threading.Lock(), 0, None  # type: threading.Lock, int, Any
+        self._lock, self._holders = threading.Lock(), 0
+        self._before: Any = None
 
     def hold(self) -> None:
         """Set one thread unless it is set."""

@@ -75,6 +75,8 @@ class Basis:
         Of the same pair on half as many elements, for the error bar of the mesh; None where there is none.
     root_stress : two RootStressShapes or None
         Of pinion and wheel; the same object for identical gears. None where the case does not ask for it.
+    whole : Basis or None
+        Of the same pair on the whole width, for the live page, where half of it is enough for all else.
     """
 
     case: Case
@@ -86,3 +88,4 @@ class Basis:
     compliance: FlankCompliance | None
     coarser: Basis | None = None
     root_stress: tuple[RootStressShapes, RootStressShapes] | None = None
+    whole: Basis | None = None

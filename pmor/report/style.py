@@ -16,6 +16,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from pmor.storage.atomic import atomic_path
 
 if TYPE_CHECKING:
@@ -115,16 +117,17 @@ def picture_bytes(figure: Figure, picture_format: str) -> bytes:
 
         canvas = FigureCanvasAgg(figure)
         canvas.draw()
-        return _small_png(canvas.buffer_rgba(), figure.dpi)
+        return _small_png(np.asarray(canvas.buffer_rgba()), figure.dpi)
 
 
-def _small_png(pixels: memoryview, dpi: float) -> bytes:
+def _small_png(pixels: Any, dpi: float) -> bytes:
     """Return a picture with a palette, which takes at most a third of the bytes of true colour."""
     from PIL import Image  # comes with matplotlib
 
-    height, width, _ = pixels.shape or (0, 0, 0)
-    image, small = Image.frombuffer("RGBA", (width, height), pixels, "raw", "RGBA", 0, 1), io.BytesIO()
+    small = io.BytesIO()
     # The other methods drop colours of scales that few pixels have.
-    palette = image.convert("RGB").quantize(PALETTE, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    palette = (
+        Image.fromarray(pixels).convert("RGB").quantize(PALETTE, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    )
     palette.save(small, format="png", dpi=(dpi, dpi))
     return small.getvalue()

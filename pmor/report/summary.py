@@ -234,12 +234,17 @@ def _known(label: str, value: float | None, unit: str, note: str, lacks: str) ->
 def write_results(result: OnlineResult, out: Path) -> None:
     """Write the tables that every run has; OutputError where that fails."""
     write_ste_csv(out / "ste.csv", result.sweep)
-    write_summary_json(out / "summary.json", summary(result))
+    write_summary(result, out)
     write_results_data(result, out)
     if result.root_stress is not None:
         write_stress_csv(out / STRESS, result.root_stress)
     if result.conditions:
         write_table_csv(out / CONDITIONS, [row for listed in result.conditions for row in condition_rows(listed)])
+
+
+def write_summary(result: OnlineResult, out: Path) -> None:
+    """Write the summary for machines: once what was asked for is there, and again with its comparison with full FE."""
+    write_summary_json(out / "summary.json", summary(result))
 
 
 def summary_text(title: str, rows: Sequence[tuple[str, Cell, str, str]]) -> str:

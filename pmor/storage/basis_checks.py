@@ -73,8 +73,9 @@ def check_basis(basis: Basis, pair: GearPair) -> None:
         _check_compliance(case, basis.compliance)
     _check_root_stress(basis, pair)
     _check_training(case, pair, basis.training)
-    if basis.coarser is not None:
-        check_basis(basis.coarser, pair)
+    for further in (basis.coarser, basis.whole):
+        if further is not None:
+            check_basis(further, pair)
 
 
 def _check_flank(name: str, tooth: Tooth, roll: FloatArray) -> None:

@@ -15,6 +15,7 @@ from pmor.body.root_stress import RootStressShapes
 from pmor.body.support import Support
 from pmor.case import Case, basis_key, basis_settings, parse_case, text_of
 from pmor.case.coarser import coarser
+from pmor.case.width import mirrors_at_mid_width, whole_width
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import FileFormatError
 from pmor.line.layered_pair import SurfaceLayer
@@ -30,10 +31,11 @@ from pmor.storage.basis_layout import (
     POSITIONS,
     ROOT_STRESS,
     SUPPORT,
+    WHOLE,
     basis_layout,
     basis_sizes,
-    coarser_layout,
     compliance_group,
+    further_layout,
     has_shapes,
 )
 from pmor.storage.condition_table import read_conditions, write_conditions
@@ -62,10 +64,11 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
         write_all(file, {**_training_arrays(basis.training), **_arrays(basis), KEPT: force}, layout)
         write_conditions(file["training"], basis.training.conditions)
         _write_attributes(file, basis)
-        if basis.coarser is not None:
-            folder, layout = file.create_group(COARSER), coarser_layout(basis.coarser.case)
-            write_all(folder, _arrays(basis.coarser), layout)
-            _write_attributes(folder, basis.coarser)
+        for name, further in ((COARSER, basis.coarser), (WHOLE, basis.whole)):
+            if further is not None:
+                folder = file.create_group(name)
+                write_all(folder, _arrays(further), further_layout(further.case))
+                _write_attributes(folder, further)
 
 
 def _write_attributes(folder: h5py.Group, basis: Basis) -> None:
@@ -140,15 +143,20 @@ def read_model(path: Path) -> tuple[Basis, FloatArray, int]:
 
 def _read(file: h5py.File, path: Path) -> Basis:
     case = _read_case(file, path)
-    pair, coarse = gear_pair(case), coarser(case)
-    items = {path: item for path, item in items_of(file).items() if not (coarse and path.startswith(f"{COARSER}/"))}
+    pair, present = gear_pair(case), items_of(file)
+    further = {COARSER: coarser(case)}
+    if WHOLE in present and mirrors_at_mid_width(case):
+        further[WHOLE] = whole_width(case)
+    apart = tuple(f"{name}/" for name, own in further.items() if own is not None)
+    items = {path: item for path, item in present.items() if not path.startswith(apart)}
     layout = basis_layout(case)
     check_layout(items, layout, basis_sizes(case, pair))
     arrays = {name: read(file, name, field) for name, field in layout.items() if name in file and name != KEPT}
     basis = replace(_basis(file, case, arrays), training=_training(file, case, arrays))
-    if coarse is not None:
-        arrays = read_all(file[COARSER], coarser_layout(coarse), basis_sizes(coarse, pair))
-        basis = replace(basis, coarser=_basis(file[COARSER], coarse, arrays))
+    for name, own in further.items():
+        if own is not None:
+            arrays = read_all(file[name], further_layout(own), basis_sizes(own, pair))
+            basis = replace(basis, **{name: _basis(file[name], own, arrays)})
     with np.errstate(all="ignore"):  # absurd numbers are refused, not warned of
         check_basis(basis, pair)
     return basis

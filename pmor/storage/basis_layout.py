@@ -20,7 +20,7 @@ from pmor.storage.layout import Field
 
 GEARS = ("pinion", "wheel")
 # Folder of the same pair on half as many elements.
-COARSER = "coarser"
+COARSER, WHOLE = "coarser", "whole"
 
 FLANK = {
     "nodes": Field("mm", "profile, width, xyz", "undeformed flank nodes, tooth frame"),
@@ -95,8 +95,8 @@ def basis_layout(case: Case) -> dict[str, Field]:
     return layout
 
 
-def coarser_layout(case: Case) -> dict[str, Field]:
-    """Return the datasets of the basis on a coarser mesh, by their paths in its folder; it has no training."""
+def further_layout(case: Case) -> dict[str, Field]:
+    """Return the datasets of a further basis, on another mesh, by their paths in its folder; it has no training."""
     layout = basis_layout(case)
     return {name: field for name, field in layout.items() if not name.startswith("training/")}
 

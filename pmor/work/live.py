@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from pmor.case.capability import why_not
 from pmor.case.live_page import asks_for_live_page, takes_whole_width
 from pmor.case.width import whole_width
 from pmor.pair.model import elastic_model, mesh_model
+from pmor.reduction.basis import Basis
 from pmor_offline.gather import make_basis
 from pmor_online.model import ReducedPair, reduced_pair
 
@@ -27,8 +30,13 @@ def live_pair(reduced: ReducedPair) -> ReducedPair | str | None:
         return why
     if reduced.layered.hubs is not None or reduced.flank_compliance.support is not None:
         return "the page solves solid gears on rigid hubs alone"
-    if not takes_whole_width(case):
-        return reduced
-    whole = whole_width(case)
-    basis, _ = make_basis(whole, elastic_model(whole, mesh_model(whole)), ())
-    return reduced_pair(basis)
+    whole = with_whole_width(reduced.basis).whole
+    return reduced if whole is None else reduced_pair(whole)
+
+
+def with_whole_width(basis: Basis) -> Basis:
+    """Return a basis with that of the whole width beside it, where the live page of its case takes it."""
+    if basis.whole is not None or not takes_whole_width(basis.case):
+        return basis
+    whole = whole_width(basis.case)
+    return replace(basis, whole=make_basis(whole, elastic_model(whole, mesh_model(whole)), ())[0])

@@ -7,11 +7,13 @@ settings of its model is taken over.
 from __future__ import annotations
 
 import logging
+import math
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
+from functools import cache, partial
 from pathlib import Path
 
 from pmor.case import Case, other_models
@@ -24,7 +26,7 @@ from pmor.storage.hdf5 import schema_name
 from pmor.storage.manifest import foreign_words, is_ours
 from pmor.work import offline
 from pmor.work.kernels import kernels_beside
-from pmor.work.online import run_online
+from pmor.work.online import run_online, with_comparison
 from pmor_online.model import reduced_pair
 from pmor_online.run import LostModel, OnlineResult
 
@@ -64,15 +66,16 @@ def meshed_models(case: Case) -> tuple[MeshedCase, ...]:
 
 
 def run_models(
-    case: Case, model: ElasticModel, others: Sequence[MeshedCase], folder: Path, *, given: bool = False,
+    case: Case, solve: Callable[[], ElasticModel], others: Sequence[MeshedCase], folder: Path, *, given: bool = False,
     executor: Executor | None = None, overwrite: bool = False, started: float | None = None, progress: Steps = quietly,
+    asked: Callable[[OnlineResult], None] = lambda found: None,
 ) -> OnlineResult:  # fmt: skip
     """Build or take over the basis of each model, sweep, and compare with full FE of the same contact scheme.
 
     Parameters
     ----------
-    model : ElasticModel
-        Of the case.
+    solve : callable
+        Gives the finite elements of the case, once; line loads whose basis is there do without.
     others : sequence of MeshedCase
         Compared beside it.
     folder : Path
@@ -87,6 +90,8 @@ def run_models(
         ``time.perf_counter()`` before meshing and finite elements, which count to the offline time of each model.
     progress : callable
         Called with the number of positions solved.
+    asked : callable
+        Given the sweep of the case's own model with all that is read off it, before it is held against full FE.
 
     Returns
     -------
@@ -98,29 +103,44 @@ def run_models(
     kept |= {} if overwrite else {_basis_name(other.contact.scheme): other for other, _ in others}
     bases = {name: valid_basis(folder / name, own) for name, own in kept.items()}  # before any work is begun
 
-    def run(case: Case, model: ElasticModel, name: str) -> OnlineResult:
-        path, basis = folder / name, bases.get(name)
+    def run(
+        case: Case, solve: Callable[[], ElasticModel], name: str, asked: Callable[[OnlineResult], None]
+    ) -> OnlineResult:
+        path, basis, found = folder / name, bases.get(name), list[OnlineResult]()
+
+        def sweep(basis: Basis) -> None:
+            # The basis is valid, but sweep and outputs of the case may have changed since.
+            reduced, size = reduced_pair(replace(basis, case=case)), path.stat().st_size if path.exists() else math.nan
+            found.append(run_online(reduced, path, basis_bytes=size, executor=executor, progress=progress))
+            asked(found[0])
+
         if basis is None:
             began = time.perf_counter() - common
-            offline.run_offline(case, model, path, executor=executor, resume=not overwrite, overwrite=True,
-                                started=began, progress=progress)  # fmt: skip
-            basis = read_basis(path)
-        # The basis is valid, but sweep and outputs of the case may have changed since.
-        reduced = reduced_pair(replace(basis, case=case))
-        return run_online(reduced, path, model, executor=executor, progress=progress)
+            done = offline.run_offline(case, solve(), path, executor=executor, resume=not overwrite, overwrite=True,
+                                       started=began, progress=progress, asked=sweep)  # fmt: skip
+            reduced = replace(found[0].reduced, basis=done.basis)
+            found[0] = replace(found[0], reduced=reduced, basis_mib=path.stat().st_size / 2**20)
+        else:
+            sweep(basis)
+        exact = basis is not None and case.reduction.shapes == "line_loads"
+        return with_comparison(found[0], None if exact else solve(), executor, progress)
 
     found = list[OnlineResult | LostModel]()
     with kernels_beside(case) as wait:
-        own = run(case, model, OWN_BASIS)
+        own = run(case, solve, OWN_BASIS, asked)
         if others:
             wait()
         for other, mesh in others:
-            model = model_of_solved(other, mesh, model)
+            solve = cache(partial(_solved_again, other, mesh, solve))
             try:
-                found.append(run(other, model, _basis_name(other.contact.scheme)))
+                found.append(run(other, solve, _basis_name(other.contact.scheme), lambda found: None))
             except ConvergenceError as error:  # the others have their results
                 found.append(LostModel(other, str(error)))
     return replace(own, others=tuple(found))
+
+
+def _solved_again(case: Case, mesh: MeshModel, solve: Callable[[], ElasticModel]) -> ElasticModel:
+    return model_of_solved(case, mesh, solve())
 
 
 def valid_basis(path: Path, case: Case) -> Basis | None:

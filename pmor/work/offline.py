@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
@@ -12,6 +13,7 @@ from pmor.case import Case, basis_key
 from pmor.core.progress import Progress, Steps, quietly
 from pmor.pair.conditions import on_trained_flanks
 from pmor.pair.model import ElasticModel
+from pmor.reduction.basis import Basis
 from pmor.reduction.snapshots import Snapshots
 from pmor.storage.atomic import ensure_folder, refuse_existing, remove_abandoned
 from pmor.storage.basis_file import write_basis
@@ -19,6 +21,7 @@ from pmor.storage.lock import only_writer_of_file
 from pmor.storage.manifest import listed, origin_in
 from pmor.storage.results_folder import remove_working_folder, working_folder
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
+from pmor.work.live import with_whole_width
 from pmor_offline.sampling import TrainingPosition, most_positions, planned_positions
 from pmor_offline.train import train
 from pmor_online.errors import estimate_errors
@@ -36,17 +39,21 @@ class OfflineSummary:
         Angle and torque of each full solve that did not converge.
     seconds : float
         Wall time of this run.
+    basis : Basis
+        As it is in the file.
     """
 
     solved: int
     resumed: int
     failed: tuple[str, ...]
     seconds: float
+    basis: Basis
 
 
 def run_offline(
     case: Case, model: ElasticModel, path: Path, *, executor: Executor | None = None, resume: bool = False,
     overwrite: bool = False, started: float | None = None, progress: Steps = quietly,
+    asked: Callable[[Basis], None] = lambda basis: None,
 ) -> OfflineSummary:  # fmt: skip
     """Solve full FE over the training set and write the basis.
 
@@ -65,6 +72,8 @@ def run_offline(
         ``time.perf_counter()`` at the start of the offline stage, when meshing and finite elements shall count.
     progress : callable
         Called with the number of positions solved.
+    asked : callable
+        Given the basis as soon as it can answer, before that of the whole width is added and the file is written.
 
     Raises
     ------
@@ -90,9 +99,11 @@ def run_offline(
         with Progress(positions, label, done=len(known), further=progress) if positions else nullcontext() as bar:
             step = bar.step if bar else lambda: None
             trained = train(case, model, estimate_errors, executor, step, known, keep, started)
-        write_basis(path, trained.basis, trained.force, overwrite)
+        asked(trained.basis)
+        basis = with_whole_width(trained.basis)
+        write_basis(path, basis, trained.force, overwrite)
         remove_working_folder(parts)
-    return OfflineSummary(len(solved), len(known), trained.failures, time.perf_counter() - started)
+    return OfflineSummary(len(solved), len(known), trained.failures, time.perf_counter() - started, basis)
 
 
 def parts_of(path: Path) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
+from dataclasses import replace
 from pathlib import Path
 
 from pmor.core.progress import Progress, Steps, quietly
@@ -15,7 +16,7 @@ from pmor_online.run import OnlineResult, root_stress_of_case, sweep_case
 
 
 def run_online(
-    reduced: ReducedPair, basis_path: Path, model: ElasticModel | None = None, *, basis_bytes: int | None = None,
+    reduced: ReducedPair, basis_path: Path, model: ElasticModel | None = None, *, basis_bytes: float | None = None,
     executor: Executor | None = None, progress: Steps = quietly,
 ) -> OnlineResult:  # fmt: skip
     """Sweep with the reduced model and, given the full one, compare.
@@ -26,14 +27,14 @@ def run_online(
         File of the basis.
     model : ElasticModel, optional
         Full FE of the same case.
-    basis_bytes : int, optional
+    basis_bytes : float, optional
         Size of the file when the basis was read; by default its present one.
     executor : concurrent.futures.Executor, optional
         Of threads: shares out the angles.
     progress : callable
         Called with the number of angles solved: of the sweep, of the listed conditions, of the comparison.
     """
-    case, comparison = reduced.basis.case, None
+    case = reduced.basis.case
     scheme, angles = case.contact.scheme, len(sweep_angles(case))
     with Progress(angles, f"{scheme}: reduced model", further=progress) as bar:
         sweep = sweep_case(reduced, executor, bar.step)
@@ -43,9 +44,16 @@ def run_online(
     if case.conditions:
         with Progress(angles * len(case.conditions), "conditions", further=progress) as bar:
             conditions = sweep_listed(reduced, executor, bar.step)
-    if model is not None:
-        with Progress(case.compare.angles, f"{scheme}: full FE, unseen angles", further=progress) as bar:
-            comparison = compare_models(reduced, model, bar.step, executor)
     size_mib = (basis_path.stat().st_size if basis_bytes is None else basis_bytes) / 2**20
-    return OnlineResult(reduced, sweep, comparison, size_mib, executor is not None, conditions, basis_path.name,
-                        readings=readings, root_stress=stress)  # fmt: skip
+    found = OnlineResult(reduced, sweep, None, size_mib, executor is not None, conditions, basis_path.name,
+                         readings=readings, root_stress=stress)  # fmt: skip
+    return found if model is None else with_comparison(found, model, executor, progress)
+
+
+def with_comparison(
+    found: OnlineResult, model: ElasticModel | None, executor: Executor | None = None, progress: Steps = quietly
+) -> OnlineResult:
+    """Return a result beside full FE; parameters as of `compare_models`, progress in angles."""
+    case = found.case
+    with Progress(case.compare.angles, f"{case.contact.scheme}: full FE, unseen angles", further=progress) as bar:
+        return replace(found, comparison=compare_models(found.reduced, model, bar.step, executor))
