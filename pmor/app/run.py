@@ -13,8 +13,7 @@ from typing import Any
 from pmor.app.full import solve_bodies
 from pmor.app.result import SweepResult
 from pmor.case import Case, text_of
-from pmor.case.live_page import takes_whole_width
-from pmor.case.width import whole_width
+from pmor.case.live_page import case_of_page, takes_whole_width
 from pmor.core.progress import Steps, quietly
 from pmor.core.threads import one_thread, refuse_processes
 from pmor.core.wording import suggesting
@@ -170,7 +169,7 @@ def sweep_model(
     refuse_large_sweep_of(case, reduced.meshed)
     refuse_loads(case, reduced.meshed)  # a sweep may go beyond those that the training has been through
     if takes_whole_width(case):
-        refuse_beyond_memory(whole_width(case))
+        refuse_beyond_memory(case_of_page(case))
     names = (*result_files(case), *page_files(case), *((OWN_BASIS,) if callable(basis) else ()))
     with results_folder(folder, names, (), overwrite, inputs):
         if callable(basis):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from pmor.case.capability import why_not
 from pmor.case.schema import Case
-from pmor.case.width import mirrors_at_mid_width
+from pmor.case.width import mirrors_at_mid_width, whole_width
 
 
 def asks_for_live_page(case: Case) -> bool:
@@ -19,3 +21,9 @@ def takes_whole_width(case: Case) -> bool:
     """
     asked = asks_for_live_page(case) and not why_not(case, "page")
     return asked and case.mesh.width != "plane_strain" and mirrors_at_mid_width(case)
+
+
+def case_of_page(case: Case) -> Case:
+    """Return the case whose finite elements the page takes: of the whole width, without error bar and root stress."""
+    mesh, results = replace(case.mesh, error_bar=False), replace(case.results, root_stress=False)
+    return whole_width(replace(case, mesh=mesh, results=results))

@@ -61,7 +61,5 @@ def _uneven(case: Case) -> bool:
 
 
 def whole_width(case: Case) -> Case:
-    """Return a case in which the whole width is meshed, without error bar and root stress: for the live page."""
-    return replace(
-        case, mesh=replace(case.mesh, width="whole", error_bar=False), results=replace(case.results, root_stress=False)
-    )
+    """Return a case in which the whole width is meshed."""
+    return replace(case, mesh=replace(case.mesh, width="whole"))

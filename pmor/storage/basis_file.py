@@ -15,7 +15,8 @@ from pmor.body.root_stress import RootStressShapes
 from pmor.body.support import Support
 from pmor.case import Case, basis_key, basis_settings, parse_case, text_of
 from pmor.case.coarser import coarser
-from pmor.case.width import mirrors_at_mid_width, whole_width
+from pmor.case.live_page import case_of_page
+from pmor.case.width import mirrors_at_mid_width
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import FileFormatError
 from pmor.line.layered_pair import SurfaceLayer
@@ -41,6 +42,7 @@ from pmor.storage.basis_layout import (
 from pmor.storage.condition_table import read_conditions, write_conditions
 from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read, read_all, set_attributes, write_all
 from pmor.storage.layout import check_layout, require
+from pmor.storage.manifest import of_no_origin
 from pmor.storage.structure import items_of
 
 BASIS_SCHEMA = Schema("pmor-basis", 9, "make it anew with pmor.train")
@@ -60,7 +62,8 @@ def write_basis(path: Path, basis: Basis, force: FloatArray, overwrite: bool = F
     case, layout = basis.case, basis_layout(basis.case)
     text = text_of(case)
     origin = {"case_name": case.name, "case_text": text, "case_sha256": _digest(text), "basis_key": basis_key(case)}
-    with create(path, BASIS_SCHEMA, {**origin, "offline_s": basis.training.seconds}, overwrite) as file:
+    made = {**origin, "offline_s": basis.training.seconds}
+    with of_no_origin(path.parent), create(path, BASIS_SCHEMA, made, overwrite) as file:
         write_all(file, {**_training_arrays(basis.training), **_arrays(basis), KEPT: force}, layout)
         write_conditions(file["training"], basis.training.conditions)
         _write_attributes(file, basis)
@@ -146,17 +149,19 @@ def _read(file: h5py.File, path: Path) -> Basis:
     pair, present = gear_pair(case), items_of(file)
     further = {COARSER: coarser(case)}
     if WHOLE in present and mirrors_at_mid_width(case):
-        further[WHOLE] = whole_width(case)
+        further[WHOLE] = case_of_page(case)
     apart = tuple(f"{name}/" for name, own in further.items() if own is not None)
     items = {path: item for path, item in present.items() if not path.startswith(apart)}
     layout = basis_layout(case)
     check_layout(items, layout, basis_sizes(case, pair))
     arrays = {name: read(file, name, field) for name, field in layout.items() if name in file and name != KEPT}
     basis = replace(_basis(file, case, arrays), training=_training(file, case, arrays))
-    for name, own in further.items():
-        if own is not None:
-            arrays = read_all(file[name], further_layout(own), basis_sizes(own, pair))
-            basis = replace(basis, **{name: _basis(file[name], own, arrays)})
+    read_further = {
+        name: _basis(file[name], own, read_all(file[name], further_layout(own), basis_sizes(own, pair)))
+        for name, own in further.items()
+        if own is not None
+    }
+    basis = replace(basis, coarser=read_further.get(COARSER), whole=read_further.get(WHOLE))
     with np.errstate(all="ignore"):  # absurd numbers are refused, not warned of
         check_basis(basis, pair)
     return basis

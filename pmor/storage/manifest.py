@@ -13,6 +13,8 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -58,15 +60,25 @@ def record_origin(folder: Path, origin: str) -> None:
     _append(folder, {"origin": origin})
 
 
+@contextmanager
+def of_no_origin(folder: Path) -> Iterator[None]:
+    """Let files that are listed inside have no origin: results of another text leave them where they are."""
+    if not has_manifest(folder):
+        yield
+        return
+    before = next((str(entry["origin"]) for entry in reversed(_entries(folder)) if "origin" in entry), "")
+    record_origin(folder, "")
+    try:
+        yield
+    finally:
+        record_origin(folder, before)
+
+
 def listed(folder: Path) -> dict[str, Contents]:
     """Return the manifest of a folder by the names of files; empty where there is none."""
-    try:
-        lines = (folder / MANIFEST).read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError:
-        return {}
     found: dict[str, Contents] = {}
     origin = ""
-    for entry in map(_entry, lines):
+    for entry in _entries(folder):
         name, digest = entry.get("file"), entry.get("sha256")
         origin = str(entry.get("origin", origin))
         if isinstance(name, str) and isinstance(digest, str) and _is_plain(name):
@@ -112,6 +124,13 @@ def _append(folder: Path, entry: dict[str, Any]) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+def _entries(folder: Path) -> list[dict[str, Any]]:
+    try:
+        return [_entry(line) for line in (folder / MANIFEST).read_text("utf-8", "replace").splitlines()]
+    except OSError:
+        return []
 
 
 def _entry(line: str) -> dict[str, Any]:

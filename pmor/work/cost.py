@@ -12,8 +12,8 @@ from pathlib import Path
 
 from pmor.case import Case, other_models
 from pmor.case.coarser import coarser
-from pmor.case.live_page import takes_whole_width
-from pmor.case.width import meshed_width, whole_width
+from pmor.case.live_page import case_of_page, takes_whole_width
+from pmor.case.width import meshed_width
 from pmor.core.errors import InsufficientMemoryError
 from pmor.core.keeping import is_kept
 from pmor.core.memory import MemoryLimit, memory_limits, memory_text
@@ -130,7 +130,7 @@ def _stages_of(case: Case, pair: GearPair) -> tuple[Stage, ...]:
     trained_s = coarse_s + size.solves * full_s + size.positions * POSITION_S + searched * reduced_s + BASIS_S
     drawn = set(case.output.format if case.output.plots else ())
     drawn |= {case.output.shown_as} if case.output.report else set()
-    whole_size = pair_size(whole_width(case), pair) if takes_whole_width(case) else None
+    whole_size = pair_size(case_of_page(case), pair) if takes_whole_width(case) else None
     page = max(PAGE_BYTES * bool(drawn), SOLVER_BYTES - KERNEL_BYTES + solving_bytes(whole_size) if whole_size else 0)
     whole_s = solving_seconds(whole_size) if whole_size else 0.0
     return (

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pmor.case.capability import why_not
-from pmor.case.live_page import asks_for_live_page, takes_whole_width
-from pmor.case.width import whole_width
+from pmor.case.live_page import asks_for_live_page, case_of_page, takes_whole_width
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.reduction.basis import Basis
 from pmor_offline.gather import make_basis
@@ -38,5 +37,5 @@ def with_whole_width(basis: Basis) -> Basis:
     """Return a basis with that of the whole width beside it, where the live page of its case takes it."""
     if basis.whole is not None or not takes_whole_width(basis.case):
         return basis
-    whole = whole_width(basis.case)
+    whole = case_of_page(basis.case)
     return replace(basis, whole=make_basis(whole, elastic_model(whole, mesh_model(whole)), ())[0])

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.case import parse_case
+from pmor.case import make_case, parse_case
 from pmor.core.errors import CaseError
 from pmor.pair.limits import LARGEST_APPROACH, hertz_pressure, range_warnings, refuse_impossible_load
 from pmor.pair.model import approach_estimate, gear_pair, mesh_model
@@ -101,3 +101,21 @@ def test_lines_of_contact_that_end_between_sections_are_warned_of():
     texts = [" ".join(range_warnings(c, gear_pair(c), approach_estimate(c, gear_pair(c)))) for c in (coarse, fine)]
     assert "1.8 columns of elements to an axial pitch, fewer than 4" in texts[0]
     assert "axial pitch" not in texts[1]
+
+
+def test_by_default_helical_pairs_have_the_columns_that_their_lines_of_contact_need():
+    def made(width_mm, **more):
+        gears = {"teeth": 21, "bore_radius_mm": 20.0, "module_mm": 4.0, "face_width_mm": width_mm}
+        return make_case(**gears, helix_angle_deg=20.0, torque_Nm=100.0, **more)
+
+    assert [made(width_mm).mesh.width_elements for width_mm in (5.0, 20.0, 40.0, 400.0)] == [4, 4, 8, 16]
+    assert range_warnings(made(40.0), gear_pair(made(40.0)), 0.01) == ()
+    assert made(40.0, scheme="direct").mesh.width_elements == 4
+    assert made(40.0, mesh={"width_elements": 6}).mesh.width_elements == 6
+
+
+def test_exact_line_loads_are_held_against_full_fe_at_few_angles_unless_more_are_asked_for():
+    gears = {"teeth": 21, "bore_radius_mm": 20.0, "module_mm": 4.0, "face_width_mm": 20.0, "torque_Nm": 100.0}
+    line = {"models": ["line"]}, {"models": ["line", "direct"]}, {"angles": 12}
+    assert [make_case(**gears, compare=keys).compare.angles for keys in ({}, *line)] == [3, 3, 40, 12]
+    assert make_case(**gears, scheme="direct").compare.angles == 40
