@@ -18,6 +18,7 @@ from pmor.pair.conditions import nominal_condition
 from pmor.report.condition_figure import conditions_figure
 from pmor.report.condition_table import condition_table
 from pmor.report.data_sheet import sheet_of, sheet_tables
+from pmor.report.drawing import draw
 from pmor.report.live.section import LiveSection, live_section
 from pmor.report.mesh_figure import mesh_figure
 from pmor.report.model_figures import MODEL_PICTURES, model_pictures
@@ -148,6 +149,8 @@ def write_pages(
     if not (case.output.plots or case.output.report):
         return
     pictures = [replace(picture, shown_as=case.output.shown_as) for picture in run_pictures(result, mesh)]
+    shown = (case.output.shown_as,) if case.output.report else ()
+    draw(pictures, tuple({*(case.output.format if case.output.plots else ()), *shown}))
     if case.output.plots:
         for picture in pictures:
             for picture_format in case.output.format:

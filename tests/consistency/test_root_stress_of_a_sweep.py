@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.interpolate import CubicSpline
 
 import pmor
 from pmor.app.cli import main
@@ -22,7 +23,7 @@ from pmor.report.data_files import STRESS_COLUMNS, write_stress_csv
 from pmor.results.root_stress import GEARS, SIDES, FilletEnvelope
 from pmor.storage.basis_file import read_basis
 from pmor_online.line_sweep import sweep_line_loads
-from pmor_online.root_stress import NEAR_CONTACT, _amplitudes, _nodal_forces, _peaks, _stress, _under_contact
+from pmor_online.root_stress import NEAR_CONTACT, _amplitudes, _nodal_forces, _peaks, _spline, _stress, _under_contact
 from tests.support.small_case import case_text
 from tests.support.stored_files import rows_of, summary_of
 
@@ -229,3 +230,10 @@ def test_online_writes_table_summary_and_pictures(model, tmp_path, capsys):
     assert_allclose(found["root_stress_iso6336_MPa"], 89.09, atol=0.01)
     assert math.isclose(found["root_stress_radius_mm"][0], 37.6, abs_tol=0.1)
     assert "root stress, pinion" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 5, 9, 33])
+def test_the_spline_between_columns_is_scipys(count):
+    x, places = np.linspace(-10.0, 30.0, count), np.linspace(-10.0, 30.0, 97)
+    expected = CubicSpline(x, np.eye(count))(places)
+    assert_allclose(_spline(x, places), expected, rtol=0, atol=1e-10)  # round-off of 33 truncated powers
