@@ -185,6 +185,22 @@ def loaded(model: GearboxModel, load: LoadCase) -> LoadedGearbox:
     return LoadedGearbox(beams, first, tuple(bearings), tuple(meshes), tuple(balances), force)
 
 
+def speeds_rpm(model: GearboxModel, load: LoadCase) -> dict[str, float]:
+    """Return the speeds about x of the shafts that turn with that of the first torque; none without a speed."""
+    if load.speed_rpm is None:
+        return {}
+    found = {load.torques[0].shaft: load.speed_rpm}
+    for _ in model.sections.shafts:
+        for mesh in model.sections.meshes:
+            pair, (one, two) = model.pairs[mesh.name], (mesh.pinion.shaft, mesh.wheel.shaft)
+            ratio = pair.wheel.base_radius / pair.pinion.base_radius
+            if one in found:
+                found.setdefault(two, -found[one] / ratio)
+            elif two in found:
+                found[one] = -found[two] * ratio
+    return found
+
+
 def pinion_senses(model: GearboxModel, load: LoadCase) -> dict[str, float]:
     """Return the signs of the torques about x that drive the pinions, by mesh.
 

@@ -30,6 +30,9 @@ MESH_COLUMNS: Columns = {
     "K_Hβ": "k_h_beta",
     "rigid": "rigid_k_h_beta",
     "pressure [MPa]": "flank_pressure_max_MPa",
+    "loss factor": "loss_factor",
+    "friction": "friction",
+    "losses [W]": "losses_W",
 }
 BEARING_COLUMNS: Columns = {
     "load": "load",
@@ -54,7 +57,7 @@ def gearbox_data(file: GearboxFile, loads: Sequence[SolvedLoad], failures: Seque
     """Return the content of `gearbox.json`."""
     return {
         "title": file.model.sections.title,
-        "loads": [load_data(solved) for solved in loads],
+        "loads": [load_data(file.model, solved) for solved in loads],
         "failures": list(failures),
     }
 

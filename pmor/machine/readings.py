@@ -11,19 +11,29 @@ from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.machine.beam import NODE
 from pmor.machine.coupled import SolvedLoad, SolvedMesh
-from pmor.machine.model import ABOUT_AXIS, Supported
+from pmor.machine.model import ABOUT_AXIS, GearboxModel, Supported, speeds_rpm
+from pmor.machine.settings import Lubricant
 from pmor.results.load_distribution import face_load_factor, line_states
+from pmor.results.losses import friction_schlenk, loss_factor
 from pmor.results.sweep import SteSweep, mesh_orders, peak_to_peak_um, ste_mean_um
 
 Data = dict[str, Any]
 HARMONICS = 5
 
 
-def load_data(solved: SolvedLoad) -> Data:
+def load_data(model: GearboxModel, solved: SolvedLoad) -> Data:
     """Return the entry of a load case."""
+    speeds = speeds_rpm(model, solved.load)
+    meshes = [
+        mesh_data(mesh) | losses(mesh, speeds.get(mesh.meshing.settings.pinion.shaft), model.sections.lubricant)
+        for mesh in solved.meshes
+    ]
+    known = [mesh["losses_W"] for mesh in meshes if mesh["losses_W"] is not None]
     return {
         "name": solved.load.name,
-        "meshes": [mesh_data(mesh) for mesh in solved.meshes],
+        "speeds_rpm": speeds,
+        "meshes": meshes,
+        "losses_W": sum(known) if len(known) == len(meshes) else None,
         "bearings": bearing_data(solved),
         "shafts": shaft_data(solved),
         "held_torques_Nm": _held(solved),
@@ -47,6 +57,20 @@ def mesh_data(mesh: SolvedMesh) -> Data:
         **sweep_data(mesh.sweep),
         **{f"rigid_{key}": value for key, value in sweep_data(mesh.rigid).items()},
     }
+
+
+def losses(mesh: SolvedMesh, pinion_rpm: float | None, lubricant: Lubricant) -> Data:
+    """Return loss factor, friction and power lost in a mesh; null without a speed, or at rest."""
+    pair, factor = mesh.meshing.pair, float(loss_factor(mesh.meshing.pair, line_states(mesh.sweep))[0])
+    if not pinion_rpm:
+        return {"loss_factor": factor, "friction": None, "losses_W": None, "efficiency": None}
+    friction = lubricant.friction
+    if friction == "schlenk":
+        of_oil = lubricant.viscosity_mPas, lubricant.roughness_um, lubricant.lubricant_factor
+        friction = friction_schlenk(pair, mesh.force, pinion_rpm, *of_oil)
+    power = 1e-3 * mesh.torque * abs(pinion_rpm) * 2.0 * math.pi / 60.0
+    lost = float(friction) * factor
+    return {"loss_factor": factor, "friction": friction, "losses_W": power * lost, "efficiency": 1.0 - lost}
 
 
 def f_beta_um(pair: GearPair, displacement: FloatArray) -> float:

@@ -185,17 +185,42 @@ class LoadCase:
         Of the load case.
     torques : tuple of ShaftTorque
     forces : tuple of ShaftForce
+    speed_rpm : float or None
+        Of the shaft of the first torque, about x.
     """
 
     name: str
     torques: tuple[ShaftTorque, ...]
     forces: tuple[ShaftForce, ...] = ()
+    speed_rpm: Annotated[float, Range(-1e6, 1e6, "rpm")] | None = None
 
     @property
     def places(self) -> tuple[tuple[str, float], ...]:
         """Shafts and places along them, mm, of all torques and forces."""
         torques = [(torque.shaft, torque.at_mm) for torque in self.torques]
         return (*torques, *((force.shaft, force.at_mm) for force in self.forces))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lubricant:
+    """What friction in the meshes depends on (section `[lubricant]`).
+
+    Parameters
+    ----------
+    friction : "schlenk" or float
+        Mean coefficient of friction: after Schlenk (1995), or a number. Formulas differ by up to a factor of two.
+    viscosity_mPas : float
+        Dynamic viscosity at the temperature of the oil.
+    roughness_um : float
+        Ra of the flanks, mean of both gears.
+    lubricant_factor : float
+        X_L of Schlenk's formula: 1 of mineral oil.
+    """
+
+    friction: Annotated[float, Range(0.0, 1.0)] | Literal["schlenk"] = "schlenk"
+    viscosity_mPas: Annotated[float, Range(0.1, 1e5, "mPa s")] = 20.0
+    roughness_um: Annotated[float, Range(0.01, 100.0, "um")] = 0.4
+    lubricant_factor: Annotated[float, Range(0.1, 3.0)] = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -210,6 +235,7 @@ class GearboxSections:
     bearings : tuple of Bearing
     meshes : tuple of Mesh
     loads : tuple of LoadCase
+    lubricant : Lubricant
     """
 
     title: str
@@ -217,3 +243,4 @@ class GearboxSections:
     bearings: tuple[Bearing, ...]
     meshes: tuple[Mesh, ...]
     loads: tuple[LoadCase, ...]
+    lubricant: Lubricant = Lubricant()
