@@ -16,12 +16,15 @@ from pmor.case.capability import refuse_beyond
 from pmor.case.reader import Reader, parse_toml, read_text, sections_in
 from pmor.case.values import did_you_mean
 from pmor.core.errors import GeometryError, printable
-from pmor.machine.model import GearboxModel
+from pmor.machine.model import GearboxModel, pinion_senses
+from pmor.machine.rexs import ENDINGS, read_gearbox
 from pmor.machine.settings import HOUSING, Bearing, GearboxSections, LoadCase, Mesh, Shaft, ShaftSection
+from pmor.pair.conditions import assembly_of
 from pmor.pair.model import gear_pair
 
 # Places along the axes that belong together may differ by so much: drawings are rounded, mm.
 ROUNDED_MM = 1e-3
+OFFSET_DIGITS = 9
 LONGEST_NAME, NO_FILE_NAME = 60, '/\\:*?"<>|'
 STIFFNESSES = {"radial_N_per_mm": "rigid", "axial_N_per_mm": "free", "tilt_Nmm_per_rad": "free"}
 
@@ -40,6 +43,8 @@ class GearboxFile:
         Of the meshes, ready to be trained.
     inputs : tuple of Path
         Files that were read.
+    notes : tuple of str
+        Assumptions about what a REXS file does not say.
     """
 
     name: str
@@ -47,10 +52,11 @@ class GearboxFile:
     model: GearboxModel
     cases: dict[str, Case]
     inputs: tuple[Path, ...]
+    notes: tuple[str, ...] = ()
 
 
 def load(path: Path | str) -> GearboxFile:
-    """Read and check a gearbox file, and the cases of its meshes.
+    """Read and check a gearbox file, TOML or REXS, and the cases of its meshes.
 
     Raises
     ------
@@ -58,15 +64,47 @@ def load(path: Path | str) -> GearboxFile:
         One line with file, place, rule and remedy.
     """
     path = Path(path)
-    text, where = read_text(path, "gearbox file"), str(path)
+    where, name = str(path), printable(path.stem)
     reader = _Reader(where, sections_in(GearboxSections), path.parent)
-    said = reader.section(parse_toml(text, where), GearboxSections, filled={"title": printable(path.stem)})
+    if path.suffix.lower() in ENDINGS:
+        return _of_rexs(path, reader)
+    text = read_text(path, "gearbox file")
+    said = reader.section(parse_toml(text, where), GearboxSections, filled={"title": name})
     reader.check(said)
     cases = {mesh.name: reader.case(mesh, said) for mesh in said.meshes}
     inputs = path, *(path.parent / mesh.case for mesh in said.meshes)
     texts = "\n".join([text, *(case.text for case in cases.values())])
-    model = GearboxModel(said, {name: gear_pair(case) for name, case in cases.items()})
-    return GearboxFile(printable(path.stem), texts, model, cases, tuple(dict.fromkeys(inputs)))
+    model = _model(said, cases)
+    reader.check_turned(model, cases)
+    return GearboxFile(name, texts, model, cases, tuple(dict.fromkeys(inputs)))
+
+
+def _of_rexs(path: Path, reader: _Reader) -> GearboxFile:
+    """Take a REXS file: faces that are not centred lie in the frame of their mesh, which the first load turns."""
+    found = read_gearbox(path)
+    said = found.sections
+    reader.check(said)
+    cases = {mesh.name: reader.placed(found.cases[mesh.name], mesh, said) for mesh in said.meshes}
+    senses = pinion_senses(_model(said, cases), said.loads[0])
+    for name, offsets in found.face_offsets.items():
+        pinion, wheel = (round(senses[name] * offset, OFFSET_DIGITS) for offset in offsets)
+        cases[name] = change_case(cases[name], pinion={"face_offset_mm": pinion}, wheel={"face_offset_mm": wheel})
+    model, texts = _model(said, cases), (repr(said), *(case.text for case in cases.values()))
+    reader.check_turned(model, cases)
+    return GearboxFile(printable(path.stem), "\n".join(texts), model, cases, (path,), found.notes)
+
+
+def _model(said: GearboxSections, cases: dict[str, Case]) -> GearboxModel:
+    return GearboxModel(said, {name: gear_pair(case) for name, case in cases.items()})
+
+
+def _alike_from_both_ends(case: Case) -> bool:
+    """Whether a pair is the same seen from its other end."""
+    assembly, pair = assembly_of(case), case.pair
+    flanks = assembly.pinion.mirrored and assembly.wheel.mirrored
+    return (
+        flanks and not assembly.misalignment.tilted and pair.pinion.face_offset_mm == pair.wheel.face_offset_mm == 0.0
+    )
 
 
 class _Reader(Reader):
@@ -183,13 +221,25 @@ class _Reader(Reader):
                 rule = f'has no torque to carry in the train of shaft "{train[0]}": add one'
                 self.refuse(f'[[loads]] "{load.name}"', rule)
 
+    def check_turned(self, model: GearboxModel, cases: dict[str, Case]) -> None:
+        """Refuse loads of both senses on a pair that differs from end to end: z of its case turns with the torque."""
+        senses = [pinion_senses(model, load) for load in model.sections.loads]
+        for name, case in cases.items():
+            if len({sense[name] for sense in senses}) > 1 and not _alike_from_both_ends(case):
+                self.refuse(
+                    f'[[loads]]: they turn the mesh "{name}" both ways, and it is not the same seen from both ends',
+                    "write a gearbox file for each sense",
+                )
+
     def case(self, mesh: Mesh, said: GearboxSections) -> Case:
-        """Return the case of a mesh as it stands in the gearbox, of the whole width."""
+        """Return the case of a mesh that the file names."""
         assert self.folder is not None
-        where = f'{self.where}: [[meshes]] "{mesh.name}"'
         case = load_case(self.folder / mesh.case)
-        if mesh.changes:
-            case = change_case(case, **mesh.changes)
+        return self.placed(change_case(case, **mesh.changes) if mesh.changes else case, mesh, said)
+
+    def placed(self, case: Case, mesh: Mesh, said: GearboxSections) -> Case:
+        """Return a case on the axes of the gearbox."""
+        where = f'{self.where}: [[meshes]] "{mesh.name}"'
         refuse_beyond(case, "gearbox", where)
         shafts = {shaft.name: shaft for shaft in said.shafts}
         distance = math.dist(shafts[mesh.pinion.shaft].at_mm, shafts[mesh.wheel.shaft].at_mm)

@@ -59,6 +59,7 @@ def gearbox_data(file: GearboxFile, loads: Sequence[SolvedLoad], failures: Seque
         "title": file.model.sections.title,
         "loads": [load_data(file.model, solved) for solved in loads],
         "failures": list(failures),
+        "assumptions": list(file.notes),
     }
 
 
@@ -83,6 +84,10 @@ def gearbox_report(file: GearboxFile, loads: Sequence[SolvedLoad], failures: Seq
         "their bores; each mesh is solved by exact line loads on the compliance of its hubs, swept under the mean "
         "forces of all other meshes. Rolling bearings: ISO/TS 16281, without centrifugal loads."
     ]
+    if file.notes:
+        blocks.append(
+            Table("Assumptions", ("what the file does not say, and what was taken",), [[n] for n in file.notes])
+        )
     return Report("gearbox", data, f"Gearbox: {file.model.sections.title}", blocks)
 
 
@@ -92,6 +97,7 @@ def gearbox_text(file: GearboxFile, loads: Sequence[SolvedLoad], failures: Seque
     if loads:
         for shown in _tables(gearbox_data(file, loads, failures)):
             lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
+    lines += [f"  note: {note}" for note in file.notes]
     return "\n".join([*lines, *(f"  ! {sentence}" for sentence in failures)])
 
 

@@ -104,7 +104,7 @@ def bearing_data(solved: SolvedLoad) -> list[Data]:
     displacement = solved.equilibrium.displacement
     for bearing in solved.gearbox.bearings:
         moved = bearing.rows @ displacement
-        force = bearing.springs * moved
+        force = bearing.springs * moved + 0.0
         elements = None
         for direction in bearing.rigid:
             force[direction] -= solved.equilibrium.reactions[constraint]

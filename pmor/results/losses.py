@@ -1,7 +1,8 @@
 """Load-dependent losses of a mesh from its line loads.
 
 The friction force of a section is mu times its normal force F / cos(beta_b), and acts through the sliding velocity;
-with the roll angles u_1, u_2 at the point of contact that is omega_1 r_b1 |u_1 - u_2|. Over the power F_bt omega_1 r_b1,
+with the roll angles u_1, u_2 at the point of contact that is omega_1 r_b1 |u_1 - u_2|. Over the power of the mesh,
+F_bt omega_1 r_b1,
 
     P_V = P mu H_VL,    H_VL = mean over the cycle of sum F |u_1 - u_2| / (F_bt cos(beta_b)).
 

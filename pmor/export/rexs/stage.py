@@ -77,7 +77,12 @@ def find_stage(gearbox: Gearbox, wanted: int | None, where: str) -> Stage:
 
 
 def face_middle(gearbox: Gearbox, gear: Component, along: list[float]) -> float | None:
-    """Return where the middle of a gear's face is along an axis, mm: half of it beyond its place on the shaft."""
+    """Return where the middle of a gear's face is along an axis, mm.
+
+    It is where the gear stands in space; without that, half of the face beyond its place on the shaft.
+    """
+    if place := gear.numbers_of("support_vector"):
+        return sum(m * a for m, a in zip(place, along, strict=True))
     start, width = gear.number_of("u_coordinate_on_shaft"), gear.number_of("face_width")
     for shaft in gearbox.beside(gear.number, "shaft", "assembly"):
         foot = shaft.numbers_of("support_vector")

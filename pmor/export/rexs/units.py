@@ -15,9 +15,11 @@ UNITS = {
         "diameters_of_topographical_modification", "end_relief_depth_datum_face", "end_relief_depth_non_datum_face",
         "end_relief_length_datum_face", "end_relief_length_non_datum_face", "face_width",
         "helix_crowning_amount_datum_face", "helix_crowning_amount_non_datum_face", "helix_evaluation_end",
-        "helix_evaluation_start", "helix_highest_point", "helix_slope", "inner_diameter", "length",
+        "helix_evaluation_start", "helix_highest_point", "helix_slope", "inner_diameter",
+        "inner_diameter_begin", "inner_diameter_end", "length",
         "length_where_profile_crowning_root_is_specified", "length_where_profile_crowning_tip_is_specified",
-        "load_distribution_node_positions", "normal_module", "outer_diameter_begin", "point_coordinates_radius",
+        "load_distribution_node_positions", "normal_module", "outer_diameter_begin", "outer_diameter_end",
+        "point_coordinates_radius",
         "point_coordinates_u_coord", "profile_crowning_at_root", "profile_crowning_at_tip", "profile_evaluation_end",
         "profile_evaluation_start", "profile_highest_point", "profile_slope", "profile_twist", "protuberance_amount",
         "root_diameter", "root_relief_datum_diameter", "root_relief_datum_length", "root_relief_depth",
@@ -25,7 +27,7 @@ UNITS = {
         "tip_corner_radius_reference_profile", "tip_diameter", "tip_relief_datum_diameter", "tip_relief_datum_length",
         "tip_relief_depth", "tip_relief_evaluation_reference", "tip_relief_evaluation_reference_length",
         "tooth_tip_chamfer", "tooth_tip_height", "topographical_modification_amounts", "u_axis_vector",
-        "u_coordinate_on_shaft", "w_axis_vector",
+        "u_coordinate_on_shaft", "u_coordinate_on_shaft_inner_side", "w_axis_vector",
     ), "mm"),
     **dict.fromkeys((
         "custom_pmor_pitch_deviations", "custom_pmor_tooth_thickness_allowances", "custom_pmor_transmission_error",
@@ -39,7 +41,9 @@ UNITS = {
         "load_distribution_along_face_width", "local_normal_line_load", "meshing_stiffness_characteristic",
     ), "N / mm"),
     **dict.fromkeys(("elastic_modulus", "local_hertzian_contact_stress"), "MPa"),
-    **dict.fromkeys(("torque", "torque_around_u_axis"), "N m"),
+    **dict.fromkeys(("torque", "torque_around_u_axis", "torque_around_v_axis", "torque_around_w_axis"), "N m"),
+    **dict.fromkeys(("force_u_direction", "force_v_direction", "force_w_direction"), "N"),
+    "radial_stiffness": "N / m", "bending_stiffness": "N mm / rad", "rotational_speed": "1 / min",
 }  # fmt: skip
 #: units that are converted, by the one used here; spaces, dots and stars between factors do not count
 FACTORS = {
@@ -50,6 +54,9 @@ FACTORS = {
             "kN/mm^2": 1e3},
     "N m": {"Nm": 1.0, "Nmm": 1e-3, "Ncm": 1e-2, "kNm": 1e3, "kNmm": 1.0, "MNm": 1e6},
     "N / mm": {"N/mm": 1.0, "N/m": 1e-3, "kN/mm": 1e3},
+    "N": {"N": 1.0, "kN": 1e3},
+    "N mm / rad": {"Nmm/rad": 1.0, "Nm/rad": 1e3},
+    "1 / min": {"1/min": 1.0, "rpm": 1.0, "1/s": 60.0, "Hz": 60.0},
     "none": {"none": 1.0, "-": 1.0, "1": 1.0},
 }  # fmt: skip
 

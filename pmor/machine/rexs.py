@@ -1,0 +1,228 @@
+"""A gearbox from a REXS file: shafts, bearings, stages and load cases, with a note on each thing that is not said.
+
+The axes of the machine are those of the file: u of the shafts along x. Bearings are taken by their stiffness; catalogue
+bearings have none in most files, and makers' inner geometry is in none: they are then rigid, and a note says so.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from pmor.case import Case
+from pmor.core.errors import CaseError, printable
+from pmor.export.rexs.model import Component, Gearbox, read_rexs
+from pmor.export.rexs.read import read_stage
+from pmor.export.rexs.stage import axis_of, find_stage, stages
+from pmor.machine.settings import (
+    HOUSING,
+    Bearing,
+    GearboxSections,
+    GearPlace,
+    LoadCase,
+    Mesh,
+    Shaft,
+    ShaftForce,
+    ShaftSection,
+    ShaftTorque,
+)
+
+ENDINGS = (".rexs", ".rexsz", ".rexsj")
+BEARINGS = ("rolling_bearing_with_catalog_geometry", "rolling_bearing_with_detailed_geometry", "concept_bearing")
+PLANETARY = ("planetary_stage", "planet_carrier", "ring_gear")
+# Stiffnesses from here on stand for rigid, N/mm and N mm/rad.
+RIGID, RIGID_TILT = 1e10, 1e13
+PARALLEL = 1e-9
+
+
+@dataclass(frozen=True)
+class ReadGearbox:
+    """A gearbox as a REXS file has it.
+
+    Parameters
+    ----------
+    sections : GearboxSections
+    cases : dict of str to Case
+        Of the meshes.
+    face_offsets : dict of str to (float, float)
+        By how much the faces of pinion and wheel lie beyond their common middle along x, mm; where any does.
+    notes : tuple of str
+        Assumptions, and parts that are left out.
+    """
+
+    sections: GearboxSections
+    cases: dict[str, Case]
+    face_offsets: dict[str, tuple[float, float]]
+    notes: tuple[str, ...]
+
+
+def read_gearbox(path: Path) -> ReadGearbox:
+    """Read all of a gearbox that pmor solves.
+
+    Raises
+    ------
+    FileFormatError
+        When it is no REXS file.
+    CaseError
+        When the file does not say enough, with what is missing.
+    """
+    return _Draft(read_rexs(path), path).read()
+
+
+class _Draft:
+    """Parts of a gearbox as found, and notes on missing data."""
+
+    def __init__(self, gearbox: Gearbox, path: Path) -> None:
+        self.gearbox, self.path = gearbox, path
+        self.notes: list[str] = []
+        self.face_offsets: dict[str, tuple[float, float]] = {}
+        self.shafts = {shaft.number: shaft for shaft in gearbox.of_kind("shaft")}
+
+    def read(self) -> ReadGearbox:
+        if planets := [part for kind in PLANETARY for part in self.gearbox.of_kind(kind)]:
+            raise self.refuse(planets[0], "planetary stages are not solved: leave them out of the file")
+        meshes, cases = self.meshes()
+        sections = GearboxSections(
+            title=printable(self.path.stem), shafts=tuple(map(self.shaft, self.shafts.values())),
+            bearings=self.bearings(), meshes=meshes, loads=self.loads(),
+        )  # fmt: skip
+        return ReadGearbox(sections, cases, self.face_offsets, tuple(dict.fromkeys(self.notes)))
+
+    def name(self, component: Component) -> str:
+        """Unique, and printable."""
+        return printable(f"{component.name} [{component.number}]" if component.name else f"{component.number}")
+
+    def refuse(self, component: Component, rule: str) -> CaseError:
+        return CaseError(f"{self.path}: {component.label}: {rule}")
+
+    def origin(self, shaft: Component) -> list[float]:
+        place = shaft.numbers_of("support_vector")
+        if len(place) != 3:
+            raise self.refuse(shaft, "support_vector is missing: the file must say where the shafts are")
+        if math.dist(axis_of(shaft), [1.0, 0.0, 0.0]) > PARALLEL:
+            raise self.refuse(shaft, "its axis is not along x: only parallel axes along x are solved")
+        return place
+
+    def shaft(self, shaft: Component) -> Shaft:
+        x, y, z = self.origin(shaft)
+        parts = sorted(
+            self.gearbox.beside(shaft.number, "shaft_section", "assembly"),
+            key=lambda part: part.number_of("u_coordinate_on_shaft") or 0.0,
+        )
+        if not parts:
+            raise self.refuse(shaft, "has no sections: the file must say its diameters")
+        sections = []
+        for part in parts:
+            ends = [[part.number_of(f"{side}_diameter_{end}") or 0.0 for end in ("begin", "end")]
+                    for side in ("outer", "inner")]  # fmt: skip
+            if any(one != other for one, other in ends):
+                self.notes.append(f"{part.label}: conical: a cylinder of its mean diameters")
+            outer, inner = (0.5 * sum(end) for end in ends)
+            sections.append(ShaftSection(length_mm=part.number_of("length") or 0.0, outer_mm=outer, inner_mm=inner))
+        modulus, ratio = self.material(shaft)
+        return Shaft(
+            name=self.name(shaft), at_mm=(y, z), start_mm=x, sections=tuple(sections), youngs_modulus_GPa=modulus,
+            poisson_ratio=ratio,
+        )  # fmt: skip
+
+    def material(self, shaft: Component) -> tuple[float, float]:
+        for material in self.gearbox.beside(shaft.number, "material"):
+            modulus, ratio = material.number_of("elastic_modulus"), material.number_of("poisson_ratio")
+            if modulus and ratio is not None:
+                return 1e-3 * modulus, ratio
+        self.notes.append(f"{shaft.label}: refers to no elastic constants: steel assumed, 210 GPa and 0.3")
+        return 210.0, 0.3
+
+    def bearings(self) -> tuple[Bearing, ...]:
+        found, located = list[Bearing](), set[str]()
+        for kind in BEARINGS:
+            for bearing in self.gearbox.of_kind(kind):
+                sides = [relation for relation in self.gearbox.relations if relation.role("assembly") == bearing.number]
+                inner = next((one.role("inner_part") for one in sides if one.role("inner_part")), None)
+                outer = next((one.role("outer_part") for one in sides if one.role("outer_part")), None)
+                if inner not in self.shafts:
+                    self.notes.append(f"{bearing.label}: stands on no shaft: left out")
+                    continue
+                found.append(self.bearing(bearing, self.shafts[inner], self.shafts.get(outer or -1), located))
+        return tuple(found)
+
+    def bearing(self, bearing: Component, shaft: Component, outer: Component | None, located: set[str]) -> Bearing:
+        place = bearing.number_of("u_coordinate_on_shaft_inner_side", "u_coordinate_on_shaft")
+        if place is None:
+            raise self.refuse(bearing, "u_coordinate_on_shaft_inner_side is missing: where does it stand?")
+        radial, tilt = bearing.number_of("radial_stiffness"), bearing.number_of("bending_stiffness")
+        if radial is None:
+            self.notes.append(f"{bearing.label}: neither stiffness nor inner geometry: radially rigid")
+        name, takes = self.name(shaft), bearing.text_of("axial_force_absorption")
+        axial: float | str = "free"
+        if takes in ("both_directions", "positive", "negative"):
+            axial = "free" if name in located else "rigid"
+            if takes != "both_directions":
+                how = "held by it in both directions" if axial == "rigid" else "held by another bearing"
+                self.notes.append(f"{bearing.label}: takes thrust in one direction: the shaft is {how}")
+            located.add(name)
+        return Bearing(
+            name=self.name(bearing), shaft=name, to=self.name(outer) if outer else HOUSING, at_mm=place,
+            radial_N_per_mm="rigid" if not radial or radial >= RIGID else radial,
+            axial_N_per_mm=axial,  # type: ignore[arg-type]
+            tilt_Nmm_per_rad="free" if not tilt else ("rigid" if tilt >= RIGID_TILT else tilt),
+        )  # fmt: skip
+
+    def meshes(self) -> tuple[tuple[Mesh, ...], dict[str, Case]]:
+        found, cases = list[Mesh](), dict[str, Case]()
+        for number in sorted(stages(self.gearbox)):
+            stage, read = find_stage(self.gearbox, number, str(self.path)), read_stage(self.path, number)
+            name = f"stage_{number}"
+            self.notes += [f"{name}: {note}" for note in read.notes]
+            faces = [self.face(gear) for gear in (stage.pinion, stage.wheel)]
+            low, high = max(face[0] for face in faces), min(face[1] for face in faces)
+            middle = 0.5 * (low + high)
+            pinion, wheel = (self.gear_place(gear, middle) for gear in (stage.pinion, stage.wheel))
+            if any(sum(face) != 2.0 * middle for face in faces):
+                self.face_offsets[name] = (0.5 * sum(faces[0]) - middle, 0.5 * sum(faces[1]) - middle)
+            found.append(Mesh(name=name, case=self.path, pinion=pinion, wheel=wheel, changes={}))
+            cases[name] = read.case
+        if not found:
+            raise CaseError(f"{self.path}: has no stage of two external cylindrical gears")
+        return tuple(found), cases
+
+    def face(self, gear: Component) -> tuple[float, float]:
+        """Where the face of a gear begins and ends along x, mm."""
+        place, width = gear.numbers_of("support_vector"), gear.number_of("face_width")
+        if len(place) != 3 or not width:
+            raise self.refuse(gear, "support_vector or face_width is missing: where is its face?")
+        return place[0] - 0.5 * width, place[0] + 0.5 * width
+
+    def gear_place(self, gear: Component, x: float) -> GearPlace:
+        for shaft in self.gearbox.beside(gear.number, "shaft", "assembly"):
+            return GearPlace(shaft=self.name(shaft), at_mm=x - self.origin(shaft)[0])
+        raise self.refuse(gear, "is on no shaft")
+
+    def loads(self) -> tuple[LoadCase, ...]:
+        cases = self.gearbox.load_cases or ({},)
+        return tuple(self.load(f"load case {n}", case) for n, case in enumerate(cases, start=1))
+
+    def load(self, name: str, case: dict[int, Component]) -> LoadCase:
+        torques, forces = list[ShaftTorque](), list[ShaftForce]()
+        for load in self.gearbox.of_kind("external_load"):
+            said = case.get(load.number, load)
+            for shaft in self.gearbox.beside(load.number, "shaft", "assembly"):
+                at = {"shaft": self.name(shaft), "at_mm": load.number_of("u_coordinate_on_shaft") or 0.0}
+                torque = said.number_of("torque_around_u_axis") or load.number_of("torque_around_u_axis")
+                if load.text_of("transmits_torque") == "true":
+                    given = bool(torque) and load.text_of("defines_torque") != "false"
+                    torques.append(ShaftTorque(**at, torque_Nm=torque if given else "balance"))  # type: ignore[arg-type]
+                force = [said.number_of(f"force_{way}_direction") or 0.0 for way in "uvw"]
+                if any(force):
+                    forces.append(ShaftForce(**at, x_N=force[0], y_N=force[1], z_N=force[2]))  # type: ignore[arg-type]
+                if any(said.number_of(f"torque_around_{way}_axis") for way in "vw"):
+                    self.notes.append(f"{name}, {load.label}: bending moments are left out")
+        torques.sort(key=lambda one: one.torque_Nm == "balance")
+        if not torques or torques[0].torque_Nm == "balance":
+            raise CaseError(f"{self.path}: {name}: no torque enters: no external_load has torque_around_u_axis")
+        first = next(shaft for shaft in self.shafts.values() if self.name(shaft) == torques[0].shaft)
+        speed = case.get(first.number, first).number_of("rotational_speed") or first.number_of("rotational_speed")
+        if speed is None:
+            self.notes.append(f"{name}: no speed of {first.label}: no losses")
+        return LoadCase(name=name, torques=tuple(torques), forces=tuple(forces), speed_rpm=speed)
