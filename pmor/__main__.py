@@ -1,7 +1,5 @@
 """`python -m pmor`: the command line."""
 
-import sys
+from pmor.app.cli import program
 
-from pmor.app.cli import main
-
-sys.exit(main())
+program()

@@ -7,6 +7,7 @@ import argparse
 import errno
 import logging
 import math
+import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -271,5 +272,13 @@ def _one_line(text: str) -> str:
     return printable(in_command(" ".join(text.splitlines())))
 
 
+def program() -> None:
+    """Run one command as a program, and end the process with its exit code."""
+    code = main()
+    # Results are written: an interrupt while the interpreter ends would turn the code into that of a crash.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.exit(code)
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    program()

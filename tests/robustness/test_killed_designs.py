@@ -35,7 +35,8 @@ def test_killed_designs_end_with_the_same_variants(tmp_path):
         except subprocess.TimeoutExpired:
             process.send_signal(signal.SIGKILL if number % 2 else signal.SIGINT)
             process.communicate()
-            assert process.returncode in (-signal.SIGKILL, 130)
+            # Interrupted, or just done.
+            assert process.returncode in (-signal.SIGKILL, 130, 0)
         if (out / PARTS / STORE).exists():
             assert "pmor-design" in file_text(out / PARTS / STORE)
             readable += 1
