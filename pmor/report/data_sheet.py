@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from pmor.case import Case
-from pmor.gear.data_sheet import DataSheet, OneGear, data_sheet
+from pmor.gear.data_sheet import DataSheet, GearData, OneGear, data_sheet
 from pmor.gear.pair import GearPair
-from pmor.gear.profile import ProfilePoint
 from pmor.report.table import Cell, Table
 
 NOTE = (
@@ -13,6 +12,8 @@ NOTE = (
     "the base circle, shares on the path of contact from the start of the gear's active profile to its end."
 )
 
+# From the end of the active profile to the tip circle, mm, that shows.
+LEAST_DISTANCE = 5e-5
 _PAIR: tuple[tuple[str, str, str, str], ...] = (
     ("gear ratio", "u", "gear_ratio", ""),
     ("normal module", "m_n", "normal_module_mm", "mm"),
@@ -77,7 +78,7 @@ _POINTS = (
     ("start of tip relief", "tip_relief_start"),
     ("end of root relief", "root_relief_end"),
 )
-_PLACES = "place", "gear", "roll angle, deg", "roll length, mm", "diameter, mm", "to the tip, mm", "share of path, %"
+_PLACES = "place", "roll angle, deg", "roll length, mm", "diameter, mm", "to the tip, mm", "share of path, %"
 
 
 def sheet_of(case: Case, pair: GearPair) -> DataSheet:
@@ -90,33 +91,39 @@ def sheet_of(case: Case, pair: GearPair) -> DataSheet:
 
 
 def sheet_tables(sheet: DataSheet) -> list[Table]:
-    """Return the data sheet as tables: pair, gears, places on the profile."""
-    pair = [(name, symbol, decimal(getattr(sheet, key)), unit)
+    """Return the data sheet as tables: pair, gears, places on the profile of each gear."""
+    both = sheet.pinion, sheet.wheel
+    pair = [(_label(name, symbol, unit), _cell(sheet, key, unit))
             for name, symbol, key, unit in _PAIR if getattr(sheet, key) is not None]  # fmt: skip
-    gears = [(name, symbol, decimal(getattr(sheet.pinion, key)), decimal(getattr(sheet.wheel, key)), unit)
-             for name, symbol, key, unit in _GEARS if not _missing(sheet, key)]  # fmt: skip
-    points = [
-        (point, gear, *_point(getattr(data, key)))
-        for gear, data in (("pinion", sheet.pinion), ("wheel", sheet.wheel))
-        for point, key in _POINTS
-        if getattr(data, key) is not None
-    ]
+    gears = [(_label(name, symbol, unit), *(_cell(gear, key, unit) for gear in both))
+             for name, symbol, key, unit in _GEARS if any(getattr(gear, key) is not None for gear in both)]  # fmt: skip
     return [
-        Table("Gear data: pair", ("quantity", "symbol", "value", "unit"), pair),
-        Table("Gear data: gears", ("quantity", "symbol", "pinion", "wheel", "unit"), gears),
-        Table("Gear data: places on the profile", _PLACES, points, NOTE),
+        Table("Gear data: pair", ("quantity", "value"), pair),
+        Table("Gear data: gears", ("quantity", "pinion", "wheel"), gears),
+        Table("Places on the profile of the pinion", _PLACES, _places(sheet.pinion)),
+        Table("Places on the profile of the wheel", _PLACES, _places(sheet.wheel), NOTE),
     ]
 
 
-def _missing(sheet: DataSheet, key: str) -> bool:
-    return getattr(sheet.pinion, key) is None and getattr(sheet.wheel, key) is None
+def _label(name: str, symbol: str, unit: str) -> str:
+    return f"{name} {symbol}".strip() + (f", {unit}" if unit else "")
 
 
-def _point(point: ProfilePoint) -> tuple[Cell, ...]:
-    return (
-        decimal(point.roll_deg), decimal(point.roll_length_mm), decimal(point.diameter_mm), decimal(point.to_tip_mm),
-        decimal(point.percent, 2),
-    )  # fmt: skip
+def _cell(data: DataSheet | GearData, key: str, unit: str) -> Cell:
+    return decimal(getattr(data, key), 2 if unit in ("Hz", "1/min") else 4)
+
+
+def _places(gear: GearData) -> list[tuple[Cell, ...]]:
+    """Rows from the root to the tip; the tip circle where the active profile ends below it."""
+    named = {key: (name, getattr(gear, key)) for name, key in _POINTS}
+    if gear.end_of_active_profile.to_tip_mm < LEAST_DISTANCE:
+        del named["tip"]
+    found = [(name, point) for name, point in named.values() if point is not None]
+    return [
+        (name, decimal(p.roll_deg), decimal(p.roll_length_mm), decimal(p.diameter_mm), decimal(p.to_tip_mm),
+         decimal(p.percent, 2))
+        for name, p in sorted(found, key=lambda one: one[1].roll_deg)
+    ]  # fmt: skip
 
 
 def decimal(value: float | None, digits: int = 4) -> Cell:
