@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 
 import numpy as np
 
 from pmor.body.root_stress import RootStressShapes
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.threads import one_thread
-from pmor.gear.condition import Condition, Misalignment, common_misalignment
+from pmor.gear.condition import ALIGNED, PLAIN, Assembly, Condition, Misalignment, common_misalignment
 from pmor.line.layered_pair import place_sections
+from pmor.pair.conditions import conditions_of_assembly
 from pmor.results.loads import ContactLoads
 from pmor.results.root_stress import FilletEnvelope, RootStress, arc_lengths
 from pmor_online.line_sweep import sweep_line_loads
@@ -76,6 +78,32 @@ def root_stress(
     return RootStress(
         np.asarray(phi, dtype=float), swept, pairs, principal, mises, radius, z, (envelopes[0], envelopes[1])
     )
+
+
+def root_stress_causes(
+    reduced: ReducedPair, phi: FloatArray, assembly: Assembly, torque_Nm: float, executor: Executor | None = None
+) -> dict[str, tuple[float, float]]:
+    """Find the largest root stress without what modifications and axes add, MPa.
+
+    Returns
+    -------
+    dict of str to (float, float)
+        Of pinion and wheel: ``root_stress_nominal_flanks_MPa`` with nominal flanks on aligned axes, and
+        ``root_stress_aligned_axes_MPa`` with the flanks of the assembly; without those that are the assembly itself.
+    """
+    without = {"root_stress_nominal_flanks_MPa": PLAIN}
+    if assembly.modified:
+        without["root_stress_aligned_axes_MPa"] = replace(assembly, misalignment=ALIGNED)
+    found = dict[str, tuple[float, float]]()
+    for name, other in without.items():
+        if other == assembly:
+            continue
+        stress = root_stress(reduced, phi, conditions_of_assembly(other, (torque_Nm,)), executor)
+        both = [] if stress is None else [stress.largest(0, gear) for gear in range(2)]
+        values = [one.max_principal_MPa for one in both if one is not None]
+        if len(values) == 2:
+            found[name] = values[0], values[1]
+    return found
 
 
 def _nodal_forces(

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from pmor.case import Case, model_names
 from pmor.line.unloaded import with_unloaded
@@ -63,6 +63,9 @@ class OnlineResult:
         Derived results of a sweep of line loads; None of other models, and of sweeps too long to keep.
     root_stress : RootStress or None
         None where the basis has no root stress.
+    root_stress_causes : mapping
+        Largest root stress at the nominal torque without modifications and misalignment
+        (`pmor_online.root_stress.root_stress_causes`); empty where there are none.
     """
 
     reduced: ReducedPair
@@ -75,6 +78,7 @@ class OnlineResult:
     others: tuple[OnlineResult | LostModel, ...] = ()
     readings: Readings | None = None
     root_stress: RootStress | None = None
+    root_stress_causes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def case(self) -> Case:

@@ -177,7 +177,7 @@ class SweepResult:
 
     def plot_ste(self, full: SweepResult | None = None) -> Figure:
         """Draw the STE over the angle, a curve for each torque; another result, such as full FE, as markers."""
-        return ste_figure(self.sweep, full.sweep if full else None)
+        return ste_figure(self.sweep, full.sweep if full else None, about_mean=self.pair.pinion.helix_angle != 0.0)
 
     def plot_load_sharing(self) -> Figure:
         """Draw the share of the torque that each tooth pair carries."""
@@ -193,7 +193,7 @@ class SweepResult:
 
     def plot_harris_map(self) -> Figure:
         """Draw the STE over the angle at all torques, and its peak-to-peak over the torque."""
-        return harris_figure(self.sweep)
+        return harris_figure(self.sweep, about_mean=self.pair.pinion.helix_angle != 0.0)
 
     def to_csv(self, path: Path | str) -> None:
         """Write the table ``ste.csv`` of a run: a row for each torque and angle, units in the header."""

@@ -26,7 +26,7 @@ from pmor.work.cost import sharing_bodies
 from pmor.work.sizes import rows_in_contact
 
 DOUBLE = 8  # bytes
-PICTURES = "curves, load sharing, spectrum, error, contact pattern, mesh"
+PICTURES = "curves, load sharing, stiffness, spectrum, error, mesh"
 WHY_UNTRAINED = {
     "static_modes": "unit forces on all flank nodes",
     "line_loads": "all that line contact asks of the teeth is the compliance of their flanks",
@@ -222,7 +222,7 @@ def _of_output(scene: Scene) -> Iterator[Skipped]:
         saving = f"a sweep of {angles} angles at a hundredth of the torque, and three pictures"
         yield Skipped("flank maps and contact pattern", "[results] maps is off", saving)
     if not (output.plots or output.report):
-        saving = f"no {PICTURES}; contact patterns not solved"
+        saving = f"no {PICTURES}"
         yield Skipped("all pictures", "[output] plots and report are off", saving)
     elif not output.plots:
         yield Skipped("picture files", "[output] plots is off", "they are drawn for the page alone")

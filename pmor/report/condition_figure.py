@@ -47,7 +47,7 @@ def conditions_figure(own: SteSweep, nominal: int, conditions: Sequence[Conditio
         _draw(over_torque, over_angle, own, nominal, {"color": "black", "ls": "--", "label": "the case's own"})
         over_torque.set_ylim(bottom=0.0)
         over_torque.set(xlabel="Pinion torque [N m]", ylabel="STE peak-to-peak [µm]")
-        over_angle.set(xlabel="Pinion roll angle [deg]", ylabel="STE at own torque [µm]")
+        over_angle.set(xlabel="Pinion angle [deg]", ylabel="STE at own torque [µm]")
         over_angle.margins(x=0.0)
         title = "Condition"
         if len(coloured) < len(conditions):

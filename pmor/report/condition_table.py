@@ -32,13 +32,18 @@ def sweep_row(sweep: SteSweep, t: int) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def order_columns(sweep: SteSweep, t: int) -> dict[str, float]:
+    """Return the first orders of the mesh at one of the torques."""
+    return {f"ste_order_{k}_um": float(a) for k, a in enumerate(mesh_orders(sweep, t, N_ORDERS), start=1)}
+
+
 def condition_rows(found: ConditionSweep) -> list[dict[str, Any]]:
     """Return a row for each torque at which a condition was swept: plain values, units in the keys."""
     sweep = found.sweep
     return [
         {
             "condition": found.name, **asdict(found.assembly.misalignment), **sweep_row(sweep, t),
-            **{f"ste_order_{k}_um": float(a) for k, a in enumerate(mesh_orders(sweep, t, N_ORDERS), start=1)},
+            **order_columns(sweep, t),
             "n_positions_failed": int(np.count_nonzero(~sweep.converged[t])),
         }
         for t in range(len(sweep.torque_Nm))
@@ -54,7 +59,7 @@ def condition_table(result: OnlineResult) -> Table:
         note += f" The first {len(listed)} of {len(result.conditions)} conditions."
     columns = ["condition", "differences from the case", "torque, N m", "STE mean, µm", "STE peak-to-peak, µm",
                "first order, µm", "without load, peak-to-peak, µm"]  # fmt: skip
-    return Table("Conditions", columns, rows, note)
+    return Table("Conditions", columns, rows, note, folded=True)
 
 
 def _row(case: Case, number: int, found: ConditionSweep) -> list[str | float | None]:

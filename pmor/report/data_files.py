@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from pmor.results.root_stress import GEARS, SIDES, RootStress
-from pmor.results.sweep import SteSweep
+from pmor.results.sweep import MeshStiffness, SteSweep
 from pmor.storage.atomic import atomic_path
 
 #: header of stress.csv
@@ -40,6 +40,21 @@ def write_ste_csv(path: Path, sweep: SteSweep) -> None:
             "unloaded_ste_um": unloaded[i, k], "ste_mesh_error_estimate_um": of_mesh[i],
             **dict(zip(shares, sweep.pair_share[i, k], strict=True)),
         }
+        for i, torque in enumerate(sweep.torque_Nm) for k, phi in enumerate(sweep.phi_rad)
+    ]  # fmt: skip
+    write_table_csv(path, rows)
+
+
+def write_stiffness_csv(path: Path, sweep: SteSweep, stiffness: MeshStiffness) -> None:
+    """One line per torque and angle: mesh stiffness per face width; empty where it is undefined or not known.
+
+    Columns: phi_rad, torque_Nm, secant_N_per_mm_um, tangent_N_per_mm_um.
+    """
+    known = stiffness.tangent is not None and len(stiffness.tangent) == len(sweep.torque_Nm)
+    tangent = stiffness.tangent if known and stiffness.tangent is not None else np.full_like(sweep.ste_um, np.nan)
+    rows = [
+        {"phi_rad": phi, "torque_Nm": torque, "secant_N_per_mm_um": stiffness.secant[i, k],
+         "tangent_N_per_mm_um": tangent[i, k]}
         for i, torque in enumerate(sweep.torque_Nm) for k, phi in enumerate(sweep.phi_rad)
     ]  # fmt: skip
     write_table_csv(path, rows)

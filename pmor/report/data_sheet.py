@@ -100,8 +100,8 @@ def sheet_tables(sheet: DataSheet) -> list[Table]:
     return [
         Table("Gear data: pair", ("quantity", "value"), pair),
         Table("Gear data: gears", ("quantity", "pinion", "wheel"), gears),
-        Table("Places on the profile of the pinion", _PLACES, _places(sheet.pinion)),
-        Table("Places on the profile of the wheel", _PLACES, _places(sheet.wheel), NOTE),
+        Table("Places on the profile of the pinion", _PLACES, _places(sheet.pinion), folded=True),
+        Table("Places on the profile of the wheel", _PLACES, _places(sheet.wheel), NOTE, folded=True),
     ]
 
 

@@ -11,7 +11,7 @@ from pmor.report.page import Picture
 from pmor.report.panels import log_ticks, panels
 from pmor.report.style import COLOURS
 from pmor.report.summary import ms_per_position
-from pmor.report.sweep_figures import angle_axes, curve_of, few_torques
+from pmor.report.sweep_figures import MOST_PANELS, angle_axes, curve_of, few_torques, say_which
 from pmor.results.sweep import SteSweep
 from pmor_online.compare import Comparison
 from pmor_online.run import OnlineResult
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
 #: names of the pictures
 MODEL_PICTURES = ("models", "error_time")
-# Torques that the picture of the curves has panels for.
-MOST_PANELS = 3
 #: sweep and comparison of each model, by its name
 Compared = Mapping[str, tuple[SteSweep, Comparison]]
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
@@ -45,24 +43,26 @@ def model_pictures(result: OnlineResult) -> list[Picture]:
         "down to the root mean square. Full FE, without error, stands on the lower edge."
     )
     return [
-        Picture("models.png", curves, _curves(models, few_torques(result.sweep, MOST_PANELS))),
+        Picture("models.png", curves, _curves(models, result.sweep, result.case.torque_Nm)),
         Picture("error_time.png", errors, _error_over_time(models)),
     ]
 
 
-def _curves(models: Compared, shown: SteSweep) -> Figure:
+def _curves(models: Compared, sweep: SteSweep, nominal_Nm: float) -> Figure:
+    shown = few_torques(sweep, MOST_PANELS, nominal_Nm)
     count = len(shown.torque_Nm)
     with panels(1, 7.6, 1.4 + 2.3 * count, rows=count, sharex=True) as (figure, rows):
         for panel, torque in zip(rows, shown.torque_Nm.tolist(), strict=True):
-            for i, (name, (sweep, comparison)) in enumerate(models.items()):
+            for i, (name, (swept, comparison)) in enumerate(models.items()):
                 full = comparison.full
-                phi, ste, _ = curve_of([sweep], torque)
+                phi, ste, _ = curve_of([swept], torque)
                 panel.plot(np.degrees(phi), ste, color=COLOURS[i], ls=LINES[i], label=name)
                 for there in full.ste_um[full.torque_Nm == torque]:
                     panel.plot(np.degrees(full.phi_rad), there, MARKERS[i], ms=5, mfc="none", mec=COLOURS[i], mew=0.9)
             panel.set_ylabel(f"STE at {torque:g} N m [µm]")
         angle_axes(rows[-1], shown, top=rows[0])
         _legend(figure, rows[0])
+        say_which(figure, shown.torque_Nm, len(sweep.torque_Nm))
     return figure
 
 

@@ -45,7 +45,7 @@ def provenance(case: Case | None = None, measured_on: Mapping[str, Any] | None =
     rows += (machine() if measured_on is None else measured_on).items()
     if case is not None:
         rows.append(("case file, SHA-256", hashlib.sha256(case.text.encode()).hexdigest()))
-    return [Heading("Provenance"), Table("Machine and software", ("item", "value"), rows)]
+    return [Heading("Provenance"), Table("Machine and software", ("item", "value"), rows, folded=True)]
 
 
 def _cpu_model() -> str:

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from pmor.case import Case
 from pmor.report.flank_figures import flank_maps_figure, flank_pattern_figure, load_distribution_figure
 from pmor.report.page import Picture
 from pmor.report.table import Table
-from pmor.report.torque_figures import harris_figure, waterfall_figure
-from pmor.results.load_distribution import line_states
-from pmor.results.sweep import mesh_stiffness, peak_to_peak_um
+from pmor.report.torque_figures import harris_figure
+from pmor.results.sweep import peak_to_peak_um
 from pmor_online.readings import LIGHT
 from pmor_online.run import OnlineResult
 
-OVER_TORQUE = ("harris", "waterfall")
 ON_FLANKS = ("flank_maps", "flank_pattern", "load_distribution")
 
 
@@ -26,7 +22,7 @@ def readings_picture_names(case: Case) -> tuple[str, ...]:
     """Return the names of the pictures that a run of a case can have."""
     if case.reduction.shapes != "line_loads":
         return ()
-    return (*OVER_TORQUE, *(ON_FLANKS if case.results.maps else ()))
+    return ("harris", *(ON_FLANKS if case.results.maps else ()))
 
 
 def readings_pictures(result: OnlineResult) -> list[Picture]:
@@ -36,10 +32,13 @@ def readings_pictures(result: OnlineResult) -> list[Picture]:
         return []
     harris, found = readings.harris, list[Picture]()
     if harris.converged.all():
-        caption = "Harris map: transmission error over the angle at rising torque, and its peak-to-peak over torque."
-        found.append(Picture("harris.png", caption, harris_figure(harris, result.case.torque_Nm)))
-        caption = "Orders of the mesh frequency in the transmission error over the torque."
-        found.append(Picture("waterfall.png", caption, waterfall_figure(harris)))
+        caption = (
+            "Harris map: transmission error over the angle at rising torque; over torque, its peak-to-peak and first "
+            "orders of the mesh. Circles: torques of the case."
+        )
+        helical = result.reduced.meshed.pair.pinion.helix_angle != 0.0
+        figure = harris_figure(harris, result.case.torque_Nm, result.sweep, helical)
+        found.append(Picture("harris.png", caption, figure))
     if readings.light is not None:
         maps, light = readings.maps[result.nominal], readings.light
         caption = "Largest pressure and line load on the flanks over a mesh cycle at nominal torque."
@@ -51,41 +50,10 @@ def readings_pictures(result: OnlineResult) -> list[Picture]:
     return found
 
 
-def readings_tables(result: OnlineResult) -> list[Table]:
-    """Return the tables of quantities derived from line loads; none of other models."""
-    return [_over_torque(result), _sensitivities(result)] if result.readings is not None else []
-
-
-def _over_torque(result: OnlineResult) -> Table:
-    readings, sweep, pair = result.readings, result.sweep, result.reduced.meshed.pair
-    assert readings is not None
-    stiffness = mesh_stiffness(sweep, pair.pinion.base_radius, pair.common_width)
-    pressure, force = line_states(sweep).pressure_MPa, readings.forces.force_N
-    rows = [
-        (
-            float(torque), float(np.nanmean(stiffness.secant[d])), _mean(stiffness.tangent, d),
-            float(readings.face_load_factor[d]), float(readings.effective_contact_ratio[d]),
-            float(np.nanmax(pressure[d])), *(float(np.abs(force[d, :, 0, axis]).max()) for axis in range(3)),
-        )
-        for d, torque in enumerate(sweep.torque_Nm)
-    ]  # fmt: skip
-    columns = [
-        "torque, N m", "mesh stiffness, N/(mm µm)", "tangent, N/(mm µm)", "K_Hβ", "contact ratio, loaded",
-        "flank pressure max, MPa", "force across the axes' plane, N", "along it, N", "axial, N",
-    ]  # fmt: skip
-    note = (
-        "Stiffness: mean over the angles, per face width. K_Hβ: largest over mean line load of the face, added up over "
-        "the cycle (ISO 6336-1's w_max / w_m). Forces of the mesh on either gear: largest over the cycle."
-    )
-    return Table("Stiffness, load distribution and forces over the torque", columns, rows, note)
-
-
-def _mean(values: np.ndarray | None, d: int) -> float | None:
-    return None if values is None else float(np.nanmean(values[d]))
-
-
-def _sensitivities(result: OnlineResult) -> Table:
-    assert result.readings is not None
+def sensitivities_table(result: OnlineResult) -> list[Table]:
+    """Return the derivatives by parameters of modifications; none of models without line loads."""
+    if result.readings is None:
+        return []
     found, i = result.readings.sensitivities, result.nominal
     rows = [
         (name, RATES[name.rpartition("_")[2]], float(mean), float(span))
@@ -97,4 +65,4 @@ def _sensitivities(result: OnlineResult) -> Table:
         f"{float(peak_to_peak_um(result.sweep)[i]):.3g} µm: exact while the active set does not change. For a "
         "modification that the case does not have, they give the effect of the first micrometre."
     )
-    return Table("Sensitivities to modifications", columns, rows, note)
+    return [Table("Sensitivities to modifications", columns, rows, note, folded=True)]

@@ -26,13 +26,24 @@ from pmor.report.models import advice, model_table
 from pmor.report.page import Block, Heading, Picture, Warning, write_page
 from pmor.report.pattern_figure import contact_pattern_figure
 from pmor.report.provenance import provenance
-from pmor.report.readings_blocks import readings_picture_names, readings_pictures, readings_tables
+from pmor.report.readings_blocks import readings_picture_names, readings_pictures, sensitivities_table
 from pmor.report.root_stress_figures import cycle_figure, fillet_figure
 from pmor.report.style import write_picture
-from pmor.report.summary import COUNTS_FROM, ms_per_position, pitches_words, summary_rows, warnings
-from pmor.report.sweep_figures import error_figure, load_sharing_figure, spectrum_figure, ste_figure
+from pmor.report.summary import (
+    COUNTS_FROM,
+    ROUND_OFF,
+    Row,
+    accuracy_rows,
+    ms_per_position,
+    pitches_words,
+    root_stress_figures,
+    summary_rows,
+    warnings,
+)
+from pmor.report.sweep_figures import error_figure, load_sharing_figure, spectrum_figure, ste_figure, stiffness_figure
 from pmor.report.table import Table
-from pmor.results.sweep import SteSweep, peak_to_peak_um, single_pair_zone, ste_mean_um
+from pmor.report.torque_table import causes_table, load_table, ste_table, torque_row, torque_rows
+from pmor.results.sweep import SteSweep, mesh_stiffness, single_pair_zone
 from pmor_online.contact_pattern import ContactPattern, contact_patterns
 from pmor_online.model import ReducedPair
 from pmor_online.run import OnlineResult
@@ -42,15 +53,25 @@ if TYPE_CHECKING:
 
 #: names of all pictures that a run of one model can have
 PICTURES = (
-    "ste", "load_sharing", "spectrum", "error", "conditions", "contact_pattern", "root_stress", "root_stress_cycle",
-    "mesh",
+    "ste", "load_sharing", "stiffness", "spectrum", "error", "conditions", "contact_pattern", "root_stress",
+    "root_stress_cycle", "mesh",
 )  # fmt: skip
+#: pictures by the parts of the page: before all else, by theme, after all else
+FIRST = "ste.png"
+THEMES = {
+    "Transmission error": ("spectrum.png", "harris.png", "conditions.png"),
+    "Stiffness and load sharing": ("stiffness.png", "load_sharing.png"),
+    "Flanks": ("flank_maps.png", "flank_pattern.png", "load_distribution.png", "contact_pattern.png"),
+    "Root stress": ("root_stress.png", "root_stress_cycle.png"),
+}
+LAST = ("error.png", "models.png", "error_time.png", "mesh.png")
 ROOT_STRESS = ("root_stress", "root_stress_cycle")
 
 
 def page_files(case: Case) -> list[str]:
     """Return the names of the files that `write_pages` may write."""
     drawn = [name for name in PICTURES if name != "conditions" or case.conditions]
+    drawn = [name for name in drawn if name != "contact_pattern" or case.pair.helix_angle_deg]
     drawn = [name for name in drawn if name not in ROOT_STRESS or case.root_stress]
     drawn += MODEL_PICTURES if model_names(case) else ()
     drawn += readings_picture_names(case)
@@ -66,22 +87,26 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
     mesh : SectorMesh or None
         The pinion's mesh, when there is one to show.
     """
-    sweep, comparison = result.sweep, result.comparison
-    models = "reduced model (lines)" + (", full FE at unseen angles (markers)" if comparison else "")
+    sweep, comparison, nominal = result.sweep, result.comparison, result.case.torque_Nm
+    pair = result.reduced.meshed.pair
+    helical = pair.pinion.helix_angle != 0.0
+    stiffness = mesh_stiffness(sweep, pair.pinion.base_radius, pair.common_width)
     pictures = [
         Picture(
-            "ste.png",
-            f"Static transmission error over {pitches_words(sweep)}: {models}{_bars(sweep)}{_rigid(result)}.",
-            ste_figure(sweep, comparison.full, comparison.reduced) if comparison else ste_figure(sweep),
+            FIRST, f"Static transmission error over {pitches_words(sweep)}{', about its mean' if helical else ''}"
+            f"{_bars(sweep)}{_rigid(result)}.",
+            ste_figure(sweep, nominal_Nm=nominal, about_mean=helical),
         ),
-        Picture(
-            "load_sharing.png", "Share of the pinion torque that each tooth pair carries.", load_sharing_figure(sweep)
-        ),
-    ]
+        Picture("load_sharing.png", "Share of the pinion torque that each tooth pair carries.",
+                load_sharing_figure(sweep, nominal)),
+        Picture("stiffness.png", "Mesh stiffness over the cycle: force along the line of action per face width over "
+                "the STE less that without load (secant), and its derivative (tangent).",
+                stiffness_figure(sweep, stiffness, nominal)),
+    ]  # fmt: skip
     if sweep.converged.all():
         caption = "Transmission error over orders of the mesh frequency."
-        pictures.append(Picture("spectrum.png", caption, spectrum_figure(sweep)))
-    if comparison is not None:
+        pictures.append(Picture("spectrum.png", caption, spectrum_figure(sweep, nominal_Nm=nominal)))
+    if comparison is not None and not comparison.max_relative_error < ROUND_OFF:
         full, estimate = comparison.full, comparison.reduced.ste_error_um
         relative = None if estimate is None else estimate / full.ste_um
         figure = error_figure(full.phi_rad, full.torque_Nm, comparison.relative_error, relative)
@@ -92,9 +117,10 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
         caption = "Conditions that the case lists: peak-to-peak STE over the torque, and STE at their own torques."
         pictures.append(Picture("conditions.png", caption, conditions_figure(sweep, result.nominal, result.conditions)))
     pictures += readings_pictures(result)
-    patterns = _patterns(result)
+    # A spur pair's lines of contact are straight across the face: its flank maps say more.
+    patterns = _patterns(result) if helical else []
     if patterns:
-        caption = f"Contact pressure on the unrolled flanks at nominal torque{_places(result)}."
+        caption = f"Contact pressure on the unrolled flanks at {nominal:g} N m{_places(result)}."
         pictures.append(Picture("contact_pattern.png", caption, contact_pattern_figure(patterns)))
     pictures += _root_stress(result)
     if mesh is not None:
@@ -117,7 +143,7 @@ def _root_stress(result: OnlineResult) -> list[Picture]:
         Picture(
             "root_stress_cycle.png",
             "Root stress on the loaded side of a tooth while it rolls through the mesh, largest on the fillet.",
-            cycle_figure(stress, pair.pitch),
+            cycle_figure(stress, pair.pitch, result.nominal),
         ),
     ]
 
@@ -163,23 +189,38 @@ def write_pages(
 def run_blocks(
     result: OnlineResult, pictures: Sequence[Picture], live: ReducedPair | str | None = None
 ) -> list[Block | LiveSection]:
-    """Return the blocks of a run's page: results and errors, live model, pictures, settings, provenance."""
-    case = result.reduced.basis.case
-    results = [(label, value, unit.replace("um", "µm"), note) for label, value, unit, note in summary_rows(result)]
+    """Return the blocks of a run's page: STE and figures, gear data, live model, themes, accuracy, settings."""
+    case, rows = result.reduced.basis.case, torque_rows(result)
+    tables = {
+        "Transmission error": [*([condition_table(result)] if result.conditions else []), *sensitivities_table(result)],
+        "Stiffness and load sharing": [load_table(result, rows), *_classical_tables(result)],
+        "Root stress": causes_table(root_stress_figures(result) | {"torque_Nm": case.torque_Nm}),
+    }
+    blocks: list[Block | LiveSection] = [
+        *map(Warning, warnings(result)), *(picture for picture in pictures if picture.file_name == FIRST),
+        _quantities("Results at nominal torque", summary_rows(result)), ste_table(rows),
+        Heading("Gear data"), *sheet_tables(sheet_of(case, result.reduced.meshed.pair)),
+        *_live(result, live),
+    ]  # fmt: skip
+    for theme, names in THEMES.items():
+        found: list[Block] = [picture for picture in pictures if picture.file_name in names]
+        found += tables.get(theme, [])
+        blocks += [Heading(theme), *found] if found else []
     settings = [
         (key, _cell(value), "default" if is_default else "case file") for key, value, is_default in describe(case)
     ]
-    sheet = sheet_of(case, result.reduced.meshed.pair)
-    shown: list[Block | LiveSection] = [Heading("Pictures"), *pictures] if pictures else []
     return [
-        *map(Warning, warnings(result)), Heading("Results"),
-        Table("Summary", ("quantity", "value", "unit", "note"), results),
-        *sheet_tables(sheet), _error_table(result), model_table(result),
-        Table("Which model to take", ("model", "take it"), advice(result)),
-        *([condition_table(result)] if result.conditions else []), *readings_tables(result), *_classical_tables(result),
-        *_live(result, live), *shown, *provenance(case),
-        Table("Case settings", ("setting", "value", "source"), settings)
+        *blocks, Heading("Accuracy and run time"),
+        _quantities("Held against full FE, and run time", accuracy_rows(result)),
+        *_error_tables(result), model_table(result), Table("Which model to take", ("model", "take it"), advice(result)),
+        *(picture for picture in pictures if picture.file_name in LAST),
+        *provenance(case), Table("Case settings", ("setting", "value", "source"), settings, folded=True),
     ]  # fmt: skip
+
+
+def _quantities(title: str, rows: Sequence[Row]) -> Table:
+    shown = [(label, value, unit.replace("um", "µm"), note) for label, value, unit, note in rows]
+    return Table(title, ("quantity", "value", "unit", "note"), shown)
 
 
 def _live(result: OnlineResult, live: ReducedPair | str | None) -> list[Block | LiveSection]:
@@ -196,27 +237,21 @@ def _cell(value: object) -> str | float | int | bool | None:
     return value if isinstance(value, (str, float, int, bool)) or value is None else str(value)
 
 
-def _error_table(result: OnlineResult) -> Table:
-    columns = ["torque, N m", "STE mean, µm", "STE peak-to-peak, µm", "error max, %", "error rms, %"]
-    comparison, sweep = result.comparison, result.sweep
+def _error_tables(result: OnlineResult) -> list[Table]:
+    comparison = result.comparison
     if comparison is None:
-        reduced = np.stack([sweep.torque_Nm, ste_mean_um(sweep), peak_to_peak_um(sweep)], axis=1)
-        return Table("Reduced model", columns[:3], reduced.tolist())
-    full = comparison.full
+        return []
+    full, columns = comparison.full, ("torque, N m", "error max, %", "error rms, %")
     rows = [
-        (torque, mean, span, *_error_in_percent(error))
-        for torque, mean, span, error in zip(
-            full.torque_Nm.tolist(), ste_mean_um(full).tolist(), peak_to_peak_um(full).tolist(),
-            comparison.relative_error, strict=True,
-        )
-    ]  # fmt: skip
-    reduced_ms, full_ms = ms_per_position(comparison.reduced), ms_per_position(full)
+        (torque, *_error_in_percent(error))
+        for torque, error in zip(full.torque_Nm.tolist(), comparison.relative_error, strict=True)
+    ]
     note = (
-        f"Mean and peak-to-peak are those of full FE over {full.ste_um.shape[1]} unseen angles. "
-        f"Reduced model {reduced_ms:.3g} ms, full FE {full_ms:.3g} ms per position (condensed compliance, same "
-        f"solver); offline {result.reduced.basis.training.seconds:.3g} s."
+        f"Of the STE, over {full.ste_um.shape[1]} unseen angles. Reduced model "
+        f"{ms_per_position(comparison.reduced):.3g} ms, full FE {ms_per_position(full):.3g} ms per position (condensed "
+        f"compliance, same solver); offline {result.reduced.basis.training.seconds:.3g} s."
     )
-    return Table("Reduced against full FE, and run time", columns, rows, note)
+    return [Table("Reduced against full FE at each torque", columns, rows, note, folded=True)]
 
 
 def _error_in_percent(error: np.ndarray) -> tuple[float | None, float | None]:
@@ -226,24 +261,27 @@ def _error_in_percent(error: np.ndarray) -> tuple[float | None, float | None]:
 
 
 def _classical_tables(result: OnlineResult) -> list[Table]:
-    case, sweep, i = result.reduced.basis.case, result.sweep, result.nominal
+    case, i = result.reduced.basis.case, result.nominal
     if why_not(case, "classical"):
         return []
-    pair = result.reduced.meshed.pair
-    mean = float(ste_mean_um(sweep)[i])
+    pair, own = result.reduced.meshed.pair, torque_row(result, i)
+    deflection = own["ste_mean_um"] - (own["unloaded_ste_mean_um"] or 0.0)
     load = 1e3 * case.torque_Nm / pair.pinion.base_radius / pair.common_width
     rows: list[tuple[str | float | None, ...]] = [
-        ("reduced FE model, this run", load / mean, mean, float(peak_to_peak_um(sweep)[i]), "")
-    ]
+        ("reduced FE model, this run", load / deflection, deflection,
+         own["ste_peak_to_peak_um"], "flanks and axes of the case")
+    ]  # fmt: skip
     bodies = _gear_body(case.pair.pinion), _gear_body(case.pair.wheel)
     for row in classical_results(pair, bodies, case.torque_Nm):
         rows.append((row.method, row.mesh_stiffness_N_per_mm_um, row.ste_mean_um, row.ste_peak_to_peak_um, row.note))
-    columns = ["method", "mesh stiffness, N/(mm µm)", "STE mean, µm", "STE peak-to-peak, µm", "note"]
+    columns = ["method", "load over mean deflection, N/(mm µm)", "mean deflection, µm", "STE peak-to-peak, µm", "note"]
     note = (
+        "Deflection: STE less that without load. Load over its mean is a little less than the mesh stiffness of the "
+        "results, the mean of load over deflection. "
         "The formulas add the body's compliance once per tooth pair, finite elements share it between the pairs: "
         "expect finite elements to be softer, more so with a small bore."
     )
-    return [Table("Classical formulas for the same pair", columns, rows, note)]
+    return [Table("Classical formulas for the same pair", columns, rows, note, folded=True)]
 
 
 def _gear_body(gear: GearCase) -> GearBody:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pmor.report.models import model_text
-from pmor.report.summary import summary_rows, summary_text, warnings
+from pmor.report.summary import Row, accuracy_rows, summary_rows, summary_text, warnings
 from pmor_online.run import OnlineResult
 
 
 def result_text(result: OnlineResult) -> str:
     """Return the short summary: the case's own model, the others beside it, and warnings."""
-    text = summary_text(result.case.title, summary_rows(result))
+    text = summary_text(result.case.title, _rows(result))
     return "\n".join([text, *model_text(result), *(f"  ! {warning}" for warning in warnings(result))])
 
 
@@ -31,7 +31,11 @@ def proof_text(result: OnlineResult) -> str:
     return "\n".join([*_lines(result, proof=True), *model_text(result), *later])
 
 
+def _rows(result: OnlineResult) -> list[Row]:
+    return [*summary_rows(result), *accuracy_rows(result)]
+
+
 def _lines(result: OnlineResult, *, proof: bool) -> list[str]:
-    rows = summary_rows(result)
+    rows = _rows(result)
     lines = summary_text("", rows).split("\n")[1:]
     return [line for line, (label, *_) in zip(lines, rows, strict=True) if (label in PROOF) == proof]

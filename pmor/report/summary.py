@@ -12,15 +12,22 @@ import numpy as np
 
 from pmor.case import Case, beyond_training
 from pmor.case.coarser import LEAST_ELEMENTS
-from pmor.core.arrays import FloatArray
 from pmor.gear.classical.iso6336_root import nominal_root_stress
+from pmor.gear.pair import GearPair
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate
-from pmor.report.condition_table import condition_rows, sweep_row
-from pmor.report.data_files import write_ste_csv, write_stress_csv, write_summary_json, write_table_csv
+from pmor.report.condition_table import condition_rows
+from pmor.report.data_files import (
+    write_ste_csv,
+    write_stiffness_csv,
+    write_stress_csv,
+    write_summary_json,
+    write_table_csv,
+)
 from pmor.report.data_sheet import sheet_of
 from pmor.report.results_data import HARRIS, RESULTS, write_results_data
 from pmor.report.table import Cell, format_cell
+from pmor.report.torque_table import CAUSES, torque_row, torque_rows
 from pmor.results.load_distribution import line_states
 from pmor.results.root_stress import GEARS
 from pmor.results.sweep import (
@@ -35,8 +42,12 @@ from pmor.results.sweep import (
 from pmor_online.run import LostModel, OnlineResult
 from pmor_online.sweep import largest_size
 
-CONDITIONS = "conditions.csv"
-STRESS = "stress.csv"
+CONDITIONS, STRESS = "conditions.csv", "stress.csv"
+TORQUES, STIFFNESS = "torques.csv", "stiffness.csv"
+# Relative error of a model that solves the same equations as full FE.
+ROUND_OFF = 1e-9
+#: label, value, unit, note
+Row = tuple[str, Cell, str, str]
 
 #: figures of each model that a case compares
 MODEL_FIGURES = (
@@ -50,7 +61,15 @@ def result_files(case: Case) -> tuple[str, ...]:
     """Return the names of the files that `write_results` leaves."""
     of_lines = (HARRIS,) if case.reduction.shapes == "line_loads" else ()
     further = ((CONDITIONS, case.conditions), (STRESS, case.root_stress))
-    return ("ste.csv", "summary.json", RESULTS, *of_lines, *(name for name, asked in further if asked))
+    return (
+        "ste.csv",
+        TORQUES,
+        STIFFNESS,
+        "summary.json",
+        RESULTS,
+        *of_lines,
+        *(name for name, asked in further if asked),
+    )
 
 
 def summary(result: OnlineResult) -> dict[str, Any]:
@@ -74,7 +93,8 @@ def figures(result: OnlineResult) -> dict[str, Any]:
     return {
         "case": case.name, "n_profile": case.mesh.profile_elements, "scheme": case.contact.scheme,
         "lodm": case.contact.lodm_profile if case.contact.kind == "nodal" else None, "n_angles": len(sweep.phi_rad),
-        **sweep_row(sweep, i), "ste_ripple_um": ripple_um(sweep, i), "ste_torque_exponent": torque_exponent(sweep),
+        **torque_row(result, i), "ste_harmonics_um": mesh_orders(sweep, i).tolist(),
+        "ste_ripple_um": ripple_um(sweep, i), "ste_torque_exponent": torque_exponent(sweep),
         "ste_error_estimate_max_um": largest_error_um(sweep),
         "extrapolated": beyond_training(case), "rom_size": largest_size(result.reduced),
         "rom_vs_full_ste_max_rel": comparison.max_relative_error if comparison else None,
@@ -82,32 +102,9 @@ def figures(result: OnlineResult) -> dict[str, Any]:
         "online_ms_per_position": ms_per_position(sweep),
         "full_ms_per_position": ms_per_position(comparison.full) if comparison else None,
         "offline_s": result.reduced.basis.training.seconds, "basis_mib": result.basis_mib,
-        "n_positions_failed": len(result.failures), **_read_off(result), **root_stress_figures(result),
+        "n_positions_failed": len(result.failures), **root_stress_figures(result), "torques": torque_rows(result),
         "conditions": [row for listed in result.conditions for row in condition_rows(listed)] or None
     }  # fmt: skip
-
-
-def _read_off(result: OnlineResult) -> dict[str, Any]:
-    """Return further figures at the nominal torque; None for those that are not available."""
-    sweep, i, readings = result.sweep, result.nominal, result.readings
-    pair = result.reduced.meshed.pair
-    secant = mesh_stiffness(sweep, pair.pinion.base_radius, pair.common_width).secant[i]
-    tangent = sweep.stiffness_N_per_um
-    pressure = None if readings is None else line_states(sweep).pressure_MPa[i]
-    return {
-        "ste_harmonics_um": mesh_orders(sweep, i).tolist(),
-        "mesh_stiffness_mean_N_per_mm_um": _mean(secant),
-        "mesh_stiffness_tangent_mean_N_per_mm_um": None if tangent is None else _mean(tangent[i] / pair.common_width),
-        "k_h_beta": None if readings is None else float(readings.face_load_factor[i]),
-        "effective_contact_ratio": None if readings is None else float(readings.effective_contact_ratio[i]),
-        "flank_pressure_max_MPa": None if pressure is None else float(np.nanmax(pressure)),
-    }
-
-
-def _mean(values: FloatArray) -> float:
-    """Mean of the finite values; NaN without any."""
-    known = values[np.isfinite(values)]
-    return float(known.mean()) if len(known) else math.nan
 
 
 def root_stress_figures(result: OnlineResult) -> dict[str, Any]:
@@ -120,34 +117,46 @@ def root_stress_figures(result: OnlineResult) -> dict[str, Any]:
     return {
         **{f"root_stress_{key}": [getattr(one, name) for one in found] or None for key, name in keys.items()},
         "root_stress_iso6336_MPa": nominal,
+        **{key: list(values) if (values := result.root_stress_causes.get(key)) else None for key in CAUSES},
     }
 
 
-def summary_rows(result: OnlineResult) -> list[tuple[str, float | int | None, str, str]]:
-    """Return the summary in words: (label, value, unit, note)."""
-    s, case, comparison = figures(result), result.reduced.basis.case, result.comparison
-    rows = [
+def summary_rows(result: OnlineResult) -> list[Row]:
+    """Return the results at the nominal torque in words."""
+    s = figures(result)
+    exponent = s["ste_torque_exponent"]
+    growth = f"; grows with torque^{exponent:.2f}" if math.isfinite(exponent) else ""
+    return [
         ("STE mean", s["ste_mean_um"], "um", f"at {s['torque_Nm']:g} N m, over {s['n_angles']} angles of "
-         + pitches_words(result.sweep)),
+         + pitches_words(result.sweep) + growth),
         ("STE peak-to-peak", s["ste_peak_to_peak_um"], "um", ""),
         *_unloaded_rows(s),
-        _known("STE ripple", s["ste_ripple_um"], "um", "about a quartic where one pair carries the load",
+        *_readings_rows(s, result),
+        *_root_stress_rows(result),
+    ]  # fmt: skip
+
+
+def accuracy_rows(result: OnlineResult) -> list[Row]:
+    """Return in words how good the results are and how long they took."""
+    s, case, comparison = figures(result), result.reduced.basis.case, result.comparison
+    rows: list[Row] = [
+        _known("numerical noise of the curve", s["ste_ripple_um"], "um",
+               "standard deviation of the STE about a smooth curve where one pair carries the load",
                f"needs {MIN_RIPPLE_POINTS} angles with one pair in contact"),
-        _known("STE over torque", s["ste_torque_exponent"], "", "exponent; 1 is linear", "needs a second torque"),
         _known("STE error bar, max", s["ste_error_estimate_max_um"], "um", "of the reduction, estimated"
                + ("; too long where rows of points come and go" if case.contact.kind == "nodal" else " online"),
                "none: line loads are exact" if result.reduced.basis.shapes is None
                else "needs [reduction] error_estimate = true"),
         _known("STE error bar, mesh", s["ste_mesh_error_percent"], "%", "of the mean; from half as many elements",
                _no_mesh_error(case)),
-        *_readings_rows(s, result),
-        *_root_stress_rows(result),
         ("reduced model size", s["rom_size"], "", "unknowns at most"),
         ("online time", s["online_ms_per_position"], "ms", f"per position, {len(result.sweep.phi_rad)} angles x "
          f"{len(result.sweep.torque_Nm)} torques" + (", in parallel" if result.parallel else "")),
     ]  # fmt: skip
     if comparison is not None:
         positions = f"{comparison.full.ste_um.size} unseen positions"
+        if comparison.max_relative_error < ROUND_OFF:
+            positions += ": round-off, line loads are exact"
         rows += [
             ("reduced vs full, max", 100 * s["rom_vs_full_ste_max_rel"], "%", positions),
             ("reduced vs full, rms", 100 * s["rom_vs_full_ste_rms_rel"], "%", ""),
@@ -165,9 +174,9 @@ def pitches_words(sweep: SteSweep) -> str:
     return "a pitch" if sweep.pitches == 1 else f"{sweep.pitches} pitches"
 
 
-def _readings_rows(s: dict[str, Any], result: OnlineResult) -> list[tuple[str, float | None, str, str]]:
+def _readings_rows(s: dict[str, Any], result: OnlineResult) -> list[Row]:
     """Rows of the quantities derived from line loads, and of the mesh stiffness."""
-    secant = _known("mesh stiffness", s["mesh_stiffness_mean_N_per_mm_um"], "N/(mm um)", "mean over the pitch",
+    secant = _known("mesh stiffness", s["mesh_stiffness_mean_N_per_mm_um"], "N/(mm um)", "secant, mean over the pitch",
                     "needs a position that converged")  # fmt: skip
     if result.case.reduction.shapes != "line_loads":
         return [secant]
@@ -179,21 +188,33 @@ def _readings_rows(s: dict[str, Any], result: OnlineResult) -> list[tuple[str, f
                "derivative of the force by the STE", "needs a position that converged"),
         _known("K_Hβ", s["k_h_beta"], "", "largest over mean line load of the face, over the cycle", lacks),
         _known("contact ratio, loaded", s["effective_contact_ratio"], "",
-               f"{result.reduced.meshed.pair.contact_ratio + result.reduced.meshed.pair.overlap_ratio:.3f} unloaded",
-               lacks),
+               _unloaded_contact_ratio(result.reduced.meshed.pair), lacks),
         _known("flank pressure, max", s["flank_pressure_max_MPa"], "MPa", "of Hertz"
                + ("; without the positions at which a sharp tip edge carries" if edges else ""), lacks),
     ]  # fmt: skip
 
 
-def _root_stress_rows(result: OnlineResult) -> list[tuple[str, float, str, str]]:
-    s, rows = root_stress_figures(result), []
+def _unloaded_contact_ratio(pair: GearPair) -> str:
+    """The contact ratio of rigid flanks in words, beside which that under load stands."""
+    transverse, overlap = pair.contact_ratio, pair.overlap_ratio
+    if overlap == 0.0:
+        return f"{transverse:.3f} without load; tooth pairs that carry, on average"
+    return (
+        f"{transverse + overlap:.3f} without load, {transverse:.3f} transverse + {overlap:.3f} overlap; "
+        "tooth pairs that carry, on average"
+    )
+
+
+def _root_stress_rows(result: OnlineResult) -> list[Row]:
+    s, rows = root_stress_figures(result), list[Row]()
     for gear, name in enumerate(GEARS if s["root_stress_max_MPa"] else ()):
         radius, phi, z = (s[f"root_stress_{key}"][gear] for key in ("radius_mm", "phi_rad", "z_mm"))
         note = f"largest principal, at r = {radius:.4g} mm, z = {z:.3g} mm, {math.degrees(phi):.3g} deg"
         nominal = s["root_stress_iso6336_MPa"][gear]
         if nominal is not None:
             note += f"; ISO 6336-3: {nominal:.3g} MPa"
+        if s["root_stress_nominal_flanks_MPa"]:
+            note += f"; nominal flanks on aligned axes: {s['root_stress_nominal_flanks_MPa'][gear]:.4g} MPa"
         rows.append((f"root stress, {name}", s["root_stress_max_MPa"][gear], "MPa", note))
     return rows
 
@@ -210,7 +231,7 @@ def _no_mesh_error(case: Case) -> str:
     )
 
 
-def _unloaded_rows(s: dict[str, Any]) -> list[tuple[str, float, str, str]]:
+def _unloaded_rows(s: dict[str, Any]) -> list[Row]:
     """Rows of the transmission error without load, and the datum of both."""
     if s["unloaded_ste_mean_um"] is None:
         return []
@@ -225,7 +246,7 @@ def _unloaded_rows(s: dict[str, Any]) -> list[tuple[str, float, str, str]]:
 COUNTS_FROM = "STE counts from plain involutes on aligned axes"
 
 
-def _known(label: str, value: float | None, unit: str, note: str, lacks: str) -> tuple[str, float | None, str, str]:
+def _known(label: str, value: float | None, unit: str, note: str, lacks: str) -> Row:
     """A row of the summary; without a value, its note says what is required."""
     known = value is not None and math.isfinite(value)
     return (label, value, unit, note) if known else (label, None, "", lacks)
@@ -233,7 +254,10 @@ def _known(label: str, value: float | None, unit: str, note: str, lacks: str) ->
 
 def write_results(result: OnlineResult, out: Path) -> None:
     """Write the tables that every run has; OutputError where that fails."""
-    write_ste_csv(out / "ste.csv", result.sweep)
+    sweep, pair = result.sweep, result.reduced.meshed.pair
+    write_ste_csv(out / "ste.csv", sweep)
+    write_table_csv(out / TORQUES, torque_rows(result))
+    write_stiffness_csv(out / STIFFNESS, sweep, mesh_stiffness(sweep, pair.pinion.base_radius, pair.common_width))
     write_summary(result, out)
     write_results_data(result, out)
     if result.root_stress is not None:
@@ -247,7 +271,7 @@ def write_summary(result: OnlineResult, out: Path) -> None:
     write_summary_json(out / "summary.json", summary(result))
 
 
-def summary_text(title: str, rows: Sequence[tuple[str, Cell, str, str]]) -> str:
+def summary_text(title: str, rows: Sequence[Row]) -> str:
     """Short aligned lines for the screen from (label, value, unit, note) rows."""
     if not rows:
         return title

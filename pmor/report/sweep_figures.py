@@ -1,4 +1,4 @@
-"""Pictures of a sweep: transmission error, load sharing, spectrum, error of the reduced model."""
+"""Pictures of a sweep: transmission error, load sharing, stiffness, spectrum, error of the reduced model."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.report.panels import log_ticks, panels
 from pmor.report.style import COLOURS
-from pmor.results.sweep import SteSweep, mesh_orders
+from pmor.results.sweep import MeshStiffness, SteSweep, mesh_orders
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,16 +20,22 @@ if TYPE_CHECKING:
 # Tol's muted colours, apart from those of torques; lines differ as well.
 SHARE_COLOURS = ("#332288", "#882255", "#999933", "#44AA99", "#661100", "#888888", "#DDCC77")
 SHARE_LINES = ("-", "--", "-.", ":")
-# Most torques of a picture.
-MOST_TORQUES = len(COLOURS)
+# Most torques of a picture, and of one with a panel for each.
+MOST_TORQUES, MOST_PANELS = 12, 4
 N_MESH_ORDERS = 10
 # Style of the curve without load.
 UNLOADED: dict[str, Any] = {"color": "#555555", "ls": "--", "lw": 1.2}
+# Line of the nominal torque.
+NOMINAL_WIDTH = 2.6
+TORQUE = "Pinion torque"
 # Most positions over a pitch that are drawn with dots.
 MOST_DOTS = 48
 
 
-def ste_figure(reduced: SteSweep, full: SteSweep | None = None, reduced_there: SteSweep | None = None) -> Figure:
+def ste_figure(
+    reduced: SteSweep, full: SteSweep | None = None, reduced_there: SteSweep | None = None, *,
+    nominal_Nm: float | None = None, about_mean: bool = False,
+) -> Figure:  # fmt: skip
     """STE over one pitch, a curve per torque, and full FE as markers.
 
     Parameters
@@ -39,37 +45,52 @@ def ste_figure(reduced: SteSweep, full: SteSweep | None = None, reduced_there: S
     reduced_there : SteSweep, optional
         The reduced model at the angles and torques of `full`; the curves go through these positions as well, so that
         the chords of a coarse sweep do not look like an error.
+    nominal_Nm : float, optional
+        Torque that is always drawn, with a thick line.
+    about_mean : bool
+        Draw each curve about its mean: that of a helical pair hardly varies beside the differences between torques.
     """
     asked = len(reduced.torque_Nm)
-    most = MOST_TORQUES if full is None or asked + len(full.torque_Nm) <= MOST_TORQUES else MOST_TORQUES // 2
-    reduced = few_torques(reduced, most)
-    full, reduced_there = (sweep and few_torques(sweep, most) for sweep in (full, reduced_there))
+    reduced = few_torques(reduced, MOST_TORQUES, nominal_Nm)
+    full, reduced_there = (sweep and few_torques(sweep, MOST_TORQUES) for sweep in (full, reduced_there))
     sweeps = [reduced] if reduced_there is None else [reduced, reduced_there]
     with panels(1, 7.6, 4.4) as (figure, (axes,)):
-        colours = _torque_colours(*(sweep.torque_Nm for sweep in sweeps), () if full is None else full.torque_Nm)
+        colours = torque_colours(*(sweep.torque_Nm for sweep in sweeps), () if full is None else full.torque_Nm)
+        means = dict[float, float]()
         for torque, colour in colours.items():
             phi, ste, error = curve_of(sweeps, torque)
+            means[torque] = float(np.nanmean(ste[1:-1])) if about_mean and np.isfinite(ste[1:-1]).any() else 0.0
+            ste = ste - means[torque]
             line = "-" if torque in reduced.torque_Nm else ":"  # compared positions alone
-            axes.plot(np.degrees(phi), ste, line, color=colour, marker=_position_marker(phi), label=f"{torque:g} N m")
+            axes.plot(np.degrees(phi), ste, line, color=colour, marker=_position_marker(phi),
+                      lw=NOMINAL_WIDTH if torque == nominal_Nm else None)  # fmt: skip
             axes.fill_between(np.degrees(phi), ste - error, ste + error, color=colour, alpha=0.3, lw=0.0)
         if full is not None:
             for torque, ste in zip(full.torque_Nm, full.ste_um, strict=True):
                 colour = colours[float(torque)]
-                axes.plot(np.degrees(full.phi_rad), ste, "o", ms=8, mfc="none", mec=colour, mew=1.1)
+                axes.plot(
+                    np.degrees(full.phi_rad), ste - means[float(torque)], "o", ms=8, mfc="none", mec=colour, mew=1.1
+                )
         if reduced.unloaded_um is not None:
-            axes.plot(*periodic(reduced, reduced.unloaded_um[0]), **UNLOADED)
-        axes.set_ylabel("Static transmission error [µm]")
+            unloaded = reduced.unloaded_um[0]
+            axes.plot(*periodic(reduced, unloaded - (unloaded.mean() if about_mean else 0.0)), **UNLOADED)
+        axes.set_ylabel("STE about its mean [µm]" if about_mean else "Static transmission error [µm]")
         angle_axes(axes, reduced)
-        _ste_legend(axes, colours, reduced, full is not None, _torque_title(len(reduced.torque_Nm), asked))
+        names = {t: f"{t:g} N m" + (", nominal" if t == nominal_Nm else "") for t in colours}
+        if about_mean:
+            names = {t: f"{name} ({means[t]:.4g} µm)" for t, name in names.items()}
+        title = TORQUE + ("\n(mean STE)" if about_mean else "")
+        _ste_legend(axes, colours, names, reduced.unloaded_um is not None, full is not None, title)
+        say_which(figure, reduced.torque_Nm, asked)
         missing = int(np.count_nonzero(~np.isfinite(reduced.ste_um)))
         if missing:
             axes.set_title(f"{missing} of {reduced.ste_um.size} positions did not converge (gaps)", color="#b00020")
     return figure
 
 
-def load_sharing_figure(sweep: SteSweep) -> Figure:
+def load_sharing_figure(sweep: SteSweep, nominal_Nm: float | None = None) -> Figure:
     """Share of the torque per tooth pair over the angle, a panel per torque."""
-    asked, sweep = len(sweep.torque_Nm), few_torques(sweep, MOST_TORQUES)
+    asked, sweep = len(sweep.torque_Nm), few_torques(sweep, MOST_PANELS, nominal_Nm)
     n = len(sweep.torque_Nm)
     with panels(1, 7.6, 1.2 + 1.9 * n, rows=n, sharex=True) as (figure, rows):
         # Pairs that never carry are left out of the legend.
@@ -85,20 +106,41 @@ def load_sharing_figure(sweep: SteSweep) -> Figure:
             panel.set(ylim=(-4, 104), yticks=[0, 25, 50, 75, 100], ylabel=f"Share of {torque:g} N m [%]")
         angle_axes(rows[-1], sweep, top=rows[0])
         entries = rows[0].get_legend_handles_labels()
-        figure.legend(*entries, loc="outside right upper", title=_torque_title(n, asked, "Tooth pair"))
+        figure.legend(*entries, loc="outside right upper", title="Tooth pair")
+        say_which(figure, sweep.torque_Nm, asked)
     return figure
 
 
-def spectrum_figure(sweep: SteSweep, n_orders: int = N_MESH_ORDERS) -> Figure:
+def stiffness_figure(sweep: SteSweep, stiffness: MeshStiffness, nominal_Nm: float | None = None) -> Figure:
+    """Mesh stiffness over the cycle, a curve per torque: secant above, tangent below where the sweep knows it."""
+    kept = _kept(sweep, MOST_TORQUES, nominal_Nm)
+    shown = {"secant": stiffness.secant[kept]}
+    if stiffness.tangent is not None and len(stiffness.tangent) == len(sweep.torque_Nm):
+        shown["tangent"] = stiffness.tangent[kept]
+    colours = torque_colours(sweep.torque_Nm[kept])
+    with panels(1, 7.6, 1.2 + 2.6 * len(shown), rows=len(shown), sharex=True) as (figure, rows):
+        for panel, (name, values) in zip(rows, shown.items(), strict=True):
+            for torque, curve in zip(sweep.torque_Nm[kept].tolist(), values, strict=True):
+                nominal = torque == nominal_Nm
+                panel.plot(*periodic(sweep, curve), color=colours[torque], lw=NOMINAL_WIDTH if nominal else None,
+                           label=f"{torque:g} N m" + (", nominal" if nominal else ""))  # fmt: skip
+            panel.set_ylabel(f"{name.capitalize()} stiffness\n[N/(mm µm)]")
+        angle_axes(rows[-1], sweep, top=rows[0])
+        figure.legend(*rows[0].get_legend_handles_labels(), loc="outside right upper", title=TORQUE)
+        say_which(figure, sweep.torque_Nm[kept], len(sweep.torque_Nm))
+    return figure
+
+
+def spectrum_figure(sweep: SteSweep, n_orders: int = N_MESH_ORDERS, nominal_Nm: float | None = None) -> Figure:
     """Amplitudes of the orders of the mesh frequency that the sweep resolves, bars per torque on a logarithmic axis."""
-    asked, sweep = len(sweep.torque_Nm), few_torques(sweep, MOST_TORQUES)
+    asked, sweep = len(sweep.torque_Nm), few_torques(sweep, MOST_TORQUES, nominal_Nm)
     with panels(1, 7.6, 4.0) as (figure, (axes,)):
         n = len(sweep.torque_Nm)
         amplitudes = np.array([mesh_orders(sweep, i, n_orders) for i in range(n)])
         resolved = np.isfinite(amplitudes).any(axis=0)
         orders = np.arange(1, n_orders + 1)[resolved]
         width = 0.8 / n
-        colours = _torque_colours(sweep.torque_Nm)
+        colours = torque_colours(sweep.torque_Nm)
         floor, top = _log_limits(amplitudes)
         for i, torque in enumerate(sweep.torque_Nm):
             shown = np.maximum(amplitudes[i, resolved], floor)  # a torque with gaps stays without bars
@@ -109,7 +151,8 @@ def spectrum_figure(sweep: SteSweep, n_orders: int = N_MESH_ORDERS) -> Figure:
         axes.grid(False, axis="x")
         if not resolved.any():
             axes.text(0.5, 0.5, "no spectrum: positions are missing", ha="center", transform=axes.transAxes)
-        figure.legend(loc="outside right upper", title=_torque_title(n, asked))
+        figure.legend(loc="outside right upper", title=TORQUE)
+        say_which(figure, sweep.torque_Nm, asked)
     return figure
 
 
@@ -134,7 +177,7 @@ def error_figure(
     torques, percent, estimated = torques[kept], percent[kept], estimated[kept]
     with panels(1, 7.6, 3.8) as (figure, (axes,)):
         floor, top = _log_limits(percent, estimated, decades=6)
-        colours = _torque_colours(torques)
+        colours = torque_colours(torques)
         for torque, row, bars in zip(torques.tolist(), percent, estimated, strict=True):
             colour = colours[torque]
             # An error of exactly zero (an identity basis) is shown at the lower end of the axis.
@@ -144,30 +187,45 @@ def error_figure(
         if estimate is not None:
             axes.plot([], [], "s", ms=6, mfc="none", mec="black", label="estimated online")
         _log_axis(axes, floor, top)
-        axes.set(xlabel="Pinion roll angle [deg]", ylabel="|STE reduced / full - 1| [%]")
-        figure.legend(loc="outside right upper", title=_torque_title(len(torques), asked))
+        axes.set(xlabel="Pinion angle [deg]", ylabel="|STE reduced / full - 1| [%]")
+        figure.legend(loc="outside right upper", title=TORQUE)
+        say_which(figure, torques, asked)
     return figure
 
 
-def few_torques(sweep: SteSweep, most: int) -> SteSweep:
-    """Return a sweep with at most so many of its torques, spread over all of them."""
-    count = len(sweep.torque_Nm)
-    return sweep if count <= most else sweep.at_torques(spread(count, most))
+def few_torques(sweep: SteSweep, most: int, nominal_Nm: float | None = None) -> SteSweep:
+    """Return a sweep with at most so many of its torques, spread over all of them, the nominal one among them."""
+    return sweep if len(sweep.torque_Nm) <= most else sweep.at_torques(_kept(sweep, most, nominal_Nm))
 
 
-def spread(count: int, most: int) -> IntArray:
-    """Indices of at most so many of `count` things, the first and the last among them."""
-    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
+def _kept(sweep: SteSweep, most: int, nominal_Nm: float | None) -> IntArray:
+    nominal = np.flatnonzero(sweep.torque_Nm == nominal_Nm)
+    return spread(len(sweep.torque_Nm), most, int(nominal[0]) if len(nominal) else None)
 
 
-def _torque_title(shown: int, asked: int, title: str = "Pinion torque") -> str:
-    return title if shown == asked else f"{title}\n({shown} of {asked} torques)"
+def spread(count: int, most: int, kept: int | None = None) -> IntArray:
+    """Indices of at most so many of `count` things: the first, the last, and one that is kept, among them."""
+    places = np.linspace(0, count - 1, min(count, most)).round().astype(np.int64)
+    if kept is not None and kept not in places:
+        places[1 + np.abs(places[1:-1] - kept).argmin()] = kept
+    return np.unique(places)
 
 
-def _torque_colours(*torques: ArrayLike) -> dict[float, str]:
+def say_which(figure: Figure, shown: ArrayLike, asked: int) -> None:
+    """Write over a figure which torques it shows, where they are not all."""
+    torques = np.asarray(shown, float)
+    if len(torques) < asked:
+        figure.suptitle(f"{len(torques)} of {asked} torques: {', '.join(f'{t:g}' for t in torques)} N m", fontsize=9)
+
+
+def torque_colours(*torques: ArrayLike) -> dict[float, Any]:
     """One colour per distinct torque, in rising order, the same in every figure of a sweep."""
     distinct = sorted({float(t) for group in torques for t in np.atleast_1d(np.asarray(group, float))})
-    return {torque: COLOURS[i % len(COLOURS)] for i, torque in enumerate(distinct)}
+    if len(distinct) <= len(COLOURS):
+        return dict(zip(distinct, COLOURS, strict=False))
+    from matplotlib import colormaps
+
+    return dict(zip(distinct, colormaps["viridis"](np.linspace(0.0, 0.92, len(distinct))), strict=True))
 
 
 def curve_of(sweeps: Sequence[SteSweep], torque: float) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -194,7 +252,7 @@ def _position_marker(phi: FloatArray) -> str:
 
 
 def periodic(sweep: SteSweep, values: FloatArray, end: float | None = None) -> tuple[FloatArray, FloatArray]:
-    """Return roll angles (deg) and values (n_angles,) up to the end of the pitches, where the first one repeats."""
+    """Return pinion angles (deg) and values (n_angles,) up to the end of the pitches, where the first one repeats."""
     phi = np.degrees(np.append(sweep.phi_rad, sweep.phi_rad[0] + sweep.span_rad))
     return phi, np.append(values, values[0] if end is None else end)
 
@@ -206,9 +264,9 @@ def _share_at_end(sweep: SteSweep, share: FloatArray, j: int) -> float:
 
 
 def angle_axes(axes: Axes, sweep: SteSweep, top: Axes | None = None) -> None:
-    """Roll angle in degrees below; the same as fraction of the pitch above."""
+    """Pinion angle in degrees below; the same as fraction of the pitch above."""
     pitch_deg = float(np.degrees(sweep.pitch_rad))
-    axes.set_xlabel("Pinion roll angle [deg]")
+    axes.set_xlabel("Pinion angle [deg]")
     start = float(np.degrees(sweep.phi_rad[0]))
     axes.set_xlim(start, start + sweep.pitches * pitch_deg)
     carrier = axes if top is None else top
@@ -220,12 +278,14 @@ def _over(divisor: float) -> Callable[[ArrayLike], FloatArray]:
     return lambda x: np.asarray(x, float) / divisor
 
 
-def _ste_legend(axes: Axes, colours: dict[float, str], reduced: SteSweep, with_full: bool, title: str) -> None:
+def _ste_legend(
+    axes: Axes, colours: dict[float, Any], names: dict[float, str], unloaded: bool, with_full: bool, title: str
+) -> None:
     """Torques by colour, models by line or marker, outside the curves."""
     from matplotlib.lines import Line2D
 
-    handles = [Line2D([], [], color=c, label=f"{t:g} N m") for t, c in sorted(colours.items(), reverse=True)]
-    if reduced.unloaded_um is not None:
+    handles = [Line2D([], [], color=c, label=names[t]) for t, c in sorted(colours.items(), reverse=True)]
+    if unloaded:
         handles.append(Line2D([], [], label="no load, rigid", **UNLOADED))
     if with_full:
         handles.append(Line2D([], [], color="#555555", label="reduced"))

@@ -8,24 +8,31 @@ from dataclasses import dataclass
 
 #: content of a cell; None is shown as a dash, a float in four significant digits
 Cell = str | float | int | bool | None
+# Letters of a cell beyond which a phone has no room for a further column.
+LONG_TEXT = 30
 # Numbers that are written out, with the decimals that their reader expects.
 DECIMAL = re.compile(r"-?\d+(\.\d+)?")
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table of a page; every row has as many cells as ``columns``."""
+    """A table of a page; every row has as many cells as ``columns``. A folded one shows its title until opened."""
 
     title: str
     columns: Sequence[str]
     rows: Sequence[Sequence[Cell]]
     note: str = ""
+    folded: bool = False
 
     def __post_init__(self) -> None:
         """A short row would shift numbers under the wrong heading."""
         for row in self.rows:
             if len(row) != len(self.columns):
                 raise ValueError(f"table {self.title!r}: row {tuple(row)} does not have {len(self.columns)} cells")
+
+    def wordy(self) -> bool:
+        """Return whether cells behind the first hold sentences: on a phone its rows become lists."""
+        return any(isinstance(cell, str) and len(cell) > LONG_TEXT for row in self.rows for cell in row[1:])
 
     def numeric_columns(self) -> list[bool]:
         """Return for each column whether it holds numbers and gaps alone: aligned to the right."""

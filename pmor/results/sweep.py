@@ -158,12 +158,12 @@ class MeshStiffness:
 
 def ste_mean_um(sweep: SteSweep) -> FloatArray:
     """Mean STE over the pitch (n_torques,), um; NaN for a torque at which nothing converged."""
-    return _over_angles(sweep, np.nanmean)
+    return _over_angles(sweep.ste_um, np.nanmean)
 
 
 def peak_to_peak_um(sweep: SteSweep) -> FloatArray:
     """Largest minus smallest STE over the pitch (n_torques,), um."""
-    return _over_angles(sweep, lambda ste: np.nanmax(ste) - np.nanmin(ste))
+    return _over_angles(sweep.ste_um, lambda ste: np.nanmax(ste) - np.nanmin(ste))
 
 
 def largest_error_um(sweep: SteSweep) -> float | None:
@@ -174,12 +174,12 @@ def largest_error_um(sweep: SteSweep) -> float | None:
 
 
 def torque_exponent(sweep: SteSweep) -> float:
-    """Return d ln(mean STE) / d ln(torque), fitted over the torques; NaN for one torque alone.
+    """Return d ln(mean) / d ln(torque) of the STE less that without load, over the torques; NaN for one torque alone.
 
     1 for a linear pair; Hertz contact stiffens, which makes it a little less.
     """
-    mean = ste_mean_um(sweep)
-    known = np.isfinite(mean)
+    mean = _over_angles(sweep.deflection_um, np.nanmean)
+    known = mean > 0.0
     if np.count_nonzero(known) < 2:
         return float("nan")
     return float(np.polyfit(np.log(sweep.torque_Nm[known]), np.log(mean[known]), 1)[0])
@@ -282,6 +282,6 @@ def _positive_ratio(load: FloatArray, deflection: FloatArray) -> FloatArray:
     return ratio
 
 
-def _over_angles(sweep: SteSweep, statistic: Callable[[FloatArray], float]) -> FloatArray:
+def _over_angles(values: FloatArray, statistic: Callable[[FloatArray], float]) -> FloatArray:
     """One number per torque, NaN (without numpy's warning) where no angle converged."""
-    return np.array([statistic(row) if np.isfinite(row).any() else np.nan for row in sweep.ste_um])
+    return np.array([statistic(row) if np.isfinite(row).any() else np.nan for row in values])

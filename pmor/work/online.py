@@ -7,11 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from pmor.core.progress import Progress, Steps, quietly
+from pmor.pair.conditions import assembly_of
 from pmor.pair.model import ElasticModel
 from pmor_online.compare import compare_models
 from pmor_online.conditions import ConditionSweep, sweep_listed
 from pmor_online.model import ReducedPair, sweep_angles
 from pmor_online.readings import read_off
+from pmor_online.root_stress import root_stress_causes
 from pmor_online.run import OnlineResult, root_stress_of_case, sweep_case
 
 
@@ -40,13 +42,14 @@ def run_online(
         sweep = sweep_case(reduced, executor, bar.step)
     readings = read_off(reduced, sweep, executor) if sweep.states is not None else None
     stress = root_stress_of_case(reduced, executor)
+    causes = root_stress_causes(reduced, sweep_angles(case), assembly_of(case), case.torque_Nm, executor)
     conditions: tuple[ConditionSweep, ...] = ()
     if case.conditions:
         with Progress(angles * len(case.conditions), "conditions", further=progress) as bar:
             conditions = sweep_listed(reduced, executor, bar.step)
     size_mib = (basis_path.stat().st_size if basis_bytes is None else basis_bytes) / 2**20
     found = OnlineResult(reduced, sweep, None, size_mib, executor is not None, conditions, basis_path.name,
-                         readings=readings, root_stress=stress)  # fmt: skip
+                         readings=readings, root_stress=stress, root_stress_causes=causes)  # fmt: skip
     return found if model is None else with_comparison(found, model, executor, progress)
 
 

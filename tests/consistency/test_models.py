@@ -25,7 +25,7 @@ from tests.support.stored_files import results_in, summary_of
 
 QUIET = {"plots": False, "report": False}
 LINES = {"contact": {"scheme": "line"}, "reduction": {"shapes": "line_loads"}}
-TABLES = {"summary.json", "ste.csv", "harris.csv", "results.h5", "stress.csv"}
+TABLES = {"summary.json", "ste.csv", "torques.csv", "stiffness.csv", "harris.csv", "results.h5", "stress.csv"}
 NUMBERS = {"basis.h5", "basis_paper.h5", "basis_direct.h5", *TABLES}
 
 # One model has no error bar of its reduction, the others none of their mesh, which this case leaves out.

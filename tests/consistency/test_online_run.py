@@ -14,7 +14,7 @@ from pmor.report.page import Picture
 from pmor.report.provenance import provenance
 from pmor.report.run_page import page_files, run_blocks, run_pictures, write_pages
 from pmor.report.screen import result_text
-from pmor.report.summary import summary, summary_rows, write_results
+from pmor.report.summary import accuracy_rows, summary, summary_rows, write_results
 from pmor.report.sweep_figures import error_figure, few_torques
 from pmor.results.sweep import peak_to_peak_um, ste_mean_um
 from pmor.work.online import run_online
@@ -101,7 +101,7 @@ def test_without_full_fe_its_keys_are_null(alone, tmp_path):
     write_results(alone, tmp_path)
     found = summary_of(tmp_path)
     assert all(found[key] is None for key in FULL_FE_KEYS)
-    assert not any("full" in label for label, *_ in summary_rows(alone))
+    assert not any("full" in label for label, *_ in accuracy_rows(alone))
 
 
 def test_a_figure_that_is_missing_says_what_it_takes(alone):
@@ -109,17 +109,19 @@ def test_a_figure_that_is_missing_says_what_it_takes(alone):
     case = replace(case, online=replace(case.online, torques_Nm=(case.torque_Nm,)))
     reduced = replace(alone.reduced, basis=replace(alone.reduced.basis, case=case))
     one = replace(alone, reduced=reduced, sweep=few_torques(alone.sweep, 1))
-    rows = {label: (value, unit, note) for label, value, unit, note in summary_rows(one)}
-    assert rows["STE over torque"] == (None, "", "needs a second torque")
-    assert rows["STE ripple"] == (None, "", "needs 8 angles with one pair in contact")
-    assert "um" not in next(line for line in result_text(one).splitlines() if "ripple" in line)
+    rows = {label: (value, unit, note) for label, value, unit, note in (*summary_rows(one), *accuracy_rows(one))}
+    noise = "numerical noise of the curve"
+    assert rows[noise] == (None, "", "needs 8 angles with one pair in contact")
+    assert " um" not in next(line for line in result_text(one).splitlines() if noise in line)
+    assert "torque^" in next(note for label, *_, note in summary_rows(alone) if label == "STE mean")
+    assert "torque^" not in rows["STE mean"][2], "needs a second torque"
 
 
 def test_each_mean_says_over_which_angles(compared):
     mean = next(note for label, _, _, note in summary_rows(compared) if label == "STE mean")
-    assert mean.endswith(f"over {len(compared.sweep.phi_rad)} angles of a pitch")
+    assert f"over {len(compared.sweep.phi_rad)} angles of a pitch" in mean
     titles = {getattr(block, "title", ""): block for block in run_blocks(compared, [])}
-    table = titles["Reduced against full FE, and run time"]
+    table = titles["Reduced against full FE at each torque"]
     assert f"over {compared.comparison.full.ste_um.shape[1]} unseen angles" in table.note
 
 
@@ -191,7 +193,7 @@ def test_full_fe_that_fails_throughout_is_reported_all_the_same(rows, compared, 
     write_pages(result, None, tmp_path)
     page = (tmp_path / "report.html").read_text()
     assert "Reduced against full FE" in page
-    assert "nan" not in page.split("<h2>Pictures")[0]
+    assert "nan" not in page.split("</style>")[1].split("<h2>Provenance")[0]
 
 
 # --- angles ----------------------------------------------------------------------------------------------------------
@@ -263,12 +265,11 @@ def test_no_contact_pattern_where_nothing_converges(compared, monkeypatch):
 
     monkeypatch.setattr(pmor.penalty.solve, "solve_equilibrium", fail)
     assert contact_patterns(compared.reduced, 0.0, Condition(torque=100e3)) == ()
-    assert "contact_pattern.png" not in file_names(compared)
 
 
 def test_pictures_show_what_there_is(compared, alone, small_model):
     names = file_names(compared, small_model[1].mesh.pinion)
-    assert names == ["ste.png", "load_sharing.png", "spectrum.png", "error.png", "contact_pattern.png", "mesh.png"]
+    assert names == ["ste.png", "load_sharing.png", "stiffness.png", "spectrum.png", "error.png", "mesh.png"]
     assert file_names(alone) == [n for n in names if n not in ("error.png", "mesh.png")]
     assert "spectrum.png" not in file_names(with_failures(alone, (0, 0)))
 

@@ -14,10 +14,11 @@ from pmor.case import change_case
 from pmor.core.errors import FileFormatError, GeometryError
 from pmor.gear.modification import Modification
 from pmor.pair.model import refuse_loads
-from pmor.report.readings_blocks import readings_picture_names, readings_pictures, readings_tables
+from pmor.report.readings_blocks import readings_picture_names, readings_pictures, sensitivities_table
 from pmor.report.results_data import HARRIS, RESULTS
 from pmor.report.run_page import page_files, run_pictures
 from pmor.report.summary import result_files, summary, summary_rows, write_results
+from pmor.report.torque_table import load_table, torque_rows
 from pmor.results.sweep import orders_of
 from pmor.storage.describe import file_text
 from pmor.storage.results_file import RESULTS_LAYOUT, RESULTS_SCHEMA, read_results
@@ -136,17 +137,17 @@ def test_harris_map_and_light_pattern_see_all_teeth_that_the_sweep_sees(tmp_path
     light = model.sweep([LIGHT * model.case.torque_Nm]).flank_maps()[0]
     assert_allclose(run.readings.light[0].load_N_per_mm, light.load_N_per_mm, rtol=0.0)
     note = next(note for label, _, _, note in summary_rows(run) if label == "STE mean")
-    assert note.endswith("over 126 angles of 21 pitches")
+    assert "over 126 angles of 21 pitches" in note
     assert "over 21 pitches" in run_pictures(run, None)[0].caption
 
 
 def test_page_has_a_picture_and_a_table_for_each(run):
     pictures = readings_pictures(run)
     assert tuple(picture.file_name.removesuffix(".png") for picture in pictures) == (
-        "harris", "waterfall", "flank_maps", "flank_pattern", "load_distribution",
+        "harris", "flank_maps", "flank_pattern", "load_distribution",
     )  # fmt: skip
     assert {picture.file_name for picture in pictures} <= set(page_files(run.case))
-    over_torque, derivatives = readings_tables(run)
+    over_torque, (derivatives,) = load_table(run, torque_rows(run)), sensitivities_table(run)
     assert [row[0] for row in over_torque.rows] == TORQUES
     assert [row[0] for row in derivatives.rows] == list(run.readings.sensitivities.parameter)
 
@@ -155,8 +156,8 @@ def test_maps_that_nobody_asks_for_are_not_made(tmp_path):
     run = run_of(model_of("spur", results={"harris_torques_Nm": [100.0], "maps": False}), tmp_path)
     assert run.readings.maps == ()
     assert run.readings.light is None
-    assert readings_picture_names(run.case) == ("harris", "waterfall")
-    assert [picture.file_name for picture in readings_pictures(run)] == ["harris.png", "waterfall.png"]
+    assert readings_picture_names(run.case) == ("harris",)
+    assert [picture.file_name for picture in readings_pictures(run)] == ["harris.png"]
     write_results(run, tmp_path)
     assert not {name for name in read_results(tmp_path / RESULTS).arrays if name.startswith(("maps", "light"))}
 
@@ -170,7 +171,7 @@ def test_shapes_without_line_loads_leave_the_file_without_them(small_model, smal
     assert not (tmp_path / HARRIS).exists()
     assert summary(run)["k_h_beta"] is None
     assert summary(run)["mesh_stiffness_mean_N_per_mm_um"] > 0.0
-    assert readings_tables(run) == []
+    assert sensitivities_table(run) == []
     with pytest.raises(ValueError, match="keeps no line loads"):
         ReducedModel(small_basis).sweep(angles=4).k_h_beta  # noqa: B018
 

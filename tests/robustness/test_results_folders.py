@@ -176,10 +176,19 @@ def test_after_an_edit_nothing_of_the_old_text_lies_beside_new_results(finished,
 
     path.write_text(case_text(online={"angles_per_pitch": 5}))
     assert main(["compare", str(path), "--out", str(out)]) == 0
-    assert results_in(out) == {"basis.h5", "ste.csv", "summary.json", "results.h5", "notes.txt", "report.html"}
+    assert results_in(out) == {
+        "basis.h5",
+        "ste.csv",
+        "torques.csv",
+        "stiffness.csv",
+        "summary.json",
+        "results.h5",
+        "notes.txt",
+        "report.html",
+    }
     assert (out / "report.html").read_text() == "with remarks of mine"
     said = capsys.readouterr().err.splitlines()
-    assert said[0].startswith(f"pmor: {out}: removed results of another text or version: contact_pattern.png, ")
+    assert said[0].startswith(f"pmor: {out}: removed results of another text or version: error.png, ")
     assert said[1:] == [
         f"pmor: {out / 'report.html'}: was made from another text and changed since: it stays, and is none of these "
         "results"

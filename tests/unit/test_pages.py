@@ -116,11 +116,13 @@ def test_page_is_fit_for_phones():
     found = Page(page())
     assert ("meta", "name", "viewport") in found.attributes
     # Tables that are wider than 390 px scroll in a box of their own, each of them; keys reach the box too.
-    assert found.attributes.count(("div", "class", "scroll")) == found.tags.count("table")
+    boxes = [value for tag, name, value in found.attributes if (tag, name) == ("div", "class")]
+    assert boxes == ["scroll wordy", "scroll"], "rows with a sentence become lists"
+    assert len(boxes) == found.tags.count("table")
     assert found.attributes.count(("div", "tabindex", "0")) == found.tags.count("table")
     box = re.search(r"\.scroll \{(.*?)\}", page(), re.DOTALL)
     assert "overflow-x: auto" in box[1]
-    assert len(re.findall(r'class="scroll"[^>]*>\s*<table>', page())) == found.tags.count("table")
+    assert len(re.findall(r'class="scroll[^>]*>\s*<table>', page())) == found.tags.count("table")
 
 
 def test_all_text_is_escaped_but_shown():
@@ -129,7 +131,16 @@ def test_all_text_is_escaped_but_shown():
     # title element and h1, warning, heading, paragraph; table title, column, first cell, cell, note; caption
     assert "".join(Page(html).text).count(NASTY) == 11
     quoted = [name for _, name, value in Page(html).attributes if value == NASTY]
-    assert sorted(quoted) == ["alt", "aria-label"]
+    assert sorted(quoted) == ["alt", "aria-label", "data-name", "data-name"]
+
+
+def test_a_folded_table_shows_its_title_until_it_is_opened():
+    folded = Table("Sensitivities", ("parameter", "mean"), [("tip relief", 0.3)], "Derivatives.", folded=True)
+    found = re.search(r"<details>(.*?)</details>", page(folded), re.DOTALL)[1]
+    assert "<summary>Sensitivities</summary>" in found
+    assert "tip relief" in found
+    assert "Derivatives." in found
+    assert "details::details-content" in page(folded), "print opens it"
 
 
 def test_empty_tables_leave_no_headings_behind():

@@ -22,7 +22,9 @@ from pmor.report.sweep_figures import (
     load_sharing_figure,
     spectrum_figure,
     ste_figure,
+    stiffness_figure,
 )
+from pmor.results.sweep import mesh_stiffness
 from pmor_online.conditions import ConditionSweep
 from pmor_online.contact_pattern import ContactPattern
 from tests.support.sweeps import made_up_sweep
@@ -77,6 +79,7 @@ def all_figures():
         "ste": ste_figure(sweep, make_sweep((100.0,), 7)),
         "load sharing": load_sharing_figure(sweep),
         "spectrum": spectrum_figure(sweep),
+        "stiffness": stiffness_figure(sweep, mesh_stiffness(sweep, 40.0, 20.0)),
         "error": error_figure(sweep.phi_rad, sweep.torque_Nm, 1e-3 * sweep.ste_um),
         "mesh": mesh_figure(*sector()),
         "contact pattern": contact_pattern_figure([pattern()] * 2),
@@ -154,9 +157,27 @@ def test_a_thousand_torques_are_drawn_as_a_few_and_the_picture_says_so():
     sharing = load_sharing_figure(many)
     for drawn in (ste_figure(many), ste_figure(many, few, few), sharing, spectrum_figure(many), error):
         (legend,) = drawn.legends
-        assert re.search(r"\(\d of (1000|20) torques\)", legend.get_title().get_text())
-        assert len(legend.get_texts()) <= MOST_TORQUES + 2
+        assert re.match(r"\d+ of (1000|20) torques: 1, .*, (1000|900) N m", drawn.get_suptitle())
+        assert len(legend.get_texts()) <= 2 * MOST_TORQUES + 2
     draw(sharing)
+
+
+def test_the_nominal_torque_is_in_every_picture_however_many_there_are():
+    many = make_sweep(np.linspace(1.0, 1000.0, 1000), 6)
+    stiffness = mesh_stiffness(many, 40.0, 20.0)
+    for drawn in (
+        ste_figure(many, nominal_Nm=137.0), load_sharing_figure(many, 137.0), spectrum_figure(many, nominal_Nm=137.0),
+        stiffness_figure(many, stiffness, 137.0),
+    ):  # fmt: skip
+        assert ", 137, " in drawn.get_suptitle()
+    assert "137 N m, nominal" in legend_texts(ste_figure(many, nominal_Nm=137.0))
+
+
+def test_curves_about_their_mean_have_none_and_their_legend_says_it():
+    figure = ste_figure(make_sweep((30.0, 100.0)), about_mean=True)
+    for line in figure.axes[0].get_lines():
+        assert_allclose(np.mean(line.get_ydata()[1:-1]), 0.0, atol=1e-12)
+    assert legend_texts(figure)[0] == f"100 N m ({make_sweep((100.0,)).ste_um.mean():.4g} µm)"
 
 
 def test_load_sharing_leaves_out_pairs_that_never_carry_and_ends_a_share_where_its_successor_began():

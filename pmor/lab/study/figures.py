@@ -92,7 +92,7 @@ def _ste_by_detail(parts: StudyParts, details: Sequence[int]) -> Figure:
             if reference is not None:
                 phi, ste = _closed(reference["full"])
                 axes.plot(phi, ste, color="black", lw=1.0, ls="--", label="reference")
-            axes.set(title=f"E{detail}", xlabel="Pinion roll angle [deg]", xlim=(0.0, float(phi[-1])))
+            axes.set(title=f"E{detail}", xlabel="Pinion angle [deg]", xlim=(0.0, float(phi[-1])))
             axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2)
         shown[0].set_ylabel("Static transmission error [µm]")
     return figure

@@ -23,7 +23,7 @@ MEASURES = (
     ("mean error", "mean over the angles of STE minus reference STE"),
     ("peak-to-peak error", "peak-to-peak STE minus that of the reference"),
     ("shape error", "standard deviation over the angles of STE minus reference STE: blind to a constant offset"),
-    ("ripple", "standard deviation about a quartic where one pair carries the load; needs no reference"),
+    ("numerical noise", "standard deviation about a smooth curve where one pair carries the load; needs no reference"),
     ("load-share error", "largest difference of a tooth pair's share of the torque to the reference at the same angle"),
     (
         "reduced against full",
@@ -90,8 +90,8 @@ def _ladder(study: Study, found: StudyTable) -> list[Block]:
         "mean error, µm": lambda r: r[0]["mean_error_um"],
         "shape error, µm": lambda r: r[0]["shape_error_um"],
         "of (c)": lambda r: r[1]["shape_error_um"],
-        "ripple, µm": lambda r: r[0]["ripple_um"],
-        "ripple of (c)": lambda r: r[1]["ripple_um"],
+        "numerical noise, µm": lambda r: r[0]["ripple_um"],
+        "numerical noise of (c)": lambda r: r[1]["ripple_um"],
         "(c) vs (b), max %": lambda r: percent("rom_vs_full_ste_max_rel")(r[1]),
         "(b) ms": lambda r: r[0]["ms_per_position"],
         "(c) ms": lambda r: r[1]["ms_per_position"],
@@ -109,7 +109,7 @@ def _mesh_errors(found: StudyTable) -> Table:
         "peak-to-peak, µm": "ste_peak_to_peak_um",
         "peak-to-peak error, µm": "peak_to_peak_error_um",
         "shape error, µm": "shape_error_um",
-        "ripple, µm": "ripple_um",
+        "numerical noise, µm": "ripple_um",
         "load-share error": "load_share_error",
     }
     note = "Condensed full FE at nominal torque on a regular grid of angles; model (a) solves the same equations."
@@ -122,7 +122,7 @@ def _reference(reference: Row) -> list[Block]:
         "LoDM": "lodm",
         "STE mean, µm": "ste_mean_um",
         "peak-to-peak, µm": "ste_peak_to_peak_um",
-        "ripple, µm": "ripple_um",
+        "numerical noise, µm": "ripple_um",
         "FE unknowns": "fe_unknowns",
         "s": lambda m: m["elastic_s"] + m["solve_s"],
     }

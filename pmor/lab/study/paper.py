@@ -56,7 +56,7 @@ def _quality(cell: Cell, row: Row, fine: Row, claimed: bool) -> Row:
     return {
         "name": f"quality_{cell.label}",
         "claim": claim,
-        "criterion": f"as good as {YARDSTICK.label}: shape error and ripple at most {AS_GOOD:g} times as large",
+        "criterion": f"as good as {YARDSTICK.label}: shape error and noise at most {AS_GOOD:g} times as large",
         "confirmed": as_good == claimed,
         "measured": {key: row[key] for key in SHOWN},
         "yardstick": {key: fine[key] for key in SHOWN},

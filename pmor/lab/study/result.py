@@ -47,7 +47,7 @@ class StudyResult:
             "cell": "cell",
             "mean, um": "ste_mean_um",
             "shape, um": "shape_error_um",
-            "ripple, um": "ripple_um",
+            "numerical noise, um": "ripple_um",
             "reduced/full max, %": lambda row: percent("rom_vs_full_ste_max_rel")(fast.get(row["cell"], {})),
             "(b) ms": "ms_per_position",
             "(c) ms": lambda row: fast.get(row["cell"], {}).get("ms_per_position"),

@@ -236,6 +236,11 @@ def _note(case: Case, meshed: MeshedPair) -> str:
         "the same equations as the run, exact for any torque, axes and flanks that linear elasticity covers. Amounts "
         "count along the transverse line of action and remove material where they are positive."
     ]
+    angles, own = HELICAL_ANGLES if meshed.pair.pinion.helix_angle else SPUR_ANGLES, case.online.angles_per_pitch
+    if angles != own:
+        parts.append(
+            f"It solves {angles} angles to a pitch, the run {own}: largest values differ by what lies between."
+        )
     if case.pitches > 1:
         parts.append("It solves the first pitch of the run's sweep.")
     if case.mesh.width == "plane_strain":

@@ -1,0 +1,101 @@
+"""Figures of a run at each torque of its sweep: rows for machines, and tables of the page."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from pmor.core.arrays import FloatArray
+from pmor.report.condition_table import N_ORDERS, order_columns, sweep_row
+from pmor.report.table import Table
+from pmor.results.load_distribution import line_states
+from pmor.results.root_stress import GEARS
+from pmor.results.sweep import mesh_stiffness
+from pmor_online.run import OnlineResult
+
+#: root stress without some of its causes, by key of the summary
+CAUSES = {
+    "root_stress_nominal_flanks_MPa": "nominal flanks on aligned axes",
+    "root_stress_aligned_axes_MPa": "flanks of the case on aligned axes",
+}
+
+
+def torque_rows(result: OnlineResult) -> list[dict[str, Any]]:
+    """Return a row for each torque of a sweep: plain values, units in the keys; None for what is not available."""
+    return [torque_row(result, t) for t in range(len(result.sweep.torque_Nm))]
+
+
+def torque_row(result: OnlineResult, t: int) -> dict[str, Any]:
+    """Return the figures at one of the torques, by its place."""
+    sweep, readings, stress, pair = result.sweep, result.readings, result.root_stress, result.reduced.meshed.pair
+    secant = mesh_stiffness(sweep, pair.pinion.base_radius, pair.common_width).secant[t]
+    tangent = None if sweep.stiffness_N_per_um is None else sweep.stiffness_N_per_um[t] / pair.common_width
+    largest = [None if stress is None else stress.largest(t, gear) for gear in range(2)]
+    return {
+        **sweep_row(sweep, t), **order_columns(sweep, t),
+        "mesh_stiffness_mean_N_per_mm_um": _mean(secant),
+        "mesh_stiffness_tangent_mean_N_per_mm_um": None if tangent is None else _mean(tangent),
+        "k_h_beta": None if readings is None else float(readings.face_load_factor[t]),
+        "effective_contact_ratio": None if readings is None else float(readings.effective_contact_ratio[t]),
+        "flank_pressure_max_MPa": None if readings is None else _most(line_states(sweep).pressure_MPa[t]),
+        **{f"root_stress_{name}_MPa": None if one is None else one.max_principal_MPa
+           for name, one in zip(GEARS, largest, strict=True)},
+        "n_positions_failed": int(np.count_nonzero(~sweep.converged[t])),
+    }  # fmt: skip
+
+
+def ste_table(rows: list[dict[str, Any]]) -> Table:
+    """Return the transmission error at each torque."""
+    keys = ("torque_Nm", "ste_mean_um", "ste_peak_to_peak_um", *(f"ste_order_{k}_um" for k in range(1, N_ORDERS + 1)))
+    columns = ("torque, N m", "STE mean, µm", "STE peak-to-peak, µm",
+               *(f"order {k}, µm" for k in range(1, N_ORDERS + 1)))  # fmt: skip
+    note = "Orders of the mesh frequency, amplitudes from zero to peak; all figures at each torque are in torques.csv."
+    return Table("Transmission error at each torque", columns, [[row[key] for key in keys] for row in rows], note)
+
+
+def load_table(result: OnlineResult, rows: list[dict[str, Any]]) -> Table:
+    """Return stiffness, load distribution, stresses and forces at each torque."""
+    columns = {
+        "torque, N m": "torque_Nm", "mesh stiffness, N/(mm µm)": "mesh_stiffness_mean_N_per_mm_um",
+        "tangent mesh stiffness, N/(mm µm)": "mesh_stiffness_tangent_mean_N_per_mm_um", "K_Hβ": "k_h_beta",
+        "contact ratio, loaded": "effective_contact_ratio", "flank pressure, max, MPa": "flank_pressure_max_MPa",
+        "root stress, pinion, MPa": "root_stress_pinion_MPa", "root stress, wheel, MPa": "root_stress_wheel_MPa",
+    }  # fmt: skip
+    columns = {name: key for name, key in columns.items() if any(row[key] is not None for row in rows)}
+    cells = [[row[key] for key in columns.values()] for row in rows]
+    names, note = list(columns), "Stiffness: mean over the angles, per face width, secant unless tangent."
+    if result.readings is not None:
+        names += ["tangential force, N", "separating force, N", "axial force, N"]
+        for found, forces in zip(cells, result.readings.forces.force_N[:, :, 0], strict=True):
+            found += [float(value) for value in np.abs(forces).max(axis=0)]
+        note += (
+            " K_Hβ: largest over mean line load of the face, added up over the cycle (ISO 6336-1's w_max / w_m). "
+            "Forces of the mesh on a gear across the plane of the axes, along the line of centres, along the axes: "
+            "largest over the cycle."
+        )
+    return Table("Stiffness, load distribution, stresses and forces at each torque", names, cells, note, folded=True)
+
+
+def causes_table(figures: Mapping[str, Any]) -> list[Table]:
+    """Return the root stress at nominal torque with and without modifications and misalignment; none without it."""
+    if not figures["root_stress_max_MPa"]:
+        return []
+    lines = {"ISO 6336-3, method B, without factors of load": "root_stress_iso6336_MPa"}
+    lines |= {words: key for key, words in CAUSES.items()} | {"flanks and axes of the case": "root_stress_max_MPa"}
+    rows = [(words, *figures[key]) for words, key in lines.items() if figures[key] and None not in figures[key]]
+    note = f"Largest principal stress over cycle, fillet and face at {figures['torque_Nm']:g} N m."
+    return [Table("Root stress without modifications and misalignment", ("", "pinion, MPa", "wheel, MPa"), rows, note)]
+
+
+def _mean(values: FloatArray) -> float:
+    """Mean of the finite values; NaN without any."""
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if len(known) else math.nan
+
+
+def _most(values: FloatArray) -> float:
+    """Largest of the finite values; NaN without any."""
+    return float(np.nanmax(values)) if np.isfinite(values).any() else math.nan
