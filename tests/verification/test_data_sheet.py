@@ -1,9 +1,4 @@
-"""The data sheet against published ones, to the digits that they print, and against another program.
-
-Sheets: KHK, Gear Technical Reference (also SDP/SI, Elements of Metric Gear Technology), pairs with profile shift and
-tip shortening, and spans; hanslhansl/din3990, test of a pair 19/104 after ISO 21771; MESYS, gear geometry calculators;
-gearcalc's pair h20. That of ISO/TR 6336-30, example 1, was computed from its data by others.
-"""
+"""The data sheet against another program, closed forms and itself; published ones are in `pmor.lab.validation`."""
 
 import math
 from dataclasses import replace
@@ -14,109 +9,14 @@ from numpy.testing import assert_allclose
 
 import pmor
 from pmor.case import parse_case
-from pmor.gear.data_sheet import OneGear, data_sheet, span
+from pmor.gear.data_sheet import OneGear, data_sheet
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
-from pmor.gear.tooth import Tooth
+from pmor.lab.validation.sheets import TAN, rack_gear
 from tests.support.gear_models import gear_pair, helical_pair, tooth
 from tests.support.small_case import case_text
 
-LAST_DIGIT = 0.51  # of a printed number: it is rounded, and so may its inputs be
 PY_GEARWORKS = 1e-9  # relative, of its closed forms
 ITS_ROOT = 1e-8  # relative: it seeks the working pressure angle to seven digits
-
-
-def published(printed):
-    """A printed number and its rounding: `2.50` is 2.5 +- 0.0051."""
-    return pytest.approx(float(printed), abs=LAST_DIGIT * 10.0 ** -len(printed.partition(".")[2]))
-
-
-def rack_gear(teeth, module, helix_deg=0.0, shift=0.0, addendum=1.0, **others):
-    return Tooth(teeth, module, math.radians(20.0), math.radians(helix_deg), shift, addendum, **others)
-
-
-TAN = math.tan(math.radians(20.0))
-# Inputs, data of the pair, data of pinion and wheel.
-SHEETS = {
-    "KHK spur 12/24": (
-        (rack_gear(12, 3.0, 0.0, 0.6, tip_shortening=0.38), rack_gear(24, 3.0, 0.0, 0.36, tip_shortening=0.38)), None,
-        {"working_transverse_pressure_angle_deg": "26.0886", "reference_centre_distance_mm": "54.000",
-         "sum_of_profile_shifts": "0.960", "transverse_contact_ratio": "1.202", "centre_distance_mm": "56.500"},
-        {"reference_diameter_mm": ("36.000", "72.000"), "base_diameter_mm": ("33.8289", "67.6579"),
-         "working_pitch_diameter_mm": ("37.667", "75.333"), "tip_diameter_mm": ("44.840", "79.400"),
-         "root_diameter_mm": ("32.100", "66.660")},
-    ),
-    "KHK helical 12/60": (
-        (rack_gear(12, 3.0, 30.0, 0.09809, tip_shortening=0.00195),
-         rack_gear(60, 3.0, -30.0, 0.0, tip_shortening=0.00195)), None,
-        {"centre_distance_mm": "125.000", "working_transverse_pressure_angle_deg": "23.1126",
-         "transverse_pressure_angle_deg": "22.79588"},
-        {"reference_diameter_mm": ("41.569", "207.846"), "base_diameter_mm": ("38.322", "191.611"),
-         "working_pitch_diameter_mm": ("41.667", "208.333"), "root_diameter_mm": ("34.658", "200.346"),
-         "tip_diameter_mm": ("48.154", "213.842")},
-    ),
-    "DIN 3990 spur 19/104": (
-        (rack_gear(19, 4.0, 0.0, 0.5), rack_gear(104, 4.0, 0.0, 0.15)), None,
-        {"working_transverse_pressure_angle_deg": "21.531902292465", "gear_ratio": "5.473684210526",
-         "centre_distance_mm": "248.506843355171", "transverse_contact_ratio": "1.536323594583",
-         "total_contact_ratio": "1.536323594583"},
-        {"base_diameter_mm": ("71.416639179729", "390.912130246938"), "tip_diameter_mm": ("88.0", "425.2"),
-         "root_diameter_mm": ("70.0", "407.2"), "working_pitch_diameter_mm": ("76.774471930866", "420.239214779476")},
-    ),
-    "ISO/TR 6336-30 helical 17/103": (
-        (rack_gear(17, 8.0, 15.8, 0.145), rack_gear(103, 8.0, -15.8, 0.0)), 500.0,
-        {"working_transverse_pressure_angle_deg": "21.0661", "transverse_contact_ratio": "1.5493",
-         "overlap_ratio": "1.0834"},
-        {"base_diameter_mm": ("132.1986", "800.9678")},
-    ),
-    "gearcalc helical 17/43": (
-        (rack_gear(17, 1.0, 20.0), rack_gear(43, 1.0, -20.0)), None,
-        {"transverse_contact_ratio": "1.4918785", "total_contact_ratio": "2.580562"}, {},
-    ),
-    "MESYS spur 20": (
-        (rack_gear(20, 1.0, rack_tip_radius=0.25),) * 2, None, {},
-        {"base_diameter_mm": ("18.7939",) * 2, "tip_diameter_mm": ("22.0000",) * 2,
-         "root_diameter_mm": ("17.5000",) * 2, "normal_tooth_thickness_mm": ("1.5708",) * 2,
-         "tip_tooth_thickness_mm": ("0.6949",) * 2,
-         "root_form_diameter_mm": ("18.8003",) * 2},
-    ),
-    "MESYS spur 30, allowances -60 and -30 um": (
-        (rack_gear(30, 1.0, rack_tip_radius=0.2, thickness_allowance=-0.06),
-         rack_gear(30, 1.0, rack_tip_radius=0.2, thickness_allowance=-0.03)), None, {},
-        {"base_diameter_mm": ("28.1908",) * 2, "tip_diameter_mm": ("32.0000",) * 2,
-         "root_diameter_mm": ("27.3352", "27.4176"), "root_form_diameter_mm": ("28.3762", "28.4047"),
-         "normal_tooth_thickness_mm": ("1.5108", "1.5408"), "tip_tooth_thickness_mm": ("0.6734", "0.7054"),
-         "generating_profile_shift": ("-0.0824", "-0.0412")},
-    ),
-    # A public example of ISO 21771, equations 62 and 63: normal backlash and the sum of generating profile shifts.
-    "helical 31/30, backlash 0.03 mm": (
-        (rack_gear(31, 3.5, 21.0, 0.291, thickness_allowance=2.0 * 3.5 * TAN * (0.639346541 - 0.651877131252)),
-         rack_gear(30, 3.5, -21.0, 0.651877131252 - 0.291)), None,
-        {"centre_distance_mm": "116.500000", "working_transverse_pressure_angle_deg": "23.8707609654",
-         "reference_centre_distance_mm": "114.3447280708", "normal_backlash_mm": "0.030000"}, {},
-    ),
-}  # fmt: skip
-WIDTHS = {"ISO/TR 6336-30 helical 17/103": 100.0, "gearcalc helical 17/43": 10.0}
-
-
-@pytest.mark.parametrize("name", SHEETS)
-def test_data_sheets_are_the_published_ones_to_their_last_digit(name):
-    gears, distance, of_pair, of_gears = SHEETS[name]
-    pair = GearPair(*gears, WIDTHS.get(name, 20.0), distance or zero_backlash_centre_distance(*gears))
-    sheet = data_sheet(pair)
-    for key, printed in of_pair.items():
-        assert getattr(sheet, key) == published(printed), key
-    for key, both in of_gears.items():
-        for gear, printed in zip((sheet.pinion, sheet.wheel), both, strict=True):
-            assert getattr(gear, key) == published(printed), key
-
-
-@pytest.mark.parametrize(
-    ("gear", "teeth", "printed"),
-    [(rack_gear(24, 3.0, 0.0, 0.4), 4, "32.8266"), (rack_gear(24, 3.0, 25.0, 0.4), 5, "42.0085"),
-     (rack_gear(20, 1.0), 2, "4.7083")],
-)  # fmt: skip
-def test_spans_are_the_published_ones(gear, teeth, printed):
-    assert span(gear, teeth) == published(printed)
 
 
 def test_points_of_the_profile_are_those_of_a_public_pair():

@@ -9,8 +9,10 @@ from pmor.core.version import __version__
 from pmor.lab.validation.calculix import root_stress, transmission_error
 from pmor.lab.validation.check import Check
 from pmor.lab.validation.drawings import geometry, standards
+from pmor.lab.validation.machines import bearings, losses
 from pmor.lab.validation.motion import benchmark
 from pmor.lab.validation.programs import public_pairs
+from pmor.lab.validation.sheets import data_sheets
 from pmor.lab.validation.slices import load_over_the_face, relief_without_load
 from pmor.report.markdown import write_markdown
 from pmor.report.page import Block
@@ -18,6 +20,7 @@ from pmor.work.table import Columns, table
 
 #: themes of the table, each with what makes its rows
 THEMES: dict[str, Callable[[], list[Check]]] = {
+    "data sheets": data_sheets,
     "geometry": geometry,
     "standards": standards,
     "load over the face": load_over_the_face,
@@ -25,12 +28,14 @@ THEMES: dict[str, Callable[[], list[Check]]] = {
     "transmission error": transmission_error,
     "public pairs": public_pairs,
     "root stress": root_stress,
+    "bearings": bearings,
+    "losses": losses,
     "motion": benchmark,
 }
 SUMMARY: Columns = {
     "theme": lambda theme: theme[0],
     "figures": lambda theme: len(theme[1]),
-    "largest difference, %": lambda theme: max((100.0 * check.difference for check in theme[1]), key=abs),
+    "largest difference, %": lambda theme: f"{max((100.0 * one.difference for one in theme[1]), key=abs):+.4f}",
     "too far": lambda theme: sum(not check.holds for check in theme[1]),
 }
 COLUMNS: Columns = {

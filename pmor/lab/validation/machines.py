@@ -1,0 +1,112 @@
+"""Rolling bearings and losses beside published ones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from pmor.core.arrays import FloatArray
+from pmor.gear.pair import GearPair
+from pmor.gear.tooth import Tooth
+from pmor.lab.validation.check import Check
+from pmor.machine.rolling_bearing import BallBearing
+from pmor.results.losses import friction_schlenk, loss_factor
+
+BALL: dict[str, Any] = {
+    "balls": 7, "ball_diameter_mm": 11.5, "pitch_diameter_mm": 43.5, "youngs_modulus_GPa": 210.0
+}  # fmt: skip
+DISPLACEMENT_RTOL, TILT_RTOL = 1e-3, 0.02
+# Clearance in mm, forces and moments on the inner ring (N, N mm), its displacements in um and mrad by direction: a
+# public repository gives these as those of a commercial program.
+BEARINGS: list[tuple[float, tuple[float, ...], dict[int, float]]] = [
+    (0.0, (0.0, 1e3, 0.0, 0.0, 0.0), {1: 15.1101}),
+    (0.0, (1e3, 0.0, 0.0, 0.0, 0.0), {0: 133.5381}),
+    (0.0, (0.0, 0.0, 0.0, 0.0, 1e3), {4: 3.6957}),
+    (0.01, (0.0, 1e3, 0.0, 0.0, 0.0), {1: 21.223}),
+    (0.01, (1e3, 0.0, 0.0, 0.0, 0.0), {0: 149.1717}),
+    (0.01, (1e3, 1e3, 0.0, 0.0, 0.0), {1: 19.5923, 0: 146.4603, 4: 2.6872}),
+]
+DIRECTIONS = {0: "axial displacement", 1: "radial displacement", 4: "tilt"}
+LOADS = "axial force", "radial force", "", "", "moment"
+# Pairs of the FZG rig and of the literature: teeth, module, helix angle, shifts, centre distance, tip radii; H_V.
+C14 = (16, 24), 4.5, 0.0, (0.1817, 0.1715), 91.5, (41.318, 59.272)
+FACTORS = {
+    "FZG C14": (C14, 0.19863),
+    "20/30, module 3.5, 15 deg": (((20, 30), 3.5, 15.0, (0.1809, 0.0891), 91.5, (40.336, 58.132)), 0.16390),
+    "30/30, module 2": (((30, 30), 2.0, 0.0, (0.0, 0.0), 60.0, (32.0, 32.0)), 0.14944),
+    "17/43, module 1": (((17, 43), 1.0, 0.0, (0.0, 0.0), 30.0, (9.5, 22.5)), 0.18012),
+}
+FACTOR_DIGITS, FRICTION = 1e-5, 0.0451
+
+
+def displaced(bearing: BallBearing, force: Sequence[float], start: Sequence[float]) -> FloatArray:
+    """Return the displacement of the inner ring under a force, by Newton's method."""
+    place = np.array(start)
+    for _ in range(100):
+        state = bearing.state(place)
+        rest = np.array(force) - state.force
+        if np.abs(rest).max() < 1e-9:
+            return place
+        step = np.linalg.lstsq(state.stiffness, rest, rcond=1e-12)[0]
+        place = place + step / max(1.0, np.abs(step[:3]).max() / 0.02, np.abs(step[3:]).max() / 1e-3)
+    return np.full(5, math.nan)
+
+
+def bearings() -> list[Check]:
+    """Return the checks of a ball bearing."""
+    source = "commercial program, by a public repository"
+    constant = BallBearing(**BALL).stiffness_constant
+    found = [Check("Hertz's constant of a ball", "N/mm^1.5", 333375.6, constant, "public repository", 1e-6)]
+    for clearance, force, said in BEARINGS:
+        start = (0.0, 0.0, 0.0, 0.0, 1e-3) if force[4] else (0.05, 0.02, 1e-3, 1e-5, 1e-5)
+        place = displaced(BallBearing(**BALL, clearance_mm=clearance), force, start)
+        loads = " and ".join(name for name, value in zip(LOADS, force, strict=True) if value)
+        found += [
+            Check(f"ball bearing, clearance {clearance:g} mm, {loads}: {DIRECTIONS[where]}",
+                  "µm" if where < 3 else "mrad", theirs, float(1e3 * place[where]), source,
+                  DISPLACEMENT_RTOL if where < 3 else TILT_RTOL)
+            for where, theirs in said.items()
+        ]  # fmt: skip
+    return found
+
+
+def losses() -> list[Check]:
+    """Return the checks of loss factors of rigid pairs, after Ohlendorf, and of Schlenk's friction."""
+    found = []
+    for name, (geometry, theirs) in FACTORS.items():
+        pair = _pair(*geometry)
+        ours = float(loss_factor(pair, _shared_equally(pair))[0])
+        found.append(Check(f"loss factor H_V, {name}", "1", theirs, ours, "published", FACTOR_DIGITS / theirs))
+    pair = _pair(*C14)
+    friction = friction_schlenk(pair, 2e5 / pair.pinion.base_radius, 1500.0, 13.28, 0.355, 0.85)
+    words = "friction after Schlenk, FZG C14, 200 N m"
+    return [*found, Check(words, "1", FRICTION, friction, "independent script", 5e-5 / FRICTION)]
+
+
+def _pair(
+    teeth: Sequence[int], module: float, helix_deg: float, shifts: Sequence[float], distance: float,
+    tips: Sequence[float],
+) -> GearPair:  # fmt: skip
+    """A pair by its drawing, 14 mm wide."""
+    beta, gears = math.radians(helix_deg), []
+    for count, shift, tip, hand in zip(teeth, shifts, tips, (1, -1), strict=True):
+        addendum = (tip - 0.5 * module * count / math.cos(beta)) / module - shift
+        gears.append(Tooth(count, module, math.radians(20.0), hand * beta, shift, addendum))
+    return GearPair(gears[0], gears[1], 14.0, distance)
+
+
+def _shared_equally(pair: GearPair, count: int = 20000) -> Any:
+    """Rigid transverse sections whose pairs in contact share the load equally, as line loads of a sweep."""
+    (start, end), _ = pair.active_rolls
+    pairs = np.arange(math.ceil(pair.contact_ratio) + 1)
+    on_pinion = start + (np.arange(count)[:, None] + 0.5) / count * pair.pitch + pair.pitch * pairs
+    on_wheel = (pair.action_length - pair.pinion.base_radius * on_pinion) / pair.wheel.base_radius
+    carries = on_pinion < end
+    return SimpleNamespace(
+        roll_rad=np.stack([on_pinion, on_wheel], axis=-1)[:, :, None],
+        load_N_per_mm=(carries / carries.sum(axis=1, keepdims=True))[None, ..., None], width_mm=np.ones(1),
+    )  # fmt: skip
