@@ -25,6 +25,7 @@ Capabilities and experiments, with their files where a folder is given
     macro-geometries, a `CampaignResult`. `study`: a grid of meshes and models. `convergence`: finer and finer
     meshes. `stability`: extreme variants. `reductions`: reductions and samplings. `bench`: run times.
     `write_design_case`, `write_campaign_case`: one of many designs as a case file.
+    `plan_campaign`: designs of a campaign that cannot be made, and the time of all.
 Conditions
     `Misalignment`: position of the wheel's axis. `Modification`: deviation of a gear's flanks; `Topography`: on a grid.
     `Assembly`: misalignment and both modifications.
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
         campaign,
         convergence,
         gearbox,
+        plan_campaign,
         reductions,
         run_design,
         run_dynamics,
@@ -106,8 +108,8 @@ _HOMES = {
     "pmor.app.plan": ("plan",),
     "pmor.app.model": ("ReducedModel",),
     "pmor.app.capabilities": (
-        "bench", "campaign", "convergence", "gearbox", "reductions", "run_design", "run_dynamics", "stability", "study",
-        "write_campaign_case", "write_design_case",
+        "bench", "campaign", "convergence", "gearbox", "plan_campaign", "reductions", "run_design", "run_dynamics",
+        "stability", "study", "write_campaign_case", "write_design_case",
     ),
     "pmor.app.run": ("RunResult", "run_case"),
     "pmor.app.training": ("compare", "load_model", "train"),
@@ -135,9 +137,9 @@ __all__ = [
     "Geometry", "GeometryError", "MeshError", "Misalignment", "Modification", "OutputError", "PmorError",
     "ReducedModel", "ResultArray", "RootStress", "RunResult", "SweepResult", "Topography", "Verification", "bench",
     "campaign", "change_case", "compare", "convergence", "export_file", "full_model", "gearbox", "geometry",
-    "import_rexs", "info", "load_case", "load_model", "load_results", "make_case", "plan", "reductions", "run_case",
-    "run_design", "run_dynamics", "stability", "study", "train", "verify", "write_campaign_case",
-    "write_design_case", "__version__",
+    "import_rexs", "info", "load_case", "load_model", "load_results", "make_case", "plan", "plan_campaign",
+    "reductions", "run_case", "run_design", "run_dynamics", "stability", "study", "train", "verify",
+    "write_campaign_case", "write_design_case", "__version__",
 ]  # fmt: skip
 
 

@@ -106,6 +106,14 @@ def campaign(
 
 
 @suggesting
+def plan_campaign(file: Place | Campaign) -> str:
+    """Return which designs of a campaign cannot be made and why, and how long all take, as `pmor plan` prints it."""
+    from pmor.campaigns.loader import load
+    from pmor.campaigns.plan import plan
+
+    return plan(load(file) if isinstance(file, str | Path) else file)
+
+
 def study(
     file: Place | Study, folder: Place | None = None, *, quick: bool = False, executor: Executor | None = None,
     progress: Steps | None = None, overwrite: bool = False,

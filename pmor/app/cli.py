@@ -82,7 +82,10 @@ OVERWRITE = _option("--overwrite", action="store_true", help="replace results th
 # Purpose and options of each command: arguments of the function of its name in `pmor.app.commands`.
 COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
     "run": ("everything the case asks for: basis, sweep, comparison, report", CASE, _out(), _jobs(), OVERWRITE),
-    "plan": ("show what will run and all settings; runs nothing", CASE),
+    "plan": (
+        "show what will run and all settings; runs nothing",
+        _option("case_path", metavar="CASE", type=_path, help="case file, or campaign file (TOML)"),
+    ),
     "offline": (
         "generate the reduced basis only", CASE,
         _option("-o", dest="basis_path", metavar="BASIS.h5", type=_path, required=True, help="file to write"),

@@ -48,8 +48,12 @@ def _run_case(case_path: Path, out: Path | None, jobs: int, overwrite: bool, pag
 def plan(case_path: Path) -> None:
     """Print what will run, and how much of it; runs nothing."""
     from pmor.app.plan import plan_parts
+    from pmor.campaigns.loader import is_campaign
     from pmor.case import load_case
 
+    if is_campaign(case_path):
+        print(capabilities.plan_campaign(case_path))
+        return
     for number, part in enumerate(plan_parts(load_case(case_path))):
         print("\n" * (number > 0) + part)
 

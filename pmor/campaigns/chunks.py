@@ -42,7 +42,7 @@ MALFORMED = (OSError, ValueError, KeyError, TypeError, AttributeError, Recursion
 
 @dataclass(frozen=True)
 class Chunk:
-    """Designs one after the other: number of the chunk and of its first design, both from 0, and how many."""
+    """Designs one after the other, of those that differ: number of the chunk, place of its first design, how many."""
 
     number: int
     first: int
@@ -50,7 +50,7 @@ class Chunk:
 
     @property
     def designs(self) -> range:
-        """Their numbers, from 0."""
+        """Their places among those that differ (`pmor.campaigns.table.different_designs`), from 0."""
         return range(self.first, self.first + self.count)
 
 

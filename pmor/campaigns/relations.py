@@ -19,6 +19,8 @@ from pmor.core.errors import GeometryError
 from pmor.gear.tooth import involute_function
 
 PINION, WHEEL = GEARS
+# Of a case, either way.
+MOST_SHIFT = 3.0
 
 
 def split(name: str) -> tuple[str, str]:
@@ -82,22 +84,51 @@ def _profile_shifts(base_text: str, design: Mapping[str, Number], relations: Rel
     def setting(name: str) -> float:
         return float(_setting(base_text, design, name))
 
+    gives = _without_shifts(base_text, design, distance)
     teeth = setting("pinion.teeth") + setting("wheel.teeth")
     normal, helix = math.radians(setting("pair.pressure_angle_deg")), math.radians(setting("pair.helix_angle_deg"))
     transverse = math.atan(math.tan(normal) / math.cos(helix))
     bases = 0.5 * teeth * setting("pair.module_mm") / math.cos(helix) * math.cos(transverse)
     if bases >= distance:
         raise GeometryError(
-            f"[relations] centre_distance_mm = {distance:g}: is not more than the base circles' radii together, "
-            f"{bases:.4g} mm: take fewer teeth or a smaller module"
+            f"[relations] centre_distance_mm = {distance:g}: {gives}, and the base circles' radii alone are "
+            f"{bases:.4g} mm together: take fewer teeth or a smaller module"
         )
     working = math.acos(bases / distance)
     needed = teeth * (involute_function(working) - involute_function(transverse)) / (2.0 * math.tan(normal))
     if relations.solve == "both":
-        return {f"{gear}.profile_shift": 0.5 * needed for gear in GEARS}
-    # The mate's is set explicitly: a wheel without a section would inherit the pinion's new one.
-    mate = f"{WHEEL if relations.solve == PINION else PINION}.profile_shift"
-    return {f"{relations.solve}.profile_shift": needed - setting(mate), mate: setting(mate)}
+        found = {f"{gear}.profile_shift": 0.5 * needed for gear in GEARS}
+    else:
+        # The mate's is set explicitly: a wheel without a section would inherit the pinion's new one.
+        mate = f"{WHEEL if relations.solve == PINION else PINION}.profile_shift"
+        found = {f"{relations.solve}.profile_shift": needed - setting(mate), mate: setting(mate)}
+    largest = max(found.values(), key=abs)
+    if abs(largest) > MOST_SHIFT:
+        more = ("more teeth", "larger") if largest > 0.0 else ("fewer teeth", "smaller")
+        raise GeometryError(
+            f"[relations] centre_distance_mm = {distance:g}: {gives}: the difference takes a profile shift of "
+            f"{largest:.3g}, and {MOST_SHIFT:g} is the most: take {more[0]} or a {more[1]} module"
+        )
+    return found
+
+
+def why_infeasible(reason: str, base_text: str, design: Mapping[str, Number], relations: Relations) -> str:
+    """Return why a design cannot be made, with the profile shifts that a centre distance has made it take."""
+    shifts = [design.get(f"{gear}.profile_shift") for gear in GEARS]
+    if relations.centre_distance_mm is None or None in shifts:
+        return reason
+    gives = _without_shifts(base_text, design, relations.centre_distance_mm)
+    taken = " and ".join(f"x{k} = {shift:.3g}" for k, shift in enumerate(shifts, start=1))
+    return f"{reason} ([relations] set {taken}: {gives})"
+
+
+def _without_shifts(base_text: str, design: Mapping[str, Number], distance: float) -> str:
+    """The centre distance of a design without profile shifts, beside the one that is asked for."""
+    module, *teeth = (_setting(base_text, design, name) for name in ("pair.module_mm", "pinion.teeth", "wheel.teeth"))
+    helix = _setting(base_text, design, "pair.helix_angle_deg")
+    reference = 0.5 * sum(teeth) * module / math.cos(math.radians(helix))
+    under = f" under {helix:g} deg" if helix else ""
+    return f"z1 + z2 = {sum(teeth)} at m {module:g}{under} gives {reference:.4g} mm; {distance:g} asked"
 
 
 def _setting(base_text: str, design: Mapping[str, Number], name: str) -> Any:

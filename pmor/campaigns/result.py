@@ -12,7 +12,7 @@ from pmor.campaigns.columns import Columns, Effort
 from pmor.campaigns.output import campaign_text, write_campaign
 from pmor.campaigns.rows import STATUSES, Answer
 from pmor.campaigns.settings import Campaign
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import FloatArray, IntArray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -40,9 +40,23 @@ class CampaignResult(Columns):
         return campaign_text(self)
 
 
-def gathered(campaign: Campaign, answers: Iterable[Answer], effort: Effort) -> CampaignResult:
-    """Return the result of answers that come in the order of the designs; ValueError when there are more or fewer."""
-    total = campaign.count
+def gathered(
+    campaign: Campaign, answers: Iterable[Answer], effort: Effort, places: IntArray | None = None
+) -> CampaignResult:
+    """Return the result of answers that come in the order of the designs that differ.
+
+    Parameters
+    ----------
+    places : ndarray of int, shape (n,), optional
+        Of all designs among these, as `pmor.campaigns.table.different_designs` gives them; by default all differ.
+
+    Raises
+    ------
+    ValueError
+        When there are more or fewer answers.
+    """
+    places = np.arange(campaign.count) if places is None else places
+    total = int(places.max()) + 1
 
     def empty() -> FloatArray:
         return np.full(total, np.nan)
@@ -63,7 +77,11 @@ def gathered(campaign: Campaign, answers: Iterable[Answer], effort: Effort) -> C
             i += 1
     if i != total:
         raise ValueError(f"{i} designs are there, not {total}")
+    again = np.ones(campaign.count, dtype=bool)
+    again[np.unique(places, return_index=True)[1]] = False
     return CampaignResult(
-        campaign=campaign, codes=codes, reasons=tuple(reasons), inputs=inputs, results=results, solving_s=seconds,
-        effort=effort,
+        campaign=campaign, codes=codes[places], reasons=tuple(reasons[place] for place in places),
+        inputs={name: values[places] for name, values in inputs.items()},
+        results={key: values[places] for key, values in results.items()},
+        solving_s=np.where(again, 0.0, seconds[places]), effort=effort,
     )  # fmt: skip

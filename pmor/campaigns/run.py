@@ -19,7 +19,7 @@ from pmor.campaigns.settings import Campaign
 from pmor.campaigns.store import Store, open_store, refuse_foreign_store
 from pmor.campaigns.submit import submit_all
 from pmor.campaigns.supervise import LocalProcesses, Order, lost_answer, solve_order
-from pmor.campaigns.table import designs_of
+from pmor.campaigns.table import designs_of, different_designs
 from pmor.work.pace import Pace
 from pmor.work.results import pieces_folder
 
@@ -66,22 +66,24 @@ def task_of(campaign: Campaign, store: Store) -> Task:
 
 def _solved(campaign: Campaign, parts: Path, executor: Executor, progress: Callable[[int], None]) -> CampaignResult:
     table = designs_of(campaign)
-    chunks = chunks_of(campaign.count, expected_seconds(campaign, table))
+    numbers, places = different_designs(campaign)
+    chunks = chunks_of(len(numbers), expected_seconds(campaign, table))
     store = campaign.sections.store
     task = task_of(campaign, open_store(Path(store.folder), store.limit_GiB))
     files = ChunkFiles(parts, key_of_campaign(campaign), chunks, Keys(campaign.columns, campaign.results))
     files.begin(campaign.name)
     known = {chunk.number for chunk, _ in files.finished()}
     missing = {chunk.number: chunk for chunk in chunks if chunk.number not in known}
-    resumed = campaign.count - sum(chunk.count for chunk in missing.values())
-    LOG.info("%d designs in %d chunks", campaign.count, len(chunks))
-    pace = Pace("designs", campaign.count, resumed, every_s=SAY_EVERY_S)
-    progress(resumed)
+    resumed = len(numbers) - sum(chunk.count for chunk in missing.values())
+    LOG.info("%d designs in %d chunks", len(numbers), len(chunks))
+    if len(numbers) < campaign.count:
+        LOG.info("%d designs stand in the table before: each is solved once", campaign.count - len(numbers))
+    pace = Pace("designs", len(numbers), resumed, every_s=SAY_EVERY_S)
+    progress(campaign.count - len(numbers) + resumed)
     solving = 0.0
 
     def order_of(chunk: Chunk) -> Order:
-        # Numbers of designs are for people: they count from 1.
-        return Order(task, tuple((i + 1, table(i)) for i in chunk.designs), chunk.number)
+        return Order(task, tuple((place + 1, table(int(numbers[place]))) for place in chunk.designs), chunk.number)
 
     def keep(order: Order, answer: Answer) -> None:
         nonlocal solving
@@ -98,14 +100,16 @@ def _solved(campaign: Campaign, parts: Path, executor: Executor, progress: Calla
         n_chunks=len(chunks), resumed=resumed, solving_s=solving, wall_s=time.perf_counter() - started,
         workers=executor.jobs if isinstance(executor, LocalProcesses) else None,
     )  # fmt: skip
-    result = gathered(campaign, (answer for _, answer in files.finished()), effort)
+    result = gathered(campaign, (answer for _, answer in files.finished()), effort, places)
     fine = replace(task, fine=True, results=(*PEAKS, ANGLES))
 
-    def solve_finely(numbers: Sequence[int]) -> list[Row]:
+    def solve_finely(asked: Sequence[int]) -> list[Row]:
         rows: dict[int, Row] = {}
-        orders = (Order(fine, ((i + 1, table(i)),), i) for i in numbers)
+        first = {i: int(numbers[places[i]]) for i in asked}
+        orders = (Order(fine, ((i + 1, table(i)),), i) for i in sorted(set(first.values())))
         submit_all(executor, solve_order, orders, lambda order, a: rows.update({order.chunk: a.rows[0]}), lost_answer)
-        return [rows[i] for i in numbers]
+        # Numbers of designs are for people: they count from 1.
+        return [{**rows[first[i]], "design": i + 1} for i in asked]
 
     LOG.info("the best designs are judged again on fine angles")
     return judged_finely(result, solve_finely)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pmor.body.flank_compliance import FlankCompliance, flank_compliance
 from pmor.body.root_stress import root_stress_shapes
 from pmor.campaigns.figures import figures_of, known, peaks_of
-from pmor.campaigns.relations import case_of, with_relations
+from pmor.campaigns.relations import case_of, why_infeasible, with_relations
 from pmor.campaigns.relief import best_relief
 from pmor.campaigns.rows import NAME, Row, Task, plain_row
 from pmor.campaigns.settings import OF_RELIEF, Number
@@ -42,7 +42,8 @@ def row_of(task: Task, number: int, design: Mapping[str, Number], store: Store) 
             reason = reason.replace("ulimit -d", "[workers] memory_GiB")
         return plain_row(task, number, complete, "lost", reason)
     except (CaseError, GeometryError, MeshError) as error:
-        return plain_row(task, number, complete, "infeasible", str(error))
+        reason = why_infeasible(str(error), task.base_text, complete, task.relations)
+        return plain_row(task, number, complete, "infeasible", reason)
     except ConvergenceError as error:
         return plain_row(task, number, complete, "not converged", str(error))
     if failures:  # a cycle with gaps is no result to compare designs by

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from pmor.campaigns.settings import Campaign, Number, Span, Variable
+from pmor.core.arrays import IntArray
 
 # Digits that a value keeps: those of a step over a range, without its rounding.
 DIGITS = 12
@@ -25,6 +26,21 @@ def designs_of(campaign: Campaign) -> Callable[[int], Design]:
             v.name: _listed(v)[int(place)] for v, place in zip(variables, np.unravel_index(i, lengths), strict=True)
         }
     return lambda i: {v.name: _listed(v)[i] for v in variables}
+
+
+def different_designs(campaign: Campaign) -> tuple[IntArray, IntArray]:
+    """Return the numbers of the designs that are like none before them, (m,), and the place of each among these, (n,).
+
+    Both count from 0. A design that stands in the table twice is solved once.
+    """
+    every, variables, method = np.arange(campaign.count), campaign.variables, campaign.sections.designs.method
+    if method == "grid" or any(isinstance(v.values, Span) and not v.values.whole for v in variables):
+        return every, every
+    table = designs_of(campaign)
+    values = np.array([list(table(i).values()) for i in every.tolist()], dtype=float)
+    _, first, group = np.unique(values, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    return first[order], np.argsort(order)[group.ravel()]
 
 
 def evenly(low: Number, high: Number, steps: int, whole: bool) -> tuple[Number, ...]:

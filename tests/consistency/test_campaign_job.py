@@ -1,5 +1,6 @@
 """A whole campaign: its rows are those of runs, and the same bytes whatever befalls its processes and executors."""
 
+import csv
 import errno
 import io
 import json
@@ -309,6 +310,23 @@ def test_chunks_of_another_campaign_or_another_hand_are_solved_again(folder, fau
     assert main(["campaign", "campaign.toml", "--out", "out", "--overwrite"]) == 0
     assert "taken over" not in capsys.readouterr().err
     assert set(statuses(folder / "out")) == {"ok", "infeasible"}
+
+
+def test_a_design_that_stands_in_the_table_twice_is_solved_once(folder, faulty, capsys):
+    widths = [15.0, 16.0, 15.0, 17.0, 16.0, 15.0, 18.0]
+    (folder / "designs.csv").write_text("\n".join(["pair.face_width_mm", *map(str, widths)]))
+    (folder / "campaign.toml").write_text('case = "base.toml"\n[designs]\nmethod = "csv"\nfile = "designs.csv"\n')
+    assert main(["campaign", "campaign.toml", "--out", "out"]) == 0
+    said = capsys.readouterr()
+    assert "7 designs: 6 ok, 1 infeasible" in said.out  # the third of those that differ is none
+    assert "3 designs stand in the table before: each is solved once" in said.err
+    rows = list(csv.DictReader((folder / "out" / "campaign.csv").read_text().splitlines()))
+    assert [row["design"] for row in rows] == list("1234567")
+    assert [float(row["pair.face_width_mm"]) for row in rows] == widths
+    found = [row["k_h_beta"] and round(7.0 * float(row["k_h_beta"])) for row in rows]
+    assert found == [1, 2, 1, "", 2, 1, 4]
+    times = (folder / "out" / "times.csv").read_text().splitlines()
+    assert [times[i].partition(",")[2] for i in (3, 5, 6)] == ["0.000000"] * 3
 
 
 def malformed_chunks(first, rows, key):

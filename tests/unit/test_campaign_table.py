@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from pmor.campaigns.loader import load
-from pmor.campaigns.relations import case_of, text_of_design, with_relations
+from pmor.campaigns.relations import case_of, text_of_design, why_infeasible, with_relations
 from pmor.campaigns.settings import Relations
-from pmor.campaigns.table import designs_of
+from pmor.campaigns.table import designs_of, different_designs
 from pmor.case import parse_case
 from pmor.core.errors import GeometryError
 from pmor.gear.pair import zero_backlash_centre_distance
@@ -76,9 +76,45 @@ def test_profile_shifts_give_the_centre_distance_without_backlash(solve, helix):
     assert {"both": shifts[0] == shifts[1] != 0.0, "pinion": shifts[1] == 0.0, "wheel": shifts[0] == 0.0}[solve]
 
 
-def test_a_centre_distance_below_the_base_circles_is_refused_in_one_line():
-    with pytest.raises(GeometryError, match=r"\[relations\] centre_distance_mm = 70: .* take fewer teeth"):
-        with_relations(BASE, {}, Relations(centre_distance_mm=70.0))
+@pytest.mark.parametrize(
+    ("distance", "design", "words"),
+    [
+        (70.0, {}, "z1 + z2 = 42 at m 4 gives 84 mm; 70 asked, and the base circles' radii alone are 78.93 mm "
+         "together: take fewer teeth or a smaller module"),
+        (100.0, {"pair.module_mm": 2.25, "wheel.teeth": 32}, "z1 + z2 = 53 at m 2.25 gives 59.62 mm; 100 asked: the "
+         "difference takes a profile shift of 17.7, and 3 is the most: take more teeth or a larger module"),
+        (84.0, {"pair.module_mm": 4.2, "pair.helix_angle_deg": 20.0}, "z1 + z2 = 42 at m 4.2 under 20 deg gives 93.86 "
+         "mm; 84 asked, and the base"),
+    ],
+)  # fmt: skip
+def test_a_centre_distance_that_teeth_and_module_cannot_give_is_refused_with_what_they_give(distance, design, words):
+    with pytest.raises(GeometryError) as caught:
+        with_relations(BASE, design, Relations(centre_distance_mm=distance))
+    assert f"[relations] centre_distance_mm = {distance:g}: {words}" in str(caught.value)
+
+
+def test_a_reason_names_the_shifts_that_a_centre_distance_made_a_design_take():
+    relations = Relations(centre_distance_mm=86.5)
+    design = with_relations(BASE, {}, relations)
+    assert why_infeasible("no", BASE, design, Relations()) == "no"
+    assert why_infeasible("no", BASE, design, relations) == (
+        "no ([relations] set x1 = 0.344 and x2 = 0.344: z1 + z2 = 42 at m 4 gives 84 mm; 86.5 asked)"
+    )
+
+
+@pytest.mark.parametrize(
+    ("designs", "numbers", "places"),
+    [
+        ('method = "list"\npinion.teeth = [20, 21, 20, 22, 21]\npair.module_mm = [4.0, 4.0, 4.0, 4.0, 4.5]',
+         [0, 1, 3, 4], [0, 1, 0, 2, 3]),
+        ('method = "sobol"\ncount = 5\npinion.teeth = { from = 20, to = 21 }', [0, 1], [0, 1, 1, 0, 0]),
+        ('method = "sobol"\ncount = 3\npair.module_mm = { from = 3.0, to = 4.0 }', [0, 1, 2], [0, 1, 2]),
+        ('method = "grid"\npinion.teeth = [20, 21]', [0, 1], [0, 1]),
+    ],
+)  # fmt: skip
+def test_designs_that_stand_in_the_table_twice_are_found(designs, numbers, places, tmp_path):
+    found, _ = campaign(tmp_path, designs)
+    assert [array.tolist() for array in different_designs(found)] == [numbers, places]
 
 
 def test_a_ratio_gives_the_nearest_teeth_or_says_how_far_they_are_off():

@@ -1,0 +1,100 @@
+"""Plan of a campaign: how many designs, which of them cannot be made and why, how long they take; solves nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pmor.campaigns.chunks import chunks_of, expected_seconds
+from pmor.campaigns.page import NUMBER
+from pmor.campaigns.relations import case_of, why_infeasible, with_relations
+from pmor.campaigns.rows import NAME
+from pmor.campaigns.settings import USUAL, Campaign, Number, Span, Variable
+from pmor.campaigns.table import designs_of, different_designs
+from pmor.core.errors import CaseError, GeometryError, InsufficientMemoryError, MeshError
+from pmor.core.progress import format_time
+from pmor.pair.model import refuse_loads_unmeshed
+from pmor.work.cost import refuse_beyond_memory
+
+# Designs whose geometry is checked, evenly over all; values and reasons that are listed.
+MOST_CHECKED, FEW_VALUES, COMMON_REASONS = 1_000, 6, 8
+
+
+def plan(campaign: Campaign) -> str:
+    """Return the plan of a campaign."""
+    numbers, _ = different_designs(campaign)
+    count = len(numbers)
+    parts = _designs(campaign, count), _feasible(campaign, numbers.tolist()), _work(campaign, count)
+    return "\n\n".join("\n".join(lines) for lines in parts)
+
+
+def _designs(campaign: Campaign, different: int) -> list[str]:
+    said, relations = campaign.sections, campaign.sections.relations
+    again = f", {different} of them different: each is solved once" if different < campaign.count else ""
+    width = max(len(variable.name) for variable in campaign.variables)
+    lines = [
+        f"Campaign {campaign.name}: {said.title}",
+        f"  {campaign.count} designs of the case {campaign.inputs[1].name}, {said.designs.method}{again}",
+        *(f"  {variable.name:<{width}}  {_values(variable)}" for variable in campaign.variables),
+    ]
+    if relations.derived:
+        given = [
+            f"{name} = {value:g}"
+            for name, value in (("ratio", relations.ratio), ("centre_distance_mm", relations.centre_distance_mm))
+            if value is not None
+        ]
+        lines.append(f"  {', '.join(relations.derived)}: from [relations] {', '.join(given)}")
+    return lines if campaign.results == USUAL else [*lines, f"  results: {', '.join(campaign.results)}"]
+
+
+def _values(variable: Variable) -> str:
+    values = variable.values
+    if isinstance(values, Span):
+        return f"from {values.low:g} to {values.high:g}"
+    if len(values) <= FEW_VALUES:
+        return ", ".join(f"{value:g}" for value in values)
+    return f"{len(values)} values from {min(values):g} to {max(values):g}"
+
+
+def _feasible(campaign: Campaign, numbers: list[int]) -> list[str]:
+    table, step = designs_of(campaign), -(-len(numbers) // MOST_CHECKED)
+    checked, found = numbers[::step], dict[str, list[tuple[int, str]]]()
+    for number in checked:
+        if reason := why_not(campaign, number, table(number)):
+            found.setdefault(NUMBER.sub("…", reason), []).append((number + 1, reason))
+    none = sum(map(len, found.values()))
+    part = "" if step == 1 else f", one design in {step} looked at"
+    lines = [f"Geometry, loads and memory{part}", f"  {len(checked) - none} of {len(checked)} designs can be made"]
+    common = sorted(found.values(), key=len, reverse=True)
+    lines += [f"  {len(group)}, such as design {group[0][0]}: {group[0][1]}" for group in common[:COMMON_REASONS]]
+    if len(common) > COMMON_REASONS:
+        lines.append(f"  and {len(common) - COMMON_REASONS} more reasons")
+    return lines
+
+
+def why_not(campaign: Campaign, number: int, design: Mapping[str, Number]) -> str:
+    """Return why a design cannot be made, as far as this shows before it is meshed; empty where nothing does."""
+    complete, relations = dict(design), campaign.sections.relations
+    name = f"{NAME} {number + 1}"
+    try:
+        complete = with_relations(campaign.base_text, design, relations)
+        case = case_of(campaign.base_text, complete, name)
+        refuse_loads_unmeshed(case)
+        refuse_beyond_memory(case)
+    except InsufficientMemoryError as error:
+        return str(error)
+    except (CaseError, GeometryError, MeshError) as error:
+        reason = str(error).removeprefix(f"{name}: ")
+        return why_infeasible(reason, campaign.base_text, complete, relations)
+    return ""
+
+
+def _work(campaign: Campaign, different: int) -> list[str]:
+    seconds = expected_seconds(campaign, designs_of(campaign))
+    chunks = chunks_of(different, seconds)
+    limit = campaign.sections.workers
+    return [
+        "Work",
+        f"  about {format_time(seconds)} of one processor for a design on average, {format_time(seconds * different)} "
+        "for all, over --jobs N",
+        f"  {len(chunks)} chunks, each kept when it is finished; {limit.time_limit_s:g} s at most for a design",
+    ]
