@@ -16,7 +16,7 @@ from pmor.work.table import Columns, table, text_lines
 #: files of a result beside the bases of its meshes
 FILES = ("gearbox.json", "gearbox.md", "report.html", "deflection.png", "ste.png", "face_load.png")
 
-MESH_COLUMNS: Columns = {
+MISALIGNMENT_COLUMNS: Columns = {
     "load": "load",
     "mesh": "name",
     "pinion torque [N m]": "torque_Nm",
@@ -24,15 +24,24 @@ MESH_COLUMNS: Columns = {
     "in plane [µm]": "in_plane_um",
     "out of plane [µm]": "out_of_plane_um",
     "centre distance [µm]": "centre_distance_um",
+}
+MESH_COLUMNS: Columns = {
+    "load": "load",
+    "mesh": "name",
     "STE mean [µm]": "ste_mean_um",
     "STE p-p [µm]": "ste_peak_to_peak_um",
     "rigid [µm]": "rigid_ste_peak_to_peak_um",
     "K_Hβ": "k_h_beta",
     "rigid": "rigid_k_h_beta",
     "pressure [MPa]": "flank_pressure_max_MPa",
+}
+LOSS_COLUMNS: Columns = {
+    "load": "load",
+    "mesh": "name",
     "loss factor": "loss_factor",
     "friction": "friction",
     "losses [W]": "losses_W",
+    "efficiency": "efficiency",
 }
 BEARING_COLUMNS: Columns = {
     "load": "load",
@@ -52,6 +61,8 @@ MISALIGNMENT = (
     "axis against the pinion's, over the face width, in axes of the pair."
 )
 
+LOSSES = "Load-dependent, of the line loads; formulas of friction differ by up to a factor of two. Without churning."
+
 
 def gearbox_data(file: GearboxFile, loads: Sequence[SolvedLoad], failures: Sequence[str]) -> Data:
     """Return the content of `gearbox.json`."""
@@ -66,17 +77,18 @@ def gearbox_data(file: GearboxFile, loads: Sequence[SolvedLoad], failures: Seque
 def gearbox_report(file: GearboxFile, loads: Sequence[SolvedLoad], failures: Sequence[str]) -> Report:
     """Return numbers and page."""
     data = gearbox_data(file, loads, failures)
-    meshes, bearings = _tables(data)
+    misaligned, *others, bearings = _tables(data)
     blocks: list[Block] = [*map(Warning, failures)]
     if loads:
         blocks += [
-            meshes,
+            misaligned,
             Picture("deflection.png", "Shafts as drawn, gears in outline, and their deflection lines under the first "
-                    "load; bearings are triangles.", deflection_figure(file.model, loads[0])),
+                    "load; bearings are triangles.", deflection_figure(file.model, loads[0]), "svg"),
             Picture("face_load.png", "Line load over the face, added up over tooth pairs; dotted: on rigid supports.",
                     face_load_figure(loads), "svg"),
             Picture("ste.png", "Static transmission error over a pitch about its mean; dotted: on rigid supports.",
                     ste_figure(loads), "svg"),
+            *others,
             bearings,
         ]  # fmt: skip
     blocks += [
@@ -101,11 +113,15 @@ def gearbox_text(file: GearboxFile, loads: Sequence[SolvedLoad], failures: Seque
     return "\n".join([*lines, *(f"  ! {sentence}" for sentence in failures)])
 
 
-def _tables(data: Data) -> tuple[Table, Table]:
+def _tables(data: Data) -> list[Table]:
     def rows(key: str) -> list[Data]:
         return [{"load": load["name"], **entry} for load in data["loads"] for entry in load[key]]
 
-    return (
-        table("Meshes on their supports", MESH_COLUMNS, rows("meshes"), MISALIGNMENT),
-        table("Bearings", BEARING_COLUMNS, rows("bearings"), "Of the shaft against what the bearing stands on."),
-    )
+    meshes = rows("meshes")
+    found = [
+        table("Misalignment of the meshes", MISALIGNMENT_COLUMNS, meshes, MISALIGNMENT),
+        table("Transmission error and load", MESH_COLUMNS, meshes, "Rigid: the same pair on rigid supports."),
+    ]
+    if any(mesh["losses_W"] is not None for mesh in meshes):
+        found.append(table("Losses of the meshes", LOSS_COLUMNS, meshes, LOSSES))
+    return [*found, table("Bearings", BEARING_COLUMNS, rows("bearings"), "Of the shaft against what it stands in.")]

@@ -23,6 +23,8 @@ TORQUE = 1e5
 # Axes move by hundredths of a nanometre a millimetre: what is left is of the second order.
 MOVED_UM, SECOND_ORDER = 0.01, 1e-6
 SOLVED = 1e-9
+# Of differences over a tenth of a nanometre.
+DERIVATIVE = 1e-6
 
 
 @cache
@@ -182,3 +184,20 @@ def test_all_loads_of_a_file_have_one_system():
     assert names == {"in", "out"}
     stiffness = loaded(model, found.load).system().stiffness
     assert_allclose(stiffness, stiffness.T, rtol=0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("helix", [0.0, 21.0])
+def test_derivatives_of_the_transmission_error_go_through_the_supports(helix):
+    """By deviations of all sections at once, against differences; Maxwell's theorem holds with S as without."""
+    reduced, rng = pair(helix), np.random.default_rng(28)
+    factor = np.diag([1.0, 1.0, 1.0, 0.02, 0.02, 0.0] * 2) @ rng.standard_normal((12, 12))
+    held = on_hubs(reduced, Hubs(1e-7 * factor @ factor.T, np.zeros(12)))
+    placed, torque, step = held.lines.place(angles(held, 8), ALIGNED), np.array([TORQUE]), 1e-7
+    direction = rng.standard_normal(placed.lines.gap.shape)
+    rate = placed.solve(torque, False, 0.0 * direction, True).sensitivity[0]
+    ahead, behind = (placed.solve(torque, False, sign * step * direction).advance[0] for sign in (1.0, -1.0))
+    expected = (ahead - behind) / (2.0 * step)
+    found = (rate * direction).sum(axis=1)
+    assert_allclose(found, expected, rtol=1e-5, atol=DERIVATIVE * np.abs(expected).max())
+    rigid = reduced.lines.place(angles(reduced, 8), ALIGNED).solve(torque, False, 0.0 * direction, True).sensitivity[0]
+    assert np.abs(rigid - rate).max() > 1e-2 * np.abs(rate).max()
