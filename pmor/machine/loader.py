@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 
@@ -15,7 +17,9 @@ from pmor.case import Case, change_case, load_case, without_models
 from pmor.case.capability import refuse_beyond
 from pmor.case.reader import Reader, parse_toml, read_text, sections_in
 from pmor.case.values import did_you_mean
+from pmor.core.arrays import FloatArray
 from pmor.core.errors import GeometryError, printable
+from pmor.machine.beam import NODE
 from pmor.machine.model import GearboxModel, pinion_senses
 from pmor.machine.rexs import ENDINGS, read_gearbox
 from pmor.machine.settings import HOUSING, Bearing, GearboxSections, LoadCase, Mesh, Shaft, ShaftSection
@@ -25,6 +29,8 @@ from pmor.pair.model import gear_pair
 # Places along the axes that belong together may differ by so much: drawings are rounded, mm.
 ROUNDED_MM = 1e-3
 OFFSET_DIGITS = 9
+# Of a stiffness matrix of the housing: difference of its halves, and least eigenvalue, over the largest.
+SYMMETRIC, HELD = 1e-6, 1e-12
 LONGEST_NAME, NO_FILE_NAME = 60, '/\\:*?"<>|'
 STIFFNESSES = {"radial_N_per_mm": "rigid", "axial_N_per_mm": "free", "tilt_Nmm_per_rad": "free"}
 
@@ -74,8 +80,11 @@ def load(path: Path | str) -> GearboxFile:
     cases = {mesh.name: reader.case(mesh, said) for mesh in said.meshes}
     inputs = path, *(path.parent / mesh.case for mesh in said.meshes)
     texts = "\n".join([text, *(case.text for case in cases.values())])
-    model = _model(said, cases)
+    model = replace(_model(said, cases), housing=reader.housing(said))
     reader.check_turned(model, cases)
+    if said.housing.stiffness is not None:
+        inputs = *inputs, path.parent / said.housing.stiffness
+        texts += (path.parent / said.housing.stiffness).read_text(encoding="utf-8-sig")
     return GearboxFile(name, texts, model, cases, tuple(dict.fromkeys(inputs)))
 
 
@@ -220,6 +229,30 @@ class _Reader(Reader):
             if len(torques) < 2 or all(torque.torque_Nm in ("balance", 0.0) for torque in torques):
                 rule = f'has no torque to carry in the train of shaft "{train[0]}": add one'
                 self.refuse(f'[[loads]] "{load.name}"', rule)
+
+    def housing(self, said: GearboxSections) -> FloatArray | None:
+        """Return the stiffness of the bearings' seats; None where the housing is rigid."""
+        name = said.housing.stiffness
+        if name is None:
+            return None
+        assert self.folder is not None
+        where = f'[housing] stiffness = "{name}"'
+        text = read_text(self.folder / name, "CSV file beside the gearbox file", f"{self.where}: {where}")
+        try:
+            matrix = np.array([[float(cell) for cell in row] for row in csv.reader(io.StringIO(text)) if row])
+        except ValueError as error:
+            self.refuse(where, f"must hold numbers, as many in each line ({error}): correct it")
+        size = NODE * sum(bearing.to == HOUSING for bearing in said.bearings)
+        if matrix.shape != (size, size):
+            shape = " x ".join(map(str, matrix.shape))
+            self.refuse(where, f"is {shape}, and must be {size} x {size}: six rows for each bearing to the housing")
+        largest = np.abs(matrix).max(initial=0.0)
+        if not np.isfinite(largest) or np.abs(matrix - matrix.T).max() > SYMMETRIC * largest:
+            self.refuse(where, "must be symmetric and finite: a stiffness matrix is")
+        scale = 1.0 / np.sqrt(np.maximum(np.diagonal(matrix), np.finfo(float).tiny))
+        if np.diagonal(matrix).min() <= 0.0 or np.linalg.eigvalsh(scale[:, None] * matrix * scale).min() < HELD:
+            self.refuse(where, "must be positive definite: hold the housing at its feet")
+        return 0.5 * (matrix + matrix.T)
 
     def check_turned(self, model: GearboxModel, cases: dict[str, Case]) -> None:
         """Refuse loads of both senses on a pair that differs from end to end: z of its case turns with the torque."""

@@ -71,10 +71,13 @@ class GearboxModel:
         Checked (`pmor.machine.loader`).
     pairs : mapping of str to GearPair
         Of the meshes, by name.
+    housing : ndarray, shape (6 h, 6 h), optional
+        Stiffness of the seats of the h bearings to the housing; rigid by default.
     """
 
     sections: GearboxSections
     pairs: Mapping[str, GearPair]
+    housing: FloatArray | None = None
 
     @property
     def shafts(self) -> dict[str, Shaft]:
@@ -118,6 +121,8 @@ class LoadedGearbox:
     balances : tuple of ndarray, shape (n,)
         Rows of the rotations that are held.
     load : ndarray, shape (n,)
+    housing : ndarray, shape (6 h, 6 h)
+        Stiffness of the seats, whose displacements are the last ones; empty of a rigid housing.
     """
 
     beams: Mapping[str, Beam]
@@ -126,6 +131,7 @@ class LoadedGearbox:
     meshes: tuple[Meshing, ...]
     balances: tuple[FloatArray, ...]
     load: FloatArray
+    housing: FloatArray
 
     def system(self) -> System:
         """Return the system of equations."""
@@ -136,6 +142,9 @@ class LoadedGearbox:
             rows = slice(self.first[name], self.first[name] + NODE * len(beam.stations))
             stiffness[rows, rows] = beam.stiffness()
             names += [f"shaft {name}, at {place:g} mm, {way}" for place in beam.stations for way in DIRECTIONS]
+        seat = size - len(self.housing)
+        stiffness[seat:, seat:] = self.housing
+        names += [f"seat {n} of the housing, {way}" for n in range(len(self.housing) // NODE) for way in DIRECTIONS]
         for bearing in self.bearings:
             constraints += [bearing.rows[i] for i in bearing.rigid]
             stiffness += np.einsum("i,ij,ik->jk", bearing.springs, bearing.rows, bearing.rows)
@@ -155,6 +164,8 @@ def loaded(model: GearboxModel, load: LoadCase) -> LoadedGearbox:
     beams, first, size = model.beams(), dict[str, int](), 0
     for name, beam in beams.items():
         first[name], size = size, size + NODE * len(beam.stations)
+    housing = np.zeros((0, 0)) if model.housing is None else model.housing
+    seat, size = size, size + len(housing)
 
     def node(name: str, place: float) -> int:
         return first[name] + NODE * beams[name].node_at(place)
@@ -173,7 +184,10 @@ def loaded(model: GearboxModel, load: LoadCase) -> LoadedGearbox:
     for bearing in model.sections.bearings:
         rows = np.zeros((NODE, size))
         rows[:, node(bearing.shaft, bearing.at_mm) + np.arange(NODE)] = np.eye(NODE)
-        if bearing.to != HOUSING:
+        if bearing.to == HOUSING and len(housing):
+            rows[:, seat + np.arange(NODE)] -= np.eye(NODE)
+            seat += NODE
+        elif bearing.to != HOUSING:
             place = bearing.at_mm + shafts[bearing.shaft].start_mm - shafts[bearing.to].start_mm
             rows[:, node(bearing.to, place) + np.arange(NODE)] -= np.eye(NODE)
         bearings.append(_supported(bearing, rows))
@@ -182,7 +196,7 @@ def loaded(model: GearboxModel, load: LoadCase) -> LoadedGearbox:
     for mesh in model.sections.meshes:
         pinion, wheel = (node(gear.shaft, gear.at_mm) for gear in (mesh.pinion, mesh.wheel))
         meshes.append(_meshing(mesh, model, (pinion, wheel), senses[mesh.name]))
-    return LoadedGearbox(beams, first, tuple(bearings), tuple(meshes), tuple(balances), force)
+    return LoadedGearbox(beams, first, tuple(bearings), tuple(meshes), tuple(balances), force, housing)
 
 
 def speeds_rpm(model: GearboxModel, load: LoadCase) -> dict[str, float]:

@@ -91,8 +91,9 @@ def gearbox_report(file: GearboxFile, loads: Sequence[SolvedLoad], failures: Seq
             *others,
             bearings,
         ]  # fmt: skip
+    housing = "the housing is rigid" if file.model.housing is None else "the housing is the stiffness of its seats"
     blocks += [
-        "Shafts are Timoshenko beams without the stiffness of gear bodies; the housing is rigid. Gears are rigid at "
+        f"Shafts are Timoshenko beams without the stiffness of gear bodies; {housing}. Gears are rigid at "
         "their bores; each mesh is solved by exact line loads on the compliance of its hubs, swept under the mean "
         "forces of all other meshes. Rolling bearings: ISO/TS 16281, without centrifugal loads."
     ]

@@ -224,6 +224,21 @@ class Lubricant:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Housing:
+    """What bearings stand on (section `[housing]`).
+
+    Parameters
+    ----------
+    stiffness : Path or None
+        CSV file beside the gearbox file: the stiffness matrix of all seats, without head; for each bearing to the
+        housing, in the order of the file, displacements along and rotations about x, y, z; N/mm, N, N mm/rad. Without
+        it the housing is rigid.
+    """
+
+    stiffness: Path | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class GearboxSections:
     """A gearbox file.
 
@@ -236,6 +251,7 @@ class GearboxSections:
     meshes : tuple of Mesh
     loads : tuple of LoadCase
     lubricant : Lubricant
+    housing : Housing
     """
 
     title: str
@@ -244,3 +260,4 @@ class GearboxSections:
     meshes: tuple[Mesh, ...]
     loads: tuple[LoadCase, ...]
     lubricant: Lubricant = Lubricant()
+    housing: Housing = Housing()

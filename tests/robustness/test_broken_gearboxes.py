@@ -1,5 +1,6 @@
 """Gearboxes that cannot be: one line with place, value and remedy, exit code 2, and nothing written."""
 
+import numpy as np
 import pytest
 
 from pmor.app.cli import main
@@ -47,6 +48,30 @@ BROKEN = {
     "a name that is a path": ('name = "mesh"', 'name = "../mesh"', "names a file"),
     "infinite force": ("torque_Nm = 60.0", "torque_Nm = inf", "torque_Nm = inf"),
 }
+
+
+HOUSINGS = {
+    "too small": ("1.0,0.0\n0.0,1.0\n", "is 2 x 2, and must be 24 x 24"),
+    "words": ("stiff\n", "must hold numbers"),
+    "ragged": ("1.0\n1.0,2.0\n", "must hold numbers"),
+    "unsymmetric": ("upper", "must be symmetric"),
+    "singular": ("singular", "must be positive definite"),
+    "not there": ("", "there is no such CSV file"),
+}
+
+
+@pytest.mark.parametrize("name", HOUSINGS)
+def test_a_housing_that_cannot_be_is_refused_in_one_line(name, tmp_path, capsys):
+    text, words = HOUSINGS[name]
+    matrix = {"upper": np.triu(np.ones((24, 24))) + 24.0 * np.eye(24), "singular": np.ones((24, 24))}.get(text)
+    if matrix is not None:
+        text = "\n".join(",".join(map(str, row)) for row in matrix.tolist())
+    if text:
+        (tmp_path / "seats.csv").write_text(text)
+    path = written(tmp_path, f'{SMALL}[housing]\nstiffness = "seats.csv"\n')
+    assert main(["gearbox", str(path), "--out", str(tmp_path / "out")]) == 2
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("pmor: error")]
+    assert words in line
 
 
 @pytest.mark.parametrize("name", BROKEN)

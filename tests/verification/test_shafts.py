@@ -1,6 +1,7 @@
 """Shafts as beams on their supports: closed forms, and the two-stage box of the FVA with forces at mid face."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -119,3 +120,30 @@ def test_bearings_carry_what_meshes_and_torques_ask_for():
     loads = {"in": high[0], "mid": high[1] + low[0], "out": low[1]}
     for name, force in loads.items():
         assert_allclose(reactions[name], -force, atol=1e-6 * np.abs(force).max())
+
+
+def bearing_displacements(box):
+    gearbox = loaded(box, box.sections.loads[0])
+    found = gearbox.solve()
+    return {b.settings.name: b.rows[:3] @ found.displacement for b in gearbox.bearings}, found.displacement, gearbox
+
+
+def test_a_housing_of_springs_is_in_series_with_the_bearings():
+    seats = sum(bearing.to == "housing" for bearing in fva_box().model.sections.bearings)
+    springs = np.diag([3e5, 3e5, 3e5, 1e12, 1e12, 1e12] * seats)
+    on_springs = replace(fva_box(6e5, 6e5).model, housing=springs)
+    in_series = fva_box(2e5, 2e5).model
+    needle = {"radial_N_per_mm": 6e5}  # between the shafts, not to the housing
+    bearings = tuple(replace(b, **needle) if b.name == "2" else b for b in in_series.sections.bearings)
+    in_series = replace(in_series, sections=replace(in_series.sections, bearings=bearings))
+    _, found, gearbox = bearing_displacements(on_springs)
+    _, expected, _ = bearing_displacements(in_series)
+    shafts = len(found) - len(gearbox.housing)
+    assert_allclose(found[:shafts], expected, rtol=0.0, atol=1e-6 * np.abs(expected[:shafts]).max())
+
+
+def test_a_stiff_housing_is_a_rigid_one():
+    box = fva_box(5e5, 5e5).model
+    _, expected, _ = bearing_displacements(box)
+    _, found, _ = bearing_displacements(replace(box, housing=1e13 * np.eye(30)))
+    assert_allclose(found[: len(expected)], expected, rtol=0.0, atol=1e-6 * np.abs(expected).max())
