@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.core.shown import Columns, Tabular, brief
 from pmor.line.hertz import TOO_WIDE
 from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of
@@ -20,8 +21,9 @@ from pmor_online.model import ReducedPair, unseen_angles
 from pmor_online.sweep import sweep_reduced_pair
 
 
+@brief
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class Comparison(Tabular):
     """The same positions solved by both models.
 
     Parameters
@@ -49,6 +51,15 @@ class Comparison:
         """Root mean square of the relative error; NaN when nothing could be compared."""
         error = self.relative_error
         return float(np.sqrt(np.nanmean(error**2))) if np.isfinite(error).any() else float("nan")
+
+    def columns(self) -> Columns:
+        """All of it by the names of columns, for `to_dataframe`: a value for each torque and angle."""
+        torques, angles = self.full.ste_um.shape
+        return {
+            "torque_Nm": np.repeat(self.full.torque_Nm, angles), "phi_rad": np.tile(self.full.phi_rad, torques),
+            "ste_reduced_um": self.reduced.ste_um.ravel(), "ste_full_um": self.full.ste_um.ravel(),
+            "error_percent": 100.0 * self.relative_error.ravel(),
+        }  # fmt: skip
 
 
 def compare_models(

@@ -15,6 +15,7 @@ from pmor.body.section_compliance import section_compliance
 from pmor.case import Case
 from pmor.case.width import mirrors_at_mid_width
 from pmor.core.arrays import FloatArray
+from pmor.core.shown import brief
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.line.layered_pair import LayeredPair, as_layered
 from pmor.line.pair import LinePair
@@ -25,6 +26,7 @@ from pmor.penalty.position import Position
 from pmor.reduction.basis import Basis
 
 
+@brief
 @dataclass(frozen=True)
 class ReducedPair:
     """A gear pair with its reduced elasticity."""

@@ -8,6 +8,7 @@ from pathlib import Path
 from pmor.app.full import FullModel, full_model
 from pmor.campaigns.describe import folder_text
 from pmor.core.progress import Progress, Steps, quietly
+from pmor.core.shown import brief
 from pmor.export.sweep_tables import file_entries
 from pmor.export.tables import ResultArray
 from pmor.storage.basis_file import read_basis
@@ -15,6 +16,7 @@ from pmor.storage.describe import file_text
 from pmor.work.verify import UNSEEN_STATES, Check, checks_text, verify_basis
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Verification:
     """The laws of a basis, verified against full FE of its case.

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property
+from html import escape
 
 from pmor.app.asked import asked_sweep, takes_whole_width
 from pmor.app.result import SweepResult
@@ -59,6 +60,9 @@ class FullModel:
         meshed, solve = elastic.mesh.meshed, elastic.elasticity_at
         sweep = sweep_ste(meshed, solve, asked.phi, asked.conditions, lambda: progress(1), executor)
         return SweepResult(with_unloaded(sweep, meshed, asked.conditions), meshed.pair)
+
+    def _repr_html_(self) -> str:
+        return f"<p>{escape(repr(self))}</p>{self.case._repr_html_()}"
 
     def __repr__(self) -> str:
         return f"<FullModel of {self.case!r}>"

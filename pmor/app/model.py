@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -381,6 +382,9 @@ class ReducedModel:
 
     def _save(self, path: Path) -> None:
         self.save(path, overwrite=True)
+
+    def _repr_html_(self) -> str:
+        return f"<p>{escape(repr(self))}</p>{self.case._repr_html_()}"
 
     def __repr__(self) -> str:
         return f"<ReducedModel, {self.size} unknowns at most, of {self.case!r}>"

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.core.shown import Tabular
 from pmor.gear.condition import PLAIN, Assembly
 from pmor.gear.pair import GearPair
-from pmor.report.data_files import write_ste_csv
+from pmor.report.data_files import ste_columns, write_ste_csv
 from pmor.report.flank_figures import flank_maps_figure
 from pmor.report.sweep_figures import load_sharing_figure, spectrum_figure, ste_figure
 from pmor.report.torque_figures import harris_figure
@@ -27,9 +28,14 @@ from pmor_online.readings import derivatives, flank_maps, forces_on_gears
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from pmor.core.shown import Columns
+
+# Orders of the mesh frequency in a notebook.
+SHOWN_ORDERS = 3
+
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SweepResult:
+class SweepResult(Tabular):
     """Static transmission error, load sharing and stiffness over T torques and N pinion angles.
 
     A position that did not converge is NaN in the arrays of floats, and ``converged`` is false there.
@@ -199,6 +205,19 @@ class SweepResult:
         """Write the table ``ste.csv`` of a run: a row for each torque and angle, units in the header."""
         write_ste_csv(Path(path), self.sweep)
 
+    def columns(self) -> Columns:
+        """All of it by the names of columns, for `to_dataframe`: a value for each torque and angle."""
+        return ste_columns(self.sweep)
+
+    def _shown(self) -> Columns:
+        mean, span = self.mean_um, self.peak_to_peak_um
+        columns = {"torque, N m": self.torque_Nm, "STE mean, um": mean, "peak-to-peak, um": span}
+        try:
+            orders = self.orders_um(SHOWN_ORDERS)
+        except ValueError:  # angles of the user's own
+            return columns
+        return columns | {f"order {n + 1}, um": orders[:, n] for n in range(SHOWN_ORDERS)}
+
     def __repr__(self) -> str:
         torques = ", ".join(f"{torque:g}" for torque in self.torque_Nm)
         spans = ", ".join(f"{span:.4g}" for span in self.peak_to_peak_um)
@@ -208,7 +227,7 @@ class SweepResult:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ConditionsResult:
+class ConditionsResult(Tabular):
     """Static transmission error of B assemblies of a pair, over T torques and N pinion angles.
 
     Parameters
@@ -243,6 +262,22 @@ class ConditionsResult:
     def orders_um(self, count: int = 10) -> FloatArray:
         """Amplitudes of the first orders of the mesh frequency, shape (B, T, count), um; see `SweepResult`."""
         return np.stack([result.orders_um(count) for result in self.results])
+
+    def columns(self) -> Columns:
+        """All of it by the names of columns, for `to_dataframe`: a value for each assembly and torque."""
+        torques = self.results[0].torque_Nm
+        keys = {
+            f"{part}.{item.name}": [getattr(getattr(one, part), item.name) for one in self.assemblies]
+            for part in ("misalignment", "pinion", "wheel") for item in fields(getattr(self.assemblies[0], part))
+        }  # fmt: skip
+        varied = {key: values for key, values in keys.items() if any(value != values[0] for value in values)}
+        return {
+            "assembly": np.repeat(np.arange(len(self.assemblies)), len(torques)),
+            **{key: [value for value in values for _ in torques] for key, values in varied.items()},
+            "torque_Nm": np.tile(torques, len(self.assemblies)),
+            "ste_mean_um": self.mean_um.ravel(), "ste_peak_to_peak_um": self.peak_to_peak_um.ravel(),
+            "converged": self.converged.all(axis=2).ravel(),
+        }  # fmt: skip
 
     def __repr__(self) -> str:
         failed = int(np.count_nonzero(~self.converged))

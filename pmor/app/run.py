@@ -15,6 +15,7 @@ from pmor.app.result import SweepResult
 from pmor.case import Case, text_of
 from pmor.case.live_page import case_of_page, takes_whole_width
 from pmor.core.progress import Steps, quietly
+from pmor.core.shown import Columns, Tabular
 from pmor.core.threads import one_thread, refuse_processes
 from pmor.core.wording import suggesting
 from pmor.pair.conditions import assembly_of
@@ -34,7 +35,7 @@ from pmor_online.run import OnlineResult
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RunResult:
+class RunResult(Tabular):
     """Results of a run, and the folder with its files."""
 
     found: OnlineResult
@@ -76,6 +77,13 @@ class RunResult:
     def failures(self) -> tuple[str, ...]:
         """Positions that did not converge, and a disagreement with full FE, in words."""
         return self.found.all_failures
+
+    def columns(self) -> Columns:
+        """All of it by the names of columns, for `to_dataframe`: a value for each torque and angle."""
+        return self.sweep.columns()
+
+    def _shown(self) -> Columns:
+        return self.sweep._shown()
 
     def __repr__(self) -> str:
         return f"<RunResult of {self.case.name!r} in {str(self.folder)!r}: {self.sweep!r}>"

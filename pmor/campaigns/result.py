@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,10 +14,11 @@ from pmor.campaigns.output import campaign_text, write_campaign
 from pmor.campaigns.rows import STATUSES, Answer
 from pmor.campaigns.settings import Campaign
 from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.shown import Tabular
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class CampaignResult(Columns):
+class CampaignResult(Columns, Tabular):
     """All designs of a campaign, as arrays and as files; parameters as in `pmor.campaigns.columns.Columns`."""
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
@@ -32,6 +34,11 @@ class CampaignResult(Columns):
         OutputError
         """
         write_campaign(self, Path(folder), overwrite)
+
+    def columns(self) -> Mapping[str, Any]:
+        """All of it by the names of columns, for `to_dataframe`: a value for each design."""
+        numbers = np.arange(1, len(self.codes) + 1)
+        return {"design": numbers, "status": self.status, **self.inputs, **self.results, "reason": self.reasons}
 
     def __repr__(self) -> str:
         return f"<CampaignResult of {self.campaign.name!r}: {len(self.codes)} designs>"

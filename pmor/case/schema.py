@@ -4,13 +4,14 @@ The ranges are wide enough for extreme gears; they exist to catch slips, above a
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Annotated, Literal
 
 from pmor.case.dynamics import DynamicsCase
 from pmor.case.gears import GearCase, PairCase
 from pmor.case.reader import INLINE
 from pmor.core.ranges import Range, Torque, Torques
+from pmor.core.shown import html_table
 from pmor.gear.condition import Misalignment
 from pmor.gear.modification import UNMODIFIED, Modification
 
@@ -384,6 +385,11 @@ class Case:
     def root_stress(self) -> bool:
         """Whether the basis holds the stress along the root fillets: of exact line loads, unless it is not wanted."""
         return self.results.root_stress and self.contact.kind == "line"
+
+    def _repr_html_(self) -> str:
+        pinion, wheel = (asdict(gear) for gear in (self.pair.pinion, self.pair.wheel))
+        columns = {"": list(pinion), "pinion": list(pinion.values()), "wheel": list(wheel.values())}
+        return html_table(repr(self), columns)
 
     def __repr__(self) -> str:
         pair, mesh = self.pair, self.mesh

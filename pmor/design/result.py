@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.shown import Columns, Tabular
 from pmor.design.output import FILES, design_data, design_text, write_design
 from pmor.design.readings import Readings
 from pmor.design.search import Found
@@ -18,7 +19,7 @@ from pmor.work.results import writing_results
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DesignResult:
+class DesignResult(Tabular):
     """Variants of the flank modifications of a pair: V of n variables under T torques."""
 
     found: Found
@@ -81,6 +82,19 @@ class DesignResult:
             folder, FILES, file.text, inputs=file.inputs, overwrite=overwrite, complete=complete
         ) as out:
             write_design(self.found, self.read, out)
+
+    def columns(self) -> Columns:
+        """All of it by the names of columns, for `to_dataframe`: a value for each variant."""
+        design = self.found.design
+        results = {
+            f"{key}_at_{torque:g}_Nm": self.result(key)[:, t]
+            for key in design.results for t, torque in enumerate(design.load.torques_Nm)
+        }  # fmt: skip
+        variables = {variable.name: self.x[:, n] for n, variable in enumerate(design.variables)}
+        return {"variant": np.arange(len(self.x)), **variables, "objective_um": self.objective, **results}
+
+    def _shown(self) -> Columns:
+        return {key: np.asarray(values)[self.front] for key, values in self.columns().items()}
 
     def __repr__(self) -> str:
         least = "none keeps the constraints" if self.best is None else f"best {self.objective[self.best]:.4g} um"

@@ -26,7 +26,12 @@ def write_curves(path: Path, responses: Sequence[Data]) -> None:
     ------
     OutputError
     """
-    write_table_csv(path, [row for response in responses for row in _rows(response)], COLUMNS)
+    write_table_csv(path, curve_rows(responses), COLUMNS)
+
+
+def curve_rows(responses: Sequence[Data]) -> list[Data]:
+    """Return the rows of the table."""
+    return [row for response in responses for row in _rows(response)]
 
 
 def _rows(response: Data) -> Iterator[Data]:

@@ -10,7 +10,8 @@ import numpy as np
 
 from pmor.case import text_of
 from pmor.core.arrays import FloatArray
-from pmor.dynamics.curves import write_curves
+from pmor.core.shown import Columns, Tabular
+from pmor.dynamics.curves import COLUMNS, curve_rows, write_curves
 from pmor.dynamics.figures import motion_figure, response_figure, waterfall_figure
 from pmor.dynamics.measure import Data
 from pmor.dynamics.output import FILES, dynamics_data, dynamics_report, dynamics_text
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DynamicsResult:
+class DynamicsResult(Tabular):
     """Responses of a pair over its speed, one per torque."""
 
     found: Dynamics
@@ -98,6 +99,18 @@ class DynamicsResult:
 
     def _numbers(self, key: str) -> FloatArray:
         return np.array([response[key] for response in self.found.responses])
+
+    def columns(self) -> Columns:
+        """All curves by the names of columns, those of `response.csv`, for `to_dataframe`; None is unknown."""
+        rows = curve_rows(self.found.responses)
+        return {key: [row.get(key) for row in rows] for key in COLUMNS}
+
+    def _shown(self) -> Columns:
+        return {
+            "torque, N m": self.torque_Nm, "natural frequency, Hz": self.natural_frequency_Hz,
+            "natural speed, rpm": self.natural_speed_rpm, "peaks": [len(found) for found in self.peaks],
+            "jump frequencies": [len(found) for found in self.folds],
+        }  # fmt: skip
 
     def __repr__(self) -> str:
         count = sum(len(folds) for folds in self.folds)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmor.core.shown import brief
 from pmor.core.version import __version__
 
 #: places along axes that groups share
@@ -20,6 +21,7 @@ COMMON = {"torque": "ste/torque", "angle": "ste/phi"}
 MOST_ROWS = 1_048_576
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class ResultArray:
     """An array with its unit, axes and description.

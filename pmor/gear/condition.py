@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Annotated, TypeVar
 
 from pmor.core.ranges import Range
+from pmor.core.shown import brief
 from pmor.core.wording import suggesting
 from pmor.gear.modification import UNMODIFIED, Modification
 
@@ -20,6 +21,7 @@ T = TypeVar("T")
 Deviation = Annotated[float, Range(-1000.0, 1000.0, "um")]
 
 
+@brief
 @suggesting
 @dataclass(frozen=True)
 class Misalignment:
@@ -57,6 +59,7 @@ class Misalignment:
 ALIGNED = Misalignment()
 
 
+@brief
 @suggesting
 @dataclass(frozen=True)
 class Assembly:

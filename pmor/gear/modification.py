@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
 from pmor.core.ranges import METRES, RADIANS, SHARE, Length, Range
+from pmor.core.shown import brief
 from pmor.core.wording import suggesting
 from pmor.gear.topography import Topography
 
@@ -38,6 +39,7 @@ def other_places(keys: Iterable[str]) -> set[str]:
     return {key for places in RELIEF_PLACES.values() if said & set(places) for key in places} - said
 
 
+@brief
 @suggesting
 @dataclass(frozen=True, kw_only=True)
 class Modification:

@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 
 from pmor.core.errors import CaseError
+from pmor.core.shown import brief
 
 # Points beyond which a grid is a slip: no machine measures so many, and they are kept with every result.
 MOST_POINTS = 250_000
@@ -15,6 +16,7 @@ LARGEST_UM = 1000.0
 SWING = 1.5**2
 
 
+@brief
 @dataclass(frozen=True, repr=False)
 class Topography:
     """Amounts on a grid; equal where all numbers are.

@@ -20,6 +20,7 @@ import numpy as np
 from pmor.body.elastic_gear import elastic_gear
 from pmor.case import Case, change_case, without_models
 from pmor.core.errors import ExternalProgramError
+from pmor.core.shown import brief
 from pmor.core.threads import threads
 from pmor.fe.condensation import condense_sector, sector_stiffness
 from pmor.gear.condition import ALIGNED, Assembly
@@ -98,6 +99,7 @@ def line_load_variants(case: Case) -> list[Variant]:
     return [Variant(label, _changed(case, **lines, **more)) for label, more in changes.items()]
 
 
+@brief
 @dataclass(frozen=True)
 class Bench:
     """Run times: rows (``phase``, ``scheme``, sizes, ``median_ms``, ``repeats``), machine, rows of an earlier run."""

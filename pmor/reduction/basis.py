@@ -10,12 +10,14 @@ from pmor.body.flank_compliance import FlankCompliance
 from pmor.body.root_stress import RootStressShapes
 from pmor.case import Case
 from pmor.core.arrays import BoolArray, FloatArray
+from pmor.core.shown import brief
 from pmor.gear.condition import Condition
 from pmor.line.layered_pair import SurfaceLayer
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.flank_lines import FlankLineShapes
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Training:
     """The full-FE solutions that a basis was made from: n angles with T conditions each.
@@ -55,6 +57,7 @@ def untrained(seconds: float = 0.0, greedy: bool = False) -> Training:
     return Training(np.empty(0), (), nothing, nothing.astype(bool), np.empty(0) if greedy else None, seconds)
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Basis:
     """A reduced basis with all that the online stage needs.

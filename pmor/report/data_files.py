@@ -12,37 +12,34 @@ from typing import Any
 
 import numpy as np
 
-from pmor.results.root_stress import GEARS, SIDES, RootStress
+from pmor.results.root_stress import RootStress
 from pmor.results.sweep import MeshStiffness, SteSweep
 from pmor.storage.atomic import atomic_path
 
-#: header of stress.csv
-STRESS_COLUMNS = (
-    "phi_rad", "torque_Nm", "gear", "tooth", "side", "max_principal_MPa", "von_mises_MPa", "radius_mm", "z_mm",
-)  # fmt: skip
-
 
 def write_ste_csv(path: Path, sweep: SteSweep) -> None:
-    """One line per torque and angle; an STE that did not converge is an empty field.
+    """Write the columns of `ste_columns`."""
+    _write_columns(path, ste_columns(sweep))
+
+
+def ste_columns(sweep: SteSweep) -> dict[str, np.ndarray]:
+    """One value per torque and angle; an STE that did not converge is NaN, an empty field of a file.
 
     Columns: phi_rad, torque_Nm, ste_um, ste_error_estimate_um (empty where the basis holds none), converged (0/1),
     newton_steps, unloaded_ste_um (empty where it is zero), ste_mesh_error_estimate_um (empty where there is none),
     share_pair_<index> (fraction of the torque).
     """
+    torques, angles = sweep.ste_um.shape
     nothing = np.full_like(sweep.ste_um, np.nan)
     error, unloaded = (nothing if a is None else a for a in (sweep.ste_error_um, sweep.unloaded_um))
     of_mesh = nothing[:, 0] if sweep.mesh_error_um is None else sweep.mesh_error_um
-    shares = [f"share_pair_{j}" for j in sweep.pair_index]
-    rows = [
-        {
-            "phi_rad": phi, "torque_Nm": torque, "ste_um": sweep.ste_um[i, k], "ste_error_estimate_um": error[i, k],
-            "converged": int(sweep.converged[i, k]), "newton_steps": sweep.newton_steps[i, k],
-            "unloaded_ste_um": unloaded[i, k], "ste_mesh_error_estimate_um": of_mesh[i],
-            **dict(zip(shares, sweep.pair_share[i, k], strict=True)),
-        }
-        for i, torque in enumerate(sweep.torque_Nm) for k, phi in enumerate(sweep.phi_rad)
-    ]  # fmt: skip
-    write_table_csv(path, rows)
+    return {
+        "phi_rad": np.tile(sweep.phi_rad, torques), "torque_Nm": np.repeat(sweep.torque_Nm, angles),
+        "ste_um": sweep.ste_um.ravel(), "ste_error_estimate_um": error.ravel(),
+        "converged": sweep.converged.ravel().astype(int), "newton_steps": sweep.newton_steps.ravel(),
+        "unloaded_ste_um": unloaded.ravel(), "ste_mesh_error_estimate_um": np.repeat(of_mesh, angles),
+        **{f"share_pair_{j}": sweep.pair_share[:, :, p].ravel() for p, j in enumerate(sweep.pair_index)},
+    }  # fmt: skip
 
 
 def write_stiffness_csv(path: Path, sweep: SteSweep, stiffness: MeshStiffness) -> None:
@@ -67,13 +64,12 @@ def write_stress_csv(path: Path, stress: RootStress) -> None:
     compression), max_principal_MPa, von_mises_MPa, radius_mm and z_mm (where: of the principal stress in tension, of
     von Mises's in compression).
     """
-    values, rows = (stress.max_principal_MPa, stress.von_mises_MPa, stress.radius_mm, stress.z_mm), []
-    for place in zip(*np.nonzero(np.isfinite(stress.max_principal_MPa)), strict=True):
-        torque, angle, gear, pair, side = place
-        tooth = GEARS[gear], stress.pair_index[pair], SIDES[side]
-        row = stress.phi_rad[angle], stress.torque_Nm[torque], *tooth, *(value[place] for value in values)
-        rows.append(dict(zip(STRESS_COLUMNS, row, strict=True)))
-    write_table_csv(path, rows, STRESS_COLUMNS)
+    _write_columns(path, stress.columns())
+
+
+def _write_columns(path: Path, columns: Mapping[str, Any]) -> None:
+    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    write_table_csv(path, rows, list(columns))
 
 
 def write_table_csv(path: Path, rows: Sequence[Mapping[str, Any]], columns: Sequence[str] = ()) -> None:

@@ -13,6 +13,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -82,7 +83,10 @@ def new_figure(width_in: float = 7.2, height_in: float = 4.2) -> Figure:
     """An empty figure in constrained layout; call inside `plot_style`."""
     from matplotlib.figure import Figure
 
-    return Figure(figsize=(width_in, height_in), layout="constrained")
+    figure = Figure(figsize=(width_in, height_in), layout="constrained")
+    # Notebooks ask for it: figures made without pyplot are not shown otherwise.
+    figure._repr_png_ = partial(picture_bytes, figure, "png")  # type: ignore[attr-defined]
+    return figure
 
 
 def legend_label(text: str) -> str:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray
+from pmor.core.shown import brief
 from pmor.results.load_distribution import line_states, over_the_whole_face
 from pmor.results.sweep import SteSweep
 
@@ -19,6 +20,7 @@ from pmor.results.sweep import SteSweep
 PROFILE_POINTS = 101
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class FlankMap:
     """Largest values over the mesh cycle on a gear's active flank, R roll angles x Z places over the face.

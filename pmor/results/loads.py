@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.shown import brief
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class ContactLoads:
     """Forces at the contact points of all states of a sweep, n of them, one state behind the other.
@@ -48,6 +50,7 @@ class ContactLoads:
     z_mm: FloatArray
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class LineStates:
     """Line contact in all states of a sweep: D torques, A angles, P tooth pairs, S sections over the width.
@@ -106,6 +109,7 @@ class LineStates:
         return np.asarray(self.load_N_per_mm * (self.images * self.width_mm))
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class SweepStates:
     """The states behind a sweep.

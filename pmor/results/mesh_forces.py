@@ -14,9 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.core.shown import brief
 from pmor.results.loads import ContactLoads
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class MeshForces:
     """Force of the mesh on each gear and its moment about the point of that gear's axis at mid width of the pair.

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.shown import Columns, Tabular, brief
 
 GEARS = ("pinion", "wheel")
 SIDES = ("tension", "compression")
@@ -38,6 +39,7 @@ class Largest(NamedTuple):
     z_mm: float
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class FilletEnvelope:
     """Largest stresses along the fillets of one gear over the mesh cycle: D torques, p points, c columns.
@@ -62,8 +64,9 @@ class FilletEnvelope:
         return arc_lengths(self.section_mm)
 
 
+@brief
 @dataclass(frozen=True, eq=False)
-class RootStress:
+class RootStress(Tabular):
     """The largest stress at both fillets of each loaded tooth: D torques, A angles, 2 gears, P tooth pairs, 2 sides.
 
     Attributes
@@ -88,6 +91,27 @@ class RootStress:
     radius_mm: FloatArray
     z_mm: FloatArray
     envelope: tuple[FilletEnvelope, FilletEnvelope]
+
+    def columns(self) -> Columns:
+        """All of it by the names of columns, for `to_dataframe`: one for each position and loaded fillet."""
+        place = np.nonzero(np.isfinite(self.max_principal_MPa))
+        torque, angle, gear, pair, side = place
+        return {
+            "phi_rad": self.phi_rad[angle], "torque_Nm": self.torque_Nm[torque], "gear": np.array(GEARS)[gear],
+            "tooth": self.pair_index[pair], "side": np.array(SIDES)[side],
+            "max_principal_MPa": self.max_principal_MPa[place], "von_mises_MPa": self.von_mises_MPa[place],
+            "radius_mm": self.radius_mm[place], "z_mm": self.z_mm[place],
+        }  # fmt: skip
+
+    def _shown(self) -> Columns:
+        rows = [(torque, name, found) for t, torque in enumerate(self.torque_Nm) for g, name in enumerate(GEARS)
+                if (found := self.largest(t, g))]  # fmt: skip
+        return {
+            "torque, N m": [torque for torque, _, _ in rows], "gear": [name for _, name, _ in rows],
+            "largest, MPa": [found.max_principal_MPa for _, _, found in rows],
+            "pinion angle, rad": [found.phi_rad for _, _, found in rows], "side": [found.side for _, _, found in rows],
+            "radius, mm": [found.radius_mm for _, _, found in rows], "z, mm": [found.z_mm for _, _, found in rows],
+        }  # fmt: skip
 
     def largest(self, torque: int, gear: int) -> Largest | None:
         """Return the largest principal stress of a gear over the cycle at a torque, by its place; None without load."""

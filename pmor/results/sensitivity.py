@@ -17,10 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.core.shown import brief
 from pmor.results.load_distribution import line_states
 from pmor.results.sweep import SteSweep
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class Sensitivities:
     """Derivatives of the STE by K parameters, in um per unit of each.

@@ -13,12 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.core.shown import brief
 from pmor.results.loads import SweepStates
 from pmor.results.orders import Orders, orders
 
 MIN_RIPPLE_POINTS = 8  # a quartic takes five; fewer than three beyond that say nothing about ripple
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class SteSweep:
     """Static transmission error and load sharing over one pitch, or over several of them.
@@ -136,6 +138,7 @@ class SteSweep:
         return self.pitches * self.pitch_rad
 
 
+@brief
 @dataclass(frozen=True, eq=False)
 class MeshStiffness:
     """Mesh stiffness per face width, N/(mm um); NaN where it is undefined.

@@ -9,6 +9,7 @@ from typing import Any
 
 from pmor.case import Case
 from pmor.core.progress import format_time
+from pmor.core.shown import brief
 from pmor.lab.comparison.curves import SAMPLINGS, Curves
 from pmor.lab.comparison.figures import SAMPLING_NAMES, decay_figure, estimate_figure, run_time_figure
 from pmor.lab.comparison.measure import WANTED_EFFECTIVITY, Row, Truth
@@ -62,6 +63,7 @@ CAPTIONS = {
 }
 
 
+@brief
 @dataclass(frozen=True)
 class Comparison:
     """Reductions and samplings at equal conditions."""

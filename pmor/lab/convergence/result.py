@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pmor.case import Case
+from pmor.core.shown import brief
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.panels import log_log, panels
 from pmor.report.style import COLOURS
@@ -53,6 +54,7 @@ class Level:
     reason: str = ""  # Why it was skipped, if it was
 
 
+@brief
 @dataclass(frozen=True)
 class Convergence:
     """Levels of a ladder of meshes, and their limits."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from pmor.case import Case
 from pmor.core.progress import format_time
+from pmor.core.shown import brief
 from pmor.lab.stability.matrix import matrix
 from pmor.lab.stability.measure import MOST_STEPS, Entry
 from pmor.lab.stability.variants import REFERENCES
@@ -51,6 +52,7 @@ class PenaltyLaw:
     exponent: float  # Fitted over the stiff ones, down to the error of the solver; -1 is the law of a series spring
 
 
+@brief
 @dataclass(frozen=True)
 class Stability:
     """Entries of the variants of a case."""

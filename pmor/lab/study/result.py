@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from pmor.core.shown import brief
 from pmor.lab.study.cells import StudyParts
 from pmor.lab.study.figures import study_pictures
 from pmor.lab.study.page import study_blocks
@@ -18,6 +19,7 @@ FILES = (
 )  # fmt: skip
 
 
+@brief
 @dataclass(frozen=True)
 class StudyResult:
     """Error against run time, of all cells and models."""
