@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import pmor
+from pmor.core.shown import LONGEST
 
 
 def stored(path):
@@ -155,7 +156,11 @@ def test_models_and_results_show_themselves_in_one_line(model, full):
     assert repr(model).startswith("<ReducedModel, ")
     assert repr(full).startswith("<FullModel of <Case 'small': 21/21 teeth")
     assert repr(model.sweep([50, 150])).startswith("<SweepResult: 8 angles x 50, 150 N m, STE peak-to-peak ")
-    assert all("\n" not in repr(thing) for thing in (model, full, model.sweep()))
+    shown = (model, full, model.sweep(), pmor.compare(model, full), model.sweep_conditions(pmor.Assembly(), angles=2))
+    assert all(
+        "\n" not in repr(thing) and len(repr(thing)) <= LONGEST for thing in (*shown, model.reduced, model.basis)
+    )
+    assert all("<table>" in thing._repr_html_() for thing in (*shown, model.case))
 
 
 def test_models_and_results_equal_themselves_alone(model, full):

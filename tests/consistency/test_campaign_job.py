@@ -250,6 +250,8 @@ def test_processes_may_end_while_all_of_them_are_ended(monkeypatch):
 @pytest.mark.parametrize("kind", [ThreadPoolExecutor, ProcessPoolExecutor])
 def test_any_executor_gives_the_same_bytes(folder, faulty, kind):
     plain = pmor.campaign("campaign.toml", "plain")
+    assert list(plain.columns()["design"]) == list(range(1, len(plain.codes) + 1))
+    assert set(plain.columns()) == {"design", "status", *plain.inputs, *plain.results, "reason"}
     if kind is ProcessPoolExecutor:  # its processes do not know what was replaced here
         starting = {"initializer": partial(_be_faulty, FAULTY)}
     else:

@@ -209,9 +209,12 @@ def test_the_api_gives_what_the_command_finds(file, found):
     assert_allclose(swept.results[0].peak_to_peak_um, result.result("peak_to_peak_um")[result.best], rtol=1e-12)
     assert result.data["best"]["variant"] == result.best
     assert "variants, best" in repr(result)
+    assert_allclose(result.columns()["tip_relief_um"], result.x[:, 0])
+    assert {len(column) for column in result.columns().values()} == {len(result.x)}
+    assert result._repr_html_().count("<tr>") == 1 + len(result.front)
     tilted = {"scatter": {"in_plane_um": 5.0, "draws": 8}, "objective": {"value": "expected"}}
-    with pytest.raises(pmor.CaseError, match="half the width"):
-        model.design(**sections | tilted)
+    assert model.design(**sections | tilted).failures == ()
+    assert not model.whole.reduced.meshed.mirrored, "half the width cannot tell what a tilt does"
     with pytest.raises(pmor.CaseError, match="root_stress_MPa: the model holds none"):
         model.design(**sections | {"pareto": {"against": "root_stress_MPa"}})
 

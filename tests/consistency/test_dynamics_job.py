@@ -149,6 +149,8 @@ def test_teeth_alone_are_as_stiff_where_one_pair_carries_and_stiffer_where_two_d
 
 def test_the_page_says_whether_backs_of_teeth_are_struck(model, tmp_path):
     result = model.dynamics(torques_Nm=[80.0], run_cycles=0, mesh_frequency_ratio=[0.8, 0.95], backlash_um=4.0)
+    assert {"branch_1"} <= set(result.columns()["curve"]) <= {"branch_1", "branch_2"}
+    assert ">80<" in result._repr_html_()
     result.write(tmp_path)
     page = (tmp_path / "dynamics.md").read_text()
     assert "touch 4 µm beyond, the backlash of the case. Stable motion touches them under 80 N m." in page
