@@ -11,6 +11,8 @@ from pmor.results.sweep import peak_to_peak_um
 from pmor_online.readings import LIGHT
 from pmor_online.run import OnlineResult
 
+# Share of the flanks from which on a pattern covers them, and tells nothing.
+WHOLE = 0.995
 ON_FLANKS = ("flank_maps", "flank_pattern", "load_distribution")
 
 
@@ -43,8 +45,11 @@ def readings_pictures(result: OnlineResult) -> list[Picture]:
         maps, light = readings.maps[result.nominal], readings.light
         caption = "Largest pressure and line load on the flanks over a mesh cycle at nominal torque."
         found.append(Picture("flank_maps.png", caption, flank_maps_figure(maps)))
-        caption = f"Contact pattern: area touched in a mesh cycle at nominal torque, and at {100 * LIGHT:g} % of it."
-        found.append(Picture("flank_pattern.png", caption, flank_pattern_figure(maps, light)))
+        if min(one.contact_share for one in light) < WHOLE:
+            caption = (
+                f"Contact pattern: area touched in a mesh cycle at nominal torque, and at {100 * LIGHT:g} % of it."
+            )
+            found.append(Picture("flank_pattern.png", caption, flank_pattern_figure(maps, light)))
         caption = "Line load over the pinion's flank at nominal torque."
         found.append(Picture("load_distribution.png", caption, load_distribution_figure(maps[0])))
     return found

@@ -100,7 +100,8 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
         Picture("load_sharing.png", "Share of the pinion torque that each tooth pair carries.",
                 load_sharing_figure(sweep, nominal)),
         Picture("stiffness.png", "Mesh stiffness over the cycle: force along the line of action per face width over "
-                "the STE less that without load (secant), and its derivative (tangent).",
+                "the STE less that without load (secant)"
+                + ("." if sweep.stiffness_N_per_um is None else ", and its derivative (tangent)."),
                 stiffness_figure(sweep, stiffness, nominal)),
     ]  # fmt: skip
     if sweep.converged.all():

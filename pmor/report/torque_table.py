@@ -80,8 +80,8 @@ def load_table(result: OnlineResult, rows: list[dict[str, Any]]) -> Table:
 
 
 def causes_table(figures: Mapping[str, Any]) -> list[Table]:
-    """Return the root stress at nominal torque with and without modifications and misalignment; none without it."""
-    if not figures["root_stress_max_MPa"]:
+    """Return the root stress at nominal torque with and without modifications and misalignment, where it has any."""
+    if not any(figures[key] for key in CAUSES):
         return []
     lines = {"ISO 6336-3, method B, without factors of load": "root_stress_iso6336_MPa"}
     lines |= {words: key for key, words in CAUSES.items()} | {"flanks and axes of the case": "root_stress_max_MPa"}
