@@ -9,7 +9,9 @@ from typing import Any
 from pmor.dynamics.gear_model import disc
 from pmor.gear.classical.iso6336 import mesh_stiffness, single_stiffness, virtual_tooth_number
 from pmor.gear.classical.iso6336_root import nominal_root_stress, root_factors
+from pmor.gear.data_sheet import data_sheet
 from pmor.gear.pair import GearPair
+from pmor.gear.profile import ProfilePoint
 from pmor.lab.validation.check import Check
 from pmor.lab.validation.pairs import drawn
 
@@ -28,16 +30,19 @@ GEOMETRY: list[tuple[str, str, Ours, list[Said]]] = [
     ("centre distance without backlash", "mm", lambda pair: pair.least_centre_distance,
      [(HS, 190.0, FVA, 2e-4), (LS, 190.0, FVA, 2e-4), (HELICAL, 31.9253, PUBLIC, 5e-5)]),
     ("working transverse pressure angle", "deg", lambda pair: math.degrees(pair.working_pressure_angle),
-     [(HS, 22.8062, APART, 2e-4), (LS, 21.7751, APART, 2e-4)]),
+     [(HS, 22.8062, APART, 2e-4), (LS, 21.7751, APART, 2e-4), (TR, 21.0661, APART, 5e-5)]),
     ("transverse contact ratio", "1", lambda pair: pair.contact_ratio,
-     [(HS, 1.4705, APART, 6e-5), (LS, 1.5376, APART, 6e-5), (SPUR, 1.6211, APART, 5e-5)]),
+     [(HS, 1.4705, APART, 6e-5), (LS, 1.5376, APART, 6e-5), (SPUR, 1.6211, APART, 5e-5),
+      (TR, 1.5493, APART, 6e-5)]),
     ("overlap ratio", "1", lambda pair: pair.overlap_ratio,
-     [(HS, 1.2675, APART, 5e-5), (LS, 0.6293, APART, 5e-5)]),
-    ("roll angle, SAP", "deg", lambda pair: _roll(pair, 0.0), [(OSU, 14.540, APART, 4e-3)]),
-    ("roll angle, LPSTC", "deg", lambda pair: _roll(pair, pair.contact_ratio - 1.0),
+     [(HS, 1.2675, APART, 5e-5), (LS, 0.6293, APART, 5e-5), (TR, 1.0834, APART, 5e-5)]),
+    ("roll angle, SAP", "deg", lambda pair: data_sheet(pair).pinion.start_of_active_profile.roll_deg,
+     [(OSU, 14.540, APART, 4e-3)]),
+    ("roll angle, LPSTC", "deg", lambda pair: _roll(data_sheet(pair).pinion.lowest_single_contact),
      [(OSU, 19.970, APART, 4e-3)]),
-    ("roll angle, HPSTC", "deg", lambda pair: _roll(pair, 1.0), [(OSU, 21.740, APART, 4e-3)]),
-    ("roll angle, tip", "deg", lambda pair: math.degrees(pair.pinion.tip_roll_angle), [(OSU, 27.170, APART, 4e-3)]),
+    ("roll angle, HPSTC", "deg", lambda pair: _roll(data_sheet(pair).pinion.highest_single_contact),
+     [(OSU, 21.740, APART, 4e-3)]),
+    ("roll angle, tip", "deg", lambda pair: data_sheet(pair).pinion.tip.roll_deg, [(OSU, 27.170, APART, 4e-3)]),
 ]  # fmt: skip
 # ISO 6336-1, N/(mm um): pair, dedendum of the rack, c' and c_gamma alpha, each with its digits, source. The contact
 # ratio of the standard's example is that of tip diameters in round figures.
@@ -99,6 +104,5 @@ def standards() -> list[Check]:
     ]
 
 
-def _roll(pair: GearPair, pitches: float) -> float:
-    """Roll angle of the pinion so many pitches after the start of its active profile, deg."""
-    return math.degrees(pair.active_rolls[0][0] + pitches * pair.pitch)
+def _roll(point: ProfilePoint | None) -> float:
+    return math.nan if point is None else point.roll_deg
