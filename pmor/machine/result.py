@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.figures import deflection_figure, face_load_figure, ste_figure
+from pmor.machine.fit import Fit
 from pmor.machine.loader import GearboxFile
 from pmor.machine.output import FILES, gearbox_data, gearbox_report, gearbox_text
 from pmor.machine.readings import Data
@@ -27,16 +28,19 @@ class GearboxResult:
         Those that have an equilibrium.
     failures : tuple of str
         Load cases without one, and meshes with positions that did not converge.
+    fits : tuple of Fit
+        The flank that fits each mesh.
     """
 
     file: GearboxFile
     loads: tuple[SolvedLoad, ...]
     failures: tuple[str, ...]
+    fits: tuple[Fit, ...] = ()
 
     @property
     def data(self) -> Data:
         """All of it as plain data: the content of `gearbox.json`."""
-        return gearbox_data(self.file, self.loads, self.failures)
+        return gearbox_data(self.file, self.loads, self.failures, self.fits)
 
     def plot_deflection(self, load: int = 0) -> Figure:
         """Draw the deflected shafts under a load case, by its number."""
@@ -64,11 +68,11 @@ class GearboxResult:
         """
         inputs = self.file.inputs
         with writing_results(folder, FILES, self.file.text, inputs=inputs, overwrite=overwrite, working=()) as out:
-            gearbox_report(self.file, self.loads, self.failures).write(out)
+            gearbox_report(self.file, self.loads, self.failures, self.fits).write(out)
 
     def __repr__(self) -> str:
         meshes = len(self.file.model.sections.meshes)
         return f"<GearboxResult of {self.file.name!r}: {meshes} meshes, {len(self.loads)} loads>"
 
     def __str__(self) -> str:
-        return gearbox_text(self.file, self.loads, self.failures)
+        return gearbox_text(self.file, self.loads, self.failures, self.fits)

@@ -11,6 +11,7 @@ from pathlib import Path
 from pmor.core.errors import ConvergenceError
 from pmor.core.progress import quietly
 from pmor.machine.coupled import SolvedLoad, solve_load
+from pmor.machine.fit import Fit, fit_meshes
 from pmor.machine.loader import GearboxFile
 from pmor.machine.output import FILES
 from pmor.machine.result import GearboxResult
@@ -56,7 +57,12 @@ def run(
                 if not mesh.sweep.converged.all()
             ]
         step(1)
-    return GearboxResult(file, tuple(loads), tuple(failures))
+    fits: tuple[Fit, ...] = ()
+    try:
+        fits = fit_meshes(file.model, loads, pairs)
+    except ConvergenceError as error:
+        failures.append(f"flanks that fit: {error}")
+    return GearboxResult(file, tuple(loads), tuple(failures), fits)
 
 
 def basis_name(mesh: str) -> str:

@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from pmor.case import parse_case
+from pmor.case import change_case, parse_case
 from pmor.gear.condition import ALIGNED, Misalignment, at_torques
 from pmor.line.hubs import Hubs, hub_rows
 from pmor.machine.coupled import on_hubs, solve_load
+from pmor.machine.fit import fit_meshes
 from pmor.machine.model import loaded
 from pmor.machine.settings import LoadCase
 from pmor.pair.model import elastic_model, mesh_model
+from pmor.results.load_distribution import face_load_factor, line_states
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair
@@ -201,3 +203,21 @@ def test_derivatives_of_the_transmission_error_go_through_the_supports(helix):
     assert_allclose(found, expected, rtol=1e-5, atol=DERIVATIVE * np.abs(expected).max())
     rigid = reduced.lines.place(angles(reduced, 8), ALIGNED).solve(torque, False, 0.0 * direction, True).sensitivity[0]
     assert np.abs(rigid - rate).max() > 1e-2 * np.abs(rate).max()
+
+
+def test_the_flank_that_fits_levels_the_load_of_the_machine_solved_anew():
+    model, pairs, found = solved()
+    for fit, mesh in zip(fit_meshes(model, [found], pairs), found.meshes, strict=True):
+        assert fit.before == face_load_factor(line_states(mesh.sweep))[0]
+        assert fit.after < 1.0 + 0.62 * (fit.before - 1.0)
+        assert fit.helix_crowning_um >= 0.0
+        reduced = pairs[fit.mesh]
+        worse = []
+        for slope in (-2.0, 2.0):
+            flank = {"helix_slope_um": fit.helix_slope_um + slope, "helix_crowning_um": fit.helix_crowning_um}
+            case = change_case(reduced.basis.case, **{"pinion.modification": flank})
+            turned = {**pairs, fit.mesh: replace(reduced, basis=replace(reduced.basis, case=case))}
+            again = solve_load(model, found.load, turned, 16)
+            number = [one.meshing.settings.name for one in again.meshes].index(fit.mesh)
+            worse.append(face_load_factor(line_states(again.meshes[number].sweep))[0])
+        assert min(worse) > fit.after

@@ -1,0 +1,123 @@
+"""The flank that fits: helix slope and crowning of the pinion that level the load over the face in the machine.
+
+The worst face load factor K_Hbeta over all loads that carry on the same flanks is minimised over both amounts (Nelder &
+Mead 1965), on the hubs' compliance and displacement that each load was solved with; the machine is then solved anew
+with the flank that was found, and both factors are reported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import minimize
+
+from pmor.case import change_case
+from pmor.core.arrays import FloatArray
+from pmor.gear.modification import Modification
+from pmor.line.pair import PlacedSections
+from pmor.machine.coupled import MEAN_ANGLES, SolvedLoad, SolvedMesh, on_hubs, solve_load
+from pmor.machine.model import GearboxModel
+from pmor.pair.conditions import assembly_of
+from pmor.results.load_distribution import face_load_factor, line_states
+from pmor_online.model import ReducedPair, online_angles
+
+# Amounts are sought so finely, um, and not beyond.
+RESOLUTION_UM, MOST_UM = 0.01, 200.0
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A flank that fits a mesh in its machine.
+
+    Parameters
+    ----------
+    mesh : str
+    loads : tuple of str
+        That it was found for: those that carry on the flanks of the first one.
+    helix_slope_um, helix_crowning_um : float
+        Of the pinion, beside what its case has, um; as in `[pinion.modification]`.
+    before, after : float
+        Worst K_Hbeta over these loads, with the flanks of the case and with this one; the machine solved with each.
+    """
+
+    mesh: str
+    loads: tuple[str, ...]
+    helix_slope_um: float
+    helix_crowning_um: float
+    before: float
+    after: float
+
+
+def fit_meshes(model: GearboxModel, loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair]) -> tuple[Fit, ...]:
+    """Return the flank that fits each mesh, one mesh at a time; none where nothing was solved.
+
+    Raises
+    ------
+    ConvergenceError
+        When the machine has no equilibrium with a flank that was found.
+    """
+    return tuple(_fit(model, loads, pairs, number) for number in range(len(model.sections.meshes) if loads else 0))
+
+
+def _fit(model: GearboxModel, loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair], number: int) -> Fit:
+    name = model.sections.meshes[number].name
+    sense = loads[0].meshes[number].meshing.frame.along
+    alike = [load for load in loads if load.meshes[number].meshing.frame.along == sense]
+    meshes = [load.meshes[number] for load in alike]
+    placed = [_placed(pairs[name], mesh) for mesh in meshes]
+    base = assembly_of(pairs[name].basis.case).pinion
+
+    def worst(amounts: FloatArray) -> float:
+        flank = _with(base, amounts)
+        return max(_factor(pairs[name], flank, one, mesh.torque) for one, mesh in zip(placed, meshes, strict=True))
+
+    # The slope that would level rigid flanks, either way, and a little crowning.
+    size = max(abs(_misalignment_um(mesh)) for mesh in meshes) + 1.0
+    starts = [np.array([slope, 0.1 * size]) for slope in (-0.5 * size, 0.5 * size)]
+    start = min(starts, key=worst)
+    simplex = start + size * np.array([[0.0, 0.0], [0.5, 0.0], [0.0, 0.3]])
+    found = minimize(
+        worst, start, method="Nelder-Mead", bounds=[(-MOST_UM, MOST_UM), (0.0, MOST_UM)],
+        options={"initial_simplex": simplex, "xatol": RESOLUTION_UM, "fatol": 1e-5, "maxfev": 300},
+    )  # fmt: skip
+    slope, crowning = (round(float(amount), 2) for amount in found.x)
+    case = pairs[name].basis.case
+    flank = {"helix_slope_um": base.helix_slope_um + slope, "helix_crowning_um": base.helix_crowning_um + crowning}
+    basis = replace(pairs[name].basis, case=change_case(case, **{"pinion.modification": flank}))
+    fitted = {**pairs, name: replace(pairs[name], basis=basis)}
+    factors = [
+        float(face_load_factor(line_states(solve_load(model, load.load, fitted, MEAN_ANGLES).meshes[number].sweep))[0])
+        for load in alike
+    ]
+    before = max(float(face_load_factor(line_states(mesh.sweep))[0]) for mesh in meshes)
+    return Fit(name, tuple(load.load.name for load in alike), slope, crowning, before, max(factors))
+
+
+def _misalignment_um(mesh: SolvedMesh) -> float:
+    relative = mesh.displacement[1] - mesh.displacement[0]
+    return 1e3 * mesh.meshing.pair.face_width * float(np.abs(relative[3:5]).sum())
+
+
+def _placed(reduced: ReducedPair, mesh: SolvedMesh) -> PlacedSections:
+    misalignment = assembly_of(reduced.basis.case).misalignment
+    return on_hubs(reduced, mesh.hubs).lines.place(online_angles(mesh.meshing.pair.pitch, MEAN_ANGLES), misalignment)
+
+
+def _with(base: Modification, amounts: FloatArray) -> Modification:
+    slope, crowning = map(float, amounts)
+    return replace(
+        base, helix_slope_um=base.helix_slope_um + slope, helix_crowning_um=base.helix_crowning_um + crowning
+    )
+
+
+def _factor(reduced: ReducedPair, flank: Modification, placed: PlacedSections, torque: float) -> float:
+    """K_Hbeta with a flank of the pinion."""
+    assembly = replace(assembly_of(reduced.basis.case), pinion=flank)
+    found = placed.solve(np.array([torque]), False, placed.deviation(assembly))
+    if not found.converged.all():
+        return np.inf
+    width = reduced.layered.width
+    load = found.force[0].reshape(-1, len(width)).sum(axis=0) / width
+    return float(load.max() / (load @ width / width.sum()))
