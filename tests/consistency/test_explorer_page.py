@@ -216,6 +216,23 @@ def test_designs_that_are_equal_are_on_the_front_together(opened, folder):
     assert said_and_asked(page) == ([], [])
 
 
+def test_all_designs_within_the_filters_are_listed_and_sorted_by_any_column(page, data):
+    act(page, "")
+    names = f"[...{ROOT}.querySelectorAll('.all tbody th')].map(cell => cell.textContent)"
+    rows = page.evaluate(f"{STATE}.rows")
+    assert page.evaluate(names) == [str(data.names[i]) for i in rows[:100]]
+    pressure = carried(data.columns[4])
+    for descending in (False, True):
+        act(page, "root.querySelectorAll('.all thead button')[5].click()")
+        ordered = sorted(rows, key=lambda i: (np.isnan(pressure[i]), -pressure[i] if descending else pressure[i]))
+        assert page.evaluate(names) == [str(data.names[i]) for i in ordered[:100]]
+    said = page.evaluate(f"{ROOT}.querySelector('.all-count').textContent")
+    assert said.startswith("The first 100 in this order of ")
+    act(page, "root.querySelector('.more').click()")
+    assert len(page.evaluate(names)) == min(len(rows), 1000)
+    act(page, "root.querySelectorAll('.all thead button')[0].click()")
+
+
 def test_the_front_is_sorted_by_its_headers_and_links_to_the_cases(page, data):
     front = page.evaluate(f"{STATE}.front")
     names = f"[...{ROOT}.querySelectorAll('.front tbody th')].map(cell => cell.textContent)"

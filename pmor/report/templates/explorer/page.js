@@ -3,7 +3,7 @@
 // Stages of an update, each including those before it.
 const SCATTER_ONLY = 1, FRONT_TOO = 2, ALL = 3;
 // Rows take as long to lay out as all the rest: the table waits until nothing has changed for so long.
-const REST_MS = 120;
+const REST_MS = 120, MORE_ROWS = 10;
 
 function firstState(designs) {
   const numbers = designs.columns.map((_, c) => c), results = numbers.filter(c => isObjective(designs.columns[c]));
@@ -13,7 +13,7 @@ function firstState(designs) {
   return {
     x, y: y === undefined ? x : y, colour: inputs.length && results.length ? inputs[0] : -1, objectives,
     filters: designs.columns.map(() => null), infeasible: false, pointed: -1, kept: -1,
-    sort: { column: objectives[0]?.column ?? -1, up: true },
+    sort: { column: objectives[0]?.column ?? -1, up: true }, sortAll: { column: -1, up: true }, most: MOST_ROWS,
   };
 }
 
@@ -54,18 +54,21 @@ function startExplorer(root) {
     lines.querySelector(".layers").style.width = `${axes.width}px`;
     update(ALL);
   }
-  // The table is built anew only when it has other rows.
+  // The tables are built anew only when they have other rows.
   function list() {
-    const now = JSON.stringify([state.front, state.objectives, state.sort]);
+    const now = [[state.front, state.objectives, state.sort], [state.rows, state.sortAll, state.most]].map(JSON.stringify);
     const point = i => choose({ pointed: i });
-    if (now !== listed && state.objectives.length) showFront(part("front"), designs, state, sortBy, point);
+    if (now[0] !== listed?.[0] && state.objectives.length) {
+      showFront(part("front"), designs, state, sortBy("sort"), point);
+    }
+    if (now[1] !== listed?.[1]) showAll(part("all"), designs, state, sortBy("sortAll"), point);
     listed = now;
     state.listed = true;
   }
-  function sortBy(column) {
-    state.sort = { column, up: state.sort.column === column ? !state.sort.up : true };
+  const sortBy = name => column => {
+    state[name] = { column, up: state[name].column === column ? !state[name].up : true };
     list();
-  }
+  };
   function setFilter(c, filter) {
     state.filters[c] = filter;
     soon(ALL);
@@ -83,6 +86,7 @@ function startExplorer(root) {
   wireControls(part, designs, state, soon);
   for (const shown of root.querySelectorAll(".infeasible")) shown.hidden = !designs.reason.some(reason => reason);
   part("download").addEventListener("click", () => download("designs.csv", csvOf(designs, state.rows)));
+  part("more").addEventListener("click", () => { state.most *= MORE_ROWS; list(); });
   part("front").hidden = part("front-caption").hidden = !state.objectives.length;
   showReasons(part("reasons"), designs);
   part("missing").hidden = true;

@@ -29,14 +29,14 @@ function frontColumns(designs, objectives) {
   return [...first, ...designs.columns.map((_, c) => c).filter(c => !first.includes(c))];
 }
 
-function sortedFront(designs, front, { column, up }) {
+function sortedRows(designs, rows, { column, up }) {
   if (column < 0) {
     const sign = up ? 1 : -1;
-    return [...front].sort((i, j) => sign * ORDER.compare(designs.names[i], designs.names[j]));
+    return [...rows].sort((i, j) => sign * ORDER.compare(designs.names[i], designs.names[j]));
   }
   const { values } = designs.columns[column], sign = up ? 1 : -1;
   const missing = i => Number(Number.isNaN(values[i]));
-  return [...front].sort((i, j) => missing(i) - missing(j) || sign * (values[i] - values[j]) || i - j);
+  return [...rows].sort((i, j) => missing(i) - missing(j) || sign * (values[i] - values[j]) || i - j);
 }
 
 // Buttons stay while columns do, and with them the focus of the one that was pressed.
@@ -57,10 +57,10 @@ function showHead(part, designs, columns, sort, sortBy) {
   });
 }
 
-function showFront(part, designs, state, sortBy, point) {
-  const columns = frontColumns(designs, state.objectives);
-  showHead(part, designs, columns, state.sort, sortBy);
-  const listed = sortedFront(designs, state.front, state.sort).slice(0, MOST_ROWS);
+// A table of designs that its heads sort.
+function showRows(part, designs, { columns, rows, sort, most }, sortBy, point) {
+  showHead(part, designs, columns, sort, sortBy);
+  const listed = sortedRows(designs, rows, sort).slice(0, most);
   part.querySelector("tbody").replaceChildren(...listed.map(i => {
     const cells = columns.map(c => element("td", { class: designs.columns[c].levels ? "" : "number" },
       textOf(designs.columns[c], i)));
@@ -69,7 +69,20 @@ function showFront(part, designs, state, sortBy, point) {
     row.addEventListener("mouseleave", () => point(-1));
     return row;
   }));
+}
+
+function showFront(part, designs, state, sortBy, point) {
+  const columns = frontColumns(designs, state.objectives);
+  showRows(part, designs, { columns, rows: state.front, sort: state.sort, most: MOST_ROWS }, sortBy, point);
   part.querySelector(".front-count").textContent = frontCount(state.front.length);
+}
+
+function showAll(part, designs, { rows, sortAll: sort, most }, sortBy, point) {
+  showRows(part, designs, { columns: designs.columns.map((_, c) => c), rows, sort, most }, sortBy, point);
+  part.querySelector(".more").hidden = rows.length <= most;
+  part.querySelector(".all-count").textContent = rows.length > most
+    ? `The first ${grouped(most)} in this order of ${grouped(rows.length)} within the filters; a head sorts by its column.`
+    : `${grouped(rows.length)} within the filters; a head sorts by its column.`;
 }
 
 function frontCount(count) {
