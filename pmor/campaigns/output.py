@@ -15,7 +15,7 @@ import numpy as np
 
 from pmor.campaigns.columns import Columns
 from pmor.campaigns.figures import BY_KEY
-from pmor.campaigns.page import CASES, MOST_CASES, blocks_of, case_file, linked_designs
+from pmor.campaigns.page import CASES, MOST_CASES, blocks_of, case_file, common_reasons, linked_designs
 from pmor.campaigns.relations import text_of_design, unit_of, with_relations
 from pmor.campaigns.rows import PEAKS, STATUSES
 from pmor.campaigns.settings import Campaign, Number
@@ -81,6 +81,10 @@ def campaign_text(result: Columns) -> str:
     effort = result.effort
     counts = ", ".join(f"{result.count(status)} {status}" for status in STATUSES if result.count(status))
     lines = [result.campaign.sections.title, f"  {result.campaign.count} designs: {counts}"]
+    infeasible = [reason if status == "infeasible" else "" for reason, status in zip(
+        result.reasons, result.status, strict=True)]  # fmt: skip
+    for group in common_reasons(infeasible)[:1]:
+        lines.append(f"  infeasible, {len(group)} of them such as design {group[0] + 1}: {infeasible[group[0]]}")
     for key in list(result.results)[:2]:
         found = _extremes(result.judged(key))
         if found["least"] is not None:

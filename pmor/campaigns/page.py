@@ -131,12 +131,17 @@ def _headed(label: str, unit: str) -> str:
     return f"{label}, {unit}" if unit else label
 
 
-def _reasons(result: Columns) -> Table:
-    """Reasons that differ in their numbers alone are one."""
+def common_reasons(reasons: Sequence[str]) -> list[list[int]]:
+    """Return groups of designs whose reasons differ in their numbers alone, from 0, the largest first."""
     found: dict[str, list[int]] = {}
-    for i, reason in enumerate(result.reasons):
+    for i, reason in enumerate(reasons):
         if reason:
             found.setdefault(NUMBER.sub("…", reason), []).append(i)
-    common = sorted(found.values(), key=len, reverse=True)[:COMMON_REASONS]
+    return sorted(found.values(), key=len, reverse=True)
+
+
+def _reasons(result: Columns) -> Table:
+    """Why designs have no results, one line for each kind of reason."""
+    common = common_reasons(result.reasons)[:COMMON_REASONS]
     rows: list[list[Cell]] = [[len(group), group[0] + 1, result.reasons[group[0]]] for group in common]
     return Table("Why designs have no results", ("designs", "such as design", "which says"), rows)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from pmor.campaigns.chunks import chunks_of, expected_seconds
-from pmor.campaigns.page import NUMBER
+from pmor.campaigns.page import common_reasons
 from pmor.campaigns.relations import case_of, why_infeasible, with_relations
 from pmor.campaigns.rows import NAME
 from pmor.campaigns.settings import USUAL, Campaign, Number, Span, Variable
@@ -57,15 +57,16 @@ def _values(variable: Variable) -> str:
 
 def _feasible(campaign: Campaign, numbers: list[int]) -> list[str]:
     table, step = designs_of(campaign), -(-len(numbers) // MOST_CHECKED)
-    checked, found = numbers[::step], dict[str, list[tuple[int, str]]]()
-    for number in checked:
-        if reason := why_not(campaign, number, table(number)):
-            found.setdefault(NUMBER.sub("…", reason), []).append((number + 1, reason))
-    none = sum(map(len, found.values()))
+    checked = numbers[::step]
+    reasons = [why_not(campaign, number, table(number)) for number in checked]
+    common = common_reasons(reasons)
+    none = sum(map(len, common))
     part = "" if step == 1 else f", one design in {step} looked at"
     lines = [f"Geometry, loads and memory{part}", f"  {len(checked) - none} of {len(checked)} designs can be made"]
-    common = sorted(found.values(), key=len, reverse=True)
-    lines += [f"  {len(group)}, such as design {group[0][0]}: {group[0][1]}" for group in common[:COMMON_REASONS]]
+    lines += [
+        f"  {len(group)}, such as design {checked[group[0]] + 1}: {reasons[group[0]]}"
+        for group in common[:COMMON_REASONS]
+    ]
     if len(common) > COMMON_REASONS:
         lines.append(f"  and {len(common) - COMMON_REASONS} more reasons")
     return lines

@@ -321,6 +321,7 @@ def test_a_design_that_stands_in_the_table_twice_is_solved_once(folder, faulty, 
     assert main(["campaign", "campaign.toml", "--out", "out"]) == 0
     said = capsys.readouterr()
     assert "7 designs: 6 ok, 1 infeasible" in said.out  # the third of those that differ is none
+    assert "infeasible, 1 of them such as design 4: a third of them, 3, are none" in said.out
     assert "3 designs stand in the table before: each is solved once" in said.err
     rows = list(csv.DictReader((folder / "out" / "campaign.csv").read_text().splitlines()))
     assert [row["design"] for row in rows] == list("1234567")

@@ -81,8 +81,8 @@ function showAll(part, designs, { rows, sortAll: sort, most }, sortBy, point) {
   showRows(part, designs, { columns: designs.columns.map((_, c) => c), rows, sort, most }, sortBy, point);
   part.querySelector(".more").hidden = rows.length <= most;
   part.querySelector(".all-count").textContent = rows.length > most
-    ? `The first ${grouped(most)} in this order of ${grouped(rows.length)} within the filters; a head sorts by its column.`
-    : `${grouped(rows.length)} within the filters; a head sorts by its column.`;
+    ? `The first ${grouped(most)} in this order of ${grouped(rows.length)} within the filters; click a heading to sort by it.`
+    : `${grouped(rows.length)} within the filters; click a heading to sort by it.`;
 }
 
 function frontCount(count) {
