@@ -101,7 +101,7 @@ def gearbox_report(
     if loads:
         blocks += [
             misaligned,
-            Picture("deflection.png", "Shafts as drawn, gears in outline, and their deflection lines under the first "
+            Picture("deflection.png", "Shafts at rest, gears in outline, and their deflection lines under the first "
                     "load; bearings are triangles.", deflection_figure(file.model, loads[0]), "svg"),
             Picture("face_load.png", "Line load over the face, added up over tooth pairs; dotted: on rigid supports.",
                     face_load_figure(loads), "svg"),

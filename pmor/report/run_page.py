@@ -220,7 +220,7 @@ def run_blocks(
 
 
 def _quantities(title: str, rows: Sequence[Row]) -> Table:
-    shown = [(label, value, unit.replace("um", "µm"), note) for label, value, unit, note in rows]
+    shown = [(label, value, unit.replace("um", "µm").replace(" ", "\u00a0"), note) for label, value, unit, note in rows]
     return Table(title, ("quantity", "value", "unit", "note"), shown)
 
 
