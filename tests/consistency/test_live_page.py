@@ -13,7 +13,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import load_case
-from pmor.case.width import whole_width
+from pmor.case.live_page import case_of_page
 from pmor.gear.condition import Condition, Misalignment
 from pmor.gear.modification import Modification
 from pmor.report.live.compliance import packed_compliance
@@ -241,7 +241,7 @@ def test_half_the_width_gets_the_whole_one_for_its_page(spur):
     result, pair = spur
     assert result.reduced.meshed.mirrored
     assert not pair.meshed.mirrored
-    assert pair.basis.case.mesh == whole_width(result.case).mesh
+    assert pair.basis.case.mesh == case_of_page(result.case).mesh
     # Both are solved exactly; measured 2e-9.
     phi = result.sweep.phi_rad[::20]
     ste = sweep_line_loads(pair, phi, [Condition(torque=1e3 * result.case.torque_Nm)]).ste_um[0]
