@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pmor.case.coast import flank_of
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.line.unloaded import with_unloaded
@@ -15,6 +16,7 @@ from pmor.pair.conditions import conditions_of_assembly, listed_conditions, torq
 from pmor.results.sweep import SteSweep
 from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, sweep_angles
+from pmor_online.other_flank import other_flank_pair
 from pmor_online.sweep import sweep_reduced_pair
 
 # Positions that are solved in one call at most: their forces stay within some hundred megabytes.
@@ -29,12 +31,15 @@ class ConditionSweep:
     ----------
     own : int
         Index of the condition's own torque in the sweep.
+    flank : {"drive", "coast"}
+        Flanks that carry; `sweep` counts as in a case of these.
     """
 
     name: str
     assembly: Assembly
     own: int
     sweep: SteSweep
+    flank: str = "drive"
 
 
 def sweep_listed(
@@ -50,16 +55,21 @@ def sweep_listed(
         Called with the number of angles done, counted for each condition.
     """
     case = reduced.basis.case
-    assemblies = [condition.assembly for condition in listed_conditions(case)]
-    torques = [torques_of(case, condition) for condition in case.conditions]
-    sweeps = sweep_assemblies(reduced, sweep_angles(case), assemblies, torques, executor, progress)
-    return tuple(
-        ConditionSweep(
-            condition.name, one, there.index(condition.torque_Nm),
-            with_mesh_error(sweep, reduced, conditions_of_assembly(one, there)),
-        )
-        for condition, one, there, sweep in zip(case.conditions, assemblies, torques, sweeps, strict=True)
-    )  # fmt: skip
+    solved = [condition.assembly for condition in listed_conditions(case)]
+    found: dict[int, ConditionSweep] = {}
+    for flank in ("drive", "coast"):
+        numbers = [n for n, condition in enumerate(case.conditions) if flank_of(condition) == flank]
+        if not numbers:
+            continue
+        there = reduced if flank == case.flank else other_flank_pair(reduced)
+        torques = [torques_of(case, case.conditions[n]) for n in numbers]
+        sweeps = sweep_assemblies(there, sweep_angles(case), [solved[n] for n in numbers], torques, executor, progress)
+        for n, own, sweep in zip(numbers, torques, sweeps, strict=True):
+            condition = case.conditions[n]
+            sweep = with_mesh_error(sweep, there, conditions_of_assembly(solved[n], own))
+            built = Assembly(condition.misalignment, condition.pinion, condition.wheel)
+            found[n] = ConditionSweep(condition.name, built, own.index(abs(condition.torque_Nm)), sweep, flank)
+    return tuple(found[n] for n in range(len(solved)))
 
 
 def sweep_assemblies(

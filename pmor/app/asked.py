@@ -13,6 +13,7 @@ import numpy as np
 
 from pmor.case import Case, ConditionCase, check_flanks, refuse_uneven_load
 from pmor.case.checks import MOST_ANGLES
+from pmor.case.coast import mirrored_axes, mirrored_flank
 from pmor.case.document import GEARS
 from pmor.case.reader import Reader, checked
 from pmor.case.width import meshed_width
@@ -46,19 +47,62 @@ def asked_case(
     CaseError where one is broken.
     """
     reader, online, off = Reader(case.name), case.online, case.misalignment
+    coast = case.flank == "coast"
     if torques_Nm is not None:
+        torques_Nm = negated(torques_Nm) if coast else torques_Nm
         online = replace(online, torques_Nm=reader.value(torques_Nm, TORQUES, "torques_Nm"))
     if angles is not None and _is_single(angles):
         online = replace(online, angles_per_pitch=reader.value(angles, ANGLES, "angles"))
     if misalignment is not None:
         off = checked(misalignment, Misalignment, case.name, "misalignment")
+        off = mirrored_axes(off) if coast else off
     pinion, wheel = (
-        own if flank is None else checked(flank, Modification, case.name, f"{gear}.modification")
+        own if flank is None else _seen(checked(flank, Modification, case.name, f"{gear}.modification"), coast)
         for gear, flank, own in zip(GEARS, flanks, (case.pinion_modification, case.wheel_modification), strict=True)
     )
     asked = replace(case, online=online, misalignment=off, pinion_modification=pinion, wheel_modification=wheel)
     check_assembly(asked, case, pair)
     return asked
+
+
+def _seen(flank: Modification, coast: bool) -> Modification:
+    return mirrored_flank(flank) if coast else flank
+
+
+def seen_from(case: Case, assembly: Assembly) -> Assembly:
+    """Return an assembly as the flanks of a case see it: of coast flanks its image."""
+    if case.flank == "drive":
+        return assembly
+    flanks = mirrored_flank(assembly.pinion), mirrored_flank(assembly.wheel)
+    return Assembly(mirrored_axes(assembly.misalignment), *flanks)
+
+
+def negated(torques_Nm: Any) -> Any:
+    """Return torques of the other sign; what is no number stays, and is refused where values are checked."""
+    if isinstance(torques_Nm, list | tuple):
+        return [negated(torque) for torque in torques_Nm]
+    return torques_Nm if isinstance(torques_Nm, str | bytes | bool | Mapping) else -torques_Nm
+
+
+def loaded_flank(case: Case, torques_Nm: Any) -> tuple[str, Any]:
+    """Return which flanks torques load, by default those of the case, and the torques, listed.
+
+    Raises
+    ------
+    CaseError
+        Where they have both signs.
+    """
+    if torques_Nm is None:
+        return case.flank, None
+    listed = _listed(torques_Nm, f"{case.name}: torques_Nm")
+    values = [value for value in np.ravel(np.array(listed, dtype=object)) if isinstance(value, int | float | np.number)]
+    signs = {bool(value < 0) for value in values}
+    if len(signs) > 1:
+        raise CaseError(
+            f"{case.name}: torques_Nm = {torques_Nm!r:.60}: load the drive flanks and the coast flanks: sweep those of "
+            "one sign at a time"
+        )
+    return "coast" if True in signs else "drive", listed
 
 
 @dataclass(frozen=True)
@@ -205,7 +249,7 @@ def positions(case: Case, meshed: MeshedPair, angles: int | FloatArray | None) -
 
 def _revolutions(case: Case) -> int:
     """Revolutions of the pinion after which all states of a pair repeat: several where its teeth differ."""
-    flanks = [case.pinion_modification, case.wheel_modification]
+    flanks = [case.pinion_modification, case.wheel_modification, *case.other_flanks]
     flanks += [flank for condition in case.conditions for flank in (condition.pinion, condition.wheel)]
     pinion, wheel = case.pair.pinion.teeth, case.pair.wheel.teeth
     return wheel // math.gcd(pinion, wheel) if any(flank.pitch_deviations_um for flank in flanks) else 1

@@ -59,7 +59,8 @@ class FullModel:
         elastic = (self.whole if takes_whole_width(asked.case, self.case) else self).elastic
         meshed, solve = elastic.mesh.meshed, elastic.elasticity_at
         sweep = sweep_ste(meshed, solve, asked.phi, asked.conditions, lambda: progress(1), executor)
-        return SweepResult(with_unloaded(sweep, meshed, asked.conditions), meshed.pair)
+        swept = with_unloaded(sweep, meshed, asked.conditions)
+        return SweepResult(swept, meshed.pair, flank=self.case.flank)
 
     def _repr_html_(self) -> str:
         return f"<p>{escape(repr(self))}</p>{self.case._repr_html_()}"

@@ -18,7 +18,10 @@ from pmor.app.asked import (
     listed,
     listed_assemblies,
     listed_within_memory,
+    loaded_flank,
+    negated,
     positions,
+    seen_from,
     takes_whole_width,
     with_assembly,
 )
@@ -45,6 +48,7 @@ from pmor_online.compare import training_failures
 from pmor_online.conditions import sweep_assemblies
 from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, reduced_pair
+from pmor_online.other_flank import other_flank_pair
 from pmor_online.readings import can_record
 from pmor_online.root_stress import root_stress
 from pmor_online.sweep import largest_size, sweep_reduced_pair
@@ -113,7 +117,8 @@ class ReducedModel:
         Parameters
         ----------
         torques_Nm : float or iterable of float, optional
-            Pinion torques, N m; those of the case by default.
+            Pinion torques, N m; those of the case by default. Negative ones load the coast flanks: the result counts
+            as in a case of these, torques as amounts, angles and transmission error clockwise.
         angles : int or ndarray, optional
             Number of pinion angles per pitch, or the angles themselves in rad; by default the number of the case.
         misalignment : Misalignment, optional
@@ -125,7 +130,7 @@ class ReducedModel:
         progress : callable
             Called with the number of angles done.
         pinion, wheel : Modification, optional
-            Of their flanks; those of the case by default.
+            Of the flanks that carry; those of the case by default.
 
         Raises
         ------
@@ -133,6 +138,10 @@ class ReducedModel:
             When torques or axes are beyond the training, modifications do not lie on the flanks, or a load is beyond
             the range of the contact scheme.
         """
+        model, torques_Nm = self._loaded_by(torques_Nm)
+        if model is not self:
+            return model.sweep(torques_Nm, angles, misalignment=misalignment, extrapolate=extrapolate,
+                               executor=executor, progress=progress, pinion=pinion, wheel=wheel)  # fmt: skip
         meshed = self.reduced.meshed
         asked = asked_sweep(self.case, meshed, torques_Nm, angles, misalignment, (pinion, wheel))
         self._refuse_beyond_training(asked.case, extrapolate)
@@ -141,7 +150,7 @@ class ReducedModel:
         recorded = can_record(meshed, asked.case, len(phi), len(conditions))
         sweep = sweep_reduced_pair(reduced, phi, conditions, executor=executor, progress=progress, recorded=recorded)
         sweep = with_mesh_error(with_unloaded(sweep, meshed, conditions), reduced, conditions)
-        return SweepResult(sweep, meshed.pair, reduced, conditions[0].assembly)
+        return SweepResult(sweep, meshed.pair, reduced, conditions[0].assembly, self.case.flank)
 
     @suggesting
     def harris_map(
@@ -153,6 +162,8 @@ class ReducedModel:
     ) -> SweepResult:
         """Sweep over the torques of the Harris map, those of the case by default; see `sweep`."""
         torques = self.case.results.harris_torques_Nm if torques_Nm is None else torques_Nm
+        if torques_Nm is None and self.case.flank == "coast":
+            torques = negated(torques)
         return self.sweep(torques, angles, executor=executor)
 
     @suggesting
@@ -178,10 +189,15 @@ class ReducedModel:
         CaseError
             As `sweep`, with the number of the assembly, from 0.
         """
+        model, torques_Nm = self._loaded_by(torques_Nm)
+        if model is not self:
+            return model.sweep_conditions(assemblies, torques_Nm, angles, extrapolate=extrapolate, executor=executor,
+                                          progress=progress)  # fmt: skip
         meshed, assemblies = self.reduced.meshed, listed_assemblies(assemblies)
         torques_Nm = listed_within_memory(self.case, meshed, torques_Nm, angles, assemblies=len(assemblies))
         asked = asked_case(self.case, meshed.pair, torques_Nm, angles, None, (None, None))
-        built = checked_assemblies(self.case, assemblies)
+        given = checked_assemblies(self.case, assemblies)
+        built = tuple(seen_from(self.case, one) for one in given)
         asked = replace(asked, conditions=tuple(listed(asked, n, one) for n, one in enumerate(built)))
         check_assembly(asked, self.case, meshed.pair)
         if self.case.reduction.trained:
@@ -190,7 +206,8 @@ class ReducedModel:
         refuse_loads(asked, meshed)
         phi, torques = positions(asked, meshed, angles), asked.online.torques_Nm
         sweeps = sweep_assemblies(self._wide_enough(asked), phi, built, [torques] * len(built), executor, progress)
-        return ConditionsResult(built, tuple(SweepResult(sweep, meshed.pair) for sweep in sweeps))
+        flank = self.case.flank
+        return ConditionsResult(given, tuple(SweepResult(sweep, meshed.pair, flank=flank) for sweep in sweeps))
 
     def dynamics(
         self, *, folder: Path | str | None = None, executor: Executor | None = None,
@@ -278,6 +295,10 @@ class ReducedModel:
         CaseError
             As `sweep`, and when the model holds no root stress.
         """
+        model, torques_Nm = self._loaded_by(torques_Nm)
+        if model is not self:
+            return model.root_stress(torques_Nm, angles, misalignment=misalignment, executor=executor, pinion=pinion,
+                                     wheel=wheel)  # fmt: skip
         meshed = self.reduced.meshed
         sections = meshed.tooth_pair_count * meshed.pinion.nodes.shape[1]
         asked = asked_sweep(self.case, meshed, torques_Nm, angles, misalignment, (pinion, wheel), sections)
@@ -290,6 +311,15 @@ class ReducedModel:
 
     def _wide_enough(self, asked: Case) -> ReducedPair:
         return (self.whole if takes_whole_width(asked, self.case) else self).reduced
+
+    @cached_property
+    def _other_flank(self) -> ReducedModel:
+        return replace(self, basis=other_flank_pair(self.reduced).basis)
+
+    def _loaded_by(self, torques_Nm: Any) -> tuple[ReducedModel, Any]:
+        """Return the model of the flanks that torques load, and the torques, listed."""
+        flank, listed_torques = loaded_flank(self.case, torques_Nm)
+        return self if flank == self.case.flank else self._other_flank, listed_torques
 
     def _refuse_beyond_training(self, case: Case, extrapolate: bool) -> None:
         beyond = beyond_training(case)

@@ -45,13 +45,17 @@ class SweepResult(Tabular):
     reduced : ReducedPair, optional
         Model of the sweep, where it keeps its line loads.
     assembly : Assembly
-        Axes and flanks of the sweep.
+        Axes and flanks of the sweep, as its flanks see them.
+    flank : {"drive", "coast"}
+        Flanks that carry. Of coast flanks torques are amounts, angles and transmission error count clockwise, from
+        where plain coast flanks touch: the backlash between both flanks is not in it.
     """
 
     sweep: SteSweep
     pair: GearPair
     reduced: ReducedPair | None = None
     assembly: Assembly = PLAIN
+    flank: str = "drive"
 
     @property
     def phi_rad(self) -> FloatArray:
@@ -223,7 +227,8 @@ class SweepResult(Tabular):
         spans = ", ".join(f"{span:.4g}" for span in self.peak_to_peak_um)
         failed = int(np.count_nonzero(~self.converged))
         ending = f"; {failed} positions did not converge" if failed else ""
-        return f"<SweepResult: {len(self.phi_rad)} angles x {torques} N m, STE peak-to-peak {spans} um{ending}>"
+        torques += " N m" + (" on coast flanks" if self.flank == "coast" else "")
+        return f"<SweepResult: {len(self.phi_rad)} angles x {torques}, STE peak-to-peak {spans} um{ending}>"
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -33,6 +33,12 @@ def _uneven_teeth(case: Case) -> str:
     return "no pitch deviations, with which it does not repeat each mesh cycle: leave them out" if uneven else ""
 
 
+def _coast(case: Case) -> str:
+    if case.flank == "drive":
+        return ""
+    return "drive flanks: give [load] torque_Nm positive, and the coast flanks as a [[condition]]"
+
+
 def _many_nodes(case: Case) -> str:
     across = 1 if case.mesh.width == "plane_strain" else case.mesh.width_elements
     nodes = (case.mesh.profile_intervals + 1) * (case.mesh.order * across + 1)
@@ -42,6 +48,7 @@ def _many_nodes(case: Case) -> str:
 # What capabilities take, of cases that they do not take; empty of others.
 LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_shapes, ("campaign", "design", "dynamics", "fmu", "gearbox", "page", "rexs")),
+    (_coast, ("campaign", "design", "fmu", "gearbox", "page", "rexs", "vtkhdf")),
     (_uneven_teeth, ("fmu",)),
     (_many_nodes, ("page",)),
 )

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, fields, is_dataclass, replace
 from typing import Any
 
-from pmor.case.document import CONDITION, GEARS, MODIFICATION, flattened
+from pmor.case.coast import TORQUES, as_drawn, without_pitch
+from pmor.case.document import COAST, CONDITION, GEARS, MODIFICATION, flattened
 from pmor.case.loader import parse_case
 from pmor.case.reader import keys_of
 from pmor.case.schema import SECTIONS, Case
@@ -72,16 +73,26 @@ def text_of(case: Case) -> str:
 
 def sections_of(case: Case) -> dict[str, dict[str, Any]]:
     """Return all settings by section and key, in the order of a case file; of modifications, those that are there."""
+    coast = case.flank == "coast"
+    case = as_drawn(case)
     pair = asdict(case.pair)
     gears = {gear: pair.pop(gear) for gear in GEARS}
     sections = {"load": {"torque_Nm": case.torque_Nm, "speed_rpm": case.speed_rpm}, "pair": pair, **gears}
-    for gear, modification in zip(GEARS, (case.pinion_modification, case.wheel_modification), strict=True):
-        if modification != UNMODIFIED:
-            sections[f"{gear}.{MODIFICATION}"] = {
-                key: value for key, value in _shallow(modification).items() if value != getattr(UNMODIFIED, key)
-            }
+    drive = case.pinion_modification, case.wheel_modification
+    for gear, modification, other in zip(GEARS, drive, case.other_flanks, strict=True):
+        usual = without_pitch(modification)
+        for name, flank, default in ((MODIFICATION, modification, UNMODIFIED), (COAST, other, usual)):
+            if flank != default:
+                sections[f"{gear}.{name}"] = {
+                    key: value for key, value in _shallow(flank).items() if value != getattr(default, key)
+                }
     rest = [name for name in SECTIONS if name not in sections and MODIFICATION not in name]
-    return sections | {name: asdict(getattr(case, name)) for name in rest}
+    sections |= {name: asdict(getattr(case, name)) for name in rest}
+    if coast:
+        sections["load"]["torque_Nm"] = -case.torque_Nm
+        for section, key in TORQUES:
+            sections[section][key] = tuple(-torque for torque in reversed(sections[section][key]))
+    return sections
 
 
 def _changed(document: dict[str, Any], settings: Mapping[str, Any], where: str) -> dict[str, Any]:
@@ -108,7 +119,7 @@ def _laid_over(section: Mapping[str, Any], values: Mapping[str, Any]) -> dict[st
 
 
 def _homes(key: str, document: Mapping[str, Any], where: str) -> tuple[str, ...]:
-    homes = tuple(name for name, kind in SECTIONS.items() if key in keys_of(kind))
+    homes = tuple(name for name, kind in SECTIONS.items() if COAST not in name and key in keys_of(kind))
     if homes == GEARS:
         return GEARS if "wheel" in document else GEARS[:1]  # a wheel that is not mentioned is like the pinion
     if "pair" in homes:

@@ -276,7 +276,7 @@ def _check_conditions(case: Case, where: str) -> None:
             )
     largest = case.offline.torques_Nm[-1]
     for condition in case.conditions:
-        if case.reduction.trained and condition.torque_Nm > largest and not case.online.extrapolate:
+        if case.reduction.trained and abs(condition.torque_Nm) > largest and not case.online.extrapolate:
             raise CaseError(
                 f"{where}: [condition] {toml_text(condition.name)}: torque_Nm = {condition.torque_Nm} is beyond the "
                 f"largest training torque, {largest} N m: lower it, add a larger one to [offline] torques_Nm, or write "

@@ -8,6 +8,7 @@ from dataclasses import asdict, fields
 from typing import Any
 
 from pmor.case.change import sections_of
+from pmor.case.coast import flank_of, mirrored_flank
 from pmor.case.document import GEARS, MODIFICATION, flattened
 from pmor.case.flanks import trained_flanks
 from pmor.case.schema import Case, ConditionCase
@@ -36,14 +37,19 @@ def describe(case: Case) -> list[tuple[str, Any, bool]]:
 def condition_words(case: Case, condition: ConditionCase) -> list[str]:
     """Return the misalignment of a listed condition, and the keys in which its modifications differ from the case's."""
     off = ", ".join(f"{name} {value:g}" for name, value in vars(condition.misalignment).items() if value)
+    own = (case.pinion_modification, case.wheel_modification)
+    if flank_of(condition) != case.flank:
+        own = case.other_flanks
+        off = ", ".join(filter(None, [f"{flank_of(condition)} flanks", off]))
+    pinion, wheel = map(mirrored_flank, own) if case.flank == "coast" else own
     flanks = [
         f"{gear} {item.name} = {_value_words(getattr(modification, item.name))}"
-        for gear, modification, own in (
-            ("pinion", condition.pinion, case.pinion_modification),
-            ("wheel", condition.wheel, case.wheel_modification),
+        for gear, modification, usual in (
+            ("pinion", condition.pinion, pinion),
+            ("wheel", condition.wheel, wheel),
         )
         for item in fields(modification)
-        if getattr(modification, item.name) not in (getattr(own, item.name), None)
+        if getattr(modification, item.name) not in (getattr(usual, item.name), None)
     ]
     return [*([off] if off else []), *flanks]
 
@@ -87,4 +93,5 @@ def basis_settings(case: Case) -> dict[str, Any]:
     found = {f"[{name}] {key}": value for name in names for key, value in sections[name].items()}
     for gear, flank in zip(GEARS, trained_flanks(case), strict=True):
         found |= {f"[{gear}.{MODIFICATION}] {key}": value for key, value in asdict(flank).items()}
+    found["the flanks that carry"] = case.flank
     return found | {"[results] root_stress": case.root_stress, "the meshed part of the width": meshed_width(case)}

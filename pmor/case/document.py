@@ -7,21 +7,23 @@ from typing import Any
 
 GEARS = ("pinion", "wheel")
 MODIFICATION = "modification"
+COAST = "coast_modification"
 CONDITION = "condition"
 
 
 def flattened(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a document with `[pinion.modification]` beside `[pinion]`, under that name; the same for the wheel.
+    """Return a document with `[pinion.modification]` beside `[pinion]`; so are all sections of flanks.
 
     A wheel with a modification alone has the pinion's geometry, as a wheel without a section.
     """
     flat: dict[str, Any] = {}
     for name, content in document.items():
-        if name not in GEARS or not isinstance(content, Mapping) or MODIFICATION not in content:
+        inside = [key for key in (MODIFICATION, COAST) if isinstance(content, Mapping) and key in content]
+        if name not in GEARS or not inside:
             flat[name] = content
             continue
-        rest = {key: value for key, value in content.items() if key != MODIFICATION}
+        rest = {key: value for key, value in content.items() if key not in inside}
         if rest or name == GEARS[0]:
             flat[name] = rest
-        flat[f"{name}.{MODIFICATION}"] = content[MODIFICATION]
+        flat |= {f"{name}.{key}": content[key] for key in inside}
     return flat

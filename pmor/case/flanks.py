@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from pmor.case.document import COAST, MODIFICATION
 from pmor.case.gears import GearCase
 from pmor.case.schema import Case
 from pmor.case.values import toml_text
@@ -42,7 +43,9 @@ class ModifiedFlank:
 
 def modified_flanks(case: Case) -> list[ModifiedFlank]:
     """List the modifications of a case and of its conditions that are there."""
-    named = [("[pinion.modification]", "[wheel.modification]", case.pinion_modification, case.wheel_modification)]
+    own, others = (MODIFICATION, COAST) if case.flank == "drive" else (COAST, MODIFICATION)
+    named = [(f"[pinion.{own}]", f"[wheel.{own}]", case.pinion_modification, case.wheel_modification),
+             (f"[pinion.{others}]", f"[wheel.{others}]", *case.other_flanks)]  # fmt: skip
     for condition in case.conditions:
         pinion, wheel = (f"[condition.{gear}] of {toml_text(condition.name)}:" for gear in ("pinion", "wheel"))
         named.append((pinion, wheel, condition.pinion, condition.wheel))

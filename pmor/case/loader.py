@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from pmor.case.checks import check_together
-from pmor.case.document import CONDITION, GEARS, MODIFICATION, flattened
+from pmor.case.coast import in_amounts, other_flank, without_pitch
+from pmor.case.document import COAST, CONDITION, GEARS, MODIFICATION, flattened
 from pmor.case.gears import PairCase
 from pmor.case.reader import NOTHING, Reader, parse_toml, read_text
 from pmor.case.schema import SECTIONS, Case, ConditionCase
-from pmor.case.values import toml_text
+from pmor.case.values import NO_LOAD, toml_text
 from pmor.core.errors import printable
 from pmor.gear.modification import Modification, other_places
 
@@ -67,14 +68,15 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
         Complete: every default is filled in.
     """
     document, name = flattened(parse_toml(text, where)), printable(name)
-    reader = Reader(where, SECTIONS, folder)
+    document, coast = in_amounts(document, where)
+    reader = Reader(where, {key: kind for key, kind in SECTIONS.items() if COAST not in key}, folder)
     names = ["title", *SECTIONS, CONDITION]
     for key in SECTIONS:
         reader.refuse_value(key, document.get(key, {}))
     reader.refuse_unknown({key: value for key, value in document.items() if key not in names}, names, "")
 
     def section(key: str, given: Mapping[str, Any] = NOTHING, **filled: Any) -> Any:
-        also = [MODIFICATION] if key in GEARS else []
+        also = [MODIFICATION, COAST] if key in GEARS else []
         return reader.section(document.get(key, {}), SECTIONS[key], key, filled, given, also)
 
     title = reader.value(document.get("title", name), str, "title")
@@ -83,8 +85,14 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     pinion = section("pinion")
     wheel = section("wheel") if "wheel" in document else pinion
     misalignment, modifications = section("misalignment"), [section(f"{gear}.{MODIFICATION}") for gear in GEARS]
+    others = [
+        section(key, **vars(without_pitch(own).changed(dict.fromkeys(other_places(document[key])))))
+        if (key := f"{gear}.{COAST}") in document
+        else without_pitch(own)
+        for gear, own in zip(GEARS, modifications, strict=True)
+    ]
     contact = section("contact")
-    usual = {"torque_Nm": torque_Nm, **vars(misalignment)}
+    usual = {"torque_Nm": -torque_Nm if coast else torque_Nm, **vars(misalignment)}
     pair = section("pair", {"pinion": pinion, "wheel": wheel})
     across: dict[str, Any] = {"width_elements": _elements_across(pair)} if contact.kind == "line" else {}
     reduction = section("reduction", shapes=DEFAULT_SHAPES.get(contact.scheme, OTHER_SHAPES))
@@ -93,8 +101,8 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
         compared["angles"] = EXACT_ANGLES
     case = Case(
         name=name, title=title, torque_Nm=torque_Nm, speed_rpm=load.speed_rpm, pair=pair,
-        pinion_modification=modifications[0], wheel_modification=modifications[1],
-        conditions=_read_conditions(reader, document.get(CONDITION, []), usual, modifications),
+        pinion_modification=modifications[0], wheel_modification=modifications[1], other_flanks=(others[0], others[1]),
+        conditions=_read_conditions(reader, document.get(CONDITION, []), usual, modifications, others),
         mesh=section("mesh", **across), contact=contact, misalignment=misalignment, reduction=reduction,
         offline=section("offline", torques_Nm=_multiples(torque_Nm, OFFLINE_TORQUES)),
         online=section("online", torques_Nm=_multiples(torque_Nm, ONLINE_TORQUES)),
@@ -103,16 +111,21 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
         dynamics=section("dynamics", torques_Nm=_multiples(torque_Nm, DYNAMICS_TORQUES)), output=section("output"),
         text=text
     )  # fmt: skip
+    case = other_flank(case) if coast else case
     check_together(case, document, where)
     return case
 
 
 def _read_conditions(
-    reader: Reader, tables: Any, usual: Mapping[str, Any], modifications: Sequence[Modification]
+    reader: Reader, tables: Any, usual: Mapping[str, Any], drive: Sequence[Modification], coast: Sequence[Modification]
 ) -> tuple[ConditionCase, ...]:
-    """Read the list of conditions; `usual` and `modifications` are the case's own, for keys that they leave out."""
+    """Read the list of conditions; `usual` and the flanks are the case's own, for keys that they leave out."""
     found: list[ConditionCase] = []
     for number, table in enumerate(reader.list_of(tables, CONDITION), start=1):
+        torque = table.get("torque_Nm", usual["torque_Nm"])
+        if torque == 0 and not isinstance(torque, bool):
+            reader.refuse(f"[{CONDITION}] torque_Nm = {torque}", f"must not be 0: {NO_LOAD}")
+        backwards = isinstance(torque, int | float) and torque < 0
         flanks = {
             gear: reader.section(
                 table.get(gear, {}),
@@ -120,7 +133,7 @@ def _read_conditions(
                 f"{CONDITION}.{gear}",
                 vars(modification.changed(dict.fromkeys(other_places(_keys_in(table, gear))))),
             )
-            for gear, modification in zip(GEARS, modifications, strict=True)
+            for gear, modification in zip(GEARS, coast if backwards else drive, strict=True)
         }
         own = {key: value for key, value in table.items() if key not in GEARS}
         values = {**usual, "name": f"condition {number}"}

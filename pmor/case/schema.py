@@ -193,7 +193,7 @@ class ConditionCase:
     name : str
         Names the condition in results; no two have the same.
     torque_Nm : float
-        Torque on the pinion in N m.
+        Torque on the pinion in N m; a negative one loads the coast flanks.
     misalignment : Misalignment
         Its keys stand among those of the condition.
     pinion, wheel : Modification
@@ -201,7 +201,7 @@ class ConditionCase:
     """
 
     name: str
-    torque_Nm: Torque
+    torque_Nm: Annotated[float, Range(-1e12, 1e12, "N m")]
     misalignment: Annotated[Misalignment, INLINE]
     pinion: Modification
     wheel: Modification
@@ -310,7 +310,7 @@ class LoadCase:
     Parameters
     ----------
     torque_Nm : float
-        Torque on the pinion in N m.
+        Torque on the pinion in N m. In a file, a negative one loads the coast flanks.
     speed_rpm : float or None
         Speed of the pinion in revolutions per minute, for the frequencies of the data sheet; None is left out.
     """
@@ -339,6 +339,10 @@ class Case:
         Of the loaded flanks (sections `[pinion.modification]` and `[wheel.modification]`).
     conditions : tuple of ConditionCase
         Swept beside the case's own condition.
+    flank : {"drive", "coast"}
+        Flanks that carry. A case of coast flanks is the mirrored pair (`pmor.case.coast`), its torques are amounts.
+    other_flanks : (Modification, Modification)
+        Of the flanks of pinion and wheel that do not carry.
     text : str
         The text of the file, for provenance.
     """
@@ -351,6 +355,8 @@ class Case:
     pinion_modification: Modification = UNMODIFIED
     wheel_modification: Modification = UNMODIFIED
     conditions: tuple[ConditionCase, ...] = ()
+    flank: Literal["drive", "coast"] = "drive"
+    other_flanks: tuple[Modification, Modification] = (UNMODIFIED, UNMODIFIED)
     mesh: MeshCase
     contact: ContactCase
     misalignment: Misalignment
@@ -374,7 +380,7 @@ class Case:
     @property
     def swept_torques_Nm(self) -> tuple[float, ...]:
         """All torques that training, sweeps, comparison and motion ask for, N m."""
-        listed = (condition.torque_Nm for condition in self.conditions)
+        listed = (abs(condition.torque_Nm) for condition in self.conditions)
         of_lines = (*self.results.harris_torques_Nm, *self.dynamics.torques_Nm) if self.contact.kind == "line" else ()
         return (
             self.torque_Nm, *self.offline.torques_Nm, *self.online.torques_Nm, *self.compare.torques_Nm, *listed,
@@ -408,6 +414,8 @@ SECTIONS: dict[str, type] = {
     "wheel": GearCase,
     "pinion.modification": Modification,
     "wheel.modification": Modification,
+    "pinion.coast_modification": Modification,
+    "wheel.coast_modification": Modification,
     "mesh": MeshCase,
     "contact": ContactCase,
     "misalignment": Misalignment,

@@ -22,8 +22,8 @@ PER_CENT = re.compile(r"\s*(\d+\.?\d*)\s*%\s*")
 TORQUE_UNIT = "N m"
 NO_LOAD = "without load there is no contact to solve: a small torque, such as 0.001, shows the flanks"
 OTHER_FLANKS = (
-    "the pinion drives counter-clockwise and loads the flanks on that side; a reversed torque loads the others, which "
-    "are their mirror image: write it positive, STE(-T, phi) = -STE(T, -phi)"
+    "a negative torque loads the coast flanks, and those of one list load the same flanks: give [load] torque_Nm the "
+    "same sign, or a [[condition]] with this torque"
 )
 
 

@@ -55,7 +55,7 @@ def _uneven(case: Case) -> bool:
     if case.reduction.trained:
         return False
     misalignments = [case.misalignment, *(condition.misalignment for condition in case.conditions)]
-    flanks = [case.pinion_modification, case.wheel_modification]
+    flanks = [case.pinion_modification, case.wheel_modification, *case.other_flanks]
     flanks += [flank for condition in case.conditions for flank in (condition.pinion, condition.wheel)]
     return any(misalignment.tilted for misalignment in misalignments) or not all(flank.mirrored for flank in flanks)
 

@@ -22,7 +22,10 @@ Face width
       spur pair at the roll position ``phi + 2 pi j / z1 + tau z``, tau the twist of the pinion per length.
 
 Signs
-    * The pinion drives counter-clockwise with a positive torque; the wheel is held.
+    * The pinion drives counter-clockwise with a positive torque; the wheel is held. A negative torque loads the *coast*
+      flanks: they are the drive flanks of the pair mirrored about the plane of the axes (`pmor.case.coast`). Results of
+      coast flanks count in the image: torques as amounts, angles, tooth indices and transmission error clockwise, from
+      where plain coast flanks touch. In the frame of the drawing the transmission error is -STE at -phi.
     * A gap is positive when open. The static transmission error is ``(phi_1 - phi_1,kinematic) r_b1``, positive when
       the loaded pinion runs ahead.
 """

@@ -24,7 +24,7 @@ from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.pair import ROUNDING, GearPair
 from pmor.line.hertz import TOO_WIDE
 from pmor.line.layered_pair import as_layered, place_flanks_of
-from pmor.pair.conditions import assembly_of
+from pmor.pair.conditions import assembly_of, backs_mirror_flanks
 from pmor.pair.model import refuse_loads
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.mesh_force import mesh_force_of
@@ -159,7 +159,7 @@ def backlash_of(case: Case, pair: GearPair) -> float | None:
     """
     if case.dynamics.backlash_um is not None:
         return 1e-3 * case.dynamics.backlash_um
-    if pair.backlash <= ROUNDING * pair.pinion.module or not assembly_of(case).backs_mirror_flanks:
+    if pair.backlash <= ROUNDING * pair.pinion.module or not backs_mirror_flanks(case):
         return None
     if with_pitch(assembly_of(case)):
         return None

@@ -13,7 +13,7 @@ from pmor.dynamics.measure import Data
 from pmor.dynamics.rating import by_range, rated
 from pmor.dynamics.solution import Dynamics
 from pmor.dynamics.speeds import rpm, with_speeds
-from pmor.pair.conditions import assembly_of
+from pmor.pair.conditions import backs_mirror_flanks
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Table
 from pmor.work.results import Report
@@ -273,7 +273,7 @@ def _backs(found: Dynamics) -> str:
         seen = f"Stable motion touches them under {', '.join(struck)} N m." if struck else "No stable motion does."
         return f"The backs of teeth touch {1e3 * found.backlash:.4g} µm beyond, the backlash {whence}. {seen}"
     why = "the nominal pair has no backlash"
-    if not assembly_of(found.case).backs_mirror_flanks:
+    if not backs_mirror_flanks(found.case):
         why = "they are no mirror images of the working flanks"
     return (
         f"Contact of the back flanks is neglected: {why}. They would touch where flanks separate by more than the "

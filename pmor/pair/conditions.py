@@ -8,6 +8,7 @@ from dataclasses import astuple, fields, replace
 from itertools import product
 
 from pmor.case import Case, ConditionCase, OfflineCase, trained_flanks
+from pmor.case.coast import as_solved, without_pitch
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import ALIGNED, Assembly, Condition, Misalignment, at_torques
 
@@ -30,7 +31,7 @@ def conditions_of_assembly(assembly: Assembly, torques_Nm: Iterable[float]) -> t
 
 
 def listed_conditions(case: Case) -> tuple[Condition, ...]:
-    """Return the conditions that a case lists beside its own, in that order."""
+    """Return the conditions that a case lists beside its own, in that order, each as its own flanks see it."""
     return tuple(
         Condition(
             torque=1e3 * condition.torque_Nm,
@@ -38,7 +39,7 @@ def listed_conditions(case: Case) -> tuple[Condition, ...]:
             pinion=condition.pinion,
             wheel=condition.wheel,
         )  # fmt: skip
-        for condition in case.conditions
+        for condition in map(as_solved, case.conditions)
     )
 
 
@@ -51,7 +52,14 @@ def misalignments_of(case: Case) -> list[Misalignment]:
 
 def torques_of(case: Case, condition: ConditionCase) -> tuple[float, ...]:
     """Return the torques in N m at which a listed condition is swept: those of the case's sweep, and its own."""
-    return tuple(sorted({*case.online.torques_Nm, condition.torque_Nm}))
+    return tuple(sorted({*case.online.torques_Nm, abs(condition.torque_Nm)}))
+
+
+def backs_mirror_flanks(case: Case) -> bool:
+    """Return whether the flanks that do not carry are mirror images of those that do."""
+    assembly = assembly_of(case)
+    same = tuple(map(without_pitch, (assembly.pinion, assembly.wheel))) == case.other_flanks
+    return same and assembly.backs_mirror_flanks
 
 
 def nominal_condition(case: Case) -> Condition:

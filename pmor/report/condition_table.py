@@ -44,7 +44,7 @@ def condition_rows(found: ConditionSweep) -> list[dict[str, Any]]:
         {
             "condition": found.name, **asdict(found.assembly.misalignment), **sweep_row(sweep, t),
             **order_columns(sweep, t),
-            "n_positions_failed": int(np.count_nonzero(~sweep.converged[t])),
+            "n_positions_failed": int(np.count_nonzero(~sweep.converged[t])), "flank": found.flank,
         }
         for t in range(len(sweep.torque_Nm))
     ]  # fmt: skip

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from pmor.case import Case
 from pmor.gear.data_sheet import DataSheet, GearData, OneGear, data_sheet
 from pmor.gear.pair import GearPair
@@ -83,11 +85,14 @@ _PLACES = "place", "roll angle, deg", "roll length, mm", "diameter, mm", "to the
 
 def sheet_of(case: Case, pair: GearPair) -> DataSheet:
     """Return the data sheet of a case, whose geometry is that of a pair."""
-    return data_sheet(
+    sheet = data_sheet(
         pair, case.speed_rpm,
         (OneGear(case.pinion_modification, case.pair.pinion.thickness_allowances_mm),
          OneGear(case.wheel_modification, case.pair.wheel.thickness_allowances_mm)),
     )  # fmt: skip
+    if case.flank == "coast":  # the pair is its image, the helix is that of the drawing
+        return replace(sheet, helix_angle_deg=-sheet.helix_angle_deg, base_helix_angle_deg=-sheet.base_helix_angle_deg)
+    return sheet
 
 
 def sheet_tables(sheet: DataSheet) -> list[Table]:

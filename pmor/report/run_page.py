@@ -187,6 +187,14 @@ def write_pages(
         write_page(out / "report.html", case.title, run_blocks(result, pictures, live))
 
 
+#: of a case of coast flanks
+COAST_FLANKS = (
+    "The coast flanks carry, as a negative torque loads them. Torques are amounts; angles, tooth numbers and "
+    "transmission error count clockwise, the way in which the torque turns the pinion. It counts from "
+    "where plain coast flanks touch: the backlash between both flanks is not in it."
+)
+
+
 def run_blocks(
     result: OnlineResult, pictures: Sequence[Picture], live: ReducedPair | str | None = None
 ) -> list[Block | LiveSection]:
@@ -198,7 +206,8 @@ def run_blocks(
         "Root stress": causes_table(root_stress_figures(result) | {"torque_Nm": case.torque_Nm}),
     }
     blocks: list[Block | LiveSection] = [
-        *map(Warning, warnings(result)), *(picture for picture in pictures if picture.file_name == FIRST),
+        *map(Warning, warnings(result)), *([COAST_FLANKS] if case.flank == "coast" else []),
+        *(picture for picture in pictures if picture.file_name == FIRST),
         _quantities("Results at nominal torque", summary_rows(result)), ste_table(rows),
         Heading("Gear data"), *sheet_tables(sheet_of(case, result.reduced.meshed.pair)),
         *_live(result, live),

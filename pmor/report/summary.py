@@ -91,7 +91,7 @@ def figures(result: OnlineResult) -> dict[str, Any]:
     """Return the figures of the case's own model."""
     case, sweep, comparison, i = result.reduced.basis.case, result.sweep, result.comparison, result.nominal
     return {
-        "case": case.name, "n_profile": case.mesh.profile_elements, "scheme": case.contact.scheme,
+        "case": case.name, "flank": case.flank, "n_profile": case.mesh.profile_elements, "scheme": case.contact.scheme,
         "lodm": case.contact.lodm_profile if case.contact.kind == "nodal" else None, "n_angles": len(sweep.phi_rad),
         **torque_row(result, i), "ste_harmonics_um": mesh_orders(sweep, i).tolist(),
         "ste_ripple_um": ripple_um(sweep, i), "ste_torque_exponent": torque_exponent(sweep),
@@ -127,8 +127,8 @@ def summary_rows(result: OnlineResult) -> list[Row]:
     exponent = s["ste_torque_exponent"]
     growth = f"; grows with torque^{exponent:.2f}" if math.isfinite(exponent) else ""
     return [
-        ("STE mean", s["ste_mean_um"], "um", f"at {s['torque_Nm']:g} N m, over {s['n_angles']} angles of "
-         + pitches_words(result.sweep) + growth),
+        ("STE mean", s["ste_mean_um"], "um", f"at {s['torque_Nm']:g} N m{on_coast(result.case)}, "
+         f"over {s['n_angles']} angles of " + pitches_words(result.sweep) + growth),
         ("STE peak-to-peak", s["ste_peak_to_peak_um"], "um", ""),
         *_unloaded_rows(s),
         *_readings_rows(s, result),
@@ -167,6 +167,11 @@ def accuracy_rows(result: OnlineResult) -> list[Row]:
         ("offline time", s["offline_s"], "s", "finite elements and training"),
         ("basis", s["basis_mib"], "MiB", ""),
     ]
+
+
+def on_coast(case: Case) -> str:
+    """Return which flanks carry, where they are not those of the drive."""
+    return " on the coast flanks" if case.flank == "coast" else ""
 
 
 def pitches_words(sweep: SteSweep) -> str:

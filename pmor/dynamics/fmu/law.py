@@ -14,7 +14,7 @@ from pmor.gear.condition import Assembly, at_torques
 from pmor.gear.pair import GearPair
 from pmor.line.hertz import TOO_WIDE
 from pmor.line.unloaded import unloaded_ste_um
-from pmor.pair.conditions import assembly_of
+from pmor.pair.conditions import assembly_of, backs_mirror_flanks
 from pmor.pair.model import refuse_loads
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.mesh_force import mesh_force_of
@@ -67,7 +67,7 @@ def mesh_law(reduced: ReducedPair, torque_Nm: float | None = None, tolerance: fl
     if load_limit(reduced, assembly, table).lowest < table.high:
         raise ConvergenceError(f"a table to {torque:g} N m {TOO_WIDE}", [])
     pair = reduced.meshed.pair
-    return UnitLaw(case, pair, table, torque, pair.backlash if assembly.backs_mirror_flanks else None)
+    return UnitLaw(case, pair, table, torque, pair.backlash if backs_mirror_flanks(case) else None)
 
 
 def _range(reduced: ReducedPair, assembly: Assembly, torque_Nm: float) -> tuple[float, float]:
