@@ -17,7 +17,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 
 from pmor.campaigns.settings import CampaignSections
 from pmor.case import ConditionCase
-from pmor.case.document import CONDITION
+from pmor.case.document import COAST, CONDITION
 from pmor.case.loader import (
     COMPARE_TORQUES,
     DEFAULT_SHAPES,
@@ -55,7 +55,8 @@ CHANGED = {
 
 def formats() -> dict[str, dict[str, type]]:
     """Return the sections of each format by their headings; empty is what stands above the sections."""
-    case = {f"[{name}]": kind for name, kind in SECTIONS.items() if not name.startswith("wheel")}
+    # Sections with the keys of another one: the wheel's, and those of coast flanks.
+    case = {f"[{name}]": kind for name, kind in SECTIONS.items() if not name.startswith("wheel") and COAST not in name}
     others = {"study": Study, "design": Design, "campaign": CampaignSections, "gearbox": GearboxSections}
     return {"case": {**case, f"[[{CONDITION}]]": ConditionCase}} | {
         name: {"": root} | {_brackets(section, root): kind for section, kind in sections_in(root).items()}
