@@ -37,7 +37,8 @@ def _other(basis: Basis) -> Basis:
     case = other_flank(basis.case)
     coarser = None if basis.coarser is None else _other(basis.coarser)
     if meshed_width(basis.case) != "whole":
-        return replace(basis, case=case, coarser=coarser)
+        whole = None if basis.whole is None else _other(basis.whole)
+        return replace(basis, case=case, coarser=coarser, whole=whole)
     gears = case.pair.pinion, case.pair.wheel
     solid = basis.compliance is not None and basis.compliance.support is None
     if basis.shapes is not None or not solid or (

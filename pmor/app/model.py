@@ -305,8 +305,8 @@ class ReducedModel:
         found = root_stress(self._wide_enough(asked.case), asked.phi, asked.conditions, executor)
         if found is None:
             raise CaseError(
-                "the model holds no root stress: train one of a case with scheme='line' and root_stress=True, for coast "
-                "flanks over the whole width with a negative torque_Nm of the case"
+                "the model holds no root stress: train one of a case with scheme='line' and root_stress=True, for "
+                "coast flanks over the whole width with a negative torque_Nm of the case"
             )
         return found
 
