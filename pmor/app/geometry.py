@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from html import escape
 
 from pmor.case import Case
+from pmor.core.wording import suggesting
 from pmor.gear.data_sheet import DataSheet
 from pmor.pair.model import gear_pair
 from pmor.report.data_sheet import sheet_of, sheet_tables
@@ -41,6 +42,7 @@ class Geometry(DataSheet):
         return "".join(parts)
 
 
+@suggesting
 def geometry(case: Case) -> Geometry:
     """Return the data sheet of a case's gear pair: diameters, angles, contact ratios, backlash, places on the profile.
 

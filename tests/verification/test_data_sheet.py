@@ -21,9 +21,9 @@ PY_GEARWORKS = 1e-9  # relative, of its closed forms
 ITS_ROOT = 1e-8  # relative: it seeks the working pressure angle to seven digits
 
 
-# Computed by py_gearworks 0.0.24 (tip_truncation 0, dedendum_coefficient 1.25): distances without backlash, and with
-# 0.1 mm of it on the line of action; base radius, base half angle, tip and root radius of each gear. Its contact ratios
-# of shifted pairs are left out: for 19/104 it has 1.389 where 1.536 is published.
+# Computed by py_gearworks 0.0.24 (`test_py_gearworks` computes them anew where it is installed): distance without
+# backlash; base radius, base half angle, tip and root radius of each gear. Its contact ratios of shifted pairs are left
+# out: for 19/104 it has 1.389 where 1.536 is published.
 RECORDED = {
     "helical": (
         helical_pair(4.5, (27, 51), 21.0, 0.231415, 50.0), 189.99999916255172,
