@@ -73,7 +73,7 @@ def test_what_is_not_understood_is_listed_and_stands_in_the_text_of_the_case():
         ('<attribute id="inner_diameter" unit="mm">30.0</attribute>', "", "nothing says its bore"),
         ('<attribute id="inner_diameter" unit="mm">30.0', '<attribute id="inner_diameter" unit="mm">60.0', "no rim"),
         ('unit="mm">77.4', 'unit="mm">1.0', "tip_diameter = 1 mm is below its teeth"),
-        ('<attribute id="torque_around_u_axis"', '<attribute id="custom_torque"', "no torque of the stage is said"),
+        ('<attribute id="torque_around_u_axis"', '<attribute id="custom_torque"', "its own into [load] torque_Nm"),
         ('id="shape_of_relief" unit="none">linear', 'id="shape_of_relief" unit="none">logarithmic',
          "its shape is neither linear nor parabolic"),
         ('<attribute id="tip_relief_datum_diameter" unit="mm">75.0</attribute>', "", "its start is missing"),
@@ -331,7 +331,9 @@ def test_meshes_of_one_shaft_share_its_torque_and_the_case_says_so():
 def test_torque_that_divides_between_unlike_meshes_is_unknown():
     found = find_stage(planetary([31, 40]), 51, "made")
     assert found.torques_Nm == ()
-    assert found.notes == ("shaft 101 drives 2 meshes: its torque divides in an unknown way",)
+    assert found.notes == (
+        "shaft 101 drives 2 meshes: how its torque divides is not said: write that of this stage into [load] torque_Nm",
+    )
 
 
 def test_torque_of_a_gear_in_its_stage_goes_before_that_of_its_shaft():

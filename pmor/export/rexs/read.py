@@ -280,7 +280,10 @@ class _Draft:
     def _assumed_torque(self, module: float, helix: float, width: float) -> float:
         teeth = self._needed(self.gears[0], "number_of_teeth")
         torque = float(f"{LINE_LOAD * width * 0.5 * teeth * module / math.cos(math.radians(helix)) * 1e-3:.2g}")
-        self.notes.append(f"no torque of the stage is said: {torque:g} N m assumed, {LINE_LOAD:g} N/mm")
+        self.notes.append(
+            f"no torque of the stage is said: {torque:g} N m assumed, {LINE_LOAD:g} N/mm: write its own into [load] "
+            "torque_Nm"
+        )
         return torque
 
     def _flank(self, gear: Component) -> Component:

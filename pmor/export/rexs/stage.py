@@ -171,7 +171,8 @@ def _pass_on(
             drivers.setdefault(number, gear.number)
             reached.add(there)
             if count > 1:
-                how = f"each takes 1/{count} of its torque" if alike else "its torque divides in an unknown way"
+                unknown = "how its torque divides is not said: write that of this stage into [load] torque_Nm"
+                how = f"each takes 1/{count} of its torque" if alike else unknown
                 notes.setdefault(number, {})[f"shaft {here} drives {count} meshes: {how}"] = None
             if alike and own and other:
                 torques.setdefault(gear.number, set()).add(float(f"{torque / count:.12g}"))
