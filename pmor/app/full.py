@@ -14,7 +14,7 @@ from pmor.app.result import SweepResult
 from pmor.case import Case
 from pmor.case.width import whole_width
 from pmor.core.arrays import FloatArray
-from pmor.core.progress import Steps, quietly
+from pmor.core.progress import Steps, quietly, stage
 from pmor.core.wording import suggesting
 from pmor.gear.condition import Misalignment
 from pmor.gear.modification import Modification
@@ -86,4 +86,5 @@ def solve_bodies(case: Case, mesh: MeshModel) -> ElasticModel:
     pair = mesh.meshed.pair
     for warning in range_warnings(case, pair, approach_estimate(case, pair)):
         _LOG.warning("%s", warning)
-    return elastic_model(case, mesh)
+    with stage("finite elements of both gears"):
+        return elastic_model(case, mesh)

@@ -379,7 +379,7 @@ class ReducedModel:
     def report(
         self, folder: Path | str, *, compare: bool = True, full: FullModel | None = None, overwrite: bool = False,
         executor: Executor | None = None, progress: Steps = quietly, inputs: Sequence[Path] = (),
-        asked: Callable[[RunResult], None] = lambda found: None,
+        asked: Callable[[RunResult], None] | None = None,
     ) -> RunResult:  # fmt: skip
         """Write what `pmor run` leaves: tables, pictures, the report page and the model, as the case asks for them.
 

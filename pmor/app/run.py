@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
@@ -14,10 +15,11 @@ from pmor.app.full import solve_bodies
 from pmor.app.result import SweepResult
 from pmor.case import Case, text_of
 from pmor.case.live_page import case_of_page, takes_whole_width
-from pmor.core.progress import Steps, quietly
+from pmor.core.progress import Steps, quietly, stage
 from pmor.core.shown import Columns, Tabular
 from pmor.core.threads import one_thread, refuse_processes
 from pmor.core.wording import suggesting
+from pmor.fe.sector import SectorMesh
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import ElasticModel, refuse_loads
 from pmor.report.run_page import page_files, write_pages
@@ -32,6 +34,8 @@ from pmor.work.online import run_online
 from pmor_online.compare import Comparison
 from pmor_online.model import ReducedPair
 from pmor_online.run import OnlineResult
+
+_LOG = logging.getLogger("pmor")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -96,7 +100,7 @@ class RunResult(Tabular):
 def run_case(
     case: Case, folder: Path | str, *, pages: bool = True, overwrite: bool = False,
     executor: Executor | None = None, progress: Steps = quietly, inputs: Sequence[Path] = (),
-    asked: Callable[[RunResult], None] = lambda found: None,
+    asked: Callable[[RunResult], None] | None = None,
 ) -> RunResult:  # fmt: skip
     """Do everything that a case asks for, and leave the files of `pmor run`.
 
@@ -116,7 +120,7 @@ def run_case(
         Called with the number of positions solved.
     inputs : sequence of Path
         Files that are not replaced at any rate, such as that of the case.
-    asked : callable
+    asked : callable, optional
         Given the sweep with all that is read off it, whose tables are written then, before proof and pages.
 
     Raises
@@ -135,7 +139,7 @@ def run_case(
 def run_models_of(
     case: Case, folder: Path, save: Callable[[Path], None] | None, elastic: ElasticModel | None, pages: bool,
     overwrite: bool, executor: Executor | None, progress: Steps, inputs: Sequence[Path] = (),
-    asked: Callable[[RunResult], None] = lambda found: None,
+    asked: Callable[[RunResult], None] | None = None,
 ) -> RunResult:  # fmt: skip
     """Do the same with the basis that `save` writes, and with solved full FE of the case, where they are given."""
     started = time.perf_counter()
@@ -154,14 +158,14 @@ def run_models_of(
         )  # fmt: skip
         write_summary(found, folder)
         if pages:
-            write_pages(found, mesh.pinion, folder, live_pair(found.reduced))
+            _write_pages(found, mesh.pinion, folder)
     return RunResult(found, folder.absolute())
 
 
 @one_thread()
 def sweep_model(
     reduced: ReducedPair, basis: tuple[Path, int] | Callable[[Path], None], folder: Path, *, overwrite: bool,
-    executor: Executor | None, progress: Steps, inputs: Sequence[Path], asked: Callable[[RunResult], None],
+    executor: Executor | None, progress: Steps, inputs: Sequence[Path], asked: Callable[[RunResult], None] | None,
 ) -> RunResult:  # fmt: skip
     """Sweep with a reduced model alone, and leave what `pmor online` leaves.
 
@@ -183,13 +187,22 @@ def sweep_model(
         if callable(basis):
             basis(folder / OWN_BASIS)
         path, size = (folder / OWN_BASIS, None) if callable(basis) else basis
-        found = run_online(reduced, path, basis_bytes=size, executor=executor, progress=progress)
+        with stage(f"{case.contact.scheme}: sweep over angles and torques"):
+            found = run_online(reduced, path, basis_bytes=size, executor=executor, progress=progress)
         _write_first(folder, asked, found)
-        write_pages(found, None, folder, live_pair(found.reduced))
+        _write_pages(found, None, folder)
     return RunResult(found, folder.absolute())
 
 
-def _write_first(folder: Path, asked: Callable[[RunResult], None], found: OnlineResult) -> None:
+def _write_first(folder: Path, asked: Callable[[RunResult], None] | None, found: OnlineResult) -> None:
     start_results(folder, text_of(found.case))
     write_results(found, folder)
-    asked(RunResult(found, folder.absolute()))
+    if asked is not None:
+        asked(RunResult(found, folder.absolute()))
+
+
+def _write_pages(found: OnlineResult, mesh: SectorMesh | None, folder: Path) -> None:
+    live = live_pair(found.reduced)
+    # No stage around it: its timer would be a second thread, beside which no other process draws.
+    _LOG.info("pictures and page ...")
+    write_pages(found, mesh, folder, live)

@@ -12,14 +12,14 @@ from pmor.app.full import FullModel, full_model, solve_bodies
 from pmor.app.model import ReducedModel
 from pmor.case import Case
 from pmor.core.errors import CaseError
-from pmor.core.progress import Steps, quietly
+from pmor.core.progress import Steps, quietly, stage
 from pmor.core.threads import refuse_processes
 from pmor.core.wording import suggesting
 from pmor.storage.atomic import ensure_writable, refuse_existing
 from pmor.storage.basis_file import read_model, require_made_from
 from pmor.storage.results_folder import refuse_foreign_folder, refuse_in_the_way
 from pmor.work.cost import meshed_within_memory, refuse_large_basis
-from pmor.work.offline import OfflineSummary, parts_of, run_offline
+from pmor.work.offline import OfflineSummary, parts_of, run_offline, training_words
 from pmor_offline.train import train as train_basis
 from pmor_online.compare import Comparison, compare_models
 from pmor_online.errors import estimate_errors
@@ -69,7 +69,8 @@ def train(
         raise CaseError("resume = True: takes a file beside which full solutions are kept: pass file as well")
     refuse_processes(executor)
     model = (full or full_model(case)).elastic
-    trained = train_basis(case, model, estimate_errors, executor, lambda: progress(1))
+    with stage(training_words(case)):
+        trained = train_basis(case, model, estimate_errors, executor, lambda: progress(1))
     return ReducedModel(trained.basis, trained.force)
 
 
@@ -87,8 +88,9 @@ def train_file(
     ensure_writable(path.parent)
     refuse_foreign_folder(parts_of(path))
     elastic = full.elastic if full else solve_bodies(case, mesh)
-    return run_offline(case, elastic, path, executor=executor, resume=resume, overwrite=overwrite, started=started,
-                       progress=progress)  # fmt: skip
+    with stage(training_words(case)):
+        return run_offline(case, elastic, path, executor=executor, resume=resume, overwrite=overwrite,
+                           started=started, progress=progress)  # fmt: skip
 
 
 @suggesting

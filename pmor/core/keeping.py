@@ -134,7 +134,8 @@ class _Announcement(event.Listener):
         self._began = time.perf_counter()
         if self._seconds >= self._said + _PAUSE_S:
             self._said = self._seconds
-            _LOG.info(self._words())
+            # Where nobody listens to the log, Python shows warnings by itself.
+            _LOG.log(logging.INFO if _LOG.isEnabledFor(logging.INFO) else logging.WARNING, "%s", self._words())
 
     def on_end(self, event: Any) -> None:
         """Add up the time of the outermost one."""

@@ -2,20 +2,43 @@
 
 from __future__ import annotations
 
+import logging
 import sys
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any
 
 # Steps after the first one, below which a rate says nothing.
 FEWEST_WAITS = 3
+# Seconds of silence after which a stage is told of, where nobody listens to the log.
+LONG_S = 3.0
+_LOG = logging.getLogger("pmor")
 #: progress of long work: called with the number of steps just done
 Steps = Callable[[int], None]
 
 
 def quietly(steps: int) -> None:
     """Take progress that nobody asked for."""
+
+
+@contextmanager
+def stage(what: str) -> Iterator[None]:
+    """Tell of work that begins, in a line of the log; where nobody listens, on the error stream if it takes long."""
+    words = f"{what} ..."
+    if _LOG.isEnabledFor(logging.INFO):
+        _LOG.info("%s", words)
+        yield
+        return
+    late = threading.Timer(LONG_S, _LOG.warning, ("%s", words))
+    late.daemon = True
+    late.start()
+    try:
+        yield
+    finally:
+        late.cancel()
 
 
 class Progress:

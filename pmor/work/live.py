@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from pmor.case.capability import why_not
 from pmor.case.live_page import asks_for_live_page, case_of_page, takes_whole_width
+from pmor.core.progress import stage
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.reduction.basis import Basis
 from pmor_offline.gather import make_basis
@@ -38,4 +39,5 @@ def with_whole_width(basis: Basis) -> Basis:
     if basis.whole is not None or not takes_whole_width(basis.case):
         return basis
     whole = case_of_page(basis.case)
-    return replace(basis, whole=make_basis(whole, elastic_model(whole, mesh_model(whole)), ())[0])
+    with stage("finite elements of the whole width, for the live page"):
+        return replace(basis, whole=make_basis(whole, elastic_model(whole, mesh_model(whole)), ())[0])

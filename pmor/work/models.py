@@ -18,7 +18,7 @@ from pathlib import Path
 
 from pmor.case import Case, other_models
 from pmor.core.errors import CaseError, ConvergenceError, FileFormatError, GeometryError, MeshError, OutputError
-from pmor.core.progress import Steps, quietly
+from pmor.core.progress import Steps, quietly, stage
 from pmor.pair.model import ElasticModel, MeshModel, mesh_model, model_of_solved
 from pmor.reduction.basis import Basis
 from pmor.storage.basis_file import BASIS_SCHEMA, read_basis, require_made_from
@@ -107,23 +107,29 @@ def run_models(
         case: Case, solve: Callable[[], ElasticModel], name: str, asked: Callable[[OnlineResult], None]
     ) -> OnlineResult:
         path, basis, found = folder / name, bases.get(name), list[OnlineResult]()
+        scheme = case.contact.scheme
 
         def sweep(basis: Basis) -> None:
             # The basis is valid, but sweep and outputs of the case may have changed since.
             reduced, size = reduced_pair(replace(basis, case=case)), path.stat().st_size if path.exists() else math.nan
-            found.append(run_online(reduced, path, basis_bytes=size, executor=executor, progress=progress))
+            with stage(f"{scheme}: sweep over angles and torques"):
+                found.append(run_online(reduced, path, basis_bytes=size, executor=executor, progress=progress))
             asked(found[0])
 
         if basis is None:
             began = time.perf_counter() - common
-            done = offline.run_offline(case, solve(), path, executor=executor, resume=not overwrite, overwrite=True,
-                                       started=began, progress=progress, asked=sweep)  # fmt: skip
+            model = solve()
+            with stage(offline.training_words(case)):
+                done = offline.run_offline(case, model, path, executor=executor, resume=not overwrite, overwrite=True,
+                                           started=began, progress=progress, asked=sweep)  # fmt: skip
             reduced = replace(found[0].reduced, basis=done.basis)
             found[0] = replace(found[0], reduced=reduced, basis_mib=path.stat().st_size / 2**20)
         else:
             sweep(basis)
         exact = basis is not None and case.reduction.shapes == "line_loads"
-        return with_comparison(found[0], None if exact else solve(), executor, progress)
+        full = None if exact else solve()
+        with stage(f"{scheme}: full FE at {case.compare.angles} unseen angles"):
+            return with_comparison(found[0], full, executor, progress)
 
     found = list[OnlineResult | LostModel]()
     with kernels_beside(case) as wait:

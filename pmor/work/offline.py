@@ -106,6 +106,13 @@ def run_offline(
     return OfflineSummary(len(solved), len(known), trained.failures, time.perf_counter() - started, basis)
 
 
+def training_words(case: Case) -> str:
+    """Say what the training of a case solves, for its progress."""
+    if positions := most_positions(case):
+        return f"{case.contact.scheme}: training, full FE at {positions} positions"
+    return f"{case.contact.scheme}: compliance of the flanks, error bar of the mesh"
+
+
 def parts_of(path: Path) -> Path:
     """Return the folder where the snapshots for a basis file are kept until it is written."""
     return path.with_name(path.name + ".parts")

@@ -24,6 +24,7 @@ from pmor.storage.results_folder import (
     start_results,
     working_folder,
 )
+from tests.support.processes import complaints
 from tests.support.refusals import refused
 from tests.support.small_case import case_text
 from tests.support.stored_files import results_in
@@ -187,7 +188,7 @@ def test_after_an_edit_nothing_of_the_old_text_lies_beside_new_results(finished,
         "report.html",
     }
     assert (out / "report.html").read_text() == "with remarks of mine"
-    said = capsys.readouterr().err.splitlines()
+    said = complaints(capsys.readouterr().err).splitlines()
     assert said[0].startswith(f"pmor: {out}: removed results of another text or version: error.png, ")
     assert said[1:] == [
         f"pmor: {out / 'report.html'}: was made from another text and changed since: it stays, and is none of these "

@@ -27,8 +27,9 @@ def finish(process, timeout=300):
 
 
 def complaints(errors):
-    """What a process says on its error stream, beside that kernels are compiled: it may be the first one."""
-    return "".join(line for line in errors.splitlines(True) if not line.startswith("pmor: compiling "))
+    """What a process says on its error stream, beside its stages and that kernels are compiled: it may be the first."""
+    told = [line for line in errors.splitlines(True) if not line.endswith(" ...\n")]
+    return "".join(line for line in told if not line.startswith("pmor: compiling "))
 
 
 @contextmanager

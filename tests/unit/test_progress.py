@@ -12,7 +12,7 @@ import time
 import numpy as np
 import pytest
 
-from pmor.core.progress import Progress, SteadyRate, format_time
+from pmor.core.progress import Progress, SteadyRate, format_time, stage
 
 
 class Terminal:
@@ -143,3 +143,22 @@ def test_no_thread_runs_beside_the_work(terminal):
 )
 def test_durations_read_naturally(seconds, text):
     assert format_time(seconds) == text
+
+
+def test_a_stage_is_told_of_in_the_log_and_where_nobody_listens_once_it_takes_long(monkeypatch, caplog):
+    monkeypatch.setattr("pmor.core.progress.LONG_S", 0.01)
+    with caplog.at_level("INFO", "pmor"), stage("finite elements"):
+        assert caplog.messages == ["finite elements ..."]
+    caplog.clear()
+    with caplog.at_level("WARNING", "pmor"):
+        with stage("a long one"):
+            for _ in range(1000):
+                if caplog.messages:
+                    break
+                time.sleep(0.01)
+        assert caplog.messages == ["a long one ..."]
+        monkeypatch.setattr("pmor.core.progress.LONG_S", 0.2)
+        with stage("a short one"):
+            pass
+        time.sleep(0.3)
+    assert caplog.messages == ["a long one ..."]
