@@ -129,7 +129,7 @@ def _live_page(case: Case) -> list[str]:
     if not asks_for_live_page(case):
         return []
     how = f"left out: {why}" if (why := why_not(case, "page")) else "solves line loads itself"
-    more = "; takes finite elements of the whole width, in 'report' below" if takes_whole_width(case) else ""
+    more = "; takes finite elements of the whole width, in 'training' below" if takes_whole_width(case) else ""
     return [f"  {'live page':<30} {how}{more}"]
 
 

@@ -172,12 +172,25 @@ def write_pages(
     live : ReducedPair or str, optional
         Model of line loads that the page solves, or the reason why there is none (`pmor.work.live`).
     """
-    case = result.reduced.basis.case
-    if not (case.output.plots or case.output.report):
-        return
-    pictures = [replace(picture, shown_as=case.output.shown_as) for picture in run_pictures(result, mesh)]
-    shown = (case.output.shown_as,) if case.output.report else ()
-    draw(pictures, tuple({*(case.output.format if case.output.plots else ()), *shown}))
+    write_drawn(result, drawn_pictures(result, mesh), out, live)
+
+
+def drawn_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]:
+    """Return the pictures of a run, drawn in the formats that the case asks for; none where it asks for none."""
+    output = result.case.output
+    formats = {*(output.format if output.plots else ()), *((output.shown_as,) if output.report else ())}
+    if not formats:
+        return []
+    pictures = [replace(picture, shown_as=output.shown_as) for picture in run_pictures(result, mesh)]
+    draw(pictures, tuple(formats))
+    return pictures
+
+
+def write_drawn(
+    result: OnlineResult, pictures: Sequence[Picture], out: Path, live: ReducedPair | str | None = None
+) -> None:
+    """Write pictures and the report page with them; parameters as of `write_pages`."""
+    case = result.case
     if case.output.plots:
         for picture in pictures:
             for picture_format in case.output.format:

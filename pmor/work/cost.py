@@ -47,7 +47,7 @@ FINITE_ELEMENTS = "finite elements"
 SOLVER_S = 0.15
 FULL_S, FULL_ENTRY_S, POSITION_S = 5e-3, 30e-9, 8e-3
 REDUCED_S, REDUCED_MEMBER_S, SWEEP_S = 30e-6, 1.5e-8, 0.2
-START_S, BASIS_S, RESULTS_S, PAGE_S = 1.2, 0.6, 0.05, 2.8
+START_S, BASIS_S, RESULTS_S, PICTURES_S, PAGE_S = 0.8, 0.2, 0.15, 1.6, 0.15
 # Of line loads with the full FE of line contact, and of trained shapes with that of their scheme.
 LINES_COMPILING_S, SHAPES_COMPILING_S = 30.0, 60.0
 # States at which a greedy sampling estimates errors, per solve.
@@ -87,15 +87,15 @@ def stages(case: Case) -> tuple[Stage, ...]:
     pair, others, sharing = gear_pair(case), dict(other_models(case)), sharing_bodies(case)
     seconds = _compiling_seconds((case, *others.values()))
     compiling = (Stage(COMPILING, COMPILING_BYTES, seconds),) if seconds else ()
-    *own, report = _stages_of(case, pair)
+    *own, pictures, report = _stages_of(case, pair)
     held = held_bytes(pair_size(case, pair)) if others else 0
     further = [
         replace(stage, name=f"{stage.name}, {scheme}", memory=stage.memory + held)
         for scheme, other in others.items()
-        for stage in _stages_of(other, pair)[:-1]
+        for stage in _stages_of(other, pair)[:-2]
         if stage.name != FINITE_ELEMENTS or scheme not in sharing
     ]
-    return (*compiling, Stage(START, START_BYTES, START_S), *own, *further, report)
+    return (*compiling, Stage(START, START_BYTES, START_S), *own, *further, pictures, report)
 
 
 def sharing_bodies(case: Case) -> tuple[str, ...]:
@@ -131,14 +131,17 @@ def _stages_of(case: Case, pair: GearPair) -> tuple[Stage, ...]:
     drawn = set(case.output.format if case.output.plots else ())
     drawn |= {case.output.shown_as} if case.output.report else set()
     whole_size = pair_size(case_of_page(case), pair) if takes_whole_width(case) else None
-    page = max(PAGE_BYTES * bool(drawn), SOLVER_BYTES - KERNEL_BYTES + solving_bytes(whole_size) if whole_size else 0)
-    whole_s = solving_seconds(whole_size) if whole_size else 0.0
+    if whole_size:
+        training = max(training, kept + basis + SOLVER_BYTES + solving_bytes(whole_size))
+        trained_s += solving_seconds(whole_size)
+    page = PAGE_BYTES * bool(drawn)
     return (
         Stage(FINITE_ELEMENTS, SOLVER_BYTES + solving_bytes(size), solving_seconds(size) + SOLVER_S),
         Stage("training", KERNEL_BYTES + training, trained_s),
-        Stage("sweep", KERNEL_BYTES + online, sweep * reduced_s + SWEEP_S),
+        Stage("sweep", KERNEL_BYTES + online, sweep * reduced_s + SWEEP_S + RESULTS_S),
         Stage("comparison", KERNEL_BYTES + online + 3 * DOUBLE * size.window**2, compared * (full_s + reduced_s)),
-        Stage("report", KERNEL_BYTES + online + page, RESULTS_S + whole_s + PAGE_S * len(drawn)),
+        Stage("pictures", KERNEL_BYTES + online + page, PICTURES_S * len(drawn)),
+        Stage("report", KERNEL_BYTES + online + page, PAGE_S * bool(drawn)),
     )
 
 

@@ -67,7 +67,7 @@ def run_stages(case: Case, folder: Path) -> dict[str, dict[str, float]]:
 
     measured("start", load)
     from pmor.pair.model import elastic_model, mesh_model
-    from pmor.report.run_page import write_pages
+    from pmor.report.run_page import drawn_pictures, write_drawn
     from pmor.report.summary import write_results
     from pmor.storage.basis_file import read_basis
     from pmor.work.live import live_pair
@@ -75,18 +75,21 @@ def run_stages(case: Case, folder: Path) -> dict[str, dict[str, float]]:
     from pmor.work.online import run_online
     from pmor_online.compare import compare_models
     from pmor_online.model import reduced_pair
+    from pmor_online.run import OnlineResult
 
     path = folder / "basis.h5"
     model = measured("finite elements", lambda: elastic_model(case, mesh_model(case)))
     measured("training", lambda: run_offline(case, model, path))
-    swept = measured("sweep", lambda: run_online(reduced_pair(read_basis(path)), path))
+
+    def sweep() -> OnlineResult:
+        swept = run_online(reduced_pair(read_basis(path)), path)
+        write_results(swept, folder)
+        return swept
+
+    swept = measured("sweep", sweep)
     result = replace(swept, comparison=measured("comparison", lambda: compare_models(swept.reduced, model)))
-
-    def report() -> None:
-        write_results(result, folder)
-        write_pages(result, model.mesh.pinion, folder, live_pair(result.reduced))
-
-    measured("report", report)
+    pictures = measured("pictures", lambda: drawn_pictures(result, model.mesh.pinion))
+    measured("report", lambda: write_drawn(result, pictures, folder, live_pair(result.reduced)))
     return found
 
 
