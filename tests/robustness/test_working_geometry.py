@@ -229,3 +229,17 @@ def test_commands_refuse_them_in_one_line_and_leave_nothing(command, tmp_path, c
     assert reason in error
     assert error.count("\n") == 1
     assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("allowance_mm", "nearer_um", "jams"), [(0.0, 50.0, False), (-0.01, 50.0, True), (-0.2, 250.0, False)]
+)
+def test_teeth_whose_allowances_are_given_have_no_other_backlash_to_use_up(allowance_mm, nearer_um, jams):
+    gears = [Tooth(z, 4.0, 0.3490658503988659, thickness_allowance=allowance_mm) for z in (21, 33)]
+    pair = GearPair(*gears, 20.0, zero_backlash_centre_distance(*gears))
+    misalignment = Misalignment(centre_distance_um=-nearer_um)
+    if jams:
+        with pytest.raises(GeometryError, match="the teeth jam"):
+            refuse_working_geometry(pair, [misalignment])
+    else:
+        refuse_working_geometry(pair, [misalignment])
