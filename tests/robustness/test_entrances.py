@@ -35,10 +35,12 @@ FLANKS = {
     "relief from beyond the tip": (RELIEF | {"tip_relief_start_roll_deg": 60.0}, "below the tip circle"),
     "deviations of other teeth": ({"pitch_deviations_um": [1.0, 2.0]}, "2 numbers for 21 teeth"),
 }
-# Torques on the pinion, N m.
+# Torques on the pinion, N m. A reversed one alone loads the coast flanks.
+REVERSED = -5.0
 LOADS = {
     "no load": (0.0, "without load"),
-    "a reversed load": (-5.0, "reversed torque"),
+    "a reversed load among others": (REVERSED, "coast flanks"),
+    "a reversed load beyond the law of line contact": (-1.1e4, "half-wide, more than half the depth|coast flanks"),
     "a load that is no number": (NAN, "finite"),
     "a load as text": ("125", "must be a number"),
     "a load beyond the teeth": (1e9, "teeth have room for"),
@@ -125,12 +127,14 @@ def test_flanks(keys, words, gear, of_cases, of_sweeps):
 
 @pytest.mark.parametrize(("torque", "words"), LOADS.values(), ids=LOADS)
 def test_loads(torque, words, model, of_cases, of_sweeps, tmp_path):
-    refuse(of_cases, {"load": {"torque_Nm": torque}}, words=words)
+    if torque != REVERSED:
+        refuse(of_cases, {"load": {"torque_Nm": torque}}, words=words)
     for section, key in TORQUES:
         values = torque if isinstance(torque, str) else sorted([100.0, torque])
         refuse(of_cases, {section: {key: values}}, words=words)
     del of_cases["campaign"]  # its keys have one value each
-    refuse(of_cases, {"condition": [{"name": "other", "torque_Nm": torque}]}, words=words)
+    if torque != REVERSED:
+        refuse(of_cases, {"condition": [{"name": "other", "torque_Nm": torque}]}, words=words)
     torques = torque if isinstance(torque, str) else [100.0, torque, 50.0]
     others = {
         "model.harris_map": model.harris_map,
