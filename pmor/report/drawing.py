@@ -1,4 +1,4 @@
-"""Pictures drawn by two processes, where that is safe: most of the time to a page goes into their text and axes."""
+"""Pictures drawn by several processes, where that is safe: most of the time to a page goes into their text and axes."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -13,33 +14,51 @@ from pmor.report.page import Picture
 
 # Threads of this process, on Linux.
 THREADS = Path("/proc/self/task")
+# More bring little: the pictures of a run differ in effort.
+MOST_COPIES = 3
 
 
 def draw(pictures: Sequence[Picture], formats: Sequence[str]) -> None:
-    """Draw pictures in some formats, half of them in a copy of this process.
+    """Draw pictures in some formats, shared out between this process and copies of it.
 
     A copy has one thread, and others' locks as they are: it is made where there are no others. What it cannot do is
     done here.
     """
-    theirs = pictures[1::2] if formats and _can_be_copied() else ()
-    if theirs:
-        context = multiprocessing.get_context("fork")
-        receiver, sender = context.Pipe(duplex=False)
-        copy = context.Process(target=_send, args=(theirs, formats, sender), daemon=True)
-        try:
-            copy.start()
-            sender.close()
-            _draw(pictures[::2], formats)
-            for picture, drawn in zip(theirs, receiver.recv(), strict=False):
-                picture.drawn.update(drawn)
-        except (EOFError, OSError):
-            pass  # no process, or one that ended
-        finally:
-            receiver.close()
-            if copy.pid is not None:
-                copy.kill()
-                copy.join()
+    shares = min(_copies() + 1, len(pictures)) if formats else 1
+    copies = [_Copy(pictures[number::shares], formats) for number in range(1, shares)]
+    try:
+        _draw(pictures[::shares] if shares > 1 else (), formats)
+        for copy in copies:
+            copy.take()
+    finally:
+        for copy in copies:
+            copy.end()
     _draw(pictures, formats)
+
+
+class _Copy:
+    """A copy of this process that draws pictures; nobody waits for one that could not be made."""
+
+    def __init__(self, pictures: Sequence[Picture], formats: Sequence[str]) -> None:
+        context = multiprocessing.get_context("fork")
+        self._pictures, (self._receiver, sender) = pictures, context.Pipe(duplex=False)
+        self._process = context.Process(target=_send, args=(pictures, formats, sender), daemon=True)
+        with suppress(OSError):
+            self._process.start()
+        sender.close()
+
+    def take(self) -> None:
+        """Take the pictures over, if they come."""
+        with suppress(EOFError, OSError):
+            for picture, drawn in zip(self._pictures, self._receiver.recv(), strict=True):
+                picture.drawn.update(drawn)
+
+    def end(self) -> None:
+        """Leave no process behind."""
+        self._receiver.close()
+        if self._process.pid is not None:
+            self._process.kill()
+            self._process.join()
 
 
 def _draw(pictures: Sequence[Picture], formats: Sequence[str]) -> None:
@@ -56,11 +75,11 @@ def _send(pictures: Sequence[Picture], formats: Sequence[str], sender: Connectio
     sender.send([picture.drawn for picture in pictures])
 
 
-def _can_be_copied() -> bool:
-    """Whether this process has a single thread, and a second processor to use."""
+def _copies() -> int:
+    """How many copies of this process may draw: it has a single thread, and further processors to use."""
     if sys.platform != "linux" or multiprocessing.current_process().daemon:
-        return False
+        return 0
     try:
-        return len(os.sched_getaffinity(0)) > 1 == len(list(THREADS.iterdir()))
+        return min(len(os.sched_getaffinity(0)) - 1, MOST_COPIES) if len(list(THREADS.iterdir())) == 1 else 0
     except OSError:
-        return False
+        return 0
