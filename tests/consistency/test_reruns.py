@@ -3,8 +3,11 @@
 import json
 
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 import pmor
+import pmor.body.elastic_gear
+from pmor.core.threads import VARIABLES
 from pmor.report.screen import asked_text, proof_text, result_text
 from pmor.storage.basis_file import read_basis
 
@@ -60,3 +63,23 @@ def test_another_torque_or_modification_takes_no_finite_elements(change, first, 
     # The live page carries the compliance of the whole width, which is that of the first run.
     bodies = [text[text.index('"bodies"') :][:2000] for text in ((folder / "report.html").read_text(), page)]
     assert bodies[0] == bodies[1]
+
+
+def test_finite_elements_from_python_take_one_thread_of_linear_algebra_and_give_the_others_back(monkeypatch):
+    def threads():
+        return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+
+    seen, condense = [], pmor.body.elastic_gear.condense_sector
+
+    def watched(*arguments, **more):
+        seen.append(threads())
+        return condense(*arguments, **more)
+
+    for name in VARIABLES:
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("pmor.body.elastic_gear.condense_sector", watched)
+    with threadpool_limits(2, "blas"):
+        pmor.train(pmor.make_case(**PAIR))
+        assert threads() == {2}
+    assert seen
+    assert all(found == {1} for found in seen)
