@@ -38,6 +38,7 @@ def dynamics_data(found: Dynamics) -> Data:
     model, teeth = found.model, found.pair.pinion.teeth
     return {
         "case": found.case.name,
+        "flank": found.case.flank,
         "degrees_of_freedom": found.case.dynamics.degrees_of_freedom,
         "pinion": asdict(model.inertias[0]),
         "wheel": asdict(model.inertias[1]),
@@ -76,6 +77,7 @@ def _blocks(found: Dynamics) -> list[Block]:
         f"Two gears of {one.mass_kg:.4g} and {two.mass_kg:.4g} kg, {one.polar_kg_m2:.4g} and {two.polar_kg_m2:.4g} "
         f"kg m², {how}; reduced mass {1e3 * model.mass:.4g} kg along the line of action. Speeds are those of the "
         "pinion.",
+        *(["The coast flanks carry: torques are amounts."] if case.flank == "coast" else []),
         _assumed_paragraph(found),
         "Displacements count along the transverse line of action from where the nominal flanks touch, the dynamic "
         f"transmission error about its mean. {_backs(found)}",

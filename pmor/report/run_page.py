@@ -203,8 +203,8 @@ def write_drawn(
 #: of a case of coast flanks
 COAST_FLANKS = (
     "The coast flanks carry, as a negative torque loads them. Torques are amounts; angles, tooth numbers and "
-    "transmission error count clockwise, the way in which the torque turns the pinion. It counts from "
-    "where plain coast flanks touch: the backlash between both flanks is not in it."
+    "transmission error count clockwise, the way in which the torque turns the pinion. The error counts "
+    "from where plain coast flanks touch: the backlash between both flanks is not in it."
 )
 
 
