@@ -27,25 +27,28 @@ from pmor.app.asked import (
 )
 from pmor.app.cases import in_keywords
 from pmor.app.export import export_model, export_sweep
-from pmor.app.full import FullModel
+from pmor.app.full import FullModel, full_model
 from pmor.app.result import ConditionsResult, SweepResult
 from pmor.app.run import RunResult, run_models_of, sweep_model
 from pmor.case import Case, beyond_training, change_case, trained_flanks
 from pmor.case.width import whole_width
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, OutputError
-from pmor.core.progress import Steps, quietly
+from pmor.core.progress import Steps, quietly, stage
 from pmor.core.wording import suggesting
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.gear.modification import Modification
 from pmor.line.unloaded import with_unloaded
-from pmor.pair.model import refuse_loads
+from pmor.pair.model import ElasticModel, refuse_loads
 from pmor.reduction.basis import Basis
 from pmor.results.root_stress import RootStress
 from pmor.storage.atomic import ensure_folder, refuse_existing
 from pmor.storage.basis_file import write_basis
+from pmor.work.offline import training_words
+from pmor_offline.train import train
 from pmor_online.compare import training_failures
 from pmor_online.conditions import sweep_assemblies
+from pmor_online.errors import estimate_errors
 from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, reduced_pair
 from pmor_online.other_flank import other_flank_pair
@@ -95,9 +98,8 @@ class ReducedModel:
     @cached_property
     def whole(self) -> ReducedModel:
         """The model on the whole width, where half of it stands for both halves: made when it is first asked for."""
-        from pmor.app.training import train
-
-        return train(whole_width(self.case))
+        case = whole_width(self.case)
+        return trained_model(case, full_model(case).elastic)
 
     @cached_property
     def size(self) -> int:
@@ -419,3 +421,12 @@ class ReducedModel:
 
     def __repr__(self) -> str:
         return f"<ReducedModel, {self.size} unknowns at most, of {self.case!r}>"
+
+
+def trained_model(
+    case: Case, elastic: ElasticModel, executor: Executor | None = None, progress: Steps = quietly
+) -> ReducedModel:
+    """Train a case on full FE; parameters as in `pmor.train`."""
+    with stage(training_words(case)):
+        trained = train(case, elastic, estimate_errors, executor, lambda: progress(1))
+    return ReducedModel(trained.basis, trained.force)
