@@ -11,7 +11,14 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from pmor.case import Case, ConditionCase, check_flanks, refuse_uneven_load
+from pmor.case import (
+    Case,
+    ConditionCase,
+    beyond_training,
+    check_flanks,
+    refuse_uneven_load,
+    trained_flanks,
+)
 from pmor.case.checks import MOST_ANGLES
 from pmor.case.coast import mirrored_axes, mirrored_flank
 from pmor.case.document import GEARS
@@ -253,3 +260,12 @@ def _revolutions(case: Case) -> int:
     flanks += [flank for condition in case.conditions for flank in (condition.pinion, condition.wheel)]
     pinion, wheel = case.pair.pinion.teeth, case.pair.wheel.teeth
     return wheel // math.gcd(pinion, wheel) if any(flank.pitch_deviations_um for flank in flanks) else 1
+
+
+def refuse_beyond_training(trained: Case, asked: Case, extrapolate: bool) -> None:
+    """Raise CaseError for a case beyond the training of another, unless it is to be extrapolated."""
+    beyond = beyond_training(asked)
+    if trained_flanks(asked) != trained_flanks(trained):
+        beyond += ("flanks that load the width otherwise than those of the training",)
+    if beyond and not (extrapolate or asked.online.extrapolate):
+        raise CaseError(f"beyond the training: {beyond[0]}: train over it, or pass extrapolate=True")

@@ -21,6 +21,7 @@ from pmor.app.asked import (
     loaded_flank,
     negated,
     positions,
+    refuse_beyond_training,
     seen_from,
     takes_whole_width,
     with_assembly,
@@ -30,25 +31,23 @@ from pmor.app.export import export_model, export_sweep
 from pmor.app.full import FullModel, full_model
 from pmor.app.result import ConditionsResult, SweepResult
 from pmor.app.run import RunResult, run_models_of, sweep_model
-from pmor.case import Case, beyond_training, change_case, trained_flanks
+from pmor.case import Case, change_case
 from pmor.case.width import whole_width
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, OutputError
-from pmor.core.progress import Steps, quietly, stage
+from pmor.core.progress import Steps, quietly
 from pmor.core.wording import suggesting
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.gear.modification import Modification
 from pmor.line.unloaded import with_unloaded
-from pmor.pair.model import ElasticModel, refuse_loads
+from pmor.pair.model import refuse_loads
 from pmor.reduction.basis import Basis
 from pmor.results.root_stress import RootStress
 from pmor.storage.atomic import ensure_folder, refuse_existing
 from pmor.storage.basis_file import write_basis
-from pmor.work.offline import training_words
-from pmor_offline.train import train
+from pmor.work.offline import trained_on
 from pmor_online.compare import training_failures
 from pmor_online.conditions import sweep_assemblies
-from pmor_online.errors import estimate_errors
 from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, reduced_pair
 from pmor_online.other_flank import other_flank_pair
@@ -99,7 +98,8 @@ class ReducedModel:
     def whole(self) -> ReducedModel:
         """The model on the whole width, where half of it stands for both halves: made when it is first asked for."""
         case = whole_width(self.case)
-        return trained_model(case, full_model(case).elastic)
+        trained = trained_on(case, full_model(case).elastic)
+        return ReducedModel(trained.basis, trained.force)
 
     @cached_property
     def size(self) -> int:
@@ -146,7 +146,7 @@ class ReducedModel:
                                executor=executor, progress=progress, pinion=pinion, wheel=wheel)  # fmt: skip
         meshed = self.reduced.meshed
         asked = asked_sweep(self.case, meshed, torques_Nm, angles, misalignment, (pinion, wheel))
-        self._refuse_beyond_training(asked.case, extrapolate)
+        refuse_beyond_training(self.case, asked.case, extrapolate)
         reduced = self._wide_enough(asked.case)
         meshed, phi, conditions = reduced.meshed, asked.phi, asked.conditions
         recorded = can_record(meshed, asked.case, len(phi), len(conditions))
@@ -204,7 +204,7 @@ class ReducedModel:
         check_assembly(asked, self.case, meshed.pair)
         if self.case.reduction.trained:
             for one in built:
-                self._refuse_beyond_training(with_assembly(asked, one), extrapolate)
+                refuse_beyond_training(self.case, with_assembly(asked, one), extrapolate)
         refuse_loads(asked, meshed)
         phi, torques = positions(asked, meshed, angles), asked.online.torques_Nm
         sweeps = sweep_assemblies(self._wide_enough(asked), phi, built, [torques] * len(built), executor, progress)
@@ -324,13 +324,6 @@ class ReducedModel:
         flank, listed_torques = loaded_flank(self.case, torques_Nm)
         return self if flank == self.case.flank else self._other_flank, listed_torques
 
-    def _refuse_beyond_training(self, case: Case, extrapolate: bool) -> None:
-        beyond = beyond_training(case)
-        if trained_flanks(case) != trained_flanks(self.case):
-            beyond += ("flanks that load the width otherwise than those of the training",)
-        if beyond and not (extrapolate or case.online.extrapolate):
-            raise CaseError(f"beyond the training: {beyond[0]}: train over it, or pass extrapolate=True")
-
     @suggesting
     def save(self, path: Path | str, *, overwrite: bool = False) -> None:
         """Write the model to an HDF5 file, whole or not at all.
@@ -421,12 +414,3 @@ class ReducedModel:
 
     def __repr__(self) -> str:
         return f"<ReducedModel, {self.size} unknowns at most, of {self.case!r}>"
-
-
-def trained_model(
-    case: Case, elastic: ElasticModel, executor: Executor | None = None, progress: Steps = quietly
-) -> ReducedModel:
-    """Train a case on full FE; parameters as in `pmor.train`."""
-    with stage(training_words(case)):
-        trained = train(case, elastic, estimate_errors, executor, lambda: progress(1))
-    return ReducedModel(trained.basis, trained.force)

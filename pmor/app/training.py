@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from pmor.app.full import FullModel, full_model, solve_bodies
-from pmor.app.model import ReducedModel, trained_model
+from pmor.app.model import ReducedModel
 from pmor.case import Case
 from pmor.core.errors import CaseError
 from pmor.core.progress import Steps, quietly, stage
@@ -19,7 +19,7 @@ from pmor.storage.atomic import ensure_writable, refuse_existing
 from pmor.storage.basis_file import read_model, require_made_from
 from pmor.storage.results_folder import refuse_foreign_folder, refuse_in_the_way
 from pmor.work.cost import meshed_within_memory, refuse_large_basis
-from pmor.work.offline import OfflineSummary, parts_of, run_offline, training_words
+from pmor.work.offline import OfflineSummary, parts_of, run_offline, trained_on, training_words
 from pmor_online.compare import Comparison, compare_models
 
 
@@ -66,7 +66,8 @@ def train(
     if resume:
         raise CaseError("resume = True: takes a file beside which full solutions are kept: pass file as well")
     refuse_processes(executor)
-    return trained_model(case, (full or full_model(case)).elastic, executor, progress)
+    trained = trained_on(case, (full or full_model(case)).elastic, executor, progress)
+    return ReducedModel(trained.basis, trained.force)
 
 
 def train_file(

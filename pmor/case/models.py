@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from pmor.case.schema import Case, MeshCase, Scheme, Shapes
+from pmor.case.schema import Case, MeshCase, Scheme
+from pmor.case.training import Shapes
 
 #: shapes of the models that `[compare] models` names by their contact schemes
 SHAPES_OF_MODEL: dict[Scheme, Shapes] = {

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pmor.case import Case, basis_key
-from pmor.core.progress import Progress, Steps, quietly
+from pmor.core.progress import Progress, Steps, quietly, stage
 from pmor.pair.conditions import on_trained_flanks
 from pmor.pair.model import ElasticModel
 from pmor.reduction.basis import Basis
@@ -23,7 +23,7 @@ from pmor.storage.results_folder import remove_working_folder, working_folder
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
 from pmor.work.live import with_whole_width
 from pmor_offline.sampling import TrainingPosition, most_positions, planned_positions
-from pmor_offline.train import train
+from pmor_offline.train import Trained, train
 from pmor_online.errors import estimate_errors
 
 
@@ -104,6 +104,14 @@ def run_offline(
         write_basis(path, basis, trained.force, overwrite)
         remove_working_folder(parts)
     return OfflineSummary(len(solved), len(known), trained.failures, time.perf_counter() - started, basis)
+
+
+def trained_on(
+    case: Case, model: ElasticModel, executor: Executor | None = None, progress: Steps = quietly
+) -> Trained:  # fmt: skip
+    """Train a case on full FE, without files; parameters as in `run_offline`."""
+    with stage(training_words(case)):
+        return train(case, model, estimate_errors, executor, lambda: progress(1))
 
 
 def training_words(case: Case) -> str:
