@@ -1,4 +1,4 @@
-"""Nominal root stress after ISO 6336-3; its figures beside those of another program are in `pmor.lab.validation`."""
+"""Nominal root stress after ISO 6336-3; its figures beside those of another program are in `pmor.validation`."""
 
 from pmor.gear.classical.iso6336_root import nominal_root_stress, root_factors
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance

@@ -4,7 +4,7 @@ Elements on the flanks are a quarter of Hertz's half-width. CalculiX has a penal
 flanks enter each other by 4 w / (pi^2 b k): that is taken off where no corner carries.
 
 Slow: ``pytest -n 0 -m slow tests/verification/test_calculix_plane_strain.py -s``, two to five minutes each; figures are
-in `pmor.lab.validation.calculix` and the manual. At corners flank elements of half the length move CalculiX by 0.02 %;
+in `pmor.validation.calculix` and the manual. At corners flank elements of half the length move CalculiX by 0.02 %;
 penalties of 2e7 and 1e8 differ by 0.5 %.
 """
 
@@ -17,8 +17,8 @@ from numpy.testing import assert_allclose
 
 from pmor.gear.condition import Condition
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available
-from pmor.lab.validation.calculix import CORNER_RTOL, CORNERS, INSIDE, INSIDE_RTOL, WIDTH, corner_angle, plane
-from pmor.lab.validation.pairs import after_entry
+from pmor.validation.calculix import CORNER_RTOL, CORNERS, INSIDE, INSIDE_RTOL, WIDTH, corner_angle, plane
+from pmor.validation.pairs import after_entry
 from tests.support.calculix_plane import plane_ste_um
 from tests.support.states import states_at
 

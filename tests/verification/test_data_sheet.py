@@ -1,6 +1,6 @@
 """The data sheet against another program, and its backlash and limits against what they mean.
 
-Published sheets: `pmor.lab.validation.sheets`.
+Published sheets: `pmor.validation.sheets`.
 """
 
 import math

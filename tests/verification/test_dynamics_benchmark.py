@@ -1,4 +1,4 @@
-"""The pair in motion on the benchmark of `pmor.lab.validation.motion`: stability, folds, and ways that lead to them."""
+"""The pair in motion on the benchmark of `pmor.validation.motion`: stability, folds, and ways that lead to them."""
 
 import re
 
@@ -12,7 +12,7 @@ from pmor.dynamics.integration import integrate, run_through
 from pmor.dynamics.period_doubling import between_orders, doublings
 from pmor.dynamics.response import response
 from pmor.dynamics.stability import monodromy, stability_of
-from pmor.lab.validation.motion import BENCHMARK, DIGITS, followed
+from pmor.validation.motion import BENCHMARK, DIGITS, followed
 from tests.support.motion import along_line_of_action, monodromies, multipliers, state_of
 
 

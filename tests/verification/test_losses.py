@@ -1,4 +1,4 @@
-"""Losses of a mesh with elastic teeth; loss factors of rigid pairs and friction are in `pmor.lab.validation`."""
+"""Losses of a mesh with elastic teeth; loss factors of rigid pairs and friction are in `pmor.validation`."""
 
 from functools import cache
 

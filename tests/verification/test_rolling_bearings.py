@@ -1,4 +1,4 @@
-"""Rolling bearings by their inner geometry: tangents and closed forms; published figures: `pmor.lab.validation`."""
+"""Rolling bearings by their inner geometry: tangents and closed forms; published figures: `pmor.validation`."""
 
 import math
 

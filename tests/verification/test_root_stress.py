@@ -1,7 +1,7 @@
 """Root stress of the paper's gear, a line load at the outer point of contact: against CalculiX and in our own meshes.
 
 CalculiX: a whole ring of second-order elements, plane strain, 0.06 mm along the fillet (`support/calculix_fillet.py`),
-elements of 0.12 mm move it by 1e-4; in 3-D 20 mm wide, 0.2 mm. Its figures are in `pmor.lab.validation.calculix`.
+elements of 0.12 mm move it by 1e-4; in 3-D 20 mm wide, 0.2 mm. Its figures are in `pmor.validation.calculix`.
 Slow: ``pytest -n 0 -m slow tests/verification/test_root_stress.py -s``; seconds in plane strain, four minutes in 3-D.
 """
 
@@ -18,7 +18,7 @@ from pmor.fe import fillet, outline
 from pmor.fe.fillet import build_fillet
 from pmor.fe.sector import build_sector
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available
-from pmor.lab.validation.calculix import (
+from pmor.validation.calculix import (
     PLANE_MPA,
     PLANE_PRESSED_MPA,
     PLANE_RADIUS_MM,

@@ -17,12 +17,12 @@ from pmor.core.errors import PmorError
 from pmor.gear.clearance import below_form_circle
 from pmor.gear.condition import ALIGNED
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available
-from pmor.lab.validation import calculix
-from pmor.lab.validation.pairs import after_entry
 from pmor.line.layered_pair import place_flanks_of, place_sections
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, gear_pair, mesh_model
 from pmor.pair.sweep import sweep_ste
+from pmor.validation import calculix
+from pmor.validation.pairs import after_entry
 from pmor_offline.train import train
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair

@@ -1,4 +1,4 @@
-"""Published figures, exact results and those of other programs (`pmor.lab.validation`): each row, and the page."""
+"""Published figures, exact results and those of other programs (`pmor.validation`): each row, and the page."""
 
 import math
 from functools import cache
@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from pmor.lab.validation import page
-from pmor.lab.validation.__main__ import PAGE, main
-from pmor.lab.validation.check import Check
+from pmor.validation import page
+from pmor.validation.__main__ import PAGE, main
+from pmor.validation.check import Check
 
 pytestmark = pytest.mark.jit
 SHOWN = Path(__file__).parents[2] / PAGE

@@ -15,7 +15,7 @@ from pmor.dynamics.oscillator import Oscillator
 from pmor.dynamics.period_doubling import doublings
 from pmor.dynamics.response import HARMONICS
 from pmor.dynamics.stability import monodromy
-from pmor.lab.validation.check import Check
+from pmor.validation.check import Check
 
 BENCHMARK = VaryingStiffness(stiffness=1.0, variation=0.2, pulls=False)
 #: given to four digits by codes that differ from each other by less

@@ -12,9 +12,9 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
-from pmor.lab.validation.check import Check
 from pmor.machine.rolling_bearing import BallBearing
 from pmor.results.losses import friction_schlenk, loss_factor
+from pmor.validation.check import Check
 
 BALL: dict[str, Any] = {
     "balls": 7, "ball_diameter_mm": 11.5, "pitch_diameter_mm": 43.5, "youngs_modulus_GPa": 210.0

@@ -1,4 +1,4 @@
-"""Make the table: ``python -m pmor.lab.validation [FILE]``."""
+"""Make the table: ``python -m pmor.validation [FILE]``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PAGE = "cases/manual/validation.md"
 def main(path: str = PAGE) -> int:
     """Write the page; 1 where a figure is farther from its source than allowed."""
     use_one_thread()  # before anything loads numpy
-    from pmor.lab.validation.page import write_page
+    from pmor.validation.page import write_page
 
     checks = write_page(Path(path))
     far = [check.quantity for check in checks if not check.holds]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pmor.gear.data_sheet import data_sheet, span
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
-from pmor.lab.validation.check import Check
+from pmor.validation.check import Check
 
 # Of the last digit that is printed: rounded, and so may be what goes in.
 ROUNDED = 0.51

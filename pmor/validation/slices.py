@@ -10,15 +10,15 @@ import numpy as np
 from pmor.case import make_case
 from pmor.gear.condition import Assembly, at_torques
 from pmor.gear.modification import Modification
-from pmor.lab.validation.check import Check
-from pmor.lab.validation.drawings import OSU
-from pmor.lab.validation.pairs import DRAWINGS, drawn
-from pmor.lab.validation.programs import reduced
 from pmor.line.kernels.types import Sections
 from pmor.line.layered_pair import LayeredPair
 from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of_assembly
 from pmor.results.load_distribution import face_load_factor
+from pmor.validation.check import Check
+from pmor.validation.drawings import OSU
+from pmor.validation.pairs import DRAWINGS, drawn
+from pmor.validation.programs import reduced
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import ReducedPair, online_angles
 

@@ -19,11 +19,11 @@ from pmor.fe.element import tributary_widths
 from pmor.fe.fillet import build_fillet
 from pmor.fe.sector import build_sector
 from pmor.gear.tooth import Tooth
-from pmor.lab.validation.check import Check
-from pmor.lab.validation.drawings import PAPER
-from pmor.lab.validation.pairs import after_entry, drawn, full, ste_um
 from pmor.pair.model import ElasticModel
 from pmor.results.root_stress import arc_lengths
+from pmor.validation.check import Check
+from pmor.validation.drawings import PAPER
+from pmor.validation.pairs import after_entry, drawn, full, ste_um
 
 #: width of the pairs that torques are named for, mm; 1 mm of it is solved in plane strain
 WIDTH = 20.0

@@ -11,9 +11,9 @@ import numpy as np
 from pmor.case import Case, make_case
 from pmor.gear.condition import at_torques
 from pmor.gear.modification import UNMODIFIED, Modification
-from pmor.lab.validation.check import Check
-from pmor.lab.validation.drawings import HS, LS, OSU
-from pmor.lab.validation.pairs import DRAWINGS, full
+from pmor.validation.check import Check
+from pmor.validation.drawings import HS, LS, OSU
+from pmor.validation.pairs import DRAWINGS, full
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import ReducedPair, online_angles, reduced_pair

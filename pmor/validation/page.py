@@ -6,16 +6,16 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pmor.core.version import __version__
-from pmor.lab.validation.calculix import root_stress, transmission_error
-from pmor.lab.validation.check import Check
-from pmor.lab.validation.drawings import geometry, standards
-from pmor.lab.validation.machines import bearings, losses
-from pmor.lab.validation.motion import benchmark
-from pmor.lab.validation.programs import public_pairs
-from pmor.lab.validation.sheets import data_sheets
-from pmor.lab.validation.slices import load_over_the_face, relief_without_load
 from pmor.report.markdown import write_markdown
 from pmor.report.page import Block
+from pmor.validation.calculix import root_stress, transmission_error
+from pmor.validation.check import Check
+from pmor.validation.drawings import geometry, standards
+from pmor.validation.machines import bearings, losses
+from pmor.validation.motion import benchmark
+from pmor.validation.programs import public_pairs
+from pmor.validation.sheets import data_sheets
+from pmor.validation.slices import load_over_the_face, relief_without_load
 from pmor.work.table import Columns, table
 
 #: themes of the table, each with what makes its rows
@@ -48,7 +48,7 @@ COLUMNS: Columns = {
     "source": lambda check: check.source,
 }
 WORDS = (
-    f"`python -m pmor.lab.validation` made this page with pmor {__version__}: each row is computed anew. *Allowed* is "
+    f"`python -m pmor.validation` made this page with pmor {__version__}: each row is computed anew. *Allowed* is "
     "what digits and method of the source leave open; a test asks whether each row keeps to it. An *independent "
     "script* shares no code with pmor and follows the standard or the drawing. Runs of CalculiX take minutes: their "
     "figures are recorded, and `pytest -m slow tests/verification` makes them anew. SAP, LPSTC and HPSTC: start of the "

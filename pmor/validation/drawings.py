@@ -12,8 +12,8 @@ from pmor.gear.classical.iso6336_root import nominal_root_stress, root_factors
 from pmor.gear.data_sheet import data_sheet
 from pmor.gear.pair import GearPair
 from pmor.gear.profile import ProfilePoint
-from pmor.lab.validation.check import Check
-from pmor.lab.validation.pairs import drawn
+from pmor.validation.check import Check
+from pmor.validation.pairs import drawn
 
 HS, LS, HELICAL, SPUR, TR, OSU, PAPER = (
     "FVA high-speed stage 27/51", "FVA low-speed stage 23/34", "helical pair 17/43", "spur pair 17/43",
