@@ -31,6 +31,10 @@ def refused(*arguments, words=()):
 
 
 def check_one_line(error):
+    """One line, after those that say what is being done."""
+    *stages, last = error.splitlines(keepends=True)
+    assert all(stage.startswith("pmor: ") and stage.endswith(" ...\n") for stage in stages), error
+    error = last
     assert error.startswith("pmor: error: "), error
     assert error.count("\n") == 1, error
     assert error[:-1].isprintable(), error

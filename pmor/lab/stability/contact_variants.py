@@ -51,7 +51,7 @@ def _loads() -> list[Variant]:
     torques: dict[str, Any] = {f"torque {10.0**e:g} N m": load(10.0**e) for e in range(-6, 6)}
     torques["torque 10000 N m"] = load(1e4), {"rising": (0.1, 0.3, 0.6)}
     torques["torque zero"] = load(0.0), {"against": "nothing"}
-    torques["torque reversed"] = load(-100.0), {"against": "nothing"}
+    torques["torque reversed"] = load(-100.0), {"against": "base"}
     starts: dict[str, Any] = {f"start {word} by {abs(off):g} mm": ({}, {"start_mm": off})
               for word, off in (("too deep", 1.0), ("too deep", 0.1), ("apart", -0.1), ("apart", -1.0))}  # fmt: skip
     return [
