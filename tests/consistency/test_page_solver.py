@@ -144,13 +144,13 @@ TRANSCRIBED = {
         "line_deviations": "de61c616",
     },
     "pmor/line/kernels/law.py": {
-        "_smooth_approach": "32be204d", "widest_load": "4d03e551", "approach_of": "e1528084", "line_law": "2f74478d",
+        "_smooth_approach": "32be204d", "widest_load": "4d03e551", "approach_of": "e1528084", "line_law": "89dff05c",
         "_corner": "46d88f0f", "_from_corner": "b2efd556", "_law_near_corner": "6ebc4515", "sections_alike": "df9f3b46",
     },
     "pmor/line/hertz.py": {"mean_layer_constant": "d90b7b6e", "width_limit": "8bcc2135"},
     "pmor/line/kernels/tip_corner.py": {
         "_hertz": "5174cf36", "_cut_off": "afc00315", "_across": "a9f710c5", "contact_patch": "a60b4c7e",
-        "_spread_part": "de89416b", "single_mean": "0445114f", "_felt": "4ba65c97", "_layer_end": "2bd060bf",
+        "_spread_part": "de89416b", "single_mean": "8b032f55", "_felt": "4ba65c97", "_layer_end": "2bd060bf",
         "corner_approach": "c061e786",
     },
     "pmor/line/kernels/loads.py": {

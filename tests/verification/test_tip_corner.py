@@ -22,6 +22,7 @@ from pmor.line.tip_corner import INFLUENCE_LENGTH, corner_coefficients, wedge_so
 from pmor.pair.conditions import nominal_condition
 from tests.programs.ended_layer import ended_layer, patch_means, smooth_rest
 from tests.support.line_laws import corner_law, corner_of
+from tests.support.line_pairs import small_pair
 from tests.support.small_case import case_with, full_fe
 from tests.support.states import states_at
 
@@ -215,6 +216,22 @@ def test_gap_and_approach_go_on_smoothly_over_the_end_of_the_path(end, pinion):
         total.append(gap + corner_approach(120.0, law, meshed.corners[gear])[0])
     outer, across, inner = np.diff(total) / [1.0, 2.0, 1.0]
     assert_allclose([outer, inner], across, rtol=0.02, atol=2e-7)
+
+
+def test_law_goes_on_where_the_end_of_the_layer_begins_to_see_the_patch():
+    """Where the approach jumps an advance has no solution; at the first phase the last line asks for such a one."""
+    lines = small_pair().lines
+    pair, corners = lines.meshed.pair, lines.meshed.corners
+    start, stop = pair.roll_position_range
+    inside = np.geomspace(1e-9, 0.03, 12)  # rad: from the edge to a third of the depth
+    phi = np.array([0.5338541666666666 * pair.pitch, *(start + inside), *(stop - inside)])
+    placed = lines.place(phi, PLAIN.misalignment)
+    laws = [law for row in placed.lines.law for law in map(LineLaw._make, row) if 0.0 < law.plain < math.inf]
+    assert len(laws) > 2 * len(inside)
+    for law in laws:
+        below, above = (approach_of(law.plain * f, law, corners)[0] for f in (1.0 - 1e-9, 1.0 + 1e-9))
+        assert_allclose(above, below, rtol=1e-8)
+    assert placed.solve(np.array([3.302487946341336e-06 / pair.pinion.base_radius]), held=True).converged.all()
 
 
 def test_work_of_both_torques_is_the_same_over_a_mesh_cycle():

@@ -6,7 +6,7 @@ import numpy as np
 
 from pmor.core.compiling import compiled
 from pmor.line.kernels.contact_point import roll_of
-from pmor.line.kernels.tip_corner import SHORT, LineLaw, corner_approach, single_mean
+from pmor.line.kernels.tip_corner import NEAREST, SHORT, LineLaw, corner_approach, single_mean
 
 
 @compiled
@@ -64,7 +64,7 @@ def line_law(gears, layers, contact_point, carriers):
             if number != near:
                 corner = _corner(layers, number)
                 distance, influence_length = _from_corner(gears, layers, contact_point, number, cosine)
-                value += single_mean(corner, (corner.place + distance) / influence_length)
+                value += single_mean(corner, max((corner.place + distance) / influence_length, NEAREST))
         compliance += layer.compliance
         constant += layer.compliance * value
         curvature += 1.0 / (flank.base_radius * max(roll, 1e-3))

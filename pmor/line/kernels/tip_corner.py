@@ -266,7 +266,6 @@ def single_mean(corner, y):
     """M_0 of a short patch in the distance y (over the influence_length) from the corner."""
     if y >= 1.0:
         return 0.0
-    y = max(y, NEAREST)
     near = 1.0 - y
     value, _, _ = _spread_part(corner.coefficients, 0, y, 0.0)
     return corner.excess * (-np.log(y) - near - 0.5 * near**2) + near**2 * value

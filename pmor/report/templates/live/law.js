@@ -77,7 +77,6 @@ function spreadPart(table, y, square) {
 
 function singleMean(corner, y) {
   if (y >= 1) return 0;
-  y = Math.max(y, NEAREST);
   const near = 1 - y, [value] = spreadPart(corner.coefficients[0], y, 0);
   return corner.excess * (-Math.log(y) - near - 0.5 * near ** 2) + near ** 2 * value;
 }
@@ -181,7 +180,7 @@ function lineLaw(gears, contactPoint, carriers) {
     for (const n of [g, g + 2]) {
       if (n === near) continue;
       const corner = cornerOf(gears, n), [distance, influence_length] = fromCorner(gears, contactPoint, n, cosine);
-      value += singleMean(corner, (corner.place + distance) / influence_length);
+      value += singleMean(corner, Math.max((corner.place + distance) / influence_length, NEAREST));
     }
     compliance += gear.line_compliance;
     constant += gear.line_compliance * value;
