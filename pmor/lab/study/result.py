@@ -39,7 +39,7 @@ class StudyResult:
         blocks = study_blocks(study, found, study_pictures(self.parts, found))
         text = f"{study!r}\n{study.base.read_text(encoding='utf-8')}"
         with writing_results(folder, FILES, text, overwrite=overwrite, complete=False) as held:
-            Report("study", data, study.title, blocks, measured_on=found.machine).write(held)
+            Report("study", data, study.title, blocks, measured_on=found.machine or None).write(held)
 
     def __str__(self) -> str:
         """Error and run time of every cell, and the claims."""
