@@ -25,8 +25,10 @@ from pmor.pair.model import gear_pair
 from pmor.reduction.basis import Basis, Training, untrained
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.flank_lines import FlankLineShapes, GearLines
+from pmor.storage.basis_answers import answers_of, check_answers
 from pmor.storage.basis_checks import check_basis
 from pmor.storage.basis_layout import (
+    ANSWERS,
     COARSER,
     GEARS,
     POSITIONS,
@@ -45,7 +47,7 @@ from pmor.storage.layout import check_layout, require
 from pmor.storage.manifest import of_no_origin
 from pmor.storage.structure import items_of
 
-BASIS_SCHEMA = Schema("pmor-basis", 9, "make it anew with pmor.train")
+BASIS_SCHEMA = Schema("pmor-basis", 10, "make it anew with pmor.train")
 # Not read for a basis: kept for checks and for later enrichment.
 KEPT = "training/force"
 
@@ -119,7 +121,7 @@ def _arrays(basis: Basis) -> dict[str, np.ndarray]:
         for gear, stress in zip(GEARS, (pinion_stress, wheel_stress), strict=True):
             if gear == "pinion" or stress is not pinion_stress:
                 arrays |= {f"root_stress/{gear}/{name}": array for name, array in vars(stress).items()}
-    return arrays
+    return arrays | answers_of(basis)
 
 
 def read_basis(path: Path) -> Basis:
@@ -155,16 +157,24 @@ def _read(file: h5py.File, path: Path) -> Basis:
     layout = basis_layout(case)
     check_layout(items, layout, basis_sizes(case, pair))
     arrays = {name: read(file, name, field) for name, field in layout.items() if name in file and name != KEPT}
-    basis = replace(_basis(file, case, arrays), training=_training(file, case, arrays))
     read_further = {
-        name: _basis(file[name], own, read_all(file[name], further_layout(own), basis_sizes(own, pair)))
+        name: (file[name], own, read_all(file[name], further_layout(own), basis_sizes(own, pair)))
         for name, own in further.items()
         if own is not None
     }
-    basis = replace(basis, coarser=read_further.get(COARSER), whole=read_further.get(WHOLE))
+    found = {name: _basis(*read) for name, read in read_further.items()}
+    own = replace(_basis(file, case, arrays), training=_training(file, case, arrays))
+    basis = replace(own, coarser=found.get(COARSER), whole=found.get(WHOLE))
     with np.errstate(all="ignore"):  # absurd numbers are refused, not warned of
         check_basis(basis, pair)
+        check_answers(own, _kept_answers(arrays))
+        for name, (_, _, kept) in read_further.items():
+            check_answers(found[name], _kept_answers(kept))
     return basis
+
+
+def _kept_answers(arrays: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {name: array for name, array in arrays.items() if name.startswith(f"{ANSWERS}/")}
 
 
 def _read_case(file: h5py.File, path: Path) -> Case:

@@ -21,6 +21,8 @@ from pmor.storage.layout import Field
 GEARS = ("pinion", "wheel")
 # Folder of the same pair on half as many elements.
 COARSER, WHOLE = "coarser", "whole"
+# Folder of what a basis answered when its file was written (`pmor.storage.basis_answers`).
+ANSWERS = "answers"
 
 FLANK = {
     "nodes": Field("mm", "profile, width, xyz", "undeformed flank nodes, tooth frame"),
@@ -59,6 +61,12 @@ ROOT_STRESS = {
         "along both fillets of the loaded tooth and its neighbours: along the outline, across it, shear",
     ),
 }  # fmt: skip
+ANSWERED = {
+    "displacement": Field("mm", "pitch offset, loaded unknown", "of the flanks under uneven forces on one of them"),
+    "stress": Field(
+        "MPa", "neighbour, side, point, column, in the surface", "along the fillets under these forces", optional=True
+    ),
+}
 TRAINING = {
     "phi": Field("rad", "angle", "pinion angle"),
     NAME: CONDITIONS,
@@ -83,9 +91,11 @@ def basis_layout(case: Case) -> dict[str, Field]:
         if group := compliance_group(case):
             words = "compliance between loaded flanks; identical gears: one"
             layout[f"{group}/{gear}"] = Field("mm/N", COMPLIANCE, words, optional=gear == "wheel")
+            layout[f"{ANSWERS}/{gear}/displacement"] = ANSWERED["displacement"]
         if case.root_stress:
             stress = {name: replace(field, optional=True) for name, field in ROOT_STRESS.items()}
             layout |= {f"root_stress/{gear}/{name}": field for name, field in stress.items()}
+            layout[f"{ANSWERS}/{gear}/stress"] = ANSWERED["stress"]
     if not has_shapes(case):
         layout |= {f"support/{name}": replace(field, optional=True) for name, field in SUPPORT.items()}
     elif not case.reduction.by_line:

@@ -20,7 +20,7 @@ FAMILIES = {
     "positions": {"shapes": "positions"},
     "pod": {"shapes": "pod", "interpolation": "cubic"},
 }
-DATASETS = {"flank_lines": 18, "static_modes": 18, "positions": 14, "pod": 14}
+DATASETS = {"flank_lines": 20, "static_modes": 20, "positions": 16, "pod": 16}
 
 
 @pytest.fixture(params=list(FAMILIES))

@@ -12,9 +12,11 @@ from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text
 from pmor.storage.hdf5 import set_attributes
 from pmor.storage.results_file import ResultsFile, write_results_file
+from pmor.work.offline import run_offline
 from tests.support.broken_files import edit
 from tests.support.broken_hdf5 import datasets_of, put, reseal, with_data
 from tests.support.refusals import refused
+from tests.support.small_case import case_with, full_fe
 from tests.support.stored_files import results_in
 
 
@@ -110,6 +112,55 @@ LIES = {
 def test_what_cannot_be_true_of_lines_is_refused(change, words, basis):
     forge(basis, change)
     refused_by_online(basis, words)
+
+
+@pytest.fixture(scope="module")
+def of_line_loads(tmp_path_factory):
+    """A basis that stands on the compliance of its flanks alone, with root stress and a coarser mesh beside it."""
+    path = tmp_path_factory.mktemp("line") / "basis.h5"
+    mesh = {"profile_elements": 8, "width_elements": 1, "error_bar": True}
+    case = case_with(contact={"scheme": "line"}, reduction={"shapes": "line_loads"}, mesh=mesh)
+    run_offline(case, full_fe(case), path)
+    return path
+
+
+def one_number(data):
+    data[-1, 3, 2] *= 1.0 + 1e-6
+    return data
+
+
+def without(*names):
+    def change(file):
+        for name in names:
+            del file[name]
+
+    return change
+
+
+# Of each the numbers look like those of a sound file, and no law ties them to the case.
+OTHER_ANSWERS = {
+    "stress turned round": other("root_stress/pinion/stress", lambda data: data[:, :, ::-1]),
+    "stress of other neighbours": other("root_stress/pinion/stress", lambda data: data[::-1]),
+    "stress of other patterns": other("root_stress/pinion/stress", lambda data: data[..., ::-1]),
+    "stress that is larger": times("root_stress/pinion/stress", 1.01),
+    "patterns in another order": other("root_stress/pinion/pattern", lambda data: data[::-1]),
+    "patterns on other nodes": other("root_stress/pinion/pattern", lambda data: data[:, ::-1]),
+    "a compliance that is larger": times("line_loads/pinion", 1.01),
+    "a compliance in another order": other("line_loads/pinion", lambda data: data[:, ::-1, ::-1]),
+    "one number of a compliance": other("line_loads/pinion", one_number),
+    "a compliance of the coarser mesh": times("coarser/line_loads/pinion", 1.01),
+    "an answer": times("answers/wheel/stress", 1.01),
+    "no root stress": without("root_stress/pinion"),
+}
+
+
+@pytest.mark.parametrize("change", OTHER_ANSWERS.values(), ids=OTHER_ANSWERS.keys())
+def test_a_basis_that_does_not_answer_as_it_did_is_refused(change, of_line_loads, tmp_path):
+    path = tmp_path / "basis.h5"
+    path.write_bytes(of_line_loads.read_bytes())
+    forge(path, change)
+    with pytest.raises(FileFormatError, match="does not answer as it did when it was written"):
+        read_basis(path)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])

@@ -205,6 +205,9 @@ def test_a_support_comes_back_bit_for_bit(stored):
         ("compliance", lambda s: -s, "its support moves against its load"),
         ("turn", lambda s: 1.01 * s, "its support does not turn with"),
         ("turn", lambda s: s[..., :-1], "has the shape"),
+        ("turn", lambda s: s[:, ::-1], "does not answer as it did"),
+        ("rows", lambda s: s[::-1], "does not answer as it did"),
+        ("compliance", lambda s: 1.01 * s, "does not answer as it did"),
         ("rows", None, "its support has turn, compliance alone"),
     ],
 )

@@ -1,0 +1,82 @@
+"""Answers that a basis file keeps: how flanks and fillets yielded to a load when the file was written.
+
+No law ties the compliance of a case's flanks or the stress along its fillets to the case without its finite elements. A
+basis whose arrays were put into another order, or of which a number was changed, would give wrong results; the laws
+(`pmor.storage.basis_checks`) cannot tell. So whoever reads the file loads flanks and fillets again and compares.
+
+The load is uneven, between 1 and 2 N on every unknown: none of its parts can be exchanged unnoticed. It does not depend
+on the law of contact: a basis stays valid where that becomes better, and reading takes no contact kernels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pmor.body.flank_compliance import FlankCompliance
+from pmor.core.arrays import FloatArray
+from pmor.reduction.basis import Basis
+from pmor.storage.basis_layout import ANSWERS, GEARS
+from pmor.storage.layout import require
+
+# Relative to the largest of an answer: the same sums in another order, on another computer.
+ROUND_OFF = 1e-11
+# Its multiples are spread over a period as evenly as can be, and never repeat (Weyl, Math. Ann. 77, 1916, 313).
+GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
+
+
+def answers_of(basis: Basis) -> dict[str, FloatArray]:
+    """Load the flanks of a basis, without those further ones that it has beside it.
+
+    Returns
+    -------
+    dict of str to ndarray
+        By the paths in the file: displacement of the flanks of pinion and wheel, mm, shape (pitch offset, loaded
+        unknown), and the stress along their fillets, MPa, shape (neighbour, side, point, column, 3); each as far as
+        the basis has what it takes.
+    """
+    found = dict[str, FloatArray]()
+    if basis.compliance is not None:
+        moved = _moved_flanks(basis.compliance)
+        found |= {f"{ANSWERS}/{gear}/displacement": array for gear, array in zip(GEARS, moved, strict=True)}
+    if basis.root_stress is not None:
+        for gear, shapes in zip(GEARS, basis.root_stress, strict=True):
+            found[f"{ANSWERS}/{gear}/stress"] = shapes.stress @ (shapes.pattern @ _load(shapes.pattern.shape[1]))
+    return found
+
+
+def _moved_flanks(compliance: FlankCompliance) -> list[FloatArray]:
+    """Displacement of the loaded tooth and of those beside it; with a support, the next one is loaded too."""
+    pinion, wheel = compliance.gears
+    load, support = _load(pinion.shape[1]), compliance.support
+    moved = [pinion @ load]
+    moved.append(moved[0].copy() if wheel is pinion else wheel @ load)
+    if support is not None:
+        reactions = [rows.T @ load for rows in support.rows]
+        both = sum(r + turn @ r for r, turn in zip(reactions, support.turn, strict=True))
+        for gear, rows in enumerate(support.rows):
+            moved[gear][0] += rows @ (support.compliance @ both)
+    return moved
+
+
+def _load(count: int) -> FloatArray:
+    """Uneven forces on the unknowns of a flank, N."""
+    return np.asarray(1.0 + np.modf(GOLDEN * np.arange(1, count + 1))[0])
+
+
+def check_answers(basis: Basis, kept: Mapping[str, FloatArray]) -> None:
+    """Raise Damaged where a basis does not answer as it did when its file was written.
+
+    Parameters
+    ----------
+    basis : Basis
+        That obeys the laws of `pmor.storage.basis_checks`.
+    kept : mapping of str to ndarray
+        Answers in its file, by their paths there.
+    """
+    found = answers_of(basis)
+    for name in sorted({*found, *kept}):
+        own, asked = found.get(name, np.empty(0)), kept.get(name, np.empty(0))
+        same = own.shape == asked.shape and np.abs(own - asked).max() <= ROUND_OFF * np.abs(asked).max()
+        require(same, f"it does not answer as it did when it was written ({name})")
