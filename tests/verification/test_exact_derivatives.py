@@ -16,7 +16,7 @@ from pmor.design.judge import Judge
 from pmor.design.settings import AMOUNT_KEYS, Design, ExtentKey, Goal, Load, Scatter, Search, Trade, Variable
 from pmor.gear.condition import PLAIN, Assembly, at_torques
 from pmor.gear.deviation_rates import deviation_rates
-from pmor.gear.modification import RELIEF_PLACES
+from pmor.gear.modification import RELIEF_PLACES, Modification
 from pmor.gear.profile import profiles
 from pmor.pair.conditions import conditions_of_assembly
 from pmor.results.sensitivity import sensitivities
@@ -43,18 +43,20 @@ def relief_begins(reduced, gear, key, value, lines):
 
 @pytest.mark.parametrize("name", ["spur", "unequal", "edges", "helical", "quadratic"])
 def test_tangent_stiffness_is_the_difference_quotient_in_torque(name):
-    """On modified flanks; where a tip corner carries, its lever turns with the advance."""
+    """On plain and modified flanks; where a tip corner carries, as on plain ones, its lever turns with the advance."""
     _, reduced = models(name)
     rng, h = np.random.default_rng(18), 1e-5
     phi, radius = reduced.meshed.pair.pitch * np.linspace(0.0, 1.0, 20), reduced.meshed.pair.pinion.base_radius
-    for _ in range(3):
-        flank = random_modification(rng, reduced.meshed.pair.active_rolls[0])
+    modified = [random_modification(rng, reduced.meshed.pair.active_rolls[0]) for _ in range(3)]
+    for flank in (Modification(), *modified):
         assembly, torque = Assembly(pinion=flank), 1e-3 * TORQUE * rng.uniform(0.2, 1.5)
         conditions = conditions_of_assembly(assembly, [torque * (1.0 - h), torque, torque * (1.0 + h)])
         sweep = sweep_line_loads(reduced, phi, conditions)
         quotient = 2e3 * h * torque / radius / (sweep.ste_um[2] - sweep.ste_um[0])
+        recorded = sweep_line_loads(reduced, phi, conditions[1:2], recorded=True)
         # Measured 1e-7 at most.
         assert_allclose(sweep.stiffness_N_per_um[1], quotient, rtol=1e-6)
+        assert_allclose(recorded.stiffness_N_per_um[0], quotient, rtol=1e-6)
 
 
 def test_stiffness_is_that_of_a_recorded_sweep_and_of_neighbouring_torques():
