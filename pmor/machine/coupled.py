@@ -17,14 +17,14 @@ from scipy.linalg import null_space
 
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
-from pmor.gear.condition import Assembly, Condition
+from pmor.gear.condition import Condition
 from pmor.line.hubs import HUB, Hubs, hub_rows, mean_wrench
 from pmor.machine.beam import NODE
 from pmor.machine.mesh_force import MeshFrame
 from pmor.machine.model import ABOUT_AXIS, GearboxModel, LoadedGearbox, Meshing, loaded
 from pmor.machine.settings import LoadCase
-from pmor.machine.system import ARM, Equilibrium, System
-from pmor.pair.conditions import assembly_of
+from pmor.machine.system import ARM, Equilibrium, tangent_of
+from pmor.pair.conditions import nominal_condition
 from pmor.results.sweep import SteSweep
 from pmor_online.model import ReducedPair, online_angles
 from pmor_online.sweep import sweep_reduced_pair
@@ -90,17 +90,14 @@ def solve_load(model: GearboxModel, load: LoadCase, pairs: Mapping[str, ReducedP
     gearbox = loaded(model, load)
     for _ in range(MOST_ROUNDS):
         equilibrium = gearbox.solve()
-        system = gearbox.system()
         moved, meshes = 0.0, list[Meshing]()
         for number, mesh in enumerate(gearbox.meshes):
             force = mesh_force(gearbox, equilibrium, number)
-            wrench = _mean_wrench(
-                pairs[mesh.settings.name], mesh, force, hubs_of(gearbox, equilibrium, system, mesh, force)
-            )
+            wrench = _mean_wrench(pairs[mesh.settings.name], mesh, force, hubs_of(gearbox, equilibrium, mesh, force))
             moved = max(moved, float(np.abs(wrench - mesh.wrenches).max()) / mesh.pair.centre_distance)
             meshes.append(mesh._replace(wrenches=wrench))
         if moved < SETTLED:
-            return SolvedLoad(load, gearbox, equilibrium, _swept(gearbox, equilibrium, system, pairs, angles))
+            return SolvedLoad(load, gearbox, equilibrium, _swept(gearbox, equilibrium, pairs, angles))
         gearbox = replace(gearbox, meshes=tuple(meshes))
     raise ConvergenceError(f"load {load.name}: mesh forces still move after {MOST_ROUNDS} rounds", [])
 
@@ -110,13 +107,13 @@ def mesh_force(gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int) ->
     return float(equilibrium.reactions[len(equilibrium.reactions) - len(gearbox.meshes) + number])
 
 
-def hubs_of(gearbox: LoadedGearbox, equilibrium: Equilibrium, system: System, mesh: Meshing, force: float) -> Hubs:
+def hubs_of(gearbox: LoadedGearbox, equilibrium: Equilibrium, mesh: Meshing, force: float) -> Hubs:
     """Return the compliance below both hubs of a mesh, and what all other loads do to them.
 
     Shafts are held against rotation at one place each, those of the mesh at its hubs: forces of meshes are those of the
     torques, and bending does not depend on the angle of a shaft.
     """
-    size = len(gearbox.load)
+    size, system = len(gearbox.load), gearbox.system
     held = [row for bearing in gearbox.bearings for row in bearing.rows[list(bearing.rigid)]]
     turned = {start: start + ABOUT_AXIS for start in gearbox.first.values()}
     for hub in mesh.hubs:
@@ -124,9 +121,7 @@ def hubs_of(gearbox: LoadedGearbox, equilibrium: Equilibrium, system: System, me
     held += [np.eye(size)[place] for place in turned.values()]
     scale = np.where(system.rotations, 1.0 / ARM, 1.0)
     basis = scale[:, None] * null_space(np.array(held) * scale)
-    tangent = system.stiffness.copy()
-    for seat, state in zip(system.seats, equilibrium.bearings, strict=True):
-        tangent += seat.rows.T @ state.stiffness @ seat.rows
+    tangent = tangent_of(system, equilibrium.bearings)
     places = np.concatenate([hub + np.arange(NODE) for hub in mesh.hubs])
     at_hubs = _turned(mesh.frame) @ basis[places]
     compliance = at_hubs @ np.linalg.solve(basis.T @ tangent @ basis, at_hubs.T)
@@ -143,22 +138,18 @@ def _turned(frame: MeshFrame) -> FloatArray:
 
 
 def _condition(mesh: Meshing, reduced: ReducedPair, force: float) -> Condition:
-    assembly: Assembly = assembly_of(reduced.basis.case)
-    torque = force * mesh.pair.pinion.base_radius
-    return Condition(
-        torque=torque, misalignment=assembly.misalignment, pinion=assembly.pinion, wheel=assembly.wheel
-    )  # fmt: skip
+    return replace(nominal_condition(reduced.basis.case), torque=force * mesh.pair.pinion.base_radius)
 
 
 def _mean_wrench(reduced: ReducedPair, mesh: Meshing, force: float, hubs: Hubs) -> FloatArray:
     """Return the mean wrench on both hubs by a unit force of the mesh, in axes of the machine, shape (2, 6)."""
     condition = _condition(mesh, reduced, force)
-    pair = on_hubs(reduced, hubs)
-    placed = pair.lines.place(online_angles(mesh.pair.pitch, MEAN_ANGLES), condition.misalignment)
+    pair = replace(reduced.lines, meshed=replace(reduced.layered, hubs=hubs))
+    placed = pair.place(online_angles(mesh.pair.pitch, MEAN_ANGLES), condition.misalignment)
     found = placed.solve(np.array([condition.torque]), False, placed.deviation(condition.assembly))
     if not found.converged.all():
         raise ConvergenceError(f"mesh {mesh.settings.name}: {condition.load_text}: contact was not found", [])
-    mean = mean_wrench(hub_rows(mesh.pair, placed.lines, pair.layered.sections.z), found.force[0])
+    mean = mean_wrench(hub_rows(mesh.pair, placed.lines, pair.meshed.sections.z), found.force[0])
     return np.asarray((_turned(mesh.frame).T @ mean).reshape(2, HUB) / force)
 
 
@@ -168,12 +159,12 @@ def on_hubs(reduced: ReducedPair, hubs: Hubs) -> ReducedPair:
 
 
 def _swept(
-    gearbox: LoadedGearbox, equilibrium: Equilibrium, system: System, pairs: Mapping[str, ReducedPair], angles: int
+    gearbox: LoadedGearbox, equilibrium: Equilibrium, pairs: Mapping[str, ReducedPair], angles: int
 ) -> tuple[SolvedMesh, ...]:
     found = []
     for number, mesh in enumerate(gearbox.meshes):
         reduced, force = pairs[mesh.settings.name], mesh_force(gearbox, equilibrium, number)
-        hubs = hubs_of(gearbox, equilibrium, system, mesh, force)
+        hubs = hubs_of(gearbox, equilibrium, mesh, force)
         condition, phi = _condition(mesh, reduced, force), online_angles(mesh.pair.pitch, angles)
         sweep, rigid = (
             sweep_reduced_pair(one, phi, [condition], recorded=True) for one in (on_hubs(reduced, hubs), reduced)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -133,8 +134,9 @@ class LoadedGearbox:
     load: FloatArray
     housing: FloatArray
 
+    @cached_property
     def system(self) -> System:
-        """Return the system of equations."""
+        """The system of equations."""
         size = len(self.load)
         stiffness, constraints, seats = np.zeros((size, size)), list[FloatArray](), list[Seat]()
         names, rotations = [], np.tile(np.arange(NODE) >= ABOUT_AXIS, size // NODE)
@@ -156,7 +158,7 @@ class LoadedGearbox:
 
     def solve(self) -> Equilibrium:
         """Solve the equilibrium."""
-        return solve_system(self.system(), self.load)
+        return solve_system(self.system, self.load)
 
 
 def loaded(model: GearboxModel, load: LoadCase) -> LoadedGearbox:

@@ -133,12 +133,19 @@ def _unbalanced(
     system: System, basis: FloatArray, place: FloatArray, force: FloatArray
 ) -> tuple[FloatArray, FloatArray, tuple[BearingState, ...]]:
     displacement = basis @ place
-    inner, tangent = system.stiffness @ displacement, system.stiffness.copy()
+    inner = system.stiffness @ displacement
     states = tuple(seat.bearing.state(seat.rows @ displacement) for seat in system.seats)
     for seat, state in zip(system.seats, states, strict=True):
         inner += seat.rows.T @ state.force
+    return force - basis.T @ inner, basis.T @ tangent_of(system, states) @ basis, states
+
+
+def tangent_of(system: System, states: Sequence[BearingState]) -> FloatArray:
+    """Return the stiffness of beams, springs and rolling bearings in some states, shape (n, n)."""
+    tangent = system.stiffness.copy()
+    for seat, state in zip(system.seats, states, strict=True):
         tangent += seat.rows.T @ state.stiffness @ seat.rows
-    return force - basis.T @ inner, basis.T @ tangent @ basis, states
+    return tangent
 
 
 def _solved(tangent: FloatArray, added: float, residual: FloatArray) -> FloatArray:

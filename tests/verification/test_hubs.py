@@ -184,7 +184,7 @@ def test_all_loads_of_a_file_have_one_system():
     model, _, found = solved()
     names = {place for load in (found.load, LoadCase(name="none", torques=())) for place, _ in load.places}
     assert names == {"in", "out"}
-    stiffness = loaded(model, found.load).system().stiffness
+    stiffness = loaded(model, found.load).system.stiffness
     assert_allclose(stiffness, stiffness.T, rtol=0.0, atol=1e-6)
 
 
