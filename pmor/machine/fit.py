@@ -16,12 +16,12 @@ from scipy.optimize import minimize
 from pmor.case import change_case
 from pmor.core.arrays import FloatArray
 from pmor.gear.modification import Modification
-from pmor.line.pair import PlacedSections
 from pmor.machine.coupled import MEAN_ANGLES, SolvedLoad, SolvedMesh, on_hubs, solve_load
 from pmor.machine.model import GearboxModel
 from pmor.pair.conditions import assembly_of
 from pmor.results.load_distribution import face_load_factor, line_states
 from pmor_online.model import ReducedPair, online_angles
+from pmor_online.variants import VariantSolver
 
 # Amounts are sought so finely, um, and not beyond.
 RESOLUTION_UM, MOST_UM = 0.01, 200.0
@@ -66,12 +66,13 @@ def _fit(model: GearboxModel, loads: Sequence[SolvedLoad], pairs: Mapping[str, R
     sense = loads[0].meshes[number].meshing.frame.along
     alike = [load for load in loads if load.meshes[number].meshing.frame.along == sense]
     meshes = [load.meshes[number] for load in alike]
-    placed = [_placed(pairs[name], mesh) for mesh in meshes]
-    base = assembly_of(pairs[name].basis.case).pinion
+    solvers = [_solver(pairs[name], mesh) for mesh in meshes]
+    assembly = assembly_of(pairs[name].basis.case)
+    base = assembly.pinion
 
     def worst(amounts: FloatArray) -> float:
-        flank = _with(base, amounts)
-        return max(_factor(pairs[name], flank, one, mesh.torque) for one, mesh in zip(placed, meshes, strict=True))
+        states = [solver.solve(replace(assembly, pinion=_with(base, amounts))) for solver in solvers]
+        return max(float(face_load_factor(one)[0]) if one.converged.all() else np.inf for one in states)
 
     # The slope that would level rigid flanks, either way, and a little crowning.
     size = max(abs(_misalignment_um(mesh)) for mesh in meshes) + 1.0
@@ -100,9 +101,9 @@ def _misalignment_um(mesh: SolvedMesh) -> float:
     return 1e3 * mesh.meshing.pair.face_width * float(np.abs(relative[3:5]).sum())
 
 
-def _placed(reduced: ReducedPair, mesh: SolvedMesh) -> PlacedSections:
-    misalignment = assembly_of(reduced.basis.case).misalignment
-    return on_hubs(reduced, mesh.hubs).lines.place(online_angles(mesh.meshing.pair.pitch, MEAN_ANGLES), misalignment)
+def _solver(reduced: ReducedPair, mesh: SolvedMesh) -> VariantSolver:
+    phi = online_angles(mesh.meshing.pair.pitch, MEAN_ANGLES)
+    return VariantSolver(on_hubs(reduced, mesh.hubs), phi, [1e-3 * mesh.torque])
 
 
 def _with(base: Modification, amounts: FloatArray) -> Modification:
@@ -110,14 +111,3 @@ def _with(base: Modification, amounts: FloatArray) -> Modification:
     return replace(
         base, helix_slope_um=base.helix_slope_um + slope, helix_crowning_um=base.helix_crowning_um + crowning
     )
-
-
-def _factor(reduced: ReducedPair, flank: Modification, placed: PlacedSections, torque: float) -> float:
-    """K_Hbeta with a flank of the pinion."""
-    assembly = replace(assembly_of(reduced.basis.case), pinion=flank)
-    found = placed.solve(np.array([torque]), False, placed.deviation(assembly))
-    if not found.converged.all():
-        return np.inf
-    width = reduced.layered.width
-    load = found.force[0].reshape(-1, len(width)).sum(axis=0) / width
-    return float(load.max() / (load @ width / width.sum()))
