@@ -32,6 +32,7 @@ NOT_WRITTEN = {
     **{f"dynamics.{gear}_bearing_damping_N_s_mm": "by the ratio" for gear in GEARS},
     "load.speed_rpm": "not given",
     "pair.centre_distance_mm": "without backlash",
+    **{f"{gear}.blank.hub_width_mm": "of the face" for gear in GEARS},
     "pinion.face_width_mm": "of the pair",
     "wheel.face_width_mm": "of the pair",
 }  # fmt: skip

@@ -45,12 +45,26 @@ def _many_nodes(case: Case) -> str:
     return f"flanks of {MOST_NODES} nodes at most, and these have {nodes} nodes" if nodes > MOST_NODES else ""
 
 
+def _blanks(case: Case) -> str:
+    gears = case.pair.pinion, case.pair.wheel
+    light = any(gear.light_blank(case.pair.face_width_mm) is not None for gear in gears)
+    return "gears that are solid down to their bores: leave the blanks out" if light else ""
+
+
+def _holes(case: Case) -> str:
+    blanks = [gear.light_blank(case.pair.face_width_mm) for gear in (case.pair.pinion, case.pair.wheel)]
+    holes = any(blank is not None and blank.holes is not None for blank in blanks)
+    return "no holes, with which it does not repeat each mesh cycle: leave them out" if holes else ""
+
+
 # What capabilities take, of cases that they do not take; empty of others.
 LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_shapes, ("campaign", "design", "dynamics", "fmu", "gearbox", "page", "rexs")),
     (_coast, ("campaign", "design", "fmu", "gearbox", "page", "rexs", "vtkhdf")),
     (_uneven_teeth, ("fmu",)),
     (_many_nodes, ("page",)),
+    (_blanks, ("rexs", "vtkhdf")),
+    (_holes, ("campaign", "classical", "design", "dynamics", "fmu", "gearbox", "page")),
 )
 
 

@@ -7,7 +7,7 @@ from dataclasses import asdict, fields, is_dataclass, replace
 from typing import Any
 
 from pmor.case.coast import TORQUES, as_drawn, without_pitch
-from pmor.case.document import COAST, CONDITION, GEARS, MODIFICATION, flattened
+from pmor.case.document import BLANK, COAST, CONDITION, GEARS, HOLES, MODIFICATION, flattened
 from pmor.case.loader import parse_case
 from pmor.case.reader import keys_of
 from pmor.case.schema import SECTIONS, Case
@@ -77,7 +77,12 @@ def sections_of(case: Case) -> dict[str, dict[str, Any]]:
     case = as_drawn(case)
     pair = asdict(case.pair)
     gears = {gear: pair.pop(gear) for gear in GEARS}
+    blanks = {f"{gear}.{BLANK}": gears[gear].pop(BLANK) for gear in GEARS}
     sections = {"load": {"torque_Nm": case.torque_Nm, "speed_rpm": case.speed_rpm}, "pair": pair, **gears}
+    for name, blank in blanks.items():
+        if blank is not None:
+            holes = blank.pop(HOLES)
+            sections |= {name: blank} | ({} if holes is None else {f"{name}.{HOLES}": holes})
     drive = case.pinion_modification, case.wheel_modification
     for gear, modification, other in zip(GEARS, drive, case.other_flanks, strict=True):
         usual = without_pitch(modification)
@@ -86,7 +91,7 @@ def sections_of(case: Case) -> dict[str, dict[str, Any]]:
                 sections[f"{gear}.{name}"] = {
                     key: value for key, value in _shallow(flank).items() if value != getattr(default, key)
                 }
-    rest = [name for name in SECTIONS if name not in sections and MODIFICATION not in name]
+    rest = [name for name in SECTIONS if name not in sections and MODIFICATION not in name and BLANK not in name]
     sections |= {name: asdict(getattr(case, name)) for name in rest}
     if coast:
         sections["load"]["torque_Nm"] = -case.torque_Nm
@@ -101,6 +106,8 @@ def _changed(document: dict[str, Any], settings: Mapping[str, Any], where: str) 
     for key, value in flattened(settings).items():
         if key in ("title", CONDITION):
             document[key] = value
+        elif key in SECTIONS and value is None and BLANK in key:
+            document = {name: keys for name, keys in document.items() if not name.startswith(key)}
         elif key in SECTIONS:
             if not isinstance(value, Mapping):
                 first = next(iter(keys_of(SECTIONS[key])))
@@ -134,8 +141,9 @@ def _homes(key: str, document: Mapping[str, Any], where: str) -> tuple[str, ...]
 
 
 def _keyword(section: str, key: str) -> str:
-    gear, _, inside = section.partition(".")
-    return f"{gear}={{'{inside}': {{'{key}': ...}}}}" if inside else f"{gear}={{'{key}': ...}}"
+    gear, *inside = section.split(".")
+    opened = "".join(f"'{name}': {{" for name in inside)
+    return f"{gear}={{{opened}'{key}': ...{'}' * len(inside)}}}"
 
 
 def _shallow(section: Any) -> dict[str, Any]:

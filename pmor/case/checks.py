@@ -3,6 +3,8 @@
 import math
 from typing import Any
 
+from pmor.case.blank import check_blank
+from pmor.case.document import BLANK
 from pmor.case.dynamics import check_dynamics
 from pmor.case.extrapolation import MISALIGNMENTS
 from pmor.case.flanks import check_flanks, untrained_conditions
@@ -42,6 +44,7 @@ def check_together(case: Case, document: dict[str, Any], where: str) -> None:
     _check_length(pair.face_width_mm, pair.module_mm, f"{where}: [pair] face_width_mm")
     _check_faces(pair, where)
     refuse_uneven_sections(case, where)
+    _check_blanks(case, where)
     _check_bore(pair, pair.pinion, f"{where}: [pinion]")
     _check_bore(pair, pair.wheel, f"{where}: [wheel]")
     _check_centre_distance(pair, where)
@@ -137,6 +140,24 @@ def refuse_uneven_sections(case: Case, where: str) -> None:
         )
 
 
+def _check_blanks(case: Case, where: str) -> None:
+    """Refuse blanks where the mesh or the contact has no place for them."""
+    for name, gear in (("pinion", case.pair.pinion), ("wheel", case.pair.wheel)):
+        blank = gear.light_blank(case.pair.face_width_mm)
+        if blank is None:
+            continue
+        if case.mesh.width == "plane_strain":
+            raise CaseError(
+                f'{where}: [{name}.{BLANK}]: [mesh] width = "plane_strain" has one section for all of the width, and a '
+                'web is narrower: write "whole", or leave the blank out'
+            )
+        if blank.holes is not None and case.contact.kind != "line":
+            raise CaseError(
+                f'{where}: [{name}.{BLANK}] holes: [contact] scheme = "{case.contact.scheme}" takes teeth that are all '
+                'alike, and holes make them differ: write scheme = "line", or leave the holes out'
+            )
+
+
 def _check_bore(pair: PairCase, gear: GearCase, place: str) -> None:
     module_mm = pair.module_mm
     root_mm = module_mm * (gear.teeth / (2.0 * _cos_deg(pair.helix_angle_deg)) + gear.profile_shift - gear.dedendum)
@@ -154,6 +175,10 @@ def _check_bore(pair: PairCase, gear: GearCase, place: str) -> None:
             f"{place} bore_radius_mm = {gear.bore_radius_mm}: must be below {limit_mm:.6g} mm, the root radius "
             f"{root_mm:.6g} mm less half a module of rim: lower it"
         )
+    if gear.blank is not None:
+        blank = f"{place.removesuffix(']')}.{BLANK}]"
+        face_mm = gear.face_width_mm or pair.face_width_mm
+        check_blank(gear.blank, root_mm, gear.bore_radius_mm, face_mm, module_mm, blank)
 
 
 def _check_allowances(gear: GearCase, place: str) -> None:

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from pmor.case.gears import GearCase
 from pmor.case.schema import Case, ConditionCase
 from pmor.case.values import toml_text
 from pmor.core.errors import CaseError
@@ -55,7 +56,10 @@ def in_amounts(document: Mapping[str, Any], where: str) -> tuple[dict[str, Any],
 
 def other_flank(case: Case) -> Case:
     """Return the image of a case in which its other flanks carry; that of the image is the case itself."""
-    pair = replace(case.pair, helix_angle_deg=-case.pair.helix_angle_deg or 0.0)
+    pair = replace(
+        case.pair, helix_angle_deg=-case.pair.helix_angle_deg or 0.0, pinion=_mirrored_gear(case.pair.pinion),
+        wheel=_mirrored_gear(case.pair.wheel),
+    )  # fmt: skip
     out_of_plane = tuple(sorted(-value or 0.0 for value in case.offline.out_of_plane_um))
     pinion, wheel = map(mirrored_flank, case.other_flanks)
     return replace(
@@ -64,6 +68,14 @@ def other_flank(case: Case) -> Case:
         other_flanks=(mirrored_flank(case.pinion_modification), mirrored_flank(case.wheel_modification)),
         offline=replace(case.offline, out_of_plane_um=out_of_plane),
     )  # fmt: skip
+
+
+def _mirrored_gear(gear: GearCase) -> GearCase:
+    """Holes on the other side of the line of centres."""
+    if gear.blank is None or gear.blank.holes is None:
+        return gear
+    holes = replace(gear.blank.holes, first_deg=-gear.blank.holes.first_deg or 0.0)
+    return replace(gear, blank=replace(gear.blank, holes=holes))
 
 
 def as_drawn(case: Case) -> Case:

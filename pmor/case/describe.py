@@ -9,7 +9,7 @@ from typing import Any
 
 from pmor.case.change import sections_of
 from pmor.case.coast import flank_of, mirrored_flank
-from pmor.case.document import GEARS, MODIFICATION, flattened
+from pmor.case.document import BLANK, GEARS, MODIFICATION, flattened
 from pmor.case.flanks import trained_flanks
 from pmor.case.schema import Case, ConditionCase
 from pmor.case.width import meshed_width
@@ -89,7 +89,8 @@ def basis_key(case: Case) -> str:
 def basis_settings(case: Case) -> dict[str, Any]:
     """Return everything that enters `basis_key`, each by its name for people."""
     sections = sections_of(case)
-    names = ["pair", *GEARS, "mesh", "contact", "reduction", *(["offline"] if case.reduction.trained else [])]
+    blanks = [name for name in sections if f".{BLANK}" in name]
+    names = ["pair", *GEARS, *blanks, "mesh", "contact", "reduction", *(["offline"] if case.reduction.trained else [])]
     found = {f"[{name}] {key}": value for name in names for key, value in sections[name].items()}
     for gear, flank in zip(GEARS, trained_flanks(case), strict=True):
         found |= {f"[{gear}.{MODIFICATION}] {key}": value for key, value in asdict(flank).items()}

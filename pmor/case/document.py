@@ -7,23 +7,25 @@ from typing import Any
 
 GEARS = ("pinion", "wheel")
 MODIFICATION = "modification"
+BLANK, HOLES = "blank", "holes"
 COAST = "coast_modification"
 CONDITION = "condition"
 
 
 def flattened(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a document with `[pinion.modification]` beside `[pinion]`; so are all sections of flanks.
+    """Return a document with `[pinion.modification]` beside `[pinion]`; so are all sections of flanks and blanks.
 
-    A wheel with a modification alone has the pinion's geometry, as a wheel without a section.
+    A wheel with a modification or a blank alone has the pinion's geometry, as a wheel without a section.
     """
     flat: dict[str, Any] = {}
     for name, content in document.items():
-        inside = [key for key in (MODIFICATION, COAST) if isinstance(content, Mapping) and key in content]
-        if name not in GEARS or not inside:
+        within = (MODIFICATION, COAST, BLANK) if name in GEARS else (HOLES,) if name.endswith(f".{BLANK}") else ()
+        inside = [key for key in within if isinstance(content, Mapping) and key in content]
+        if not inside:
             flat[name] = content
             continue
         rest = {key: value for key, value in content.items() if key not in inside}
-        if rest or name == GEARS[0]:
+        if rest or name != GEARS[1]:
             flat[name] = rest
-        flat |= {f"{name}.{key}": content[key] for key in inside}
+        flat |= flattened({f"{name}.{key}": content[key] for key in inside})
     return flat

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
+from pmor.case.blank import BlankCase
 from pmor.core.ranges import METRES, PASCALS, RADIANS, TAKEN_OFF, Length, Range
 
 
@@ -39,6 +40,8 @@ class GearCase:
         Young's modulus in GPa.
     poisson_ratio : float
         Poisson's ratio.
+    blank : BlankCase or None
+        Rim, web and hub (section `[pinion.blank]`, `[wheel.blank]`); None is solid down to the bore.
     """
 
     teeth: Annotated[int, Range(6, 1000)]
@@ -55,12 +58,18 @@ class GearCase:
     tooth_thickness_allowance_um: Annotated[tuple[float, ...], Range(-1e4, 0.0, "um", mistaken_for=(TAKEN_OFF,))] = ()
     youngs_modulus_GPa: Annotated[float, Range(1e-3, 1e4, "GPa", mistaken_for=PASCALS)] = 210.0
     poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
+    blank: BlankCase | None = None
 
     @property
     def thickness_allowances_mm(self) -> tuple[float, float]:
         """Lower and upper allowance of the normal tooth thickness, mm."""
         allowances = self.tooth_thickness_allowance_um or (0.0,)
         return 1e-3 * allowances[0], 1e-3 * allowances[-1]
+
+    def light_blank(self, pair_width_mm: float) -> BlankCase | None:
+        """Return the blank of this gear in a pair of a face width; None where it is solid down to its bore."""
+        solid = self.blank is None or self.blank.fills(self.face_width_mm or pair_width_mm)
+        return None if solid else self.blank
 
     def face(self, pair_width_mm: float) -> tuple[float, float]:
         """Return where the face begins and ends along z, mm, in a pair of a face width."""

@@ -1,13 +1,15 @@
 """Read a case file: TOML -> sections -> checked values -> `Case`."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from pmor.case.blank import BlankCase
 from pmor.case.checks import check_together
 from pmor.case.coast import in_amounts, other_flank, without_pitch
-from pmor.case.document import COAST, CONDITION, GEARS, MODIFICATION, flattened
+from pmor.case.document import BLANK, COAST, CONDITION, GEARS, HOLES, MODIFICATION, flattened
 from pmor.case.gears import PairCase
 from pmor.case.reader import NOTHING, Reader, parse_toml, read_text
 from pmor.case.schema import SECTIONS, Case, ConditionCase
@@ -76,14 +78,16 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     reader.refuse_unknown({key: value for key, value in document.items() if key not in names}, names, "")
 
     def section(key: str, given: Mapping[str, Any] = NOTHING, **filled: Any) -> Any:
-        also = [MODIFICATION, COAST] if key in GEARS else []
+        also = [MODIFICATION, COAST, BLANK] if key in GEARS else [HOLES] if key.endswith(BLANK) else []
         return reader.section(document.get(key, {}), SECTIONS[key], key, filled, given, also)
 
     title = reader.value(document.get("title", name), str, "title")
     load = section("load")
     torque_Nm = load.torque_Nm
-    pinion = section("pinion")
+    pinion = replace(section("pinion"), blank=_read_blank(section, document, "pinion"))
+    blank = _read_blank(section, document, "wheel")
     wheel = section("wheel") if "wheel" in document else pinion
+    wheel = wheel if blank is None else replace(wheel, blank=blank)
     misalignment, modifications = section("misalignment"), [section(f"{gear}.{MODIFICATION}") for gear in GEARS]
     others = [
         section(key, **vars(without_pitch(own).changed(dict.fromkeys(other_places(document[key])))))
@@ -142,6 +146,14 @@ def _read_conditions(
             reader.refuse(f"[{CONDITION}] name = {toml_text(condition.name)}", "is there twice: rename one")
         found.append(condition)
     return tuple(found)
+
+
+def _read_blank(section: Callable[..., Any], document: Mapping[str, Any], gear: str) -> BlankCase | None:
+    name, holes = f"{gear}.{BLANK}", f"{gear}.{BLANK}.{HOLES}"
+    if name not in document and holes not in document:
+        return None
+    found: BlankCase = section(name, {HOLES: section(holes) if holes in document else None})
+    return found
 
 
 def _keys_in(table: Mapping[str, Any], section: str) -> list[str]:

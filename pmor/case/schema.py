@@ -7,6 +7,7 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Annotated, Literal
 
+from pmor.case.blank import BlankCase, HolesCase
 from pmor.case.dynamics import DynamicsCase
 from pmor.case.gears import GearCase, PairCase
 from pmor.case.reader import INLINE
@@ -338,6 +339,10 @@ SECTIONS: dict[str, type] = {
     "wheel.modification": Modification,
     "pinion.coast_modification": Modification,
     "wheel.coast_modification": Modification,
+    "pinion.blank": BlankCase,
+    "wheel.blank": BlankCase,
+    "pinion.blank.holes": HolesCase,
+    "wheel.blank.holes": HolesCase,
     "mesh": MeshCase,
     "contact": ContactCase,
     "misalignment": Misalignment,

@@ -1,9 +1,9 @@
 """How much of the face width is meshed.
 
-Deformation and contact of a spur pair with parallel axes and faces without offset mirror themselves at mid width. Half
-the width then stands for the whole: the plane at mid width keeps its nodes (u_z = 0), and what acts on a node counts
-together with what acts on its image. In plane strain all sections deform alike, each in its own plane, and one layer of
-elements is the whole.
+Deformation and contact of a spur pair with parallel axes, and faces and webs without offset, mirror themselves at mid
+width. Half the width then stands for the whole: the plane at mid width keeps its nodes (u_z = 0), and what acts on a
+node counts together with what acts on its image. In plane strain all sections deform alike, each in its own plane, and
+one layer of elements is the whole.
 """
 
 from __future__ import annotations
@@ -44,7 +44,9 @@ def intervals_across(case: Case) -> int:
 def _mirrors_with_parallel_axes(case: Case) -> bool:
     mesh, pair = case.mesh, case.pair
     symmetric = pair.helix_angle_deg == pair.pinion.face_offset_mm == pair.wheel.face_offset_mm == 0.0
-    return mesh.width == "half" and symmetric and mesh.width_elements % 2 == 0
+    blanks = [gear.light_blank(pair.face_width_mm) for gear in (pair.pinion, pair.wheel)]
+    even = all(blank is None or blank.web_offset_mm == 0.0 for blank in blanks)
+    return mesh.width == "half" and symmetric and even and mesh.width_elements % 2 == 0
 
 
 def _uneven(case: Case) -> bool:

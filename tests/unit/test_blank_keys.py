@@ -1,0 +1,131 @@
+"""Keys of blanks: read, changed, mirrored, and refused in one line where their parts do not fit into each other."""
+
+import tomllib
+from dataclasses import replace
+
+import pytest
+
+from pmor.case import basis_key, change_case, describe, make_case, parse_case, text_of
+from pmor.case.capability import why_not
+from pmor.case.coast import other_flank
+from pmor.case.width import meshed_width
+from pmor.core.errors import CaseError
+
+HOLES = {"count": 6, "radius_mm": 2.0, "on_radius_mm": 27.5, "first_deg": 5.0}
+WEB = {"rim_thickness_mm": 6.0, "web_thickness_mm": 5.0, "hub_radius_mm": 24.0}
+SMALL = {"teeth": 21, "bore_radius_mm": 20.0, "module_mm": 4.0, "face_width_mm": 20.0, "torque_Nm": 100.0}
+
+
+def case_of(blank=WEB, **changes):
+    return make_case(**SMALL | {"scheme": "line", "pinion": {"blank": blank}} | changes)
+
+
+def test_a_wheel_without_a_section_has_the_blank_of_the_pinion_unless_it_says_another():
+    case = case_of(WEB | {"holes": HOLES})
+    assert case.pair.wheel == case.pair.pinion
+    assert case.pair.wheel.blank.holes.count == 6
+    other = change_case(case, wheel={"blank": WEB | {"web_offset_mm": 2.0}})
+    assert other.pair.wheel.teeth == 21
+    assert (other.pair.wheel.blank.web_offset_mm, other.pair.wheel.blank.holes) == (2.0, None)
+    alone = case_of(wheel={"teeth": 21, "bore_radius_mm": 20.0})
+    assert alone.pair.pinion.blank is not None
+    assert alone.pair.wheel.blank is None
+
+
+def test_a_case_with_blanks_reads_back_also_where_its_fields_were_replaced():
+    case = case_of(WEB | {"holes": HOLES})
+    assert replace(parse_case(case.text, "case", "case"), text="") == replace(case, text="")
+    changed = replace(case, torque_Nm=90.0, online=replace(case.online, torques_Nm=(90.0,)))
+    again = parse_case(text_of(changed), "case", "case")
+    assert again.pair == case.pair
+
+
+def test_holes_are_read_in_line_as_well_as_in_a_section():
+    inline = "holes = {count = 6, radius_mm = 2.0, on_radius_mm = 27.5, first_deg = 5.0}"
+    text = case_of().text.replace("[pinion.blank]", f"[pinion.blank]\n{inline}")
+    assert parse_case(text, "case", "case").pair == case_of(WEB | {"holes": HOLES}).pair
+
+
+def test_single_keys_of_a_blank_change_and_none_leaves_it_out():
+    case = change_case(case_of(), pinion={"blank": {"web_thickness_mm": 4.0}})
+    assert (case.pair.pinion.blank.web_thickness_mm, case.pair.pinion.blank.hub_radius_mm) == (4.0, 24.0)
+    assert change_case(case, pinion={"blank": None}).pair.pinion.blank is None
+
+
+def test_blanks_are_in_the_key_of_a_basis_and_in_the_settings_that_a_plan_shows():
+    assert len({basis_key(case) for case in (case_of(), case_of(WEB | {"holes": HOLES}), make_case(**SMALL))}) == 3
+    assert ("pinion.blank.holes.count", 6, False) in describe(case_of(WEB | {"holes": HOLES}))
+
+
+def test_half_the_width_stands_for_webs_in_the_middle_alone():
+    assert meshed_width(case_of()) == "half"
+    assert meshed_width(case_of(WEB | {"web_offset_mm": 0.5})) == "whole"
+
+
+def test_a_blank_that_leaves_nothing_out_is_a_solid_gear():
+    full = case_of(WEB | {"web_thickness_mm": 20.0})
+    assert full.pair.pinion.light_blank(20.0) is None
+    assert case_of(WEB | {"web_thickness_mm": 19.9}).pair.pinion.light_blank(20.0) is not None
+    assert case_of(WEB | {"web_thickness_mm": 20.0, "hub_width_mm": 22.0}).pair.pinion.light_blank(20.0) is not None
+
+
+def test_holes_of_coast_flanks_are_on_the_other_side_of_the_line_of_centres():
+    case = case_of(WEB | {"holes": HOLES})
+    mirrored = other_flank(case)
+    assert mirrored.pair.wheel.blank.holes.first_deg == -5.0
+    assert other_flank(mirrored) == case
+
+
+def test_capabilities_say_which_blanks_they_do_not_take():
+    assert "leave the blanks out" in why_not(case_of(), "vtkhdf")
+    assert not why_not(case_of(), "design")
+    assert "leave them out" in why_not(case_of(WEB | {"holes": HOLES}), "design")
+    assert not why_not(case_of(WEB | {"web_thickness_mm": 20.0}), "vtkhdf")
+
+
+BROKEN = {
+    "rim through the hub": ({"rim_thickness_mm": 13.0}, ["rim_thickness_mm = 13", "inner radius, 24 mm", "lower it"]),
+    "hub within the bore": ({"hub_radius_mm": 20.0}, ["hub_radius_mm = 20", "above the bore's radius, 20 mm"]),
+    "web wider than the face": ({"web_thickness_mm": 21.0}, ["web_thickness_mm = 21", "wider than the face, 20 mm"]),
+    "web wider than the hub": ({"hub_width_mm": 4.0}, ["web_thickness_mm = 5", "wider than the hub, 4 mm"]),
+    "web beside the face": ({"web_offset_mm": 8.0}, ["web_offset_mm = 8", "beyond the face", "within 7.5 mm"]),
+    "web beside the hub": ({"web_offset_mm": 2.0, "hub_width_mm": 8.0}, ["beyond the hub", "within 1.5 mm"]),
+    "rim too thin": ({"rim_thickness_mm": 0.1}, ["rim_thickness_mm = 0.1", "at least 0.2 mm"]),
+    "in metres": ({"rim_thickness_mm": 0.0006}, ["looks like metres"]),
+    "no web": ({"web_thickness_mm": None}, ["[pinion.blank] web_thickness_mm", "is missing"]),
+    "a word too many": ({"web_width_mm": 5.0}, ["[pinion.blank] web_width_mm", "did you mean hub_width_mm"]),
+    "holes through the rim": ({"holes": HOLES | {"on_radius_mm": 29.0}}, ["27 to 31 mm", "they leave the web"]),
+    "holes through the hub": ({"holes": HOLES | {"radius_mm": 3.4}}, ["24.1 to 30.9 mm", "lower radius_mm"]),
+    "holes that meet": ({"holes": HOLES | {"count": 44}}, ["count = 44", "stay between neighbours", "fewer"]),
+    "no holes": ({"holes": HOLES | {"count": 0}}, ["count = 0"]),
+    "holes in turns": ({"holes": HOLES | {"first_deg": 400.0}}, ["first_deg = 400"]),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_blank_that_cannot_be_is_refused(name):
+    changes, words = BROKEN[name]
+    with pytest.raises(CaseError) as refused:
+        case_of({key: value for key, value in (WEB | changes).items() if value is not None})
+    message = str(refused.value)
+    assert "\n" not in message
+    for word in words:
+        assert word in message
+
+
+@pytest.mark.parametrize(
+    ("blank", "changes", "words"),
+    [
+        (WEB, {"width": "plane_strain"}, ['"plane_strain"', "leave the blank out"]),
+        (WEB | {"holes": HOLES}, {"scheme": "direct"}, ['scheme = "direct"', "leave the holes out"]),
+    ],
+)
+def test_meshes_and_contacts_without_a_place_for_a_blank_refuse_it(blank, changes, words):
+    with pytest.raises(CaseError) as refused:
+        case_of(blank, **changes)
+    for word in words:
+        assert word in str(refused.value)
+
+
+def test_the_text_of_a_case_with_holes_is_toml():
+    assert tomllib.loads(case_of(WEB | {"holes": HOLES}).text)["pinion"]["blank"]["holes"]["count"] == 6
