@@ -16,7 +16,7 @@ from pmor.case.reader import keys_of
 from pmor.case.schema import SECTIONS
 from pmor.case.values import forms_of
 from pmor.core.errors import GeometryError
-from pmor.gear.tooth import involute_function
+from pmor.gear.involute import involute_function
 
 PINION, WHEEL = GEARS
 # Of a case, either way.

@@ -8,13 +8,16 @@ from typing import Literal
 from pmor.case.schema import Case
 from pmor.core.errors import CaseError
 
-Capability = Literal["campaign", "classical", "design", "dynamics", "fmu", "gearbox", "page", "rexs", "vtkhdf"]
+Capability = Literal[
+    "campaign", "classical", "design", "dynamics", "fmu", "gearbox", "page", "rexs", "stability", "vtkhdf"
+]
 
 NAMES: dict[Capability, str] = {
     "campaign": "a campaign", "classical": "the table of classical formulas", "design": "a design",
     "dynamics": "the force law of dynamics", "fmu": "the force law of a unit for co-simulation",
     "gearbox": "a gearbox",
-    "page": "the live page", "rexs": "a REXS file", "vtkhdf": "a VTKHDF file",
+    "page": "the live page", "rexs": "a REXS file", "stability": "the matrix of stability",
+    "vtkhdf": "a VTKHDF file",
 }  # fmt: skip
 # Nodes of a flank beyond which its compliance takes more of a page than all else: 8 x 8 quadratic elements have 289.
 MOST_NODES = 600
@@ -37,6 +40,10 @@ def _coast(case: Case) -> str:
     if case.flank == "drive":
         return ""
     return "drive flanks: give [load] torque_Nm positive, and the coast flanks as a [[condition]]"
+
+
+def _ring(case: Case) -> str:
+    return "external gears, and the wheel is a ring: take the pair alone" if case.pair.wheel.internal else ""
 
 
 def _many_nodes(case: Case) -> str:
@@ -62,6 +69,7 @@ LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_shapes, ("campaign", "design", "dynamics", "fmu", "gearbox", "page", "rexs")),
     (_coast, ("campaign", "design", "fmu", "gearbox", "page", "rexs", "vtkhdf")),
     (_uneven_teeth, ("fmu",)),
+    (_ring, ("campaign", "gearbox", "rexs", "stability")),
     (_many_nodes, ("page",)),
     (_blanks, ("rexs", "vtkhdf")),
     (_holes, ("campaign", "classical", "design", "dynamics", "fmu", "gearbox", "page")),

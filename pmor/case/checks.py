@@ -10,6 +10,7 @@ from pmor.case.extrapolation import MISALIGNMENTS
 from pmor.case.flanks import check_flanks, untrained_conditions
 from pmor.case.gears import GearCase, PairCase
 from pmor.case.models import other_models
+from pmor.case.rings import check_ring
 from pmor.case.schema import Case
 from pmor.case.values import toml_text, wrong_unit_text
 from pmor.case.width import meshed_width
@@ -42,6 +43,7 @@ def check_together(case: Case, document: dict[str, Any], where: str) -> None:
     """
     pair = case.pair
     _check_length(pair.face_width_mm, pair.module_mm, f"{where}: [pair] face_width_mm")
+    check_ring(pair, document, where)
     _check_faces(pair, where)
     refuse_uneven_sections(case, where)
     _check_blanks(case, where)
@@ -68,6 +70,11 @@ def check_together(case: Case, document: dict[str, Any], where: str) -> None:
 
 def _check_reduction(case: Case, where: str) -> None:
     reduction, scheme = case.reduction, case.contact.scheme
+    if case.pair.wheel.internal and scheme != "line":
+        raise CaseError(
+            f'{where}: [contact] scheme = "{scheme}": penalty contact takes external gears, and the wheel is a ring: '
+            'write scheme = "line"'
+        )
     if reduction.shapes == "line_loads" and scheme != "line":
         raise CaseError(
             f'{where}: [reduction] shapes = "line_loads": are the unknowns of line contact, and [contact] scheme = '
@@ -160,6 +167,14 @@ def _check_blanks(case: Case, where: str) -> None:
 
 def _check_bore(pair: PairCase, gear: GearCase, place: str) -> None:
     module_mm = pair.module_mm
+    if gear.bore_radius_mm is None:
+        rim_mm = gear.rim_thickness_mm or 0.0
+        if rim_mm < THINNEST_RIM * module_mm:
+            raise CaseError(
+                f"{place} rim_thickness_mm = {rim_mm}: must be at least {THINNEST_RIM * module_mm:g} mm, half a "
+                "module: raise it"
+            )
+        return
     root_mm = module_mm * (gear.teeth / (2.0 * _cos_deg(pair.helix_angle_deg)) + gear.profile_shift - gear.dedendum)
     # Teeth that are cut thinner are cut deeper.
     root_mm += 0.25 * sum(gear.thickness_allowances_mm) / math.tan(math.radians(pair.pressure_angle_deg))
@@ -209,20 +224,22 @@ def _check_centre_distance(pair: PairCase, where: str) -> None:
     distance_mm = pair.centre_distance_mm
     cos_helix = _cos_deg(pair.helix_angle_deg)
     transverse_angle = math.atan(math.tan(math.radians(pair.pressure_angle_deg)) / cos_helix)
-    gears = (pair.pinion, pair.wheel)
-    reference_mm = pair.module_mm * sum(gear.teeth for gear in gears) / (2.0 * cos_helix)
+    gears, sign = (pair.pinion, pair.wheel), pair.wheel.sign
+    reference_mm = abs(pair.module_mm * sum(gear.sign * gear.teeth for gear in gears) / (2.0 * cos_helix))
     base_mm = reference_mm * math.cos(transverse_angle)
-    tips_mm = reference_mm + pair.module_mm * sum(gear.addendum + gear.profile_shift for gear in gears)
-    tips_mm -= sum(gear.tip_shortening_mm for gear in gears)
-    if base_mm < distance_mm < tips_mm:
+    tips_mm = pair.module_mm * sum(gear.addendum + gear.profile_shift for gear in gears)
+    tips_mm = reference_mm + sign * (tips_mm - sum(gear.tip_shortening_mm for gear in gears))
+    # A ring's pinion leaves its teeth where the axes come together, and contact ends where the base circles touch.
+    low_mm, high_mm = (base_mm, tips_mm) if sign > 0 else (max(base_mm, tips_mm), math.inf)
+    if low_mm < distance_mm < high_mm:
         return
     remedy = f"the reference distance is {reference_mm:.6g}; leave the key out for the one without backlash"
-    if base_mm < distance_mm * 1e3 < tips_mm:
+    if low_mm < distance_mm * 1e3 < min(high_mm, 2.0 * reference_mm):
         remedy = wrong_unit_text(distance_mm, "metres", "m", distance_mm * 1e3, "mm")
-    raise CaseError(
-        f"{where}: [pair] centre_distance_mm = {distance_mm}: must be between {base_mm:.6g} (base circles touch) and "
-        f"{tips_mm:.6g} (tip circles touch) mm: {remedy}"
-    )
+    allowed = f"between {low_mm:.6g} (base circles touch) and {high_mm:.6g} (tip circles touch) mm"
+    if sign < 0:
+        allowed = f"above {low_mm:.6g} mm ({'base' if low_mm == base_mm else 'tip'} circles touch)"
+    raise CaseError(f"{where}: [pair] centre_distance_mm = {distance_mm}: must be {allowed}: {remedy}")
 
 
 def _check_torques(case: Case, document: dict[str, Any], where: str) -> None:

@@ -1,10 +1,32 @@
 """Sections of a case file for the gear pair: `[pair]`, `[pinion]`, `[wheel]`."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pmor.case.blank import BlankCase
 from pmor.core.ranges import METRES, PASCALS, RADIANS, TAKEN_OFF, Length, Range
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaperCase:
+    """The shaper cutter that generates a ring (`shaper = {teeth = ...}` in `[wheel]`).
+
+    Parameters
+    ----------
+    teeth : int
+        Number of teeth.
+    addendum : float
+        In modules.
+    tip_radius_mm : float
+        Radius in mm of the rounding between its flanks and its tip, in the transverse section; it makes the fillet.
+    profile_shift : float
+        Profile shift coefficient, in modules.
+    """
+
+    teeth: Annotated[int, Range(6, 1000)]
+    addendum: Annotated[float, Range(0.1, 4.0, "modules")] = 1.25
+    tip_radius_mm: Annotated[float, Range(0.0, 1e3, "mm", mistaken_for=(METRES,))] = 0.0
+    profile_shift: Annotated[float, Range(-3.0, 3.0, "modules")] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,14 +37,26 @@ class GearCase:
     ----------
     teeth : int
         Number of teeth.
+    internal : bool
+        Whether the wheel is a ring with teeth on its inside: its number of teeth is written positive all the same.
     profile_shift : float
-        Profile shift coefficient, in modules.
+        Profile shift coefficient, in modules: positive towards the tip, so that it makes the teeth thicker, those of a
+        ring too (ISO 21771).
     addendum, dedendum : float
-        Of the basic rack, in modules.
+        Of the basic rack, in modules; with a shaper, that makes the dedendum.
     rack_tip_radius : float
-        Tip radius of the generating rack, in modules; it makes the root fillet.
-    bore_radius_mm : float
-        Radius in mm at which the body is rigid on its shaft.
+        Tip radius of the generating rack, in modules; it makes the root fillet. In a ring with neither of the two
+        following keys, the radius of the fillet.
+    root_fillet_mm : float or None
+        Radius in mm of the arc between flank and root circle of a ring that no shaper is given for.
+    shaper : ShaperCase or None
+        The cutter that generates a ring, as in shaper = {teeth = 23, addendum = 1.25, tip_radius_mm = 0.5}.
+    bore_radius_mm : float or None
+        Radius in mm at which the body is rigid on its shaft. A ring has none.
+    rim_thickness_mm : float or None
+        Of a ring, in mm: from its root circle to its outside.
+    held : {"outside"}
+        Where a ring is rigid: all over its outside.
     face_width_mm : float or None
         Face width in mm; None is that of the pair.
     face_offset_mm : float
@@ -45,11 +79,16 @@ class GearCase:
     """
 
     teeth: Annotated[int, Range(6, 1000)]
+    internal: bool = False
     profile_shift: Annotated[float, Range(-3.0, 3.0, "modules")] = 0.0
     addendum: Annotated[float, Range(0.1, 3.0, "modules")] = 1.0
     dedendum: Annotated[float, Range(0.1, 4.0, "modules")] = 1.25
     rack_tip_radius: Annotated[float, Range(0.0, 1.0, "modules")] = 0.38
-    bore_radius_mm: Length
+    root_fillet_mm: Length | None = None
+    shaper: ShaperCase | None = None
+    bore_radius_mm: Length | None = None
+    rim_thickness_mm: Length | None = None
+    held: Literal["outside"] = "outside"
     face_width_mm: Length | None = None
     face_offset_mm: Annotated[float, Range(-1e5, 1e5, "mm")] = 0.0
     tip_rounding_mm: Annotated[float, Range(0.0, 1e3, "mm", mistaken_for=(METRES,))] = 0.0
@@ -59,6 +98,11 @@ class GearCase:
     youngs_modulus_GPa: Annotated[float, Range(1e-3, 1e4, "GPa", mistaken_for=PASCALS)] = 210.0
     poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
     blank: BlankCase | None = None
+
+    @property
+    def sign(self) -> int:
+        """Of tooth number, radii and centre distance by ISO 21771: -1 of a ring."""
+        return -1 if self.internal else 1
 
     @property
     def thickness_allowances_mm(self) -> tuple[float, float]:
@@ -88,7 +132,8 @@ class PairCase:
     pressure_angle_deg : float
         Normal pressure angle at the reference cylinder, in degrees.
     helix_angle_deg : float
-        Helix angle at the reference cylinder, in degrees: positive with a right-handed pinion and a left-handed wheel.
+        Helix angle at the reference cylinder, in degrees: positive with a right-handed pinion and a left-handed wheel;
+        a ring has the hand of its pinion.
     face_width_mm : float
         Face width in mm of both gears, unless they have their own; misalignments count over it.
     centre_distance_mm : float or None

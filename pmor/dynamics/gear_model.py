@@ -24,7 +24,7 @@ from pmor.case import Case, DynamicsCase, GearCase
 from pmor.core.arrays import FloatArray
 from pmor.dynamics.oscillator import Oscillator
 from pmor.gear.pair import GearPair
-from pmor.gear.tooth import Tooth
+from pmor.pair.model import held_radii
 
 GEARS = ("pinion", "wheel")
 DIRECTIONS = ("x", "y", "z", "about x", "about y")
@@ -113,10 +113,10 @@ class GearModel:
 def gear_model(case: Case, pair: GearPair) -> GearModel:
     """Return masses and bearings of the pair of a case."""
     dynamics, gears = case.dynamics, (case.pair.pinion, case.pair.wheel)
-    teeth = pair.pinion, pair.wheel
+    held = held_radii(case, pair)
     inertias = (
-        _inertia(dynamics, "pinion", gears[0], teeth[0], case.pair.face_width_mm),
-        _inertia(dynamics, "wheel", gears[1], teeth[1], case.pair.face_width_mm),
+        _inertia(dynamics, "pinion", gears[0], (pair.pinion.reference_radius, held[0]), case.pair.face_width_mm),
+        _inertia(dynamics, "wheel", gears[1], (pair.wheel.reference_radius, held[1]), case.pair.face_width_mm),
     )
     radii = pair.pinion.base_radius, pair.wheel.base_radius
     own = levers(pair)
@@ -177,9 +177,12 @@ def levers(pair: GearPair) -> FloatArray:
     return np.array(rows)
 
 
-def _inertia(dynamics: DynamicsCase, gear: str, drawn: GearCase, tooth: Tooth, width_mm: float) -> Inertia:
+def _inertia(
+    dynamics: DynamicsCase, gear: str, drawn: GearCase, radii_mm: tuple[float, float], width_mm: float
+) -> Inertia:
     width = drawn.face_width_mm or width_mm
-    ring = disc(tooth.reference_radius, drawn.bore_radius_mm, width, dynamics.density_kg_m3)
+    inner, outer = sorted(map(abs, radii_mm))
+    ring = disc(outer, inner, width, dynamics.density_kg_m3)
     mass, polar = (getattr(dynamics, f"{gear}_{key}") for key in ("mass_kg", "inertia_kg_m2"))
     polar = ring.polar_kg_m2 if polar is None else polar
     mass = ring.mass_kg if mass is None else mass

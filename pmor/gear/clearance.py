@@ -126,7 +126,8 @@ def _in_mate(pair: GearPair, gear: int, corner: complex, angle: FloatArray) -> F
     Returns
     -------
     ndarray, shape (2, n)
-        Distance from the mate's axis (mm) and angle from the centre line of its tooth (rad).
+        Distance from the mate's axis (mm, negative of an internal gear) and angle from the centre line of its tooth
+        (rad).
     """
     own, mate = _own_and_mate(pair, gear)
     turned = angle - own.half_thickness_angle(own.tip_roll_angle)
@@ -136,15 +137,17 @@ def _in_mate(pair: GearPair, gear: int, corner: complex, angle: FloatArray) -> F
     mate_turned = mate_roll - mate.base_half_angle - pair.working_pressure_angle
     seen = (corner * np.exp(1j * turned) - 1j * pair.centre_distance) / np.exp(1j * (math.pi + mate_turned))
     place = np.stack([seen.real, seen.imag], axis=-1)
-    return np.array([np.abs(seen), angle_from_centre_line(place, mate.base_radius)])
+    distance = np.copysign(np.abs(seen), mate.base_radius)
+    return np.array([distance, angle_from_centre_line(place, mate.base_radius)])
 
 
 def _profile(tooth: Tooth) -> tuple[FloatArray, FloatArray]:
-    """Return radii, rising, and half angles of a tooth from its root circle to its tip."""
+    """Return signed radii, rising, and half angles of a tooth from its root circle to its tip."""
     fillet = tooth.root_section(np.linspace(1.0, 0.0, FILLET_POINTS))
     flank = tooth.flank_section(np.linspace(tooth.form_roll_angle, tooth.tip_roll_angle, FILLET_POINTS)[1:])
     points = np.concatenate([fillet, flank])
-    return np.hypot(points[:, 0], points[:, 1]), angle_from_centre_line(points, tooth.base_radius)
+    radius = np.copysign(np.hypot(points[:, 0], points[:, 1]), tooth.base_radius)
+    return radius, angle_from_centre_line(points, tooth.base_radius)
 
 
 def _gaps(place: FloatArray, radius: FloatArray, half: FloatArray) -> FloatArray:

@@ -1,6 +1,7 @@
 """The data sheet of a gear pair, as ISO 21771:2007 names it: what stands on a drawing, and how the pair meshes.
 
 Diameters, thicknesses and lengths on the line of action are those of the transverse section unless they say otherwise.
+Those of an internal pair are written positive, as on a drawing.
 """
 
 from __future__ import annotations
@@ -42,7 +43,8 @@ class GearData:
     tip_tooth_thickness_mm, base_tooth_thickness_mm : float
         s_at, s_bt: arcs of the tip circle and of the base circle.
     span_teeth : int or None
-        k, nearest to contact half way up the flank; None where the face is too narrow, or flanks too short.
+        k, nearest to contact half way up the flank; None of a ring, or where the face is too narrow, or flanks too
+        short.
     span_mm : float or None
         W_k, base tangent length over k teeth.
     least_span_mm, largest_span_mm : float or None
@@ -102,7 +104,7 @@ class DataSheet:
     Parameters
     ----------
     gear_ratio : float
-        u = z_2 / z_1.
+        u = z_2 / z_1, negative of an internal pair, whose gears turn the same way.
     normal_module_mm, transverse_module_mm : float
         m_n, m_t.
     normal_pressure_angle_deg, transverse_pressure_angle_deg : float
@@ -201,9 +203,9 @@ def data_sheet(
         transverse_pressure_angle_deg=math.degrees(pinion.transverse_pressure_angle),
         helix_angle_deg=math.degrees(pinion.helix_angle), base_helix_angle_deg=math.degrees(pair.base_helix_angle),
         sum_of_profile_shifts=pinion.profile_shift + pair.wheel.profile_shift,
-        centre_distance_mm=pair.centre_distance,
-        reference_centre_distance_mm=pinion.reference_radius + pair.wheel.reference_radius,
-        zero_backlash_centre_distance_mm=pair.least_centre_distance,
+        centre_distance_mm=abs(pair.centre_distance),
+        reference_centre_distance_mm=abs(pinion.reference_radius + pair.wheel.reference_radius),
+        zero_backlash_centre_distance_mm=abs(pair.least_centre_distance),
         working_transverse_pressure_angle_deg=math.degrees(pair.working_pressure_angle),
         working_normal_pressure_angle_deg=math.degrees(math.asin(math.sin(pair.working_pressure_angle) * helix)),
         normal_backlash_mm=normal, transverse_backlash_mm=pair.backlash,
@@ -221,7 +223,8 @@ def _gear_data(pair: GearPair, gear: int, pinion_speed_rpm: float | None, said: 
     tooth, profile, edge = (pair.pinion, pair.wheel)[gear], profiles(pair)[gear], pair.tip_edges[gear]
     low, high = pair.faces[gear]
     span_teeth = teeth_to_span(tooth, high - low, edge.roll_angle)
-    speed = None if pinion_speed_rpm is None else pinion_speed_rpm * pair.pinion.teeth / tooth.teeth
+    teeth, base = abs(tooth.teeth), abs(tooth.base_radius)
+    speed = None if pinion_speed_rpm is None else pinion_speed_rpm * pair.pinion.teeth / teeth
     lowest, highest = _single_contact(profile, tooth.angular_pitch)
     tip_relief, root_relief = (
         profile.relief_roll(said.flank, amount) if getattr(said.flank, amount) else None for amount in RELIEF_PLACES
@@ -231,12 +234,12 @@ def _gear_data(pair: GearPair, gear: int, pinion_speed_rpm: float | None, said: 
     spread = (length - varied, length + varied) if length is not None and varied else None
     thickness = 2.0 * tooth.reference_radius * tooth.half_thickness_angle(math.tan(tooth.transverse_pressure_angle))
     return GearData(
-        teeth=tooth.teeth, profile_shift=tooth.profile_shift,
+        teeth=teeth, profile_shift=tooth.profile_shift,
         generating_profile_shift=tooth.generating_profile_shift, tip_alteration=-tooth.tip_shortening / tooth.module,
-        reference_diameter_mm=2.0 * tooth.reference_radius, base_diameter_mm=2.0 * tooth.base_radius,
-        working_pitch_diameter_mm=2.0 * tooth.base_radius / math.cos(pair.working_pressure_angle),
-        tip_diameter_mm=2.0 * tooth.tip_radius, tip_form_diameter_mm=profile.point(edge.roll_angle).diameter_mm,
-        root_diameter_mm=2.0 * tooth.root_radius,
+        reference_diameter_mm=2.0 * abs(tooth.reference_radius), base_diameter_mm=2.0 * base,
+        working_pitch_diameter_mm=2.0 * base / math.cos(pair.working_pressure_angle),
+        tip_diameter_mm=2.0 * abs(tooth.tip_radius), tip_form_diameter_mm=profile.point(edge.roll_angle).diameter_mm,
+        root_diameter_mm=2.0 * abs(tooth.root_radius),
         root_form_diameter_mm=profile.point(tooth.form_roll_angle).diameter_mm,
         start_of_active_profile_diameter_mm=profile.point(profile.start).diameter_mm,
         end_of_active_profile_diameter_mm=profile.point(profile.end).diameter_mm,
@@ -246,7 +249,7 @@ def _gear_data(pair: GearPair, gear: int, pinion_speed_rpm: float | None, said: 
         base_tooth_thickness_mm=2.0 * tooth.base_radius * tooth.base_half_angle,
         span_teeth=span_teeth, span_mm=length, least_span_mm=None if spread is None else spread[0],
         largest_span_mm=None if spread is None else spread[1],
-        angular_backlash_deg=math.degrees(pair.backlash / tooth.base_radius),
+        angular_backlash_deg=math.degrees(pair.backlash / base),
         speed_rpm=speed, rotational_frequency_Hz=None if speed is None else speed / 60.0,
         start_of_active_profile=profile.point(profile.start),
         lowest_single_contact=_point(profile, lowest),
@@ -264,7 +267,9 @@ def _point(profile: Profile, roll: float | None) -> ProfilePoint | None:
 def _single_contact(profile: Profile, pitch: float) -> tuple[float | None, float | None]:
     """Roll angles between which a flank of a spur pair carries alone, rad."""
     lowest, highest = profile.end - pitch, profile.start + pitch
-    return (lowest, highest) if profile.start < lowest <= highest < profile.end else (None, None)
+    side = math.copysign(1.0, pitch)
+    alone = side * profile.start < side * lowest <= side * highest < side * profile.end
+    return (lowest, highest) if alone else (None, None)
 
 
 def span(tooth: Tooth, teeth: int) -> float:
@@ -276,8 +281,8 @@ def span(tooth: Tooth, teeth: int) -> float:
 def teeth_to_span(tooth: Tooth, face_width: float, end_roll: float) -> int | None:
     """Return the number of teeth whose span touches the flanks nearest to the circle d + 2 x m_n.
 
-    None where anvils that touch both flanks would leave the face of a helical gear, or the flanks end before, at the
-    form circle or at a roll angle towards the tip.
+    None of a ring, whose flanks are hollow, and where anvils that touch both flanks would leave the face of a helical
+    gear, or the flanks end before, at the form circle or at a roll angle towards the tip.
     """
     base_helix = math.atan(tooth.base_radius * tooth.twist_per_length)
     middle = tooth.roll_angle_at(tooth.reference_radius + tooth.profile_shift * tooth.module)

@@ -16,8 +16,9 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.errors import GeometryError
+from pmor.gear.involute import inverse_involute, involute_function
 from pmor.gear.tip_edge import TipEdge, tip_edge
-from pmor.gear.tooth import Tooth, inverse_involute, involute_function
+from pmor.gear.tooth import Tooth
 
 # Modules by which a centre distance may be tighter than without backlash: profile shifts on drawings are rounded.
 ROUNDING = 1e-4
@@ -37,11 +38,12 @@ class GearPair:
     ----------
     pinion, wheel : Tooth
         Of one module and pressure angle (taken on trust) and opposite helix angles: a right-handed pinion, with a
-        positive helix angle, meshes with a left-handed wheel.
+        positive helix angle, meshes with a left-handed wheel. An internal wheel has negative teeth and radii, and is
+        right-handed with a negative helix angle.
     face_width : float
         Face width of both gears unless given separately; reference length of misalignments, mm.
     centre_distance : float
-        Distance of the axes, mm.
+        Distance of the axes, mm; negative of an internal pair.
     pinion_face, wheel_face : (float, float), optional
         Where a gear's face begins and ends along z, mm; by default the face width, half of it on either side of z = 0.
     pinion_edge, wheel_edge : TipEdge, optional
@@ -75,21 +77,23 @@ class GearPair:
                 f"faces from z = {low_1:g} to {high_1:g} mm and from {low_2:g} to {high_2:g} mm: lie beside each "
                 "other: move one of them (face_offset_mm), or widen it"
             )
+        drawn, inside = abs(self.centre_distance), self.wheel.internal
         if self.centre_distance / self.base_distance < 1.0:
             raise GeometryError(
-                f"centre_distance_mm = {self.centre_distance:g}: below the sum of the base radii "
-                f"{self.base_distance:.6g} mm; raise it"
+                f"centre_distance_mm = {drawn:g}: below the {'difference' if inside else 'sum'} of the base radii "
+                f"{abs(self.base_distance):.6g} mm; raise it"
             )
         tightest = self.least_centre_distance
         if self.centre_distance < tightest - ROUNDING * self.pinion.module:
+            side, remedy = ("above", "lower") if inside else ("below", "raise")
             raise GeometryError(
-                f"centre_distance_mm = {self.centre_distance:g}: the teeth jam below {tightest:.6g} mm (no backlash); "
-                "raise it or reduce the profile shifts"
+                f"centre_distance_mm = {drawn:g}: the teeth jam {side} {abs(tightest):.6g} mm (no backlash); "
+                f"{remedy} it or reduce the profile shifts"
             )
         if self.contact_ratio <= 0.0 or self.total_contact_ratio < 1.0:
             raise GeometryError(
                 f"contact ratio {min(self.contact_ratio, self.total_contact_ratio):.3f} is below 1: "
-                "reduce centre_distance_mm or raise the addenda"
+                f"{'raise' if inside else 'reduce'} centre_distance_mm or raise the addenda"
             )
 
     @property
@@ -278,6 +282,8 @@ def _tight_distance(pinion: Tooth, wheel: Tooth, shift: float) -> float:
     teeth = pinion.teeth + wheel.teeth
     target = involute_function(alpha_t) + 2.0 * math.tan(pinion.pressure_angle) * shift / teeth
     if target <= 0.0:
+        if teeth < 0:
+            raise GeometryError(f"profile shifts add up to {shift:g}: too much for {teeth} teeth; lower them")
         raise GeometryError(f"profile shifts add up to {shift:g}: too negative for {teeth} teeth; raise them")
     working = inverse_involute(target)
     return (pinion.base_radius + wheel.base_radius) / math.cos(working)

@@ -46,7 +46,7 @@ class Profile:
     Parameters
     ----------
     base_radius : float
-        mm.
+        Negative of an internal gear, mm.
     start, end, tip : float
         Roll angles at the start and the end of the active profile, and at the tip circle, rad.
     """
@@ -60,8 +60,8 @@ class Profile:
         """Return the point at a roll angle (rad) in all measures."""
         length = self.base_radius * roll
         return ProfilePoint(
-            roll_deg=math.degrees(roll), roll_length_mm=length,
-            diameter_mm=2.0 * self.base_radius * math.hypot(1.0, roll),
+            roll_deg=math.degrees(roll), roll_length_mm=abs(length),
+            diameter_mm=2.0 * abs(self.base_radius) * math.hypot(1.0, roll),
             to_tip_mm=self.base_radius * self.tip - length, from_start_mm=length - self.base_radius * self.start,
             percent=100.0 * (roll - self.start) / (self.end - self.start),
         )  # fmt: skip
@@ -79,7 +79,7 @@ class Profile:
         if measure == "roll_deg":
             return math.radians(value)
         if measure == "roll_length_mm":
-            return value / self.base_radius
+            return value / abs(self.base_radius)
         if measure == "diameter_mm":
             ratio = 0.5 * value / self.base_radius
             return math.sqrt(max((ratio - 1.0) * (ratio + 1.0), 0.0))

@@ -30,7 +30,7 @@ class WorkingPair(GearPair):
         if self.pinion.thickness_allowance or self.wheel.thickness_allowance:
             return super().least_centre_distance
         drawn = zero_backlash_centre_distance(self.pinion, self.wheel)
-        recommended = 2.0 / 3.0 * (0.06 + 0.0005 * drawn + 0.03 * self.pinion.module)
+        recommended = 2.0 / 3.0 * (0.06 + 0.0005 * abs(drawn) + 0.03 * self.pinion.module)
         transverse = recommended / math.cos(self.base_helix_angle)
         return drawn - 0.5 * transverse / math.sin(math.acos(self.base_distance / drawn))
 
@@ -49,8 +49,8 @@ def refuse_working_geometry(pair: GearPair, misalignments: Iterable[Misalignment
         checked |= {middle: misalignment, min(ends): misalignment}
         if not overlap_of_tips(pair, max(ends)) > 0.0:  # nan too
             raise GeometryError(
-                f"{_place(misalignment)}: at a face the axes are {max(ends):.6g} mm apart, where tips do not reach the "
-                "mate's flank: lower it"
+                f"{_place(misalignment)}: at a face the axes are {abs(max(ends)):.6g} mm apart, where tips do not "
+                f"reach the mate's flank: {'raise' if pair.wheel.internal else 'lower'} it"
             )
     # Teeth jam and tips interfere at the shortest distance, contact is lost at the longest one.
     for distance in {min(checked), max(checked)} if checked else ():

@@ -55,7 +55,7 @@ def hub_rows(pair: GearPair, lines: Lines, z: FloatArray) -> FloatArray:
     z : ndarray, shape (S,)
         Of the sections of a tooth pair, mm.
     """
-    levers = np.abs(np.stack([lines.lever, lines.mate_lever]))
+    levers = np.stack([-lines.lever, lines.mate_lever])
     base = np.array([pair.pinion.base_radius, pair.wheel.base_radius])
     cosine = np.clip(levers.sum(axis=0) / pair.centre_distance, -1.0, 1.0)
     sine = np.sqrt(1.0 - cosine**2)

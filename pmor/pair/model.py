@@ -24,6 +24,7 @@ from pmor.fe.sector import SectorMesh, build_sector
 from pmor.gear.clearance import refuse_interference
 from pmor.gear.meshed_pair import Flank, MeshedPair
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
+from pmor.gear.ring_root import Shaper
 from pmor.gear.tip_edge import TipEdge, tip_edge
 from pmor.gear.tooth import Tooth
 from pmor.gear.working import refuse_working_geometry
@@ -129,7 +130,9 @@ def gear_pair(case: Case) -> GearPair:
     if any(gear.light_blank(width) is not None for gear in (pair.pinion, pair.wheel)):
         raise CaseError(f"{case.name}: blanks are read, and not solved yet: leave them out")
     pinion, wheel = _tooth(case, pair.pinion, 1.0), _tooth(case, pair.wheel, -1.0)
-    distance = pair.centre_distance_mm or zero_backlash_centre_distance(pinion, wheel)
+    distance = zero_backlash_centre_distance(pinion, wheel)
+    if pair.centre_distance_mm is not None:
+        distance = pair.wheel.sign * pair.centre_distance_mm
     edges = _tip_edge("pinion", pair.pinion, pinion), _tip_edge("wheel", pair.wheel, wheel)
     made = GearPair(pinion, wheel, width, distance, pair.pinion.face(width), pair.wheel.face(width), *edges)
     refuse_interference(made)
@@ -165,9 +168,18 @@ def approach_estimate(case: Case, pair: GearPair) -> float:
     return 1e3 * case.torque_Nm / pair.pinion.base_radius / stiffness_estimate(case, pair)
 
 
-def held_radii(case: Case) -> tuple[float, float]:
-    """Return the radii at which the sectors of pinion and wheel are held, mm: those of their bores."""
-    return case.pair.pinion.bore_radius_mm, case.pair.wheel.bore_radius_mm
+def held_radii(case: Case, pair: GearPair) -> tuple[float, float]:
+    """Return the radii at which the sectors of pinion and wheel are held, mm.
+
+    Those of their bores; of a ring that of its outside, negative.
+    """
+    return _held_radius(case.pair.pinion, pair.pinion), _held_radius(case.pair.wheel, pair.wheel)
+
+
+def _held_radius(gear: GearCase, tooth: Tooth) -> float:
+    if gear.bore_radius_mm is not None:
+        return gear.bore_radius_mm
+    return tooth.root_radius - (gear.rim_thickness_mm or 0.0)
 
 
 def sector_meshes(case: Case, pair: GearPair) -> tuple[SectorMesh, SectorMesh]:
@@ -175,7 +187,7 @@ def sector_meshes(case: Case, pair: GearPair) -> tuple[SectorMesh, SectorMesh]:
 
     GeometryError or MeshError where there is no such gear.
     """
-    faces, held = pair.faces, held_radii(case)
+    faces, held = pair.faces, held_radii(case, pair)
     pinion = _sector(case, case.pair.pinion, pair.pinion, faces[0], held[0])
     same = case.mesh.share_identical and pair.pinion == pair.wheel and faces[0] == faces[1] and held[0] == held[1]
     return pinion, pinion if same else _sector(case, case.pair.wheel, pair.wheel, faces[1], held[1])
@@ -214,7 +226,7 @@ def refuse_loads_of_bodies(case: Case, pair: GearPair) -> None:
     CaseError, GeometryError
     """
     refuse_impossible_load(case, approach_estimate(case, pair))
-    refuse_bent_blank(case, pair, held_radii(case))
+    refuse_bent_blank(case, pair, held_radii(case, pair))
 
 
 def refuse_loads(case: Case, meshed: MeshedPair) -> None:
@@ -376,11 +388,17 @@ def _same_sector(one: SectorMesh, other: SectorMesh) -> bool:
 
 
 def _tooth(case: Case, gear: GearCase, hand: float) -> Tooth:
+    said, shaper = gear.shaper, None
+    if said is not None:
+        shaper = Shaper(said.teeth, said.addendum, said.tip_radius_mm, said.profile_shift)
+    arc = gear.rack_tip_radius * case.pair.module_mm if gear.root_fillet_mm is None else gear.root_fillet_mm
     return Tooth(
-        teeth=gear.teeth, module=case.pair.module_mm, pressure_angle=math.radians(case.pair.pressure_angle_deg),
+        teeth=gear.sign * gear.teeth, module=case.pair.module_mm,
+        pressure_angle=math.radians(case.pair.pressure_angle_deg),
         helix_angle=hand * math.radians(case.pair.helix_angle_deg), profile_shift=gear.profile_shift,
         addendum=gear.addendum, dedendum=gear.dedendum, rack_tip_radius=gear.rack_tip_radius,
         thickness_allowance=0.5 * sum(gear.thickness_allowances_mm), tip_shortening=gear.tip_shortening_mm,
+        shaper=shaper, root_fillet=arc if gear.internal and not shaper else 0.0,
     )  # fmt: skip
 
 

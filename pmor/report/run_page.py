@@ -308,7 +308,7 @@ def _classical_tables(result: OnlineResult) -> list[Table]:
 
 
 def _gear_body(gear: GearCase) -> GearBody:
-    return GearBody(gear.bore_radius_mm, 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio)
+    return GearBody(gear.bore_radius_mm or 0.0, 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio)
 
 
 def _middles(result: OnlineResult) -> list[int]:

@@ -22,7 +22,7 @@ EXAMPLE = "public example of ISO 21771, equations 62 and 63"
 
 
 def _gear(teeth: int, module: float, helix_deg: float = 0.0, shift: float = 0.0, **others: float) -> Tooth:
-    return Tooth(teeth, module, math.radians(20.0), math.radians(helix_deg), shift, **others)
+    return Tooth(teeth, module, math.radians(20.0), math.radians(helix_deg), shift, **others)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)

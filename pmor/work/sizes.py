@@ -86,7 +86,7 @@ def gear_size(case: Case, tooth: Tooth, held_mm: float, face_width_mm: float) ->
     columns = layers if mesh.order == 2 else 2 * layers - 1
     stressed = columns if columns <= MOST_COLUMNS else (columns + 1) // 2
     stresses = 2 * 3 * FILLET_POINTS * stressed if case.root_stress else 0
-    return GearSize(tooth.teeth, mesh.profile_intervals + 1, layers, tooth_block, ring_block, mesh.order, stresses)
+    return GearSize(abs(tooth.teeth), mesh.profile_intervals + 1, layers, tooth_block, ring_block, mesh.order, stresses)
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ def pair_size(case: Case, pair: GearPair) -> PairSize:
     """
     both = [
         gear_size(case, tooth, held, case.pair.face_width_mm)
-        for tooth, held in zip((pair.pinion, pair.wheel), held_radii(case), strict=True)
+        for tooth, held in zip((pair.pinion, pair.wheel), held_radii(case, pair), strict=True)
     ]
     alike = case.mesh.share_identical and pair.pinion == pair.wheel and case.pair.pinion == case.pair.wheel
     gear, rows, solves = both[0], rows_in_contact(case, pair), full_solves(case)

@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import GeometryError
+from pmor.gear.involute import involute_function
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
-from pmor.gear.tooth import involute_function
 from pmor.penalty.position import relative_motion
 from tests.support.gear_models import ALPHA, WIDTH, gear_pair, helical_pair, meshed_pair
 from tests.support.gear_models import tooth as gear

@@ -7,9 +7,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.core.errors import GeometryError
+from pmor.gear.involute import inverse_involute, involute_function
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tip_edge import tip_edge
-from pmor.gear.tooth import Tooth, inverse_involute, involute_function
+from pmor.gear.tooth import Tooth
 
 MODULE, ALPHA = 4.0, math.radians(20.0)
 EXACT = 1e-12  # relative; closed forms differ by round-off only

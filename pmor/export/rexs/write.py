@@ -90,7 +90,7 @@ def _gear(document: Document, case: Case, pair: GearPair, number: int, name: str
         "cylindrical_gear", name, number_of_teeth=said.teeth, normal_module=case.pair.module_mm,
         helix_angle_reference_diameter=(-1.0 if number else 1.0) * case.pair.helix_angle_deg,
         face_width=_rounded(high - low), u_coordinate_on_shaft=_rounded(place), datum_face_orientation="positive",
-        tip_diameter=2.0 * tooth.tip_radius, inner_diameter=_rounded(2.0 * said.bore_radius_mm),
+        tip_diameter=2.0 * tooth.tip_radius, inner_diameter=_rounded(2.0 * (said.bore_radius_mm or 0.0)),
     )  # fmt: skip
     material = document.add(
         "material", f"Material of the {name}", elastic_modulus=_rounded(1e3 * said.youngs_modulus_GPa),

@@ -10,6 +10,7 @@ they are too stiff, and so the finite elements give a larger mean STE and a smal
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -192,6 +193,8 @@ def classical_results(pair: GearPair, bodies: tuple[GearBody, GearBody], torque_
     def beams() -> tuple[ToothBeam, ToothBeam]:
         if pair.pinion.helix_angle != 0.0:
             raise ValueError("for spur gears only")
+        if pair.wheel.internal:
+            raise ValueError("for external gears only")
         first, second = (
             tooth_beam(
                 t.teeth,
@@ -232,7 +235,10 @@ def _iso_result(pair: GearPair, load_N_per_mm: float, moduli_MPa: tuple[float, f
     ratio = 1.0 if steel else mean_modulus / iso6336.STEEL_YOUNGS_MODULUS_MPA
     specific_load = load_N_per_mm * pinion.base_radius / pinion.reference_radius
     helix = pinion.helix_angle
-    z_1, z_2 = (iso6336.virtual_tooth_number(t.teeth, helix, t.pressure_angle) for t in (pinion, wheel))
+    z_1, z_2 = (
+        math.inf if t.internal else iso6336.virtual_tooth_number(t.teeth, helix, t.pressure_angle)
+        for t in (pinion, wheel)
+    )
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         single = iso6336.single_stiffness(
@@ -240,7 +246,7 @@ def _iso_result(pair: GearPair, load_N_per_mm: float, moduli_MPa: tuple[float, f
             z_2,
             pinion.profile_shift,
             wheel.profile_shift,
-            dedendum=0.5 * (pinion.dedendum + wheel.dedendum),
+            dedendum=0.5 * (pinion.cut_dedendum + wheel.cut_dedendum),
             pressure_angle_deg=float(np.degrees(pinion.pressure_angle)),
             helix_angle_rad=helix,
             specific_load_N_per_mm=specific_load,
@@ -250,6 +256,7 @@ def _iso_result(pair: GearPair, load_N_per_mm: float, moduli_MPa: tuple[float, f
     ratios = f"contact ratio {pair.contact_ratio:.3f}"
     ratios += f", overlap ratio {pair.overlap_ratio:.3f}" if pair.overlap_ratio > 0.0 else ""
     notes = [f"c' = {single:.2f} N/(mm µm), {ratios}, solid discs; gives no curve"]
+    notes += ["the ring taken for a rack"] if wheel.internal else []
     notes += ["steel on steel: E as in the standard" if steel else f"scaled with E/E_steel = {ratio:.3f}"]
     notes += [f"lowered for the specific load of {specific_load:.0f} N/mm"] if specific_load < 100.0 else []
     notes += [str(w.message) for w in caught]

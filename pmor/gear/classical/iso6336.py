@@ -35,7 +35,7 @@ def single_stiffness(
     Parameters
     ----------
     z_n1, z_n2 : float
-        (Virtual) tooth numbers of pinion and wheel.
+        (Virtual) tooth numbers of pinion and wheel; infinite of a ring.
     x_1, x_2 : float
         Profile shift coefficients.
     dedendum, pressure_angle_deg : float

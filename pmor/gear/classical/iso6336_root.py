@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from pmor.gear.involute import involute_function
 from pmor.gear.pair import GearPair
-from pmor.gear.tooth import Tooth, involute_function
+from pmor.gear.tooth import Tooth
 
 # The auxiliary angle of the section at the 30 degree tangent converges in three or four steps.
 STEPS = 50
@@ -47,7 +48,7 @@ class RootFactors:
 
 
 def nominal_root_stress(pair: GearPair, torque_Nm: float) -> tuple[float | None, float | None]:
-    """Return sigma_F0 of pinion and wheel in MPa, F_t / (b m_n) Y_F Y_S Y_beta; None beyond the range of Y_S.
+    """Return sigma_F0 of pinion and wheel in MPa, F_t / (b m_n) Y_F Y_S Y_beta; None of rings, and beyond Y_S.
 
     Parameters
     ----------
@@ -57,6 +58,9 @@ def nominal_root_stress(pair: GearPair, torque_Nm: float) -> tuple[float | None,
     tangential = 1e3 * torque_Nm / pair.pinion.reference_radius
     found = list[float | None]()
     for tooth, face in zip((pair.pinion, pair.wheel), pair.faces, strict=True):
+        if tooth.internal:
+            found.append(None)
+            continue
         factors = root_factors(tooth, pair)
         load = tangential / ((face[1] - face[0]) * tooth.module)
         found.append(load * factors.form * factors.stress_correction * factors.helix if factors.in_range else None)

@@ -94,8 +94,8 @@ def _size(case: Case, module: float) -> tuple[Sections, dict[str, float]]:
     scale = module / pair.module_mm
     changes = {
         "pair": {"module_mm": module, "face_width_mm": pair.face_width_mm * scale},
-        "pinion": {"bore_radius_mm": pair.pinion.bore_radius_mm * scale},
+        "pinion": {"bore_radius_mm": (pair.pinion.bore_radius_mm or 0.0) * scale},
         "contact": {"penalty_N_mm3": case.contact.penalty_N_mm3 / scale},
     }
-    bore = wheel(case, bore_radius_mm=pair.wheel.bore_radius_mm * scale)
+    bore = wheel(case, bore_radius_mm=(pair.wheel.bore_radius_mm or 0.0) * scale)
     return merged(changes, bore, load(case.torque_Nm * scale**3)), {"factor": scale}

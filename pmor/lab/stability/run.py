@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from pmor.case import Case
+from pmor.case.capability import refuse_beyond
 from pmor.core.errors import CaseError
 from pmor.lab.core.measures import fitted_exponent
 from pmor.lab.core.models import ModelStore
@@ -45,8 +46,9 @@ def run(
     Raises
     ------
     CaseError
-        When no variant has the text.
+        When no variant has the text, and for rings.
     """
+    refuse_beyond(case, "stability")
     started, base, store = time.perf_counter(), base_case(case), ModelStore()
     variants = matrix(base, only)
     if not variants:

@@ -1,0 +1,66 @@
+"""Rules for internal gears: which keys a ring has, and those that only a ring has."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pmor.case.gears import GearCase, PairCase
+from pmor.case.values import toml_text
+from pmor.core.errors import CaseError
+
+# Keys of a ring alone.
+OF_RINGS = ("root_fillet_mm", "shaper", "rim_thickness_mm")
+
+
+def check_ring(pair: PairCase, document: dict[str, Any], where: str) -> None:
+    """Raise `CaseError` where keys of rings and of external gears are mixed, or a ring lacks one of its own."""
+    if pair.pinion.internal:
+        raise CaseError(
+            f"{where}: [pinion] internal = true: the ring of an internal pair is the wheel: write the external gear in "
+            "[pinion], and internal = true in [wheel]"
+        )
+    for name, gear in (("pinion", pair.pinion), ("wheel", pair.wheel)):
+        if not gear.internal:
+            _check_external(gear, f"{where}: [{name}]")
+    if pair.wheel.internal:
+        _check_internal(pair, document.get("wheel", {}), f"{where}: [wheel]")
+
+
+def _check_external(gear: GearCase, place: str) -> None:
+    for key in OF_RINGS:
+        if (value := getattr(gear, key)) is not None:
+            raise CaseError(f"{place} {key} = {toml_text(value)}: is of a ring: leave it out, or write internal = true")
+    if gear.bore_radius_mm is None:
+        raise CaseError(f"{place} bore_radius_mm: is missing: add 'bore_radius_mm = ...' below [{place.split('[')[-1]}")
+
+
+def _check_internal(pair: PairCase, written: dict[str, Any], place: str) -> None:
+    ring = pair.wheel
+    if ring.bore_radius_mm is not None:
+        raise CaseError(
+            f"{place} bore_radius_mm = {ring.bore_radius_mm}: a ring has no bore: write rim_thickness_mm, from its "
+            "root circle to its outside"
+        )
+    if ring.rim_thickness_mm is None:
+        raise CaseError(
+            f"{place} rim_thickness_mm: is missing: add 'rim_thickness_mm = ...' below [wheel], from the root circle "
+            "of the ring to its outside"
+        )
+    if ring.shaper is not None:
+        if ring.root_fillet_mm is not None:
+            raise CaseError(
+                f"{place} root_fillet_mm = {ring.root_fillet_mm}: the shaper makes the fillet: leave one of the two out"
+            )
+        if "rack_tip_radius" in written:
+            raise CaseError(
+                f"{place} rack_tip_radius = {ring.rack_tip_radius}: the shaper makes the fillet, by its tip_radius_mm: "
+                "leave it out"
+            )
+        if ring.shaper.teeth >= ring.teeth:
+            raise CaseError(
+                f"{place} shaper teeth = {ring.shaper.teeth}: must be fewer than the {ring.teeth} of the ring: lower it"
+            )
+    if ring.teeth <= pair.pinion.teeth:
+        raise CaseError(
+            f"{place} teeth = {ring.teeth}: a ring needs more teeth than its pinion, {pair.pinion.teeth}: raise it"
+        )
