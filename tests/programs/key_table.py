@@ -57,6 +57,7 @@ def formats() -> dict[str, dict[str, type]]:
     """Return the sections of each format by their headings; empty is what stands above the sections."""
     # Sections with the keys of another one: the wheel's, and those of coast flanks.
     case = {f"[{name}]": kind for name, kind in SECTIONS.items() if not name.startswith("wheel") and COAST not in name}
+    case |= {f"[{name}]": kind for name, kind in sections_in(SECTIONS["wheel"], "wheel").items()}
     others = {"study": Study, "design": Design, "campaign": CampaignSections, "gearbox": GearboxSections}
     return {"case": {**case, f"[[{CONDITION}]]": ConditionCase}} | {
         name: {"": root} | {_brackets(section, root): kind for section, kind in sections_in(root).items()}
