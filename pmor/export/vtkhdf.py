@@ -1,9 +1,8 @@
 """Both gears in motion as VTKHDF: displacement, stress and pressure on the elements, for ParaView and the like.
 
-Version 2.0 of the format, a temporal `UnstructuredGrid`: the mesh of the two sectors of a tooth pair is stored once,
-undeformed, in the middle of the path of contact, and each step has its fields. A step is a pinion angle; the fields are
-elastic, without the rotation of the gears. Stress is that of the sector's mesh: the notch at the root is resolved in
-`stress.csv`, not here.
+The mesh of the two sectors of a tooth pair is stored once, undeformed, in the middle of the path of contact. A step is
+a pinion angle; the fields are elastic, without the rotation of the gears. Stress is that of the sector's mesh: the
+notch at the root is resolved in `stress.csv`, not here.
 """
 
 from __future__ import annotations
@@ -22,6 +21,7 @@ from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import CaseError, ConvergenceError
 from pmor.core.version import __version__
+from pmor.export.vtkhdf_grid import HEXAHEDRON, QUADRATIC_HEXAHEDRON, Grid, write_grid
 from pmor.fe.element import QUADRATIC_NODES, tributary_widths
 from pmor.fe.sector import SectorMesh
 from pmor.line.full_model import solve_angle
@@ -36,8 +36,6 @@ from pmor_online.model import ReducedPair
 STEPS_PER_PITCH = 20
 # How far beyond the path of contact the passage of a tooth pair is followed, in pitches.
 BEYOND = 0.1
-# VTK's numbers of the hexahedron and the quadratic one.
-HEXAHEDRON, QUADRATIC_HEXAHEDRON = 12, 25
 #: fields at the nodes, and their components
 FIELDS = {
     "displacement_mm": 3, "stress_MPa": 6, "max_principal_MPa": 1, "von_mises_MPa": 1, "flank_pressure_MPa": 1,
@@ -75,7 +73,7 @@ def export(reduced: ReducedPair, path_out: Path, overwrite: bool = False) -> Non
     placed = _placed(reduced)
     with atomic_path(Path(path_out), overwrite) as temporary, h5py.File(temporary, "w") as file:
         file.attrs["pmor_version"], file.attrs["case_text"] = __version__, text_of(case)
-        _write(file, phi, gears, placed, _fields(case, gears, placed, forces, pairs))
+        write_grid(file, _grid(gears, placed), phi, FIELDS, _fields(case, gears, placed, forces, pairs))
 
 
 def step_angles(reduced: ReducedPair) -> FloatArray:
@@ -185,35 +183,8 @@ def _turned(stress: FloatArray, rotation: FloatArray) -> FloatArray:
     return np.asarray(turned[:, [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]])
 
 
-def _write(
-    file: h5py.File, phi: FloatArray, gears: tuple[ElasticGear, ElasticGear], placed: Placed,
-    fields: Iterator[dict[str, FloatArray]],
-) -> None:  # fmt: skip
-    root = file.create_group("VTKHDF")
-    root.attrs["Version"] = np.array([2, 0])
-    root.attrs.create("Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", len("UnstructuredGrid")))
-    firsts, points, cells = _grid(gears, placed)
-    total, steps, nodes = int(firsts[-1]), len(phi), cells.shape[1]
-    for name, count in (("Points", total), ("Cells", len(cells)), ("ConnectivityIds", cells.size)):
-        root[f"NumberOf{name}"] = np.array([count])
-    root["Points"], root["Connectivity"] = points, cells.ravel()
-    root["Offsets"] = nodes * np.arange(len(cells) + 1)
-    kind = QUADRATIC_HEXAHEDRON if nodes == QUADRATIC_NODES else HEXAHEDRON
-    root["Types"] = np.full(len(cells), kind, dtype=np.uint8)
-    root["CellData/gear"] = np.repeat([0, 1], [len(gear.mesh.elements) for gear in gears])
-    _write_steps(root, phi, total)
-    for name, parts in FIELDS.items():
-        shape = (steps * total, parts) if parts > 1 else (steps * total,)
-        root.create_dataset(f"PointData/{name}", shape, np.float32)
-    for place, found in enumerate(fields):
-        for name, values in found.items():
-            for step in range(steps):
-                rows = slice(step * total + int(firsts[place]), step * total + int(firsts[place + 1]))
-                root[f"PointData/{name}"][rows] = values[..., step] if FIELDS[name] > 1 else values[:, 0, step]
-
-
-def _grid(gears: tuple[ElasticGear, ElasticGear], placed: Placed) -> tuple[IntArray, FloatArray, IntArray]:
-    """First point of each sector and their number, points, and the nodes of the cells; sectors share no points."""
+def _grid(gears: tuple[ElasticGear, ElasticGear], placed: Placed) -> Grid:
+    """Elements of both sectors, which share no points."""
     firsts, points, cells = [0], [], []
     for mesh, (rotation, shift) in zip((gear.mesh for gear in gears), placed, strict=True):
         elements = mesh.elements[:, :QUADRATIC_NODES]
@@ -221,18 +192,7 @@ def _grid(gears: tuple[ElasticGear, ElasticGear], placed: Placed) -> tuple[IntAr
         cells.append(firsts[-1] + number.reshape(elements.shape))
         points.append(mesh.nodes[own] @ rotation.T + shift)
         firsts.append(firsts[-1] + len(own))
-    return np.array(firsts), np.concatenate(points), np.concatenate(cells)
-
-
-def _write_steps(root: h5py.Group, phi: FloatArray, total: int) -> None:
-    """Write where each step begins: the mesh is the same one, the fields follow each other."""
-    steps, count = root.create_group("Steps"), len(phi)
-    steps.attrs["NSteps"] = count
-    steps["Values"] = phi
-    steps["PartOffsets"], steps["NumberOfParts"] = np.zeros(count, dtype=np.int64), np.ones(count, dtype=np.int64)
-    steps["PointOffsets"] = np.zeros(count, dtype=np.int64)
-    for name in ("CellOffsets", "ConnectivityIdOffsets"):
-        steps[name] = np.zeros((count, 1), dtype=np.int64)
-    for name in FIELDS:
-        steps[f"PointDataOffsets/{name}"] = total * np.arange(count)
-    steps["CellDataOffsets/gear"] = np.zeros(count, dtype=np.int64)
+    nodes = np.concatenate(cells)
+    kind = QUADRATIC_HEXAHEDRON if nodes.shape[1] == QUADRATIC_NODES else HEXAHEDRON
+    numbers = np.repeat([0, 1], [len(gear.mesh.elements) for gear in gears])
+    return Grid(np.concatenate(points), nodes, kind, {"gear": numbers})

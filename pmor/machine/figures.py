@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pmor.core.arrays import FloatArray
 from pmor.machine.beam import NODE
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.model import GearboxModel
@@ -25,11 +26,7 @@ VIEWS = (("y", 0, 1), ("z", 1, 2))
 def deflection_figure(model: GearboxModel, solved: SolvedLoad) -> Figure:
     """Side views of all shafts, as drawn and deflected, exaggerated."""
     moved = solved.equilibrium.displacement.reshape(-1, NODE)
-    largest = float(np.abs(moved[:, 1:3]).max())
-    places = [abs(value) for shaft in model.sections.shafts for value in shaft.at_mm]
-    radius = max(section.outer_mm for shaft in model.sections.shafts for section in shaft.sections)
-    factor = SHOWN * (max(places) + radius) / largest if largest > 0.0 else 1.0
-    factor = float(f"{factor:.1g}")
+    factor = exaggeration(model, moved[:, 1:3])
     with plot_style():
         figure = new_figure(8.2, 6.8)
         panels = figure.subplots(2, 1, sharex=True)
@@ -50,13 +47,21 @@ def deflection_figure(model: GearboxModel, solved: SolvedLoad) -> Figure:
     return figure
 
 
+def exaggeration(model: GearboxModel, moved: FloatArray) -> float:
+    """Return by how much displacements (mm) are drawn larger than they are, one digit of it."""
+    largest = float(np.abs(moved).max())
+    places = [abs(value) for shaft in model.sections.shafts for value in shaft.at_mm]
+    radius = max(section.outer_mm for shaft in model.sections.shafts for section in shaft.sections)
+    return float(f"{SHOWN * (max(places) + radius) / largest:.1g}") if largest > 0.0 else 1.0
+
+
 def _outline(axes: Axes, model: GearboxModel, name: str, coordinate: int, colour: str) -> None:
     shaft = model.shafts[name]
     at, x = shaft.at_mm[coordinate], shaft.start_mm
     for section in shaft.sections:
         for side in (1.0, -1.0):
             axes.fill_between([x, x + section.length_mm], at + side * 0.5 * section.inner_mm,
-                              at + side * 0.5 * section.outer_mm, color=colour, alpha=0.12, lw=0)  # fmt: skip
+                              at + side * 0.5 * section.outer_mm, color=colour, alpha=0.25, lw=0)  # fmt: skip
         x += section.length_mm
     for mesh in model.sections.meshes:
         pair = model.pairs[mesh.name]
@@ -64,7 +69,7 @@ def _outline(axes: Axes, model: GearboxModel, name: str, coordinate: int, colour
             if gear.shaft == name:
                 middle = shaft.start_mm + gear.at_mm
                 axes.fill_between([middle + face[0], middle + face[1]], at - tooth.tip_radius, at + tooth.tip_radius,
-                                  color=colour, alpha=0.10, lw=0)  # fmt: skip
+                                  color=colour, alpha=0.18, lw=0)  # fmt: skip
 
 
 def ste_figure(loads: Sequence[SolvedLoad]) -> Figure:

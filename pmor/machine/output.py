@@ -10,13 +10,17 @@ from pmor.machine.figures import deflection_figure, face_load_figure, ste_figure
 from pmor.machine.fit import Fit
 from pmor.machine.loader import GearboxFile
 from pmor.machine.readings import Data, load_data
+from pmor.machine.view import machine_figure
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Table
 from pmor.work.results import Report
 from pmor.work.table import Columns, table, text_lines
 
 #: files of a result beside the bases of its meshes
-FILES = ("gearbox.json", "gearbox.md", "report.html", "deflection.png", "ste.png", "face_load.png")
+FILES = (
+    "gearbox.json", "gearbox.md", "report.html", "machine.png", "deflection.png", "ste.png", "face_load.png",
+    "machine.vtkhdf",
+)  # fmt: skip
 
 MISALIGNMENT_COLUMNS: Columns = {
     "load": "load",
@@ -101,6 +105,9 @@ def gearbox_report(
     if loads:
         blocks += [
             misaligned,
+            Picture("machine.png", "The machine under the first load, deflections exaggerated: axes at rest "
+                    "(dash-dotted) and deflected. Bearings are grey, their size made up where it is not given.",
+                    machine_figure(file.model, loads[0])),
             Picture("deflection.png", "Shafts at rest, gears in outline, and their deflection lines under the first "
                     "load; bearings are triangles.", deflection_figure(file.model, loads[0]), "svg"),
             Picture("face_load.png", "Line load over the face, added up over tooth pairs; dotted: on rigid supports.",

@@ -12,6 +12,8 @@ from pmor.machine.fit import Fit
 from pmor.machine.loader import GearboxFile
 from pmor.machine.output import FILES, gearbox_data, gearbox_report, gearbox_text
 from pmor.machine.readings import Data
+from pmor.machine.view import machine_figure
+from pmor.machine.vtkhdf import write_machine
 from pmor.work.results import writing_results
 
 if TYPE_CHECKING:
@@ -46,6 +48,10 @@ class GearboxResult:
         """Draw the deflected shafts under a load case, by its number."""
         return deflection_figure(self.file.model, self.loads[load])
 
+    def plot_machine(self, load: int = 0) -> Figure:
+        """Draw the deflected machine in space under a load case, by its number."""
+        return machine_figure(self.file.model, self.loads[load])
+
     def plot_ste(self) -> Figure:
         """Draw the transmission error of each mesh, on its supports and on rigid ones."""
         return ste_figure(self.loads)
@@ -55,7 +61,7 @@ class GearboxResult:
         return face_load_figure(self.loads)
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
-        """Write `gearbox.json`, `gearbox.md`, `report.html` and the pictures.
+        """Write `gearbox.json`, `gearbox.md`, `report.html`, the pictures, and `machine.vtkhdf` for ParaView.
 
         Parameters
         ----------
@@ -69,6 +75,8 @@ class GearboxResult:
         inputs = self.file.inputs
         with writing_results(folder, FILES, self.file.text, inputs=inputs, overwrite=overwrite, working=()) as out:
             gearbox_report(self.file, self.loads, self.failures, self.fits).write(out)
+            if self.loads:
+                write_machine(self.file.model, self.loads, out / "machine.vtkhdf")
 
     def __repr__(self) -> str:
         meshes = len(self.file.model.sections.meshes)

@@ -45,7 +45,7 @@ def test_python_finds_what_the_command_found(job):
     assert "drive" in str(found)
     assert "1 meshes, 2 loads" in repr(found)
     assert json.loads(json.dumps(found.data)) == json.loads((out / "gearbox.json").read_text())
-    for figure in (found.plot_deflection(), found.plot_ste(), found.plot_face_load()):
+    for figure in (found.plot_deflection(), found.plot_machine(), found.plot_ste(), found.plot_face_load()):
         assert figure.axes
 
 

@@ -1,0 +1,252 @@
+"""Surfaces of the bodies of a gearbox and how they move: shafts, gears with their teeth, rings of bearings.
+
+Each body is a row of rings along its axis, with the same number of points; a ring is carried by one node of the system,
+and moves with it as a rigid body by small rotations.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.conventions import rotation_z
+from pmor.gear.pair import GearPair
+from pmor.gear.tooth import Tooth, twist_sections
+from pmor.machine.beam import NODE, Beam
+from pmor.machine.coupled import SolvedLoad
+from pmor.machine.mesh_force import MeshFrame
+from pmor.machine.model import ABOUT_AXIS, GearboxModel, LoadedGearbox, Supported
+from pmor.machine.settings import Shaft
+from pmor.results.flank_maps import flank_map
+
+# Of a bearing without inner geometry: width over the shaft's diameter, outer over inner diameter.
+WIDTH, OUTER = 0.3, 1.5
+# Of one with it: rings over the rolling elements, along the axis and across.
+RINGS_ALONG, RINGS_ACROSS = 1.4, 0.8
+# A gear that is cut into its shaft: bore over root circle.
+CUT = 0.9
+
+
+class Detail(NamedTuple):
+    """How finely surfaces are drawn.
+
+    Attributes
+    ----------
+    circle, profile, fillet, planes : int
+        Points of a circle, of an involute and of a fillet; transverse sections of a gear.
+    """
+
+    circle: int
+    profile: int
+    fillet: int
+    planes: int
+
+
+class Teeth(NamedTuple):
+    """Teeth of a gear in axes of its mesh, in which its rings were made.
+
+    Attributes
+    ----------
+    shaft, at_mm : str, float
+        Where the gear is.
+    along : float
+        +1 where z of the mesh is x of the machine.
+    roll : ndarray, shape (R,)
+        Roll angles of points on both flanks, rad.
+    z : ndarray, shape (Z,)
+        Of the transverse sections, mm.
+    fillet : int
+        Points of a fillet.
+    """
+
+    shaft: str
+    at_mm: float
+    along: float
+    teeth: int
+    roll: FloatArray
+    z: FloatArray
+    fillet: int
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A shaft, a gear or a bearing.
+
+    Parameters
+    ----------
+    rings : ndarray, shape (K, N, 3)
+        N points of K rings in axes of the machine, mm, counter-clockwise about x.
+    node : ndarray of int, shape (K,)
+        First displacement of the node that carries each ring; the size of the system where it stands still.
+    centre : ndarray, shape (K, 3)
+        Places of these nodes, mm.
+    teeth : Teeth, optional
+        Of a gear.
+    """
+
+    name: str
+    kind: Literal["shaft", "gear", "bearing"]
+    rings: FloatArray
+    node: IntArray
+    centre: FloatArray
+    teeth: Teeth | None = None
+
+    @property
+    def quads(self) -> IntArray:
+        """Corners of the quadrilaterals between the rings, (m, 4), by the numbers of points; they look outwards."""
+        rings, points = self.rings.shape[:2]
+        first = points * np.arange(rings - 1)[:, None] + np.arange(points)
+        beside = points * np.arange(rings - 1)[:, None] + (np.arange(points) + 1) % points
+        quads = np.stack([first, beside, beside + points, first + points], axis=-1).reshape(-1, 4)
+        axis = np.linalg.norm(self.rings - self.rings.mean(axis=1, keepdims=True), axis=2).max(axis=1) < 1e-9
+        return np.asarray(quads[~np.repeat(axis[1:] & axis[:-1], points)])
+
+    def displacement(self, moved: FloatArray, twist: bool = True) -> FloatArray:
+        """Return the displacement of all points, (K, N, 3), mm, by those of all nodes, (n,).
+
+        Parameters
+        ----------
+        twist : bool
+            With the rotation about the axis, which grows along a shaft and is no small one when it is exaggerated.
+        """
+        by_ring = np.append(moved, np.zeros(NODE))[self.node[:, None] + np.arange(NODE)]
+        turn = by_ring[:, None, ABOUT_AXIS:] * np.array([float(twist), 1.0, 1.0])
+        return np.asarray(by_ring[:, None, :ABOUT_AXIS] + np.cross(turn, self.rings - self.centre[:, None]))
+
+    def line_load(self, solved: SolvedLoad) -> FloatArray:
+        """Return the largest line load over the mesh cycle on the flanks, N/mm, (K, N): 0 elsewhere."""
+        found = np.zeros(self.rings.shape[:2])
+        teeth = self.teeth
+        if teeth is None:
+            return found
+        outline = 2 * (len(teeth.roll) + teeth.fillet)
+        of_tooth = np.zeros((len(teeth.z), outline))
+        for mesh in solved.meshes:
+            said, along = mesh.meshing.settings, mesh.meshing.frame.along
+            for number, gear in enumerate((said.pinion, said.wheel)):
+                if (gear.shaft, gear.at_mm) != (teeth.shaft, teeth.at_mm):
+                    continue
+                largest = flank_map(mesh.sweep, 0, number, (teeth.roll[0], teeth.roll[-1]), len(teeth.roll))
+                # Seen from its other end a gear carries on its other flanks.
+                same = along == teeth.along
+                z = teeth.z if same else -teeth.z
+                load = np.stack([np.interp(z, largest.z_mm, row) for row in largest.load_N_per_mm], axis=-1)
+                first = teeth.fillet + (len(teeth.roll) if same else 0)
+                flank = of_tooth[:, first : first + len(teeth.roll)]
+                np.maximum(flank, load[:, ::-1] if same else load, out=flank)
+        found[2:-2] = _seen_along(np.tile(of_tooth, teeth.teeth), teeth.along)
+        return found
+
+
+def bodies(model: GearboxModel, gearbox: LoadedGearbox, detail: Detail) -> list[Body]:
+    """Return all bodies of a gearbox at rest, each mesh at pinion angle 0."""
+    shafts = model.shafts
+    found = [_shaft(shaft, gearbox.beams[name], gearbox.first[name], detail) for name, shaft in shafts.items()]
+    found += [_bearing(model, gearbox, bearing, detail) for bearing in gearbox.bearings]
+    there = set()
+    for mesh in gearbox.meshes:
+        said = mesh.settings
+        for number, gear in enumerate((said.pinion, said.wheel)):
+            if (gear.shaft, gear.at_mm) in there:
+                continue
+            there.add((gear.shaft, gear.at_mm))
+            shaft, node = shafts[gear.shaft], mesh.hubs[number]
+            centre = np.array([shaft.start_mm + gear.at_mm, *shaft.at_mm])
+            bore = 0.5 * section_at(shaft, gear.at_mm)[0]
+            rings, teeth = _gear(mesh.pair, number, mesh.frame, bore, detail)
+            rings, nodes = rings + centre, np.full(len(rings), node)
+            of_mesh = Teeth(gear.shaft, gear.at_mm, mesh.frame.along, *teeth)
+            name = f"{said.name}, {('pinion', 'wheel')[number]}"
+            found.append(Body(name, "gear", rings, nodes, np.tile(centre, (len(rings), 1)), of_mesh))
+    return found
+
+
+def section_at(shaft: Shaft, place: float) -> tuple[float, float]:
+    """Return outer and inner diameter of a shaft at a place along it, mm."""
+    ends = np.cumsum([section.length_mm for section in shaft.sections])
+    section = shaft.sections[min(int(np.searchsorted(ends, place)), len(ends) - 1)]
+    return section.outer_mm, section.inner_mm
+
+
+def _revolved(profile: Sequence[tuple[float, float]], points: int) -> FloatArray:
+    """Rings about x through points (x, radius) of a profile."""
+    angle = 2.0 * math.pi * np.arange(points) / points
+    x, radius = np.array(profile).T[..., None]
+    return np.stack([np.broadcast_to(x, (len(x), points)), radius * np.cos(angle), radius * np.sin(angle)], axis=-1)
+
+
+def _shaft(shaft: Shaft, beam: Beam, first: int, detail: Detail) -> Body:
+    profile, node = list[tuple[float, float]](), list[int]()
+    for element, section in enumerate(beam.sections):
+        for station in (element, element + 1):
+            profile.append((beam.stations[station], 0.5 * section.outer))
+            node.append(station)
+    for element, section in reversed(list(enumerate(beam.sections))):
+        for station in (element + 1, element):
+            profile.append((beam.stations[station], 0.5 * section.inner))
+            node.append(station)
+    profile.append(profile[0])
+    node.append(0)
+    axis = np.array([shaft.start_mm, *shaft.at_mm])
+    centre = axis + np.outer(beam.stations[node], [1.0, 0.0, 0.0])
+    return Body(shaft.name, "shaft", axis + _revolved(profile, detail.circle), first + NODE * np.array(node), centre)
+
+
+def _bearing(model: GearboxModel, gearbox: LoadedGearbox, bearing: Supported, detail: Detail) -> Body:
+    said, shafts = bearing.settings, model.shafts
+    shaft = shafts[said.shaft]
+    inner = 0.5 * section_at(shaft, said.at_mm)[0]
+    width, outer = WIDTH * 2.0 * inner, OUTER * inner
+    if said.ball is not None:
+        size, pitch = said.ball.ball_diameter_mm, said.ball.pitch_diameter_mm
+        width, outer = RINGS_ALONG * size, 0.5 * pitch + RINGS_ACROSS * size
+    elif said.roller is not None:
+        size, pitch = said.roller.roller_diameter_mm, said.roller.pitch_diameter_mm
+        width, outer = RINGS_ALONG * said.roller.effective_length_mm, 0.5 * pitch + RINGS_ACROSS * size
+    if said.to in shafts:
+        hollow = 0.5 * section_at(shafts[said.to], said.at_mm + shaft.start_mm - shafts[said.to].start_mm)[1]
+        outer = hollow if hollow > inner else outer
+    profile = [(x, max(radius, inner)) for x, radius in
+               ((-width, inner), (-width, outer), (width, outer), (width, inner), (-width, inner))]  # fmt: skip
+    centre = np.array([shaft.start_mm + said.at_mm, *shaft.at_mm])
+    rings = centre + _revolved([(0.5 * x, radius) for x, radius in profile], detail.circle)
+    row = bearing.rows[0]
+    carried, carrier = int(row.argmax()), int(row.argmin()) if row.min() < 0.0 else len(gearbox.load)
+    node = np.array([carried, carrier, carrier, carried, carried])
+    return Body(said.name, "bearing", rings, node, np.tile(centre, (len(rings), 1)))
+
+
+def _gear(
+    pair: GearPair, number: int, frame: MeshFrame, bore: float, detail: Detail
+) -> tuple[FloatArray, tuple[int, FloatArray, FloatArray, int]]:
+    """Return rings of a gear about its middle at pinion angle 0, from bore to bore, and what `Teeth` takes."""
+    tooth = (pair.pinion, pair.wheel)[number]
+    turned = 0.0 if number == 0 else math.pi + pair.wheel_tooth_rotation(0.0)
+    roll = np.linspace(tooth.form_roll_angle, tooth.tip_roll_angle, detail.profile)
+    z = np.linspace(*pair.faces[number], detail.planes)
+    outline = _outline(tooth, roll, detail.fillet)
+    teeth = [outline @ rotation_z(turned + tooth.angular_pitch * j)[:2, :2].T for j in range(tooth.teeth)]
+    sections = twist_sections(np.concatenate(teeth), z[:, None], tooth.twist_per_length)
+    # End faces have points of their own, which carry nothing.
+    faces = sections[[0, -1]]
+    bores = faces.copy()
+    bores[..., :2] *= min(bore, CUT * tooth.root_radius) / np.linalg.norm(faces[..., :2], axis=-1, keepdims=True)
+    rings = np.concatenate([bores[:1], faces[:1], sections, faces[1:], bores[1:]]) @ frame.axes.T
+    return _seen_along(rings, frame.along), (tooth.teeth, roll, z, detail.fillet)
+
+
+def _seen_along(rings: FloatArray, along: float) -> FloatArray:
+    """Rings counter-clockwise about z of a mesh as rings counter-clockwise about x, one after the other along x."""
+    return rings if along > 0.0 else rings[::-1, ::-1]
+
+
+def _outline(tooth: Tooth, roll: FloatArray, fillet: int) -> FloatArray:
+    """Outline of a tooth, counter-clockwise: fillet and flank of the coast side, flank and fillet of the loaded one."""
+    flank = tooth.flank_section(roll)[::-1]
+    loaded = np.concatenate([flank, tooth.root_section(np.linspace(0.0, 1.0, fillet + 1)[1:])])
+    return np.concatenate([loaded[::-1] * [-1.0, 1.0], loaded])

@@ -1,0 +1,123 @@
+"""The deflected machine in space: faces of all bodies, drawn from the farthest to the nearest."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from pmor.core.arrays import FloatArray
+from pmor.machine.beam import NODE
+from pmor.machine.bodies import Body, Detail, bodies
+from pmor.machine.coupled import SolvedLoad
+from pmor.machine.figures import exaggeration
+from pmor.machine.model import GearboxModel
+from pmor.report.style import new_figure, plot_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COARSE = Detail(circle=36, profile=3, fillet=1, planes=4)
+# Of the viewer, along x, upwards and towards him; of the light, to the right, upwards and towards him.
+EYE, LIGHT = np.array([-0.45, 0.45, 0.8]), np.array([-0.35, 0.5, 0.8])
+# Light in the shadow, and lengths of the axes in the corner over the height of the picture.
+AMBIENT, CORNER = 0.45, 0.08
+# Steps of the scale and of the light: a picture's palette holds no more of both together.
+STEPS, LIGHTS = 15, 12
+BEARING, INK = (0.80, 0.81, 0.83, 1.0), "#22282e"
+# Of the picture, and of the scale beside it.
+HEIGHT_IN, BESIDE_IN, WIDTHS_IN = 6.0, 1.2, (5.5, 9.0)
+
+
+class _Faces(NamedTuple):
+    """Faces that look at the viewer: corners (m, 4, 3), and over each its share of light and its displacement, um."""
+
+    corners: FloatArray
+    light: FloatArray
+    moved_um: FloatArray
+
+
+def machine_figure(model: GearboxModel, solved: SolvedLoad) -> Figure:
+    """The deflected machine, exaggerated, coloured by how far each place moves; shafts and bearings at rest in outline.
+
+    Without the rotations about the axes, which grow along a shaft and are none of its bending.
+    """
+    moved = solved.equilibrium.displacement.reshape(-1, NODE)
+    factor, camera = exaggeration(model, moved[:, :3]), _camera(model)
+    found = bodies(model, solved.gearbox, COARSE)
+    faces = [_faces(body, solved, factor, camera) for body in found]
+    corners, light, moved_um = (np.concatenate(values) for values in zip(*faces, strict=True))
+    bearing = np.repeat([body.kind == "bearing" for body in found], [len(one.light) for one in faces])
+    order = np.argsort(corners[..., 2].mean(axis=1))
+    with plot_style():
+        from matplotlib import colormaps
+        from matplotlib.cm import ScalarMappable
+        from matplotlib.collections import LineCollection, PolyCollection
+        from matplotlib.colors import BoundaryNorm
+        from matplotlib.ticker import MaxNLocator
+
+        levels = MaxNLocator(STEPS).tick_values(0.0, float(moved_um[~bearing].max()) or 1.0)
+        scale = ScalarMappable(BoundaryNorm(levels, 256), colormaps["viridis"])
+        colours = np.where(bearing[:, None], BEARING, scale.to_rgba(moved_um))
+        colours[:, :3] *= np.round(light[:, None] * LIGHTS) / LIGHTS
+        width, height = np.ptp(corners[..., :2].reshape(-1, 2), axis=0)
+        figure = new_figure(float(np.clip(HEIGHT_IN * width / height + BESIDE_IN, *WIDTHS_IN)), HEIGHT_IN)
+        axes = figure.subplots()
+        axes.add_collection(
+            PolyCollection(
+                list(corners[order, :, :2]), facecolors=colours[order], edgecolors=colours[order], linewidths=0.3
+            )
+        )
+        for exaggerated, style in ((0.0, "dashdot"), (factor, "solid")):
+            lines = _shaft_axes(solved, model, exaggerated, camera)
+            axes.add_collection(LineCollection(lines, colors=INK, linewidths=0.9, linestyles=style, zorder=3))
+        axes.set_aspect("equal")
+        axes.autoscale_view()
+        axes.axis("off")
+        _draw_axes(axes, camera)
+        figure.colorbar(scale, ax=axes, label="displacement, without twist [µm]", shrink=0.6)
+        figure.suptitle(f"{solved.load.name}: displacements {factor:g} times as large", fontsize=11)
+    return figure
+
+
+def _camera(model: GearboxModel) -> FloatArray:
+    """Rows: to the right, upwards, and towards the viewer, who sees the shafts side by side."""
+    places = np.array([shaft.at_mm for shaft in model.sections.shafts])
+    spread = np.ptp(places, axis=0)
+    up = np.array([0.0, 1.0, 0.0] if spread[0] > spread[1] else [0.0, 0.0, 1.0])
+    x = np.array([1.0, 0.0, 0.0])
+    towards = EYE @ np.array([x, up, np.cross(x, up)]) / np.linalg.norm(EYE)
+    right = np.cross(up, towards) / np.linalg.norm(np.cross(up, towards))
+    return np.array([right, np.cross(towards, right), towards])
+
+
+def _faces(body: Body, solved: SolvedLoad, factor: float, camera: FloatArray) -> _Faces:
+    moved = body.displacement(solved.equilibrium.displacement, twist=False)
+    corners = ((body.rings + factor * moved) @ camera.T).reshape(-1, 3)[body.quads]
+    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    size = np.linalg.norm(normal, axis=1)
+    seen = (normal[:, 2] > 0.0) & (size > 0.0)
+    cosine = normal[seen] @ LIGHT / (np.linalg.norm(LIGHT) * size[seen])
+    distance = 1e3 * np.linalg.norm(moved, axis=2).ravel()[body.quads[seen]].mean(axis=1)
+    return _Faces(corners[seen], AMBIENT + (1.0 - AMBIENT) * np.maximum(cosine, 0.0), distance)
+
+
+def _shaft_axes(solved: SolvedLoad, model: GearboxModel, factor: float, camera: FloatArray) -> list[FloatArray]:
+    found = []
+    for shaft in model.sections.shafts:
+        stations, first = solved.gearbox.beams[shaft.name].stations, solved.gearbox.first[shaft.name]
+        moved = solved.equilibrium.displacement[first : first + NODE * len(stations)].reshape(-1, NODE)[:, :3]
+        at_rest = np.array([shaft.start_mm, *shaft.at_mm]) + np.outer(stations, [1.0, 0.0, 0.0])
+        found.append((at_rest + factor * moved) @ camera[:2].T)
+    return found
+
+
+def _draw_axes(axes: Axes, camera: FloatArray) -> None:
+    """Directions of the machine's axes, in the lower left corner."""
+    (left, _), (low, high) = axes.get_xlim(), axes.get_ylim()
+    length = CORNER * (high - low)
+    for name, (across, up) in zip("xyz", camera[:2].T, strict=True):
+        tip = left + length * across, low + length * up
+        axes.annotate("", tip, (left, low), arrowprops={"arrowstyle": "->", "color": "#555555"}, annotation_clip=False)
+        axes.text(left + 1.25 * length * across, low + 1.25 * length * up, name, ha="center", va="center")
