@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -17,6 +17,7 @@ from pmor.case.width import mirrors_at_mid_width
 from pmor.core.arrays import FloatArray
 from pmor.core.shown import brief
 from pmor.gear.meshed_pair import MeshedPair
+from pmor.line.hubs import Hubs
 from pmor.line.layered_pair import LayeredPair, as_layered
 from pmor.line.pair import LinePair
 from pmor.pair.model import assemble_pair, gear_pair
@@ -104,6 +105,13 @@ def reduced_pair(basis: Basis) -> ReducedPair:
     half = mirrors_at_mid_width(basis.case)
     flanks = basis.flank_nodes, basis.flank_roll_angle
     return ReducedPair(basis, assemble_pair(basis.case, pair, *flanks, basis.layers, half))
+
+
+def on_hubs(reduced: ReducedPair, hubs: Hubs) -> ReducedPair:
+    """Return a reduced pair of line loads whose hubs give way; the compliance of its flanks is not found again."""
+    found = replace(reduced, meshed=replace(reduced.layered, hubs=hubs))
+    vars(found)["section_compliance"] = reduced.section_compliance
+    return found
 
 
 def online_angles(pitch: float, count: int, pitches: int = 1) -> FloatArray:

@@ -26,7 +26,7 @@ from pmor.machine.settings import LoadCase
 from pmor.machine.system import ARM, Equilibrium, tangent_of
 from pmor.pair.conditions import nominal_condition
 from pmor.results.sweep import SteSweep
-from pmor_online.model import ReducedPair, online_angles
+from pmor_online.model import ReducedPair, on_hubs, online_angles
 from pmor_online.sweep import sweep_reduced_pair
 
 # Angles of a pitch over which the mean force of a mesh is found.
@@ -34,6 +34,10 @@ MEAN_ANGLES = 16
 MOST_ROUNDS = 40
 # Change of the place of a mesh force from round to round, over the centre distance.
 SETTLED = 1e-9
+
+
+#: largest root stress of pinion and wheel, MPa; None where it was not found
+RootStresses = tuple[float, float] | None
 
 
 class SolvedMesh(NamedTuple):
@@ -49,8 +53,8 @@ class SolvedMesh(NamedTuple):
         On the pinion, N mm.
     displacement : ndarray, shape (2, 6)
         Of both hubs without the rotation about their axes, in axes of the pair, mm and rad.
-    sweep, rigid : SteSweep
-        On the supports, and on rigid ones.
+    sweep : SteSweep
+        On its supports.
     """
 
     meshing: Meshing
@@ -59,17 +63,40 @@ class SolvedMesh(NamedTuple):
     hubs: Hubs
     displacement: FloatArray
     sweep: SteSweep
-    rigid: SteSweep
+    root_stress: RootStresses = None
+
+
+class RigidMesh(NamedTuple):
+    """A mesh on rigid supports.
+
+    Attributes
+    ----------
+    sweep : SteSweep
+        Under all loads.
+    row : int
+        Of this load.
+    """
+
+    sweep: SteSweep
+    row: int
+    root_stress: RootStresses
 
 
 @dataclass(frozen=True)
 class SolvedLoad:
-    """A gearbox in equilibrium under one load case."""
+    """A gearbox in equilibrium under one load case.
+
+    Parameters
+    ----------
+    rigid : tuple of RigidMesh
+        The same meshes on rigid supports, and none before they are compared (`pmor.machine.compared`).
+    """
 
     load: LoadCase
     gearbox: LoadedGearbox
     equilibrium: Equilibrium
     meshes: tuple[SolvedMesh, ...]
+    rigid: tuple[RigidMesh, ...] = ()
 
 
 def solve_load(model: GearboxModel, load: LoadCase, pairs: Mapping[str, ReducedPair], angles: int) -> SolvedLoad:
@@ -137,13 +164,14 @@ def _turned(frame: MeshFrame) -> FloatArray:
     return np.asarray(np.kron(np.eye(4), frame.axes.T))
 
 
-def _condition(mesh: Meshing, reduced: ReducedPair, force: float) -> Condition:
-    return replace(nominal_condition(reduced.basis.case), torque=force * mesh.pair.pinion.base_radius)
+def condition_of(reduced: ReducedPair, torque: float) -> Condition:
+    """Return a torque on the pinion (N mm), with the axes and flanks of the case."""
+    return replace(nominal_condition(reduced.basis.case), torque=torque)
 
 
 def _mean_wrench(reduced: ReducedPair, mesh: Meshing, force: float, hubs: Hubs) -> FloatArray:
     """Return the mean wrench on both hubs by a unit force of the mesh, in axes of the machine, shape (2, 6)."""
-    condition = _condition(mesh, reduced, force)
+    condition = condition_of(reduced, force * mesh.pair.pinion.base_radius)
     pair = replace(reduced.lines, meshed=replace(reduced.layered, hubs=hubs))
     placed = pair.place(online_angles(mesh.pair.pitch, MEAN_ANGLES), condition.misalignment)
     found = placed.solve(np.array([condition.torque]), False, placed.deviation(condition.assembly))
@@ -153,11 +181,6 @@ def _mean_wrench(reduced: ReducedPair, mesh: Meshing, force: float, hubs: Hubs) 
     return np.asarray((_turned(mesh.frame).T @ mean).reshape(2, HUB) / force)
 
 
-def on_hubs(reduced: ReducedPair, hubs: Hubs) -> ReducedPair:
-    """Return a reduced pair whose hubs give way."""
-    return replace(reduced, meshed=replace(reduced.layered, hubs=hubs))
-
-
 def _swept(
     gearbox: LoadedGearbox, equilibrium: Equilibrium, pairs: Mapping[str, ReducedPair], angles: int
 ) -> tuple[SolvedMesh, ...]:
@@ -165,11 +188,10 @@ def _swept(
     for number, mesh in enumerate(gearbox.meshes):
         reduced, force = pairs[mesh.settings.name], mesh_force(gearbox, equilibrium, number)
         hubs = hubs_of(gearbox, equilibrium, mesh, force)
-        condition, phi = _condition(mesh, reduced, force), online_angles(mesh.pair.pitch, angles)
-        sweep, rigid = (
-            sweep_reduced_pair(one, phi, [condition], recorded=True) for one in (on_hubs(reduced, hubs), reduced)
-        )
+        condition = condition_of(reduced, force * mesh.pair.pinion.base_radius)
+        phi = online_angles(mesh.pair.pitch, angles)
+        sweep = sweep_reduced_pair(on_hubs(reduced, hubs), phi, [condition], recorded=True)
         wrench = _turned(mesh.frame) @ mesh.wrenches.ravel()
         displacement = (hubs.offset + hubs.compliance @ wrench * force).reshape(2, HUB)
-        found.append(SolvedMesh(mesh, force, condition.torque, hubs, displacement, sweep, rigid))
+        found.append(SolvedMesh(mesh, force, condition.torque, hubs, displacement, sweep))
     return tuple(found)

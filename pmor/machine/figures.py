@@ -83,18 +83,18 @@ def face_load_figure(loads: Sequence[SolvedLoad]) -> Figure:
 
 
 def _ste(axes: Axes, solved: SolvedLoad, number: int, colour: str) -> None:
-    mesh = solved.meshes[number]
-    for sweep, style in ((mesh.sweep, "-"), (mesh.rigid, ":")):
-        ste = sweep.ste_um[0]
+    mesh, rigid = solved.meshes[number], solved.rigid[number]
+    for sweep, row, style in ((mesh.sweep, 0, "-"), (rigid.sweep, rigid.row, ":")):
+        ste = sweep.ste_um[row]
         axes.plot(sweep.phi_rad / sweep.pitch_rad, ste - np.nanmean(ste), style, color=colour,
                   label=legend_label(solved.load.name) if style == "-" else None)  # fmt: skip
 
 
 def _face_load(axes: Axes, solved: SolvedLoad, number: int, colour: str) -> None:
-    mesh = solved.meshes[number]
-    for sweep, style in ((mesh.sweep, "-"), (mesh.rigid, ":")):
+    mesh, rigid = solved.meshes[number], solved.rigid[number]
+    for sweep, row, style in ((mesh.sweep, 0, "-"), (rigid.sweep, rigid.row, ":")):
         lines = line_states(sweep)
-        load = lines.load_N_per_mm[0].sum(axis=1).mean(axis=0)
+        load = lines.load_N_per_mm[row].sum(axis=1).mean(axis=0)
         axes.plot(mesh.meshing.frame.along * lines.z_mm, load, style, color=colour,
                   label=legend_label(solved.load.name) if style == "-" else None)  # fmt: skip
 

@@ -282,7 +282,8 @@ class _Reader(Reader):
                 f"{where}: axes are {distance:.6g} mm apart, and centre_distance_mm = {given:g} in {mesh.case}: "
                 "correct at_mm of a shaft, or leave centre_distance_mm out there"
             )
-        bare = change_case(without_models(case), mesh={"error_bar": False, "width": "whole"})
+        stress = {"root_stress": case.root_stress}
+        bare = change_case(without_models(case), mesh={"error_bar": False, "width": "whole"}, results=stress)
         return change_case(bare, pair={"centre_distance_mm": given or distance})
 
 

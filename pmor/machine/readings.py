@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from pmor.case import Case
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.machine.beam import NODE
-from pmor.machine.coupled import SolvedLoad, SolvedMesh
+from pmor.machine.coupled import RigidMesh, RootStresses, SolvedLoad, SolvedMesh
+from pmor.machine.iso import CrudeMisalignment, crude_misalignment
 from pmor.machine.model import ABOUT_AXIS, GearboxModel, Supported, speeds_rpm
+from pmor.machine.rolling_bearing import BearingState
 from pmor.machine.settings import Lubricant
 from pmor.results.load_distribution import face_load_factor, line_states
 from pmor.results.losses import friction_schlenk, loss_factor
@@ -21,12 +25,14 @@ Data = dict[str, Any]
 HARMONICS = 5
 
 
-def load_data(model: GearboxModel, solved: SolvedLoad) -> Data:
+def load_data(model: GearboxModel, cases: Mapping[str, Case], solved: SolvedLoad) -> Data:
     """Return the entry of a load case."""
     speeds = speeds_rpm(model, solved.load)
     meshes = [
-        mesh_data(mesh) | losses(mesh, speeds.get(mesh.meshing.settings.pinion.shaft), model.sections.lubricant)
-        for mesh in solved.meshes
+        mesh_data(mesh, rigid)
+        | _iso(crude_misalignment(model, solved.load, mesh, cases[mesh.meshing.settings.name]))
+        | losses(mesh, speeds.get(mesh.meshing.settings.pinion.shaft), model.sections.lubricant)
+        for mesh, rigid in zip(solved.meshes, solved.rigid, strict=True)
     ]
     known = [mesh["losses_W"] for mesh in meshes if mesh["losses_W"] is not None]
     return {
@@ -40,7 +46,7 @@ def load_data(model: GearboxModel, solved: SolvedLoad) -> Data:
     }
 
 
-def mesh_data(mesh: SolvedMesh) -> Data:
+def mesh_data(mesh: SolvedMesh, rigid: RigidMesh) -> Data:
     """Return what a mesh does, beside the same pair on rigid supports."""
     pair, frame = mesh.meshing.pair, mesh.meshing.frame
     relative = mesh.displacement[1] - mesh.displacement[0]
@@ -54,9 +60,14 @@ def mesh_data(mesh: SolvedMesh) -> Data:
         "out_of_plane_um": 1e3 * width * float(relative[4]),
         "centre_distance_um": 1e3 * float(relative[1]),
         "converged": bool(mesh.sweep.converged.all()),
-        **sweep_data(mesh.sweep),
-        **{f"rigid_{key}": value for key, value in sweep_data(mesh.rigid).items()},
+        **sweep_data(mesh.sweep, 0, mesh.root_stress),
+        **{f"rigid_{key}": value for key, value in sweep_data(*rigid).items()},
     }
+
+
+def _iso(found: CrudeMisalignment | None) -> Data:
+    values = found or (None, None, None)
+    return {f"iso_{key}": value for key, value in zip(CrudeMisalignment._fields, values, strict=True)}
 
 
 def losses(mesh: SolvedMesh, pinion_rpm: float | None, lubricant: Lubricant) -> Data:
@@ -84,17 +95,20 @@ def f_beta_um(pair: GearPair, displacement: FloatArray) -> float:
     return 1e3 * pair.face_width * (slopes[0] - slopes[1])
 
 
-def sweep_data(sweep: SteSweep) -> Data:
-    """Return the figures of a sweep under one torque; null where a position did not converge."""
+def sweep_data(sweep: SteSweep, row: int, root_stress: RootStresses) -> Data:
+    """Return the figures of a sweep under one of its torques; null where a position did not converge."""
     lines = line_states(sweep)
-    whole = bool(sweep.converged.all())
-    pressure = np.nan_to_num(lines.pressure_MPa[0])
+    whole = bool(sweep.converged[row].all())
+    carries = lines.load_N_per_mm[row].sum(axis=(0, 1)) > 0.0
+    pressure = np.nan_to_num(lines.pressure_MPa[row])
     return {
-        "ste_mean_um": _number(ste_mean_um(sweep)[0], whole),
-        "ste_peak_to_peak_um": _number(peak_to_peak_um(sweep)[0], whole),
-        "ste_harmonics_um": [float(a) for a in mesh_orders(sweep, 0, HARMONICS)] if whole else None,
-        "k_h_beta": _number(face_load_factor(lines)[0], whole),
+        "ste_mean_um": _number(ste_mean_um(sweep)[row], whole),
+        "ste_peak_to_peak_um": _number(peak_to_peak_um(sweep)[row], whole),
+        "ste_harmonics_um": [float(a) for a in mesh_orders(sweep, row, HARMONICS)] if whole else None,
+        "k_h_beta": _number(face_load_factor(lines)[row], whole),
+        "carrying_face_percent": _number(100.0 * lines.width_mm[carries].sum() / lines.width_mm.sum(), whole),
         "flank_pressure_max_MPa": _number(pressure.max(), whole),
+        "root_stress_max_MPa": list(root_stress) if whole and root_stress else None,
     }
 
 
@@ -105,19 +119,19 @@ def bearing_data(solved: SolvedLoad) -> list[Data]:
     for bearing in solved.gearbox.bearings:
         moved = bearing.rows @ displacement
         force = bearing.springs * moved + 0.0
-        elements = None
+        state = None
         for direction in bearing.rigid:
             force[direction] -= solved.equilibrium.reactions[constraint]
             constraint += 1
         if bearing.inner is not None:
             state = solved.equilibrium.bearings[seat]
             force[[0, 1, 2, 4, 5]] += state.force
-            elements, seat = state.element_force.tolist(), seat + 1
-        found.append(_bearing(bearing, moved, force, elements))
+            seat += 1
+        found.append(_bearing(bearing, moved, force, state))
     return found
 
 
-def _bearing(bearing: Supported, moved: FloatArray, force: FloatArray, elements: list[float] | None) -> Data:
+def _bearing(bearing: Supported, moved: FloatArray, force: FloatArray, state: BearingState | None) -> Data:
     entry = {
         "name": bearing.settings.name,
         "shaft": bearing.settings.shaft,
@@ -128,8 +142,13 @@ def _bearing(bearing: Supported, moved: FloatArray, force: FloatArray, elements:
         "displacement_um": (1e3 * moved[:3]).tolist(),
         "tilt_mrad": (1e3 * moved[4:]).tolist(),
     }
-    if elements is not None:
-        entry |= {"element_force_N": elements, "loaded_elements": int(np.count_nonzero(elements))}
+    if state is not None:
+        entry |= {
+            "element_force_N": state.element_force.tolist(),
+            "loaded_elements": int(np.count_nonzero(state.element_force)),
+            "contact_pressure_max_MPa": state.pressure,
+            "static_safety": state.static_safety if state.pressure > 0.0 else None,
+        }
     return entry
 
 

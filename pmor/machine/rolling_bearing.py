@@ -10,12 +10,17 @@ with u_r = y cos(psi) + z sin(psi) and u_a = x + R (theta_y sin(psi) - theta_z c
 radius of the point of contact, A the distance between the centres of curvature of both raceways, s the radial clearance
 and P the drop of the roller's profile. Loads are sums over all elements, and so is the tangent stiffness; both follow
 from one potential, so that the tangent is symmetric. Centrifugal and gyroscopic loads are left out.
+
+ISO 76:2006 rates a bearing at rest by the pressure of its most loaded element: at C_0 it is 4,200 MPa of balls, 4,000
+MPa of rollers, which leave a permanent deformation of 1e-4 of their diameter. Loads go with the third power of the
+pressure of balls, with its square of rollers; so does the static safety S_0 = C_0 / P_0.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, NamedTuple, Protocol
 
 import numpy as np
@@ -32,6 +37,10 @@ POINT, LINE = 1.5, 10.0 / 9.0
 LINE_STIFFNESS, LINE_LENGTH_EXPONENT = 35948.0, 8.0 / 9.0
 # ISO/TS 16281, 5.4: logarithmic profile of cylindrical and tapered rollers.
 PROFILE = 0.00035
+# ISO/TS 16281 has its stiffness of rollers for steel; its modulus, MPa.
+STEEL_MODULUS, STEEL_RATIO = 207e3, 0.3
+# ISO 76:2006: pressure at which the static load rating is reached, MPa.
+BALL_PRESSURE, ROLLER_PRESSURE = 4200.0, 4000.0
 
 Clearance = Annotated[float, Range(-0.2, 1.0, "mm")]
 ContactAngle = Annotated[float, Range(-90.0, 90.0, "deg")]
@@ -50,11 +59,44 @@ class BearingState(NamedTuple):
         Its derivative.
     element_force : ndarray, shape (n,)
         Of each rolling element, N.
+    pressure : float
+        Largest contact pressure of any of them, on either ring, MPa.
+    static_safety : float
+        S_0; infinite without load.
     """
 
     force: FloatArray
     stiffness: FloatArray
     element_force: FloatArray
+    pressure: float
+    static_safety: float
+
+
+class PointContact(NamedTuple):
+    """Contact of a ball with a raceway (Hertz).
+
+    Attributes
+    ----------
+    axes : float
+        chi: the longer axis of the ellipse of contact over the shorter one.
+    curvature : float
+        Sum of the curvatures, 1/mm.
+    """
+
+    axes: float
+    curvature: float
+
+    @property
+    def compliance(self) -> float:
+        """K(chi) (sum rho / (chi^2 E(chi)))^(1/3)."""
+        return _first(self.axes) * (self.curvature / (self.axes**2 * _second(self.axes))) ** (1.0 / 3.0)
+
+    def pressure(self, load: float, modulus: float) -> float:
+        """Return the pressure in the middle of the ellipse, MPa; `modulus` is E / (1 - nu^2) of both bodies."""
+        size = (3.0 * load / (modulus * self.curvature)) ** (1.0 / 3.0)
+        second = _second(self.axes)
+        longer = (2.0 * self.axes**2 * second / math.pi) ** (1.0 / 3.0) * size
+        return 1.5 * load / (math.pi * longer**2 / self.axes) if load > 0.0 else 0.0
 
 
 class RollingBearing(Protocol):
@@ -97,14 +139,26 @@ class BallBearing:
     poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
     first_ball_deg: Annotated[float, Range(-360.0, 360.0, "deg")] = 0.0
 
+    @cached_property
+    def contacts(self) -> tuple[PointContact, PointContact]:
+        """Of a ball with the inner and the outer raceway."""
+        gamma = self.ball_diameter_mm * math.cos(math.radians(self.contact_angle_deg)) / self.pitch_diameter_mm
+        inner = _point_contact(self.ball_diameter_mm, gamma / (1.0 - gamma), self.inner_osculation)
+        return inner, _point_contact(self.ball_diameter_mm, -gamma / (1.0 + gamma), self.outer_osculation)
+
+    @property
+    def modulus(self) -> float:
+        """E / (1 - nu^2), MPa."""
+        return 1e3 * self.youngs_modulus_GPa / (1.0 - self.poisson_ratio**2)
+
     @property
     def stiffness_constant(self) -> float:
         """c_P, N/mm^1.5 (ISO/TS 16281, eq. 12 and 13)."""
-        gamma = self.ball_diameter_mm * math.cos(math.radians(self.contact_angle_deg)) / self.pitch_diameter_mm
-        inner = _point_compliance(self.ball_diameter_mm, gamma / (1.0 - gamma), self.inner_osculation)
-        outer = _point_compliance(self.ball_diameter_mm, -gamma / (1.0 + gamma), self.outer_osculation)
-        modulus = 1e3 * self.youngs_modulus_GPa
-        return 1.48 * modulus / (1.0 - self.poisson_ratio**2) * (inner + outer) ** -POINT
+        return 1.48 * self.modulus * sum(contact.compliance for contact in self.contacts) ** -POINT
+
+    def pressure(self, load: float) -> float:
+        """Return the larger pressure of a ball's contacts with both raceways, MPa, under a load, N."""
+        return max(contact.pressure(load, self.modulus) for contact in self.contacts)
 
     def state(self, displacement: FloatArray) -> BearingState:
         """Return force and stiffness under a displacement, shape (5,), mm and rad."""
@@ -122,7 +176,8 @@ class BallBearing:
         stiffness = np.einsum("n,ni,nj->ij", slope - turning, normal, normal)
         for direction in (radial, axial):
             stiffness += np.einsum("n,ni,nj->ij", turning, direction, direction)
-        return BearingState(load @ normal, stiffness, load)
+        pressure = self.pressure(float(load.max()))
+        return BearingState(load @ normal, stiffness, load, pressure, _safety(BALL_PRESSURE, pressure, 3))
 
 
 @dataclass(frozen=True)
@@ -162,6 +217,13 @@ class RollerBearing:
         """c_L, N/mm^(10/9) (ISO/TS 16281, eq. 19)."""
         return float(LINE_STIFFNESS * self.effective_length_mm**LINE_LENGTH_EXPONENT)
 
+    def pressure(self, line_load: float) -> float:
+        """Return the pressure of a roller on the inner raceway, the larger one, MPa, by its line load, N/mm (Hertz)."""
+        gamma = self.roller_diameter_mm * math.cos(math.radians(self.contact_angle_deg)) / self.pitch_diameter_mm
+        radius = 0.5 * self.roller_diameter_mm * (1.0 - gamma)
+        modulus = 0.5 * STEEL_MODULUS / (1.0 - STEEL_RATIO**2)
+        return math.sqrt(line_load * modulus / (math.pi * radius))
+
     def state(self, displacement: FloatArray) -> BearingState:
         """Return force and stiffness under a displacement, shape (5,), mm and rad."""
         angle = math.radians(self.contact_angle_deg)
@@ -181,7 +243,11 @@ class RollerBearing:
         approach = normal @ displacement - 0.5 * self.clearance_mm * math.cos(angle) - 2.0 * np.tile(drop, self.rollers)
         load, slope = power_law(self.stiffness_constant / self.laminae, approach, LINE)
         stiffness = np.einsum("n,ni,nj->ij", slope, normal, normal)
-        return BearingState(load @ normal, stiffness, load.reshape(self.rollers, -1).sum(axis=1))
+        pressure = self.pressure(float(load.max()) * self.laminae / self.effective_length_mm)
+        return BearingState(
+            load @ normal, stiffness, load.reshape(self.rollers, -1).sum(axis=1), pressure,
+            _safety(ROLLER_PRESSURE, pressure, 2),
+        )  # fmt: skip
 
 
 def directions(azimuth: FloatArray, radius: FloatArray | float) -> tuple[FloatArray, FloatArray]:
@@ -199,13 +265,17 @@ def power_law(constant: float, approach: FloatArray, exponent: float) -> tuple[F
     return constant * pressed**exponent, constant * exponent * pressed ** (exponent - 1.0)
 
 
-def _point_compliance(diameter: float, ratio: float, osculation: float) -> float:
-    """Return K(chi) (sum rho / (chi^2 E(chi)))^(1/3) of the contact of a ball with one raceway (Hertz)."""
+def _safety(permitted: float, pressure: float, exponent: int) -> float:
+    return float((permitted / pressure) ** exponent) if pressure > 0.0 else math.inf
+
+
+def _point_contact(diameter: float, ratio: float, osculation: float) -> PointContact:
+    """Return the contact of a ball with one raceway; `ratio` is its diameter over that of the raceway, signed."""
     groove = 0.5 / osculation
     total = 2.0 / diameter * (2.0 + ratio - groove)
     difference = (ratio + groove) / (2.0 + ratio - groove)
     axes = brentq(lambda chi: 1.0 - 2.0 / (chi**2 - 1.0) * (_first(chi) / _second(chi) - 1.0) - difference, 1.001, 1e3)
-    return float(_first(axes) * (total / (axes**2 * _second(axes))) ** (1.0 / 3.0))
+    return PointContact(float(axes), float(total))
 
 
 def _first(chi: float) -> float:

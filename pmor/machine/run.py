@@ -10,6 +10,7 @@ from pathlib import Path
 
 from pmor.core.errors import ConvergenceError
 from pmor.core.progress import quietly
+from pmor.machine.compared import with_rigid_supports
 from pmor.machine.coupled import SolvedLoad, solve_load
 from pmor.machine.fit import Fit, fit_meshes
 from pmor.machine.loader import GearboxFile
@@ -57,12 +58,13 @@ def run(
                 if not mesh.sweep.converged.all()
             ]
         step(1)
+    compared = with_rigid_supports(loads, pairs, angles)
     fits: tuple[Fit, ...] = ()
     try:
         fits = fit_meshes(file.model, loads, pairs)
     except ConvergenceError as error:
         failures.append(f"flanks that fit: {error}")
-    return GearboxResult(file, tuple(loads), tuple(failures), fits)
+    return GearboxResult(file, compared, tuple(failures), fits)
 
 
 def basis_name(mesh: str) -> str:

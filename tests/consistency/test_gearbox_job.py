@@ -1,6 +1,7 @@
 """A gearbox as a command and in Python: the same files, bases taken over, failed loads beside those that hold."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,12 +9,29 @@ from numpy.testing import assert_allclose
 
 import pmor
 from pmor.app.cli import main
+from pmor.machine.bounds import named_bounds
+from pmor.machine.compared import STRESS_ANGLES
+from pmor.machine.iso import arrangement
+from pmor.machine.loader import load
 from pmor.machine.output import FILES
 from pmor.machine.run import basis_name
 from tests.support.gearboxes import SMALL, written
 
 # A torque that lifts the input off its bearing's clearance has no equilibrium without thrust: see below.
 LOOSE = SMALL.replace('name = "drive"', 'name = "light"').split("[[loads]]")[1].replace("60.0", "20.0")
+# Of the file, what it becomes, and why the standard's formula does not know it; empty where it does.
+ARRANGEMENTS = {
+    "torque through one bearing": ("at_mm = 0.0", "at_mm = 5.0", ""),
+    "torque between the bearings": ("at_mm = 0.0", "at_mm = 20.0", "does not enter through one of its bearings"),
+    "overhung": ("at_mm = 70.0", "at_mm = 20.0", "stands beside the bearings"),
+    "off the middle": ("at_mm = 10.0", "at_mm = 30.0", "of the bearings' span off their middle"),
+    "bored": ("outer_mm = 20.0", "outer_mm = 20.0, inner_mm = 12.0", "bored by more than half"),
+    "three bearings": (
+        '[[bearings]]\nname = "C"',
+        '[[bearings]]\nname = "E"\nshaft = "input"\nat_mm = 60.0\n[[bearings]]\nname = "C"',
+        "has 3 radial bearings",
+    ),
+}
 
 
 @pytest.fixture(scope="module")
@@ -36,6 +54,53 @@ def test_the_command_leaves_its_files(job):
     bearings = {bearing["name"]: bearing for bearing in data["loads"][0]["bearings"]}
     assert 1 <= bearings["C"]["loaded_elements"] < 9
     assert len(bearings["D"]["element_force_N"]) == 12
+
+
+def test_each_mesh_stands_beside_rigid_supports_and_the_standard(job):
+    path, out = job
+    mesh = json.loads((out / "gearbox.json").read_text())["loads"][0]["meshes"][0]
+    model = pmor.load_model(out / basis_name("mesh"))
+    stress = model.root_stress([mesh["torque_Nm"]], angles=STRESS_ANGLES)
+    assert_allclose(mesh["rigid_root_stress_max_MPa"], [stress.largest(0, i).max_principal_MPa for i in range(2)])
+    assert mesh["root_stress_max_MPa"][0] > mesh["rigid_root_stress_max_MPa"][0]
+    assert mesh["iso_f_beta_um"] == pytest.approx(1.33 * mesh["iso_f_sh_um"])
+    assert mesh["iso_k_h_beta"] > 1.0
+    page = (out / "report.html").read_text()
+    assert all(title in page for title in ("Root stress", "Beside ISO 6336-1", "Rolling elements"))
+
+
+@pytest.mark.parametrize("name", ARRANGEMENTS)
+def test_an_arrangement_that_the_standard_does_not_know_is_said(name, job, tmp_path):
+    """The pair is not solved anew: the arrangement follows from the file."""
+    old, new, words = ARRANGEMENTS[name]
+    text = job[0].read_text()
+    assert old in text
+    file = load(written(tmp_path, text.replace(old, new, 1)))
+    why = arrangement(file.model, file.model.sections.meshes[0], file.model.sections.loads[0])
+    assert words in why if words else not isinstance(why, str)
+
+
+def test_bounds_are_named_with_load_part_and_value(job):
+    """Of the solved box with entries made up: a bearing without load, one overloaded, a face half of which carries."""
+    path, _ = job
+    found = pmor.gearbox(path)
+    solved, entry = found.loads[0], found.data["loads"][0]
+    assert named_bounds(solved, entry) == found.data["bounds"] == []
+    entry["bearings"][2] |= {"loaded_elements": 0}
+    entry["bearings"][3] |= {"static_safety": 0.8, "contact_pressure_max_MPa": 4472.0}
+    mesh, moved = solved.meshes[0], solved.meshes[0].displacement.copy()
+    moved[1, 1] -= 1.0
+    moved[0, 3] = 0.01
+    bent = replace(solved, meshes=(mesh._replace(displacement=moved),))
+    entry["meshes"][0]["carrying_face_percent"] = 50.0
+    texts = named_bounds(bent, entry)
+    for words in (
+        "load drive, bearing C: carries nothing", "bearing D: overloaded, contact pressure 4472 MPa, static safety 0.8",
+        "mesh mesh: flanks lift off, 50 % of the face", "coast flanks would overlap", "a hub tilts by 10 mrad",
+        "the contact ratio by 0.",
+    ):  # fmt: skip
+        assert sum(words in text for text in texts) == 1, words
+    assert len(texts) == 6
 
 
 def test_python_finds_what_the_command_found(job):
@@ -65,12 +130,12 @@ def test_forces_in_bearings_balance_the_mesh(job):
     """Without other loads: the mesh pushes both shafts apart, and bearings hold each of them."""
     path, _ = job
     found = pmor.gearbox(path)
-    for load in found.data["loads"]:
+    for entry in found.data["loads"]:
         force = {name: np.zeros(3) for name in ("input", "output")}
-        for bearing in load["bearings"]:
+        for bearing in entry["bearings"]:
             force[bearing["shaft"]] += bearing["force_N"]
         assert_allclose(force["input"], -force["output"], atol=1e-4 * np.abs(force["input"]).max())
-        assert np.linalg.norm(force["input"]) > load["meshes"][0]["force_N"]
+        assert np.linalg.norm(force["input"]) > entry["meshes"][0]["force_N"]
 
 
 def test_a_load_without_an_equilibrium_is_named_and_the_others_are_written(job, tmp_path, monkeypatch, capsys):

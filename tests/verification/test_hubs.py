@@ -10,7 +10,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from pmor.case import change_case, parse_case
 from pmor.gear.condition import ALIGNED, Misalignment, at_torques
 from pmor.line.hubs import Hubs, hub_rows
-from pmor.machine.coupled import on_hubs, solve_load
+from pmor.machine.compared import with_rigid_supports
+from pmor.machine.coupled import solve_load
 from pmor.machine.fit import fit_meshes
 from pmor.machine.model import loaded
 from pmor.machine.settings import LoadCase
@@ -18,7 +19,8 @@ from pmor.pair.model import elastic_model, mesh_model
 from pmor.results.load_distribution import face_load_factor, line_states
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
-from pmor_online.model import reduced_pair
+from pmor_online.model import on_hubs, reduced_pair
+from pmor_online.root_stress import root_stress
 from tests.support.gearboxes import FVA_CASE, drive, fva_box
 
 TORQUE = 1e5
@@ -97,6 +99,21 @@ def test_a_helical_wheel_that_screws_moves_the_transmission_error_alone():
     assert_allclose(load, expected_load, rtol=0.0, atol=0.02 * expected_load.max())
 
 
+def test_root_stress_on_moved_hubs_is_that_on_moved_axes():
+    """Out of plane by 20 um over the face: the same line loads but for the second order, and so the same stress."""
+    reduced, by = pair(21.0), 20.0
+    moved = Hubs(np.zeros((12, 12)), np.r_[np.zeros(10), 1e-3 * by / 50.0, 0.0])
+    phi, aligned = angles(reduced), at_torques([TORQUE])
+    tilted = [replace(one, misalignment=Misalignment(out_of_plane_um=by)) for one in aligned]
+    found, expected, level = (
+        root_stress(one, phi, conditions).max_principal_MPa
+        for one, conditions in ((on_hubs(reduced, moved), aligned), (reduced, tilted), (reduced, aligned))
+    )
+    there = np.isfinite(found) & np.isfinite(expected)
+    assert_allclose(found[there], expected[there], rtol=0.0, atol=2e-3 * expected[there].max())
+    assert np.nanmax(expected) > 1.05 * np.nanmax(level)
+
+
 def test_half_of_the_width_is_refused():
     with pytest.raises(ValueError, match="takes? the whole width"):
         replace(pair(0.0).layered, mirrored=True, hubs=Hubs(np.zeros((12, 12)), np.zeros(12)))
@@ -165,8 +182,10 @@ def test_stiff_shafts_and_bearings_are_rigid_supports():
         ),
     )
     _, pairs, _ = solved()
-    for mesh in solve_load(stiff, drive("load", 500.0), pairs, 12).meshes:
-        assert_allclose(mesh.sweep.ste_um, mesh.rigid.ste_um, rtol=1e-6)
+    (found,) = with_rigid_supports([solve_load(stiff, drive("load", 500.0), pairs, 12)], pairs, 12)
+    for mesh, rigid in zip(found.meshes, found.rigid, strict=True):
+        assert_allclose(mesh.sweep.ste_um, rigid.sweep.ste_um, rtol=1e-6)
+        assert_allclose(mesh.root_stress, rigid.root_stress, rtol=1e-6)
 
 
 def test_a_reversed_torque_runs_the_same_pair_from_its_other_end():

@@ -70,3 +70,33 @@ def test_a_tilted_roller_carries_at_its_end_and_resists():
     straight, tilted = (bearing.state(np.array([0.0, 0.02, 0.0, 0.0, tilt])) for tilt in (0.0, 1e-3))
     assert tilted.force[4] > 1e3
     assert abs(straight.force[4]) < 1e-6 * tilted.force[4]
+
+
+# f_0 of ISO 76:2006, table 1, radial ball bearings, by D_w cos(alpha) / D_pw.
+STATIC_FACTORS = {0.05: 15.7, 0.1: 16.4, 0.12: 15.9, 0.16: 14.9, 0.2: 14.0, 0.3: 11.6}
+
+
+@pytest.mark.parametrize("ratio", STATIC_FACTORS)
+def test_balls_reach_the_static_load_rating_at_its_pressure(ratio):
+    """C_0 = f_0 Z D_w^2 and Q = 5 F_r / Z: static safety 1, to the digits of the table."""
+    bearing = BallBearing(balls=9, ball_diameter_mm=10.0, pitch_diameter_mm=10.0 / ratio)
+    load = 5.0 * STATIC_FACTORS[ratio] * 10.0**2
+    assert_allclose(bearing.pressure(load), 4200.0, rtol=2e-3)
+    approach = (load / bearing.stiffness_constant) ** (2.0 / 3.0)
+    state = bearing.state(np.array([0.0, approach, 0.0, 0.0, 0.0]))
+    assert_allclose(state.static_safety, 1.0, rtol=6e-3)
+
+
+def test_rollers_reach_the_static_load_rating_at_its_pressure():
+    """C_0 = 44 (1 - gamma) Z L_we D_we, its factor rounded."""
+    bearing = RollerBearing(**ROLLER, laminae=1)
+    load = 5.0 * 44.0 * (1.0 - 0.2) * 10.0
+    assert_allclose(bearing.pressure(load), 4000.0, rtol=3e-3)
+    approach = (load * 9.0 / bearing.stiffness_constant) ** 0.9
+    assert_allclose(bearing.state(np.array([0.0, approach, 0.0, 0.0, 0.0])).static_safety, 1.0, rtol=5e-3)
+
+
+def test_without_load_the_safety_is_infinite():
+    for bearing in (BallBearing(**BALL, clearance_mm=0.01), RollerBearing(**ROLLER, clearance_mm=0.01)):
+        state = bearing.state(np.zeros(5))
+        assert (state.pressure, state.static_safety) == (0.0, math.inf)

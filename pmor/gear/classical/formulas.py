@@ -226,38 +226,54 @@ def classical_results(pair: GearPair, bodies: tuple[GearBody, GearBody], torque_
     ]
 
 
-def _iso_result(pair: GearPair, load_N_per_mm: float, moduli_MPa: tuple[float, float]) -> ClassicalResult:
-    """ISO 6336-1 row; its warnings become the row's note, because the report shows them where they matter."""
+def iso_stiffness(pair: GearPair, load_N_per_mm: float, moduli_MPa: tuple[float, float]) -> tuple[float, float]:
+    """Return c' and c_gamma,alpha of a pair of solid discs by ISO 6336-1, N/(mm um); warns outside their range.
+
+    Parameters
+    ----------
+    load_N_per_mm : float
+        Transverse force over the face width.
+    moduli_MPa : (float, float)
+        Of pinion and wheel. The standard corrects for them where they are not those of steel.
+    """
     pinion, wheel = pair.pinion, pair.wheel
-    # The standard corrects for the modulus only when the pair is not steel on steel.
-    steel = all(195e3 <= e <= 216e3 for e in moduli_MPa)
-    mean_modulus = 2.0 * moduli_MPa[0] * moduli_MPa[1] / sum(moduli_MPa)
-    ratio = 1.0 if steel else mean_modulus / iso6336.STEEL_YOUNGS_MODULUS_MPA
-    specific_load = load_N_per_mm * pinion.base_radius / pinion.reference_radius
     helix = pinion.helix_angle
     z_1, z_2 = (
         math.inf if t.internal else iso6336.virtual_tooth_number(t.teeth, helix, t.pressure_angle)
         for t in (pinion, wheel)
     )
+    single = iso6336.single_stiffness(
+        z_1,
+        z_2,
+        pinion.profile_shift,
+        wheel.profile_shift,
+        dedendum=0.5 * (pinion.cut_dedendum + wheel.cut_dedendum),
+        pressure_angle_deg=float(np.degrees(pinion.pressure_angle)),
+        helix_angle_rad=helix,
+        specific_load_N_per_mm=load_N_per_mm * pinion.base_radius / pinion.reference_radius,
+        modulus_ratio=_modulus_ratio(moduli_MPa),
+    )
+    return single, iso6336.mesh_stiffness(single, pair.contact_ratio)
+
+
+def _modulus_ratio(moduli_MPa: tuple[float, float]) -> float:
+    if all(195e3 <= modulus <= 216e3 for modulus in moduli_MPa):
+        return 1.0
+    return 2.0 * moduli_MPa[0] * moduli_MPa[1] / sum(moduli_MPa) / iso6336.STEEL_YOUNGS_MODULUS_MPA
+
+
+def _iso_result(pair: GearPair, load_N_per_mm: float, moduli_MPa: tuple[float, float]) -> ClassicalResult:
+    """ISO 6336-1 row; its warnings become the row's note, because the report shows them where they matter."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        single = iso6336.single_stiffness(
-            z_1,
-            z_2,
-            pinion.profile_shift,
-            wheel.profile_shift,
-            dedendum=0.5 * (pinion.cut_dedendum + wheel.cut_dedendum),
-            pressure_angle_deg=float(np.degrees(pinion.pressure_angle)),
-            helix_angle_rad=helix,
-            specific_load_N_per_mm=specific_load,
-            modulus_ratio=ratio,
-        )
-        mesh = iso6336.mesh_stiffness(single, pair.contact_ratio)
+        single, mesh = iso_stiffness(pair, load_N_per_mm, moduli_MPa)
+    specific_load = load_N_per_mm * pair.pinion.base_radius / pair.pinion.reference_radius
+    ratio = _modulus_ratio(moduli_MPa)
     ratios = f"contact ratio {pair.contact_ratio:.3f}"
     ratios += f", overlap ratio {pair.overlap_ratio:.3f}" if pair.overlap_ratio > 0.0 else ""
     notes = [f"c' = {single:.2f} N/(mm µm), {ratios}, solid discs; gives no curve"]
-    notes += ["the ring taken for a rack"] if wheel.internal else []
-    notes += ["steel on steel: E as in the standard" if steel else f"scaled with E/E_steel = {ratio:.3f}"]
+    notes += ["the ring taken for a rack"] if pair.wheel.internal else []
+    notes += ["steel on steel: E as in the standard" if ratio == 1.0 else f"scaled with E/E_steel = {ratio:.3f}"]
     notes += [f"lowered for the specific load of {specific_load:.0f} N/mm"] if specific_load < 100.0 else []
     notes += [str(w.message) for w in caught]
     return ClassicalResult("ISO 6336-1 method B", mesh, load_N_per_mm / mesh, None, "; ".join(notes))

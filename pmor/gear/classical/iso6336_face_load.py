@@ -1,0 +1,59 @@
+"""Misalignment by the shafts and face load factor after ISO 6336-1:2006, 7.6, method C: a shaft as one formula.
+
+    f_sh = F_m / b 0.023 (|B* + K' l s / d_1^2 (d_1 / d_sh)^4 - 0.3| + 0.3) (b / d_1)^2,    F_bx = 1.33 f_sh + f_ma
+
+with B* = 1 of spur and single helical gears, l the span of the bearings and s the distance of the pinion from its
+middle. Bearings and housing are rigid, and the mate's shaft is in the factor 1.33.
+"""
+
+from __future__ import annotations
+
+import math
+
+# K' of a pinion between two bearings, without and with stiffening by its own body, where d_1 / d_sh reaches this.
+PLAIN, STIFFENED, STIFFENING_RATIO = 0.8, 0.48, 1.15
+# s / l below which they hold.
+LARGEST_OFFSET = 0.3
+# Of case-hardened flanks, um.
+RUNNING_IN, MOST_RUNNING_IN = 0.15, 6.0
+
+
+def shaft_misalignment(
+    line_load: float, width: float, diameter: float, shaft_diameter: float, span: float, offset: float
+) -> float:
+    """Return f_sh of a pinion between two bearings, um.
+
+    Parameters
+    ----------
+    line_load : float
+        F_m / b: tangential force at the reference circle over the face width, N/mm.
+    width, diameter, shaft_diameter, span : float
+        b, d_1, d_sh, l, mm.
+    offset : float
+        s, mm: positive where the pinion stands nearer to the bearing at whose side torque enters, so that torsion and
+        bending load the same end of the face (K' > 0).
+    """
+    constant = STIFFENED if diameter / shaft_diameter >= STIFFENING_RATIO else PLAIN
+    bent = constant * span * offset / diameter**2 * (diameter / shaft_diameter) ** 4
+    return 0.023 * line_load * (abs(1.0 + bent - 0.3) + 0.3) * (width / diameter) ** 2
+
+
+def running_in(misalignment: float) -> float:
+    """Return y_beta of case-hardened flanks, um, by F_bx, um."""
+    return min(RUNNING_IN * misalignment, MOST_RUNNING_IN)
+
+
+def face_load_factor(misalignment: float, stiffness: float, line_load: float) -> float:
+    """Return K_Hbeta (eq. 41 and 43).
+
+    Parameters
+    ----------
+    misalignment : float
+        F_by after running in, um.
+    stiffness : float
+        c_gamma,beta, N/(mm um).
+    line_load : float
+        F_m / b, N/mm.
+    """
+    size = misalignment * stiffness / line_load
+    return 1.0 + 0.5 * size if size <= 2.0 else math.sqrt(2.0 * size)

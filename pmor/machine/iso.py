@@ -1,0 +1,103 @@
+"""The misalignment of a mesh after ISO 6336-1, method C, where its formula knows the arrangement of the shaft.
+
+It knows a pinion between two bearings, through one of which all torque of the shaft enters. Deviations of flanks and
+axes (f_ma) are none, as in the gearbox itself.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from typing import NamedTuple
+
+from pmor.case import Case
+from pmor.gear.classical.formulas import iso_stiffness
+from pmor.gear.classical.iso6336_face_load import LARGEST_OFFSET, face_load_factor, running_in, shaft_misalignment
+from pmor.machine.coupled import SolvedMesh
+from pmor.machine.model import GearboxModel
+from pmor.machine.settings import LoadCase, Mesh, ShaftSection
+
+# Bore of a hollow shaft over its diameter, from which the formula no longer holds.
+LARGEST_BORE = 0.5
+# c_gamma,beta over c_gamma,alpha (ISO 6336-1, 9.3.3).
+STIFFNESS_RATIO = 0.85
+
+
+class CrudeMisalignment(NamedTuple):
+    """f_sh, F_bx without deviations (um), and K_Hbeta by method C."""
+
+    f_sh_um: float
+    f_beta_um: float
+    k_h_beta: float
+
+
+class Arrangement(NamedTuple):
+    """Section below the pinion, span of its bearings, and its offset towards the torque, mm."""
+
+    section: ShaftSection
+    span: float
+    offset: float
+
+
+def crude_misalignment(model: GearboxModel, load: LoadCase, mesh: SolvedMesh, case: Case) -> CrudeMisalignment | None:
+    """Return the misalignment of a mesh by ISO 6336-1, method C; None where it does not know the arrangement."""
+    said, pair = mesh.meshing.settings, mesh.meshing.pair
+    arranged = arrangement(model, said, load)
+    if isinstance(arranged, str):
+        return None
+    tooth = (pair.pinion, pair.wheel)[_smaller(model, said)]
+    line_load = mesh.torque / pair.pinion.reference_radius / pair.common_width
+    f_sh = shaft_misalignment(
+        line_load, pair.common_width, 2.0 * tooth.reference_radius, arranged.section.outer_mm, arranged.span,
+        arranged.offset,
+    )  # fmt: skip
+    misalignment = 1.33 * f_sh
+    moduli = [1e3 * gear.youngs_modulus_GPa for gear in (case.pair.pinion, case.pair.wheel)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # crude it is
+        _, stiffness = iso_stiffness(pair, mesh.force / pair.common_width, (moduli[0], moduli[1]))
+    after = misalignment - running_in(misalignment)
+    return CrudeMisalignment(f_sh, misalignment, face_load_factor(after, STIFFNESS_RATIO * stiffness, line_load))
+
+
+def arrangement(model: GearboxModel, mesh: Mesh, load: LoadCase) -> Arrangement | str:
+    """Return how the shaft of the smaller gear is borne and driven; a sentence where the formula does not know it."""
+    said, gear = model.sections, (mesh.pinion, mesh.wheel)[_smaller(model, mesh)]
+    own = f'shaft "{gear.shaft}"'
+    if any(bearing.to == gear.shaft for bearing in said.bearings):
+        return f"{own} carries another one in a bearing"
+    radial = [one for one in said.bearings if one.shaft == gear.shaft and one.radial_N_per_mm != "free"]
+    if len(radial) != 2:
+        return f"{own} has {len(radial)} radial bearings, and the formula knows two"
+    low, high = sorted(bearing.at_mm for bearing in radial)
+    if not low < gear.at_mm < high:
+        return f"the smaller gear stands beside the bearings of {own}, not between them"
+    gears = [place for other in said.meshes for place in (other.pinion, other.wheel) if place.shaft == gear.shaft]
+    places = [one.at_mm for one in gears if one.at_mm != gear.at_mm]
+    places += [torque.at_mm for torque in load.torques if torque.shaft == gear.shaft and torque.torque_Nm != 0.0]
+    sides = {-1.0 if place <= low else 1.0 if place >= high else 0.0 for place in places}
+    if sides not in ({-1.0}, {1.0}):
+        return f"torque of {own} does not enter through one of its bearings alone"
+    section = _section_at(model, gear.shaft, gear.at_mm)
+    if section.inner_mm > LARGEST_BORE * section.outer_mm:
+        return f"{own} is bored by more than half of its diameter below the smaller gear"
+    span, offset = high - low, min(sides) * (gear.at_mm - 0.5 * (low + high))
+    if abs(offset) >= LARGEST_OFFSET * span:
+        return (
+            f"the smaller gear stands {abs(offset) / span:.2g} of the bearings' span off their middle: below 0.3 alone"
+        )
+    return Arrangement(section, span, offset)
+
+
+def _smaller(model: GearboxModel, mesh: Mesh) -> int:
+    pair = model.pairs[mesh.name]
+    return int(pair.wheel.teeth < pair.pinion.teeth)
+
+
+def _section_at(model: GearboxModel, shaft: str, place: float) -> ShaftSection:
+    end, sections = 0.0, model.shafts[shaft].sections
+    for section in sections:
+        end += section.length_mm
+        if place < end or math.isclose(place, end):
+            return section
+    return sections[-1]
