@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
 
+from pmor.body.far_compliance import FarCompliance, FarTeeth, far_compliance
 from pmor.body.fillet_stress import NEIGHBOURS, FilletPoints, FilletStress, sector_stress
 from pmor.core.arrays import FloatArray
 from pmor.fe.completion import completion, nodes_of_elements
@@ -36,6 +38,8 @@ class ElasticGear:
         Columns of elements below the flank whose local compliance was taken out.
     fillet : FilletStress or None
         Where it was asked for.
+    far : FarCompliance or None
+        Where it was asked for; forces there have two components at a node of spur gears.
     """
 
     mesh: SectorMesh
@@ -45,6 +49,7 @@ class ElasticGear:
     side_displacement: FloatArray
     layer_columns: int = 0
     fillet: FilletStress | None = None
+    far: FarCompliance | None = None
 
     def tooth_compliance(self, offset: int) -> FloatArray:
         """Return the displacement of tooth `offset` under unit forces on tooth 0, shape (n, n), mm/N.
@@ -61,7 +66,7 @@ class ElasticGear:
 
 def elastic_gear(
     mesh: SectorMesh, youngs_modulus: float, poisson_ratio: float, element: str, neighbours: int = 1,
-    keep_rows: bool = False, layer_columns: int = 0, fillet: FilletMesh | None = None,
+    keep_rows: bool = False, layer_columns: int = 0, fillet: FilletMesh | None = None, far: FarTeeth | None = None,
 ) -> ElasticGear:  # fmt: skip
     """Build the elastic model of a gear from one sector.
 
@@ -77,48 +82,74 @@ def elastic_gear(
         Columns of elements below the flank whose local compliance is taken out (`pmor.line.hertz`).
     fillet : FilletMesh, optional
         Where the stress along the fillets is asked for too.
+    far : FarTeeth, optional
+        Teeth beyond the neighbours, and their other flanks, that are loaded together with a tooth.
     """
     points, carried = sector_stress(fillet, mesh, youngs_modulus, poisson_ratio) if fillet else (None, ())
-    sector = condense_sector(mesh, youngs_modulus, poisson_ratio, element, keep_rows, layer_columns, carried)
-    n_flank, n_side = len(sector.flank), len(sector.left)
-    own = inverse_flank_stiffness(mesh, sector.stiffness[:n_flank, :n_flank].copy())
-    load = -sector.stiffness[n_flank:, :n_flank] @ own
-    side = sector.stiffness[n_flank:, n_flank:] + load @ sector.stiffness[:n_flank, n_flank:]
+    back = far is not None and len(far.backs) + len(far.images) > 0
+    sector = condense_sector(mesh, youngs_modulus, poisson_ratio, element, keep_rows, layer_columns, carried, back)
+    n_flanks, n_side = len(sector.flank), len(sector.left)
+    n_flank = n_flanks // 2 if back else n_flanks
+    own = inverse_flank_stiffness(mesh, sector.stiffness[:n_flanks, :n_flanks].copy(), sector.flank)
+    load = -sector.stiffness[n_flanks:, :n_flanks] @ own
+    side = sector.stiffness[n_flanks:, n_flanks:] + load @ sector.stiffness[:n_flanks, n_flanks:]
 
     to_left, even = symmetric_coordinates(mesh, nodes_of_elements(mesh, mesh.left))
     to_right, _ = symmetric_coordinates(mesh, nodes_of_elements(mesh, mesh.right))
     left, right = slice(None, n_side), slice(n_side, None)
     diagonal = _turned(to_left, side[left, left], to_left) + _turned(to_right, side[right, right], to_right)
-    faces = ring_compliance(diagonal, _turned(to_left, side[left, right], to_right), even, mesh.teeth, neighbours + 1)
+    reach = neighbours + 1 if far is None else max(neighbours + 1, mesh.teeth // 2)
+    blocks = ring_compliance(diagonal, _turned(to_left, side[left, right], to_right), even, mesh.teeth, reach)
     load = np.concatenate([to_left @ load[left], to_right @ load[right]])
 
-    def moved(k: int) -> FloatArray:
-        """Displacement of the left side face of sector k, in symmetric coordinates."""
-        both = [faces[j] if j >= 0 else faces[-j].T for j in (k, k + 1)]
-        return np.asarray(np.hstack(both) @ load)
+    def faces(k: int) -> FloatArray:
+        """Displacement of side face k by unit forces on side face 0, in symmetric coordinates."""
+        if abs(k) >= len(blocks):
+            k = (k + mesh.teeth // 2) % mesh.teeth - mesh.teeth // 2
+        return np.asarray(blocks[k] if k >= 0 else blocks[-k].T)
 
-    compliance = np.empty((2 * neighbours + 1, n_flank, n_flank))
-    before = moved(-1)
-    for k in range(neighbours + 1):
+    def moved(k: int) -> FloatArray:
+        """Displacement of the left side face of sector k under unit forces on the loaded flank."""
+        return np.asarray(np.hstack([faces(k), faces(k + 1)]) @ load[:, :n_flank])
+
+    flanks = np.empty((2 * neighbours + 1, n_flanks, n_flank))
+    before = moved(-neighbours - 1)
+    for k in range(-neighbours, neighbours + 1):
         after = moved(k)
-        compliance[neighbours + k] = load.T @ np.concatenate([after, before])
-        compliance[neighbours - k] = compliance[neighbours + k].T
+        flanks[neighbours + k] = load.T @ np.concatenate([after, before])
         before = after
-    compliance[neighbours] += own
+    flanks[neighbours] += own[:, :n_flank]
     displacement, stress = np.empty((0, n_side, n_flank)), None
     if keep_rows:
         displacement = np.stack([to_left.T @ moved(k) for k in range(-neighbours - 1, neighbours + 1)])
     if points is not None:
         functions = np.concatenate([f.over(np.concatenate([sector.flank, sector.left, sector.right])) for f in carried])
-        of_left, of_right = functions[:, n_flank : n_flank + n_side], functions[:, n_flank + n_side :]
+        of_left, of_right = functions[:, n_flanks : n_flanks + n_side], functions[:, n_flanks + n_side :]
         of_sides = np.hstack([(to_left @ of_left.T).T, (to_right @ of_right.T).T])
         near = range(-NEIGHBOURS, NEIGHBOURS + 1)
-        moves = [np.concatenate([compliance[neighbours + k], moved(k), moved(k - 1)]) for k in near]
-        stress = _of_the_fillets(mesh, points, np.hstack([functions[:, :n_flank], of_sides]) @ np.stack(moves))
+        moves = [np.concatenate([flanks[neighbours + k], moved(k), moved(k - 1)]) for k in near]
+        stress = _of_the_fillets(mesh, points, np.hstack([functions[:, :n_flanks], of_sides]) @ np.stack(moves))
+    compliance = np.ascontiguousarray(flanks[:, :n_flank])
     compliance = _on_the_grid(mesh, compliance)
     if sector.layer is not None:
         compliance[neighbours] -= sector.layer
-    return ElasticGear(mesh, neighbours, _reciprocal(compliance), sector, displacement, layer_columns, stress)
+    between = _between_far_teeth(mesh, faces, load, far) if far is not None else None
+    return ElasticGear(mesh, neighbours, _reciprocal(compliance), sector, displacement, layer_columns, stress, between)
+
+
+def _between_far_teeth(
+    mesh: SectorMesh, faces: Callable[[int], FloatArray], load: FloatArray, asked: FarTeeth
+) -> FarCompliance:
+    """Compliance between far teeth, of all nodes of a flank, in the components that contact forces have."""
+    components = 2 if mesh.twist_per_length == 0.0 else 3
+    used = (3 * np.arange(mesh.flank.size)[:, None] + np.arange(components)).ravel()
+    count = 3 * len(nodes_of_elements(mesh, mesh.flank))
+    flank = np.ascontiguousarray((completion(mesh, mesh.flank) @ load[:, :count].T)[used].T)
+    back = np.empty((len(load), 0))
+    if load.shape[1] > count:
+        image = np.tile([-1.0, 1.0, 1.0][:components], mesh.back.size)
+        back = np.ascontiguousarray((completion(mesh, mesh.back) @ load[:, count:].T)[used].T) * image
+    return far_compliance(faces, flank, back, mesh.teeth, asked)
 
 
 def with_layer(gear: ElasticGear) -> ElasticGear:

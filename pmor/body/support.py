@@ -68,21 +68,45 @@ def support_rows(
     -------
     ndarray, shape (A, N, r)
     """
-    angles, size = row.shape[:2]
-    count, parts, rank = len(sections[0][0]), gradient.shape[3] // ROWS, len(support.compliance)
-    section, place = np.arange(size) % count, np.arange(size) // count
-    found = np.zeros((angles, size, rank))
+    found = np.zeros((*row.shape[:2], len(support.compliance)))
+    place = np.arange(row.shape[1]) // len(sections[0][0])
     for gear, sense in ((0, 1), (1, -1)):  # wheel teeth count against tooth pairs
-        columns = len(support.rows[gear]) // (node_rows[gear] * parts)
-        shares = section_shares(sections[0][gear], sections[1][gear], columns)
-        nodes = support.rows[gear].reshape(node_rows[gear], columns, parts, rank)
-        carried = np.zeros((count, max(node_rows[gear], ROWS), parts, rank))
-        carried[:, : node_rows[gear]] = np.tensordot(shares, nodes, axes=(1, 1))
-        rows = row[..., gear, None] + np.arange(ROWS)
-        by_node = carried[section[:, None], rows].reshape(angles, size, ROWS * parts, rank)
-        of_tooth_0 = np.einsum("ing,ingr->inr", gradient[:, :, gear], by_node)
+        carriers = sections[0][gear], sections[1][gear]
+        of_tooth_0 = carried_rows(support.rows[gear], carriers, node_rows[gear], row[..., gear], gradient[:, :, gear])
         teeth = sense * (first_pair[:, None] + place)
         for tooth in np.unique(teeth).tolist():
             turned = np.linalg.matrix_power(support.turn[gear], tooth)
             found += np.where((teeth == tooth)[..., None], of_tooth_0 @ turned, 0.0)
     return found
+
+
+def carried_rows(
+    shapes: FloatArray, carriers: tuple[IntArray, FloatArray], node_rows: int, row: IntArray, gradient: FloatArray
+) -> FloatArray:
+    """Return what a unit force in each placed section does to shapes of a flank.
+
+    Parameters
+    ----------
+    shapes : ndarray, shape (n, r)
+        Over the unknowns of the flank.
+    carriers : (ndarray of int, shape (S,); ndarray, shape (S, b))
+        First column of nodes that carries each section of the gear, and the shares of b columns from there on.
+    node_rows : int
+        Rows of nodes on the flank.
+    row : ndarray of int, shape (A, N)
+    gradient : ndarray, shape (A, N, 4 c)
+        As in `support_rows`, of one gear.
+
+    Returns
+    -------
+    ndarray, shape (A, N, r)
+    """
+    angles, size = row.shape
+    count, parts, rank = len(carriers[0]), gradient.shape[2] // ROWS, shapes.shape[1]
+    columns = len(shapes) // (node_rows * parts)
+    nodes = shapes.reshape(node_rows, columns, parts, rank)
+    carried = np.zeros((count, max(node_rows, ROWS), parts, rank))
+    carried[:, :node_rows] = np.tensordot(section_shares(*carriers, columns), nodes, axes=(1, 1))
+    section = np.arange(size) % count
+    by_node = carried[section[:, None], row[..., None] + np.arange(ROWS)].reshape(angles, size, ROWS * parts, rank)
+    return np.asarray(np.einsum("ing,ingr->inr", gradient, by_node))

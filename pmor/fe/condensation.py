@@ -33,7 +33,8 @@ class CondensedSector:
     Parameters
     ----------
     flank, left, right : ndarray of int
-        Retained degrees of freedom of the sector mesh.
+        Retained degrees of freedom of the sector mesh; those of the tooth's other flank follow those of the loaded one
+        where they were asked for.
     stiffness : ndarray, shape (n, n)
         Condensed stiffness in the order flank, left, right, N/mm; the bore is fixed, axially held unknowns are
         uncoupled. Twice that of half the width where the mesh ends in a plane of symmetry.
@@ -53,7 +54,7 @@ class CondensedSector:
 
 def condense_sector(
     mesh: SectorMesh, youngs_modulus: float, poisson_ratio: float, element: str, keep_rows: bool = False,
-    layer_columns: int = 0, carried: Sequence[CarriedFunctions] = (),
+    layer_columns: int = 0, carried: Sequence[CarriedFunctions] = (), back: bool = False,
 ) -> CondensedSector:  # fmt: skip
     """Condense a sector onto its loaded flank and its side faces.
 
@@ -68,10 +69,13 @@ def condense_sector(
         Columns of elements of a surface layer whose compliance is asked for too; 0 for none.
     carried : sequence of CarriedFunctions
         Of the displacement, which are to be known from that of the retained unknowns.
+    back : bool
+        Retain the other flank too.
     """
     elements, places = mesh.elements[:, :QUADRATIC_NODES], element_places(mesh)
     stiffness = sector_stiffness(mesh, youngs_modulus, poisson_ratio, element)
-    flank, left, right = (nodes_of_elements(mesh, nodes) for nodes in (mesh.flank, mesh.left, mesh.right))
+    flanks = np.concatenate([mesh.flank.ravel(), mesh.back.ravel()]) if back else mesh.flank
+    flank, left, right = (nodes_of_elements(mesh, nodes) for nodes in (flanks, mesh.left, mesh.right))
     kept: list[EliminatedPart] = []
 
     def visit(part: EliminatedPart) -> None:

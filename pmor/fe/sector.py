@@ -122,6 +122,12 @@ class SectorMesh:
         return np.isin(unknowns.ravel(), self.held_axially)
 
     @property
+    def back(self) -> IntArray:
+        """Nodes of the other flank of the tooth, in the order of `flank`, shape (n + 1, m + 1)."""
+        rows, layers = self.tooth_rows[-len(self.flank) :], len(self.z)
+        return np.stack([row.reshape(-1, layers)[-1] for row in rows])
+
+    @property
     def flank_nodes(self) -> FloatArray:
         """Coordinates of the flank nodes, shape (n + 1, m + 1, 3), mm."""
         return self.nodes[self.flank]

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg as la
 
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.fe.assembly import added_up, degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.element import QUADRATIC_NODES, tributary_widths
@@ -56,13 +56,13 @@ def layer_compliance(mesh: SectorMesh, columns: int, stiffness: FloatArray) -> F
     return compliance.reshape(3 * rows * across, -1)
 
 
-def inverse_flank_stiffness(mesh: SectorMesh, stiffness: FloatArray) -> FloatArray:
-    """Return the inverse of a flank's stiffness, of the nodes that elements have, which it takes the place of.
+def inverse_flank_stiffness(mesh: SectorMesh, stiffness: FloatArray, unknowns: IntArray) -> FloatArray:
+    """Return the inverse of the stiffness of some unknowns of flanks, which it takes the place of.
 
     Axially held unknowns have a stiffness of their own without meaning: they do not move.
     """
     compliance = inverse(stiffness)
-    held = np.isin(degrees_of_freedom(nodes_of_elements(mesh, mesh.flank)), mesh.held_axially)
+    held = np.isin(unknowns, mesh.held_axially)
     compliance[held, held] = 0.0
     return compliance
 
@@ -74,12 +74,10 @@ def _of_the_whole_layer(mesh: SectorMesh, columns: int, stiffness: FloatArray) -
     free = np.zeros(len(mesh.nodes), dtype=bool)
     free[np.concatenate([row[: columns * layers] for row in mesh.tooth_rows[1:]])] = True
     inside = np.flatnonzero(free[elements].any(axis=1))
-    schur = condense(
-        stiffness[inside], elements[inside], element_places(mesh)[inside], nodes_of_elements(mesh, mesh.flank),
-        np.flatnonzero(~free),
-    )  # fmt: skip
+    flank = nodes_of_elements(mesh, mesh.flank)
+    schur = condense(stiffness[inside], elements[inside], element_places(mesh)[inside], flank, np.flatnonzero(~free))
     full = completion(mesh, mesh.flank)
-    return np.asarray(full @ (full @ inverse_flank_stiffness(mesh, schur).T).T)
+    return np.asarray(full @ (full @ inverse_flank_stiffness(mesh, schur, degrees_of_freedom(flank)).T).T)
 
 
 def _even_loads(z: FloatArray, width: FloatArray, length: float) -> FloatArray:

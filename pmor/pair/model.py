@@ -39,6 +39,7 @@ from pmor.penalty.pair import ContactScheme, PenaltyPair
 
 if TYPE_CHECKING:
     from pmor.body.elastic_gear import ElasticGear
+    from pmor.body.far_compliance import FarTeeth
     from pmor.body.support import Support
 
 T = TypeVar("T")
@@ -313,8 +314,9 @@ def elastic_model(case: Case, mesh: MeshModel, keep_volume: bool = False) -> Ela
 
 @one_thread()
 def solved_gear(
-    case: Case, mesh: MeshModel, sector: SectorMesh, gear: GearCase, keep_volume: bool = False
-) -> ElasticGear:
+    case: Case, mesh: MeshModel, sector: SectorMesh, gear: GearCase, keep_volume: bool = False,
+    far: FarTeeth | None = None,
+) -> ElasticGear:  # fmt: skip
     """Solve for the flank compliance of one gear of a pair.
 
     Parameters
@@ -323,6 +325,8 @@ def solved_gear(
         Of the gear: one of those in `mesh`.
     keep_volume : bool
         Keep the factors for back-substitution to the volume.
+    far : FarTeeth, optional
+        Teeth beyond the neighbours that are loaded together with a tooth.
     """
     from pmor.body.elastic_gear import elastic_gear  # with scipy, which a sweep with a basis does without
 
@@ -331,6 +335,7 @@ def solved_gear(
     return elastic_gear(
         sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, neighbouring_teeth(pair),
         keep_volume, layers[place].columns if layers else 0, build_fillet(tooth, sector) if case.root_stress else None,
+        far,
     )  # fmt: skip
 
 

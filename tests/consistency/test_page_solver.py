@@ -154,8 +154,9 @@ TRANSCRIBED = {
         "corner_approach": "c061e786",
     },
     "pmor/line/kernels/loads.py": {
-        "_start": "09f0db4b", "_solve": "b78f403c", "_turning": "1c549138", "_linearise": "9d4241d9",
-        "_newton_step": "ddb82b02", "_accept": "52b89455", "_touch": "e63eac03",
+        "_start": "09f0db4b", "_solve": "407e33a6", "turning": "c9a30d8d", "_linearise_at": "16c4c3d6",
+        "linearise": "c6d330dd", "_newton_step": "561bb450", "accept": "cedca0ae", "_touch_at": "9a90c07c",
+        "touch": "2b5aa738",
     },
     "pmor/line/kernels/flexibility.py": {
         "_product": "102734b1", "_bilinear": "ab6dc26c", "_between": "c8b73726", "make_ready": "df9941fd",

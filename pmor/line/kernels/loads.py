@@ -78,13 +78,15 @@ class LineResults(NamedTuple):
     sensitivity: FloatArray
 
 
-class _Workspace(NamedTuple):
+class Workspace(NamedTuple):
     """Workspace of one solution with N unknowns at most.
 
     Attributes
     ----------
-    free : ndarray, shape (N,)
-        Gaps under no load at advance 0, mm.
+    free, rigid : ndarray, shape (N,)
+        Gaps under no load at advance 0, and at the present one, mm.
+    ahead : ndarray, shape (N,)
+        Advance of each section, rad: the same everywhere in a single pair.
     carries : ndarray of bool, shape (N,)
     active : ndarray of int, shape (N,)
         Those that carry, in order.
@@ -94,6 +96,8 @@ class _Workspace(NamedTuple):
     """
 
     free: FloatArray
+    rigid: FloatArray
+    ahead: FloatArray
     carries: BoolArray
     active: IntArray
     matrix: FloatArray
@@ -102,13 +106,23 @@ class _Workspace(NamedTuple):
     levered: FloatArray
 
 
+@allocating
+def new_workspace(size):
+    """Return the workspace of a solution with so many unknowns at most."""
+    return Workspace(
+        free=np.empty(size), rigid=np.empty(size), ahead=np.empty(size), carries=np.empty(size, dtype=np.bool_),
+        active=np.empty(size, dtype=np.int64), matrix=np.empty((size, size)), factor=np.empty((size, size)),
+        loaded=np.empty(size), levered=np.empty(size),
+    )  # fmt: skip
+
+
 @compiled
 def _make_likely_ready(lines, flexibility, deviation, loads, held, rate, width, compliance, likely, workspace):
     """Make those sections ready that the largest load lets begin to carry, at all angles."""
     angles, size = lines.gap.shape
     count = 0
     for i in range(angles):
-        _set_free(lines, i, deviation, workspace)
+        set_free(lines, i, deviation, workspace)
         largest = loads[0, i]
         for d in range(1, len(loads)):
             largest = max(largest, loads[d, i])
@@ -121,7 +135,8 @@ def _make_likely_ready(lines, flexibility, deviation, loads, held, rate, width, 
 
 
 @inlined
-def _set_free(lines, i, deviation, workspace):
+def set_free(lines, i, deviation, workspace):
+    """Fill the gaps under no load at advance 0."""
     for n in range(len(workspace.free)):
         workspace.free[n] = lines.gap[i, n] + (deviation[i, n] if len(deviation) > 0 else 0.0)
 
@@ -155,15 +170,12 @@ def solve_lines(lines, flexibility, deviation, loads, held, warm, rate, width, c
         Filled.
     """
     size = lines.gap.shape[1]
-    workspace = _Workspace(
-        free=np.empty(size), carries=np.empty(size, dtype=np.bool_), active=np.empty(size, dtype=np.int64),
-        matrix=np.empty((size, size)), factor=np.empty((size, size)), loaded=np.empty(size), levered=np.empty(size),
-    )  # fmt: skip
+    workspace = new_workspace(size)
     if not warm:
         likely = np.empty(lines.gap.shape, dtype=np.bool_)
         _make_likely_ready(lines, flexibility, deviation, loads, held, rate, width, compliance, likely, workspace)
     for i in range(len(lines.first_pair)):
-        _set_free(lines, i, deviation, workspace)
+        set_free(lines, i, deviation, workspace)
         for d in range(len(loads)):
             force, load, count = results.force[d, i], loads[d, i], -1
             advance, steps, stiffness = 0.0, 0, 0.0
@@ -196,8 +208,8 @@ def _sum_torques(lines, i, advance, force, torque):
         total = 0.0
         for n in range(pair * sections, (pair + 1) * sections):
             if force[n] > 0.0:
-                further, turning = _turning(lines, i, n, advance)
-                total -= (lines.lever[i, n] + turning * further) * force[n]
+                further, turn = turning(lines, i, n, advance)
+                total -= (lines.lever[i, n] + turn * further) * force[n]
         torque[pair] = total
 
 
@@ -205,15 +217,15 @@ def _sum_torques(lines, i, advance, force, torque):
 def _differentiate(lines, flexibility, i, advance, force, width, compliance, corners, workspace, sensitivity):
     """Fill the derivatives of the advance at a solution; return the stiffness there."""
     # The factor of the last step is that of the state before it, and makes them up to 1e-5 wrong.
-    count = _linearise(lines, flexibility, i, advance, force, width, compliance, corners, workspace)
+    count = _linearise_at(lines, flexibility, i, advance, force, width, compliance, corners, workspace)
     for a in range(count):
         sensitivity[workspace.active[a]] = workspace.levered[a]
     solve_factored(workspace.factor, count, workspace.levered)
     stiffness = 0.0
     for a in range(count):
         n = workspace.active[a]
-        _, turning = _turning(lines, i, n, advance)
-        stiffness += sensitivity[n] * workspace.levered[a] - turning * force[n]
+        _, turn = turning(lines, i, n, advance)
+        stiffness += sensitivity[n] * workspace.levered[a] - turn * force[n]
     for a in range(count):
         sensitivity[workspace.active[a]] = -workspace.levered[a] / stiffness
     return stiffness
@@ -254,15 +266,15 @@ def _solve(lines, flexibility, i, load, held, rate, width, compliance, corners, 
     """
     advance, nearby = _start(lines, i, load, held, rate, force, warm, workspace)
     for step in range(1, MAX_STEPS + 1):
-        count = _linearise(lines, flexibility, i, advance, force, width, compliance, corners, workspace)
+        count = _linearise_at(lines, flexibility, i, advance, force, width, compliance, corners, workspace)
         if count == 0:
             return advance, step, 0 if held else -1, 0.0
         advance, stiffness = _newton_step(lines, i, load, held, advance, force, count, workspace)
-        settled, error = _accept(lines, i, count, width, force, workspace)
+        settled, error = accept(lines, i, count, width, force, workspace)
         single = step > PATIENCE
         if not (single and error > TOLERANCE):
             settled = (
-                _touch(lines, flexibility, i, advance, nearby, count, width, compliance, force, single, workspace)
+                _touch_at(lines, flexibility, i, advance, nearby, count, width, compliance, force, single, workspace)
                 and settled
             )
         if settled and error <= TOLERANCE:
@@ -271,15 +283,27 @@ def _solve(lines, flexibility, i, load, held, rate, width, compliance, corners, 
 
 
 @compiled
-def _turning(lines, i, n, advance):
-    """Advance beyond the one that brings the pinion's corner into contact, and the lever's slope there."""
+def turning(lines, i, n, advance):
+    """Return the advance beyond the one that brings the pinion's corner into contact, and the lever's slope there."""
     further = advance - lines.corner_advance[i, n]
     return (further, lines.lever_slope[i, n]) if further > 0.0 else (0.0, 0.0)
 
 
 @compiled
-def _linearise(lines, flexibility, i, advance, force, width, compliance, corners, workspace):
-    """Gather the linearised equations of the sections that carry; return their number."""
+def _linearise_at(lines, flexibility, i, advance, force, width, compliance, corners, workspace):
+    """Gather the linearised equations and the levers of the sections that carry; return their number."""
+    workspace.ahead[:] = advance
+    count = linearise(lines, flexibility, i, force, width, compliance, corners, workspace)
+    for a in range(count):
+        n = workspace.active[a]
+        further, turn = turning(lines, i, n, advance)
+        workspace.levered[a] = lines.lever[i, n] + turn * further
+    return count
+
+
+@compiled
+def linearise(lines, flexibility, i, force, width, compliance, corners, workspace):
+    """Gather the linearised equations of the sections that carry, and factor their matrix; return their number."""
     sections, law, between, active = len(width), lines.law[i], flexibility.between[i], workspace.active
     count = 0
     for n in range(len(workspace.free)):
@@ -293,12 +317,11 @@ def _linearise(lines, flexibility, i, advance, force, width, compliance, corners
         across = width[n % sections]
         load = force[n] / across
         approach, slope = approach_of(load, stored_law(law[n]), corners)
-        further, turning = _turning(lines, i, n, advance)
-        # The gap 1/2 turning further^2 linearised about the present advance.
+        further, turn = turning(lines, i, n, workspace.ahead[n])
+        # The gap 1/2 turn further^2 linearised about the present advance.
         workspace.loaded[a] = (
-            workspace.free[n] + turning * further * (0.5 * further - advance) + approach - slope * load
+            workspace.free[n] + turn * further * (0.5 * further - workspace.ahead[n]) + approach - slope * load
         )
-        workspace.levered[a] = lines.lever[i, n] + turning * further
         line = workspace.matrix[a]
         for b in range(a, count):
             line[b] = between[n, active[b]]
@@ -315,10 +338,10 @@ def _newton_step(lines, i, load, held, advance, force, count, workspace):
     torque, stiffness = load, 0.0
     for a in range(count):
         n = workspace.active[a]
-        further, turning = _turning(lines, i, n, advance)
-        lever = lines.lever[i, n] + turning * further
-        torque -= lever * workspace.loaded[a] + turning * force[n] * advance
-        stiffness += lever * workspace.levered[a] - turning * force[n]
+        further, turn = turning(lines, i, n, advance)
+        lever = lines.lever[i, n] + turn * further
+        torque -= lever * workspace.loaded[a] + turn * force[n] * advance
+        stiffness += lever * workspace.levered[a] - turn * force[n]
     if not held:
         advance = torque / stiffness
     for a in range(count):
@@ -327,7 +350,7 @@ def _newton_step(lines, i, load, held, advance, force, count, workspace):
 
 
 @compiled
-def _accept(lines, i, count, width, force, workspace):
+def accept(lines, i, count, width, force, workspace):
     """Take over the new forces; sections that would pull let go. Return whether none did, and the change."""
     settled, error, largest = True, 0.0, 0.0
     for a in range(count):
@@ -348,20 +371,31 @@ def _accept(lines, i, count, width, force, workspace):
 
 
 @compiled
-def _touch(lines, flexibility, i, advance, nearby, count, width, compliance, force, single, workspace):
-    """Let sections carry whose gaps have closed, one at a time where `single`; return whether there was none."""
-    settled, size = True, len(workspace.free)
-    for n in range(size):
-        further, turning = _turning(lines, i, n, advance)
-        rigid = workspace.free[n] + lines.lever[i, n] * advance + 0.5 * turning * further**2
-        if workspace.carries[n] or rigid > nearby:
+def _touch_at(lines, flexibility, i, advance, nearby, count, width, compliance, force, single, workspace):
+    """Let sections carry whose gaps have closed at an advance; return whether there was none."""
+    for n in range(len(workspace.free)):
+        further, turn = turning(lines, i, n, advance)
+        workspace.rigid[n] = workspace.free[n] + lines.lever[i, n] * advance + 0.5 * turn * further**2
+    return touch(lines, flexibility, i, nearby, ROUND_OFF * nearby, count, width, compliance, force, single, workspace)
+
+
+@compiled
+def touch(lines, flexibility, i, nearby, round_off, count, width, compliance, force, single, workspace):
+    """Let sections carry whose gaps have closed, one at a time where `single`; return whether there was none.
+
+    Those that stand off by more than `nearby` without any deflection are not looked at; gaps below `round_off` have no
+    sign.
+    """
+    settled = True
+    for n in range(len(workspace.free)):
+        if workspace.carries[n] or workspace.rigid[n] > nearby:
             continue
         if not flexibility.ready[i, n]:
             make_ready(lines, flexibility, i, n, compliance, len(width))
-        gap, line = rigid, flexibility.between[i, n]
+        gap, line = workspace.rigid[n], flexibility.between[i, n]
         for a in range(count):
             gap += line[workspace.active[a]] * force[workspace.active[a]]
-        if gap < -ROUND_OFF * nearby:
+        if gap < -round_off:
             workspace.carries[n], settled = True, False
             force[n] = BEGINNING * lines.law[i, n, LEAST] * width[n % len(width)]
             if single:

@@ -1,0 +1,373 @@
+"""Gears that mesh with several others: idlers, stars, planetary sets, placed and solved with all meshes at once.
+
+All axes stand still: a planetary set is seen from its carrier. A mesh is a pair of its own, with the line of centres at
+some angle. Where its pinion drives clockwise it is the image of a pair, x to -x, that drives counter-clockwise: teeth
+count the other way round there, and helices have the other hand.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from pmor.body.far_compliance import FarCompliance
+from pmor.body.support import carried_rows
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.core.conventions import rotation_z
+from pmor.gear.condition import ALIGNED, Assembly
+from pmor.line.hubs import HUB, hub_rows
+from pmor.line.kernels.flexibility import Flexibility, make_all_ready
+from pmor.line.kernels.places import Lines, line_deviations
+from pmor.line.kernels.several import Gathered, Levers, SeveralResults, couple, solve_meshes
+from pmor.line.kernels.tip_corner import Corner, LineLaw
+from pmor.line.layered_pair import place_sections
+from pmor.line.pair import LinePair
+
+IMAGE = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
+CORNERS, CORNER = 4, LineLaw._fields.index("corner")
+# Tuples of corners have a multiple of this length: kernels are compiled for each length.
+TOGETHER = 8
+# Approach of flanks, over the one to expect, up to which sections are made ready first.
+REACH = 2.0
+MOST_ROUNDS = 8
+
+
+@dataclass(frozen=True)
+class TrainMesh:
+    """A mesh of a train.
+
+    Parameters
+    ----------
+    pair : LinePair
+        In its own frame; of a mesh whose pinion drives clockwise the image. Equal meshes share it.
+    bodies : (int, int)
+        Of pinion and wheel.
+    direction : float
+        From the pinion, of the y axis of the pair, counter-clockwise from that of the train, rad.
+    image : bool
+        Whether the pair is the image of the mesh.
+    start, rate : float
+        Pinion's angle in the frame of the pair at angle 0 of the train, rad, and by how much it turns with it.
+    first_tooth : (int, int)
+        Number on its body, in the frame of the pair, of the tooth that the pair counts as 0.
+    assembly : Assembly
+        Flanks of pinion and wheel.
+    """
+
+    pair: LinePair
+    bodies: tuple[int, int]
+    direction: float
+    image: bool
+    start: float
+    rate: float
+    first_tooth: tuple[int, int] = (0, 0)
+    assembly: Assembly = Assembly()
+
+    @cached_property
+    def to_train(self) -> FloatArray:
+        """Matrix that takes wrenches on the hub of a gear from the frame of the pair to that of the train, (6, 6)."""
+        turn = np.kron(np.eye(2), rotation_z(self.direction))
+        return np.asarray(turn * IMAGE if self.image else turn)
+
+    @cached_property
+    def smooth_rows(self) -> FloatArray:
+        """Wrenches on both hubs by a unit force along the line of action at the pitch point, in axes of the train."""
+        pair = self.pair.meshed.pair
+        alpha = pair.working_pressure_angle
+        force = np.array([math.cos(alpha), -math.sin(alpha), math.tan(pair.base_helix_angle)])
+        radius = pair.pinion.base_radius / math.cos(alpha)
+        rows = []
+        for sign, arm in ((1.0, radius), (-1.0, radius - pair.centre_distance)):
+            rows.append(np.concatenate([sign * force, np.cross([0.0, arm, 0.0], sign * force)]) @ self.to_train.T)
+        return np.stack(rows)
+
+
+@dataclass(frozen=True)
+class TrainBody:
+    """A gear of a train.
+
+    Parameters
+    ----------
+    name : str
+    teeth : int
+    far : FarCompliance or None
+        Between teeth that are in mesh at several places; None of gears with a single mesh.
+    image : bool
+        Whether `far` is that of its image: of a gear all of whose meshes are images.
+    """
+
+    name: str
+    teeth: int
+    far: FarCompliance | None = None
+    image: bool = False
+
+
+@dataclass(frozen=True)
+class GearTrain:
+    """Gears and their meshes.
+
+    Parameters
+    ----------
+    free : ndarray, shape (K, 6 B)
+        Movements of the hubs of all bodies that are free: mm and rad by a unit of each.
+    compliance : ndarray, shape (6 B, 6 B)
+        Displacements of the hubs under forces and moments on them, without those of `free`; mm/N and so on.
+    """
+
+    bodies: tuple[TrainBody, ...]
+    meshes: tuple[TrainMesh, ...]
+    free: FloatArray
+    compliance: FloatArray
+
+    @cached_property
+    def kinds(self) -> tuple[LinePair, ...]:
+        """Pairs that differ."""
+        found: list[LinePair] = []
+        for mesh in self.meshes:
+            if not any(mesh.pair is kind for kind in found):
+                found.append(mesh.pair)
+        return tuple(found)
+
+    @cached_property
+    def corners(self) -> tuple[Corner, ...]:
+        """Corners of all pairs that differ, four of each, for the kernels."""
+        found: list[Corner] = []
+        for kind in self.kinds:
+            corners = kind.meshed.corners
+            found += [*corners, *corners[: CORNERS - len(corners)]]
+        return (*found, *(found[0],) * (-len(found) % TOGETHER))
+
+    @cached_property
+    def closing(self) -> FloatArray:
+        """Change of the gap of smooth flanks of each mesh by each movement, (M, K), mm or 1."""
+        rows = np.zeros((len(self.meshes), HUB * len(self.bodies)))
+        for row, mesh in zip(rows, self.meshes, strict=True):
+            for body, wrench in zip(mesh.bodies, mesh.smooth_rows, strict=True):
+                row[HUB * body : HUB * (body + 1)] += wrench
+        return np.asarray(rows @ self.free.T)
+
+    def mesh_forces(self, loads: FloatArray) -> FloatArray:
+        """Return the forces of all meshes that hold loads (D, K), shared as equal meshes do, (D, M), N."""
+        return np.asarray(-np.linalg.lstsq(self.closing.T, loads.T, rcond=None)[0].T)
+
+    def place(self, phi: FloatArray, displacement: FloatArray | None = None) -> PlacedTrain:
+        """Place all meshes at angles of the train (A,), rad.
+
+        Parameters
+        ----------
+        displacement : ndarray, shape (6 B,), optional
+            Of all hubs: errors of axes, mm and rad.
+        """
+        return PlacedTrain(self, np.asarray(phi, dtype=float), displacement)
+
+
+@dataclass(frozen=True)
+class _PlacedMesh:
+    """Sections of one mesh, their wrenches on both hubs in axes of the train, (A, N, 2, 6), their part of the whole."""
+
+    mesh: TrainMesh
+    lines: Lines
+    rows: FloatArray
+    part: slice
+
+
+@dataclass(frozen=True)
+class PlacedTrain:
+    """A train at A angles, ready to be solved under any load; for one thread at a time."""
+
+    train: GearTrain
+    phi: FloatArray
+    displacement: FloatArray | None
+    ready: BoolArray = field(init=False, repr=False, compare=False)
+    between: FloatArray = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Allocate the flexibilities."""
+        size = self.lines.gap.shape
+        object.__setattr__(self, "ready", np.zeros(size, dtype=bool))
+        object.__setattr__(self, "between", np.zeros((*size, size[1])))
+
+    @cached_property
+    def placed(self) -> tuple[_PlacedMesh, ...]:
+        """All meshes."""
+        found, first = [], 0
+        for mesh in self.train.meshes:
+            meshed = mesh.pair.meshed
+            lines = place_sections(meshed, mesh.start + mesh.rate * self.phi, ALIGNED, mesh.pair.components)
+            rows = hub_rows(meshed.pair, lines, meshed.sections.z)
+            turned = rows.reshape(*rows.shape[:2], 2, HUB) @ mesh.to_train.T
+            found.append(_PlacedMesh(mesh, lines, turned, slice(first, first + rows.shape[1])))
+            first += rows.shape[1]
+        return tuple(found)
+
+    @cached_property
+    def lines(self) -> Lines:
+        """Sections of all meshes, their gaps with displaced hubs and deviations of the flanks."""
+        gaps, laws = [], []
+        for one in self.placed:
+            gaps.append(one.lines.gap + self._apart(one) + _deviation(one))
+            law = one.lines.law.copy()
+            kind = next(n for n, kind in enumerate(self.train.kinds) if kind is one.mesh.pair)
+            law[..., CORNER] += CORNERS * kind
+            laws.append(law)
+        joined = {
+            name: np.concatenate([getattr(one.lines, name) for one in self.placed], axis=1)
+            for name in ("lever", "mate_lever", "lever_slope", "corner_advance", "roll")
+        }
+        first = self.placed[0].lines
+        return Lines(
+            first_pair=first.first_pair, gap=np.concatenate(gaps, axis=1), law=np.concatenate(laws, axis=1),
+            row=first.row[:, :0], gradient=first.gradient[:, :0], **joined,
+        )  # fmt: skip
+
+    @cached_property
+    def levers(self) -> Levers:
+        """How the sections answer to the free movements."""
+        train = self.train
+        base = np.array([mesh.pair.base_radius for mesh in train.meshes])
+        mesh = np.concatenate([np.full(one.rows.shape[1], number) for number, one in enumerate(self.placed)])
+        rows = np.concatenate([self._on_bodies(one, train.free) for one in self.placed], axis=1)
+        return Levers(np.ascontiguousarray(rows), -train.closing / base[:, None], mesh)
+
+    @cached_property
+    def width(self) -> FloatArray:
+        """Of all sections, mm."""
+        of_meshes = (one.mesh.pair.meshed for one in self.placed)
+        return np.concatenate([np.tile(meshed.width, meshed.tooth_pair_count) for meshed in of_meshes])
+
+    def solve(self, loads: FloatArray) -> SeveralResults:
+        """Solve all angles under loads on the free movements, (D, K), N mm or N."""
+        loads = np.atleast_2d(np.asarray(loads, dtype=float))
+        train, lines = self.train, self.lines
+        mean = train.mesh_forces(loads)
+        softness = np.array([
+            mesh.pair.meshed.expected_approach(mesh.pair.base_radius) for mesh in train.meshes
+        ])  # fmt: skip
+        angles, size = lines.gap.shape
+        grid = len(loads), angles
+        results = SeveralResults(
+            np.zeros((*grid, loads.shape[1])), np.zeros(grid, dtype=np.int64), np.zeros(grid, dtype=bool),
+            np.zeros((*grid, size)),
+        )  # fmt: skip
+        self._make_ready(self._likely(REACH * mean.max(axis=0) * softness))
+        unused = train.meshes[0].pair.compliance
+        for _ in range(MOST_ROUNDS):
+            solve_meshes(
+                lines, self.levers, Flexibility(self.between, self.ready), np.empty((0, 0)), loads, mean, softness,
+                self.width, unused, train.corners, results,
+            )  # fmt: skip
+            missing = self._closed(results)
+            if not missing.any():
+                break
+            self._make_ready(missing)
+        else:
+            results.converged[:] = False
+        return results
+
+    def levers_at(self, movement: FloatArray) -> FloatArray:
+        """Return l, turned where the pinion's corners carry, at movements (..., A, K): shape (..., A, N, K)."""
+        ahead = self.levers.ahead[self.levers.mesh]
+        further = np.maximum(movement @ ahead.T - self.lines.corner_advance, 0.0)
+        return np.asarray(self.levers.rows + (self.lines.lever_slope * further)[..., None] * ahead)
+
+    def _likely(self, reach: FloatArray) -> BoolArray:
+        """Sections of each mesh that stand off by less than a reach (M,), mm, where its first one touches."""
+        likely = np.zeros(self.lines.gap.shape, dtype=bool)
+        for one, near in zip(self.placed, reach, strict=True):
+            off = self.lines.gap[:, one.part] / -one.lines.lever * one.mesh.pair.base_radius
+            likely[:, one.part] = off <= off.min(axis=1, keepdims=True) + near
+        return likely
+
+    def _closed(self, results: SeveralResults) -> BoolArray:
+        """Sections that are left out and whose flanks would overlap, but for the deflection of their own mesh."""
+        rigid = self.lines.gap + np.einsum("ank,dak->dan", self.levers.rows, results.movement)
+        rigid += np.einsum(
+            "anr,dar->dan", self._support_rows, np.einsum("anr,dan->dar", self._support_rows, results.force)
+        )
+        return np.asarray((rigid < 0.0).any(axis=0) & ~self.ready)
+
+    @cached_property
+    def _support_rows(self) -> FloatArray:
+        """Rows V of which the flexibility of what hubs stand on is V V^T, (A, N, r)."""
+        values, vectors = np.linalg.eigh(self.train.compliance)
+        kept = values > 1e-14 * max(values[-1], 1e-300)
+        root = (vectors[:, kept] * np.sqrt(values[kept])).T
+        return np.concatenate([self._on_bodies(one, root) for one in self.placed], axis=1)
+
+    def _make_ready(self, wanted: BoolArray) -> None:
+        """Fill the flexibilities of further sections; those that were ready are filled again."""
+        ready = self.ready | wanted
+        rows = self._support_rows
+        self.between[:] = rows @ rows.transpose(0, 2, 1)
+        couple(self.between, ready, self.levers.mesh, *self._far)
+        for one in self.placed:
+            own = np.ascontiguousarray(ready[:, one.part])
+            local = Flexibility(np.zeros((*own.shape, own.shape[1])), np.zeros(own.shape, dtype=bool))
+            make_all_ready(one.lines, local, own, one.mesh.pair.compliance, len(one.mesh.pair.meshed.width))
+            self.between[:, one.part, one.part] += local.between
+        self.ready[:] = ready
+
+    @cached_property
+    def _far(self) -> tuple[Gathered, IntArray, IntArray, FloatArray, FloatArray]:
+        """Where sections press on bodies, and the compliance of these, for `couple`."""
+        bodies = self.train.bodies
+        count = np.array([0 if body.far is None else body.far.shapes.shape[1] for body in bodies])
+        teeth = np.array([body.teeth for body in bodies])
+        rank, most = max(int(count.max()), 1), max(int(teeth[count > 0].max(initial=1)), 1)
+        alike, backs = np.zeros((len(bodies), 2, most, rank, rank)), np.zeros((len(bodies), most, rank, rank))
+        for number, body in enumerate(bodies):
+            if body.far is not None:
+                z, r = body.teeth, count[number]
+                alike[number, :, :z, :r, :r] = body.far.flanks, body.far.images
+                backs[number, :z, :r, :r] = body.far.backs
+        gathered = [_gathered(one, bodies, rank) for one in self.placed]
+        joined = [
+            np.concatenate(arrays, axis=axis)
+            for axis, arrays in zip((0, 0, 1, 1), zip(*gathered, strict=True), strict=True)
+        ]
+        return Gathered(*joined), count, teeth, alike, backs
+
+    def _on_bodies(self, one: _PlacedMesh, directions: FloatArray) -> FloatArray:
+        """Work of unit forces in the sections of a mesh by displacements of all hubs (r, 6 B), (A, N, r)."""
+        total = np.zeros((*one.rows.shape[:2], len(directions)))
+        for gear, body in enumerate(one.mesh.bodies):
+            total += one.rows[:, :, gear] @ directions[:, HUB * body : HUB * (body + 1)].T
+        return total
+
+    def _apart(self, one: _PlacedMesh) -> FloatArray:
+        """Change of the gaps of a mesh by displaced hubs, (A, N), mm."""
+        if self.displacement is None:
+            return np.zeros_like(one.lines.gap)
+        return self._on_bodies(one, self.displacement[None])[..., 0]
+
+
+def _deviation(one: _PlacedMesh) -> FloatArray:
+    """Return the deviations of both flanks of a mesh, added up, (A, N), mm."""
+    found = np.zeros_like(one.lines.gap)
+    if one.mesh.assembly.modified:
+        meshed = one.mesh.pair.meshed
+        line_deviations(one.lines, meshed.sections.z, *meshed.deviations(one.mesh.assembly), found)
+    return found
+
+
+def _gathered(one: _PlacedMesh, bodies: Sequence[TrainBody], rank: int) -> Gathered:
+    """Where the sections of a mesh press on its two bodies."""
+    mesh, lines = one.mesh, one.lines
+    meshed, size = mesh.pair.meshed, lines.gap.shape[1]
+    place = np.arange(size) // len(meshed.sections.z)
+    shapes = np.zeros((*lines.gap.shape, 2, rank))
+    (first, share), rows = meshed.carriers
+    for gear, body in enumerate(mesh.bodies):
+        far = bodies[body].far
+        if far is not None:
+            carriers = first[gear], share[gear]
+            found = carried_rows(far.shapes, carriers, rows[gear], lines.row[..., gear], lines.gradient[:, :, gear])
+            shapes[:, :, gear, : found.shape[2]] = found
+    pair_teeth = lines.first_pair[:, None] + place
+    tooth = np.stack([mesh.first_tooth[0] + pair_teeth, mesh.first_tooth[1] - pair_teeth], axis=-1)
+    images = [int(mesh.image != bodies[body].image) for body in mesh.bodies]
+    return Gathered(np.tile(mesh.bodies, (size, 1)), np.tile(images, (size, 1)), tooth, shapes)

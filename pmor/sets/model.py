@@ -1,0 +1,192 @@
+"""From the cases of the meshes to a train that can be solved: each member's finite elements once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pmor.body.far_compliance import FarTeeth
+from pmor.body.section_compliance import section_compliance
+from pmor.case import Case
+from pmor.core.arrays import FloatArray
+from pmor.gear.condition import Assembly
+from pmor.line.layered_pair import LayeredPair, as_layered
+from pmor.line.pair import LinePair
+from pmor.line.sections import loaded_components
+from pmor.line.several import GearTrain, TrainBody, TrainMesh
+from pmor.pair.conditions import assembly_of
+from pmor.pair.model import mesh_model, solved_gear
+from pmor.sets.kinematics import Centre, Meeting, Placement, placements
+
+if TYPE_CHECKING:
+    from pmor.body.elastic_gear import ElasticGear
+
+
+@dataclass(frozen=True)
+class SetBody:
+    """A gear of a set.
+
+    Parameters
+    ----------
+    name : str
+    member : str
+        Gears of one member are equal, and solved once.
+    x, y : float
+        Place of its axis, mm.
+    """
+
+    name: str
+    member: str
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class SetMesh:
+    """A mesh of a set: its case, and the numbers of the bodies that are pinion and wheel; the pinion drives.
+
+    Parameters
+    ----------
+    assembly : Assembly or None
+        Flanks of both gears; None is that of the case.
+    """
+
+    case: str
+    pinion: int
+    wheel: int
+    assembly: Assembly | None = None
+
+
+@dataclass(frozen=True)
+class _Use:
+    """A member as a gear of a case: 0 its pinion, 1 its wheel; in the image or not."""
+
+    case: str
+    gear: int
+    image: bool
+
+
+def build_train(
+    cases: Mapping[str, Case], bodies: Sequence[SetBody], meshes: Sequence[SetMesh], free: FloatArray,
+    compliance: FloatArray,
+) -> GearTrain:  # fmt: skip
+    """Solve the finite elements of all members, and put a train together.
+
+    Parameters
+    ----------
+    cases : mapping of str to Case
+        Of the meshes, in the frame of each pair: of line contact.
+    free, compliance : ndarray
+        As in `pmor.line.several.GearTrain`.
+
+    Raises
+    ------
+    CaseError, GeometryError, MeshError
+    """
+    models = {name: mesh_model(case) for name, case in cases.items()}
+    meetings = [Meeting(models[mesh.case].meshed.pair, mesh.pinion, mesh.wheel) for mesh in meshes]
+    placed = placements([Centre(body.name, body.x, body.y) for body in bodies], meetings)
+    uses = _uses(bodies, meshes, placed)
+    # A gear that has flanks of both sides in mesh is modelled as it is, another one as its meshes see it.
+    own = {member: min(found, key=lambda use: use.image) for member, found in uses.items()}
+    solved = {}
+    for member, use in own.items():
+        case, model = cases[use.case], models[use.case]
+        sector, gear = ((model.pinion, case.pair.pinion), (model.wheel, case.pair.wheel))[use.gear]
+        asked = _far_teeth(member, bodies, meshes, meetings, placed, use.image)
+        solved[member] = solved_gear(case, model, sector, gear, far=asked)
+    pairs = {}
+    for name, model in models.items():
+        gears = [_near(solved[member], use.image != own[member].image) for member, use in _gears_of(name, uses)]
+        pairs[name] = _line_pair(as_layered(model.meshed), (gears[0], gears[1]))
+    train_bodies = tuple(
+        TrainBody(body.name, solved[body.member].mesh.teeth, solved[body.member].far, own[body.member].image)
+        for body in bodies
+    )
+    train_meshes = tuple(
+        TrainMesh(pairs[mesh.case], (mesh.pinion, mesh.wheel), *place, mesh.assembly or assembly_of(cases[mesh.case]))
+        for mesh, place in zip(meshes, placed, strict=True)
+    )
+    return GearTrain(train_bodies, train_meshes, free, compliance)
+
+
+def _uses(bodies: Sequence[SetBody], meshes: Sequence[SetMesh], placed: Sequence[Placement]) -> dict[str, list[_Use]]:
+    """Members, and as what gears of cases they stand."""
+    found: dict[str, list[_Use]] = {}
+    for mesh, place in zip(meshes, placed, strict=True):
+        for gear, body in enumerate((mesh.pinion, mesh.wheel)):
+            known, use = found.setdefault(bodies[body].member, []), _Use(mesh.case, gear, place.image)
+            if use not in known:
+                known.append(use)
+    return found
+
+
+def _gears_of(case: str, uses: Mapping[str, Sequence[_Use]]) -> list[tuple[str, _Use]]:
+    """Members that are pinion and wheel of a case."""
+    found = {use.gear: (member, use) for member, known in uses.items() for use in known if use.case == case}
+    return [found[0], found[1]]
+
+
+def _line_pair(meshed: LayeredPair, gears: tuple[FloatArray, FloatArray]) -> LinePair:
+    """Prepare a pair for line loads from the compliance of its flanks, three components at each node."""
+    components = loaded_components(True, meshed.pair.pinion.helix_angle != 0.0)
+    used = [(3 * np.arange(blocks.shape[1] // 3)[:, None] + np.arange(components)).ravel() for blocks in gears]
+    pinion, wheel = (
+        np.ascontiguousarray(blocks[:, rows[:, None], rows]) for blocks, rows in zip(gears, used, strict=True)
+    )
+    return LinePair(meshed, section_compliance((pinion, wheel), components, *meshed.carriers), components)
+
+
+def _near(body: ElasticGear, other_hand: bool) -> FloatArray:
+    """Compliance of a gear's flanks, of the tooth 0, 1, ... counter-clockwise from the loaded one, (teeth, n, n).
+
+    That of the gear with the other hand is the image in the plane at mid width.
+    """
+    blocks = body.compliance[body.neighbours :]
+    if not other_hand or body.mesh.twist_per_length == 0.0:
+        return blocks
+    order = np.arange(blocks.shape[1]).reshape(-1, len(body.mesh.z), 3)[:, ::-1].ravel()
+    sign = np.tile([1.0, 1.0, -1.0], len(order) // 3)
+    return np.asarray(blocks[:, order[:, None], order] * sign[:, None] * sign)
+
+
+def _far_teeth(
+    member: str, bodies: Sequence[SetBody], meshes: Sequence[SetMesh], meetings: Sequence[Meeting],
+    placed: Sequence[Placement], image: bool,
+) -> FarTeeth | None:  # fmt: skip
+    """Teeth of a member that are loaded together by different meshes; None where a single mesh has it."""
+    alike: tuple[set[int], set[int]] = (set(), set())
+    backs: set[int] = set()
+    for body in (number for number, one in enumerate(bodies) if one.member == member):
+        own = [
+            (number, gear) for number, mesh in enumerate(meshes) for gear in range(2)
+            if (mesh.pinion, mesh.wheel)[gear] == body
+        ]  # fmt: skip
+        for (one, gear), (other, mate) in product(own, own):
+            if one == other:
+                continue
+            flipped = placed[one].image != image, placed[other].image != image
+            there, loaded = _teeth(meetings[one], placed[one], gear), _teeth(meetings[other], placed[other], mate)
+            if flipped[0] == flipped[1]:
+                alike[flipped[0]].update(a - b for a, b in product(there, loaded))
+            elif flipped[0]:
+                backs.update(-a - b for a, b in product(there, loaded))
+    if not (alike[0] or alike[1] or backs):
+        return None
+    return FarTeeth(tuple(sorted(alike[0])), tuple(sorted(alike[1])), tuple(sorted(backs)))
+
+
+def _teeth(meeting: Meeting, place: Placement, gear: int) -> range:
+    """Numbers of the teeth of a gear that can touch in a mesh, one more at either end: others differ by a pitch."""
+    pair = meeting.pair
+    first, last = pair.roll_position_range
+    middle = round((0.5 * (first + last) - place.start) / pair.pitch)
+    reach = pair.most_touching_pairs // 2 + 2
+    numbers = range(middle - reach, middle + reach + 1)
+    if gear == 0:
+        return numbers
+    return range(place.first_tooth[1] - numbers[-1], place.first_tooth[1] - numbers[0] + 1)

@@ -1,0 +1,77 @@
+"""Teeth far from each other, and other flanks: against one sparse system for the whole gear."""
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.body.elastic_gear import elastic_gear
+from pmor.body.far_compliance import LEFT_OUT, FarTeeth
+from pmor.fe.sector import build_sector
+from pmor.gear.tooth import Tooth
+from tests.support.whole_gear import whole_gear_displacement
+
+TEETH, STEEL = 17, (210e3, 0.3)
+OFFSETS = (4, 8, 9, 12)
+IMAGE = np.array([-1.0, 1.0, 1.0])
+# Of the largest movement of a far tooth; several shapes are left out.
+FOLLOWED = 20.0 * LEFT_OUT
+
+
+@cache
+def gear(helix_deg, element, order):
+    tooth = Tooth(TEETH, 4.0, math.radians(20.0), helix_angle=math.radians(helix_deg))
+    mesh = build_sector(tooth, 20.0, 20.0, 2, 2, "arc_length", "whole", 0.0, order)
+    return mesh, elastic_gear(mesh, *STEEL, element, far=FarTeeth(OFFSETS, OFFSETS, OFFSETS))
+
+
+def forces(mesh, parts, rng):
+    """Two load cases on a flank, in the components that contact forces have."""
+    found = np.zeros((mesh.flank.size, 3, 2))
+    found[:, :parts] = rng.standard_normal((mesh.flank.size, parts, 2))
+    return found
+
+
+@pytest.mark.parametrize(("helix_deg", "element", "order"), [(0.0, "hex8i", 1), (15.0, "hex20", 2)])
+def test_far_flanks_and_other_flanks_move_as_in_the_whole_gear(helix_deg, element, order):
+    mesh, body = gear(helix_deg, element, order)
+    parts, shapes = 2 if helix_deg == 0.0 else 3, body.far.shapes
+    load = forces(mesh, parts, np.random.default_rng(4))
+    moved = whole_gear_displacement(mesh, *STEEL, element, load.reshape(-1, 2)).reshape(TEETH, -1, 3, 2)
+    onto = shapes.T @ load[:, :parts].reshape(-1, 2)
+    for k in OFFSETS:
+        there = moved[k][mesh.flank.ravel()][:, :parts].reshape(-1, 2)
+        size = np.abs(moved[OFFSETS[0]][mesh.flank.ravel()]).max()
+        assert_allclose(shapes @ (body.far.flanks[k] @ onto), there, rtol=0.0, atol=FOLLOWED * size)
+        there = (moved[k][mesh.back.ravel()] * IMAGE[:, None])[:, :parts].reshape(-1, 2)
+        assert_allclose(shapes @ (body.far.backs[k] @ onto), there, rtol=0.0, atol=FOLLOWED * size)
+
+
+def test_the_other_flank_is_an_image_of_the_flank():
+    """Of spur gears the compliance is the same there; of helical ones it is that of the other hand."""
+    _, spur = gear(0.0, "hex8i", 1)
+    for k in OFFSETS:
+        assert_allclose(spur.far.images[k], spur.far.flanks[k], rtol=0.0, atol=1e-9 * np.abs(spur.far.flanks[4]).max())
+    (mesh, left), (_, right) = gear(15.0, "hex20", 2), gear(-15.0, "hex20", 2)
+    load = forces(mesh, 3, np.random.default_rng(5)).reshape(-1, 2)
+    for k in OFFSETS:
+        by_image, by_hand = (
+            gear.far.shapes @ (blocks[k] @ (gear.far.shapes.T @ load))
+            for gear, blocks in ((left, left.far.images), (right, right.far.flanks))
+        )
+        assert_allclose(by_image, by_hand, rtol=0.0, atol=FOLLOWED * np.abs(by_hand).max() * 100)
+
+
+def test_what_was_not_asked_for_is_not_made_up():
+    _, body = gear(0.0, "hex8i", 1)
+    assert np.isnan(body.far.flanks[6]).all()
+    assert np.isfinite(body.far.flanks[-4]).all()
+    assert np.isnan(body.far.backs[-12 + 1]).all()
+
+
+def test_the_flank_itself_yields_as_it_does_without_the_other_one():
+    mesh, body = gear(15.0, "hex20", 2)
+    alone = elastic_gear(mesh, *STEEL, "hex20")
+    assert_allclose(body.compliance, alone.compliance, rtol=0.0, atol=1e-12 * np.abs(alone.compliance).max())
