@@ -41,14 +41,18 @@ def _other(basis: Basis) -> Basis:
         return replace(basis, case=case, coarser=coarser, whole=whole)
     gears = case.pair.pinion, case.pair.wheel
     solid = basis.compliance is not None and basis.compliance.support is None
-    if basis.shapes is not None or not solid or (
-        case.pair.helix_angle_deg != 0.0 and any(gear.face_offset_mm for gear in gears)
-    ):  # fmt: skip
+    blanks = [gear.light_blank(case.pair.face_width_mm) for gear in gears]
+    off_middle = any(blank is not None and blank.web_offset_mm for blank in blanks)
+    uneven = off_middle or any(gear.face_offset_mm for gear in gears)
+    if basis.shapes is not None or not solid or (case.pair.helix_angle_deg != 0.0 and uneven):
         raise CaseError(
-            f"{case.name}: trained shapes over the whole width, and helical gears with face_offset_mm, stand for the "
-            "flanks that they were made for: give a case of its own with [load] torque_Nm of the other sign"
+            f"{case.name}: trained shapes over the whole width, holes, and helical gears with face_offset_mm or "
+            "web_offset_mm, stand for the flanks that they were made for: give a case of its own with [load] torque_Nm "
+            "of the other sign"
         )
     assert basis.compliance is not None
+    if off_middle:  # spur teeth are their own image, mirrored about the plane of the axes
+        return replace(basis, case=case, coarser=coarser)
     pinion, wheel = (_mirrored_nodes(n, g.face_offset_mm) for n, g in zip(basis.flank_nodes, gears, strict=True))
     return replace(
         basis, case=case, coarser=coarser, flank_nodes=(pinion, wheel), root_stress=None,

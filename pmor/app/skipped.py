@@ -123,8 +123,8 @@ def remarks(scene: Scene) -> tuple[str, ...]:
 
 
 def unknowns(sector: SectorMesh) -> int:
-    """Return the unknowns of a sector: nodes of elements, but not on the bore, in the directions in which they move."""
-    held = [degrees_of_freedom(sector.bore), sector.held_axially, degrees_of_freedom(sector.middles)]
+    """Return the unknowns of a sector: nodes of elements, but not on a bore, in the directions in which they move."""
+    held = [degrees_of_freedom(sector.held), sector.held_axially, degrees_of_freedom(sector.middles)]
     return 3 * len(sector.nodes) - len(np.unique(np.concatenate(held)))
 
 
@@ -207,7 +207,7 @@ def _width(scene: Scene) -> Skipped:
 def _unknowns_of_the_whole(sector: SectorMesh, elements: int) -> int:
     """Unknowns of a sector that is as wide as the gear, with so many elements over the width."""
     there = np.ones(len(sector.nodes), dtype=bool)
-    there[sector.bore] = there[sector.middles] = False
+    there[sector.held] = there[sector.middles] = False
     nodes = there.reshape(-1, len(sector.z)).sum(axis=0)  # of each column
     return int(3 * ((elements + 1) * nodes[0] + (sector.order - 1) * elements * nodes[1]))
 

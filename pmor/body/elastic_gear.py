@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
 
+from pmor.body.blank import Blank
 from pmor.body.far_compliance import FarCompliance, FarTeeth, far_compliance
 from pmor.body.fillet_stress import NEIGHBOURS, FilletPoints, FilletStress, sector_stress
 from pmor.core.arrays import FloatArray
@@ -67,6 +69,7 @@ class ElasticGear:
 def elastic_gear(
     mesh: SectorMesh, youngs_modulus: float, poisson_ratio: float, element: str, neighbours: int = 1,
     keep_rows: bool = False, layer_columns: int = 0, fillet: FilletMesh | None = None, far: FarTeeth | None = None,
+    blank: Blank | None = None,
 ) -> ElasticGear:  # fmt: skip
     """Build the elastic model of a gear from one sector.
 
@@ -84,7 +87,16 @@ def elastic_gear(
         Where the stress along the fillets is asked for too.
     far : FarTeeth, optional
         Teeth beyond the neighbours, and their other flanks, that are loaded together with a tooth.
+    blank : Blank, optional
+        What a sector stands on that ends within its rim (`SectorMesh.on_blank`).
+
+    Raises
+    ------
+    ValueError
+        For far teeth on a blank.
     """
+    if far is not None and blank is not None:
+        raise ValueError("the compliance between far teeth is known of gears without blanks alone")
     points, carried = sector_stress(fillet, mesh, youngs_modulus, poisson_ratio) if fillet else (None, ())
     back = far is not None and len(far.backs) + len(far.images) > 0
     sector = condense_sector(mesh, youngs_modulus, poisson_ratio, element, keep_rows, layer_columns, carried, back)
@@ -94,41 +106,31 @@ def elastic_gear(
     load = -sector.stiffness[n_flanks:, :n_flanks] @ own
     side = sector.stiffness[n_flanks:, n_flanks:] + load @ sector.stiffness[:n_flanks, n_flanks:]
 
-    to_left, even = symmetric_coordinates(mesh, nodes_of_elements(mesh, mesh.left))
-    to_right, _ = symmetric_coordinates(mesh, nodes_of_elements(mesh, mesh.right))
-    left, right = slice(None, n_side), slice(n_side, None)
-    diagonal = _turned(to_left, side[left, left], to_left) + _turned(to_right, side[right, right], to_right)
-    reach = neighbours + 1 if far is None else max(neighbours + 1, mesh.teeth // 2)
-    blocks = ring_compliance(diagonal, _turned(to_left, side[left, right], to_right), even, mesh.teeth, reach)
-    load = np.concatenate([to_left @ load[left], to_right @ load[right]])
+    to = _coordinates(mesh)
+    if blank is not None:
+        to = sp.block_diag([to, blank.coordinates(mesh)], format="csr")
+    load, side = to @ load, _turned(to, side, to)
+    if blank is None:
+        reach = neighbours + 1 if far is None else max(neighbours + 1, mesh.teeth // 2)
+        faces = _bored_ring(mesh, side, reach)
+        sectors = range(-neighbours - 1, neighbours + 1)
+        by_face = [np.hstack([faces(k), faces(k + 1)]) @ load[:, :n_flank] for k in sectors]
+        moved = [np.concatenate([own_face, before]) for before, own_face in pairwise(by_face)]
+    else:
+        moved = blank.ring(mesh, side, load[:, :n_flank], neighbours)
 
-    def faces(k: int) -> FloatArray:
-        """Displacement of side face k by unit forces on side face 0, in symmetric coordinates."""
-        if abs(k) >= len(blocks):
-            k = (k + mesh.teeth // 2) % mesh.teeth - mesh.teeth // 2
-        return np.asarray(blocks[k] if k >= 0 else blocks[-k].T)
-
-    def moved(k: int) -> FloatArray:
-        """Displacement of the left side face of sector k under unit forces on the loaded flank."""
-        return np.asarray(np.hstack([faces(k), faces(k + 1)]) @ load[:, :n_flank])
-
-    flanks = np.empty((2 * neighbours + 1, n_flanks, n_flank))
-    before = moved(-neighbours - 1)
-    for k in range(-neighbours, neighbours + 1):
-        after = moved(k)
-        flanks[neighbours + k] = load.T @ np.concatenate([after, before])
-        before = after
+    flanks = np.stack([load.T @ face for face in moved])
     flanks[neighbours] += own[:, :n_flank]
     displacement, stress = np.empty((0, n_side, n_flank)), None
     if keep_rows:
-        displacement = np.stack([to_left.T @ moved(k) for k in range(-neighbours - 1, neighbours + 1)])
+        before = moved[0][n_side : 2 * n_side]  # the left side face of the sector before
+        displacement = np.stack([to[:n_side, :n_side].T @ face for face in (before, *(m[:n_side] for m in moved))])
     if points is not None:
-        functions = np.concatenate([f.over(np.concatenate([sector.flank, sector.left, sector.right])) for f in carried])
-        of_left, of_right = functions[:, n_flanks : n_flanks + n_side], functions[:, n_flanks + n_side :]
-        of_sides = np.hstack([(to_left @ of_left.T).T, (to_right @ of_right.T).T])
+        functions = np.concatenate([f.over(sector.retained) for f in carried])
+        of_faces = (to @ functions[:, n_flanks:].T).T
         near = range(-NEIGHBOURS, NEIGHBOURS + 1)
-        moves = [np.concatenate([flanks[neighbours + k], moved(k), moved(k - 1)]) for k in near]
-        stress = _of_the_fillets(mesh, points, np.hstack([functions[:, :n_flanks], of_sides]) @ np.stack(moves))
+        moves = [np.concatenate([flanks[neighbours + k], moved[neighbours + k]]) for k in near]
+        stress = _of_the_fillets(mesh, points, np.hstack([functions[:, :n_flanks], of_faces]) @ np.stack(moves))
     compliance = np.ascontiguousarray(flanks[:, :n_flank])
     compliance = _on_the_grid(mesh, compliance)
     if sector.layer is not None:
@@ -160,6 +162,28 @@ def with_layer(gear: ElasticGear) -> ElasticGear:
     compliance[gear.neighbours] += gear.sector.layer
     sector = replace(gear.sector, layer=None)
     return replace(gear, compliance=_reciprocal(compliance), sector=sector, layer_columns=0)
+
+
+def _coordinates(mesh: SectorMesh) -> sp.csr_array:
+    """Symmetric coordinates of both side faces, left and right."""
+    both = (symmetric_coordinates(mesh, nodes_of_elements(mesh, side))[0] for side in (mesh.left, mesh.right))
+    return sp.block_diag(list(both), format="csr")
+
+
+def _bored_ring(mesh: SectorMesh, stiffness: FloatArray, reach: int) -> Callable[[int], FloatArray]:
+    """Displacement of side face k by unit forces on side face 0, the bore held: callable, of k up to `reach`."""
+    sides = len(stiffness) // 2
+    left, right = slice(None, sides), slice(sides, None)
+    even = symmetric_coordinates(mesh, nodes_of_elements(mesh, mesh.left))[1]
+    diagonal = stiffness[left, left] + stiffness[right, right]
+    blocks = ring_compliance(diagonal, stiffness[left, right], even, mesh.teeth, reach)
+
+    def faces(k: int) -> FloatArray:
+        if abs(k) >= len(blocks):
+            k = (k + mesh.teeth // 2) % mesh.teeth - mesh.teeth // 2
+        return np.asarray(blocks[k] if k >= 0 else blocks[-k].T)
+
+    return faces
 
 
 def _turned(left: sp.csr_array, matrix: FloatArray, right: sp.csr_array) -> FloatArray:

@@ -224,7 +224,7 @@ def sector_stress(
 
 def _carried(sector: SectorMesh, stress: FloatArray, displacement: sp.csr_array) -> CarriedFunctions:
     """Stress over the displacement of a cut, and that over the displacement of the sector's nodes, put together."""
-    still = np.isin(displacement.indices, np.append(sector.held_axially, degrees_of_freedom(sector.bore)))
+    still = np.isin(displacement.indices, np.append(sector.held_axially, degrees_of_freedom(sector.held)))
     displacement.data[still] = 0.0
     unknowns = np.unique(displacement.indices)
     return CarriedFunctions(unknowns, displacement[:, unknowns].T @ stress.T, displacement.shape[1])

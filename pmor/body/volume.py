@@ -44,8 +44,10 @@ def sector_displacement(gear: ElasticGear, sector: int, teeth: IntArray, forces:
     Raises
     ------
     ValueError
-        When a surface layer was taken out: the flank would not fit the material below it.
+        When a surface layer was taken out: the flank would not fit the material below it; of sectors on a blank.
     """
+    if gear.mesh.on_blank:
+        raise ValueError("the displacement of a sector is known where it reaches down to the bore alone")
     if gear.layer_columns:
         raise ValueError("the compliance is without its surface layer: build the gear with layer_columns=0")
     mesh, condensed = gear.mesh, gear.sector

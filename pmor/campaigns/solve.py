@@ -18,6 +18,7 @@ from pmor.core.errors import CaseError, ConvergenceError, GeometryError, Insuffi
 from pmor.fe.sector import SectorMesh
 from pmor.line.layered_pair import LayeredPair, layers_of
 from pmor.line.sections import loaded_components
+from pmor.pair.blank import blank_below
 from pmor.pair.model import neighbouring_teeth, per_gear, solved_gear
 from pmor.reduction.basis import Basis, untrained
 from pmor.storage.compliance_file import SolvedGear
@@ -82,7 +83,7 @@ def basis_of(case: Case, store: Store) -> Basis:
         place, tooth = (0, pair.pinion) if sector is mesh.pinion else (1, pair.wheel)
         material = gear.youngs_modulus_GPa, gear.poisson_ratio, case.mesh.element
         key = key_of(sector, tooth, material, neighbouring_teeth(pair), layers[place].columns, components,
-                     case.root_stress)  # fmt: skip
+                     case.root_stress, blank_below(case, gear, tooth, sector))  # fmt: skip
 
         def solve() -> SolvedGear:
             body = solved_gear(case, mesh, sector, gear)

@@ -32,11 +32,11 @@ class CondensedSector:
 
     Parameters
     ----------
-    flank, left, right : ndarray of int
+    flank, left, right, interface : ndarray of int
         Retained degrees of freedom of the sector mesh; those of the tooth's other flank follow those of the loaded one
-        where they were asked for.
+        where they were asked for; an interface has those that stand on a blank.
     stiffness : ndarray, shape (n, n)
-        Condensed stiffness in the order flank, left, right, N/mm; the bore is fixed, axially held unknowns are
+        Condensed stiffness in the order flank, left, right, interface, N/mm; a bore is fixed, axially held unknowns are
         uncoupled. Twice that of half the width where the mesh ends in a plane of symmetry.
     parts : tuple of EliminatedPart
         In the order of elimination; empty unless they were asked for.
@@ -47,16 +47,22 @@ class CondensedSector:
     flank: IntArray
     left: IntArray
     right: IntArray
+    interface: IntArray
     stiffness: FloatArray
     parts: tuple[EliminatedPart, ...]
     layer: FloatArray | None
+
+    @property
+    def retained(self) -> IntArray:
+        """All retained unknowns, in the order of the stiffness."""
+        return np.concatenate([self.flank, self.left, self.right, self.interface])
 
 
 def condense_sector(
     mesh: SectorMesh, youngs_modulus: float, poisson_ratio: float, element: str, keep_rows: bool = False,
     layer_columns: int = 0, carried: Sequence[CarriedFunctions] = (), back: bool = False,
 ) -> CondensedSector:  # fmt: skip
-    """Condense a sector onto its loaded flank and its side faces.
+    """Condense a sector onto its loaded flank, its side faces, and its interface with a blank.
 
     Parameters
     ----------
@@ -75,7 +81,7 @@ def condense_sector(
     elements, places = mesh.elements[:, :QUADRATIC_NODES], element_places(mesh)
     stiffness = sector_stiffness(mesh, youngs_modulus, poisson_ratio, element)
     flanks = np.concatenate([mesh.flank.ravel(), mesh.back.ravel()]) if back else mesh.flank
-    flank, left, right = (nodes_of_elements(mesh, nodes) for nodes in (flanks, mesh.left, mesh.right))
+    faces = [nodes_of_elements(mesh, nodes) for nodes in (flanks, mesh.left, mesh.right, mesh.interface)]
     kept: list[EliminatedPart] = []
 
     def visit(part: EliminatedPart) -> None:
@@ -84,10 +90,10 @@ def condense_sector(
         for functions in carried:
             functions.eliminate(part)
 
-    condensed = condense(stiffness, elements, places, np.concatenate([flank, left, right]), mesh.bore, visit)
+    condensed = condense(stiffness, elements, places, np.concatenate(faces), mesh.held, visit)
     layer = layer_compliance(mesh, layer_columns, stiffness) if layer_columns else None
-    unknowns = [degrees_of_freedom(nodes) for nodes in (flank, left, right)]
-    return CondensedSector(unknowns[0], unknowns[1], unknowns[2], condensed, tuple(kept), layer)
+    flank, left, right, interface = map(degrees_of_freedom, faces)
+    return CondensedSector(flank, left, right, interface, condensed, tuple(kept), layer)
 
 
 def sector_stiffness(mesh: SectorMesh, youngs_modulus: float, poisson_ratio: float, element: str) -> FloatArray:
@@ -148,7 +154,7 @@ def back_substitute(sector: CondensedSector, retained_displacement: FloatArray, 
         mm; zero on the bore.
     """
     displacement = np.zeros((size, retained_displacement.shape[1]))
-    displacement[np.concatenate([sector.flank, sector.left, sector.right])] = retained_displacement
+    displacement[sector.retained] = retained_displacement
     for part in reversed(sector.parts):
         rhs = part.coupling @ displacement[part.border]
         displacement[part.inner] = -la.solve_triangular(part.factor, rhs, check_finite=False)

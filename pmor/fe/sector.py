@@ -69,6 +69,8 @@ class SectorMesh:
         Intervals between nodes along the edge of an element: 1 of linear elements, 2 of quadratic ones.
     twist_per_length : float
         By which sections are turned along the axis, rad/mm.
+    on_blank : bool
+        The nodes on the bore are not held but stand on a blank: the bore is a cylinder within the rim.
     """
 
     nodes: FloatArray
@@ -85,6 +87,17 @@ class SectorMesh:
     width: str = "whole"
     order: int = 1
     twist_per_length: float = 0.0
+    on_blank: bool = False
+
+    @property
+    def held(self) -> IntArray:
+        """Nodes that do not move: those on the bore."""
+        return self.bore[:0] if self.on_blank else self.bore
+
+    @property
+    def interface(self) -> IntArray:
+        """Nodes that stand on a blank."""
+        return self.bore if self.on_blank else self.bore[:0]
 
     @property
     def mirrored(self) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -14,7 +14,7 @@ from pmor.case import Case, GearCase
 from pmor.case.checks import refuse_uneven_sections
 from pmor.case.width import meshed_width
 from pmor.core.arrays import FloatArray
-from pmor.core.errors import CaseError, GeometryError, MeshError
+from pmor.core.errors import GeometryError, MeshError
 from pmor.core.threads import one_thread
 from pmor.fe.fillet import build_fillet
 from pmor.fe.layer import surface_layer
@@ -30,6 +30,7 @@ from pmor.gear.tooth import Tooth
 from pmor.gear.working import refuse_working_geometry
 from pmor.line.hertz import approach_constants, check_half_width, line_compliance
 from pmor.line.layered_pair import LayeredPair, SurfaceLayer, layers_of
+from pmor.pair.blank import interface_radius
 from pmor.pair.conditions import misalignments_of
 from pmor.pair.limits import refuse_bent_blank, refuse_impossible_load, refuse_lost_load
 from pmor.pair.modifications import refuse_modifications_off_the_flank
@@ -128,8 +129,6 @@ def gear_pair(case: Case) -> GearPair:
         When modifications do not lie on the flanks.
     """
     pair, width = case.pair, case.pair.face_width_mm
-    if any(gear.light_blank(width) is not None for gear in (pair.pinion, pair.wheel)):
-        raise CaseError(f"{case.name}: blanks are read, and not solved yet: leave them out")
     pinion, wheel = _tooth(case, pair.pinion, 1.0), _tooth(case, pair.wheel, -1.0)
     distance = zero_backlash_centre_distance(pinion, wheel)
     if pair.centre_distance_mm is not None:
@@ -170,7 +169,7 @@ def approach_estimate(case: Case, pair: GearPair) -> float:
 
 
 def held_radii(case: Case, pair: GearPair) -> tuple[float, float]:
-    """Return the radii at which the sectors of pinion and wheel are held, mm.
+    """Return the radii at which pinion and wheel are held, mm.
 
     Those of their bores; of a ring that of its outside, negative.
     """
@@ -183,15 +182,26 @@ def _held_radius(gear: GearCase, tooth: Tooth) -> float:
     return tooth.root_radius - (gear.rim_thickness_mm or 0.0)
 
 
+def sector_ends(case: Case, pair: GearPair) -> tuple[float, float]:
+    """Return the radii at which the sectors of pinion and wheel end, mm: where they are held, or on a blank's rim."""
+    ends = list(held_radii(case, pair))
+    for place, (gear, tooth) in enumerate(((case.pair.pinion, pair.pinion), (case.pair.wheel, pair.wheel))):
+        if (blank := gear.light_blank(case.pair.face_width_mm)) is not None:
+            ends[place] = interface_radius(blank, tooth.root_radius, tooth.module)
+    return ends[0], ends[1]
+
+
 def sector_meshes(case: Case, pair: GearPair) -> tuple[SectorMesh, SectorMesh]:
     """Mesh a tooth sector of pinion and wheel; gears of one shape share one mesh unless the case says otherwise.
 
     GeometryError or MeshError where there is no such gear.
     """
-    faces, held = pair.faces, held_radii(case, pair)
-    pinion = _sector(case, case.pair.pinion, pair.pinion, faces[0], held[0])
-    same = case.mesh.share_identical and pair.pinion == pair.wheel and faces[0] == faces[1] and held[0] == held[1]
-    return pinion, pinion if same else _sector(case, case.pair.wheel, pair.wheel, faces[1], held[1])
+    faces, ends = pair.faces, sector_ends(case, pair)
+    pinion = _sector(case, case.pair.pinion, pair.pinion, faces[0], ends[0])
+    light = [gear.light_blank(pair.face_width) is not None for gear in (case.pair.pinion, case.pair.wheel)]
+    alike = pair.pinion == pair.wheel and faces[0] == faces[1] and ends[0] == ends[1] and light[0] == light[1]
+    same = case.mesh.share_identical and alike
+    return pinion, pinion if same else _sector(case, case.pair.wheel, pair.wheel, faces[1], ends[1])
 
 
 def same_body(case: Case, pinion: SectorMesh, wheel: SectorMesh) -> bool:
@@ -329,13 +339,14 @@ def solved_gear(
         Teeth beyond the neighbours that are loaded together with a tooth.
     """
     from pmor.body.elastic_gear import elastic_gear  # with scipy, which a sweep with a basis does without
+    from pmor.pair.blank import blank_below
 
     layers, pair = layers_of(mesh.meshed), mesh.meshed.pair
     place, tooth = (0, pair.pinion) if sector is mesh.pinion else (1, pair.wheel)
     return elastic_gear(
         sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, neighbouring_teeth(pair),
         keep_volume, layers[place].columns if layers else 0, build_fillet(tooth, sector) if case.root_stress else None,
-        far,
+        far, blank_below(case, gear, tooth, sector),
     )  # fmt: skip
 
 
@@ -407,10 +418,11 @@ def _tooth(case: Case, gear: GearCase, hand: float) -> Tooth:
     )  # fmt: skip
 
 
-def _sector(case: Case, gear: GearCase, tooth: Tooth, face: tuple[float, float], held_mm: float) -> SectorMesh:
+def _sector(case: Case, gear: GearCase, tooth: Tooth, face: tuple[float, float], end_mm: float) -> SectorMesh:
     mesh = case.mesh
     try:
-        return build_sector(tooth, held_mm, face[1] - face[0], mesh.profile_elements, mesh.width_elements,
-                            mesh.spacing, meshed_width(case), gear.face_offset_mm, mesh.order)  # fmt: skip
+        sector = build_sector(tooth, end_mm, face[1] - face[0], mesh.profile_elements, mesh.width_elements,
+                              mesh.spacing, meshed_width(case), gear.face_offset_mm, mesh.order)  # fmt: skip
+        return replace(sector, on_blank=gear.light_blank(case.pair.face_width_mm) is not None)
     except MeshError as error:
         raise MeshError(f"gear with {gear.teeth} teeth: {error}") from error

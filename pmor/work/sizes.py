@@ -13,7 +13,7 @@ from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 from pmor.line.sections import loaded_components
 from pmor.pair.conditions import assembly_of, full_solves, misalignments, training_values
-from pmor.pair.model import approach_estimate, contact_scheme, held_radii, neighbouring_teeth
+from pmor.pair.model import approach_estimate, contact_scheme, neighbouring_teeth, sector_ends
 from pmor.penalty.pair import LOCAL_SHARE
 from pmor.penalty.solve import WINDOW_MARGIN
 
@@ -72,13 +72,13 @@ class GearSize:
         return 1.0 if self.order == 1 else 0.75
 
 
-def gear_size(case: Case, tooth: Tooth, held_mm: float, face_width_mm: float) -> GearSize:
+def gear_size(case: Case, tooth: Tooth, end_mm: float, face_width_mm: float) -> GearSize:
     """Return the sizes of a gear's mesh: its transverse section is made, which takes no time, and not its volume.
 
     GeometryError or MeshError where there is no such gear.
     """
     mesh = case.mesh
-    section = build_sector(tooth, held_mm, face_width_mm, mesh.profile_elements, 1, mesh.spacing,
+    section = build_sector(tooth, end_mm, face_width_mm, mesh.profile_elements, 1, mesh.spacing,
                            "plane_strain", order=mesh.order)  # fmt: skip
     blocks = section.tooth_rows, section.ring_rows
     tooth_block, ring_block = ((len(rows), len(rows[0]) // len(section.z)) for rows in blocks)
@@ -140,8 +140,8 @@ def pair_size(case: Case, pair: GearPair) -> PairSize:
     GeometryError or MeshError where there is no such pair or mesh.
     """
     both = [
-        gear_size(case, tooth, held, case.pair.face_width_mm)
-        for tooth, held in zip((pair.pinion, pair.wheel), held_radii(case, pair), strict=True)
+        gear_size(case, tooth, end, case.pair.face_width_mm)
+        for tooth, end in zip((pair.pinion, pair.wheel), sector_ends(case, pair), strict=True)
     ]
     alike = case.mesh.share_identical and pair.pinion == pair.wheel and case.pair.pinion == case.pair.wheel
     gear, rows, solves = both[0], rows_in_contact(case, pair), full_solves(case)

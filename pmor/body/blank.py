@@ -1,0 +1,197 @@
+"""Sectors that stand on a blank: the ring of teeth down into the rim, and below it rim, web and hub as one body.
+
+Sectors end at a cylinder within the rim. The displacement of that interface is a sum of Fourier's harmonics over the
+angle, times the sector's columns of nodes over the width,
+
+    u(theta, z_l) = sum_n U_n(z_l) e^(i n (theta - tau z_l)),                                                        (1)
+
+theta around the axis from the middle of tooth 0, tau the twist of the teeth along the axis. Of a ring of z equal
+sectors the harmonics n = h + j z alone belong together, h = 0 ... z - 1; a blank of revolution couples none of them.
+With S the stiffness of a sector that is condensed onto side faces and interface, E_h the values of its harmonics at the
+interface's nodes, and K_n the blank's stiffness over a revolution (`pmor.fe.blank_section`),
+
+    A_h = T_h^H S T_h + diag(0, K_n / z),    T_h (v, U) = (v, v e^(-2 pi i h / z), E_h U),                           (2)
+
+v the displacement of the left side face. So the gear remains cyclic, and its compliance takes one inverse for each h.
+Harmonics die within a depth of r / n on either side of the interface. *Measured*, 50 teeth, interface 1 module below
+the root circle: a flank's own compliance with n up to 1.5 z is 6e-5 too low, to 2.5 z 2e-7; at half a module 1.8e-5 and
+1.5e-6 with 2.5 z and 3.5 z.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as la
+
+from pmor.core.arrays import ComplexArray, FloatArray, IntArray
+from pmor.fe.blank_section import Block, ring_stiffness
+from pmor.fe.completion import nodes_of_elements
+from pmor.fe.sector import SectorMesh
+
+# Singular values of the harmonics at the nodes of a sector's interface, over the largest, that are left out.
+ROUND_OFF = 1e-13
+
+
+@dataclass(frozen=True)
+class Blank:
+    """What a ring of sectors stands on: a body of revolution.
+
+    Parameters
+    ----------
+    blocks : tuple of Block
+        From the bore out to the sectors.
+    youngs_modulus : float
+        MPa.
+    largest : int
+        Harmonics of the interface go from minus it to it.
+    """
+
+    blocks: tuple[Block, ...]
+    youngs_modulus: float
+    poisson_ratio: float
+    largest: int
+
+    @property
+    def harmonics(self) -> IntArray:
+        """Numbers n of equation (1)."""
+        return np.arange(-self.largest, self.largest + 1)
+
+    def coordinates(self, mesh: SectorMesh) -> FloatArray:
+        """Return functions of a sector's interface that span all harmonics, over its nodes, (p 3 l, 3 nodes)."""
+        return interface_shares(mesh, self._functions(mesh), nodes_of_elements(mesh, mesh.interface)).T
+
+    def ring(self, mesh: SectorMesh, stiffness: FloatArray, load: FloatArray, neighbours: int) -> list[FloatArray]:
+        """Return how the faces of sectors -neighbours ... neighbours move under loads on those of sector 0.
+
+        Parameters
+        ----------
+        stiffness : ndarray, shape (2 s + p 3 l, 2 s + p 3 l)
+            Of a sector, over its left and its right side face, in coordinates that neighbours share, and the functions
+            of its interface, N/mm.
+        load : ndarray, shape (2 s + p 3 l, m)
+            N.
+        """
+        columns = self._functions(mesh)
+        count = len(stiffness) - columns.shape[1] * 3 * len(mesh.z)
+        shares = columns.T @ np.exp(1j * np.outer(_angles(mesh), self.harmonics))
+        own = blank_stiffness(mesh, self.blocks, self.youngs_modulus, self.poisson_ratio, self.largest)
+        return list(ring_on_blank(stiffness, count // 2, mesh.teeth, shares, own, load, neighbours))
+
+    def _functions(self, mesh: SectorMesh) -> FloatArray:
+        """Real functions of the angle that span all harmonics, at the angles of a sector's nodes, (a, p)."""
+        values = np.exp(1j * np.outer(_angles(mesh), self.harmonics))
+        left, sizes, _ = np.linalg.svd(np.hstack([values.real, values.imag]), full_matrices=False)
+        return np.asarray(left[:, sizes > ROUND_OFF * sizes[0]])
+
+
+def _angles(mesh: SectorMesh) -> FloatArray:
+    """Angles of the columns of nodes of a sector's interface, from the tooth's middle on, rad."""
+    return np.linspace(0.5, -0.5, len(mesh.bore) // len(mesh.z)) * mesh.angular_pitch
+
+
+def blank_stiffness(
+    mesh: SectorMesh, blocks: tuple[Block, ...], youngs_modulus: float, poisson_ratio: float, largest: int
+) -> ComplexArray:
+    """Return the stiffness of a blank over the interface's columns of nodes, (largest + 1, 3 l, 3 l), N/mm.
+
+    Over radial, circumferential and axial amplitudes of equation (1), column by column, for the energy over a
+    revolution; of harmonic -n it is the conjugate one.
+    """
+    n = np.arange(largest + 1)
+    own = ring_stiffness(blocks, youngs_modulus, poisson_ratio, n, mesh.mirrored, mesh.twist_per_length)
+    shares = np.kron(_interpolation(mesh.z, mesh.order, blocks[-1].nodes_z), np.diag([1.0, 1j, 1.0]).conj())
+    if mesh.mirrored:
+        shares[:-1, -1] = 0.0  # the last column's nodes keep their z, which the nodes beside them do not feel
+    return np.asarray(shares.conj().T @ own @ shares)
+
+
+def _interpolation(z: FloatArray, order: int, fine: FloatArray) -> FloatArray:
+    """Shares of columns of nodes in the displacement at places along the width, (places, columns)."""
+    found = np.zeros((len(fine), len(z)))
+    element = np.clip(np.searchsorted(z[::order], fine, side="right") - 1, 0, (len(z) - 1) // order - 1)
+    for place, e in enumerate(element.tolist()):
+        nodes = np.arange(order * e, order * e + order + 1)
+        for a in nodes:
+            others = nodes[nodes != a]
+            found[place, a] = np.prod((fine[place] - z[others]) / (z[a] - z[others]))
+    return found
+
+
+def cylindrical(mesh: SectorMesh, nodes: IntArray) -> FloatArray:
+    """Return radial, circumferential and axial directions at nodes, (n, 3, 3), rows over x, y, z."""
+    radial = mesh.nodes[nodes, :2] / np.linalg.norm(mesh.nodes[nodes, :2], axis=1)[:, None]
+    frames = np.zeros((len(nodes), 3, 3))
+    frames[:, 0, :2], frames[:, 2, 2] = radial, 1.0
+    frames[:, 1, 0], frames[:, 1, 1] = -radial[:, 1], radial[:, 0]
+    return frames
+
+
+def interface_shares(mesh: SectorMesh, columns: FloatArray, nodes: IntArray) -> FloatArray:
+    """Return the displacement x y z of the interface's nodes over functions of the angle, (3 n, p 3 l)."""
+    layers = len(mesh.z)
+    place = np.full(len(mesh.nodes), -1)
+    place[mesh.bore] = np.arange(len(mesh.bore))
+    angle, layer = np.divmod(place[nodes], layers)
+    functions = columns.shape[1]
+    found = np.zeros((len(nodes), 3, functions, layers, 3))
+    frames = cylindrical(mesh, nodes).transpose(0, 2, 1)
+    found[np.arange(len(nodes)), :, :, layer, :] = frames[:, :, None, :] * columns[angle][:, None, :, None]
+    return found.reshape(3 * len(nodes), -1)
+
+
+def ring_on_blank(
+    stiffness: FloatArray, sides: int, teeth: int, shares: ComplexArray, blank: ComplexArray, load: FloatArray,
+    neighbours: int,
+) -> FloatArray:  # fmt: skip
+    """Return how the faces of sectors move under loads on those of sector 0: equation (2).
+
+    Parameters
+    ----------
+    stiffness, load : ndarray
+        As in `Blank.ring`.
+    sides : int
+        s.
+    shares : ndarray, shape (p, 2 largest + 1)
+        Of the interface's functions in the harmonics.
+    blank : ndarray, shape (largest + 1, 3 l, 3 l)
+        As `blank_stiffness` gives it.
+    neighbours : int
+        Sectors to cover, on either side.
+
+    Returns
+    -------
+    ndarray, shape (2 neighbours + 1, 2 s + p 3 l, m)
+        Of sectors -neighbours ... neighbours, mm.
+    """
+    largest = len(blank) - 1
+    left, right, below = slice(0, sides), slice(sides, 2 * sides), slice(2 * sides, None)
+    sector = np.arange(-neighbours, neighbours + 1)[:, None, None]
+    found = np.zeros((2 * neighbours + 1, *load.shape))
+    for h in range(teeth // 2 + 1):
+        turn = np.exp(-2j * np.pi * h / teeth)
+        n = np.arange(-largest, largest + 1)
+        own = n[(n - h) % teeth == 0]
+        at = shares[:, own + largest].conj().T
+        # Rows, then columns, of the interface's functions to harmonics; of both side faces to the left one.
+        half = np.concatenate([stiffness[left] + np.conj(turn) * stiffness[right], _gathered(at, stiffness[below])])
+        half = half.conj().T
+        matrix = np.concatenate([half[left] + np.conj(turn) * half[right], _gathered(at, half[below])])
+        for j, harmonic in enumerate(own.tolist()):
+            place = sides + blank.shape[1] * j
+            block = slice(place, place + blank.shape[1])
+            matrix[block, block] += (blank[harmonic] if harmonic >= 0 else blank[-harmonic].conj()) / teeth
+        loaded = np.concatenate([load[left] + np.conj(turn) * load[right], _gathered(at, load[below])])
+        moved = la.solve(matrix, loaded, assume_a="pos", overwrite_a=True, overwrite_b=True, check_finite=False)
+        faces = np.concatenate([moved[left], turn * moved[left], _gathered(at.conj().T, moved[sides:])])
+        weight = (1.0 if h in (0, teeth / 2) else 2.0) / teeth
+        turned = weight * np.conj(turn) ** sector
+        found += turned.real * faces.real - turned.imag * faces.imag
+    return found
+
+
+def _gathered(shares: ComplexArray, rows: FloatArray | ComplexArray) -> ComplexArray:
+    """Sums of blocks of rows by shares (to, from)."""
+    blocks = rows.reshape(shares.shape[1], -1)
+    return np.asarray(shares @ blocks).reshape(-1, rows.shape[1])

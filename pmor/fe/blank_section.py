@@ -1,0 +1,212 @@
+"""Blanks that do not change around the axis: quadratic elements over a section, Fourier's series over the angle.
+
+The displacement of a body of revolution is a sum of harmonics that do not feel each other,
+
+    u_r = U e^(i n t),    u_theta = i V e^(i n t),    u_z = W e^(i n t),    t = theta - tau z,                       (1)
+
+U, V, W functions of r and z (Wilson, AIAA J. 3 (1965) 2269; Zienkiewicz & Taylor, The Finite Element Method, vol. 1,
+5th ed. (2000), ch. 9). Lines of equal t follow helical teeth: across them harmonics of many waves would change their
+sign within an element. Derivatives along z are d/dz - i n tau. The stiffness of each harmonic is a polynomial in n, K_0
++ n K_1 + n^2 K_2, real where tau is 0. The section is a stack of blocks of nine-node elements, from the hub at the
+bore, where it is held, out to the rim: rows of elements are eliminated one after the other, of all harmonics together,
+and what is left is the stiffness of the outermost row of nodes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmor.core.arrays import FloatArray, IntArray
+
+# Real of spur gears, complex of helical ones.
+Amplitudes = NDArray[np.inexact[Any]]
+# Of Gauss's rule in each direction.
+POINTS = 3
+# Harmonics that are eliminated at a time: their matrices fit into the memory next to the processor.
+TOGETHER = 32
+# Share of a harmonic's amplitude at the interface below which what lies further in is taken as held: (r / R)^n.
+UNFELT = 1e-8
+
+
+@dataclass(frozen=True)
+class Block:
+    """A ring of rectangular section, of nine-node elements.
+
+    Parameters
+    ----------
+    radii, z : ndarray
+        Of the lines between elements, rising, mm.
+    """
+
+    radii: FloatArray
+    z: FloatArray
+
+    @property
+    def nodes_z(self) -> FloatArray:
+        """Of the columns of nodes: lines and the middles between them, mm."""
+        return with_middles(self.z)
+
+
+def with_middles(lines: FloatArray) -> FloatArray:
+    """Return positions with those in the middle between neighbours."""
+    found = np.empty(2 * len(lines) - 1)
+    found[::2], found[1::2] = lines, 0.5 * (lines[1:] + lines[:-1])
+    return found
+
+
+def ring_stiffness(
+    blocks: tuple[Block, ...], youngs_modulus: float, poisson_ratio: float, harmonics: IntArray, mirrored: bool,
+    twist: float = 0.0,
+) -> Amplitudes:  # fmt: skip
+    """Return the stiffness of the outermost row of nodes of a body of revolution that is held at its bore.
+
+    Parameters
+    ----------
+    blocks : tuple of Block
+        From the bore outwards; lines of neighbours meet wherever both have material.
+    youngs_modulus : float
+        MPa.
+    harmonics : ndarray of int, shape (h,)
+        0 or above.
+    mirrored : bool
+        The section ends at z = 0 in a plane of symmetry: nodes there keep their z, and it counts twice.
+    twist : float
+        tau, rad/mm.
+
+    Returns
+    -------
+    ndarray, shape (h, 3 m, 3 m)
+        Over U, V, W of equation (1), node by node along z, N/mm: for the energy over a whole revolution,
+        u^H K u / 2 with the amplitudes u.
+    """
+    law = _law(youngs_modulus, poisson_ratio)
+    rows = [
+        _Row(block.nodes_z, block.radii[place + 1], _row_stiffness(block, place, law, twist))
+        for block in blocks for place in range(len(block.radii) - 1)
+    ]  # fmt: skip
+    found = []
+    for first in range(0, len(harmonics), TOGETHER):
+        n = harmonics[first : first + TOGETHER]
+        felt = [row for row in rows if (row.outer / rows[-1].outer) ** n[0] > UNFELT]
+        found.append(_eliminated(felt, n[:, None, None].astype(float), mirrored))
+    return np.concatenate(found) * (4.0 * np.pi if mirrored else 2.0 * np.pi)
+
+
+class _Row(NamedTuple):
+    """A row of elements: its columns of nodes, its outer radius, and K_0, K_1 and K_2 over its three rows of nodes."""
+
+    z: FloatArray
+    outer: float
+    stiffness: tuple[Amplitudes, Amplitudes, Amplitudes]
+
+
+def _eliminated(rows: list[_Row], n: FloatArray, mirrored: bool) -> Amplitudes:
+    """Stiffness of the outermost row of nodes, of harmonics (h, 1, 1) for an angle of 1 rad; held within."""
+    left: Amplitudes = np.empty((len(n), 0, 0))
+    z = rows[0].z
+    for row in rows:
+        left, z, size = _handed_on(left, z, row.z), row.z, 3 * len(row.z)
+        constant, linear, square = row.stiffness
+        own = constant + n * linear + n * n * square
+        if mirrored:
+            held = (3 * np.flatnonzero(z == 0.0) + 2 + size * np.arange(3)[:, None]).ravel()
+            own[:, held, :] = own[:, :, held] = 0.0
+            own[:, held, held] = constant.max()
+        first = 0 if left.shape[1] else size
+        if not first:
+            own[:, :size, :size] += left
+        inner, outer = slice(first, 2 * size), slice(2 * size, None)
+        left = own[:, outer, outer] - own[:, outer, inner] @ np.linalg.solve(own[:, inner, inner], own[:, inner, outer])
+        left = 0.5 * (left + left.conj().transpose(0, 2, 1))
+    return left
+
+
+def _handed_on(stiffness: Amplitudes, z: FloatArray, wanted: FloatArray) -> Amplitudes:
+    """Stiffness over the nodes of the next block: those that it does not have are free, its others unloaded."""
+    if not stiffness.shape[1]:
+        return stiffness
+    reach = 1e-9 * (wanted[-1] - wanted[0])
+    shared = [int(np.abs(z - place).argmin()) for place in wanted]
+    met = np.abs(z[shared] - wanted) <= reach
+    own, other = np.asarray(shared)[met], np.setdiff1d(np.arange(len(z)), np.asarray(shared)[met])
+    kept, free = _unknowns(own), _unknowns(other)
+    schur = stiffness[:, kept[:, None], kept]
+    if len(free):
+        across = stiffness[:, free[:, None], kept]
+        schur = schur - across.conj().transpose(0, 2, 1) @ np.linalg.solve(stiffness[:, free[:, None], free], across)
+    found = np.zeros((len(stiffness), 3 * len(wanted), 3 * len(wanted)), dtype=schur.dtype)
+    to = _unknowns(np.flatnonzero(met))
+    found[:, to[:, None], to] = schur
+    return found
+
+
+def _unknowns(nodes: IntArray) -> IntArray:
+    return (3 * np.asarray(nodes, dtype=np.int64)[:, None] + np.arange(3)).ravel()
+
+
+def _law(youngs_modulus: float, poisson_ratio: float) -> FloatArray:
+    """Hooke's law over strain rr, tt, zz, rz, rt, tz."""
+    shear = 0.5 * youngs_modulus / (1.0 + poisson_ratio)
+    law = np.zeros((6, 6))
+    law[:3, :3] = 2.0 * shear * poisson_ratio / (1.0 - 2.0 * poisson_ratio)
+    law[range(6), range(6)] += [2.0 * shear] * 3 + [shear] * 3
+    return law
+
+
+def _row_stiffness(block: Block, row: int, law: FloatArray, twist: float) -> tuple[Amplitudes, Amplitudes, Amplitudes]:
+    """K_0, K_1 and K_2 of a row of elements, over its three rows of nodes: (9 m, 9 m) each, for an angle of 1 rad."""
+    inner, outer = block.radii[row : row + 2]
+    height, widths = outer - inner, np.diff(block.z)
+    places, weights = np.polynomial.legendre.leggauss(POINTS)
+    elements = len(widths)
+    size = 3 * 3 * (2 * elements + 1)
+    kind = complex if twist else float
+    found, own = np.zeros((3, size, size), dtype=kind), np.zeros((3, elements, 27, 27), dtype=kind)
+    for a, weight in zip(places, weights, strict=True):
+        shape_r, slope_r = _parabolas(a)
+        r = 0.5 * (inner + outer + a * height)
+        for b, other in zip(places, weights, strict=True):
+            shape_z, slope_z = _parabolas(b)
+            shape = np.outer(shape_r, shape_z).ravel()
+            by_r = np.outer(slope_r, shape_z).ravel() * 2.0 / height
+            by_z = np.outer(shape_r, slope_z).ravel() * 2.0 / widths[:, None]
+            steady, turning = _strains(shape, by_r, by_z, r, twist)
+            volume = (0.25 * weight * other * height * r * widths)[:, None, None]
+            for place, product in enumerate((
+                steady.transpose(0, 2, 1) @ law @ steady,
+                steady.transpose(0, 2, 1) @ law @ turning + turning.conj().T @ law @ steady,
+                np.broadcast_to(turning.conj().T @ law @ turning, (elements, 27, 27)),
+            )):  # fmt: skip
+                own[place] += volume * product
+    for e in range(elements):
+        nodes = (np.arange(3)[:, None] * (2 * elements + 1) + 2 * e + np.arange(3)).ravel()
+        own_places = _unknowns(nodes)
+        found[:, own_places[:, None], own_places] += own[:, e]
+    return found[0], found[1], found[2]
+
+
+def _strains(
+    shape: FloatArray, by_r: FloatArray, by_z: FloatArray, r: float, twist: float
+) -> tuple[FloatArray, Amplitudes]:
+    """Strain rr, tt, zz, rz, rt, tz of equation (1) over U, V, W: (e, 6, 27), and (6, 27) that n multiplies."""
+    steady, turning = np.zeros((len(by_z), 6, 27)), np.zeros((6, 27))
+    u, v, w = (slice(part, None, 3) for part in range(3))
+    steady[:, 0, u], steady[:, 1, u], steady[:, 2, w] = by_r, shape / r, by_z
+    steady[:, 3, u], steady[:, 3, w] = by_z, by_r
+    steady[:, 4, v], steady[:, 5, v] = by_r - shape / r, by_z
+    turning[1, v], turning[4, u], turning[5, w] = -shape / r, shape / r, shape / r
+    if not twist:
+        return steady, turning
+    along = np.zeros_like(turning)
+    along[2, w] = along[3, u] = along[5, v] = twist * shape
+    return steady, turning - 1j * along
+
+
+def _parabolas(place: float) -> tuple[FloatArray, FloatArray]:
+    """Shape functions of three nodes on a line, at -1, 0 and 1, and their slopes."""
+    x = float(place)
+    return np.array([0.5 * x * (x - 1.0), 1.0 - x * x, 0.5 * x * (x + 1.0)]), np.array([x - 0.5, -2.0 * x, x + 0.5])
