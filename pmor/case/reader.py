@@ -3,7 +3,8 @@
 The fields of a dataclass are the keys of a section; their annotations give type, range and unit (`pmor.case.values`).
 A field that is a dataclass is a section inside, a tuple of dataclasses a list of sections. A word in the annotation of
 such a field is its key in the file, if that is not the name of the field; `INLINE` puts the keys of a dataclass among
-those of the section that holds it. A field of type `Sections` takes all other keys: sections of another case.
+those of the section that holds it. A field of type `Sections` takes all other keys: sections of another case. One of
+type `Keys` takes them as they are: keys of one section of another case.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from pmor.gear.topography import Topography, read_topography
 
 Section = TypeVar("Section")
 Sections = Mapping[str, Mapping[str, Any]]
+Keys = Mapping[str, Any]
+REST = Sections, Keys
 INLINE = "inline"
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 # Sections inside of sections, and values in them: files have five.
@@ -97,7 +100,7 @@ def keys_of(kind: type) -> dict[str, Any]:
     for item, hint in _annotated(kind):
         if INLINE in _words(hint):
             found |= keys_of(_dataclass_in(hint))
-        elif _dataclass_in(hint) is None and hint != Sections:
+        elif _dataclass_in(hint) is None and hint not in REST:
             found[item.name] = hint
     return found
 
@@ -169,13 +172,13 @@ class Reader:
         items = [pair for pair in _annotated(kind) if pair[0].name not in given]  # type: ignore[arg-type]
         known = {key for item, hint in items for key in _keys(item, hint)}
         others = {key: value for key, value in table.items() if key not in known}
-        rest = next((item.name for item, hint in items if hint == Sections), None)
+        rest = next((item.name for item, hint in items if hint in REST), None)
         if rest is None:
             self.refuse_unknown(others, [*(key for i, hint in items for key in _keys(i, hint)), *also], name)
         values = dict(given)
         for item, hint in items:
             if item.name == rest:
-                values[rest] = self._changes(others, name)
+                values[rest] = self._changes(others, name) if hint == Sections else others
             elif INLINE in _words(hint):
                 kind_in, keys = _dataclass_in(hint), _keys(item, hint)
                 own, usual = ({k: v for k, v in source.items() if k in keys} for source in (table, filled))
@@ -285,7 +288,7 @@ def _key(item: Field[Any], hint: Any) -> str:
 def _keys(item: Field[Any], hint: Any) -> list[str]:
     if INLINE in _words(hint):
         return list(keys_of(_dataclass_in(hint)))
-    return [] if hint == Sections else [_key(item, hint)]
+    return [] if hint in REST else [_key(item, hint)]
 
 
 def _is_list(hint: Any) -> bool:

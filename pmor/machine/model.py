@@ -85,6 +85,11 @@ class GearboxModel:
         """By name."""
         return {shaft.name: shaft for shaft in self.sections.shafts}
 
+    @property
+    def seats(self) -> int:
+        """Bearings to the housing."""
+        return sum(bearing.to == HOUSING for bearing in self.sections.bearings)
+
     def beams(self) -> dict[str, Beam]:
         """Return the shafts' beams, with a node at each place where something acts."""
         found = {}
@@ -181,6 +186,8 @@ def loaded(model: GearboxModel, load: LoadCase) -> LoadedGearbox:
             force[at] += 1e3 * torque.torque_Nm
     for one in load.forces:
         force[node(one.shaft, one.at_mm) + np.arange(3)] += one.x_N, one.y_N, one.z_N
+    for moment in load.moments:
+        force[node(moment.shaft, moment.at_mm) + np.array(TILT)] += 1e3 * moment.y_Nm, 1e3 * moment.z_Nm
     shafts = model.shafts
     bearings = []
     for bearing in model.sections.bearings:
@@ -218,10 +225,14 @@ def speeds_rpm(model: GearboxModel, load: LoadCase) -> dict[str, float]:
 
 
 def pinion_senses(model: GearboxModel, load: LoadCase) -> dict[str, float]:
-    """Return the signs of the torques about x that drive the pinions, by mesh.
+    """Return the signs of the torques about x that drive the pinions, by mesh."""
+    return {name: -1.0 if torque < 0.0 else 1.0 for name, torque in pinion_torques(model, load).items()}
 
-    Torques without losses, from the balance of each shaft; least squares where power is split, of which the signs
-    alone are used.
+
+def pinion_torques(model: GearboxModel, load: LoadCase) -> dict[str, float]:
+    """Return the torques about x that drive the pinions, by mesh, N m.
+
+    Without losses, from the balance of each shaft; least squares where power is split, of which the signs alone count.
     """
     said = model.sections
     rows = {shaft.name: i for i, shaft in enumerate(said.shafts)}
@@ -239,7 +250,7 @@ def pinion_senses(model: GearboxModel, load: LoadCase) -> dict[str, float]:
         if torque.torque_Nm != "balance":
             given[rows[torque.shaft]] += torque.torque_Nm
     found = np.linalg.lstsq(matrix, -given, rcond=None)[0]
-    return {mesh.name: -1.0 if found[i] < 0.0 else 1.0 for i, mesh in enumerate(said.meshes)}
+    return {mesh.name: float(found[i]) for i, mesh in enumerate(said.meshes)}
 
 
 def _meshing(mesh: Mesh, model: GearboxModel, hubs: tuple[int, int], sense: float) -> Meshing:

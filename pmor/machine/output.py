@@ -7,6 +7,7 @@ from dataclasses import asdict
 
 from pmor.machine.bounds import named_bounds
 from pmor.machine.coupled import SolvedLoad
+from pmor.machine.duty import duty_data
 from pmor.machine.figures import deflection_figure, face_load_figure, ste_figure
 from pmor.machine.fit import Fit
 from pmor.machine.iso import arrangement
@@ -69,6 +70,28 @@ LOSS_COLUMNS: Columns = {
     "losses [W]": "losses_W",
     "efficiency": "efficiency",
 }
+POWER_COLUMNS: Columns = {
+    "load": "name",
+    "power [W]": "power_W",
+    "losses [W]": "losses_W",
+    "efficiency": "efficiency",
+}
+DUTY_COLUMNS: Columns = {**POWER_COLUMNS, "share [%]": lambda row: 100.0 * row["fraction"], "hours": "hours"}
+SPECTRUM_COLUMNS: Columns = {
+    "mesh": "mesh",
+    "load": "load",
+    "pinion torque [N m]": "torque_Nm",
+    "share [%]": lambda row: 100.0 * row["fraction"],
+    "pinion [rpm]": "pinion_rpm",
+    "hours": "hours",
+    "cycles, pinion": "pinion_cycles",
+    "cycles, wheel": "wheel_cycles",
+    "pressure [MPa]": "flank_pressure_max_MPa",
+    "root stress, pinion [MPa]": lambda row: (row["root_stress_max_MPa"] or UNKNOWN)[0],
+    "wheel [MPa]": lambda row: (row["root_stress_max_MPa"] or UNKNOWN)[1],
+}
+# Of the spectrum, known with hours alone.
+OF_HOURS = ("hours", "cycles, pinion", "cycles, wheel")
 BEARING_COLUMNS: Columns = {
     "load": "load",
     "bearing": "name",
@@ -116,6 +139,8 @@ ROLLING = (
     "Of bearings by inner geometry. Static safety: C_0 / P_0 by the pressure of the most loaded element; at C_0 ISO 76 "
     "has 4,200 MPa of balls, 4,000 MPa of rollers."
 )
+DUTY = "All: means by time, the efficiency that of the work."
+SPECTRUM = "What each mesh carries, and how often: revolutions of both gears. A list, without any damage."
 LOSSES = "Load-dependent, of the line loads; formulas of friction differ by up to a factor of two. Without churning."
 
 
@@ -127,6 +152,7 @@ def gearbox_data(
     return {
         "title": file.model.sections.title,
         "loads": entries,
+        "duty": duty_data(file.model, entries),
         "fits": [asdict(fit) for fit in fits],
         "failures": list(failures),
         "bounds": [text for pair in zip(loads, entries, strict=True) for text in named_bounds(*pair)],
@@ -194,6 +220,15 @@ def gearbox_text(
     return "\n".join([*lines, *(f"  ! {sentence}" for sentence in (*failures, *data["bounds"]))])
 
 
+def _power_table(data: Data) -> Table:
+    duty, rows = data["duty"], data["loads"]
+    if duty is None:
+        return table("Power", POWER_COLUMNS, rows, LOSSES)
+    time = {row["load"]: row for row in duty["spectrum"]}
+    timed = [{**row, **{key: time[row["name"]][key] for key in ("fraction", "hours")}} for row in rows]
+    return table("Power", DUTY_COLUMNS, [*timed, {"name": "all", "fraction": 1.0, **duty}], f"{LOSSES} {DUTY}")
+
+
 def _tables(data: Data) -> list[Table]:
     def rows(key: str) -> list[Data]:
         return [{"load": load["name"], **entry} for load in data["loads"] for entry in load[key]]
@@ -208,7 +243,11 @@ def _tables(data: Data) -> list[Table]:
     if crude := [mesh for mesh in meshes if mesh["iso_f_sh_um"] is not None]:
         found.append(table("Beside ISO 6336-1", ISO_COLUMNS, crude, ISO))
     if any(mesh["losses_W"] is not None for mesh in meshes):
-        found.append(table("Losses of the meshes", LOSS_COLUMNS, meshes, LOSSES))
+        found += [table("Losses of the meshes", LOSS_COLUMNS, meshes, LOSSES), _power_table(data)]
+    if data["duty"]:
+        hidden = () if data["duty"]["hours"] else OF_HOURS
+        timed = {head: column for head, column in SPECTRUM_COLUMNS.items() if head not in hidden}
+        found.append(table("Load spectrum", timed, data["duty"]["spectrum"], SPECTRUM))
     if data["fits"]:
         found.append(table("The flank that fits", FIT_COLUMNS, data["fits"], FIT))
     if rolling := [bearing for bearing in rows("bearings") if "loaded_elements" in bearing]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from pmor.machine.coupled import RigidMesh, RootStresses, SolvedLoad, SolvedMesh
 from pmor.machine.iso import CrudeMisalignment, crude_misalignment
 from pmor.machine.model import ABOUT_AXIS, GearboxModel, Supported, speeds_rpm
 from pmor.machine.rolling_bearing import BearingState
-from pmor.machine.settings import Lubricant
+from pmor.machine.settings import LoadCase, Lubricant
 from pmor.results.load_distribution import face_load_factor, line_states
 from pmor.results.losses import friction_schlenk, loss_factor
 from pmor.results.sweep import SteSweep, mesh_orders, peak_to_peak_um, ste_mean_um
@@ -35,15 +35,33 @@ def load_data(model: GearboxModel, cases: Mapping[str, Case], solved: SolvedLoad
         for mesh, rigid in zip(solved.meshes, solved.rigid, strict=True)
     ]
     known = [mesh["losses_W"] for mesh in meshes if mesh["losses_W"] is not None]
+    lost = sum(known) if len(known) == len(meshes) else None
+    held = _held(solved)
+    power = _power(solved.load, speeds, held)
     return {
         "name": solved.load.name,
         "speeds_rpm": speeds,
         "meshes": meshes,
-        "losses_W": sum(known) if len(known) == len(meshes) else None,
+        "power_W": power,
+        "losses_W": lost,
+        "efficiency": 1.0 - lost / power if power and lost is not None else None,
         "bearings": bearing_data(solved),
         "shafts": shaft_data(solved),
-        "held_torques_Nm": _held(solved),
+        "held_torques_Nm": held,
     }
+
+
+def _power(load: LoadCase, speeds: Mapping[str, float], held: Sequence[Data]) -> float | None:
+    """Return the power that enters at all torques of a load; None where a shaft has no speed."""
+    given = [(one.shaft, one.torque_Nm) for one in load.torques if not isinstance(one.torque_Nm, str)]
+    all_torques = [*given, *((one["shaft"], one["torque_Nm"]) for one in held)]
+    if any(shaft not in speeds for shaft, _ in all_torques):
+        return None
+    return sum(max(torque * _per_second(speeds[shaft]), 0.0) for shaft, torque in all_torques)
+
+
+def _per_second(rpm: float) -> float:
+    return rpm * 2.0 * math.pi / 60.0
 
 
 def mesh_data(mesh: SolvedMesh, rigid: RigidMesh) -> Data:
@@ -74,14 +92,16 @@ def losses(mesh: SolvedMesh, pinion_rpm: float | None, lubricant: Lubricant) -> 
     """Return loss factor, friction and power lost in a mesh; null without a speed, or at rest."""
     pair, factor = mesh.meshing.pair, float(loss_factor(mesh.meshing.pair, line_states(mesh.sweep))[0])
     if not pinion_rpm:
-        return {"loss_factor": factor, "friction": None, "losses_W": None, "efficiency": None}
+        return {"loss_factor": factor, "friction": None, "power_W": None, "losses_W": None, "efficiency": None}
     friction = lubricant.friction
     if friction == "schlenk":
         of_oil = lubricant.viscosity_mPas, lubricant.roughness_um, lubricant.lubricant_factor
         friction = friction_schlenk(pair, mesh.force, pinion_rpm, *of_oil)
-    power = 1e-3 * mesh.torque * abs(pinion_rpm) * 2.0 * math.pi / 60.0
-    lost = float(friction) * factor
-    return {"loss_factor": factor, "friction": friction, "losses_W": power * lost, "efficiency": 1.0 - lost}
+    power, lost = 1e-3 * mesh.torque * _per_second(abs(pinion_rpm)), float(friction) * factor
+    return {
+        "loss_factor": factor, "friction": friction, "power_W": power, "losses_W": power * lost,
+        "efficiency": 1.0 - lost,
+    }  # fmt: skip
 
 
 def f_beta_um(pair: GearPair, displacement: FloatArray) -> float:

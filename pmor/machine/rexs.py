@@ -7,14 +7,18 @@ bearings have none in most files, and makers' inner geometry is in none: they ar
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from pmor.case import Case
 from pmor.core.errors import CaseError, printable
 from pmor.export.rexs.model import Component, Gearbox, read_rexs
 from pmor.export.rexs.read import read_stage
 from pmor.export.rexs.stage import axis_of, find_stage, stages
+from pmor.machine.checks import ROUNDED_SHARE
 from pmor.machine.settings import (
     HOUSING,
     Bearing,
@@ -24,6 +28,7 @@ from pmor.machine.settings import (
     Mesh,
     Shaft,
     ShaftForce,
+    ShaftMoment,
     ShaftSection,
     ShaftTorque,
 )
@@ -201,10 +206,28 @@ class _Draft:
 
     def loads(self) -> tuple[LoadCase, ...]:
         cases = self.gearbox.load_cases or ({},)
-        return tuple(self.load(f"load case {n}", case) for n, case in enumerate(cases, start=1))
+        found = [self.load(f"load case {n}", case) for n, case in enumerate(cases, start=1)]
+        times = self.times(cases)
+        return tuple(replace(load, fraction=f, hours=h) for load, (f, h) in zip(found, times, strict=True))
+
+    def times(self, cases: Sequence[dict[int, Component]]) -> list[tuple[float | None, float | None]]:
+        """Shares of the load cases in the operating time, or their hours where the file has it."""
+        unit = next(iter(self.gearbox.of_kind("gear_unit")), None)
+        said = [case.get(unit.number, unit).number_of("operating_time_fraction") if unit else None for case in cases]
+        parts = [part for part in said if part]
+        if unit is None or len(parts) < len(cases):
+            if parts:
+                self.notes.append("operating_time_fraction is not said of all load cases: no duty cycle")
+            return [(None, None)] * len(cases)
+        if abs(sum(parts) - 100.0) > 100.0 * ROUNDED_SHARE:
+            self.notes.append(f"operating_time_fraction adds up to {sum(parts):g} %, not 100 %: no duty cycle")
+            return [(None, None)] * len(cases)
+        if (hours := unit.number_of("operating_time")) is not None:
+            return [(None, hours * part / sum(parts)) for part in parts]
+        return [(part / sum(parts), None) for part in parts]
 
     def load(self, name: str, case: dict[int, Component]) -> LoadCase:
-        torques, forces = list[ShaftTorque](), list[ShaftForce]()
+        torques, forces, moments = list[ShaftTorque](), list[ShaftForce](), list[ShaftMoment]()
         for load in self.gearbox.of_kind("external_load"):
             said = case.get(load.number, load)
             for shaft in self.gearbox.beside(load.number, "shaft", "assembly"):
@@ -213,11 +236,13 @@ class _Draft:
                 if load.text_of("transmits_torque") == "true":
                     given = bool(torque) and load.text_of("defines_torque") != "false"
                     torques.append(ShaftTorque(**at, torque_Nm=torque if given else "balance"))  # type: ignore[arg-type]
-                force = [said.number_of(f"force_{way}_direction") or 0.0 for way in "uvw"]
+                force = _turned(shaft, [said.number_of(f"force_{way}_direction") or 0.0 for way in "uvw"])
                 if any(force):
                     forces.append(ShaftForce(**at, x_N=force[0], y_N=force[1], z_N=force[2]))  # type: ignore[arg-type]
-                if any(said.number_of(f"torque_around_{way}_axis") for way in "vw"):
-                    self.notes.append(f"{name}, {load.label}: bending moments are left out")
+                bending = [said.number_of(f"torque_around_{way}_axis") or 0.0 for way in "vw"]
+                moment = _turned(shaft, [0.0, *bending])
+                if any(moment):
+                    moments.append(ShaftMoment(**at, y_Nm=moment[1], z_Nm=moment[2]))  # type: ignore[arg-type]
         torques.sort(key=lambda one: one.torque_Nm == "balance")
         if not torques or torques[0].torque_Nm == "balance":
             raise CaseError(f"{self.path}: {name}: no torque enters: no external_load has torque_around_u_axis")
@@ -225,4 +250,11 @@ class _Draft:
         speed = case.get(first.number, first).number_of("rotational_speed") or first.number_of("rotational_speed")
         if speed is None:
             self.notes.append(f"{name}: no speed of {first.label}: no losses")
-        return LoadCase(name=name, torques=tuple(torques), forces=tuple(forces), speed_rpm=speed)
+        acting = {"torques": tuple(torques), "forces": tuple(forces), "moments": tuple(moments)}
+        return LoadCase(name=name, speed_rpm=speed, **acting)  # type: ignore[arg-type]
+
+
+def _turned(shaft: Component, values: Sequence[float]) -> list[float]:
+    """Return a vector along u, v, w of a shaft in axes of the machine."""
+    u, w = axis_of(shaft), shaft.direction_of("w_axis_vector") or [0.0, 0.0, 1.0]
+    return [float(x) for x in np.array(values) @ np.array([u, np.cross(w, u), w])]

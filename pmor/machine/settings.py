@@ -5,11 +5,11 @@ Axes of shafts are x, as in REXS; y and z are across. Places along a shaft count
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pmor.case.reader import Sections
+from pmor.case.reader import Keys, Sections
 from pmor.core.ranges import METRES, PASCALS, Length, Range
 from pmor.machine.rolling_bearing import BallBearing, RollerBearing
 
@@ -19,6 +19,7 @@ Stiffness = Annotated[float, Range(1e-3, 1e15, "N/mm")] | Literal["rigid", "free
 TiltStiffness = Annotated[float, Range(1e-3, 1e18, "N mm/rad")] | Literal["rigid", "free"]
 AnyTorque = Annotated[float, Range(-1e12, 1e12, "N m")] | Literal["balance"]
 Force = Annotated[float, Range(-1e12, 1e12, "N")]
+Moment = Annotated[float, Range(-1e12, 1e12, "N m")]
 HOUSING = "housing"
 
 
@@ -107,10 +108,13 @@ class GearPlace:
         That carries the gear.
     at_mm : float
         Along the shaft: the middle of the pair's face width.
+    gear : mapping
+        Keys of this gear in the case that are otherwise here, or all of them where the mesh names no case.
     """
 
     shaft: str
     at_mm: Place
+    gear: Keys = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,18 +125,24 @@ class Mesh:
     ----------
     name : str
         Of the mesh, and of its basis file.
-    case : Path
-        Case file of the pair, beside the gearbox file.
+    case : Path or None
+        Case file of the pair, beside the gearbox file. Without it the sections of a case stand here.
     pinion, wheel : GearPlace
     changes : mapping
-        Sections of the case that are otherwise here: `pair = { helix_angle_deg = -10.0 }`.
+        Sections of the case that are otherwise here: `pair = { helix_angle_deg = -10.0 }`; all of them without a case.
     """
 
     name: str
-    case: Path
+    case: Path | None = None
     pinion: GearPlace
     wheel: GearPlace
-    changes: Sections
+    changes: Sections = field(default_factory=dict)
+
+    @property
+    def sections(self) -> dict[str, Keys]:
+        """Sections of a case that are here, with those of both gears."""
+        gears = {"pinion": self.pinion.gear, "wheel": self.wheel.gear}
+        return {**self.changes, **{name: keys for name, keys in gears.items() if keys}}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -176,6 +186,26 @@ class ShaftForce:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ShaftMoment:
+    """A bending moment on a shaft (section `moments` of `[[loads]]`).
+
+    Parameters
+    ----------
+    shaft : str
+        On which it acts.
+    at_mm : float
+        Along the shaft.
+    y_Nm, z_Nm : float
+        About the axes of the machine.
+    """
+
+    shaft: str
+    at_mm: Place
+    y_Nm: Moment = 0.0
+    z_Nm: Moment = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class LoadCase:
     """What acts on the shafts at once (section `[[loads]]`).
 
@@ -185,20 +215,28 @@ class LoadCase:
         Of the load case.
     torques : tuple of ShaftTorque
     forces : tuple of ShaftForce
+    moments : tuple of ShaftMoment
     speed_rpm : float or None
         Of the shaft of the first torque, about x.
+    fraction : float or None
+        Share of the operating time, of a duty cycle: all loads have one, or none has. They add up to 1.
+    hours : float or None
+        Operating time in this load case, h, instead of its share.
     """
 
     name: str
     torques: tuple[ShaftTorque, ...]
     forces: tuple[ShaftForce, ...] = ()
+    moments: tuple[ShaftMoment, ...] = ()
     speed_rpm: Annotated[float, Range(-1e6, 1e6, "rpm")] | None = None
+    fraction: Annotated[float, Range(0.0, 1.0, low_excluded=True)] | None = None
+    hours: Annotated[float, Range(0.0, 1e9, "h", low_excluded=True)] | None = None
 
     @property
     def places(self) -> tuple[tuple[str, float], ...]:
-        """Shafts and places along them, mm, of all torques and forces."""
-        torques = [(torque.shaft, torque.at_mm) for torque in self.torques]
-        return (*torques, *((force.shaft, force.at_mm) for force in self.forces))
+        """Shafts and places along them, mm, of all torques, forces and moments."""
+        acting: tuple[ShaftTorque | ShaftForce | ShaftMoment, ...] = (*self.torques, *self.forces, *self.moments)
+        return tuple((one.shaft, one.at_mm) for one in acting)
 
 
 @dataclass(frozen=True, kw_only=True)

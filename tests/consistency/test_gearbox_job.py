@@ -9,13 +9,14 @@ from numpy.testing import assert_allclose
 
 import pmor
 from pmor.app.cli import main
+from pmor.case import basis_key
 from pmor.machine.bounds import named_bounds
 from pmor.machine.compared import STRESS_ANGLES
 from pmor.machine.iso import arrangement
 from pmor.machine.loader import load
 from pmor.machine.output import FILES
 from pmor.machine.run import basis_name
-from tests.support.gearboxes import SMALL, written
+from tests.support.gearboxes import INLINE, SMALL, written
 
 # A torque that lifts the input off its bearing's clearance has no equilibrium without thrust: see below.
 LOOSE = SMALL.replace('name = "drive"', 'name = "light"').split("[[loads]]")[1].replace("60.0", "20.0")
@@ -101,6 +102,45 @@ def test_bounds_are_named_with_load_part_and_value(job):
     ):  # fmt: skip
         assert sum(words in text for text in texts) == 1, words
     assert len(texts) == 6
+
+
+def test_a_mesh_with_the_sections_of_its_case_is_that_of_the_case_file(tmp_path):
+    by_name, inside = (load(written(tmp_path, text)) for text in (SMALL, INLINE))
+    assert basis_key(by_name.cases["mesh"]) == basis_key(inside.cases["mesh"])
+    assert inside.cases["mesh"].torque_Nm == by_name.cases["mesh"].torque_Nm == 60.0
+    assert inside.inputs == (tmp_path / "box.toml",)
+    relieved = INLINE.replace("[meshes.wheel]", "[meshes.pinion.modification]\ntopography = 'grid.csv'\n[meshes.wheel]")
+    (tmp_path / "grid.csv").write_text(",-8,0,8\n5,1,0,1\n20,1,0,1\n40,2,1,2\n")
+    assert load(written(tmp_path, relieved)).cases["mesh"].pinion_modification.topography is not None
+    wider = 'wheel = { shaft = "output", at_mm = 35.0, profile_shift = -0.1 }'
+    changed = load(written(tmp_path, SMALL.replace('wheel = { shaft = "output", at_mm = 35.0 }', wider)))
+    assert changed.cases["mesh"].pair.wheel.profile_shift == -0.1
+    assert changed.cases["mesh"].pair.wheel.teeth == 29
+
+
+def test_a_duty_cycle_is_the_mean_over_its_time(job, tmp_path):
+    path, out = job
+    timed = path.read_text().replace("[[loads]]", "[[loads]]\nspeed_rpm = 1000.0\nhours = 300.0", 1)
+    timed = timed.replace('name = "light"', 'name = "light"\nspeed_rpm = -2000.0\nhours = 700.0')
+    path = written(tmp_path, timed.replace("torque_Nm = 20.0", "torque_Nm = -20.0"))
+    assert main(["gearbox", str(path), "--out", str(tmp_path / "out")]) == 0
+    data = json.loads((tmp_path / "out" / "gearbox.json").read_text())
+    drive, light = data["loads"]
+    duty = data["duty"]
+    turns = 2.0 * np.pi / 60.0
+    assert drive["power_W"] == pytest.approx(60.0 * 1000.0 * turns)
+    assert light["power_W"] == pytest.approx(20.0 * 2000.0 * turns)
+    assert drive["losses_W"] == pytest.approx((1.0 - drive["efficiency"]) * drive["power_W"])
+    assert duty["hours"] == 1000.0
+    assert duty["losses_W"] == pytest.approx(0.3 * drive["losses_W"] + 0.7 * light["losses_W"])
+    work = 0.3 * drive["power_W"] + 0.7 * light["power_W"]
+    assert duty["efficiency"] == pytest.approx(1.0 - duty["losses_W"] / work)
+    assert duty["meshes"][0]["efficiency"] == pytest.approx(duty["efficiency"], rel=1e-6)
+    first, second = duty["spectrum"]
+    assert (first["load"], second["load"]) == ("drive", "light")
+    assert first["pinion_cycles"] == pytest.approx(300.0 * 60.0 * 1000.0)
+    assert second["wheel_cycles"] == pytest.approx(700.0 * 60.0 * 2000.0 * 19 / 29)
+    assert "Load spectrum" in (tmp_path / "out" / "report.html").read_text()
 
 
 def test_python_finds_what_the_command_found(job):

@@ -7,6 +7,10 @@ from pmor.app.cli import main
 from tests.support.gearboxes import SMALL, written
 
 BEARINGS = '[[bearings]]\nname = "A"'
+TORQUES = """torques = [
+    { shaft = "input", at_mm = 0.0, torque_Nm = 6.0 }, { shaft = "output", at_mm = 80.0, torque_Nm = "balance" },
+]
+"""
 BROKEN = {
     "no shaft of this name": ('shaft = "output"\nat_mm = 10.0', 'shaft = "outpt"\nat_mm = 10.0', "did you mean output"),
     "bearing beyond the shaft": ("at_mm = 70.0\nradial", "at_mm = 90.0\nradial", "goes from 0 to 80 mm"),
@@ -46,6 +50,31 @@ BROKEN = {
     "too few balls": ("balls = 9", "balls = 2", "balls = 2"),
     "flat grooves": ("balls = 9", "balls = 9, inner_osculation = 0.5", "inner_osculation = 0.5"),
     "a name that is a path": ('name = "mesh"', 'name = "../mesh"', "names a file"),
+    "shares beside none": ('name = "drive"', 'name = "drive"\nfraction = 0.5', "adds up to 0.5, and must to 1"),
+    "a share too large": ('name = "drive"', 'name = "drive"\nfraction = 30.0', "fraction = 30"),
+    "share and hours": ('name = "drive"', 'name = "drive"\nfraction = 1.0\nhours = 10.0', "say the same"),
+    "hours of one alone": (
+        "[[loads]]\n",
+        f"[[loads]]\nname = 'other'\nhours = 5.0\n{TORQUES}[[loads]]\n",
+        "has no hours, and others",
+    ),
+    "a moment beyond the shaft": (
+        'name = "drive"',
+        'name = "drive"\nmoments = [{ shaft = "input", at_mm = 81.0, y_Nm = 1.0 }]',
+        "from 0 to 80",
+    ),
+    "a moment about the axis": (
+        'name = "drive"',
+        'name = "drive"\nmoments = [{ shaft = "input", at_mm = 8.0, x_Nm = 1.0 }]',
+        "unknown key",
+    ),
+    "neither case nor sections": ('case = "small.toml"\n', "", "teeth: is missing"),
+    "a gear's key that is none": (
+        '{ shaft = "input", at_mm = 35.0 }',
+        '{ shaft = "input", at_mm = 35.0, tooth = 19 }',
+        "did you mean teeth",
+    ),
+    "a section of a case that is none": ('case = "small.toml"', 'case = "small.toml"\npear = { teeth = 3 }', "pair"),
     "infinite force": ("torque_Nm = 60.0", "torque_Nm = inf", "torque_Nm = inf"),
 }
 

@@ -100,6 +100,29 @@ torques = [
 """
 
 
+# The small box with its case inside.
+INLINE = SMALL.replace(
+    """case = "small.toml"
+pinion = { shaft = "input", at_mm = 35.0 }
+wheel = { shaft = "output", at_mm = 35.0 }
+""",
+    """pair = { module_mm = 2.5, face_width_mm = 16.0, helix_angle_deg = 15.0 }
+mesh = { profile_elements = 3, width_elements = 2 }
+online = { angles_per_pitch = 12 }
+[meshes.pinion]
+shaft = "input"
+at_mm = 35.0
+teeth = 19
+bore_radius_mm = 10.0
+[meshes.wheel]
+shaft = "output"
+at_mm = 35.0
+teeth = 29
+bore_radius_mm = 14.0
+""",
+)
+
+
 def written(folder, text=SMALL):
     """Write the small gearbox and its case into a folder."""
     (folder / "small.toml").write_text(SMALL_CASE)

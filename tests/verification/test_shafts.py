@@ -10,7 +10,8 @@ from numpy.testing import assert_allclose
 from pmor.machine.beam import NODE, Beam, CircularSection, ShaftMaterial
 from pmor.machine.model import loaded
 from pmor.machine.readings import bearing_data, f_beta_um
-from tests.support.gearboxes import fva_box
+from pmor.machine.settings import ShaftForce, ShaftMoment
+from tests.support.gearboxes import drive, fva_box
 
 STEEL = ShaftMaterial(210e3, 0.3)
 SOLID, HOLLOW = CircularSection(50.0), CircularSection(70.0, 58.0)
@@ -140,6 +141,22 @@ def test_a_housing_of_springs_is_in_series_with_the_bearings():
     _, expected, _ = bearing_displacements(in_series)
     shafts = len(found) - len(gearbox.housing)
     assert_allclose(found[:shafts], expected, rtol=0.0, atol=1e-6 * np.abs(expected[:shafts]).max())
+
+
+def test_a_bending_moment_is_a_couple_of_forces():
+    """On the output beyond its last bearing: what is on the other side of both forces moves alike."""
+    box, arm = fva_box(2e5, 2e5), 10.0
+    bent = replace(drive("bent", 500.0), moments=(ShaftMoment(shaft="out", at_mm=185.0, y_Nm=30.0, z_Nm=-20.0),))
+    pairs = [ShaftForce(shaft="out", at_mm=185.0 + s * arm, y_N=s * -1e3, z_N=s * -1.5e3) for s in (1.0, -1.0)]
+    pushed = replace(drive("pushed", 500.0), forces=tuple(pairs))
+    model = replace(box.model, sections=replace(box.model.sections, loads=(bent, pushed)))
+    found, expected, without = (loaded(model, load) for load in (bent, pushed, drive("none", 500.0)))
+    solved = [one.solve().displacement for one in (found, expected, without)]
+    beam, first = found.beams["out"], found.first["out"]
+    places = [first + NODE * beam.node_at(place) + i for place in (13.0, 65.0, 140.0, 170.0) for i in range(NODE)]
+    change, by_forces = ((one - solved[2])[places] for one in solved[:2])
+    assert np.abs(change).max() > 1e-4
+    assert_allclose(change, by_forces, rtol=0.0, atol=EXACT * np.abs(change).max())
 
 
 def test_a_stiff_housing_is_a_rigid_one():

@@ -29,6 +29,7 @@ COMPONENT_NAMES = {"flank_geometry": "cylindrical_gear_flank", "stage_gear_data"
 ATTRIBUTE_NAMES = {
     "addendum_basic_profile": "tooth_tip_height",
     "helix_angle_base_circle": "helix_angle_base_diameter",
+    "load_duration_fraction": "operating_time_fraction",
     "tip_radius": "tip_corner_radius_reference_profile",
     "tip_radius_factor": "tip_corner_radius_factor_reference_profile",
 }

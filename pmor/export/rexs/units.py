@@ -43,6 +43,7 @@ UNITS = {
     **dict.fromkeys(("elastic_modulus", "local_hertzian_contact_stress"), "MPa"),
     **dict.fromkeys(("torque", "torque_around_u_axis", "torque_around_v_axis", "torque_around_w_axis"), "N m"),
     **dict.fromkeys(("force_u_direction", "force_v_direction", "force_w_direction"), "N"),
+    "operating_time_fraction": "%", "operating_time": "h",
     "radial_stiffness": "N / m", "bending_stiffness": "N mm / rad", "rotational_speed": "1 / min",
 }  # fmt: skip
 #: units that are converted, by the one used here; spaces, dots and stars between factors do not count
@@ -57,6 +58,8 @@ FACTORS = {
     "N": {"N": 1.0, "kN": 1e3},
     "N mm / rad": {"Nmm/rad": 1.0, "Nm/rad": 1e3},
     "1 / min": {"1/min": 1.0, "rpm": 1.0, "1/s": 60.0, "Hz": 60.0},
+    "%": {"%": 1.0},
+    "h": {"h": 1.0, "min": 1.0 / 60.0, "s": 1.0 / 3600.0},
     "none": {"none": 1.0, "-": 1.0, "1": 1.0},
 }  # fmt: skip
 

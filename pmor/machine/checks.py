@@ -1,0 +1,200 @@
+"""What no single key of a gearbox file can know: whether its parts fit together."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+
+from pmor.case import Case
+from pmor.case.reader import Reader
+from pmor.case.values import did_you_mean
+from pmor.machine.model import GearboxModel, pinion_senses
+from pmor.machine.settings import HOUSING, Bearing, GearboxSections, LoadCase, Mesh, Shaft, ShaftSection
+from pmor.pair.conditions import assembly_of
+
+# Places along the axes that belong together may differ by so much: drawings are rounded, mm.
+ROUNDED_MM = 1e-3
+# By which the shares of a duty cycle may miss 1: they are rounded too.
+ROUNDED_SHARE = 5e-3
+LONGEST_NAME, NO_FILE_NAME = 60, '/\\:*?"<>|'
+STIFFNESSES = {"radial_N_per_mm": "rigid", "axial_N_per_mm": "free", "tilt_Nmm_per_rad": "free"}
+
+
+class GearboxReader(Reader):
+    """Reads a gearbox file, and refuses parts that do not fit together."""
+
+    def check(self, said: GearboxSections) -> None:
+        """Refuse a gearbox whose parts do not fit together."""
+        for what in ("shafts", "bearings", "meshes", "loads"):
+            for name, count in Counter(one.name for one in getattr(said, what)).items():
+                if count > 1:
+                    self.refuse(f'[[{what}]] name = "{name}"', "is there twice: give one of them another name")
+        shafts = {shaft.name: shaft for shaft in said.shafts}
+        for shaft in said.shafts:
+            self.check_shaft(shaft)
+        for where, name, place in _places(said):
+            self.check_place(where, name, place, shafts)
+        for bearing in said.bearings:
+            self.check_bearing(bearing, shafts)
+        for one, two in combinations(said.shafts, 2):
+            self.check_apart(one, two)
+        for mesh in said.meshes:
+            self.check_name(mesh)
+            self.check_facing(mesh, shafts)
+        for load in said.loads:
+            self.check_balance(load, said)
+        self.check_duty(said.loads)
+
+    def check_shaft(self, shaft: Shaft) -> None:
+        """Refuse an axis without two coordinates, and sections without material."""
+        if len(shaft.at_mm) != 2:
+            self.refuse(f'[[shafts]] "{shaft.name}": at_mm', "must be y and z of the axis: write two numbers")
+        if not shaft.sections:
+            self.refuse(f'[[shafts]] "{shaft.name}": sections = []', "must have at least one section: add it")
+        for number, section in enumerate(shaft.sections, start=1):
+            if section.inner_mm >= section.outer_mm:
+                place = f'[[shafts]] "{shaft.name}", section {number}: inner_mm = {section.inner_mm:g}'
+                self.refuse(place, f"must be below outer_mm = {section.outer_mm:g}: correct one of them")
+        if shaft.name == HOUSING:
+            self.refuse(f'[[shafts]] name = "{HOUSING}"', "means what bearings stand on: give the shaft another name")
+
+    def check_place(self, where: str, name: str, place: float, shafts: dict[str, Shaft]) -> None:
+        """Refuse a place that is on no shaft."""
+        if name not in shafts:
+            self.refuse(f'{where}: shaft = "{name}"', f"there is no such shaft: {did_you_mean(name, list(shafts))}")
+        if not -ROUNDED_MM <= place <= shafts[name].length + ROUNDED_MM:
+            rule = f'shaft "{name}" goes from 0 to {shafts[name].length:g} mm: correct it, or lengthen the shaft'
+            self.refuse(f"{where}: at_mm = {place:g}", rule)
+
+    def check_bearing(self, bearing: Bearing, shafts: dict[str, Shaft]) -> None:
+        """Refuse a bearing of two kinds, or one to a shaft that is not there."""
+        where = f'[[bearings]] "{bearing.name}"'
+        inner = [kind for kind in ("ball", "roller") if getattr(bearing, kind) is not None]
+        given = [key for key, usual in STIFFNESSES.items() if getattr(bearing, key) != usual]
+        if len(inner) > 1 or (inner and given):
+            self.refuse(f"{where}: {', '.join(inner + given)}", "a bearing has one kind: leave out all but one")
+        if bearing.to == HOUSING:
+            return
+        if bearing.to not in shafts:
+            valid = did_you_mean(bearing.to, [HOUSING, *shafts])
+            self.refuse(f'{where}: to = "{bearing.to}"', f'must be a shaft or "{HOUSING}": {valid}')
+        one, other = shafts[bearing.shaft], shafts[bearing.to]
+        if math.dist(one.at_mm, other.at_mm) > ROUNDED_MM:
+            self.refuse(
+                f'{where}: to = "{bearing.to}"', f'has another axis than "{bearing.shaft}": correct at_mm of one'
+            )
+        place = bearing.at_mm + one.start_mm - other.start_mm
+        if not -ROUNDED_MM <= place <= other.length + ROUNDED_MM:
+            rule = f'is {place:g} mm from the beginning of "{bearing.to}", which has {other.length:g} mm: correct it'
+            self.refuse(f"{where}: at_mm = {bearing.at_mm:g}", rule)
+
+    def check_apart(self, one: Shaft, two: Shaft) -> None:
+        """Refuse shafts that overlap, unless one is inside the other's bore."""
+        distance = math.dist(one.at_mm, two.at_mm)
+        for first, last, a in _spans(one):
+            for low, high, b in _spans(two):
+                common = min(last, high) - max(first, low)
+                apart = distance >= 0.5 * (a.outer_mm + b.outer_mm)
+                inside = min(a.outer_mm - b.inner_mm, b.outer_mm - a.inner_mm) + 2.0 * distance <= 0.0
+                if common > ROUNDED_MM and not (apart or inside):
+                    place = f"x = {max(first, low):g} to {min(last, high):g} mm"
+                    self.refuse(
+                        f'[[shafts]] "{one.name}" and "{two.name}"',
+                        f"overlap at {place}: correct at_mm, start_mm or the diameters",
+                    )
+
+    def check_name(self, mesh: Mesh) -> None:
+        """Refuse a name that is none for the file of its basis."""
+        if len(mesh.name) > LONGEST_NAME or mesh.name.startswith(".") or set(mesh.name) & set(NO_FILE_NAME):
+            rule = f"names a file: at most {LONGEST_NAME} characters, without {NO_FILE_NAME} and no point in front"
+            self.refuse(f'[[meshes]] name = "{mesh.name:.60}"', rule)
+
+    def check_facing(self, mesh: Mesh, shafts: dict[str, Shaft]) -> None:
+        """Refuse gears that do not face each other."""
+        x = [shafts[gear.shaft].start_mm + gear.at_mm for gear in (mesh.pinion, mesh.wheel)]
+        if abs(x[0] - x[1]) > ROUNDED_MM:
+            rule = "gears do not face each other: both places are the middle of the pair's face width; correct at_mm"
+            self.refuse(f'[[meshes]] "{mesh.name}": pinion at x = {x[0]:g} mm, wheel at {x[1]:g} mm', rule)
+        if mesh.pinion.shaft == mesh.wheel.shaft:
+            self.refuse(f'[[meshes]] "{mesh.name}"', "pinion and wheel are on one shaft: name two")
+
+    def check_balance(self, load: LoadCase, said: GearboxSections) -> None:
+        """Refuse torques that do not hold each other."""
+        for train in _trains(said):
+            torques = [torque for torque in load.torques if torque.shaft in train]
+            held = [torque for torque in torques if torque.torque_Nm == "balance"]
+            if len(held) != 1:
+                names = ", ".join(f'"{name}"' for name in train)
+                found = "no torque" if not held else f"{len(held)} torques"
+                self.refuse(
+                    f'[[loads]] "{load.name}"',
+                    f'{found} of the train of shafts {names} hold against the others: write torque_Nm = "balance" at '
+                    "one place",
+                )
+            if len(torques) < 2 or all(torque.torque_Nm in ("balance", 0.0) for torque in torques):
+                rule = f'has no torque to carry in the train of shaft "{train[0]}": add one'
+                self.refuse(f'[[loads]] "{load.name}"', rule)
+
+    def check_duty(self, loads: tuple[LoadCase, ...]) -> None:
+        """Refuse a duty cycle that is not whole."""
+        said = [[load for load in loads if getattr(load, key) is not None] for key in ("fraction", "hours")]
+        for key, those in zip(("fraction", "hours"), said, strict=True):
+            if those and len(those) < len(loads):
+                other = next(load for load in loads if load not in those)
+                rule = f"has no {key}, and others have one: a duty cycle needs it in all load cases, or in none"
+                self.refuse(f'[[loads]] "{other.name}"', rule)
+        if all(said):
+            self.refuse("[[loads]]: fraction, hours", "say the same: leave one of them out")
+        total = sum(load.fraction or 0.0 for load in loads)
+        if said[0] and abs(total - 1.0) > ROUNDED_SHARE:
+            rule = f"adds up to {total:.4g}, and must to 1: correct one of them, or write hours"
+            self.refuse("[[loads]]: fraction", rule)
+
+    def check_turned(self, model: GearboxModel, cases: dict[str, Case]) -> None:
+        """Refuse loads of both senses on a pair that differs from end to end: z of its case turns with the torque."""
+        senses = [pinion_senses(model, load) for load in model.sections.loads]
+        for name, case in cases.items():
+            if len({sense[name] for sense in senses}) > 1 and not _alike_from_both_ends(case):
+                self.refuse(
+                    f'[[loads]]: they turn the mesh "{name}" both ways, and it is not the same seen from both ends',
+                    "write a gearbox file for each sense",
+                )
+
+
+def _alike_from_both_ends(case: Case) -> bool:
+    """Whether a pair is the same seen from its other end."""
+    assembly, pair = assembly_of(case), case.pair
+    flanks = assembly.pinion.mirrored and assembly.wheel.mirrored
+    return (
+        flanks and not assembly.misalignment.tilted and pair.pinion.face_offset_mm == pair.wheel.face_offset_mm == 0.0
+    )
+
+
+def _places(said: GearboxSections) -> Iterator[tuple[str, str, float]]:
+    """All places along shafts: where they are written, the shaft, mm."""
+    for bearing in said.bearings:
+        yield f'[[bearings]] "{bearing.name}"', bearing.shaft, bearing.at_mm
+    for mesh in said.meshes:
+        for name, gear in (("pinion", mesh.pinion), ("wheel", mesh.wheel)):
+            yield f'[[meshes]] "{mesh.name}": {name}', gear.shaft, gear.at_mm
+    for load in said.loads:
+        for shaft, place in load.places:
+            yield f'[[loads]] "{load.name}"', shaft, place
+
+
+def _spans(shaft: Shaft) -> Iterator[tuple[float, float, ShaftSection]]:
+    ends = shaft.start_mm + np.cumsum([0.0, *(section.length_mm for section in shaft.sections)])
+    yield from zip(ends[:-1].tolist(), ends[1:].tolist(), shaft.sections, strict=True)
+
+
+def _trains(said: GearboxSections) -> list[tuple[str, ...]]:
+    """Shafts that meshes join, in the order of the file."""
+    train = {shaft.name: {shaft.name} for shaft in said.shafts}
+    for mesh in said.meshes:
+        joined = train[mesh.pinion.shaft] | train[mesh.wheel.shaft]
+        train |= dict.fromkeys(joined, joined)
+    return list(dict.fromkeys(tuple(name for name in train if name in names) for names in train.values()))
