@@ -114,6 +114,15 @@ def plan_campaign(file: Place | Campaign) -> str:
     return plan(load(file) if isinstance(file, str | Path) else file)
 
 
+@suggesting
+def plan_gearbox(file: Place | GearboxFile) -> str:
+    """Return what a gearbox file has solved, how long it takes, and what is left out, as `pmor plan` prints it."""
+    from pmor.machine.loader import load
+    from pmor.machine.plan import plan
+
+    return plan(load(file) if isinstance(file, str | Path) else file)
+
+
 def study(
     file: Place | Study, folder: Place | None = None, *, quick: bool = False, executor: Executor | None = None,
     progress: Steps | None = None, overwrite: bool = False,

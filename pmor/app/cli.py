@@ -85,7 +85,7 @@ COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
     "run": ("everything the case asks for: basis, sweep, comparison, report", CASE, _out(), _jobs(), OVERWRITE),
     "plan": (
         "show what will run and all settings; runs nothing",
-        _option("case_path", metavar="CASE", type=_path, help="case file, or campaign file (TOML)"),
+        _option("case_path", metavar="CASE", type=_path, help="case file, or campaign or gearbox file (TOML, REXS)"),
     ),
     "offline": (
         "generate the reduced basis only", CASE,
@@ -133,7 +133,7 @@ COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
     ),
     "gearbox": (
         "shafts, bearings and several meshes together: misalignment, transmission error and load of each",
-        _option("gearbox_path", metavar="GEARBOX", type=_path, help="gearbox file (TOML)"),
+        _option("gearbox_path", metavar="GEARBOX", type=_path, help="gearbox file (TOML or REXS)"),
         _out(usual="out/<name of the gearbox file>"), _jobs("angles"),
         OVERWRITE,
     ),

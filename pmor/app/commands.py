@@ -50,7 +50,11 @@ def plan(case_path: Path) -> None:
     from pmor.app.plan import plan_parts
     from pmor.campaigns.loader import is_campaign
     from pmor.case import load_case
+    from pmor.machine.loader import is_gearbox
 
+    if is_gearbox(case_path):
+        print(capabilities.plan_gearbox(case_path))
+        return
     if is_campaign(case_path):
         print(capabilities.plan_campaign(case_path))
         return

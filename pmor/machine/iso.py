@@ -60,6 +60,17 @@ def crude_misalignment(model: GearboxModel, load: LoadCase, mesh: SolvedMesh, ca
     return CrudeMisalignment(f_sh, misalignment, face_load_factor(after, STIFFNESS_RATIO * stiffness, line_load))
 
 
+def unknown_arrangements(model: GearboxModel) -> list[tuple[str, str]]:
+    """Return the meshes whose arrangement the formula does not know under some load, and why."""
+    found = (
+        (mesh.name, why)
+        for load in model.sections.loads
+        for mesh in model.sections.meshes
+        if isinstance(why := arrangement(model, mesh, load), str)
+    )
+    return list(dict.fromkeys(found))
+
+
 def arrangement(model: GearboxModel, mesh: Mesh, load: LoadCase) -> Arrangement | str:
     """Return how the shaft of the smaller gear is borne and driven; a sentence where the formula does not know it."""
     said, gear = model.sections, (mesh.pinion, mesh.wheel)[_smaller(model, mesh)]

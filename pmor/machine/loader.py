@@ -17,6 +17,7 @@ from pmor.machine.rexs import ENDINGS, read_gearbox
 from pmor.machine.settings import GearboxSections, Mesh
 from pmor.pair.model import gear_pair
 
+SHAFTS = "shafts"
 OFFSET_DIGITS = 9
 # Of a torque that follows from the loads.
 TORQUE_DIGITS = 6
@@ -46,6 +47,11 @@ class GearboxFile:
     cases: dict[str, Case]
     inputs: tuple[Path, ...]
     notes: tuple[str, ...] = ()
+
+
+def is_gearbox(path: Path) -> bool:
+    """Return whether a file has shafts, or is one of REXS; CaseError when it cannot be read."""
+    return path.suffix.lower() in ENDINGS or SHAFTS in parse_toml(read_text(path, "case file"), str(path))
 
 
 def load(path: Path | str) -> GearboxFile:

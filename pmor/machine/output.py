@@ -10,7 +10,7 @@ from pmor.machine.coupled import SolvedLoad
 from pmor.machine.duty import duty_data
 from pmor.machine.figures import deflection_figure, face_load_figure, ste_figure
 from pmor.machine.fit import Fit
-from pmor.machine.iso import arrangement
+from pmor.machine.left_out import left_out
 from pmor.machine.loader import GearboxFile
 from pmor.machine.readings import Data, load_data
 from pmor.machine.view import machine_figure
@@ -156,22 +156,9 @@ def gearbox_data(
         "fits": [asdict(fit) for fit in fits],
         "failures": list(failures),
         "bounds": [text for pair in zip(loads, entries, strict=True) for text in named_bounds(*pair)],
-        "left_out": left_out(file, loads),
+        "left_out": [f"{what}: {why}" for what, why in left_out(file)],
         "assumptions": list(file.notes),
     }
-
-
-def left_out(file: GearboxFile, loads: Sequence[SolvedLoad]) -> list[str]:
-    """Return what is not found, and why."""
-    model = file.model
-    reasons = dict.fromkeys(
-        f"mesh {mesh.name}: f_sh of ISO 6336-1: {why}"
-        for solved in loads
-        for mesh in model.sections.meshes
-        if isinstance(why := arrangement(model, mesh, solved.load), str)
-    )
-    unstressed = [name for name, case in file.cases.items() if not case.root_stress]
-    return [*reasons, *(f"mesh {name}: root stress: [results] root_stress is off" for name in unstressed)]
 
 
 def gearbox_report(

@@ -143,6 +143,26 @@ def test_a_duty_cycle_is_the_mean_over_its_time(job, tmp_path):
     assert "Load spectrum" in (tmp_path / "out" / "report.html").read_text()
 
 
+def test_the_plan_says_what_is_solved_and_left_out(job, capsys):
+    path, out = job
+    assert main(["plan", str(path)]) == 0
+    text = capsys.readouterr().out
+    assert text == f"{pmor.plan_gearbox(path)}\n" == f"{pmor.plan_gearbox(load(path))}\n"
+    for words in (
+        "shaft output", "12 rollers, ISO/TS 16281", "19/29 teeth, m 2.5 mm, 15 deg", "drive",
+        "finite elements, mesh", "2 loads, mesh", "the flank that fits, mesh", "in all",
+    ):  # fmt: skip
+        assert words in text
+    left = json.loads((out / "gearbox.json").read_text())["left_out"]
+    assert any(text.startswith("losses, drive: the load has no speed") for text in left)
+    assert all(one.split(": ")[0] in text for one in left)
+
+
+def test_the_plan_names_a_load_without_an_equilibrium(tmp_path, monkeypatch):
+    monkeypatch.setattr("pmor.machine.model.LoadedGearbox.solve", lambda self: _fail())
+    assert "! no equilibrium" in pmor.plan_gearbox(written(tmp_path))
+
+
 def test_python_finds_what_the_command_found(job):
     path, out = job
     found = pmor.gearbox(path)

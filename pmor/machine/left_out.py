@@ -1,0 +1,35 @@
+"""What results of a gearbox leave out, and why."""
+
+from __future__ import annotations
+
+from pmor.machine.duty import shares
+from pmor.machine.iso import unknown_arrangements
+from pmor.machine.loader import GearboxFile
+from pmor.machine.model import speeds_rpm
+
+# What no gearbox file asks for: what, and why.
+NEVER = (
+    ("gear bodies on their shafts", "beams end at the shafts' own diameters; gears are rigid at their bores"),
+    ("centrifugal loads of rolling elements", "bearings stand still after ISO/TS 16281"),
+    ("losses of bearings, seals, churning", "losses are those of the line loads"),
+    ("contact of coast flanks", "each mesh is driven by its mean force"),
+    ("damage", "the load spectrum is listed, no life is summed up"),
+)
+
+
+def left_out(file: GearboxFile) -> list[tuple[str, str]]:
+    """Return what results leave out of this gearbox beside that: what, and why."""
+    model, found = file.model, list[tuple[str, str]]()
+    for name, why in unknown_arrangements(model):
+        found.append((f"f_sh of ISO 6336-1, {name}", why))
+    for name, case in file.cases.items():
+        if not case.root_stress:
+            found.append((f"root stress, {name}", "[results] root_stress is off"))
+    for load in model.sections.loads:
+        if not speeds_rpm(model, load):
+            found.append((f"losses, {load.name}", "the load has no speed_rpm"))
+    if not shares(model.sections.loads):
+        found.append(("duty cycle", "loads have neither fraction nor hours"))
+    if all(bearing.ball is None and bearing.roller is None for bearing in model.sections.bearings):
+        found.append(("static safety of bearings", "none has its inner geometry"))
+    return found

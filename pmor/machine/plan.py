@@ -1,0 +1,125 @@
+"""Plan of a gearbox: its parts, what is solved with sizes and time, what is left out and why; nothing is solved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from pmor.case import Case
+from pmor.core.errors import ConvergenceError
+from pmor.core.memory import memory_text
+from pmor.core.progress import format_time
+from pmor.gear.pair import GearPair
+from pmor.machine.compared import STRESS_ANGLES
+from pmor.machine.coupled import MEAN_ANGLES
+from pmor.machine.duty import shares
+from pmor.machine.left_out import NEVER, left_out
+from pmor.machine.loader import GearboxFile
+from pmor.machine.model import loaded, pinion_torques
+from pmor.machine.settings import Bearing
+from pmor.work.cost import COMPILING, FINITE_ELEMENTS, START, Stage, refuse_beyond_memory, stages
+
+TRAINING = "training"
+# *Measured*, seconds: of a position, of two sections in contact in it; rounds in which mean forces settle; positions
+# that take as long as the flank that fits, of a mesh under a load; page and pictures.
+POSITION_S, SECTIONS_S, ROUNDS, FIT_POSITIONS, PAGE_S = 3e-5, 2.2e-7, 4, 700, 4.0
+
+
+def plan(file: GearboxFile) -> str:
+    """Return the plan of a gearbox.
+
+    Raises
+    ------
+    InsufficientMemoryError
+        When the finite elements of a mesh take more memory than there is.
+    GeometryError
+        When a shaft can move away.
+    """
+    for case in file.cases.values():
+        refuse_beyond_memory(_alone(case))
+    parts = [list(lines) for lines in (_machine(file), _meshes(file), _loads(file), _cost(file), _left_out(file))]
+    parts.append([f"! {note}" for note in file.notes])
+    return "\n\n".join("\n".join(lines) for lines in parts if lines)
+
+
+def _alone(case: Case) -> Case:
+    """A case without the comparison with full FE, which a gearbox has none of."""
+    return replace(case, compare=replace(case.compare, angles=0))
+
+
+def _machine(file: GearboxFile) -> Iterator[str]:
+    said = file.model.sections
+    yield f"Gearbox {file.name}: {said.title}"
+    for shaft in said.shafts:
+        y, z = shaft.at_mm
+        places = f"x = {shaft.start_mm:g} to {shaft.start_mm + shaft.length:g}, y = {y:g}, z = {z:g} mm"
+        yield f"  {'shaft ' + shaft.name:<34} {places}, {len(shaft.sections)} sections"
+    for bearing in said.bearings:
+        yield f"  {'bearing ' + bearing.name:<34} on {bearing.shaft} at {bearing.at_mm:g} mm: {_kind(bearing)}"
+    rigid = file.model.housing is None
+    yield f"  {'housing':<34} {'rigid' if rigid else f'stiffness of {file.model.seats} seats'}"
+
+
+def _kind(bearing: Bearing) -> str:
+    if bearing.ball is not None:
+        return f"{bearing.ball.balls} balls, ISO/TS 16281"
+    if bearing.roller is not None:
+        return f"{bearing.roller.rollers} rollers, ISO/TS 16281"
+    ways = ("radial", bearing.radial_N_per_mm), ("axial", bearing.axial_N_per_mm), ("tilt", bearing.tilt_Nmm_per_rad)
+    return ", ".join(f"{name} {value if isinstance(value, str) else f'{value:g}'}" for name, value in ways)
+
+
+def _meshes(file: GearboxFile) -> Iterator[str]:
+    yield "Meshes: each of line loads on the compliance of both hubs, beside the same pair on rigid supports"
+    for mesh in file.model.sections.meshes:
+        pair, case = file.model.pairs[mesh.name], file.cases[mesh.name]
+        teeth = f"{pair.pinion.teeth}/{pair.wheel.teeth} teeth, m {case.pair.module_mm:g} mm"
+        teeth += f", {case.pair.helix_angle_deg:g} deg" if case.pair.helix_angle_deg else ""
+        ratios = f"contact ratio {pair.contact_ratio:.3f} + {pair.overlap_ratio:.3f}"
+        yield f"  {mesh.name:<34} {teeth}, {ratios}, {case.online.angles_per_pitch} angles a pitch"
+
+
+def _loads(file: GearboxFile) -> Iterator[str]:
+    model = file.model
+    yield "Loads: pinion torques without losses"
+    parts = shares(model.sections.loads)
+    for number, load in enumerate(model.sections.loads):
+        torques = [f"{name} {torque:.4g} N m" for name, torque in pinion_torques(model, load).items()]
+        torques += [f"{rpm:g} rpm" for rpm in [load.speed_rpm] if rpm is not None]
+        torques += [f"{100.0 * parts[number]:.3g} % of the time"] if parts else []
+        yield f"  {load.name:<34} {', '.join(torques)}"
+        try:
+            loaded(model, load).solve()
+        except ConvergenceError as error:
+            yield f"  ! {error}"
+
+
+def _cost(file: GearboxFile) -> Iterator[str]:
+    loads = len(file.model.sections.loads)
+    found, more = list[Stage](), list[tuple[str, float]]()
+    for name, case in file.cases.items():
+        for stage in stages(_alone(case)):
+            if stage.name in (COMPILING, START) and stage.name not in [one.name for one in found]:
+                found.append(stage)
+            elif stage.name in (FINITE_ELEMENTS, TRAINING):
+                found.append(replace(stage, name=f"{stage.name}, {name}"))
+        seconds = _position_seconds(file.model.pairs[name], case)
+        positions = case.online.angles_per_pitch + STRESS_ANGLES + ROUNDS * MEAN_ANGLES
+        more.append((f"{loads} loads, {name}", loads * positions * seconds))
+        more.append((f"the flank that fits, {name}", loads * FIT_POSITIONS * seconds))
+    rows = [(stage.name, memory_text(stage.memory), stage.seconds) for stage in found]
+    rows += [(name, "", seconds) for name, seconds in (*more, ("page", PAGE_S))]
+    yield "Stages: peak memory and time of one core, within a factor of two; bases that are there take none"
+    for name, memory, seconds in (*rows, ("in all", "", sum(seconds for _, _, seconds in rows))):
+        yield f"  {name:<34} {memory:>8}  {format_time(seconds):>12}"
+
+
+def _position_seconds(pair: GearPair, case: Case) -> float:
+    sections = case.mesh.order * case.mesh.width_elements + 1
+    return POSITION_S + SECTIONS_S * (pair.total_contact_ratio * sections) ** 2
+
+
+def _left_out(file: GearboxFile) -> Iterator[str]:
+    yield "Left out: what, because"
+    for what, why in (*left_out(file), *NEVER):
+        yield f"  {what:<34} {why}"
