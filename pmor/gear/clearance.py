@@ -22,26 +22,58 @@ from pmor.gear.tooth import Tooth, angle_from_centre_line
 USUAL_TIP_CLEARANCE, USUAL_TIP_LAND = 0.1, 0.2
 # Depth in modules below which teeth count as just touching: round-off, and chords of the fillet.
 TOUCHING = 1e-7
-FILLET_POINTS, POSITIONS, REFINEMENTS = 4001, 201, 3
+FILLET_POINTS, POSITIONS, REFINEMENTS, CUTTER_POSITIONS = 4001, 201, 3, 2001
 NAMES = "pinion", "wheel"
 
 
 def refuse_interference(pair: GearPair) -> None:
-    """Raise GeometryError when a tip meets the mate's root circle, or cuts into its fillet or flank."""
+    """Raise GeometryError when a tip meets the mate's root circle, or cuts into its fillet or flank.
+
+    Raises
+    ------
+    GeometryError
+        Also where the tips of a pinion and a ring pass through each other beyond the path of contact, and where the
+        ring's shaper trims its tips so.
+    """
+    inside = pair.wheel.internal
+    if inside:
+        _refuse_trimming(pair.wheel)
     for gear, (name, mate) in enumerate((NAMES, NAMES[::-1])):
         clearance = tip_clearance(pair, gear)
         if clearance < 0.0:
             raise GeometryError(
                 f"the {name}'s tip circle reaches {-clearance:.4g} mm below the {mate}'s root circle, the tip "
                 f"clearance must not be below 0: reduce [{name}] addendum or raise [{mate}] dedendum or "
-                "centre_distance_mm"
+                f"{'lower ' * inside}centre_distance_mm"
             )
-        depth = -corner_clearance(pair, gear)
-        if depth > TOUCHING * pair.pinion.module:
+        gap, at = _least_gap(pair, gear)
+        if -gap <= TOUCHING * pair.pinion.module:
+            continue
+        if at > form_radius(_own_and_mate(pair, gear)[1]):
             raise GeometryError(
-                f"the {name}'s tip cuts {depth:.3g} mm into the {mate}'s fillet, more than 0: reduce [{name}] addendum "
-                f"or raise centre_distance_mm, [{mate}] dedendum or profile_shift"
+                f"the {name}'s tips pass through those of the {mate} by {-gap:.3g} mm beside the path of contact, more "
+                f"than 0: reduce [{name}] addendum or [{mate}] addendum, or raise [wheel] teeth"
             )
+        raise GeometryError(
+            f"the {name}'s tip cuts {-gap:.3g} mm into the {mate}'s fillet, more than 0: reduce [{name}] addendum "
+            f"or {'lower' if inside else 'raise'} centre_distance_mm, {'raise ' * inside}[{mate}] dedendum or "
+            "profile_shift"
+        )
+
+
+def _refuse_trimming(ring: Tooth) -> None:
+    """Raise GeometryError where the shaper's tips cut into the ring's, beside the path on which they generate it."""
+    if ring.shaper is None:
+        return
+    tips = ring.ring_root.tips(CUTTER_POSITIONS)
+    place = np.stack([tips.real, tips.imag], axis=-1)
+    distance, angle = np.copysign(np.abs(tips), ring.base_radius), angle_from_centre_line(place, ring.base_radius)
+    depth = -float(_gaps(np.array([distance, angle]), *_profile(ring)).min())
+    if depth > TOUCHING * ring.module:
+        raise GeometryError(
+            f"shaper teeth = {ring.shaper.teeth}: its tips trim those of the ring by {depth:.3g} mm as it turns, more "
+            "than 0: lower it, or reduce [wheel] addendum"
+        )
 
 
 def clearance_warnings(pair: GearPair) -> tuple[str, ...]:
@@ -99,6 +131,16 @@ def corner_clearance(pair: GearPair, gear: int) -> float:
     gear : int
         Whose corner: 0 pinion, 1 wheel.
     """
+    return _least_gap(pair, gear)[0]
+
+
+def form_radius(tooth: Tooth) -> float:
+    """Return the radius at which the involute ends towards the root, mm; negative of an internal gear."""
+    return tooth.base_radius * math.hypot(1.0, tooth.form_roll_angle)
+
+
+def _least_gap(pair: GearPair, gear: int) -> tuple[float, float]:
+    """Smallest gap between a gear's tip corner and the mate, and the mate's signed radius at which it is, mm."""
     own, mate = _own_and_mate(pair, gear)
     corner = own.tip_radius * np.exp(1j * (0.5 * math.pi + own.half_thickness_angle(own.tip_roll_angle)))
     # Within the mate's tip circle the corner is no further than this from the line of centres.
@@ -106,12 +148,13 @@ def corner_clearance(pair: GearPair, gear: int) -> float:
     widest = math.acos(min(1.0, cosine / (2.0 * own.tip_radius * pair.centre_distance)))
     profile = _profile(mate)
     middle, half = 0.0, widest
-    smallest = math.inf
+    smallest = math.inf, 0.0
     for _ in range(REFINEMENTS + 1):
         angle = np.linspace(middle - half, middle + half, POSITIONS)
-        gaps = _gaps(_in_mate(pair, gear, corner, angle), *profile)
+        place = _in_mate(pair, gear, corner, angle)
+        gaps = _gaps(place, *profile)
         lowest = int(np.argmin(gaps))
-        smallest = min(smallest, float(gaps[lowest]))
+        smallest = min(smallest, (float(gaps[lowest]), float(place[0, lowest])))
         middle, half = float(angle[lowest]), 2.0 * half / (POSITIONS - 1)
     return smallest
 

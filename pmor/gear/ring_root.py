@@ -14,9 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import ComplexArray, FloatArray
 from pmor.core.errors import GeometryError
 from pmor.gear.involute import inverse_involute, involute_function
+
+# Of the rounding of a cutter's tip, that are followed past the ring's tips.
+ROUNDING_POINTS = 7
 
 
 @dataclass(frozen=True)
@@ -52,12 +55,16 @@ class RingRoot:
         Below which the cutter, on its base circle, leaves no involute, rad; 0 without one.
     section : callable
         Points of the fillet for parameters from 0 at the involute to 1 at the root circle, shape (n, 2), mm.
+    tips : callable
+        Points of a cutter's tip rounding, in the frame of the ring's tooth, at so many positions over the angle in
+        which it is within the ring's root circle: complex, shape (points, positions), mm; none without a cutter.
     """
 
     radius: float
     form_roll_angle: float
     lowest_roll_angle: float
     section: Callable[[FloatArray], FloatArray]
+    tips: Callable[[int], ComplexArray]
 
 
 @dataclass(frozen=True)
@@ -119,7 +126,7 @@ def arc_root(base: RingBase, root_radius: float, radius: float) -> RingRoot:
         points = at + radius * np.exp(1j * turned)
         return np.stack([points.real, points.imag], axis=-1)
 
-    return RingRoot(root_radius, roll, 0.0, section)
+    return RingRoot(root_radius, roll, 0.0, section, lambda positions: np.zeros((0, positions), dtype=complex))
 
 
 def shaped_root(base: RingBase, shaper: Shaper) -> RingRoot:
@@ -163,14 +170,22 @@ def shaped_root(base: RingBase, shaper: Shaper) -> RingRoot:
             "or raise shaper addendum"
         )
 
+    def from_ring(points: ComplexArray, turned: FloatArray) -> ComplexArray:
+        ring_roll = (action_length - (turned + half + working) * base_radius) / base.base_radius
+        return -(points - 1j * distance) * np.exp(-1j * (ring_roll - base.base_half_angle - working))
+
     def section(parameter: FloatArray) -> FloatArray:
         turned = first + np.asarray(parameter) * (last - first)
         centre = (tip - rounding) * np.exp(1j * (0.5 * math.pi + centre_angle + turned))
         # The common normal of cutter and ring passes through the pitch point.
         normal = (centre - pitch) / np.abs(centre - pitch)
-        ring_roll = (action_length - (turned + half + working) * base_radius) / base.base_radius
-        ring_turned = ring_roll - base.base_half_angle - working
-        points = -(centre + rounding * normal - 1j * distance) * np.exp(-1j * ring_turned)
+        points = from_ring(centre + rounding * normal, turned)
         return np.stack([points.real, points.imag], axis=-1)
 
-    return RingRoot(distance - tip, form, action_length / base.base_radius, section)
+    def tips(positions: int) -> ComplexArray:
+        turned = np.linspace(-math.pi, math.pi, 2 * positions)[positions // 2 : -positions // 2]
+        outward = np.linspace(0.5 * math.pi + half - roll, centre_angle, ROUNDING_POINTS if rounding else 1)
+        points = (tip - rounding) * np.exp(1j * centre_angle) + rounding * np.exp(1j * outward)
+        return from_ring(1j * points[:, None] * np.exp(1j * turned), turned)
+
+    return RingRoot(distance - tip, form, action_length / base.base_radius, section, tips)

@@ -98,10 +98,10 @@ class Tooth:
         return self.teeth < 0
 
     def _refuse_no_involute(self) -> None:
-        least = self.base_radius * math.hypot(1.0, self._ring_root.lowest_roll_angle)
+        least = self.base_radius * math.hypot(1.0, self.ring_root.lowest_roll_angle)
         if self.tip_radius > least:
             remedy, cause = "reduce addendum", "the base circle"
-            if self._ring_root.lowest_roll_angle > 0.0:
+            if self.ring_root.lowest_roll_angle > 0.0:
                 remedy, cause = "reduce addendum, or raise shaper teeth", "what the shaper can cut"
             raise GeometryError(
                 f"teeth = {-self.teeth}: the tip circle of the ring, radius {-self.tip_radius:.6g} mm, lies inside "
@@ -142,7 +142,7 @@ class Tooth:
     def root_radius(self) -> float:
         """Root radius r_f, mm."""
         if self.shaper is not None:
-            return self._ring_root.radius
+            return self.ring_root.radius
         return self.reference_radius - self.module * (self.dedendum - self.generating_profile_shift)
 
     @property
@@ -184,7 +184,7 @@ class Tooth:
     def form_roll_angle(self) -> float:
         """Roll angle at the start of the involute (form circle), rad; undercut is taken into account."""
         if self.internal:
-            return self._ring_root.form_roll_angle
+            return self.ring_root.form_roll_angle
         roll = self._tangency_roll_angle()
         return roll if roll >= 0.0 else self._undercut_intersection[0]
 
@@ -285,12 +285,13 @@ class Tooth:
             Points in the tooth frame at z = 0, mm.
         """
         if self.internal:
-            return self._ring_root.section(parameter)
+            return self.ring_root.section(parameter)
         start = self.pressure_angle if not self.is_undercut else self._undercut_intersection[1]
         return self._trochoid(start + np.asarray(parameter, float) * (0.5 * math.pi - start))
 
     @cached_property
-    def _ring_root(self) -> RingRoot:
+    def ring_root(self) -> RingRoot:
+        """Root of an internal gear."""
         base = RingBase(
             self.teeth, self.transverse_module, self.transverse_pressure_angle, self.base_radius, self.base_half_angle,
             2.0 * math.tan(self.pressure_angle), self.generating_profile_shift, self.module,

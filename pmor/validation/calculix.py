@@ -37,6 +37,13 @@ PLANE: dict[str, dict[str, Any]] = {
         "module_mm": 4.0, "pinion": {"teeth": 12, "bore_radius_mm": 8.0},
         "wheel": {"teeth": 40, "bore_radius_mm": 62.0},
     },
+    "internal": {
+        "module_mm": 3.0, "pinion": {"teeth": 19, "profile_shift": 0.2, "bore_radius_mm": 16.0},
+        "wheel": {
+            "teeth": 50, "internal": True, "profile_shift": -0.1, "addendum": 0.8, "rim_thickness_mm": 7.0,
+            "shaper": {"teeth": 20, "addendum": 1.25, "tip_radius_mm": 0.6},
+        },
+    },
 }  # fmt: skip
 # Pair, torque on 20 mm (N m), pitches since a tooth pair came into mesh, STE (um): two pairs in mesh, twice, and one.
 INSIDE = [

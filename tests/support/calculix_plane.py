@@ -14,6 +14,7 @@ import numpy as np
 
 from pmor.fe import sector
 from pmor.lab.rivals.calculix import BRICK_FACES, run_deck
+from pmor.pair.model import held_radii
 from tests.support.calculix_ring import fields, flank_rows, material_lines, mesh_lines, ring_of
 
 # Rows of elements of teeth that are free, elements along a fillet and root land, growth of columns and rows.
@@ -66,12 +67,12 @@ def _graded_fillet(fine, tooth, upper):
     return np.stack([np.interp(nodes, arc, points[:, d]) for d in range(2)], axis=-1)[::-1]
 
 
-def _sector(tooth, gear, width, roll, across):
+def _sector(tooth, held, width, roll, across):
     first = 0.5 * tooth.base_radius * (roll[2] ** 2 - roll[0] ** 2)
     upper = {"upper": partial(_graded_fillet, first)} if tooth.is_undercut and first < FINE else {}
     with flank_rows(roll, FILLET, **upper), patch.object(sector, "_through_thickness", lambda *_: across):
         rows = (len(roll) - 1) // 2
-        return sector.build_sector(tooth, gear.bore_radius_mm, width, rows, 1, width="plane_strain", order=2)
+        return sector.build_sector(tooth, held, width, rows, 1, width="plane_strain", order=2)
 
 
 def _rings(case, pair, turned, phi, fine, reach):
@@ -81,16 +82,16 @@ def _rings(case, pair, turned, phi, fine, reach):
     angles = turned, math.pi + pair.wheel_tooth_rotation(phi)
     rings, touching = [], []
     for gear, tooth in enumerate((pair.pinion, pair.wheel)):
-        made_of = (case.pair.pinion, case.pair.wheel)[gear]
-        at = np.clip(rolls[gear], tooth.form_roll_angle, tooth.tip_roll_angle)
+        held, count = held_radii(case, pair)[gear], abs(tooth.teeth)
+        at = np.clip(rolls[gear], *sorted((tooth.form_roll_angle, tooth.tip_roll_angle)))
         half_width = abs(tooth.flank_section(np.array([at.mean()]))[0, 0])
         across = sector._through_thickness(half_width, sector.LAYER_DEPTH * tooth.module, fine, COLUMN_GROWTH**2)
         free = np.linspace(tooth.form_roll_angle, tooth.tip_roll_angle, 2 * FREE_ROWS + 1)
-        teeth = [int(i) % tooth.teeth for i in (index if gear == 0 else -index)]
-        meshes = [_sector(tooth, made_of, pair.face_width, free, across)] * tooth.teeth
+        teeth = [int(i) % count for i in (index if gear == 0 else -index)]
+        meshes = [_sector(tooth, held, pair.face_width, free, across)] * count
         for number, roll in zip(teeth, at, strict=True):
             rows = _rows(tooth, roll, fine, reach)
-            meshes[number] = _sector(tooth, made_of, pair.face_width, rows, across)
+            meshes[number] = _sector(tooth, held, pair.face_width, rows, across)
         faces = _faces(meshes)
         rings.append(ring_of(meshes, angles[gear], (0.0, pair.centre_distance)[gear]))
         touching.append([(tooth, faces[tooth]) for tooth in teeth])

@@ -46,7 +46,7 @@ def ring_of(meshes, angle=0.0, height=0.0):
         numbers.append(np.full(len(mesh.nodes), -1))
         numbers[-1][own] = count + np.arange(len(own))
         count += len(own)
-        turn = rotation_z(2.0 * np.pi * k / len(meshes) + angle)
+        turn = rotation_z(k * mesh.angular_pitch + angle)
         nodes.append(mesh.nodes[own] @ turn.T + np.array([0.0, height, 0.0]))
     for k, mesh in enumerate(meshes):
         right, before = np.concatenate([mesh.right, mesh.bore[-len(mesh.z) :]]), meshes[k - 1]

@@ -32,6 +32,6 @@ def whole_gear_displacement(mesh, youngs_modulus, poisson_ratio, element, flank_
     full, own = completion(mesh, every), degrees_of_freedom(nodes_of_elements(mesh, every))
     for k in range(mesh.teeth):
         vectors = solution.reshape(len(nodes), 3, -1)[numbers[k]]
-        turned = np.einsum("ij,njm->nim", rotation_z(-2.0 * np.pi * k / mesh.teeth), vectors)
+        turned = np.einsum("ij,njm->nim", rotation_z(-k * mesh.angular_pitch), vectors)
         result[k] = full @ turned.reshape(3 * len(mesh.nodes), -1)[own]
     return result
