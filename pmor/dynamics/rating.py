@@ -26,7 +26,7 @@ SPEEDS = 200
 def iso_factor(case: Case, pair: GearPair, response: Data) -> DynamicFactor:
     """Return K_v of a pair under the torque of a response, with the mean mesh stiffness that the response has."""
     grade, teeth = case.dynamics.accuracy_grade, (pair.pinion, pair.wheel)
-    pitch, form = np.max([tolerances_um(t.module, 2.0 * t.reference_radius, grade) for t in teeth], axis=0)
+    pitch, form = np.max([tolerances_um(t.module, 2.0 * abs(t.reference_radius), grade) for t in teeth], axis=0)
     reliefs = case.pinion_modification.tip_relief_um, case.wheel_modification.tip_relief_um
     return DynamicFactor(
         line_load=1e3 * response["torque_Nm"] / (pair.pinion.reference_radius * pair.common_width),

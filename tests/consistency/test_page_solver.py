@@ -193,6 +193,16 @@ def test_the_page_solves_helical_pairs_and_gears_that_differ_in_the_hand_alone_s
     compare_solver(result, pair, 8)
 
 
+@pytest.mark.parametrize("helix_deg", [0.0, 15.0])
+def test_the_page_solves_rings(helix_deg):
+    ring = {"teeth": 60, "internal": True, "addendum": 0.8, "rim_thickness_mm": 8.0, "root_fillet_mm": 1.2}
+    case = case_with(
+        pair={"module_mm": 4.0, "face_width_mm": 20.0, "helix_angle_deg": helix_deg}, contact=None, reduction=None,
+        offline=None, wheel=ring, mesh={"element": "hex20", "profile_elements": 4, "width_elements": 2},
+    )  # fmt: skip
+    compare_solver(*online_result(case), 8)
+
+
 def test_what_has_no_slider_counts_as_it_stands_in_the_case():
     """Also on rounded tips, whose contact crosses the edge, and in plane strain, where all sections are alike."""
     rng = np.random.default_rng(5)

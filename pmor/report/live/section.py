@@ -213,8 +213,8 @@ def _relief_start(group: str, modification: Modification, meshed: MeshedPair, nu
     first, last = (math.degrees(roll) for roll in meshed.pair.active_rolls[number])
     given = modification.tip_relief_start_roll_deg
     value = round(first + USUAL_RELIEF * (last - first), 1) if given is None else given
-    low = min(round(first + EARLIEST_RELIEF * (last - first), 1), value)
-    high = max(round(last - 0.1, 1) - 0.1, value)
+    ends = round(first + EARLIEST_RELIEF * (last - first), 1), round(last - math.copysign(0.2, last - first), 1)
+    low, high = min(*ends, value), max(*ends, value)
     return Control(group, "tip_relief_start_roll_deg", "its start, deg of roll", _written(value), low, high, 0.1)
 
 

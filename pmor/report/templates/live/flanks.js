@@ -18,10 +18,10 @@ function radians(degrees, otherwise) {
 // Deviation of the flank of a tooth at roll angle u (rad) and z (mm), mm.
 function flankDeviation(d, u, z, tooth) {
   let um = 0;
-  if (d.tip_relief_um && u > d.tipStart) {
+  if (d.tip_relief_um && (u - d.tipStart) * d.rollSpan > 0) {
     um += d.tip_relief_um * ((u - d.tipStart) / d.tipSpan) ** (d.tip_relief_shape === "parabolic" ? 2 : 1);
   }
-  if (d.root_relief_um && u < d.rootEnd) {
+  if (d.root_relief_um && (d.rootEnd - u) * d.rollSpan > 0) {
     um += d.root_relief_um * ((d.rootEnd - u) / d.rootSpan) ** (d.root_relief_shape === "parabolic" ? 2 : 1);
   }
   const xi = (u - d.middleRoll) / d.rollSpan, zeta = (z - d.middle_z) / d.width;

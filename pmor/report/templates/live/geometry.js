@@ -3,10 +3,10 @@
 
 // Kinematics of a pair (`model.kinematics`) with a misaligned wheel axis (um over the face width, as in a case).
 function kinematicsAt(model, axes) {
-  const width = model.kinematics.face_width;
+  const width = model.kinematics.face_width, apart = 1e-3 * Math.sign(model.kinematics.centre_distance);
   const k = {
-    ...model.kinematics, offset_y: 1e-3 * axes.centre_distance_um, slope_x: 1e-3 * (axes.out_of_plane_um / width),
-    slope_y: 1e-3 * (axes.in_plane_um / width),
+    ...model.kinematics, offset_y: apart * axes.centre_distance_um, slope_x: 1e-3 * (axes.out_of_plane_um / width),
+    slope_y: apart * (axes.in_plane_um / width),
   };
   const across = Math.min(...model.common_face.map(z => sectionOffset(k, model.gears, z).opening));
   const along = Math.min(...model.pinion_roll_range.map(roll => axialOpening(k, model.gears, roll)));
@@ -23,9 +23,9 @@ function sectionOffset(k, gears, z) {
   const x = k.slope_x * z, y = k.offset_y + k.slope_y * z;
   if (x === 0 && y === 0) return { x: 0, y: 0, turn: 0, opening: 0 };
   const base = gears[0].base_radius + gears[1].base_radius, aligned = k.centre_distance;
-  const distance = Math.hypot(x, aligned + y);
-  const turn = Math.acos(base / distance) - k.pressure_angle + Math.atan2(x, aligned + y);
-  const opening = Math.sqrt(distance ** 2 - base ** 2) - k.action_length - base * turn;
+  const side = Math.sign(aligned), distance = side * Math.hypot(x, aligned + y);
+  const turn = Math.acos(base / distance) - k.pressure_angle + Math.atan2(side * x, side * (aligned + y));
+  const opening = side * Math.sqrt(distance ** 2 - base ** 2) - k.action_length - base * turn;
   return { x, y, turn, opening };
 }
 
@@ -60,7 +60,8 @@ function involuteFoot(gears, slave, u, radius, motion) {
   const py = own.base_radius * Math.cos(angle) - along * Math.sin(angle);
   const x = c * px - s * py + shift[0], y = s * px + c * py + shift[1];
   const roll = Math.sqrt(Math.max((x * x + y * y) / mate.base_radius ** 2 - 1, 0));
-  const offset = Math.atan2(-x, y) - (mate.half_angle - roll + Math.atan(roll));
+  const side = Math.sign(mate.base_radius);
+  const offset = Math.atan2(-side * x, side * y) - (mate.half_angle - roll + Math.atan(roll));
   const turn = mate.half_angle - roll + offset, nx = -Math.cos(turn), ny = -Math.sin(turn);
   const ownX = c * nx + s * ny, ownY = -s * nx + c * ny;
   const slaveArm = (x - shift[0]) * ny - (y - shift[1]) * nx;
@@ -87,7 +88,7 @@ function tipFoot(gears, slave, motion) {
 function cornerFoot(gears, gear, roll, forward) {
   const mate = 1 - gear, toWheel = forward();
   const [own, others] = gear === 0 ? [toWheel, reversed(toWheel)] : [reversed(toWheel), toWheel];
-  if (roll > gears[gear].tip_roll) {
+  if (gears[gear].base_radius * (roll - gears[gear].tip_roll) > 0) {
     const found = tipFoot(gears, gear, own);
     if (found.roll[mate] >= gears[mate].undercut_roll) return found;
   }
@@ -107,7 +108,7 @@ function closestApproach(k, gears, rollPosition, z) {
   const undercut = (gear, roll) => gear.undercut_roll > 0 && roll < gear.undercut_roll;
   if (pinionRoll > gears[0].tip_roll || undercut(gears[1], wheelRoll)) {
     contactPoint = cornerFoot(gears, 0, pinionRoll, forward);
-  } else if (wheelRoll > gears[1].tip_roll || undercut(gears[0], pinionRoll)) {
+  } else if (gears[1].base_radius * (wheelRoll - gears[1].tip_roll) > 0 || undercut(gears[0], pinionRoll)) {
     contactPoint = cornerFoot(gears, 1, wheelRoll, forward);
   } else {
     const near = pinionRoll > gears[0].tip_roll - CORNER;
@@ -128,9 +129,9 @@ function closestApproach(k, gears, rollPosition, z) {
 
 // Row of the first of four nodes, and the weights of the cubic along the profile at roll angle u.
 function cubicRows(roll, u) {
-  const last = roll.length - 1;
+  const last = roll.length - 1, falls = roll[last] < roll[0];
   let i = 0;
-  while (i < last - 1 && roll[i + 1] <= u) i++;
+  while (i < last - 1 && (roll[i + 1] > u) === falls) i++;
   const row = Math.max(i - 1, 0), x = roll[i] ** 2, h = roll[i + 1] ** 2 - x;
   const s = Math.min(Math.max((u * u - x) / h, 0), 1), weight = [0, 0, 0, 0];
   weight[i - row] = (1 + 2 * s) * (1 - s) ** 2;

@@ -158,7 +158,7 @@ function cornerOf(gears, number) {
 function fromCorner(gears, contactPoint, number, cosine) {
   const gear = gears[number % 2], roll = contactPoint.roll[number % 2], corner = cornerOf(gears, number);
   let distance = Infinity;
-  if (number < 2) distance = 0.5 * gear.base_radius * Math.max(gear.tip_roll ** 2 - roll ** 2, 0);
+  if (number < 2) distance = 0.5 * Math.max(gear.base_radius * (gear.tip_roll ** 2 - roll ** 2), 0);
   else if (gear.undercut_roll > 0) {
     distance = 0.5 * gear.base_radius * Math.max(roll ** 2 - gear.undercut_roll ** 2, 0);
   }

@@ -166,7 +166,7 @@ function findingsOf(model, result) {
   for (const state of result.states) {
     for (const load of lineLoads(model, state)) {
       pressure = Math.max(pressure, pressureOf(load) || 0);
-      model.gears.forEach((gear, g) => { if (load.roll[g] >= gear.tip_roll) corners.add(["pinion", "wheel"][g]); });
+      model.gears.forEach((gear, g) => { if (atTip(gear, load.roll[g])) corners.add(["pinion", "wheel"][g]); });
     }
   }
   return { pressure, corners: corners.size ? [...corners].sort().join(", ") : "no" };
@@ -222,6 +222,11 @@ function draw(root, data, model, result, before) {
   root.querySelector("#live-time").textContent = `${model.angles} angles solved in ${result.ms.toFixed(0)} ms`;
 }
 
+// Whether a roll angle is at the tip of a gear or beyond it; towards the tips of a ring they fall.
+function atTip(gear, roll) {
+  return gear.base_radius * (roll - gear.tip_roll) >= 0;
+}
+
 // Largest line load over the mean one that the same force would make over all sections on the path of contact, of the
 // tooth pair that carries most.
 function concentrationOf(model, state) {
@@ -231,7 +236,7 @@ function concentrationOf(model, state) {
   const [pair, force] = [...pairs].reduce((a, b) => b[1] > a[1] ? b : a);
   let width = 0;
   for (const section of state.place.sections) {
-    const inside = section.pair === pair && section.roll.every((roll, g) => roll < model.gears[g].tip_roll);
+    const inside = section.pair === pair && !section.roll.some((roll, g) => atTip(model.gears[g], roll));
     if (inside) width += model.sections.width[section.section];
   }
   return Math.max(...loads.filter(load => load.pair === pair).map(load => load.load)) * width / force;
