@@ -53,10 +53,10 @@ def check_pairs(count, seed):
 
 
 def test_random_internal_pairs_run_without_overlap_or_are_refused_with_the_reason():
-    tally = check_pairs(150, 3)
-    assert tally["accepted"] > 50
-    assert tally["fillet"] > 5
-    assert tally["tips"] > 5
+    tally = check_pairs(100, 3)
+    assert tally["accepted"] > 30
+    assert tally["fillet"] > 3
+    assert tally["tips"] > 3
 
 
 @pytest.mark.slow
