@@ -58,3 +58,35 @@ def chain(teeth=(21, 25, 19), helix=0.0, bend_deg=0.0, **mesh):
     free = rotations(len(teeth), held=(len(teeth) - 1,))
     size = HUB * len(teeth)
     return cases, build_train(cases, bodies, meshes, free, np.zeros((size, size)))
+
+
+# Members as in the FVA's planetary stage, with a full root of the ring; z_s + z_r = 3 x 26.
+SUN, PLANET, RING = 17, 22, 61
+
+
+@cache
+def planetary(planets=3, floating=False, teeth=(SUN, PLANET, RING), helix=0.0, **mesh):
+    """A set whose ring is held, seen from its carrier; the sun drives, and floats where that is asked for."""
+    sun, planet, ring = teeth
+    inside = {"teeth": ring, "internal": True, "addendum": 0.8, "root_fillet_mm": 0.6, "rim_thickness_mm": 12.0}
+    middle = {"teeth": planet, "bore_radius_mm": 22.0}
+    cases = {
+        "sun": line_case({"teeth": sun, "bore_radius_mm": 17.0}, middle, helix, mesh=mesh),
+        "ring": line_case(middle, inside, helix, mesh=mesh),
+    }
+    distance = 0.5 * MODULE * (sun + planet) / np.cos(np.radians(helix))
+    bodies, meshes = [SetBody("sun", "sun", 0.0, 0.0), SetBody("ring", "ring", 0.0, 0.0)], []
+    for number in range(planets):
+        angle = 2.0 * np.pi * number / planets
+        bodies.append(SetBody(f"planet {number + 1}", "planet", -distance * np.sin(angle), distance * np.cos(angle)))
+        meshes += [SetMesh("sun", 0, number + 2), SetMesh("ring", number + 2, 1)]
+    free = rotations(len(bodies), held=(1,))
+    if floating:
+        free = np.concatenate([free, shifts(len(bodies), 0)])
+    size = HUB * len(bodies)
+    return cases, build_train(cases, bodies, meshes, free, np.zeros((size, size)))
+
+
+def mean_forces(placed, found):
+    """Force of each mesh at each angle, N, (A, M)."""
+    return np.stack([found.force[0][:, one.part].sum(axis=1) for one in placed.placed], axis=1)
