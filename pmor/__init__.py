@@ -21,9 +21,10 @@ Results
     assemblies. `RootStress`: along the fillets.
 Capabilities and experiments, with their files where a folder is given
     `run_dynamics`: the pair in motion, a `DynamicsResult`. `run_design`: a search for flank modifications, a
-    `DesignResult`. `gearbox`: shafts, bearings and several meshes, a `GearboxResult`. `campaign`: a table of
-    macro-geometries, a `CampaignResult`. `study`: a grid of meshes and models. `convergence`: finer and finer
-    meshes. `stability`: extreme variants. `reductions`: reductions and samplings. `bench`: run times.
+    `DesignResult`. `gearbox`: shafts, bearings and several meshes, a `GearboxResult`. `gear_set`: planetary sets and
+    idlers, a `SetResult`. `campaign`: a table of macro-geometries, a `CampaignResult`. `study`: a grid of meshes and
+    models. `convergence`: finer and finer meshes. `stability`: extreme variants. `reductions`: reductions and
+    samplings. `bench`: run times.
     `write_design_case`, `write_campaign_case`: one of many designs as a case file.
     `plan_campaign`: designs of a campaign that cannot be made, and the time of all. `plan_gearbox`: what is solved.
 Conditions
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
         bench,
         campaign,
         convergence,
+        gear_set,
         gearbox,
         plan_campaign,
         plan_gearbox,
@@ -97,6 +99,7 @@ if TYPE_CHECKING:
     from pmor.gear.topography import Topography
     from pmor.machine.result import GearboxResult
     from pmor.results.root_stress import RootStress
+    from pmor.sets.result import SetResult
     from pmor_online.compare import Comparison
 
 _HOMES = {
@@ -109,8 +112,8 @@ _HOMES = {
     "pmor.app.plan": ("plan",),
     "pmor.app.model": ("ReducedModel",),
     "pmor.app.capabilities": (
-        "bench", "campaign", "convergence", "gearbox", "plan_campaign", "plan_gearbox", "reductions", "run_design",
-        "run_dynamics", "stability", "study", "write_campaign_case", "write_design_case",
+        "bench", "campaign", "convergence", "gear_set", "gearbox", "plan_campaign", "plan_gearbox", "reductions",
+        "run_design", "run_dynamics", "stability", "study", "write_campaign_case", "write_design_case",
     ),
     "pmor.app.run": ("RunResult", "run_case"),
     "pmor.app.training": ("compare", "load_model", "train"),
@@ -128,6 +131,7 @@ _HOMES = {
     "pmor.gear.topography": ("Topography",),
     "pmor.machine.result": ("GearboxResult",),
     "pmor.results.root_stress": ("RootStress",),
+    "pmor.sets.result": ("SetResult",),
     "pmor_online.compare": ("Comparison",),
 }  # fmt: skip
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
@@ -136,9 +140,9 @@ __all__ = [
     "Assembly", "CampaignResult", "Case", "CaseError", "Comparison", "ConditionsResult", "ConvergenceError",
     "DesignResult", "DynamicsResult", "ExternalProgramError", "FileFormatError", "FullModel", "GearboxResult",
     "Geometry", "GeometryError", "MeshError", "Misalignment", "Modification", "OutputError", "PmorError",
-    "ReducedModel", "ResultArray", "RootStress", "RunResult", "SweepResult", "Topography", "Verification", "bench",
-    "campaign", "change_case", "compare", "convergence", "export_file", "full_model", "gearbox", "geometry",
-    "import_rexs", "info", "load_case", "load_model", "load_results", "make_case", "plan", "plan_campaign",
+    "ReducedModel", "ResultArray", "RootStress", "RunResult", "SetResult", "SweepResult", "Topography", "Verification",
+    "bench", "campaign", "change_case", "compare", "convergence", "export_file", "full_model", "gear_set", "gearbox",
+    "geometry", "import_rexs", "info", "load_case", "load_model", "load_results", "make_case", "plan", "plan_campaign",
     "plan_gearbox", "reductions", "run_case", "run_design", "run_dynamics", "stability", "study", "train", "verify",
     "write_campaign_case", "write_design_case", "__version__",
 ]  # fmt: skip

@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from pmor.lab.study.settings import Study
     from pmor.machine.loader import GearboxFile
     from pmor.machine.result import GearboxResult
+    from pmor.sets.loader import SetFile
+    from pmor.sets.result import SetResult
 
 Place = Path | str
 
@@ -83,6 +85,19 @@ def gearbox(
     """Solve shafts, bearings and all meshes of a gearbox file, as `pmor gearbox`; the executor is one of threads."""
     from pmor.machine.loader import load
     from pmor.machine.run import run
+
+    settings = load(file) if isinstance(file, str | Path) else file
+    return _run(run, settings, folder, overwrite, executor=executor, progress=progress)
+
+
+@suggesting
+def gear_set(
+    file: Place | SetFile, folder: Place | None = None, *, executor: Executor | None = None,
+    progress: Steps | None = None, overwrite: bool = False,
+) -> SetResult:  # fmt: skip
+    """Solve all meshes of a planetary set, an idler chain or a star at once, as `pmor set`."""
+    from pmor.sets.loader import load
+    from pmor.sets.run import run
 
     settings = load(file) if isinstance(file, str | Path) else file
     return _run(run, settings, folder, overwrite, executor=executor, progress=progress)

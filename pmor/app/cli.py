@@ -137,6 +137,11 @@ COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
         _out(usual="out/<name of the gearbox file>"), _jobs("angles"),
         OVERWRITE,
     ),
+    "set": (
+        "planetary sets, idlers and stars: transmission error, and how planets share the load",
+        _option("set_path", metavar="SET", type=_path, help="set file (TOML)"),
+        _out(usual="out/<name of the set file>"), OVERWRITE,
+    ),
     "campaign": (
         "many macro-geometries, each with finite elements of its own",
         _option("campaign_path", metavar="CAMPAIGN", type=_path, help="campaign file (TOML)"),

@@ -5,7 +5,7 @@ The ranges are wide enough for extreme gears; they exist to catch slips, above a
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 
 @dataclass(frozen=True)
@@ -57,3 +57,5 @@ GRAMS_PER_CM3 = WrongUnit("g/cm3", "g/cm3", 1e3)
 Length = Annotated[float, Range(1e-3, 1e5, "mm", mistaken_for=(METRES,))]
 Torque = Annotated[float, Range(0.0, 1e12, "N m", low_excluded=True)]
 Torques = Annotated[tuple[float, ...], Range(0.0, 1e12, "N m", low_excluded=True)]
+Stiffness = Annotated[float, Range(1e-3, 1e15, "N/mm")] | Literal["rigid", "free"]
+TiltStiffness = Annotated[float, Range(1e-3, 1e18, "N mm/rad")] | Literal["rigid", "free"]

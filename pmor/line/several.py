@@ -19,6 +19,7 @@ from pmor.body.support import carried_rows
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.conventions import rotation_z
 from pmor.gear.condition import ALIGNED, Assembly
+from pmor.gear.pair import GearPair
 from pmor.line.hubs import HUB, hub_rows
 from pmor.line.kernels.flexibility import Flexibility, make_all_ready
 from pmor.line.kernels.places import Lines, line_deviations
@@ -70,20 +71,46 @@ class TrainMesh:
     @cached_property
     def to_train(self) -> FloatArray:
         """Matrix that takes wrenches on the hub of a gear from the frame of the pair to that of the train, (6, 6)."""
-        turn = np.kron(np.eye(2), rotation_z(self.direction))
-        return np.asarray(turn * IMAGE if self.image else turn)
+        return to_train(self.direction, self.image)
 
     @cached_property
     def smooth_rows(self) -> FloatArray:
-        """Wrenches on both hubs by a unit force along the line of action at the pitch point, in axes of the train."""
-        pair = self.pair.meshed.pair
-        alpha = pair.working_pressure_angle
-        force = np.array([math.cos(alpha), -math.sin(alpha), math.tan(pair.base_helix_angle)])
-        radius = pair.pinion.base_radius / math.cos(alpha)
-        rows = []
-        for sign, arm in ((1.0, radius), (-1.0, radius - pair.centre_distance)):
-            rows.append(np.concatenate([sign * force, np.cross([0.0, arm, 0.0], sign * force)]) @ self.to_train.T)
-        return np.stack(rows)
+        """Wrenches on both hubs by a unit force at the pitch point, in axes of the train, (2, 6)."""
+        return smooth_rows(self.pair.meshed.pair, self.direction, self.image)
+
+
+def to_train(direction: float, image: bool) -> FloatArray:
+    """Return the matrix that takes wrenches on a hub from the frame of a pair to that of a train, (6, 6).
+
+    Parameters
+    ----------
+    direction, image
+        As in `TrainMesh`.
+    """
+    turn = np.kron(np.eye(2), rotation_z(direction))
+    return np.asarray(turn * IMAGE if image else turn)
+
+
+def smooth_rows(pair: GearPair, direction: float, image: bool) -> FloatArray:
+    """Return wrenches on the hubs of pinion and wheel by a unit force along the line of action at the pitch point.
+
+    Parameters
+    ----------
+    direction, image
+        As in `TrainMesh`.
+
+    Returns
+    -------
+    ndarray, shape (2, 6)
+        In axes of the train, N and N mm.
+    """
+    alpha = pair.working_pressure_angle
+    force = np.array([math.cos(alpha), -math.sin(alpha), math.tan(pair.base_helix_angle)])
+    radius, rows = pair.pinion.base_radius / math.cos(alpha), []
+    for sign, arm in ((1.0, radius), (-1.0, radius - pair.centre_distance)):
+        wrench = np.concatenate([sign * force, np.cross([0.0, arm, 0.0], sign * force)])
+        rows.append(to_train(direction, image) @ wrench)
+    return np.stack(rows)
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,11 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from pmor.case.reader import Keys, Sections
-from pmor.core.ranges import METRES, PASCALS, Length, Range
+from pmor.core.ranges import METRES, PASCALS, Length, Range, Stiffness, TiltStiffness
 from pmor.machine.rolling_bearing import BallBearing, RollerBearing
 
 Place = Annotated[float, Range(-1e6, 1e6, "mm")]
 Diameter = Annotated[float, Range(0.0, 1e5, "mm", mistaken_for=(METRES,))]
-Stiffness = Annotated[float, Range(1e-3, 1e15, "N/mm")] | Literal["rigid", "free"]
-TiltStiffness = Annotated[float, Range(1e-3, 1e18, "N mm/rad")] | Literal["rigid", "free"]
 AnyTorque = Annotated[float, Range(-1e12, 1e12, "N m")] | Literal["balance"]
 Force = Annotated[float, Range(-1e12, 1e12, "N")]
 Moment = Annotated[float, Range(-1e12, 1e12, "N m")]

@@ -43,6 +43,23 @@ class Placement(NamedTuple):
     first_tooth: tuple[int, int]
 
 
+def member_speeds(teeth: tuple[int, int], on: str, held: str, speed: float) -> dict[str, float]:
+    """Return the speeds of sun, ring and carrier of a planetary set (Willis 1841), in the unit of `speed`.
+
+    Parameters
+    ----------
+    teeth : (int, int)
+        Of sun and ring.
+    on, held : {"sun", "ring", "carrier"}
+        Member that has the speed, and the one that stands still.
+    """
+    weights = {"sun": teeth[0], "ring": teeth[1], "carrier": -sum(teeth)}
+    found = {on: speed, held: 0.0}
+    last = next(member for member in weights if member not in found)
+    found[last] = -weights[on] * speed / weights[last]
+    return {member: found[member] for member in weights}
+
+
 class _Turn(NamedTuple):
     """A gear: sense in which it drives or is driven, angle of its tooth 0 at 0 and by how much it turns."""
 

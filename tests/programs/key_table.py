@@ -1,4 +1,4 @@
-"""Tables of all keys of case, study, design, campaign and gearbox files, as Markdown, straight from the dataclasses.
+"""Tables of all keys of case, study, design, campaign, gearbox and set files, as Markdown, from the dataclasses.
 
     python -m tests.programs.key_table cases/README.md
 
@@ -38,9 +38,13 @@ from pmor.gear.condition import Misalignment
 from pmor.gear.topography import Topography
 from pmor.lab.study.settings import Study
 from pmor.machine.settings import GearboxSections
+from pmor.sets.settings import SetSections
 from pmor.storage.atomic import atomic_path
 
 BEGIN, END = "<!-- keys: made by `python -m tests.programs.key_table cases/README.md` -->", "<!-- end of keys -->"
+NUMBERS = {
+    int: "whole number", float: "number", tuple[float, ...]: "list of numbers", tuple[int, ...]: "list of whole numbers"
+}  # fmt: skip
 # Defaults that are multiples of the load.
 MULTIPLES = {
     "offline": OFFLINE_TORQUES, "online": ONLINE_TORQUES, "compare": COMPARE_TORQUES, "results": HARRIS_TORQUES,
@@ -58,7 +62,13 @@ def formats() -> dict[str, dict[str, type]]:
     # Sections with the keys of another one: the wheel's, and those of coast flanks.
     case = {f"[{name}]": kind for name, kind in SECTIONS.items() if not name.startswith("wheel") and COAST not in name}
     case |= {f"[{name}]": kind for name, kind in sections_in(SECTIONS["wheel"], "wheel").items()}
-    others = {"study": Study, "design": Design, "campaign": CampaignSections, "gearbox": GearboxSections}
+    others = {
+        "study": Study,
+        "design": Design,
+        "campaign": CampaignSections,
+        "gearbox": GearboxSections,
+        "set": SetSections,
+    }
     return {"case": {**case, f"[[{CONDITION}]]": ConditionCase}} | {
         name: {"": root} | {_brackets(section, root): kind for section, kind in sections_in(root).items()}
         for name, root in others.items()
@@ -145,7 +155,7 @@ def _allowed(annotation: Any) -> str:
     if get_origin(annotation) is Annotated:
         kind, allowed = get_args(annotation)
         assert isinstance(allowed, Range)
-        words = {int: "whole number", float: "number", tuple[float, ...]: "list of numbers"}[kind]
+        words = NUMBERS[kind]
         return f"{words}, {range_text(allowed)}"
     return "`true`, `false`" if annotation is bool else "text"
 

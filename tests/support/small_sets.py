@@ -90,3 +90,76 @@ def planetary(planets=3, floating=False, teeth=(SUN, PLANET, RING), helix=0.0, *
 def mean_forces(placed, found):
     """Force of each mesh at each angle, N, (A, M)."""
     return np.stack([found.force[0][:, one.part].sum(axis=1) for one in placed.placed], axis=1)
+
+
+SMALL_SET = """
+title = "small set"
+[pair]
+module_mm = 4.0
+face_width_mm = 20.0
+[sun]
+teeth = 18
+bore_radius_mm = 18.0
+[planet]
+teeth = 18
+bore_radius_mm = 18.0
+[ring]
+teeth = 54
+internal = true
+addendum = 0.8
+root_fillet_mm = 0.6
+rim_thickness_mm = 12.0
+[planets]
+count = 3
+tangential_um = [10.0, 0.0, 0.0]
+[load]
+torque_Nm = 300.0
+[sweep]
+angles_per_pitch = 6
+torques_Nm = [100.0]
+[mesh]
+profile_elements = 3
+width_elements = 2
+"""
+
+SMALL_CHAIN = """
+[pair]
+module_mm = 4.0
+face_width_mm = 20.0
+[[gears]]
+name = "input"
+at_mm = [0.0, 0.0]
+torque_Nm = 100.0
+[[gears]]
+name = "idler"
+at_mm = [0.0, 92.0]
+[[gears]]
+name = "output"
+at_mm = [88.0, 92.0]
+torque_Nm = "balance"
+[[meshes]]
+gears = ["input", "idler"]
+[[meshes]]
+gears = ["idler", "output"]
+[input]
+teeth = 21
+bore_radius_mm = 21.0
+[idler]
+teeth = 25
+bore_radius_mm = 25.0
+[output]
+teeth = 19
+bore_radius_mm = 19.0
+[sweep]
+angles_per_pitch = 6
+[mesh]
+profile_elements = 3
+width_elements = 2
+"""
+
+
+def written_set(folder, text=SMALL_SET):
+    """Write a set file, and return its path."""
+    path = folder / "small.toml"
+    path.write_text(text)
+    return path

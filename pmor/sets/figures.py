@@ -1,0 +1,151 @@
+"""Pictures of a set: its gears with the forces of their teeth, transmission error, planets' shares, the sun's orbit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import MeshError
+from pmor.fe.outline import tooth_outline
+from pmor.gear.tooth import Tooth
+from pmor.report.panels import panels
+from pmor.report.style import COLOURS, legend_label
+from pmor.sets.solution import SetSolution
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Length of the longest arrow, over the size of the picture.
+ARROW = 0.09
+POINTS = 8
+
+
+def set_figure(solved: SetSolution, torque: int, angle: int = 0) -> Figure:
+    """All gears at an angle, and the force of each tooth pair on the driven gear, at its point of contact."""
+    side = -1.0 if solved.plan.clockwise else 1.0
+    colours = {member: COLOURS[n % len(COLOURS)] for n, member in enumerate(_members(solved))}
+    with panels(1, 7.4, 7.4) as (figure, (axes,)):
+        for number, (tooth, turn) in _gears(solved, angle).items():
+            body = solved.plan.bodies[number]
+            outline = _outline(tooth, turn) * [side, 1.0] + [side * body.x, body.y]
+            inside = tooth.teeth < 0
+            colour = colours[body.member]
+            axes.fill(*outline.T, fill=not inside, facecolor=f"{colour}26", edgecolor=colour, lw=0.9)
+            if not inside:
+                axes.annotate(body.name, (side * body.x, body.y), ha="center", va="center", fontsize=9)
+        points, forces = _tooth_forces(solved, torque, angle)
+        size = max(float(np.ptp(axes.dataLim.intervalx)), float(np.ptp(axes.dataLim.intervaly)))
+        largest = max(float(np.linalg.norm(forces, axis=1).max(initial=0.0)), 1e-300)
+        arrows = forces * ARROW * size / largest * [side, 1.0]
+        axes.quiver(*(points * [side, 1.0]).T, *arrows.T, angles="xy", scale_units="xy", scale=1.0, width=0.004,
+                    color="black", zorder=5)  # fmt: skip
+        axes.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
+        axes.grid(False)
+        axes.set_title(
+            f"Forces of the tooth pairs on the driven gears; the longest arrow is {largest:.4g} N", fontsize=10
+        )
+    return figure
+
+
+def ste_figure(solved: SetSolution, shown_Nm: FloatArray) -> Figure:
+    """Transmission error over a mesh cycle at each torque, about its mean, and its orders."""
+    with panels(2, 9.2, 4.2, legend=6) as (figure, (curve, spectrum)):
+        width = 0.8 / len(shown_Nm)
+        for number, torque in enumerate(shown_Nm):
+            ste = solved.ste_um[number]
+            colour = COLOURS[number % len(COLOURS)]
+            curve.plot(solved.phi_rad / solved.pitch_rad, ste - np.nanmean(ste), color=colour, label=f"{torque:g} N m")
+            found = solved.ste_orders(number).amplitude[:POINTS]
+            spectrum.bar(np.arange(1, len(found) + 1) + width * number - 0.4, found, width, color=colour, align="edge")
+        curve.set(xlabel="Angle of the first gear [pitches]", ylabel="STE about its mean [µm]")
+        spectrum.set(xlabel="Order of the mesh [-]", ylabel="Amplitude of the STE [µm]")
+        spectrum.set_xticks(np.arange(1, POINTS + 1))
+    return figure
+
+
+def share_figure(solved: SetSolution, torque: int) -> Figure:
+    """Share of each planet over a mesh cycle, and where the sun moves."""
+    with panels(2, 9.2, 4.2, legend=6, width_ratios=(1.6, 1.0)) as (figure, (shares, orbit)):
+        pitches = solved.phi_rad / solved.pitch_rad
+        for place, number in enumerate(solved.plan.planets):
+            name = legend_label(solved.plan.bodies[number].name)
+            shares.plot(pitches, 100.0 * solved.planet_share[torque, :, place], label=name)
+        shares.set(xlabel="Angle of the sun against the carrier [pitches]", ylabel="Share of the load [%]")
+        side = -1.0 if solved.plan.clockwise else 1.0
+        path = 1e3 * solved.hub_displacement[torque, :, 0, :2] * [side, 1.0]
+        closed = np.concatenate([path, path[:1]])
+        orbit.plot(*closed.T, "-", color=COLOURS[-1])
+        orbit.plot(*path[:1].T, "o", color=COLOURS[1], ms=4)
+        orbit.set(xlabel="x of the sun [µm]", ylabel="y of the sun [µm]", aspect="equal")
+        orbit.set_title("Sun over the mesh cycle; dot: angle 0", fontsize=10)
+    return figure
+
+
+def face_load_figure(solved: SetSolution, torque: int) -> Figure:
+    """Line load over the face of each mesh, added up over tooth pairs, mean over the mesh cycle."""
+    with panels(1, 7.2, 4.2, legend=3) as (figure, (axes,)):
+        for number, one in enumerate(solved.train.meshes):
+            meshed = one.pair.meshed
+            load = solved.face_loads(number).load_N_per_mm[torque].sum(axis=1).mean(axis=0)
+            z = meshed.sections.z
+            if meshed.mirrored:
+                inside = z < 0.0
+                z, load = np.concatenate([z, -z[inside][::-1]]), np.concatenate([load, load[inside][::-1]])
+            name = " - ".join(solved.train.bodies[body].name for body in one.bodies)
+            axes.plot(z, load, "-" if one.bodies[0] == 0 else "--", label=legend_label(name))
+        axes.set(xlabel="z from mid width [mm]", ylabel="Line load, mean over\nthe mesh cycle [N/mm]")
+        axes.set_ylim(0.0, 1.15 * axes.get_ylim()[1])
+    return figure
+
+
+def _members(solved: SetSolution) -> list[str]:
+    return list(dict.fromkeys(body.member for body in solved.plan.bodies))
+
+
+def _gears(solved: SetSolution, angle: int) -> dict[int, tuple[Tooth, float]]:
+    """Each body's teeth, and the angle of its first tooth from the y axis, rad."""
+    found: dict[int, tuple[Tooth, float]] = {}
+    for one in solved.train.meshes:
+        pair, side = one.pair.meshed.pair, -1.0 if one.image else 1.0
+        phi = one.start + one.rate * float(solved.phi_rad[angle])
+        found.setdefault(one.bodies[0], (pair.pinion, one.direction + side * phi))
+        turned = one.direction + side * (np.pi + pair.wheel_tooth_rotation(phi))
+        found.setdefault(one.bodies[1], (pair.wheel, turned))
+    return found
+
+
+def _outline(tooth: Tooth, turn: float) -> FloatArray:
+    """Points around a whole gear, its first tooth turned by an angle, mm."""
+    try:
+        found = tooth_outline(tooth, POINTS, "arc_length")
+        half = np.concatenate([found.lower_fillet, found.upper_fillet[1:], found.flank[1:]])
+    except MeshError:  # no fillet to put nodes on
+        half = tooth.flank_section(np.linspace(tooth.form_roll_angle, tooth.tip_roll_angle, POINTS))
+    whole = np.concatenate([half, half[::-1] * [-1.0, 1.0]])
+    angles = turn - tooth.angular_pitch * np.arange(abs(tooth.teeth))
+    turned = [whole @ np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]]) for a in angles]
+    return np.concatenate(turned)
+
+
+def _tooth_forces(solved: SetSolution, torque: int, angle: int) -> tuple[FloatArray, FloatArray]:
+    """Points of contact of all tooth pairs that carry, and forces there on the driven gears, (n, 2), mm and N."""
+    points, forces = [], []
+    for one in solved.placed.placed:
+        pair, sections = one.mesh.pair.meshed.pair, len(one.mesh.pair.meshed.width)
+        alpha, radius = pair.working_pressure_angle, pair.pinion.base_radius
+        own = solved.found.force[torque, angle, one.part].reshape(-1, sections)
+        roll = one.lines.roll[angle, :, 0].reshape(-1, sections)
+        turn = np.array([[np.cos(one.mesh.direction), -np.sin(one.mesh.direction)],
+                         [np.sin(one.mesh.direction), np.cos(one.mesh.direction)]])  # fmt: skip
+        centre = solved.plan.bodies[one.mesh.bodies[0]]
+        for force, u in zip(own, roll, strict=True):
+            if force.sum() <= 0.0:
+                continue
+            mean = float(u @ force / force.sum())
+            place = radius * np.array([np.sin(alpha) - mean * np.cos(alpha), np.cos(alpha) + mean * np.sin(alpha)])
+            side = np.array([-1.0 if one.mesh.image else 1.0, 1.0])
+            points.append(turn @ (side * place) + [centre.x, centre.y])
+            forces.append(turn @ (side * force.sum() * np.array([-np.cos(alpha), np.sin(alpha)])))
+    return np.array(points).reshape(-1, 2), np.array(forces).reshape(-1, 2)

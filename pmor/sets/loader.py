@@ -1,0 +1,197 @@
+"""Read a set file: TOML -> `SetSections` -> the plan of a set, with the cases of its meshes."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NoReturn
+
+from pmor.case import Case, make_case
+from pmor.case.document import COAST, MODIFICATION
+from pmor.case.reader import Reader, parse_toml, read_text, sections_in
+from pmor.core.errors import CaseError, GeometryError, PmorError, printable
+from pmor.core.wording import did_you_mean
+from pmor.gear.pair import GearPair
+from pmor.pair.model import gear_pair, refuse_loads_unmeshed
+from pmor.sets.plan import Layout, SetPlan, Share, planetary_layout, set_plan, train_layout
+from pmor.sets.settings import SetSections
+
+SHARED = ("pair", "mesh", "contact")
+PLANETARY = ("sun", "planet", "ring")
+# Torque of cases before that of their meshes is known, N m.
+ANY = 1.0
+# Of a module: centre distances of two meshes that are one.
+SAME_DISTANCE = 1e-4
+
+
+@dataclass(frozen=True)
+class SetFile:
+    """A set file that was read.
+
+    Parameters
+    ----------
+    name : str
+        Stem of the file name.
+    cases : dict of str to Case
+        Of the meshes, by the members that mesh: `sun-planet`.
+    inputs : tuple of Path
+        Files that were read.
+    """
+
+    name: str
+    text: str
+    sections: SetSections
+    plan: SetPlan
+    cases: dict[str, Case]
+    inputs: tuple[Path, ...]
+
+
+def load(path: Path | str) -> SetFile:
+    """Read and check a set file.
+
+    Raises
+    ------
+    CaseError, GeometryError
+        One line with file, place, rule and remedy.
+    """
+    path = Path(path)
+    text, name = read_text(path, "set file"), printable(path.stem)
+    reader = _Reader(str(path), sections_in(SetSections))
+    said = reader.section(parse_toml(text, str(path)), SetSections, filled={"title": name})
+    layout = reader.layout(said)
+    pairs = {key: gear_pair(case) for key, case in reader.cases(said, layout, {}).items()}
+    reader.check_distances(said, layout, pairs)
+    try:
+        plan = set_plan(said, layout, pairs)
+    except (CaseError, GeometryError) as error:
+        raise type(error)(f"{path}: {error}") from None
+    most = max((plan.nominal_Nm, *said.sweep.torques_Nm)) / plan.nominal_Nm
+    torques = {key: most * torque for key, torque in plan.mesh_torques_Nm.items()}
+    return SetFile(name, text, said, plan, reader.cases(said, layout, torques), (path,))
+
+
+class _Reader(Reader):
+    """Checks what no single key can know, and makes the cases of the meshes."""
+
+    def layout(self, said: SetSections) -> Layout:
+        """Return which members mesh."""
+        if said.gears or said.meshes:
+            self.check_train(said)
+            layout = train_layout(said)
+        else:
+            self.check_planets(said)
+            layout = planetary_layout(said)
+        members = list(dict.fromkeys(member for share in layout.shares for member in share.members))
+        for name in said.members:
+            if name not in (*members, *SHARED):
+                self.refuse(f"[{name}]", f"unknown section: {did_you_mean(name, [*members, *SHARED])}")
+        for name in (*members, "pair"):
+            if name not in said.members:
+                self.refuse(f"[{name}]", "is missing: add the section with its keys")
+        return layout
+
+    def check_planets(self, said: SetSections) -> None:
+        """Refuse what says nothing about a planetary set, or too much."""
+        if said.load is None:
+            self.refuse("[load]", "is missing: add torque_Nm, and the member that it is on")
+        if said.load.torque_Nm == 0.0:
+            self.refuse("[load] torque_Nm = 0", "carries nothing: write the torque of the set")
+        if said.load.on == said.load.held:
+            rule = "stands still and has the torque: a set at rest carries none through; name another member in one"
+            self.refuse(f'[load] on = "{said.load.on}", held = "{said.load.held}"', f"the {said.load.on} {rule}")
+        planets = said.planets
+        for key in ("positions_deg", "radial_um", "tangential_um"):
+            given = getattr(planets, key)
+            if given and len(given) != planets.count:
+                rule = f"must be one number for each of the {planets.count} planets"
+                self.refuse(f"[planets] {key} with {len(given)} numbers", rule)
+        if any(number > planets.count for number in planets.missing):
+            self.refuse(f"[planets] missing = {list(planets.missing)}", f"there are planets 1 to {planets.count}")
+        if len(planets.missing) >= planets.count:
+            self.refuse(f"[planets] missing = {list(planets.missing)}", "leaves no planet: take one out of the list")
+        for key, name in (("planet_radial_N_per_mm", "planet"), ("sun_tilt_Nmm_per_rad", "sun")):
+            if getattr(said.supports, key) == "free":
+                self.refuse(f'[supports] {key} = "free"', f'nothing would hold the {name}: write a number, or "rigid"')
+
+    def check_train(self, said: SetSections) -> None:
+        """Refuse gears and meshes that do not fit together."""
+        if said.load is not None:
+            self.refuse("[load]", "is of a planetary set: torques of a train stand in [[gears]]; leave it out")
+        names = [gear.name for gear in said.gears]
+        for name, count in Counter(names).items():
+            if count > 1:
+                self.refuse(f'[[gears]] name = "{name}"', "is there twice: give one of them another name")
+            if name in SHARED:
+                self.refuse(f'[[gears]] name = "{name}"', "is a section of its own: give the gear another name")
+        for gear in said.gears:
+            if len(gear.at_mm) != 2:
+                self.refuse(f'[[gears]] "{gear.name}": at_mm', "must be x and y of the axis: write two numbers")
+        if not said.meshes:
+            self.refuse("[[meshes]]", 'is missing: add gears = ["driving", "driven"] for each mesh')
+        for mesh in said.meshes:
+            if len(mesh.gears) != 2:
+                self.refuse(
+                    f"[[meshes]] gears = {list(mesh.gears)}", "must name two gears: who drives, and who is driven"
+                )
+            for name in mesh.gears:
+                if name not in names:
+                    self.refuse(f'[[meshes]] gears: "{name}"', f"there is no such gear: {did_you_mean(name, names)}")
+        driver = next(gear for gear in said.gears if gear.name == said.meshes[0].gears[0])
+        if not isinstance(driver.torque_Nm, float) or driver.torque_Nm == 0.0:
+            self.refuse(f'[[gears]] "{driver.name}"', "drives the first mesh: give its torque_Nm")
+        if all(gear.torque_Nm != "balance" for gear in said.gears):
+            self.refuse("[[gears]]", 'none holds against the torques: write torque_Nm = "balance" for the last one')
+
+    def cases(self, said: SetSections, layout: Layout, torques_Nm: Mapping[str, float]) -> dict[str, Case]:
+        """Return the cases of all meshes that differ, in the frames in which their pinions drive."""
+        return {share.name: self.case(said, share, torques_Nm.get(share.name, ANY)) for share in layout.shares}
+
+    def case(self, said: SetSections, share: Share, torque_Nm: float) -> Case:
+        """Return the case of a mesh; a torque that turns its pinion clockwise makes the case of the image."""
+        document: dict[str, Any] = {"load": {"torque_Nm": share.sense * torque_Nm}}
+        pair = dict(said.members["pair"])
+        if share.distance_mm is not None:
+            if "centre_distance_mm" in pair:
+                self.refuse("[pair] centre_distance_mm", "follows from at_mm of the gears: leave it out")
+            pair["centre_distance_mm"] = share.distance_mm
+        if "helix_angle_deg" in pair and share.hand < 0:
+            pair["helix_angle_deg"] = -pair["helix_angle_deg"]
+        document["pair"] = pair
+        for role, member in zip(("pinion", "wheel"), share.members, strict=True):
+            keys = dict(said.members[member])
+            for inner in (MODIFICATION, COAST):
+                if inner in keys:
+                    document[f"{role}.{inner}"] = keys.pop(inner)
+            document[role] = keys
+        whole = {"width": "whole"} if share.whole_width else {}
+        document["mesh"] = {"error_bar": False, **said.members.get("mesh", {}), **whole}
+        document["contact"] = dict(said.members.get("contact", {}))
+        document["results"] = {"root_stress": False, "maps": False}
+        try:
+            case = make_case(share.name, **document)
+            refuse_loads_unmeshed(case)
+        except PmorError as error:
+            self.refuse_case(error, share)
+        if case.contact.kind != "line":
+            self.refuse(f'[contact] scheme = "{case.contact.scheme}"', 'a set takes exact line loads: write "line"')
+        return case
+
+    def refuse_case(self, error: PmorError, share: Share) -> NoReturn:
+        """Raise an error of a case with the names of the set file."""
+        text = str(error).removeprefix(f"{share.name}: ")
+        for role, member in zip(("pinion", "wheel"), share.members, strict=True):
+            text = text.replace(f"[{role}", f"[{member}").replace(f"the {role}", f"the {member}")
+        raise type(error)(f"{self.where}: mesh {share.name}: {text}") from None
+
+    def check_distances(self, said: SetSections, layout: Layout, pairs: Mapping[str, GearPair]) -> None:
+        """Refuse a planet whose two centre distances contradict each other."""
+        if said.gears:
+            return
+        apart = [abs(pairs[share.name].centre_distance) for share in layout.shares]
+        if max(apart) - min(apart) > SAME_DISTANCE * pairs[layout.shares[0].name].pinion.module:
+            raise GeometryError(
+                f"{self.where}: without backlash sun and planet are {apart[0]:.6g} mm apart, planet and ring "
+                f"{apart[1]:.6g} mm: give [pair] centre_distance_mm, or correct tooth numbers and profile shifts"
+            )

@@ -1,0 +1,102 @@
+"""Files of a set, its page, and its summary on the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pmor.report.page import Block, Picture, Warning
+from pmor.report.table import Table
+from pmor.sets.figures import face_load_figure, set_figure, share_figure, ste_figure
+from pmor.sets.loader import SetFile
+from pmor.sets.readings import Data, set_data
+from pmor.sets.solution import SetSolution
+from pmor.work.results import Report
+from pmor.work.table import Columns, table, text_lines
+
+#: files of a result
+FILES = ("set.json", "set.md", "report.html", "set.png", "ste.png", "shares.png", "face_load.png")
+
+TORQUE_COLUMNS: Columns = {
+    "torque [N m]": "torque_Nm",
+    "STE mean [µm]": "ste_mean_um",
+    "STE p-p [µm]": "ste_peak_to_peak_um",
+    "K_γ": "k_gamma",
+}
+PLANET_COLUMNS: Columns = {
+    "planet": "name",
+    "share [%]": lambda row: _percent(row["share_mean"]),
+    "largest [%]": lambda row: _percent(row["share_max"]),
+    "pin force [N]": "pin_force_mean_N",
+    "largest [N]": "pin_force_max_N",
+}
+MESH_COLUMNS: Columns = {
+    "mesh": "name",
+    "contact ratio": "contact_ratio",
+    "phase [pitches]": "phase_pitches",
+    "force [N]": "force_mean_N",
+    "p-p [N]": "force_peak_to_peak_N",
+    "line load, largest [N/mm]": "line_load_max_N_per_mm",
+    "K_Hβ": "k_h_beta",
+}
+STE = (
+    "By how much the first gear runs ahead along its line of action, held members at rest. K_γ: the largest mean load "
+    "of a planet over the mean of all."
+)
+PLANETS = "Of the torque that the pins carry, mean and largest over the mesh cycle, at the nominal torque."
+MESHES = "At the nominal torque. Phase: where in its mesh cycle each mesh is at angle 0. K_Hβ: over the mesh cycle."
+MODEL = (
+    "All meshes are solved at once: exact line loads on the finite-element compliance of every member, which couples "
+    "the flanks of one body; one rotation for each gear that is free to turn. A planetary set is seen from its carrier."
+)
+
+
+def set_report(file: SetFile, solved: SetSolution, failures: tuple[str, ...]) -> Report:
+    """Return numbers and page."""
+    data, nominal = set_data(file, solved, failures), nominal_torque(file, solved)
+    tables = _tables(data)
+    blocks: list[Block] = [*map(Warning, failures), tables[0]]
+    if solved.converged[nominal].any():
+        angle = int(np.flatnonzero(solved.converged[nominal])[0])
+        blocks.append(Picture("set.png", "All gears as the calculation places them.",
+                              set_figure(solved, nominal, angle), "svg"))  # fmt: skip
+    shown = np.array([row["torque_Nm"] for row in data["torques"]])
+    blocks.append(Picture("ste.png", "Static transmission error over a mesh cycle, and its orders.",
+                          ste_figure(solved, shown), "svg"))  # fmt: skip
+    if solved.plan.planets:
+        blocks.append(Picture("shares.png", "Share of each planet, and the orbit of the sun, at the nominal torque.",
+                              share_figure(solved, nominal), "svg"))  # fmt: skip
+    blocks += [
+        *tables[1:],
+        Picture("face_load.png", "Line load over the face, added up over tooth pairs, at the nominal torque.",
+                face_load_figure(solved, nominal), "svg"),
+        MODEL,
+    ]  # fmt: skip
+    if solved.plan.clockwise:
+        blocks.append("The first gear is loaded clockwise: angles and tooth numbers count clockwise.")
+    return Report("set", data, f"Set: {file.sections.title}", blocks)
+
+
+def set_text(file: SetFile, solved: SetSolution, failures: Sequence[str]) -> str:
+    """Return the tables for the screen."""
+    lines = [f"Set: {file.sections.title}"]
+    for shown in _tables(set_data(file, solved, tuple(failures))):
+        lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
+    return "\n".join([*lines, *(f"  ! {sentence}" for sentence in failures)])
+
+
+def nominal_torque(file: SetFile, solved: SetSolution) -> int:
+    """Return the number of the nominal torque among those that were solved."""
+    return int(np.argmin(np.abs(solved.torque_Nm - file.plan.torque_Nm)))
+
+
+def _tables(data: Data) -> list[Table]:
+    found = [table("Transmission error", TORQUE_COLUMNS, data["torques"], STE)]
+    if data["planets"]:
+        found.append(table("Planets", PLANET_COLUMNS, data["planets"], PLANETS))
+    return [*found, table("Meshes", MESH_COLUMNS, data["meshes"], MESHES)]
+
+
+def _percent(value: float | None) -> float | None:
+    return None if value is None else 100.0 * value

@@ -1,0 +1,96 @@
+"""Numbers of a solved set: the content of `set.json`."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from pmor.sets.kinematics import member_speeds
+from pmor.sets.loader import SetFile
+from pmor.sets.solution import SetSolution
+
+Data = dict[str, Any]
+ORDERS = 10
+
+
+def set_data(file: SetFile, solved: SetSolution, failures: tuple[str, ...]) -> Data:
+    """Return the content of `set.json`: top values are those of the nominal torque."""
+    nominal = int(np.argmin(np.abs(solved.torque_Nm - file.plan.torque_Nm)))
+    rows = [_torque_data(file, solved, number) for number in range(len(solved.torque_Nm))]
+    return {
+        "title": file.sections.title,
+        **rows[nominal],
+        **_speeds(file, solved),
+        "angles_per_pitch": len(solved.phi_rad),
+        "phi_rad": solved.phi_rad.tolist(),
+        "torques": rows,
+        "failures": list(failures),
+    }
+
+
+def _speeds(file: SetFile, solved: SetSolution) -> Data:
+    """Speeds of the members of a planetary set, and the frequency of its meshes, where a speed is given."""
+    load = file.sections.load
+    if load is None or load.speed_rpm is None:
+        return {"speeds_rpm": None, "mesh_frequency_Hz": None}
+    inner, outer = (one.pair.meshed.pair for one in solved.train.meshes[:2])
+    speeds = member_speeds((inner.pinion.teeth, -outer.wheel.teeth), load.on, load.held, load.speed_rpm)
+    frequency = inner.pinion.teeth * abs(speeds["sun"] - speeds["carrier"]) / 60.0
+    return {"speeds_rpm": speeds, "mesh_frequency_Hz": plain(frequency)}
+
+
+def _torque_data(file: SetFile, solved: SetSolution, number: int) -> Data:
+    ste, plan = solved.ste_um[number], file.plan
+    found = solved.ste_orders(number).amplitude[:ORDERS]
+    data: Data = {
+        "torque_Nm": plain(solved.torque_Nm[number] * plan.nominal_Nm / plan.torque_Nm),
+        "first_gear_torque_Nm": plain(solved.torque_Nm[number]),
+        "ste_mean_um": plain(np.mean(ste)),
+        "ste_peak_to_peak_um": plain(np.ptp(ste)),
+        "ste_harmonics_um": [plain(value) for value in found],
+        "ste_um": [plain(value) for value in ste],
+        "k_gamma": plain(solved.k_gamma[number]),
+        "planets": [_planet_data(solved, number, place) for place in range(len(plan.planets))],
+        "meshes": [_mesh_data(solved, number, mesh) for mesh in range(len(plan.meshes))],
+    }
+    if plan.planets:
+        orbit = 1e3 * solved.hub_displacement[number, :, 0, :2]
+        data["sun_orbit_um"] = [[plain(value) for value in point] for point in orbit]
+    return data
+
+
+def _planet_data(solved: SetSolution, number: int, place: int) -> Data:
+    share, force = solved.planet_share[number, :, place], solved.pin_force_N[number, :, place]
+    return {
+        "name": solved.plan.bodies[solved.plan.planets[place]].name,
+        "share_mean": plain(np.mean(share)),
+        "share_max": plain(np.max(share)),
+        "share": [plain(value) for value in share],
+        "pin_force_mean_N": plain(np.mean(force)),
+        "pin_force_max_N": plain(np.max(force)),
+    }
+
+
+def _mesh_data(solved: SetSolution, number: int, mesh: int) -> Data:
+    one, force = solved.train.meshes[mesh], solved.mesh_force_N[number, :, mesh]
+    pair, loads = one.pair.meshed.pair, solved.face_loads(mesh).load_N_per_mm[number]
+    radius = one.pair.base_radius
+    return {
+        "name": " - ".join(solved.train.bodies[body].name for body in one.bodies),
+        "contact_ratio": plain(pair.contact_ratio),
+        "phase_pitches": plain(round(one.start / pair.pitch, 9) % 1.0),
+        "force_mean_N": plain(np.mean(force)),
+        "force_peak_to_peak_N": plain(np.ptp(force)),
+        "pinion_torque_Nm": plain(1e-3 * radius * np.mean(force)),
+        "wheel_torque_Nm": plain(1e-3 * abs(pair.wheel.base_radius) * np.mean(force)),
+        "line_load_max_N_per_mm": plain(loads.max()),
+        "k_h_beta": plain(solved.k_h_beta(mesh)[number]),
+    }
+
+
+def plain(value: Any) -> float | None:
+    """Return a number as JSON has it; None where it is not known."""
+    number = float(value)
+    return number if math.isfinite(number) else None

@@ -1,0 +1,90 @@
+"""The result of a set: its numbers, pictures and files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pmor.core.arrays import FloatArray
+from pmor.sets.figures import set_figure, share_figure, ste_figure
+from pmor.sets.loader import SetFile
+from pmor.sets.output import FILES, nominal_torque, set_report, set_text
+from pmor.sets.readings import Data, set_data
+from pmor.sets.solution import SetSolution
+from pmor.work.results import writing_results
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SetResult:
+    """Gears that mesh with several others, over a mesh cycle.
+
+    Parameters
+    ----------
+    failures : tuple of str
+        Torques with positions that did not converge.
+    """
+
+    file: SetFile
+    solution: SetSolution
+    failures: tuple[str, ...]
+
+    @property
+    def data(self) -> Data:
+        """All of it as plain data: the content of `set.json`."""
+        return set_data(self.file, self.solution, self.failures)
+
+    @property
+    def ste_um(self) -> FloatArray:
+        """Static transmission error at each torque and angle, (D, A), um; NaN where not converged."""
+        return np.asarray(self.solution.ste_um)
+
+    @property
+    def planet_share(self) -> FloatArray:
+        """Share of each planet in the load, (D, A, N)."""
+        return np.asarray(self.solution.planet_share)
+
+    @property
+    def k_gamma(self) -> FloatArray:
+        """Mesh load factor at each torque, (D,)."""
+        return self.solution.k_gamma
+
+    def plot_set(self, angle: int = 0) -> Figure:
+        """Draw all gears with the forces of their tooth pairs at the nominal torque, at an angle by its number."""
+        return set_figure(self.solution, nominal_torque(self.file, self.solution), angle)
+
+    def plot_ste(self) -> Figure:
+        """Draw the transmission error over a mesh cycle, and its orders."""
+        return ste_figure(self.solution, self.solution.torque_Nm * self.file.plan.nominal_Nm / self.file.plan.torque_Nm)
+
+    def plot_shares(self) -> Figure:
+        """Draw the share of each planet over a mesh cycle, and the orbit of the sun."""
+        return share_figure(self.solution, nominal_torque(self.file, self.solution))
+
+    def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
+        """Write `set.json`, `set.md`, `report.html` and the pictures.
+
+        Parameters
+        ----------
+        overwrite : bool
+            Replace files of these names whoever wrote them.
+
+        Raises
+        ------
+        OutputError
+        """
+        inputs = self.file.inputs
+        with writing_results(folder, FILES, self.file.text, inputs=inputs, overwrite=overwrite, working=()) as out:
+            set_report(self.file, self.solution, self.failures).write(out)
+
+    def __repr__(self) -> str:
+        meshes, torques = len(self.file.plan.meshes), len(self.solution.torque_Nm)
+        return f"<SetResult of {self.file.name!r}: {meshes} meshes, {torques} torques>"
+
+    def __str__(self) -> str:
+        return set_text(self.file, self.solution, self.failures)

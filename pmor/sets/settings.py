@@ -1,0 +1,165 @@
+"""Sections of a set file: one dataclass each.
+
+A planetary set has its members in the sections `[sun]`, `[planet]` and `[ring]`, a train of gears on fixed axes in
+sections of the names that `[[gears]]` give. They have the keys of a gear in a case file, modifications included;
+`[pair]`, `[mesh]` and `[contact]` are those of a case. The helix angle is that of the sun, or of the first gear.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pmor.case.reader import Sections
+from pmor.case.training import Positions
+from pmor.core.ranges import Range, Stiffness, TiltStiffness, Torques
+
+Deviations = Annotated[tuple[float, ...], Range(-1e4, 1e4, "um", in_order=True)]
+AnyTorque = Annotated[float, Range(-1e12, 1e12, "N m")]
+Member = Literal["sun", "ring", "carrier"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Planets:
+    """The planets of a set (section `[planets]`).
+
+    Parameters
+    ----------
+    count : int
+        Of planets, equally spaced unless `positions_deg` says otherwise.
+    positions_deg : tuple of float
+        Of all planets, counter-clockwise from the y axis, in degrees.
+    missing : tuple of int
+        Numbers of planets, from 1 on, that are left out.
+    radial_um, tangential_um : tuple of float
+        By how much each pin is off its place in the carrier, one number for each planet: outwards, and in the sense in
+        which the torque turns the sun.
+    """
+
+    count: Annotated[int, Range(1, 24)] = 3
+    positions_deg: Annotated[tuple[float, ...], Range(-360.0, 360.0, "deg", in_order=True)] = ()
+    missing: Annotated[tuple[int, ...], Range(1, 24)] = ()
+    radial_um: Deviations = ()
+    tangential_um: Deviations = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gear:
+    """A gear of a train on fixed axes (section `[[gears]]`).
+
+    Parameters
+    ----------
+    name : str
+        Of the gear, and of the section with its teeth.
+    at_mm : (float, float)
+        x and y of its axis.
+    torque_Nm : float, "balance" or None
+        On the gear from outside, counter-clockwise; "balance" holds against the others, None is an idler.
+    """
+
+    name: str
+    at_mm: Annotated[tuple[float, ...], Range(-1e6, 1e6, "mm", in_order=True)]
+    torque_Nm: AnyTorque | Literal["balance"] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mesh:
+    """A mesh of a train on fixed axes (section `[[meshes]]`), in the order in which power flows.
+
+    Parameters
+    ----------
+    gears : (str, str)
+        Names of the gear that drives, and of the one that is driven.
+    """
+
+    gears: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SetLoad:
+    """The load of a planetary set (section `[load]`).
+
+    Parameters
+    ----------
+    torque_Nm : float
+        On one of its members from outside; it says that of the others. A positive one on the sun loads the drive
+        flanks of the sun, a negative one the coast flanks.
+    on : {"sun", "ring", "carrier"}
+        Member that the torque is on.
+    held : {"sun", "ring", "carrier"}
+        Member that stands still.
+    speed_rpm : float or None
+        Of the member that the torque is on, for frequencies; None is left out.
+    """
+
+    torque_Nm: AnyTorque
+    on: Member = "sun"
+    held: Member = "ring"
+    speed_rpm: Annotated[float, Range(0.0, 1e7, "1/min", low_excluded=True)] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Supports:
+    """What members of a planetary set stand on (section `[supports]`).
+
+    Parameters
+    ----------
+    sun_radial_N_per_mm, ring_radial_N_per_mm : float, "rigid" or "free"
+        Across the axis; "free" floats.
+    planet_radial_N_per_mm : float or "rigid"
+        Of the bearing of a planet and its pin.
+    sun_tilt_Nmm_per_rad, planet_tilt_Nmm_per_rad : float or "rigid"
+        About axes across; a number takes the whole face width.
+    """
+
+    sun_radial_N_per_mm: Stiffness = "rigid"
+    ring_radial_N_per_mm: Stiffness = "rigid"
+    planet_radial_N_per_mm: Stiffness = "rigid"
+    sun_tilt_Nmm_per_rad: TiltStiffness = "rigid"
+    planet_tilt_Nmm_per_rad: TiltStiffness = "rigid"
+
+
+@dataclass(frozen=True, kw_only=True)
+class SetSweep:
+    """Positions and loads that are solved (section `[sweep]`).
+
+    Parameters
+    ----------
+    angles_per_pitch : int
+        Positions to a mesh cycle.
+    torques_Nm : tuple of float
+        Amounts of the torque of `[load]`, or of the first gear, in N m, increasing; the nominal one is among them.
+    """
+
+    angles_per_pitch: Positions = 60
+    torques_Nm: Torques = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class SetSections:
+    """A set file.
+
+    Parameters
+    ----------
+    title : str
+        Of the page.
+    load : SetLoad or None
+        Of a planetary set.
+    planets : Planets
+    supports : Supports
+    gears : tuple of Gear
+        Of a train on fixed axes, in place of sun, planets and ring.
+    meshes : tuple of Mesh
+    sweep : SetSweep
+    members : mapping
+        Sections of a case file, and those of the members.
+    """
+
+    title: str
+    load: SetLoad | None = None
+    planets: Planets = Planets()
+    supports: Supports = Supports()
+    gears: tuple[Gear, ...] = ()
+    meshes: tuple[Mesh, ...] = ()
+    sweep: SetSweep = SetSweep()
+    members: Sections

@@ -1,0 +1,155 @@
+"""A set solved over a mesh cycle, and what an engineer reads off it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pmor.core.arrays import BoolArray, FloatArray
+from pmor.line.hertz import width_limit
+from pmor.line.hubs import HUB
+from pmor.line.kernels.several import SeveralResults
+from pmor.line.several import GearTrain, PlacedTrain
+from pmor.results.load_distribution import face_load_factor
+from pmor.results.orders import Orders, orders
+from pmor.sets.plan import SetPlan
+
+
+@dataclass(frozen=True)
+class FaceLoads:
+    """Line loads of a mesh as a face load factor needs them, (D, A, P, S), N/mm, and the widths (S,), mm."""
+
+    load_N_per_mm: FloatArray
+    width_mm: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class SetSolution:
+    """A set over one pitch of its first gear, under D torques, at A angles.
+
+    Parameters
+    ----------
+    torque_Nm : ndarray, shape (D,)
+        On the first gear.
+    found : SeveralResults
+        Movements and forces; NaN movements where not converged.
+    """
+
+    plan: SetPlan
+    placed: PlacedTrain
+    torque_Nm: FloatArray
+    found: SeveralResults
+
+    @property
+    def train(self) -> GearTrain:
+        """Gears and meshes."""
+        return self.placed.train
+
+    @property
+    def phi_rad(self) -> FloatArray:
+        """Angles of the first gear, (A,)."""
+        return self.placed.phi
+
+    @property
+    def pitch_rad(self) -> float:
+        """Of the first gear."""
+        return self.train.meshes[0].pair.meshed.pair.pitch
+
+    @property
+    def converged(self) -> BoolArray:
+        """(D, A)."""
+        return self.found.converged
+
+    @cached_property
+    def ste_um(self) -> FloatArray:
+        """By how much the first gear runs ahead along its line of action, all held members at rest, (D, A), um."""
+        radius = self.train.meshes[0].pair.base_radius
+        return np.asarray(1e3 * radius * self.found.movement[..., self.plan.driver])
+
+    @cached_property
+    def mesh_force_N(self) -> FloatArray:
+        """Force of each mesh in the transverse plane, (D, A, M)."""
+        return np.stack([self.found.force[..., one.part].sum(axis=2) for one in self.placed.placed], axis=2)
+
+    @cached_property
+    def hub_wrench(self) -> FloatArray:
+        """Forces and moments of the meshes on the hubs, in axes of the train, (D, A, B, 6), N and N mm."""
+        total = np.zeros((*self.converged.shape, len(self.train.bodies), HUB))
+        for one in self.placed.placed:
+            for gear, body in enumerate(one.mesh.bodies):
+                total[:, :, body] += np.einsum(
+                    "dan,anr->dar", self.found.force[..., one.part], one.rows[:, :, gear], optimize=True
+                )
+        return total
+
+    @cached_property
+    def hub_displacement(self) -> FloatArray:
+        """Of all hubs from where a set without load has them, (D, A, B, 6), mm and rad."""
+        grid = *self.converged.shape, len(self.train.bodies), HUB
+        wrench = self.hub_wrench.reshape(*grid[:2], -1)
+        moved = wrench @ self.train.compliance + self.found.movement @ self.train.free
+        return np.asarray(moved.reshape(grid))
+
+    @cached_property
+    def planet_share(self) -> FloatArray:
+        """Share of each planet in the torque that pins carry, (D, A, N)."""
+        force = self.tangential_pin_force_N
+        total = force.sum(axis=2, keepdims=True)
+        return np.divide(force, total, out=np.full(force.shape, np.nan), where=total != 0.0)
+
+    @cached_property
+    def tangential_pin_force_N(self) -> FloatArray:
+        """Force on each pin in the sense in which the torque turns the sun, (D, A, N)."""
+        places = np.array([(body.x, body.y) for body in (self.plan.bodies[n] for n in self.plan.planets)])
+        ahead = np.stack([-places[:, 1], places[:, 0]], axis=1) / np.linalg.norm(places, axis=1)[:, None]
+        return np.asarray(np.einsum("danr,nr->dan", self.hub_wrench[:, :, list(self.plan.planets), :2], ahead))
+
+    @cached_property
+    def pin_force_N(self) -> FloatArray:
+        """Force across each pin, (D, A, N)."""
+        return np.asarray(np.linalg.norm(self.hub_wrench[:, :, list(self.plan.planets), :2], axis=3))
+
+    @property
+    def k_gamma(self) -> FloatArray:
+        """Mesh load factor: largest mean load of a planet over the mean of all, (D,); NaN without planets."""
+        if not self.plan.planets:
+            return np.full(len(self.torque_Nm), np.nan)
+        return np.asarray(len(self.plan.planets) * self.planet_share.mean(axis=1).max(axis=1))
+
+    def face_loads(self, mesh: int) -> FaceLoads:
+        """Line loads of a mesh by its number."""
+        one = self.placed.placed[mesh]
+        meshed = one.mesh.pair.meshed
+        force = self.found.force[..., one.part].reshape(*self.converged.shape, -1, len(meshed.width))
+        return FaceLoads(force / meshed.width, meshed.width)
+
+    def k_h_beta(self, mesh: int) -> FloatArray:
+        """Face load factor of a mesh under each torque, (D,)."""
+        return face_load_factor(self.face_loads(mesh))
+
+    def ste_orders(self, torque: int) -> Orders:
+        """Orders of the mesh in the transmission error under a torque by its number, um."""
+        return orders(self.phi_rad, self.ste_um[torque], self.pitch_rad)
+
+
+def solve_set(plan: SetPlan, train: GearTrain, torques_Nm: FloatArray, angles: int) -> SetSolution:
+    """Solve a set over a pitch of its first gear.
+
+    Parameters
+    ----------
+    torques_Nm : ndarray, shape (D,)
+        On the first gear.
+    angles : int
+        Of a pitch.
+    """
+    pitch = train.meshes[0].pair.meshed.pair.pitch
+    placed = train.place(pitch * np.arange(angles) / angles, plan.displacement)
+    found = placed.solve(1e3 * torques_Nm[:, None] * plan.load)
+    overloaded = np.zeros(found.converged.shape, dtype=bool)
+    for one in placed.placed:
+        overloaded |= width_limit(one.mesh.pair.meshed, one.lines.law).exceeded(found.force[..., one.part])
+    found.converged[overloaded] = False
+    found.movement[~found.converged] = np.nan
+    return SetSolution(plan, placed, torques_Nm, found)

@@ -1,0 +1,126 @@
+"""A set as a command and in Python: the same files; loads of other members, and the other sense, are the same set."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import pmor
+from pmor.app.cli import main
+from pmor.pair.model import gear_pair
+from pmor.sets.kinematics import member_speeds
+from pmor.sets.loader import load
+from pmor.sets.output import FILES
+from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, written_set
+
+CASES = Path(__file__).parents[2] / "cases"
+# Solutions by Newton's method, to its tolerance.
+SOLVED = 1e-8
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("set")
+    path = written_set(folder)
+    assert main(["set", str(path), "--out", str(folder / "out")]) == 0
+    return path, folder / "out"
+
+
+def test_the_command_leaves_its_files(job):
+    _, out = job
+    assert set(FILES) <= {path.name for path in out.iterdir()}
+    data = json.loads((out / "set.json").read_text())
+    assert [row["torque_Nm"] for row in data["torques"]] == [100.0, 300.0]
+    assert data["torque_Nm"] == 300.0
+    assert data["ste_mean_um"] == data["torques"][1]["ste_mean_um"] > data["torques"][0]["ste_mean_um"]
+    assert len(data["ste_harmonics_um"]) == 2
+    assert [planet["name"] for planet in data["planets"]] == ["planet 1", "planet 2", "planet 3"]
+    assert_allclose(sum(planet["share_mean"] for planet in data["planets"]), 1.0, rtol=SOLVED)
+    assert data["k_gamma"] == pytest.approx(3.0 * max(planet["share_mean"] for planet in data["planets"]))
+    # The pin that stands ahead in the sense of the torque carries less.
+    assert data["planets"][0]["share_mean"] < data["planets"][1]["share_mean"]
+    assert len(data["meshes"]) == 6
+    assert data["failures"] == []
+
+
+def test_python_finds_what_the_command_wrote(job):
+    path, out = job
+    found = pmor.gear_set(path)
+    assert json.loads(json.dumps(found.data)) == json.loads((out / "set.json").read_text())
+    assert found.ste_um.shape == (2, 6)
+    assert "K_γ" in str(found)
+    assert repr(found) == "<SetResult of 'small': 6 meshes, 2 torques>"
+    for draw in (found.plot_set, found.plot_ste, found.plot_shares):
+        assert draw().axes
+
+
+@pytest.mark.parametrize(("on", "torque_Nm"), [("ring", 900.0), ("carrier", -1200.0)])
+def test_the_same_torque_on_another_member_is_the_same_state(on, torque_Nm, job, tmp_path):
+    held = "sun" if on == "ring" else "ring"
+    text = SMALL_SET.replace("torque_Nm = 300.0", f'torque_Nm = {torque_Nm}\non = "{on}"\nheld = "{held}"')
+    found = pmor.gear_set(written_set(tmp_path, text.replace("torques_Nm = [100.0]", "")))
+    expected = json.loads((job[1] / "set.json").read_text())
+    assert_allclose(found.data["ste_um"], expected["ste_um"], rtol=SOLVED)
+
+
+def test_the_other_sense_is_the_image(job, tmp_path):
+    """Flanks are plain: the coast flanks carry as the drive flanks do, and what is ahead is so in that sense."""
+    text = SMALL_SET.replace("torque_Nm = 300.0", "torque_Nm = -300.0").replace("torques_Nm = [100.0]", "")
+    found = pmor.gear_set(written_set(tmp_path, text))
+    assert found.file.plan.clockwise
+    expected = json.loads((job[1] / "set.json").read_text())
+    assert_allclose(found.data["ste_um"], expected["ste_um"], rtol=SOLVED)
+
+
+def test_a_planet_that_is_missing_leaves_its_load_to_the_others(tmp_path):
+    text = SMALL_SET.replace("count = 3", "count = 3\nmissing = [2]").replace("torques_Nm = [100.0]", "")
+    found = pmor.gear_set(written_set(tmp_path, text.replace("[10.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]")))
+    assert [planet["name"] for planet in found.data["planets"]] == ["planet 1", "planet 3"]
+    assert_allclose(found.planet_share.mean(axis=1), 0.5, rtol=1e-6)
+
+
+def test_springs_below_the_sun_lie_between_rigid_and_free(tmp_path):
+    gammas = []
+    for stiffness in ('"rigid"', "1e6", "1e5", '"free"'):
+        text = f"{SMALL_SET}[supports]\nsun_radial_N_per_mm = {stiffness}\n"
+        gammas.append(pmor.gear_set(written_set(tmp_path, text)).k_gamma[1])
+    assert gammas == sorted(gammas, reverse=True)
+    assert gammas[0] > 1.05
+    assert_allclose(gammas[3], 1.0, atol=0.005)
+
+
+def test_soft_supports_are_free_ones_in_the_limit(tmp_path):
+    """A compliance in the flexibility of the sections, and a movement of its own, are two ways to say the same."""
+    found = [
+        pmor.gear_set(written_set(tmp_path, f"{SMALL_SET}[supports]\nsun_radial_N_per_mm = {stiffness}\n"))
+        for stiffness in ("1.0", '"free"')
+    ]
+    assert_allclose(found[0].ste_um, found[1].ste_um, rtol=1e-4)
+    assert_allclose(found[0].planet_share, found[1].planet_share, rtol=1e-3)
+
+
+def test_a_chain_sums_up_its_meshes(tmp_path):
+    found = pmor.gear_set(written_set(tmp_path, SMALL_CHAIN))
+    torques = [mesh["pinion_torque_Nm"] for mesh in found.data["meshes"]]
+    assert_allclose(torques, [100.0, 100.0 * 25 / 21], rtol=1e-3)
+    assert np.isnan(found.k_gamma).all()
+    assert found.data["k_gamma"] is None
+    assert found.data["planets"] == []
+
+
+def test_the_shipped_wind_turbine_turns_as_willis_says():
+    """The rotor drives the carrier; contact ratios are published to what rounded profile shifts leave."""
+    file = load(CASES / "nrel_5mw_first_stage.toml")
+    speeds = member_speeds((19, 56), "carrier", "ring", 12.1)
+    assert_allclose(list(speeds.values()), [12.1 * 75 / 19, 0.0, 12.1], rtol=1e-12)
+    assert file.plan.torque_Nm == pytest.approx(4.18e6 * 19 / 75)
+    assert file.plan.clockwise
+    ratios = [gear_pair(case).contact_ratio for case in file.cases.values()]
+    assert_allclose(ratios, [1.1147, 1.2786], rtol=2e-3)
+
+
+@pytest.mark.parametrize("name", ["planetary_stage", "idler_chain"])
+def test_the_shipped_sets_can_be_built(name):
+    assert load(CASES / f"{name}.toml").plan.meshes

@@ -1,0 +1,62 @@
+"""Sets that cannot be: one line with place, value and remedy, exit code 2, and nothing written."""
+
+import pytest
+
+from pmor.app.cli import main
+from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, written_set
+
+SETS = {
+    "no whole number of teeth between planets": ("count = 3\ntang", "count = 5\n#", "no multiple of 5 planets"),
+    "a place where teeth do not meet": ("count = 3", "count = 3\npositions_deg = [0.0, 119.0, 240.0]", "at 119 deg"),
+    "neighbours that touch": ("count = 3\ntangential_um = [10.0, 0.0, 0.0]", "count = 6", "tip circles are 80 mm wide"),
+    "a distance too many": ("teeth = 54", "teeth = 57", "cannot be assembled|apart"),
+    "centre distances that contradict": ("[planet]\nteeth = 18", "[planet]\nteeth = 17", "apart, planet and ring"),
+    "jammed": ("face_width_mm = 20.0", "face_width_mm = 20.0\ncentre_distance_mm = 71.9", "mesh sun-planet"),
+    "no torque": ("torque_Nm = 300.0", "torque_Nm = 0.0", "carries nothing"),
+    "a member at rest that drives": ("torque_Nm = 300.0", 'torque_Nm = 300.0\non = "ring"', "stands still"),
+    "no load": ("[load]\ntorque_Nm = 300.0", "", "[load]: is missing"),
+    "no sun": ("[sun]\nteeth = 18\nbore_radius_mm = 18.0", "", "[sun]: is missing"),
+    "a member that is none": ("[sun]", "[son]", "unknown section"),
+    "errors of other planets": ("tangential_um = [10.0, 0.0, 0.0]", "tangential_um = [10.0]", "each of the 3 planets"),
+    "a missing planet that is not there": ("count = 3", "count = 3\nmissing = [4]", "planets 1 to 3"),
+    "no planet left": ("count = 3", "count = 3\nmissing = [1, 2, 3]", "leaves no planet"),
+    "a planet that floats": ("[load]", '[supports]\nplanet_radial_N_per_mm = "free"\n[load]', "nothing would hold"),
+    "a sun that tumbles": ("[load]", '[supports]\nsun_tilt_Nmm_per_rad = "free"\n[load]', "nothing would hold"),
+    "a ring with a bore": ("rim_thickness_mm = 12.0", "rim_thickness_mm = 12.0\nbore_radius_mm = 9.0", "[ring]"),
+    "a sun that is a ring": ("[sun]\nteeth = 18", "[sun]\ninternal = true\nteeth = 18", "[sun] internal"),
+    "an unknown key of a gear": ("[sun]\nteeth = 18", "[sun]\nteth = 18\nteeth = 18", "[sun] teth"),
+    "an unknown key": ("count = 3", "count = 3\nnumber = 3", "unknown key"),
+    "penalty contact": ("[sweep]", '[contact]\nscheme = "direct"\n[sweep]', "exact line loads"),
+    "an overload": ("torque_Nm = 300.0", "torque_Nm = 300000.0", "mesh sun-planet"),
+    "a word for a stiffness": ("[load]", '[supports]\nsun_radial_N_per_mm = "soft"\n[load]', "rigid"),
+    "a torque without end": ("torque_Nm = 300.0", "torque_Nm = inf", "torque_Nm = inf"),
+    "a load that is a train's": ("[planets]", "[[gears]]\nname = 'a'\nat_mm = [0, 0]\n[planets]", "[load]"),
+}
+CHAINS = {
+    "no torque": ("torque_Nm = 100.0", "", "give its torque_Nm"),
+    "no balance": ('torque_Nm = "balance"', "", 'write torque_Nm = "balance"'),
+    "a torque that holds itself": ('[0.0, 92.0]', '[0.0, 92.0]\ntorque_Nm = 900.0', "does not drive"),
+    "a gear that is none": ('["idler", "output"]', '["idler", "outptu"]', "no such gear"),
+    "three gears in mesh": ('["idler", "output"]', '["idler", "output", "input"]', "must name two gears"),
+    "names twice": ('name = "output"', 'name = "idler"', "is there twice"),
+    "a name of another section": ('name = "output"', 'name = "mesh"', "section of its own"),
+    "driven before it drives": ('["input", "idler"]', '["output", "idler"]', "drives the first mesh"),
+    "too close": ("at_mm = [88.0, 92.0]", "at_mm = [87.0, 92.0]", "mesh idler-output"),
+    "too far": ("at_mm = [88.0, 92.0]", "at_mm = [98.0, 92.0]", "mesh idler-output"),
+    "one coordinate": ("at_mm = [88.0, 92.0]", "at_mm = [88.0]", "x and y of the axis"),
+    "a distance beside places": ("module_mm = 4.0", "module_mm = 4.0\ncentre_distance_mm = 92.0", "follows from at_mm"),
+    "no meshes": ('[[meshes]]\ngears = ["input", "idler"]\n[[meshes]]\ngears = ["idler", "output"]', "", "[[meshes]]"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("base", "change"), [(SMALL_SET, SETS[name]) for name in SETS]
+                         + [(SMALL_CHAIN, CHAINS[name]) for name in CHAINS],
+                         ids=[*SETS, *(f"chain: {name}" for name in CHAINS)])  # fmt: skip
+def test_a_set_that_cannot_be_is_refused_in_one_line(base, change, tmp_path, capsys):
+    old, new, words = change
+    assert old in base
+    path = written_set(tmp_path, base.replace(old, new, 1))
+    assert main(["set", str(path), "--out", str(tmp_path / "out")]) == 2
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("pmor: error")]
+    assert any(word in line for word in words.split("|")), line
+    assert not (tmp_path / "out" / "set.json").exists()
