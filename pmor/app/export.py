@@ -38,7 +38,7 @@ def export_file(
     Parameters
     ----------
     source : Path or str
-        A basis; a REXS file for a case; a file of results for tables.
+        A basis; a REXS file for a case; a file of results for tables; a gearbox file for REXS, without results.
     to : {"case", "csv", "fmu", "rexs", "vtkhdf"}
         A case; tables of a sweep or of results; a unit for co-simulation; the pair with results as REXS; an animation.
     target : Path or str, optional
@@ -84,6 +84,14 @@ def export_file(
         refuse_beyond(reduced.basis.case, "vtkhdf")
         refuse_beyond_memory(reduced.basis.case)
         export(reduced, path, overwrite)
+    elif to == "rexs" and source.suffix == ".toml":
+        from pmor.machine.loader import load
+        from pmor.machine.to_rexs import write_gearbox_rexs
+
+        file = load(source)
+        for case in file.cases.values():
+            refuse_beyond(case, "rexs")
+        write_gearbox_rexs(file, (), (), path, overwrite)
     else:
         export_model(_reduced(source), to, path, overwrite, torque_Nm)
     return path

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pmor.case.capability import why_not
 from pmor.machine.duty import shares
 from pmor.machine.iso import unknown_arrangements
 from pmor.machine.loader import GearboxFile
@@ -32,4 +33,10 @@ def left_out(file: GearboxFile) -> list[tuple[str, str]]:
         found.append(("duty cycle", "loads have neither fraction nor hours"))
     if all(bearing.ball is None and bearing.roller is None for bearing in model.sections.bearings):
         found.append(("static safety of bearings", "none has its inner geometry"))
-    return found
+    return [*found, *rexs_reasons(file)]
+
+
+def rexs_reasons(file: GearboxFile) -> list[tuple[str, str]]:
+    """Return why a gearbox cannot be written as REXS; empty where it can."""
+    reasons = ((f"gearbox.rexs, {name}", why_not(case, "rexs")) for name, case in file.cases.items())
+    return [(what, why) for what, why in reasons if why]

@@ -128,7 +128,9 @@ def _of_rexs(path: Path, reader: GearboxReader) -> GearboxFile:
     for name, offsets in found.face_offsets.items():
         pinion, wheel = (round(senses[name] * offset, OFFSET_DIGITS) for offset in offsets)
         cases[name] = change_case(cases[name], pinion={"face_offset_mm": pinion}, wheel={"face_offset_mm": wheel})
-    model, texts = _model(said, cases), (repr(said), *(case.text for case in cases.values()))
+    model = replace(_model(said, cases), housing=found.housing)
+    housing = [] if found.housing is None else found.housing.tolist()
+    texts = repr(said), *(case.text for case in cases.values()), repr(housing)
     reader.check_turned(model, cases)
     return GearboxFile(printable(path.stem), "\n".join(texts), model, cases, (path,), found.notes)
 

@@ -22,7 +22,7 @@ from pmor.work.table import Columns, table, text_lines
 #: files of a result beside the bases of its meshes
 FILES = (
     "gearbox.json", "gearbox.md", "report.html", "machine.png", "deflection.png", "ste.png", "face_load.png",
-    "machine.vtkhdf",
+    "machine.vtkhdf", "gearbox.rexs",
 )  # fmt: skip
 
 MISALIGNMENT_COLUMNS: Columns = {
@@ -161,13 +161,10 @@ def gearbox_data(
     }
 
 
-def gearbox_report(
-    file: GearboxFile, loads: Sequence[SolvedLoad], failures: Sequence[str], fits: Sequence[Fit] = ()
-) -> Report:
+def gearbox_report(file: GearboxFile, loads: Sequence[SolvedLoad], data: Data) -> Report:
     """Return numbers and page."""
-    data = gearbox_data(file, loads, failures, fits)
     misaligned, *others, bearings = _tables(data)
-    blocks: list[Block] = [*map(Warning, (*failures, *data["bounds"]))]
+    blocks: list[Block] = [*map(Warning, (*data["failures"], *data["bounds"]))]
     if loads:
         blocks += [
             misaligned,
@@ -194,17 +191,15 @@ def gearbox_report(
     return Report("gearbox", data, f"Gearbox: {file.model.sections.title}", blocks)
 
 
-def gearbox_text(
-    file: GearboxFile, loads: Sequence[SolvedLoad], failures: Sequence[str], fits: Sequence[Fit] = ()
-) -> str:
+def gearbox_text(data: Data) -> str:
     """Return the tables for the screen."""
-    lines, data = [f"Gearbox: {file.model.sections.title}"], gearbox_data(file, loads, failures, fits)
-    if loads:
+    lines = [f"Gearbox: {data['title']}"]
+    if data["loads"]:
         for shown in _tables(data):
             lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
     lines += [f"  left out: {text}" for text in data["left_out"]]
-    lines += [f"  note: {note}" for note in file.notes]
-    return "\n".join([*lines, *(f"  ! {sentence}" for sentence in (*failures, *data["bounds"]))])
+    lines += [f"  note: {note}" for note in data["assumptions"]]
+    return "\n".join([*lines, *(f"  ! {sentence}" for sentence in (*data["failures"], *data["bounds"]))])
 
 
 def _power_table(data: Data) -> Table:

@@ -112,7 +112,7 @@ def f_beta_um(pair: GearPair, displacement: FloatArray) -> float:
     """
     angle = pair.working_pressure_angle
     slopes = [-math.cos(angle) * about[1] - math.sin(angle) * about[0] for about in displacement[:, ABOUT_AXIS:]]
-    return 1e3 * pair.face_width * (slopes[0] - slopes[1])
+    return float(1e3 * pair.face_width * (slopes[0] - slopes[1]))
 
 
 def sweep_data(sweep: SteSweep, row: int, root_stress: RootStresses) -> Data:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.figures import deflection_figure, face_load_figure, ste_figure
 from pmor.machine.fit import Fit
+from pmor.machine.left_out import rexs_reasons
 from pmor.machine.loader import GearboxFile
 from pmor.machine.output import FILES, gearbox_data, gearbox_report, gearbox_text
 from pmor.machine.readings import Data
+from pmor.machine.to_rexs import write_gearbox_rexs
 from pmor.machine.view import machine_figure
 from pmor.machine.vtkhdf import write_machine
 from pmor.work.results import writing_results
@@ -39,7 +42,7 @@ class GearboxResult:
     failures: tuple[str, ...]
     fits: tuple[Fit, ...] = ()
 
-    @property
+    @cached_property
     def data(self) -> Data:
         """All of it as plain data: the content of `gearbox.json`."""
         return gearbox_data(self.file, self.loads, self.failures, self.fits)
@@ -61,7 +64,7 @@ class GearboxResult:
         return face_load_figure(self.loads)
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
-        """Write `gearbox.json`, `gearbox.md`, `report.html`, the pictures, and `machine.vtkhdf` for ParaView.
+        """Write `gearbox.json`, `gearbox.md`, `report.html`, the pictures, `machine.vtkhdf` and `gearbox.rexs`.
 
         Parameters
         ----------
@@ -74,13 +77,15 @@ class GearboxResult:
         """
         inputs = self.file.inputs
         with writing_results(folder, FILES, self.file.text, inputs=inputs, overwrite=overwrite, working=()) as out:
-            gearbox_report(self.file, self.loads, self.failures, self.fits).write(out)
+            gearbox_report(self.file, self.loads, self.data).write(out)
             if self.loads:
                 write_machine(self.file.model, self.loads, out / "machine.vtkhdf")
+            if not rexs_reasons(self.file):
+                write_gearbox_rexs(self.file, self.loads, self.data["loads"], out / "gearbox.rexs", overwrite=True)
 
     def __repr__(self) -> str:
         meshes = len(self.file.model.sections.meshes)
         return f"<GearboxResult of {self.file.name!r}: {meshes} meshes, {len(self.loads)} loads>"
 
     def __str__(self) -> str:
-        return gearbox_text(self.file, self.loads, self.failures, self.fits)
+        return gearbox_text(self.data)

@@ -14,11 +14,14 @@ from pathlib import Path
 import numpy as np
 
 from pmor.case import Case
+from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, printable
 from pmor.export.rexs.model import Component, Gearbox, read_rexs
 from pmor.export.rexs.read import read_stage
 from pmor.export.rexs.stage import axis_of, find_stage, stages
 from pmor.machine.checks import ROUNDED_SHARE
+from pmor.machine.rexs_parts import inner_geometry, read_housing_matrix
+from pmor.machine.rolling_bearing import BallBearing
 from pmor.machine.settings import (
     HOUSING,
     Bearing,
@@ -54,12 +57,15 @@ class ReadGearbox:
         By how much the faces of pinion and wheel lie beyond their common middle along x, mm; where any does.
     notes : tuple of str
         Assumptions, and parts that are left out.
+    housing : ndarray, optional
+        As of `pmor.machine.model.GearboxModel`.
     """
 
     sections: GearboxSections
     cases: dict[str, Case]
     face_offsets: dict[str, tuple[float, float]]
     notes: tuple[str, ...]
+    housing: FloatArray | None
 
 
 def read_gearbox(path: Path) -> ReadGearbox:
@@ -83,6 +89,7 @@ class _Draft:
         self.notes: list[str] = []
         self.face_offsets: dict[str, tuple[float, float]] = {}
         self.shafts = {shaft.number: shaft for shaft in gearbox.of_kind("shaft")}
+        self.seats = list[Component]()
 
     def read(self) -> ReadGearbox:
         if planets := [part for kind in PLANETARY for part in self.gearbox.of_kind(kind)]:
@@ -92,7 +99,8 @@ class _Draft:
             title=printable(self.path.stem), shafts=tuple(map(self.shaft, self.shafts.values())),
             bearings=self.bearings(), meshes=meshes, loads=self.loads(),
         )  # fmt: skip
-        return ReadGearbox(sections, cases, self.face_offsets, tuple(dict.fromkeys(self.notes)))
+        housing = read_housing_matrix(self.gearbox, self.seats, self.notes.append)
+        return ReadGearbox(sections, cases, self.face_offsets, tuple(dict.fromkeys(self.notes)), housing)
 
     def name(self, component: Component) -> str:
         """Unique, and printable."""
@@ -150,29 +158,41 @@ class _Draft:
                     self.notes.append(f"{bearing.label}: stands on no shaft: left out")
                     continue
                 found.append(self.bearing(bearing, self.shafts[inner], self.shafts.get(outer or -1), located))
+                if found[-1].to == HOUSING:
+                    self.seats.append(bearing)
         return tuple(found)
 
     def bearing(self, bearing: Component, shaft: Component, outer: Component | None, located: set[str]) -> Bearing:
         place = bearing.number_of("u_coordinate_on_shaft_inner_side", "u_coordinate_on_shaft")
         if place is None:
             raise self.refuse(bearing, "u_coordinate_on_shaft_inner_side is missing: where does it stand?")
+        to = self.name(outer) if outer else HOUSING
+        at = {"name": self.name(bearing), "shaft": self.name(shaft), "to": to, "at_mm": place}
+        inner = inner_geometry(self.gearbox, bearing, self.notes.append)
+        if inner is not None:
+            return Bearing(**at, **{"ball" if isinstance(inner, BallBearing) else "roller": inner})  # type: ignore[arg-type]
         radial, tilt = bearing.number_of("radial_stiffness"), bearing.number_of("bending_stiffness")
-        if radial is None:
+        holds = bearing.text_of("radial_force_absorption") != "false"
+        if radial is None and holds:
             self.notes.append(f"{bearing.label}: neither stiffness nor inner geometry: radially rigid")
-        name, takes = self.name(shaft), bearing.text_of("axial_force_absorption")
-        axial: float | str = "free"
-        if takes in ("both_directions", "positive", "negative"):
-            axial = "free" if name in located else "rigid"
-            if takes != "both_directions":
-                how = "held by it in both directions" if axial == "rigid" else "held by another bearing"
-                self.notes.append(f"{bearing.label}: takes thrust in one direction: the shaft is {how}")
-            located.add(name)
         return Bearing(
-            name=self.name(bearing), shaft=name, to=self.name(outer) if outer else HOUSING, at_mm=place,
-            radial_N_per_mm="rigid" if not radial or radial >= RIGID else radial,
-            axial_N_per_mm=axial,  # type: ignore[arg-type]
-            tilt_Nmm_per_rad="free" if not tilt else ("rigid" if tilt >= RIGID_TILT else tilt),
-        )  # fmt: skip
+            **at,  # type: ignore[arg-type]
+            radial_N_per_mm=_stiffness(radial, RIGID, "rigid" if holds else "free"),  # type: ignore[arg-type]
+            axial_N_per_mm=self.axial(bearing, self.name(shaft), located),  # type: ignore[arg-type]
+            tilt_Nmm_per_rad=_stiffness(tilt, RIGID_TILT, "free"),  # type: ignore[arg-type]
+        )
+
+    def axial(self, bearing: Component, shaft: str, located: set[str]) -> float | str:
+        """Stiffness along the axis; of bearings that take thrust without one, the first of a shaft holds it."""
+        takes, stiffness = bearing.text_of("axial_force_absorption"), bearing.number_of("axial_stiffness")
+        if takes not in ("both_directions", "positive", "negative"):
+            return "free"
+        found = _stiffness(stiffness, RIGID, "free" if shaft in located else "rigid")
+        if takes != "both_directions":
+            how = "held by another bearing" if found == "free" else "held by it in both directions"
+            self.notes.append(f"{bearing.label}: takes thrust in one direction: the shaft is {how}")
+        located.add(shaft)
+        return found
 
     def meshes(self) -> tuple[tuple[Mesh, ...], dict[str, Case]]:
         found, cases = list[Mesh](), dict[str, Case]()
@@ -232,9 +252,11 @@ class _Draft:
             said = case.get(load.number, load)
             for shaft in self.gearbox.beside(load.number, "shaft", "assembly"):
                 at = {"shaft": self.name(shaft), "at_mm": load.number_of("u_coordinate_on_shaft") or 0.0}
-                torque = said.number_of("torque_around_u_axis") or load.number_of("torque_around_u_axis")
+                own = said.number_of("torque_around_u_axis")
+                torque = load.number_of("torque_around_u_axis") if own is None else own
                 if load.text_of("transmits_torque") == "true":
-                    given = bool(torque) and load.text_of("defines_torque") != "false"
+                    defined = load.text_of("defines_torque")
+                    given = defined != "false" and (bool(torque) or (torque == 0.0 and defined == "true"))
                     torques.append(ShaftTorque(**at, torque_Nm=torque if given else "balance"))  # type: ignore[arg-type]
                 force = _turned(shaft, [said.number_of(f"force_{way}_direction") or 0.0 for way in "uvw"])
                 if any(force):
@@ -252,6 +274,11 @@ class _Draft:
             self.notes.append(f"{name}: no speed of {first.label}: no losses")
         acting = {"torques": tuple(torques), "forces": tuple(forces), "moments": tuple(moments)}
         return LoadCase(name=name, speed_rpm=speed, **acting)  # type: ignore[arg-type]
+
+
+def _stiffness(value: float | None, rigid: float, without: str) -> float | str:
+    """Stiffness in a direction; `without` where the file has none, or 0."""
+    return without if not value else "rigid" if value >= rigid else value
 
 
 def _turned(shaft: Component, values: Sequence[float]) -> list[float]:

@@ -12,12 +12,13 @@ import pytest
 
 from pmor.case import make_case
 from pmor.core.errors import CaseError, FileFormatError
-from pmor.export.rexs.model import Component, Gearbox, Relation
+from pmor.export.rexs.model import Component, Gearbox, Relation, read_rexs
 from pmor.export.rexs.read import read_stage
 from pmor.export.rexs.stage import find_stage
 from pmor.export.rexs.write import rexs_text
 from pmor.gear.modification import Modification
 from pmor.gear.topography import Topography
+from pmor.machine.rexs_parts import read_housing_matrix
 from pmor.pair.model import gear_pair
 
 GEARBOX = Path(__file__).parents[2] / "cases" / "gearbox.rexs"
@@ -436,3 +437,92 @@ def as_numbers(modification):
         grid = modification.topography
         numbers += [*grid.roll_deg, *grid.z_mm, *(a for row in grid.amount_um for a in row)]
     return numbers
+
+
+def housing_file(tmp_path, matrix, points=(10.0, 70.0), coded=False):
+    """A shaft on two bearings in a casing with a matrix of its reduction points at some places along x."""
+    cells = "".join(
+        "<r>" + "".join(f"<c>{value!r}</c>" for value in row) + "</r>" for row in np.asarray(matrix).tolist()
+    )
+    content = f"<matrix>{cells}</matrix>"
+    if coded:
+        numbers = base64.b64encode(np.asarray(matrix, dtype="<f8").tobytes()).decode()
+        content = f'<matrix code="float64" rows="12" columns="12">{numbers}</matrix>'
+    parts = "".join(
+        f'<component id="{20 + i}" type="reduction_point"><attribute id="support_vector" unit="mm"><array><c>{x}</c>'
+        "<c>0</c><c>0</c></array></attribute></component>"
+        for i, x in enumerate(points)
+    )
+    bearings = "".join(
+        f'<component id="{5 + i}" type="concept_bearing"><attribute id="support_vector" unit="mm"><array><c>{x}</c>'
+        "<c>0</c><c>0</c></array></attribute></component>"
+        for i, x in enumerate((10.0, 70.0))
+    )
+    # The second point comes first: its order is the larger one.
+    ordered = "".join(
+        f'<relation id="{40 + i}" type="ordered_assembly" order="{i + 1}"><ref role="assembly" id="9"/>'
+        f'<ref role="part" id="{20 + i}"/></relation>'
+        for i in reversed(range(len(points)))
+    )
+    text = (
+        '<model version="2.0.0"><relations><relation id="30" type="reference"><ref role="origin" id="8"/>'
+        f'<ref role="referenced" id="9"/></relation>{ordered}</relations><components>'
+        f'<component id="8" type="gear_casing"/><component id="9" type="assembly_group">'
+        f'<attribute id="reduced_static_stiffness_matrix" unit="none">{content}</attribute></component>'
+        f"{parts}{bearings}</components></model>"
+    )
+    (tmp_path / "housing.rexs").write_text(text)
+    gearbox = read_rexs(tmp_path / "housing.rexs")
+    notes = []
+    return read_housing_matrix(gearbox, gearbox.of_kind("concept_bearing"), notes.append), notes
+
+
+def stiff(points, seed=0):
+    random = np.random.default_rng(seed).normal(size=(6 * points, 6 * points))
+    return 1e5 * (random @ random.T + np.eye(6 * points))
+
+
+def test_a_housing_is_read_in_the_order_of_its_bearings(tmp_path):
+    matrix = stiff(2)
+    for coded in (False, True):
+        found, notes = housing_file(tmp_path, matrix, coded=coded)
+        np.testing.assert_allclose(found, matrix)
+    assert ["units of reduced_static_stiffness_matrix are not said" in note for note in notes] == [True]
+    turned, _ = housing_file(tmp_path, matrix, points=(70.0, 10.0))
+    order = [*range(6, 12), *range(6)]
+    np.testing.assert_allclose(turned, matrix[np.ix_(order, order)])
+
+
+def test_points_of_a_housing_without_a_bearing_are_free(tmp_path):
+    """As many degrees of freedom: the compliance between the seats is that of the whole."""
+    matrix = stiff(3)
+    found, notes = housing_file(tmp_path, matrix, points=(10.0, 500.0, 70.0))
+    seats = [*range(6), *range(12, 18)]
+    np.testing.assert_allclose(np.linalg.inv(found), np.linalg.inv(matrix)[np.ix_(seats, seats)], rtol=1e-9)
+    assert "1 reduction points without a bearing" in notes[1]
+
+
+def test_a_housing_without_all_seats_is_rigid_and_said_so(tmp_path):
+    found, notes = housing_file(tmp_path, stiff(1), points=(10.0,))
+    assert found is None
+    assert "no reduction_point for concept_bearing 6: left out, the housing is rigid" in notes[1]
+
+
+@pytest.mark.parametrize(
+    ("matrix", "words"),
+    [
+        (np.eye(11), "has 121 numbers, and must have 12 x 12"),
+        (np.triu(np.ones((12, 12))), "must be symmetric"),
+        (np.ones((12, 12)), "must be positive definite"),
+    ],
+)
+def test_a_housing_that_cannot_be_is_refused(matrix, words, tmp_path):
+    with pytest.raises(CaseError, match=words):
+        housing_file(tmp_path, matrix)
+
+
+def test_a_housing_that_moves_away_at_its_feet_is_refused(tmp_path):
+    matrix = stiff(3)
+    matrix[:, 6:12] = matrix[6:12] = 0.0
+    with pytest.raises(CaseError, match="hold the housing at its feet"):
+        housing_file(tmp_path, matrix, points=(10.0, 500.0, 70.0))

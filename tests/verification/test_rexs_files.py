@@ -5,6 +5,7 @@ Both lie beside the project, `../shared/rexs`, with the standard's own files (Ap
 
 import math
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -18,12 +19,20 @@ from pmor.export.rexs.read import read_stage
 from pmor.export.rexs.results import stage_results
 from pmor.export.rexs.write import rexs_text
 from pmor.gear.modification import Modification
+from pmor.machine.loader import load
+from pmor.machine.to_rexs import gearbox_rexs
 from pmor.pair.model import gear_pair
+from tests.support.gearboxes import SMALL, written
 from tests.support.small_case import case_with
 
 SHARED = Path(__file__).parents[2].parent / "shared" / "rexs"
 FVA, SEW = SHARED / "FVA-Industriegetriebe_2stufig_1-4.rexs", SHARED / "SEW_3-stage_cylindrical_gearbox_1.0.rexs"
 DATE = "2026-01-01T00:00:00+00:00"
+EVERY_LOAD = """name = "drive"
+speed_rpm = 1000.0
+hours = 250.0
+moments = [{ shaft = "output", at_mm = 80.0, y_Nm = 2.0, z_Nm = -3.0 }]
+forces = [{ shaft = "output", at_mm = 80.0, x_N = 10.0, y_N = 200.0, z_N = -100.0 }]"""
 beside = pytest.mark.skipif(not SHARED.is_dir(), reason="no public gearboxes in ../shared/rexs")
 
 
@@ -90,6 +99,20 @@ def small_results():
     return reduced, stage_results(reduced)
 
 
+@cache
+def solved_box(folder):
+    """The small gearbox on a housing of its own, with all kinds of bearings and loads, solved."""
+    (folder / "seats.csv").write_text("\n".join(",".join(map(str, row)) for row in (1e7 * np.eye(24)).tolist()))
+    text = SMALL.replace('name = "drive"', EVERY_LOAD)
+    found = pmor.gearbox(written(folder, f'{text}[housing]\nstiffness = "seats.csv"\n'))
+    return found, gearbox_rexs(found.file, found.loads, found.data["loads"], DATE)
+
+
+@pytest.fixture(scope="module")
+def box(tmp_path_factory):
+    return solved_box(tmp_path_factory.mktemp("box"))
+
+
 def documents():
     case = modified_case()
     yield rexs_text(case, gear_pair(case), None, DATE)
@@ -98,15 +121,15 @@ def documents():
 
 
 @beside
-def test_what_goes_out_has_the_form_of_a_rexs_file():
+def test_what_goes_out_has_the_form_of_a_rexs_file(box):
     xmlschema = pytest.importorskip("xmlschema", reason="the form of REXS files is checked by xmlschema")
     schema = xmlschema.XMLSchema(str(SHARED / "rexs-file.xsd"))
-    for text in documents():
+    for text in (*documents(), box[1]):
         schema.validate(ElementTree.fromstring(text))
 
 
 @beside
-def test_what_goes_out_says_only_what_the_schema_knows_in_its_units():
+def test_what_goes_out_says_only_what_the_schema_knows_in_its_units(box):
     root = ElementTree.parse(SHARED / "rexs_schema_2.0.0.xml").getroot()
     units = {unit.get("id"): unit.get("name") for unit in root.find("units")}
     attributes = {a.get("numericId"): a for a in root.find("attributes")}
@@ -119,7 +142,7 @@ def test_what_goes_out_says_only_what_the_schema_knows_in_its_units():
         (relation.get("relationId"), frozenset((role.get("roleId"), role.get("componentId")) for role in one))
         for relation in root.find("relations") for one in relation.find("allowedCombinations")
     }  # fmt: skip
-    for text in documents():
+    for text in (*documents(), box[1]):
         model = ElementTree.fromstring(text)
         assert model.get("version") == root.get("version")
         kinds = {c.get("id"): c.get("type") for c in model.find("components")}
@@ -151,3 +174,70 @@ def test_results_in_a_rexs_file_are_those_of_the_sweep():
     rho = 1.0 / (1.0 / radii[:, 0] + 1.0 / radii[:, 1])
     half = np.sqrt(4.0 * results.point_load_N_per_mm * rho * 2.0 * (1.0 - 0.3**2) / 210e3 / math.pi)
     np.testing.assert_allclose(results.pressure_MPa, 2.0 * results.point_load_N_per_mm / (math.pi * half), rtol=1e-12)
+
+
+def attributes(text, kind, name="", case=None):
+    """Attributes of components of a kind and name, by name of the attribute: text, or numbers."""
+    model = ElementTree.fromstring(text)
+    numbers = {c.get("id"): c.get("name", "") for c in model.find("components") if c.get("type") == kind}
+    place = model.find("components") if case is None else model.findall("load_spectrum/load_case")[case]
+    (found,) = [c for c in place if c.get("type") == kind and numbers[c.get("id")] == name]
+    cells = {a.get("id"): [cell.text for cell in a.iter("c")] or a.text for a in found}
+    return {key: np.array(v, dtype=float) if isinstance(v, list) else v for key, v in cells.items()}
+
+
+def test_a_gearbox_in_rexs_reads_back_as_itself(box, tmp_path):
+    """Shafts, bearings by stiffness and inner geometry, housing, loads and the pair; parts have other names."""
+    found, text = box
+    (tmp_path / "box.rexs").write_bytes(text)
+    back = load(tmp_path / "box.rexs")
+    said, read = found.file.model.sections, back.model.sections
+    assert [note for note in back.notes if "units of reduced_static_stiffness_matrix" not in note] == []
+    for one, other in zip(said.shafts, read.shafts, strict=True):
+        assert replace(other, name=one.name) == one
+    by_name = {bearing.name.split(" [")[0]: bearing for bearing in read.bearings}
+    for bearing in said.bearings:
+        other = by_name[bearing.name]
+        assert replace(other, name=bearing.name, shaft=bearing.shaft, to=bearing.to) == bearing
+    order = [6 * [b.name for b in said.bearings].index(name) + i for name in by_name for i in range(6)]
+    np.testing.assert_allclose(back.model.housing, found.file.model.housing[np.ix_(order, order)])
+    (one,), (other,) = said.loads, read.loads
+    assert (other.speed_rpm, other.hours) == (one.speed_rpm, one.hours)
+    for kind in ("torques", "forces", "moments"):
+        for a, b in zip(getattr(one, kind), getattr(other, kind), strict=True):
+            assert replace(b, shaft=a.shaft) == a
+    (case,) = back.cases.values()
+    assert case.pair == found.file.cases["mesh"].pair
+
+
+def test_results_of_a_gearbox_in_rexs_are_those_of_gearbox_json(box):
+    found, text = box
+    entry = found.data["loads"][0]
+    mesh, shaft, bearing = entry["meshes"][0], entry["shafts"][1], entry["bearings"][2]
+    on_shaft = attributes(text, "shaft", "output", 0)
+    np.testing.assert_allclose(on_shaft["u_coordinates_of_beam_nodes"], shaft["at_mm"])
+    np.testing.assert_allclose(on_shaft["displacement_v_of_nodes"], np.array(shaft["displacement_um"])[:, 1])
+    on_bearing = attributes(text, "rolling_bearing_with_detailed_geometry", "C", 0)
+    force = [float(on_bearing[f"force_acting_on_inner_component_{way}"]) for way in "uvw"]
+    np.testing.assert_allclose(force, -np.array(bearing["force_N"]))
+    assert float(on_bearing["radial_deflection_in_v"]) == bearing["displacement_um"][1]
+    inner, outer = (float(on_bearing[f"displacement_{side}_side_v"]) for side in ("inner", "outer"))
+    np.testing.assert_allclose(inner - outer, bearing["displacement_um"][1], rtol=1e-9)
+    at = shaft["at_mm"].index(10.0)
+    np.testing.assert_allclose(inner, shaft["displacement_um"][at][1])
+    assert float(on_bearing["maximum_hertzian_pressure"]) == bearing["contact_pressure_max_MPa"]
+    # On the housing of 1e7 N/mm.
+    np.testing.assert_allclose(outer, 1e3 * bearing["force_N"][1] / 1e7, rtol=1e-6)
+    stage = attributes(text, "cylindrical_stage", "mesh", 0)
+    assert float(stage["face_load_factor_contact_stress"]) == mesh["k_h_beta"]
+    assert float(stage["custom_pmor_f_beta"]) == mesh["f_beta_um"]
+    place, load_there = stage["load_distribution_node_positions"], stage["load_distribution_along_face_width"]
+    assert (np.diff(place) > 0.0).all()
+    np.testing.assert_allclose(place[0] + place[-1], 16.0, atol=1e-9)
+    # The largest over the mean of the line load; tip corners carry a little at shorter levers.
+    np.testing.assert_allclose(load_there.max() * 16.0 / mesh["force_N"], mesh["k_h_beta"], rtol=2e-3)
+    gear = attributes(text, "cylindrical_gear", "mesh, pinion", 0)
+    tangential = 60e3 / found.file.model.pairs["mesh"].pinion.base_radius
+    across = np.hypot(float(gear["force_acting_on_shaft_v"]), float(gear["force_acting_on_shaft_w"]))
+    np.testing.assert_allclose(across, tangential, rtol=1e-3)
+    np.testing.assert_allclose(float(gear["torque_acting_on_shaft_u"]), -60.0, rtol=1e-3)

@@ -1,4 +1,4 @@
-"""The text of a REXS 2.0 file: components with numbered ids, relations between them, one load case."""
+"""The text of a REXS 2.0 file: components with numbered ids, relations between them, load cases."""
 
 from __future__ import annotations
 
@@ -13,6 +13,9 @@ from pmor.export.rexs.units import UNITS
 
 VERSION = "2.0.0"
 Value = str | bool | int | float | Sequence[int] | Sequence[float] | np.ndarray
+Attributes = Mapping[str, Value]
+# Relations whose parts have an order, which is that of their being said.
+ORDERED = ("manufacturing_step", "ordered_assembly")
 
 
 @dataclass
@@ -24,13 +27,13 @@ class Document:
     components : list of (kind, name, attributes)
         Their ids are 1, 2, ...
     relations : list of (kind, roles)
-    loads : dict
-        Attributes of components in the load case, by their ids.
+    cases : list of dict
+        Attributes of components in each load case, by their ids.
     """
 
-    components: list[tuple[str, str, Mapping[str, Value]]] = field(default_factory=list)
+    components: list[tuple[str, str, Attributes]] = field(default_factory=list)
     relations: list[tuple[str, Mapping[str, int]]] = field(default_factory=list)
-    loads: dict[int, Mapping[str, Value]] = field(default_factory=dict)
+    cases: list[dict[int, Attributes]] = field(default_factory=list)
 
     def add(self, kind: str, name: str = "", **attributes: Value) -> int:
         """Add a component and return its id."""
@@ -54,8 +57,11 @@ class Document:
             applicationLanguage="en",
         )  # fmt: skip
         relations = ElementTree.SubElement(root, "relations")
+        orders = dict[tuple[str, int], int]()
         for number, (kind, roles) in enumerate(self.relations, start=1):
-            more = {"order": "1"} if kind == "manufacturing_step" else {}
+            whole = kind, next(iter(roles.values()))
+            orders[whole] = orders.get(whole, 0) + 1
+            more = {"order": str(orders[whole])} if kind in ORDERED else {}
             relation = ElementTree.SubElement(relations, "relation", {"id": str(number), "type": kind} | more)
             for role, component in roles.items():
                 hint = self.components[component - 1][0]
@@ -64,25 +70,30 @@ class Document:
         for number, (kind, name, attributes) in enumerate(self.components, start=1):
             said = {"id": str(number), "type": kind} | ({"name": name} if name else {})
             _attributes(ElementTree.SubElement(components, "component", said), attributes)
-        if self.loads:
-            spectrum = ElementTree.SubElement(root, "load_spectrum", id="1")
-            case = ElementTree.SubElement(spectrum, "load_case", id="1")
-            for number, attributes in self.loads.items():
+        spectrum = ElementTree.SubElement(root, "load_spectrum", id="1") if self.cases else root
+        for place, loads in enumerate(self.cases, start=1):
+            case = ElementTree.SubElement(spectrum, "load_case", id=str(place))
+            for number, attributes in loads.items():
                 kind = self.components[number - 1][0]
                 _attributes(ElementTree.SubElement(case, "component", id=str(number), type=kind), attributes)
         ElementTree.indent(root)
         return bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True))
 
 
-def _attributes(component: ElementTree.Element, attributes: Mapping[str, Value]) -> None:
+def _attributes(component: ElementTree.Element, attributes: Attributes) -> None:
     for name, value in attributes.items():
         attribute = ElementTree.SubElement(component, "attribute", id=name, unit=UNITS.get(name, "none"))
         if isinstance(value, str | bool | int | float):
             attribute.text = _cell(value)
             continue
-        array = ElementTree.SubElement(attribute, "array")
-        for item in np.asarray(value).tolist():
-            ElementTree.SubElement(array, "c").text = _cell(item)
+        values = np.asarray(value)
+        rows = [ElementTree.SubElement(attribute, "array")]
+        if values.ndim == 2:
+            rows[0].tag = "matrix"
+            rows = [ElementTree.SubElement(rows[0], "r") for _ in values]
+        for row, items in zip(rows, values.reshape(len(rows), -1).tolist(), strict=True):
+            for item in items:
+                ElementTree.SubElement(row, "c").text = _cell(item)
 
 
 def _cell(value: str | bool | int | float) -> str:

@@ -133,10 +133,11 @@ class Component:
 
 @dataclass(frozen=True)
 class Relation:
-    """Components that belong together, each with its role: (role, component), in their order."""
+    """Components that belong together, each with its role: (role, component); and their order among others."""
 
     kind: str
     parts: tuple[tuple[str, int], ...]
+    order: int = 0
 
     def role(self, name: str) -> int | None:
         """Return the component in a role; None where there is none."""
@@ -172,6 +173,18 @@ class Gearbox:
             if number in members and relation in (None, one.kind):
                 found |= {m: self.components[m] for m in members if m in self.components}
         return [component for component in found.values() if component.kind == kind]
+
+    def members(self, relation: str) -> list[list[int]]:
+        """List the components of each relation of a kind."""
+        return [[member for _, member in one.parts] for one in self.relations if one.kind == relation]
+
+    def ordered(self, number: int, kind: str) -> list[Component]:
+        """List the components of a kind that are ordered parts of a component, in their order."""
+        found = [one for one in self.relations if one.kind == "ordered_assembly" and one.role("assembly") == number]
+        parts = [one.role("part") for one in sorted(found, key=lambda one: one.order)]
+        return [
+            self.components[part] for part in parts if part in self.components and self.components[part].kind == kind
+        ]
 
 
 def read_rexs(path: Path | str) -> Gearbox:
@@ -232,7 +245,8 @@ def _json_tree(document: Any) -> ElementTree.Element:
         root.attrib |= {key: str(model[key]) for key in ("applicationId", "applicationVersion") if key in model}
         relations = ElementTree.SubElement(root, "relations")
         for item in model.get("relations", []):
-            relation = ElementTree.SubElement(relations, "relation", type=_text(item["type"]))
+            order = {"order": _id(item["order"])} if item.get("order") is not None else {}
+            relation = ElementTree.SubElement(relations, "relation", order, type=_text(item["type"]))
             for ref in item["refs"]:
                 ElementTree.SubElement(relation, "ref", role=_text(ref["role"]), id=_id(ref["id"]))
         _add_components(ElementTree.SubElement(root, "components"), model.get("components", []))
@@ -286,7 +300,11 @@ def _gearbox(root: ElementTree.Element, path: Path) -> Gearbox:
     try:
         components = _components(root.iterfind("components/component"), path)
         relations = [
-            Relation(item.get("type", ""), tuple((ref.get("role", ""), int(ref.get("id", ""))) for ref in item))
+            Relation(
+                item.get("type", ""),
+                tuple((ref.get("role", ""), int(ref.get("id", ""))) for ref in item),
+                int(item.get("order") or 0),
+            )  # fmt: skip
             for item in root.iterfind("relations/relation")
         ]
         cases = root.iterfind("load_spectrum/load_case")
@@ -311,7 +329,7 @@ def _components(items: Iterable[ElementTree.Element], path: Path) -> dict[int, C
 
 
 def _content(attribute: ElementTree.Element) -> str | list[str]:
-    array = attribute.find("array")
+    array = next((part for part in attribute if part.tag in ("array", "matrix")), None)
     if array is not None and array.get("code"):
         # Numbers in Base64, lowest byte first.
         values = np.frombuffer(base64.b64decode(array.text or ""), dtype=np.dtype(CODES[array.get("code", "")]))

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from pmor.case import Case, GearCase
-from pmor.export.rexs.document import Document, Value
+from pmor.export.rexs.document import Attributes, Document, Value
 from pmor.export.rexs.results import StageResults
 from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
@@ -48,7 +48,7 @@ def rexs_text(case: Case, pair: GearPair, results: StageResults | None, date: st
     """Return the text of the file; see `write_rexs`."""
     document = Document()
     unit = document.add("gear_unit", case.title, model_name=case.name)
-    stage = document.add("cylindrical_stage", f"Stage of {case.name}", **_stage(pair))
+    stage = document.add("cylindrical_stage", f"Stage of {case.name}", **stage_attributes(pair))
     document.relate("assembly", assembly=unit, part=stage)
     start = min(low for low, _ in pair.faces)
     gears, data, flanks = list[int](), list[int](), list[int]()
@@ -58,7 +58,7 @@ def rexs_text(case: Case, pair: GearPair, results: StageResults | None, date: st
             u_axis_vector=ALONG, w_axis_vector=ACROSS,
         )  # fmt: skip
         document.relate("assembly", assembly=unit, part=shaft)
-        gear, flank = _gear(document, case, pair, number, name, pair.faces[number][0] - start)
+        gear, flank = add_gear(document, case, pair, number, name, pair.faces[number][0] - start)
         document.relate("assembly", assembly=shaft, part=gear)
         gears.append(gear)
         flanks.append(flank)
@@ -66,15 +66,18 @@ def rexs_text(case: Case, pair: GearPair, results: StageResults | None, date: st
         document.relate("stage_gear_data", stage=stage, gear=gear, stage_gear_data=data[-1])
     document.relate("stage", stage=stage, gear_1=gears[0], gear_2=gears[1])
     ratio = case.pair.wheel.teeth / case.pair.pinion.teeth
+    loads = dict[int, Attributes]()
+    document.cases.append(loads)
     for number, torque in enumerate((case.torque_Nm, -case.torque_Nm * ratio)):
-        document.loads[data[number]] = {"torque": _rounded(torque), "loaded_tooth_flank": "left"}
+        loads[data[number]] = {"torque": _rounded(torque), "loaded_tooth_flank": "left"}
     if results is not None:
-        document.loads[stage] = _found(results)
-        _points(document, pair, flanks[0], results)
+        loads[stage] = _found(results)
+        loads |= _points(document, pair, flanks[0], results)
     return document.text(date)
 
 
-def _stage(pair: GearPair) -> dict[str, Value]:
+def stage_attributes(pair: GearPair) -> dict[str, Value]:
+    """Return the geometry of a stage."""
     return {
         "center_distance": pair.centre_distance, "common_face_width": _rounded(pair.common_width),
         "gear_ratio": pair.wheel.teeth / pair.pinion.teeth, "radial_contact_ratio": pair.contact_ratio,
@@ -82,15 +85,31 @@ def _stage(pair: GearPair) -> dict[str, Value]:
     }  # fmt: skip
 
 
-def _gear(document: Document, case: Case, pair: GearPair, number: int, name: str, place: float) -> tuple[int, int]:
-    """Add a gear with flanks, tool, material and modifications; return its id and that of the loaded flank."""
+def add_gear(
+    document: Document, case: Case, pair: GearPair, number: int, name: str, place: float, datum: str = "positive",
+    **more: Value,
+) -> tuple[int, int]:  # fmt: skip
+    """Add a gear with flanks, tool, material and modifications; return its id and that of the loaded flank.
+
+    Parameters
+    ----------
+    number : int
+        0 pinion, 1 wheel.
+    place : float
+        Where its face begins on its shaft, mm.
+    datum : {"positive", "negative"}
+        Where z of the case looks along the shaft.
+    **more : str, float or sequence
+        Further attributes of the gear.
+    """
     said: GearCase = (case.pair.pinion, case.pair.wheel)[number]
     tooth, (low, high) = (pair.pinion, pair.wheel)[number], pair.faces[number]
     gear = document.add(
         "cylindrical_gear", name, number_of_teeth=said.teeth, normal_module=case.pair.module_mm,
         helix_angle_reference_diameter=(-1.0 if number else 1.0) * case.pair.helix_angle_deg,
-        face_width=_rounded(high - low), u_coordinate_on_shaft=_rounded(place), datum_face_orientation="positive",
+        face_width=_rounded(high - low), u_coordinate_on_shaft=_rounded(place), datum_face_orientation=datum,
         tip_diameter=2.0 * tooth.tip_radius, inner_diameter=_rounded(2.0 * (said.bore_radius_mm or 0.0)),
+        **more,
     )  # fmt: skip
     material = document.add(
         "material", f"Material of the {name}", elastic_modulus=_rounded(1e3 * said.youngs_modulus_GPa),
@@ -180,8 +199,8 @@ def _found(results: StageResults) -> dict[str, Value]:
     }  # fmt: skip
 
 
-def _points(document: Document, pair: GearPair, flank: int, results: StageResults) -> None:
-    """Add the points of the pinion's flank that carry over the cycle, with load and pressure."""
+def _points(document: Document, pair: GearPair, flank: int, results: StageResults) -> dict[int, Attributes]:
+    """Add the points of the pinion's flank that carry over the cycle, and return their load and pressure."""
     roll = results.roll_rad[:, 0]
     ids = np.arange(1, len(roll) + 1)
     points = document.add(
@@ -193,10 +212,10 @@ def _points(document: Document, pair: GearPair, flank: int, results: StageResult
     document.relate("assembly", assembly=flank, part=points)
     data = document.add("meshing_contact_stage_data_set")
     document.relate("reference", origin=points, referenced=data)
-    document.loads[data] = {
+    return {data: {
         "set_ids": ids, "local_normal_line_load": results.point_load_N_per_mm,
         "local_hertzian_contact_stress": results.pressure_MPa,
-    }  # fmt: skip
+    }}  # fmt: skip
 
 
 def _angle(pair: GearPair, roll: np.ndarray, z: np.ndarray) -> np.ndarray:
