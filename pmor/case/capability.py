@@ -69,7 +69,7 @@ LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_shapes, ("campaign", "design", "dynamics", "fmu", "gearbox", "page", "rexs")),
     (_coast, ("campaign", "design", "fmu", "gearbox", "page", "rexs", "vtkhdf")),
     (_uneven_teeth, ("fmu",)),
-    (_ring, ("campaign", "gearbox", "rexs", "stability")),
+    (_ring, ("campaign", "gearbox", "stability")),
     (_many_nodes, ("page",)),
     (_blanks, ("rexs", "vtkhdf")),
     (_holes, ("campaign", "classical", "design", "dynamics", "fmu", "gearbox", "page")),

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from pmor.case.gears import GearCase, PairCase
+from pmor.case.gears import GearCase, PairCase, ShaperCase
 from pmor.case.values import toml_text
-from pmor.core.errors import CaseError
+from pmor.core.errors import CaseError, GeometryError
+from pmor.gear.ring_root import Shaper
+from pmor.gear.tooth import Tooth
 
 # Keys of a ring alone.
 OF_RINGS = ("root_fillet_mm", "shaper", "rim_thickness_mm")
+# Modules by which a dedendum that is written may differ from what the shaper cuts: drawings round it.
+SAME_DEDENDUM = 0.02
 
 
 def check_ring(pair: PairCase, document: dict[str, Any], where: str) -> None:
@@ -58,6 +63,7 @@ def _check_internal(pair: PairCase, written: dict[str, Any], place: str) -> None
                 f"{place} rack_tip_radius = {ring.rack_tip_radius}: the shaper makes the fillet, by its tip_radius_mm: "
                 "leave it out"
             )
+        _check_dedendum(pair, ring.shaper, written, place)
         if ring.shaper.teeth >= ring.teeth:
             raise CaseError(
                 f"{place} shaper teeth = {ring.shaper.teeth}: must be fewer than the {ring.teeth} of the ring: lower it"
@@ -65,4 +71,23 @@ def _check_internal(pair: PairCase, written: dict[str, Any], place: str) -> None
     if ring.teeth <= pair.pinion.teeth:
         raise CaseError(
             f"{place} teeth = {ring.teeth}: a ring needs more teeth than its pinion, {pair.pinion.teeth}: raise it"
+        )
+
+
+def _check_dedendum(pair: PairCase, said: ShaperCase, written: dict[str, Any], place: str) -> None:
+    if "dedendum" not in written:
+        return
+    angles, ring = (math.radians(pair.pressure_angle_deg), math.radians(pair.helix_angle_deg)), pair.wheel
+    shaper = Shaper(said.teeth, said.addendum, said.tip_radius_mm, said.profile_shift)
+    try:
+        cut = Tooth(
+            -ring.teeth, pair.module_mm, *angles, ring.profile_shift, ring.addendum, shaper=shaper,
+            thickness_allowance=0.5 * sum(ring.thickness_allowances_mm),
+        ).cut_dedendum  # fmt: skip
+    except GeometryError:
+        return  # refused with the pair
+    if abs(ring.dedendum - cut) > SAME_DEDENDUM:
+        raise CaseError(
+            f"{place} dedendum = {ring.dedendum}: the shaper cuts {cut:.4g} modules deep: leave it out, or change "
+            "shaper addendum"
         )

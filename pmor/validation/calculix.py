@@ -49,6 +49,7 @@ PLANE: dict[str, dict[str, Any]] = {
 INSIDE = [
     ("paper", 100.0, 0.12, 6.2340), ("paper", 100.0, 0.45, 6.2347), ("paper", 100.0, 0.75, 9.2986),
     ("unequal", 30.0, 0.15, 3.3823), ("unequal", 30.0, 0.45, 3.4123), ("unequal", 30.0, 0.75, 5.0407),
+    ("internal", 60.0, 0.15, 3.6718), ("internal", 60.0, 0.45, 3.7421), ("internal", 60.0, 0.75, 5.7932),
 ]  # fmt: skip
 # Pair, torque, where a tip corner carries, angle of the pinion beyond the path of contact (rad), STE (um).
 CORNERS = [
@@ -56,11 +57,13 @@ CORNERS = [
     ("paper", 300.0, "entry", 0.003, 19.228), ("paper", 300.0, "exit", 0.003, 19.328),
     ("unequal", 30.0, "entry", 0.004, 3.716), ("unequal", 30.0, "exit", 0.004, 3.705),
     ("unequal", 90.0, "entry", 0.004, 10.436), ("unequal", 90.0, "exit", 0.004, 10.445),
+    ("internal", 60.0, "entry", 0.003, 3.945), ("internal", 60.0, "exit", 0.003, 3.9758),
 ]  # fmt: skip
 # Undercut pair, 50 N m: pitches since entry, length of CalculiX's elements there (mm), STE (um): contact at the edge of
 # the undercut, and on the flank beside it.
 UNDERCUT = [(-0.06, 0.003, 6.1055), (0.1, 0.012, 5.6591)]
-INSIDE_RTOL, CORNER_RTOL = 1.5e-3, 1e-2
+# Contact in a ring is wider: 0.13 mm half-wide where the layer is 1.2 mm deep.
+INSIDE_RTOL, RING_RTOL, CORNER_RTOL = 1.5e-3, 3e-3, 1e-2
 # Root stress of the paper's gear, 100 N m as one line load at the outer point of single contact, MPa.
 PLANE_MPA, PLANE_RADIUS_MM, PLANE_PRESSED_MPA, SOLID_MPA = 86.84, 37.614, -103.08, 91.40
 PLANE_RTOL, SOLID_RTOL = 5e-3, 1e-2
@@ -80,6 +83,11 @@ def plane_ste_um(name: str, torque_Nm: float, phi: float) -> float:
     return ste_um(replace(case, torque_Nm=torque_Nm / WIDTH), model, phi)
 
 
+def inside_rtol(name: str) -> float:
+    """Return how near the transmission error of one of `PLANE` is to CalculiX between the tips."""
+    return RING_RTOL if name == "internal" else INSIDE_RTOL
+
+
 def corner_angle(name: str, end: str, beyond: float) -> float:
     """Return the pinion angle so much before the entry or beyond the exit of a tooth pair, rad."""
     start, stop = plane(name)[1].mesh.meshed.pair.roll_position_range
@@ -91,7 +99,8 @@ def transmission_error() -> list[Check]:
     source = "CalculiX, plane strain"
     found = [
         Check(f"STE, {name} pair, {torque:g} N m, {share:g} pitches after entry", "µm", theirs,
-              plane_ste_um(name, torque, after_entry(plane(name)[1].mesh.meshed.pair, share)), source, INSIDE_RTOL)
+              plane_ste_um(name, torque, after_entry(plane(name)[1].mesh.meshed.pair, share)), source,
+              inside_rtol(name))
         for name, torque, share, theirs in INSIDE
     ]  # fmt: skip
     found += [

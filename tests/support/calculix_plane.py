@@ -1,12 +1,14 @@
-"""Whole rings in plane strain for CalculiX: second-order elements, flanks that resolve the contact.
+"""Rings for CalculiX, plane or half as wide as the faces: second-order elements, flanks that resolve the contact.
 
-One layer of C3D20 whose nodes stay in their transverse planes, on the true outline. Each tooth that can touch has rows
+One layer of C3D20 whose nodes stay in their transverse planes, or some up to the plane of symmetry, on the true
+outline. Rings are whole, or arcs with some teeth beside those that can touch. Each tooth that can touch has rows
 of its own, `fine` (mm) where it touches or where its corner is, and coarser by distance; all other teeth have few. Both
 have the same columns, so that all sectors fit together. Contact is surface to surface, under a penalty.
 """
 
 import math
 import re
+from dataclasses import replace
 from functools import partial
 from unittest.mock import patch
 
@@ -29,14 +31,16 @@ FINE = 0.1
 NAMES = "PINION", "WHEEL"
 
 
-def plane_ste_um(case, pair, phi, fine, reach, penalty, expected_um):
-    """STE of whole rings by CalculiX, um.
+def plane_ste_um(case, pair, phi, fine, reach, penalty, expected_um, layers=0, beside=None):
+    """STE of rings by CalculiX, um.
 
-    `fine` is the length of elements up to `reach` (both mm) from a contact, `penalty` is in N/mm^3.
+    `fine` is the length of elements up to `reach` (both mm) from a contact, `penalty` is in N/mm^3. With `layers`, so
+    many elements over half the width, else plane strain; `beside` is how many teeth are kept on either side.
     """
     start = 1e-3 * START * expected_um
-    rings, touching = _rings(case, pair, phi + start / pair.pinion.base_radius, phi, fine, reach)
-    deck = "\n".join([*_deck(case, pair, rings, touching, penalty)]) + "\n"
+    turned = phi + start / pair.pinion.base_radius
+    rings, touching = _rings(case, pair, turned, phi, fine, reach, layers, beside)
+    deck = "\n".join([*_deck(case, pair, rings, touching, penalty, layers)]) + "\n"
     log, results = run_deck(deck)
     assert "best solution" not in log, "no equilibrium"
     path = re.findall(r"displacements.*for set DRIVER.*\n\s*\n\s*\d+\s+(\S+)", results)[-1]
@@ -67,15 +71,16 @@ def _graded_fillet(fine, tooth, upper):
     return np.stack([np.interp(nodes, arc, points[:, d]) for d in range(2)], axis=-1)[::-1]
 
 
-def _sector(tooth, held, width, roll, across):
+def _sector(tooth, held, width, roll, across, layers):
     first = 0.5 * tooth.base_radius * (roll[2] ** 2 - roll[0] ** 2)
     upper = {"upper": partial(_graded_fillet, first)} if tooth.is_undercut and first < FINE else {}
     with flank_rows(roll, FILLET, **upper), patch.object(sector, "_through_thickness", lambda *_: across):
         rows = (len(roll) - 1) // 2
-        return sector.build_sector(tooth, held, width, rows, 1, width="plane_strain", order=2)
+        how = {"width": "half" if layers else "plane_strain", "order": 2}
+        return sector.build_sector(tooth, held, width, rows, 2 * layers or 1, **how)
 
 
-def _rings(case, pair, turned, phi, fine, reach):
+def _rings(case, pair, turned, phi, fine, reach, layers, beside):
     """Both gears, the pinion `turned` ahead of phi, and for each the teeth that can touch with their faces."""
     index = pair.touching_pairs(phi, MARGIN * pair.pitch)
     rolls = pair.contact_roll_angles(np.clip(phi + pair.pitch * index, *pair.roll_position_range))
@@ -88,14 +93,23 @@ def _rings(case, pair, turned, phi, fine, reach):
         across = sector._through_thickness(half_width, sector.LAYER_DEPTH * tooth.module, fine, COLUMN_GROWTH**2)
         free = np.linspace(tooth.form_roll_angle, tooth.tip_roll_angle, 2 * FREE_ROWS + 1)
         teeth = [int(i) % count for i in (index if gear == 0 else -index)]
-        meshes = [_sector(tooth, held, pair.face_width, free, across)] * count
+        meshes = [_sector(tooth, held, pair.face_width, free, across, layers)] * count
         for number, roll in zip(teeth, at, strict=True):
             rows = _rows(tooth, roll, fine, reach)
-            meshes[number] = _sector(tooth, held, pair.face_width, rows, across)
+            meshes[number] = _sector(tooth, held, pair.face_width, rows, across, layers)
         faces = _faces(meshes)
-        rings.append(ring_of(meshes, angles[gear], (0.0, pair.centre_distance)[gear]))
+        ring = ring_of(meshes, angles[gear], (0.0, pair.centre_distance)[gear])
+        rings.append(ring if beside is None else _arc(ring, meshes, teeth, beside))
         touching.append([(tooth, faces[tooth]) for tooth in teeth])
     return rings, touching
+
+
+def _arc(ring, meshes, teeth, beside):
+    """A ring of which the elements of teeth farther away than some beside those that touch are left out."""
+    apart = np.abs((np.arange(len(meshes))[:, None] - teeth + len(meshes) // 2) % len(meshes) - len(meshes) // 2)
+    kept = np.repeat(apart.min(axis=1) <= beside, [len(mesh.elements) for mesh in meshes])
+    used = np.unique(ring.elements[kept])
+    return replace(ring, used=used, bore=np.intersect1d(ring.bore, used), kept=kept)
 
 
 def _faces(meshes):
@@ -111,7 +125,7 @@ def _faces(meshes):
     return faces
 
 
-def _deck(case, pair, rings, touching, penalty):
+def _deck(case, pair, rings, touching, penalty, layers):
     starts = [(1, 1), (1 + len(rings[0].nodes), 1 + len(rings[0].elements))]
     for name, ring, gear, start in zip(NAMES, rings, (case.pair.pinion, case.pair.wheel), starts, strict=True):
         yield from mesh_lines(ring, f"{name}_ALL", name, *start)
@@ -124,7 +138,13 @@ def _deck(case, pair, rings, touching, penalty):
         x, y = rings[0].nodes[n, :2] / pair.pinion.base_radius
         for direction, ratio in ((1, -y), (2, x)):
             yield from ("2", f"{1 + n},{direction},-1,{driver},1,{fields([ratio])}")
-    yield from ("*BOUNDARY", "WHEEL_BORE,1,2", "PINION_ALL,3,3", "WHEEL_ALL,3,3", "DRIVER,2,3")
+    yield from ("*BOUNDARY", f"WHEEL_BORE,1,{3 if layers else 2}", "DRIVER,2,3")
+    for name, ring, start in zip(NAMES, rings, starts, strict=True):
+        # Bores, and the plane of symmetry; in plane strain all nodes.
+        held = np.union1d(ring.bore, ring.used[ring.nodes[ring.used, 2] == 0.0]) if layers else ring.used
+        if name == "WHEEL":
+            held = np.setdiff1d(held, ring.bore) if layers else held
+        yield from (f"{start[0] + n},3,3" for n in held)
     yield from ("*SURFACE INTERACTION,NAME=FLANKS", "*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR")
     yield fields([penalty])
     for both in zip(*touching, strict=True):
@@ -133,6 +153,6 @@ def _deck(case, pair, rings, touching, penalty):
             yield f"*SURFACE,NAME={name},TYPE=ELEMENT"
             yield from (f"{element + e},S{face}" for e, face in faces)
         yield from ("*CONTACT PAIR,INTERACTION=FLANKS,TYPE=SURFACE TO SURFACE", ",".join(names))
-    force = 1e3 * case.torque_Nm / pair.pinion.base_radius
+    force = 1e3 * case.torque_Nm / pair.pinion.base_radius / (2.0 if layers else 1.0)
     yield from ("*STEP", "*STATIC", "1,1", "*CONTROLS,PARAMETERS=FIELD", fields([TOLERANCE, TOLERANCE]))
     yield from ("*CLOAD", f"{driver},1,{fields([force])}", "*NODE PRINT,NSET=DRIVER", "U", "*END STEP")

@@ -29,13 +29,14 @@ def flank_rows(roll, fillet, upper=lambda _, points: points):
 
 @dataclass(frozen=True)
 class Ring:
-    """A gear: nodes as placed, their numbers by sector, elements, nodes in use and on the bore."""
+    """A gear: nodes as placed, their numbers by sector, elements and which are kept, nodes in use and on the bore."""
 
     nodes: np.ndarray
     numbers: list
     elements: np.ndarray
     used: np.ndarray
     bore: np.ndarray
+    kept: np.ndarray
 
 
 def ring_of(meshes, angle=0.0, height=0.0):
@@ -54,7 +55,7 @@ def ring_of(meshes, angle=0.0, height=0.0):
     elements = np.concatenate([n[mesh.elements[:, :20]] for n, mesh in zip(numbers, meshes, strict=True)])
     used = np.unique(elements)
     bore = np.intersect1d(np.concatenate([n[mesh.bore] for n, mesh in zip(numbers, meshes, strict=True)]), used)
-    return Ring(np.concatenate(nodes), numbers, elements, used, bore)
+    return Ring(np.concatenate(nodes), numbers, elements, used, bore, np.ones(len(elements), dtype=bool))
 
 
 def mesh_lines(ring, nodes, elements, node=1, element=1):
@@ -63,6 +64,8 @@ def mesh_lines(ring, nodes, elements, node=1, element=1):
     yield from (f"{node + n},{fields(ring.nodes[n])}" for n in ring.used)
     yield f"*ELEMENT,TYPE=C3D20,ELSET={elements}"
     for e, corners in enumerate((ring.elements + node).tolist()):
+        if not ring.kept[e]:
+            continue
         yield f"{element + e}," + ",".join(map(str, corners[:15])) + ","
         yield ",".join(map(str, corners[15:]))
 

@@ -163,7 +163,7 @@ def as_json():
         ("<page/>", "is XML, but no REXS model"),
         ('<!DOCTYPE x [<!ENTITY a "b">]><model version="1.0"/>', "declares a document type"),
         ('<model version="1.0"><components><component id="x" type="a"/></components></model>', "no whole number"),
-        ('<model version="1.0"/>', "no stage of two external cylindrical gears"),
+        ('<model version="1.0"/>', "no stage of two cylindrical gears"),
     ],
 )
 def test_what_is_no_gearbox_is_refused_in_one_line(tmp_path, text, message):

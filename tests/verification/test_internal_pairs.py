@@ -8,6 +8,8 @@ from numpy.testing import assert_allclose
 
 from pmor.body.elastic_gear import elastic_gear
 from pmor.case import change_case, load_case, make_case
+from pmor.export.rexs.read import read_stage
+from pmor.export.rexs.write import rexs_text
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.sector import build_sector
 from pmor.gear.classical import iso6336
@@ -17,7 +19,7 @@ from pmor.gear.ring_root import Shaper
 from pmor.gear.tooth import Tooth
 from pmor.line.layered_pair import place_sections
 from pmor.line.unloaded import unloaded_ste_um
-from pmor.pair.model import elastic_model, mesh_model
+from pmor.pair.model import elastic_model, gear_pair, mesh_model
 from tests.support.internal_pairs import ALPHA, internal_pair, ring
 from tests.support.small_case import full_fe
 from tests.support.states import states_at
@@ -127,3 +129,19 @@ def test_iso_6336_takes_a_ring_for_a_rack():
     single = iso6336.single_stiffness(22.0, math.inf)
     assert_allclose(single, 14.365, atol=5e-4)
     assert_allclose(iso6336.mesh_stiffness(single, 1.9572), ISO_RING, atol=2e-3)
+
+
+@pytest.mark.parametrize("keys", [{"shaper": {"teeth": 23, "tip_radius_mm": 0.4}}, {"root_fillet_mm": 1.1}])
+def test_a_ring_comes_back_from_a_rexs_file_as_it_was_written(keys, tmp_path):
+    wheel = {"teeth": 61, "internal": True, "profile_shift": -0.1, "addendum": 0.85, "rim_thickness_mm": 13.0} | keys
+    case = make_case(
+        "ring", module_mm=4.0, face_width_mm=30.0, torque_Nm=100.0, helix_angle_deg=12.0, wheel=wheel,
+        pinion={"teeth": 22, "profile_shift": 0.1, "bore_radius_mm": 20.0},
+        **{"wheel.modification": {"tip_relief_um": 8.0, "tip_relief_start_roll_deg": 17.0}},
+    )  # fmt: skip
+    path = tmp_path / "ring.rexs"
+    path.write_bytes(rexs_text(case, gear_pair(case), None, "today"))
+    found = read_stage(path)
+    assert [note for note in found.notes if "towards the tip" not in note] == []
+    assert_allclose(found.case.wheel_modification.tip_relief_start_roll_deg, 17.0, rtol=1e-9)
+    assert found.case.pair == case.pair

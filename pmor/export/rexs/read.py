@@ -12,7 +12,8 @@ from pmor.case import Case, make_case, parse_case
 from pmor.core.errors import CaseError, GeometryError, printable
 from pmor.export.rexs.flanks import READERS, FileFlank, read_flank
 from pmor.export.rexs.model import Component, Gearbox, read_rexs
-from pmor.export.rexs.stage import Stage, axis_of, face_middle, find_stage
+from pmor.export.rexs.rings import CUTTER, cleared, ring_keys
+from pmor.export.rexs.stage import RING, Stage, axis_of, face_middle, find_stage
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair
 
@@ -91,11 +92,11 @@ class _Draft:
         pinion, wheel = self.gears
         flank, module = self.flanks[0], self._needed(pinion, "normal_module")
         helix = pinion.number_of("helix_angle_reference_diameter") or 0.0
-        angle = self._needed(flank, "normal_pressure_angle")
+        angle, mating = self._needed(flank, "normal_pressure_angle"), helix if wheel.kind == RING else -helix
         for attribute, one, other in (
             ("normal_module", module, self._needed(wheel, "normal_module")),
             ("normal_pressure_angle", angle, self._needed(self.flanks[1], "normal_pressure_angle")),
-            ("helix_angle_reference_diameter", -helix, wheel.number_of("helix_angle_reference_diameter") or 0.0),
+            ("helix_angle_reference_diameter", mating, wheel.number_of("helix_angle_reference_diameter") or 0.0),
         ):
             if not math.isclose(one, other, rel_tol=1e-6, abs_tol=1e-6):
                 said = f"{other:g} of {wheel.label} where its mate asks for {one:g}"
@@ -110,6 +111,7 @@ class _Draft:
             if abs(offset) > 1e-9:
                 keys["face_offset_mm"] = _rounded(offset)
             keys |= self._material(gear)
+        self._clear_tips(wheel, pair, tooth)
         distance = self.stage.component.number_of("center_distance")
         if distance is not None:
             pair["centre_distance_mm"] = self._distance(distance, pair, tooth)
@@ -121,6 +123,14 @@ class _Draft:
         if len(torques) > 1:
             sections["online"] = {"torques_Nm": list(torques)}
         return sections
+
+    def _clear_tips(self, wheel: Component, pair: dict[str, Any], tooth: list[dict[str, Any]]) -> None:
+        """Shorten the tips of a ring whose tip circle is not said, until they clear the pinion's fillets."""
+        if wheel.kind == RING and "addendum" not in tooth[1]:
+            found = cleared(_present(pair), tooth, wheel.label)
+            if found is not None:
+                tooth[1]["addendum"] = found[0]
+                self.notes.append(found[1])
 
     def modifications(self, pair: GearPair) -> Iterator[dict[str, Any]]:
         """Return the keys of the modifications of both gears."""
@@ -149,9 +159,8 @@ class _Draft:
                 self.notes.append(f"{part.label}: not read: {', '.join(unread)}")
 
     def _tools(self, gear: Component, flank: Component) -> list[Component]:
-        return self.gearbox.beside(flank.number, "rack_shaped_tool") or self.gearbox.beside(
-            gear.number, "rack_shaped_tool"
-        )
+        kind = CUTTER if gear.kind == RING else "rack_shaped_tool"
+        return self.gearbox.beside(flank.number, kind) or self.gearbox.beside(gear.number, kind)
 
     def _tooth(self, gear: Component, flank: Component, module: float, helix: float) -> dict[str, Any]:
         shift = flank.number_of("addendum_modification_coefficient")
@@ -162,16 +171,22 @@ class _Draft:
         keys: dict[str, Any] = {"teeth": teeth}
         if shift:
             keys["profile_shift"] = _rounded(shift)
-        keys |= self._addendum(gear, module, shift, radius)
-        keys |= self._tool(gear, flank, module, shift, radius)
+        if gear.kind == RING:
+            sizes = teeth, module, helix, shift
+            found, notes = ring_keys(gear, self._tools(gear, flank), sizes, self._shaft_diameter(gear))
+            keys |= found
+            self.notes += notes
+        else:
+            keys |= self._addendum(gear, module, shift, radius)
+            keys |= self._tool(gear, flank, module, shift, radius)
+            root_radius = radius - module * (keys.get("dedendum", 1.25) - shift)
+            keys["bore_radius_mm"] = self._bore(gear, root_radius, radius, module)
         if chamfer := flank.number_of("tooth_tip_chamfer"):
             keys["tip_chamfer_mm"] = chamfer
         if rounding := flank.number_of("custom_pmor_tip_rounding"):
             keys["tip_rounding_mm"] = rounding
         if allowances := flank.numbers_of("custom_pmor_tooth_thickness_allowances"):
             keys["tooth_thickness_allowance_um"] = [_rounded(1e3 * allowance) for allowance in allowances]
-        root_radius = radius - module * (keys.get("dedendum", 1.25) - shift)
-        keys["bore_radius_mm"] = self._bore(gear, root_radius, radius, module)
         return keys
 
     def _addendum(self, gear: Component, module: float, shift: float, radius: float) -> dict[str, float]:
@@ -267,7 +282,7 @@ class _Draft:
             return gear_pair(make_case("pair", pair=_present(pair) | distance_mm, **both))
 
         try:
-            if math.isclose(made().centre_distance, distance, rel_tol=SAME_DISTANCE):
+            if math.isclose(abs(made().centre_distance), distance, rel_tol=SAME_DISTANCE):
                 return None
             made(centre_distance_mm=distance)
         except (CaseError, GeometryError) as error:

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from pmor.core.errors import CaseError
 from pmor.export.rexs.model import Component, Gearbox
 
+RING = "ring_gear"
+
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage with two external cylindrical gears.
+    """A stage with two cylindrical gears, of which one may be a ring: then that is the wheel, whichever drives.
 
     Parameters
     ----------
@@ -36,14 +38,15 @@ class Stage:
 
 
 def stages(gearbox: Gearbox) -> dict[int, tuple[Component, Component]]:
-    """List the stages with two external cylindrical gears: (gear_1, gear_2) by the number of the stage."""
+    """List the stages with two cylindrical gears, one at most a ring: (gear_1, gear_2) by the number of the stage."""
     found = {}
     for relation in gearbox.relations:
         number, *gears = (relation.role(role) for role in ("stage", "gear_1", "gear_2"))
         if relation.kind != "stage" or number is None or None in gears:
             continue
         pair = [gearbox.components.get(gear) for gear in gears if gear is not None]
-        if number in gearbox.components and all(gear and gear.kind == "cylindrical_gear" for gear in pair):
+        kinds = sorted(gear.kind if gear else "" for gear in pair)
+        if number in gearbox.components and kinds in (["cylindrical_gear"] * 2, ["cylindrical_gear", RING]):
             found[number] = (pair[0], pair[1])
     return found  # type: ignore[return-value]
 
@@ -59,7 +62,7 @@ def find_stage(gearbox: Gearbox, wanted: int | None, where: str) -> Stage:
     found = stages(gearbox)
     listed = ", ".join(f"{number} ({_teeth(a)}/{_teeth(b)} teeth)" for number, (a, b) in sorted(found.items()))
     if not found:
-        raise CaseError(f"{where}: has no stage of two external cylindrical gears: nothing to make a case of")
+        raise CaseError(f"{where}: has no stage of two cylindrical gears: nothing to make a case of")
     if wanted is None and len(found) > 1:
         raise CaseError(f"{where}: has several stages: pass stage=N: {listed}")
     number = next(iter(found)) if wanted is None else wanted
@@ -68,6 +71,8 @@ def find_stage(gearbox: Gearbox, wanted: int | None, where: str) -> Stage:
     torques, drivers, notes = _torques(gearbox, found)
     one, two = found[number]
     pinion, wheel = (two, one) if drivers.get(number, one.number) == two.number else (one, two)
+    if pinion.kind == RING:
+        pinion, wheel = wheel, pinion
     flanks = {data.text_of("loaded_tooth_flank") for data in _gear_data(gearbox, number, pinion)} & {"left", "right"}
     said, known = min(flanks, default="left"), len(flanks) == 1
     return Stage(

@@ -15,6 +15,8 @@ import numpy as np
 from pmor.case import Case, GearCase
 from pmor.export.rexs.document import Attributes, Document, Value
 from pmor.export.rexs.results import StageResults
+from pmor.export.rexs.rings import CUTTER, cutter_attributes, ring_attributes
+from pmor.export.rexs.stage import RING
 from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.profile import profiles
@@ -65,7 +67,7 @@ def rexs_text(case: Case, pair: GearPair, results: StageResults | None, date: st
         data.append(document.add("cylindrical_stage_gear_data", "", is_driving_gear=number == 0))
         document.relate("stage_gear_data", stage=stage, gear=gear, stage_gear_data=data[-1])
     document.relate("stage", stage=stage, gear_1=gears[0], gear_2=gears[1])
-    ratio = case.pair.wheel.teeth / case.pair.pinion.teeth
+    ratio = pair.wheel.teeth / pair.pinion.teeth
     loads = dict[int, Attributes]()
     document.cases.append(loads)
     for number, torque in enumerate((case.torque_Nm, -case.torque_Nm * ratio)):
@@ -79,7 +81,7 @@ def rexs_text(case: Case, pair: GearPair, results: StageResults | None, date: st
 def stage_attributes(pair: GearPair) -> dict[str, Value]:
     """Return the geometry of a stage."""
     return {
-        "center_distance": pair.centre_distance, "common_face_width": _rounded(pair.common_width),
+        "center_distance": abs(pair.centre_distance), "common_face_width": _rounded(pair.common_width),
         "gear_ratio": pair.wheel.teeth / pair.pinion.teeth, "radial_contact_ratio": pair.contact_ratio,
         "overlap_contact_ratio": pair.overlap_ratio, "total_contact_ratio": pair.total_contact_ratio,
     }  # fmt: skip
@@ -104,22 +106,25 @@ def add_gear(
     """
     said: GearCase = (case.pair.pinion, case.pair.wheel)[number]
     tooth, (low, high) = (pair.pinion, pair.wheel)[number], pair.faces[number]
+    inner = {} if said.bore_radius_mm is None else {"inner_diameter": _rounded(2.0 * said.bore_radius_mm)}
     gear = document.add(
-        "cylindrical_gear", name, number_of_teeth=said.teeth, normal_module=case.pair.module_mm,
-        helix_angle_reference_diameter=(-1.0 if number else 1.0) * case.pair.helix_angle_deg,
+        RING if said.internal else "cylindrical_gear", name, number_of_teeth=said.teeth,
+        normal_module=case.pair.module_mm,
+        helix_angle_reference_diameter=(-said.sign if number else 1) * case.pair.helix_angle_deg,
         face_width=_rounded(high - low), u_coordinate_on_shaft=_rounded(place), datum_face_orientation=datum,
-        tip_diameter=2.0 * tooth.tip_radius, inner_diameter=_rounded(2.0 * (said.bore_radius_mm or 0.0)),
-        **more,
+        tip_diameter=2.0 * abs(tooth.tip_radius), **(ring_attributes(said, tooth) if said.internal else inner), **more,
     )  # fmt: skip
     material = document.add(
         "material", f"Material of the {name}", elastic_modulus=_rounded(1e3 * said.youngs_modulus_GPa),
         poisson_ratio=said.poisson_ratio,
     )  # fmt: skip
     document.relate("reference", origin=gear, referenced=material)
-    tool = document.add(
-        "rack_shaped_tool", f"Tool of the {name}", addendum_coefficient_reference_profile=said.dedendum,
-        tip_corner_radius_factor_reference_profile=said.rack_tip_radius,
-    )  # fmt: skip
+    cuts: dict[str, Value] = {
+        "addendum_coefficient_reference_profile": said.dedendum,
+        "tip_corner_radius_factor_reference_profile": said.rack_tip_radius,
+    }
+    kind, cuts = (CUTTER, cutter_attributes(said, tooth)) if said.internal else ("rack_shaped_tool", cuts)
+    tool = document.add(kind, f"Tool of the {name}", **cuts)
     settings = document.add("cylindrical_gear_manufacturing_settings")
     flanks = {}
     for side in ("left", "right"):
@@ -150,7 +155,7 @@ def _modifications(one: Modification, tooth: Tooth, width: float) -> list[tuple[
     found: list[tuple[str, Mapping[str, Value]]] = []
 
     def diameter(roll_deg: float | None) -> float:
-        return 2.0 * tooth.base_radius * math.hypot(1.0, math.radians(roll_deg or 0.0))
+        return 2.0 * abs(tooth.base_radius) * math.hypot(1.0, math.radians(roll_deg or 0.0))
 
     for which, amount, roll, shape in (
         ("tip", one.tip_relief_um, one.tip_relief_start_roll_deg, one.tip_relief_shape),
