@@ -6,13 +6,15 @@ Sentences with load, part, value and rule; the numbers themselves are results as
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from pmor.case import Case
 from pmor.machine.coupled import SolvedLoad, SolvedMesh
 from pmor.machine.model import ABOUT_AXIS
 from pmor.machine.readings import Data
+from pmor.pair.limits import PRESSURE_OVER_MODULUS, hertz_pressure
 
 # Share of the mean transmission error that displacements of second order in the tilt of a hub may have.
 SECOND_ORDER = 0.01
@@ -20,13 +22,13 @@ SECOND_ORDER = 0.01
 MOVED_PATH = 0.02
 
 
-def named_bounds(solved: SolvedLoad, entry: Data) -> list[str]:
+def named_bounds(cases: Mapping[str, Case], solved: SolvedLoad, entry: Data) -> list[str]:
     """Return what leaves its bounds under a load; `entry` is that of the load in `gearbox.json`."""
     bearings = [f"bearing {one['name']}: {text}" for one in entry["bearings"] for text in _bearing(one)]
     meshes = [
         f"mesh {one['name']}: {text}"
         for mesh, one in zip(solved.meshes, entry["meshes"], strict=True)
-        for text in _mesh(mesh, one)
+        for text in (*_mesh(mesh, one), *_flank(cases[one["name"]], mesh, one))
     ]
     return [f"load {solved.load.name}, {text}" for text in (*bearings, *meshes)]
 
@@ -63,6 +65,15 @@ def _mesh(mesh: SolvedMesh, entry: Data) -> Iterator[str]:
         yield (
             f"the centre distance changes by {1e3 * float(relative[1]):.3g} um and the contact ratio by {change:.2g}, "
             f"more than {MOVED_PATH:g}: the path of contact is that of the drawing"
+        )
+
+
+def _flank(case: Case, mesh: SolvedMesh, entry: Data) -> Iterator[str]:
+    pressure, (_, modulus) = entry["flank_pressure_max_MPa"], hertz_pressure(case, mesh.meshing.pair)
+    if pressure is not None and pressure > PRESSURE_OVER_MODULUS * modulus:
+        yield (
+            f"flank pressure {pressure:.4g} MPa is {100.0 * pressure / modulus:.2g} % of the modulus, above "
+            f"{100.0 * PRESSURE_OVER_MODULUS:g} %: real flanks yield"
         )
 
 

@@ -84,14 +84,14 @@ SPECTRUM_COLUMNS: Columns = {
     "share [%]": lambda row: 100.0 * row["fraction"],
     "pinion [rpm]": "pinion_rpm",
     "hours": "hours",
-    "cycles, pinion": "pinion_cycles",
-    "cycles, wheel": "wheel_cycles",
+    "pinion [10⁶ turns]": lambda row: None if row["pinion_cycles"] is None else 1e-6 * row["pinion_cycles"],
+    "wheel [10⁶ turns]": lambda row: None if row["wheel_cycles"] is None else 1e-6 * row["wheel_cycles"],
     "pressure [MPa]": "flank_pressure_max_MPa",
     "root stress, pinion [MPa]": lambda row: (row["root_stress_max_MPa"] or UNKNOWN)[0],
     "wheel [MPa]": lambda row: (row["root_stress_max_MPa"] or UNKNOWN)[1],
 }
 # Of the spectrum, known with hours alone.
-OF_HOURS = ("hours", "cycles, pinion", "cycles, wheel")
+OF_HOURS = ("hours", "pinion [10⁶ turns]", "wheel [10⁶ turns]")
 BEARING_COLUMNS: Columns = {
     "load": "load",
     "bearing": "name",
@@ -139,6 +139,7 @@ ROLLING = (
     "Of bearings by inner geometry. Static safety: C_0 / P_0 by the pressure of the most loaded element; at C_0 ISO 76 "
     "has 4,200 MPa of balls, 4,000 MPa of rollers."
 )
+POWER = "What enters, and what the meshes lose."
 DUTY = "All: means by time, the efficiency that of the work."
 SPECTRUM = "What each mesh carries, and how often: revolutions of both gears. A list, without any damage."
 LOSSES = "Load-dependent, of the line loads; formulas of friction differ by up to a factor of two. Without churning."
@@ -155,7 +156,7 @@ def gearbox_data(
         "duty": duty_data(file.model, entries),
         "fits": [asdict(fit) for fit in fits],
         "failures": list(failures),
-        "bounds": [text for pair in zip(loads, entries, strict=True) for text in named_bounds(*pair)],
+        "bounds": [text for pair in zip(loads, entries, strict=True) for text in named_bounds(file.cases, *pair)],
         "left_out": [f"{what}: {why}" for what, why in left_out(file)],
         "assumptions": list(file.notes),
     }
@@ -205,10 +206,10 @@ def gearbox_text(data: Data) -> str:
 def _power_table(data: Data) -> Table:
     duty, rows = data["duty"], data["loads"]
     if duty is None:
-        return table("Power", POWER_COLUMNS, rows, LOSSES)
+        return table("Power", POWER_COLUMNS, rows, POWER)
     time = {row["load"]: row for row in duty["spectrum"]}
     timed = [{**row, **{key: time[row["name"]][key] for key in ("fraction", "hours")}} for row in rows]
-    return table("Power", DUTY_COLUMNS, [*timed, {"name": "all", "fraction": 1.0, **duty}], f"{LOSSES} {DUTY}")
+    return table("Power", DUTY_COLUMNS, [*timed, {"name": "all", "fraction": 1.0, **duty}], f"{POWER} {DUTY}")
 
 
 def _tables(data: Data) -> list[Table]:

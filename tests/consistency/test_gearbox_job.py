@@ -86,7 +86,8 @@ def test_bounds_are_named_with_load_part_and_value(job):
     path, _ = job
     found = pmor.gearbox(path)
     solved, entry = found.loads[0], found.data["loads"][0]
-    assert named_bounds(solved, entry) == found.data["bounds"] == []
+    cases = found.file.cases
+    assert named_bounds(cases, solved, entry) == found.data["bounds"] == []
     entry["bearings"][2] |= {"loaded_elements": 0}
     entry["bearings"][3] |= {"static_safety": 0.8, "contact_pressure_max_MPa": 4472.0}
     mesh, moved = solved.meshes[0], solved.meshes[0].displacement.copy()
@@ -94,14 +95,15 @@ def test_bounds_are_named_with_load_part_and_value(job):
     moved[0, 3] = 0.01
     bent = replace(solved, meshes=(mesh._replace(displacement=moved),))
     entry["meshes"][0]["carrying_face_percent"] = 50.0
-    texts = named_bounds(bent, entry)
+    entry["meshes"][0]["flank_pressure_max_MPa"] = 2500.0
+    texts = named_bounds(cases, bent, entry)
     for words in (
         "load drive, bearing C: carries nothing", "bearing D: overloaded, contact pressure 4472 MPa, static safety 0.8",
         "mesh mesh: flanks lift off, 50 % of the face", "coast flanks would overlap", "a hub tilts by 10 mrad",
-        "the contact ratio by 0.",
+        "the contact ratio by 0.", "flank pressure 2500 MPa is 2.2 % of the modulus",
     ):  # fmt: skip
         assert sum(words in text for text in texts) == 1, words
-    assert len(texts) == 6
+    assert len(texts) == 7
 
 
 def test_a_mesh_with_the_sections_of_its_case_is_that_of_the_case_file(tmp_path):
