@@ -12,16 +12,19 @@ from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.gear.condition import Assembly, Misalignment
+from pmor.line.hubs import Hubs
 from pmor.line.kernels.loads import LineResults
 from pmor.line.kernels.places import Lines
+from pmor.line.layered_pair import LayeredPair
 from pmor.line.pair import PlacedSections
 from pmor_online.line_sweep import loads_and_patches
-from pmor_online.model import ReducedPair
+from pmor_online.model import ReducedPair, on_hubs
 
 # A patch of contact that is off its middle by more than this has been cut off, or carried round, by an edge, mm.
 OFF_MIDDLE = 1e-9
@@ -80,18 +83,29 @@ class VariantSolver:
     phi : ndarray, shape (A,)
         Pinion angles, rad: all of them are kept in memory with their flexibilities, for the axes used last.
     torques_Nm : sequence of float
+    hubs : sequence of Hubs
+        What the hubs stand on under each torque; empty: they are held.
     """
 
-    def __init__(self, reduced: ReducedPair, phi: FloatArray, torques_Nm: Sequence[float]) -> None:
+    def __init__(
+        self, reduced: ReducedPair, phi: FloatArray, torques_Nm: Sequence[float], hubs: Sequence[Hubs] = ()
+    ) -> None:
         self.reduced, self.phi = reduced, np.ascontiguousarray(phi, dtype=float)
-        self.torques_Nm = tuple(torques_Nm)
-        self._torques = np.array([1e3 * torque for torque in torques_Nm])
+        self.torques_Nm, self.hubs = tuple(torques_Nm), tuple(hubs)
         # Found once: where active profiles begin and end takes as long as a position.
         self._active = reduced.layered.pair.active_rolls
-        # One for each thread that was on the same axes; the axes used last at the end.
-        self._idle: OrderedDict[Misalignment, list[PlacedSections]] = OrderedDict()
+        # For each thread that was on the same axes, one for each of `supported`; the axes used last at the end.
+        self._idle: OrderedDict[Misalignment, list[list[PlacedSections]]] = OrderedDict()
         self._idle_bytes = 0
         self._lock = threading.Lock()
+
+    @cached_property
+    def supported(self) -> tuple[tuple[ReducedPair, tuple[float, ...]], ...]:
+        """The pair on each of its supports, with the torques on the pinion there, N m."""
+        if not self.hubs:
+            return ((self.reduced, self.torques_Nm),)
+        on_supports = (on_hubs(self.reduced, hubs) for hubs in self.hubs)
+        return tuple((pair, (torque,)) for pair, torque in zip(on_supports, self.torques_Nm, strict=True))
 
     def solve(self, assembly: Assembly, differentiated: bool = False) -> VariantState:
         """Return the state of the pair as it is built in one way.
@@ -104,9 +118,15 @@ class VariantSolver:
             With the derivatives of the STE.
         """
         with self._placed(assembly.misalignment) as placed:
-            found = placed.solve(self._torques, False, placed.deviation(assembly), differentiated)
-        wide = placed.width_limit.exceeded(found.force)
-        return self._state(placed.lines, found._replace(converged=found.converged & ~wide))
+            first = placed[0]
+            deviation = first.deviation(assembly)
+            parts = [
+                one.solve(1e3 * np.array(torques), False, deviation, differentiated)
+                for one, (_, torques) in zip(placed, self.supported, strict=True)
+            ]
+        found = parts[0] if len(parts) == 1 else LineResults(*map(np.concatenate, zip(*parts, strict=True)))
+        wide = first.width_limit.exceeded(found.force)
+        return self._state(first.lines, found._replace(converged=found.converged & ~wide))
 
     def _state(self, lines: Lines, found: LineResults) -> VariantState:
         meshed, sections = self.reduced.layered, self.reduced.layered.sections
@@ -122,31 +142,53 @@ class VariantSolver:
         )  # fmt: skip
 
     @contextmanager
-    def _placed(self, misalignment: Misalignment) -> Iterator[PlacedSections]:
-        """Lend the sections on some axes: solving makes flexibilities ready in them, which is for one at a time."""
+    def _placed(self, misalignment: Misalignment) -> Iterator[list[PlacedSections]]:
+        """Lend the sections on some axes, on each support.
+
+        Solving makes flexibilities ready in them, which is for one at a time.
+        """
         with self._lock:
             placed = self._take(misalignment)
         if placed is None:
-            placed = self.reduced.lines.place(self.phi, misalignment)
+            placed = self._place(misalignment)
         try:
             yield placed
         finally:
             with self._lock:
                 self._keep(misalignment, placed)
 
-    def _take(self, misalignment: Misalignment) -> PlacedSections | None:
+    def _place(self, misalignment: Misalignment) -> list[PlacedSections]:
+        """Place the sections; loads share flexibilities where their supports are as flexible, as linear ones are."""
+        found = list[PlacedSections]()
+        for pair, _ in self.supported:
+            alike = (one for one in found if _as_flexible(one.pair.meshed, pair.layered))
+            one = next(alike, None)
+            found.append(pair.lines.place(self.phi, misalignment) if one is None else one.displaced(pair.lines))
+        return found
+
+    def _take(self, misalignment: Misalignment) -> list[PlacedSections] | None:
         alike = self._idle.get(misalignment)
         if not alike:
             return None
         placed = alike.pop()
-        self._idle_bytes -= placed.nbytes
+        self._idle_bytes -= _size(placed)
         return placed
 
-    def _keep(self, misalignment: Misalignment, placed: PlacedSections) -> None:
+    def _keep(self, misalignment: Misalignment, placed: list[PlacedSections]) -> None:
         """Keep the sections for the next variant on these axes; the axes not used for longest go."""
         self._idle.setdefault(misalignment, []).append(placed)
         self._idle.move_to_end(misalignment)
-        self._idle_bytes += placed.nbytes
+        self._idle_bytes += _size(placed)
         while len(self._idle) > 1 and self._idle_bytes > MOST_IDLE_BYTES:
             _, longest = self._idle.popitem(last=False)
-            self._idle_bytes -= sum(one.nbytes for one in longest)
+            self._idle_bytes -= sum(map(_size, longest))
+
+
+def _as_flexible(one: LayeredPair, other: LayeredPair) -> bool:
+    return (
+        one.hubs is not None and other.hubs is not None and np.array_equal(one.hubs.compliance, other.hubs.compliance)
+    )
+
+
+def _size(placed: list[PlacedSections]) -> int:
+    return sum({id(array): array.nbytes for one in placed for array in one.arrays}.values())

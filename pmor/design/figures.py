@@ -14,9 +14,10 @@ from pmor.design.fine import on_angles
 from pmor.design.harris import HarrisRule
 from pmor.design.judge import Judge, nominal
 from pmor.design.search import Found
+from pmor.design.supports import CASE, InGearbox
 from pmor.design.variables import limits
 from pmor.report.panels import panels
-from pmor.report.style import COLOURS, new_figure, plot_style
+from pmor.report.style import COLOURS, legend_label, new_figure, plot_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -107,7 +108,7 @@ def _contour(axes: Axes, found: Found, judge: Judge, best: FloatArray, first: in
     axes.plot(
         best[first], best[second], "*", color=COLOURS[1], ms=13, mec="white", label="best", clip_on=False, zorder=5
     )
-    other = found.best_at(range(len(design.load.torques_Nm))) if design.scatters else None
+    other = found.best_at(range(len(design.load.labels))) if design.scatters else None
     if other is not None:
         x = found.variants.x[other]
         axes.plot(x[first], x[second], "D", color="white", ms=5, mec=GREY, label="best without scatter")
@@ -149,11 +150,29 @@ def ste_figure(found: Found, curves: Mapping[str, FloatArray]) -> Figure:
     """STE over the pitch under the design's torques, (T, A) of each chosen variant, on one scale about the mean."""
     with panels(len(curves), 2.7 * len(curves) + 0.8, 3.6, legend=6, sharey=True) as (figure, axes):
         for place, (name, ste) in zip(axes, curves.items(), strict=True):
-            for number, (torque, curve) in enumerate(zip(found.design.load.torques_Nm, ste, strict=True)):
+            for number, (label, curve) in enumerate(zip(found.design.load.labels, ste, strict=True)):
                 place.plot(np.arange(len(curve) + 1) / len(curve), np.append(curve, curve[0]) - curve.mean(),
-                           color=COLOURS[number % len(COLOURS)], label=f"{torque:g} N m")  # fmt: skip
+                           color=COLOURS[number % len(COLOURS)], label=legend_label(label))  # fmt: skip
             place.set(title=name, xlabel="Pinion angle [pitches]")
         axes[0].set_ylabel("STE about its mean [µm]")
+    return figure
+
+
+def face_load_figure(box: InGearbox) -> Figure:
+    """Line load over the face under each load, the gearbox solved anew with each flank."""
+    labels, z = box.supports.file.design.load.labels, box.supports.reduced.layered.sections.z
+    columns = min(3, len(labels))
+    rows = -(-len(labels) // columns)
+    with panels(columns, 3.0 * columns + 1.2, 2.6 * rows + 0.9, legend=4, rows=rows, sharex=True) as (figure, axes):
+        for number, (place, label) in enumerate(zip(axes, labels, strict=False)):
+            for colour, flank in zip(COLOURS, box.flanks, strict=False):
+                style = "--" if flank.name == CASE else "-"
+                place.plot(z, flank.face_load_N_per_mm[number], style, color=colour, label=flank.name)
+            place.set(title=legend_label(label), xlabel="z from mid width [mm]", ylim=(0.0, None))
+        for place in axes[len(labels) :]:
+            place.set_visible(False)
+        for place in axes[::columns]:
+            place.set_ylabel("Line load, mean over\nthe mesh cycle [N/mm]")
     return figure
 
 

@@ -38,7 +38,10 @@ class BlockSolver(VariantSolver):
     def solve(self, assembly: Assembly, differentiated: bool = False) -> VariantState:
         """Return the state of the pair as it is built in one way; see `VariantSolver.solve`."""
         blocks = [self.phi[i : i + BLOCK] for i in range(0, len(self.phi), BLOCK)]
-        parts = [VariantSolver(self.reduced, phi, self.torques_Nm).solve(assembly, differentiated) for phi in blocks]
+        parts = [
+            VariantSolver(self.reduced, phi, self.torques_Nm, self.hubs).solve(assembly, differentiated)
+            for phi in blocks
+        ]
         fields = {name: axis for name, axis in ANGLE_AXIS.items() if getattr(parts[0], name) is not None}
         joined: dict[str, Any] = {
             name: np.concatenate([getattr(part, name) for part in parts], axis=axis) for name, axis in fields.items()
@@ -50,7 +53,8 @@ def on_angles(judge: Judge, angles: int) -> Judge:
     """Return the judge of the same design on so many angles per pitch; it keeps nothing in memory between variants."""
     design = replace(judge.design, search=replace(judge.design.search, angles=angles))
     phi = online_angles(judge.reduced.meshed.pair.pitch, angles)
-    return Judge(judge.reduced, design, judge.base, BlockSolver(judge.reduced, phi, judge.solver.torques_Nm))
+    solver = BlockSolver(judge.reduced, phi, judge.solver.torques_Nm, judge.solver.hubs)
+    return Judge(judge.reduced, design, judge.base, solver)
 
 
 def judged_finely(judge: Judge, x: FloatArray) -> tuple[Verdict, int]:

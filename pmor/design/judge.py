@@ -14,6 +14,7 @@ from pmor.design.settings import Design
 from pmor.design.variables import AS_DRAWN, Draw, assembly_at, drawn
 from pmor.gear.condition import Assembly
 from pmor.gear.deviation_rates import deviation_rates
+from pmor.line.hubs import Hubs
 from pmor.pair.conditions import conditions_of_assembly
 from pmor.results.load_distribution import face_load_factor
 from pmor_online.model import ReducedPair, online_angles
@@ -41,15 +42,18 @@ class Judge:
     base : Assembly
         The pair of the case.
     solver : VariantSolver, optional
-        Of the same pair, angles and torques, where there is one: it keeps sections that are placed.
+        Of the same pair, angles and loads, where there is one: it keeps sections that are placed.
+    hubs : sequence of Hubs
+        What the hubs stand on under each load; empty: they are held.
     """
 
     def __init__(
-        self, reduced: ReducedPair, design: Design, base: Assembly, solver: VariantSolver | None = None
-    ) -> None:
+        self, reduced: ReducedPair, design: Design, base: Assembly, solver: VariantSolver | None = None,
+        hubs: Sequence[Hubs] = (),
+    ) -> None:  # fmt: skip
         self.reduced, self.design, self.base = reduced, design, base
         phi = online_angles(reduced.meshed.pair.pitch, design.search.angles)
-        self.solver = solver or VariantSolver(reduced, phi, design.load.torques_Nm)
+        self.solver = solver or VariantSolver(reduced, phi, design.load.torques_Nm, hubs)
         weights = np.array(design.load.weights)
         self.weights = weights / weights.sum()
         self.draws = drawn(design.scatter, design.scatter.draws) if design.scatters else (AS_DRAWN,)
@@ -57,8 +61,11 @@ class Judge:
 
     def alike(self, design: Design) -> Judge:
         """Return the judge of another design of the same pair with as many angles."""
-        same = design.load.torques_Nm == self.solver.torques_Nm
-        return Judge(self.reduced, design, self.base, self.solver if same else None)
+        own, load = self.design.load, design.load
+        if (load.torques_Nm, load.names) == (own.torques_Nm, own.names):
+            return Judge(self.reduced, design, self.base, self.solver)
+        hubs = [self.solver.hubs[own.names.index(name)] for name in load.names if self.solver.hubs]
+        return Judge(self.reduced, design, self.base, hubs=hubs)
 
     def at_torques(self, torques_Nm: Sequence[float] | FloatArray) -> Judge:
         """Return the judge of the same design, as drawn, under other torques that count the same."""
@@ -72,7 +79,10 @@ class Judge:
 
     def results(self, assembly: Assembly) -> FloatArray:
         """Return all results of a pair under each torque, (T, R)."""
-        state = self.solver.solve(assembly)
+        return self.results_of(self.solver.solve(assembly), assembly)
+
+    def results_of(self, state: VariantState, assembly: Assembly) -> FloatArray:
+        """Return all results of a pair in a state, (T, R)."""
         found = [self._result(key, state, assembly) for key in self.design.results]
         table = np.stack(found, axis=1)
         table[~state.converged.all(axis=1)] = np.nan
@@ -183,9 +193,12 @@ class Judge:
             return np.asarray(state.edge_load_N_per_mm.max(axis=1))
         if key == "k_h_beta":
             return face_load_factor(state)
-        stress = root_stress(self.reduced, self.solver.phi, conditions_of_assembly(assembly, self.solver.torques_Nm))
-        assert stress is not None
-        return np.asarray(np.nanmax(stress.max_principal_MPa.reshape(len(self.weights), -1), axis=1))
+        found = []
+        for pair, torques in self.solver.supported:
+            stress = root_stress(pair, self.solver.phi, conditions_of_assembly(assembly, torques))
+            assert stress is not None
+            found.append(np.nanmax(stress.max_principal_MPa.reshape(len(torques), -1), axis=1))
+        return np.concatenate(found)
 
 
 def nominal(design: Design) -> Design:
@@ -193,6 +206,6 @@ def nominal(design: Design) -> Design:
     return replace(design, objective=replace(design.objective, value="nominal"))
 
 
-def at_torque(design: Design, torque_Nm: float) -> Design:
-    """Return a design for one torque alone, as drawn."""
-    return replace(nominal(design), load=replace(design.load, torques_Nm=(torque_Nm,), weights=(1.0,)))
+def at_load(design: Design, number: int) -> Design:
+    """Return a design for one load alone, as drawn."""
+    return replace(nominal(design), load=design.load.only(number))

@@ -1,4 +1,4 @@
-"""Read a design file: TOML -> `Design`, with the case that it starts from."""
+"""Read a design file: TOML -> `Design`, with the case, or the gearbox and its mesh, that it starts from."""
 
 from __future__ import annotations
 
@@ -7,18 +7,22 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from pmor.case import Case, change_case, check_flanks, load_case, without_models
+from pmor.case import Case, change_case, check_flanks, load_case, short_list, without_models
 from pmor.case.capability import refuse_beyond
 from pmor.case.flanks import EXTENTS
 from pmor.case.reader import Reader, checked, parse_toml, read_text, sections_in
 from pmor.case.values import toml_text
 from pmor.core.errors import CaseError, GeometryError, printable
+from pmor.core.wording import did_you_mean
 from pmor.design.settings import AMOUNT_KEYS, MISALIGNMENT_KEYS, Design, Load
 from pmor.design.variables import assembly_at, corners, drawn
 from pmor.gear.condition import Assembly
 from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.working import refuse_working_geometry
+from pmor.machine.loader import GearboxFile
+from pmor.machine.loader import load as load_gearbox
+from pmor.machine.model import pinion_senses
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import gear_pair
 from pmor.pair.modifications import refuse_modifications_off_the_flank
@@ -40,6 +44,7 @@ class DesignFile:
     design: Design
     case: Case  # Ready to be trained for it
     inputs: tuple[Path, ...]  # Files that were read
+    box: GearboxFile | None = None  # That the design names in place of a case
 
     @property
     def base(self) -> Assembly:
@@ -48,7 +53,7 @@ class DesignFile:
 
 
 def load(path: Path | str) -> DesignFile:
-    """Read and check a design file, and the case that it names.
+    """Read and check a design file, and the case or the gearbox that it names.
 
     Raises
     ------
@@ -57,11 +62,18 @@ def load(path: Path | str) -> DesignFile:
     """
     path = Path(path)
     text, where = read_text(path, "design file"), str(path)
-    said = _read(parse_toml(text, where), where, title=printable(path.stem))
-    base = path.parent / said.case
-    case = load_case(base)
-    design = _complete(said, case, where)
-    return DesignFile(printable(path.stem), f"{text}\n{case.text}", design, case_of(design, case, where), (path, base))
+    said, name = _read(parse_toml(text, where), where, title=printable(path.stem)), printable(path.stem)
+    _refuse_base(said, where)
+    if said.case is not None:
+        base = path.parent / said.case
+        case = load_case(base)
+        design = _complete(said, case, where)
+        return DesignFile(name, f"{text}\n{case.text}", design, case_of(design, case, where), (path, base))
+    box = load_gearbox(path.parent / str(said.gearbox))
+    case, design = box.cases[_mesh(said, box, where)], replace(said, load=_loads(said, box, where))
+    design = _complete(design, case, where)
+    trained = case_of(design, case, where)
+    return DesignFile(name, f"{text}\n{box.text}", design, trained, (path, *box.inputs), box)
 
 
 def settings_of(case: Case, sections: Mapping[str, Any]) -> DesignFile:
@@ -69,7 +81,9 @@ def settings_of(case: Case, sections: Mapping[str, Any]) -> DesignFile:
 
     CaseError where they give none.
     """
-    design = _complete(_read(sections, WHERE, title=case.name, case=case.name), case, WHERE)
+    said = _read(sections, WHERE, title=case.name, case=case.name)
+    _refuse_base(said, WHERE)
+    design = _complete(said, case, WHERE)
     return DesignFile(case.name, f"{sections!r}\n{case.text}", design, case_of(design, case, WHERE), ())
 
 
@@ -77,11 +91,58 @@ def _read(document: Mapping[str, Any], where: str, **filled: str) -> Design:
     return Reader(where, sections_in(Design)).section(document, Design, filled=filled)
 
 
+def _refuse_base(said: Design, where: str) -> None:
+    """Refuse a design of neither or both of a case and a gearbox, and keys that go with the other one."""
+    load, of_case, of_box = said.load, said.case is not None, said.gearbox is not None
+    if of_case and of_box:
+        raise CaseError(f"{where}: case and gearbox: a design starts from one of them: leave one out")
+    if not of_case and not of_box:
+        raise CaseError(f"{where}: case: is missing: add 'case = ...' at the top, or gearbox and mesh")
+    if of_case and said.mesh is not None:
+        raise CaseError(f"{where}: mesh = {toml_text(said.mesh)}: is of a gearbox: leave it out, or name the gearbox")
+    if of_case and load.names:
+        rule = "load cases are of a gearbox: write torques_Nm"
+        raise CaseError(f"{where}: [load] names = {toml_text(load.names)}: {rule}")
+    if of_box and load.torques_Nm:
+        rule = "torques are those of the gearbox's load cases: leave them out, or choose load cases by names"
+        raise CaseError(f"{where}: [load] torques_Nm = {toml_text(load.torques_Nm)}: {rule}")
+
+
+def _mesh(said: Design, box: GearboxFile, where: str) -> str:
+    names = list(box.cases)
+    if said.mesh is None:
+        raise CaseError(f"{where}: mesh: is missing: name one of {short_list(names)}")
+    if said.mesh not in names:
+        raise CaseError(
+            f"{where}: mesh = {toml_text(said.mesh)}: {box.name} has none: {did_you_mean(said.mesh, names)}"
+        )
+    return said.mesh
+
+
+def _loads(said: Design, box: GearboxFile, where: str) -> Load:
+    """Return the load cases by names: those that are asked for, or all that carry on the same flanks as the first."""
+    model = box.model
+    senses = {load.name: pinion_senses(model, load)[str(said.mesh)] for load in model.sections.loads}
+    names = said.load.names
+    for name in names:
+        if name not in senses:
+            rule = f"{box.name} has no such load case: {did_you_mean(name, list(senses))}"
+            raise CaseError(f"{where}: [load] names: {toml_text(name)}: {rule}")
+    first = senses[names[0] if names else next(iter(senses))]
+    others = [name for name in names if senses[name] != first]
+    if others:
+        rule = f"carries on other flanks than {toml_text(names[0])}: design these in a file of their own"
+        raise CaseError(f"{where}: [load] names: {toml_text(others[0])}: {rule}")
+    alike = tuple(name for name, sense in senses.items() if sense == first)
+    return replace(said.load, names=names or alike)
+
+
 def _complete(design: Design, case: Case, where: str) -> Design:
     """Return a design with the loads of its case where it has none, checked with it."""
-    torques_Nm = design.load.torques_Nm or case.online.torques_Nm
-    weights = design.load.weights or (1.0,) * len(torques_Nm)
-    design = replace(design, load=Load(torques_Nm=torques_Nm, weights=weights))
+    load = design.load
+    if not load.names:
+        load = replace(load, torques_Nm=load.torques_Nm or case.online.torques_Nm)
+    design = replace(design, load=replace(load, weights=load.weights or (1.0,) * len(load.labels)))
     _check_together(design, where)
     check_ranges(design, case, where)
     return design
@@ -178,10 +239,11 @@ def _check_together(design: Design, where: str) -> None:
         if taken.count((gear, key)) > 1:
             raise CaseError(f"{where}: [[variables]] {key} of the {gear}: is there twice: remove one")
     load = design.load
-    if len(load.weights) != len(load.torques_Nm) or not any(load.weights):
+    if len(load.weights) != len(load.labels) or not any(load.weights):
+        what = "load cases" if load.names else "torques"
         raise CaseError(
             f"{where}: [load] weights = {toml_text(load.weights)}: give one number for each of the "
-            f"{len(load.torques_Nm)} torques, and one above 0 at least"
+            f"{len(load.labels)} {what}, and one above 0 at least"
         )
     if len(set(load.torques_Nm)) < len(load.torques_Nm):
         raise CaseError(f"{where}: [load] torques_Nm = {toml_text(load.torques_Nm)}: one is there twice: remove it")

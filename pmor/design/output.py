@@ -11,6 +11,7 @@ import numpy as np
 
 from pmor.design import figures
 from pmor.design.figures import WORDS, variable_words
+from pmor.design.gearbox_tables import gearbox_data, gearbox_sentences, gearbox_tables
 from pmor.design.readings import FRESH, Readings, percentile_95
 from pmor.design.search import Found
 from pmor.design.settings import RESULTS
@@ -24,7 +25,8 @@ from pmor.work.results import Report
 from pmor.work.table import text_lines
 
 #: files of a result; without a front or scatter some are not written
-PICTURES = ("front.png", "contour.png", "torque.png", "ste.png", "sensitivity.png", "scatter.png", "harris.png")
+PICTURES = ("front.png", "contour.png", "torque.png", "ste.png", "sensitivity.png", "scatter.png", "harris.png",
+            "face_load.png")  # fmt: skip
 FILES = ("design.h5", "design.csv", "design.json", "design.md", "report.html", *PICTURES)
 # Most rows of a table of the front.
 MOST_ROWS = 12
@@ -50,6 +52,7 @@ def design_data(found: Found, read: Readings) -> dict[str, Any]:
         "minimise": design.objective.minimise,
         "value": design.objective.value,
         "torques_Nm": design.load.torques_Nm,
+        "loads": design.load.labels,
         "weights": found.judge.weights.tolist(),
         "variants": len(found.variants),
         "kept": int(found.kept.sum()),
@@ -65,13 +68,15 @@ def design_data(found: Found, read: Readings) -> dict[str, Any]:
             for name, values in read.fresh.items()
         },
         "harris": [{"torque_Nm": h.torque_Nm, "rule_um": h.rule_um, "found_um": h.found_um} for h in read.harris],
+        "gearbox": None if read.gearbox is None else gearbox_data(read.gearbox),
     }
 
 
 def design_text(found: Found, read: Readings) -> str:
     """Return the tables for the screen."""
-    lines = [f"Design: {found.design.title}", f"  {_count_words(found)}"]
-    for shown in _tables(found, read):
+    said = [_count_words(found), *([] if read.gearbox is None else gearbox_sentences(read.gearbox))]
+    lines = [f"Design: {found.design.title}", *(f"  {sentence}" for sentence in said)]
+    for shown in (*_tables(found, read), *([] if read.gearbox is None else gearbox_tables(read.gearbox))):
         if shown.rows:
             lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
     if found.best is None:
@@ -102,8 +107,8 @@ def _rows(found: Found) -> list[dict[str, Any]]:
         row |= {"objective_um": float(variants.objective[n]), "angles_per_pitch": int(found.angles[n])}
         for k, key in enumerate(design.results):
             if key == RESULTS[0]:
-                for t, torque in enumerate(design.load.torques_Nm):
-                    row[f"{key}_at_{torque:g}_Nm"] = float(variants.results[n, t, k])
+                for t, load in enumerate(design.load.columns):
+                    row[f"{key}_at_{load}"] = float(variants.results[n, t, k])
             else:
                 row[f"{key}_max"] = float(variants.results[n, :, k].max())
         rows.append(row)
@@ -124,7 +129,7 @@ def _stored(found: Found, read: Readings) -> DesignResults:
 
 def _designs(found: Found) -> Designs:
     """Return the block in which a reader filters variants and trades them off."""
-    variants, design = found.variants, found.design
+    variants, design, load = found.variants, found.design, found.design.load
     order = np.argsort(np.where(found.kept, variants.objective, np.inf), kind="stable")
     shown = np.sort(np.union1d(order[: MOST_ON_PAGE - len(found.front)], found.front))
     columns = [Column(v.name, variable_words(v.name).partition(" [")[0], _unit(v.name), variants.x[shown, n], "input")
@@ -134,9 +139,9 @@ def _designs(found: Found) -> Designs:
         label, _, unit = WORDS[key].rstrip("]").partition(" [")
         unit = "" if unit == "-" else unit
         if key == RESULTS[0]:
-            columns += [Column(f"{key}_at_{torque:g}_Nm", f"Peak-to-peak at {torque:g} N m", unit,
+            columns += [Column(f"{key}_at_{column}", f"Peak-to-peak at {label}", unit,
                                variants.results[shown, t, k], "result")
-                        for t, torque in enumerate(design.load.torques_Nm)]  # fmt: skip
+                        for t, (column, label) in enumerate(zip(load.columns, load.labels, strict=True))]  # fmt: skip
         else:
             columns.append(Column(f"{key}_max", label, unit, variants.results[shown, :, k].max(axis=1), "result"))
     columns.append(Column("origin", "Origin", "", np.array([variants.origin[n] for n in shown]), "input"))
@@ -167,7 +172,7 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
          "the dashed ellipse are 95 % of the gears that are made.", figures.contour_figure(found)),
         ("torque.png", "Peak-to-peak STE over torque. A design for one torque has its valley there and climbs on both "
          "sides; the best for all of them lies between.",
-         figures.torque_figure(found, {"base case": None, **chosen})),
+         None if found.judge.solver.hubs else figures.torque_figure(found, {"base case": None, **chosen})),
         ("ste.png", "STE of the nominal pair under each torque.", figures.ste_figure(found, read.curves)),
         ("sensitivity.png", "Sensitivity of the nominal objective, about the best: exact derivatives, also by "
          "parameters that are no variables.",
@@ -182,6 +187,10 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
     if found.best is None:
         blocks.append(Warning("No variant keeps all constraints."))
     blocks += [Warning(sentence) for sentence in (*read.failures, *found.failures[:MOST_ROWS])]
+    if read.gearbox is not None:
+        face_load = Picture("face_load.png", "Line load over the face, added up over tooth pairs; the whole gearbox "
+                            "solved anew with each flank.", figures.face_load_figure(read.gearbox))  # fmt: skip
+        blocks += [*gearbox_sentences(read.gearbox), *gearbox_tables(read.gearbox), face_load]
     blocks += [Picture(name, caption, figure) for name, caption, figure in pictures if figure is not None]
     return [*blocks, *_tables(found, read)]
 
@@ -189,23 +198,25 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
 def _count_words(found: Found) -> str:
     design = found.design
     names = ", ".join(variable_words(v.name) for v in design.variables)
-    torques = ", ".join(f"{t:g}" for t in design.load.torques_Nm)
+    loads = ", ".join(design.load.labels)
     spent = ", ".join(f"{count:,} of {stage}" for stage, count in found.evaluations.items())
     value = {"nominal": "nominal", "expected": "expected over scatter",
              "percentile_95": "that 95 % of the pairs made stay below"}[design.objective.value]  # fmt: skip
+    most = int(found.angles.max())
+    where = "" if design.mesh is None else f" on the supports of {design.mesh} in its gearbox"
     return (
-        f"{len(found.variants):,} variants of {names} under {torques} N m, {design.search.angles} angles to a pitch; "
-        f"those that are chosen on {found.angles[found.eligible].min(initial=int(found.angles.max()))} to "
-        f"{found.angles.max()}, on which their results no longer move; "
-        f"{int(found.kept.sum()):,} of them keep all constraints. Minimised: {WORDS[design.objective.minimise]}, "
-        f"{value}, weighted mean over the torques. Judgements: {spent}; {found.seconds:.3g} s."
+        f"{len(found.variants):,} variants of {names} under {loads}{where}, {design.search.angles} angles to a pitch; "
+        f"those that are chosen on {found.angles[found.eligible].min(initial=most)} to {most}, on which their results "
+        f"no longer move; {int(found.kept.sum()):,} of them keep all constraints. Minimised: "
+        f"{WORDS[design.objective.minimise]}, {value}, weighted mean over the loads. Judgements: {spent}; "
+        f"{found.seconds:.3g} s."
     )
 
 
 def _tables(found: Found, read: Readings) -> list[Table]:
     design, variants = found.design, found.variants
     names = [variable_words(v.name) for v in design.variables]
-    torques = [f"p-p at {t:g} N m, µm" for t in design.load.torques_Nm]
+    torques = [f"p-p at {label}, µm" for label in design.load.labels]
     column = design.results.index("peak_to_peak_um")
     against = design.results.index(design.pareto.against)
 

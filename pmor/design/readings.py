@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from pmor.design.fine import on_angles
 from pmor.design.harris import HarrisRule, harris_rule, obeys
 from pmor.design.judge import Judge
 from pmor.design.search import Found
+from pmor.design.supports import InGearbox, Supports, judged_by_the_gearbox
 from pmor.design.variables import SEED, drawn
 
 # Pairs that are drawn anew to see how chosen variants stand scatter: other ones than those of the search.
@@ -34,6 +36,7 @@ class Readings:
     fresh: Mapping[str, FloatArray]
     harris: tuple[HarrisRule, ...]  # Under each torque, of spur pairs whose tip relief is designed
     failures: tuple[str, ...]  # Readings that did not converge
+    gearbox: InGearbox | None = None  # Of a mesh of a gearbox
 
 
 def read_off(found: Found) -> Readings:
@@ -56,6 +59,18 @@ def read_off(found: Found) -> Readings:
     )
 
 
+def with_gearbox(
+    read: Readings, supports: Supports, found: Found, aligned: Found, executor: Executor | None
+) -> Readings:
+    """Return readings with what the gearbox makes of the best of a search on its supports, and of one without them."""
+    failures = [*read.failures, *(f"on aligned axes: {sentence}" for sentence in aligned.failures)]
+    try:
+        read = replace(read, gearbox=judged_by_the_gearbox(supports, found, aligned, executor))
+    except ConvergenceError as error:
+        failures.append(f"the gearbox with a flank that was found: {error}")
+    return replace(read, failures=tuple(failures))
+
+
 def _fresh(judge: Judge, chosen: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     scatter = judge.design.scatter
     if not (scatter.modifications or scatter.axes):
@@ -67,7 +82,7 @@ def _fresh(judge: Judge, chosen: Mapping[str, FloatArray]) -> dict[str, FloatArr
 def _harris(found: Found, failures: list[str]) -> tuple[HarrisRule, ...]:
     reduced, design = found.judge.reduced, found.design
     relieved = {gear for v in design.variables if v.key == "tip_relief_um" for gear in v.gears}
-    if relieved != {"pinion", "wheel"} or not obeys(reduced.meshed.pair):
+    if found.judge.solver.hubs or relieved != {"pinion", "wheel"} or not obeys(reduced.meshed.pair):
         return ()
     rules = []
     for torque in design.load.torques_Nm:

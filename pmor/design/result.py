@@ -87,8 +87,8 @@ class DesignResult(Tabular):
         """All of it by the names of columns, for `to_dataframe`: a value for each variant."""
         design = self.found.design
         results = {
-            f"{key}_at_{torque:g}_Nm": self.result(key)[:, t]
-            for key in design.results for t, torque in enumerate(design.load.torques_Nm)
+            f"{key}_at_{load}": self.result(key)[:, t]
+            for key in design.results for t, load in enumerate(design.load.columns)
         }  # fmt: skip
         variables = {variable.name: self.x[:, n] for n, variable in enumerate(design.variables)}
         return {"variant": np.arange(len(self.x)), **variables, "objective_um": self.objective, **results}

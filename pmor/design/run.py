@@ -5,19 +5,25 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from pmor.core.errors import CaseError
 from pmor.core.threads import one_thread, refuse_processes
 from pmor.design.loader import DesignFile
 from pmor.design.output import FILES
-from pmor.design.readings import read_off
+from pmor.design.readings import read_off, with_gearbox
 from pmor.design.result import DesignResult
 from pmor.design.search import run_design, trained_pair
+from pmor.design.supports import supports_of
 from pmor.pair.model import refuse_loads
+from pmor.storage.results_folder import working_folder
 from pmor.work.cost import refuse_large_sweep
 from pmor.work.results import pieces_folder
 from pmor_online.model import ReducedPair
+
+# Folder of the pieces of the search on aligned axes, inside of that of the others.
+ALIGNED = "aligned"
 
 
 @one_thread()
@@ -26,6 +32,8 @@ def run(
     overwrite: bool = False, executor: Executor | None = None, progress: Callable[[int], None] | None = None,
 ) -> DesignResult:  # fmt: skip
     """Search flank modifications over ranges, with tolerances; variants without a solution are in `failures`.
+
+    Of a mesh of a gearbox they are searched on its supports under each load, and on aligned axes for comparison.
 
     Parameters
     ----------
@@ -38,18 +46,29 @@ def run(
     ------
     CaseError
         Where a torque is beyond the range of the contact, or the reduced model does not suffice.
+    ConvergenceError
+        Where the gearbox has no equilibrium under a load.
     OutputError
     """
     refuse_processes(executor)
+    supports = None if settings.box is None else supports_of(settings)
+    if supports is not None:
+        settings, reduced = supports.file, supports.reduced
     if reduced is None:
-        reduced = trained_pair(settings)
+        reduced = trained_pair(settings.case, settings.design.load.torques_Nm)
     else:
         _refuse_unfit(settings, reduced)
-    search, torques = settings.design.search, settings.design.load.torques_Nm
-    refuse_large_sweep(settings.name, reduced.meshed, search.angles, len(torques))
+    design = settings.design
+    refuse_large_sweep(settings.name, reduced.meshed, design.search.angles, len(design.load.torques_Nm))
     with pieces_folder(folder, FILES, inputs=settings.inputs, overwrite=overwrite) as pieces:
-        found = run_design(settings, reduced, pieces, executor=executor, progress=progress)
-        return DesignResult(found, read_off(found))
+        search = partial(run_design, settings, reduced, executor=executor, progress=progress)
+        if supports is None:
+            found = search(pieces)
+            return DesignResult(found, read_off(found))
+        aligned = search(working_folder(pieces) / ALIGNED, best_alone=True)
+        also = [] if aligned.best is None else [aligned.variants.x[aligned.best]]
+        found = search(pieces, hubs=supports.hubs, also=also)
+        return DesignResult(found, with_gearbox(read_off(found), supports, found, aligned, executor))
 
 
 def _refuse_unfit(file: DesignFile, reduced: ReducedPair) -> None:

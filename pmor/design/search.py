@@ -12,15 +12,17 @@ from typing import Any
 
 import numpy as np
 
+from pmor.case import Case
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.errors import ConvergenceError
 from pmor.design.descent import Descent, best_first, kept
 from pmor.design.fine import judged_finely, on_angles
-from pmor.design.judge import Judge, at_torque, nominal
+from pmor.design.judge import Judge, at_load, nominal
 from pmor.design.loader import DesignFile
 from pmor.design.settings import Constraint, Design
 from pmor.design.variables import spread_evenly
 from pmor.design.variants import Store, Variants, all_kept, as_data, from_data, together
+from pmor.line.hubs import Hubs
 from pmor.pair.model import elastic_model, refuse_loads
 from pmor.work.cost import meshed_within_memory
 from pmor.work.front import pareto_front
@@ -32,7 +34,7 @@ from pmor_online.model import ReducedPair, reduced_pair
 POSITIONS_PER_CHUNK = 100_000
 # Most variants that are judged again on fine angles.
 MOST_FINE = 300
-# Most torques for which a design for that torque alone is searched too, for comparison.
+# Most loads for which a design for that load alone is searched too, for comparison.
 MOST_SINGLE = 6
 
 
@@ -74,12 +76,12 @@ class Found:
     @property
     def chosen(self) -> dict[str, int]:
         """Numbers of the best variants by name, such as "best at 170 N m"."""
-        torques = self.design.load.torques_Nm
+        labels = self.design.load.labels
         numbers = {"best": self.best}
         if self.design.scatters:
-            numbers["best without scatter"] = self.best_at(range(len(torques)))
-        if len(torques) > 1:
-            numbers |= {f"best at {torques[t]:g} N m": self.best_at([t]) for t in (0, len(torques) - 1)}
+            numbers["best without scatter"] = self.best_at(range(len(labels)))
+        if len(labels) > 1:
+            numbers |= {f"best at {labels[t]}": self.best_at([t]) for t in (0, len(labels) - 1)}
         return {name: n for name, n in numbers.items() if n is not None}
 
     @property
@@ -111,26 +113,37 @@ class Found:
         return int(np.where(self.eligible, value, np.inf).argmin())
 
 
-def trained_pair(file: DesignFile) -> ReducedPair:
-    """Return the reduced pair of a design, by line loads; CaseError where a torque is beyond their range."""
-    case, mesh = file.case, meshed_within_memory(file.case)
-    under_load = replace(case, online=replace(case.online, torques_Nm=file.design.load.torques_Nm))
-    refuse_loads(under_load, mesh.meshed)
+def trained_pair(case: Case, torques_Nm: tuple[float, ...] = ()) -> ReducedPair:
+    """Return the reduced pair of a case, by line loads; CaseError where one of the torques is beyond their range."""
+    mesh = meshed_within_memory(case)
+    if torques_Nm:
+        refuse_loads(replace(case, online=replace(case.online, torques_Nm=torques_Nm)), mesh.meshed)
     return reduced_pair(train(case, elastic_model(case, mesh)).basis)
 
 
 def run_design(
-    file: DesignFile, reduced: ReducedPair, pieces_folder: Path, *, executor: Executor | None = None,
+    file: DesignFile, reduced: ReducedPair, pieces_folder: Path, *, hubs: Sequence[Hubs] = (),
+    also: Sequence[FloatArray] = (), best_alone: bool = False, executor: Executor | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Found:  # fmt: skip
-    """Search a design by a reduced model of its case; the rest as in `pmor.design.run.run`."""
+    """Search a design by a reduced model of its case; the rest as in `pmor.design.run.run`.
+
+    Parameters
+    ----------
+    hubs : sequence of Hubs
+        What the hubs stand on under each load; empty: they are held.
+    also : sequence of ndarray, shape (n,)
+        Variants of a search on aligned axes, judged beside the samples.
+    best_alone : bool
+        Without a front, and without designs for single loads.
+    """
     start = time.perf_counter()
-    judge = Judge(reduced, file.design, file.base)
+    judge = Judge(reduced, file.design, file.base, hubs=hubs)
     search = _Search(file, judge, pieces_folder, executor, progress)
-    samples = search.samples()
-    tried = search.descents(samples)
-    tried += search.trade_offs(samples, tried)
-    found = search.judged_finely(together([samples, *tried]))
+    samples = search.samples(also)
+    tried = search.descents(samples, best_alone)
+    tried += [] if best_alone else search.trade_offs(samples, tried)
+    found = search.judged_finely(together([samples, *tried]), best_alone)
     failures = (*search.failures, *_lost(found.variants, file))
     return replace(found, seconds=time.perf_counter() - start, failures=failures)
 
@@ -156,39 +169,43 @@ class _Search:
         self.evaluations: dict[str, int] = {}
         self.failures: tuple[str, ...] = ()
         self.store = Store(file, self.folder)
-        # Settings that results depend on beside the case; titles do not count.
-        self.settings = asdict(replace(file.design, title="", case=""))
+        # Settings that results depend on beside the case; titles do not count, nor the names of files.
+        box = file.box.text if file.box is not None and judge.solver.hubs else ""
+        self.settings = asdict(replace(file.design, title="", case="", gearbox=box))
 
-    def samples(self) -> Variants:
-        """Judge variants spread evenly over the ranges."""
+    def samples(self, also: Sequence[FloatArray]) -> Variants:
+        """Judge variants spread evenly over the ranges, and others."""
         design = self.design
         x = spread_evenly(design.variables, design.search.samples)
-        positions = len(design.load.torques_Nm) * design.search.angles * len(self.judge.draws)
+        positions = len(design.load.labels) * design.search.angles * len(self.judge.draws)
         size = max(1, -(-POSITIONS_PER_CHUNK // positions))
         chunks = [x[i : i + size] for i in range(0, len(x), size)]
         pieces = [
             self._piece(f"samples {number:05d}", [], partial(_judged, self.judge, chunk, "sample"))
             for number, chunk in enumerate(chunks)
+        ] + [
+            self._piece(f"variant {number:05d}", one.tolist(), partial(_judged, self.judge, one[None], "aligned axes"))
+            for number, one in enumerate(also)
         ]
         parts = self._run("samples", pieces)
         if not parts:
             raise ConvergenceError(f"no variant was solved, first: {self.failures[0]}", [])
         return together([from_data(part, design) for part in parts])
 
-    def descents(self, samples: Variants) -> list[Variants]:
-        """Go downhill from the best samples, and from that for each torque alone, and as drawn."""
+    def descents(self, samples: Variants, best_alone: bool) -> list[Variants]:
+        """Go downhill from the best samples, and from that for each load alone, and as drawn."""
         design, constraints, pieces = self.design, self.design.constraints, []
         best = best_first(samples.objective, samples.limits, constraints)[: design.search.descents]
         for number, n in enumerate(best[np.isfinite(samples.objective[best])]):
             work = partial(_descended, self.judge, self.judge, samples.x[n], "descent")
             pieces.append(self._piece(f"descent {number:03d}", samples.x[n].tolist(), work))
-        others = [] if not design.scatters else [("nominal", nominal(design))]
-        torques = design.load.torques_Nm
-        if 1 < len(torques) <= MOST_SINGLE:
-            others += [(f"{torque:g} N m", at_torque(design, torque)) for torque in torques]
+        others = [] if not design.scatters or best_alone else [("nominal", nominal(design))]
+        labels = design.load.labels
+        if 1 < len(labels) <= MOST_SINGLE and not best_alone:
+            others += [(label, at_load(design, number)) for number, label in enumerate(labels)]
         column = design.results.index(design.objective.minimise)
         for name, other in others:
-            chosen = [torques.index(torque) for torque in other.load.torques_Nm]
+            chosen = [labels.index(label) for label in other.load.labels]
             weights = np.array(other.load.weights) / sum(other.load.weights)
             value = samples.results[:, chosen, column] @ weights
             first = best_first(value, samples.limits, constraints)[0]
@@ -222,7 +239,7 @@ class _Search:
             pieces.append(self._piece(f"trade-off {number:03d}", [level, *start.tolist()], work))
         return [from_data(part, design) for part in self._run("trade-offs", pieces)]
 
-    def judged_finely(self, variants: Variants) -> Found:
+    def judged_finely(self, variants: Variants, best_alone: bool) -> Found:
         """Judge the variants that are to be chosen on fine angles, until these are the ones that are chosen."""
         few, tried = self.design.search.angles, 0
         angles = np.full(len(variants), few)
@@ -230,7 +247,8 @@ class _Search:
             self.file, self.judge, variants, angles, variants.objective.copy(), self.evaluations, 0.0, (), False
         )
         while tried < MOST_FINE:
-            missing = [n for n in {*found.front.tolist(), *found.chosen.values()} if angles[n] == few]
+            wanted = {*found.front.tolist(), *found.chosen.values()} if not best_alone else {found.best} - {None}
+            missing = [n for n in wanted if n is not None and angles[n] == few]
             if not missing:
                 break
             tried += len(missing)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, fields
 from typing import Annotated, Literal, get_args
 
@@ -67,18 +68,36 @@ class Variable:
 
 @dataclass(frozen=True, kw_only=True)
 class Load:
-    """Torques under which a design is judged (section `[load]`).
+    """Loads under which a design is judged (section `[load]`).
 
     Parameters
     ----------
     torques_Nm : tuple of float
         On the pinion; by default those of the sweep of the case.
+    names : tuple of str
+        Load cases of the gearbox in the place of torques; by default all that carry on the same flanks as its first.
     weights : tuple of float
         How much each counts, such as its share of the time; by default all the same.
     """
 
     torques_Nm: Torques = ()
+    names: tuple[str, ...] = ()
     weights: Weights = ()
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Loads in words."""
+        return self.names or tuple(f"{torque:g} N m" for torque in self.torques_Nm)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Loads as ends of the names of columns."""
+        return tuple(re.sub(r"[^\w.+-]+", "_", label.replace(" N m", "_Nm")) for label in self.labels)
+
+    def only(self, number: int) -> Load:
+        """Return one of the loads alone."""
+        chosen = slice(number, number + 1)
+        return Load(torques_Nm=self.torques_Nm[chosen], names=self.names[chosen], weights=(1.0,))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -207,13 +226,18 @@ class Design:
         One line for the report; by default the name of the file.
     case : str
         Case file, relative to this one.
+    gearbox, mesh : str
+        In the place of a case: a gearbox file, TOML or REXS, relative to this one, and the mesh that is designed, on
+        what its hubs stand on under each load.
     variables : tuple of Variable
     load, objective, constraints, scatter, search, pareto
         One dataclass per section of the file.
     """
 
     title: str
-    case: str
+    case: str | None = None
+    gearbox: str | None = None
+    mesh: str | None = None
     variables: tuple[Variable, ...] = ()
     load: Load
     objective: Goal

@@ -31,8 +31,8 @@ class Variants:
     results: FloatArray  # shape (V, T, R): Nominal; NaN where a position did not converge
     objective: FloatArray  # shape (V,)
     limits: FloatArray  # shape (V, C)
-    # Origin of each: "sample", "descent", "trade-off", "nominal" (best without scatter), "170 N m" (best for that
-    # torque alone)
+    # Origin of each: "sample", "aligned axes" (best there), "descent", "trade-off", "nominal" (best without scatter),
+    # "170 N m" (best for that load alone)
     origin: tuple[str, ...]
 
     def __len__(self) -> int:
@@ -50,7 +50,7 @@ def as_data(verdicts: Sequence[Verdict], origin: str, evaluations: int) -> Resul
 
 def from_data(part: Result, design: Design) -> Variants:
     """Turn the content of a part file into arrays; null is NaN."""
-    count, torques = len(part["x"]), len(design.load.torques_Nm)
+    count, torques = len(part["x"]), len(design.load.labels)
     return Variants(
         np.array(part["x"], dtype=float).reshape(count, len(design.variables)),
         np.array(part["results"], dtype=float).reshape(count, torques, len(design.results)),

@@ -46,7 +46,12 @@ class LinePair:
 
     def place(self, phi: FloatArray, misalignment: Misalignment) -> PlacedSections:
         """Place the sections of all tooth pairs that can touch at pinion angles (A,), rad."""
-        return PlacedSections(self, place_sections(self.meshed, phi, misalignment, self.components))
+        return self.placed(place_sections(self.meshed, phi, misalignment, self.components))
+
+    def placed(self, lines: Lines) -> PlacedSections:
+        """Return sections, held as `place_sections` places them, on what this pair stands on."""
+        lines, between = on_supports(self.meshed, self.support, lines)
+        return PlacedSections(self, lines, Flexibility(between, np.zeros(lines.gap.shape, dtype=bool)))
 
 
 @dataclass(frozen=True)
@@ -61,24 +66,30 @@ class PlacedSections:
 
     pair: LinePair
     lines: Lines
-    flexibility: Flexibility = field(init=False, repr=False, compare=False)
+    flexibility: Flexibility = field(repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        """Allocate the flexibilities."""
-        lines, between = on_supports(self.pair.meshed, self.pair.support, self.lines)
-        object.__setattr__(self, "lines", lines)
-        workspace = Flexibility(between, np.zeros(self.lines.gap.shape, dtype=bool))
-        object.__setattr__(self, "flexibility", workspace)
+    def displaced(self, pair: LinePair) -> PlacedSections:
+        """Return the same sections on hubs of the same compliance, of another displacement, on one workspace."""
+        here, there = self.pair.meshed, pair.meshed
+        assert here.hubs is not None
+        assert there.hubs is not None
+        moved = hub_rows(here.pair, self.lines, here.sections.z) @ (there.hubs.offset - here.hubs.offset)
+        return PlacedSections(pair, self.lines._replace(gap=self.lines.gap + moved), self.flexibility)
 
     @cached_property
     def width_limit(self) -> WidthLimit:
         """Load of each section beyond which its contact is too wide for the layer."""
         return width_limit(self.pair.meshed, self.lines.law)
 
+    @property
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """Of the sections and their flexibilities."""
+        return (*self.lines, *self.flexibility)
+
     @cached_property
     def nbytes(self) -> int:
-        """Memory that the sections and their flexibilities take."""
-        return sum(array.nbytes for array in (*self.lines, *self.flexibility))
+        """Memory that these take."""
+        return sum(array.nbytes for array in self.arrays)
 
     def deviation(self, assembly: Assembly) -> FloatArray:
         """Return the deviations of both flanks, added up, in all sections, mm, (A, N); empty where there are none."""

@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
 
-from pmor.case import change_case
 from pmor.core.arrays import FloatArray
+from pmor.gear.condition import Assembly
 from pmor.gear.modification import Modification
-from pmor.machine.coupled import MEAN_ANGLES, SolvedLoad, SolvedMesh, on_hubs, solve_load
+from pmor.machine.coupled import MEAN_ANGLES, SolvedLoad, SolvedMesh, solve_load
 from pmor.machine.model import GearboxModel
 from pmor.pair.conditions import assembly_of
 from pmor.results.load_distribution import face_load_factor, line_states
@@ -25,6 +26,18 @@ from pmor_online.variants import VariantSolver
 
 # Amounts are sought so finely, um, and not beyond.
 RESOLUTION_UM, MOST_UM = 0.01, 200.0
+
+
+class Helix(NamedTuple):
+    """Amounts of the pinion beside what its case has, um; as in `[pinion.modification]`."""
+
+    slope_um: float
+    crowning_um: float
+
+    def on(self, base: Modification) -> Modification:
+        """Return a modification with these amounts added."""
+        slope, crowning = base.helix_slope_um + self.slope_um, base.helix_crowning_um + self.crowning_um
+        return replace(base, helix_slope_um=slope, helix_crowning_um=crowning)
 
 
 @dataclass(frozen=True)
@@ -66,13 +79,32 @@ def _fit(model: GearboxModel, loads: Sequence[SolvedLoad], pairs: Mapping[str, R
     sense = loads[0].meshes[number].meshing.frame.along
     alike = [load for load in loads if load.meshes[number].meshing.frame.along == sense]
     meshes = [load.meshes[number] for load in alike]
-    solvers = [_solver(pairs[name], mesh) for mesh in meshes]
-    assembly = assembly_of(pairs[name].basis.case)
-    base = assembly.pinion
+    helix, assembly = level(pairs[name], meshes), assembly_of(pairs[name].basis.case)
+    fitted = replace(assembly, pinion=helix.on(assembly.pinion))
+    before, after = (
+        max(float(face_load_factor(line_states(mesh.sweep))[0]) for mesh in found)
+        for found in (meshes, solved_anew(model, alike, pairs, number, fitted))
+    )
+    return Fit(name, tuple(load.load.name for load in alike), *helix, before, after)
+
+
+def level(reduced: ReducedPair, meshes: Sequence[SolvedMesh], aligned: bool = False) -> Helix:
+    """Return the amounts that lower the largest K_Hbeta of a mesh over its loads most.
+
+    Parameters
+    ----------
+    meshes : sequence of SolvedMesh
+        Under these loads, on the supports of each.
+    aligned : bool
+        On rigid supports instead.
+    """
+    phi, assembly = online_angles(reduced.meshed.pair.pitch, MEAN_ANGLES), assembly_of(reduced.basis.case)
+    hubs = [] if aligned else [mesh.hubs for mesh in meshes]
+    solver = VariantSolver(reduced, phi, [1e-3 * mesh.torque for mesh in meshes], hubs)
 
     def worst(amounts: FloatArray) -> float:
-        states = [solver.solve(replace(assembly, pinion=_with(base, amounts))) for solver in solvers]
-        return max(float(face_load_factor(one)[0]) if one.converged.all() else np.inf for one in states)
+        state = solver.solve(replace(assembly, pinion=Helix(*map(float, amounts)).on(assembly.pinion)))
+        return float(face_load_factor(state).max()) if state.converged.all() else np.inf
 
     # The slope that would level rigid flanks, either way, and a little crowning.
     size = max(abs(_misalignment_um(mesh)) for mesh in meshes) + 1.0
@@ -83,31 +115,25 @@ def _fit(model: GearboxModel, loads: Sequence[SolvedLoad], pairs: Mapping[str, R
         worst, start, method="Nelder-Mead", bounds=[(-MOST_UM, MOST_UM), (0.0, MOST_UM)],
         options={"initial_simplex": simplex, "xatol": RESOLUTION_UM, "fatol": 1e-5, "maxfev": 300},
     )  # fmt: skip
-    slope, crowning = (round(float(amount), 2) for amount in found.x)
-    case = pairs[name].basis.case
-    flank = {"helix_slope_um": base.helix_slope_um + slope, "helix_crowning_um": base.helix_crowning_um + crowning}
-    basis = replace(pairs[name].basis, case=change_case(case, **{"pinion.modification": flank}))
-    fitted = {**pairs, name: replace(pairs[name], basis=basis)}
-    factors = [
-        float(face_load_factor(line_states(solve_load(model, load.load, fitted, MEAN_ANGLES).meshes[number].sweep))[0])
-        for load in alike
-    ]
-    before = max(float(face_load_factor(line_states(mesh.sweep))[0]) for mesh in meshes)
-    return Fit(name, tuple(load.load.name for load in alike), slope, crowning, before, max(factors))
+    return Helix(*(round(float(amount), 2) for amount in found.x))
+
+
+def solved_anew(
+    model: GearboxModel, loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair], number: int, assembly: Assembly
+) -> list[SolvedMesh]:
+    """Return a mesh with other flanks, under each load of the machine that is solved anew with them.
+
+    Raises
+    ------
+    ConvergenceError
+    """
+    name = model.sections.meshes[number].name
+    basis = pairs[name].basis
+    case = replace(basis.case, pinion_modification=assembly.pinion, wheel_modification=assembly.wheel)
+    fitted = {**pairs, name: replace(pairs[name], basis=replace(basis, case=case))}
+    return [solve_load(model, load.load, fitted, MEAN_ANGLES).meshes[number] for load in loads]
 
 
 def _misalignment_um(mesh: SolvedMesh) -> float:
     relative = mesh.displacement[1] - mesh.displacement[0]
     return 1e3 * mesh.meshing.pair.face_width * float(np.abs(relative[3:5]).sum())
-
-
-def _solver(reduced: ReducedPair, mesh: SolvedMesh) -> VariantSolver:
-    phi = online_angles(mesh.meshing.pair.pitch, MEAN_ANGLES)
-    return VariantSolver(on_hubs(reduced, mesh.hubs), phi, [1e-3 * mesh.torque])
-
-
-def _with(base: Modification, amounts: FloatArray) -> Modification:
-    slope, crowning = map(float, amounts)
-    return replace(
-        base, helix_slope_um=base.helix_slope_um + slope, helix_crowning_um=base.helix_crowning_um + crowning
-    )

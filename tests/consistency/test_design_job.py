@@ -45,7 +45,7 @@ def file(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def reduced(file):
-    return trained_pair(file)
+    return trained_pair(file.case, file.design.load.torques_Nm)
 
 
 @pytest.fixture(scope="module")
@@ -292,7 +292,7 @@ def test_the_least_of_tip_relief_lies_where_harris_put_it(reduced):
 @pytest.fixture(scope="module")
 def ohio():
     design = load("cases/osu_design.toml")
-    return design, trained_pair(design)
+    return design, trained_pair(design.case, design.design.load.torques_Nm)
 
 
 @pytest.mark.slow

@@ -15,7 +15,6 @@ from pmor.line.hertz import WIDEST, check_half_width, width_limit
 from pmor.line.kernels.contact_point import closest_approach
 from pmor.line.kernels.places import line_deviations
 from pmor.line.layered_pair import place_flanks_of, place_sections, sections_of
-from pmor.line.pair import PlacedSections
 from pmor.line.unloaded import unloaded_ste_um, with_unloaded
 from pmor.pair.model import mesh_model
 from pmor.pair.sweep import sweep_ste
@@ -90,7 +89,7 @@ def test_a_section_that_is_width_limit_by_itself_is_flagged():
     truth = sweep_ste(full.mesh.meshed, full.elasticity_at, phi, [tilted])
     assert not truth.converged.any()
     # Under less load the widest contact by Hertz is just narrower than half the depth of the layer.
-    state = PlacedSections(reduced.lines, place_sections(meshed, phi, tilted.misalignment)).solve(np.array([torque]))
+    state = reduced.lines.placed(place_sections(meshed, phi, tilted.misalignment)).solve(np.array([torque]))
     lines = place_sections(meshed, phi, tilted.misalignment)
     line_load = state.force[0, 0] / np.tile(meshed.width, meshed.tooth_pair_count)
     flanks, radii = (meshed.pinion, meshed.wheel), (meshed.pair.pinion.base_radius, meshed.pair.wheel.base_radius)
