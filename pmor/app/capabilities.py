@@ -69,12 +69,24 @@ def run_design(
     file: Place | DesignFile, folder: Place | None = None, *, executor: Executor | None = None,
     progress: Steps | None = None, overwrite: bool = False,
 ) -> DesignResult:  # fmt: skip
-    """Search the flank modifications that a design file asks for, as `pmor design`; the executor is one of threads."""
+    """Search the flank modifications that a design file asks for, as `pmor design`; the executor is one of threads.
+
+    The file names a case, or a gearbox and one of its meshes, which is then searched on its supports under each load.
+    """
     from pmor.design.loader import load
     from pmor.design.run import run
 
     settings = load(Path(file)) if isinstance(file, str | Path) else file
     return _run(run, settings, folder, overwrite, executor=executor, progress=progress)
+
+
+@suggesting
+def plan_design(file: Place | DesignFile) -> str:
+    """Return what a design searches, on what, and how much work it is, as `pmor plan` prints it."""
+    from pmor.design.loader import load
+    from pmor.design.plan import plan
+
+    return plan(load(Path(file)) if isinstance(file, str | Path) else file)
 
 
 @suggesting

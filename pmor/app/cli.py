@@ -85,7 +85,7 @@ COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
     "run": ("everything the case asks for: basis, sweep, comparison, report", CASE, _out(), _jobs(), OVERWRITE),
     "plan": (
         "show what will run and all settings; runs nothing",
-        _option("case_path", metavar="CASE", type=_path, help="case file, or campaign or gearbox file (TOML, REXS)"),
+        _option("case_path", metavar="CASE", type=_path, help="case, campaign, design or gearbox file (TOML, REXS)"),
     ),
     "offline": (
         "generate the reduced basis only", CASE,
@@ -124,8 +124,9 @@ COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
         _out(usual="out/<name of the case>_dynamics"), _jobs("torques"), OVERWRITE,
     ),
     "design": (
-        "flank modifications searched over ranges, with tolerances: Pareto front",
-        _option("design_path", metavar="DESIGN", type=_path, help="design file (TOML)"),
+        "flank modifications searched over ranges, with tolerances: Pareto front; of a case, or a mesh of a gearbox",
+        _option("design_path", metavar="DESIGN", type=_path,
+                help="design file (TOML); it names a case, or a gearbox and one of its meshes"),
         _out(usual="out/<name of the design>"), _jobs("pieces of the search"),
         _option("--case", dest="variant", metavar="N", type=_whole,
                 help="write variant N of finished results as a case file"),

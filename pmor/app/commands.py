@@ -50,6 +50,7 @@ def plan(case_path: Path) -> None:
     from pmor.app.plan import plan_parts
     from pmor.campaigns.loader import is_campaign
     from pmor.case import load_case
+    from pmor.design.plan import is_design
     from pmor.machine.loader import is_gearbox
 
     if is_gearbox(case_path):
@@ -57,6 +58,9 @@ def plan(case_path: Path) -> None:
         return
     if is_campaign(case_path):
         print(capabilities.plan_campaign(case_path))
+        return
+    if is_design(case_path):
+        print(capabilities.plan_design(case_path))
         return
     for number, part in enumerate(plan_parts(load_case(case_path))):
         print("\n" * (number > 0) + part)

@@ -82,9 +82,11 @@ def gearbox_tables(box: InGearbox) -> list[Table]:
         for flank in box.flanks
     ]
     words = [f"{word} at {label}{unit}" for word, unit in (("p-p", ", µm"), ("K_Hβ", "")) for label in labels]
+    notes = () if box.supports.file.box is None else box.supports.file.box.notes
     return [
         Table("In the gearbox", heads, rows, note),
         Table("In the gearbox, load by load", ("flanks", *words), by_load),
+        Table("Assumptions", ("what the gearbox file does not say, and what was taken",), [[one] for one in notes]),
     ]
 
 

@@ -47,6 +47,11 @@ class DesignFile:
     box: GearboxFile | None = None  # That the design names in place of a case
 
     @property
+    def mesh(self) -> str:
+        """Name of the mesh of the gearbox."""
+        return str(self.design.mesh)
+
+    @property
     def base(self) -> Assembly:
         """The pair as the case builds it."""
         return assembly_of(self.case)

@@ -63,12 +63,9 @@ def with_gearbox(
     read: Readings, supports: Supports, found: Found, aligned: Found, executor: Executor | None
 ) -> Readings:
     """Return readings with what the gearbox makes of the best of a search on its supports, and of one without them."""
-    failures = [*read.failures, *(f"on aligned axes: {sentence}" for sentence in aligned.failures)]
-    try:
-        read = replace(read, gearbox=judged_by_the_gearbox(supports, found, aligned, executor))
-    except ConvergenceError as error:
-        failures.append(f"the gearbox with a flank that was found: {error}")
-    return replace(read, failures=tuple(failures))
+    box = judged_by_the_gearbox(supports, found, aligned, executor)
+    further = (*(f"on aligned axes: {sentence}" for sentence in aligned.failures), *box.failures)
+    return replace(read, gearbox=box, failures=read.failures + further)
 
 
 def _fresh(judge: Judge, chosen: Mapping[str, FloatArray]) -> dict[str, FloatArray]:

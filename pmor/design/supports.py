@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError
 from pmor.core.threads import in_order
 from pmor.design.fine import on_angles
 from pmor.design.judge import Judge
@@ -47,13 +48,12 @@ class Supports:
     @property
     def reduced(self) -> ReducedPair:
         """The pair that is designed."""
-        assert self.file.design.mesh is not None
-        return self.pairs[self.file.design.mesh]
+        return self.pairs[self.file.mesh]
 
     @property
     def number(self) -> int:
         """Of the mesh that is designed."""
-        return list(self.pairs).index(str(self.file.design.mesh))
+        return list(self.pairs).index(self.file.mesh)
 
     @property
     def meshes(self) -> list[SolvedMesh]:
@@ -86,6 +86,7 @@ class InGearbox:
     flanks: tuple[JudgedFlank, ...]
     weights: FloatArray  # shape (L,)
     searched: FloatArray | None  # shape (L, R): Results of the best in the search
+    failures: tuple[str, ...]  # Flanks with which the gearbox has no equilibrium, or positions did not converge
 
     def over_loads(self, flank: JudgedFlank, key: str) -> float:
         """Return the largest K_Hbeta of a flank over the loads, or the weighted mean of another result."""
@@ -123,7 +124,7 @@ def supports_of(file: DesignFile) -> Supports:
     CaseError, ConvergenceError, GeometryError
     """
     assert file.box is not None
-    cases = {**file.box.cases, str(file.design.mesh): file.case}
+    cases = {**file.box.cases, file.mesh: file.case}
     pairs = {name: trained_pair(case) for name, case in cases.items()}
     model, names = file.box.model, file.design.load.names
     by_name = {load.name: load for load in model.sections.loads}
@@ -137,12 +138,7 @@ def supports_of(file: DesignFile) -> Supports:
 def judged_by_the_gearbox(
     supports: Supports, found: Found, aligned: Found, executor: Executor | None = None
 ) -> InGearbox:
-    """Return the gearbox solved anew with the best of a search on its supports, and of one on aligned axes.
-
-    Raises
-    ------
-    ConvergenceError
-    """
+    """Return the gearbox solved anew with the best of a search on its supports, and of one on aligned axes."""
     base = found.file.base
     helix, without = (level(supports.reduced, supports.meshes, aligned) for aligned in (False, True))
     flanks = {CASE: base}
@@ -151,16 +147,27 @@ def judged_by_the_gearbox(
             flanks[name] = one.judge.assembly(one.variants.x[one.best])
     for name, amounts in ((LEVEL_ALIGNED, without), (LEVEL, helix)):
         flanks[name] = replace(base, pinion=amounts.on(base.pinion))
-    judged = in_order(lambda item: _judged(supports, found, *item), flanks.items(), executor)
+    judged, failures = list[JudgedFlank](), list[str]()
+    for answer in in_order(lambda item: _judged(supports, found, *item), flanks.items(), executor):
+        if isinstance(answer, str):
+            failures.append(answer)
+        else:
+            judged.append(answer)
+            if not np.isfinite(answer.results).all():
+                failures.append(f"in the gearbox, {answer.name}: positions did not converge")
     searched = None if found.best is None else found.variants.results[found.best]
-    return InGearbox(supports, helix, tuple(judged), found.judge.weights, searched)
+    return InGearbox(supports, helix, tuple(judged), found.judge.weights, searched, tuple(failures))
 
 
-def _judged(supports: Supports, found: Found, name: str, assembly: Assembly) -> JudgedFlank:
+def _judged(supports: Supports, found: Found, name: str, assembly: Assembly) -> JudgedFlank | str:
+    """Return a flank judged, or why it is not."""
     assert supports.file.box is not None
     meshes = supports.meshes
-    if name != CASE:
-        meshes = solved_anew(supports.file.box.model, supports.loads, supports.pairs, supports.number, assembly)
+    try:
+        if name != CASE:
+            meshes = solved_anew(supports.file.box.model, supports.loads, supports.pairs, supports.number, assembly)
+    except ConvergenceError as error:
+        return f"in the gearbox, {name}: {error}"
     judge = _on(found.fine, meshes)
     state = judge.solver.solve(assembly)
     load = state.load_N_per_mm.sum(axis=2).mean(axis=1)

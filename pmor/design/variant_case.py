@@ -37,7 +37,7 @@ def _text(file: DesignFile, results: Path, number: int) -> str:
     count = len(found.arrays["x"])
     if number >= count:
         raise CaseError(f"variant {number}: variants are 0 to {count - 1}: choose one of them")
-    base = load_case(file.inputs[1]) if file.box is None else file.box.cases[str(file.design.mesh)]
+    base = load_case(file.inputs[1]) if file.box is None else file.box.cases[file.mesh]
     assembly = assembly_at(file.base, file.design.variables, found.arrays["x"][number])
     sections = {"pinion.modification": assembly.pinion, "wheel.modification": assembly.wheel}
     changes = {name: {k: v for k, v in vars(m).items() if v is not None} for name, m in sections.items()}

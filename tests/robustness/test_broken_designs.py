@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.support.gearboxes import ASKEW, DESIGN, written_design
 from tests.support.random_cases import Raw, toml
 from tests.support.refusals import refused
 from tests.support.small_case import case_text
@@ -25,6 +26,9 @@ def text_of(document):
 # name: (what differs from the good design, what the message must hold)
 BROKEN = {
     "no case": ({"case": None}, ["case: is missing", "add 'case = ...'"]),
+    "case and gearbox": ({"gearbox": "box.toml"}, ["case and gearbox", "leave one out"]),
+    "mesh of a case": ({"mesh": "high speed"}, ['mesh = "high speed"', "name the gearbox"]),
+    "load cases of a case": ({"load": {"names": ["drive"]}}, ['names = ["drive"]', "write torques_Nm"]),
     "case of another name": ({"case": "smal.toml"}, ["smal.toml", "there is no such case file", "small.toml"]),
     "case without line loads": ({"case": "shapes.toml"}, ["flank_lines", "set [contact] scheme"]),
     "misspelt key": ({"search": {"sample": 8}}, ["[search] sample", "did you mean samples?"]),
@@ -64,3 +68,40 @@ def test_broken_designs_are_refused_in_one_line_and_leave_nothing(name, tmp_path
     error = refused("design", "broken.toml", words=words)
     assert "broken.toml" in error or "smal.toml" in error
     assert sorted(tmp_path.rglob("*")) == before
+
+
+REVERSE = ASKEW[ASKEW.rindex("[[loads]]") :].replace('"light"', '"back"').replace("20.0", "-20.0")
+# name: (what stands in the design of a gearbox, what stands there instead, what the message must hold)
+OF_A_GEARBOX = {
+    "no mesh": ('mesh = "mesh"\n', "", ["mesh: is missing", "name one of mesh"]),
+    "unknown mesh": ('mesh = "mesh"', 'mesh = "mush"', ['mesh = "mush"', "box has none", "did you mean mesh?"]),
+    "no such gearbox": ("box.toml", "bex.toml", ["bex.toml", "there is no such gearbox file", "box.toml"]),
+    "torques of its own": (
+        "[load]",
+        "[load]\ntorques_Nm = [5.0]",
+        ["torques_Nm = [5.0]", "choose load cases by names"],
+    ),
+    "unknown load": ("[load]", '[load]\nnames = ["dive"]', ['"dive"', "no such load case", "did you mean drive?"]),
+    "load twice": ("[load]", '[load]\nnames = ["drive", "drive"]', ["has an entry twice"]),
+    "loads of both flanks": ("[load]", '[load]\nnames = ["drive", "back"]', ['"back"', "on other flanks than"]),
+    "weights of other loads": ("[1.0, 2.0]", "[1.0]", ["weights = [1.0]", "each of the 2 load cases"]),
+    "relief without a start": ("helix_crowning_um", "tip_relief_um", ["how far it goes on the pinion"]),
+}
+
+
+@pytest.mark.parametrize("name", OF_A_GEARBOX)
+def test_broken_designs_of_a_gearbox_are_refused_in_one_line_and_leave_nothing(name, tmp_path, monkeypatch):
+    old, new, words = OF_A_GEARBOX[name]
+    assert old in DESIGN
+    written_design(tmp_path, DESIGN.replace(old, new), f"{ASKEW}{REVERSE}")
+    monkeypatch.chdir(tmp_path)
+    before = sorted(tmp_path.rglob("*"))
+    assert "design.toml" in refused("design", "design.toml", words=words)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_trained_scheme_in_a_mesh_is_refused(tmp_path, monkeypatch):
+    shapes = ASKEW.replace('case = "small.toml"', 'case = "small.toml"\ncontact = { scheme = "direct" }')
+    written_design(tmp_path, box=shapes)
+    monkeypatch.chdir(tmp_path)
+    refused("design", "design.toml", words=["a gearbox takes line loads", '"mesh"'])

@@ -18,6 +18,7 @@ from pmor.gear.condition import PLAIN, Assembly, at_torques
 from pmor.gear.deviation_rates import deviation_rates
 from pmor.gear.modification import RELIEF_PLACES, Modification
 from pmor.gear.profile import profiles
+from pmor.line.hubs import Hubs
 from pmor.pair.conditions import conditions_of_assembly
 from pmor.results.sensitivity import sensitivities
 from pmor.results.sweep import mesh_stiffness
@@ -107,13 +108,20 @@ VARIABLES = tuple(
 )  # fmt: skip
 
 
-def judge_of(name, minimise, torque):
+def random_hubs(rng):
+    """Supports on which hubs move by some 10 um, and tilt, under the torques of these tests."""
+    factor = np.diag([1.0, 1.0, 1.0, 0.02, 0.02, 0.0] * 2) @ rng.standard_normal((12, 12))
+    offset = 5e-3 * np.array([1.0, 1.0, 1.0, 0.02, 0.02, 0.0] * 2) * rng.standard_normal(12)
+    return Hubs(3e-7 * factor @ factor.T, offset)
+
+
+def judge_of(name, minimise, torque, hubs):
     design = Design(
         title="", case="", variables=VARIABLES, load=Load(torques_Nm=(torque,), weights=(1.0,)),
         objective=Goal(minimise=minimise), constraints=(), scatter=Scatter(), search=Search(angles=ANGLES),
         pareto=Trade(),
     )  # fmt: skip
-    return Judge(models(name)[1], design, PLAIN)
+    return Judge(models(name)[1], design, PLAIN, hubs=hubs)
 
 
 def kinks(judge, variable, here, moved, value):
@@ -129,7 +137,7 @@ def of_a_sweep(judge, assembly):
     """Sensitivities as the results file of a sweep has them, in the order of the variables."""
     phi = online_angles(judge.reduced.meshed.pair.pitch, ANGLES)
     sweep = sweep_line_loads(
-        judge.reduced, phi, conditions_of_assembly(assembly, judge.design.load.torques_Nm), recorded=True
+        judge.solver.supported[0][0], phi, conditions_of_assembly(assembly, judge.design.load.torques_Nm), recorded=True
     )
     found = sensitivities(sweep, deviation_rates(judge.reduced.meshed, assembly, sweep.states.lines))
     return found.ste[[found.parameter.index(f"{v.gear}.{v.key}") for v in VARIABLES], 0]
@@ -143,9 +151,10 @@ def value_of(modification, key, profile):
     return getattr(modification, key)
 
 
-def errors_of(name, minimise, rng, named):
+def errors_of(name, minimise, rng, named, supported):
     """Exact derivative less quotient over the largest of the curve's: of the curve (k, A), of the figure (k,)."""
-    judge = judge_of(name, minimise, 1e-3 * TORQUE * rng.uniform(0.2, 1.5))
+    hubs = [random_hubs(rng)] if supported else []
+    judge = judge_of(name, minimise, 1e-3 * TORQUE * rng.uniform(0.2, 1.5), hubs)
     active = judge.reduced.meshed.pair.active_rolls
     flanks = [random_modification(rng, gear) for gear in active]
     along = profiles(judge.reduced.meshed.pair)
@@ -177,14 +186,15 @@ def errors_of(name, minimise, rng, named):
     return curve_errors, figure_errors
 
 
+@pytest.mark.parametrize("supported", [False, True], ids=["held", "on supports"])
 @pytest.mark.parametrize("name", ["spur", "helical"])
 @pytest.mark.parametrize(("states", "bound"), [(4, 2e-6), pytest.param(100, 1e-5, marks=pytest.mark.slow)])
-def test_gradients_are_difference_quotients_at_random_states(name, states, bound):
+def test_gradients_are_difference_quotients_at_random_states(name, states, bound, supported):
     """With the factor of the last Newton step instead of the solution's, 7e-6 off."""
     rng, named, curves, figures = np.random.default_rng(19), Counter(), [], []
     for number in range(states):
         minimise = ("peak_to_peak_um", "order_1_um", "order_2_um")[number % 3]
-        curve, figure = errors_of(name, minimise, rng, named)
+        curve, figure = errors_of(name, minimise, rng, named, supported)
         curves.append(curve.ravel())
         figures.append(figure)
     curves, figures = np.concatenate(curves), np.concatenate(figures)

@@ -1,0 +1,72 @@
+"""Plan of a design: what is searched, on what, and how much work it is; solves nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pmor.case import Case
+from pmor.case.reader import parse_toml, read_text
+from pmor.core.progress import format_time
+from pmor.design.loader import DesignFile
+from pmor.design.settings import Design, Variable
+from pmor.work.cost import FINITE_ELEMENTS, stages
+
+VARIABLES = "variables"
+
+
+def is_design(path: Path) -> bool:
+    """Return whether a file has variables of a design; CaseError when it cannot be read."""
+    return VARIABLES in parse_toml(read_text(path, "case file"), str(path))
+
+
+def plan(file: DesignFile) -> str:
+    """Return the plan of a design."""
+    return "\n\n".join("\n".join(lines) for lines in (_searched(file.design, file), _work(file)))
+
+
+def _searched(design: Design, file: DesignFile) -> list[str]:
+    load, goal = design.load, design.objective
+    weights = ", ".join(f"{label} ({weight:g})" for label, weight in zip(load.labels, load.weights, strict=True))
+    lines = [
+        f"Design {file.name}: {design.title}",
+        f"  case                {file.case.name}: {file.case.title}",
+        f"  loads (weights)     {weights}",
+        f"  minimised           {goal.minimise}, {goal.value}, weighted mean over the loads",
+        *(f"  constraint          {c.result} at most {c.at_most:g}" for c in design.constraints),
+        *(f"  variable            {_words(v)}" for v in design.variables),
+    ]
+    if file.box is not None:
+        lines[2:2] = [
+            f"  gearbox             {file.box.name}: mesh {file.mesh}, contact on its supports under each load, the "
+            "other meshes under their mean loads",
+        ]
+        lines += [f"  assumption          {note}" for note in file.box.notes]
+    scattered = [*design.scatter.modifications, *design.scatter.axes]
+    return [*lines, f"  scatter             {', '.join(scattered)}"] if scattered else lines
+
+
+def _words(variable: Variable) -> str:
+    low, high = variable.range
+    step = "" if variable.step is None else f" by {variable.step:g}"
+    return f"{variable.name} from {low:g} to {high:g}{step}"
+
+
+def _work(file: DesignFile) -> list[str]:
+    design = file.design
+    cases = {file.case.name: file.case} if file.box is None else {**file.box.cases, file.mesh: file.case}
+    draws = design.scatter.draws if design.scatters else 1
+    positions = len(design.load.labels) * design.search.angles * draws
+    lines = [
+        "Work",
+        *(f"  finite elements     {name}: {format_time(_seconds(case))}" for name, case in cases.items()),
+        f"  a variant           {positions} positions",
+        f"  samples, descents   {design.search.samples}, {design.search.descents}; "
+        f"{design.pareto.points} points of the front against {design.pareto.against}",
+    ]
+    if file.box is not None:
+        lines.append("  for comparison      a search on aligned axes; the gearbox solved anew with the best of both")
+    return lines
+
+
+def _seconds(case: Case) -> float:
+    return sum(stage.seconds for stage in stages(case) if stage.name == FINITE_ELEMENTS)
