@@ -20,6 +20,7 @@ from pmor.gear.condition import Assembly
 from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.working import refuse_working_geometry
+from pmor.machine.duty import shares
 from pmor.machine.loader import GearboxFile
 from pmor.machine.loader import load as load_gearbox
 from pmor.machine.model import pinion_senses
@@ -138,8 +139,9 @@ def _loads(said: Design, box: GearboxFile, where: str) -> Load:
     if others:
         rule = f"carries on other flanks than {toml_text(names[0])}: design these in a file of their own"
         raise CaseError(f"{where}: [load] names: {toml_text(others[0])}: {rule}")
-    alike = tuple(name for name, sense in senses.items() if sense == first)
-    return replace(said.load, names=names or alike)
+    names = names or tuple(name for name, sense in senses.items() if sense == first)
+    times = dict(zip(senses, shares(model.sections.loads), strict=False))
+    return replace(said.load, names=names, weights=said.load.weights or tuple(times[name] for name in names if times))
 
 
 def _complete(design: Design, case: Case, where: str) -> Design:

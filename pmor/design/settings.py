@@ -77,7 +77,7 @@ class Load:
     names : tuple of str
         Load cases of the gearbox in the place of torques; by default all that carry on the same flanks as its first.
     weights : tuple of float
-        How much each counts, such as its share of the time; by default all the same.
+        How much each counts; by default as its time in the duty cycle of the gearbox, or all the same.
     """
 
     torques_Nm: Torques = ()

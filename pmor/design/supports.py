@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pmor.case import without_models
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.core.threads import in_order
@@ -124,7 +125,7 @@ def supports_of(file: DesignFile) -> Supports:
     CaseError, ConvergenceError, GeometryError
     """
     assert file.box is not None
-    cases = {**file.box.cases, file.mesh: file.case}
+    cases = {name: without_models(case) for name, case in file.box.cases.items()} | {file.mesh: file.case}
     pairs = {name: trained_pair(case) for name, case in cases.items()}
     model, names = file.box.model, file.design.load.names
     by_name = {load.name: load for load in model.sections.loads}
