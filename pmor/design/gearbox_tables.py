@@ -48,9 +48,9 @@ def gearbox_sentences(box: InGearbox) -> list[str]:
     ]
     for one, other in COMPARED:
         ratios = {words: box.ratio(key, (one, other)) for key, words in RESULTS.items()}
-        known = [f"{words} {ratio:.3f}" for words, ratio in ratios.items() if ratio is not None]
+        known = [f"{ratio:.3f} in {words}" for words, ratio in ratios.items() if ratio is not None]
         if known:
-            found.append(f"Solved anew in the gearbox, {one} over {other}: {', '.join(known)}.")
+            found.append(f"Solved anew in the gearbox, '{one}' over '{other}': {', '.join(known)}.")
     return found
 
 

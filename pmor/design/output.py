@@ -74,7 +74,7 @@ def design_data(found: Found, read: Readings) -> dict[str, Any]:
 
 def design_text(found: Found, read: Readings) -> str:
     """Return the tables for the screen."""
-    said = [_count_words(found), *([] if read.gearbox is None else gearbox_sentences(read.gearbox))]
+    said = [*([] if read.gearbox is None else gearbox_sentences(read.gearbox)), _count_words(found)]
     lines = [f"Design: {found.design.title}", *(f"  {sentence}" for sentence in said)]
     for shown in (*_tables(found, read), *([] if read.gearbox is None else gearbox_tables(read.gearbox))):
         if shown.rows:
@@ -190,7 +190,7 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
     if read.gearbox is not None:
         face_load = Picture("face_load.png", "Line load over the face, added up over tooth pairs; the whole gearbox "
                             "solved anew with each flank.", figures.face_load_figure(read.gearbox))  # fmt: skip
-        blocks += [*gearbox_sentences(read.gearbox), *gearbox_tables(read.gearbox), face_load]
+        blocks = [*gearbox_sentences(read.gearbox), *blocks, *gearbox_tables(read.gearbox), face_load]
     blocks += [Picture(name, caption, figure) for name, caption, figure in pictures if figure is not None]
     return [*blocks, *_tables(found, read)]
 
