@@ -57,19 +57,19 @@ def tip_edge(tooth: Tooth, rounding: float = 0.0, chamfer: float = 0.0) -> TipEd
 def _rounded(tooth: Tooth, radius: float) -> float:
     base, centre = tooth.base_radius, tooth.tip_radius - radius
     place = f"tip_rounding_mm = {radius:g}"
-    if centre <= base:
+    if centre / base <= 1.0:
         raise GeometryError(f"{place}: more than the flank's height above the base circle: lower it")
-    along = math.sqrt(centre**2 - base**2)
+    along = math.copysign(math.sqrt(centre**2 - base**2), base)
     roll = (radius + along) / base
     _refuse_short_flank(tooth, roll, place)
-    if tooth.base_half_angle - roll + math.atan(along / base) < 0.0:  # the centre is beyond the middle of the tooth
+    if base * (tooth.base_half_angle - roll + math.atan(along / base)) < 0.0:  # beyond the middle of the tooth
         raise GeometryError(f"{place}: takes more than half of the tip land of {_tip_land(tooth):.4g} mm: lower it")
     return roll
 
 
 def _chamfered(tooth: Tooth, height: float) -> float:
     place = f"tip_chamfer_mm = {height:g}"
-    roll = tooth.roll_angle_at(max(tooth.tip_radius - height, 0.0))
+    roll = tooth.roll_angle_at(tooth.tip_radius - min(height, abs(tooth.tip_radius)))
     _refuse_short_flank(tooth, roll, place)
     if height > 0.5 * _tip_land(tooth):
         raise GeometryError(f"{place}: takes more than half of the tip land of {_tip_land(tooth):.4g} mm: lower it")
@@ -77,7 +77,7 @@ def _chamfered(tooth: Tooth, height: float) -> float:
 
 
 def _refuse_short_flank(tooth: Tooth, roll: float, place: str) -> None:
-    if roll <= tooth.form_roll_angle:
+    if tooth.base_radius * (roll - tooth.form_roll_angle) <= 0.0:
         allowed = tooth.tip_radius - tooth.base_radius * math.hypot(1.0, tooth.form_roll_angle)
         raise GeometryError(f"{place}: leaves nothing of the flank, which is {allowed:.4g} mm high: lower it")
 

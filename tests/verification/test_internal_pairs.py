@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 
 from pmor.body.elastic_gear import elastic_gear
 from pmor.case import change_case, load_case, make_case
+from pmor.core.errors import GeometryError
 from pmor.export.rexs.read import read_stage
 from pmor.export.rexs.write import rexs_text
 from pmor.fe.assembly import degrees_of_freedom
@@ -16,7 +17,9 @@ from pmor.gear.classical import iso6336
 from pmor.gear.condition import Assembly, Condition, Misalignment
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.ring_root import Shaper
+from pmor.gear.tip_edge import tip_edge
 from pmor.gear.tooth import Tooth
+from pmor.line.hubs import hub_rows
 from pmor.line.layered_pair import place_sections
 from pmor.line.unloaded import unloaded_ste_um
 from pmor.pair.model import elastic_model, gear_pair, mesh_model
@@ -30,6 +33,7 @@ SHIPPED = "cases/internal_spur.toml"
 RING_CONTACT_RATIO, SUN_CONTACT_RATIO, ISO_RING, ISO_SUN = 1.9572, 1.5477, 24.677, 16.159
 PRINTED = 5e-5
 TOUCHING = 1e-12  # mm
+DIFFERENCES = 1e-5  # of gaps over 0.1 um
 LIGHT = {"profile_elements": 6, "width_elements": 2, "error_bar": False}
 
 
@@ -145,3 +149,31 @@ def test_a_ring_comes_back_from_a_rexs_file_as_it_was_written(keys, tmp_path):
     assert [note for note in found.notes if "towards the tip" not in note] == []
     assert_allclose(found.case.wheel_modification.tip_relief_start_roll_deg, 17.0, rtol=1e-9)
     assert found.case.pair == case.pair
+
+
+@pytest.mark.parametrize("helix_deg", [0.0, 15.0])
+def test_moved_hubs_open_the_gaps_of_a_ring_as_moved_axes_do(helix_deg):
+    """On the path of contact: apart, tilted in the plane of the axes, and out of it."""
+    meshed = mesh_model(case_of(helix_deg, mesh=LIGHT | {"width": "whole"})).meshed
+    width, phi, step = meshed.pair.face_width, np.linspace(0.0, meshed.pair.pitch, 5), 0.05
+    lines = place_sections(meshed, phi)
+    rows, on_path = hub_rows(meshed.pair, lines, meshed.sections.z), np.abs(lines.gap) < TOUCHING
+    # The wheel's axis is at -y: apart moves it on.
+    for key, place, moved in (("centre_distance_um", 7, -1.0), ("in_plane_um", 9, 1.0 / width),
+                              ("out_of_plane_um", 10, 1.0 / width)):  # fmt: skip
+        there, back = (place_sections(meshed, phi, Misalignment(**{key: sign * step})).gap for sign in (1.0, -1.0))
+        slope = (there[on_path] - back[on_path]) / (2e-3 * step)
+        assert_allclose(rows[on_path, place] * moved, slope, rtol=0.0, atol=DIFFERENCES * np.abs(slope).max())
+
+
+def test_a_rounded_tip_of_a_ring_touches_flank_and_tip_circle():
+    made, radius = ring(60), 0.3
+    edge = tip_edge(made, radius)
+    u, angle = edge.roll_angle, 0.5 * math.pi + made.base_half_angle - edge.roll_angle
+    normal = np.array([-math.sin(angle), math.cos(angle)])
+    centre = made.flank_section(np.array(u)) - radius * normal
+    assert_allclose(np.hypot(*centre) - radius, -made.tip_radius, rtol=1e-12)
+    assert made.tip_roll_angle < u < made.form_roll_angle
+    assert_allclose(tip_edge(made, 0.0, 0.2).roll_angle, made.roll_angle_at(made.tip_radius - 0.2), rtol=1e-12)
+    with pytest.raises(GeometryError, match="takes more than half of the tip land"):
+        tip_edge(made, 1.5)
