@@ -140,17 +140,24 @@ class LoadedGearbox:
     housing: FloatArray
 
     @cached_property
-    def system(self) -> System:
-        """The system of equations."""
+    def structure(self) -> FloatArray:
+        """Stiffness of shafts and housing, shape (n, n)."""
         size = len(self.load)
-        stiffness, constraints, seats = np.zeros((size, size)), list[FloatArray](), list[Seat]()
-        names, rotations = [], np.tile(np.arange(NODE) >= ABOUT_AXIS, size // NODE)
+        stiffness, seat = np.zeros((size, size)), size - len(self.housing)
         for name, beam in self.beams.items():
             rows = slice(self.first[name], self.first[name] + NODE * len(beam.stations))
             stiffness[rows, rows] = beam.stiffness()
-            names += [f"shaft {name}, at {place:g} mm, {way}" for place in beam.stations for way in DIRECTIONS]
-        seat = size - len(self.housing)
         stiffness[seat:, seat:] = self.housing
+        return stiffness
+
+    @cached_property
+    def system(self) -> System:
+        """The system of equations."""
+        size = len(self.load)
+        stiffness, constraints, seats = self.structure.copy(), list[FloatArray](), list[Seat]()
+        names, rotations = [], np.tile(np.arange(NODE) >= ABOUT_AXIS, size // NODE)
+        for name, beam in self.beams.items():
+            names += [f"shaft {name}, at {place:g} mm, {way}" for place in beam.stations for way in DIRECTIONS]
         names += [f"seat {n} of the housing, {way}" for n in range(len(self.housing) // NODE) for way in DIRECTIONS]
         for bearing in self.bearings:
             constraints += [bearing.rows[i] for i in bearing.rigid]

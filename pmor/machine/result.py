@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +12,7 @@ from pmor.machine.coupled import SolvedLoad
 from pmor.machine.figures import deflection_figure, face_load_figure, ste_figure
 from pmor.machine.fit import Fit
 from pmor.machine.left_out import rexs_reasons
+from pmor.machine.live import live_blocks
 from pmor.machine.loader import GearboxFile
 from pmor.machine.output import FILES, gearbox_data, gearbox_report, gearbox_text
 from pmor.machine.readings import Data
@@ -18,6 +20,7 @@ from pmor.machine.to_rexs import write_gearbox_rexs
 from pmor.machine.view import machine_figure
 from pmor.machine.vtkhdf import write_machine
 from pmor.work.results import writing_results
+from pmor_online.model import ReducedPair
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,12 +38,15 @@ class GearboxResult:
         Load cases without one, and meshes with positions that did not converge.
     fits : tuple of Fit
         The flank that fits each mesh.
+    pairs : mapping of str to ReducedPair
+        Of the meshes, by name.
     """
 
     file: GearboxFile
     loads: tuple[SolvedLoad, ...]
     failures: tuple[str, ...]
-    fits: tuple[Fit, ...] = ()
+    fits: tuple[Fit, ...]
+    pairs: Mapping[str, ReducedPair]
 
     @cached_property
     def data(self) -> Data:
@@ -77,7 +83,8 @@ class GearboxResult:
         """
         inputs = self.file.inputs
         with writing_results(folder, FILES, self.file.text, inputs=inputs, overwrite=overwrite, working=()) as out:
-            gearbox_report(self.file, self.loads, self.data).write(out)
+            report = gearbox_report(self.file, self.loads, self.data)
+            replace(report, page_only=live_blocks(self.loads, self.pairs)).write(out)
             if self.loads:
                 write_machine(self.file.model, self.loads, out / "machine.vtkhdf")
             if not rexs_reasons(self.file):

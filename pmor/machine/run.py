@@ -64,7 +64,7 @@ def run(
         fits = fit_meshes(file.model, loads, pairs)
     except ConvergenceError as error:
         failures.append(f"flanks that fit: {error}")
-    return GearboxResult(file, compared, tuple(failures), fits)
+    return GearboxResult(file, compared, tuple(failures), fits, pairs)
 
 
 def basis_name(mesh: str) -> str:

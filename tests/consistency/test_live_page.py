@@ -29,6 +29,8 @@ from tests.support.page_solver import CASES, STE, condition_of, online_result, u
 pytestmark = pytest.mark.jit
 LARGEST_SECTION = 200_000  # measured: 156 kB; pictures come on top
 RESULT = "document.getElementById('live').result"
+ALIKE = "document.querySelector('#live .same')"
+ALIKE_OFF = f"{ALIKE}.checked && {ALIKE}.click()"
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +85,7 @@ def drawn_values(opened, rng):
 def compare_settings(opened, result, pair, count):
     """The transmission error of the page is that of Python at random settings."""
     rng = np.random.default_rng(17)
-    opened.evaluate("document.getElementById('live-same').checked && document.getElementById('live-same').click()")
+    opened.evaluate(ALIKE_OFF)
     for _ in range(count):
         values = drawn_values(opened, rng)
         set_values(opened, values)
@@ -138,9 +140,9 @@ def test_all_controls_have_names(page):
 def test_the_wheel_follows_the_pinion_only_where_both_are_to_be_alike(page):
     page.evaluate("document.getElementById('live-reset').click()")
     set_values(page, {("pinion", "tip_relief_um"): 12.0})
-    amounts = f"{RESULT}.setting.modifications.map(m => m.tip_relief_um)"
+    amounts = f"{RESULT}.setting.meshes[0].modifications.map(m => m.tip_relief_um)"
     assert page.evaluate(amounts) == [12.0, 12.0]
-    page.evaluate("document.getElementById('live-same').click()")
+    page.evaluate(f"{ALIKE}.click()")
     set_values(page, {("pinion", "tip_relief_um"): 8.0})
     assert page.evaluate(amounts) == [8.0, 12.0]
 
@@ -156,7 +158,7 @@ def test_a_torque_beyond_the_sweep_is_marked(page):
 
 
 def test_the_toml_that_it_gives_makes_the_case_that_is_set(page, spur):
-    page.evaluate("document.getElementById('live-same').checked && document.getElementById('live-same').click()")
+    page.evaluate(ALIKE_OFF)
     values = drawn_values(page, np.random.default_rng(3))
     set_values(page, values)
     page.evaluate("document.getElementById('live-toml').click()")
@@ -201,7 +203,7 @@ def test_an_error_leaves_no_older_numbers_in_sight(page):
 @pytest.mark.parametrize(
     ("broken", "said"),
     [("DecompressionStream = undefined", "needs DecompressionStream"),
-     ("JSON.parse = text => ({ constants: {}, model: {}, bodies: [{ scale: null }] })", "could not start (")],
+     ("JSON.parse = text => ({ constants: {}, meshes: [{ bodies: [{ scale: null }] }] })", "could not start (")],
 )  # fmt: skip
 def test_a_start_that_fails_says_why(spur, tmp_path, broken, said):
     path = tmp_path / "report.html"

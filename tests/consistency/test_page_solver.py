@@ -36,19 +36,24 @@ def spur():
 
 def drawn_setting(section, rng):
     """Random values of all controls: the setting as the page has it, and the values by group and key."""
-    setting, values = json.loads(json.dumps(section.data["case"])), {}
-    for control in section.controls:
+    setting, values = json.loads(json.dumps(section.data["setting"])), {}
+    mesh = setting["meshes"][0]
+    parts = dict(zip(("pinion", "wheel"), mesh["modifications"], strict=True)) | {"axes": mesh["axes"], "load": setting}
+    for control in (*section.controls, *section.meshes[0].controls):
         value = str(rng.choice(control.choices)) if control.choices else float(rng.uniform(control.low, control.high))
-        group = control.group
-        part = setting["modifications"][("pinion", "wheel").index(group)] if group in ("pinion", "wheel") else setting
-        (part["axes"] if group == "axes" else part)[control.key] = values[group, control.key] = value
+        parts[control.group][control.key] = values[control.group, control.key] = value
     return setting, values
+
+
+def angles_of(section):
+    """How many angles of a pitch the page solves."""
+    return section.data["meshes"][0]["model"]["angles"]
 
 
 def compare_solver(result, pair, count, angles=8):
     """The page's solver in an engine that no test skips: at random settings and angles that of Python."""
     section, rng = live_section(result, pair), np.random.default_rng(23)
-    solver, total = PageSolver(section.data), section.data["model"]["angles"]
+    solver, total = PageSolver(section.data), angles_of(section)
     for _ in range(count):
         setting, values = drawn_setting(section, rng)
         numbers = np.sort(rng.choice(total, angles, replace=False)).tolist()
@@ -69,7 +74,7 @@ def test_the_solver_without_a_browser_solves_what_python_solves(spur):
 def test_the_page_names_positions_that_overload_a_section_where_python_does(spur):
     result, pair = spur
     section = live_section(*spur)
-    setting, total = json.loads(json.dumps(section.data["case"])), section.data["model"]["angles"]
+    setting, total = json.loads(json.dumps(section.data["setting"])), angles_of(section)
     setting["torque_Nm"] = 1e-3 * OVERLOAD
     phi = online_angles(pair.meshed.pair.pitch, total)
     expected = sweep_line_loads(pair, phi, [Condition(torque=OVERLOAD)])
@@ -99,9 +104,9 @@ def test_the_solver_knows_the_edge_that_undercut_leaves():
 def test_approaches_under_any_load_are_those_of_python(spur):
     """From far below the least load, on which sections begin, to where contact reaches the end of the layer."""
     section, pair = live_section(*spur), spur[1]
-    solver, total = PageSolver(section.data), section.data["model"]["angles"]
+    solver, total = PageSolver(section.data), angles_of(section)
     lines = pair.lines.place(online_angles(pair.meshed.pair.pitch, total), ALIGNED).lines
-    solver.run("""var kinematics = kinematicsAt(model, DATA.case.axes);
+    solver.run("""var kinematics = kinematicsAt(model, DATA.setting.meshes[0].axes);
     function sectionsAt(i) {
       const { sections } = placeSections(model, kinematics, kinematics.pitch * i / model.angles);
       for (const section of sections) makeReady(model, section);
@@ -176,8 +181,9 @@ def test_constants_travel_with_the_page(spur):
     """A solver that begins elsewhere takes other steps."""
     section = live_section(*spur)
     assert section.data["constants"]["BEGINNING"] == loads.BEGINNING
-    setting, numbers = json.loads(json.dumps(section.data["case"])), range(0, 100, 10)
-    setting["modifications"][0] |= {"helix_slope_um": 15.0, "tip_relief_um": 30.0, "tip_relief_start_roll_deg": 25.0}
+    setting, numbers = json.loads(json.dumps(section.data["setting"])), range(0, 100, 10)
+    flank = {"helix_slope_um": 15.0, "tip_relief_um": 30.0, "tip_relief_start_roll_deg": 25.0}
+    setting["meshes"][0]["modifications"][0] |= flank
     usual = PageSolver(section.data).sweep(setting, numbers)
     for name, value in (("MAX_STEPS", 1), ("TOLERANCE", 1e-2), ("BEGINNING", 1e9), ("PATIENCE", 0)):
         other = PageSolver({**section.data, "constants": {**section.data["constants"], name: value}})
@@ -187,7 +193,7 @@ def test_constants_travel_with_the_page(spur):
 @pytest.mark.parametrize(("wheel", "bodies"), [({"teeth": 30, "bore_radius_mm": 25.0}, 2), (None, 1)])
 def test_the_page_solves_helical_pairs_and_gears_that_differ_in_the_hand_alone_share_a_compliance(wheel, bodies):
     result, pair = online_result(case_with(**HELICAL, wheel=wheel))
-    data = live_section(result, pair).data
+    (data,) = live_section(result, pair).data["meshes"]
     assert len(data["bodies"]) == bodies
     assert data["body_of"][1]["mirrored"] == (bodies == 1)
     compare_solver(result, pair, 8)

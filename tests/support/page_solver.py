@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[2]
 TEMPLATES = ROOT / "pmor" / "report" / "templates"
 CASES = ROOT / "cases"
 STE = 1e-5  # asked for; measured over 50 settings: 4.3e-6 of the paper's pair, 6.1e-6 of the helical one
-SCRIPTS = "law", "geometry", "flanks", "solver", "model"
+SCRIPTS = "law", "geometry", "flanks", "solver", "machine", "model"
 # Layout and comments are no code.
 NO_CODE = tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.ENCODING, tokenize.ENDMARKER
 
@@ -53,7 +53,7 @@ def condition_of(values, case):
 
 
 class PageSolver:
-    """The page's model of a pair. What browsers unpack is unpacked here by numpy."""
+    """The page's models and solver. What browsers unpack is unpacked here by numpy."""
 
     def __init__(self, data):
         self._engine = quickjs.Context()
@@ -62,11 +62,13 @@ class PageSolver:
         for name in ("constants", *SCRIPTS):
             self.run((TEMPLATES / "live" / f"{name}.js").read_text(encoding="utf-8"))
         self.run("""unpackIntegers = async text => Int32Array.from(JSON.parse(unpackedText(text)));
-        let model = null, problem = null;
-        unpackModel(DATA).then(found => { model = found; }, error => { problem = String(error); });""")
+        let solver = null, problem = null;
+        Promise.all(DATA.meshes.map(unpackModel)).then(models => { solver = new Solver(DATA, models); },
+          error => { problem = String(error); });""")
         while self._engine.execute_pending_job():
             pass
         assert self.run("problem") is None
+        self.run("const model = solver.models[0];")
 
     def run(self, script):
         return self._engine.eval(script)
@@ -75,14 +77,15 @@ class PageSolver:
         """What an expression comes to, as JSON has it."""
         return json.loads(self.run(f"JSON.stringify({expression})"))
 
-    def sweep(self, setting, numbers):
-        """States at some of the page's angles: (transmission error, steps); NaN is None."""
+    def sweep(self, setting, numbers, mesh=0):
+        """States at some of the page's angles: transmission error, steps, and the hubs below; NaN is None."""
         return self.value(f"""(setting => {{
-          const kinematics = kinematicsAt(model, setting.axes);
-          const places = {json.dumps(list(numbers))}.map(i =>
-            placeSections(model, kinematics, kinematics.pitch * i / model.angles));
-          const {{ ste, states }} = sweep(model, places, setting);
-          return {{ ste, steps: states.map(state => state.steps) }};
+          const places = solver.places, all = count => count === solver.models[{mesh}].angles;
+          solver.places = (j, mesh, count) => places.call(solver, j, mesh, count).filter((_, i) =>
+            j !== {mesh} || !all(count) || {json.dumps(list(numbers))}.includes(i));
+          const {{ ste, states, support }} = solver.solve(setting, {mesh});
+          solver.places = places;
+          return {{ ste, steps: states.map(state => state.steps), support }};
         }})({json.dumps(setting)})""")
 
     def warnings(self, setting):
@@ -91,8 +94,8 @@ class PageSolver:
         with suppress(quickjs.JSException):  # the page itself, which its last line starts, is not there
             self.run((TEMPLATES / "live" / "page.js").read_text(encoding="utf-8"))
         return self.value(f"""(setting => {{
-          const result = sweep(model, placedPair(model, setting.axes), setting);
-          return warningsOf(DATA, model, result, findingsOf(model, result));
+          const result = solver.solve(setting, 0);
+          return warningsOf(DATA.meshes[0], model, result, findingsOf(model, result));
         }})({json.dumps(setting)})""")
 
 

@@ -47,8 +47,7 @@ def live_model(reduced: ReducedPair, assembly: Assembly, angles: int) -> dict[st
     Returns
     -------
     dict
-        `model`, `bodies` (packed compliances), `body_of` (which one pinion and wheel have, and whether mirrored) and
-        `constants` of the solver.
+        `model`, `bodies` (packed compliances) and `body_of` (which one pinion and wheel have, and whether mirrored).
     """
     meshed = reduced.layered
     bodies, body_of = _bodies(reduced)
@@ -70,7 +69,7 @@ def live_model(reduced: ReducedPair, assembly: Assembly, angles: int) -> dict[st
         },
         "gears": [_gear(meshed, assembly, gear) for gear in range(2)],
     }
-    return {"model": model, "bodies": bodies, "body_of": body_of, "constants": CONSTANTS}
+    return {"model": model, "bodies": bodies, "body_of": body_of}
 
 
 def _kinematics(meshed: MeshedPair) -> dict[str, float]:

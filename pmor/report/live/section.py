@@ -20,14 +20,18 @@ from pmor.gear.profile import profiles
 from pmor.gear.working import refuse_working_geometry
 from pmor.pair.conditions import assembly_of
 from pmor.pair.limits import LARGE_APPROACH, PRESSURE_OVER_MODULUS, hertz_pressure
-from pmor.report.live.model import live_model
-from pmor.results.sweep import ste_mean_um
+from pmor.report.live.model import CONSTANTS, live_model
+from pmor.results.sweep import SteSweep, ste_mean_um
 from pmor_online.model import ReducedPair
 from pmor_online.run import OnlineResult
 
 # Angles over a pitch: ten orders take 21. Of helical pairs, whose many sections take longer, fewer: their transmission
 # error is smoother.
 SPUR_ANGLES, HELICAL_ANGLES = 100, 40
+MODEL = (
+    "The page carries the flanks' compliance from the finite elements and solves contact anew as a slider moves: the "
+    "same equations as the run, exact for any torque, axes and flanks that linear elasticity covers."
+)
 # Deviation of the axes, um, to which sliders reach at least.
 LEAST_DEVIATION = 1.0
 # Upper limits of sliders: over the nominal torque, over the mean transmission error, over the amounts of the case.
@@ -42,13 +46,15 @@ class Control:
 
     Parameters
     ----------
-    group : {"load", "pinion", "wheel", "misalignment"}
+    group : {"load", "bearings", "pinion", "wheel", "axes"}
     key : str
         As in a case file.
     initial : str
         Value of the case.
     choices : tuple of str
         Instead of a range.
+    logarithmic : bool
+        Steps of the slider multiply.
     """
 
     group: str
@@ -59,6 +65,31 @@ class Control:
     high: float = 0.0
     step: float = 1.0
     choices: tuple[str, ...] = ()
+    logarithmic: bool = False
+
+    @property
+    def slider(self) -> tuple[float, float]:
+        """Ends of the slider: of a logarithmic one powers of ten."""
+        return (math.log10(self.low), math.log10(self.high)) if self.logarithmic else (self.low, self.high)
+
+
+@dataclass(frozen=True)
+class LiveMesh:
+    """A pair of gears in the section's template.
+
+    Parameters
+    ----------
+    name : str
+        Of the mesh of a gearbox; empty of a pair by itself.
+    controls : tuple of Control
+        Of its flanks and axes.
+    same : bool
+        Both gears start alike.
+    """
+
+    name: str
+    controls: tuple[Control, ...]
+    same: bool
 
 
 @dataclass(frozen=True)
@@ -67,20 +98,20 @@ class LiveSection:
 
     Parameters
     ----------
-    same : bool
-        Both gears start alike.
+    controls : tuple of Control
+        Of the load, and of the bearings of a gearbox.
     data : dict
         Data of the solver, and the results of the case.
     """
 
     controls: tuple[Control, ...]
-    same: bool
+    meshes: tuple[LiveMesh, ...]
     data: dict[str, Any]
     note: str
 
 
 def live_section(result: OnlineResult, pair: ReducedPair) -> LiveSection:
-    """Return the section.
+    """Return the section of a pair.
 
     Parameters
     ----------
@@ -89,24 +120,57 @@ def live_section(result: OnlineResult, pair: ReducedPair) -> LiveSection:
     pair : ReducedPair
         Of line loads, on the whole width: the model that the page solves.
     """
-    case, meshed = result.case, pair.meshed
-    helical = meshed.pair.pinion.helix_angle != 0.0
-    own = _own(case, meshed.pair)
-    controls = tuple(_controls(result, meshed))
-    starts = [{c.key: c.initial for c in controls if c.group == group} for group in ("pinion", "wheel")]
-    data = live_model(pair, assembly_of(case), HELICAL_ANGLES if helical else SPUR_ANGLES) | {
-        "case": {
-            "torque_Nm": case.torque_Nm,
-            "axes": asdict(case.misalignment),
-            "modifications": [_amounts(modification) for modification in own],
-            "kept": [_kept(modification) for modification in own],
-            "curve": _curve(result),
-        },
+    case, ste = result.case, float(ste_mean_um(result.sweep)[result.nominal])
+    highest = _rounded(max(TORQUE_RANGE * case.torque_Nm, *case.online.torques_Nm))
+    step = _rounded(highest) / 200.0
+    torque = Control("load", "torque_Nm", "torque on the pinion, N m", _written(case.torque_Nm), step, highest, step)
+    mesh, data = live_mesh("", case, pair, ste, [curve(result.sweep, result.nominal)])
+    swept = *case.online.torques_Nm, *(condition.torque_Nm for condition in case.conditions)
+    data["limits"]["torque_Nm"] = [min(swept), max(swept)]
+    setting = {"torque_Nm": case.torque_Nm, "load": 0}
+    note = " ".join([MODEL, *notes(case, pair.meshed, case.online.angles_per_pitch)])
+    return LiveSection((torque,), (mesh,), section_data([data], setting, None), note)
+
+
+def section_data(
+    meshes: Sequence[dict[str, Any]], setting: dict[str, Any], machine: dict[str, Any] | None
+) -> dict[str, Any]:
+    """Return the data of a section: `setting` begins it, beside the axes and modifications of the meshes."""
+    return {
+        "constants": CONSTANTS,
         "defaults": {"axes": asdict(ALIGNED), "modification": _amounts(UNMODIFIED)},
+        "meshes": list(meshes),
+        "setting": {**setting, "meshes": [mesh["case"]["setting"] for mesh in meshes]},
+        "machine": machine,
+    }
+
+
+def live_mesh(
+    name: str, case: Case, pair: ReducedPair, ste_um: float, curves: list[list[list[float]]]
+) -> tuple[LiveMesh, dict[str, Any]]:
+    """Return a mesh of the section, and its data.
+
+    Parameters
+    ----------
+    ste_um : float
+        Mean transmission error, which the amounts of sliders go by.
+    curves : list
+        Transmission error of the case under each load (`curve`).
+    """
+    meshed = pair.meshed
+    own = _own(case, meshed.pair)
+    controls = tuple(_controls(case, meshed, ste_um))
+    starts = [{c.key: c.initial for c in controls if c.group == group} for group in ("pinion", "wheel")]
+    data = live_model(pair, assembly_of(case), _angles(meshed)) | {
+        "name": name,
+        "case": {
+            "setting": {"axes": asdict(case.misalignment), "modifications": [_amounts(flank) for flank in own]},
+            "kept": [_kept(modification) for modification in own],
+            "curves": curves,
+        },
         "limits": _limits(case, meshed),
     }
-    same = starts[0] == starts[1] and own[0] == own[1]
-    return LiveSection(controls, same, data, _note(case, meshed))
+    return LiveMesh(name, controls, starts[0] == starts[1] and own[0] == own[1]), data
 
 
 def _own(case: Case, pair: GearPair) -> tuple[Modification, Modification]:
@@ -126,31 +190,21 @@ def _kept(modification: Modification) -> dict[str, Any]:
     return {"pitch_deviations_um": list(deviations)} if deviations else {}
 
 
-def _curve(result: OnlineResult) -> list[list[float]]:
-    """Transmission error of the case over the first pitch, (deg, um)."""
-    sweep, ste = result.sweep, result.sweep.ste_um[result.nominal]
+def curve(sweep: SteSweep, torque_index: int) -> list[list[float]]:
+    """Return the transmission error over the first pitch, (deg, um)."""
+    ste = sweep.ste_um[torque_index]
     shown = (sweep.phi_rad < sweep.pitch_rad * (1.0 - 1e-9)) & np.isfinite(ste)
     points = np.stack([np.degrees(sweep.phi_rad[shown]), ste[shown]], axis=1)
     return [[float(f"{value:.7g}") for value in point] for point in points]
 
 
 def _limits(case: Case, meshed: MeshedPair) -> dict[str, Any]:
-    """Limits of the run's sweep and of a linear model."""
-    swept = *case.online.torques_Nm, *(condition.torque_Nm for condition in case.conditions)
+    """Limits of a linear model."""
     _, modulus = hertz_pressure(case, meshed.pair)
-    return {
-        "torque_Nm": [min(swept), max(swept)],
-        "pressure_MPa": PRESSURE_OVER_MODULUS * modulus,
-        "approach_um": 1e3 * LARGE_APPROACH * case.pair.module_mm,
-    }
+    return {"pressure_MPa": PRESSURE_OVER_MODULUS * modulus, "approach_um": 1e3 * LARGE_APPROACH * case.pair.module_mm}
 
 
-def _controls(result: OnlineResult, meshed: MeshedPair) -> Iterable[Control]:
-    case, ste = result.case, float(ste_mean_um(result.sweep)[result.nominal])
-    nominal = case.torque_Nm
-    highest = _rounded(max(TORQUE_RANGE * nominal, *case.online.torques_Nm))
-    step = _rounded(highest) / 200.0
-    yield Control("load", "torque_Nm", "torque on the pinion, N m", _written(nominal), step, highest, step)
+def _controls(case: Case, meshed: MeshedPair, ste: float) -> Iterable[Control]:
     flanks = _own(case, meshed.pair)
     present = [abs(getattr(flank, key)) for flank in flanks for key in _SLID]
     deviations = asdict(case.misalignment)
@@ -229,24 +283,26 @@ def _rounded(value: float) -> float:
     return next(power * factor for factor in (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0) if power * factor >= value)
 
 
-def _note(case: Case, meshed: MeshedPair) -> str:
-    """Note on the model of the page."""
-    parts = [
-        "The page carries the flanks' compliance from the finite elements and solves contact anew as a slider moves: "
-        "the same equations as the run, exact for any torque, axes and flanks that linear elasticity covers. Amounts "
-        "count along the transverse line of action and remove material where they are positive."
+def notes(case: Case, meshed: MeshedPair, angles: int) -> list[str]:
+    """Return sentences on how the page takes a case that the run sweeps at so many angles to a pitch."""
+    found = [
+        "Amounts of the flanks count along the transverse line of action and remove material where they are positive."
     ]
-    angles, own = HELICAL_ANGLES if meshed.pair.pinion.helix_angle else SPUR_ANGLES, case.online.angles_per_pitch
-    if angles != own:
-        parts.append(
-            f"It solves {angles} angles to a pitch, the run {own}: largest values differ by what lies between."
+    own = _angles(meshed)
+    if own != angles:
+        found.append(
+            f"It solves {own} angles to a pitch, the run {angles}: largest values differ by what lies between."
         )
     if case.pitches > 1:
-        parts.append("It solves the first pitch of the run's sweep.")
+        found.append("It solves the first pitch of the run's sweep.")
     if case.mesh.width == "plane_strain":
-        parts.append("In plane strain nothing differs over the width: sliders of the helix and of tilted axes are "
+        found.append("In plane strain nothing differs over the width: sliders of the helix and of tilted axes are "
                      "left out.")  # fmt: skip
     flanks = case.pinion_modification, case.wheel_modification
     if any(flank.topography is not None or flank.pitch_deviations_um for flank in flanks):
-        parts.append("Topographies and pitch deviations stay as they are in the case.")
-    return " ".join(parts)
+        found.append("Topographies and pitch deviations stay as they are in the case.")
+    return found
+
+
+def _angles(meshed: MeshedPair) -> int:
+    return HELICAL_ANGLES if meshed.pair.pinion.helix_angle else SPUR_ANGLES

@@ -71,13 +71,17 @@ function involuteFoot(gears, slave, u, radius, motion) {
   const ownTurn = Math.atan2(ownY, ownX), mateTurn = Math.atan2(-ny, -nx);
   if (slave === 1) {
     return {
-      gap, roll: [mateRoll, u], turn: [mateTurn, ownTurn], lever: -mate.base_radius, leverSlope: 0, cornerAdvance: 0, slant,
+      gap, roll: [mateRoll, u], turn: [mateTurn, ownTurn], lever: -mate.base_radius, mateLever: -slaveArm, leverSlope: 0,
+      cornerAdvance: 0, slant,
     };
   }
   const armX = x - shift[0], armY = y - shift[1], square = x * x + y * y;
   const turning = (x * armX + y * armY) / square - (y * armX - x * armY) / (square * Math.max(roll, LEAST_ROLL));
   const leverSlope = atTip ? (armX * nx + armY * ny) * (turning - 1) : 0;
-  return { gap, roll: [u, mateRoll], turn: [ownTurn, mateTurn], lever: slaveArm, leverSlope, cornerAdvance: 0, slant };
+  return {
+    gap, roll: [u, mateRoll], turn: [ownTurn, mateTurn], lever: slaveArm, mateLever: mate.base_radius, leverSlope,
+    cornerAdvance: 0, slant,
+  };
 }
 
 function tipFoot(gears, slave, motion) {
@@ -115,8 +119,8 @@ function closestApproach(k, gears, rollPosition, z) {
     contactPoint = {
       gap: opening - gears[0].base_radius * k.first_touch, roll: [pinionRoll, wheelRoll], slant: 0,
       turn: [gears[0].half_angle - pinionRoll, gears[1].half_angle - wheelRoll],
-      lever: -gears[0].base_radius, leverSlope: near ? tipFoot(gears, 0, forward()).leverSlope : 0,
-      cornerAdvance: gears[0].tip_roll - pinionRoll,
+      lever: -gears[0].base_radius, mateLever: gears[1].base_radius, cornerAdvance: gears[0].tip_roll - pinionRoll,
+      leverSlope: near ? tipFoot(gears, 0, forward()).leverSlope : 0,
     };
   }
   contactPoint.gap += aside - contactPoint.lever * k.first_touch;

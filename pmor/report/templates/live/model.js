@@ -85,7 +85,7 @@ function betweenSections(model, gear, body, mirrored) {
 }
 
 async function unpackModel(data) {
-  const model = { ...data.model, between: [] }, bodies = [];
+  const model = { ...data.model, name: data.name, between: [] }, bodies = [];
   for (const packed of data.bodies) bodies.push(await unpackBody(packed));
   for (let gear = 0; gear < 2; gear++) {
     const { body, mirrored } = data.body_of[gear];
@@ -94,28 +94,59 @@ async function unpackModel(data) {
   return model;
 }
 
-// Sections of all tooth pairs over a pitch; they depend on the position of the axes alone.
-function placedPair(model, axes) {
-  const kinematics = kinematicsAt(model, axes), count = model.angles, places = [];
+// Sections of all tooth pairs at angles over a pitch; they depend on the position of the axes alone.
+function placedPair(model, axes, count) {
+  const kinematics = kinematicsAt(model, axes), places = [];
   for (let i = 0; i < count; i++) places.push(placeSections(model, kinematics, kinematics.pitch * i / count));
   return places;
 }
 
-// Static transmission error over a pitch, um, with the forces of all sections.
-function sweep(model, places, setting) {
-  const flanks = setting.modifications.map((m, g) => deviationOf(m, model.gears[g].flank));
-  const states = places.map(place => {
-    const removed = place.sections.map(section => deviationAt(model, flanks, section));
-    const found = solvePosition(model, place, removed, 1e3 * setting.torque_Nm);
+// Static transmission error over a pitch, um, with the forces of all sections; `support` is the torque, and hubs that
+// give way.
+function sweep(model, places, modifications, support) {
+  const removed = removedBy(model, places, modifications);
+  const states = places.map((place, i) => {
+    if (support.hubs) standOn(model, place, support.hubs);
+    const found = solvePosition(model, place, removed[i], support.torque);
     const overloaded = found.converged && isOverloaded(model, place, found.force);
     return { place, ...found, converged: found.converged && !overloaded, overloaded };
   });
   const ste = states.map(state => state.converged ? 1e3 * model.gears[0].base_radius * state.advance : NaN);
   const known = ste.filter(Number.isFinite);
   return {
-    setting, states, ste, mean: known.reduce((a, b) => a + b, 0) / known.length,
+    support, states, ste, mean: known.reduce((a, b) => a + b, 0) / known.length,
     peakToPeak: Math.max(...known) - Math.min(...known),
   };
+}
+
+// A pair by itself, or the meshes of a machine, which remember the places of their sections.
+class Solver {
+  constructor(data, models) {
+    Object.assign(this, { data, models, placed: models.map(() => new Map()) });
+  }
+
+  places(j, { axes }, count) {
+    const known = this.placed[j].get(count), key = JSON.stringify(axes);
+    if (known && known.key === key) return known.places;
+    const places = placedPair(this.models[j], axes, count);
+    this.placed[j].set(count, { key, places });
+    return places;
+  }
+
+  // The transmission error of a mesh under a setting.
+  solve(setting, j) {
+    const { machine } = this.data, { models } = this, mesh = setting.meshes[j];
+    const mean = machine && models.map((_, i) => this.places(i, setting.meshes[i], machine.mean_angles));
+    const supports = machine ? supportsOf(machine, models, mean, setting) : [{ torque: 1e3 * setting.torque_Nm }];
+    const places = this.places(j, mesh, models[j].angles);
+    return { setting, ...sweep(models[j], places, mesh.modifications, supports[j]) };
+  }
+}
+
+// Deviations of both flanks in the sections of some positions, mm.
+function removedBy(model, places, modifications) {
+  const flanks = modifications.map((m, g) => deviationOf(m, model.gears[g].flank));
+  return places.map(place => place.sections.map(section => deviationAt(model, flanks, section)));
 }
 
 function deviationAt(model, flanks, section) {

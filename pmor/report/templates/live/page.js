@@ -3,20 +3,24 @@
 const ORDERS = 10;
 
 async function startLive(root, data) {
-  const model = await unpackModel(data), controls = controlsOf(root);
-  let places = null, placedFor = "", result = null, before = null, waiting = false;
+  const models = [];
+  for (const mesh of data.meshes) models.push(await unpackModel(mesh));
+  const solver = new Solver(data, models), controls = controlsOf(root), chosen = root.querySelector("#live-mesh");
+  let result = null, waiting = false;
+  const cases = new Map();  // results as the case has them, by load case and mesh
 
+  function caseOf(load, mesh) {
+    const key = `${load}/${mesh}`;
+    if (!cases.has(key)) cases.set(key, solver.solve({ ...data.setting, load }, mesh));
+    return cases.get(key);
+  }
   function update() {
-    const started = performance.now(), setting = settingOf(data, controls), axes = JSON.stringify(setting.axes);
-    if (placedFor !== axes) {
-      places = placedPair(model, setting.axes);
-      placedFor = axes;
-    }
-    result = sweep(model, places, setting);
+    const setting = settingOf(data, controls), mesh = chosen ? chosen.selectedIndex : 0;
+    const before = caseOf(setting.load, mesh), started = performance.now();
+    result = { ...solver.solve(setting, mesh), mesh, before };
     result.ms = performance.now() - started;
     root.result = result;
-    before = before || result;  // the first one is the case's own
-    draw(root, data, model, result, before);
+    draw(root, data, models, result);
   }
   // After an error nothing of an older setting stays in sight.
   function guarded(action) {
@@ -27,23 +31,29 @@ async function startLive(root, data) {
       showFailure(root, error);
     }
   }
-  const show = () => guarded(() => { if (result) draw(root, data, model, result, before); });
+  const show = () => guarded(() => { if (result) draw(root, data, models, result); });
   function soon() {
     if (waiting) return;
     waiting = true;
     requestAnimationFrame(() => { waiting = false; guarded(update); });
   }
+  function showMesh() {
+    root.querySelectorAll(".mesh").forEach((part, j) => { part.hidden = chosen !== null && j !== chosen.selectedIndex; });
+    root.querySelector("#live-angle").max = models[chosen ? chosen.selectedIndex : 0].angles - 1;
+  }
 
   wire(root, controls, soon);
-  root.querySelector("#live-angle").max = model.angles - 1;
+  if (chosen) chosen.addEventListener("input", () => { showMesh(); soon(); });
   root.querySelector("#live-angle").addEventListener("input", show);
   root.querySelector("#live-reset").addEventListener("click", () => { reset(root, controls); soon(); });
-  root.querySelector("#live-toml").addEventListener("click", () => giveToml(root, data, settingOf(data, controls)));
+  const toml = () => showToml(root, data, settingOf(data, controls), chosen ? chosen.selectedIndex : 0);
+  root.querySelector("#live-toml").addEventListener("click", () => giveToml(toml()));
   window.addEventListener("resize", show);
-  window.addEventListener("beforeprint", () => showToml(root, data, settingOf(data, controls)));
+  window.addEventListener("beforeprint", toml);
   reset(root, controls);
   document.getElementById("live-missing").hidden = true;
   root.hidden = false;
+  showMesh();
   guarded(update);
 }
 
@@ -60,85 +70,96 @@ function showWarnings(root, said) {
   marker.replaceChildren(...said.map(text => element("li", {}, text)));
 }
 
-// A control is a slider with a number field, or a choice, with its initial value.
+// A control is a slider with a number field, or a choice, with its initial value; those of flanks belong to a mesh.
 function controlsOf(root) {
   return [...root.querySelectorAll("[data-key]")].map(row => ({
-    row, key: row.dataset.key, group: row.dataset.group, initial: row.dataset.initial,
+    row, key: row.dataset.key, group: row.dataset.group, initial: row.dataset.initial, part: row.closest(".mesh"),
+    logarithmic: row.dataset.scale === "log",
     slider: row.querySelector("input[type=range]"), field: row.querySelector("input[type=number]"),
     choice: row.querySelector("select"),
   }));
 }
 
+// Value at the slider's place; the slider of a logarithmic control has the power of ten.
+function slid({ slider, logarithmic }) {
+  return logarithmic ? (10 ** slider.value).toPrecision(3) : slider.value;
+}
+
+function slide({ slider, logarithmic }, value) {
+  slider.value = logarithmic ? Math.log10(value) : value;
+}
+
 function valueOf(control) {
   if (control.choice) return control.choice.value;
-  const { field, slider } = control;
-  return Number(field.value !== "" && field.checkValidity() ? field.value : slider.value);
+  const { field } = control;
+  return Number(field.value !== "" && field.checkValidity() ? field.value : slid(control));
 }
 
 function setControl(control, value) {
   if (control.choice) { control.choice.value = value; return; }
   control.field.value = value;
-  control.slider.value = value;
+  slide(control, value);
 }
 
 function wire(root, controls, changed) {
   for (const control of controls) {
+    const follow = () => { mirror(controls, control); changed(); };
     if (control.choice) {
-      control.choice.addEventListener("input", () => { mirror(root, controls, control); changed(); });
+      control.choice.addEventListener("input", follow);
       continue;
     }
-    control.slider.addEventListener("input", () => {
-      control.field.value = control.slider.value;
-      mirror(root, controls, control);
-      changed();
-    });
+    control.slider.addEventListener("input", () => { control.field.value = slid(control); follow(); });
     control.field.addEventListener("input", () => {
       if (control.field.value === "" || !control.field.checkValidity()) return;
-      control.slider.value = control.field.value;
-      mirror(root, controls, control);
+      slide(control, control.field.value);
+      follow();
+    });
+  }
+  for (const part of root.querySelectorAll(".mesh")) {
+    part.querySelector(".same").addEventListener("input", () => {
+      showBoth(part);
+      for (const control of controls) if (control.part === part) mirror(controls, control);
       changed();
     });
   }
-  root.querySelector("#live-same").addEventListener("input", () => {
-    showBoth(root);
-    for (const control of controls) mirror(root, controls, control);
-    changed();
-  });
 }
 
 // Both gears alike: the wheel takes the pinion's amounts, and places on its profile in the same proportion.
-function mirror(root, controls, control) {
-  if (control.group !== "pinion" || !root.querySelector("#live-same").checked) return;
-  const other = controls.find(c => c.group === "wheel" && c.key === control.key);
+function mirror(controls, control) {
+  if (control.group !== "pinion" || !control.part.querySelector(".same").checked) return;
+  const other = controls.find(c => c.part === control.part && c.group === "wheel" && c.key === control.key);
   if (control.choice) { other.choice.value = control.choice.value; return; }
   const of = control.field, to = other.field, share = (Number(of.value) - of.min) / (of.max - of.min);
   const alike = of.min === to.min && of.max === to.max;
   setControl(other, alike ? of.value : Number((Number(to.min) + share * (to.max - to.min)).toFixed(3)));
 }
 
-function showBoth(root) {
-  const same = root.querySelector("#live-same").checked;
-  root.querySelector("#live-wheel").hidden = same;
-  root.querySelector("#live-pinion legend").textContent = same ? "Flanks of both gears" : "Pinion's flanks";
+function showBoth(part) {
+  const same = part.querySelector(".same").checked;
+  part.querySelector(".wheel").hidden = same;
+  part.querySelector(".pinion legend").textContent = same ? "Flanks of both gears" : "Pinion's flanks";
 }
 
 function reset(root, controls) {
-  const same = root.querySelector("#live-same");
-  same.checked = same.dataset.initial === "true";
-  showBoth(root);
+  for (const part of root.querySelectorAll(".mesh")) {
+    const same = part.querySelector(".same");
+    same.checked = same.dataset.initial === "true";
+    showBoth(part);
+  }
   for (const control of controls) setControl(control, control.initial);
 }
 
 function settingOf(data, controls) {
-  const setting = {
-    torque_Nm: data.case.torque_Nm, axes: { ...data.case.axes },
-    modifications: [{ ...data.case.modifications[0] }, { ...data.case.modifications[1] }],
-  };
+  const setting = JSON.parse(JSON.stringify(data.setting));
   for (const control of controls) {
-    const value = valueOf(control);
-    if (control.group === "load") setting.torque_Nm = value;
-    else if (control.group === "axes") setting.axes[control.key] = value;
-    else setting.modifications[control.group === "pinion" ? 0 : 1][control.key] = value;
+    const value = valueOf(control), { group, key } = control;
+    if (group === "load") setting[key] = control.choice ? control.choice.selectedIndex : value;
+    else if (group === "bearings" && key === "all") setting.all = value;
+    else if (group === "bearings") setting.bearings[key] = value;
+    else {
+      const { axes, modifications } = setting.meshes[control.part.dataset.mesh];
+      (group === "axes" ? axes : modifications[group === "pinion" ? 0 : 1])[key] = value;
+    }
   }
   return setting;
 }
@@ -174,15 +195,16 @@ function findingsOf(model, result) {
 
 // Warnings beyond the limits of the run's sweep and of a linear model.
 function warningsOf({ limits }, model, result, { pressure }) {
-  const said = [], { torque_Nm: torque } = result.setting, wide = result.states.filter(s => s.overloaded).length;
+  const said = [], { torque_Nm: torque } = result.setting, swept = limits.torque_Nm;
+  const wide = result.states.filter(s => s.overloaded).length;
   const missing = result.states.filter(s => !s.converged).length - wide;
   if (wide) {
     said.push(`${wide} of ${model.angles} positions overload a section, whose contact is wider than half the depth of `
       + "the layer that line contact stands on: the curve has gaps. Lower the torque, or relieve the edges.");
   }
   if (missing) said.push(`${missing} of ${model.angles} positions did not converge: the curve has gaps.`);
-  if (torque < limits.torque_Nm[0] || torque > limits.torque_Nm[1]) {
-    said.push(`Torque outside ${limits.torque_Nm.map(shortNumber).join(" to ")} N m, the range of this run's sweep.`);
+  if (swept && (torque < swept[0] || torque > swept[1])) {
+    said.push(`Torque outside ${swept.map(shortNumber).join(" to ")} N m, the range of this run's sweep.`);
   }
   if (pressure > limits.pressure_MPa) {
     said.push(`Hertz pressure ${Math.round(pressure)} MPa, above ${Math.round(limits.pressure_MPa)} MPa: real flanks `
@@ -194,18 +216,29 @@ function warningsOf({ limits }, model, result, { pressure }) {
   return said;
 }
 
-function draw(root, data, model, result, before) {
+function draw(root, data, models, result) {
+  const { before, mesh } = result, model = models[mesh], part = data.meshes[mesh];
   const angle = Number(root.querySelector("#live-angle").value), state = result.states[angle];
   const fill = (id, ...nodes) => root.querySelector(id).replaceChildren(...nodes);
   const now = findingsOf(model, result), was = before.findings || (before.findings = findingsOf(model, before));
-  const said = warningsOf(data, model, result, now), loads = lineLoads(model, state);
+  const said = warningsOf(part, model, result, now), loads = lineLoads(model, state);
   const number = value => Number.isFinite(value) ? String(Number(value.toPrecision(4))) : "–";
+  if (data.machine && isOffTangent(data.machine, result.setting)) {
+    said.push("Rolling bearings count by their stiffness under the load case as it is, of which this setting is none.");
+  }
   const concentrations = [result, before].map(r => concentrationOf(model, r.states[angle]));
+  const machine = data.machine ? [
+    ["torque on the pinion, N m", ...[result, before].map(r => number(1e-3 * r.support.torque))],
+    ["misalignment F_β, µm", ...[result, before].map(r =>
+      number(misalignmentOf(model, r.support, data.machine.loads[r.setting.load].meshes[mesh].axes)))],
+  ] : [];
   fill("#live-numbers", ...[
+    ...machine,
     ["STE mean, µm", number(result.mean), number(before.mean)],
     ["STE peak-to-peak, µm", number(result.peakToPeak), number(before.peakToPeak)],
     ["highest Hertz pressure, MPa", number(now.pressure), number(was.pressure)],
     ["tip edge carries load", now.corners, was.corners],
+    ["face load factor K_Hβ", ...[result, before].map(r => number(faceLoadFactor(model, r.states)))],
     ["largest over mean line load, at the chosen angle", ...concentrations.map(number)],
   ].map(([name, ...values]) => element("tr", {}, element("th", { scope: "row" }, name),
     ...values.map(value => element("td", { class: "number" }, value)))));
@@ -213,7 +246,7 @@ function draw(root, data, model, result, before) {
   const wide = root.querySelector("#live-ste").clientWidth || 560;
   PLOT.width = Math.min(Math.max(wide, 300), 640);
   PLOT.height = Math.round(150 + 0.17 * PLOT.width);
-  fill("#live-ste", stePlot(data, model, result, angle));
+  fill("#live-ste", stePlot(part.case.curves[result.setting.load], model, result, angle, Boolean(data.machine)));
   fill("#live-orders", ordersPlot(result, before));
   fill("#live-load", loadPlot(model, loads));
   fill("#live-flank", flankPlot(model, loads));
@@ -225,6 +258,18 @@ function draw(root, data, model, result, before) {
 // Whether a roll angle is at the tip of a gear or beyond it; towards the tips of a ring they fall.
 function atTip(gear, roll) {
   return gear.base_radius * (roll - gear.tip_roll) >= 0;
+}
+
+function isOffTangent({ bearings }, { share, all, bearings: factors }) {
+  return bearings.some(({ rolling }, b) => rolling && (share !== 1 || all * factors[b] !== 1));
+}
+
+// Largest line load over the mean one, added up over tooth pairs and angles: face_load_factor in pmor/results.
+function faceLoadFactor(model, states) {
+  const { width } = model.sections, load = new Float64Array(width.length);
+  for (const state of states) for (const { section, load: own } of lineLoads(model, state)) load[section] += own;
+  const mean = load.reduce((sum, own, s) => sum + own * width[s], 0) / width.reduce((a, b) => a + b);
+  return Math.max(...load) / mean;
 }
 
 // Largest line load over the mean one that the same force would make over all sections on the path of contact, of the
@@ -242,14 +287,17 @@ function concentrationOf(model, state) {
   return Math.max(...loads.filter(load => load.pair === pair).map(load => load.load)) * width / force;
 }
 
-function stePlot(data, model, result, angle) {
-  const pitch = 180 / Math.PI * model.kinematics.pitch;
+// Of a machine about the means: bearings move the whole curve by more than it varies.
+function stePlot(given, model, result, angle, aboutMean) {
+  const pitch = 180 / Math.PI * model.kinematics.pitch, before = given.map(([, ste]) => ste);
+  const mean = aboutMean ? before.reduce((sum, ste) => sum + ste, 0) / before.length : 0;
+  const was = given.map(([at, ste]) => [at, ste - mean]);
+  const now = result.ste.map((ste, i) => [pitch * i / model.angles, ste - (aboutMean ? result.mean : 0)]);
   // Without pitch deviations the curve goes on as it began.
-  const ends = model.gears.some(gear => gear.flank.pitch.length) ? [] : [[pitch, result.ste[0]]];
-  const now = [...result.ste.map((ste, i) => [pitch * i / model.angles, ste]), ...ends], was = data.case.curve;
+  if (!model.gears.some(gear => gear.flank.pitch.length)) now.push([pitch, now[0][1]]);
   const label = `Transmission error over one pitch: peak-to-peak ${result.peakToPeak.toPrecision(4)} µm`;
-  const y = rangeOf([...now, ...was].map(point => point[1]));
-  return frame({ x: [0, pitch], y, label, xLabel: "pinion angle, deg", yLabel: "STE, µm" }, (px, py, h) => {
+  const y = rangeOf([...now, ...was].map(point => point[1])), yLabel = `STE${aboutMean ? " about its mean" : ""}, µm`;
+  return frame({ x: [0, pitch], y, label, xLabel: "pinion angle, deg", yLabel }, (px, py, h) => {
     const at = px(pitch * angle / model.angles);
     return [svgElement("line", { class: "chosen", x1: at, x2: at, y1: PLOT.top, y2: PLOT.top + h }),
       ...curve(was, px, py, "case"), ...curve(now, px, py, "now")];
@@ -307,32 +355,39 @@ function flankPlot(model, loads) {
   }));
 }
 
-// The setting as sections of a case file, without defaults.
-function tomlOf(data, setting) {
-  const lines = ["[load]", `torque_Nm = ${setting.torque_Nm}`];
-  const section = (name, values, defaults) => {
-    const said = Object.entries(values).filter(([key, value]) => value !== null && value !== defaults[key]);
-    if (said.length) lines.push("", `[${name}]`, ...said.map(([key, value]) => `${key} = ${JSON.stringify(value)}`));
+// The setting as sections of a case file, without defaults; of a gearbox those of a mesh, and its bearings.
+function tomlOf(data, setting, j) {
+  const { machine, defaults } = data, mesh = setting.meshes[j], lines = [];
+  const section = (name, values, usual) => {
+    const said = Object.entries(values).filter(([key, value]) => value !== null && value !== usual[key]);
+    if (said.length) lines.push(`[${name}]`, ...said.map(([key, value]) => `${key} = ${JSON.stringify(value)}`), "");
   };
-  section("misalignment", setting.axes, data.defaults.axes);
+  if (machine) {
+    lines.push("# Gearbox file", `# Torques and forces of the load case: times ${setting.share}`);
+    machine.bearings.forEach(({ name, given }, b) => {
+      const factor = setting.all * setting.bearings[b], scaled = Object.entries(given).map(([key, k]) => [key, factor * k]);
+      if (factor !== 1) section("[bearings]", { name, ...Object.fromEntries(scaled) }, {});
+    });
+    lines.push(`# Case of the mesh ${JSON.stringify(data.meshes[j].name)}`);
+  } else section("load", { torque_Nm: setting.torque_Nm }, {});
+  section("misalignment", mesh.axes, defaults.axes);
   ["pinion", "wheel"].forEach((gear, g) => {
-    const m = { ...setting.modifications[g] }, said = data.defaults.modification;
+    const m = { ...mesh.modifications[g] };
     if (!m.tip_relief_um) { delete m.tip_relief_start_roll_deg; delete m.tip_relief_shape; }
-    section(`${gear}.modification`, { ...m, ...data.case.kept[g] }, said);
+    section(`${gear}.modification`, { ...m, ...data.meshes[j].case.kept[g] }, defaults.modification);
   });
-  return lines.join("\n") + "\n";
+  return lines.join("\n");
 }
 
-function showToml(root, data, setting) {
+function showToml(root, data, setting, mesh) {
   const text = root.querySelector("#live-text");
-  text.value = tomlOf(data, setting);
+  text.value = tomlOf(data, setting, mesh);
   text.hidden = false;
   text.rows = text.value.split("\n").length;
   return text;
 }
 
-function giveToml(root, data, setting) {
-  const text = showToml(root, data, setting);
+function giveToml(text) {
   text.select();
   if (navigator.clipboard) navigator.clipboard.writeText(text.value).catch(() => {});
 }

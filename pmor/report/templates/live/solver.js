@@ -19,7 +19,7 @@ function placeSections(model, kinematics, phi) {
     }
   }
   const near = sections.filter(section => section !== null);
-  return { sections: near, flexibility: new Float64Array(near.length ** 2).fill(NaN) };
+  return { sections: near, flexibility: new Float64Array(near.length ** 2).fill(NaN), given: null, pressed: null };
 }
 
 function placeSection(model, k, rollPosition, z, pair, s, margin) {
@@ -88,8 +88,15 @@ function neighbourProduct(model, apart, g, to, by) {
   return total;
 }
 
-// Flexibility between two sections of an angle, mm/N, computed once.
+// Flexibility between two sections of an angle on their hubs, mm/N.
 function flexibilityOf(model, place, n, m) {
+  let total = gearFlexibility(model, place, n, m);
+  if (place.pressed) for (let r = 0; r < 12; r++) total += place.pressed[12 * n + r] * place.rows[12 * m + r];
+  return total;
+}
+
+// The part of the gears, computed once.
+function gearFlexibility(model, place, n, m) {
   const { sections, flexibility } = place, size = sections.length, known = flexibility[n * size + m];
   if (!Number.isNaN(known)) return known;
   const low = sections[Math.min(n, m)], high = sections[Math.max(n, m)], apart = high.pair - low.pair;
@@ -161,24 +168,32 @@ function isOverloaded(model, place, force) {
   });
 }
 
-// Advance (rad) and forces of the sections (N) under a torque (N mm); `removed` is the deviation of the flanks, mm.
-function solvePosition(model, place, removed, torque) {
-  const { sections } = place, size = sections.length, { width } = model.sections, rate = model.rate;
+// Advance (rad) and forces of the sections (N) under a torque (N mm); `removed` is the deviation of the flanks, mm. It
+// begins with the forces `before`, where there are some.
+function solvePosition(model, place, removed, torque, before) {
+  const found = newton(model, place, removed, torque, before);
+  return found.converged || !before ? found : newton(model, place, removed, torque);
+}
+
+function newton(model, place, removed, torque, before) {
+  const { sections, given } = place, size = sections.length, { width } = model.sections, rate = model.rate;
   const { free, levers, slopes, loaded, levered, carries, active, matrix, factor } = workspaceOf(size);
   const force = new Float64Array(size);
   let touch = Infinity;
   for (let n = 0; n < size; n++) {
-    free[n] = sections[n].gap + removed[n];
+    free[n] = sections[n].gap + removed[n] + (given ? given[n] : 0);
     touch = Math.min(touch, free[n] / -sections[n].lever);
   }
   let advance = touch + torque * rate / -sections[0].lever, depth = 0, count = 0;
   for (let n = 0; n < size; n++) {
     const rigid = free[n] + sections[n].lever * advance;
-    carries[n] = rigid < 0 ? 1 : 0;
+    carries[n] = (before ? before[n] > 0 : rigid < 0) ? 1 : 0;
     depth = Math.max(depth, -rigid);
     count += carries[n];
   }
-  for (let n = 0; n < size; n++) force[n] = carries[n] ? torque / (-sections[n].lever * count) : 0;
+  for (let n = 0; n < size; n++) {
+    force[n] = !carries[n] ? 0 : before ? before[n] : torque / (-sections[n].lever * count);
+  }
   const nearby = NEARBY * depth;
 
   for (let step = 1; step <= MAX_STEPS; step++) {

@@ -1,0 +1,194 @@
+"""The live page of a gearbox: its shafts and bearings in as few displacements as meshes and bearings take.
+
+Displacements at which nothing acts that a reader may change, all but those of hubs, of bearings, of held torques and of
+seats in the housing, are condensed, which is exact; rigid bearings join displacements or hold them. Bearings with a
+stiffness stay by themselves, so that the page may change them. Rolling bearings count by their tangent in each solved
+load case.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.machine.beam import NODE
+from pmor.machine.coupled import MEAN_ANGLES, MOST_ROUNDS, SolvedLoad
+from pmor.machine.model import ABOUT_AXIS, BEARING_ROWS, LoadedGearbox, Supported
+from pmor.machine.system import ARM
+from pmor.report.live.section import Control, LiveSection, curve, live_mesh, notes, section_data
+from pmor.report.page import Heading
+from pmor.results.sweep import ste_mean_um
+from pmor.work.live import live_pair
+from pmor_online.model import ReducedPair
+
+# Ranges of the sliders: of the load, and of stiffness, over those of the file.
+LEAST_LOAD, MOST_LOAD = 0.05, 2.0
+STIFFNESS = 10.0
+# What the page adds to the stiffness along its constraints: about that of a mesh, N/mm.
+HELD = 1e6
+# As that of `pmor.machine.coupled`; below it the rounded compliance of the flanks moves the forces.
+SETTLED = 1e-7
+STILL = -1
+
+
+def live_blocks(loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair]) -> list[Heading | LiveSection | str]:
+    """Return the blocks of the page that solve the gearbox; parameters as of `machine_section`."""
+    found = machine_section(loads, pairs) if loads else None
+    if found is None:
+        return []
+    return [Heading("Change the gearbox"), f"Left out: {found}." if isinstance(found, str) else found]
+
+
+def machine_section(loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair]) -> LiveSection | str | None:
+    """Return the section of a gearbox, or the reason for its absence; None where a case asks for none.
+
+    Parameters
+    ----------
+    loads : sequence of SolvedLoad
+        At least one, compared with rigid supports.
+    pairs : mapping of str to ReducedPair
+        Of the meshes, by name.
+    """
+    found, meshes = list[ReducedPair](), [mesh.meshing.settings.name for mesh in loads[0].meshes]
+    for name in meshes:
+        pair = live_pair(pairs[name])
+        if not isinstance(pair, ReducedPair):
+            return pair and f"mesh {name}: {pair}"
+        found.append(pair)
+    shown = []
+    for number, (name, pair) in enumerate(zip(meshes, found, strict=True)):
+        curves = [curve(solved.meshes[number].sweep, 0) for solved in loads]
+        rigid = loads[0].rigid[number]
+        shown.append(live_mesh(name, pair.basis.case, pair, float(ste_mean_um(rigid.sweep)[rigid.row]), curves))
+    machine = machine_data(loads)
+    setting = {"load": 0, "share": 1.0, "all": 1.0, "bearings": [1.0] * len(machine["bearings"])}
+    data = section_data([data for _, data in shown], setting, machine)
+    controls = tuple(_controls(loads, machine))
+    return LiveSection(controls, tuple(mesh for mesh, _ in shown), data, _note(loads, found))
+
+
+def machine_data(loads: Sequence[SolvedLoad]) -> dict[str, Any]:
+    """Return shafts and bearings under some load cases as plain numbers, m displacements.
+
+    Returns
+    -------
+    dict
+        `stiffness`: of shafts and housing, the upper triangle of (m, m). `bearings`: those that give way, `rows`: for
+        each direction the displacement of the shaft and that of what it stands on, -1 where this stands still.
+        `meshes`: `hubs`, the displacements of both, and the numbers of their `shafts`; `turned`: a rotation about the
+        axis of each shaft. `loads`: `force` on all displacements; rotations `held` by a torque; of each bearing its
+        `stiffness` (6 x 6) and its `force` at displacement 0; of each mesh its `axes` and the mean `wrench` on its hubs
+        by a unit force.
+    """
+    gearbox = loads[0].gearbox
+    kept, place = _kept(loads), _joined(gearbox)
+    labels = np.unique(place[:-1][kept & (place[:-1] != place[-1])])
+    place = np.array([labels.searchsorted(label) if label in labels else STILL for label in place])
+    joins = np.asarray(place[:-1][kept][:, None] == np.arange(len(labels)), dtype=float)
+    whole = gearbox.structure
+    inside = np.asarray(np.linalg.solve(whole[np.ix_(~kept, ~kept)], whole[np.ix_(~kept, kept)]), dtype=float)
+    stiffness = joins.T @ (whole[np.ix_(kept, kept)] - whole[np.ix_(kept, ~kept)] @ inside) @ joins
+    sliding = [number for number, bearing in enumerate(gearbox.bearings) if bearing.springs.any() or bearing.inner]
+    firsts = np.array([*gearbox.first.values()])
+    turned = [first + ABOUT_AXIS + NODE * int(kept[first + ABOUT_AXIS :: NODE].argmax()) for first in firsts]
+    return {
+        "stiffness": stiffness[np.triu_indices(len(labels))].tolist(),
+        "size": len(labels),
+        "bearings": [_bearing(gearbox.bearings[number], place) for number in sliding],
+        "meshes": [
+            {
+                "hubs": [place[hub + np.arange(NODE)].tolist() for hub in mesh.hubs],
+                "shafts": [int(firsts.searchsorted(hub, "right")) - 1 for hub in mesh.hubs],
+            }
+            for mesh in gearbox.meshes
+        ],
+        "turned": place[turned].tolist(),
+        "loads": [_load(solved, kept, inside, joins, place, sliding) for solved in loads],
+        "arm": ARM, "held": HELD, "mean_angles": MEAN_ANGLES, "settled": SETTLED, "most_rounds": MOST_ROUNDS,
+    }  # fmt: skip
+
+
+def _kept(loads: Sequence[SolvedLoad]) -> BoolArray:
+    """Which displacements the page has."""
+    gearbox = loads[0].gearbox
+    kept = np.zeros(len(gearbox.load), dtype=bool)
+    for bearing in gearbox.bearings:
+        kept |= bearing.rows.any(axis=0)
+    for mesh in gearbox.meshes:
+        for hub in mesh.hubs:
+            kept[hub : hub + NODE] = True
+    for solved in loads:
+        for held in solved.gearbox.balances:
+            kept |= held != 0.0
+    return kept
+
+
+def _joined(gearbox: LoadedGearbox) -> IntArray:
+    """Numbers of all displacements and, last, of what stands still: alike where rigid bearings join them."""
+    still = len(gearbox.load)
+    number = np.arange(still + 1)
+    for bearing in gearbox.bearings:
+        for row in bearing.rows[list(bearing.rigid)]:
+            joined = number[row.argmax()], number[row.argmin() if row.min() < 0.0 else still]
+            number[np.isin(number, joined)] = max(joined)
+    return number
+
+
+def _bearing(bearing: Supported, place: IntArray) -> dict[str, Any]:
+    keys = ("axial_N_per_mm", "radial_N_per_mm", "tilt_Nmm_per_rad")
+    said = {key: getattr(bearing.settings, key) for key in keys if bearing.inner is None}
+    rows = [[int(place[row.argmax()]), int(place[row.argmin()]) if row.min() < 0.0 else STILL] for row in bearing.rows]
+    name, given = bearing.settings.name, {key: value for key, value in said.items() if not isinstance(value, str)}
+    return {"name": name, "given": given, "rows": rows, "rolling": bearing.inner is not None}
+
+
+def _load(
+    solved: SolvedLoad, kept: BoolArray, inside: FloatArray, joins: FloatArray, place: IntArray, sliding: Sequence[int]
+) -> dict[str, Any]:
+    gearbox, states = solved.gearbox, iter(solved.equilibrium.bearings)
+    bearings = list[dict[str, Any]]()
+    for number, bearing in enumerate(gearbox.bearings):
+        stiffness, force = np.diag(bearing.springs), np.zeros(NODE)
+        if bearing.inner is not None:
+            state, moved = next(states), bearing.rows[list(BEARING_ROWS)] @ solved.equilibrium.displacement
+            stiffness[np.ix_(BEARING_ROWS, BEARING_ROWS)] = state.stiffness
+            force[list(BEARING_ROWS)] = state.force - state.stiffness @ moved
+        if number in sliding:
+            bearings.append({"stiffness": stiffness.ravel().tolist(), "force": force.tolist()})
+    force = (gearbox.load[kept] - inside.T @ gearbox.load[~kept]) @ joins
+    meshes = [
+        {"axes": mesh.meshing.frame.axes.tolist(), "wrench": mesh.meshing.wrenches.ravel().tolist()}
+        for mesh in solved.meshes
+    ]
+    held = [int(place[row.argmax()]) for row in gearbox.balances]
+    return {"name": solved.load.name, "force": force.tolist(), "held": held, "bearings": bearings, "meshes": meshes}
+
+
+def _controls(loads: Sequence[SolvedLoad], machine: Mapping[str, Any]) -> Iterator[Control]:
+    names = tuple(solved.load.name for solved in loads)
+    if len(names) > 1:
+        yield Control("load", "load", "load case", names[0], choices=names)
+    label = "torques and forces, times those of the load case"
+    yield Control("load", "share", label, "1", LEAST_LOAD, MOST_LOAD, 0.01)
+    bearings = [bearing["name"] for bearing in machine["bearings"]]
+    keys = {str(number): name for number, name in enumerate(bearings)}
+    for key, name in ({"all": "all of them"} | keys if len(bearings) > 1 else keys).items():
+        yield Control("bearings", key, name, "1", 1.0 / STIFFNESS, STIFFNESS, 0.01, logarithmic=True)
+
+
+def _note(loads: Sequence[SolvedLoad], pairs: Sequence[ReducedPair]) -> str:
+    found = [
+        "The page carries shafts and bearings with all meshes, and solves them together as a slider moves: the same "
+        "equations as the run, each mesh on its hubs' compliance under the mean forces of the others. Rigid bearings "
+        "stay rigid."
+    ]
+    if any(bearing.inner is not None for bearing in loads[0].gearbox.bearings):
+        found.append(
+            "Rolling bearings count by their stiffness under the solved load case: exact there, a tangent elsewhere."
+        )
+    for pair, mesh in zip(pairs, loads[0].meshes, strict=True):
+        found += notes(pair.basis.case, pair.meshed, len(mesh.sweep.phi_rad))
+    return " ".join(dict.fromkeys(found))

@@ -1,0 +1,160 @@
+// Hubs that give way, and the shafts and bearings of a gearbox with all its meshes: a transcript of pmor/line/hubs.py,
+// pmor/machine/coupled.py and system.py, for bearings of constant stiffness (see pmor/machine/live.py).
+
+// Wrenches on both hubs by a unit force in each section of a placed position, twelve numbers each.
+function hubRows(model, { sections }) {
+  const { gears, kinematics: { centre_distance: distance } } = model, found = new Float64Array(12 * sections.length);
+  const tangent = gears[0].twist * gears[0].base_radius;
+  sections.forEach((section, n) => {
+    if (!Number.isFinite(section.gap)) return;
+    const own = -section.lever, mate = section.mateLever, z = model.sections.z[section.section];
+    const cosine = Math.min(Math.max((own + mate) / distance, -1), 1), sine = Math.sqrt(1 - cosine ** 2);
+    const smoothWheel = Math.abs(own - gears[0].base_radius) > Math.abs(mate - gears[1].base_radius);
+    const along = smoothWheel
+      ? distance * sine - gears[1].base_radius * section.roll[1] : gears[0].base_radius * section.roll[0];
+    const x = own * sine - along * cosine, y = own * cosine + along * sine, force = [-cosine, sine, -tangent];
+    const moment = up => [up * force[2] - z * force[1], z * force[0] - x * force[2], x * force[1] - up * force[0]];
+    found.set([...force.map(f => -f), ...moment(y).map(m => -m), ...force, ...moment(y - distance)], 12 * n);
+  });
+  return found;
+}
+
+// What hubs add to the gaps of a position and to its flexibility; `hubs` are their compliance (12 x 12) and their offset.
+function standOn(model, place, hubs) {
+  const size = place.sections.length, rows = place.rows = place.rows || hubRows(model, place);
+  const given = place.given = new Float64Array(size), pressed = place.pressed = new Float64Array(12 * size);
+  for (let n = 0; n < size; n++) {
+    for (let r = 0; r < 12; r++) {
+      given[n] += rows[12 * n + r] * hubs.offset[r];
+      for (let s = 0; s < 12; s++) pressed[12 * n + s] += rows[12 * n + r] * hubs.compliance[12 * r + s];
+    }
+  }
+}
+
+// Stiffness of all displacements with the bearings as set, and the forces on them.
+function machineMatrix(machine, load, setting) {
+  const { size } = machine, stiffness = new Float64Array(size * size), force = load.force.map(f => setting.share * f);
+  for (let i = 0, next = 0; i < size; i++) {
+    for (let k = i; k < size; k++) stiffness[i * size + k] = stiffness[k * size + i] = machine.stiffness[next++];
+  }
+  machine.bearings.forEach(({ rows }, b) => {
+    const own = load.bearings[b], factor = setting.all * setting.bearings[b];
+    const ends = direction => [[rows[direction][0], 1], [rows[direction][1], -1]].filter(([at]) => at >= 0);
+    for (let d = 0; d < 6; d++) {
+      for (const [at, sign] of ends(d)) {
+        force[at] -= sign * factor * own.force[d];
+        for (let e = 0; e < 6; e++) {
+          for (const [by, other] of ends(e)) stiffness[at * size + by] += sign * other * factor * own.stiffness[6 * d + e];
+        }
+      }
+    }
+  });
+  return { stiffness, force };
+}
+
+// Displacements and mesh forces in equilibrium; the stiffness added along the constraints does nothing to either.
+function equilibrium(machine, load, { stiffness, force }, wrenches) {
+  const { size } = machine, matrix = stiffness.slice(), rows = load.held.map(at => [[at, machine.arm]]);
+  for (const [j, { hubs }] of machine.meshes.entries()) {
+    rows.push(hubs.flat().map((at, r) => [at, wrenches[j][r]]).filter(([at]) => at >= 0));
+  }
+  for (const row of rows) {
+    for (const [at, value] of row) for (const [by, other] of row) matrix[at * size + by] += machine.held * value * other;
+  }
+  const factor = new Float64Array(size * size), count = rows.length, moved = Float64Array.from(force);
+  cholesky(matrix, size, size, factor);
+  solveFactored(factor, size, size, moved);
+  const columns = rows.map(row => {
+    const column = new Float64Array(size);
+    for (const [at, value] of row) column[at] += value;
+    solveFactored(factor, size, size, column);
+    return column;
+  });
+  const along = (row, of) => row.reduce((sum, [at, value]) => sum + value * of[at], 0);
+  const between = new Float64Array(count * count), reactions = Float64Array.from(rows, row => -along(row, moved));
+  rows.forEach((row, i) => columns.forEach((column, k) => { between[i * count + k] = along(row, column); }));
+  cholesky(between, count, count, between);
+  solveFactored(between, count, count, reactions);
+  columns.forEach((column, k) => column.forEach((value, at) => { moved[at] += reactions[k] * value; }));
+  return { moved, forces: [...reactions].slice(load.held.length) };
+}
+
+// Four vectors of both hubs in axes of the pair.
+function inPair(axes, vector) {
+  const found = new Float64Array(12);
+  for (let r = 0; r < 12; r++) for (let i = 0; i < 3; i++) found[r] += axes[i][r % 3] * vector[r - r % 3 + i];
+  return found;
+}
+
+// Compliance below both hubs of a mesh, and what all other loads do to them, in axes of the pair. Shafts are held against
+// rotation at one place each, those of the mesh at its hubs.
+function hubsOf(machine, load, stiffness, moved, j, force, wrench) {
+  const { size } = machine, mesh = machine.meshes[j], { axes } = load.meshes[j], hubs = mesh.hubs.flat();
+  const held = new Set(machine.turned.map((at, shaft) => [hubs[3], hubs[9]][mesh.shafts.indexOf(shaft)] ?? at));
+  const free = [...Array(size).keys()].filter(at => !held.has(at)), count = free.length;
+  const matrix = new Float64Array(count * count), factor = new Float64Array(count * count);
+  free.forEach((at, a) => free.forEach((by, b) => { matrix[a * count + b] = stiffness[at * size + by]; }));
+  cholesky(matrix, count, count, factor);
+  const places = hubs.map(at => free.indexOf(at)), half = new Float64Array(144), compliance = new Float64Array(144);
+  places.forEach((place, r) => {
+    const column = new Float64Array(count);
+    if (place < 0) return;
+    column[place] = 1;
+    solveFactored(factor, count, count, column);
+    half.set(inPair(axes, places.map(at => at < 0 ? 0 : column[at])), 12 * r);
+  });
+  for (let s = 0; s < 12; s++) {
+    inPair(axes, Array.from({ length: 12 }, (_, r) => half[12 * r + s])).forEach((value, r) => {
+      compliance[12 * r + s] += 0.5 * value;
+      compliance[12 * s + r] += 0.5 * value;
+    });
+  }
+  const offset = inPair(axes, hubs.map(at => at < 0 ? 0 : moved[at])), unit = inPair(axes, wrench);
+  offset[5] = offset[11] = 0;
+  const displacement = offset.slice();
+  for (let r = 0; r < 12; r++) for (let s = 0; s < 12; s++) offset[r] -= compliance[12 * r + s] * force * unit[s];
+  return { compliance, offset, displacement };
+}
+
+// Mean wrench on both hubs of a mesh by a unit force, in axes of the machine.
+function meanWrench(model, places, removed, { torque, hubs, force }, axes) {
+  const mean = new Float64Array(12);
+  for (const [i, place] of places.entries()) {
+    standOn(model, place, hubs);
+    const found = solvePosition(model, place, removed[i], torque, place.before);
+    if (!found.converged) throw new Error(`mesh ${model.name}: contact was not found`);
+    place.before = found.force;
+    found.force.forEach((f, n) => {
+      if (f > 0) for (let r = 0; r < 12; r++) mean[r] += f * place.rows[12 * n + r] / (force * places.length);
+    });
+  }
+  const turned = axes[0].map((_, i) => axes.map(row => row[i]));
+  return inPair(turned, mean);
+}
+
+// Torque and hubs of all meshes under a setting; `places` are the positions at which the mean force of each is found.
+function supportsOf(machine, models, places, setting) {
+  const load = machine.loads[setting.load], assembled = machineMatrix(machine, load, setting);
+  const removed = models.map((model, j) => removedBy(model, places[j], setting.meshes[j].modifications));
+  let wrenches = load.meshes.map(mesh => mesh.wrench);
+  for (let round = 0; round < machine.most_rounds; round++) {
+    const { moved, forces } = equilibrium(machine, load, assembled, wrenches);
+    const supports = models.map((model, j) => {
+      const force = forces[j], torque = force * model.gears[0].base_radius;
+      return { force, torque, hubs: hubsOf(machine, load, assembled.stiffness, moved, j, force, wrenches[j]) };
+    });
+    const found = models.map((model, j) => meanWrench(model, places[j], removed[j], supports[j], load.meshes[j].axes));
+    const change = models.map((model, j) =>
+      Math.max(...found[j].map((value, r) => Math.abs(value - wrenches[j][r]))) / model.kinematics.centre_distance);
+    if (Math.max(...change) < machine.settled) return supports;
+    wrenches = found;
+  }
+  throw new Error("the forces of the meshes still move");
+}
+
+// Misalignment of a mesh, um: f_beta_um of pmor/machine/readings.py.
+function misalignmentOf(model, { hubs: { displacement } }, axes) {
+  const { pressure_angle: angle, face_width: width } = model.kinematics;
+  const slope = hub => -Math.cos(angle) * displacement[6 * hub + 4] - Math.sin(angle) * displacement[6 * hub + 3];
+  return axes[0][2] * 1e3 * width * (slope(0) - slope(1));
+}
