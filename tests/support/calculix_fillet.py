@@ -62,7 +62,7 @@ def fillet_stress(tooth, bore_mm, youngs_mpa, poisson, z, plane, roll_load, line
     depth, half = _across(height, FIRST_MM), abs(tooth.flank_section(fine_roll[:1])[0, 0])
     fine = _sector(tooth, bore_mm, z, fine_roll, count, _across(half, FIRST_MM), depth)
     free = _sector(tooth, bore_mm, z, free_roll, FREE_FILLET, np.linspace(0.0, 1.0, 3), depth)
-    return _solve(tooth, [fine] + [free] * (tooth.teeth - 1), plane, youngs_mpa, poisson, roll_load, line_load)
+    return _solve(tooth, [fine] + [free] * (abs(tooth.teeth) - 1), plane, youngs_mpa, poisson, roll_load, line_load)
 
 
 def _solve(tooth, meshes, plane, youngs_mpa, poisson, roll_load, line_load):

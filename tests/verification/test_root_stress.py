@@ -15,8 +15,10 @@ from pmor.body.elastic_gear import elastic_gear
 from pmor.body.fillet_stress import sector_stress, surface_stress
 from pmor.body.root_stress import root_stress_shapes
 from pmor.fe import fillet, outline
+from pmor.fe.element import tributary_widths
 from pmor.fe.fillet import build_fillet
 from pmor.fe.sector import build_sector
+from pmor.gear.ring_root import Shaper
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available
 from pmor.validation.calculix import (
     PLANE_MPA,
@@ -30,6 +32,7 @@ from pmor.validation.calculix import (
 from pmor_online.root_stress import _largest, _measures
 from tests.support.calculix_fillet import fillet_stress, largest_principal
 from tests.support.gear_models import POISSON, WIDTH, YOUNG, tooth
+from tests.support.internal_pairs import ring
 from tests.support.whole_gear import volume_displacement
 
 BORE = 20.0
@@ -179,3 +182,40 @@ def test_patterns_give_back_the_stress_of_forces_that_spread():
     found, expected = shapes.stress @ (shapes.pattern @ in_plane), body.fillet.shapes @ force
     assert_allclose(found, expected, rtol=0.0, atol=1e-3 * np.abs(expected).max())  # measured 2e-4
     assert len(shapes.pattern) < 0.5 * len(in_plane)
+
+
+# --- a ring ---------------------------------------------------------------------------------------------------------
+
+RING = ring(61, 4.0, shaper=Shaper(23, 1.25, 0.8), addendum=0.93)
+RING_HELD, RING_LOAD = RING.root_radius - 13.0, 200.0
+RING_ROLL = RING.roll_angle_at(-119.6)
+# CalculiX, 0.06 mm along the fillet: largest tension (MPa) and its radius (mm), largest compression on the other side.
+RING_MPA, RING_RADIUS_MM, RING_PRESSED_MPA = 129.577, 126.689, -148.072
+
+
+def test_root_stress_of_a_ring_is_that_of_calculix():
+    mesh = build_sector(RING, RING_HELD, 1.0, 8, 2, "arc_length", width="plane_strain", order=2)
+    body = elastic_gear(mesh, YOUNG, POISSON, "hex20", 1, False, fillet=build_fillet(RING, mesh))
+    u = mesh.flank_roll_angle
+    first = int(np.clip(np.searchsorted(-u, -RING_ROLL) - 2, 0, len(u) - 4))
+    near = u[first : first + 4]
+    share = [np.prod([(RING_ROLL - b) / (a - b) for b in near if b != a]) for a in near]
+    force = np.zeros((*mesh.flank.shape, 3))
+    normal = RING.flank_normal(np.array(RING_ROLL), np.array(0.0))
+    across = tributary_widths(mesh.z, mesh.order)
+    force[first : first + 4] = -RING_LOAD * np.multiply.outer(np.outer(share, across), normal)
+    peak, radius, pressed = largest(body, force.ravel())
+    assert_allclose([peak, pressed], [RING_MPA, RING_PRESSED_MPA], rtol=PLANE_RTOL)
+    assert abs(radius - RING_RADIUS_MM) < PLACE
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not calculix_available(), reason=f"CalculiX ({PROGRAM}) is not installed")
+def test_calculix_gives_this_root_stress_of_a_ring():
+    z = np.array([0.0, 0.5, 1.0])
+    (nodes, loaded), (_, other) = fillet_stress(
+        RING, RING_HELD, YOUNG, POISSON, z, True, RING_ROLL, RING_LOAD, 0.06
+    )  # fmt: skip
+    principal, pressed = largest_principal(loaded)[:, -1], largest_principal(other)[:, 0]
+    assert_allclose([principal.max(), pressed.min()], [RING_MPA, RING_PRESSED_MPA], rtol=1e-3)
+    assert abs(np.linalg.norm(nodes[principal.argmax(), :2]) - RING_RADIUS_MM) < 0.5 * PLACE
