@@ -91,7 +91,7 @@ def _compliance(case: Case, model: ElasticModel) -> FlankCompliance | None:
         return None
     meshed = model.mesh.meshed
     components = loaded_components(isinstance(meshed, LayeredPair), meshed.pair.pinion.helix_angle != 0.0)
-    return flank_compliance((model.pinion, model.wheel), components, model.support)
+    return flank_compliance((model.pinion, model.wheel), components)
 
 
 def _root_stress(case: Case, model: ElasticModel) -> tuple[RootStressShapes, RootStressShapes] | None:

@@ -90,7 +90,7 @@ class ReducedPair:
     @cached_property
     def lines(self) -> LinePair:
         """The pair prepared for line loads."""
-        return LinePair(self.layered, self.section_compliance, self.components, self.flank_compliance.support)
+        return LinePair(self.layered, self.section_compliance, self.components, self.flank_compliance.supports)
 
     @property
     def kernel_compliance(self) -> tuple[FloatArray, FloatArray]:

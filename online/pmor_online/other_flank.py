@@ -40,7 +40,7 @@ def _other(basis: Basis) -> Basis:
         whole = None if basis.whole is None else _other(basis.whole)
         return replace(basis, case=case, coarser=coarser, whole=whole)
     gears = case.pair.pinion, case.pair.wheel
-    solid = basis.compliance is not None and basis.compliance.support is None
+    solid = basis.compliance is not None and not any(basis.compliance.supports)
     blanks = [gear.light_blank(case.pair.face_width_mm) for gear in gears]
     off_middle = any(blank is not None and blank.web_offset_mm for blank in blanks)
     uneven = off_middle or any(gear.face_offset_mm for gear in gears)

@@ -21,6 +21,7 @@ the root circle: a flank's own compliance with n up to 1.5 z is 6e-5 too low, to
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
@@ -28,6 +29,7 @@ import scipy.linalg as la
 from pmor.core.arrays import ComplexArray, FloatArray, IntArray
 from pmor.fe.blank_section import Block, ring_stiffness
 from pmor.fe.completion import nodes_of_elements
+from pmor.fe.perforated_web import PerforatedWeb
 from pmor.fe.sector import SectorMesh
 
 # Singular values of the harmonics at the nodes of a sector's interface, over the largest, that are left out.
@@ -46,12 +48,15 @@ class Blank:
         MPa.
     largest : int
         Harmonics of the interface go from minus it to it.
+    web : PerforatedWeb or None
+        Where it has holes.
     """
 
     blocks: tuple[Block, ...]
     youngs_modulus: float
     poisson_ratio: float
     largest: int
+    web: PerforatedWeb | None = None
 
     @property
     def harmonics(self) -> IntArray:
@@ -62,7 +67,7 @@ class Blank:
         """Return functions of a sector's interface that span all harmonics, over its nodes, (p 3 l, 3 nodes)."""
         return interface_shares(mesh, self._functions(mesh), nodes_of_elements(mesh, mesh.interface)).T
 
-    def ring(self, mesh: SectorMesh, stiffness: FloatArray, load: FloatArray, neighbours: int) -> list[FloatArray]:
+    def ring(self, mesh: SectorMesh, stiffness: FloatArray, load: FloatArray, neighbours: int) -> Ring:
         """Return how the faces of sectors -neighbours ... neighbours move under loads on those of sector 0.
 
         Parameters
@@ -76,8 +81,7 @@ class Blank:
         columns = self._functions(mesh)
         count = len(stiffness) - columns.shape[1] * 3 * len(mesh.z)
         shares = columns.T @ np.exp(1j * np.outer(_angles(mesh), self.harmonics))
-        own = blank_stiffness(mesh, self.blocks, self.youngs_modulus, self.poisson_ratio, self.largest)
-        return list(ring_on_blank(stiffness, count // 2, mesh.teeth, shares, own, load, neighbours))
+        return ring_on_blank(stiffness, count // 2, mesh.teeth, shares, blank_response(mesh, self), load, neighbours)
 
     def _functions(self, mesh: SectorMesh) -> FloatArray:
         """Real functions of the angle that span all harmonics, at the angles of a sector's nodes, (a, p)."""
@@ -91,20 +95,50 @@ def _angles(mesh: SectorMesh) -> FloatArray:
     return np.linspace(0.5, -0.5, len(mesh.bore) // len(mesh.z)) * mesh.angular_pitch
 
 
-def blank_stiffness(
-    mesh: SectorMesh, blocks: tuple[Block, ...], youngs_modulus: float, poisson_ratio: float, largest: int
-) -> ComplexArray:
-    """Return the stiffness of a blank over the interface's columns of nodes, (largest + 1, 3 l, 3 l), N/mm.
+class BlankResponse(NamedTuple):
+    """A blank at the interface's columns of nodes, and where it is loaded within.
 
     Over radial, circumferential and axial amplitudes of equation (1), column by column, for the energy over a
-    revolution; of harmonic -n it is the conjugate one.
+    revolution; of harmonic -n all of it is conjugate.
+
+    Attributes
+    ----------
+    stiffness : ndarray, shape (largest + 1, 3 l, 3 l)
+        N/mm.
+    passed_on : ndarray, shape (N + 1, 3 l, c)
+        Forces on the interface, held, under unit loads within, of harmonics 0 ... N.
+    flexibility : ndarray, shape (N + 1, c, c)
+        Displacement where they are under these loads, the interface held, mm/N.
     """
-    n = np.arange(largest + 1)
-    own = ring_stiffness(blocks, youngs_modulus, poisson_ratio, n, mesh.mirrored, mesh.twist_per_length)
-    shares = np.kron(_interpolation(mesh.z, mesh.order, blocks[-1].nodes_z), np.diag([1.0, 1j, 1.0]).conj())
+
+    stiffness: ComplexArray
+    passed_on: ComplexArray
+    flexibility: ComplexArray
+
+
+def blank_response(mesh: SectorMesh, blank: Blank) -> BlankResponse:
+    """Return the response of a blank below a ring of sectors."""
+    material, twist = (blank.youngs_modulus, blank.poisson_ratio), mesh.twist_per_length
+    shares = np.kron(_interpolation(mesh.z, mesh.order, blank.blocks[-1].nodes_z), np.diag([1.0, 1j, 1.0]).conj())
     if mesh.mirrored:
         shares[:-1, -1] = 0.0  # the last column's nodes keep their z, which the nodes beside them do not feel
-    return np.asarray(shares.conj().T @ own @ shares)
+    size, harmonics, web = len(shares), np.arange(blank.largest + 1), blank.web
+    if web is None:
+        own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist)
+        none = np.zeros((0, 0, 0), dtype=complex)
+        return BlankResponse(np.asarray(shares.conj().T @ own @ shares), none, none)
+    loads = web.loads()
+    own = ring_stiffness(blank.blocks, *material, harmonics[: web.largest + 1], mesh.mirrored, twist, loads)
+    stiffness = own[:, :size, :size]
+    if (rest := harmonics[web.largest + 1 :]).size:
+        further = ring_stiffness(blank.blocks, *material, rest, mesh.mirrored, twist)
+        stiffness = np.concatenate([stiffness, further])
+    parts = np.tile(np.array([1.0, 1j, 1.0])[web.parts], len(loads))
+    return BlankResponse(
+        np.asarray(shares.conj().T @ stiffness @ shares),
+        np.asarray(shares.conj().T @ -own[:, :size, size:] * parts.conj()),
+        np.asarray(parts[:, None] * -own[:, size:, size:] * parts.conj()),
+    )
 
 
 def _interpolation(z: FloatArray, order: int, fine: FloatArray) -> FloatArray:
@@ -141,11 +175,29 @@ def interface_shares(mesh: SectorMesh, columns: FloatArray, nodes: IntArray) -> 
     return found.reshape(3 * len(nodes), -1)
 
 
+class Ring(NamedTuple):
+    """What loads on the faces of sector 0 do.
+
+    Attributes
+    ----------
+    moved : ndarray, shape (2 neighbours + 1, 2 s + p 3 l, m)
+        Displacement of the faces of sectors -neighbours ... neighbours, mm.
+    felt : ndarray, shape (2 N + 1, c, m)
+        Amplitudes of harmonics -N ... N where the blank is loaded within.
+    flexibility : ndarray, shape (2 N + 1, c, 2 N + 1, c)
+        The same under unit loads there, mm/N.
+    """
+
+    moved: FloatArray
+    felt: ComplexArray
+    flexibility: ComplexArray
+
+
 def ring_on_blank(
-    stiffness: FloatArray, sides: int, teeth: int, shares: ComplexArray, blank: ComplexArray, load: FloatArray,
+    stiffness: FloatArray, sides: int, teeth: int, shares: ComplexArray, blank: BlankResponse, load: FloatArray,
     neighbours: int,
-) -> FloatArray:  # fmt: skip
-    """Return how the faces of sectors move under loads on those of sector 0: equation (2).
+) -> Ring:  # fmt: skip
+    """Return how the faces of sectors, and the blank within, move under loads on the faces of sector 0: equation (2).
 
     Parameters
     ----------
@@ -155,20 +207,16 @@ def ring_on_blank(
         s.
     shares : ndarray, shape (p, 2 largest + 1)
         Of the interface's functions in the harmonics.
-    blank : ndarray, shape (largest + 1, 3 l, 3 l)
-        As `blank_stiffness` gives it.
     neighbours : int
         Sectors to cover, on either side.
-
-    Returns
-    -------
-    ndarray, shape (2 neighbours + 1, 2 s + p 3 l, m)
-        Of sectors -neighbours ... neighbours, mm.
     """
-    largest = len(blank) - 1
+    largest, loads, per = len(blank.stiffness) - 1, load.shape[1], blank.stiffness.shape[1]
+    within, count = max(len(blank.flexibility) - 1, 0), blank.passed_on.shape[2]
     left, right, below = slice(0, sides), slice(sides, 2 * sides), slice(2 * sides, None)
     sector = np.arange(-neighbours, neighbours + 1)[:, None, None]
     found = np.zeros((2 * neighbours + 1, *load.shape))
+    felt = np.zeros((2 * within + 1, count, loads), dtype=complex)
+    flexibility = np.zeros((2 * within + 1, count, 2 * within + 1, count), dtype=complex)
     for h in range(teeth // 2 + 1):
         turn = np.exp(-2j * np.pi * h / teeth)
         n = np.arange(-largest, largest + 1)
@@ -178,17 +226,36 @@ def ring_on_blank(
         half = np.concatenate([stiffness[left] + np.conj(turn) * stiffness[right], _gathered(at, stiffness[below])])
         half = half.conj().T
         matrix = np.concatenate([half[left] + np.conj(turn) * half[right], _gathered(at, half[below])])
-        for j, harmonic in enumerate(own.tolist()):
-            place = sides + blank.shape[1] * j
-            block = slice(place, place + blank.shape[1])
-            matrix[block, block] += (blank[harmonic] if harmonic >= 0 else blank[-harmonic].conj()) / teeth
         loaded = np.concatenate([load[left] + np.conj(turn) * load[right], _gathered(at, load[below])])
-        moved = la.solve(matrix, loaded, assume_a="pos", overwrite_a=True, overwrite_b=True, check_finite=False)
+        places = {harmonic: slice(sides + per * j, sides + per * (j + 1)) for j, harmonic in enumerate(own.tolist())}
+        for harmonic, place in places.items():
+            matrix[place, place] += _of(blank.stiffness, harmonic) / teeth
+        inner = [harmonic for harmonic in places if abs(harmonic) <= within and count]
+        passed = np.zeros((len(matrix), count * len(inner)), dtype=complex)
+        for j, harmonic in enumerate(inner):
+            passed[places[harmonic], count * j : count * (j + 1)] = _of(blank.passed_on, harmonic)
+        both = np.hstack([loaded, passed])
+        moved = la.solve(matrix, both, assume_a="pos", overwrite_a=True, overwrite_b=True, check_finite=False)
+        back = passed.conj().T @ moved / teeth
+        for j, harmonic in enumerate(inner):
+            rows = back[count * j : count * (j + 1)]
+            felt[within + harmonic], felt[within - harmonic] = rows[:, :loads], rows[:, :loads].conj()
+            for k, other in enumerate(inner):
+                block = rows[:, loads + count * k : loads + count * (k + 1)]
+                block = block + (_of(blank.flexibility, harmonic) if k == j else 0.0)
+                flexibility[within + harmonic, :, within + other] = block
+                flexibility[within - harmonic, :, within - other] = block.conj()
+        moved = moved[:, :loads]
         faces = np.concatenate([moved[left], turn * moved[left], _gathered(at.conj().T, moved[sides:])])
         weight = (1.0 if h in (0, teeth / 2) else 2.0) / teeth
         turned = weight * np.conj(turn) ** sector
         found += turned.real * faces.real - turned.imag * faces.imag
-    return found
+    return Ring(found, felt, flexibility)
+
+
+def _of(amplitudes: ComplexArray, harmonic: int) -> ComplexArray:
+    """Entry of a harmonic: of negative ones that of the positive one, conjugate."""
+    return np.asarray(amplitudes[harmonic] if harmonic >= 0 else amplitudes[-harmonic].conj())
 
 
 def _gathered(shares: ComplexArray, rows: FloatArray | ComplexArray) -> ComplexArray:

@@ -9,9 +9,10 @@ from itertools import pairwise
 import numpy as np
 import scipy.sparse as sp
 
-from pmor.body.blank import Blank
+from pmor.body.blank import Blank, Ring
 from pmor.body.far_compliance import FarCompliance, FarTeeth, far_compliance
 from pmor.body.fillet_stress import NEIGHBOURS, FilletPoints, FilletStress, sector_stress
+from pmor.body.support import Support, support_of_holes
 from pmor.core.arrays import FloatArray
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.condensation import CondensedSector, condense_sector
@@ -42,6 +43,8 @@ class ElasticGear:
         Where it was asked for.
     far : FarCompliance or None
         Where it was asked for; forces there have two components at a node of spur gears.
+    support : Support or None
+        The part of low rank, of holes: `compliance` is without it.
     """
 
     mesh: SectorMesh
@@ -52,6 +55,7 @@ class ElasticGear:
     layer_columns: int = 0
     fillet: FilletStress | None = None
     far: FarCompliance | None = None
+    support: Support | None = None
 
     def tooth_compliance(self, offset: int) -> FloatArray:
         """Return the displacement of tooth `offset` under unit forces on tooth 0, shape (n, n), mm/N.
@@ -110,6 +114,7 @@ def elastic_gear(
     if blank is not None:
         to = sp.block_diag([to, blank.coordinates(mesh)], format="csr")
     load, side = to @ load, _turned(to, side, to)
+    support = None
     if blank is None:
         reach = neighbours + 1 if far is None else max(neighbours + 1, mesh.teeth // 2)
         faces = _bored_ring(mesh, side, reach)
@@ -117,7 +122,9 @@ def elastic_gear(
         by_face = [np.hstack([faces(k), faces(k + 1)]) @ load[:, :n_flank] for k in sectors]
         moved = [np.concatenate([own_face, before]) for before, own_face in pairwise(by_face)]
     else:
-        moved = blank.ring(mesh, side, load[:, :n_flank], neighbours)
+        ring = blank.ring(mesh, side, load[:, :n_flank], neighbours)
+        moved = list(ring.moved)
+        support = _of_holes(mesh, blank, ring, neighbours)
 
     flanks = np.stack([load.T @ face for face in moved])
     flanks[neighbours] += own[:, :n_flank]
@@ -136,7 +143,9 @@ def elastic_gear(
     if sector.layer is not None:
         compliance[neighbours] -= sector.layer
     between = _between_far_teeth(mesh, faces, load, far) if far is not None else None
-    return ElasticGear(mesh, neighbours, _reciprocal(compliance), sector, displacement, layer_columns, stress, between)
+    return ElasticGear(
+        mesh, neighbours, _reciprocal(compliance), sector, displacement, layer_columns, stress, between, support
+    )
 
 
 def _between_far_teeth(
@@ -168,6 +177,16 @@ def _coordinates(mesh: SectorMesh) -> sp.csr_array:
     """Symmetric coordinates of both side faces, left and right."""
     both = (symmetric_coordinates(mesh, nodes_of_elements(mesh, side))[0] for side in (mesh.left, mesh.right))
     return sp.block_diag(list(both), format="csr")
+
+
+def _of_holes(mesh: SectorMesh, blank: Blank, ring: Ring, neighbours: int) -> Support | None:
+    """Part of low rank of the compliance of all nodes of the flank."""
+    web = blank.web
+    if web is None:
+        return None
+    softening = web.softening(blank.youngs_modulus, blank.poisson_ratio, mesh.twist_per_length)
+    found = support_of_holes(ring.felt, ring.flexibility, softening, mesh.teeth, web.count, neighbours)
+    return replace(found, rows=np.asarray(completion(mesh, mesh.flank) @ found.rows))
 
 
 def _bored_ring(mesh: SectorMesh, stiffness: FloatArray, reach: int) -> Callable[[int], FloatArray]:

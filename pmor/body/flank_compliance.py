@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import FloatArray, IntArray
 
 if TYPE_CHECKING:
     from pmor.body.elastic_gear import ElasticGear
@@ -23,13 +23,13 @@ class FlankCompliance:
     gears : two ndarrays, shape (neighbours + 1, n, n)
         Of pinion and wheel: displacement of the tooth 0, 1, ... teeth counter-clockwise from the loaded one, mm/N; two
         or three components at each flank node. The same object for identical gears.
-    support : Support or None
-        The part of low rank, of the gears' blanks; None of solid ones. `gears` are without it.
+    supports : two Support or None
+        The part of low rank of pinion and wheel, of holes; None without. `gears` are without it.
     """
 
     gears: tuple[FloatArray, FloatArray]
     components: int
-    support: Support | None = None
+    supports: tuple[Support | None, Support | None] = (None, None)
 
     def between(self, gear: int, offset: int) -> FloatArray:
         """Return the displacement of tooth `offset` of a gear under unit forces on tooth 0, shape (n, n), mm/N.
@@ -42,9 +42,7 @@ class FlankCompliance:
         return np.asarray(blocks[offset] if offset >= 0 else blocks[-offset].T)
 
 
-def flank_compliance(
-    bodies: tuple[ElasticGear, ElasticGear], components: int, support: Support | None = None
-) -> FlankCompliance:
+def flank_compliance(bodies: tuple[ElasticGear, ElasticGear], components: int) -> FlankCompliance:
     """Take the compliance of the flanks from two elastic gears.
 
     Parameters
@@ -53,19 +51,23 @@ def flank_compliance(
         Pinion and wheel; the same object when they are identical.
     components : int
         Of the displacement at a node: 2 or 3.
-    support : Support, optional
-        For three components at each node.
     """
     pinion, wheel = bodies
     first = _loaded_part(pinion, components)
     second = first if wheel is pinion else _loaded_part(wheel, components)
-    if support is not None:
-        by_node = support.rows.reshape(2, -1, 3, len(support.compliance))
-        support = replace(support, rows=by_node[:, :, :components].reshape(2, -1, by_node.shape[3]))
-    return FlankCompliance((first, second), components, support)
+    return FlankCompliance((first, second), components, (_holes(pinion, components), _holes(wheel, components)))
 
 
 def _loaded_part(body: ElasticGear, components: int) -> FloatArray:
-    blocks = body.compliance[body.neighbours :]
-    used = (3 * np.arange(blocks.shape[1] // 3)[:, None] + np.arange(components)).ravel()
+    blocks, used = body.compliance[body.neighbours :], _loaded_unknowns(body, components)
     return np.ascontiguousarray(blocks[:, used[:, None], used])
+
+
+def _holes(body: ElasticGear, components: int) -> Support | None:
+    if body.support is None:
+        return None
+    return replace(body.support, rows=np.ascontiguousarray(body.support.rows[_loaded_unknowns(body, components)]))
+
+
+def _loaded_unknowns(body: ElasticGear, components: int) -> IntArray:
+    return (3 * np.arange(body.compliance.shape[1] // 3)[:, None] + np.arange(components)).ravel()

@@ -83,7 +83,7 @@ def basis_of(case: Case, store: Store) -> Basis:
         place, tooth = (0, pair.pinion) if sector is mesh.pinion else (1, pair.wheel)
         material = gear.youngs_modulus_GPa, gear.poisson_ratio, case.mesh.element
         key = key_of(sector, tooth, material, neighbouring_teeth(pair), layers[place].columns, components,
-                     case.root_stress, blank_below(case, gear, tooth, sector))  # fmt: skip
+                     case.root_stress, blank_below(case, gear, tooth, sector, place))  # fmt: skip
 
         def solve() -> SolvedGear:
             body = solved_gear(case, mesh, sector, gear)

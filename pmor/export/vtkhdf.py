@@ -64,7 +64,7 @@ def export(reduced: ReducedPair, path_out: Path, overwrite: bool = False) -> Non
     CaseError
         For gears with a support, whose displacement is not that of their sectors.
     """
-    if isinstance(reduced.meshed, LayeredPair) and reduced.flank_compliance.support is not None:
+    if isinstance(reduced.meshed, LayeredPair) and any(reduced.flank_compliance.supports):
         raise CaseError(f"{reduced.basis.case.name}: VTKHDF shows sectors without their blanks: leave the blanks out")
     phi = step_angles(reduced)
     forces, pairs = flank_forces(reduced, phi)

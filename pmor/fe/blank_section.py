@@ -14,6 +14,7 @@ and what is left is the stiffness of the outermost row of nodes.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -58,9 +59,17 @@ def with_middles(lines: FloatArray) -> FloatArray:
     return found
 
 
+class Loads(NamedTuple):
+    """So many unit loads on the nodes between two rows of elements, at a radius, mm: of the nodes' z, (3 m, c)."""
+
+    radius: float
+    size: int
+    at: Callable[[FloatArray], FloatArray]
+
+
 def ring_stiffness(
     blocks: tuple[Block, ...], youngs_modulus: float, poisson_ratio: float, harmonics: IntArray, mirrored: bool,
-    twist: float = 0.0,
+    twist: float = 0.0, loads: tuple[Loads, ...] = (),
 ) -> Amplitudes:  # fmt: skip
     """Return the stiffness of the outermost row of nodes of a body of revolution that is held at its bore.
 
@@ -76,24 +85,27 @@ def ring_stiffness(
         The section ends at z = 0 in a plane of symmetry: nodes there keep their z, and it counts twice.
     twist : float
         tau, rad/mm.
+    loads : tuple of Loads
+        C in all, from the bore outwards.
 
     Returns
     -------
-    ndarray, shape (h, 3 m, 3 m)
+    ndarray, shape (h, 3 m + C, 3 m + C)
         Over U, V, W of equation (1), node by node along z, N/mm: for the energy over a whole revolution,
-        u^H K u / 2 with the amplitudes u.
+        u^H K u / 2 with the amplitudes u. With loads [[K, -r], [-r^H, -F]]: r the forces that they pass on to the
+        outermost row, were it held, and F the displacements that they then cause.
     """
     law = _law(youngs_modulus, poisson_ratio)
     rows = [
         _Row(block.nodes_z, block.radii[place + 1], _row_stiffness(block, place, law, twist))
         for block in blocks for place in range(len(block.radii) - 1)
     ]  # fmt: skip
-    found = []
+    revolution, found = 4.0 * np.pi if mirrored else 2.0 * np.pi, []
     for first in range(0, len(harmonics), TOGETHER):
         n = harmonics[first : first + TOGETHER]
-        felt = [row for row in rows if (row.outer / rows[-1].outer) ** n[0] > UNFELT]
-        found.append(_eliminated(felt, n[:, None, None].astype(float), mirrored))
-    return np.concatenate(found) * (4.0 * np.pi if mirrored else 2.0 * np.pi)
+        felt = [row for row in rows if loads or (row.outer / rows[-1].outer) ** n[0] > UNFELT]
+        found.append(_eliminated(felt, n[:, None, None].astype(float), mirrored, loads, revolution))
+    return np.concatenate(found)
 
 
 class _Row(NamedTuple):
@@ -104,42 +116,53 @@ class _Row(NamedTuple):
     stiffness: tuple[Amplitudes, Amplitudes, Amplitudes]
 
 
-def _eliminated(rows: list[_Row], n: FloatArray, mirrored: bool) -> Amplitudes:
-    """Stiffness of the outermost row of nodes, of harmonics (h, 1, 1) for an angle of 1 rad; held within."""
-    left: Amplitudes = np.empty((len(n), 0, 0))
-    z = rows[0].z
+def _eliminated(
+    rows: list[_Row], n: FloatArray, mirrored: bool, loads: tuple[Loads, ...], revolution: float
+) -> Amplitudes:
+    """Matrix of the outermost row of nodes and the loads, of harmonics (h, 1, 1); held within."""
+    z, count = rows[0].z, sum(load.size for load in loads)
+    left: Amplitudes = np.zeros((len(n), count, count))
     for row in rows:
-        left, z, size = _handed_on(left, z, row.z), row.z, 3 * len(row.z)
+        left, z, size = _handed_on(left, count, z, row.z), row.z, 3 * len(row.z)
         constant, linear, square = row.stiffness
-        own = constant + n * linear + n * n * square
+        own = np.zeros((len(n), 3 * size + count, 3 * size + count), dtype=constant.dtype)
+        own[:, : 3 * size, : 3 * size] = revolution * (constant + n * linear + n * n * square)
         if mirrored:
             held = (3 * np.flatnonzero(z == 0.0) + 2 + size * np.arange(3)[:, None]).ravel()
             own[:, held, :] = own[:, :, held] = 0.0
-            own[:, held, held] = constant.max()
-        first = 0 if left.shape[1] else size
-        if not first:
-            own[:, :size, :size] += left
-        inner, outer = slice(first, 2 * size), slice(2 * size, None)
+            own[:, held, held] = revolution * constant.max()
+        at_bore = left.shape[1] == count
+        before = np.arange(3 * size, 3 * size + count)
+        before = before if at_bore else np.concatenate([np.arange(size), before])
+        own[:, before[:, None], before] = own[:, before[:, None], before] + left
+        inner, outer = slice(size if at_bore else 0, 2 * size), slice(2 * size, None)
         left = own[:, outer, outer] - own[:, outer, inner] @ np.linalg.solve(own[:, inner, inner], own[:, inner, outer])
         left = 0.5 * (left + left.conj().transpose(0, 2, 1))
+        place = size
+        for load in loads:
+            if abs(load.radius - row.outer) <= 1e-9 * row.outer:
+                left[:, :size, place : place + load.size] -= load.at(z)
+                left[:, place : place + load.size, :size] -= load.at(z).T
+            place += load.size
     return left
 
 
-def _handed_on(stiffness: Amplitudes, z: FloatArray, wanted: FloatArray) -> Amplitudes:
-    """Stiffness over the nodes of the next block: those that it does not have are free, its others unloaded."""
-    if not stiffness.shape[1]:
-        return stiffness
+def _handed_on(matrix: Amplitudes, count: int, z: FloatArray, wanted: FloatArray) -> Amplitudes:
+    """Matrix over the nodes of the next block and `count` loads: nodes that it does not have are free."""
+    if matrix.shape[1] == count:
+        return matrix
     reach = 1e-9 * (wanted[-1] - wanted[0])
     shared = [int(np.abs(z - place).argmin()) for place in wanted]
     met = np.abs(z[shared] - wanted) <= reach
     own, other = np.asarray(shared)[met], np.setdiff1d(np.arange(len(z)), np.asarray(shared)[met])
-    kept, free = _unknowns(own), _unknowns(other)
-    schur = stiffness[:, kept[:, None], kept]
+    kept, free = np.append(_unknowns(own), 3 * len(z) + np.arange(count)), _unknowns(other)
+    schur = matrix[:, kept[:, None], kept]
     if len(free):
-        across = stiffness[:, free[:, None], kept]
-        schur = schur - across.conj().transpose(0, 2, 1) @ np.linalg.solve(stiffness[:, free[:, None], free], across)
-    found = np.zeros((len(stiffness), 3 * len(wanted), 3 * len(wanted)), dtype=schur.dtype)
-    to = _unknowns(np.flatnonzero(met))
+        across = matrix[:, free[:, None], kept]
+        schur = schur - across.conj().transpose(0, 2, 1) @ np.linalg.solve(matrix[:, free[:, None], free], across)
+    size = 3 * len(wanted)
+    found = np.zeros((len(matrix), size + count, size + count), dtype=schur.dtype)
+    to = np.append(_unknowns(np.flatnonzero(met)), size + np.arange(count))
     found[:, to[:, None], to] = schur
     return found
 

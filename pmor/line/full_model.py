@@ -34,8 +34,8 @@ class ToothCompliance(Protocol):
     """Compliance of the flanks of both gears, equation (A) of `pmor.body`."""
 
     @property
-    def support(self) -> Support | None:
-        """The part of low rank."""
+    def supports(self) -> tuple[Support | None, Support | None]:
+        """The part of low rank of pinion and wheel."""
 
     def between(self, gear: int, offset: int) -> FloatArray:
         """Return the displacement of tooth `offset` of a gear under unit forces on tooth 0, (n, n), mm/N."""
@@ -176,7 +176,7 @@ class _Flanks:
         own = self.between(0, 0)
         self.components = own.shape[0] // (meshed.pinion.nodes.size // 3)
         lines = place_sections(meshed, np.array([phi]), assembly.misalignment, self.components)
-        lines, on_support = on_supports(meshed, compliance.support, lines)
+        lines, on_support = on_supports(meshed, compliance.supports, lines)
         deviation = np.zeros_like(lines.gap)
         line_deviations(lines, meshed.sections.z, *meshed.deviations(assembly), deviation)
         self.lines, self.free = lines, (lines.gap + deviation)[0]

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pmor.body.support import Support, support_rows
+from pmor.body.support import Support, support_flexibility
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.line.hertz import WidthLimit, width_limit
@@ -30,14 +30,14 @@ class LinePair:
         Between sections of the flanks of teeth 0, 1, ... apart, of pinion and wheel, mm/N (`section_compliance`).
     components : int
         c, of displacement: 2 without, 3 with those along the axis.
-    support : Support, optional
-        The part of low rank of the gears' compliance.
+    supports : two Support or None
+        The part of low rank of the compliance of pinion and wheel.
     """
 
     meshed: LayeredPair
     compliance: tuple[FloatArray, FloatArray]
     components: int
-    support: Support | None = None
+    supports: tuple[Support | None, Support | None] = (None, None)
 
     @property
     def base_radius(self) -> float:
@@ -50,7 +50,7 @@ class LinePair:
 
     def placed(self, lines: Lines) -> PlacedSections:
         """Return sections, held as `place_sections` places them, on what this pair stands on."""
-        lines, between = on_supports(self.meshed, self.support, lines)
+        lines, between = on_supports(self.meshed, self.supports, lines)
         return PlacedSections(self, lines, Flexibility(between, np.zeros(lines.gap.shape, dtype=bool)))
 
 
@@ -132,7 +132,9 @@ class PlacedSections:
         return found
 
 
-def on_supports(meshed: LayeredPair, support: Support | None, lines: Lines) -> tuple[Lines, FloatArray]:
+def on_supports(
+    meshed: LayeredPair, supports: tuple[Support | None, Support | None], lines: Lines
+) -> tuple[Lines, FloatArray]:
     """Return placed sections on what the gears' bodies and hubs stand on, and the flexibilities that it adds.
 
     Returns
@@ -147,9 +149,14 @@ def on_supports(meshed: LayeredPair, support: Support | None, lines: Lines) -> t
         rows = hub_rows(meshed.pair, lines, meshed.sections.z)
         total += rows @ meshed.hubs.compliance @ rows.transpose(0, 2, 1)
         lines = lines._replace(gap=lines.gap + rows @ meshed.hubs.offset)
-    if support is not None:
-        placed = support_rows(support, *meshed.carriers, lines.first_pair, lines.row, lines.gradient)
-        total += support.flexibility(placed)
+    (column, share), node_rows = meshed.carriers
+    pairs = lines.first_pair[:, None] + np.arange(meshed.tooth_pair_count)
+    for gear, (support, sense) in enumerate(zip(supports, (1, -1), strict=True)):
+        if support is not None:  # wheel teeth count against tooth pairs
+            total += support_flexibility(
+                support, (column[gear], share[gear]), node_rows[gear], sense * pairs, lines.row[..., gear],
+                lines.gradient[:, :, gear],
+            )  # fmt: skip
     return lines, total
 
 

@@ -9,9 +9,10 @@ import numpy as np
 
 from pmor.body.blank import Blank
 from pmor.case import Case, GearCase
-from pmor.case.blank import BlankCase
+from pmor.case.blank import BlankCase, HolesCase
 from pmor.core.arrays import FloatArray
 from pmor.fe.blank_section import Block
+from pmor.fe.perforated_web import PerforatedWeb
 from pmor.fe.sector import SectorMesh
 from pmor.gear.tooth import Tooth
 
@@ -24,6 +25,9 @@ OF_THE_RIM, DEEPEST = 0.6, 1.0
 CORNER, AT_ELEMENTS, GROWTH = 0.125, 8, 0.6
 # Harmonics to a tooth, beyond the first half: those that die within DECAY times the depth of the interface.
 FEWEST, DECAY = 2, 1.2
+# Harmonics of a web's circles that feel its holes: those of which more than 1 / FELT comes back from there, over a
+# bridge of at least so much of a hole's radius; at least so many to a hole.
+FELT, LEAST_BRIDGE, TO_A_HOLE = 1e4, 0.4, 1.5
 
 
 def interface_radius(blank: BlankCase, root_radius: float, module: float) -> float:
@@ -31,8 +35,8 @@ def interface_radius(blank: BlankCase, root_radius: float, module: float) -> flo
     return root_radius - min(OF_THE_RIM * blank.rim_thickness_mm, DEEPEST * module)
 
 
-def blank_below(case: Case, gear: GearCase, tooth: Tooth, mesh: SectorMesh) -> Blank | None:
-    """Return what the sectors of a gear stand on; None where they reach down to the bore."""
+def blank_below(case: Case, gear: GearCase, tooth: Tooth, mesh: SectorMesh, place: int) -> Blank | None:
+    """Return what the sectors of the pinion, place 0, or the wheel stand on; None where they reach to the bore."""
     light = gear.light_blank(case.pair.face_width_mm)
     if light is None:
         return None
@@ -45,7 +49,25 @@ def blank_below(case: Case, gear: GearCase, tooth: Tooth, mesh: SectorMesh) -> B
     face = gear.face(case.pair.face_width_mm)
     bore = gear.bore_radius_mm or 0.0  # given: a ring, which has none, has no blank
     blocks = _section(light, bore, tooth.root_radius, interface, face, mesh, case.mesh.profile_elements)
-    return Blank(blocks, 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio, largest)
+    web = None
+    if light.holes is not None:
+        web = _perforated(light, light.holes, blocks[1], tooth, mesh, largest, place, case.mesh.profile_elements)
+    return Blank(blocks, 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio, largest, web)
+
+
+def _perforated(
+    blank: BlankCase, holes: HolesCase, ring: Block, tooth: Tooth, mesh: SectorMesh, largest: int, place: int,
+    elements: int,
+) -> PerforatedWeb:  # fmt: skip
+    """Web with holes, and the harmonics that feel them: those that reach them from the circles of the web."""
+    inner, outer = float(ring.radii[0]), float(ring.radii[-1])
+    bridge = min(outer - holes.on_radius_mm - holes.radius_mm, holes.on_radius_mm - holes.radius_mm - inner)
+    felt = math.log(FELT) * outer / (2.0 * max(bridge, LEAST_BRIDGE * holes.radius_mm))
+    felt = max(felt, TO_A_HOLE * holes.count) * min(1.0, elements / AT_ELEMENTS)
+    first = math.radians(holes.first_deg) + place * math.pi / tooth.teeth
+    faces = float(ring.z[0]), float(ring.z[-1])
+    return PerforatedWeb(inner, outer, faces, holes.count, holes.radius_mm, holes.on_radius_mm, first, mesh.mirrored,
+                         min(largest, math.ceil(felt)))  # fmt: skip
 
 
 def _section(

@@ -75,19 +75,16 @@ class ElasticModel:
     ----------
     pinion, wheel : ElasticGear
         The same object when the gears are identical.
-    support : Support or None
-        The part of low rank of their compliance, for three components of displacement at each node of a flank.
 
     Raises
     ------
     ValueError
-        For a compliance of another mesh, or without another layer below the flank; under penalty contact for a support.
+        For a compliance of another mesh, or without another layer below the flank; under penalty contact for holes.
     """
 
     mesh: MeshModel
     pinion: ElasticGear
     wheel: ElasticGear
-    support: Support | None = None
 
     def __post_init__(self) -> None:
         """Refuse compliances of another mesh: sizes may agree, and every result be wrong."""
@@ -102,8 +99,13 @@ class ElasticModel:
                     f"{name}: contact takes {columns} columns of elements below the flank for its layer, "
                     f"the compliance is without {body.layer_columns}"
                 )
-        if self.support is not None and not isinstance(self.mesh.meshed, LayeredPair):
-            raise ValueError('penalty contact takes no support of the gears: write [contact] scheme = "line"')
+        if any(self.supports) and not isinstance(self.mesh.meshed, LayeredPair):
+            raise ValueError('penalty contact takes no holes in the gears: write [contact] scheme = "line"')
+
+    @property
+    def supports(self) -> tuple[Support | None, Support | None]:
+        """The part of low rank of their compliance, for three components of displacement at each node of a flank."""
+        return self.pinion.support, self.wheel.support
 
     @property
     def elasticity_at(self) -> Any:
@@ -198,9 +200,11 @@ def sector_meshes(case: Case, pair: GearPair) -> tuple[SectorMesh, SectorMesh]:
     """
     faces, ends = pair.faces, sector_ends(case, pair)
     pinion = _sector(case, case.pair.pinion, pair.pinion, faces[0], ends[0])
-    light = [gear.light_blank(pair.face_width) is not None for gear in (case.pair.pinion, case.pair.wheel)]
-    alike = pair.pinion == pair.wheel and faces[0] == faces[1] and ends[0] == ends[1] and light[0] == light[1]
-    same = case.mesh.share_identical and alike
+    blanks = [gear.light_blank(pair.face_width) for gear in (case.pair.pinion, case.pair.wheel)]
+    # Where holes stand to the line of centres, they stand otherwise to the teeth of pinion and wheel.
+    cyclic = all(blank is None or blank.holes is None for blank in blanks)
+    alike = pair.pinion == pair.wheel and faces[0] == faces[1] and ends[0] == ends[1]
+    same = case.mesh.share_identical and alike and cyclic and (blanks[0] is None) == (blanks[1] is None)
     return pinion, pinion if same else _sector(case, case.pair.wheel, pair.wheel, faces[1], ends[1])
 
 
@@ -346,7 +350,7 @@ def solved_gear(
     return elastic_gear(
         sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, neighbouring_teeth(pair),
         keep_volume, layers[place].columns if layers else 0, build_fillet(tooth, sector) if case.root_stress else None,
-        far, blank_below(case, gear, tooth, sector),
+        far, blank_below(case, gear, tooth, sector, place),
     )  # fmt: skip
 
 
@@ -371,7 +375,7 @@ def model_of_solved(case: Case, mesh: MeshModel, solved: ElasticModel) -> Elasti
     alike = all(_same_sector(sector, body.mesh) for sector, body in zip(sectors, bodies, strict=True))
     columns = [layer.columns for layer in layers] or [0, 0]
     if alike and columns == [body.layer_columns for body in bodies]:
-        return ElasticModel(mesh, *bodies, solved.support)
+        return ElasticModel(mesh, *bodies)
     return elastic_model(case, mesh)
 
 

@@ -47,16 +47,15 @@ def answers_of(basis: Basis) -> dict[str, FloatArray]:
 
 
 def _moved_flanks(compliance: FlankCompliance) -> list[FloatArray]:
-    """Displacement of the loaded tooth and of those beside it; with a support, the next one is loaded too."""
+    """Displacement of the loaded tooth and of those beside it; by holes, as a sum over unevenly loaded teeth."""
     pinion, wheel = compliance.gears
-    load, support = _load(pinion.shape[1]), compliance.support
+    load = _load(pinion.shape[1])
     moved = [pinion @ load]
     moved.append(moved[0].copy() if wheel is pinion else wheel @ load)
-    if support is not None:
-        reactions = [rows.T @ load for rows in support.rows]
-        both = sum(r + turn @ r for r, turn in zip(reactions, support.turn, strict=True))
-        for gear, rows in enumerate(support.rows):
-            moved[gear][0] += rows @ (support.compliance @ both)
+    for gear, support in enumerate(compliance.supports):
+        if support is not None:
+            summed = np.tensordot(_load(len(support.compliance)), support.compliance, axes=1)
+            moved[gear] += summed @ (support.rows.T @ load) @ support.rows.T
     return moved
 
 

@@ -188,12 +188,16 @@ def _check_compliance(case: Case, compliance: FlankCompliance) -> None:
         mixed = _mix(len(blocks[0]))
         require(_same(blocks[0] @ mixed, mixed @ blocks[0]), "the compliance of a flank is not symmetric")
         require((np.diagonal(blocks[0]) >= 0.0).all(), "its compliance moves a flank against its load")
-    if compliance.support is not None:
-        matrix, turns = compliance.support.compliance, compliance.support.turn
-        require(_same(matrix, matrix.T), "the compliance of its support is not symmetric")
-        least = np.linalg.eigvalsh(matrix).min(initial=0.0)
-        require(least >= -ROUND_OFF * np.abs(matrix).max(initial=0.0), "its support moves against its load")
-        require(_same(turns @ turns.transpose(0, 2, 1), np.eye(len(matrix))), "its support does not turn with a tooth")
+    for name, gear, support in zip(GEARS, (case.pair.pinion, case.pair.wheel), compliance.supports, strict=True):
+        blank = gear.light_blank(case.pair.face_width_mm)
+        holes = None if blank is None else blank.holes
+        require((support is None) == (holes is None), f"holes of the {name} are not those of the case")
+        if support is not None and holes is not None:
+            own, period = support.compliance[:, 0], gear.teeth // math.gcd(gear.teeth, holes.count)
+            require(len(own) == period, f"holes of the {name} do not repeat after {period} teeth")
+            require(_same(own, own.transpose(0, 2, 1)), f"holes of the {name} make its compliance unsymmetric")
+            least = np.linalg.eigvalsh(own).min(initial=0.0)
+            require(least >= -ROUND_OFF * np.abs(own).max(initial=0.0), f"holes of the {name} move against its load")
 
 
 def _check_root_stress(basis: Basis, pair: GearPair) -> None:

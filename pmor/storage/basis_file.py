@@ -47,7 +47,7 @@ from pmor.storage.layout import check_layout, require
 from pmor.storage.manifest import of_no_origin
 from pmor.storage.structure import items_of
 
-BASIS_SCHEMA = Schema("pmor-basis", 10, "make it anew with pmor.train")
+BASIS_SCHEMA = Schema("pmor-basis", 11, "make it anew with pmor.train")
 # Not read for a basis: kept for checks and for later enrichment.
 KEPT = "training/force"
 
@@ -112,10 +112,9 @@ def _arrays(basis: Basis) -> dict[str, np.ndarray]:
         arrays[f"{group}/pinion"] = pinion
         if wheel is not pinion:
             arrays[f"{group}/wheel"] = wheel
-        if basis.compliance.support is not None:
-            if shapes is not None:
-                raise ValueError('shapes take no support of the gears: write [contact] scheme = "line"')
-            arrays |= {f"support/{name}": array for name, array in vars(basis.compliance.support).items()}
+        for gear, support in zip(GEARS, basis.compliance.supports, strict=True):
+            if support is not None:
+                arrays |= {f"support/{gear}/{name}": array for name, array in vars(support).items()}
     if basis.root_stress is not None:
         pinion_stress, wheel_stress = basis.root_stress
         for gear, stress in zip(GEARS, (pinion_stress, wheel_stress), strict=True):
@@ -218,9 +217,8 @@ def _basis(file: h5py.Group, case: Case, arrays: dict[str, np.ndarray]) -> Basis
     if group := compliance_group(case):
         gears = of(group)
         both = gears["pinion"], gears.get("wheel", gears["pinion"])
-        own = of("support")
-        require(len(own) in (0, len(SUPPORT)), f"its support has {', '.join(own)} alone")
-        compliance = FlankCompliance(both, attribute(file[group], "components", int), Support(**own) if own else None)
+        pinion, wheel = (_support(gear, of(f"support/{gear}")) for gear in GEARS)
+        compliance = FlankCompliance(both, attribute(file[group], "components", int), (pinion, wheel))
     flanks = [of(f"flank/{gear}") for gear in GEARS]
     found = [of(f"root_stress/{gear}") for gear in GEARS]
     stresses = [RootStressShapes(**arrays) for arrays in found if len(arrays) == len(ROOT_STRESS)]
@@ -230,6 +228,11 @@ def _basis(file: h5py.Group, case: Case, arrays: dict[str, np.ndarray]) -> Basis
         shapes=_shapes(file["shapes"], case, of) if has_shapes(case) else None, training=untrained(),
         compliance=compliance, root_stress=(stresses[0], stresses[-1]) if stresses else None,
     )  # fmt: skip
+
+
+def _support(gear: str, arrays: dict[str, np.ndarray]) -> Support | None:
+    require(len(arrays) in (0, len(SUPPORT)), f"of the holes of the {gear} it has {', '.join(arrays)} alone")
+    return Support(**arrays) if arrays else None
 
 
 def _digest(text: str) -> str:

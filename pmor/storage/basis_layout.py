@@ -47,9 +47,12 @@ POSITIONS = {
     "gram": Field("N mm", "pitch offset, position, a, b, shape, shape", "energy products of the shapes"),
 }  # fmt: skip
 SUPPORT = {
-    "rows": Field("1", "gear, loaded unknown, reaction", "reactions of the interfaces to unit forces on tooth 0"),
-    "turn": Field("1", "gear, reaction, reaction", "turns reactions from a tooth to the next one counter-clockwise"),
-    "compliance": Field("mm/N", "reaction, reaction", "displacements of the interfaces under unit reactions"),
+    "rows": Field("1", "loaded unknown, felt pattern", "patterns of forces on a flank that holes feel"),
+    "compliance": Field(
+        "mm/N",
+        "loaded tooth, pitch offset, felt pattern, felt pattern",
+        "movement of the patterns of a tooth under forces on another one, which repeats after so many loaded ones",
+    ),
 }
 COMPLIANCE = "pitch offset, loaded unknown, loaded unknown"
 ROOT_STRESS = {
@@ -97,7 +100,10 @@ def basis_layout(case: Case) -> dict[str, Field]:
             layout |= {f"root_stress/{gear}/{name}": field for name, field in stress.items()}
             layout[f"{ANSWERS}/{gear}/stress"] = ANSWERED["stress"]
     if not has_shapes(case):
-        layout |= {f"support/{name}": replace(field, optional=True) for name, field in SUPPORT.items()}
+        layout |= {
+            f"support/{gear}/{name}": replace(field, optional=True)
+            for gear in GEARS for name, field in SUPPORT.items()
+        }  # fmt: skip
     elif not case.reduction.by_line:
         layout |= {f"shapes/{name}": field for name, field in POSITIONS.items()}
     if case.offline.sampling == "greedy":

@@ -28,7 +28,7 @@ def live_pair(reduced: ReducedPair) -> ReducedPair | str | None:
         return None
     if why := why_not(case, "page"):
         return why
-    if reduced.layered.hubs is not None or reduced.flank_compliance.support is not None:
+    if reduced.layered.hubs is not None or any(reduced.flank_compliance.supports):
         return "the page solves solid gears on rigid hubs alone"
     whole = with_whole_width(reduced.basis).whole
     return reduced if whole is None else reduced_pair(whole)

@@ -10,7 +10,10 @@ import scipy.sparse.linalg as spla
 from numpy.testing import assert_allclose
 
 import pmor.body.elastic_gear
-from pmor.body.blank import blank_stiffness
+import pmor.body.support
+from pmor.body.blank import blank_response
+from pmor.body.elastic_gear import elastic_gear
+from pmor.body.support import support_of_holes
 from pmor.case import change_case, make_case
 from pmor.case.blank import BlankCase
 from pmor.core.conventions import rotation_z
@@ -33,11 +36,12 @@ SMALL = {
     "teeth": 13, "bore_radius_mm": 8.0, "module_mm": 2.5, "face_width_mm": 12.0, "torque_Nm": 50.0, "scheme": "line",
     "profile_elements": 3, "width_elements": 2, "results": {"root_stress": False}, "error_bar": False,
 }  # fmt: skip
+HOLES = {"count": 4, "radius_mm": 0.5, "on_radius_mm": 10.5, "first_deg": 10.0}
 WEB = {"rim_thickness_mm": 1.6, "web_thickness_mm": 4.0, "hub_radius_mm": 9.5}
 
 
 def case_of(helix=0.0, **blank):
-    blank = WEB | blank
+    blank = {key: value for key, value in (WEB | blank).items() if value is not None}
     return make_case(**SMALL, helix_angle_deg=helix, pinion={"blank": blank})
 
 
@@ -45,6 +49,11 @@ def case_of(helix=0.0, **blank):
 def gear_of(helix=0.0, **blank):
     case = case_of(helix, **blank)
     return case, elastic_model(case, mesh_model(case)).pinion
+
+
+def sector_of(case):
+    """Arguments of `elastic_gear` for the pinion of a case, without a layer taken out; all but its blank."""
+    return sector_meshes(case, gear_pair(case))[0], 210_000.0, 0.3, case.mesh.element
 
 
 # --- sections of blanks ---------------------------------------------------------------------------------------------
@@ -123,62 +132,89 @@ def whole_compliance(case, teeth):
     pair = gear_pair(case)
     mesh = sector_meshes(case, pair)[0]
     gear, material = case.pair.pinion, (210_000.0, 0.3)
-    blank = blank_below(case, gear, pair.pinion, mesh)
+    blank = blank_below(case, gear, pair.pinion, mesh, 0)
+    below = blank_response(mesh, blank)
     nodes, elements, numbers = whole_gear_mesh(mesh)
-    stiffness = assemble(nodes, elements, *material, "hex20")
-    below = blank_stiffness(mesh, blank.blocks, *material, blank.largest)
+    stiffness = assemble(nodes, elements, *material, case.mesh.element)
     layers, per = len(mesh.z), 3 * len(mesh.z)
-    # Real amplitudes of cosine and sine of each harmonic, at all nodes of the interface.
-    at, size = np.unique(numbers[:, mesh.bore]), per * (2 * blank.largest + 1)
-    place = np.full(len(nodes), -1)
-    place[at] = np.arange(len(at))
-    shares = np.zeros((len(at), 3, size))
-    for k in range(mesh.teeth):
-        for angle, layer in np.ndindex(len(mesh.bore) // layers, layers):
-            node = numbers[k, mesh.bore[angle * layers + layer]]
-            x, y, z = nodes[node]
-            theta = np.arctan2(-x, y) - mesh.twist_per_length * z
-            out, around = np.array([x, y, 0.0]) / np.hypot(x, y), np.array([-y, x, 0.0]) / np.hypot(x, y)
-            frame = np.stack([out, around, [0.0, 0.0, 1.0]], axis=1)
-            shares[place[node], :, 3 * layer : 3 * layer + 3] = frame
-            for n in range(1, blank.largest + 1):
-                for part, wave in enumerate((np.cos(n * theta), np.sin(n * theta))):
-                    first = per * (2 * n - 1 + part) + 3 * layer
-                    shares[place[node], :, first : first + 3] = wave * frame
-    energy = [below[0].real]
-    both = np.hstack([np.eye(per), -1j * np.eye(per)])  # a cos + b sin = (a - i b) / 2 e^i.. + conjugate
-    energy += [0.5 * (both.conj().T @ block @ both).real for block in below[1:]]
+    at, largest = np.unique(numbers[:, mesh.bore]), blank.largest
+    harmonics = np.arange(-largest, largest + 1)
+    layer_of = np.full(len(nodes), -1)
+    layer_of[numbers[:, mesh.bore]] = np.tile(np.arange(layers), len(mesh.bore) // layers)
+    x, y, z = nodes[at].T
+    wave = np.exp(1j * np.outer(np.arctan2(-x, y) - mesh.twist_per_length * z, harmonics))
+    shares = np.zeros((len(at), 3, len(harmonics), layers, 3), dtype=complex)
+    for number, node in enumerate(at):
+        shares[number, :, :, layer_of[node]] = wave[number, None, :, None] * frame_at(nodes[node])[:, None, :]
+    # Amplitudes at the interface, then, of those that feel holes, where the web ends.
+    within = len(below.flexibility) - 1 if blank.web is not None else -1
+    size, felt = per * len(harmonics), below.flexibility.shape[1] if blank.web is not None else 0
+    energy = np.zeros((size + felt * (2 * within + 1),) * 2, dtype=complex)
+    for number, n in enumerate(harmonics.tolist()):
+        conjugated = np.conj if n < 0 else np.asarray
+        own = slice(per * number, per * (number + 1))
+        energy[own, own] = conjugated(below.stiffness[abs(n)])
+        if abs(n) <= within:
+            inner = slice(size + felt * (n + within), size + felt * (n + within + 1))
+            passed, stiff = conjugated(below.passed_on[abs(n)]), np.linalg.inv(conjugated(below.flexibility[abs(n)]))
+            energy[own, own] += passed @ stiff @ passed.conj().T
+            energy[own, inner] = -passed @ stiff
+            energy[inner, own] = energy[own, inner].conj().T
+            energy[inner, inner] = stiff
+    if blank.web is not None:
+        energy[size:, size:] += blank.web.softening(*material, mesh.twist_per_length)
     middles = np.unique(numbers[:, mesh.middles])
     inner = np.setdiff1d(np.arange(len(nodes)), np.concatenate([at, middles]))
     kept = np.isin(at, middles, invert=True)
-    onto = sp.block_array([
-        [sp.eye_array(3 * len(inner)), None], [None, sp.csr_array(shares[kept].reshape(-1, size))]
-    ]).tocsr()  # fmt: skip
+    amplitudes = np.hstack([shares[kept].reshape(-1, size), np.zeros((3 * kept.sum(), len(energy) - size))])
+    onto = sp.block_array([[sp.eye_array(3 * len(inner)), None], [None, sp.csr_array(amplitudes)]]).tocsr()
     order = degrees_of_freedom(np.concatenate([inner, at[kept]]))
-    whole = onto.T @ stiffness[order][:, order] @ onto
-    whole = whole + sp.block_diag([sp.csr_array((3 * len(inner),) * 2), *energy])
+    whole = onto.conj().T @ stiffness[order][:, order] @ onto
+    whole = whole + sp.block_diag([sp.csr_array((3 * len(inner),) * 2), energy])
     factor = spla.splu(whole.tocsc(), options={"SymmetricMode": True}, permc_spec="MMD_AT_PLUS_A")
     row = np.full(3 * len(nodes), -1)
     row[degrees_of_freedom(inner)] = np.arange(3 * len(inner))
     own, full = nodes_of_elements(mesh, mesh.flank), completion(mesh, mesh.flank)
-    load = np.zeros((whole.shape[0], full.shape[0]))
+    load = np.zeros((whole.shape[0], full.shape[0]), dtype=complex)
     load[row[degrees_of_freedom(numbers[0, own])]] = full.T.toarray()
     solved = factor.solve(load)
     found = []
     for k in teeth:
         moved = solved[row[degrees_of_freedom(numbers[k % mesh.teeth, own])]].reshape(len(own), 3, -1)
         turned = np.einsum("ij,njm->nim", rotation_z(-k * mesh.angular_pitch), moved)
-        found.append(full @ turned.reshape(3 * len(own), -1))
+        found.append((full @ turned.reshape(3 * len(own), -1)).real)
     return found
 
 
-@pytest.mark.parametrize("helix", [0.0, 18.0])
-def test_sectors_on_a_blank_are_the_whole_gear_in_one_matrix(helix):
-    case = change_case(case_of(helix, web_offset_mm=3.0), scheme="direct", profile_elements=2, width_elements=1)
+def frame_at(node):
+    """Radial, circumferential and axial direction, in columns."""
+    x, y, _ = node / np.hypot(*node[:2])
+    return np.array([[x, -y, 0.0], [y, x, 0.0], [0.0, 0.0, 1.0]])
+
+
+@pytest.mark.parametrize(
+    ("helix", "holes", "element"),
+    [
+        (0.0, None, "hex20"),
+        (18.0, HOLES, "hex8i"),
+        pytest.param(0.0, HOLES, "hex20", marks=pytest.mark.slow),
+        pytest.param(18.0, HOLES, "hex20", marks=pytest.mark.slow),
+    ],
+)
+def test_sectors_on_a_blank_are_the_whole_gear_in_one_matrix(helix, holes, element, monkeypatch):
+    monkeypatch.setattr(pmor.body.support, "LEAST_MOVED", 1e-12)
+    case = case_of(helix, web_offset_mm=3.0, holes=holes)
+    across = 2 if element == "hex8i" else 1
+    case = change_case(case, profile_elements=2, width_elements=across, layer_depth=0.05, element=element)
     teeth = (-1, 0, 1)
-    gear = elastic_model(case, mesh_model(case)).pinion
+    mesh = sector_of(case)[0]
+    blank = blank_below(case, case.pair.pinion, gear_pair(case).pinion, mesh, 0)
+    gear = elastic_gear(*sector_of(case), 2, blank=blank)
     for k, expected in zip(teeth, whole_compliance(case, teeth), strict=True):
-        assert_allclose(gear.tooth_compliance(k), expected, rtol=0.0, atol=1e-8 * np.abs(expected).max())
+        found = gear.tooth_compliance(k)
+        if gear.support is not None:
+            found = found + gear.support.rows @ gear.support.between(k, 0) @ gear.support.rows.T
+        assert_allclose(found, expected, rtol=0.0, atol=1e-8 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("helix", [0.0, 18.0])
@@ -227,3 +263,82 @@ def test_the_stress_in_the_fillets_of_a_thick_rim_is_that_of_the_bored_gear(monk
     monkeypatch.setattr(BlankCase, "fills", lambda self, width: False)
     found = stress(case_of(web_thickness_mm=12.0, rim_thickness_mm=4.5, hub_radius_mm=8.3))
     assert_allclose(found, expected, rtol=0.0, atol=5e-3 * np.abs(expected).max())
+
+
+# --- holes ----------------------------------------------------------------------------------------------------------
+
+TEETH, ANGLES = 12, 4
+
+
+@cache
+def holed_wheel(**holes):
+    """Reduced pair of a pinion and a wheel of 12 teeth on a web with holes, and its STE over a turn of the wheel."""
+    blank = WEB | {"holes": HOLES | holes} if holes else WEB
+    wheel = {"teeth": TEETH, "bore_radius_mm": 7.0, "profile_shift": 0.3, "blank": blank | {"hub_radius_mm": 8.3}}
+    case = make_case(**SMALL, wheel=wheel)
+    reduced = reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
+    phi = reduced.meshed.pair.pitch * np.arange(TEETH * ANGLES) / ANGLES
+    return reduced, sweep_line_loads(reduced, phi, [nominal_condition(case)]).ste_um[0]
+
+
+AT = {"radius_mm": 0.9, "on_radius_mm": 9.75}
+
+
+@pytest.mark.parametrize("count", [8, 3, 5, 12])
+def test_the_transmission_error_has_the_orders_that_teeth_and_holes_share(count):
+    _, ste = holed_wheel(count=count, **AT | ({"radius_mm": 0.7} if count == 12 else {}))
+    orders = np.abs(np.fft.rfft(ste)) / len(ste)
+    common = np.gcd(count, TEETH)
+    other = np.arange(len(orders)) % common != 0
+    assert orders[other].max(initial=0.0) < 1e-9 * ste.mean()
+    assert orders[common] > 1e-5 * ste.mean()
+
+
+def test_as_many_holes_as_teeth_leave_the_gear_cyclic():
+    support = holed_wheel(count=TEETH, **AT | {"radius_mm": 0.7})[0].flank_compliance.supports[1]
+    assert len(support.compliance) == 1
+    assert_allclose(support.between(5, 4), support.between(1, 0))
+
+
+def test_holes_turned_by_a_tooth_shift_the_transmission_error_by_a_pitch():
+    one, turned = (holed_wheel(count=5, first_deg=first, **AT)[1] for first in (11.0, 11.0 + 360.0 / TEETH))
+    # The wheel turns clockwise.
+    assert_allclose(turned, np.roll(one, ANGLES), rtol=ROUND_OFF)
+    assert np.abs(turned - one).max() > 1e-4 * one.mean()
+
+
+def test_holes_of_no_size_leave_the_plain_web():
+    plain = holed_wheel()[1]
+    larger, smaller = (holed_wheel(count=5, **AT | {"radius_mm": radius})[1] - plain for radius in (0.1, 0.05))
+    assert 0.0 < larger.max() < 2e-3 * plain.mean()
+    assert_allclose(smaller.mean(), 0.25 * larger.mean(), rtol=0.1)  # as their area
+
+
+def test_what_a_tooth_does_to_another_through_holes_the_other_does_to_it():
+    rng, n, size, holes = np.random.default_rng(29), 9, 4, 5
+    felt = rng.standard_normal((n, size, 7)) + 1j * rng.standard_normal((n, size, 7))
+    felt = felt + felt[::-1].conj()
+
+    def hermitian(negative):
+        factor = rng.standard_normal((n * size, n * size)) + 1j * rng.standard_normal((n * size, n * size))
+        by_harmonic = (factor @ factor.conj().T).reshape(n, size, n, size)
+        real = by_harmonic + by_harmonic[::-1, :, ::-1].conj()
+        return (-1e-3 if negative else 1e-3) * real
+
+    softening = hermitian(True)
+    apart = np.subtract.outer(np.arange(n), np.arange(n)) % holes != 0
+    softening[apart[:, None, :, None] & np.ones(softening.shape, dtype=bool)] = 0.0
+    found = support_of_holes(felt, hermitian(False), softening.reshape(n * size, -1), TEETH, holes, TEETH - 1)
+    largest = np.abs(found.compliance).max()
+    for i in range(TEETH):
+        for k in range(1, TEETH):
+            back = found.compliance[(i + k) % TEETH, TEETH - k]
+            assert_allclose(found.compliance[i, k], back.T, rtol=0.0, atol=1e-12 * largest)
+
+
+def test_half_the_width_stands_for_the_whole_also_with_holes():
+    blank = WEB | {"holes": HOLES}
+    half, whole = (
+        loads_of(make_case(**SMALL | {"width": width}, pinion={"blank": blank})) for width in ("half", "whole")
+    )
+    assert_allclose(half.ste_um, whole.ste_um, rtol=2e-4)  # as parabolas over the thickness go

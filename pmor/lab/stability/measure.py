@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -142,12 +142,11 @@ def _mirrored(case: Case, model: ElasticModel, phi: FloatArray) -> FloatArray:
     ratio = gears[1].teeth / gears[0].teeth
     loads = {name: [ratio * t for t in getattr(case, name).torques_Nm] for name in ("offline", "online", "compare")}
     exchanged = change_case(
-        case, pinion=vars(gears[1]), wheel=vars(gears[0]), load={"torque_Nm": ratio * case.torque_Nm},
+        case, pinion=asdict(gears[1]), wheel=asdict(gears[0]), load={"torque_Nm": ratio * case.torque_Nm},
         contact={"slave": slaves.get(case.contact.slave, case.contact.slave)},
         **{name: {"torques_Nm": torques} for name, torques in loads.items()},
     )  # fmt: skip
-    support = model.support and replace(model.support, rows=model.support.rows[::-1], turn=model.support.turn[::-1])
-    mirror = ElasticModel(mesh_model(exchanged), model.wheel, model.pinion, support)
+    mirror = ElasticModel(mesh_model(exchanged), model.wheel, model.pinion)
     angles = mirrored_angles(model.mesh.meshed.pair, phi, mirror.mesh.meshed.pair)
     return ste_only(mirror.mesh.meshed, mirror.elasticity_at, angles, nominal_condition(exchanged))
 
