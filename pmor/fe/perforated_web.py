@@ -27,14 +27,16 @@ from pmor.fe.elimination import condense
 from pmor.fe.hexahedron import element_stiffness
 
 # Rows of elements from a hole's edge to the circles, and from the core of its filling to the edge.
-AROUND, WITHIN = 3, 1
+AROUND, WITHIN = 5, 1
 # Half the side of the core, of the hole's radius.
 CORE = 0.5
 # Half the width of the box around a hole, over its radius, as far as there is room; strips beside it that are narrower
 # than this share of it belong to it.
 BESIDE, NARROW = 1.7, 0.35
 # Elements to a wave of the highest harmonic along the circles; least and most ones along the sides of a hole's blocks.
-TO_A_WAVE, LEAST, MOST = 2.0, 4, 10
+# *Measured*, 8 holes of radius 8 mm in a web of 6 mm between radii of 35 and 64 mm: what they add to the STE is 1 %
+# less than on elements of a third the size (3.34 and 3.37 um of 26.6 um), their peak-to-peak 0.1 %.
+TO_A_WAVE, LEAST, MOST = 4.0, 4, 24
 # Elements over the thickness.
 THROUGH = 2
 
