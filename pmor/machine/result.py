@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -40,6 +40,8 @@ class GearboxResult:
         The flank that fits each mesh.
     pairs : mapping of str to ReducedPair
         Of the meshes, by name.
+    seconds : mapping of str to float
+        Wall time of each phase.
     """
 
     file: GearboxFile
@@ -47,6 +49,7 @@ class GearboxResult:
     failures: tuple[str, ...]
     fits: tuple[Fit, ...]
     pairs: Mapping[str, ReducedPair]
+    seconds: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def data(self) -> Data:
@@ -95,4 +98,5 @@ class GearboxResult:
         return f"<GearboxResult of {self.file.name!r}: {meshes} meshes, {len(self.loads)} loads>"
 
     def __str__(self) -> str:
-        return gearbox_text(self.data)
+        times = ", ".join(f"{phase} {seconds:.2g}" for phase, seconds in self.seconds.items())
+        return gearbox_text(self.data) + f"\n  seconds: {times}" * bool(times)

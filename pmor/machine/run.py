@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -40,14 +41,15 @@ def run(
     ------
     OutputError
     """
-    step = progress or quietly
-    with _bases_folder(file, folder, overwrite) as bases:
+    step, seconds = progress or quietly, dict[str, float]()
+    with _timed(seconds, "finite elements"), _bases_folder(file, folder, overwrite) as bases:
         pairs = {name: _trained(file, name, bases, overwrite, executor) for name in file.cases}
     loads, failures = list[SolvedLoad](), list[str]()
     angles = max(case.online.angles_per_pitch for case in file.cases.values())
     for load in file.model.sections.loads:
         try:
-            solved = solve_load(file.model, load, pairs, angles)
+            with _timed(seconds, "loads"):
+                solved = solve_load(file.model, load, pairs, angles)
         except ConvergenceError as error:
             failures.append(f"load {load.name}: {error}")
         else:
@@ -58,13 +60,24 @@ def run(
                 if not mesh.sweep.converged.all()
             ]
         step(1)
-    compared = with_rigid_supports(loads, pairs, angles)
+    with _timed(seconds, "rigid supports, root stress"):
+        compared = with_rigid_supports(loads, pairs, angles)
     fits: tuple[Fit, ...] = ()
     try:
-        fits = fit_meshes(file.model, loads, pairs)
+        with _timed(seconds, "flanks that fit"):
+            fits = fit_meshes(file.model, loads, pairs)
     except ConvergenceError as error:
         failures.append(f"flanks that fit: {error}")
-    return GearboxResult(file, compared, tuple(failures), fits, pairs)
+    return GearboxResult(file, compared, tuple(failures), fits, pairs, seconds)
+
+
+@contextmanager
+def _timed(seconds: dict[str, float], phase: str) -> Iterator[None]:
+    start = time.perf_counter()
+    try:
+        yield
+    finally:
+        seconds[phase] = seconds.get(phase, 0.0) + time.perf_counter() - start
 
 
 def basis_name(mesh: str) -> str:
