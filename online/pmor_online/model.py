@@ -16,6 +16,7 @@ from pmor.case import Case
 from pmor.case.width import mirrors_at_mid_width
 from pmor.core.arrays import FloatArray
 from pmor.core.shown import brief
+from pmor.gear.condition import Assembly
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.line.hubs import Hubs
 from pmor.line.layered_pair import LayeredPair, as_layered
@@ -109,8 +110,23 @@ def reduced_pair(basis: Basis) -> ReducedPair:
 
 def on_hubs(reduced: ReducedPair, hubs: Hubs) -> ReducedPair:
     """Return a reduced pair of line loads whose hubs give way; the compliance of its flanks is not found again."""
-    found = replace(reduced, meshed=replace(reduced.layered, hubs=hubs))
-    vars(found)["section_compliance"] = reduced.section_compliance
+    meshed = reduced.layered.on_hubs(hubs)
+    return _sharing(reduced, replace(reduced, meshed=meshed), replace(reduced.lines, meshed=meshed))
+
+
+def with_flanks(reduced: ReducedPair, assembly: Assembly) -> ReducedPair:
+    """Return a reduced pair of line loads whose case has other flanks; what does not depend on them is kept."""
+    case = replace(reduced.basis.case, pinion_modification=assembly.pinion, wheel_modification=assembly.wheel)
+    return _sharing(reduced, replace(reduced, basis=replace(reduced.basis, case=case)), reduced.lines)
+
+
+def keeping_sections(reduced: ReducedPair) -> ReducedPair:
+    """Return a reduced pair of line loads that keeps sections placed where they were solved; for one thread alone."""
+    return _sharing(reduced, replace(reduced), replace(reduced.lines, kept={}))
+
+
+def _sharing(reduced: ReducedPair, found: ReducedPair, lines: LinePair) -> ReducedPair:
+    vars(found).update(section_compliance=reduced.section_compliance, lines=lines)  # of its cached properties
     return found
 
 

@@ -163,7 +163,7 @@ class VariantSolver:
         for pair, _ in self.supported:
             alike = (one for one in found if _as_flexible(one.pair.meshed, pair.layered))
             one = next(alike, None)
-            found.append(pair.lines.place(self.phi, misalignment) if one is None else one.displaced(pair.lines))
+            found.append(pair.lines.place(self.phi, misalignment) if one is None else one.on(pair.lines))
         return found
 
     def _take(self, misalignment: Misalignment) -> list[PlacedSections] | None:

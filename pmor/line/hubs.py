@@ -45,6 +45,11 @@ class Hubs:
     offset: FloatArray
 
 
+def held_hubs() -> Hubs:
+    """Return hubs that do not move."""
+    return Hubs(np.zeros((2 * HUB, 2 * HUB)), np.zeros(2 * HUB))
+
+
 def hub_rows(pair: GearPair, lines: Lines, z: FloatArray) -> FloatArray:
     """Return L: the wrenches on both hubs by a unit force in each section, shape (A, N, 12), N and N mm.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -63,6 +63,12 @@ class LayeredPair(MeshedPair):
         """Hubs tilt, and load both halves of the width differently."""
         if self.hubs is not None and self.mirrored:
             raise ValueError("hubs that give way take the whole width, and half of it is meshed")
+
+    def on_hubs(self, hubs: Hubs | None) -> LayeredPair:
+        """Return the pair on other hubs: nothing that was found of it, and is kept, depends on them."""
+        found = replace(self, hubs=hubs)
+        vars(found).update({name: value for name, value in vars(self).items() if name not in vars(found)})
+        return found
 
     @cached_property
     def sections(self) -> Sections:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,8 +11,8 @@ from pmor.body.support import Support, support_flexibility
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.line.hertz import WidthLimit, width_limit
-from pmor.line.hubs import hub_rows
-from pmor.line.kernels.flexibility import Flexibility
+from pmor.line.hubs import held_hubs, hub_rows
+from pmor.line.kernels.flexibility import Flexibility, make_all_ready
 from pmor.line.kernels.loads import LineResults, solve_lines
 from pmor.line.kernels.places import Lines, line_deviations
 from pmor.line.layered_pair import LayeredPair, place_sections
@@ -32,12 +32,16 @@ class LinePair:
         c, of displacement: 2 without, 3 with those along the axis.
     supports : two Support or None
         The part of low rank of the compliance of pinion and wheel.
+    kept : dict, optional
+        Sections that stay placed for the next call with these angles and axes, on hubs that are held, and those of the
+        last call; for one thread at a time. Without it none are kept.
     """
 
     meshed: LayeredPair
     compliance: tuple[FloatArray, FloatArray]
     components: int
     supports: tuple[Support | None, Support | None] = (None, None)
+    kept: dict[tuple[bytes, Misalignment], tuple[PlacedSections, PlacedSections]] | None = None
 
     @property
     def base_radius(self) -> float:
@@ -46,7 +50,17 @@ class LinePair:
 
     def place(self, phi: FloatArray, misalignment: Misalignment) -> PlacedSections:
         """Place the sections of all tooth pairs that can touch at pinion angles (A,), rad."""
-        return self.placed(place_sections(self.meshed, phi, misalignment, self.components))
+        if self.kept is None:
+            return self.placed(place_sections(self.meshed, phi, misalignment, self.components))
+        key = phi.tobytes(), misalignment
+        if key in self.kept:
+            held, last = self.kept[key]
+            held.make_ready_as(last)
+        else:
+            held = replace(self, meshed=self.meshed.on_hubs(None), kept=None).place(phi, misalignment)
+        found = held.on(self)
+        self.kept[key] = held, found
+        return found
 
     def placed(self, lines: Lines) -> PlacedSections:
         """Return sections, held as `place_sections` places them, on what this pair stands on."""
@@ -68,13 +82,29 @@ class PlacedSections:
     lines: Lines
     flexibility: Flexibility = field(repr=False, compare=False)
 
-    def displaced(self, pair: LinePair) -> PlacedSections:
-        """Return the same sections on hubs of the same compliance, of another displacement, on one workspace."""
-        here, there = self.pair.meshed, pair.meshed
-        assert here.hubs is not None
-        assert there.hubs is not None
-        moved = hub_rows(here.pair, self.lines, here.sections.z) @ (there.hubs.offset - here.hubs.offset)
-        return PlacedSections(pair, self.lines._replace(gap=self.lines.gap + moved), self.flexibility)
+    def on(self, pair: LinePair) -> PlacedSections:
+        """Return the same sections on the hubs of another pair: on one workspace where these give way alike.
+
+        Otherwise on one of its own, in which what is ready here is ready too.
+        """
+        here, there = (one.meshed.hubs or held_hubs() for one in (self.pair, pair))
+        lines = self.lines._replace(gap=self.lines.gap + self.hub_rows @ (there.offset - here.offset))
+        more = there.compliance - here.compliance
+        if not more.any():
+            return PlacedSections(pair, lines, self.flexibility)
+        between = self.flexibility.between + self.hub_rows @ more @ self.hub_rows.transpose(0, 2, 1)
+        return PlacedSections(pair, lines, Flexibility(between, self.flexibility.ready.copy()))
+
+    def make_ready_as(self, other: PlacedSections) -> None:
+        """Make flexibilities ready that are ready between the same sections on other hubs."""
+        wanted = other.flexibility.ready & ~self.flexibility.ready
+        if wanted.any():
+            make_all_ready(self.lines, self.flexibility, wanted, self.pair.compliance, len(self.pair.meshed.width))
+
+    @cached_property
+    def hub_rows(self) -> FloatArray:
+        """As `pmor.line.hubs.hub_rows` gives them."""
+        return hub_rows(self.pair.meshed.pair, self.lines, self.pair.meshed.sections.z)
 
     @cached_property
     def width_limit(self) -> WidthLimit:

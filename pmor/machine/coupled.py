@@ -99,7 +99,10 @@ class SolvedLoad:
     rigid: tuple[RigidMesh, ...] = ()
 
 
-def solve_load(model: GearboxModel, load: LoadCase, pairs: Mapping[str, ReducedPair], angles: int) -> SolvedLoad:
+def solve_load(
+    model: GearboxModel, load: LoadCase, pairs: Mapping[str, ReducedPair], angles: int,
+    start: LoadedGearbox | None = None,
+) -> SolvedLoad:  # fmt: skip
     """Solve a gearbox under one load case, and sweep its meshes.
 
     Parameters
@@ -108,13 +111,15 @@ def solve_load(model: GearboxModel, load: LoadCase, pairs: Mapping[str, ReducedP
         Of the meshes, by name, by line loads over the whole width.
     angles : int
         Of a pitch, in the sweeps.
+    start : LoadedGearbox, optional
+        Under this load, with forces of meshes close to where they will be.
 
     Raises
     ------
     ConvergenceError
     GeometryError
     """
-    gearbox = loaded(model, load)
+    gearbox = loaded(model, load) if start is None else start
     for _ in range(MOST_ROUNDS):
         equilibrium = gearbox.solve()
         moved, meshes = 0.0, list[Meshing]()
@@ -172,7 +177,7 @@ def condition_of(reduced: ReducedPair, torque: float) -> Condition:
 def _mean_wrench(reduced: ReducedPair, mesh: Meshing, force: float, hubs: Hubs) -> FloatArray:
     """Return the mean wrench on both hubs by a unit force of the mesh, in axes of the machine, shape (2, 6)."""
     condition = condition_of(reduced, force * mesh.pair.pinion.base_radius)
-    pair = replace(reduced.lines, meshed=replace(reduced.layered, hubs=hubs))
+    pair = on_hubs(reduced, hubs).lines
     placed = pair.place(online_angles(mesh.pair.pitch, MEAN_ANGLES), condition.misalignment)
     found = placed.solve(np.array([condition.torque]), False, placed.deviation(condition.assembly))
     if not found.converged.all():

@@ -21,7 +21,7 @@ from pmor.machine.coupled import MEAN_ANGLES, SolvedLoad, SolvedMesh, solve_load
 from pmor.machine.model import GearboxModel
 from pmor.pair.conditions import assembly_of
 from pmor.results.load_distribution import face_load_factor, line_states
-from pmor_online.model import ReducedPair, online_angles
+from pmor_online.model import ReducedPair, online_angles, with_flanks
 from pmor_online.variants import VariantSolver
 
 # Amounts are sought so finely, um, and not beyond.
@@ -99,23 +99,34 @@ def level(reduced: ReducedPair, meshes: Sequence[SolvedMesh], aligned: bool = Fa
         On rigid supports instead.
     """
     phi, assembly = online_angles(reduced.meshed.pair.pitch, MEAN_ANGLES), assembly_of(reduced.basis.case)
-    hubs = [] if aligned else [mesh.hubs for mesh in meshes]
-    solver = VariantSolver(reduced, phi, [1e-3 * mesh.torque for mesh in meshes], hubs)
 
-    def worst(amounts: FloatArray) -> float:
+    def solver(of: Sequence[SolvedMesh]) -> VariantSolver:
+        hubs = [] if aligned else [mesh.hubs for mesh in of]
+        return VariantSolver(reduced, phi, [1e-3 * mesh.torque for mesh in of], hubs)
+
+    def factors(solver: VariantSolver, amounts: FloatArray) -> FloatArray:
         state = solver.solve(replace(assembly, pinion=Helix(*map(float, amounts)).on(assembly.pinion)))
-        return float(face_load_factor(state).max()) if state.converged.all() else np.inf
+        return np.where(state.converged.all(axis=1), face_load_factor(state), np.inf)
 
     # The slope that would level rigid flanks, either way, and a little crowning.
     size = max(abs(_misalignment_um(mesh)) for mesh in meshes) + 1.0
     starts = [np.array([slope, 0.1 * size]) for slope in (-0.5 * size, 0.5 * size)]
-    start = min(starts, key=worst)
-    simplex = start + size * np.array([[0.0, 0.0], [0.5, 0.0], [0.0, 0.3]])
-    found = minimize(
-        worst, start, method="Nelder-Mead", bounds=[(-MOST_UM, MOST_UM), (0.0, MOST_UM)],
-        options={"initial_simplex": simplex, "xatol": RESOLUTION_UM, "fatol": 1e-5, "maxfev": 300},
-    )  # fmt: skip
-    return Helix(*(round(float(amount), 2) for amount in found.x))
+    whole, deciding = solver(meshes), list[int]()
+    place = min(starts, key=lambda amounts: float(factors(whole, amounts).max()))
+    # Few loads decide: they are joined by those that are worse where they leave the amounts.
+    while (worst := int(np.argmax(factors(whole, place)))) not in deciding:
+        deciding.append(worst)
+        few = solver([meshes[number] for number in deciding])
+        found = minimize(
+            lambda amounts, few=few: float(factors(few, amounts).max()), place, method="Nelder-Mead",
+            bounds=[(-MOST_UM, MOST_UM), (0.0, MOST_UM)],
+            options={
+                "initial_simplex": place + size * np.array([[0.0, 0.0], [0.5, 0.0], [0.0, 0.3]]),
+                "xatol": RESOLUTION_UM, "fatol": 1e-5, "maxfev": 300,
+            },
+        )  # fmt: skip
+        place = found.x
+    return Helix(*(round(float(amount), 2) for amount in place))
 
 
 def solved_anew(
@@ -128,10 +139,8 @@ def solved_anew(
     ConvergenceError
     """
     name = model.sections.meshes[number].name
-    basis = pairs[name].basis
-    case = replace(basis.case, pinion_modification=assembly.pinion, wheel_modification=assembly.wheel)
-    fitted = {**pairs, name: replace(pairs[name], basis=replace(basis, case=case))}
-    return [solve_load(model, load.load, fitted, MEAN_ANGLES).meshes[number] for load in loads]
+    fitted = {**pairs, name: with_flanks(pairs[name], assembly)}
+    return [solve_load(model, load.load, fitted, MEAN_ANGLES, load.gearbox).meshes[number] for load in loads]
 
 
 def _misalignment_um(mesh: SolvedMesh) -> float:

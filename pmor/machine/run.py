@@ -23,7 +23,7 @@ from pmor.storage.results_folder import results_folder
 from pmor.work.cost import meshed_within_memory
 from pmor.work.models import valid_basis
 from pmor.work.offline import parts_of, run_offline
-from pmor_online.model import ReducedPair, reduced_pair
+from pmor_online.model import ReducedPair, keeping_sections, reduced_pair
 
 
 def run(
@@ -43,7 +43,8 @@ def run(
     """
     step, seconds = progress or quietly, dict[str, float]()
     with _timed(seconds, "finite elements"), _bases_folder(file, folder, overwrite) as bases:
-        pairs = {name: _trained(file, name, bases, overwrite, executor) for name in file.cases}
+        trained = {name: _trained(file, name, bases, overwrite, executor) for name in file.cases}
+    pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
     loads, failures = list[SolvedLoad](), list[str]()
     angles = max(case.online.angles_per_pitch for case in file.cases.values())
     for load in file.model.sections.loads:
@@ -68,7 +69,7 @@ def run(
             fits = fit_meshes(file.model, loads, pairs)
     except ConvergenceError as error:
         failures.append(f"flanks that fit: {error}")
-    return GearboxResult(file, compared, tuple(failures), fits, pairs, seconds)
+    return GearboxResult(file, compared, tuple(failures), fits, trained, seconds)
 
 
 @contextmanager

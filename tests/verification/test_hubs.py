@@ -8,7 +8,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from pmor.case import change_case, parse_case
-from pmor.gear.condition import ALIGNED, Misalignment, at_torques
+from pmor.gear.condition import ALIGNED, Assembly, Misalignment, at_torques
+from pmor.gear.modification import Modification
 from pmor.line.hubs import Hubs, hub_rows
 from pmor.machine.compared import with_rigid_supports
 from pmor.machine.coupled import solve_load
@@ -19,7 +20,7 @@ from pmor.pair.model import elastic_model, mesh_model
 from pmor.results.load_distribution import face_load_factor, line_states
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
-from pmor_online.model import on_hubs, reduced_pair
+from pmor_online.model import keeping_sections, on_hubs, reduced_pair, with_flanks
 from pmor_online.root_stress import root_stress
 from tests.support.gearboxes import FVA_CASE, drive, fva_box
 
@@ -162,6 +163,29 @@ def test_line_loads_and_hubs_together_are_a_fixed_point_by_hand():
         moved = moved + 0.5 * (target - moved)
     by_hand = sweep_line_loads(on_hubs(reduced, Hubs(np.zeros((12, 12)), moved)), phi, at_torques([mesh.torque])).ste_um
     assert_allclose(by_hand, expected, rtol=SOLVED)
+
+
+def test_sections_that_stay_placed_change_nothing():
+    """Other loads, on hubs that give way by more, with other flanks, and from a start: as solved each by itself."""
+    model, pairs, found = solved()
+    kept = {name: keeping_sections(reduced) for name, reduced in pairs.items()}
+    softer = fva_box(5e4, 5e4).model
+    crowned = Assembly(pinion=Modification(helix_crowning_um=8.0))
+    for machine, torque, flank in ((model, 300.0, None), (softer, 500.0, None), (softer, 500.0, crowned)):
+        others = [
+            both if flank is None else {name: with_flanks(reduced, flank) for name, reduced in both.items()}
+            for both in (pairs, kept)
+        ]
+        one, other = (solve_load(machine, drive("load", torque), both, 12) for both in others)
+        again = solve_load(machine, drive("load", torque), others[1], 12, other.gearbox)
+        for a, b, c in zip(one.meshes, other.meshes, again.meshes, strict=True):
+            assert_allclose(b.sweep.ste_um, a.sweep.ste_um, rtol=SOLVED)
+            assert_allclose(c.sweep.ste_um, a.sweep.ste_um, rtol=SOLVED)
+            load, same = (sweep.states.lines.load_N_per_mm for sweep in (a.sweep, b.sweep))
+            assert_allclose(same, load, rtol=0.0, atol=1e-8 * load.max())
+    for number, mesh in enumerate(found.meshes):
+        assert_allclose(solve_load(model, drive("load", 500.0), kept, 12).meshes[number].sweep.ste_um,
+                        mesh.sweep.ste_um, rtol=SOLVED)  # fmt: skip
 
 
 def test_the_compliance_of_the_hubs_is_symmetric_and_not_negative():
