@@ -1,9 +1,9 @@
 """The live page of a gearbox: its shafts and bearings in as few displacements as meshes and bearings take.
 
-Displacements at which nothing acts that a reader may change, all but those of hubs, of bearings, of held torques and of
-seats in the housing, are condensed, which is exact; rigid bearings join displacements or hold them. Bearings with a
-stiffness stay by themselves, so that the page may change them. Rolling bearings count by their tangent in each solved
-load case.
+Displacements at which nothing acts that a reader may change, all but those of hubs, of bearings, of held torques and
+of seats in the housing, are condensed, which is exact. Bearings stay by themselves, so that the page may change them:
+those with a stiffness by a factor, rigid ones by how far they give way. Rolling bearings count by their tangent in each
+solved load case.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.machine.beam import NODE
 from pmor.machine.coupled import MEAN_ANGLES, MOST_ROUNDS, SolvedLoad
-from pmor.machine.model import ABOUT_AXIS, BEARING_ROWS, LoadedGearbox, Supported
+from pmor.machine.model import ABOUT_AXIS, AXIAL, BEARING_ROWS, RADIAL, TILT, LoadedGearbox, Supported
 from pmor.machine.system import ARM
 from pmor.report.live.section import Control, LiveSection, curve, live_mesh, notes, section_data
 from pmor.report.page import Heading
@@ -24,11 +24,12 @@ from pmor.results.sweep import ste_mean_um
 from pmor.work.live import live_pair
 from pmor_online.model import ReducedPair
 
-# Ranges of the sliders: of the load, and of stiffness, over those of the file.
+# Ranges of the sliders: of load and stiffness over those of the file, and of what rigid bearings give, um per kN.
 LEAST_LOAD, MOST_LOAD = 0.05, 2.0
-STIFFNESS = 10.0
+STIFFNESS, MOST_GIVE = 10.0, 20.0
+KEYS = {"axial_N_per_mm": AXIAL, "radial_N_per_mm": RADIAL, "tilt_Nmm_per_rad": TILT}
 # What the page adds to the stiffness along its constraints: about that of a mesh, N/mm.
-HELD = 1e6
+ADDED = 1e6
 # As that of `pmor.machine.coupled`; below it the rounded compliance of the flanks moves the forces.
 SETTLED = 1e-7
 STILL = -1
@@ -64,7 +65,8 @@ def machine_section(loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair
         rigid = loads[0].rigid[number]
         shown.append(live_mesh(name, pair.basis.case, pair, float(ste_mean_um(rigid.sweep)[rigid.row]), curves))
     machine = machine_data(loads)
-    setting = {"load": 0, "share": 1.0, "all": 1.0, "bearings": [1.0] * len(machine["bearings"])}
+    bearings = [0.0 if bearing["rigid"] else 1.0 for bearing in machine["bearings"]]
+    setting = {"load": 0, "share": 1.0, "stiffness": 1.0, "give": 0.0, "bearings": bearings}
     data = section_data([data for _, data in shown], setting, machine)
     controls = tuple(_controls(loads, machine))
     return LiveSection(controls, tuple(mesh for mesh, _ in shown), data, _note(loads, found))
@@ -76,28 +78,25 @@ def machine_data(loads: Sequence[SolvedLoad]) -> dict[str, Any]:
     Returns
     -------
     dict
-        `stiffness`: of shafts and housing, the upper triangle of (m, m). `bearings`: those that give way, `rows`: for
-        each direction the displacement of the shaft and that of what it stands on, -1 where this stands still.
-        `meshes`: `hubs`, the displacements of both, and the numbers of their `shafts`; `turned`: a rotation about the
-        axis of each shaft. `loads`: `force` on all displacements; rotations `held` by a torque; of each bearing its
-        `stiffness` (6 x 6) and its `force` at displacement 0; of each mesh its `axes` and the mean `wrench` on its hubs
-        by a unit force.
+        `stiffness`: of shafts and housing, the upper triangle of (m, m). `bearings`: `rows`, for each direction the
+        displacement of the shaft and that of what it stands on, -1 where this stands still; the directions `held`;
+        whether all that it bears is `rigid`, and the keys that it `gives` then. `meshes`: `hubs`, the displacements of
+        both, and the numbers of their `shafts`; `turned`: a rotation about the axis of each shaft. `loads`: `force` on
+        all displacements; rotations `held` by a torque; of each bearing its `stiffness` (6 x 6) and its `force` at
+        displacement 0; of each mesh its `axes` and the mean `wrench` on its hubs by a unit force.
     """
     gearbox = loads[0].gearbox
-    kept, place = _kept(loads), _joined(gearbox)
-    labels = np.unique(place[:-1][kept & (place[:-1] != place[-1])])
-    place = np.array([labels.searchsorted(label) if label in labels else STILL for label in place])
-    joins = np.asarray(place[:-1][kept][:, None] == np.arange(len(labels)), dtype=float)
-    whole = gearbox.structure
+    kept, whole = _kept(loads), gearbox.structure
+    place = np.where(kept, np.cumsum(kept) - 1, STILL)
     inside = np.asarray(np.linalg.solve(whole[np.ix_(~kept, ~kept)], whole[np.ix_(~kept, kept)]), dtype=float)
-    stiffness = joins.T @ (whole[np.ix_(kept, kept)] - whole[np.ix_(kept, ~kept)] @ inside) @ joins
-    sliding = [number for number, bearing in enumerate(gearbox.bearings) if bearing.springs.any() or bearing.inner]
+    stiffness = whole[np.ix_(kept, kept)] - whole[np.ix_(kept, ~kept)] @ inside
     firsts = np.array([*gearbox.first.values()])
     turned = [first + ABOUT_AXIS + NODE * int(kept[first + ABOUT_AXIS :: NODE].argmax()) for first in firsts]
+    held = _independent(gearbox)
     return {
-        "stiffness": stiffness[np.triu_indices(len(labels))].tolist(),
-        "size": len(labels),
-        "bearings": [_bearing(gearbox.bearings[number], place) for number in sliding],
+        "size": len(stiffness),
+        "stiffness": stiffness[np.triu_indices(len(stiffness))].tolist(),
+        "bearings": [_bearing(*pair, place) for pair in zip(gearbox.bearings, held, strict=True)],
         "meshes": [
             {
                 "hubs": [place[hub + np.arange(NODE)].tolist() for hub in mesh.hubs],
@@ -106,8 +105,8 @@ def machine_data(loads: Sequence[SolvedLoad]) -> dict[str, Any]:
             for mesh in gearbox.meshes
         ],
         "turned": place[turned].tolist(),
-        "loads": [_load(solved, kept, inside, joins, place, sliding) for solved in loads],
-        "arm": ARM, "held": HELD, "mean_angles": MEAN_ANGLES, "settled": SETTLED, "most_rounds": MOST_ROUNDS,
+        "loads": [_load(solved, kept, inside, place) for solved in loads],
+        "arm": ARM, "added": ADDED, "mean_angles": MEAN_ANGLES, "settled": SETTLED, "most_rounds": MOST_ROUNDS,
     }  # fmt: skip
 
 
@@ -126,39 +125,42 @@ def _kept(loads: Sequence[SolvedLoad]) -> BoolArray:
     return kept
 
 
-def _joined(gearbox: LoadedGearbox) -> IntArray:
-    """Numbers of all displacements and, last, of what stands still: alike where rigid bearings join them."""
-    still = len(gearbox.load)
-    number = np.arange(still + 1)
+def _independent(gearbox: LoadedGearbox) -> list[list[int]]:
+    """Directions in which each bearing is rigid, without those in which others hold the same place."""
+    held, found = np.zeros((0, len(gearbox.load))), list[list[int]]()
     for bearing in gearbox.bearings:
-        for row in bearing.rows[list(bearing.rigid)]:
-            joined = number[row.argmax()], number[row.argmin() if row.min() < 0.0 else still]
-            number[np.isin(number, joined)] = max(joined)
-    return number
+        found.append([])
+        for direction in bearing.rigid:
+            more = np.vstack([held, bearing.rows[direction]])
+            if np.linalg.matrix_rank(more) == len(more):
+                held = more
+                found[-1].append(direction)
+    return found
 
 
-def _bearing(bearing: Supported, place: IntArray) -> dict[str, Any]:
-    keys = ("axial_N_per_mm", "radial_N_per_mm", "tilt_Nmm_per_rad")
-    said = {key: getattr(bearing.settings, key) for key in keys if bearing.inner is None}
+def _bearing(bearing: Supported, held: Sequence[int], place: IntArray) -> dict[str, Any]:
+    said = bearing.settings
+    given = {key: getattr(said, key) for key in KEYS if bearing.inner is None}
+    gives = [key for key, value in given.items() if value == "rigid" and KEYS[key] != TILT]
     rows = [[int(place[row.argmax()]), int(place[row.argmin()]) if row.min() < 0.0 else STILL] for row in bearing.rows]
-    name, given = bearing.settings.name, {key: value for key, value in said.items() if not isinstance(value, str)}
-    return {"name": name, "given": given, "rows": rows, "rolling": bearing.inner is not None}
+    return {
+        "name": said.name, "rows": rows, "held": held, "rolling": bearing.inner is not None,
+        "rigid": bool(gives) and not bearing.springs.any(), "gives": gives,
+        "given": {key: value for key, value in given.items() if not isinstance(value, str)},
+    }  # fmt: skip
 
 
-def _load(
-    solved: SolvedLoad, kept: BoolArray, inside: FloatArray, joins: FloatArray, place: IntArray, sliding: Sequence[int]
-) -> dict[str, Any]:
+def _load(solved: SolvedLoad, kept: BoolArray, inside: FloatArray, place: IntArray) -> dict[str, Any]:
     gearbox, states = solved.gearbox, iter(solved.equilibrium.bearings)
     bearings = list[dict[str, Any]]()
-    for number, bearing in enumerate(gearbox.bearings):
+    for bearing in gearbox.bearings:
         stiffness, force = np.diag(bearing.springs), np.zeros(NODE)
         if bearing.inner is not None:
             state, moved = next(states), bearing.rows[list(BEARING_ROWS)] @ solved.equilibrium.displacement
             stiffness[np.ix_(BEARING_ROWS, BEARING_ROWS)] = state.stiffness
             force[list(BEARING_ROWS)] = state.force - state.stiffness @ moved
-        if number in sliding:
-            bearings.append({"stiffness": stiffness.ravel().tolist(), "force": force.tolist()})
-    force = (gearbox.load[kept] - inside.T @ gearbox.load[~kept]) @ joins
+        bearings.append({"stiffness": stiffness.ravel().tolist(), "force": force.tolist()})
+    force = gearbox.load[kept] - inside.T @ gearbox.load[~kept]
     meshes = [
         {"axes": mesh.meshing.frame.axes.tolist(), "wrench": mesh.meshing.wrenches.ravel().tolist()}
         for mesh in solved.meshes
@@ -173,17 +175,23 @@ def _controls(loads: Sequence[SolvedLoad], machine: Mapping[str, Any]) -> Iterat
         yield Control("load", "load", "load case", names[0], choices=names)
     label = "torques and forces, times those of the load case"
     yield Control("load", "share", label, "1", LEAST_LOAD, MOST_LOAD, 0.01)
-    bearings = [bearing["name"] for bearing in machine["bearings"]]
-    keys = {str(number): name for number, name in enumerate(bearings)}
-    for key, name in ({"all": "all of them"} | keys if len(bearings) > 1 else keys).items():
-        yield Control("bearings", key, name, "1", 1.0 / STIFFNESS, STIFFNESS, 0.01, logarithmic=True)
+    for rigid, key, unit in ((False, "stiffness", "times the stiffness"), (True, "give", "µm per kN, 0 is rigid")):
+        kinds = ("rigid",) if rigid else ("given", "rolling")
+        bearings = [(n, one) for n, one in enumerate(machine["bearings"]) if one["rigid"] == rigid]
+        own = {str(n): bearing["name"] for n, bearing in bearings if any(bearing[kind] for kind in kinds)}
+        common = {key: "all rigid bearings" if rigid else "all with a stiffness"} if len(own) > 1 else {}
+        for number, name in (common | own).items():
+            label = f"{name}, {unit}"
+            if rigid:
+                yield Control("bearings", number, label, "0", 0.0, MOST_GIVE, 0.1)
+            else:
+                yield Control("bearings", number, label, "1", 1.0 / STIFFNESS, STIFFNESS, 0.01, logarithmic=True)
 
 
 def _note(loads: Sequence[SolvedLoad], pairs: Sequence[ReducedPair]) -> str:
     found = [
         "The page carries shafts and bearings with all meshes, and solves them together as a slider moves: the same "
-        "equations as the run, each mesh on its hubs' compliance under the mean forces of the others. Rigid bearings "
-        "stay rigid."
+        "equations as the run, each mesh on its hubs' compliance under the mean forces of the others."
     ]
     if any(bearing.inner is not None for bearing in loads[0].gearbox.bearings):
         found.append(

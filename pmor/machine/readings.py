@@ -138,6 +138,7 @@ def bearing_data(solved: SolvedLoad) -> list[Data]:
     displacement = solved.equilibrium.displacement
     for bearing in solved.gearbox.bearings:
         moved = bearing.rows @ displacement
+        moved[list(bearing.rigid)] = 0.0
         force = bearing.springs * moved + 0.0
         state = None
         for direction in bearing.rigid:

@@ -111,7 +111,7 @@ def test_other_bearings_loads_and_flanks_are_what_the_program_solves_anew(box):
     sloped = replace(box.pairs["first"], basis=replace(basis, case=replace(basis.case, pinion_modification=flank)))
     expected = solve_load(model, drive, {**box.pairs, "first": sloped}, HELICAL_ANGLES)
 
-    setting = setting_of(box, share=1.3, all=0.7, bearings=factors)
+    setting = setting_of(box, share=1.3, stiffness=0.7, bearings=factors)
     setting["meshes"][0]["modifications"][0] |= {"helix_slope_um": 9.0, "helix_crowning_um": 4.0}
     assert_page_agrees(box, setting, expected)
     # They matter: without the slope of the first mesh the second one's hubs are elsewhere.
@@ -127,37 +127,56 @@ def test_rolling_bearings_are_exact_at_the_load_that_was_solved(tmp_path):
     assert "a tangent elsewhere" in small.section.note
 
 
-@pytest.mark.parametrize(
-    ("radial", "tilt", "housed"), [("rigid", "rigid", False), (5e5, "free", True), (2e5, 1e8, False)]
-)
-def test_shafts_rigid_bearings_and_a_housing_are_condensed_without_loss(radial, tilt, housed, rng):
-    """A bearing between shafts among them. No contact: forces lie at the pitch points."""
-    model = fva_box(radial, radial, tilt).model
-    if housed:
-        root = rng.normal(size=(30, 30))
-        scale = np.tile([1.0, 1.0, 1.0, 100.0, 100.0, 100.0], 5)
-        model = replace(model, housing=1e5 * scale[:, None] * (root @ root.T + 30.0 * np.eye(30)) * scale)
+def unloaded(model):
+    """A gearbox in equilibrium with its mesh forces at the pitch points."""
     gearbox = loaded(model, model.sections.loads[0])
-    equilibrium = gearbox.solve()
     meshes = [SimpleNamespace(meshing=mesh) for mesh in gearbox.meshes]
-    one = SimpleNamespace(gearbox=gearbox, equilibrium=equilibrium, meshes=meshes, load=model.sections.loads[0])
-    machine = machine_data([one])
-    assert machine["size"] < 0.7 * len(gearbox.load)
+    return SimpleNamespace(gearbox=gearbox, equilibrium=gearbox.solve(), meshes=meshes, load=model.sections.loads[0])
+
+
+def assert_machine_agrees(model, expected, give=0.0):
+    """The machine of the page, its rigid bearings giving way (um per kN), against another model of the program."""
+    machine = machine_data([unloaded(model)])
     page = PageSolver({"constants": {}, "meshes": [], "machine": machine})
-    page.run("""const load = DATA.machine.loads[0], wrenches = load.meshes.map(mesh => mesh.wrench);
-    const setting = { share: 1, all: 1, bearings: DATA.machine.bearings.map(() => 1) };
-    const matrix = machineMatrix(DATA.machine, load, setting);
-    const { moved, forces } = equilibrium(DATA.machine, load, matrix, wrenches);""")
-    for number, mesh in enumerate(gearbox.meshes):
-        force = mesh_force(gearbox, equilibrium, number)
+    page.run(f"""const load = DATA.machine.loads[0], wrenches = load.meshes.map(mesh => mesh.wrench);
+    const bearings = DATA.machine.bearings.map(({{ rigid }}) => rigid ? 0 : 1);
+    const matrix = machineMatrix(DATA.machine, load, {{ share: 1, stiffness: 1, give: {give}, bearings }});
+    const {{ moved, forces }} = equilibrium(DATA.machine, load, matrix, wrenches);""")
+    own = unloaded(expected)
+    for number, mesh in enumerate(own.gearbox.meshes):
+        force = mesh_force(own.gearbox, own.equilibrium, number)
         assert page.value("forces")[number] == pytest.approx(force, rel=EXACT)
-        expected = hubs_of(gearbox, equilibrium, mesh, force)
-        found = page.value(f"hubsOf(DATA.machine, load, matrix.stiffness, moved, {number}, forces[{number}], "
-                           f"wrenches[{number}])")  # fmt: skip
+        hubs = hubs_of(own.gearbox, own.equilibrium, mesh, force)
+        found = page.value(f"hubsOf(DATA.machine, load, matrix, moved, {number}, forces[{number}], wrenches[{number}])")
         for name in ("compliance", "offset"):
-            array = getattr(expected, name)
+            array = getattr(hubs, name)
             atol = EXACT * np.abs(array).max()
             assert_allclose(np.reshape([*found[name].values()], array.shape), array, rtol=0.0, atol=atol)
+
+
+def with_housing(model, rng):
+    root, scale = rng.normal(size=(30, 30)), np.tile([1.0, 1.0, 1.0, 100.0, 100.0, 100.0], 5)
+    return replace(model, housing=1e5 * scale[:, None] * (root @ root.T + 30.0 * np.eye(30)) * scale)
+
+
+@pytest.mark.parametrize(("radial", "tilt"), [("rigid", "rigid"), ("rigid", "free"), (5e5, "free"), (2e5, 1e8)])
+@pytest.mark.parametrize("housed", [False, True])
+def test_shafts_bearings_and_a_housing_are_condensed_without_loss(radial, tilt, housed, rng):
+    """A bearing between shafts among them."""
+    model = fva_box(radial, radial, tilt).model
+    model = with_housing(model, rng) if housed else model
+    assert_machine_agrees(model, model)
+
+
+@pytest.mark.parametrize("tilt", ["free", "rigid"])
+def test_rigid_bearings_give_way_as_those_of_that_stiffness(tilt):
+    assert_machine_agrees(fva_box("rigid", "rigid", tilt).model, fva_box(5e5, 5e5, tilt).model, give=2.0)
+
+
+def test_two_rigid_bearings_at_one_place_are_one():
+    model = fva_box().model
+    twice = (*model.sections.bearings, replace(model.sections.bearings[0], name="1 again"))
+    assert_machine_agrees(replace(model, sections=replace(model.sections, bearings=twice)), model)
 
 
 def test_figures_beside_the_curve_are_those_of_the_program(box):
@@ -167,10 +186,13 @@ def test_figures_beside_the_curve_are_those_of_the_program(box):
     found = page.value(f"""(setting => {{
       const result = solver.solve(setting, 1), axes = DATA.machine.loads[0].meshes[1].axes;
       const model = solver.models[1];
-      return [misalignmentOf(model, result.support, axes), faceLoadFactor(model, result.states)];
+      return [misalignmentOf(model, result.support, axes), faceLoadFactor(model, result.states),
+        findingsOf(model, result).pressure];
     }})({json.dumps(setting_of(box))})""")
     f_beta = mesh.meshing.frame.along * f_beta_um(mesh.meshing.pair, mesh.displacement)
-    assert found == pytest.approx([f_beta, face_load_factor(line_states(mesh.sweep))[0]], rel=1e-5)
+    lines = line_states(mesh.sweep)
+    expected = [f_beta, face_load_factor(lines)[0], np.nanmax(lines.pressure_MPa)]
+    assert found == pytest.approx(expected, rel=1e-5)
 
 
 def test_a_reader_changes_load_bearings_and_mesh(box, tmp_path):
@@ -192,11 +214,13 @@ def test_a_reader_changes_load_bearings_and_mesh(box, tmp_path):
         drive = page.evaluate(f"[{result}.mesh, {result}.support.torque, {result}.peakToPeak, {result}.setting.load]")
         assert drive[:2] == [0, pytest.approx(6e4, rel=NEARLY)]
         field = "[data-group=bearings][data-key='{}'] input[type={}]"
-        soft = put(field.format("all", "number"), 0.2)
+        soft = put(field.format("stiffness", "number"), 0.2)
         assert soft[1] == pytest.approx(6e4, rel=NEARLY)
         assert soft[2] != drive[2]
-        assert page.evaluate(f"document.querySelector({json.dumps(field.format('all', 'range'))}).value") == "-0.7"
-        put(field.format("all", "range"), 0.0)
+        assert (
+            page.evaluate(f"document.querySelector({json.dumps(field.format('stiffness', 'range'))}).value") == "-0.7"
+        )
+        put(field.format("stiffness", "range"), 0.0)
         assert put("[data-key=share] input[type=number]", 1.5)[1] == pytest.approx(9e4, rel=NEARLY)
         assert put("[data-key=load] select", "back")[1] == pytest.approx(7.5e4, rel=NEARLY)
         assert put("#live-mesh", "second")[0] == 1

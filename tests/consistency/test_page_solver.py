@@ -14,6 +14,7 @@ from pmor.gear.modification import Modification
 from pmor.gear.topography import Topography
 from pmor.line.kernels import loads
 from pmor.line.kernels.law import approach_of
+from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
 from pmor.line.kernels.tip_corner import stored_law
 from pmor.report.live.section import live_section
 from pmor_online.line_sweep import sweep_line_loads
@@ -101,9 +102,11 @@ def test_the_solver_knows_the_edge_that_undercut_leaves():
     compare_solver(*online_result(case_with(**undercut)), 5, 32)
 
 
-def test_approaches_under_any_load_are_those_of_python(spur):
-    """From far below the least load, on which sections begin, to where contact reaches the end of the layer."""
-    section, pair = live_section(*spur), spur[1]
+def compare_laws(section, pair):
+    """Approach and pressure of all sections at some angles; return how many are near a corner or an edge.
+
+    From far below the least load, on which sections begin, to where contact reaches the end of the layer.
+    """
     solver, total = PageSolver(section.data), angles_of(section)
     lines = pair.lines.place(online_angles(pair.meshed.pair.pitch, total), ALIGNED).lines
     solver.run("""var kinematics = kinematicsAt(model, DATA.setting.meshes[0].axes);
@@ -117,14 +120,24 @@ def test_approaches_under_any_load_are_those_of_python(spur):
         solver.run(f"var placed = sectionsAt({angle});")
         sections = solver.value("placed.map(({ pair, section, law }) => [pair, section, law.least])")
         for number, (tooth, place, least) in enumerate(sections):
-            law = stored_law(lines.law[angle, (tooth - lines.first_pair[angle]) * count + place])
+            stored = lines.law[angle, (tooth - lines.first_pair[angle]) * count + place]
+            law = stored_law(stored)
             forces = [0.5 * least, least, *np.geomspace(1e-6, 3e3, 12).tolist()]
             approach = f"load => approachOf(load, placed[{number}].law, model.gears)"
             found = solver.value(f"{forces}.map({approach})")
             expected = [approach_of(force, law, pair.layered.corners) for force in forces]
             assert_allclose(found, expected, rtol=1e-11)
+            found = solver.value(f"{forces}.map(load => pressureUnder(load, placed[{number}].law))")
+            patches = np.empty((len(forces), 1, PATCH_FIELDS))
+            line_patches(stored[None], np.array(forces)[:, None], patches)
+            # Where an edge begins to carry an arc cosine is taken of nearly 1.
+            assert_allclose(np.array(found, dtype=float), patches[:, 0, 2], rtol=1e-7)
             corners += math.isfinite(law.plain)
-    assert corners > 10
+    return corners
+
+
+def test_approaches_and_pressures_under_any_load_are_those_of_python(spur):
+    assert compare_laws(live_section(*spur), spur[1]) > 10
 
 
 # Change the page's solver with a kernel, then its hash here.
@@ -152,6 +165,7 @@ TRANSCRIBED = {
         "_smooth_approach": "32be204d", "widest_load": "4d03e551", "approach_of": "e1528084", "line_law": "89dff05c",
         "_corner": "46d88f0f", "_from_corner": "b2efd556", "_law_near_corner": "6ebc4515", "sections_alike": "df9f3b46",
     },
+    "pmor/line/kernels/pressure.py": {"edge_pressure": "3b2d980f", "_patch": "ad6241b4"},
     "pmor/line/hertz.py": {"mean_layer_constant": "d90b7b6e", "width_limit": "8bcc2135"},
     "pmor/line/kernels/tip_corner.py": {
         "_hertz": "5174cf36", "_cut_off": "afc00315", "_across": "a9f710c5", "contact_patch": "a60b4c7e",
@@ -228,3 +242,4 @@ def test_what_has_no_slider_counts_as_it_stands_in_the_case():
         case = replace(plain, pinion_modification=flanks[0], wheel_modification=flanks[1])
         result, pair = online_result(case if width == "half" else plain)
         compare_solver(result, pair, 8)
+        assert compare_laws(live_section(result, pair), pair) > 10

@@ -133,6 +133,25 @@ function smoothApproach(load, law, gears) {
   return cornerApproach(load, law, cornerOf(gears, law.corner));
 }
 
+// Largest pressure under a line load, MPa; NaN where a sharp edge is in contact: pmor/line/kernels/pressure.py.
+function pressureUnder(load, law) {
+  const { compliance, curvature, edgeCurvature, angle } = law, size = compliance * load;
+  if (load <= law.plain) return Math.sqrt(2 * size * curvature) / (Math.PI * compliance);
+  const patch = contactPatch(size, angle, curvature, edgeCurvature), per = patch.length / compliance;
+  if (patch.middle - patch.length > 0) return per * curvature / Math.PI;
+  if (edgeCurvature === 0) return NaN;
+  if (patch.middle + patch.length < 0) return per * edgeCurvature / Math.PI;
+  const cosine = patch.middle / patch.length, step = edgeCurvature - curvature, beta = Math.acos(cosine);
+  let most = 0;
+  for (let n = 0; n < PRESSURES; n++) {
+    const phi = (n + 0.5) * Math.PI / PRESSURES;
+    const ratio = Math.abs(Math.sin(0.5 * (phi - beta)) / Math.sin(0.5 * (phi + beta)));
+    const edge = ratio > 0 ? (cosine - Math.cos(phi)) * Math.log(ratio) : 0;
+    most = Math.max(most, (Math.PI * curvature + step * beta) * Math.sin(phi) + step * edge);
+  }
+  return per / Math.PI ** 2 * most;
+}
+
 // Approach of the flanks under a line load (N/mm), mm, and its derivative.
 function approachOf(load, law, gears) {
   if (load <= law.least) {

@@ -31,39 +31,40 @@ function standOn(model, place, hubs) {
   }
 }
 
-// Stiffness of all displacements with the bearings as set, and the forces on them.
+// Stiffness of all displacements with the bearings as set, the forces on them, and the rows in which bearings hold them.
 function machineMatrix(machine, load, setting) {
-  const { size } = machine, stiffness = new Float64Array(size * size), force = load.force.map(f => setting.share * f);
+  const { size, arm } = machine, stiffness = new Float64Array(size * size), held = [];
+  const force = load.force.map(f => setting.share * f);
   for (let i = 0, next = 0; i < size; i++) {
     for (let k = i; k < size; k++) stiffness[i * size + k] = stiffness[k * size + i] = machine.stiffness[next++];
   }
-  machine.bearings.forEach(({ rows }, b) => {
-    const own = load.bearings[b], factor = setting.all * setting.bearings[b];
-    const ends = direction => [[rows[direction][0], 1], [rows[direction][1], -1]].filter(([at]) => at >= 0);
+  machine.bearings.forEach((bearing, b) => {
+    const own = load.bearings[b], value = setting.bearings[b];
+    const give = bearing.rigid ? 1e-6 * (setting.give + value) : 0, factor = bearing.rigid ? 1 : setting.stiffness * value;
+    const ends = d => bearing.rows[d].map((at, end) => [at, end ? -1 : 1]).filter(([at]) => at >= 0);
+    const press = (d, e, value) => {
+      for (const [at, sign] of ends(d)) for (const [by, other] of ends(e)) stiffness[at * size + by] += sign * other * value;
+    };
     for (let d = 0; d < 6; d++) {
-      for (const [at, sign] of ends(d)) {
-        force[at] -= sign * factor * own.force[d];
-        for (let e = 0; e < 6; e++) {
-          for (const [by, other] of ends(e)) stiffness[at * size + by] += sign * other * factor * own.stiffness[6 * d + e];
-        }
-      }
+      for (const [at, sign] of ends(d)) force[at] -= sign * factor * own.force[d];
+      for (let e = 0; e < 6; e++) press(d, e, factor * own.stiffness[6 * d + e]);
+    }
+    for (const d of bearing.held) {
+      if (d < 3 && give > 0) press(d, d, 1 / give);
+      else held.push(ends(d).map(([at, sign]) => [at, d < 3 ? sign : arm * sign]));
     }
   });
-  return { stiffness, force };
+  return { stiffness, force, held };
 }
 
-// Displacements and mesh forces in equilibrium; the stiffness added along the constraints does nothing to either.
-function equilibrium(machine, load, { stiffness, force }, wrenches) {
-  const { size } = machine, matrix = stiffness.slice(), rows = load.held.map(at => [[at, machine.arm]]);
-  for (const [j, { hubs }] of machine.meshes.entries()) {
-    rows.push(hubs.flat().map((at, r) => [at, wrenches[j][r]]).filter(([at]) => at >= 0));
-  }
+// Displacements under forces, and reactions, where rows of displacements are held; the stiffness that is added along these
+// does nothing to either.
+function constrained({ size, added }, stiffness, rows) {
+  const matrix = stiffness.slice(), factor = new Float64Array(size * size), count = rows.length;
   for (const row of rows) {
-    for (const [at, value] of row) for (const [by, other] of row) matrix[at * size + by] += machine.held * value * other;
+    for (const [at, value] of row) for (const [by, other] of row) matrix[at * size + by] += added * value * other;
   }
-  const factor = new Float64Array(size * size), count = rows.length, moved = Float64Array.from(force);
   cholesky(matrix, size, size, factor);
-  solveFactored(factor, size, size, moved);
   const columns = rows.map(row => {
     const column = new Float64Array(size);
     for (const [at, value] of row) column[at] += value;
@@ -71,12 +72,25 @@ function equilibrium(machine, load, { stiffness, force }, wrenches) {
     return column;
   });
   const along = (row, of) => row.reduce((sum, [at, value]) => sum + value * of[at], 0);
-  const between = new Float64Array(count * count), reactions = Float64Array.from(rows, row => -along(row, moved));
+  const between = new Float64Array(count * count);
   rows.forEach((row, i) => columns.forEach((column, k) => { between[i * count + k] = along(row, column); }));
   cholesky(between, count, count, between);
-  solveFactored(between, count, count, reactions);
-  columns.forEach((column, k) => column.forEach((value, at) => { moved[at] += reactions[k] * value; }));
-  return { moved, forces: [...reactions].slice(load.held.length) };
+  return force => {
+    const moved = Float64Array.from(force);
+    solveFactored(factor, size, size, moved);
+    const reactions = Float64Array.from(rows, row => -along(row, moved));
+    solveFactored(between, count, count, reactions);
+    columns.forEach((column, k) => column.forEach((value, at) => { moved[at] += reactions[k] * value; }));
+    return { moved, reactions };
+  };
+}
+
+// Displacements and mesh forces in equilibrium.
+function equilibrium(machine, load, { stiffness, force, held }, wrenches) {
+  const rows = [...held, ...load.held.map(at => [[at, machine.arm]])], first = rows.length;
+  machine.meshes.forEach(({ hubs }, j) => rows.push(hubs.flat().map((at, r) => [at, wrenches[j][r]])));
+  const { moved, reactions } = constrained(machine, stiffness, rows)(force);
+  return { moved, forces: [...reactions].slice(first) };
 }
 
 // Four vectors of both hubs in axes of the pair.
@@ -88,20 +102,16 @@ function inPair(axes, vector) {
 
 // Compliance below both hubs of a mesh, and what all other loads do to them, in axes of the pair. Shafts are held against
 // rotation at one place each, those of the mesh at its hubs.
-function hubsOf(machine, load, stiffness, moved, j, force, wrench) {
-  const { size } = machine, mesh = machine.meshes[j], { axes } = load.meshes[j], hubs = mesh.hubs.flat();
-  const held = new Set(machine.turned.map((at, shaft) => [hubs[3], hubs[9]][mesh.shafts.indexOf(shaft)] ?? at));
-  const free = [...Array(size).keys()].filter(at => !held.has(at)), count = free.length;
-  const matrix = new Float64Array(count * count), factor = new Float64Array(count * count);
-  free.forEach((at, a) => free.forEach((by, b) => { matrix[a * count + b] = stiffness[at * size + by]; }));
-  cholesky(matrix, count, count, factor);
-  const places = hubs.map(at => free.indexOf(at)), half = new Float64Array(144), compliance = new Float64Array(144);
-  places.forEach((place, r) => {
-    const column = new Float64Array(count);
-    if (place < 0) return;
-    column[place] = 1;
-    solveFactored(factor, count, count, column);
-    half.set(inPair(axes, places.map(at => at < 0 ? 0 : column[at])), 12 * r);
+function hubsOf(machine, load, { stiffness, held }, moved, j, force, wrench) {
+  const mesh = machine.meshes[j], { axes } = load.meshes[j], hubs = mesh.hubs.flat();
+  const turned = machine.turned.map((at, shaft) => [hubs[3], hubs[9]][mesh.shafts.indexOf(shaft)] ?? at);
+  const solve = constrained(machine, stiffness, [...held, ...turned.map(at => [[at, machine.arm]])]);
+  const half = new Float64Array(144), compliance = new Float64Array(144), unit = new Float64Array(machine.size);
+  hubs.forEach((at, r) => {
+    unit[at] = 1;
+    const found = solve(unit).moved;
+    unit[at] = 0;
+    half.set(inPair(axes, hubs.map(by => found[by])), 12 * r);
   });
   for (let s = 0; s < 12; s++) {
     inPair(axes, Array.from({ length: 12 }, (_, r) => half[12 * r + s])).forEach((value, r) => {
@@ -109,10 +119,10 @@ function hubsOf(machine, load, stiffness, moved, j, force, wrench) {
       compliance[12 * s + r] += 0.5 * value;
     });
   }
-  const offset = inPair(axes, hubs.map(at => at < 0 ? 0 : moved[at])), unit = inPair(axes, wrench);
+  const offset = inPair(axes, hubs.map(at => moved[at])), pressed = inPair(axes, wrench);
   offset[5] = offset[11] = 0;
   const displacement = offset.slice();
-  for (let r = 0; r < 12; r++) for (let s = 0; s < 12; s++) offset[r] -= compliance[12 * r + s] * force * unit[s];
+  for (let r = 0; r < 12; r++) for (let s = 0; s < 12; s++) offset[r] -= compliance[12 * r + s] * force * pressed[s];
   return { compliance, offset, displacement };
 }
 
@@ -141,7 +151,7 @@ function supportsOf(machine, models, places, setting) {
     const { moved, forces } = equilibrium(machine, load, assembled, wrenches);
     const supports = models.map((model, j) => {
       const force = forces[j], torque = force * model.gears[0].base_radius;
-      return { force, torque, hubs: hubsOf(machine, load, assembled.stiffness, moved, j, force, wrenches[j]) };
+      return { force, torque, hubs: hubsOf(machine, load, assembled, moved, j, force, wrenches[j]) };
     });
     const found = models.map((model, j) => meanWrench(model, places[j], removed[j], supports[j], load.meshes[j].axes));
     const change = models.map((model, j) =>

@@ -154,8 +154,7 @@ function settingOf(data, controls) {
   for (const control of controls) {
     const value = valueOf(control), { group, key } = control;
     if (group === "load") setting[key] = control.choice ? control.choice.selectedIndex : value;
-    else if (group === "bearings" && key === "all") setting.all = value;
-    else if (group === "bearings") setting.bearings[key] = value;
+    else if (group === "bearings") (key in setting ? setting : setting.bearings)[key] = value;
     else {
       const { axes, modifications } = setting.meshes[control.part.dataset.mesh];
       (group === "axes" ? axes : modifications[group === "pinion" ? 0 : 1])[key] = value;
@@ -175,18 +174,13 @@ function lineLoads(model, state) {
   return found;
 }
 
-// Hertzian pressure, MPa; none where a corner carries, whose pressure is not Hertz's.
-function pressureOf({ law, load }) {
-  return load > law.plain ? NaN : 2 * load / (Math.PI * Math.sqrt(2 * law.compliance * load / law.curvature));
-}
-
-// Largest Hertz pressure over all positions, and gears whose tip edges carry.
+// Largest pressure over all positions, sharp edges left out, and gears whose tip edges carry.
 function findingsOf(model, result) {
   let pressure = 0;
   const corners = new Set();
   for (const state of result.states) {
     for (const load of lineLoads(model, state)) {
-      pressure = Math.max(pressure, pressureOf(load) || 0);
+      pressure = Math.max(pressure, pressureUnder(load.load, load.law) || 0);
       model.gears.forEach((gear, g) => { if (atTip(gear, load.roll[g])) corners.add(["pinion", "wheel"][g]); });
     }
   }
@@ -260,8 +254,8 @@ function atTip(gear, roll) {
   return gear.base_radius * (roll - gear.tip_roll) >= 0;
 }
 
-function isOffTangent({ bearings }, { share, all, bearings: factors }) {
-  return bearings.some(({ rolling }, b) => rolling && (share !== 1 || all * factors[b] !== 1));
+function isOffTangent({ bearings }, setting) {
+  return bearings.some(({ rolling }, b) => rolling && (setting.share !== 1 || setting.stiffness * setting.bearings[b] !== 1));
 }
 
 // Largest line load over the mean one, added up over tooth pairs and angles: face_load_factor in pmor/results.
@@ -364,9 +358,10 @@ function tomlOf(data, setting, j) {
   };
   if (machine) {
     lines.push("# Gearbox file", `# Torques and forces of the load case: times ${setting.share}`);
-    machine.bearings.forEach(({ name, given }, b) => {
-      const factor = setting.all * setting.bearings[b], scaled = Object.entries(given).map(([key, k]) => [key, factor * k]);
-      if (factor !== 1) section("[bearings]", { name, ...Object.fromEntries(scaled) }, {});
+    machine.bearings.forEach(({ name, rigid, given, gives }, b) => {
+      const factor = setting.stiffness * setting.bearings[b], give = 1e-6 * (setting.give + setting.bearings[b]);
+      const values = rigid ? gives.map(key => [key, 1 / give]) : Object.entries(given).map(([key, k]) => [key, factor * k]);
+      if (rigid ? give > 0 : factor !== 1) section("[bearings]", { name, ...Object.fromEntries(values) }, {});
     });
     lines.push(`# Case of the mesh ${JSON.stringify(data.meshes[j].name)}`);
   } else section("load", { torque_Nm: setting.torque_Nm }, {});
