@@ -358,10 +358,11 @@ function tomlOf(data, setting, j) {
   };
   if (machine) {
     lines.push("# Gearbox file", `# Torques and forces of the load case: times ${setting.share}`);
-    machine.bearings.forEach(({ name, rigid, given, gives }, b) => {
+    machine.bearings.forEach(({ name, rigid, rolling, given, gives }, b) => {
       const factor = setting.stiffness * setting.bearings[b], give = 1e-6 * (setting.give + setting.bearings[b]);
       const values = rigid ? gives.map(key => [key, 1 / give]) : Object.entries(given).map(([key, k]) => [key, factor * k]);
-      if (rigid ? give > 0 : factor !== 1) section("[bearings]", { name, ...Object.fromEntries(values) }, {});
+      if (rolling && factor !== 1) lines.push(`# Rolling bearing ${JSON.stringify(name)}: stiffness times ${factor}`);
+      else if (rigid ? give > 0 : factor !== 1) section("[bearings]", { name, ...Object.fromEntries(values) }, {});
     });
     lines.push(`# Case of the mesh ${JSON.stringify(data.meshes[j].name)}`);
   } else section("load", { torque_Nm: setting.torque_Nm }, {});
