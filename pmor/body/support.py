@@ -157,12 +157,24 @@ def carried_rows(
     -------
     ndarray, shape (A, N, r)
     """
-    angles, size = row.shape
-    count, parts, rank = len(carriers[0]), gradient.shape[2] // ROWS, shapes.shape[1]
-    columns = len(shapes) // (node_rows * parts)
-    nodes = shapes.reshape(node_rows, columns, parts, rank)
-    carried = np.zeros((count, max(node_rows, ROWS), parts, rank))
-    carried[:, :node_rows] = np.tensordot(section_shares(*carriers, columns), nodes, axes=(1, 1))
-    section = np.arange(size) % count
-    by_node = carried[section[:, None], row[..., None] + np.arange(ROWS)].reshape(angles, size, ROWS * parts, rank)
+    section = np.arange(row.shape[1]) % len(carriers[0])
+    carried = carried_shapes(shapes, carriers, node_rows, gradient.shape[2] // ROWS)
+    by_node = carried[section[:, None], row[..., None] + np.arange(ROWS)].reshape(*gradient.shape, -1)
     return np.asarray(np.einsum("ing,ingr->inr", gradient, by_node))
+
+
+def carried_shapes(shapes: FloatArray, carriers: tuple[IntArray, FloatArray], node_rows: int, parts: int) -> FloatArray:
+    """Return shapes of a flank at the rows of nodes of each section, (S, rows, c, r), four rows at least.
+
+    Parameters
+    ----------
+    shapes, carriers, node_rows
+        As in `carried_rows`.
+    parts : int
+        c, components of displacement.
+    """
+    columns, rank = len(shapes) // (node_rows * parts), shapes.shape[1]
+    nodes = shapes.reshape(node_rows, columns, parts, rank)
+    carried = np.zeros((len(carriers[0]), max(node_rows, ROWS), parts, rank))
+    carried[:, :node_rows] = np.tensordot(section_shares(*carriers, columns), nodes, axes=(1, 1))
+    return carried

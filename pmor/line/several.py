@@ -8,14 +8,14 @@ count the other way round there, and helices have the other hand.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from pmor.body.far_compliance import FarCompliance
-from pmor.body.support import carried_rows
+from pmor.body.section_compliance import ROWS
+from pmor.body.support import carried_shapes
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.conventions import rotation_z
 from pmor.gear.condition import ALIGNED, Assembly
@@ -23,7 +23,7 @@ from pmor.gear.pair import GearPair
 from pmor.line.hubs import HUB, hub_rows
 from pmor.line.kernels.flexibility import Flexibility, make_all_ready
 from pmor.line.kernels.places import Lines, line_deviations
-from pmor.line.kernels.several import Gathered, Levers, SeveralResults, couple, solve_meshes
+from pmor.line.kernels.several import Gathered, Levers, SeveralResults, couple, gather, solve_meshes
 from pmor.line.kernels.tip_corner import Corner, LineLaw
 from pmor.line.layered_pair import place_sections
 from pmor.line.pair import LinePair
@@ -177,6 +177,28 @@ class GearTrain:
                 row[HUB * body : HUB * (body + 1)] += wrench
         return np.asarray(rows @ self.free.T)
 
+    @cached_property
+    def _carried(self) -> dict[int, tuple[FloatArray, FloatArray]]:
+        return {}
+
+    def carried(self, mesh: TrainMesh) -> tuple[FloatArray, FloatArray]:
+        """Return the shapes of the far compliance of both bodies at the rows of nodes of each section, for `gather`."""
+        key = id(mesh)
+        if key not in self._carried:
+            meshed = mesh.pair.meshed
+            (first, share), rows = meshed.carriers
+            found = []
+            for gear, body in enumerate(mesh.bodies):
+                far = self.bodies[body].far
+                if far is None:
+                    found.append(np.zeros((len(first[gear]), max(rows[gear], ROWS), mesh.pair.components, 0)))
+                else:
+                    found.append(
+                        carried_shapes(far.shapes, (first[gear], share[gear]), rows[gear], mesh.pair.components)
+                    )
+            self._carried[key] = found[0], found[1]
+        return self._carried[key]
+
     def mesh_forces(self, loads: FloatArray) -> FloatArray:
         """Return the forces of all meshes that hold loads (D, K), shared as equal meshes do, (D, M), N."""
         return np.asarray(-np.linalg.lstsq(self.closing.T, loads.T, rcond=None)[0].T)
@@ -328,14 +350,15 @@ class PlacedTrain:
     def _make_ready(self, wanted: BoolArray) -> None:
         """Fill the flexibilities of further sections; those that were ready are filled again."""
         ready = self.ready | wanted
-        rows = self._support_rows
-        self.between[:] = rows @ rows.transpose(0, 2, 1)
-        couple(self.between, ready, self.levers.mesh, *self._far)
+        rows, (gathered, *compliance) = self._support_rows, self._far
+        self.between[:] = rows @ rows.transpose(0, 2, 1) if rows.shape[2] else 0.0
         for one in self.placed:
             own = np.ascontiguousarray(ready[:, one.part])
             local = Flexibility(np.zeros((*own.shape, own.shape[1])), np.zeros(own.shape, dtype=bool))
             make_all_ready(one.lines, local, own, one.mesh.pair.compliance, len(one.mesh.pair.meshed.width))
             self.between[:, one.part, one.part] += local.between
+            gather(one.lines, ready, self.train.carried(one.mesh), one.part.start, gathered)
+        couple(self.between, ready, self.levers.mesh, gathered, *compliance)
         self.ready[:] = ready
 
     @cached_property
@@ -345,18 +368,20 @@ class PlacedTrain:
         count = np.array([0 if body.far is None else body.far.shapes.shape[1] for body in bodies])
         teeth = np.array([body.teeth for body in bodies])
         rank, most = max(int(count.max()), 1), max(int(teeth[count > 0].max(initial=1)), 1)
-        alike, backs = np.zeros((len(bodies), 2, most, rank, rank)), np.zeros((len(bodies), most, rank, rank))
+        alike, backs = np.zeros((len(bodies), 2, most, rank, rank)), np.zeros((len(bodies), 2, most, rank, rank))
         for number, body in enumerate(bodies):
             if body.far is not None:
                 z, r = body.teeth, count[number]
                 alike[number, :, :z, :r, :r] = body.far.flanks, body.far.images
-                backs[number, :z, :r, :r] = body.far.backs
-        gathered = [_gathered(one, bodies, rank) for one in self.placed]
-        joined = [
-            np.concatenate(arrays, axis=axis)
-            for axis, arrays in zip((0, 0, 1, 1), zip(*gathered, strict=True), strict=True)
-        ]
-        return Gathered(*joined), count, teeth, alike, backs
+                backs[number, :, :z, :r, :r] = body.far.backs.transpose(0, 2, 1), body.far.backs
+        on = np.concatenate([np.tile(one.mesh.bodies, (one.rows.shape[1], 1)) for one in self.placed])
+        image = np.concatenate([
+            np.tile([int(one.mesh.image != bodies[number].image) for number in one.mesh.bodies], (one.rows.shape[1], 1))
+            for one in self.placed
+        ])  # fmt: skip
+        tooth = np.concatenate([_teeth(one) for one in self.placed], axis=1)
+        shapes = np.zeros((*self.lines.gap.shape, 2, rank))
+        return Gathered(on, image, tooth, shapes), count, teeth, alike, backs
 
     def _on_bodies(self, one: _PlacedMesh, directions: FloatArray) -> FloatArray:
         """Work of unit forces in the sections of a mesh by displacements of all hubs (r, 6 B), (A, N, r)."""
@@ -381,20 +406,8 @@ def _deviation(one: _PlacedMesh) -> FloatArray:
     return found
 
 
-def _gathered(one: _PlacedMesh, bodies: Sequence[TrainBody], rank: int) -> Gathered:
-    """Where the sections of a mesh press on its two bodies."""
-    mesh, lines = one.mesh, one.lines
-    meshed, size = mesh.pair.meshed, lines.gap.shape[1]
-    place = np.arange(size) // len(meshed.sections.z)
-    shapes = np.zeros((*lines.gap.shape, 2, rank))
-    (first, share), rows = meshed.carriers
-    for gear, body in enumerate(mesh.bodies):
-        far = bodies[body].far
-        if far is not None:
-            carriers = first[gear], share[gear]
-            found = carried_rows(far.shapes, carriers, rows[gear], lines.row[..., gear], lines.gradient[:, :, gear])
-            shapes[:, :, gear, : found.shape[2]] = found
-    pair_teeth = lines.first_pair[:, None] + place
-    tooth = np.stack([mesh.first_tooth[0] + pair_teeth, mesh.first_tooth[1] - pair_teeth], axis=-1)
-    images = [int(mesh.image != bodies[body].image) for body in mesh.bodies]
-    return Gathered(np.tile(mesh.bodies, (size, 1)), np.tile(images, (size, 1)), tooth, shapes)
+def _teeth(one: _PlacedMesh) -> IntArray:
+    """Return the numbers of the teeth that the sections of a mesh are on, (A, N, 2)."""
+    place = np.arange(one.rows.shape[1]) // len(one.mesh.pair.meshed.sections.z)
+    pairs, (pinion, wheel) = one.lines.first_pair[:, None] + place, one.mesh.first_tooth
+    return np.stack([pinion + pairs, wheel - pairs], axis=-1)

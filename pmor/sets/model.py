@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -24,6 +25,9 @@ from pmor.sets.kinematics import Centre, Meeting, Placement, placements
 
 if TYPE_CHECKING:
     from pmor.body.elastic_gear import ElasticGear
+
+# Of a tooth.
+ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
@@ -170,23 +174,27 @@ def _far_teeth(
             if one == other:
                 continue
             flipped = placed[one].image != image, placed[other].image != image
-            there, loaded = _teeth(meetings[one], placed[one], gear), _teeth(meetings[other], placed[other], mate)
+            place, loaded = _tooth(meetings[one], placed[one], gear), _tooth(meetings[other], placed[other], mate)
+            touching = [meetings[mesh].pair.most_touching_pairs for mesh in (one, other)]
             if flipped[0] == flipped[1]:
-                alike[flipped[0]].update(a - b for a, b in product(there, loaded))
+                alike[flipped[0]].update(_near_to(place - loaded, 0.5 * sum(touching)))
             elif flipped[0]:
-                backs.update(-a - b for a, b in product(there, loaded))
+                backs.update(_near_to(-place - loaded, 0.5 * sum(touching)))
     if not (alike[0] or alike[1] or backs):
         return None
     return FarTeeth(tuple(sorted(alike[0])), tuple(sorted(alike[1])), tuple(sorted(backs)))
 
 
-def _teeth(meeting: Meeting, place: Placement, gear: int) -> range:
-    """Numbers of the teeth of a gear that can touch in a mesh, one more at either end: others differ by a pitch."""
-    pair = meeting.pair
-    first, last = pair.roll_position_range
-    middle = round((0.5 * (first + last) - place.start) / pair.pitch)
-    reach = pair.most_touching_pairs // 2 + 2
-    numbers = range(middle - reach, middle + reach + 1)
-    if gear == 0:
-        return numbers
-    return range(place.first_tooth[1] - numbers[-1], place.first_tooth[1] - numbers[0] + 1)
+def _near_to(offset: float, reach: float) -> range:
+    """Whole numbers about an offset, those that rounding may add included."""
+    return range(math.ceil(offset - reach - ROUNDING), math.floor(offset + reach + ROUNDING) + 1)
+
+
+def _tooth(meeting: Meeting, place: Placement, gear: int) -> float:
+    """Number of the tooth of a gear that would be in the middle of the path at angle 0, a real one.
+
+    As the train turns these numbers of one body change alike in all meshes.
+    """
+    first, last = meeting.pair.roll_position_range
+    middle = (0.5 * (first + last) - place.start) / meeting.pair.pitch
+    return place.first_tooth[0] + middle if gear == 0 else place.first_tooth[1] - middle

@@ -18,7 +18,7 @@ import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.compiling import allocating, compiled
-from pmor.core.linear import solve_factored
+from pmor.core.linear import solve_transposed, solve_upper
 from pmor.line.kernels.loads import (
     MAX_STEPS,
     NEARBY,
@@ -75,11 +75,10 @@ class SeveralResults(NamedTuple):
 
 
 class _Movements(NamedTuple):
-    """Workspace of K movements: loads (K,), rows of their levers and the solutions with them (K, N), matrix (K, K)."""
+    """Workspace of K movements: loads (K,), rows of their levers (K, N), matrix (K, K)."""
 
     step: FloatArray
     lever: FloatArray
-    solved: FloatArray
     matrix: FloatArray
 
 
@@ -103,7 +102,40 @@ class Gathered(NamedTuple):
     shapes: FloatArray
 
 
-@compiled
+@allocating
+def gather(lines, ready, carried, first, gathered):
+    """Fill the forces on the bodies' shapes by unit forces in the sections of a mesh that are ready.
+
+    Parameters
+    ----------
+    lines : Lines
+        Of the mesh.
+    ready : ndarray of bool, shape (A, N)
+        Of all meshes.
+    carried : two ndarrays, shape (S, rows, c, r)
+        Shapes of pinion and wheel at the rows of nodes of each section.
+    first : int
+        Of the mesh's sections among all.
+    gathered : Gathered
+        Its `shapes` are filled.
+    """
+    for gear in range(2):
+        shapes = carried[gear]
+        sections, _, parts, rank = shapes.shape
+        for i in range(lines.gap.shape[0]):
+            for n in range(lines.gap.shape[1]):
+                if not ready[i, first + n]:
+                    continue
+                out, own, row = gathered.shapes[i, first + n, gear], shapes[n % sections], lines.row[i, n, gear]
+                out[:] = 0.0
+                for a in range(4):
+                    for c in range(parts):
+                        value, line = lines.gradient[i, n, gear, parts * a + c], own[row + a, c]
+                        for k in range(rank):
+                            out[k] += value * line[k]
+
+
+@allocating
 def couple(between, ready, mesh, gathered, count, teeth, alike, backs):
     """Add what bodies give way between sections of different meshes that are ready.
 
@@ -118,49 +150,49 @@ def couple(between, ready, mesh, gathered, count, teeth, alike, backs):
         Shapes and teeth of each body.
     alike : ndarray, shape (B, 2, z, r, r)
         Of flanks, and of their images, of `pmor.body.far_compliance.FarCompliance`, mm/N.
-    backs : ndarray, shape (B, z, r, r)
+    backs : ndarray, shape (B, 2, z, r, r)
+        Of the other flank by the flank, rows and columns exchanged, and as it is.
     """
+    moved = np.empty(alike.shape[3])
     for i in range(between.shape[0]):
-        for n in range(between.shape[1]):
-            if not ready[i, n]:
+        for m in range(between.shape[1]):
+            if not ready[i, m]:
                 continue
-            for m in range(n):
-                if not ready[i, m] or mesh[m] == mesh[n]:
-                    continue
-                total = 0.0
-                for a in range(2):
-                    for b in range(2):
-                        body = gathered.body[n, a]
-                        if body != gathered.body[m, b]:
-                            continue
-                        total += _through(gathered, i, n, a, m, b, count[body], teeth[body], alike[body], backs[body])
-                between[i, n, m] += total
-                between[i, m, n] += total
+            for b in range(2):
+                body, last, before = gathered.body[m, b], -1, 0
+                rank = count[body]
+                for n in range(m + 1 if rank > 0 else between.shape[1], between.shape[1]):
+                    if mesh[n] == mesh[m] or not ready[i, n]:
+                        continue
+                    a = 0 if gathered.body[n, 0] == body else 1
+                    if gathered.body[n, a] != body:
+                        continue
+                    # The same for all sections of a tooth, which follow each other.
+                    place = 2 * gathered.tooth[i, n, a] + gathered.image[n, a]
+                    if last < 0 or place != before or mesh[n] != mesh[last]:
+                        _move(gathered, i, n, a, m, b, rank, teeth[body], alike[body], backs[body], moved)
+                        last, before = n, place
+                    total, own = 0.0, gathered.shapes[i, n, a]
+                    for k in range(rank):
+                        total += own[k] * moved[k]
+                    between[i, n, m] += total
+                    between[i, m, n] += total
 
 
 @compiled
-def _through(gathered, i, n, a, m, b, count, teeth, alike, backs):
-    """Flexibility between two sections through a body."""
-    if gathered.image[n, a] == gathered.image[m, b]:
-        apart = (gathered.tooth[i, n, a] - gathered.tooth[i, m, b]) % teeth
-        block = alike[gathered.image[n, a], apart]
-        return _bilinear(block, count, gathered.shapes[i, n, a], gathered.shapes[i, m, b])
-    # In its image a tooth has the opposite number.
-    offset = (-gathered.tooth[i, n, a] - gathered.tooth[i, m, b]) % teeth
-    if gathered.image[n, a] == 1:
-        return _bilinear(backs[offset], count, gathered.shapes[i, n, a], gathered.shapes[i, m, b])
-    return _bilinear(backs[offset], count, gathered.shapes[i, m, b], gathered.shapes[i, n, a])
-
-
-@compiled
-def _bilinear(block, count, to, by):
-    total = 0.0
-    for c in range(count):
-        line, value = block[c], 0.0
-        for d in range(count):
-            value += line[d] * by[d]
-        total += to[c] * value
-    return total
+def _move(gathered, i, n, a, m, b, rank, teeth, alike, backs, moved):
+    """Fill the movement of the shapes of the tooth of section n by a unit force in section m, on one body."""
+    by, image = gathered.shapes[i, m, b], gathered.image[m, b]
+    # Blocks with their rows and columns exchanged: the loop runs along rows. That of teeth as far the other way is.
+    if gathered.image[n, a] == image:
+        block = alike[image, (gathered.tooth[i, m, b] - gathered.tooth[i, n, a]) % teeth]
+    else:  # in its image a tooth has the opposite number
+        block = backs[image, (-gathered.tooth[i, n, a] - gathered.tooth[i, m, b]) % teeth]
+    moved[:rank] = 0.0
+    for k in range(rank):
+        value, line = by[k], block[k]
+        for c in range(rank):
+            moved[c] += value * line[c]
 
 
 @allocating
@@ -193,7 +225,7 @@ def solve_meshes(lines, levers, flexibility, deviation, loads, mean_force, softn
     size, count = levers.rows.shape[1:]
     workspace, movements = (
         new_workspace(size),
-        _Movements(np.empty(count), np.empty((count, size)), np.empty((count, size)), np.empty((count, count))),
+        _Movements(np.empty(count), np.empty((count, size)), np.empty((count, count))),
     )
     for i in range(len(lines.first_pair)):
         for d in range(len(loads)):
@@ -253,23 +285,25 @@ def _start(lines, i, levers, mean_force, softness, force, workspace):
 def _newton_step(lines, i, levers, load, force, carried, moved, workspace, movements):
     """Solve the linearised equations; change the movements. New forces are in ``workspace.loaded``."""
     active, rows, count = workspace.active, levers.rows[i], len(moved)
-    lever, solved, matrix, step = movements.lever, movements.solved, movements.matrix, movements.step
+    lever, matrix, step = movements.lever, movements.matrix, movements.step
+    # With the factor U^T U all that is needed between movements are products of what U^-T makes of levers and gaps.
+    solve_transposed(workspace.factor, carried, workspace.loaded)
     for k in range(count):
+        line = lever[k]
         for a in range(carried):
             n = active[a]
+            line[a] = rows[n, k]
             further, turn = turning(lines, i, n, workspace.ahead[n])
-            lever[k, a] = rows[n, k] + turn * further * levers.ahead[levers.mesh[n], k]
-            solved[k, a] = lever[k, a]
-        solve_factored(workspace.factor, carried, solved[k])
-    solve_factored(workspace.factor, carried, workspace.loaded)
-    for k in range(count):
+            if turn != 0.0:
+                line[a] += turn * further * levers.ahead[levers.mesh[n], k]
+        solve_transposed(workspace.factor, carried, line)
         step[k] = load[k]
         for a in range(carried):
-            step[k] -= lever[k, a] * workspace.loaded[a]
-        for m in range(k, count):
-            total = 0.0
+            step[k] -= line[a] * workspace.loaded[a]
+        for m in range(k + 1):
+            total, other = 0.0, lever[m]
             for a in range(carried):
-                total += lever[k, a] * solved[m, a]
+                total += line[a] * other[a]
             matrix[k, m] = matrix[m, k] = total
     for a in range(carried):
         n = active[a]
@@ -286,11 +320,11 @@ def _newton_step(lines, i, levers, load, force, carried, moved, workspace, movem
     _solve_held(matrix, step)
     for k in range(count):
         moved[k] += step[k]
+        for a in range(carried):
+            workspace.loaded[a] += moved[k] * lever[k, a]
+    solve_upper(workspace.factor, carried, workspace.loaded)
     for a in range(carried):
-        total = workspace.loaded[a]
-        for k in range(count):
-            total += moved[k] * solved[k, a]
-        workspace.loaded[a] = -total
+        workspace.loaded[a] = -workspace.loaded[a]
 
 
 @compiled
