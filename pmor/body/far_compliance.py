@@ -21,7 +21,7 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 
 # Of the largest movement of a far tooth: movements that are not followed.
-LEFT_OUT = 1e-8
+LEFT_OUT = 1e-7
 # Loads, drawn at random, under which the movements are looked at: several times as many as shapes are found.
 DRAWN = 96
 

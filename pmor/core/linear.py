@@ -11,21 +11,30 @@ from pmor.core.compiling import compiled
 def cholesky(matrix, size, factor):
     """Fill the upper Cholesky factor of a symmetric matrix; its upper half is read.
 
-    All inner loops run along rows of known beginning, without sums: vector registers can take them.
+    All inner loops run along rows of known beginning, without sums: vector registers can take them. Four rows are taken
+    off the rest at a time, in their order: it goes through memory a quarter as often, and no digit changes.
     """
     for i in range(size):
         row, source = factor[i, i:size], matrix[i, i:size]
         for k in range(size - i):
             row[k] = source[k]
-    for j in range(size):
-        pivot = factor[j, j:size]
-        inverse = 1.0 / np.sqrt(pivot[0])
-        for k in range(size - j):
-            pivot[k] *= inverse
-        for i in range(1, size - j):
-            row, value, rest = factor[j + i, j + i : size], pivot[i], pivot[i:]
-            for k in range(size - j - i):
-                row[k] -= value * rest[k]
+    for first in range(0, size, 4):
+        last = min(first + 4, size)
+        for j in range(first, last):
+            pivot = factor[j, j:size]
+            for above in range(first, j):
+                value, rest = factor[above, j], factor[above, j:size]
+                for k in range(size - j):
+                    pivot[k] -= value * rest[k]
+            inverse = 1.0 / np.sqrt(pivot[0])
+            for k in range(size - j):
+                pivot[k] *= inverse
+        for i in range(last, size):
+            row, one, two = factor[i, i:size], factor[first, i:size], factor[first + 1, i:size]
+            three, four = factor[first + 2, i:size], factor[first + 3, i:size]
+            a, b, c, d = one[0], two[0], three[0], four[0]
+            for k in range(size - i):
+                row[k] = row[k] - a * one[k] - b * two[k] - c * three[k] - d * four[k]
 
 
 @compiled

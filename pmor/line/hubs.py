@@ -70,12 +70,16 @@ def hub_rows(pair: GearPair, lines: Lines, z: FloatArray) -> FloatArray:
         smooth_wheel, pair.centre_distance * sine - base[1] * lines.roll[..., 1], base[0] * lines.roll[..., 0]
     )
     x, y = levers[0] * sine - along * cosine, levers[0] * cosine + along * sine
-    axial = -math.tan(pair.base_helix_angle) * np.ones_like(x)
-    on_wheel = np.stack([-cosine, sine, axial], axis=-1)
-    place = np.stack([x, y, np.broadcast_to(np.tile(z, x.shape[1] // len(z)), x.shape)], axis=-1)
-    from_wheel = place - np.array([0.0, pair.centre_distance, 0.0])
-    rows = [-on_wheel, np.cross(place, -on_wheel), on_wheel, np.cross(from_wheel, on_wheel)]
-    return np.where(np.isfinite(lines.gap)[..., None], np.concatenate(rows, axis=-1), 0.0)
+    across = np.tile(z, x.shape[1] // len(z))
+    axial = -math.tan(pair.base_helix_angle)
+    rows = np.empty((*x.shape, 2 * HUB))
+    for first, sign, up in ((0, -1.0, y), (HUB, 1.0, y - pair.centre_distance)):
+        force = -sign * cosine, sign * sine, sign * axial
+        moment = up * force[2] - across * force[1], across * force[0] - x * force[2], x * force[1] - up * force[0]
+        for n, part in enumerate((*force, *moment)):
+            rows[..., first + n] = part
+    rows[~np.isfinite(lines.gap)] = 0.0
+    return rows
 
 
 def mean_wrench(rows: FloatArray, force: FloatArray) -> FloatArray:
