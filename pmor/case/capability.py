@@ -9,14 +9,14 @@ from pmor.case.schema import Case
 from pmor.core.errors import CaseError
 
 Capability = Literal[
-    "campaign", "classical", "design", "dynamics", "fmu", "gearbox", "page", "rexs", "stability", "vtkhdf"
+    "campaign", "classical", "design", "dynamics", "fmu", "gearbox", "page", "rexs", "set", "stability", "vtkhdf"
 ]
 
 NAMES: dict[Capability, str] = {
     "campaign": "a campaign", "classical": "the table of classical formulas", "design": "a design",
     "dynamics": "the force law of dynamics", "fmu": "the force law of a unit for co-simulation",
     "gearbox": "a gearbox",
-    "page": "the live page", "rexs": "a REXS file", "stability": "the matrix of stability",
+    "page": "the live page", "rexs": "a REXS file", "set": "a set", "stability": "the matrix of stability",
     "vtkhdf": "a VTKHDF file",
 }  # fmt: skip
 # Nodes of a flank beyond which its compliance takes more of a page than all else: 8 x 8 quadratic elements have 289.
@@ -66,12 +66,12 @@ def _holes(case: Case) -> str:
 
 # What capabilities take, of cases that they do not take; empty of others.
 LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
-    (_shapes, ("campaign", "design", "dynamics", "fmu", "gearbox", "page", "rexs")),
+    (_shapes, ("campaign", "design", "dynamics", "fmu", "gearbox", "page", "rexs", "set")),
     (_coast, ("campaign", "design", "fmu", "gearbox", "page", "rexs", "vtkhdf")),
-    (_uneven_teeth, ("fmu",)),
+    (_uneven_teeth, ("fmu", "set")),
     (_ring, ("campaign", "gearbox", "stability")),
     (_many_nodes, ("page",)),
-    (_blanks, ("rexs", "vtkhdf")),
+    (_blanks, ("rexs", "set", "vtkhdf")),
     (_holes, ("campaign", "classical", "design", "dynamics", "fmu", "gearbox", "page")),
 )
 

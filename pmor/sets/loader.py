@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from pmor.case import Case, make_case
-from pmor.case.document import COAST, MODIFICATION
+from pmor.case.capability import refuse_beyond
+from pmor.case.document import BLANK, COAST, MODIFICATION
 from pmor.case.reader import Reader, parse_toml, read_text, sections_in
 from pmor.core.errors import CaseError, GeometryError, PmorError, printable
 from pmor.core.wording import did_you_mean
@@ -161,7 +162,7 @@ class _Reader(Reader):
         document["pair"] = pair
         for role, member in zip(("pinion", "wheel"), share.members, strict=True):
             keys = dict(said.members[member])
-            for inner in (MODIFICATION, COAST):
+            for inner in (MODIFICATION, COAST, BLANK):
                 if inner in keys:
                     document[f"{role}.{inner}"] = keys.pop(inner)
             document[role] = keys
@@ -174,8 +175,7 @@ class _Reader(Reader):
             refuse_loads_unmeshed(case)
         except PmorError as error:
             self.refuse_case(error, share)
-        if case.contact.kind != "line":
-            self.refuse(f'[contact] scheme = "{case.contact.scheme}"', 'a set takes exact line loads: write "line"')
+        refuse_beyond(case, "set", f"{self.where}: mesh {share.name}")
         return case
 
     def refuse_case(self, error: PmorError, share: Share) -> NoReturn:

@@ -124,3 +124,19 @@ def test_the_shipped_wind_turbine_turns_as_willis_says():
 @pytest.mark.parametrize("name", ["planetary_stage", "idler_chain"])
 def test_the_shipped_sets_can_be_built(name):
     assert load(CASES / f"{name}.toml").plan.meshes
+
+
+def test_each_mesh_has_the_flanks_that_carry_in_it(tmp_path):
+    """The planet drives the ring with its other flanks; against the sense of the drawing all of them change sides."""
+    flanks = "[planet.modification]\nprofile_slope_um = 5.0\n[planet.coast_modification]\nprofile_slope_um = 0.0\n"
+    flanks += "profile_crowning_um = 3.0\n[ring.coast_modification]\nprofile_crowning_um = 2.0\n"
+    for sign in ("", "-"):
+        text = SMALL_SET.replace("torque_Nm = 300.0", f"torque_Nm = {sign}300.0").replace(
+            "[planets]", f"{flanks}[planets]"
+        )
+        cases = load(written_set(tmp_path, text)).cases
+        planet = cases["sun-planet"].wheel_modification, cases["planet-ring"].pinion_modification
+        relieved, crowned = planet if not sign else planet[::-1]
+        assert (relieved.profile_slope_um, relieved.profile_crowning_um) == (5.0, 0.0)
+        assert (crowned.profile_slope_um, crowned.profile_crowning_um) == (0.0, 3.0)
+        assert cases["planet-ring"].wheel_modification.profile_crowning_um == (0.0 if sign else 2.0)

@@ -26,7 +26,17 @@ SETS = {
     "a sun that is a ring": ("[sun]\nteeth = 18", "[sun]\ninternal = true\nteeth = 18", "[sun] internal"),
     "an unknown key of a gear": ("[sun]\nteeth = 18", "[sun]\nteth = 18\nteeth = 18", "[sun] teth"),
     "an unknown key": ("count = 3", "count = 3\nnumber = 3", "unknown key"),
-    "penalty contact": ("[sweep]", '[contact]\nscheme = "direct"\n[sweep]', "exact line loads"),
+    "penalty contact": ("[sweep]", '[contact]\nscheme = "direct"\n[sweep]', "a set takes line loads"),
+    "a blank": (
+        "[ring]",
+        "[planet.blank]\nrim_thickness_mm = 5.0\nweb_thickness_mm = 5.0\nhub_radius_mm = 20.0\n[ring]",
+        "leave the blanks out",
+    ),
+    "uneven teeth": (
+        "[planet]",
+        "[sun.modification]\npitch_deviations_um = [1.0, " + "0.0, " * 17 + "]\n[planet]",
+        "no pitch deviations",
+    ),
     "an overload": ("torque_Nm = 300.0", "torque_Nm = 300000.0", "mesh sun-planet"),
     "a word for a stiffness": ("[load]", '[supports]\nsun_radial_N_per_mm = "soft"\n[load]', "rigid"),
     "a torque without end": ("torque_Nm = 300.0", "torque_Nm = inf", "torque_Nm = inf"),
