@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,12 +13,14 @@ from pmor.app.cli import main
 from pmor.case import basis_key
 from pmor.machine.bounds import named_bounds
 from pmor.machine.compared import STRESS_ANGLES
+from pmor.machine.duty import LISTED
 from pmor.machine.iso import arrangement
 from pmor.machine.loader import load
 from pmor.machine.output import FILES
 from pmor.machine.run import basis_name
 from tests.support.gearboxes import INLINE, SMALL, written
 
+README = Path(__file__).parents[2] / "cases" / "README.md"
 # A torque that lifts the input off its bearing's clearance has no equilibrium without thrust: see below.
 LOOSE = SMALL.replace('name = "drive"', 'name = "light"').split("[[loads]]")[1].replace("60.0", "20.0")
 # Of the file, what it becomes, and why the standard's formula does not know it; empty where it does.
@@ -163,6 +166,25 @@ def test_the_plan_says_what_is_solved_and_left_out(job, capsys):
 def test_the_plan_names_a_load_without_an_equilibrium(tmp_path, monkeypatch):
     monkeypatch.setattr("pmor.machine.model.LoadedGearbox.solve", lambda self: _fail())
     assert "! no equilibrium" in pmor.plan_gearbox(written(tmp_path))
+
+
+def test_all_that_gearbox_json_has_is_documented(job):
+    data = pmor.gearbox(job[0]).data
+    told = README.read_text(encoding="utf-8").split("## Gears in their machine")[1].split("\n## ")[0]
+    duty = {"duty": {"hours": None, "spectrum": [dict.fromkeys(_spectrum_keys())], "meshes": []}}
+    for entry in data["loads"]:
+        entry["speeds_rpm"] = {}  # by the names of shafts
+    assert sorted(key for key in _keys(data | duty) if f"`{key.removeprefix('rigid_')}`" not in told) == []
+
+
+def _keys(data):
+    inside = data.values() if isinstance(data, dict) else data if isinstance(data, list) else ()
+    return set(data if isinstance(data, dict) else ()).union(*map(_keys, inside))
+
+
+def _spectrum_keys():
+    speeds = (f"{gear}_{what}" for gear in ("pinion", "wheel") for what in ("rpm", "cycles"))
+    return ("mesh", "load", "fraction", "hours", *speeds, *LISTED)
 
 
 def test_python_finds_what_the_command_found(job):
