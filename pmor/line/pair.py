@@ -174,10 +174,11 @@ def on_supports(
     ndarray, shape (A, N, N)
         mm/N.
     """
-    total = np.zeros((*lines.gap.shape, lines.gap.shape[1]))
-    if meshed.hubs is not None:
+    if meshed.hubs is None:
+        total = np.zeros((*lines.gap.shape, lines.gap.shape[1]))
+    else:
         rows = hub_rows(meshed.pair, lines, meshed.sections.z)
-        total += rows @ meshed.hubs.compliance @ rows.transpose(0, 2, 1)
+        total = rows @ meshed.hubs.compliance @ rows.transpose(0, 2, 1)
         lines = lines._replace(gap=lines.gap + rows @ meshed.hubs.offset)
     (column, share), node_rows = meshed.carriers
     pairs = lines.first_pair[:, None] + np.arange(meshed.tooth_pair_count)
