@@ -16,8 +16,6 @@ from pmor_online.model import ReducedPair
 #: forces at a phase (rad) and at displacements along the line of action: (displacements,) to (displacements,)
 Forces = Callable[[float, FloatArray], FloatArray]
 
-# Relative, of a displacement: where no equilibrium was found, one beside it is taken.
-NUDGES = np.array([1e-9, -1e-9, 1e-8, -1e-8])
 # Phases whose sections are placed at a time, and memory of placed sections beyond which none are kept for later.
 PHASES_AT_ONCE, MOST_BYTES = 1024, 1 << 29
 
@@ -54,22 +52,14 @@ class _MeshForce:
     assembly: Assembly
 
     def __call__(self, phase: float, displacement: FloatArray) -> FloatArray:
-        force, converged = self._forces(phase, displacement)
-        if not converged.all():
-            for k in np.flatnonzero(~converged):
-                beside, found = self._forces(phase, displacement[k] * (1.0 + NUDGES))
-                force[k] = next(iter(beside[found]), np.nan)
-        return force
+        _, found = self._solved(phase, displacement)
+        force = found.torque[:, 0].sum(axis=1) / self.pair.base_radius
+        return np.where(found.converged[:, 0], force, np.nan)
 
     def overloaded(self, phase: float, displacement: FloatArray) -> BoolArray:
         """Whether contact of some section is too wide for the law, (displacements,)."""
         placed, found = self._solved(phase, displacement)
         return np.asarray(placed.width_limit.exceeded(found.force)[:, 0])
-
-    def _forces(self, phase: float, displacement: FloatArray) -> tuple[FloatArray, BoolArray]:
-        """Forces, and where they were found."""
-        _, found = self._solved(phase, displacement)
-        return found.torque[:, 0].sum(axis=1) / self.pair.base_radius, found.converged[:, 0]
 
     def _solved(self, phase: float, displacement: FloatArray) -> tuple[PlacedSections, LineResults]:
         placed = place_phases(self.pair, np.array([phase]), self.assembly)
