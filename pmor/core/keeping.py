@@ -118,6 +118,19 @@ def _private_folder() -> Path | None:
     return folder if found.st_uid == os.getuid() and found.st_mode == 0o040700 else None
 
 
+def entry_of(kernel: Any, *arguments: Any) -> Any:
+    """Return the code of a kernel for arguments of these types, to be called with such alone.
+
+    A call of the kernel itself looks up the type of each argument first: 13 us for a pair of gears.
+    """
+    return kernel.compile(tuple(map(numba.typeof, arguments))) if hasattr(kernel, "compile") else kernel
+
+
+def _is_ours(event: Any) -> bool:
+    # Functions that numba makes itself, of a user's own types for instance, have no module.
+    return (event.data["dispatcher"].py_func.__module__ or "").startswith("pmor.")
+
+
 class _Announcement(event.Listener):
     """Says that kernels are compiled when that begins, and later how long it has taken so far."""
 
@@ -126,7 +139,7 @@ class _Announcement(event.Listener):
 
     def on_start(self, event: Any) -> None:
         """Count nested compilations, and say so at the outermost one."""
-        if not event.data["dispatcher"].py_func.__module__.startswith("pmor."):
+        if not _is_ours(event):
             return
         self._depth += 1
         if self._depth > 1:
@@ -139,7 +152,7 @@ class _Announcement(event.Listener):
 
     def on_end(self, event: Any) -> None:
         """Add up the time of the outermost one."""
-        if not event.data["dispatcher"].py_func.__module__.startswith("pmor."):
+        if not _is_ours(event):
             return
         self._depth -= 1
         if self._depth == 0:

@@ -24,6 +24,7 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
+from pmor.line.kernels.hubs import ROWS, Axes, fill_hub_rows
 from pmor.line.kernels.places import Lines
 
 HUB = 6
@@ -60,26 +61,15 @@ def hub_rows(pair: GearPair, lines: Lines, z: FloatArray) -> FloatArray:
     z : ndarray, shape (S,)
         Of the sections of a tooth pair, mm.
     """
-    levers = np.stack([-lines.lever, lines.mate_lever])
-    base = np.array([pair.pinion.base_radius, pair.wheel.base_radius])
-    cosine = np.clip(levers.sum(axis=0) / pair.centre_distance, -1.0, 1.0)
-    sine = np.sqrt(1.0 - cosine**2)
-    smooth_wheel = np.abs(levers[0] - base[0]) > np.abs(levers[1] - base[1])
-    # From the tangent points of the line of action: on the pinion's base circle forwards, on the wheel's backwards.
-    along = np.where(
-        smooth_wheel, pair.centre_distance * sine - base[1] * lines.roll[..., 1], base[0] * lines.roll[..., 0]
-    )
-    x, y = levers[0] * sine - along * cosine, levers[0] * cosine + along * sine
-    across = np.tile(z, x.shape[1] // len(z))
-    axial = -math.tan(pair.base_helix_angle)
-    rows = np.empty((*x.shape, 2 * HUB))
-    for first, sign, up in ((0, -1.0, y), (HUB, 1.0, y - pair.centre_distance)):
-        force = -sign * cosine, sign * sine, sign * axial
-        moment = up * force[2] - across * force[1], across * force[0] - x * force[2], x * force[1] - up * force[0]
-        for n, part in enumerate((*force, *moment)):
-            rows[..., first + n] = part
-    rows[~np.isfinite(lines.gap)] = 0.0
+    rows = np.empty((*lines.gap.shape, ROWS))
+    fill_hub_rows(lines, z, axes_of(pair), rows)
     return rows
+
+
+def axes_of(pair: GearPair) -> Axes:
+    """Return the axes of a pair for the kernels."""
+    base_radii = pair.pinion.base_radius, pair.wheel.base_radius
+    return Axes(pair.centre_distance, *base_radii, math.tan(pair.base_helix_angle))
 
 
 def mean_wrench(rows: FloatArray, force: FloatArray) -> FloatArray:

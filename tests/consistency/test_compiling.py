@@ -48,6 +48,17 @@ def test_every_file_of_kernels_names_the_folder_that_keeps_them():
 
 
 @pytest.mark.jit
+def test_what_has_no_module_compiles_too():
+    """As what numba makes of a user's own types."""
+
+    def own(x):
+        return x
+
+    own.__module__ = None
+    assert njit(own)(1) == 1
+
+
+@pytest.mark.jit
 def test_what_a_user_compiles_is_kept_where_numba_keeps_it_anyway(tmp_path, monkeypatch):
     monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path))
 

@@ -68,6 +68,33 @@ def test_moved_hubs_change_the_gaps_as_moved_axes_do(helix, misalignment, wheel)
     assert_allclose(by_rows, change, rtol=0.0, atol=0.02 * size)
 
 
+def rows_by_arrays(pair, lines, z):
+    """The slow, obvious twin of the kernel."""
+    levers = np.stack([-lines.lever, lines.mate_lever])
+    base = np.array([pair.pinion.base_radius, pair.wheel.base_radius])
+    cosine = np.clip(levers.sum(axis=0) / pair.centre_distance, -1.0, 1.0)
+    sine = np.sqrt(1.0 - cosine**2)
+    smooth_wheel = np.abs(levers[0] - base[0]) > np.abs(levers[1] - base[1])
+    along = np.where(
+        smooth_wheel, pair.centre_distance * sine - base[1] * lines.roll[..., 1], base[0] * lines.roll[..., 0]
+    )
+    x, y = levers[0] * sine - along * cosine, levers[0] * cosine + along * sine
+    axial = -np.tan(pair.base_helix_angle) * np.ones_like(x)
+    on_wheel = np.stack([-cosine, sine, axial], axis=-1)
+    place = np.stack([x, y, np.broadcast_to(np.tile(z, x.shape[1] // len(z)), x.shape)], axis=-1)
+    from_wheel = place - np.array([0.0, pair.centre_distance, 0.0])
+    rows = [-on_wheel, np.cross(place, -on_wheel), on_wheel, np.cross(from_wheel, on_wheel)]
+    return np.where(np.isfinite(lines.gap)[..., None], np.concatenate(rows, axis=-1), 0.0)
+
+
+@pytest.mark.parametrize("helix", [0.0, 21.0])
+def test_rows_of_the_kernel_are_those_of_arrays(helix):
+    reduced = pair(helix)
+    lines, z = reduced.lines.place(angles(reduced), ALIGNED).lines, reduced.layered.sections.z
+    expected = rows_by_arrays(reduced.meshed.pair, lines, z)
+    assert_allclose(hub_rows(reduced.meshed.pair, lines, z), expected, rtol=0.0, atol=1e-13 * np.abs(expected).max())
+
+
 @pytest.mark.parametrize("helix", [0.0, 21.0])
 def test_rows_hold_the_levers_of_both_gears_and_balance(helix):
     reduced = pair(helix)

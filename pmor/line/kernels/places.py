@@ -128,20 +128,33 @@ def place_lines(phi, kinematics, gears, layers, z, pair_count, components):
     -------
     Lines
     """
-    angles, sections = len(phi), len(z)
-    size = pair_count * sections
+    lines = empty_lines(len(phi), pair_count * len(z), components)
+    fill_lines(lines, phi, kinematics, gears, layers, z)
+    return lines
+
+
+@allocating
+def empty_lines(angles, size, components):
+    """Return room for `size` sections at each of some angles."""
     grid = angles, size
-    lines = Lines(
+    return Lines(
         first_pair=np.zeros(angles, dtype=np.int64), gap=np.zeros(grid), lever=np.zeros(grid),
         mate_lever=np.zeros(grid), lever_slope=np.zeros(grid), corner_advance=np.zeros(grid),
         roll=np.zeros((angles, size, 2)),
         law=np.zeros((angles, size, LAW_FIELDS)), row=np.zeros((angles, size, 2), dtype=np.int64),
         gradient=np.zeros((angles, size, 2, 4 * components)),
     )  # fmt: skip
+
+
+@allocating
+def fill_lines(lines, phi, kinematics, gears, layers, z):
+    """Place sections at as many pinion angles as there is room for, gradients 0; arguments as of `place_lines`."""
+    angles, size = lines.gap.shape
+    sections = len(z)
     forward, back = Motion(np.empty((3, 3)), np.empty(3)), Motion(np.empty((3, 3)), np.empty(3))
     carriers, alike = Carriers(np.empty(2, dtype=np.int64), np.empty((2, 4))), sections_alike(kinematics, gears)
     for i in range(angles):
-        lines.first_pair[i] = _first_pair(phi[i], kinematics, pair_count)
+        lines.first_pair[i] = _first_pair(phi[i], kinematics, size // sections)
         for n in range(size):
             if alike and n % sections > 0:
                 _copy_section(lines, i, n)
@@ -150,7 +163,6 @@ def place_lines(phi, kinematics, gears, layers, z, pair_count, components):
             if _within(lines, i, n, kinematics, gears, roll_position, z[n % sections]):
                 contact_point = _place(lines, i, n, kinematics, gears, roll_position, z[n % sections], forward, back)
                 _carry(lines, i, n, gears, layers, contact_point, carriers)
-    return lines
 
 
 @compiled
