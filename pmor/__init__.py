@@ -34,6 +34,8 @@ Conditions
 Files
     `load_results`: arrays of a results file by name, each a `ResultArray`. `info`: content of a file. `verify`:
     compares a basis file with full FE, a `Verification`. `export_file`: writes a file in the format of another program.
+Other programs
+    `exudyn_mesh`: a mesh as a connector of two bodies in exudyn, a package for multibody dynamics.
 Errors
     `PmorError`: base of all that an engineer can mend. `CaseError`, `GeometryError`, `MeshError`: in the settings.
     `FileFormatError`, `OutputError`: in files. `ConvergenceError`: no equilibrium found. `ExternalProgramError`: a
@@ -73,6 +75,7 @@ if TYPE_CHECKING:
     )
     from pmor.app.cases import change_case, make_case
     from pmor.app.export import export_file, import_rexs
+    from pmor.app.exudyn import exudyn_mesh
     from pmor.app.files import Verification, info, load_results, verify
     from pmor.app.full import FullModel, full_model
     from pmor.app.geometry import Geometry, geometry
@@ -108,6 +111,7 @@ _HOMES = {
     "pmor.design.result": ("DesignResult",),
     "pmor.campaigns.result": ("CampaignResult",),
     "pmor.app.export": ("export_file", "import_rexs"),
+    "pmor.app.exudyn": ("exudyn_mesh",),
     "pmor.app.files": ("Verification", "info", "load_results", "verify"),
     "pmor.app.full": ("FullModel", "full_model"),
     "pmor.app.geometry": ("Geometry", "geometry"),
@@ -143,10 +147,10 @@ __all__ = [
     "DesignResult", "DynamicsResult", "ExternalProgramError", "FileFormatError", "FullModel", "GearboxResult",
     "Geometry", "GeometryError", "MeshError", "Misalignment", "Modification", "OutputError", "PmorError",
     "ReducedModel", "ResultArray", "RootStress", "RunResult", "SetResult", "SweepResult", "Topography", "Verification",
-    "bench", "campaign", "change_case", "compare", "convergence", "export_file", "full_model", "gear_set", "gearbox",
-    "geometry", "import_rexs", "info", "load_case", "load_model", "load_results", "make_case", "plan", "plan_campaign",
-    "plan_design", "plan_gearbox", "reductions", "run_case", "run_design", "run_dynamics", "stability", "study",
-    "train", "verify", "write_campaign_case", "write_design_case", "__version__",
+    "bench", "campaign", "change_case", "compare", "convergence", "export_file", "exudyn_mesh", "full_model",
+    "gear_set", "gearbox", "geometry", "import_rexs", "info", "load_case", "load_model", "load_results", "make_case",
+    "plan", "plan_campaign", "plan_design", "plan_gearbox", "reductions", "run_case", "run_design", "run_dynamics",
+    "stability", "study", "train", "verify", "write_campaign_case", "write_design_case", "__version__",
 ]  # fmt: skip
 
 

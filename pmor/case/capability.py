@@ -9,13 +9,14 @@ from pmor.case.schema import Case
 from pmor.core.errors import CaseError
 
 Capability = Literal[
-    "campaign", "classical", "design", "dynamics", "fmu", "gearbox", "page", "rexs", "set", "stability", "vtkhdf"
-]
+    "campaign", "classical", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set", "stability",
+    "vtkhdf",
+]  # fmt: skip
 
 NAMES: dict[Capability, str] = {
     "campaign": "a campaign", "classical": "the table of classical formulas", "design": "a design",
-    "dynamics": "the force law of dynamics", "fmu": "the force law of a unit for co-simulation",
-    "gearbox": "a gearbox",
+    "dynamics": "the force law of dynamics", "exudyn": "a mesh in exudyn",
+    "fmu": "the force law of a unit for co-simulation", "gearbox": "a gearbox",
     "page": "the live page", "rexs": "a REXS file", "set": "a set", "stability": "the matrix of stability",
     "vtkhdf": "a VTKHDF file",
 }  # fmt: skip
@@ -66,13 +67,13 @@ def _holes(case: Case) -> str:
 
 # What capabilities take, of cases that they do not take; empty of others.
 LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
-    (_shapes, ("campaign", "design", "dynamics", "fmu", "gearbox", "page", "rexs", "set")),
-    (_coast, ("campaign", "design", "fmu", "gearbox", "page", "rexs", "vtkhdf")),
-    (_uneven_teeth, ("fmu", "set")),
+    (_shapes, ("campaign", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set")),
+    (_coast, ("campaign", "design", "exudyn", "fmu", "gearbox", "page", "rexs", "vtkhdf")),
+    (_uneven_teeth, ("exudyn", "fmu", "set")),
     (_ring, ("campaign", "gearbox", "stability")),
     (_many_nodes, ("page",)),
     (_blanks, ("rexs", "set", "vtkhdf")),
-    (_holes, ("campaign", "classical", "design", "dynamics", "fmu", "gearbox", "page")),
+    (_holes, ("campaign", "classical", "design", "dynamics", "exudyn", "fmu", "gearbox", "page")),
 )
 
 
