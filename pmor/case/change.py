@@ -8,8 +8,10 @@ from typing import Any
 
 from pmor.case.coast import TORQUES, as_drawn, without_pitch
 from pmor.case.document import BLANK, COAST, CONDITION, GEARS, HOLES, MODIFICATION, flattened
+from pmor.case.gears import GearCase
 from pmor.case.loader import parse_case
 from pmor.case.reader import keys_of
+from pmor.case.rings import OF_RACKS
 from pmor.case.schema import SECTIONS, Case
 from pmor.core.errors import CaseError
 from pmor.core.wording import did_you_mean
@@ -76,7 +78,7 @@ def sections_of(case: Case) -> dict[str, dict[str, Any]]:
     coast = case.flank == "coast"
     case = as_drawn(case)
     pair = asdict(case.pair)
-    gears = {gear: pair.pop(gear) for gear in GEARS}
+    gears = {gear: _own_keys(pair.pop(gear)) for gear in GEARS}
     blanks = {f"{gear}.{BLANK}": gears[gear].pop(BLANK) for gear in GEARS}
     sections = {"load": {"torque_Nm": case.torque_Nm, "speed_rpm": case.speed_rpm}, "pair": pair, **gears}
     for name, blank in blanks.items():
@@ -98,6 +100,14 @@ def sections_of(case: Case) -> dict[str, dict[str, Any]]:
         for section, key in TORQUES:
             sections[section][key] = tuple(-torque for torque in reversed(sections[section][key]))
     return sections
+
+
+def _own_keys(gear: dict[str, Any]) -> dict[str, Any]:
+    """Keys of a gear without those of a rack where a shaper makes its root, which refuses them when written."""
+    if gear["shaper"] is None:
+        return gear
+    usual = {item.name: item.default for item in fields(GearCase) if item.name in OF_RACKS}
+    return {key: value for key, value in gear.items() if key not in usual or value != usual[key]}
 
 
 def _changed(document: dict[str, Any], settings: Mapping[str, Any], where: str) -> dict[str, Any]:

@@ -13,6 +13,8 @@ from pmor.gear.tooth import Tooth
 
 # Keys of a ring alone.
 OF_RINGS = ("root_fillet_mm", "shaper", "rim_thickness_mm")
+# Keys that say what a rack cuts, and a shaper has of its own.
+OF_RACKS = ("dedendum", "rack_tip_radius")
 # Modules by which a dedendum that is written may differ from what the shaper cuts: drawings round it.
 SAME_DEDENDUM = 0.02
 

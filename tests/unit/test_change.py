@@ -13,7 +13,7 @@ from pmor.case.change import changed_text
 from pmor.core.errors import CaseError
 
 CASES = Path(__file__).parents[2] / "cases"
-FILES = sorted(path for path in CASES.glob("*.toml") if "[pair]" in path.read_text())  # the others start from a case
+FILES = sorted(path for path in CASES.glob("*.toml") if "[pinion]" in path.read_text())  # the others start from a case
 
 SMALL = {"teeth": 21, "bore_radius_mm": 20.0, "module_mm": 4.0, "face_width_mm": 20.0, "torque_Nm": 100.0}
 
