@@ -47,24 +47,33 @@ def root_stress(
     RootStress or None
         None where the basis has no root stress. Points near a line of contact do not count.
     """
-    shapes = reduced.basis.root_stress
-    if shapes is None:
+    if reduced.basis.root_stress is None:
         return None
     states = sweep_line_loads(reduced, phi, conditions, executor, recorded=True).states
     assert states is not None
-    loaded, (torques, angles) = states.loads.pair, (len(conditions), len(phi))
+    return root_stress_of(reduced, phi, conditions, states.loads)
+
+
+def root_stress_of(
+    reduced: ReducedPair, phi: FloatArray, conditions: Sequence[Condition], loads: ContactLoads
+) -> RootStress | None:
+    """Find the stress along the root fillets from the line loads of all teeth; see `root_stress`."""
+    shapes = reduced.basis.root_stress
+    if shapes is None:
+        return None
+    loaded, (torques, angles) = loads.pair, (len(conditions), len(phi))
     pairs = np.arange(loaded.min(), loaded.max() + 1) if len(loaded) else np.empty(0, dtype=np.int64)
     size = torques, angles, 2, len(pairs), 2
     found = [np.full(size, np.nan) for _ in range(4)]
     most = [[np.full((torques, 2, *shape.stress.shape[2:4]), 0.0) for _ in range(2)] for shape in shapes]
     for start in range(0, angles, ANGLES_PER_BLOCK):
         block = slice(start, min(start + ANGLES_PER_BLOCK, angles))
-        forces = _nodal_forces(reduced, phi, common_misalignment(conditions), states.loads, block, pairs)
+        forces = _nodal_forces(reduced, phi, common_misalignment(conditions), loads, block, pairs)
         for gear, shape in enumerate(shapes):
             there = _amplitudes(shape, forces[gear], 1 if gear == 0 else -1)
             carries = forces[gear].any(axis=3)
             stress = _stress(shape, there[carries])
-            hidden = _under_contact(reduced, states.loads, block, pairs, gear)[carries]
+            hidden = _under_contact(reduced, loads, block, pairs, gear)[carries]
             measures = [np.where(hidden[:, None], 0.0, values) for values in _measures(stress)]
             for torque in range(torques):
                 own = np.nonzero(carries)[0] == torque

@@ -12,12 +12,13 @@ from dataclasses import replace
 from pmor.gear.condition import Condition
 from pmor.machine.coupled import RigidMesh, RootStresses, SolvedLoad, condition_of
 from pmor.results.root_stress import RootStress
-from pmor_online.model import ReducedPair, on_hubs, online_angles
-from pmor_online.root_stress import root_stress
+from pmor.results.sweep import SteSweep
+from pmor_online.model import ReducedPair, online_angles
+from pmor_online.root_stress import root_stress_of
 from pmor_online.sweep import sweep_reduced_pair
 
-# Angles of a pitch at which stress is found. *Measured* on two helical pairs: the largest is up to 0.6 % below that of
-# 200, as with 50.
+# Angles of a pitch, at least, at which stress is found, of those that are swept. *Measured* on two helical pairs: the
+# largest is up to 0.5 % below that of 200.
 STRESS_ANGLES = 32
 
 
@@ -40,9 +41,9 @@ def with_rigid_supports(
         reduced = pairs[meshes[0].meshing.settings.name]
         conditions = [condition_of(reduced, mesh.torque) for mesh in meshes]
         sweep = sweep_reduced_pair(reduced, online_angles(pair.pitch, angles), conditions, recorded=True)
-        stress = _largest(reduced, conditions)
+        stress = _largest(reduced, conditions, sweep)
         for row, (mesh, condition) in enumerate(zip(meshes, conditions, strict=True)):
-            (own,) = _largest(on_hubs(reduced, mesh.hubs), [condition])
+            (own,) = _largest(reduced, [condition], mesh.sweep)
             before = found[row]
             solved = (*before.meshes[:number], mesh._replace(root_stress=own), *before.meshes[number + 1 :])
             rigid = (*before.rigid, RigidMesh(sweep, row, stress[row]))
@@ -50,10 +51,11 @@ def with_rigid_supports(
     return tuple(found)
 
 
-def _largest(reduced: ReducedPair, conditions: Sequence[Condition]) -> list[RootStresses]:
+def _largest(reduced: ReducedPair, conditions: Sequence[Condition], sweep: SteSweep) -> list[RootStresses]:
     """Largest root stress of pinion and wheel under each condition, MPa; none where the basis holds no root stress."""
-    phi = online_angles(reduced.meshed.pair.pitch, STRESS_ANGLES)
-    stress = root_stress(reduced, phi, conditions)
+    assert sweep.states is not None
+    some = slice(None, None, max(len(sweep.phi_rad) // STRESS_ANGLES, 1))
+    stress = root_stress_of(reduced, sweep.phi_rad[some], conditions, sweep.states.loads.at_angles(some))
     return [None] * len(conditions) if stress is None else [_of_both(stress, i) for i in range(len(conditions))]
 
 

@@ -18,7 +18,7 @@ from scipy.linalg import null_space
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition
-from pmor.line.hubs import HUB, Hubs, hub_rows, mean_wrench
+from pmor.line.hubs import HUB, Hubs, mean_wrench
 from pmor.machine.beam import NODE
 from pmor.machine.mesh_force import MeshFrame
 from pmor.machine.model import ABOUT_AXIS, GearboxModel, LoadedGearbox, Meshing, loaded
@@ -125,7 +125,8 @@ def solve_load(
         moved, meshes = 0.0, list[Meshing]()
         for number, mesh in enumerate(gearbox.meshes):
             force = mesh_force(gearbox, equilibrium, number)
-            wrench = _mean_wrench(pairs[mesh.settings.name], mesh, force, hubs_of(gearbox, equilibrium, mesh, force))
+            hubs = hubs_of(gearbox, equilibrium, mesh, force)
+            wrench = _mean_wrench(pairs[mesh.settings.name], mesh, force, hubs)
             moved = max(moved, float(np.abs(wrench - mesh.wrenches).max()) / mesh.pair.centre_distance)
             meshes.append(mesh._replace(wrenches=wrench))
         if moved < SETTLED:
@@ -182,7 +183,7 @@ def _mean_wrench(reduced: ReducedPair, mesh: Meshing, force: float, hubs: Hubs) 
     found = placed.solve(np.array([condition.torque]), False, placed.deviation(condition.assembly))
     if not found.converged.all():
         raise ConvergenceError(f"mesh {mesh.settings.name}: {condition.load_text}: contact was not found", [])
-    mean = mean_wrench(hub_rows(mesh.pair, placed.lines, pair.meshed.sections.z), found.force[0])
+    mean = mean_wrench(placed.hub_rows, found.force[0])
     return np.asarray((_turned(mesh.frame).T @ mean).reshape(2, HUB) / force)
 
 

@@ -10,7 +10,6 @@ from pmor.core.errors import ConvergenceError
 from pmor.core.memory import memory_text
 from pmor.core.progress import format_time
 from pmor.gear.pair import GearPair
-from pmor.machine.compared import STRESS_ANGLES
 from pmor.machine.coupled import MEAN_ANGLES
 from pmor.machine.duty import shares
 from pmor.machine.left_out import NEVER, left_out
@@ -104,7 +103,7 @@ def _cost(file: GearboxFile) -> Iterator[str]:
             elif stage.name in (FINITE_ELEMENTS, TRAINING):
                 found.append(replace(stage, name=f"{stage.name}, {name}"))
         seconds = _position_seconds(file.model.pairs[name], case)
-        positions = case.online.angles_per_pitch + STRESS_ANGLES + ROUNDS * MEAN_ANGLES
+        positions = case.online.angles_per_pitch + ROUNDS * MEAN_ANGLES
         more.append((f"{loads} loads, {name}", loads * positions * seconds))
         more.append((f"the flank that fits, {name}", loads * FIT_POSITIONS * seconds))
     rows = [(stage.name, memory_text(stage.memory), stage.seconds) for stage in found]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -48,6 +48,15 @@ class ContactLoads:
     mate_lever_mm: FloatArray
     roll_rad: FloatArray
     z_mm: FloatArray
+
+    def at_angles(self, angles: slice) -> ContactLoads:
+        """Return the forces at some of the angles."""
+        first, count = self.first[:, angles], self.count[:, angles]
+        after = np.cumsum(count.ravel())
+        begin = after - count.ravel()
+        points = np.arange(after[-1] if len(after) else 0) + np.repeat(first.ravel() - begin, count.ravel())
+        chosen = {item.name: getattr(self, item.name)[points] for item in fields(self)[2:]}
+        return ContactLoads(first=begin.reshape(count.shape), count=count, **chosen)
 
 
 @brief

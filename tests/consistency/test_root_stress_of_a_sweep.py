@@ -23,7 +23,17 @@ from pmor.report.data_files import write_stress_csv
 from pmor.results.root_stress import GEARS, SIDES, FilletEnvelope
 from pmor.storage.basis_file import read_basis
 from pmor_online.line_sweep import sweep_line_loads
-from pmor_online.root_stress import NEAR_CONTACT, _amplitudes, _nodal_forces, _peaks, _spline, _stress, _under_contact
+from pmor_online.root_stress import (
+    NEAR_CONTACT,
+    _amplitudes,
+    _nodal_forces,
+    _peaks,
+    _spline,
+    _stress,
+    _under_contact,
+    root_stress,
+    root_stress_of,
+)
 from tests.support.small_case import case_text
 from tests.support.stored_files import rows_of, summary_of
 
@@ -66,6 +76,15 @@ def test_nodal_forces_make_the_torque_and_push_along_the_line_of_action(model):
         assert_allclose(np.abs(moment), np.broadcast_to(1e3 * np.array(TORQUES)[:, None], moment.shape), rtol=1e-5)
         size = np.linalg.norm(whole.sum(axis=3), axis=-1).sum(axis=2)
         assert_allclose(size, np.broadcast_to(1e3 * np.array(TORQUES)[:, None] / radius, size.shape), rtol=1e-6)
+
+
+def test_stress_at_some_angles_of_a_sweep_is_that_of_these_angles(model):
+    conditions, phi = conditions_of(model.case, TORQUES), np.linspace(0.0, 0.28, 8)
+    loads = sweep_line_loads(model.reduced, phi, conditions, recorded=True).states.loads
+    some = slice(1, None, 3)
+    found = root_stress_of(model.reduced, phi[some], conditions, loads.at_angles(some))
+    expected = root_stress(model.reduced, phi[some], conditions)
+    assert_allclose(found.max_principal_MPa, expected.max_principal_MPa, rtol=1e-9)
 
 
 @pytest.mark.parametrize("gear", [0, 1])
