@@ -50,6 +50,9 @@ class Settings(TypedDict, total=False):
     centre_distance_mm: float
     # [pinion]
     teeth: int
+    internal: bool
+    root_fillet_mm: float
+    held: Literal["outside"]
     profile_shift: float
     addendum: float
     dedendum: float
