@@ -51,14 +51,14 @@ def _rows(tooth, roll, fine, reach):
     """Roll angles of nodes on a flank that touches at `roll`."""
     marks = 0.5 * tooth.base_radius
     arc = np.linspace(marks * tooth.form_roll_angle**2, marks * tooth.tip_roll_angle**2, 40001)
-    return np.sqrt(_graded(arc, np.abs(arc - marks * roll**2) - reach, fine) / marks)
+    return np.sqrt(graded(arc, np.abs(arc - marks * roll**2) - reach, fine) / marks)
 
 
-def _graded(arc, distance, fine):
-    """Nodes of second-order elements along an arc, `fine` apart and coarser by distance."""
+def graded(arc, distance, fine, elements=None):
+    """Nodes of second-order elements along an arc, `fine` apart and coarser by distance; so many elements, if told."""
     spacing = np.minimum(fine + ROW_GROWTH * np.maximum(distance, 0.0), COARSEST)
     count = np.append(0.0, np.cumsum(0.5 * (1.0 / spacing[1:] + 1.0 / spacing[:-1]) * np.diff(arc)))
-    ends = np.interp(np.linspace(0.0, count[-1], math.ceil(count[-1]) + 1), count, arc)
+    ends = np.interp(np.linspace(0.0, count[-1], (elements or math.ceil(count[-1])) + 1), count, arc)
     return np.append(np.stack([ends[:-1], 0.5 * (ends[1:] + ends[:-1])], axis=1).ravel(), ends[-1])
 
 
@@ -67,7 +67,7 @@ def _graded_fillet(fine, tooth, upper):
     points = tooth.root_section(np.linspace(0.0, 1.0, 40001))
     points = points[: 1 + np.argmin(np.linalg.norm(points - upper[0], axis=1))]
     arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
-    nodes = _graded(arc, arc, fine)
+    nodes = graded(arc, arc, fine)
     return np.stack([np.interp(nodes, arc, points[:, d]) for d in range(2)], axis=-1)[::-1]
 
 
@@ -97,14 +97,14 @@ def _rings(case, pair, turned, phi, fine, reach, layers, beside):
         for number, roll in zip(teeth, at, strict=True):
             rows = _rows(tooth, roll, fine, reach)
             meshes[number] = _sector(tooth, held, pair.face_width, rows, across, layers)
-        faces = _faces(meshes)
+        faces = flank_faces(meshes)
         ring = ring_of(meshes, angles[gear], (0.0, pair.centre_distance)[gear])
-        rings.append(ring if beside is None else _arc(ring, meshes, teeth, beside))
+        rings.append(ring if beside is None else arc_of(ring, meshes, teeth, beside))
         touching.append([(tooth, faces[tooth]) for tooth in teeth])
     return rings, touching
 
 
-def _arc(ring, meshes, teeth, beside):
+def arc_of(ring, meshes, teeth, beside):
     """A ring of which the elements of teeth farther away than some beside those that touch are left out."""
     apart = np.abs((np.arange(len(meshes))[:, None] - teeth + len(meshes) // 2) % len(meshes) - len(meshes) // 2)
     kept = np.repeat(apart.min(axis=1) <= beside, [len(mesh.elements) for mesh in meshes])
@@ -112,7 +112,7 @@ def _arc(ring, meshes, teeth, beside):
     return replace(ring, used=used, bore=np.intersect1d(ring.bore, used), kept=kept)
 
 
-def _faces(meshes):
+def flank_faces(meshes):
     """Element, from 0, and CalculiX's number of each face on the flank of each tooth."""
     faces, first = [], 0
     for mesh in meshes:
