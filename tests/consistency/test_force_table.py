@@ -13,11 +13,11 @@ from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
 from pmor.dynamics.integration import integrate
 from pmor.dynamics.load_limit import load_limit
 from pmor.dynamics.operating import mean_stiffness, static_displacement
-from pmor.gear.condition import PLAIN, at_torques
+from pmor.gear.condition import PLAIN, Assembly, Misalignment, at_torques
 from pmor.pair.conditions import assembly_of
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.mesh_force import LineLoadLaw, mesh_force_of, overload_of, place_phases
-from tests.support.line_pairs import small_pair
+from tests.support.line_pairs import models, small_pair
 from tests.support.motion import along_line_of_action
 
 
@@ -55,6 +55,18 @@ def test_slow_motion_of_a_pair_is_its_static_transmission_error():
     moving = integrate(oscillator, table, start, (speed, speed), 1)
     static = 1e-3 * sweep_line_loads(reduced, moving.phase / (2.0 * np.pi) * pitch, at_torques([torque])).ste_um[0]
     np.testing.assert_allclose(moving.displacement, static, atol=1e-4 * np.ptp(static))
+
+
+def test_flanks_that_just_touch_carry_nothing_to_the_last_digit():
+    """A gap of round-off has no sign: sections do not begin and let go over it without end."""
+    pair = models("helical")[1].lines
+    assembly = Assembly(Misalignment(out_of_plane_um=900.0))
+    placed = place_phases(pair, np.linspace(0.0, 2.0 * np.pi, 512, endpoint=False), assembly)
+    touch = (placed.lines.gap / -placed.lines.lever).min(axis=1)
+    for places in range(-1, 3):
+        found = placed.solve((touch + places * np.spacing(touch))[None], True, placed.deviation(assembly))
+        assert found.converged.all()
+        assert found.force.max() < 1e-10
 
 
 def test_the_law_without_a_table_is_that_of_the_sweep_whatever_it_starts_from(rng):

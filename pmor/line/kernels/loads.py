@@ -43,8 +43,8 @@ MAX_STEPS, PATIENCE = 60, 20
 TOLERANCE = 1e-11
 # Sections are looked at that stand off by less than this share of the approach, were the flanks rigid.
 NEARBY = 0.2
-# Of that distance: gaps below it have no sign.
-ROUND_OFF = 1e-9
+# Gaps below this share of that distance have no sign, nor have those below a share of the flanks' own way.
+ROUND_OFF, LAST_DIGITS = 1e-9, 1e-15
 # Where a stored law has its least load, and the share of it with which a section begins: on the law's linear part, from
 # where one step finds any load that is smaller still. The least load itself is, to rounding, beyond it.
 LEAST, BEGINNING = LineLaw._fields.index("least"), 0.5
@@ -376,7 +376,8 @@ def _touch_at(lines, flexibility, i, advance, nearby, count, width, compliance, 
     for n in range(len(workspace.free)):
         further, turn = turning(lines, i, n, advance)
         workspace.rigid[n] = workspace.free[n] + lines.lever[i, n] * advance + 0.5 * turn * further**2
-    return touch(lines, flexibility, i, nearby, ROUND_OFF * nearby, count, width, compliance, force, single, workspace)
+    round_off = max(ROUND_OFF * nearby, LAST_DIGITS * abs(lines.lever[i, 0] * advance))
+    return touch(lines, flexibility, i, nearby, round_off, count, width, compliance, force, single, workspace)
 
 
 @compiled
