@@ -26,7 +26,7 @@ NOT_WRITTEN = {
     "dynamics.mesh_damping_N_s_mm": "by the ratio",
     "dynamics.mesh_frequency_Hz": "by the ratio",
     "dynamics.speed_range_rpm": "by the ratio",
-    **{f"dynamics.{gear}_{key}": "of a disc with its bore" for gear in GEARS for key in ("inertia_kg_m2", "mass_kg")},
+    **{f"dynamics.{gear}_{key}": "of the gear as drawn" for gear in GEARS for key in ("inertia_kg_m2", "mass_kg")},
     **{f"dynamics.{gear}_{key}": "rigid" for gear in GEARS
        for key in ("bearing_stiffness_N_um", "tilting_stiffness_kNm_rad")},
     **{f"dynamics.{gear}_bearing_damping_N_s_mm": "by the ratio" for gear in GEARS},

@@ -51,13 +51,14 @@ class DynamicsCase:
         Along the transverse line of action, um: so far apart the backs of teeth touch. None is that of the drawing, by
         tooth thicknesses and centre distance; where the drawing has none, backs of teeth are left out.
     density_kg_m3 : float
-        Of both gears, in kg/m3.
+        Of both gears, in kg/m3: for their mass, here and on the data sheet.
     pinion_inertia_kg_m2, wheel_inertia_kg_m2 : float or None
-        Polar moment of inertia of a gear in kg m2; None is that of a disc from its bore to its reference diameter.
+        Polar moment of inertia of a gear in kg m2; None is that of its blank as drawn, from its bore to its reference
+        diameter.
     pinion_shaft_inertia_kg_m2, wheel_shaft_inertia_kg_m2 : float
         Of all that turns with a gear beside it, in kg m2.
     pinion_mass_kg, wheel_mass_kg : float or None
-        Mass of a gear and of all that moves with it on its bearings, in kg; None is that of the disc.
+        Mass of a gear and of all that moves with it on its bearings, in kg; None is as drawn.
     pinion_bearing_stiffness_N_um, wheel_bearing_stiffness_N_um : tuple of float or None
         Of the bearings of a gear together, by direction, in N/um; None is rigid.
     pinion_bearing_damping_N_s_mm, wheel_bearing_damping_N_s_mm : tuple of float or None

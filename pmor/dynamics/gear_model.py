@@ -20,11 +20,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import eigh
 
-from pmor.case import Case, DynamicsCase, GearCase
+from pmor.case import Case, DynamicsCase
 from pmor.core.arrays import FloatArray
 from pmor.dynamics.oscillator import Oscillator
+from pmor.gear.inertia import Inertia
 from pmor.gear.pair import GearPair
-from pmor.pair.model import held_radii
+from pmor.pair.inertia import gear_inertias
 
 GEARS = ("pinion", "wheel")
 DIRECTIONS = ("x", "y", "z", "about x", "about y")
@@ -32,15 +33,6 @@ DIRECTIONS = ("x", "y", "z", "about x", "about y")
 N_UM, KG, KG_M2, KNM_RAD, NM = 1e3, 1e-3, 1e3, 1e6, 1e3
 # Directions of the displacements of a gear, by the degrees of freedom.
 MOVING = {1: 0, 6: 2, 12: 5}
-
-
-@dataclass(frozen=True)
-class Inertia:
-    """Of a gear with all parts that move with it."""
-
-    mass_kg: float
-    polar_kg_m2: float  # About its axis
-    tilting_kg_m2: float  # About an axis across it, through mid width
 
 
 @dataclass(frozen=True)
@@ -112,25 +104,14 @@ class GearModel:
 
 def gear_model(case: Case, pair: GearPair) -> GearModel:
     """Return masses and bearings of the pair of a case."""
-    dynamics, gears = case.dynamics, (case.pair.pinion, case.pair.wheel)
-    held = held_radii(case, pair)
-    inertias = (
-        _inertia(dynamics, "pinion", gears[0], (pair.pinion.reference_radius, held[0]), case.pair.face_width_mm),
-        _inertia(dynamics, "wheel", gears[1], (pair.wheel.reference_radius, held[1]), case.pair.face_width_mm),
-    )
+    dynamics = case.dynamics
+    drawn = gear_inertias(case, pair)
+    inertias = _inertia(dynamics, "pinion", drawn[0]), _inertia(dynamics, "wheel", drawn[1])
     radii = pair.pinion.base_radius, pair.wheel.base_radius
     own = levers(pair)
     supports = [support for gear in range(2) for support in _supports(dynamics, gear, inertias[gear], radii, own)]
     mass = equivalent_mass(*inertias, radii)
     return GearModel(inertias, mass, tuple(supports), own[:, :3], radii[0])
-
-
-def disc(radius_mm: float, bore_radius_mm: float, width_mm: float, density_kg_m3: float) -> Inertia:
-    """Return the inertias of a ring from its bore to a radius."""
-    outer, inner, width = 1e-3 * radius_mm, 1e-3 * bore_radius_mm, 1e-3 * width_mm
-    mass = float(np.pi * (outer**2 - inner**2) * width * density_kg_m3)
-    square = outer**2 + inner**2
-    return Inertia(mass, 0.5 * mass * square, mass * (3.0 * square + width**2) / 12.0)
 
 
 def equivalent_mass(pinion: Inertia, wheel: Inertia, base_radii_mm: tuple[float, float]) -> float:
@@ -177,17 +158,12 @@ def levers(pair: GearPair) -> FloatArray:
     return np.array(rows)
 
 
-def _inertia(
-    dynamics: DynamicsCase, gear: str, drawn: GearCase, radii_mm: tuple[float, float], width_mm: float
-) -> Inertia:
-    width = drawn.face_width_mm or width_mm
-    inner, outer = sorted(map(abs, radii_mm))
-    ring = disc(outer, inner, width, dynamics.density_kg_m3)
+def _inertia(dynamics: DynamicsCase, gear: str, drawn: Inertia) -> Inertia:
     mass, polar = (getattr(dynamics, f"{gear}_{key}") for key in ("mass_kg", "inertia_kg_m2"))
-    polar = ring.polar_kg_m2 if polar is None else polar
-    mass = ring.mass_kg if mass is None else mass
+    polar = drawn.polar_kg_m2 if polar is None else polar
+    mass = drawn.mass_kg if mass is None else mass
     # A body of revolution tilts with half of its polar inertia and a part from its length.
-    tilting = ring.tilting_kg_m2 + 0.5 * (polar - ring.polar_kg_m2)
+    tilting = drawn.tilting_kg_m2 + 0.5 * (polar - drawn.polar_kg_m2)
     return Inertia(mass, polar + getattr(dynamics, f"{gear}_shaft_inertia_kg_m2"), tilting)
 
 

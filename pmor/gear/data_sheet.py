@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 
 from pmor.gear.clearance import tip_clearance, tip_land
+from pmor.gear.inertia import Inertia
 from pmor.gear.modification import RELIEF_PLACES, UNMODIFIED, Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.profile import Profile, ProfilePoint, profiles
@@ -53,6 +54,8 @@ class GearData:
         j_phi, of this gear while its mate stands still.
     speed_rpm, rotational_frequency_Hz : float or None
         None without a speed.
+    mass_kg, polar_inertia_kg_m2 : float or None
+        Rim, web, hub and holes as drawn; teeth count as a full ring up to the reference circle.
     start_of_active_profile, pitch_point, end_of_active_profile, tip : ProfilePoint
         A, C and E of the path of contact on this flank, and its tip circle.
     tip_relief_start, root_relief_end : ProfilePoint or None
@@ -87,6 +90,8 @@ class GearData:
     angular_backlash_deg: float
     speed_rpm: float | None
     rotational_frequency_Hz: float | None
+    mass_kg: float | None
+    polar_inertia_kg_m2: float | None
     start_of_active_profile: ProfilePoint
     lowest_single_contact: ProfilePoint | None
     pitch_point: ProfilePoint
@@ -162,17 +167,19 @@ class DataSheet:
 
 @dataclass(frozen=True)
 class OneGear:
-    """What a data sheet says of a gear beside its geometry.
+    """What a data sheet says of a gear beside the geometry of its teeth.
 
     Parameters
     ----------
     flank : Modification
     allowances : (float, float)
         Lower and upper one of the normal tooth thickness, mm; the teeth of the pair have their mean.
+    inertia : Inertia or None
     """
 
     flank: Modification = UNMODIFIED
     allowances: tuple[float, float] = (0.0, 0.0)
+    inertia: Inertia | None = None
 
     @property
     def tolerance(self) -> float:
@@ -221,6 +228,7 @@ def data_sheet(
 
 def _gear_data(pair: GearPair, gear: int, pinion_speed_rpm: float | None, said: OneGear) -> GearData:
     tooth, profile, edge = (pair.pinion, pair.wheel)[gear], profiles(pair)[gear], pair.tip_edges[gear]
+    drawn = said.inertia
     low, high = pair.faces[gear]
     span_teeth = teeth_to_span(tooth, high - low, edge.roll_angle)
     teeth, base = abs(tooth.teeth), abs(tooth.base_radius)
@@ -251,6 +259,8 @@ def _gear_data(pair: GearPair, gear: int, pinion_speed_rpm: float | None, said: 
         largest_span_mm=None if spread is None else spread[1],
         angular_backlash_deg=math.degrees(pair.backlash / base),
         speed_rpm=speed, rotational_frequency_Hz=None if speed is None else speed / 60.0,
+        mass_kg=None if drawn is None else drawn.mass_kg,
+        polar_inertia_kg_m2=None if drawn is None else drawn.polar_kg_m2,
         start_of_active_profile=profile.point(profile.start),
         lowest_single_contact=_point(profile, lowest),
         pitch_point=profile.point(math.tan(pair.working_pressure_angle)),

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pmor.case import Case
 from pmor.gear.data_sheet import DataSheet, GearData, OneGear, data_sheet
 from pmor.gear.pair import GearPair
+from pmor.pair.inertia import gear_inertias
 from pmor.report.table import Cell, Table
 
 NOTE = (
@@ -67,6 +68,8 @@ _GEARS: tuple[tuple[str, str, str, str], ...] = (
     ("span, least", "W_k", "least_span_mm", "mm"),
     ("span, largest", "W_k", "largest_span_mm", "mm"),
     ("angular backlash", "j_φ", "angular_backlash_deg", "deg"),
+    ("mass, teeth as a ring up to d", "m", "mass_kg", "kg"),
+    ("polar moment of inertia", "J", "polar_inertia_kg_m2", "kg m²"),
     ("speed", "n", "speed_rpm", "1/min"),
     ("rotational frequency", "f", "rotational_frequency_Hz", "Hz"),
 )
@@ -85,10 +88,11 @@ _PLACES = "place", "roll angle, deg", "roll length, mm", "diameter, mm", "to the
 
 def sheet_of(case: Case, pair: GearPair) -> DataSheet:
     """Return the data sheet of a case, whose geometry is that of a pair."""
+    pinion, wheel = gear_inertias(case, pair)
     sheet = data_sheet(
         pair, case.speed_rpm,
-        (OneGear(case.pinion_modification, case.pair.pinion.thickness_allowances_mm),
-         OneGear(case.wheel_modification, case.pair.wheel.thickness_allowances_mm)),
+        (OneGear(case.pinion_modification, case.pair.pinion.thickness_allowances_mm, pinion),
+         OneGear(case.wheel_modification, case.pair.wheel.thickness_allowances_mm, wheel)),
     )  # fmt: skip
     if case.flank == "coast":  # the pair is its image, the helix is that of the drawing
         return replace(sheet, helix_angle_deg=-sheet.helix_angle_deg, base_helix_angle_deg=-sheet.base_helix_angle_deg)
@@ -115,6 +119,9 @@ def _label(name: str, symbol: str, unit: str) -> str:
 
 
 def _cell(data: DataSheet | GearData, key: str, unit: str) -> Cell:
+    if unit in ("kg", "kg m²"):
+        value: float | None = getattr(data, key)
+        return None if value is None else f"{value:.5g}"
     return decimal(getattr(data, key), 2 if unit in ("Hz", "1/min") else 4)
 
 

@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from pmor.dynamics.gear_model import disc
 from pmor.gear.classical.iso6336 import mesh_stiffness, single_stiffness, virtual_tooth_number
 from pmor.gear.classical.iso6336_root import nominal_root_stress, root_factors
 from pmor.gear.data_sheet import data_sheet
+from pmor.gear.inertia import disc
 from pmor.gear.pair import GearPair
 from pmor.gear.profile import ProfilePoint
 from pmor.validation.check import Check

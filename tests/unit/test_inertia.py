@@ -1,8 +1,11 @@
-"""Inertias of gears as discs."""
+"""Inertias of gears as drawn: discs, and blanks with rim, web, hub and holes."""
 
 import numpy as np
 
-from pmor.dynamics.gear_model import Inertia, disc, equivalent_mass, gear_model
+from pmor import make_case
+from pmor.dynamics.gear_model import equivalent_mass, gear_model
+from pmor.gear.inertia import Inertia, disc
+from pmor.pair.inertia import gear_inertias
 from pmor.pair.model import gear_pair
 from tests.support.small_case import case_with
 
@@ -42,3 +45,48 @@ def test_an_inertia_that_is_given_tilts_with_half_of_what_it_adds_to_that_of_the
     assert given.polar_kg_m2 == 0.02 > 2.0 * drawn.polar_kg_m2
     added = 0.5 * (given.polar_kg_m2 - drawn.polar_kg_m2)
     np.testing.assert_allclose(given.tilting_kg_m2 - drawn.tilting_kg_m2, added, rtol=1e-12)
+
+
+BLANK = {"rim_thickness_mm": 3.0, "web_thickness_mm": 4.0, "hub_radius_mm": 12.0, "hub_width_mm": 16.0}
+
+
+def blank_case(**further):
+    return make_case(teeth=24, bore_radius_mm=8.0, module_mm=2.5, face_width_mm=10.0, torque_Nm=50.0, scheme="line",
+                     pinion={"blank": BLANK | {"web_offset_mm": 1.5} | further})  # fmt: skip
+
+
+def test_a_blank_has_the_mass_of_its_body_point_by_point():
+    """All of rim, web, hub and holes as points of a fine grid, without a formula of a ring."""
+    case = blank_case(holes={"count": 5, "radius_mm": 2.0, "on_radius_mm": 17.5, "first_deg": 20.0})
+    pair = gear_pair(case)
+    found = gear_inertias(case, pair)[0]
+    outer, rim = pair.pinion.reference_radius, pair.pinion.root_radius - 3.0
+    step = outer / 300.0
+    x, y = np.meshgrid(*[(np.arange(-300, 300) + 0.5) * step] * 2)
+    r = np.hypot(x, y)
+    turn = np.radians(20.0 + 72.0 * np.arange(5))[:, None, None]
+    hole = (np.hypot(x - 17.5 * np.cos(turn), y - 17.5 * np.sin(turn)) < 2.0).any(axis=0)
+    parts = (
+        ((r < outer) & (r > rim), -5.0, 5.0), ((r < rim) & (r > 12.0) & ~hole, -0.5, 3.5),
+        ((r < 12.0) & (r > 8.0), -8.0, 8.0),
+    )  # fmt: skip
+    cell = 7810.0 * 1e-9 * step**2
+    mass = sum(cell * inside.sum() * (high - low) for inside, low, high in parts)
+    polar = 1e-6 * sum(cell * (r**2)[inside].sum() * (high - low) for inside, low, high in parts)
+    long = 1e-6 * sum(cell * inside.sum() * (high**3 - low**3) / 3.0 for inside, low, high in parts)
+    # A circle over squares of a 300th of the radius.
+    np.testing.assert_allclose((found.mass_kg, found.polar_kg_m2), (mass, polar), rtol=1e-3)
+    np.testing.assert_allclose(found.tilting_kg_m2, 0.5 * polar + long, rtol=1e-3)
+
+
+def test_a_blank_that_leaves_nothing_out_is_the_disc():
+    case = blank_case(web_thickness_mm=10.0, web_offset_mm=0.0, hub_width_mm=10.0)
+    pair = gear_pair(case)
+    found = gear_inertias(case, pair)[0]
+    assert found == disc(pair.pinion.reference_radius, 8.0, 10.0, 7810.0)
+
+
+def test_motion_takes_the_inertia_of_the_blank():
+    case = blank_case()
+    pair = gear_pair(case)
+    assert gear_model(case, pair).inertias == gear_inertias(case, pair)

@@ -1,0 +1,41 @@
+"""Mass and moments of inertia of bodies of revolution that gears are put together from."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """Of a gear with all parts that move with it; those of parts about common axes add."""
+
+    mass_kg: float
+    polar_kg_m2: float  # About its axis
+    tilting_kg_m2: float  # About an axis across it, through mid width
+
+    def __add__(self, other: Inertia) -> Inertia:
+        """Return that of two parts."""
+        return Inertia(
+            self.mass_kg + other.mass_kg, self.polar_kg_m2 + other.polar_kg_m2, self.tilting_kg_m2 + other.tilting_kg_m2
+        )
+
+    def times(self, factor: float) -> Inertia:
+        """Return that of a multiple of the mass: of -1 what is cut out."""
+        return Inertia(factor * self.mass_kg, factor * self.polar_kg_m2, factor * self.tilting_kg_m2)
+
+
+def disc(
+    radius_mm: float, bore_radius_mm: float, width_mm: float, density_kg_m3: float, offset_mm: float = 0.0
+) -> Inertia:
+    """Return the inertias of a ring from its bore to a radius, its middle offset along the axis."""
+    outer, inner, width, offset = (1e-3 * length for length in (radius_mm, bore_radius_mm, width_mm, offset_mm))
+    mass = math.pi * (outer**2 - inner**2) * width * density_kg_m3
+    square = outer**2 + inner**2
+    return Inertia(mass, 0.5 * mass * square, mass * ((3.0 * square + width**2) / 12.0 + offset**2))
+
+
+def about_the_axis(part: Inertia, radius_mm: float) -> Inertia:
+    """Return the inertias of a part that stands at a radius, of evenly spaced ones on average (Steiner)."""
+    moved = part.mass_kg * (1e-3 * radius_mm) ** 2
+    return Inertia(part.mass_kg, part.polar_kg_m2 + moved, part.tilting_kg_m2 + 0.5 * moved)
