@@ -16,6 +16,7 @@ from pmor.gear.classical.iso6336_face_load import LARGEST_OFFSET, face_load_fact
 from pmor.machine.coupled import SolvedMesh
 from pmor.machine.model import GearboxModel
 from pmor.machine.settings import LoadCase, Mesh, ShaftSection
+from pmor.pair.iso_blank import blank_factor
 
 # Bore of a hollow shaft over its diameter, from which the formula no longer holds.
 LARGEST_BORE = 0.5
@@ -55,7 +56,9 @@ def crude_misalignment(model: GearboxModel, load: LoadCase, mesh: SolvedMesh, ca
     moduli = [1e3 * gear.youngs_modulus_GPa for gear in (case.pair.pinion, case.pair.wheel)]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # crude it is
-        _, stiffness = iso_stiffness(pair, mesh.force / pair.common_width, (moduli[0], moduli[1]))
+        _, stiffness = iso_stiffness(
+            pair, mesh.force / pair.common_width, (moduli[0], moduli[1]), blank_factor(case, pair)
+        )
     after = misalignment - running_in(misalignment)
     return CrudeMisalignment(f_sh, misalignment, face_load_factor(after, STIFFNESS_RATIO * stiffness, line_load))
 

@@ -13,12 +13,13 @@ from pmor.case import Case, GearCase, describe, model_names, short_list
 from pmor.case.capability import why_not
 from pmor.fe.sector import SectorMesh
 from pmor.gear.classical.formulas import GearBody, classical_results
-from pmor.gear.classical.iso6336_root import nominal_root_stress
 from pmor.pair.conditions import nominal_condition
+from pmor.pair.iso_blank import blank_factor
 from pmor.report.condition_figure import conditions_figure
 from pmor.report.condition_table import condition_table
 from pmor.report.data_sheet import sheet_of, sheet_tables
 from pmor.report.drawing import draw
+from pmor.report.iso_blank_rows import iso_root_stress
 from pmor.report.live.section import LiveSection, live_section
 from pmor.report.mesh_figure import mesh_figure
 from pmor.report.model_figures import MODEL_PICTURES, model_pictures
@@ -134,12 +135,11 @@ def _root_stress(result: OnlineResult) -> list[Picture]:
     stress, pair = result.root_stress, result.reduced.meshed.pair
     if stress is None:
         return []
-    nominal = nominal_root_stress(pair, result.case.torque_Nm)
     return [
         Picture(
             "root_stress.png",
             f"Root stress along the fillets at {result.case.torque_Nm:g} N m, largest over the cycle and the width.",
-            fillet_figure(stress, result.nominal, nominal),
+            fillet_figure(stress, result.nominal, iso_root_stress(result)),
         ),
         Picture(
             "root_stress_cycle.png",
@@ -295,7 +295,7 @@ def _classical_tables(result: OnlineResult) -> list[Table]:
          own["ste_peak_to_peak_um"], "flanks and axes of the case")
     ]  # fmt: skip
     bodies = _gear_body(case.pair.pinion), _gear_body(case.pair.wheel)
-    for row in classical_results(pair, bodies, case.torque_Nm):
+    for row in classical_results(pair, bodies, case.torque_Nm, blank_factor(case, pair)):
         rows.append((row.method, row.mesh_stiffness_N_per_mm_um, row.ste_mean_um, row.ste_peak_to_peak_um, row.note))
     columns = ["method", "load over mean deflection, N/(mm µm)", "mean deflection, µm", "STE peak-to-peak, µm", "note"]
     note = (

@@ -12,7 +12,6 @@ import numpy as np
 
 from pmor.case import Case, beyond_training
 from pmor.case.coarser import LEAST_ELEMENTS
-from pmor.gear.classical.iso6336_root import nominal_root_stress
 from pmor.gear.pair import GearPair
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate
@@ -25,6 +24,7 @@ from pmor.report.data_files import (
     write_table_csv,
 )
 from pmor.report.data_sheet import sheet_of
+from pmor.report.iso_blank_rows import iso_blank_figures, iso_blank_rows, iso_root_stress
 from pmor.report.results_data import HARRIS, RESULTS, write_results_data
 from pmor.report.table import Cell, format_cell
 from pmor.report.torque_table import CAUSES, torque_row, torque_rows
@@ -102,7 +102,8 @@ def figures(result: OnlineResult) -> dict[str, Any]:
         "online_ms_per_position": ms_per_position(sweep),
         "full_ms_per_position": ms_per_position(comparison.full) if comparison else None,
         "offline_s": result.reduced.basis.training.seconds, "basis_mib": result.basis_mib,
-        "n_positions_failed": len(result.failures), **root_stress_figures(result), "torques": torque_rows(result),
+        "n_positions_failed": len(result.failures), **root_stress_figures(result), **iso_blank_figures(result),
+        "torques": torque_rows(result),
         "conditions": [row for listed in result.conditions for row in condition_rows(listed)] or None
     }  # fmt: skip
 
@@ -113,10 +114,9 @@ def root_stress_figures(result: OnlineResult) -> dict[str, Any]:
     known = [] if stress is None else [stress.largest(result.nominal, gear) for gear in range(2)]
     found = [largest for largest in known if largest is not None]
     keys = {"max_MPa": "max_principal_MPa", "phi_rad": "phi_rad", "radius_mm": "radius_mm", "z_mm": "z_mm"}
-    nominal = nominal_root_stress(result.reduced.meshed.pair, result.case.torque_Nm) if found else None
     return {
         **{f"root_stress_{key}": [getattr(one, name) for one in found] or None for key, name in keys.items()},
-        "root_stress_iso6336_MPa": nominal,
+        "root_stress_iso6336_MPa": iso_root_stress(result) if found else None,
         **{key: list(values) if (values := result.root_stress_causes.get(key)) else None for key in CAUSES},
     }
 
@@ -133,6 +133,7 @@ def summary_rows(result: OnlineResult) -> list[Row]:
         *_unloaded_rows(s),
         *_readings_rows(s, result),
         *_root_stress_rows(result),
+        *iso_blank_rows(result, s),
     ]  # fmt: skip
 
 

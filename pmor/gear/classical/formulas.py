@@ -170,7 +170,9 @@ def weber_banaschek_pair_compliance(
     return compliance
 
 
-def classical_results(pair: GearPair, bodies: tuple[GearBody, GearBody], torque_Nm: float) -> list[ClassicalResult]:
+def classical_results(
+    pair: GearPair, bodies: tuple[GearBody, GearBody], torque_Nm: float, blank_factor: float = 1.0
+) -> list[ClassicalResult]:
     """Mesh stiffness and quasi-static STE of a gear pair by the three classical routes.
 
     Parameters
@@ -181,6 +183,8 @@ def classical_results(pair: GearPair, bodies: tuple[GearBody, GearBody], torque_
         Of pinion and wheel.
     torque_Nm : float
         At the pinion, positive.
+    blank_factor : float
+        C_R of ISO 6336-1; the other two know solid bodies alone.
 
     Returns
     -------
@@ -220,14 +224,16 @@ def classical_results(pair: GearPair, bodies: tuple[GearBody, GearBody], torque_
         return weber_banaschek_pair_compliance(beams(), path, bodies), note
 
     return [
-        _iso_result(pair, load, (bodies[0].youngs_modulus_MPa, bodies[1].youngs_modulus_MPa)),
+        _iso_result(pair, load, (bodies[0].youngs_modulus_MPa, bodies[1].youngs_modulus_MPa), blank_factor),
         _cycle_result("potential energy method", energy, path, load),
         _cycle_result("Weber-Banaschek", weber, path, load),
     ]
 
 
-def iso_stiffness(pair: GearPair, load_N_per_mm: float, moduli_MPa: tuple[float, float]) -> tuple[float, float]:
-    """Return c' and c_gamma,alpha of a pair of solid discs by ISO 6336-1, N/(mm um); warns outside their range.
+def iso_stiffness(
+    pair: GearPair, load_N_per_mm: float, moduli_MPa: tuple[float, float], blank_factor: float = 1.0
+) -> tuple[float, float]:
+    """Return c' and c_gamma,alpha of a pair by ISO 6336-1, N/(mm um); warns outside their range.
 
     Parameters
     ----------
@@ -235,6 +241,8 @@ def iso_stiffness(pair: GearPair, load_N_per_mm: float, moduli_MPa: tuple[float,
         Transverse force over the face width.
     moduli_MPa : (float, float)
         Of pinion and wheel. The standard corrects for them where they are not those of steel.
+    blank_factor : float
+        C_R; 1 for solid discs.
     """
     pinion, wheel = pair.pinion, pair.wheel
     helix = pinion.helix_angle
@@ -252,6 +260,7 @@ def iso_stiffness(pair: GearPair, load_N_per_mm: float, moduli_MPa: tuple[float,
         helix_angle_rad=helix,
         specific_load_N_per_mm=load_N_per_mm * pinion.base_radius / pinion.reference_radius,
         modulus_ratio=_modulus_ratio(moduli_MPa),
+        blank_factor=blank_factor,
     )
     return single, iso6336.mesh_stiffness(single, pair.contact_ratio)
 
@@ -262,16 +271,19 @@ def _modulus_ratio(moduli_MPa: tuple[float, float]) -> float:
     return 2.0 * moduli_MPa[0] * moduli_MPa[1] / sum(moduli_MPa) / iso6336.STEEL_YOUNGS_MODULUS_MPA
 
 
-def _iso_result(pair: GearPair, load_N_per_mm: float, moduli_MPa: tuple[float, float]) -> ClassicalResult:
+def _iso_result(
+    pair: GearPair, load_N_per_mm: float, moduli_MPa: tuple[float, float], blank_factor: float
+) -> ClassicalResult:
     """ISO 6336-1 row; its warnings become the row's note, because the report shows them where they matter."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        single, mesh = iso_stiffness(pair, load_N_per_mm, moduli_MPa)
+        single, mesh = iso_stiffness(pair, load_N_per_mm, moduli_MPa, blank_factor)
     specific_load = load_N_per_mm * pair.pinion.base_radius / pair.pinion.reference_radius
     ratio = _modulus_ratio(moduli_MPa)
     ratios = f"contact ratio {pair.contact_ratio:.3f}"
     ratios += f", overlap ratio {pair.overlap_ratio:.3f}" if pair.overlap_ratio > 0.0 else ""
-    notes = [f"c' = {single:.2f} N/(mm µm), {ratios}, solid discs; gives no curve"]
+    discs = "solid discs" if blank_factor == 1.0 else f"C_R = {blank_factor:.4f}"
+    notes = [f"c' = {single:.2f} N/(mm µm), {ratios}, {discs}; gives no curve"]
     notes += ["the ring taken for a rack"] if pair.wheel.internal else []
     notes += ["steel on steel: E as in the standard" if ratio == 1.0 else f"scaled with E/E_steel = {ratio:.3f}"]
     notes += [f"lowered for the specific load of {specific_load:.0f} N/mm"] if specific_load < 100.0 else []

@@ -1,0 +1,79 @@
+"""Factors of ISO 6336 for light blanks beside finite elements."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+from pmor.gear.classical.formulas import iso_stiffness
+from pmor.gear.classical.iso6336_blank import LEAST_RIM, THINNEST, WEB
+from pmor.gear.classical.iso6336_root import nominal_root_stress
+from pmor.pair.iso_blank import IsoBlank, blank_factor, iso_blanks
+from pmor.results.root_stress import GEARS
+from pmor_online.run import OnlineResult
+
+# Difference between finite elements and the standard that is named, of the standard's figure.
+FAR_APART = 0.2
+
+
+def iso_root_stress(result: OnlineResult) -> tuple[float | None, float | None]:
+    """Return the nominal root stress of pinion and wheel at the nominal torque by ISO 6336-3, with Y_B, MPa."""
+    pair = result.reduced.meshed.pair
+    plain, blanks = nominal_root_stress(pair, result.case.torque_Nm), iso_blanks(result.case, pair)
+    if blanks is None:
+        return plain
+    pinion, wheel = (
+        None if stress is None or blank.root_stress is None else stress * blank.root_stress
+        for stress, blank in zip(plain, blanks, strict=True)
+    )
+    return pinion, wheel
+
+
+def iso_blank_figures(result: OnlineResult) -> dict[str, Any]:
+    """Return C_R and Y_B of pinion and wheel, and the mesh stiffness with C_R; None of solid gears."""
+    case, pair = result.case, result.reduced.meshed.pair
+    blanks, stiffness = iso_blanks(case, pair), None
+    if blanks is not None:
+        moduli = 1e3 * case.pair.pinion.youngs_modulus_GPa, 1e3 * case.pair.wheel.youngs_modulus_GPa
+        load = 1e3 * case.torque_Nm / pair.pinion.base_radius / pair.common_width
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the table of classical formulas has them
+            _, stiffness = iso_stiffness(pair, load, moduli, blank_factor(case, pair))
+    return {
+        "mesh_stiffness_iso6336_N_per_mm_um": stiffness,
+        "web_factor_iso6336": None if blanks is None else [blank.stiffness for blank in blanks],
+        "rim_factor_iso6336": None if blanks is None else [blank.root_stress for blank in blanks],
+    }
+
+
+def iso_blank_rows(result: OnlineResult, figures: dict[str, Any]) -> list[tuple[str, float | None, str, str]]:
+    """Return C_R and Y_B in words, each with what it makes of stiffness and root stress beside finite elements."""
+    blanks = iso_blanks(result.case, result.reduced.meshed.pair)
+    if blanks is None:
+        return []
+    ours = figures["mesh_stiffness_tangent_mean_N_per_mm_um"] or figures["mesh_stiffness_mean_N_per_mm_um"]
+    theirs = figures["mesh_stiffness_iso6336_N_per_mm_um"]
+    rows = list[tuple[str, float | None, str, str]]()
+    for place, (name, blank) in enumerate(zip(GEARS, blanks, strict=True)):
+        if blank == IsoBlank():
+            continue
+        words = f"b_s/b = {blank.web_over_width:.3g}, s_R/m_n = {blank.rim_in_modules:.3g}"
+        if not blank.in_range:
+            words += f", beyond its range: {WEB[0]:g} to {WEB[1]:g}, {LEAST_RIM:g} at least"
+        words += f"; with it c_γα = {theirs:.4g} N/(mm um), finite elements, with the twist of web and hub, "
+        words += _beside(ours, theirs)
+        rows.append((f"C_R of ISO 6336-1, {name}", blank.stiffness, "", words))
+        words = f"s_R/h_t = {blank.rim_over_height:.3g}"
+        if blank.root_stress is None:
+            words += f": ISO 6336-3 has no factor below {THINNEST:g}"
+        elif figures["root_stress_max_MPa"] and (nominal := figures["root_stress_iso6336_MPa"][place]) is not None:
+            beside = _beside(figures["root_stress_max_MPa"][place], nominal)
+            words += f"; with it σ_F0 = {nominal:.4g} MPa, finite elements {beside}"
+        rows.append((f"Y_B of ISO 6336-3, {name}", blank.root_stress, "", words))
+    return rows
+
+
+def _beside(ours: float, theirs: float) -> str:
+    apart = ours / theirs - 1.0
+    far = ", more than 20 % apart" if abs(apart) > FAR_APART else ""
+    return f"{ours:.4g} ({100.0 * apart:+.0f} %{far})"
