@@ -16,14 +16,15 @@ import numpy as np
 
 from pmor.case.capability import refuse_beyond
 from pmor.core.arrays import FloatArray
-from pmor.core.errors import CaseError, ExternalProgramError
+from pmor.core.errors import CaseError, ConvergenceError, ExternalProgramError
 from pmor.core.keeping import entry_of
 from pmor.dynamics.gear_model import levers
 from pmor.dynamics.kernels import bodies as kernels
 from pmor.dynamics.kernels.bodies import MM, GearBody, Meshing
 from pmor.dynamics.law import backlash_of
 from pmor.gear.pair import GearPair
-from pmor.line.hub_force import HubForce
+from pmor.line.hub_force import contact_of, nothing_placed
+from pmor.line.kernels.hubs import Contact, Placed
 from pmor.pair.conditions import assembly_of
 from pmor_online.model import ReducedPair
 
@@ -33,8 +34,6 @@ ROTATIONS = {
     "RigidBodyRotVecLG": kernels.ROTATION_VECTOR,
 }  # fmt: skip
 ROTOR = "RotationalMass1D"
-# Half a turn about the line of centres takes a pair to itself, and the backs of its teeth to where flanks were.
-HALF_TURN = np.array(4 * [-1.0, 1.0, -1.0])
 Place = Sequence[float] | FloatArray
 
 
@@ -46,16 +45,18 @@ class ExudynMesh:
     ----------
     object_number, sensor_number : int
         In the system. The sensor stores the transmission error, um, and the force along the line of action, N.
+    connector : Connector
+        The forces, evaluation after evaluation.
     """
 
     object_number: int
     sensor_number: int
-    force: HubForce
+    connector: Connector
 
     @property
     def overloaded(self) -> bool:
         """Whether contact was ever too wide for its law in some section: results are none from there on."""
-        return self.force.overloaded
+        return self.connector.overloaded
 
 
 def connect(
@@ -79,13 +80,14 @@ def connect(
         return mesh.forces(coordinates, rates)
 
     def sensed(mbs: Any, time: float, sensors: list[int], factors: list[float], configuration: Any) -> list[float]:
-        coordinates = exudyn.OutputVariableType.Coordinates
-        return mesh.reading(np.hstack([mbs.GetNodeOutput(node, coordinates, configuration) for node in nodes]))
+        kind = exudyn.OutputVariableType.Coordinates
+        current = (np.asarray(mbs.GetNodeOutput(node, kind, configuration)) for node in nodes)
+        return mesh.reading([one for each in current for one in each.ravel().tolist()])
 
     massless = np.zeros((mesh.size, mesh.size))
     number = mbs.AddObject(ObjectGenericODE2(nodeNumbers=nodes, massMatrix=massless, forceUserFunction=forces))
     sensor = mbs.AddSensor(SensorUserFunction(sensorUserFunction=sensed, storeInternal=True, writeToFile=False))
-    return ExudynMesh(number, sensor, mesh.force)
+    return ExudynMesh(number, sensor, mesh)
 
 
 class BodyOfExudyn(NamedTuple):
@@ -139,18 +141,23 @@ def connector(
     for body, middle, off in zip(bodies, middles, (np.zeros(3), misplaced), strict=True):
         last, kind = first + len(body.reference), ROTATIONS[body.node_type]
         if kind == kernels.ANGLE:
-            sense = np.copysign(np.ones(1), body.direction @ axes[:, 2])
-            gears.append(GearBody(kind, first, last, sense, axes, np.zeros(3), np.zeros(3)))
+            reference = np.copysign(np.ones(1), body.direction @ axes[:, 2])
+            turned, spins = np.eye(3), np.eye(3)
         else:
-            turned, _ = kernels.orientation(kind, body.reference[3:])
-            own_axes, arm = np.ascontiguousarray(turned.T @ axes), middle - body.place
-            gears.append(GearBody(kind, first, last, body.reference[3:], own_axes, turned.T @ arm, off - arm))
+            reference = body.reference[3:]
+            turned, spins = kernels.orientation(kind, reference)
+        arm = middle - body.place
+        gears.append(
+            GearBody(
+                kind, first, last, reference, np.ascontiguousarray(turned.T @ axes), turned.T @ arm,
+                axes.T @ (off - arm), np.zeros(3), np.zeros_like(spins),
+            )
+        )  # fmt: skip
         first = last
     backlash = backlash_of(case, pair)
-    return Connector(
-        HubForce(reduced.lines, assembly_of(case)), (gears[0], gears[1]), Meshing(axes, closing_of(pair), pair.pitch),
-        math.inf if backlash is None else backlash, damping,
-    )  # fmt: skip
+    meshing = Meshing(axes, closing_of(pair), pair.pitch, math.inf if backlash is None else backlash, damping)
+    contact = contact_of(reduced.lines, assembly_of(case))
+    return Connector((gears[0], gears[1]), meshing, contact, nothing_placed(reduced.lines))
 
 
 def _axes(pair: GearPair, axis: Place, middles: list[FloatArray], rotors: bool) -> tuple[FloatArray, FloatArray]:
@@ -183,49 +190,42 @@ def closing_of(pair: GearPair) -> FloatArray:
 class Connector:
     """The forces of a mesh on the coordinates of both gears, evaluation after evaluation.
 
-    Parameters
-    ----------
-    backlash : float
-        Along the line of action, mm; infinite where the backs of teeth carry nothing.
-    damping : float
-        N s/mm.
-
     Attributes
     ----------
     size : int
         Number of coordinates of both bodies.
+    overloaded : bool
+        Whether contact of some section was ever too wide for the law (`pmor.line.hertz.WidthLimit`).
     """
 
     def __init__(
-        self, force: HubForce, bodies: tuple[GearBody, GearBody], meshing: Meshing, backlash: float, damping: float
+        self, bodies: tuple[GearBody, GearBody], meshing: Meshing, contact: Contact, placed: Placed
     ) -> None:  # fmt: skip
-        self.force, self.size, self._backlash, self._damping = force, bodies[1].last, backlash, damping
-        self._radius, self._displacement = meshing.closing[5], np.zeros_like(meshing.closing)
+        self.size, self.overloaded = bodies[1].last, False
+        self._radius, self._wrench = meshing.closing[5], placed.wrench
         self._coordinates, self._rates, self._forces = np.full((3, self.size), np.nan)
-        self._bodies = bodies, meshing, self._coordinates
-        self._move = entry_of(kernels.gear_motion, *self._bodies, self._rates, self._displacement)
-        self._spread = entry_of(kernels.gear_forces, *self._bodies, self._displacement, 0.0, self._forces)
-        self._advance = self._mesh_force = math.nan
+        displacement = np.zeros_like(meshing.closing)
+        self._arguments = bodies, meshing, contact, placed, self._coordinates, self._rates, displacement, self._forces
+        self._solve = entry_of(kernels.mesh_of_gears, *self._arguments)
+        self._last, self._advance = list[float](), math.nan
 
-    def forces(self, coordinates: Sequence[float] | FloatArray, rates: Sequence[float] | FloatArray) -> FloatArray:
+    def forces(self, coordinates: list[float], rates: list[float]) -> FloatArray:
         """Return the generalised forces, N and N m, shape (n,), overwritten by the next evaluation.
 
         ConvergenceError where contact was not found.
         """
-        self._coordinates[:], self._rates[:] = coordinates, rates
-        phi, self._advance, approach, speed = self._move(*self._bodies, self._rates, self._displacement)
-        if approach > -0.5 * self._backlash:
-            wrench = self.force.at(phi, self._advance, self._displacement)
-        else:
-            play = self._backlash / self._radius
-            moved = HALF_TURN * self._displacement
-            wrench = HALF_TURN * self.force.at(play - phi, -self._advance - play, moved)
-        self._mesh_force = -wrench[5] / self._radius
-        self._spread(*self._bodies, wrench, self._damping * speed, self._forces)
+        self._last, self._coordinates[:], self._rates[:] = coordinates, coordinates, rates
+        converged, overloaded, phi, self._advance = self._solve(*self._arguments)
+        if not converged:
+            raise ConvergenceError(
+                f"no equilibrium at a pinion angle of {math.degrees(phi):.6g} deg and an advance of "
+                f"{1e3 * self._radius * self._advance:.6g} um along the line of action: take shorter steps of time"
+            )
+        self.overloaded |= overloaded
         return self._forces
 
-    def reading(self, coordinates: FloatArray) -> list[float]:
+    def reading(self, coordinates: list[float]) -> list[float]:
         """Return the transmission error, um, and the force along the line of action without damping, N."""
-        if not np.array_equal(coordinates, self._coordinates):
-            self.forces(coordinates, np.zeros_like(coordinates))
-        return [1e3 * self._radius * self._advance, self._mesh_force]
+        if coordinates != self._last:
+            self.forces(coordinates, [0.0] * self.size)
+        return [1e3 * self._radius * self._advance, -self._wrench[5] / self._radius]

@@ -16,8 +16,13 @@ import pmor
 from pmor.app.model import ReducedModel
 from pmor.dynamics.exudyn_mesh import BodyOfExudyn, connector
 from pmor.dynamics.force_table import tabulate
+from pmor.dynamics.gear_model import gear_model
 from pmor.dynamics.integration import SAMPLES, integrate
+from pmor.dynamics.law import mesh_laws
+from pmor.dynamics.measure import at_rest as rest_of
 from pmor.dynamics.operating import mean_stiffness, static_displacement
+from pmor.dynamics.oscillator import position_under
+from pmor.dynamics.solution import task_of
 from pmor.pair.conditions import assembly_of
 from pmor_online.mesh_force import mesh_force_of
 from tests.support.line_pairs import TORQUE, small_pair
@@ -69,12 +74,12 @@ def test_rotors_move_as_our_own_transient_does():
     load, step = 1e-3 * TORQUE * np.array([1.0, -1.0]), 2.0 * np.pi / speed / STEPS
     seen = []
     for _ in range(CYCLES * STEPS):
-        half_rate = rate + 0.5 * step * (load + mesh.forces(q, rate)) / INERTIA
-        change = step * (load + mesh.forces(q + 0.5 * step * rate, half_rate)) / INERTIA
+        half_rate = rate + 0.5 * step * (load + mesh.forces(q.tolist(), rate.tolist())) / INERTIA
+        change = step * (load + mesh.forces((q + 0.5 * step * rate).tolist(), half_rate.tolist())) / INERTIA
         q, rate = q + step * half_rate, rate + change
         seen.append(1e3 * reduced.lines.base_radius * (q[0] - q[1]))
     same_motion(np.reshape(seen, (CYCLES, STEPS))[-LAST:], expected)
-    assert not mesh.force.overloaded
+    assert not mesh.overloaded
 
 
 def test_backs_of_teeth_are_flanks_seen_from_the_other_side():
@@ -96,7 +101,21 @@ def test_damping_acts_along_the_line_of_action():
     apart = [-0.01 / reduced.lines.base_radius, 0.0]
     mesh, radius = connector(reduced, (rotor(), rotor()), ALONG_Z, None, 2.0), reduced.lines.base_radius
     np.testing.assert_allclose(mesh.forces(apart, [3.0, 1.0]), -1e-3 * radius * 2.0 * radius * 4.0 * np.ones(2))
-    assert mesh.reading(np.array(apart)) == [pytest.approx(-10.0), 0.0]
+    assert mesh.reading(apart) == [pytest.approx(-10.0), 0.0]
+
+
+def test_overload_is_kept_and_a_position_without_equilibrium_is_no_number(monkeypatch):
+    mesh, radius = connector(small_pair(), (rotor(), rotor()), ALONG_Z, None, 0.0), small_pair().lines.base_radius
+    mesh.forces([0.01 / radius, 0.0], [0.0, 0.0])
+    assert not mesh.overloaded
+    mesh.forces([1.0 / radius, 0.0], [0.0, 0.0])
+    mesh.forces([0.01 / radius, 0.0], [0.0, 0.0])
+    assert mesh.overloaded
+    monkeypatch.setattr(mesh, "_solve", lambda *_: (False, False, 0.1, 1e-4))
+    with pytest.raises(
+        pmor.ConvergenceError, match="no equilibrium at a pinion angle of 5.72958 deg and an advance of"
+    ):
+        mesh.forces([0.0, 0.0], [0.0, 0.0])
 
 
 def body(kind, *place):
@@ -226,6 +245,52 @@ def test_a_body_that_is_no_gear_is_refused(exudyn):
         pmor.CaseError, match="on a node of type Point: must be a RotationalMass1D, or a body on a node"
     ):
         pmor.exudyn_mesh(mbs, ReducedModel(small_pair().basis), mass, mass)
+
+
+def test_gears_on_bearings_move_as_our_own_six_degrees_of_freedom_do(exudyn):
+    """Our law is that of the axes under the mean force, and levers are those of the pitch point."""
+    from exudyn.rigidBodyUtilities import RigidBodyInertia, RotationMatrixZ
+
+    stiffness = np.array([[300.0, 300.0], [200.0, 200.0]])
+    case = pmor.change_case(
+        small_pair().basis.case,
+        dynamics={
+            "degrees_of_freedom": 6, "pinion_bearing_stiffness_N_um": list(stiffness[0]), "torques_Nm": [1e-3 * TORQUE],
+            "wheel_bearing_stiffness_N_um": list(stiffness[1]), "bearing_damping_ratio": 0.05, "damping_ratio": DAMPING,
+        },
+    )  # fmt: skip
+    model = pmor.train(case)
+    pair, gears = model.reduced.meshed.pair, gear_model(case, model.reduced.meshed.pair)
+    law = mesh_laws(case, model.reduced, gears)[0][0]
+    at_rest = rest_of(task_of(case, gears, law.table, 1e-3 * TORQUE))
+    oscillator, speed, radius = at_rest.oscillator, RATIO * at_rest.natural, pair.pinion.base_radius
+    start = static_displacement(law.table, oscillator.load[0], np.zeros(1), (law.table.low, law.table.high))[0]
+    position = position_under(oscillator, oscillator.load[0], float(start))
+    own_motion = integrate(oscillator, law.table, np.r_[position, 0.0 * position], (speed, speed), CYCLES)
+    expected = 1e3 * own_motion.states[:, 0].reshape(-1, SAMPLES)[-LAST:]
+    item, mbs, bodies = exudyn.itemInterface, exudyn.SystemContainer().AddSystem(), []
+    ground, turn = mbs.CreateGround(), speed / pair.pinion.teeth
+    for number, (angle, rate) in enumerate(((position[0] / radius, turn), (0.0, -turn))):
+        place, inertia = np.array([0.0, 1e-3 * number * pair.centre_distance, 0.0]), gears.inertias[number]
+        moments = np.diag([inertia.tilting_kg_m2, inertia.tilting_kg_m2, inertia.polar_kg_m2])
+        gear = mbs.CreateRigidBody(
+            inertia=RigidBodyInertia(inertia.mass_kg, moments), referencePosition=place,
+            initialRotationMatrix=RotationMatrixZ(angle), initialAngularVelocity=[0.0, 0.0, rate],
+            nodeType=exudyn.NodeType.RotationRotationVector,
+        )  # fmt: skip
+        springs = 1e6 * np.array([*stiffness[number], 1e3])
+        dampers = 0.1 * np.sqrt(springs * inertia.mass_kg)
+        held = np.diag([*springs, 1e8, 1e8, 0.0]), np.diag([*dampers, 1e4, 1e4, 0.0])
+        # `CreateRigidBodySpringDamper` makes one whose axes turn by half of the gear's angle: not this one.
+        ends = [
+            mbs.AddMarker(item.MarkerBodyRigid(bodyNumber=body, localPosition=at))
+            for body, at in ((ground, place), (gear, [0.0, 0.0, 0.0]))
+        ]
+        mbs.AddObject(item.RigidBodySpringDamper(markerNumbers=ends, stiffness=held[0], damping=held[1]))
+        mbs.CreateTorque(itemNumber=gear, loadVector=[0.0, 0.0, 1e-3 * TORQUE])
+        bodies.append(gear)
+    mesh = pmor.exudyn_mesh(mbs, model, *bodies, damping_N_s_mm=float(oscillator.damping[0, 0]))
+    same_motion(move(exudyn, mbs, mesh, speed, CYCLES)[-LAST:, :, 1], expected)
 
 
 @pytest.mark.slow

@@ -60,10 +60,11 @@ def test_rates_of_coordinates_make_the_angular_velocity(kind, rng):
 def body(kind, first, middle, place, axes, reference):
     """A body at a place whose gear has its middle elsewhere, turned by `reference` where coordinates are zero."""
     if kind == ANGLE:
-        return GearBody(kind, first, first + 1, np.array([-1.0]), axes, np.zeros(3), np.zeros(3))
+        return GearBody(kind, first, first + 1, np.array([-1.0]), axes, *np.zeros((3, 3)), np.zeros((3, 3)))
     turned, known = reference.as_matrix(), coordinates_of(kind, reference)
     own, arm = np.ascontiguousarray(turned.T @ axes), turned.T @ (middle - place)
-    return GearBody(kind, first, first + 3 + len(known), known, own, arm, place - middle)
+    last, origin = first + 3 + len(known), axes.T @ (place - middle)
+    return GearBody(kind, first, last, known, own, arm, origin, np.zeros(3), np.zeros((3, len(known))))
 
 
 def gears(kind, rng):
@@ -73,7 +74,8 @@ def gears(kind, rng):
     pinion = body(kind, 0, np.zeros(3), np.zeros(3), axes, Rotation.identity())
     place = np.array([0.03, 0.1, -0.02])
     wheel = body(kind, pinion.last, np.array([0.0, 0.1, 0.0]), place, axes, turned)
-    return (pinion, wheel), Meshing(axes, np.r_[rng.standard_normal(5), RADIUS, rng.standard_normal(5), MATE], PITCH)
+    closing = np.r_[rng.standard_normal(5), RADIUS, rng.standard_normal(5), MATE]
+    return (pinion, wheel), Meshing(axes, closing, PITCH, np.inf, 0.0)
 
 
 def moved(kind, start, axes, spin, tilt):
@@ -140,9 +142,9 @@ def test_forces_on_coordinates_do_the_work_of_those_on_hubs(kind, rng):
         seen.append(displacement)
     motion = (seen[0] - seen[1]) / (2.0 * step)
     drag = 3.0
-    gear_forces(bodies, meshing, q, wrench, drag, forces)
+    speed = gear_motion(bodies, meshing, q, rate, np.zeros(12))[3]
+    gear_forces(bodies, meshing, wrench, drag, forces)
     power = (wrench - drag * meshing.closing) @ motion / MM
     # Tilts of 1e-5 turn moments about the axis into such across it.
     assert_allclose(forces @ rate, power, rtol=1e-4, atol=1e-4 * np.abs(power).max())
-    speed = gear_motion(bodies, meshing, q, rate, np.zeros(12))[3]
     assert_allclose(speed, meshing.closing @ motion, rtol=1e-4)

@@ -12,10 +12,13 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.core.compiling import allocating
+from pmor.line.kernels.hubs import contact_of_hubs
 
 # Coordinates of a rotation: an angle about a fixed axis; four Euler parameters; angles about x, y and z, each in axes
 # that the ones before have turned; a rotation vector, whose rates are the angular velocity in the body's own axes.
 ANGLE, EULER_PARAMETERS, XYZ, ROTATION_VECTOR = 0, 1, 2, 3
+# Half a turn about the line of centres takes a pair to itself, and the backs of its teeth to where flanks were.
+HALF_TURN = np.array([-1.0, 1.0, -1.0, -1.0, 1.0, -1.0, -1.0, 1.0, -1.0, -1.0, 1.0, -1.0])
 # Radians below which a rotation vector has its linear terms alone.
 SMALL = 1e-6
 MM = 1e3
@@ -37,7 +40,11 @@ class GearBody(NamedTuple):
     arm : ndarray, shape (3,)
         From the body's own point to the middle of its teeth, in axes of the body, m.
     origin : ndarray, shape (3,)
-        Of the body's own point, seen from where the drawing has the middle of the teeth, m.
+        Of the body's own point, seen from where the drawing has the middle of the teeth, in axes of the pair, m.
+    arm_now : ndarray, shape (3,)
+        The arm where the body is, in axes of the pair.
+    spins : ndarray, shape (3, 3) or (3, 4)
+        G where the body is, in axes of the pair.
     """
 
     rotation: int
@@ -47,6 +54,8 @@ class GearBody(NamedTuple):
     axes: FloatArray
     arm: FloatArray
     origin: FloatArray
+    arm_now: FloatArray
+    spins: FloatArray
 
 
 class Meshing(NamedTuple):
@@ -60,11 +69,17 @@ class Meshing(NamedTuple):
         Approach of the flanks along the line of action per displacement (mm) and rotation of both hubs, mm.
     pitch : float
         Of the pinion, rad.
+    backlash : float
+        Along the line of action, mm; infinite where the backs of teeth carry nothing.
+    damping : float
+        N s/mm.
     """
 
     axes: FloatArray
     closing: FloatArray
     pitch: float
+    backlash: float
+    damping: float
 
 
 @allocating
@@ -96,7 +111,7 @@ def gear_motion(bodies, meshing, coordinates, rates, displacement):
     Parameters
     ----------
     bodies : two GearBody
-        Of pinion and wheel.
+        Of pinion and wheel; what is of now is filled.
     meshing : Meshing
     coordinates, rates : ndarray, shape (n,)
         Of both bodies, from where displacements are zero.
@@ -109,7 +124,7 @@ def gear_motion(bodies, meshing, coordinates, rates, displacement):
         Pinion's kinematic angle, to which the wheel is turned, and its advance, rad; the approach of the flanks, mm,
         and its speed, mm/s.
     """
-    axes, closing = meshing.axes, meshing.closing
+    into, closing = meshing.axes.T, meshing.closing
     angles, speed = np.zeros(2), 0.0
     for gear in range(2):
         body, hub = bodies[gear], slice(6 * gear, 6 * gear + 6)
@@ -118,15 +133,15 @@ def gear_motion(bodies, meshing, coordinates, rates, displacement):
             angles[gear] = body.reference[0] * q[0]
             speed += closing[hub][5] * body.reference[0] * rate[0]
             continue
-        turned, velocities = orientation(body.rotation, body.reference + q[3:])
-        arm, spin = turned @ body.arm, velocities @ rate[3:]
-        moved = displacement[hub]
-        moved[:3] = MM * (axes.T @ (body.origin + q[:3] + arm))
-        seen = axes.T @ turned @ body.axes
+        turned, spins = orientation(body.rotation, body.reference + q[3:])
+        turned, moved = into @ turned, displacement[hub]
+        body.arm_now[:], body.spins[:] = turned @ body.arm, into @ spins
+        moved[:3] = MM * (body.origin + into @ q[:3] + body.arm_now)
+        seen = turned @ body.axes
         angles[gear] = np.arctan2(seen[1, 0] - seen[0, 1], seen[0, 0] + seen[1, 1])
         moved[3], moved[4] = -seen[1, 2], seen[0, 2]
-        speed += MM * (closing[hub][:3] @ (axes.T @ (rate[:3] + np.cross(spin, arm))))
-        speed += closing[hub][3:] @ (axes.T @ spin)
+        spin = body.spins @ rate[3:]
+        speed += MM * (closing[hub][:3] @ (into @ rate[:3] + np.cross(spin, body.arm_now))) + closing[hub][3:] @ spin
     ratio, radius = closing[11] / closing[5], closing[5]
     advance = angles[0] + ratio * angles[1]
     # Teeth are alike, and angles of bodies end after a turn.
@@ -135,12 +150,12 @@ def gear_motion(bodies, meshing, coordinates, rates, displacement):
 
 
 @allocating
-def gear_forces(bodies, meshing, coordinates, wrench, drag, forces):
-    """Fill the generalised forces on all coordinates of both bodies, N and N m.
+def gear_forces(bodies, meshing, wrench, drag, forces):
+    """Fill the generalised forces on all coordinates of both bodies, N and N m, where `gear_motion` found them.
 
     Parameters
     ----------
-    bodies, meshing, coordinates
+    bodies, meshing
         As in `gear_motion`.
     wrench : ndarray, shape (12,)
         Forces and moments on both hubs, in axes of the pair, N and N mm.
@@ -154,9 +169,37 @@ def gear_forces(bodies, meshing, coordinates, wrench, drag, forces):
         if body.rotation == ANGLE:
             forces[body.first] = body.reference[0] * on_hub[5] / MM
             continue
-        q = coordinates[body.first : body.last]
-        turned, velocities = orientation(body.rotation, body.reference + q[3:])
-        force = meshing.axes @ on_hub[:3]
-        moment = meshing.axes @ on_hub[3:] / MM + np.cross(turned @ body.arm, force)
-        forces[body.first : body.first + 3] = force
-        forces[body.first + 3 : body.last] = velocities.T @ moment
+        forces[body.first : body.first + 3] = meshing.axes @ on_hub[:3]
+        moment = on_hub[3:] / MM + np.cross(body.arm_now, on_hub[:3])
+        forces[body.first + 3 : body.last] = body.spins.T @ moment
+
+
+@allocating
+def mesh_of_gears(bodies, meshing, contact, placed, coordinates, rates, displacement, forces):
+    """Fill the forces of a mesh on all coordinates of both gears, from line loads where these are.
+
+    Parameters
+    ----------
+    contact, placed
+        As in `contact_of_hubs`: wrenches there are those on the hubs.
+    bodies, meshing, coordinates, rates, displacement
+        As in `gear_motion`; under the backs of teeth displacements are seen after half a turn.
+    forces : ndarray, shape (n,)
+        As in `gear_forces`.
+
+    Returns
+    -------
+    tuple of (bool, bool, float, float)
+        Whether contact was found, and whether some section is overloaded; the pinion's kinematic angle and its
+        advance, rad.
+    """
+    phi, advance, approach, speed = gear_motion(bodies, meshing, coordinates, rates, displacement)
+    if approach > -0.5 * meshing.backlash:
+        converged, overloaded = contact_of_hubs(contact, placed, phi, advance, displacement)
+    else:
+        play = meshing.backlash / meshing.closing[5]
+        displacement *= HALF_TURN
+        converged, overloaded = contact_of_hubs(contact, placed, play - phi, -advance - play, displacement)
+        placed.wrench[:] *= HALF_TURN
+    gear_forces(bodies, meshing, placed.wrench, meshing.damping * speed, forces)
+    return converged, overloaded, phi, advance
