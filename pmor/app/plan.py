@@ -16,7 +16,9 @@ from pmor.core.memory import memory_text
 from pmor.core.progress import format_time
 from pmor.core.wording import suggesting
 from pmor.pair.conditions import full_solves, misalignments, torques_of
-from pmor.pair.model import refuse_loads_unmeshed
+from pmor.pair.drawn import drawn_gears
+from pmor.pair.model import gear_pair, refuse_loads_unmeshed
+from pmor.report.blank_figure import section_text
 from pmor.work.cost import refuse_beyond_memory, stages
 
 NOT_WRITTEN = {
@@ -89,6 +91,16 @@ def _settings(case: Case) -> list[str]:
 
 def _geometry(case: Case) -> list[str]:
     return str(geometry(case)).splitlines()
+
+
+def _blanks(case: Case) -> list[str]:
+    """Sections of blanks by dimensions."""
+    if not any(case.pair.blanks):
+        return []
+    drawn = zip(GEARS, drawn_gears(case, gear_pair(case)), strict=True)
+    sections = [["", name, *section_text(gear)] for name, gear in drawn if gear.light]
+    title = "Blanks by dimensions, from the tip down to the bore, z to the right (| teeth, # solid, . holes)"
+    return [title, *(f"  {line}".rstrip() for section in sections for line in section)]
 
 
 def _sizes(case: Case) -> list[str]:
@@ -226,5 +238,5 @@ def _torques_text(torques: tuple[float, ...]) -> str:
 
 
 PARTS: tuple[Callable[[Case], list[str]], ...] = (
-    _heading, _settings, _geometry, _conditions, _sizes, _work, _models, _cost, _computed_and_skipped,
+    _heading, _settings, _geometry, _blanks, _conditions, _sizes, _work, _models, _cost, _computed_and_skipped,
 )  # fmt: skip

@@ -54,14 +54,11 @@ def _many_nodes(case: Case) -> str:
 
 
 def _blanks(case: Case) -> str:
-    gears = case.pair.pinion, case.pair.wheel
-    light = any(gear.light_blank(case.pair.face_width_mm) is not None for gear in gears)
-    return "gears that are solid down to their bores: leave the blanks out" if light else ""
+    return "gears that are solid down to their bores: leave the blanks out" if any(case.pair.blanks) else ""
 
 
 def _holes(case: Case) -> str:
-    blanks = [gear.light_blank(case.pair.face_width_mm) for gear in (case.pair.pinion, case.pair.wheel)]
-    holes = any(blank is not None and blank.holes is not None for blank in blanks)
+    holes = any(blank is not None and blank.holes is not None for blank in case.pair.blanks)
     return "no holes, with which it does not repeat each mesh cycle: leave them out" if holes else ""
 
 

@@ -149,3 +149,8 @@ class PairCase:
     centre_distance_mm: Length | None = None
     pinion: GearCase
     wheel: GearCase
+
+    @property
+    def blanks(self) -> tuple[BlankCase | None, BlankCase | None]:
+        """Blanks of pinion and wheel; None of a gear that is solid down to its bore."""
+        return self.pinion.light_blank(self.face_width_mm), self.wheel.light_blank(self.face_width_mm)

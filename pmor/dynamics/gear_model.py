@@ -25,7 +25,7 @@ from pmor.core.arrays import FloatArray
 from pmor.dynamics.oscillator import Oscillator
 from pmor.gear.inertia import Inertia
 from pmor.gear.pair import GearPair
-from pmor.pair.inertia import gear_inertias
+from pmor.pair.drawn import gear_inertias
 
 GEARS = ("pinion", "wheel")
 DIRECTIONS = ("x", "y", "z", "about x", "about y")

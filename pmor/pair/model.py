@@ -200,7 +200,7 @@ def sector_meshes(case: Case, pair: GearPair) -> tuple[SectorMesh, SectorMesh]:
     """
     faces, ends = pair.faces, sector_ends(case, pair)
     pinion = _sector(case, case.pair.pinion, pair.pinion, faces[0], ends[0])
-    blanks = [gear.light_blank(pair.face_width) for gear in (case.pair.pinion, case.pair.wheel)]
+    blanks = case.pair.blanks
     # Where holes stand to the line of centres, they stand otherwise to the teeth of pinion and wheel.
     cyclic = all(blank is None or blank.holes is None for blank in blanks)
     alike = pair.pinion == pair.wheel and faces[0] == faces[1] and ends[0] == ends[1]

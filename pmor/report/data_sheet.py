@@ -7,7 +7,7 @@ from dataclasses import replace
 from pmor.case import Case
 from pmor.gear.data_sheet import DataSheet, GearData, OneGear, data_sheet
 from pmor.gear.pair import GearPair
-from pmor.pair.inertia import gear_inertias
+from pmor.pair.drawn import gear_inertias
 from pmor.report.table import Cell, Table
 
 NOTE = (

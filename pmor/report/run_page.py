@@ -15,6 +15,7 @@ from pmor.fe.sector import SectorMesh
 from pmor.gear.classical.formulas import GearBody, classical_results
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.iso_blank import blank_factor
+from pmor.report.blank_figure import blank_figure
 from pmor.report.condition_figure import conditions_figure
 from pmor.report.condition_table import condition_table
 from pmor.report.data_sheet import sheet_of, sheet_tables
@@ -55,10 +56,10 @@ if TYPE_CHECKING:
 #: names of all pictures that a run of one model can have
 PICTURES = (
     "ste", "load_sharing", "stiffness", "spectrum", "error", "conditions", "contact_pattern", "root_stress",
-    "root_stress_cycle", "mesh",
+    "root_stress_cycle", "mesh", "blanks",
 )  # fmt: skip
 #: pictures by the parts of the page: before all else, by theme, after all else
-FIRST = "ste.png"
+FIRST, OF_GEARS = "ste.png", "blanks.png"
 THEMES = {
     "Transmission error": ("spectrum.png", "harris.png", "conditions.png"),
     "Stiffness and load sharing": ("stiffness.png", "load_sharing.png"),
@@ -74,6 +75,7 @@ def page_files(case: Case) -> list[str]:
     drawn = [name for name in PICTURES if name != "conditions" or case.conditions]
     drawn = [name for name in drawn if name != "contact_pattern" or case.pair.helix_angle_deg]
     drawn = [name for name in drawn if name not in ROOT_STRESS or case.root_stress]
+    drawn = [name for name in drawn if name != "blanks" or any(case.pair.blanks)]
     drawn += MODEL_PICTURES if model_names(case) else ()
     drawn += readings_picture_names(case)
     pictures = [f"{name}.{kind}" for name in drawn for kind in case.output.format] if case.output.plots else []
@@ -125,6 +127,9 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
         caption = f"Contact pressure on the unrolled flanks at {nominal:g} N m{_places(result)}."
         pictures.append(Picture("contact_pattern.png", caption, contact_pattern_figure(patterns)))
     pictures += _root_stress(result)
+    if (blanks := blank_figure(result.case, pair)) is not None:
+        caption = "Blanks by dimensions: sections through the axis, and fronts. Mass and inertia are in the gear data."
+        pictures.append(Picture(OF_GEARS, caption, blanks))
     if mesh is not None:
         caption = "Section of the pinion's sector mesh, loaded flank marked."
         pictures.append(Picture("mesh.png", caption, _mesh_figure(mesh)))
@@ -222,7 +227,8 @@ def run_blocks(
         *map(Warning, warnings(result)), *([COAST_FLANKS] if case.flank == "coast" else []),
         *(picture for picture in pictures if picture.file_name == FIRST),
         _quantities("Results at nominal torque", summary_rows(result)), ste_table(rows),
-        Heading("Gear data"), *sheet_tables(sheet_of(case, result.reduced.meshed.pair)),
+        Heading("Gear data"), *(picture for picture in pictures if picture.file_name == OF_GEARS),
+        *sheet_tables(sheet_of(case, result.reduced.meshed.pair)),
         *_live(result, live),
     ]  # fmt: skip
     for theme, names in THEMES.items():

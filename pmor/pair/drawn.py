@@ -1,0 +1,88 @@
+"""The gears of a case as they are drawn: rings of teeth, rim, web and hub, and holes; their mass and inertia."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pmor.case import Case, GearCase
+from pmor.case.blank import HolesCase
+from pmor.gear.inertia import Inertia, about_the_axis, disc
+from pmor.gear.pair import GearPair
+from pmor.gear.tooth import Tooth
+from pmor.pair.model import held_radii
+
+
+@dataclass(frozen=True)
+class Ring:
+    """A part of a gear: radii, and z from the middle of its face, mm."""
+
+    name: str
+    inner: float
+    outer: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class DrawnGear:
+    """Parts of a gear.
+
+    Parameters
+    ----------
+    rings : tuple of Ring
+        From the tip circle to the bore; of a solid gear, or of a ring, teeth and body.
+    holes : HolesCase or None
+        Through the web, the last ring but one.
+    """
+
+    tooth: Tooth
+    rings: tuple[Ring, ...]
+    holes: HolesCase | None = None
+
+    @property
+    def light(self) -> bool:
+        """Whether it has rim, web and hub."""
+        return len(self.rings) > 2
+
+    def inertia(self, density_kg_m3: float) -> Inertia:
+        """Return mass and moments of inertia; teeth count as a full ring up to the reference circle."""
+        teeth, *below = self.rings
+        ends = abs(self.tooth.reference_radius), abs(self.tooth.root_radius)
+        found = _solid(*(reversed(ends) if self.tooth.internal else ends), teeth, density_kg_m3)
+        for ring in below:
+            found += _solid(ring.outer, ring.inner, ring, density_kg_m3)
+        if self.holes is not None:
+            hole = _solid(self.holes.radius_mm, 0.0, self.rings[-2], density_kg_m3)
+            found += about_the_axis(hole, self.holes.on_radius_mm).times(-self.holes.count)
+        return found
+
+
+def drawn_gears(case: Case, pair: GearPair) -> tuple[DrawnGear, DrawnGear]:
+    """Return pinion and wheel of a case."""
+    held, width = held_radii(case, pair), case.pair.face_width_mm
+    return (
+        _drawn(case.pair.pinion, pair.pinion, abs(held[0]), width),
+        _drawn(case.pair.wheel, pair.wheel, abs(held[1]), width),
+    )
+
+
+def gear_inertias(case: Case, pair: GearPair) -> tuple[Inertia, Inertia]:
+    """Return the inertias of pinion and wheel as drawn, of the density of `[dynamics] density_kg_m3`."""
+    pinion, wheel = (gear.inertia(case.dynamics.density_kg_m3) for gear in drawn_gears(case, pair))
+    return pinion, wheel
+
+
+def _drawn(gear: GearCase, tooth: Tooth, held: float, pair_width: float) -> DrawnGear:
+    half, blank = 0.5 * (gear.face_width_mm or pair_width), gear.light_blank(pair_width)
+    root, tip = abs(tooth.root_radius), abs(tooth.tip_radius)
+    teeth = Ring("teeth", min(root, tip), max(root, tip), -half, half)
+    if blank is None:
+        return DrawnGear(tooth, (teeth, Ring("body", min(held, root), max(held, root), -half, half)))
+    rim, hub, wide = root - blank.rim_thickness_mm, blank.hub_radius_mm, 0.5 * (blank.hub_width_mm or 2.0 * half)
+    low, high = (blank.web_offset_mm + side * 0.5 * blank.web_thickness_mm for side in (-1.0, 1.0))
+    below = Ring("rim", rim, root, -half, half), Ring("web", hub, rim, low, high), Ring("hub", held, hub, -wide, wide)
+    return DrawnGear(tooth, (teeth, *below), blank.holes)
+
+
+def _solid(outer: float, inner: float, ring: Ring, density: float) -> Inertia:
+    return disc(outer, inner, ring.high - ring.low, density, 0.5 * (ring.low + ring.high))

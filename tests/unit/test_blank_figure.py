@@ -1,0 +1,43 @@
+"""Pictures of blanks by dimensions."""
+
+import numpy as np
+import pytest
+
+from pmor import make_case
+from pmor.pair.drawn import drawn_gears
+from pmor.pair.model import gear_pair
+from pmor.report.blank_figure import blank_figure, section_text
+
+HOLES = {"count": 5, "radius_mm": 2.0, "on_radius_mm": 17.5, "first_deg": 20.0}
+BLANK = {"rim_thickness_mm": 3.0, "web_thickness_mm": 3.0, "hub_radius_mm": 12.0, "web_offset_mm": 2.5, "holes": HOLES}
+
+
+def case_of(torque=50.0):
+    return make_case(teeth=24, bore_radius_mm=8.0, module_mm=2.5, face_width_mm=10.0, torque_Nm=torque, scheme="line",
+                     pinion={"blank": BLANK})  # fmt: skip
+
+
+@pytest.mark.parametrize("torque", [50.0, -50.0])
+def test_holes_stand_where_the_file_says_from_the_line_of_centres(torque):
+    """Counter-clockwise seen from +z, on the pinion from +y on, on the wheel from -y on; on coast flanks too."""
+    case = case_of(torque)
+    figure = blank_figure(case, gear_pair(case))
+    fronts = figure.axes[1::2]
+    for front, towards in zip(fronts, (90.0, -90.0), strict=True):
+        (first,) = (text for text in front.texts if text.get_text() == "1")
+        expected = np.radians(towards + HOLES["first_deg"])
+        np.testing.assert_allclose(first.get_position(), 17.5 * np.array([np.cos(expected), np.sin(expected)]))
+
+
+def test_a_section_in_characters_has_web_and_holes_at_their_end_of_the_face():
+    case = case_of()
+    lines = section_text(drawn_gears(case, gear_pair(case))[0])
+    web = [line[:32] for line in lines if "#" in line[:32] and not line[:16].strip()]
+    assert web, "right of the middle"
+    (named,) = (line for line in lines if "5 holes" in line)
+    assert "." in named[:32]
+
+
+def test_solid_gears_have_no_picture_of_blanks():
+    case = make_case(teeth=24, bore_radius_mm=8.0, module_mm=2.5, face_width_mm=10.0, torque_Nm=50.0, scheme="line")
+    assert blank_figure(case, gear_pair(case)) is None
