@@ -259,7 +259,8 @@ def _revolutions(case: Case) -> int:
     flanks = [case.pinion_modification, case.wheel_modification, *case.other_flanks]
     flanks += [flank for condition in case.conditions for flank in (condition.pinion, condition.wheel)]
     pinion, wheel = case.pair.pinion.teeth, case.pair.wheel.teeth
-    return wheel // math.gcd(pinion, wheel) if any(flank.pitch_deviations_um for flank in flanks) else 1
+    uneven = any(flank.pitch_deviations_um for flank in flanks)
+    return wheel // math.gcd(pinion, wheel) if uneven else math.ceil(case.pair.repeats_after / pinion)
 
 
 def refuse_beyond_training(trained: Case, asked: Case, extrapolate: bool) -> None:

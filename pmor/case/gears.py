@@ -1,5 +1,6 @@
 """Sections of a case file for the gear pair: `[pair]`, `[pinion]`, `[wheel]`."""
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -154,3 +155,10 @@ class PairCase:
     def blanks(self) -> tuple[BlankCase | None, BlankCase | None]:
         """Blanks of pinion and wheel; None of a gear that is solid down to its bore."""
         return self.pinion.light_blank(self.face_width_mm), self.wheel.light_blank(self.face_width_mm)
+
+    @property
+    def repeats_after(self) -> int:
+        """Pitches after which the bodies of both gears stand to the mesh as before: 1 without holes."""
+        pairs = zip((self.pinion, self.wheel), self.blanks, strict=True)
+        holed = [(gear.teeth, blank.holes.count) for gear, blank in pairs if blank is not None and blank.holes]
+        return math.lcm(*(teeth // math.gcd(teeth, count) for teeth, count in holed))

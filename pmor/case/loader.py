@@ -28,6 +28,8 @@ DEFAULT_SHAPES = {"line": "line_loads"}
 OTHER_SHAPES = "flank_lines"
 # Angles at which line loads, exact but for round-off, are held against full FE; trained shapes have errors to look for.
 EXACT_ANGLES = 3
+# Positions to a pitch of a sweep until holes stand as before.
+ANGLES_WITH_HOLES = 32
 # Elements over the width of helical pairs with line contact: so many to an axial pitch, an even number within limits.
 # *Measured* (23/57, 20 deg, overlap ratio 1.3): peak-to-peak STE 20 % high with 3.1 to the pitch, 3 % with 6.1.
 ELEMENTS_TO_AXIAL_PITCH, FEWEST_ELEMENTS, MOST_ELEMENTS = 6.0, 4, 16
@@ -109,7 +111,7 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
         conditions=_read_conditions(reader, document.get(CONDITION, []), usual, modifications, others),
         mesh=section("mesh", **across), contact=contact, misalignment=misalignment, reduction=reduction,
         offline=section("offline", torques_Nm=_multiples(torque_Nm, OFFLINE_TORQUES)),
-        online=section("online", torques_Nm=_multiples(torque_Nm, ONLINE_TORQUES)),
+        online=section("online", torques_Nm=_multiples(torque_Nm, ONLINE_TORQUES), **_whole_period(pair)),
         compare=section("compare", **compared),
         results=section("results", harris_torques_Nm=_multiples(torque_Nm, HARRIS_TORQUES)),
         dynamics=section("dynamics", torques_Nm=_multiples(torque_Nm, DYNAMICS_TORQUES)), output=section("output"),
@@ -164,6 +166,12 @@ def _keys_in(table: Mapping[str, Any], section: str) -> list[str]:
 def _multiples(torque_Nm: float, factors: tuple[float, ...]) -> tuple[float, ...]:
     """Multiples of the nominal torque, rid of the last digits' rounding; once itself it stays to the last digit."""
     return tuple(torque_Nm if factor == 1.0 else float(f"{factor * torque_Nm:.12g}") for factor in factors)
+
+
+def _whole_period(pair: PairCase) -> dict[str, Any]:
+    """Pitches of a sweep until holes stand as before, at fewer angles each; nothing of gears without holes."""
+    pitches = pair.repeats_after
+    return {"pitches": pitches, "angles_per_pitch": ANGLES_WITH_HOLES} if pitches > 1 else {}
 
 
 def _elements_across(pair: PairCase) -> int:

@@ -137,10 +137,11 @@ class OnlineCase:
     Parameters
     ----------
     angles_per_pitch : int
-        Positions per angular pitch.
+        Positions per angular pitch; of a wheel or pinion with holes 32 by default.
     pitches : int, "revolution" or "hunting"
-        Angular pitches that the sweep spans. `revolution`: one of the pinion. `hunting`: until the same two teeth meet
-        again, as long as the pair's whole period.
+        Angular pitches that the sweep spans; of gears with holes by default until these stand to the mesh as before, a
+        revolution, or z / gcd(z, count) pitches. `revolution`: one of the pinion. `hunting`: until the same two teeth
+        meet again, as long as the pair's whole period.
     torques_Nm : tuple of float
         Torques in N m, increasing; the nominal one is among them.
     extrapolate : bool

@@ -47,8 +47,9 @@ class DrawnGear:
     def inertia(self, density_kg_m3: float) -> Inertia:
         """Return mass and moments of inertia; teeth count as a full ring up to the reference circle."""
         teeth, *below = self.rings
-        ends = abs(self.tooth.reference_radius), abs(self.tooth.root_radius)
-        found = _solid(*(reversed(ends) if self.tooth.internal else ends), teeth, density_kg_m3)
+        reference, root = abs(self.tooth.reference_radius), abs(self.tooth.root_radius)
+        outer, inner = (root, reference) if self.tooth.internal else (reference, root)
+        found = _solid(outer, inner, teeth, density_kg_m3)
         for ring in below:
             found += _solid(ring.outer, ring.inner, ring, density_kg_m3)
         if self.holes is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -129,7 +129,7 @@ def _front(axes: Axes, gear: DrawnGear, place: int, turned: float) -> None:
     for ring in (rim, web, hub):
         axes.fill(ring.outer * np.cos(CIRCLE), ring.outer * np.sin(CIRCLE), facecolor=FILL[ring.name], edgecolor=EDGE,
                   lw=0.7)  # fmt: skip
-    white = {"facecolor": "white", "edgecolor": EDGE, "lw": 0.7}
+    white: dict[str, Any] = {"facecolor": "white", "edgecolor": EDGE, "lw": 0.7}
     axes.fill(hub.inner * np.cos(CIRCLE), hub.inner * np.sin(CIRCLE), **white)
     if (holes := gear.holes) is not None:
         for number in range(holes.count):

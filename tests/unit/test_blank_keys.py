@@ -129,3 +129,13 @@ def test_meshes_and_contacts_without_a_place_for_a_blank_refuse_it(blank, change
 
 def test_the_text_of_a_case_with_holes_is_toml():
     assert tomllib.loads(case_of(WEB | {"holes": HOLES}).text)["pinion"]["blank"]["holes"]["count"] == 6
+
+
+def test_a_sweep_spans_by_default_as_many_pitches_as_holes_take_to_stand_as_before():
+    assert case_of().pitches == 1
+    assert case_of().online.angles_per_pitch == 200
+    # 21 / gcd(21, 6) of either gear; 21 teeth with 4 holes need a revolution.
+    case = case_of(WEB | {"holes": HOLES})
+    assert (case.pitches, case.online.angles_per_pitch) == (7, 32)
+    assert case_of(WEB | {"holes": HOLES | {"count": 4}}).pitches == 21
+    assert change_case(case, pitches=2).pitches == 2
