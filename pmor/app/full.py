@@ -60,7 +60,7 @@ class FullModel:
         meshed, solve = elastic.mesh.meshed, elastic.elasticity_at
         sweep = sweep_ste(meshed, solve, asked.phi, asked.conditions, lambda: progress(1), executor)
         swept = with_unloaded(sweep, meshed, asked.conditions)
-        return SweepResult(swept, meshed.pair, flank=self.case.flank)
+        return SweepResult(swept, meshed.pair, flank=self.case.flank, holes=self.case.pair.holes)
 
     def _repr_html_(self) -> str:
         return f"<p>{escape(repr(self))}</p>{self.case._repr_html_()}"

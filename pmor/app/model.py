@@ -152,7 +152,7 @@ class ReducedModel:
         recorded = can_record(meshed, asked.case, len(phi), len(conditions))
         sweep = sweep_reduced_pair(reduced, phi, conditions, executor=executor, progress=progress, recorded=recorded)
         sweep = with_mesh_error(with_unloaded(sweep, meshed, conditions), reduced, conditions)
-        return SweepResult(sweep, meshed.pair, reduced, conditions[0].assembly, self.case.flank)
+        return SweepResult(sweep, meshed.pair, reduced, conditions[0].assembly, self.case.flank, self.case.pair.holes)
 
     @suggesting
     def harris_map(
@@ -209,7 +209,9 @@ class ReducedModel:
         phi, torques = positions(asked, meshed, angles), asked.online.torques_Nm
         sweeps = sweep_assemblies(self._wide_enough(asked), phi, built, [torques] * len(built), executor, progress)
         flank = self.case.flank
-        return ConditionsResult(given, tuple(SweepResult(sweep, meshed.pair, flank=flank) for sweep in sweeps))
+        return ConditionsResult(
+            given, tuple(SweepResult(sweep, meshed.pair, flank=flank, holes=self.case.pair.holes) for sweep in sweeps)
+        )
 
     def dynamics(
         self, *, folder: Path | str | None = None, executor: Executor | None = None,

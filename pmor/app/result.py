@@ -14,6 +14,7 @@ from pmor.gear.condition import PLAIN, Assembly
 from pmor.gear.pair import GearPair
 from pmor.report.data_files import ste_columns, write_ste_csv
 from pmor.report.flank_figures import flank_maps_figure
+from pmor.report.shaft_order_figures import revolution_figure
 from pmor.report.sweep_figures import load_sharing_figure, spectrum_figure, ste_figure
 from pmor.report.torque_figures import harris_figure
 from pmor.results.flank_maps import FlankMap
@@ -21,6 +22,7 @@ from pmor.results.load_distribution import effective_contact_ratio, face_load_fa
 from pmor.results.loads import LineStates
 from pmor.results.mesh_forces import MeshForces
 from pmor.results.sensitivity import Sensitivities
+from pmor.results.shaft_orders import MOST_LISTED, ShaftOrder, shaft_orders
 from pmor.results.sweep import MeshStiffness, SteSweep, mesh_orders, mesh_stiffness, peak_to_peak_um, ste_mean_um
 from pmor_online.model import ReducedPair
 from pmor_online.readings import derivatives, flank_maps, forces_on_gears
@@ -49,6 +51,8 @@ class SweepResult(Tabular):
     flank : {"drive", "coast"}
         Flanks that carry. Of coast flanks torques are amounts, angles and transmission error count clockwise, from
         where plain coast flanks touch: the backlash between both flanks is not in it.
+    holes : (int, int)
+        Numbers of holes in the webs of pinion and wheel.
     """
 
     sweep: SteSweep
@@ -56,6 +60,7 @@ class SweepResult(Tabular):
     reduced: ReducedPair | None = None
     assembly: Assembly = PLAIN
     flank: str = "drive"
+    holes: tuple[int, int] = (0, 0)
 
     @property
     def phi_rad(self) -> FloatArray:
@@ -185,6 +190,20 @@ class SweepResult(Tabular):
         """
         return np.stack([mesh_orders(self.sweep, t, count) for t in range(len(self.torque_Nm))])
 
+    def shaft_orders(self, torque_index: int = -1, count: int = MOST_LISTED) -> list[ShaftOrder]:
+        """Return the largest orders over the pitches of the sweep, named by mesh, holes and sidebands.
+
+        Raises
+        ------
+        ValueError
+            When the angles do not divide one pitch, or several, uniformly.
+        """
+        return shaft_orders(self.sweep, torque_index, self._teeth, self.holes, count)
+
+    @property
+    def _teeth(self) -> tuple[int, int]:
+        return self.pair.pinion.teeth, abs(self.pair.wheel.teeth)
+
     def plot_ste(self, full: SweepResult | None = None) -> Figure:
         """Draw the STE over the angle, a curve for each torque; another result, such as full FE, as markers."""
         return ste_figure(self.sweep, full.sweep if full else None, about_mean=self.pair.pinion.helix_angle != 0.0)
@@ -196,6 +215,10 @@ class SweepResult(Tabular):
     def plot_orders(self) -> Figure:
         """Draw the amplitudes of the orders of the mesh frequency."""
         return spectrum_figure(self.sweep)
+
+    def plot_revolution(self, torque_index: int = -1) -> Figure:
+        """Draw the STE over all pitches of the sweep, and its orders with the sidebands of holes."""
+        return revolution_figure(self.sweep, torque_index, self._teeth, self.holes)
 
     def plot_flank_maps(self, torque_index: int = -1) -> Figure:
         """Draw the largest pressure and line load over the cycle on the flanks of pinion and wheel."""

@@ -54,7 +54,9 @@ class RunResult(Tabular):
     def sweep(self) -> SweepResult:
         """The sweep of the case's own reduced model."""
         reduced = self.found.reduced
-        return SweepResult(self.found.sweep, reduced.meshed.pair, reduced, assembly_of(self.case))
+        return SweepResult(
+            self.found.sweep, reduced.meshed.pair, reduced, assembly_of(self.case), holes=self.case.pair.holes
+        )
 
     @property
     def comparison(self) -> Comparison | None:

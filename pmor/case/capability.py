@@ -58,8 +58,7 @@ def _blanks(case: Case) -> str:
 
 
 def _holes(case: Case) -> str:
-    holes = any(blank is not None and blank.holes is not None for blank in case.pair.blanks)
-    return "no holes, with which it does not repeat each mesh cycle: leave them out" if holes else ""
+    return "no holes, with which it does not repeat each mesh cycle: leave them out" if any(case.pair.holes) else ""
 
 
 # What capabilities take, of cases that they do not take; empty of others.

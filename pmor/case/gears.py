@@ -157,8 +157,13 @@ class PairCase:
         return self.pinion.light_blank(self.face_width_mm), self.wheel.light_blank(self.face_width_mm)
 
     @property
+    def holes(self) -> tuple[int, int]:
+        """Numbers of holes in the webs of pinion and wheel."""
+        pinion, wheel = (0 if blank is None or blank.holes is None else blank.holes.count for blank in self.blanks)
+        return pinion, wheel
+
+    @property
     def repeats_after(self) -> int:
         """Pitches after which the bodies of both gears stand to the mesh as before: 1 without holes."""
-        pairs = zip((self.pinion, self.wheel), self.blanks, strict=True)
-        holed = [(gear.teeth, blank.holes.count) for gear, blank in pairs if blank is not None and blank.holes]
-        return math.lcm(*(teeth // math.gcd(teeth, count) for teeth, count in holed))
+        both = zip((self.pinion.teeth, self.wheel.teeth), self.holes, strict=True)
+        return math.lcm(*(teeth // math.gcd(teeth, count) for teeth, count in both if count))

@@ -30,6 +30,7 @@ from pmor.report.pattern_figure import contact_pattern_figure
 from pmor.report.provenance import provenance
 from pmor.report.readings_blocks import readings_picture_names, readings_pictures, sensitivities_table
 from pmor.report.root_stress_figures import cycle_figure, fillet_figure
+from pmor.report.shaft_order_figures import revolution_figure, waterfall_figure
 from pmor.report.style import write_picture
 from pmor.report.summary import (
     COUNTS_FROM,
@@ -42,9 +43,16 @@ from pmor.report.summary import (
     summary_rows,
     warnings,
 )
-from pmor.report.sweep_figures import error_figure, load_sharing_figure, spectrum_figure, ste_figure, stiffness_figure
+from pmor.report.sweep_figures import (
+    MOST_PITCHES,
+    error_figure,
+    load_sharing_figure,
+    spectrum_figure,
+    ste_figure,
+    stiffness_figure,
+)
 from pmor.report.table import Table
-from pmor.report.torque_table import causes_table, load_table, ste_table, torque_row, torque_rows
+from pmor.report.torque_table import causes_table, load_table, shaft_order_table, ste_table, torque_row, torque_rows
 from pmor.results.sweep import SteSweep, mesh_stiffness, single_pair_zone
 from pmor_online.contact_pattern import ContactPattern, contact_patterns
 from pmor_online.model import ReducedPair
@@ -56,17 +64,18 @@ if TYPE_CHECKING:
 #: names of all pictures that a run of one model can have
 PICTURES = (
     "ste", "load_sharing", "stiffness", "spectrum", "error", "conditions", "contact_pattern", "root_stress",
-    "root_stress_cycle", "mesh", "blanks",
+    "root_stress_cycle", "mesh", "blanks", "revolution", "waterfall",
 )  # fmt: skip
 #: pictures by the parts of the page: before all else, by theme, after all else
 FIRST, OF_GEARS = "ste.png", "blanks.png"
 THEMES = {
-    "Transmission error": ("spectrum.png", "harris.png", "conditions.png"),
+    "Transmission error": ("revolution.png", "waterfall.png", "spectrum.png", "harris.png", "conditions.png"),
     "Stiffness and load sharing": ("stiffness.png", "load_sharing.png"),
     "Flanks": ("flank_maps.png", "flank_pattern.png", "load_distribution.png", "contact_pattern.png"),
     "Root stress": ("root_stress.png", "root_stress_cycle.png"),
 }
 LAST = ("error.png", "models.png", "error_time.png", "mesh.png")
+OVER_PITCHES = "revolution", "waterfall"
 ROOT_STRESS = ("root_stress", "root_stress_cycle")
 
 
@@ -76,6 +85,7 @@ def page_files(case: Case) -> list[str]:
     drawn = [name for name in drawn if name != "contact_pattern" or case.pair.helix_angle_deg]
     drawn = [name for name in drawn if name not in ROOT_STRESS or case.root_stress]
     drawn = [name for name in drawn if name != "blanks" or any(case.pair.blanks)]
+    drawn = [name for name in drawn if name not in OVER_PITCHES or case.pitches > 1]
     drawn += MODEL_PICTURES if model_names(case) else ()
     drawn += readings_picture_names(case)
     pictures = [f"{name}.{kind}" for name in drawn for kind in case.output.format] if case.output.plots else []
@@ -100,7 +110,8 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
             f"{_bars(sweep)}{_rigid(result)}.",
             ste_figure(sweep, nominal_Nm=nominal, about_mean=helical),
         ),
-        Picture("load_sharing.png", "Share of the pinion torque that each tooth pair carries.",
+        Picture("load_sharing.png", "Share of the pinion torque that each tooth pair carries"
+                + (f", over the first {MOST_PITCHES} pitches." if sweep.pitches > MOST_PITCHES else "."),
                 load_sharing_figure(sweep, nominal)),
         Picture("stiffness.png", "Mesh stiffness over the cycle: force along the line of action per face width over "
                 "the STE less that without load (secant)"
@@ -110,6 +121,7 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
     if sweep.converged.all():
         caption = "Transmission error over orders of the mesh frequency."
         pictures.append(Picture("spectrum.png", caption, spectrum_figure(sweep, nominal_Nm=nominal)))
+        pictures += _over_pitches(result) if sweep.pitches > 1 else []
     if comparison is not None and not comparison.max_relative_error < ROUND_OFF:
         full, estimate = comparison.full, comparison.reduced.ste_error_um
         relative = None if estimate is None else estimate / full.ste_um
@@ -134,6 +146,21 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
         caption = "Section of the pinion's sector mesh, loaded flank marked."
         pictures.append(Picture("mesh.png", caption, _mesh_figure(mesh)))
     return pictures
+
+
+def _over_pitches(result: OnlineResult) -> list[Picture]:
+    """Of a sweep whose teeth may differ."""
+    sweep, pair = result.sweep, result.case.pair
+    teeth = pair.pinion.teeth, pair.wheel.teeth
+    caption = (
+        f"Transmission error over {pitches_words(sweep)}, and its orders: those of the mesh, and beside them those of "
+        "holes and of teeth that differ, with sidebands about each order of the mesh. The table names them."
+    )
+    found = [Picture("revolution.png", caption, revolution_figure(sweep, result.nominal, teeth, pair.holes))]
+    if (figure := waterfall_figure(sweep, teeth, pair.holes)) is not None:
+        caption = "Orders at each torque; from one torque to the next amplitudes rise by four decades."
+        found.append(Picture("waterfall.png", caption, figure))
+    return found
 
 
 def _root_stress(result: OnlineResult) -> list[Picture]:
@@ -219,7 +246,11 @@ def run_blocks(
     """Return the blocks of a run's page: STE and figures, gear data, live model, themes, accuracy, settings."""
     case, rows = result.reduced.basis.case, torque_rows(result)
     tables = {
-        "Transmission error": [*([condition_table(result)] if result.conditions else []), *sensitivities_table(result)],
+        "Transmission error": [
+            *([condition_table(result)] if result.conditions else []),
+            *sensitivities_table(result),
+            *shaft_order_table(result),
+        ],
         "Stiffness and load sharing": [load_table(result, rows), *_classical_tables(result)],
         "Root stress": causes_table(root_stress_figures(result) | {"torque_Nm": case.torque_Nm}),
     }

@@ -27,7 +27,7 @@ from pmor.report.data_sheet import sheet_of
 from pmor.report.iso_blank_rows import iso_blank_figures, iso_blank_rows, iso_root_stress
 from pmor.report.results_data import HARRIS, RESULTS, write_results_data
 from pmor.report.table import Cell, format_cell
-from pmor.report.torque_table import CAUSES, torque_row, torque_rows
+from pmor.report.torque_table import CAUSES, shaft_order_rows, shaft_orders_of, torque_row, torque_rows
 from pmor.results.load_distribution import line_states
 from pmor.results.root_stress import GEARS
 from pmor.results.sweep import (
@@ -42,7 +42,7 @@ from pmor.results.sweep import (
 from pmor_online.run import LostModel, OnlineResult
 from pmor_online.sweep import largest_size
 
-CONDITIONS, STRESS = "conditions.csv", "stress.csv"
+CONDITIONS, STRESS, ORDERS = "conditions.csv", "stress.csv", "orders.csv"
 TORQUES, STIFFNESS = "torques.csv", "stiffness.csv"
 # Relative error of a model that solves the same equations as full FE.
 ROUND_OFF = 1e-9
@@ -60,7 +60,7 @@ MODEL_FIGURES = (
 def result_files(case: Case) -> tuple[str, ...]:
     """Return the names of the files that `write_results` leaves."""
     of_lines = (HARRIS,) if case.reduction.shapes == "line_loads" else ()
-    further = ((CONDITIONS, case.conditions), (STRESS, case.root_stress))
+    further = ((CONDITIONS, case.conditions), (STRESS, case.root_stress), (ORDERS, case.pitches > 1))
     return (
         "ste.csv",
         TORQUES,
@@ -93,7 +93,8 @@ def figures(result: OnlineResult) -> dict[str, Any]:
     return {
         "case": case.name, "flank": case.flank, "n_profile": case.mesh.profile_elements, "scheme": case.contact.scheme,
         "lodm": case.contact.lodm_profile if case.contact.kind == "nodal" else None, "n_angles": len(sweep.phi_rad),
-        **torque_row(result, i), "ste_harmonics_um": mesh_orders(sweep, i).tolist(),
+        **torque_row(result, i), "ste_harmonics_um": mesh_orders(sweep, i).tolist(), "pitches": sweep.pitches,
+        "shaft_orders": [asdict(one) for one in shaft_orders_of(result)] or None,
         "ste_ripple_um": ripple_um(sweep, i), "ste_torque_exponent": torque_exponent(sweep),
         "ste_error_estimate_max_um": largest_error_um(sweep),
         "extrapolated": beyond_training(case), "rom_size": largest_size(result.reduced),
@@ -268,6 +269,8 @@ def write_results(result: OnlineResult, out: Path) -> None:
     write_results_data(result, out)
     if result.root_stress is not None:
         write_stress_csv(out / STRESS, result.root_stress)
+    if sweep.pitches > 1:
+        write_table_csv(out / ORDERS, shaft_order_rows(result))
     if result.conditions:
         write_table_csv(out / CONDITIONS, [row for listed in result.conditions for row in condition_rows(listed)])
 

@@ -28,6 +28,8 @@ UNLOADED: dict[str, Any] = {"color": "#555555", "ls": "--", "lw": 1.2}
 # Line of the nominal torque.
 NOMINAL_WIDTH = 2.6
 TORQUE = "Pinion torque"
+# Most pitches of a picture with a line for each tooth pair.
+MOST_PITCHES = 4
 # Most positions over a pitch that are drawn with dots.
 MOST_DOTS = 48
 
@@ -93,8 +95,9 @@ def load_sharing_figure(sweep: SteSweep, nominal_Nm: float | None = None) -> Fig
     asked, sweep = len(sweep.torque_Nm), few_torques(sweep, MOST_PANELS, nominal_Nm)
     n = len(sweep.torque_Nm)
     with panels(1, 7.6, 1.2 + 1.9 * n, rows=n, sharex=True) as (figure, rows):
-        # Pairs that never carry are left out of the legend.
-        ever = np.flatnonzero((np.nan_to_num(sweep.pair_share) > 0).any(axis=(0, 1)))
+        # Pairs that never carry are left out of the legend, and those of later pitches of a long sweep.
+        shown = sweep.phi_rad < sweep.phi_rad[0] + MOST_PITCHES * sweep.pitch_rad
+        ever = np.flatnonzero((np.nan_to_num(sweep.pair_share[:, shown]) > 0).any(axis=(0, 1)))
         for panel, torque, share in zip(rows, sweep.torque_Nm, sweep.pair_share, strict=True):
             for colour, j in enumerate(ever):
                 phi, carried = periodic(sweep, share[:, j], _share_at_end(sweep, share, int(j)))
@@ -104,7 +107,7 @@ def load_sharing_figure(sweep: SteSweep, nominal_Nm: float | None = None) -> Fig
                     label=f"pair {sweep.pair_index[j]:+d}" if sweep.pair_index[j] else "pair 0"
                 )  # fmt: skip
             panel.set(ylim=(-4, 104), yticks=[0, 25, 50, 75, 100], ylabel=f"Share of {torque:g} N m [%]")
-        angle_axes(rows[-1], sweep, top=rows[0])
+        angle_axes(rows[-1], sweep, top=rows[0], most=MOST_PITCHES)
         entries = rows[0].get_legend_handles_labels()
         figure.legend(*entries, loc="outside right upper", title="Tooth pair")
         say_which(figure, sweep.torque_Nm, asked)
@@ -263,15 +266,16 @@ def _share_at_end(sweep: SteSweep, share: FloatArray, j: int) -> float:
     return float(share[0, successor[0]]) if successor.size else 0.0
 
 
-def angle_axes(axes: Axes, sweep: SteSweep, top: Axes | None = None) -> None:
-    """Pinion angle in degrees below; the same as fraction of the pitch above."""
+def angle_axes(axes: Axes, sweep: SteSweep, top: Axes | None = None, most: int | None = None) -> None:
+    """Pinion angle in degrees below; the same as fraction of the pitch above, of so many pitches at most."""
+    pitches = sweep.pitches if most is None else min(sweep.pitches, most)
     pitch_deg = float(np.degrees(sweep.pitch_rad))
     axes.set_xlabel("Pinion angle [deg]")
     start = float(np.degrees(sweep.phi_rad[0]))
-    axes.set_xlim(start, start + sweep.pitches * pitch_deg)
+    axes.set_xlim(start, start + pitches * pitch_deg)
     carrier = axes if top is None else top
     fraction = carrier.secondary_xaxis("top", functions=(_over(pitch_deg), _over(1.0 / pitch_deg)))
-    fraction.set_xlabel("Fraction of a pitch [-]" if sweep.pitches == 1 else "Pitches [-]")
+    fraction.set_xlabel("Fraction of a pitch [-]" if pitches == 1 else "Pitches [-]")
 
 
 def _over(divisor: float) -> Callable[[ArrayLike], FloatArray]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -13,9 +14,12 @@ from pmor.report.condition_table import N_ORDERS, order_columns, sweep_row
 from pmor.report.table import Table
 from pmor.results.load_distribution import line_states
 from pmor.results.root_stress import GEARS
+from pmor.results.shaft_orders import ShaftOrder, shaft_orders
 from pmor.results.sweep import mesh_stiffness
 from pmor_online.run import OnlineResult
 
+# Orders of each torque in the file.
+MOST_ROWS = 200
 #: root stress without some of its causes, by key of the summary
 CAUSES = {
     "root_stress_nominal_flanks_MPa": "nominal flanks on aligned axes",
@@ -54,6 +58,36 @@ def ste_table(rows: list[dict[str, Any]]) -> Table:
                *(f"order {k}, µm" for k in range(1, N_ORDERS + 1)))  # fmt: skip
     note = "Orders of the mesh frequency, amplitudes from zero to peak; all figures at each torque are in torques.csv."
     return Table("Transmission error at each torque", columns, [[row[key] for key in keys] for row in rows], note)
+
+
+def shaft_order_table(result: OnlineResult) -> list[Table]:
+    """Return the largest orders at the nominal torque, named; none of a sweep over a single pitch."""
+    rows = [
+        (one.name, one.mesh_order, one.pinion_order, one.wheel_order, one.amplitude_um)
+        for one in shaft_orders_of(result)
+    ]
+    columns = ("order", "of the mesh", "of the pinion shaft", "of the wheel shaft", "amplitude, µm")
+    note = "The largest, zero to peak, at the nominal torque; those of all torques are in orders.csv."
+    return [Table("Shaft orders, and what makes them", columns, rows, note)] if rows else []
+
+
+def shaft_orders_of(result: OnlineResult) -> list[ShaftOrder]:
+    """Return the largest orders at the nominal torque of a sweep over several pitches."""
+    pair = result.case.pair
+    if result.sweep.pitches == 1:
+        return []
+    return shaft_orders(result.sweep, result.nominal, (pair.pinion.teeth, pair.wheel.teeth), pair.holes)
+
+
+def shaft_order_rows(result: OnlineResult) -> list[dict[str, Any]]:
+    """Return the orders at all torques, a row each."""
+    pair, sweep = result.case.pair, result.sweep
+    teeth = pair.pinion.teeth, pair.wheel.teeth
+    return [
+        {"torque_Nm": float(torque), **asdict(one)}
+        for row, torque in enumerate(sweep.torque_Nm)
+        for one in sorted(shaft_orders(sweep, row, teeth, pair.holes, MOST_ROWS), key=lambda one: one.mesh_order)
+    ]
 
 
 def load_table(result: OnlineResult, rows: list[dict[str, Any]]) -> Table:
