@@ -12,6 +12,7 @@ from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.design.fine import FEWEST, MOST, NOISE, SETTLED
 from pmor.pair.conditions import conditions_of
+from pmor.pair.drawn import gear_inertias
 from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
 from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep, mesh_orders, mesh_stiffness, peak_to_peak_um, ste_mean_um
@@ -51,6 +52,11 @@ FIGURES = (
     Figure("overlap_ratio", "overlap ratio", "1"),
     Figure("effective_contact_ratio", "contact ratio under load", "1"),
     Figure("centre_distance_mm", "centre distance", "mm"),
+    Figure("mass_kg", "mass of both gears", "kg"),
+    Figure("mass_pinion_kg", "mass, pinion", "kg"),
+    Figure("mass_wheel_kg", "mass, wheel", "kg"),
+    Figure("inertia_pinion_kg_m2", "polar inertia, pinion", "kg m2"),
+    Figure("inertia_wheel_kg_m2", "polar inertia, wheel", "kg m2"),
     # Of the tip relief that suits a design (`pmor.campaigns.relief`), found where they are asked for.
     Figure("best_tip_relief_um", "best tip relief, of both gears", "um"),
     Figure("best_tip_relief_start_pinion_roll_deg", "best tip relief, start on the pinion", "deg"),
@@ -69,6 +75,7 @@ def figures_of(reduced: ReducedPair, sweep: SteSweep, stress: RootStress | None)
     secant = mesh_stiffness(sweep, pair.pinion.base_radius, pair.common_width).secant[i]
     tangent, mesh_error = sweep.stiffness_N_per_um, sweep.mesh_error_percent
     roots = [None if stress is None else stress.largest(i, gear) for gear in range(2)]
+    pinion, wheel = gear_inertias(case, pair)
     numbers = {
         "ste_mean_um": ste_mean_um(sweep)[i],
         "ste_peak_to_peak_um": spans[i],
@@ -85,6 +92,11 @@ def figures_of(reduced: ReducedPair, sweep: SteSweep, stress: RootStress | None)
         "overlap_ratio": pair.overlap_ratio,
         "effective_contact_ratio": effective_contact_ratio(sweep)[i],
         "centre_distance_mm": pair.centre_distance,
+        "mass_kg": pinion.mass_kg + wheel.mass_kg,
+        "mass_pinion_kg": pinion.mass_kg,
+        "mass_wheel_kg": wheel.mass_kg,
+        "inertia_pinion_kg_m2": pinion.polar_kg_m2,
+        "inertia_wheel_kg_m2": wheel.polar_kg_m2,
     }
     return {key: known(value) for key, value in numbers.items()}
 

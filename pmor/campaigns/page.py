@@ -25,7 +25,7 @@ BEST, COMMON_REASONS = 10, 12
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(\.\d+)?(e[-+]?\d+)?(?!\w)")
 RANKED = "ste_peak_to_peak_um"
 # In the order in which an engineer looks at them: the first two are the axes of the scatter.
-FIRST = (RANKED, "flank_pressure_max_MPa", "root_stress_pinion_MPa", "root_stress_wheel_MPa", "k_h_beta",
+FIRST = (RANKED, "mass_kg", "flank_pressure_max_MPa", "root_stress_pinion_MPa", "root_stress_wheel_MPa", "k_h_beta",
          "effective_contact_ratio")  # fmt: skip
 ROUND_OFF = 1e-9
 UNITS = re.compile(r"_(mm|um|deg|GPa|Nm)$")
@@ -71,7 +71,8 @@ def blocks_of(result: Columns) -> list[Block | Designs]:
 def label_of(name: str) -> str:
     """Return a key of the case in words, without its unit."""
     section, key = split(name)
-    return f"{section.partition('.')[0]} {UNITS.sub('', key).replace('_', ' ')}"
+    gear, part = section.partition(".")[0], "holes " if section.endswith("holes") else ""
+    return f"{gear} {part}{UNITS.sub('', key).replace('_', ' ')}"
 
 
 def _explorer(result: Columns) -> list[Block | Designs]:

@@ -25,6 +25,7 @@ UsualKey = Literal[
     "ste_order_3_um", "ste_mesh_error_percent", "mesh_stiffness_mean_N_per_mm_um",
     "mesh_stiffness_tangent_mean_N_per_mm_um", "flank_pressure_max_MPa", "k_h_beta", "root_stress_pinion_MPa",
     "root_stress_wheel_MPa", "contact_ratio", "overlap_ratio", "effective_contact_ratio", "centre_distance_mm",
+    "mass_kg", "mass_pinion_kg", "mass_wheel_kg", "inertia_pinion_kg_m2", "inertia_wheel_kg_m2",
 ]  # fmt: skip
 ResultKey = Literal[UsualKey, ReliefKey]
 #: results without those of the best relief

@@ -88,7 +88,8 @@ def basis_of(case: Case, store: Store) -> Basis:
         def solve() -> SolvedGear:
             body = solved_gear(case, mesh, sector, gear)
             stress = None if body.fillet is None else root_stress_shapes(body.fillet, components)
-            return SolvedGear(flank_compliance((body, body), components).gears[0], stress)
+            found = flank_compliance((body, body), components)
+            return SolvedGear(found.gears[0], stress, found.supports[0])
 
         return store.get(key, solve)
 
@@ -101,7 +102,7 @@ def basis_of(case: Case, store: Store) -> Basis:
         layers=layers_of(mesh.meshed),
         shapes=None,
         training=untrained(),
-        compliance=FlankCompliance((pinion.compliance, wheel.compliance), components),
+        compliance=FlankCompliance((pinion.compliance, wheel.compliance), components, (pinion.support, wheel.support)),
         coarser=None if coarse is None else _coarser_basis(coarse, store),
         root_stress=None if stresses[0] is None or stresses[1] is None else (stresses[0], stresses[1]),
     )

@@ -69,7 +69,7 @@ LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_ring, ("campaign", "gearbox", "stability")),
     (_many_nodes, ("page",)),
     (_blanks, ("rexs", "set", "vtkhdf")),
-    (_holes, ("campaign", "classical", "design", "dynamics", "exudyn", "fmu", "gearbox", "page")),
+    (_holes, ("classical", "design", "dynamics", "exudyn", "fmu", "gearbox", "page")),
 )
 
 

@@ -8,15 +8,17 @@ from pathlib import Path
 import numpy as np
 
 from pmor.body.root_stress import RootStressShapes
+from pmor.body.support import Support
 from pmor.core.errors import FileFormatError
-from pmor.storage.basis_layout import COMPLIANCE, ROOT_STRESS
+from pmor.storage.basis_layout import COMPLIANCE, ROOT_STRESS, SUPPORT
 from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all, write_all
 from pmor.storage.layout import Field
 
-COMPLIANCE_SCHEMA = Schema("pmor-compliance", 2, "remove it: the gear is solved again")
-STRESS = "root_stress"
+COMPLIANCE_SCHEMA = Schema("pmor-compliance", 3, "remove it: the gear is solved again")
+STRESS, HOLES = "root_stress", "holes"
 LAYOUT = {
     "compliance": Field("mm/N", COMPLIANCE, "of the flank nodes, of the loaded tooth and those beside it"),
+    **{f"{HOLES}/{name}": Field(f.unit, f.dims, f.description, optional=True) for name, f in SUPPORT.items()},
     **{f"{STRESS}/{name}": Field(f.unit, f.dims, f.description, optional=True) for name, f in ROOT_STRESS.items()},
 }
 
@@ -31,10 +33,13 @@ class SolvedGear:
         As in `pmor.body.flank_compliance.FlankCompliance`.
     root_stress : RootStressShapes or None
         Where it was asked for.
+    support : Support or None
+        The part of low rank, of holes.
     """
 
     compliance: np.ndarray
     root_stress: RootStressShapes | None
+    support: Support | None = None
 
 
 def read_compliance(path: Path, key: str) -> SolvedGear:
@@ -50,12 +55,15 @@ def read_compliance(path: Path, key: str) -> SolvedGear:
             raise FileFormatError(f"{path}: is of another gear: {COMPLIANCE_SCHEMA.remedy}")
         arrays = read_all(file, LAYOUT)
         stress = RootStressShapes(*(arrays[f"{STRESS}/{name}"] for name in ROOT_STRESS)) if STRESS in file else None
-        return SolvedGear(arrays["compliance"], stress)
+        support = Support(*(arrays[f"{HOLES}/{name}"] for name in SUPPORT)) if HOLES in file else None
+        return SolvedGear(arrays["compliance"], stress, support)
 
 
 def write_compliance(path: Path, key: str, solved: SolvedGear) -> None:
     """Write the file of the gear with a key, whole; equal contents are equal files; OutputError where that fails."""
     stress = solved.root_stress
     arrays = {} if stress is None else {f"{STRESS}/{name}": getattr(stress, name) for name in ROOT_STRESS}
+    if solved.support is not None:
+        arrays |= {f"{HOLES}/{name}": getattr(solved.support, name) for name in SUPPORT}
     with create(path, COMPLIANCE_SCHEMA, {"key": key}, overwrite=True, dated=False) as file:
         write_all(file, {"compliance": solved.compliance, **arrays}, LAYOUT)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import pmor.campaigns.store as store_module
+from pmor.body.support import Support
 from pmor.campaigns.describe import folder_text
 from pmor.campaigns.store import GIB, PARTS, entries, key_of, open_store
 from pmor.core.errors import OutputError
@@ -30,6 +31,15 @@ def test_a_gear_is_solved_once_and_read_back_to_the_last_bit(tmp_path):
     first, again = store.get(key("a", 1), lambda: ONE), store.get(key("a", 1), unsolvable)
     assert first.compliance.tobytes() == again.compliance.tobytes()
     assert open_store(tmp_path / "store", 1.0).get(key("a", 1), unsolvable).root_stress is None
+
+
+def test_an_entry_keeps_what_holes_add(tmp_path):
+    holes = Support(np.arange(6.0).reshape(3, 2), np.arange(24.0).reshape(3, 2, 2, 2))
+    store, solved = open_store(tmp_path / "store", 1.0), SolvedGear(ONE.compliance, None, holes)
+    store.get(key("a", 2), lambda: solved)
+    again = store.get(key("a", 2), unsolvable)
+    np.testing.assert_array_equal(again.support.rows, holes.rows)
+    np.testing.assert_array_equal(again.support.compliance, holes.compliance)
 
 
 def test_keys_tell_contents_apart():
