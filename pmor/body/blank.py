@@ -18,7 +18,9 @@ the root circle: a flank's own compliance with n up to 1.5 z is 6e-5 too low, to
 1.5e-6 with 2.5 z and 3.5 z.
 
 Of a web with holes the same blank is taken without them. What they change is found from the amplitudes where the web
-meets hub and rim, under loads on a flank and under loads there (`Ring`, `pmor.body.support`).
+meets hub and rim, under loads on a flank and under loads there (`Ring`, `pmor.body.support`). A body that is brought as
+a mesh (`pmor.fe.body_condensation`) is one of revolution too, K_nn, and what couples its harmonics is such a change, at
+the interface itself. Harmonics that its mesh does not see are those of a solid disc, as they die within the rim.
 """
 
 from __future__ import annotations
@@ -30,13 +32,33 @@ import numpy as np
 import scipy.linalg as la
 
 from pmor.core.arrays import ComplexArray, FloatArray, IntArray
-from pmor.fe.blank_section import Block, ring_stiffness
+from pmor.fe.blank_section import Amplitudes, Block, ring_stiffness
+from pmor.fe.body_condensation import Condensed
 from pmor.fe.completion import nodes_of_elements
 from pmor.fe.perforated_web import PerforatedWeb
 from pmor.fe.sector import SectorMesh
 
 # Singular values of the harmonics at the nodes of a sector's interface, over the largest, that are left out.
 ROUND_OFF = 1e-13
+
+
+@dataclass(frozen=True)
+class MeshedBody:
+    """A body on the columns of nodes of an interface.
+
+    Parameters
+    ----------
+    own : Condensed
+        On harmonics.
+    shapes : ndarray, shape (c, 3 l)
+        Amplitudes of the shapes in which its harmonics feel each other, of those of the columns.
+    repeats : int
+        How often it repeats around its axis; 0 where its harmonics do not feel each other.
+    """
+
+    own: Condensed
+    shapes: FloatArray
+    repeats: int
 
 
 @dataclass(frozen=True)
@@ -53,6 +75,8 @@ class Blank:
         Harmonics of the interface go from minus it to it.
     web : PerforatedWeb or None
         Where it has holes.
+    body : MeshedBody or None
+        Where it is brought as a mesh: the blocks then stand for it in harmonics that the mesh does not see.
     """
 
     blocks: tuple[Block, ...]
@@ -60,6 +84,7 @@ class Blank:
     poisson_ratio: float
     largest: int
     web: PerforatedWeb | None = None
+    body: MeshedBody | None = None
 
     @property
     def harmonics(self) -> IntArray:
@@ -69,6 +94,14 @@ class Blank:
     def coordinates(self, mesh: SectorMesh) -> FloatArray:
         """Return functions of a sector's interface that span all harmonics, over its nodes, (p 3 l, 3 nodes)."""
         return interface_shares(mesh, self._functions(mesh), nodes_of_elements(mesh, mesh.interface)).T
+
+    def change(self, twist: float) -> tuple[ComplexArray, int] | None:
+        """Return what makes teeth differ, over the amplitudes where it is felt, and how often it repeats."""
+        if self.body is not None:
+            return (self.body.own.coupling, self.body.repeats) if self.body.repeats else None
+        if self.web is None:
+            return None
+        return self.web.softening(self.youngs_modulus, self.poisson_ratio, twist), self.web.count
 
     def ring(self, mesh: SectorMesh, stiffness: FloatArray, load: FloatArray, neighbours: int) -> Ring:
         """Return how the faces of sectors -neighbours ... neighbours move under loads on those of sector 0.
@@ -122,13 +155,24 @@ class BlankResponse(NamedTuple):
 def blank_response(mesh: SectorMesh, blank: Blank) -> BlankResponse:
     """Return the response of a blank below a ring of sectors."""
     material, twist = (blank.youngs_modulus, blank.poisson_ratio), mesh.twist_per_length
-    shares = np.kron(_interpolation(mesh.z, mesh.order, blank.blocks[-1].nodes_z), np.diag([1.0, 1j, 1.0]).conj())
+    shares = np.kron(interpolation(mesh.z, mesh.order, blank.blocks[-1].nodes_z), np.diag([1.0, 1j, 1.0]).conj())
     if mesh.mirrored:
         shares[:-1, -1] = 0.0  # the last column's nodes keep their z, which the nodes beside them do not feel
     size, harmonics, web = len(shares), np.arange(blank.largest + 1), blank.web
+    none = np.zeros((0, 0, 0), dtype=complex)
+    if (body := blank.body) is not None:
+        stiffness: Amplitudes = body.own.stiffness
+        if (rest := harmonics[len(stiffness) :]).size:
+            further = ring_stiffness(blank.blocks, *material, rest, mesh.mirrored, twist)
+            stiffness = np.concatenate([stiffness, shares.conj().T @ further @ shares])
+        if not body.repeats:
+            return BlankResponse(np.asarray(stiffness), none, none)
+        count = len(body.shapes)
+        felt = len(body.own.coupling) // (2 * count) + 1
+        passed_on = np.broadcast_to(body.shapes.T, (felt, *body.shapes.T.shape)).astype(complex)
+        return BlankResponse(np.asarray(stiffness), passed_on, np.zeros((felt, count, count), dtype=complex))
     if web is None:
         own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist)
-        none = np.zeros((0, 0, 0), dtype=complex)
         return BlankResponse(np.asarray(shares.conj().T @ own @ shares), none, none)
     loads = web.loads()
     own = ring_stiffness(blank.blocks, *material, harmonics[: web.largest + 1], mesh.mirrored, twist, loads)
@@ -144,7 +188,7 @@ def blank_response(mesh: SectorMesh, blank: Blank) -> BlankResponse:
     )
 
 
-def _interpolation(z: FloatArray, order: int, fine: FloatArray) -> FloatArray:
+def interpolation(z: FloatArray, order: int, fine: FloatArray) -> FloatArray:
     """Shares of columns of nodes in the displacement at places along the width, (places, columns)."""
     found = np.zeros((len(fine), len(z)))
     element = np.clip(np.searchsorted(z[::order], fine, side="right") - 1, 0, (len(z) - 1) // order - 1)

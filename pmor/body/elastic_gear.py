@@ -181,11 +181,10 @@ def _coordinates(mesh: SectorMesh) -> sp.csr_array:
 
 def _of_holes(mesh: SectorMesh, blank: Blank, ring: Ring, neighbours: int) -> Support | None:
     """Part of low rank of the compliance of all nodes of the flank."""
-    web = blank.web
-    if web is None:
+    change = blank.change(mesh.twist_per_length)
+    if change is None:
         return None
-    softening = web.softening(blank.youngs_modulus, blank.poisson_ratio, mesh.twist_per_length)
-    found = support_of_holes(ring.felt, ring.flexibility, softening, mesh.teeth, web.count, neighbours)
+    found = support_of_holes(ring.felt, ring.flexibility, change[0], mesh.teeth, change[1], neighbours)
     return replace(found, rows=np.asarray(completion(mesh, mesh.flank) @ found.rows))
 
 

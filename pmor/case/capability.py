@@ -54,7 +54,9 @@ def _many_nodes(case: Case) -> str:
 
 
 def _blanks(case: Case) -> str:
-    return "gears that are solid down to their bores: leave the blanks out" if any(case.pair.blanks) else ""
+    gears = case.pair.pinion, case.pair.wheel
+    light = not all(gear.solid(case.pair.face_width_mm) for gear in gears)
+    return "gears that are solid down to their bores: leave the blanks out" if light else ""
 
 
 def _holes(case: Case) -> str:

@@ -80,7 +80,9 @@ def sections_of(case: Case) -> dict[str, dict[str, Any]]:
     pair = asdict(case.pair)
     gears = {gear: _own_keys(pair.pop(gear)) for gear in GEARS}
     blanks = {f"{gear}.{BLANK}": gears[gear].pop(BLANK) for gear in GEARS}
+    bodies = {f"{gear}.{BLANK}": gears[gear].pop("body") for gear in GEARS}
     sections = {"load": {"torque_Nm": case.torque_Nm, "speed_rpm": case.speed_rpm}, "pair": pair, **gears}
+    sections |= {name: body for name, body in bodies.items() if body is not None}
     for name, blank in blanks.items():
         if blank is not None:
             holes = blank.pop(HOLES)

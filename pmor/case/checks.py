@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 from pmor.case.blank import check_blank
+from pmor.case.body import check_body
 from pmor.case.document import BLANK
 from pmor.case.dynamics import check_dynamics
 from pmor.case.extrapolation import MISALIGNMENTS
@@ -150,15 +151,14 @@ def refuse_uneven_sections(case: Case, where: str) -> None:
 def _check_blanks(case: Case, where: str) -> None:
     """Refuse blanks where the mesh or the contact has no place for them."""
     for name, gear in (("pinion", case.pair.pinion), ("wheel", case.pair.wheel)):
-        blank = gear.light_blank(case.pair.face_width_mm)
-        if blank is None:
+        if gear.solid(case.pair.face_width_mm):
             continue
         if case.mesh.width == "plane_strain":
             raise CaseError(
                 f'{where}: [{name}.{BLANK}]: [mesh] width = "plane_strain" has one section for all of the width, and a '
                 'web is narrower: write "whole", or leave the blank out'
             )
-        if blank.holes is not None and case.contact.kind != "line":
+        if gear.repeats(case.pair.face_width_mm) and case.contact.kind != "line":
             raise CaseError(
                 f'{where}: [{name}.{BLANK}] holes: [contact] scheme = "{case.contact.scheme}" takes teeth that are all '
                 'alike, and holes make them differ: write scheme = "line", or leave the holes out'
@@ -194,6 +194,9 @@ def _check_bore(pair: PairCase, gear: GearCase, place: str) -> None:
         blank = f"{place.removesuffix(']')}.{BLANK}]"
         face_mm = gear.face_width_mm or pair.face_width_mm
         check_blank(gear.blank, root_mm, gear.bore_radius_mm, face_mm, module_mm, blank)
+    if gear.body is not None:
+        face_mm, blank = gear.face_width_mm or pair.face_width_mm, f"{place.removesuffix(']')}.{BLANK}]"
+        check_body(gear.body, root_mm, gear.bore_radius_mm, face_mm, module_mm, blank)
 
 
 def _check_allowances(gear: GearCase, place: str) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 from pmor.case.change import sections_of
 from pmor.case.coast import flank_of, mirrored_flank
-from pmor.case.document import BLANK, GEARS, MODIFICATION, flattened
+from pmor.case.document import BLANK, GEARS, MESH, MODIFICATION, flattened
 from pmor.case.flanks import trained_flanks
 from pmor.case.schema import Case, ConditionCase
 from pmor.case.width import meshed_width
@@ -30,7 +30,9 @@ def describe(case: Case) -> list[tuple[str, Any, bool]]:
     settings = [("title", case.title, "title" not in document)]
     for section, values in sections_of(case).items():
         written = document.get(section, {})
-        settings += [(f"{section}.{key}", value, key not in written) for key, value in values.items()]
+        for key, value in values.items():
+            said = value["file"] if isinstance(value, dict) and "file" in value else value
+            settings.append((f"{section}.{key}", said, key not in written))
     return settings
 
 
@@ -74,6 +76,11 @@ def basis_key(case: Case) -> str:
     (`pmor.case.flanks.trained_flanks`).
     """
     parts: dict[str, Any] = {name: asdict(getattr(case, name)) for name in ("pair", "mesh", "contact", "reduction")}
+    for gear in GEARS:
+        # Where the mesh of a body is does not matter, and a gear without one is as it was before there were such.
+        if (body := parts["pair"][gear].pop("body")) is not None:
+            del body[MESH]["file"]
+            parts["pair"][gear]["body"] = body
     parts["meshed"] = meshed_width(case)
     if case.reduction.trained:
         parts["offline"] = asdict(case.offline)

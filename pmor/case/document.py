@@ -7,7 +7,7 @@ from typing import Any
 
 GEARS = ("pinion", "wheel")
 MODIFICATION = "modification"
-BLANK, HOLES = "blank", "holes"
+BLANK, HOLES, MESH = "blank", "holes", "mesh"
 COAST = "coast_modification"
 CONDITION = "condition"
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from pmor.case.blank import BlankCase
+from pmor.case.body import BodyCase, repetition
 from pmor.core.ranges import METRES, PASCALS, RADIANS, TAKEN_OFF, Length, Range
 
 
@@ -77,6 +78,8 @@ class GearCase:
         Poisson's ratio.
     blank : BlankCase or None
         Rim, web and hub (section `[pinion.blank]`, `[wheel.blank]`); None is solid down to the bore.
+    body : BodyCase or None
+        All below the rim as a mesh (the same section with `mesh`).
     """
 
     teeth: Annotated[int, Range(6, 1000)]
@@ -99,6 +102,7 @@ class GearCase:
     youngs_modulus_GPa: Annotated[float, Range(1e-3, 1e4, "GPa", mistaken_for=PASCALS)] = 210.0
     poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
     blank: BlankCase | None = None
+    body: BodyCase | None = None
 
     @property
     def sign(self) -> int:
@@ -115,6 +119,15 @@ class GearCase:
         """Return the blank of this gear in a pair of a face width; None where it is solid down to its bore."""
         solid = self.blank is None or self.blank.fills(self.face_width_mm or pair_width_mm)
         return None if solid else self.blank
+
+    def solid(self, pair_width_mm: float) -> bool:
+        """Return whether this gear in a pair of a face width is solid down to its bore."""
+        return self.body is None and self.light_blank(pair_width_mm) is None
+
+    def repeats(self, pair_width_mm: float) -> int:
+        """Return how often its blank repeats around the axis where that makes teeth differ, else 0."""
+        blank = self.light_blank(pair_width_mm)
+        return repetition(self.body, None if blank is None else blank.holes)
 
     def face(self, pair_width_mm: float) -> tuple[float, float]:
         """Return where the face begins and ends along z, mm, in a pair of a face width."""
@@ -158,9 +171,8 @@ class PairCase:
 
     @property
     def holes(self) -> tuple[int, int]:
-        """Numbers of holes in the webs of pinion and wheel."""
-        pinion, wheel = (0 if blank is None or blank.holes is None else blank.holes.count for blank in self.blanks)
-        return pinion, wheel
+        """Numbers of holes in the webs of pinion and wheel; of a body that is a mesh, how often it repeats."""
+        return self.pinion.repeats(self.face_width_mm), self.wheel.repeats(self.face_width_mm)
 
     @property
     def repeats_after(self) -> int:

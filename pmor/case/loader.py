@@ -7,14 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from pmor.case.blank import BlankCase
+from pmor.case.body import UNITS, BodyCase
 from pmor.case.checks import check_together
 from pmor.case.coast import in_amounts, other_flank, without_pitch
-from pmor.case.document import BLANK, COAST, CONDITION, GEARS, HOLES, MODIFICATION, flattened
-from pmor.case.gears import PairCase
+from pmor.case.document import BLANK, COAST, CONDITION, GEARS, HOLES, MESH, MODIFICATION, flattened
+from pmor.case.gears import GearCase, PairCase
 from pmor.case.reader import NOTHING, Reader, parse_toml, read_text
 from pmor.case.schema import SECTIONS, Case, ConditionCase
 from pmor.case.values import NO_LOAD, toml_text
-from pmor.core.errors import printable
+from pmor.core.errors import CaseError, printable
 from pmor.gear.modification import Modification, other_places
 
 # Torques of a stage when the case file gives none, as multiples of the nominal torque.
@@ -23,6 +24,8 @@ ONLINE_TORQUES = (1.0,)
 COMPARE_TORQUES = (0.3, 1.0, 1.6)
 HARRIS_TORQUES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 DYNAMICS_TORQUES = (1.0,)
+# Of the section of a blank: no key of a gear.
+NO_BODY = {"body": None}
 # Line contact needs no training.
 DEFAULT_SHAPES = {"line": "line_loads"}
 OTHER_SHAPES = "flank_lines"
@@ -86,10 +89,9 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     title = reader.value(document.get("title", name), str, "title")
     load = section("load")
     torque_Nm = load.torque_Nm
-    pinion = replace(section("pinion"), blank=_read_blank(section, document, "pinion"))
-    blank = _read_blank(section, document, "wheel")
-    wheel = section("wheel") if "wheel" in document else pinion
-    wheel = wheel if blank is None else replace(wheel, blank=blank)
+    pinion = _with_blank(section("pinion", given=NO_BODY), section, document, reader)
+    wheel = section("wheel", given=NO_BODY) if "wheel" in document else pinion
+    wheel = _with_blank(wheel, section, document, reader, "wheel")
     misalignment, modifications = section("misalignment"), [section(f"{gear}.{MODIFICATION}") for gear in GEARS]
     others = [
         section(key, **vars(without_pitch(own).changed(dict.fromkeys(other_places(document[key])))))
@@ -150,12 +152,32 @@ def _read_conditions(
     return tuple(found)
 
 
-def _read_blank(section: Callable[..., Any], document: Mapping[str, Any], gear: str) -> BlankCase | None:
-    name, holes = f"{gear}.{BLANK}", f"{gear}.{BLANK}.{HOLES}"
+def _with_blank(
+    gear: GearCase, section: Callable[..., Any], document: Mapping[str, Any], reader: Reader, name: str = GEARS[0]
+) -> GearCase:
+    """Return a gear with the blank of its section, if there is one."""
+    name = f"{name}.{BLANK}"
+    holes, table = f"{name}.{HOLES}", document.get(name, {})
     if name not in document and holes not in document:
-        return None
-    found: BlankCase = section(name, {HOLES: section(holes) if holes in document else None})
-    return found
+        return gear
+    if not isinstance(table, Mapping) or MESH not in table:
+        blank: BlankCase = section(name, {HOLES: section(holes) if holes in document else None})
+        return replace(gear, blank=blank, body=None)
+    if holes in document:
+        reader.refuse(f"[{name}] {MESH}", "a mesh has its holes: leave holes out")
+    place = f"[{name}] {MESH} = {toml_text(table[MESH])}"
+    if isinstance(table[MESH], str):
+        if reader.folder is None:
+            reader.refuse(place, "there is no folder to look for it in: read the case from its file with load_case")
+        from pmor.case.body_mesh import body_mesh  # only where there is one
+
+        unit = table.get("unit", "mm")
+        try:
+            found = body_mesh(reader.folder / table[MESH], unit if unit in UNITS else "mm")
+        except CaseError as error:
+            reader.refuse(place, str(error))
+        table = {**table, MESH: found}
+    return replace(gear, blank=None, body=reader.section(table, BodyCase, name))
 
 
 def _keys_in(table: Mapping[str, Any], section: str) -> list[str]:

@@ -7,11 +7,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pmor.body.blank import Blank
+from pmor.body.blank import Blank, MeshedBody, interpolation
 from pmor.case import Case, GearCase
 from pmor.case.blank import BlankCase, HolesCase
+from pmor.case.body_mesh import body_volume
 from pmor.core.arrays import FloatArray
 from pmor.fe.blank_section import Block
+from pmor.fe.body_condensation import condensed_nodes, onto_harmonics
+from pmor.fe.element import tributary_widths
 from pmor.fe.perforated_web import PerforatedWeb
 from pmor.fe.sector import SectorMesh
 from pmor.gear.tooth import Tooth
@@ -28,6 +31,14 @@ FEWEST, DECAY = 2, 1.2
 # Harmonics of a web's circles that feel its holes: those of which more than 1 / FELT comes back from there, over a
 # bridge of at least so much of a hole's radius; at least so many to a hole.
 FELT, LEAST_BRIDGE, TO_A_HOLE = 1e4, 0.4, 1.5
+# Of a mesh that is brought: sides of quadratic and of linear elements to a wave of the highest harmonic that it sees.
+# *Measured*, tetrahedra with 48 quadratic sides around the web of a wheel with 31 teeth: its STE is 0.18 % too small
+# with 2, 0.22 with 3, 0.46 with 6; with more elements over the section 0.05 % too large.
+TO_A_WAVE, LINEAR_TO_A_WAVE = 2.0, 4.0
+# Harmonics that feel each other through it at most, and the degree of the polynomials over the width in which they do.
+COUPLED, DEGREE = 48, 4
+# Rows of the disc that stands for higher ones: the first one at the interface over the shortest wave's radius.
+WAVE_STEP = 0.5
 
 
 def interface_radius(blank: BlankCase, root_radius: float, module: float) -> float:
@@ -38,9 +49,12 @@ def interface_radius(blank: BlankCase, root_radius: float, module: float) -> flo
 def blank_below(case: Case, gear: GearCase, tooth: Tooth, mesh: SectorMesh, place: int) -> Blank | None:
     """Return what the sectors of the pinion, place 0, or the wheel stand on; None where they reach to the bore."""
     light = gear.light_blank(case.pair.face_width_mm)
-    if light is None:
+    if gear.body is not None:
+        interface = gear.body.mesh.interface_radius_mm
+    elif light is not None:
+        interface = interface_radius(light, tooth.root_radius, tooth.module)
+    else:
         return None
-    interface = interface_radius(light, tooth.root_radius, tooth.module)
     depth = (tooth.root_radius - interface) / tooth.module
     groups = FEWEST - 1 + math.ceil(DECAY / depth - 1e-9)
     # Beyond it harmonics have waves that elements do not see.
@@ -48,11 +62,39 @@ def blank_below(case: Case, gear: GearCase, tooth: Tooth, mesh: SectorMesh, plac
     largest = min(tooth.teeth * groups + tooth.teeth // 2, most)
     face = gear.face(case.pair.face_width_mm)
     bore = gear.bore_radius_mm or 0.0  # given: a ring, which has none, has no blank
+    if light is None:
+        return _brought(gear, bore, interface, mesh, largest, place)
     blocks = _section(light, bore, tooth.root_radius, interface, face, mesh, case.mesh.profile_elements)
     web = None
     if light.holes is not None:
         web = _perforated(light, light.holes, blocks[1], tooth, mesh, largest, place, case.mesh.profile_elements)
     return Blank(blocks, 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio, largest, web)
+
+
+def _brought(gear: GearCase, bore: float, interface: float, mesh: SectorMesh, largest: int, place: int) -> Blank:
+    """Blank of the body that a gear's case names a mesh of."""
+    assert gear.body is not None
+    volume, material = body_volume(gear.body), (1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio)
+    x, y, z = volume.nodes[volume.interface].T
+    z = z - volume.low + float(mesh.z[0])
+    # Angles count from the middle of tooth 0, which is drawn at +y, as `first_deg` of holes does.
+    angle = np.arctan2(y, x) + math.radians(gear.body.x_axis_deg) + place * math.pi / mesh.teeth
+    to_a_wave = TO_A_WAVE if volume.quadratic else LINEAR_TO_A_WAVE
+    seen = math.floor(2.0 * math.pi * interface / (volume.across * to_a_wave))
+    seen, repeats = max(1, min(largest, seen)), gear.body.mesh.repeats
+    waves = np.exp(1j * np.outer(np.arange(seen + 1), angle - mesh.twist_per_length * z))
+    over = (mesh.z - mesh.z[0]) / (mesh.z[-1] - mesh.z[0]) * 2.0 - 1.0
+    degree = min(DEGREE, len(over) - 1)
+    polynomials = np.asarray(np.polynomial.legendre.legvander(over, degree), dtype=np.float64)
+    shapes = np.asarray(np.kron(polynomials, np.eye(3)), dtype=np.float64)
+    columns = interpolation(mesh.z, mesh.order, z)
+    matrix = condensed_nodes(volume, *material)
+    own = onto_harmonics(matrix, waves, columns, shapes, min(seen, COUPLED), repeats)
+    weights = np.repeat(tributary_widths(mesh.z, mesh.order), 3)[:, None]
+    amplitudes = np.linalg.solve(shapes.T @ (weights * shapes), (weights * shapes).T)
+    lines = _lines([bore, interface], [interface], WAVE_STEP * interface / largest)
+    blocks = (Block(lines, mesh.z[:: mesh.order]),)
+    return Blank(blocks, *material, largest, body=MeshedBody(own, np.asarray(amplitudes, dtype=np.float64), repeats))
 
 
 def _perforated(

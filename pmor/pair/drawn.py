@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from pmor.case import Case, GearCase
 from pmor.case.blank import HolesCase
+from pmor.case.body import BodyMesh
 from pmor.gear.inertia import Inertia, about_the_axis, disc
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
@@ -33,11 +34,14 @@ class DrawnGear:
         From the tip circle to the bore; of a solid gear, or of a ring, teeth and body.
     holes : HolesCase or None
         Through the web, the last ring but one.
+    body : BodyMesh or None
+        Below the rings.
     """
 
     tooth: Tooth
     rings: tuple[Ring, ...]
     holes: HolesCase | None = None
+    body: BodyMesh | None = None
 
     @property
     def light(self) -> bool:
@@ -52,6 +56,8 @@ class DrawnGear:
         found = _solid(outer, inner, teeth, density_kg_m3)
         for ring in below:
             found += _solid(ring.outer, ring.inner, ring, density_kg_m3)
+        if self.body is not None:
+            found += _meshed(self.body, density_kg_m3)
         if self.holes is not None:
             hole = _solid(self.holes.radius_mm, 0.0, self.rings[-2], density_kg_m3)
             found += about_the_axis(hole, self.holes.on_radius_mm).times(-self.holes.count)
@@ -77,12 +83,20 @@ def _drawn(gear: GearCase, tooth: Tooth, held: float, pair_width: float) -> Draw
     half, blank = 0.5 * (gear.face_width_mm or pair_width), gear.light_blank(pair_width)
     root, tip = abs(tooth.root_radius), abs(tooth.tip_radius)
     teeth = Ring("teeth", min(root, tip), max(root, tip), -half, half)
+    if gear.body is not None:
+        rim = Ring("body", gear.body.mesh.interface_radius_mm, root, -half, half)
+        return DrawnGear(tooth, (teeth, rim), body=gear.body.mesh)
     if blank is None:
         return DrawnGear(tooth, (teeth, Ring("body", min(held, root), max(held, root), -half, half)))
     rim, hub, wide = root - blank.rim_thickness_mm, blank.hub_radius_mm, 0.5 * (blank.hub_width_mm or 2.0 * half)
     low, high = (blank.web_offset_mm + side * 0.5 * blank.web_thickness_mm for side in (-1.0, 1.0))
     below = Ring("rim", rim, root, -half, half), Ring("web", hub, rim, low, high), Ring("hub", held, hub, -wide, wide)
     return DrawnGear(tooth, (teeth, *below), blank.holes)
+
+
+def _meshed(mesh: BodyMesh, density: float) -> Inertia:
+    mass = 1e-9 * density
+    return Inertia(mass * mesh.volume_mm3, 1e-6 * mass * mesh.polar_moment_mm5, 1e-6 * mass * mesh.tilting_moment_mm5)
 
 
 def _solid(outer: float, inner: float, ring: Ring, density: float) -> Inertia:

@@ -188,7 +188,9 @@ def sector_ends(case: Case, pair: GearPair) -> tuple[float, float]:
     """Return the radii at which the sectors of pinion and wheel end, mm: where they are held, or on a blank's rim."""
     ends = list(held_radii(case, pair))
     for place, (gear, tooth) in enumerate(((case.pair.pinion, pair.pinion), (case.pair.wheel, pair.wheel))):
-        if (blank := gear.light_blank(case.pair.face_width_mm)) is not None:
+        if gear.body is not None:
+            ends[place] = gear.body.mesh.interface_radius_mm
+        elif (blank := gear.light_blank(case.pair.face_width_mm)) is not None:
             ends[place] = interface_radius(blank, tooth.root_radius, tooth.module)
     return ends[0], ends[1]
 
@@ -200,11 +202,12 @@ def sector_meshes(case: Case, pair: GearPair) -> tuple[SectorMesh, SectorMesh]:
     """
     faces, ends = pair.faces, sector_ends(case, pair)
     pinion = _sector(case, case.pair.pinion, pair.pinion, faces[0], ends[0])
-    blanks = case.pair.blanks
+    gears = case.pair.pinion, case.pair.wheel
     # Where holes stand to the line of centres, they stand otherwise to the teeth of pinion and wheel.
-    cyclic = all(blank is None or blank.holes is None for blank in blanks)
+    solid = [gear.solid(pair.face_width) for gear in gears]
+    cyclic = not any(gear.repeats(pair.face_width) for gear in gears)
     alike = pair.pinion == pair.wheel and faces[0] == faces[1] and ends[0] == ends[1]
-    same = case.mesh.share_identical and alike and cyclic and (blanks[0] is None) == (blanks[1] is None)
+    same = case.mesh.share_identical and alike and cyclic and solid[0] == solid[1]
     return pinion, pinion if same else _sector(case, case.pair.wheel, pair.wheel, faces[1], ends[1])
 
 
@@ -427,6 +430,6 @@ def _sector(case: Case, gear: GearCase, tooth: Tooth, face: tuple[float, float],
     try:
         sector = build_sector(tooth, end_mm, face[1] - face[0], mesh.profile_elements, mesh.width_elements,
                               mesh.spacing, meshed_width(case), gear.face_offset_mm, mesh.order)  # fmt: skip
-        return replace(sector, on_blank=gear.light_blank(case.pair.face_width_mm) is not None)
+        return replace(sector, on_blank=not gear.solid(case.pair.face_width_mm))
     except MeshError as error:
         raise MeshError(f"gear with {gear.teeth} teeth: {error}") from error

@@ -62,6 +62,7 @@ def formats() -> dict[str, dict[str, type]]:
     # Sections with the keys of another one: the wheel's, and those of coast flanks.
     case = {f"[{name}]": kind for name, kind in SECTIONS.items() if not name.startswith("wheel") and COAST not in name}
     case |= {f"[{name}]": kind for name, kind in sections_in(SECTIONS["wheel"], "wheel").items()}
+    case["[wheel.blank] mesh"] = case.pop("[wheel.body]")  # the same section with other keys
     others = {
         "study": Study,
         "design": Design,

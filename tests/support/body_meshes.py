@@ -1,0 +1,60 @@
+"""Meshes of blanks as an engineer would bring them: rings of rectangular section, of tetrahedra or hexahedra."""
+
+from itertools import permutations
+
+import numpy as np
+
+TETRA_EDGES = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
+HEXA = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+HEXA_EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
+
+
+def body_mesh(radii, z, around, solid, kind="tetra10", closed=True):
+    """Nodes and elements of a body of revolution, or of what `solid` (r, z, theta of a cell's middle) leaves of it."""
+    radii, z = np.asarray(radii, dtype=float), np.asarray(z, dtype=float)
+    steps = 2 * around if closed else 2 * around + 1
+    fine = [_doubled(radii), _doubled(z), np.arange(steps) * np.pi / around]
+    r, height, theta = np.meshgrid(*fine, indexing="ij")
+    points = np.stack([r * np.cos(theta), r * np.sin(theta), height], axis=-1).reshape(-1, 3)
+    shape = np.array(r.shape)
+
+    def number(place):
+        place = place % shape if closed else place
+        return (place[..., 0] * shape[1] + place[..., 1]) * shape[2] + place[..., 2]
+
+    i, j, k = (
+        grid.ravel() for grid in np.meshgrid(*map(np.arange, (len(radii) - 1, len(z) - 1, around)), indexing="ij")
+    )
+    kept = solid(0.5 * (radii[i] + radii[i + 1]), 0.5 * (z[j] + z[j + 1]), (k + 0.5) * 2.0 * np.pi / around)
+    cells = 2 * np.stack([i, j, k], axis=1)[kept]
+    if kind.startswith("tetra"):
+        paths = [np.cumsum([np.zeros(3, int), *np.eye(3, dtype=int)[list(order)]], axis=0)
+                 for order in permutations(range(3))]  # fmt: skip
+        # Radius, width and angle are a left-handed system: even permutations turn the other way.
+        paths = [path if np.linalg.det(path[1:]) < 0 else path[[1, 0, 2, 3]] for path in paths]
+        edges, per = TETRA_EDGES, 4
+    else:
+        paths, edges, per = [np.array(HEXA)[:, [0, 2, 1]]], HEXA_EDGES, 8
+    listed = []
+    for path in paths:
+        places = cells[:, None] + 2 * path
+        places = np.concatenate([places, np.stack([(places[:, a] + places[:, b]) // 2 for a, b in edges], axis=1)], 1)
+        listed.append(number(places)[:, : None if kind[-1].isdigit() else per])
+    elements = np.concatenate(listed)
+    used = np.unique(elements)
+    renumbered = np.full(len(points), -1)
+    renumbered[used] = np.arange(len(used))
+    return points[used], renumbered[elements]
+
+
+def _doubled(lines):
+    return np.sort(np.concatenate([lines, 0.5 * (lines[1:] + lines[:-1])]))
+
+
+def write_mesh(path, points, elements, kind="tetra10"):
+    """Write a mesh in the format of the path's suffix."""
+    import meshio
+
+    mesh, named = meshio.Mesh(np.round(points, 9), [(kind, elements)]), {".msh": "gmsh"}
+    meshio.write(path, mesh, file_format=named.get(path.suffix))
+    return path

@@ -1,0 +1,156 @@
+"""Bodies that are brought as meshes: rigid motions, the same blank by dimensions, and one matrix for the whole gear."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.case import make_case, parse_case
+from pmor.case.body_mesh import BodyVolume
+from pmor.fe.body_condensation import condensed_nodes, onto_harmonics
+from pmor.fe.tetrahedron import tetrahedron_stiffness
+from pmor.pair.conditions import nominal_condition
+from pmor.pair.model import elastic_model, mesh_model
+from pmor_offline.train import train
+from pmor_online.line_sweep import sweep_line_loads
+from pmor_online.model import reduced_pair
+from tests.support.body_meshes import body_mesh, write_mesh
+
+E, NU = 210_000.0, 0.3
+ROUND_OFF = 1e-9
+TEETH, ANGLES = 31, 4
+PAIR = {
+    "module_mm": 2.5, "face_width_mm": 12.0, "torque_Nm": 50.0, "scheme": "line", "profile_elements": 4,
+    "width_elements": 3, "results": {"root_stress": False}, "error_bar": False,
+}  # fmt: skip
+GEAR = {"teeth": TEETH, "bore_radius_mm": 12.0}
+WEB = {"rim_thickness_mm": 5.0, "web_thickness_mm": 4.0, "web_offset_mm": 2.0, "hub_radius_mm": 16.0}
+# Of the same gear, whose root circle has the radius 35.625 mm: its rim, and an interface within.
+RIM, INTERFACE = 30.625, 33.125
+RADII = (12.0, 15.0, 16.0, 17.0, 23.0, 29.5, RIM, RIM + 0.8, INTERFACE)
+WIDTHS = (-6.0, -3.0, 0.0, 2.0, 4.0, 6.0)
+
+
+def web(r, z, theta, rim=RIM):
+    return (r < 16.0) | (r > rim) | ((z > 0.0) & (z < 4.0))
+
+
+def slotted(r, z, theta):
+    """Four slots through the web."""
+    return web(r, z, theta) & ((np.cos(4 * (theta - 0.3)) < 0.3) | (r < 17.0) | (r > 29.5))
+
+
+def case_on(folder, solid, kind="tetra10", around=48, radii=RADII, widths=WIDTHS, x_axis_deg=0.0, helix=0.0, **changes):
+    pytest.importorskip("meshio")
+    mesh = body_mesh(radii, widths, around, solid, kind)
+    write_mesh(folder / "body.inp", *mesh, kind)
+    text = make_case(**PAIR | changes, pinion=GEAR, wheel=GEAR, helix_angle_deg=helix).text
+    text += f'\n[wheel.blank]\nmesh = "body.inp"\nx_axis_deg = {x_axis_deg}\n'
+    return parse_case(text, "case", "case", folder)
+
+
+def ste_of(case, pitches=1):
+    reduced = reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
+    pitch = reduced.meshed.pair.pitch
+    phi = np.linspace(0.0, pitches * pitch, pitches * ANGLES, endpoint=False)
+    return sweep_line_loads(reduced, phi, [nominal_condition(case)]).ste_um[0]
+
+
+@cache
+def ste_by_dimensions(helix=0.0):
+    pair = PAIR | {"pinion": GEAR, "helix_angle_deg": helix}
+    return [ste_of(make_case(**pair, wheel=wheel)) for wheel in (GEAR | {"blank": WEB}, GEAR)]
+
+
+# --- elements -------------------------------------------------------------------------------------------------------
+
+
+def a_tetrahedron():
+    corners = np.array([[0.1, 0.0, 0.0], [2.0, 0.2, 0.0], [0.3, 1.5, 0.1], [0.2, 0.4, 1.8]])
+    middles = [0.5 * (corners[a] + corners[b]) for a, b in ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))]
+    return np.concatenate([corners, middles])
+
+
+@pytest.mark.parametrize("nodes", [4, 10])
+def test_a_tetrahedron_has_six_rigid_motions_and_the_energy_of_even_strains(nodes):
+    points = a_tetrahedron()[:nodes]
+    stiffness = tetrahedron_stiffness(points, np.arange(nodes)[None], E, NU)[0]
+    assert (np.linalg.eigvalsh(stiffness) > ROUND_OFF * np.abs(stiffness).max()).sum() == 3 * nodes - 6
+    rng = np.random.default_rng(7)
+    gradient = rng.standard_normal((3, 3))
+    strain = 0.5 * (gradient + gradient.T)
+    shear = 0.5 * E / (1.0 + NU)
+    stress = 2.0 * shear * (strain + NU / (1.0 - 2.0 * NU) * np.trace(strain) * np.eye(3))
+    volume = np.linalg.det(points[1:4] - points[0]) / 6.0
+    moved = (points @ gradient.T).ravel()
+    assert_allclose(moved @ stiffness @ moved, volume * np.sum(stress * strain), rtol=ROUND_OFF)
+
+
+def test_quadratic_tetrahedra_bend_exactly_and_curved_ones_have_rigid_motions():
+    points = a_tetrahedron()
+    stiffness = tetrahedron_stiffness(points, np.arange(10)[None], E, 0.0)[0]
+    x, y, _ = points.T
+    moved = np.stack([x * y, -0.5 * x**2, np.zeros(10)], axis=1).ravel()  # strain xx = y, no shear
+    fine = np.random.default_rng(3).dirichlet(np.ones(4), 200_000) @ points[:4]
+    volume = np.linalg.det(points[1:4] - points[0]) / 6.0
+    assert_allclose(moved @ stiffness @ moved, E * volume * np.mean(fine[:, 1] ** 2), rtol=1e-2)  # drawn at random
+    points[4:] += 0.05 * np.random.default_rng(5).standard_normal((6, 3))
+    curved = tetrahedron_stiffness(points, np.arange(10)[None], E, NU)[0]
+    motions = np.stack([np.cross(axis, points) for axis in np.eye(3)] + [np.tile(axis, (10, 1)) for axis in np.eye(3)])
+    assert np.abs(curved @ motions.reshape(6, -1).T).max() < ROUND_OFF * np.abs(curved).max()
+
+
+# --- on the interface -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["tetra10", "hexahedron20", "tetra", "hexahedron"])
+def test_rigid_motions_cost_no_force_at_the_interface(kind):
+    points, elements = body_mesh(
+        (8.0, 9.5, 11.0), (-6.0, -1.0, 6.0), 12, lambda r, z, t: (r > 9.5) | ((z > 0.0) & (t < 4.0)), kind
+    )
+    on = np.flatnonzero(np.abs(np.hypot(points[:, 0], points[:, 1]) - 11.0) < 1e-6)
+    volume = BodyVolume(points, {kind: elements}, on, np.empty(0, dtype=int), -6.0, 6.0, 3.0)
+    matrix = condensed_nodes(volume, E, NU)
+    x, y, z = points[on].T
+    waves, columns = np.exp(1j * np.outer(np.arange(3), np.arctan2(y, x))), np.stack([1.0 - z, 1.0 + z], axis=1) / 2.0
+    own, between = onto_harmonics(matrix, waves, columns, np.eye(6), 2, 1)
+    # Columns at z = -1 and 1, over radial, circumferential and axial displacement, of harmonic 0 and 1.
+    motions = {
+        0: [[0, 0, 1, 0, 0, 1], [0, 11.0, 0, 0, 11.0, 0]],
+        1: [[1, 1j, 0, 1, 1j, 0], [-1, -1j, -11.0, 1, 1j, -11.0]],
+    }
+    between = between.reshape(5, 6, 5, 6)
+    for n, listed in motions.items():
+        for motion in np.array(listed, dtype=complex):
+            force = own[n] @ motion
+            assert np.abs(force).max() < ROUND_OFF * np.abs(own[n]).max() * 11.0
+            others = between[:, :, 2 + n] @ motion
+            assert np.abs(others).max() < ROUND_OFF * np.abs(own[n]).max() * 11.0
+    assert np.abs(between).max() > 1e-3 * np.abs(own).max(), "a slot couples harmonics"
+
+
+@pytest.mark.parametrize(("helix", "kind"), [(0.0, "tetra10"), (18.0, "hexahedron20")])
+def test_a_wheel_as_a_mesh_gives_what_the_same_blank_by_dimensions_gives(helix, kind, tmp_path):
+    grown = 2.5 * TEETH / 2.0 * (1.0 / np.cos(np.radians(helix)) - 1.0)  # the root circle of a helical gear
+    radii = [r if r < 17.0 else r + grown for r in RADII]
+    found = ste_of(case_on(tmp_path, lambda r, z, t: web(r, z, t, RIM + grown), kind, helix=helix, radii=radii))
+    expected, solid = ste_by_dimensions(helix)
+    assert_allclose(found, expected, rtol=5e-3)
+    assert (expected > 1.2 * solid).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["tetra10", "hexahedron20"])
+def test_finer_meshes_come_to_the_blank_by_dimensions(kind, tmp_path):
+    radii = [12.0, 14.5, 15.4, 16.0, 16.6, 18.0, 23.0, 28.0, RIM - 0.6, RIM, RIM + 0.6, INTERFACE]
+    widths = [-6.0, -2.5, -0.6, 0.0, 0.6, 2.0, 3.4, 4.0, 4.6, 6.0]
+    found = ste_of(case_on(tmp_path, web, kind, around=36, radii=radii, widths=widths))
+    assert_allclose(found, ste_by_dimensions()[0], rtol=3e-3)
+
+
+def test_a_solid_ring_as_a_mesh_is_the_bored_gear(tmp_path):
+    found = ste_of(
+        case_on(tmp_path, lambda r, z, t: r > 0.0, "hexahedron20", radii=(12.0, 15.0, 20.0, 28.0, INTERFACE))
+    )
+    assert_allclose(found, ste_by_dimensions()[1], rtol=1e-3)
