@@ -84,8 +84,8 @@ def _drawn(gear: GearCase, tooth: Tooth, held: float, pair_width: float) -> Draw
     root, tip = abs(tooth.root_radius), abs(tooth.tip_radius)
     teeth = Ring("teeth", min(root, tip), max(root, tip), -half, half)
     if gear.body is not None:
-        rim = Ring("body", gear.body.mesh.interface_radius_mm, root, -half, half)
-        return DrawnGear(tooth, (teeth, rim), body=gear.body.mesh)
+        below_teeth = Ring("body", gear.body.mesh.interface_radius_mm, root, -half, half)
+        return DrawnGear(tooth, (teeth, below_teeth), body=gear.body.mesh)
     if blank is None:
         return DrawnGear(tooth, (teeth, Ring("body", min(held, root), max(held, root), -half, half)))
     rim, hub, wide = root - blank.rim_thickness_mm, blank.hub_radius_mm, 0.5 * (blank.hub_width_mm or 2.0 * half)

@@ -11,6 +11,8 @@ from pmor.case.body_mesh import body_volume
 from pmor.case.capability import why_not
 from pmor.core.errors import CaseError, MeshError
 from pmor.fe.body_condensation import condensed_nodes
+from pmor.pair.drawn import gear_inertias
+from pmor.pair.model import gear_pair
 from tests.support.body_meshes import body_mesh, write_mesh
 
 pytest.importorskip("meshio")
@@ -225,3 +227,11 @@ def test_more_nodes_on_the_interface_than_are_condensed_are_refused(tmp_path, mo
     write_mesh(tmp_path / "body.inp", *ring())
     with pytest.raises(MeshError, match="more than the 10 that are condensed: take larger elements"):
         condensed_nodes(body_volume(case_of(tmp_path, {}).pair.pinion.body), 210e3, 0.3)
+
+
+def test_mass_and_inertia_of_a_ring_as_a_mesh_are_those_of_the_solid_gear(tmp_path):
+    write_mesh(tmp_path / "body.inp", *ring("hexahedron20"))
+    case, solid = case_of(tmp_path, {}), make_case(**GEAR)
+    found, expected = (gear_inertias(one, gear_pair(one))[0] for one in (case, solid))
+    # A polygon of 16 sides stands for the cylinders.
+    np.testing.assert_allclose(list(vars(found).values()), list(vars(expected).values()), rtol=0.02)
