@@ -37,6 +37,8 @@ class ElasticGear:
     side_displacement : ndarray, shape (2 neighbours + 2, n_left, n)
         Displacement of the left side face of sectors -neighbours - 1 ... neighbours under unit forces on the flank's
         nodes that elements have, mm/N; of no sectors unless asked for.
+    interface_displacement : ndarray, shape (2 neighbours + 1, n_interface, n)
+        Likewise of the interface with a blank, of sectors -neighbours ... neighbours.
     layer_columns : int
         Columns of elements below the flank whose local compliance was taken out.
     fillet : FilletStress or None
@@ -52,6 +54,7 @@ class ElasticGear:
     compliance: FloatArray
     sector: CondensedSector
     side_displacement: FloatArray
+    interface_displacement: FloatArray
     layer_columns: int = 0
     fillet: FilletStress | None = None
     far: FarCompliance | None = None
@@ -129,9 +132,12 @@ def elastic_gear(
     flanks = np.stack([load.T @ face for face in moved])
     flanks[neighbours] += own[:, :n_flank]
     displacement, stress = np.empty((0, n_side, n_flank)), None
+    of_interface = np.zeros((2 * neighbours + 1, 0, n_flank))
     if keep_rows:
         before = moved[0][n_side : 2 * n_side]  # the left side face of the sector before
         displacement = np.stack([to[:n_side, :n_side].T @ face for face in (before, *(m[:n_side] for m in moved))])
+        if blank is not None:
+            of_interface = np.stack([to[2 * n_side :, 2 * n_side :].T @ face[2 * n_side :] for face in moved])
     if points is not None:
         functions = np.concatenate([f.over(sector.retained) for f in carried])
         of_faces = (to @ functions[:, n_flanks:].T).T
@@ -144,7 +150,16 @@ def elastic_gear(
         compliance[neighbours] -= sector.layer
     between = _between_far_teeth(mesh, faces, load, far) if far is not None else None
     return ElasticGear(
-        mesh, neighbours, _reciprocal(compliance), sector, displacement, layer_columns, stress, between, support
+        mesh,
+        neighbours,
+        _reciprocal(compliance),
+        sector,
+        displacement,
+        of_interface,
+        layer_columns,
+        stress,
+        between,
+        support,
     )
 
 

@@ -44,17 +44,20 @@ def sector_displacement(gear: ElasticGear, sector: int, teeth: IntArray, forces:
     Raises
     ------
     ValueError
-        When a surface layer was taken out: the flank would not fit the material below it; of sectors on a blank.
+        When a surface layer was taken out: the flank would not fit the material below it; of sectors on a web with
+        holes.
     """
-    if gear.mesh.on_blank:
-        raise ValueError("the displacement of a sector is known where it reaches down to the bore alone")
+    if gear.support is not None:
+        raise ValueError("the displacement of a sector is known of equal sectors alone, and holes make them differ")
     if gear.layer_columns:
         raise ValueError("the compliance is without its surface layer: build the gear with layer_columns=0")
     mesh, condensed = gear.mesh, gear.sector
     turn = np.kron(np.eye(len(condensed.left) // 3), rotation_z(-mesh.angular_pitch))
     shares, steps = completion(mesh, mesh.flank).T, forces.shape[2]
     flank = np.zeros((3 * len(mesh.nodes), steps))
-    left, right = np.zeros((len(condensed.left), steps)), np.zeros((len(condensed.left), steps))
+    left, right, below = (
+        np.zeros((len(face), steps)) for face in (condensed.left, condensed.left, condensed.interface)
+    )
     for tooth, force in zip(teeth, forces, strict=True):
         # The nearest way round.
         offset = (sector - int(tooth) + mesh.teeth // 2) % mesh.teeth - mesh.teeth // 2
@@ -64,7 +67,9 @@ def sector_displacement(gear: ElasticGear, sector: int, teeth: IntArray, forces:
         flank[degrees_of_freedom(mesh.flank)] += gear.tooth_compliance(offset) @ force
         left += gear.side_displacement[index + 1] @ on_elements
         right += turn @ (gear.side_displacement[index] @ on_elements)
-    retained = np.concatenate([flank[condensed.flank], left, right])
+        if gear.mesh.on_blank:
+            below += gear.interface_displacement[index] @ on_elements
+    retained = np.concatenate([flank[condensed.flank], left, right, below])
     solved = back_substitute(condensed, retained, len(flank))
     every = np.arange(len(mesh.nodes))
     found = completion(mesh, every) @ solved[degrees_of_freedom(nodes_of_elements(mesh, every))]

@@ -70,8 +70,8 @@ LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_uneven_teeth, ("exudyn", "fmu", "set")),
     (_ring, ("campaign", "gearbox", "stability")),
     (_many_nodes, ("page",)),
-    (_blanks, ("rexs", "set", "vtkhdf")),
-    (_holes, ("classical", "design", "dynamics", "exudyn", "fmu", "gearbox", "page")),
+    (_blanks, ("set",)),
+    (_holes, ("classical", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "vtkhdf")),
 )
 
 

@@ -2,7 +2,8 @@
 
 The mesh of the two sectors of a tooth pair is stored once, undeformed, in the middle of the path of contact. A step is
 a pinion angle; the fields are elastic, without the rotation of the gears. Stress is that of the sector's mesh: the
-notch at the root is resolved in `stress.csv`, not here.
+notch at the root is resolved in `stress.csv`, not here. Of a gear with a blank by dimensions the sector ends within its
+rim: what is below has no mesh of its own (`pmor.body.blank`); the attribute `shown` of the file says so.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from pmor.fe.element import QUADRATIC_NODES, tributary_widths
 from pmor.fe.sector import SectorMesh
 from pmor.line.full_model import solve_angle
 from pmor.line.layered_pair import LayeredPair
+from pmor.pair.blank import blank_below
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import mesh_model, neighbouring_teeth, per_gear
 from pmor.penalty.pair import as_penalty
@@ -40,6 +42,10 @@ BEYOND = 0.1
 FIELDS = {
     "displacement_mm": 3, "stress_MPa": 6, "max_principal_MPa": 1, "von_mises_MPa": 1, "flank_pressure_MPa": 1,
 }  # fmt: skip
+
+
+#: of gears with blanks by dimensions
+RIM_ALONE = "teeth and the outer part of the rim, on the elastic rim, web and hub below, which have no mesh here"
 
 
 #: where sectors of pinion and wheel are in the undeformed pair: rotation (3, 3) and shift (3,), mm, of their frames
@@ -62,10 +68,10 @@ def export(reduced: ReducedPair, path_out: Path, overwrite: bool = False) -> Non
         When a position has no equilibrium.
     OutputError
     CaseError
-        For gears with a support, whose displacement is not that of their sectors.
+        For webs with holes, which make sectors differ.
     """
     if isinstance(reduced.meshed, LayeredPair) and any(reduced.flank_compliance.supports):
-        raise CaseError(f"{reduced.basis.case.name}: VTKHDF shows sectors without their blanks: leave the blanks out")
+        raise CaseError(f"{reduced.basis.case.name}: VTKHDF shows sectors that are alike: leave the holes out")
     phi = step_angles(reduced)
     forces, pairs = flank_forces(reduced, phi)
     case = reduced.basis.case
@@ -73,6 +79,8 @@ def export(reduced: ReducedPair, path_out: Path, overwrite: bool = False) -> Non
     placed = _placed(reduced)
     with atomic_path(Path(path_out), overwrite) as temporary, h5py.File(temporary, "w") as file:
         file.attrs["pmor_version"], file.attrs["case_text"] = __version__, text_of(case)
+        if any(case.pair.blanks):
+            file.attrs["shown"] = RIM_ALONE
         write_grid(file, _grid(gears, placed), phi, FIELDS, _fields(case, gears, placed, forces, pairs))
 
 
@@ -131,7 +139,9 @@ def _volumes(case: Case) -> tuple[ElasticGear, ElasticGear]:
 
     def build(sector: SectorMesh, gear: GearCase) -> ElasticGear:
         young, neighbours = gear.youngs_modulus_GPa * 1e3, neighbouring_teeth(mesh.meshed.pair)
-        return elastic_gear(sector, young, gear.poisson_ratio, case.mesh.element, neighbours, True)
+        place, tooth = (0, mesh.meshed.pair.pinion) if sector is mesh.pinion else (1, mesh.meshed.pair.wheel)
+        blank = blank_below(case, gear, tooth, sector, place)
+        return elastic_gear(sector, young, gear.poisson_ratio, case.mesh.element, neighbours, True, blank=blank)
 
     return per_gear(case, mesh, build)
 

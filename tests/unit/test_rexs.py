@@ -395,10 +395,15 @@ CASES = [
                                         pitch_deviations_um=tuple(float(i % 3) for i in range(21))), "whole": True},
     {"wheel.modification": Modification(topography=Topography(
         (4.0, 20.0, 37.0), (-10.0, 0.0, 10.0), ((0.0, 1.0, 2.0), (3.0, 0.5, 1.0), (9.0, 8.0, 7.0)))), "whole": True},
+    {"scheme": "line", "pinion": {"teeth": 21, "bore_radius_mm": 20.0, "blank": {
+        "rim_thickness_mm": 6.0, "web_thickness_mm": 5.0, "web_offset_mm": -2.0, "hub_radius_mm": 24.0,
+        "holes": {"count": 6, "radius_mm": 2.0, "on_radius_mm": 27.5, "first_deg": 5.0}}},
+     "wheel": {"teeth": 31, "bore_radius_mm": 20.0, "blank": {
+         "rim_thickness_mm": 7.0, "web_thickness_mm": 4.0, "hub_radius_mm": 25.0, "hub_width_mm": 18.0}}},
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("settings", CASES, ids=["plain", "helical", "distance", "modified", "topography"])
+@pytest.mark.parametrize("settings", CASES, ids=["plain", "helical", "distance", "modified", "topography", "blanks"])
 def test_a_case_that_goes_out_and_comes_in_is_the_same(tmp_path, settings):
     settings = dict(settings)
     if settings.pop("whole", False):
@@ -426,7 +431,7 @@ def test_a_case_that_goes_out_and_comes_in_is_the_same(tmp_path, settings):
         assert as_numbers(told) == pytest.approx(as_numbers(meant), abs=1e-9)
         assert told.root_relief_shape == meant.root_relief_shape
     for gear in ("pinion", "wheel"):
-        for key in ("bore_radius_mm", "youngs_modulus_GPa", "poisson_ratio"):
+        for key in ("bore_radius_mm", "youngs_modulus_GPa", "poisson_ratio", "blank"):
             assert getattr(getattr(again.pair, gear), key) == getattr(getattr(case.pair, gear), key)
 
 

@@ -14,6 +14,7 @@ import pmor.body.support
 from pmor.body.blank import blank_response
 from pmor.body.elastic_gear import elastic_gear
 from pmor.body.support import support_of_holes
+from pmor.body.volume import sector_displacement
 from pmor.case import change_case, make_case
 from pmor.case.blank import BlankCase
 from pmor.core.conventions import rotation_z
@@ -342,3 +343,23 @@ def test_half_the_width_stands_for_the_whole_also_with_holes():
         loads_of(make_case(**SMALL | {"width": width}, pinion={"blank": blank})) for width in ("half", "whole")
     )
     assert_allclose(half.ste_um, whole.ste_um, rtol=2e-4)  # as parabolas over the thickness go
+
+
+# --- the volume of sectors on a blank -------------------------------------------------------------------------------
+
+
+def test_a_sector_on_a_blank_moves_throughout_as_that_of_the_bored_gear(monkeypatch):
+    """The flank that no force is on, and the fillets: known from what is eliminated, interface and all."""
+    bored = make_case(**SMALL)
+
+    def displacement(case):
+        mesh = mesh_model(case).pinion
+        blank = blank_below(case, case.pair.pinion, gear_pair(case).pinion, mesh, 0)
+        body = elastic_gear(mesh, 210_000.0, 0.3, case.mesh.element, 1, True, blank=blank)
+        force = np.random.default_rng(29).standard_normal((1, 3 * mesh.flank.size, 1))
+        return sector_displacement(body, 0, np.array([0]), force)[mesh.back.ravel()]
+
+    expected = displacement(bored)
+    monkeypatch.setattr(BlankCase, "fills", lambda self, width: False)
+    found = displacement(case_of(web_thickness_mm=12.0))
+    assert_allclose(found, expected, rtol=0.0, atol=COARSE_ROWS * np.abs(expected).max())

@@ -10,6 +10,7 @@ from typing import Any
 
 from pmor.case import Case, make_case, parse_case
 from pmor.core.errors import CaseError, GeometryError, printable
+from pmor.export.rexs.blanks import blank_keys
 from pmor.export.rexs.flanks import READERS, FileFlank, read_flank
 from pmor.export.rexs.model import Component, Gearbox, read_rexs
 from pmor.export.rexs.rings import CUTTER, cleared, ring_keys
@@ -181,6 +182,7 @@ class _Draft:
             keys |= self._tool(gear, flank, module, shift, radius)
             root_radius = radius - module * (keys.get("dedendum", 1.25) - shift)
             keys["bore_radius_mm"] = self._bore(gear, root_radius, radius, module)
+            keys |= blank_keys(gear)
         if chamfer := flank.number_of("tooth_tip_chamfer"):
             keys["tip_chamfer_mm"] = chamfer
         if rounding := flank.number_of("custom_pmor_tip_rounding"):

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from pmor.case import Case, GearCase
+from pmor.export.rexs.blanks import blank_attributes
 from pmor.export.rexs.document import Attributes, Document, Value
 from pmor.export.rexs.results import StageResults
 from pmor.export.rexs.rings import CUTTER, cutter_attributes, ring_attributes
@@ -112,7 +113,8 @@ def add_gear(
         normal_module=case.pair.module_mm,
         helix_angle_reference_diameter=(-said.sign if number else 1) * case.pair.helix_angle_deg,
         face_width=_rounded(high - low), u_coordinate_on_shaft=_rounded(place), datum_face_orientation=datum,
-        tip_diameter=2.0 * abs(tooth.tip_radius), **(ring_attributes(said, tooth) if said.internal else inner), **more,
+        tip_diameter=2.0 * abs(tooth.tip_radius), **(ring_attributes(said, tooth) if said.internal else inner),
+        **blank_attributes(said.blank), **more,
     )  # fmt: skip
     material = document.add(
         "material", f"Material of the {name}", elastic_modulus=_rounded(1e3 * said.youngs_modulus_GPa),
