@@ -23,6 +23,8 @@ from pmor_online.model import ReducedPair
 NEAR_CONTACT = 0.5
 # Places over the width for each column, to which the largest stress is interpolated.
 BETWEEN = 8
+# Tooth pairs count counter-clockwise on the pinion, clockwise on the wheel.
+SENSE = (1, -1)
 # Stresses are found for so many angles at a time: few enough for those of all points to stay in megabytes.
 ANGLES_PER_BLOCK = 25
 
@@ -63,17 +65,18 @@ def root_stress_of(
         return None
     loaded, (torques, angles) = loads.pair, (len(conditions), len(phi))
     pairs = np.arange(loaded.min(), loaded.max() + 1) if len(loaded) else np.empty(0, dtype=np.int64)
-    size = torques, angles, 2, len(pairs), 2
+    size, tooth_counts = (torques, angles, 2, len(pairs), 2), _tooth_counts(reduced)
     found = [np.full(size, np.nan) for _ in range(4)]
     most = [[np.full((torques, 2, *shape.stress.shape[2:4]), 0.0) for _ in range(2)] for shape in shapes]
     for start in range(0, angles, ANGLES_PER_BLOCK):
         block = slice(start, min(start + ANGLES_PER_BLOCK, angles))
-        forces = _nodal_forces(reduced, phi, common_misalignment(conditions), loads, block, pairs)
+        forces = nodal_forces(reduced, phi, common_misalignment(conditions), loads, block, pairs)
         for gear, shape in enumerate(shapes):
-            there = _amplitudes(shape, forces[gear], 1 if gear == 0 else -1)
+            teeth = pairs * SENSE[gear]
+            there = amplitudes_of_patterns(shape, forces[gear], teeth, teeth, tooth_counts[gear])
             carries = forces[gear].any(axis=3)
             stress = _stress(shape, there[carries])
-            hidden = _under_contact(reduced, loads, block, pairs, gear)[carries]
+            hidden = under_contact(reduced, loads, block, pairs, gear)[carries]
             measures = [np.where(hidden[:, None], 0.0, values) for values in _measures(stress)]
             for torque in range(torques):
                 own = np.nonzero(carries)[0] == torque
@@ -115,7 +118,12 @@ def root_stress_causes(
     return found
 
 
-def _nodal_forces(
+def _tooth_counts(reduced: ReducedPair) -> tuple[int, int]:
+    pair = reduced.layered.pair
+    return abs(pair.pinion.teeth), abs(pair.wheel.teeth)
+
+
+def nodal_forces(
     reduced: ReducedPair, phi: FloatArray, misalignment: Misalignment, loads: ContactLoads, block: slice,
     pairs: IntArray,
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
@@ -147,7 +155,7 @@ def _nodal_forces(
     return found[0], found[1]
 
 
-def _under_contact(reduced: ReducedPair, loads: ContactLoads, block: slice, pairs: IntArray, gear: int) -> BoolArray:
+def under_contact(reduced: ReducedPair, loads: ContactLoads, block: slice, pairs: IntArray, gear: int) -> BoolArray:
     """Which points of a fillet are so near to a line of contact that they show the load, (D, A, P, p, c)."""
     assert reduced.basis.root_stress is not None
     tooth = (reduced.layered.pair.pinion, reduced.layered.pair.wheel)[gear]
@@ -164,28 +172,41 @@ def _under_contact(reduced: ReducedPair, loads: ContactLoads, block: slice, pair
     return hidden
 
 
-def _amplitudes(shapes: RootStressShapes, force: FloatArray, direction: int) -> FloatArray:
-    """Amplitudes of the patterns on the teeth around each tooth, (D, A, P, neighbours, r).
+def amplitudes_of_patterns(
+    shapes: RootStressShapes, force: FloatArray, loaded: IntArray, felt: IntArray, teeth: int
+) -> FloatArray:
+    """Amplitudes of all patterns of stress in teeth `felt` by forces (D, A, P, n) on `loaded` ones, (D, A, F, s).
 
-    Tooth pairs count counter-clockwise on the pinion, where `direction` is 1, and clockwise on the wheel.
+    Teeth are numbered counter-clockwise; s amplitudes are those of forces on the teeth around, then those by the rim.
     """
-    own = force @ shapes.pattern.T
-    around = np.zeros((*own.shape[:3], 2 * shapes.neighbours + 1, own.shape[3]))
-    count = own.shape[2]
-    for place, offset in enumerate(range(-shapes.neighbours, shapes.neighbours + 1)):
+    own, on_rim = force @ shapes.pattern.T, force @ shapes.rim_pattern.T
+    near, count = shapes.neighbours, own.shape[3]
+    reach, by_rim = shapes.rim_moved.shape[1] // 2, (2 * near + 1) * count
+    found = np.zeros((*own.shape[:2], len(felt), by_rim + shapes.rim_moved.shape[2]))
+    for source in np.flatnonzero(force.any(axis=(0, 1, 3))).tolist():
         # Stress in a tooth by the load on the one that it is so many teeth ahead of.
-        shift = offset * direction
-        felt = slice(max(shift, 0), count + min(shift, 0))
-        source = slice(max(-shift, 0), count + min(-shift, 0))
-        around[:, :, felt, place] = own[:, :, source]
-    return around
+        ahead = (felt - loaded[source] + teeth // 2) % teeth - teeth // 2
+        for place, offset in enumerate(ahead.tolist()):
+            if abs(offset) <= near:
+                start = (offset + near) * count
+                found[:, :, place, start : start + count] += own[:, :, source]
+            if abs(offset) <= reach:
+                moved = shapes.rim_moved[loaded[source] % shapes.repeats, offset + reach]
+                found[:, :, place, by_rim:] += on_rim[:, :, source] @ moved.T
+    return found
 
 
-def _stress(shapes: RootStressShapes, around: FloatArray) -> FloatArray:
+def patterns_of_stress(shapes: RootStressShapes) -> FloatArray:
+    """Stress in the surface by each amplitude, (2, p, c, 3, s)."""
+    near = np.moveaxis(shapes.stress, 0, -2)
+    return np.concatenate([near.reshape(*near.shape[:-2], -1), shapes.rim_stress], axis=-1)
+
+
+def _stress(shapes: RootStressShapes, amplitudes: FloatArray) -> FloatArray:
     """Stress in the surface of m teeth, (m, 2, p, c, 3), MPa."""
-    shape = shapes.stress.shape
-    flat = np.moveaxis(shapes.stress, 0, -2).reshape(-1, shape[0] * shape[-1])
-    return np.asarray(around.reshape(len(around), -1) @ flat.T).reshape(len(around), *shape[1:-1])
+    patterns = patterns_of_stress(shapes)
+    flat = amplitudes @ patterns.reshape(-1, patterns.shape[-1]).T
+    return np.asarray(flat.reshape(len(amplitudes), *patterns.shape[:-1]))
 
 
 def _measures(stress: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -204,8 +225,17 @@ def _largest(
     mises, mises_arc, mises_z = _peaks(shapes, von_mises)
     compressed = np.array([False, True])
     arc, z = np.where(compressed, mises_arc, arc), np.where(compressed, mises_z, z)
-    radius = np.interp(arc, arc_lengths(shapes.section), np.linalg.norm(shapes.section, axis=1))
-    return peak, mises, radius, z
+    return peak, mises, _radius(shapes, arc), z
+
+
+def largest_on_fillet(shapes: RootStressShapes, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the largest of values (m, 2, p, c) at both fillets of m teeth, and radius and z of it, each (m, 2)."""
+    peak, arc, z = _peaks(shapes, values)
+    return peak, _radius(shapes, arc), z
+
+
+def _radius(shapes: RootStressShapes, arc: FloatArray) -> FloatArray:
+    return np.interp(arc, arc_lengths(shapes.section), np.linalg.norm(shapes.section, axis=1))
 
 
 def _peaks(shapes: RootStressShapes, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

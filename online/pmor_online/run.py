@@ -16,7 +16,7 @@ from pmor_online.conditions import ConditionSweep
 from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, sweep_angles
 from pmor_online.readings import Readings, can_record
-from pmor_online.root_stress import root_stress
+from pmor_online.root_cycle import root_stress_and_cycles
 from pmor_online.sweep import sweep_reduced_pair
 
 
@@ -161,4 +161,4 @@ def root_stress_of_case(reduced: ReducedPair, executor: Executor | None = None) 
         As in `sweep_case`.
     """
     case = reduced.basis.case
-    return root_stress(reduced, sweep_angles(case), conditions_of(case, case.online.torques_Nm), executor)
+    return root_stress_and_cycles(reduced, sweep_angles(case), conditions_of(case, case.online.torques_Nm), executor)

@@ -52,7 +52,7 @@ from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, reduced_pair
 from pmor_online.other_flank import other_flank_pair
 from pmor_online.readings import can_record
-from pmor_online.root_stress import root_stress
+from pmor_online.root_cycle import root_stress_and_cycles
 from pmor_online.sweep import largest_size, sweep_reduced_pair
 
 if TYPE_CHECKING:
@@ -292,7 +292,8 @@ class ReducedModel:
         Returns
         -------
         RootStress
-            The largest on each side of each loaded tooth, and that of each point of the fillets over the cycle.
+            The largest on each side of each loaded tooth, that of each point of the fillets over the cycle, and the
+            range over the load cycle of each tooth, where the angles cover what repeats.
 
         Raises
         ------
@@ -306,7 +307,7 @@ class ReducedModel:
         meshed = self.reduced.meshed
         sections = meshed.tooth_pair_count * meshed.pinion.nodes.shape[1]
         asked = asked_sweep(self.case, meshed, torques_Nm, angles, misalignment, (pinion, wheel), sections)
-        found = root_stress(self._wide_enough(asked.case), asked.phi, asked.conditions, executor)
+        found = root_stress_and_cycles(self._wide_enough(asked.case), asked.phi, asked.conditions, executor)
         if found is None:
             raise CaseError(
                 "the model holds no root stress: train one of a case with scheme='line' and root_stress=True, for "

@@ -103,7 +103,10 @@ class Blank:
             return None
         return self.web.softening(self.youngs_modulus, self.poisson_ratio, twist), self.web.count
 
-    def ring(self, mesh: SectorMesh, stiffness: FloatArray, load: FloatArray, neighbours: int) -> Ring:
+    def ring(
+        self, mesh: SectorMesh, stiffness: FloatArray, load: FloatArray, neighbours: int,
+        patterns: FloatArray | None = None, reach: int = 0,
+    ) -> Ring:  # fmt: skip
         """Return how the faces of sectors -neighbours ... neighbours move under loads on those of sector 0.
 
         Parameters
@@ -113,11 +116,14 @@ class Blank:
             of its interface, N/mm.
         load : ndarray, shape (2 s + p 3 l, m)
             N.
+        patterns : ndarray, shape (m, q), optional
+            Of these loads, under which the faces of sectors -reach ... reach are asked for too.
         """
         columns = self._functions(mesh)
         count = len(stiffness) - columns.shape[1] * 3 * len(mesh.z)
         shares = columns.T @ np.exp(1j * np.outer(_angles(mesh), self.harmonics))
-        return ring_on_blank(stiffness, count // 2, mesh.teeth, shares, blank_response(mesh, self), load, neighbours)
+        return ring_on_blank(stiffness, count // 2, mesh.teeth, shares, blank_response(mesh, self), load, neighbours,
+                             patterns, reach)  # fmt: skip
 
     def _functions(self, mesh: SectorMesh) -> FloatArray:
         """Real functions of the angle that span all harmonics, at the angles of a sector's nodes, (a, p)."""
@@ -233,16 +239,22 @@ class Ring(NamedTuple):
         Amplitudes of harmonics -N ... N where the blank is loaded within.
     flexibility : ndarray, shape (2 N + 1, c, 2 N + 1, c)
         The same under unit loads there, mm/N.
+    far : ndarray, shape (2 reach + 1, 2 s + p 3 l, q)
+        Displacement of the faces of further sectors under patterns of loads, mm.
+    pressed : ndarray, shape (2 s + p 3 l, 2 N + 1, c)
+        Of the faces of sector 0 under unit loads within; of no loads where no patterns were asked for.
     """
 
     moved: FloatArray
     felt: ComplexArray
     flexibility: ComplexArray
+    far: FloatArray
+    pressed: ComplexArray
 
 
 def ring_on_blank(
     stiffness: FloatArray, sides: int, teeth: int, shares: ComplexArray, blank: BlankResponse, load: FloatArray,
-    neighbours: int,
+    neighbours: int, patterns: FloatArray | None = None, reach: int = 0,
 ) -> Ring:  # fmt: skip
     """Return how the faces of sectors, and the blank within, move under loads on the faces of sector 0: equation (2).
 
@@ -256,6 +268,8 @@ def ring_on_blank(
         Of the interface's functions in the harmonics.
     neighbours : int
         Sectors to cover, on either side.
+    patterns, reach
+        As in `Blank.ring`.
     """
     largest, loads, per = len(blank.stiffness) - 1, load.shape[1], blank.stiffness.shape[1]
     within, count = max(len(blank.flexibility) - 1, 0), blank.passed_on.shape[2]
@@ -264,6 +278,9 @@ def ring_on_blank(
     found = np.zeros((2 * neighbours + 1, *load.shape))
     felt = np.zeros((2 * within + 1, count, loads), dtype=complex)
     flexibility = np.zeros((2 * within + 1, count, 2 * within + 1, count), dtype=complex)
+    further = np.arange(-reach, reach + 1)[:, None, None]
+    far = np.zeros((2 * reach + 1, len(load), 0 if patterns is None else patterns.shape[1]))
+    pressed = np.zeros((len(load), 2 * within + 1, 0 if patterns is None else count), dtype=complex)
     for h in range(teeth // 2 + 1):
         turn = np.exp(-2j * np.pi * h / teeth)
         n = np.arange(-largest, largest + 1)
@@ -292,12 +309,17 @@ def ring_on_blank(
                 block = block + (_of(blank.flexibility, harmonic) if k == j else 0.0)
                 flexibility[within + harmonic, :, within + other] = block
                 flexibility[within - harmonic, :, within - other] = block.conj()
-        moved = moved[:, :loads]
         faces = np.concatenate([moved[left], turn * moved[left], _gathered(at.conj().T, moved[sides:])])
         weight = (1.0 if h in (0, teeth / 2) else 2.0) / teeth
         turned = weight * np.conj(turn) ** sector
-        found += turned.real * faces.real - turned.imag * faces.imag
-    return Ring(found, felt, flexibility)
+        found += turned.real * faces[:, :loads].real - turned.imag * faces[:, :loads].imag
+        if patterns is not None:
+            turned, shaped = weight * np.conj(turn) ** further, faces[:, :loads] @ patterns
+            far += turned.real * shaped.real - turned.imag * shaped.imag
+            for j, harmonic in enumerate(inner):
+                under = faces[:, loads + count * j : loads + count * (j + 1)] / teeth
+                pressed[:, within + harmonic], pressed[:, within - harmonic] = under, under.conj()
+    return Ring(found, felt, flexibility, far, pressed)
 
 
 def _of(amplitudes: ComplexArray, harmonic: int) -> ComplexArray:

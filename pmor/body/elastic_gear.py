@@ -12,8 +12,9 @@ import scipy.sparse as sp
 from pmor.body.blank import Blank, Ring
 from pmor.body.far_compliance import FarCompliance, FarTeeth, far_compliance
 from pmor.body.fillet_stress import NEIGHBOURS, FilletPoints, FilletStress, sector_stress
-from pmor.body.support import Support, support_of_holes
-from pmor.core.arrays import FloatArray
+from pmor.body.rim_stress import REACH, face_patterns, rim_stress
+from pmor.body.support import Support, forces_of_holes, support_of_holes
+from pmor.core.arrays import ComplexArray, FloatArray
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.condensation import CondensedSector, condense_sector
 from pmor.fe.fillet import FilletMesh
@@ -117,7 +118,7 @@ def elastic_gear(
     if blank is not None:
         to = sp.block_diag([to, blank.coordinates(mesh)], format="csr")
     load, side = to @ load, _turned(to, side, to)
-    support = None
+    support, patterns = None, None
     if blank is None:
         reach = neighbours + 1 if far is None else max(neighbours + 1, mesh.teeth // 2)
         faces = _bored_ring(mesh, side, reach)
@@ -125,9 +126,11 @@ def elastic_gear(
         by_face = [np.hstack([faces(k), faces(k + 1)]) @ load[:, :n_flank] for k in sectors]
         moved = [np.concatenate([own_face, before]) for before, own_face in pairwise(by_face)]
     else:
-        ring = blank.ring(mesh, side, load[:, :n_flank], neighbours)
-        moved = list(ring.moved)
-        support = _of_holes(mesh, blank, ring, neighbours)
+        patterns = None if points is None else face_patterns(load)
+        reach = 0 if patterns is None else min(mesh.teeth // 2, REACH)
+        ring = blank.ring(mesh, side, load[:, :n_flank], neighbours, patterns, reach)
+        moved, change = list(ring.moved), blank.change(mesh.twist_per_length)
+        support = None if change is None else _of_holes(mesh, change, ring, neighbours)
 
     flanks = np.stack([load.T @ face for face in moved])
     flanks[neighbours] += own[:, :n_flank]
@@ -144,6 +147,13 @@ def elastic_gear(
         near = range(-NEIGHBOURS, NEIGHBOURS + 1)
         moves = [np.concatenate([flanks[neighbours + k], moved[neighbours + k]]) for k in near]
         stress = _of_the_fillets(mesh, points, np.hstack([functions[:, :n_flanks], of_faces]) @ np.stack(moves))
+        if patterns is not None:
+            forces = np.zeros((0, 1, patterns.shape[1]), dtype=complex)
+            if change is not None:
+                forces = forces_of_holes(ring.felt, ring.flexibility, change[0], mesh.teeth, change[1], patterns)
+            bent = of_faces + functions[:, :n_flanks] @ load.T
+            rim = rim_stress(bent, points.shape, ring, patterns, forces, mesh.teeth)
+            stress = replace(stress, rim=replace(rim, rows=np.asarray(completion(mesh, mesh.flank) @ rim.rows)))
     compliance = np.ascontiguousarray(flanks[:, :n_flank])
     compliance = _on_the_grid(mesh, compliance)
     if sector.layer is not None:
@@ -194,11 +204,8 @@ def _coordinates(mesh: SectorMesh) -> sp.csr_array:
     return sp.block_diag(list(both), format="csr")
 
 
-def _of_holes(mesh: SectorMesh, blank: Blank, ring: Ring, neighbours: int) -> Support | None:
+def _of_holes(mesh: SectorMesh, change: tuple[ComplexArray, int], ring: Ring, neighbours: int) -> Support:
     """Part of low rank of the compliance of all nodes of the flank."""
-    change = blank.change(mesh.twist_per_length)
-    if change is None:
-        return None
     found = support_of_holes(ring.felt, ring.flexibility, change[0], mesh.teeth, change[1], neighbours)
     return replace(found, rows=np.asarray(completion(mesh, mesh.flank) @ found.rows))
 

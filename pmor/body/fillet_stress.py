@@ -19,6 +19,7 @@ all sections are alike or half the width is meshed, else by half a turn about th
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.linalg as la
@@ -35,6 +36,9 @@ from pmor.fe.elimination import condense
 from pmor.fe.fillet import FilletMesh
 from pmor.fe.hexahedron import element_stiffness, shape_functions, shape_gradient
 from pmor.fe.sector import SectorMesh
+
+if TYPE_CHECKING:
+    from pmor.body.rim_stress import RimStress
 
 # Teeth on either side of a loaded one whose fillets feel it. *Measured*, helical pair with three teeth in mesh: those
 # next to it 5 %, those beyond 0.6 % of the stress in its own.
@@ -80,10 +84,13 @@ class FilletStress:
     shapes : ndarray, shape (2 NEIGHBOURS + 1, 2, p, c, 3, n)
         Of the teeth around, counted counter-clockwise from the loaded one; on the loaded flank's side, on the other
         one; points; columns; along the outline, across it, shear; under unit forces on the flank's unknowns, MPa/N.
+    rim : RimStress or None
+        What the bending of the rim adds to it, and at teeth farther away; of gears on blanks.
     """
 
     points: FilletPoints
     shapes: FloatArray
+    rim: RimStress | None = None
 
 
 def surface_stress(mesh: FilletMesh, youngs_modulus: float, poisson_ratio: float) -> tuple[FilletPoints, sp.csr_array]:

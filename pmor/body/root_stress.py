@@ -33,12 +33,27 @@ class RootStressShapes:
     stress : ndarray, shape (2 NEIGHBOURS + 1, 2, p, c, 3, r)
         Of the teeth around, counted counter-clockwise from the loaded one; loaded side, other side; along the outline,
         across it, shear; MPa for an amplitude of 1 N.
+    rim_stress : ndarray, shape (2, p, c, 3, a)
+        Patterns of stress by the bending of the rim below, of gears on blanks.
+    rim_pattern : ndarray, shape (q, n)
+        Amplitude of each pattern of forces that the rim feels under unit forces on the flank's unknowns.
+    rim_moved : ndarray, shape (t, 2 R + 1, a, q)
+        Amplitudes of the patterns of stress on teeth -R ... R, counted counter-clockwise from a loaded one, under
+        those of forces on tooth 0 ... t - 1, after which the gear repeats; MPa/N.
     """
 
     section: FloatArray
     z: FloatArray
     pattern: FloatArray
     stress: FloatArray
+    rim_stress: FloatArray
+    rim_pattern: FloatArray
+    rim_moved: FloatArray
+
+    @property
+    def repeats(self) -> int:
+        """Number of teeth after which the gear repeats."""
+        return len(self.rim_moved)
 
     @property
     def neighbours(self) -> int:
@@ -62,4 +77,13 @@ def root_stress_shapes(fillet: FilletStress, components: int) -> RootStressShape
     kept = energy > (SMALLEST_PATTERN**2) * energy[-1]
     pattern = np.ascontiguousarray(pattern[:, kept].T[::-1])
     stress = (whole @ pattern.T).reshape(*shape[:-1], len(pattern))
-    return RootStressShapes(fillet.points.section, fillet.points.z, pattern, stress)
+    return RootStressShapes(fillet.points.section, fillet.points.z, pattern, stress, *_by_rim(fillet, components))
+
+
+def _by_rim(fillet: FilletStress, components: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    if fillet.rim is None:
+        unknowns = fillet.shapes.shape[-1] // 3 * components
+        return np.zeros((*fillet.shapes.shape[1:-1], 0)), np.zeros((0, unknowns)), np.zeros((1, 1, 0, 0))
+    rows = fillet.rim.rows.reshape(-1, 3, fillet.rim.rows.shape[1])[:, :components]
+    pattern = np.ascontiguousarray(rows.reshape(-1, rows.shape[2]).T)
+    return fillet.rim.stress, pattern, fillet.rim.moved

@@ -73,16 +73,12 @@ def support_of_holes(
     softening : ndarray, shape ((2 N + 1) c, (2 N + 1) c)
         K.
     """
-    harmonics, size = np.arange(len(felt)) - len(felt) // 2, felt.shape[0] * felt.shape[1]
-    amplitudes = felt.reshape(size, -1)
+    amplitudes = felt.reshape(len(softening), -1)
     _, sizes, rows = np.linalg.svd(np.concatenate([amplitudes.real, amplitudes.imag]), full_matrices=False)
     patterns = rows[sizes > LEAST_FELT * sizes[0]].T
-    tooth, period = np.arange(teeth), teeth // math.gcd(teeth, holes)
-    turned = np.exp(-2j * np.pi * np.outer(harmonics, tooth) / teeth).repeat(felt.shape[1], axis=0)
-    moved = (amplitudes @ patterns)[:, None, :] * turned[:, :, None]  # amplitudes, teeth, patterns
-    loaded = moved[:, :period].reshape(size, -1)
-    eased = la.solve(np.eye(size) + flexibility.reshape(size, size) @ softening, loaded, check_finite=False)
-    forces = -(softening @ eased).reshape(size, period, -1)
+    period = teeth // math.gcd(teeth, holes)
+    moved = _on_teeth(felt, patterns, teeth)
+    forces = _of_loads(moved[:, :period], flexibility, softening)
     found = np.empty((period, neighbours + 1, patterns.shape[1], patterns.shape[1]))
     for i in range(period):
         for k in range(neighbours + 1):
@@ -90,6 +86,41 @@ def support_of_holes(
     found[:, 0] = 0.5 * (found[:, 0] + found[:, 0].transpose(0, 2, 1))
     kept = _telling(found)
     return Support(patterns @ kept, kept.T @ found @ kept)
+
+
+def forces_of_holes(
+    felt: ComplexArray, flexibility: ComplexArray, softening: ComplexArray, teeth: int, holes: int, patterns: FloatArray
+) -> ComplexArray:
+    """Return the forces M Y_i of equation (B) under patterns of forces on teeth i = 0 ... p - 1, N.
+
+    Parameters
+    ----------
+    felt, flexibility, softening
+        As in `support_of_holes`.
+    patterns : ndarray, shape (n, q)
+
+    Returns
+    -------
+    ndarray, shape ((2 N + 1) c, p, q)
+    """
+    loaded = _on_teeth(felt, patterns, teeth)[:, : teeth // math.gcd(teeth, holes)]
+    return _of_loads(loaded, flexibility, softening)
+
+
+def _on_teeth(felt: ComplexArray, patterns: FloatArray, teeth: int) -> ComplexArray:
+    """Amplitudes Y_k under patterns of forces, (amplitudes, teeth, patterns)."""
+    harmonics = np.arange(len(felt)) - len(felt) // 2
+    turned = np.exp(-2j * np.pi * np.outer(harmonics, np.arange(teeth)) / teeth).repeat(felt.shape[1], axis=0)
+    amplitudes = felt.reshape(-1, felt.shape[2]) @ patterns
+    return np.asarray(amplitudes[:, None, :] * turned[:, :, None])
+
+
+def _of_loads(amplitudes: ComplexArray, flexibility: ComplexArray, softening: ComplexArray) -> ComplexArray:
+    """Forces M Y on the circles by amplitudes Y, (amplitudes, teeth, patterns)."""
+    size = len(softening)
+    loaded = amplitudes.reshape(size, -1)
+    eased = la.solve(np.eye(size) + flexibility.reshape(size, size) @ softening, loaded, check_finite=False)
+    return np.asarray(-(softening @ eased).reshape(amplitudes.shape))
 
 
 def _telling(compliance: FloatArray) -> FloatArray:

@@ -129,6 +129,11 @@ class GearCase:
         blank = self.light_blank(pair_width_mm)
         return repetition(self.body, None if blank is None else blank.holes)
 
+    def unlike_teeth(self, pair_width_mm: float) -> int:
+        """Return after how many teeth this gear repeats: 1 where its teeth do not differ."""
+        repeats = self.repeats(pair_width_mm)
+        return self.teeth // math.gcd(self.teeth, repeats) if repeats else 1
+
     def face(self, pair_width_mm: float) -> tuple[float, float]:
         """Return where the face begins and ends along z, mm, in a pair of a face width."""
         half_mm = 0.5 * (self.face_width_mm or pair_width_mm)

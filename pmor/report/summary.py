@@ -29,7 +29,7 @@ from pmor.report.results_data import HARRIS, RESULTS, write_results_data
 from pmor.report.table import Cell, format_cell
 from pmor.report.torque_table import CAUSES, shaft_order_rows, shaft_orders_of, torque_row, torque_rows
 from pmor.results.load_distribution import line_states
-from pmor.results.root_stress import GEARS
+from pmor.results.root_stress import GEARS, SIDES, LoadCycle
 from pmor.results.sweep import (
     MIN_RIPPLE_POINTS,
     SteSweep,
@@ -117,9 +117,18 @@ def root_stress_figures(result: OnlineResult) -> dict[str, Any]:
     keys = {"max_MPa": "max_principal_MPa", "phi_rad": "phi_rad", "radius_mm": "radius_mm", "z_mm": "z_mm"}
     return {
         **{f"root_stress_{key}": [getattr(one, name) for one in found] or None for key, name in keys.items()},
+        **_range_figures(stress.cycle if stress else None, result.nominal),
         "root_stress_iso6336_MPa": iso_root_stress(result) if found else None,
         **{key: list(values) if (values := result.root_stress_causes.get(key)) else None for key in CAUSES},
     }
+
+
+def _range_figures(cycles: tuple[LoadCycle, LoadCycle] | None, torque: int) -> dict[str, Any]:
+    """Ranges of the root stress of pinion and wheel; of the tooth whose range is least too."""
+    ranges = [cycle.range_MPa[torque] for cycle in cycles or ()]
+    found = {f"range_{side}_MPa": [float(one[:, s].max()) for one in ranges] for s, side in enumerate(SIDES)}
+    found |= {f"range_{side}_least_MPa": [float(one[:, s].min()) for one in ranges] for s, side in enumerate(SIDES)}
+    return {f"root_stress_{key}": values or None for key, values in found.items()}
 
 
 def summary_rows(result: OnlineResult) -> list[Row]:
@@ -223,7 +232,22 @@ def _root_stress_rows(result: OnlineResult) -> list[Row]:
         if s["root_stress_nominal_flanks_MPa"]:
             note += f"; nominal flanks on aligned axes: {s['root_stress_nominal_flanks_MPa'][gear]:.4g} MPa"
         rows.append((f"root stress, {name}", s["root_stress_max_MPa"][gear], "MPa", note))
+    cycles = result.root_stress.cycle if result.root_stress else None
+    for name, cycle in zip(GEARS, cycles or (), strict=False):
+        rows.append((f"root stress range, {name}", *_range_words(cycle, result.nominal)))
     return rows
+
+
+def _range_words(cycle: LoadCycle, torque: int) -> tuple[float, str, str]:
+    """Range on the side of the loaded flank, its unit, and all else in words."""
+    tension, other = cycle.range_MPa[torque].T
+    tooth = int(tension.argmax())
+    low, high = cycle.least_MPa[torque, tooth, 0], cycle.most_MPa[torque, tooth, 0]
+    note = f"across the root over a load cycle, {low:.3g} to {high:.3g} MPa; other side {other.max():.4g} MPa"
+    if len(tension) > 1:
+        both = [f"{values.min():.4g} to {values.max():.4g}" for values in (tension, other)]
+        note += f"; teeth differ: {both[0]}, {both[1]} MPa"
+    return float(tension[tooth]), "MPa", note
 
 
 def _no_mesh_error(case: Case) -> str:

@@ -66,6 +66,35 @@ class FilletEnvelope:
 
 @brief
 @dataclass(frozen=True, eq=False)
+class LoadCycle:
+    """Range of the stress across the root of each tooth, while all teeth take their turn in mesh: D torques, T teeth.
+
+    The normal stress perpendicular to the teeth's trace in the surface of the fillet, of which the largest value less
+    the least one over the cycle is largest at one point of each fillet: on the side of the loaded flank, and on the
+    other one. Teeth that do not differ are one; else they are numbered counter-clockwise.
+
+    Attributes
+    ----------
+    range_MPa, most_MPa, least_MPa : (D, T, 2)
+        Largest range on each fillet, and the largest and the least stress at the point nearest to it.
+    radius_mm, z_mm : (D, T, 2)
+        Where.
+    """
+
+    range_MPa: FloatArray
+    most_MPa: FloatArray
+    least_MPa: FloatArray
+    radius_mm: FloatArray
+    z_mm: FloatArray
+
+    def largest(self, torque: int) -> tuple[int, int]:
+        """Return tooth and side of the largest range at a torque."""
+        tooth, side = np.unravel_index(int(self.range_MPa[torque].argmax()), self.range_MPa.shape[1:])
+        return int(tooth), int(side)
+
+
+@brief
+@dataclass(frozen=True, eq=False)
 class RootStress(Tabular):
     """The largest stress at both fillets of each loaded tooth: D torques, A angles, 2 gears, P tooth pairs, 2 sides.
 
@@ -81,6 +110,8 @@ class RootStress(Tabular):
         Where: of the largest principal stress in tension, of von Mises's on the other side.
     envelope : two FilletEnvelope
         Of pinion and wheel.
+    cycle : two LoadCycle or None
+        Of pinion and wheel, where they were asked for and the sweep covers what repeats.
     """
 
     phi_rad: FloatArray
@@ -91,6 +122,7 @@ class RootStress(Tabular):
     radius_mm: FloatArray
     z_mm: FloatArray
     envelope: tuple[FilletEnvelope, FilletEnvelope]
+    cycle: tuple[LoadCycle, LoadCycle] | None = None
 
     def columns(self) -> Columns:
         """All of it by the names of columns, for `to_dataframe`: one for each position and loaded fillet."""

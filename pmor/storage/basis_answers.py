@@ -42,7 +42,10 @@ def answers_of(basis: Basis) -> dict[str, FloatArray]:
         found |= {f"{ANSWERS}/{gear}/displacement": array for gear, array in zip(GEARS, moved, strict=True)}
     if basis.root_stress is not None:
         for gear, shapes in zip(GEARS, basis.root_stress, strict=True):
-            found[f"{ANSWERS}/{gear}/stress"] = shapes.stress @ (shapes.pattern @ _load(shapes.pattern.shape[1]))
+            load = _load(shapes.pattern.shape[1])
+            bent = np.tensordot(_load(shapes.repeats), shapes.rim_moved, axes=1)
+            bent = np.tensordot(_load(len(bent)), bent, axes=1) @ (shapes.rim_pattern @ load)
+            found[f"{ANSWERS}/{gear}/stress"] = shapes.stress @ (shapes.pattern @ load) + shapes.rim_stress @ bent
     return found
 
 

@@ -63,6 +63,14 @@ ROOT_STRESS = {
         "MPa/N", "neighbour, side, point, column, in the surface, pattern",
         "along both fillets of the loaded tooth and its neighbours: along the outline, across it, shear",
     ),
+    "rim_stress": Field(
+        "1", "side, point, column, in the surface, pattern by rim", "patterns of stress by the bending of the rim"
+    ),
+    "rim_pattern": Field("1", "pattern on rim, loaded unknown", "amplitude of each pattern of forces that it feels"),
+    "rim_moved": Field(
+        "MPa/N", "loaded tooth, tooth from it on, pattern by rim, pattern on rim",
+        "amplitudes of stress on the teeth around each tooth after which the gear repeats",
+    ),
 }  # fmt: skip
 ANSWERED = {
     "displacement": Field("mm", "pitch offset, loaded unknown", "of the flanks under uneven forces on one of them"),

@@ -14,7 +14,7 @@ from pmor.storage.basis_layout import COMPLIANCE, ROOT_STRESS, SUPPORT
 from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all, write_all
 from pmor.storage.layout import Field
 
-COMPLIANCE_SCHEMA = Schema("pmor-compliance", 3, "remove it: the gear is solved again")
+COMPLIANCE_SCHEMA = Schema("pmor-compliance", 4, "remove it: the gear is solved again")
 STRESS, HOLES = "root_stress", "holes"
 LAYOUT = {
     "compliance": Field("mm/N", COMPLIANCE, "of the flank nodes, of the loaded tooth and those beside it"),

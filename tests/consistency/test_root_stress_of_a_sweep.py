@@ -25,14 +25,14 @@ from pmor.storage.basis_file import read_basis
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.root_stress import (
     NEAR_CONTACT,
-    _amplitudes,
-    _nodal_forces,
     _peaks,
     _spline,
     _stress,
-    _under_contact,
+    amplitudes_of_patterns,
+    nodal_forces,
     root_stress,
     root_stress_of,
+    under_contact,
 )
 from tests.support.small_case import case_text
 from tests.support.stored_files import rows_of, summary_of
@@ -66,7 +66,7 @@ def test_nodal_forces_make_the_torque_and_push_along_the_line_of_action(model):
     conditions = conditions_of(model.case, TORQUES)
     loads = sweep_line_loads(reduced, phi, conditions, recorded=True).states.loads
     pairs = np.arange(loads.pair.min(), loads.pair.max() + 1)
-    pinion, wheel = _nodal_forces(reduced, phi, conditions[0].misalignment, loads, slice(0, 3), pairs)
+    pinion, wheel = nodal_forces(reduced, phi, conditions[0].misalignment, loads, slice(0, 3), pairs)
     radius = reduced.meshed.pair.pinion.base_radius
     for gear, forces in enumerate((pinion, wheel)):
         whole = forces.reshape(*forces.shape[:3], -1, reduced.components)
@@ -95,9 +95,10 @@ def test_stress_under_two_loaded_teeth_is_that_of_the_deformed_sector(gear, mode
     loads = sweep_line_loads(reduced, phi, conditions, recorded=True).states.loads
     pairs = np.unique(loads.pair)
     assert len(pairs) == 2
-    forces = _nodal_forces(reduced, phi, conditions[0].misalignment, loads, slice(0, 1), pairs)[gear]
+    forces = nodal_forces(reduced, phi, conditions[0].misalignment, loads, slice(0, 1), pairs)[gear]
     shapes = reduced.basis.root_stress[gear]
-    found = _stress(shapes, _amplitudes(shapes, forces, 1 if gear == 0 else -1)[0, 0])
+    teeth = pairs if gear == 0 else -pairs
+    found = _stress(shapes, amplitudes_of_patterns(shapes, forces, teeth, teeth, 21)[0, 0])
     mesh, blank = mesh_model(model.case).pinion, model.case.pair.pinion
     elastic = 1e3 * blank.youngs_modulus_GPa, blank.poisson_ratio
     body = elastic_gear(mesh, *elastic, "hex20", 1, True)
@@ -105,7 +106,6 @@ def test_stress_under_two_loaded_teeth_is_that_of_the_deformed_sector(gear, mode
     functions = np.concatenate([side.over(np.arange(3 * len(mesh.nodes))) for side in both])
     in_space = np.zeros((2, mesh.flank.size, 3))
     in_space[:, :, :2] = forces[0, 0].reshape(2, -1, 2)
-    teeth = pairs if gear == 0 else -pairs
     for pair, tooth in enumerate(teeth):
         moved = sector_displacement(body, int(tooth), teeth, in_space.reshape(2, -1, 1))
         expected = (functions @ moved.ravel()).reshape(found[pair].shape)
@@ -153,7 +153,7 @@ def test_points_near_a_line_of_contact_do_not_count(model):
     loads = sweep_line_loads(reduced, phi, conditions, recorded=True).states.loads
     pairs = np.unique(loads.pair)
     shapes, reach = reduced.basis.root_stress[0], NEAR_CONTACT * model.case.pair.module_mm
-    hidden = _under_contact(reduced, loads, slice(0, 1), pairs, 0)[0, 0, :, :, 0]
+    hidden = under_contact(reduced, loads, slice(0, 1), pairs, 0)[0, 0, :, :, 0]
     for number, index in enumerate(pairs):
         place = pair.pinion.flank_section(loads.roll_rad[loads.pair == index][0, 0])
         away = np.linalg.norm(shapes.section - place, axis=1)
@@ -169,7 +169,7 @@ def test_points_near_a_line_of_contact_do_not_count(model):
 def test_points_that_do_not_count_never_raise_the_largest_stress(stress, model, monkeypatch):
     """A parabola through a point that was left out overshot by up to 10 %: teeth of a saw over the cycle."""
     monkeypatch.setattr(
-        "pmor_online.root_stress._under_contact", lambda *given: np.zeros_like(_under_contact(*given), dtype=bool)
+        "pmor_online.root_stress.under_contact", lambda *given: np.zeros_like(under_contact(*given), dtype=bool)
     )
     whole = model.root_stress()
     counted = np.isfinite(stress.max_principal_MPa)

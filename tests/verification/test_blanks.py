@@ -10,9 +10,11 @@ import scipy.sparse.linalg as spla
 from numpy.testing import assert_allclose
 
 import pmor.body.elastic_gear
+import pmor.body.rim_stress
 import pmor.body.support
 from pmor.body.blank import blank_response
 from pmor.body.elastic_gear import elastic_gear
+from pmor.body.fillet_stress import sector_stress
 from pmor.body.support import support_of_holes
 from pmor.body.volume import sector_displacement
 from pmor.case import change_case, make_case
@@ -21,6 +23,7 @@ from pmor.core.conventions import rotation_z
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.blank_section import Block, ring_stiffness
 from pmor.fe.completion import completion, nodes_of_elements
+from pmor.fe.fillet import build_fillet
 from pmor.fe.whole_gear import whole_gear_mesh
 from pmor.pair.blank import blank_below
 from pmor.pair.conditions import nominal_condition
@@ -33,6 +36,8 @@ E, NU = 206_000.0, 0.3
 ROUND_OFF = 1e-9
 # Of the rows of a sector's mesh between interface and bore, which the elements of a blank of revolution are finer than.
 COARSE_ROWS = 1.5e-3
+# Of patterns of stress with singular values from 1e-7 of the largest on.
+PATTERNS = 1e-5
 SMALL = {
     "teeth": 13, "bore_radius_mm": 8.0, "module_mm": 2.5, "face_width_mm": 12.0, "torque_Nm": 50.0, "scheme": "line",
     "profile_elements": 3, "width_elements": 2, "results": {"root_stress": False}, "error_bar": False,
@@ -129,7 +134,13 @@ def test_harmonics_below_an_interface_are_the_elements_of_a_bored_gear(helix, mo
 
 
 def whole_compliance(case, teeth):
-    """Displacement of flanks of some teeth under unit forces on tooth 0: all sectors and the blank in one matrix."""
+    """Displacement of flanks of some teeth under unit forces on tooth 0."""
+    flank = degrees_of_freedom(sector_of(case)[0].flank.ravel())
+    return [moved[flank] for moved in whole_displacement(case, teeth)]
+
+
+def whole_displacement(case, teeth):
+    """Displacement of some sectors under unit forces on the flank of tooth 0: all and the blank in one matrix."""
     pair = gear_pair(case)
     mesh = sector_meshes(case, pair)[0]
     gear, material = case.pair.pinion, (210_000.0, 0.3)
@@ -174,16 +185,18 @@ def whole_compliance(case, teeth):
     whole = whole + sp.block_diag([sp.csr_array((3 * len(inner),) * 2), energy])
     factor = spla.splu(whole.tocsc(), options={"SymmetricMode": True}, permc_spec="MMD_AT_PLUS_A")
     row = np.full(3 * len(nodes), -1)
-    row[degrees_of_freedom(inner)] = np.arange(3 * len(inner))
+    row[order] = np.arange(len(order))
     own, full = nodes_of_elements(mesh, mesh.flank), completion(mesh, mesh.flank)
     load = np.zeros((whole.shape[0], full.shape[0]), dtype=complex)
     load[row[degrees_of_freedom(numbers[0, own])]] = full.T.toarray()
-    solved = factor.solve(load)
+    solved = (onto @ factor.solve(load)).real
+    every = np.arange(len(mesh.nodes))
+    own, full = nodes_of_elements(mesh, every), completion(mesh, every)
     found = []
     for k in teeth:
         moved = solved[row[degrees_of_freedom(numbers[k % mesh.teeth, own])]].reshape(len(own), 3, -1)
         turned = np.einsum("ij,njm->nim", rotation_z(-k * mesh.angular_pitch), moved)
-        found.append((full @ turned.reshape(3 * len(own), -1)).real)
+        found.append(full @ turned.reshape(3 * len(own), -1))
     return found
 
 
@@ -216,6 +229,37 @@ def test_sectors_on_a_blank_are_the_whole_gear_in_one_matrix(helix, holes, eleme
         if gear.support is not None:
             found = found + gear.support.rows @ gear.support.between(k, 0) @ gear.support.rows.T
         assert_allclose(found, expected, rtol=0.0, atol=1e-8 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize(
+    ("helix", "holes", "element"),
+    [
+        (0.0, HOLES, "hex8i"),
+        pytest.param(18.0, None, "hex20", marks=pytest.mark.slow),
+        pytest.param(18.0, HOLES, "hex20", marks=pytest.mark.slow),
+    ],
+)
+def test_stress_at_the_feet_of_all_teeth_is_that_of_the_whole_gear_in_one_matrix(helix, holes, element, monkeypatch):
+    """Rim of 0.64 modules: what is beyond the teeth next to the loaded one, and what holes add, is of all patterns."""
+    for name in ("LEAST_FORCE", "LEAST_STRESS"):
+        monkeypatch.setattr(pmor.body.rim_stress, name, 1e-7)
+    case = case_of(helix, web_offset_mm=3.0, holes=holes)
+    across = 2 if element == "hex8i" else 1
+    case = change_case(case, profile_elements=2, width_elements=across, layer_depth=0.05, element=element)
+    tooth, (mesh, *material, element) = gear_pair(case).pinion, sector_of(case)
+    fillet, blank = build_fillet(tooth, mesh), blank_below(case, case.pair.pinion, tooth, mesh, 0)
+    stress = elastic_gear(mesh, *material, element, 2, fillet=fillet, blank=blank).fillet
+    reach, near = stress.rim.moved.shape[1] // 2, len(stress.shapes) // 2
+    functions = np.concatenate(
+        [side.over(np.arange(3 * len(mesh.nodes))) for side in sector_stress(fillet, mesh, *material)[1]]
+    )
+    teeth = (-4, -2, -1, 0, 1, 2, 3, 6)
+    for k, moved in zip(teeth, whole_displacement(case, teeth), strict=True):
+        expected = functions @ moved
+        alone = stress.shapes[near + k].reshape(expected.shape) if abs(k) <= near else np.zeros_like(expected)
+        rim = stress.rim.stress.reshape(len(expected), -1) @ stress.rim.moved[0, reach + k] @ stress.rim.rows.T
+        assert np.abs(rim).max() > (1e-3 * np.abs(expected).max() if holes or abs(k) > near else -1.0)
+        assert_allclose(alone + rim, expected, rtol=0.0, atol=PATTERNS * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("helix", [0.0, 18.0])

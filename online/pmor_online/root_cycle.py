@@ -1,0 +1,133 @@
+"""Range of the root stress of each tooth over its load cycle, while all teeth in mesh bend the rim below it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+
+import numpy as np
+
+from pmor.body.root_stress import RootStressShapes
+from pmor.core.arrays import FloatArray
+from pmor.core.threads import one_thread
+from pmor.gear.condition import Condition, Misalignment, common_misalignment
+from pmor.gear.tooth import Tooth
+from pmor.results.loads import ContactLoads
+from pmor.results.root_stress import LoadCycle, RootStress, arc_lengths
+from pmor_online.line_sweep import sweep_line_loads
+from pmor_online.model import ReducedPair
+from pmor_online.root_stress import (
+    ANGLES_PER_BLOCK,
+    SENSE,
+    amplitudes_of_patterns,
+    largest_on_fillet,
+    nodal_forces,
+    patterns_of_stress,
+    root_stress_of,
+    under_contact,
+)
+
+# Of a pitch, by which the angles of a sweep may be off even ones over whole pitches.
+EVEN = 1e-6
+
+
+@one_thread()
+def root_stress_and_cycles(
+    reduced: ReducedPair, phi: FloatArray, conditions: Sequence[Condition], executor: Executor | None = None
+) -> RootStress | None:
+    """Find the stress along the root fillets, and the load cycles of all teeth; as `pmor_online.root_stress`."""
+    if reduced.basis.root_stress is None:
+        return None
+    states = sweep_line_loads(reduced, phi, conditions, executor, recorded=True).states
+    assert states is not None
+    found = root_stress_of(reduced, phi, conditions, states.loads)
+    assert found is not None
+    return replace(found, cycle=load_cycles(reduced, phi, common_misalignment(conditions), states.loads))
+
+
+def load_cycles(
+    reduced: ReducedPair, phi: FloatArray, misalignment: Misalignment, loads: ContactLoads
+) -> tuple[LoadCycle, LoadCycle] | None:
+    """Return the load cycles of the teeth of pinion and wheel.
+
+    Parameters
+    ----------
+    phi : ndarray, shape (A,)
+        Pinion angles, rad.
+    loads : ContactLoads
+        At these angles.
+
+    Returns
+    -------
+    two LoadCycle or None
+        None where the angles are not even ones over as many whole pitches as the pair takes to repeat.
+    """
+    shapes, pair = reduced.basis.root_stress, reduced.layered.pair
+    assert shapes is not None
+    pitches = _whole_pitches(phi, pair.pitch)
+    period = math.lcm(*(shape.repeats for shape in shapes), *_unlike_teeth(reduced))
+    if pitches == 0 or pitches % period or not len(loads.pair):
+        return None
+    pairs = np.arange(loads.pair.min(), loads.pair.max() + 1)
+    teeth = pair.pinion, pair.wheel
+    unlike = [math.gcd(abs(tooth.teeth), pitches) for tooth in teeth]
+    normal = [across_the_root(shape, tooth) for shape, tooth in zip(shapes, teeth, strict=True)]
+    size = [(len(loads.count), count, *rows.shape[:3]) for count, rows in zip(unlike, normal, strict=True)]
+    most, least = [np.full(shape, -np.inf) for shape in size], [np.full(shape, np.inf) for shape in size]
+    for start in range(0, len(phi), ANGLES_PER_BLOCK):
+        block = slice(start, min(start + ANGLES_PER_BLOCK, len(phi)))
+        forces = nodal_forces(reduced, phi, misalignment, loads, block, pairs)
+        for gear, shape in enumerate(shapes):
+            count, loaded = abs(teeth[gear].teeth), pairs * SENSE[gear]
+            found = amplitudes_of_patterns(shape, forces[gear], loaded, np.arange(count), count)
+            stress = found @ normal[gear].reshape(-1, found.shape[3]).T
+            stress = stress.reshape(*found.shape[:3], *size[gear][2:])
+            hidden = under_contact(reduced, loads, block, pairs, gear)
+            for column in np.flatnonzero(hidden.any(axis=(0, 1, 3, 4))).tolist():
+                stress[:, :, loaded[column] % count] *= ~hidden[:, :, column, None]
+            alike = stress.reshape(*stress.shape[:2], -1, unlike[gear], *size[gear][2:])
+            most[gear] = np.maximum(most[gear], alike.max(axis=(1, 2)))
+            least[gear] = np.minimum(least[gear], alike.min(axis=(1, 2)))
+    pinion, wheel = (_largest(shapes[gear], most[gear], least[gear]) for gear in range(2))
+    return pinion, wheel
+
+
+def _whole_pitches(phi: FloatArray, pitch: float) -> int:
+    """Pitches that even angles span, 0 where they are not even or span no whole ones."""
+    if len(phi) < 2:
+        return 0
+    step = (phi[-1] - phi[0]) / (len(phi) - 1)
+    pitches = len(phi) * step / pitch
+    even = np.abs(phi - phi[0] - step * np.arange(len(phi))).max() < EVEN * pitch
+    return round(pitches) if even and abs(pitches - round(pitches)) < EVEN * len(phi) else 0
+
+
+def _unlike_teeth(reduced: ReducedPair) -> list[int]:
+    case = reduced.basis.case
+    modified = (case.pinion_modification, case.pair.pinion), (case.wheel_modification, case.pair.wheel)
+    return [gear.teeth for modification, gear in modified if modification.pitch_deviations_um]
+
+
+def across_the_root(shapes: RootStressShapes, tooth: Tooth) -> FloatArray:
+    """Normal stress across the root, perpendicular to the teeth's trace, by each amplitude, (2, p, c, s)."""
+    along = np.gradient(shapes.section, arc_lengths(shapes.section), axis=0)
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    # Of the trace: its part in the section, where its part along the axis is 1.
+    trace = tooth.twist_per_length * shapes.section[:, ::-1] * [-1.0, 1.0]
+    first = (trace * along).sum(axis=1)
+    second = np.sqrt(1.0 + (trace**2).sum(axis=1) - first**2)
+    one, two = second / np.hypot(first, second), -first / np.hypot(first, second)
+    shares = np.stack([one**2, two**2, 2.0 * one * two], axis=1)
+    return np.asarray(np.einsum("spctm,pt->spcm", patterns_of_stress(shapes), shares))
+
+
+def _largest(shapes: RootStressShapes, most: FloatArray, least: FloatArray) -> LoadCycle:
+    """Where the range is largest on each tooth and side: of stresses (D, T, 2, p, c)."""
+    outer, (points, columns) = most.shape[:3], most.shape[3:]
+    span = (most - least).reshape(-1, 2, points, columns)
+    found, radius, z = largest_on_fillet(shapes, span)
+    place = span.reshape(*outer, -1).argmax(axis=-1)[..., None]
+    high, low = (np.take_along_axis(s.reshape(*outer, -1), place, axis=-1)[..., 0] for s in (most, least))
+    return LoadCycle(found.reshape(outer), high, low, radius.reshape(outer), z.reshape(outer))

@@ -1,0 +1,103 @@
+"""Stress at the feet of all teeth by the bending of the rim below them: around the whole gear, and by holes.
+
+The stress in a fillet is a linear function of the displacement of its sector's flank, side faces and interface
+(`pmor.body.fillet_stress`): H u by the displacement u of side faces and interface where its own flank is free. On a
+blank of revolution u follows from the harmonics of all sectors (`pmor.body.blank`), so that rim, web and hub bend as
+they do for the flanks. Holes move the faces of tooth m by the forces g that the web's circles feel through them when
+tooth i is loaded: with P the faces of tooth 0 under unit loads on the circles, harmonic by harmonic, and equation (B)
+of `pmor.body.support`,
+
+    sigma_m = Re sum_n H P_n e^(2 pi i n m / z) g_ni,    g_i = M Y_i f.                                              (1)
+
+Both are smooth along a fillet: few patterns of stress, and few of forces, are enough.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.body.blank import Ring
+from pmor.body.fillet_stress import NEIGHBOURS
+from pmor.core.arrays import ComplexArray, FloatArray
+
+# Teeth on either side that feel a loaded one through the rim.
+REACH = 24
+# Singular values, over the largest, of patterns of forces by what they do to the faces of their sector, and of patterns
+# of stress, that are left out.
+LEAST_FORCE, LEAST_STRESS = 1e-4, 1e-4
+
+
+@dataclass(frozen=True)
+class RimStress:
+    """Stress by the rim, beside that which `FilletStress.shapes` has of the teeth next to a loaded one.
+
+    Parameters
+    ----------
+    stress : ndarray, shape (2, p, c, 3, a)
+        Patterns: on the loaded flank's side, on the other one; points; columns; along the outline, across it, shear.
+    rows : ndarray, shape (n, q)
+        Patterns of forces over the unknowns of a flank.
+    moved : ndarray, shape (t, 2 R + 1, a, q)
+        Amplitudes of the patterns of stress on teeth -R ... R, counted counter-clockwise from a loaded one, which is
+        tooth 0 ... t - 1, after which the gear repeats; MPa/N.
+    """
+
+    stress: FloatArray
+    rows: FloatArray
+    moved: FloatArray
+
+
+def face_patterns(load: FloatArray) -> FloatArray:
+    """Return the patterns of forces on a flank, (n, q), that matter at the faces of its sector, load (m, n) there."""
+    return _leading(load.T, LEAST_FORCE)
+
+
+def rim_stress(
+    functions: FloatArray, shape: tuple[int, int, int], ring: Ring, rows: FloatArray, forces: ComplexArray, teeth: int
+) -> RimStress:
+    """Return the stress by the rim.
+
+    Parameters
+    ----------
+    functions : ndarray, shape (2 p c 3, m)
+        H: stress over the displacement of a sector's faces, its flank free, MPa/mm.
+    shape : (int, int, int)
+        p, c, 3.
+    ring : Ring
+        With its faces under the patterns of forces, and under loads on the web's circles.
+    rows : ndarray, shape (n, q)
+        Patterns of forces.
+    forces : ndarray, shape (s, t, q)
+        g under them on teeth 0 ... t - 1, N; no rows without holes, and one tooth.
+    """
+    reach = len(ring.far) // 2
+    near = np.abs(np.arange(-reach, reach + 1)) <= NEIGHBOURS
+    by_rim = functions @ np.where(near[:, None, None], 0.0, ring.far)
+    pressed = functions @ ring.pressed.reshape(functions.shape[1], -1)
+    scaled = pressed * np.sqrt((np.abs(forces) ** 2).mean(axis=(1, 2)) if forces.size else 0.0)
+    every = np.concatenate([by_rim.transpose(1, 0, 2).reshape(len(functions), -1), scaled.real, scaled.imag], axis=1)
+    patterns = _leading(every, LEAST_STRESS)
+    moved = np.broadcast_to(patterns.T @ by_rim, (forces.shape[1], len(by_rim), patterns.shape[1], rows.shape[1]))
+    if forces.size:
+        harmonics = np.arange(ring.pressed.shape[1]) - ring.pressed.shape[1] // 2
+        moved = moved + _by_holes(patterns.T @ pressed, harmonics.repeat(ring.pressed.shape[2]), forces, teeth, reach)
+    felt = _leading(moved.reshape(-1, rows.shape[1]).T, LEAST_STRESS)
+    return RimStress(patterns.reshape(2, *shape, -1), rows @ felt, moved @ felt)
+
+
+def _by_holes(pressed: ComplexArray, harmonics: np.ndarray, forces: ComplexArray, teeth: int, reach: int) -> FloatArray:
+    """Equation (1) for amplitudes of patterns, (t, 2 R + 1, a, q)."""
+    period = forces.shape[1]
+    turned = pressed * np.exp(2j * np.pi * np.outer(np.arange(teeth), harmonics) / teeth)[:, None]
+    flat = forces.reshape(len(forces), -1)
+    every = (turned.real @ flat.real - turned.imag @ flat.imag).reshape(teeth, len(pressed), period, -1)
+    tooth = np.arange(period)[:, None] + np.arange(-reach, reach + 1)
+    return np.asarray(every[tooth % teeth, :, np.arange(period)[:, None]])
+
+
+def _leading(matrix: FloatArray, least: float) -> FloatArray:
+    """Orthonormal columns that span those of a matrix but for singular values below a share of the largest."""
+    energy, columns = np.linalg.eigh(matrix @ matrix.T)
+    return np.ascontiguousarray(columns[:, energy > least**2 * energy[-1]][:, ::-1])
