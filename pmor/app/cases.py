@@ -58,6 +58,7 @@ class Settings(TypedDict, total=False):
     dedendum: float
     rack_tip_radius: float
     bore_radius_mm: float
+    one_piece: bool
     face_offset_mm: float
     tip_rounding_mm: float
     tip_chamfer_mm: float

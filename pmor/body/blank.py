@@ -17,6 +17,9 @@ Harmonics die within a depth of r / n on either side of the interface. *Measured
 the root circle: a flank's own compliance with n up to 1.5 z is 6e-5 too low, to 2.5 z 2e-7; at half a module 1.8e-5 and
 1.5e-6 with 2.5 z and 3.5 z.
 
+Of a gear of one piece with its shaft the blank goes on to the axis, and what is held is the mean motion of its bore as
+a rigid body: displacements are those beside it, and the shaft's may be added to them (`pmor.line.hubs`).
+
 Of a web with holes the same blank is taken without them. What they change is found from the amplitudes where the web
 meets hub and rim, under loads on a flank and under loads there (`Ring`, `pmor.body.support`). A body that is brought as
 a mesh (`pmor.fe.body_condensation`) is one of revolution too, K_nn, and what couples its harmonics is such a change, at
@@ -77,6 +80,8 @@ class Blank:
         Where it has holes.
     body : MeshedBody or None
         Where it is brought as a mesh: the blocks then stand for it in harmonics that the mesh does not see.
+    core : float
+        Radius of a solid core, whose mean motion is held, mm; else the bore is.
     """
 
     blocks: tuple[Block, ...]
@@ -85,6 +90,7 @@ class Blank:
     largest: int
     web: PerforatedWeb | None = None
     body: MeshedBody | None = None
+    core: float = 0.0
 
     @property
     def harmonics(self) -> IntArray:
@@ -178,10 +184,10 @@ def blank_response(mesh: SectorMesh, blank: Blank) -> BlankResponse:
         passed_on = np.broadcast_to(body.shapes.T, (felt, *body.shapes.T.shape)).astype(complex)
         return BlankResponse(np.asarray(stiffness), passed_on, np.zeros((felt, count, count), dtype=complex))
     if web is None:
-        own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist)
+        own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist, core=blank.core)
         return BlankResponse(np.asarray(shares.conj().T @ own @ shares), none, none)
     loads = web.loads()
-    own = ring_stiffness(blank.blocks, *material, harmonics[: web.largest + 1], mesh.mirrored, twist, loads)
+    own = ring_stiffness(blank.blocks, *material, harmonics[: web.largest + 1], mesh.mirrored, twist, loads, blank.core)
     stiffness = own[:, :size, :size]
     if (rest := harmonics[web.largest + 1 :]).size:
         further = ring_stiffness(blank.blocks, *material, rest, mesh.mirrored, twist)

@@ -59,6 +59,11 @@ def _blanks(case: Case) -> str:
     return "gears that are solid down to their bores: leave the blanks out" if light else ""
 
 
+def _one_piece(case: Case) -> str:
+    one_piece = case.pair.pinion.one_piece or case.pair.wheel.one_piece
+    return "gears that are rigid at their bores: leave one_piece out" if one_piece else ""
+
+
 def _holes(case: Case) -> str:
     return "no holes, with which it does not repeat each mesh cycle: leave them out" if any(case.pair.holes) else ""
 
@@ -71,6 +76,7 @@ LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_ring, ("campaign", "gearbox", "stability")),
     (_many_nodes, ("page",)),
     (_blanks, ("set",)),
+    (_one_piece, ("rexs", "set", "vtkhdf")),
     (_holes, ("classical", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "vtkhdf")),
 )
 

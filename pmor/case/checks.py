@@ -151,6 +151,9 @@ def refuse_uneven_sections(case: Case, where: str) -> None:
 def _check_blanks(case: Case, where: str) -> None:
     """Refuse blanks where the mesh or the contact has no place for them."""
     for name, gear in (("pinion", case.pair.pinion), ("wheel", case.pair.wheel)):
+        if gear.one_piece and (case.mesh.width == "plane_strain" or gear.body is not None):
+            held = '[mesh] width = "plane_strain"' if gear.body is None else "a body that is brought as a mesh"
+            raise CaseError(f"{where}: [{name}] one_piece = true: {held} is held at its bore: leave one of them out")
         if gear.solid(case.pair.face_width_mm):
             continue
         if case.mesh.width == "plane_strain":

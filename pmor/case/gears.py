@@ -55,6 +55,9 @@ class GearCase:
         The cutter that generates a ring, as in shaper = {teeth = 23, addendum = 1.25, tip_radius_mm = 0.5}.
     bore_radius_mm : float or None
         Radius in mm at which the body is rigid on its shaft. A ring has none.
+    one_piece : bool
+        Whether the gear is of one piece with a solid shaft as thick as its bore, which then deforms: what is held, or
+        moves with a shaft in a gearbox, is the mean motion of the bore.
     rim_thickness_mm : float or None
         Of a ring, in mm: from its root circle to its outside.
     held : {"outside"}
@@ -91,6 +94,7 @@ class GearCase:
     root_fillet_mm: Length | None = None
     shaper: ShaperCase | None = None
     bore_radius_mm: Length | None = None
+    one_piece: bool = False
     rim_thickness_mm: Length | None = None
     held: Literal["outside"] = "outside"
     face_width_mm: Length | None = None

@@ -48,6 +48,8 @@ def _check_internal(pair: PairCase, written: dict[str, Any], place: str) -> None
             f"{place} bore_radius_mm = {ring.bore_radius_mm}: a ring has no bore: write rim_thickness_mm, from its "
             "root circle to its outside"
         )
+    if ring.one_piece:
+        raise CaseError(f"{place} one_piece = true: a ring has no shaft: leave it out")
     if ring.blank is not None or ring.body is not None:
         raise CaseError(f"{place[:-1]}.blank]: a ring has no web and no hub: leave it out, write rim_thickness_mm")
     if ring.rim_thickness_mm is None:

@@ -31,6 +31,8 @@ POINTS = 3
 TOGETHER = 32
 # Share of a harmonic's amplitude at the interface below which what lies further in is taken as held: (r / R)^n.
 UNFELT = 1e-8
+# Of the stiffness that holds a mean motion, over Young's modulus, 1/mm.
+MUCH = 1e4
 
 
 @dataclass(frozen=True)
@@ -69,9 +71,11 @@ class Loads(NamedTuple):
 
 def ring_stiffness(
     blocks: tuple[Block, ...], youngs_modulus: float, poisson_ratio: float, harmonics: IntArray, mirrored: bool,
-    twist: float = 0.0, loads: tuple[Loads, ...] = (),
+    twist: float = 0.0, loads: tuple[Loads, ...] = (), core: float = 0.0,
 ) -> Amplitudes:  # fmt: skip
     """Return the stiffness of the outermost row of nodes of a body of revolution that is held at its bore.
+
+    With a core nothing is held but the mean motion as a rigid body of the cylinder around it.
 
     Parameters
     ----------
@@ -87,6 +91,8 @@ def ring_stiffness(
         tau, rad/mm.
     loads : tuple of Loads
         C in all, from the bore outwards.
+    core : float
+        Radius of that cylinder, between two rows of elements, mm; 0 where there is none.
 
     Returns
     -------
@@ -104,7 +110,8 @@ def ring_stiffness(
     for first in range(0, len(harmonics), TOGETHER):
         n = harmonics[first : first + TOGETHER]
         felt = [row for row in rows if loads or (row.outer / rows[-1].outer) ** n[0] > UNFELT]
-        found.append(_eliminated(felt, n[:, None, None].astype(float), mirrored, loads, revolution))
+        still = _MeanMotion(core, MUCH * youngs_modulus, twist)
+        found.append(_eliminated(felt, n[:, None, None].astype(float), mirrored, loads, revolution, still))
     return np.concatenate(found)
 
 
@@ -116,8 +123,34 @@ class _Row(NamedTuple):
     stiffness: tuple[Amplitudes, Amplitudes, Amplitudes]
 
 
+class _MeanMotion(NamedTuple):
+    """Mean motion of a cylinder as a rigid body, held by a stiffness for its area, N/mm^3; twist of equation (1)."""
+
+    radius: float
+    stiffness: float
+    twist: float
+
+    def stiffness_of(self, n: int, z: FloatArray, mirrored: bool) -> Amplitudes:
+        """Over U, V, W at the columns of nodes, for an angle of 1 rad, (3 m, 3 m); none but of harmonics 0 and 1."""
+        ones, none, height = np.ones_like(z), np.zeros_like(z), z - z.mean()
+        modes = {0: [(none, ones, none), (none, none, ones)],
+                 1: [(ones, ones, none), (height, height, -self.radius * ones)]}.get(n, [])  # fmt: skip
+        # Of loads that are symmetrical about the plane z = 0.
+        modes = modes[:1] if mirrored else modes
+        area = np.zeros_like(z)
+        for place in range(0, len(z) - 1, 2):
+            area[place : place + 3] += np.array([1.0, 4.0, 1.0]) / 6.0 * (z[place + 2] - z[place])
+        found = np.zeros((3 * len(z), 3 * len(z)), dtype=complex if self.twist else float)
+        for mode in modes:
+            field = np.stack(mode, axis=-1)
+            moved = (field * (area * np.exp(1j * n * self.twist * z) if self.twist else area)[:, None]).ravel()
+            size = float(area @ (field**2).sum(axis=1))
+            found += self.stiffness * self.radius / size * np.outer(moved, moved.conj())
+        return found
+
+
 def _eliminated(
-    rows: list[_Row], n: FloatArray, mirrored: bool, loads: tuple[Loads, ...], revolution: float
+    rows: list[_Row], n: FloatArray, mirrored: bool, loads: tuple[Loads, ...], revolution: float, core: _MeanMotion
 ) -> Amplitudes:
     """Matrix of the outermost row of nodes and the loads, of harmonics (h, 1, 1); held within."""
     z, count = rows[0].z, sum(load.size for load in loads)
@@ -135,9 +168,12 @@ def _eliminated(
         before = np.arange(3 * size, 3 * size + count)
         before = before if at_bore else np.concatenate([np.arange(size), before])
         own[:, before[:, None], before] = own[:, before[:, None], before] + left
-        inner, outer = slice(size if at_bore else 0, 2 * size), slice(2 * size, None)
+        inner, outer = slice(size if at_bore and not core.radius else 0, 2 * size), slice(2 * size, None)
         left = own[:, outer, outer] - own[:, outer, inner] @ np.linalg.solve(own[:, inner, inner], own[:, inner, outer])
         left = 0.5 * (left + left.conj().transpose(0, 2, 1))
+        if abs(core.radius - row.outer) <= 1e-9 * row.outer:
+            for h, harmonic in enumerate(n.ravel().tolist()):
+                left[h, :size, :size] += revolution * core.stiffness_of(int(harmonic), z, mirrored)
         place = size
         for load in loads:
             if abs(load.radius - row.outer) <= 1e-9 * row.outer:

@@ -1,9 +1,9 @@
 """Hubs that give way: gears on shafts, bearings and housing, under line contact.
 
-The hub of each gear is its rigid bore, which moves by three displacements and three rotations. A unit force in a
-section acts on the hubs of pinion and wheel with the wrench L, six components each, at the point of contact; moved
-hubs change its gap by the same row (virtual work). With S the compliance of both hubs and u_0 what other loads do to
-them,
+The hub of each gear is its rigid bore, or the mean motion of the bore of a gear of one piece with its shaft: three
+displacements and three rotations. A unit force in a section acts on the hubs of pinion and wheel with the wrench L, six
+components each, at the point of contact; moved hubs change its gap by the same row (virtual work). With S the
+compliance of both hubs and u_0 what other loads do to them,
 
     gap = g_0 + L u_0 + ... + D F,    D = D_local + L S L^T,                                                  (A)
 

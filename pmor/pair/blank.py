@@ -26,6 +26,9 @@ OF_THE_RIM, DEEPEST = 0.6, 1.0
 # grow away from there. *Measured*, webs of 4 and 6 mm of a wheel d 150 x 20 mm: with elements half that size its STE
 # less that of the solid wheel rises by 0.1 %, with twice that size it falls by 0.25 %.
 CORNER, AT_ELEMENTS, GROWTH = 0.125, 8, 0.6
+# Rows of elements of a gear of one piece with its shaft, between bore and sectors and below the bore, and the radius of
+# the hole that is left about the axis, over that of the bore.
+RING_ROWS, CORE_ROWS, CENTRE = 4, 6, 0.02
 # Harmonics to a tooth, beyond the first half: those that die within DECAY times the depth of the interface.
 FEWEST, DECAY = 2, 1.2
 # Harmonics of a web's circles that feel its holes: those of which more than 1 / FELT comes back from there, over a
@@ -41,20 +44,25 @@ COUPLED, DEGREE = 48, 4
 WAVE_STEP = 0.5
 
 
-def interface_radius(blank: BlankCase, root_radius: float, module: float) -> float:
-    """Return the radius of the cylinder at which the sectors of a gear with a blank end, mm."""
-    return root_radius - min(OF_THE_RIM * blank.rim_thickness_mm, DEEPEST * module)
+def stands_on_blank(gear: GearCase, case: Case) -> bool:
+    """Return whether the sectors of a gear stand on a blank: of rim, web and hub, or of one piece with its shaft."""
+    return gear.one_piece or not gear.solid(case.pair.face_width_mm)
+
+
+def interface_radius(gear: GearCase, case: Case, tooth: Tooth) -> float:
+    """Return the radius of the cylinder at which the sectors of a gear that stands on a blank end, mm."""
+    if gear.body is not None:
+        return gear.body.mesh.interface_radius_mm
+    light = gear.light_blank(case.pair.face_width_mm)
+    rim = tooth.root_radius - (gear.bore_radius_mm or 0.0) if light is None else light.rim_thickness_mm
+    return tooth.root_radius - min(OF_THE_RIM * rim, DEEPEST * tooth.module)
 
 
 def blank_below(case: Case, gear: GearCase, tooth: Tooth, mesh: SectorMesh, place: int) -> Blank | None:
     """Return what the sectors of the pinion, place 0, or the wheel stand on; None where they reach to the bore."""
-    light = gear.light_blank(case.pair.face_width_mm)
-    if gear.body is not None:
-        interface = gear.body.mesh.interface_radius_mm
-    elif light is not None:
-        interface = interface_radius(light, tooth.root_radius, tooth.module)
-    else:
+    if not stands_on_blank(gear, case):
         return None
+    interface = interface_radius(gear, case, tooth)
     depth = (tooth.root_radius - interface) / tooth.module
     groups = FEWEST - 1 + math.ceil(DECAY / depth - 1e-9)
     # Beyond it harmonics have waves that elements do not see.
@@ -62,13 +70,19 @@ def blank_below(case: Case, gear: GearCase, tooth: Tooth, mesh: SectorMesh, plac
     largest = min(tooth.teeth * groups + tooth.teeth // 2, most)
     face = gear.face(case.pair.face_width_mm)
     bore = gear.bore_radius_mm or 0.0  # given: a ring, which has none, has no blank
-    if light is None:
+    if gear.body is not None:
         return _brought(gear, bore, interface, mesh, largest, place)
-    blocks = _section(light, bore, tooth.root_radius, interface, face, mesh, case.mesh.profile_elements)
-    web = None
-    if light.holes is not None:
-        web = _perforated(light, light.holes, blocks[1], tooth, mesh, largest, place, case.mesh.profile_elements)
-    return Blank(blocks, 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio, largest, web)
+    light, web = gear.light_blank(case.pair.face_width_mm), None
+    blocks: tuple[Block, ...] = (Block(np.linspace(bore, interface, RING_ROWS + 1), mesh.z[:: mesh.order]),)
+    if light is not None:
+        blocks = _section(light, bore, tooth.root_radius, interface, face, mesh, case.mesh.profile_elements)
+        if light.holes is not None:
+            web = _perforated(light, light.holes, blocks[1], tooth, mesh, largest, place, case.mesh.profile_elements)
+    material = 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio
+    if not gear.one_piece:
+        return Blank(blocks, *material, largest, web)
+    blocks = (Block(np.linspace(CENTRE * bore, bore, CORE_ROWS + 1), blocks[0].z), *blocks)
+    return Blank(blocks, *material, largest, web, core=bore)
 
 
 def _brought(gear: GearCase, bore: float, interface: float, mesh: SectorMesh, largest: int, place: int) -> Blank:

@@ -30,7 +30,7 @@ from pmor.gear.tooth import Tooth
 from pmor.gear.working import refuse_working_geometry
 from pmor.line.hertz import approach_constants, check_half_width, line_compliance
 from pmor.line.layered_pair import LayeredPair, SurfaceLayer, layers_of
-from pmor.pair.blank import interface_radius
+from pmor.pair.blank import interface_radius, stands_on_blank
 from pmor.pair.conditions import misalignments_of
 from pmor.pair.limits import refuse_bent_blank, refuse_impossible_load, refuse_lost_load
 from pmor.pair.modifications import refuse_modifications_off_the_flank
@@ -188,10 +188,8 @@ def sector_ends(case: Case, pair: GearPair) -> tuple[float, float]:
     """Return the radii at which the sectors of pinion and wheel end, mm: where they are held, or on a blank's rim."""
     ends = list(held_radii(case, pair))
     for place, (gear, tooth) in enumerate(((case.pair.pinion, pair.pinion), (case.pair.wheel, pair.wheel))):
-        if gear.body is not None:
-            ends[place] = gear.body.mesh.interface_radius_mm
-        elif (blank := gear.light_blank(case.pair.face_width_mm)) is not None:
-            ends[place] = interface_radius(blank, tooth.root_radius, tooth.module)
+        if stands_on_blank(gear, case):
+            ends[place] = interface_radius(gear, case, tooth)
     return ends[0], ends[1]
 
 
@@ -204,10 +202,10 @@ def sector_meshes(case: Case, pair: GearPair) -> tuple[SectorMesh, SectorMesh]:
     pinion = _sector(case, case.pair.pinion, pair.pinion, faces[0], ends[0])
     gears = case.pair.pinion, case.pair.wheel
     # Where holes stand to the line of centres, they stand otherwise to the teeth of pinion and wheel.
-    solid = [gear.solid(pair.face_width) for gear in gears]
     cyclic = not any(gear.repeats(pair.face_width) for gear in gears)
     alike = pair.pinion == pair.wheel and faces[0] == faces[1] and ends[0] == ends[1]
-    same = case.mesh.share_identical and alike and cyclic and solid[0] == solid[1]
+    stand = [stands_on_blank(gear, case) for gear in gears]
+    same = case.mesh.share_identical and alike and cyclic and stand[0] == stand[1]
     return pinion, pinion if same else _sector(case, case.pair.wheel, pair.wheel, faces[1], ends[1])
 
 
@@ -430,6 +428,6 @@ def _sector(case: Case, gear: GearCase, tooth: Tooth, face: tuple[float, float],
     try:
         sector = build_sector(tooth, end_mm, face[1] - face[0], mesh.profile_elements, mesh.width_elements,
                               mesh.spacing, meshed_width(case), gear.face_offset_mm, mesh.order)  # fmt: skip
-        return replace(sector, on_blank=not gear.solid(case.pair.face_width_mm))
+        return replace(sector, on_blank=stands_on_blank(gear, case))
     except MeshError as error:
         raise MeshError(f"gear with {gear.teeth} teeth: {error}") from error

@@ -142,3 +142,15 @@ def test_a_sweep_spans_by_default_as_many_pitches_as_holes_take_to_stand_as_befo
     assert (case.pitches, case.online.angles_per_pitch) == (7, 32)
     assert case_of(WEB | {"holes": HOLES | {"count": 4}}).pitches == 21
     assert change_case(case, pitches=2).pitches == 2
+
+
+def test_a_gear_of_one_piece_with_its_shaft_is_another_and_is_refused_where_it_has_no_place():
+    case = make_case(**SMALL | {"one_piece": True})
+    assert case.pair.wheel.one_piece
+    assert basis_key(case) != basis_key(make_case(**SMALL))
+    assert why_not(case, "rexs") == "a REXS file takes gears that are rigid at their bores: leave one_piece out"
+    with pytest.raises(CaseError, match="plane_strain"):
+        change_case(case, width="plane_strain")
+    ring = {"teeth": 60, "internal": True, "rim_thickness_mm": 8.0, "one_piece": True}
+    with pytest.raises(CaseError, match="a ring has no shaft"):
+        make_case(**SMALL, wheel=ring)

@@ -34,6 +34,8 @@ from pmor_online.model import reduced_pair
 
 E, NU = 206_000.0, 0.3
 ROUND_OFF = 1e-9
+# Of a compliance: the mean motion is held by a stiffness, and by none as good as rigid.
+MEAN_MOTION = 1e-5
 # Of the rows of a sector's mesh between interface and bore, which the elements of a blank of revolution are finer than.
 COARSE_ROWS = 1.5e-3
 # Of patterns of stress with singular values from 1e-7 of the largest on.
@@ -110,6 +112,36 @@ def test_half_a_section_is_the_whole_one_where_it_mirrors():
     kept = np.delete(np.arange(15), 14)
     assert_allclose(half[:, kept][:, :, kept], (onto.T @ whole @ onto)[:, kept][:, :, kept],
                     rtol=0.0, atol=ROUND_OFF * np.abs(half).max())  # fmt: skip
+
+
+@pytest.mark.parametrize("twist", [0.0, 0.02])
+def test_a_solid_core_is_held_in_the_mean_motion_of_its_cylinder_alone(twist):
+    """Against one system of equations of all nodes, in which that motion is constrained."""
+    from pmor.fe.blank_section import _law, _row_stiffness
+
+    block = Block(np.array([0.4, 6.0, 13.0, 20.0, 27.0]), np.array([-8.0, -3.0, 1.0, 6.0]))
+    z, law, harmonics = block.nodes_z, _law(E, NU), [0, 1, 2, 5]
+    row, bore = 3 * len(z), 6
+    area = np.array([5.0, 20.0, 5.0 + 4.0, 16.0, 4.0 + 5.0, 20.0, 5.0]) / 6.0
+    none, one = np.zeros_like(z), np.ones_like(z)
+    motions = {0: [(none, one, none), (none, none, one)], 1: [(one, one, none), (z, z, -20.0 * one)]}
+    found = ring_stiffness((block,), E, NU, np.array(harmonics), False, twist, core=20.0)
+    for n, reduced in zip(harmonics, found, strict=True):
+        whole = np.zeros((9 * row, 9 * row), dtype=complex)
+        for place in range(4):
+            constant, linear, square = _row_stiffness(block, place, law, twist)
+            at = slice(2 * place * row, (2 * place + 3) * row)
+            whole[at, at] += 2.0 * np.pi * (constant + n * linear + n * n * square)
+        held = np.zeros((len(motions.get(n, [])), 9 * row), dtype=complex)
+        for k, motion in enumerate(motions.get(n, [])):
+            moved = np.stack(motion, axis=1) * (area * np.exp(-1j * n * twist * z))[:, None]
+            held[k, bore * row : (bore + 1) * row] = moved.ravel()
+        size = len(held)
+        system = np.block([[whole, held.conj().T * E], [held * E, np.zeros((size, size))]])
+        load = np.zeros((len(system), row))
+        load[8 * row : 9 * row] = np.eye(row)
+        compliance = np.linalg.solve(system, load)[8 * row : 9 * row]
+        assert_allclose(np.linalg.inv(reduced), compliance, rtol=0.0, atol=MEAN_MOTION * np.abs(compliance).max())
 
 
 # --- the gear on its blank ------------------------------------------------------------------------------------------
@@ -290,6 +322,15 @@ def test_a_web_at_the_other_end_mirrors_the_load_over_the_face():
 def test_half_the_width_stands_for_the_whole_on_a_web_in_the_middle():
     half, whole = (loads_of(change_case(case_of(), width=width)) for width in ("half", "whole"))
     assert_allclose(half.ste_um, whole.ste_um, rtol=1e-8)
+
+
+def test_a_bore_that_is_of_one_piece_with_its_shaft_gives_more_than_a_rigid_one():
+    rigid, half, whole = (
+        loads_of(make_case(**SMALL | {"one_piece": one_piece, "width": width})).ste_um.mean()
+        for one_piece, width in ((False, "half"), (True, "half"), (True, "whole"))
+    )
+    assert_allclose(half, whole, rtol=1e-8)
+    assert half > 1.02 * rigid
 
 
 def test_thinner_webs_give_more_and_a_web_as_wide_as_the_face_nearly_as_little_as_none():
