@@ -10,7 +10,7 @@ from pmor.machine.model import speeds_rpm
 
 # What no gearbox file asks for: what, and why.
 NEVER = (
-    ("gear bodies on their shafts", "beams end at the shafts' own diameters; bores are rigid without one_piece"),
+    ("gear bodies on their shafts", "beams are as thick as their sections; bores are rigid without one_piece"),
     ("centrifugal loads of rolling elements", "bearings stand still after ISO/TS 16281"),
     ("losses of bearings, seals, churning", "losses are those of the line loads"),
     ("contact of coast flanks", "each mesh is driven by its mean force"),

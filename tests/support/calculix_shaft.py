@@ -5,8 +5,8 @@ the face. Rows of flank nodes follow the line of contact: each layer of a tooth 
 where it touches. Other teeth have few.
 
 Where a beam has one displacement or rotation, a section of the shaft has their mean over its area: bearings hold it,
-the torque works on it, and the rotation of the pinion is read off one that carries nothing. Contact is surface to
-surface, under a penalty; what each column of flank nodes bears follows from the stresses in the elements beside it.
+and the torque works on it. The rotation of the pinion is the mean one of its bore. Contact is surface to surface, under
+a penalty; what each column of flank nodes bears follows from the stresses in the elements beside it.
 """
 
 import math
@@ -31,7 +31,7 @@ RIM_ROWS, RIM_GROWTH, SHAFT_ROWS, SHAFT_STEP = 3, 1.5, 2, 12.0
 # Teeth of the wheel that are kept beside those that can touch, and the part of a pitch that these may be early or late.
 BESIDE, MARGIN = 2, 0.1
 # Share of the STE by which the pinion is ahead at first; of displacements, where Newton's iteration stops.
-START, TOLERANCE = 0.5, 1e-4
+START, TOLERANCE = 0.12, 1e-4
 SETS = "DRIVER", "ON_SHAFT", "BESIDE"
 
 
@@ -39,7 +39,8 @@ SETS = "DRIVER", "ON_SHAFT", "BESIDE"
 class Overhang:
     """Places along the shaft from its overhung end, where the face begins, mm.
 
-    The second bearing holds it axially too. Nothing acts on the section at `read`; the torque acts at the end.
+    The second bearing holds it axially too. Nothing acts on the section at `read`, up to which the shaft's twist is
+    told; the torque acts at the end.
     """
 
     bearings: tuple[float, float]
@@ -49,9 +50,10 @@ class Overhang:
 
 @dataclass(frozen=True)
 class Solved:
-    """Rotation of the pinion, or of the shaft at `read`, times the base radius (um), and forces by column (N)."""
+    """Rotation of the pinion, and of the shaft at `read` beyond that, times the base radius; forces by column (N)."""
 
     ahead_um: float
+    twist_um: float
     z: np.ndarray
     column_N: np.ndarray
 
@@ -83,6 +85,23 @@ class Shaft:
         x, y = self.nodes[numbers, :2].T
         return numbers, np.stack([-y, x, 0.0 * x], axis=-1) * (share / (share @ (x**2 + y**2)))[:, None]
 
+    def turn_of_bore(self, layers):
+        """Nodes on the bore, and the factors of their displacements in its mean rotation about the axis, (n, 3)."""
+        numbers = self.grid[-1, ::2, :layers]
+        x, y = np.moveaxis(self.nodes[numbers, :2], -1, 0)
+        around = np.angle(np.roll(x + 1j * y, -1, axis=0) / np.roll(x + 1j * y, 1, axis=0))
+        share = around * _parabolic(self.nodes[numbers[0], 2])
+        factors = np.stack([-y, x, 0.0 * x], axis=-1) * (share / share.sum() / (x**2 + y**2))[..., None]
+        return numbers.ravel(), factors.reshape(-1, 3)
+
+
+def _parabolic(places):
+    """Simpson's weights of nodes at ends and middles of elements."""
+    weights = np.zeros(len(places))
+    for first in range(0, len(places) - 1, 2):
+        weights[first : first + 3] += np.array([1.0, 4.0, 1.0]) / 6.0 * (places[first + 2] - places[first])
+    return weights
+
 
 def solve_overhung(case, pair, phi, overhang, fine, reach, layers, penalty, expected_um):
     """Solve a pinion angle with CalculiX; without an overhang the pinion's bore is rigid and turns in place.
@@ -111,12 +130,14 @@ def solve_overhung(case, pair, phi, overhang, fine, reach, layers, penalty, expe
         rows = _printed(results, name)
         moved[rows[:, 0].astype(int) - 1] = rows[:, 1:]
     if overhang is None:
-        path = _printed(results, "DRIVER")[0, 1]
+        path = twist = _printed(results, "DRIVER")[0, 1]
     else:
-        numbers, factors = shaft.turn(overhang.read)
-        path = pair.pinion.base_radius * np.sum(factors * moved[numbers])
+        path, twist = (
+            pair.pinion.base_radius * np.sum(factors * moved[numbers])
+            for numbers, factors in (shaft.turn_of_bore(len(meshes[0][0].z)), shaft.turn(overhang.read))
+        )
     moments = sum(_column_moments(case.pair.pinion, shaft.nodes, moved, *one) for one in beside)
-    return Solved(1e3 * (ahead + path), meshes[0][0].z, moments / pair.pinion.base_radius)
+    return Solved(1e3 * (ahead + path), 1e3 * (twist - path), meshes[0][0].z, moments / pair.pinion.base_radius)
 
 
 def _sectors(case, pair, gear, touching, fine, reach, layers):
