@@ -103,6 +103,11 @@ class PerforatedWeb:
 
         return Loads(self.inner, len(self.parts), at), Loads(self.outer, len(self.parts), at)
 
+    def unknowns(self) -> tuple[int, int, int]:
+        """Return how many amplitudes, unknowns of both circles in a sector and unknowns of its side there are."""
+        mesh = _sector_mesh(self)
+        return 2 * len(self.parts) * (2 * self.largest + 1), 3 * len(mesh.circles), 3 * len(mesh.left)
+
     def softening(self, youngs_modulus: float, poisson_ratio: float, twist: float) -> ComplexArray:
         """Return what the holes take off the stiffness of inner and outer circle, 0 or negative, N/mm.
 

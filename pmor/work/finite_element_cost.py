@@ -11,13 +11,15 @@ import math
 from functools import cache
 
 from pmor.fe.nested_dissection import UNDIVIDED
-from pmor.work.sizes import GearSize, PairSize
+from pmor.work.sizes import BlankSize, GearSize, PairSize
 
 DOUBLE = 8  # bytes
 # Operations per second on dense matrices, of one core of the reference computer.
 FLOPS = 13e9
 # Of linear and of quadratic elements: unknowns of one; its matrix with intermediate results.
 ELEMENT_UNKNOWNS, ELEMENT_BYTES = {1: 24, 2: 60}, {1: 7_000, 2: 40_000}
+# Operations on a row of a blank's section, over the cube of its unknowns; matrices over amplitudes of holes at a time.
+SECTION, MATRICES = 20.0, 7
 ELEMENT_S, FILLET_S = {1: 90e-6, 2: 250e-6}, 0.1
 
 
@@ -41,11 +43,12 @@ def solving_seconds(size: PairSize) -> float:
 def _solving(gear: GearSize, neighbours: int) -> int:
     """Bytes while a gear is condensed and the ring is closed."""
     flank, side, across = gear.known * gear.flank, gear.known * gear.side, _across(gear)
-    rest, elements = flank + 2 * side, ELEMENT_BYTES[gear.order] * gear.elements
+    rest, elements = flank + 2 * side + _interface(gear), ELEMENT_BYTES[gear.order] * gear.elements
     fronts = (across + rest) ** 2 + (across + flank) ** 2 + (across + 2 * side) ** 2
     ring = 2 * rest**2 + (neighbours + 8) * side**2 + 8 * side * flank + (6 * neighbours + 6) * gear.flank**2
     stresses = 3 * gear.stresses * (rest + gear.flank)
-    return int(max(elements + DOUBLE * fronts, DOUBLE * (ring + stresses)))
+    of_blank = DOUBLE * (ring + stresses) + _blank_bytes(gear.blank) if gear.blank else 0
+    return int(max(elements + DOUBLE * fronts, DOUBLE * (ring + stresses), of_blank))
 
 
 def _kept(gear: GearSize, neighbours: int) -> int:
@@ -66,10 +69,35 @@ def _solving_seconds(gear: GearSize) -> float:
     total = _dissection((tooth_rows, tooth_columns, layers), (True, False, True, False, False, False), gear.order)
     total += _dissection((ring_rows, ring_columns, layers), (False, True, True, True, False, False), gear.order)
     total += _elimination(_across(gear), flank + 2 * side)
-    total += 3.0 * flank**3 + 20.0 * side * flank**2 + 30.0 * side**2 * flank + gear.teeth / 2.0 * side**3
+    if gear.blank is None:
+        total += 3.0 * flank**3 + 20.0 * side * flank**2 + 30.0 * side**2 * flank + gear.teeth / 2.0 * side**3
+    else:
+        total += _elimination(_across(gear), flank + 2 * side + _interface(gear)) - _elimination(_across(gear), side)
+        total += 3.0 * flank**3 + _blank_operations(gear, gear.blank)
     # The stresses are carried through the elimination, and then over to the forces on three teeth.
     total += 12.0 * gear.stresses * (flank + 2 * side) * flank
     return total / FLOPS + ELEMENT_S[gear.order] * gear.elements + (FILLET_S if gear.stresses else 0.0)
+
+
+def _interface(gear: GearSize) -> float:
+    """Unknowns of a sector's interface with a blank."""
+    return 0.0 if gear.blank is None else gear.known * gear.blank.interface
+
+
+def _blank_operations(gear: GearSize, blank: BlankSize) -> float:
+    """Operations of a blank's harmonics, of the ring on it, and of its holes: complex ones are four."""
+    layers, harmonics = gear.layers, 2 * blank.largest + 1
+    section = sum(rows * (6 * columns + 3) ** 3 for rows, columns in blank.blocks)
+    ring = gear.known * gear.side + 3 * layers * harmonics / gear.teeth
+    total = SECTION * (blank.largest + 1) * section
+    total += gear.teeth / 2.0 * (4.0 / 3.0 * ring**3 + 8.0 * ring**2 * gear.known * gear.flank)
+    amplitudes, circles, side = blank.holes
+    return total + 16.0 * amplitudes * circles * (circles + 2 * side) + 11.0 * amplitudes**3
+
+
+def _blank_bytes(blank: BlankSize) -> int:
+    """Bytes of what holes take: complex matrices over all amplitudes, several at a time."""
+    return 2 * DOUBLE * MATRICES * blank.holes[0] ** 2
 
 
 def _across(gear: GearSize) -> float:

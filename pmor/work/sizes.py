@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pmor.case import Case
 from pmor.case.width import intervals_across
@@ -12,8 +12,9 @@ from pmor.fe.sector import build_sector
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 from pmor.line.sections import loaded_components
+from pmor.pair.blank import blank_below
 from pmor.pair.conditions import assembly_of, full_solves, misalignments, training_values
-from pmor.pair.model import approach_estimate, contact_scheme, neighbouring_teeth, sector_ends
+from pmor.pair.model import approach_estimate, contact_scheme, neighbouring_teeth, sector_ends, sector_meshes
 from pmor.penalty.pair import LOCAL_SHARE
 from pmor.penalty.solve import WINDOW_MARGIN
 
@@ -21,6 +22,28 @@ from pmor.penalty.solve import WINDOW_MARGIN
 FILLET_POINTS = 20
 # Shapes of a line over the width where the axes tilt.
 TILTED_SHAPES = 8
+
+
+@dataclass(frozen=True)
+class BlankSize:
+    """Sizes of what a ring of sectors stands on.
+
+    Parameters
+    ----------
+    largest : int
+        Harmonics of the interface go from minus it to it.
+    blocks : tuple of (int, int)
+        Rows and columns of elements of hub, web and rim.
+    interface : int
+        Unknowns of a sector's interface.
+    holes : (int, int, int)
+        Amplitudes that feel holes, unknowns of the circles and of a side of a sector of the web; 0 without.
+    """
+
+    largest: int
+    blocks: tuple[tuple[int, int], ...]
+    interface: int
+    holes: tuple[int, int, int] = (0, 0, 0)
 
 
 @dataclass(frozen=True)
@@ -39,6 +62,8 @@ class GearSize:
         Intervals between nodes along the edge of an element.
     stresses : int
         Along both fillets, of all columns; 0 where they are not asked for.
+    blank : BlankSize or None
+        Of a gear whose sectors end in its rim.
     """
 
     teeth: int
@@ -48,6 +73,7 @@ class GearSize:
     ring: tuple[int, int]
     order: int = 1
     stresses: int = 0
+    blank: BlankSize | None = None
 
     @property
     def flank(self) -> int:
@@ -87,6 +113,23 @@ def gear_size(case: Case, tooth: Tooth, end_mm: float, face_width_mm: float) -> 
     stressed = columns if columns <= MOST_COLUMNS else (columns + 1) // 2
     stresses = 2 * 3 * FILLET_POINTS * stressed if case.root_stress else 0
     return GearSize(abs(tooth.teeth), mesh.profile_intervals + 1, layers, tooth_block, ring_block, mesh.order, stresses)
+
+
+def blank_sizes(case: Case, pair: GearPair) -> list[BlankSize | None]:
+    """Return the sizes of the blanks of pinion and wheel, whose sectors are meshed; None of solid gears."""
+    if not any(case.pair.blanks):
+        return [None, None]
+    found = list[BlankSize | None]()
+    gears = zip((case.pair.pinion, case.pair.wheel), (pair.pinion, pair.wheel), sector_meshes(case, pair), strict=True)
+    for place, (gear, tooth, mesh) in enumerate(gears):
+        blank = blank_below(case, gear, tooth, mesh, place)
+        if blank is None:
+            found.append(None)
+            continue
+        blocks = tuple((len(block.radii) - 1, len(block.z) - 1) for block in blank.blocks)
+        holes = (0, 0, 0) if blank.web is None else blank.web.unknowns()
+        found.append(BlankSize(blank.largest, blocks, 3 * len(mesh.interface), holes))
+    return found
 
 
 @dataclass(frozen=True)
@@ -140,10 +183,13 @@ def pair_size(case: Case, pair: GearPair) -> PairSize:
     GeometryError or MeshError where there is no such pair or mesh.
     """
     both = [
-        gear_size(case, tooth, end, case.pair.face_width_mm)
-        for tooth, end in zip((pair.pinion, pair.wheel), sector_ends(case, pair), strict=True)
+        replace(gear_size(case, tooth, end, case.pair.face_width_mm), blank=blank)
+        for tooth, end, blank in zip(
+            (pair.pinion, pair.wheel), sector_ends(case, pair), blank_sizes(case, pair), strict=True
+        )
     ]
     alike = case.mesh.share_identical and pair.pinion == pair.wheel and case.pair.pinion == case.pair.wheel
+    alike = alike and not any(case.pair.holes)
     gear, rows, solves = both[0], rows_in_contact(case, pair), full_solves(case)
     pairs = pair.most_touching_pairs
     per_line = 1
