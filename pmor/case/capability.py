@@ -59,6 +59,11 @@ def _blanks(case: Case) -> str:
     return "gears that are solid down to their bores: leave the blanks out" if light else ""
 
 
+def _bodies(case: Case) -> str:
+    brought = case.pair.pinion.body is not None or case.pair.wheel.body is not None
+    return "no body that is a mesh of one's own: give the blank by dimensions, or leave it out" if brought else ""
+
+
 def _one_piece(case: Case) -> str:
     one_piece = case.pair.pinion.one_piece or case.pair.wheel.one_piece
     return "gears that are rigid at their bores: leave one_piece out" if one_piece else ""
@@ -76,8 +81,9 @@ LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_ring, ("campaign", "gearbox", "stability")),
     (_many_nodes, ("page",)),
     (_blanks, ("set",)),
+    (_bodies, ("rexs",)),
     (_one_piece, ("rexs", "set", "vtkhdf")),
-    (_holes, ("classical", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "vtkhdf")),
+    (_holes, ("classical", "design", "exudyn", "fmu", "gearbox", "page", "vtkhdf")),
 )
 
 

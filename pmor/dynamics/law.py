@@ -20,7 +20,6 @@ from pmor.dynamics.load_limit import LoadLimit, load_limit
 from pmor.dynamics.moved_axes import assembly_under, shift_of
 from pmor.dynamics.operating import static_displacement
 from pmor.gear.condition import Assembly, at_torques
-from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.pair import ROUNDING, GearPair
 from pmor.line.hertz import TOO_WIDE
 from pmor.line.layered_pair import as_layered, place_flanks_of
@@ -40,7 +39,7 @@ MULTIPLE = 10.0
 # Places where a table is held against its law: their number squared; angles of a static transmission error per mesh
 # cycle.
 CHECKED, STATIC_ANGLES, SEED = 60, 100, 18
-# Mesh cycles after which a law with pitch deviations repeats, at most.
+# Mesh cycles after which a law with pitch deviations or holes repeats, at most.
 MOST_CYCLES = 1000
 
 
@@ -103,7 +102,7 @@ def _limited_law(
     case: Case, reduced: ReducedPair, executor: Executor | None, assembly: Assembly
 ) -> tuple[tuple[ForceTable, TableError, float], LoadLimit]:
     law = force_law(case, reduced, executor, assembly)
-    return law, load_limit(reduced, assembly, law[0], alike_cycles(reduced.meshed, assembly))
+    return law, load_limit(reduced, assembly, law[0], alike_cycles(reduced, assembly))
 
 
 def force_law(
@@ -122,7 +121,7 @@ def force_law(
     """
     torques, assembly = case.dynamics.torques_Nm, assembly or assembly_of(case)
     refuse_loads(replace(case, online=replace(case.online, torques_Nm=torques)), reduced.meshed)
-    forces, alike = mesh_force_of(reduced, assembly), alike_cycles(reduced.meshed, assembly)
+    forces, alike = mesh_force_of(reduced, assembly), alike_cycles(reduced, assembly)
     load = 1e3 * torques[-1] / reduced.meshed.pair.pinion.base_radius
     touch = reduced.meshed.pair.pinion.base_radius * reduced.meshed.kinematics(assembly.misalignment).first_touch
     low, high = range_under(forces, load, assembly.spread, MULTIPLE, touch)
@@ -155,13 +154,13 @@ def backlash_of(case: Case, pair: GearPair) -> float | None:
     """Return from where working flanks touch to where backs of teeth do, along the line of action, mm.
 
     None, and motion goes on without backs of teeth, where the drawing has no backlash and the case gives none, or where
-    tilted axes and flanks whose halves differ make the backs no mirror images of the flanks.
+    tilted axes, flanks whose halves differ, pitch deviations or holes make the backs no mirror images of the flanks.
     """
     if case.dynamics.backlash_um is not None:
         return 1e-3 * case.dynamics.backlash_um
     if pair.backlash <= ROUNDING * pair.pinion.module or not backs_mirror_flanks(case):
         return None
-    if with_pitch(assembly_of(case)):
+    if with_pitch(assembly_of(case)) or any(case.pair.holes):
         return None
     return pair.backlash
 
@@ -181,29 +180,32 @@ def cycles_of(case: Case, pair: GearPair) -> int:
         for gear, flank in ((pair.pinion, case.pinion_modification), (pair.wheel, case.wheel_modification))
         if any(flank.pitch_deviations_um)
     ]
-    cycles = math.lcm(*teeth)
-    where = f"case {case.name}: pitch_deviations_um"
+    cycles = math.lcm(*teeth, case.pair.repeats_after)
+    what = "pitch_deviations_um" if teeth else "holes"
+    where = f"case {case.name}: {what}"
     if cycles > MOST_CYCLES:
         raise CaseError(
             f"{where}: of both gears, the mesh repeats after {cycles} mesh cycles only, and motion takes {MOST_CYCLES} "
             "at most: give those of one gear"
         )
-    if teeth and case.dynamics.backlash_um is not None:
+    if cycles > 1 and case.dynamics.backlash_um is not None:
         raise CaseError(
             f"{where}: they say nothing of the backs of teeth, which [dynamics] backlash_um needs: leave one out"
         )
     return cycles
 
 
-def alike_cycles(meshed: MeshedPair, assembly: Assembly) -> tuple[int, ...]:
+def alike_cycles(reduced: ReducedPair, assembly: Assembly) -> tuple[int, ...]:
     """Return of each mesh cycle after which a force law repeats the number of its kind, as they first come.
 
-    Cycles are of a kind where the teeth that can touch are out of their places alike, and in the cycles beside them.
+    Cycles are of a kind where the teeth that can touch are out of their places alike, and in the cycles beside them,
+    and holes stand alike.
     """
+    meshed, holes = reduced.meshed, reduced.basis.case.pair.repeats_after
     pinion, wheel = (flank.pitch_deviations_um for flank in (assembly.pinion, assembly.wheel))
     if not with_pitch(assembly):
-        return (0,)
-    cycles = math.lcm(*(len(deviations) for deviations in (pinion, wheel) if any(deviations)))
+        return tuple(range(holes))
+    cycles = math.lcm(holes, *(len(deviations) for deviations in (pinion, wheel) if any(deviations)))
     pitch = meshed.pair.pitch
     lines = place_flanks_of(meshed, np.array([0.0, np.nextafter(pitch, 0.0)]), assembly.misalignment)
     pair_count = lines.gap.shape[1] // len(as_layered(meshed).sections.z)
@@ -216,7 +218,7 @@ def alike_cycles(meshed: MeshedPair, assembly: Assembly) -> tuple[int, ...]:
     teeth = [tuple(apart(pair - cycle) for pair in pairs) for cycle in range(cycles)]
     kinds: dict[object, int] = {}
     return tuple(
-        kinds.setdefault((teeth[cycle - 1], teeth[cycle], teeth[(cycle + 1) % cycles]), len(kinds))
+        kinds.setdefault((teeth[cycle - 1], teeth[cycle], teeth[(cycle + 1) % cycles], cycle % holes), len(kinds))
         for cycle in range(cycles)
     )
 

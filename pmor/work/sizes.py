@@ -116,13 +116,14 @@ def gear_size(case: Case, tooth: Tooth, end_mm: float, face_width_mm: float) -> 
 
 
 def blank_sizes(case: Case, pair: GearPair) -> list[BlankSize | None]:
-    """Return the sizes of the blanks of pinion and wheel, whose sectors are meshed; None of solid gears."""
+    """Return the sizes of the blanks by dimensions of pinion and wheel, whose sectors are meshed; None of others."""
     if not any(case.pair.blanks):
         return [None, None]
     found = list[BlankSize | None]()
     gears = zip((case.pair.pinion, case.pair.wheel), (pair.pinion, pair.wheel), sector_meshes(case, pair), strict=True)
     for place, (gear, tooth, mesh) in enumerate(gears):
-        blank = blank_below(case, gear, tooth, mesh, place)
+        light = gear.light_blank(case.pair.face_width_mm) is not None
+        blank = blank_below(case, gear, tooth, mesh, place) if light else None
         if blank is None:
             found.append(None)
             continue

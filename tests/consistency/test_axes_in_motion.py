@@ -124,7 +124,7 @@ def model():
 
 def test_the_law_of_a_revolution_is_solved_where_cycles_differ_and_true_everywhere(model, rng):
     reduced, assembly = model.reduced, Assembly(pinion=Modification(pitch_deviations_um=FOURTH))
-    alike = alike_cycles(reduced.meshed, assembly)
+    alike = alike_cycles(reduced, assembly)
     assert len(alike) == TEETH
     assert 4 <= max(alike) + 1 < 10, "a tooth is in reach in a few cycles alone"
     forces = mesh_force_of(reduced, assembly)

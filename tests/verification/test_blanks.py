@@ -20,6 +20,7 @@ from pmor.body.volume import sector_displacement
 from pmor.case import change_case, make_case
 from pmor.case.blank import BlankCase
 from pmor.core.conventions import rotation_z
+from pmor.dynamics.law import alike_cycles, cycles_of
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.blank_section import Block, ring_stiffness
 from pmor.fe.completion import completion, nodes_of_elements
@@ -27,10 +28,11 @@ from pmor.fe.element import tributary_widths
 from pmor.fe.fillet import build_fillet
 from pmor.fe.whole_gear import whole_gear_mesh
 from pmor.pair.blank import blank_below
-from pmor.pair.conditions import nominal_condition
+from pmor.pair.conditions import assembly_of, nominal_condition
 from pmor.pair.model import elastic_model, gear_pair, mesh_model, sector_meshes, solved_gear
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
+from pmor_online.mesh_force import mesh_force_of
 from pmor_online.model import reduced_pair
 
 E, NU = 206_000.0, 0.3
@@ -480,6 +482,18 @@ def test_holes_of_no_size_leave_the_plain_web():
     larger, smaller = (holed_wheel(count=5, **AT | {"radius_mm": radius})[1] - plain for radius in (0.1, 0.05))
     assert 0.0 < larger.max() < 2e-3 * plain.mean()
     assert_allclose(smaller.mean(), 0.25 * larger.mean(), rtol=0.1)  # as their area
+
+
+def test_the_force_law_of_motion_goes_on_over_all_cycles_until_holes_stand_as_before():
+    reduced, ste = holed_wheel(count=4, **AT)
+    assembly, cycles = assembly_of(reduced.basis.case), TEETH // 4
+    assert alike_cycles(reduced, assembly) == tuple(range(cycles))
+    assert cycles_of(reduced.basis.case, reduced.meshed.pair) == cycles
+    forces, places = mesh_force_of(reduced, assembly), range(1, cycles * ANGLES, 2)
+    found = [forces(2.0 * np.pi * i / ANGLES, np.array([1e-3 * ste[i]]))[0] for i in places]
+    load = 1e3 * SMALL["torque_Nm"] / reduced.meshed.pair.pinion.base_radius
+    assert_allclose(found, load, rtol=1e-9)
+    assert np.ptp(ste[places.start : places.stop : ANGLES]) > 1e-3, "cycles differ"
 
 
 def test_what_a_tooth_does_to_another_through_holes_the_other_does_to_it():
