@@ -36,6 +36,8 @@ _TETRA_EDGES = np.array([[0, 1, 4], [1, 2, 5], [0, 2, 6], [0, 3, 7], [1, 3, 8], 
 _HEXA_FACES = np.array([[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
 _HEXA_TETRAS = np.array([[0, 1, 3, 4], [1, 2, 0, 5], [2, 3, 1, 6], [3, 0, 2, 7], [4, 7, 5, 0], [5, 4, 6, 1],
                          [6, 5, 7, 2], [7, 6, 4, 3]])  # fmt: skip
+# Six that fill it, where those are one around each corner.
+_HEXA_FILLED = np.array([[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]])
 _HEXA_EDGES = np.array([
     [0, 1, 8], [1, 2, 9], [2, 3, 10], [3, 0, 11], [4, 5, 12], [5, 6, 13], [6, 7, 14], [7, 4, 15], [0, 4, 16],
     [1, 5, 17], [2, 6, 18], [3, 7, 19],
@@ -311,13 +313,8 @@ def _measured(volume: BodyVolume) -> tuple[int, float, float, float]:
 
 def _points_of(nodes: FloatArray, cells: IntArray, kind: str) -> tuple[FloatArray, FloatArray]:
     """Places inside of elements and their shares of the volume, by corners: (n, p, 3) and (n, p)."""
-    if kind.startswith("tetra"):
-        tetras = nodes[cells[:, :4]][:, None]
-    else:  # around each corner one, whose volumes are in the ratio of that of the element
-        tetras = nodes[cells[:, :8]][:, _HEXA_TETRAS]
-    volumes = np.abs(np.linalg.det(tetras[:, :, 1:] - tetras[:, :, :1])) / 6.0
-    if not kind.startswith("tetra"):
-        volumes *= 0.75  # of a brick they are an eighth of it each: six to a brick
+    tetras = nodes[cells[:, np.arange(4)[None] if kind.startswith("tetra") else _HEXA_FILLED]]
+    volumes = np.linalg.det(tetras[:, :, 1:] - tetras[:, :, :1]) / 6.0
     inner = (5.0 - math.sqrt(5.0)) / 20.0
     share = np.full((4, 4), inner) + (1.0 - 4.0 * inner) * np.eye(4)
     places = np.einsum("pa,ntac->ntpc", share, tetras)

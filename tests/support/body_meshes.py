@@ -4,16 +4,18 @@ from itertools import permutations
 
 import numpy as np
 
+from pmor.fe.perforated_web import _sector_mesh
+
 TETRA_EDGES = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
 HEXA = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
 HEXA_EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
 
 
-def body_mesh(radii, z, around, solid, kind="tetra10", closed=True):
+def body_mesh(radii, z, around, solid, kind="tetra10", closed=True, angles=None):
     """Nodes and elements of a body of revolution, or of what `solid` (r, z, theta of a cell's middle) leaves of it."""
     radii, z = np.asarray(radii, dtype=float), np.asarray(z, dtype=float)
     steps = 2 * around if closed else 2 * around + 1
-    fine = [_doubled(radii), _doubled(z), np.arange(steps) * np.pi / around]
+    fine = [_doubled(radii), _doubled(z), np.arange(steps) * np.pi / around if angles is None else angles]
     r, height, theta = np.meshgrid(*fine, indexing="ij")
     points = np.stack([r * np.cos(theta), r * np.sin(theta), height], axis=-1).reshape(-1, 3)
     shape = np.array(r.shape)
@@ -45,6 +47,35 @@ def body_mesh(radii, z, around, solid, kind="tetra10", closed=True):
     renumbered = np.full(len(points), -1)
     renumbered[used] = np.arange(len(used))
     return points[used], renumbered[elements]
+
+
+def holed_body(web, hub, rim, z):
+    """Quadratic hexahedra of a web with round holes, the first one on the x axis, and lines of radii of hub and rim."""
+    sector = _sector_mesh(web)
+    x, y, height = sector.nodes.T
+    radius, own = np.hypot(x, y), np.arctan2(-x, y)
+    on = (np.abs(radius - web.outer) < 1e-6) & (np.abs(height - web.z[0]) < 1e-6)
+    within = np.sort(own[on & (own < np.pi / web.count - 1e-9)])
+    pitch = 2.0 * np.pi / web.count
+    angles = np.concatenate([within + k * pitch for k in range(web.count)])
+    parts = [
+        body_mesh(radii, z, len(angles) // 2, lambda r, *_: r > 0.0, "hexahedron20", angles=angles)
+        for radii in (hub, rim)
+    ]
+    kept = sector.elements[sector.solid]
+    for k in range(web.count):
+        turned = [radius * np.cos(own + k * pitch), radius * np.sin(own + k * pitch), height]
+        parts.append((np.stack(turned, axis=1), kept))
+    first = np.cumsum([0, *(len(nodes) for nodes, _ in parts)])
+    points = np.concatenate([nodes for nodes, _ in parts])
+    elements = np.concatenate([cells + start for (_, cells), start in zip(parts, first, strict=False)])
+    keys = np.floor(points / 1e-4 + 0.37).astype(int)
+    _, place, number = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    elements = number.ravel()[elements]
+    used = np.unique(elements)
+    renumbered = np.full(len(place), -1)
+    renumbered[used] = np.arange(len(used))
+    return points[place][used], renumbered[elements]
 
 
 def _doubled(lines):

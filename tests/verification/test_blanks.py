@@ -291,6 +291,10 @@ def whole_displacement(case, teeth):
             energy[inner, inner] = stiff
     if blank.web is not None:
         energy[size:, size:] += blank.web.softening(*material, mesh.twist_per_length)
+    if blank.body is not None:
+        coupled = len(blank.body.own.coupling) // (2 * len(blank.body.shapes))
+        felt_by = np.kron(np.eye(len(harmonics))[np.abs(harmonics) <= coupled], blank.body.shapes)
+        energy += felt_by.T @ blank.body.own.coupling @ felt_by
     middles = np.unique(numbers[:, mesh.middles])
     inner = np.setdiff1d(np.arange(len(nodes)), np.concatenate([at, middles]))
     kept = np.isin(at, middles, invert=True)

@@ -6,16 +6,20 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+import pmor.body.support
+from pmor.body.elastic_gear import elastic_gear
 from pmor.case import make_case, parse_case
 from pmor.case.body_mesh import BodyVolume
 from pmor.fe.body_condensation import condensed_nodes, onto_harmonics
 from pmor.fe.tetrahedron import tetrahedron_stiffness
+from pmor.pair.blank import blank_below
 from pmor.pair.conditions import nominal_condition
-from pmor.pair.model import elastic_model, mesh_model
+from pmor.pair.model import elastic_model, gear_pair, mesh_model, sector_meshes
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair
 from tests.support.body_meshes import body_mesh, write_mesh
+from tests.verification.test_blanks import whole_compliance
 
 E, NU = 210_000.0, 0.3
 ROUND_OFF = 1e-9
@@ -29,6 +33,7 @@ WEB = {"rim_thickness_mm": 5.0, "web_thickness_mm": 4.0, "web_offset_mm": 2.0, "
 # Of the same gear, whose root circle has the radius 35.625 mm: its rim, and an interface within.
 RIM, INTERFACE = 30.625, 33.125
 RADII = (12.0, 15.0, 16.0, 17.0, 23.0, 29.5, RIM, RIM + 0.8, INTERFACE)
+FEW_TEETH, SLOTTED = {"teeth": 13, "bore_radius_mm": 8.0}, (8.0, 9.0, 10.2, 11.0)
 WIDTHS = (-6.0, -3.0, 0.0, 2.0, 4.0, 6.0)
 
 
@@ -37,16 +42,19 @@ def web(r, z, theta, rim=RIM):
 
 
 def slotted(r, z, theta):
-    """Four slots through the web."""
-    return web(r, z, theta) & ((np.cos(4 * (theta - 0.3)) < 0.3) | (r < 17.0) | (r > 29.5))
+    """Four slots on one side."""
+    return (r < 9.0) | (r > 10.2) | (z < 0.0) | (np.cos(4 * theta) < 0.3)
 
 
-def case_on(folder, solid, kind="tetra10", around=48, radii=RADII, widths=WIDTHS, x_axis_deg=0.0, helix=0.0, **changes):
+def case_on(folder, solid, kind="tetra10", around=48, radii=RADII, widths=WIDTHS, **how):
+    return case_with(folder, body_mesh(radii, widths, around, solid, kind), kind, **how)
+
+
+def case_with(folder, mesh, kind, x_axis_deg=0.0, helix=0.0, gear="wheel", **changes):
     pytest.importorskip("meshio")
-    mesh = body_mesh(radii, widths, around, solid, kind)
     write_mesh(folder / "body.inp", *mesh, kind)
-    text = make_case(**PAIR | changes, pinion=GEAR, wheel=GEAR, helix_angle_deg=helix).text
-    text += f'\n[wheel.blank]\nmesh = "body.inp"\nx_axis_deg = {x_axis_deg}\n'
+    text = make_case(**PAIR | {"pinion": GEAR, "wheel": GEAR} | changes, helix_angle_deg=helix).text
+    text += f'\n[{gear}.blank]\nmesh = "body.inp"\nx_axis_deg = {x_axis_deg}\n'
     return parse_case(text, "case", "case", folder)
 
 
@@ -147,6 +155,22 @@ def test_finer_meshes_come_to_the_blank_by_dimensions(kind, tmp_path):
     widths = [-6.0, -2.5, -0.6, 0.0, 0.6, 2.0, 3.4, 4.0, 4.6, 6.0]
     found = ste_of(case_on(tmp_path, web, kind, around=36, radii=radii, widths=widths))
     assert_allclose(found, ste_by_dimensions()[0], rtol=3e-3)
+
+
+@pytest.mark.parametrize("helix", [0.0, 18.0])
+def test_sectors_on_a_body_that_changes_around_its_axis_are_the_whole_gear_in_one_matrix(helix, tmp_path, monkeypatch):
+    monkeypatch.setattr(pmor.body.support, "LEAST_MOVED", 1e-12)
+    case = case_on(
+        tmp_path, slotted, "hexahedron", 24, SLOTTED, (-6.0, 0.0, 6.0), helix=helix, x_axis_deg=5.0, gear="pinion",
+        pinion=FEW_TEETH, wheel=FEW_TEETH, profile_elements=2, width_elements=2, layer_depth=0.05, element="hex8i",
+    )  # fmt: skip
+    mesh = sector_meshes(case, gear_pair(case))[0]
+    blank = blank_below(case, case.pair.pinion, gear_pair(case).pinion, mesh, 0)
+    assert blank.body.repeats == 4
+    gear = elastic_gear(mesh, E, NU, "hex8i", 2, blank=blank)
+    for k, expected in zip((-1, 0, 1), whole_compliance(case, (-1, 0, 1)), strict=True):
+        found = gear.tooth_compliance(k) + gear.support.rows @ gear.support.between(k, 0) @ gear.support.rows.T
+        assert_allclose(found, expected, rtol=0.0, atol=1e-8 * np.abs(expected).max())
 
 
 def test_a_solid_ring_as_a_mesh_is_the_bored_gear(tmp_path):
