@@ -26,6 +26,8 @@ from pmor.fe.blank_section import Block, ring_stiffness
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.element import tributary_widths
 from pmor.fe.fillet import build_fillet
+from pmor.fe.hexahedron import element_stiffness
+from pmor.fe.perforated_web import PerforatedWeb, _condensed, _onto, _onto_circles, _sector_mesh
 from pmor.fe.whole_gear import whole_gear_mesh
 from pmor.pair.blank import blank_below
 from pmor.pair.conditions import assembly_of, nominal_condition
@@ -226,6 +228,43 @@ def test_a_web_adds_the_twist_of_its_closed_form_and_of_the_steps_of_width():
     # Measured: 1.607 um without steps, 1.998 with them, 2.009 below teeth.
     assert in_steps > 1.2 * (web - 1.688)
     assert_allclose(found, in_steps, rtol=TWIST_RTOL)
+
+
+def circles_of(web, part, power):
+    """Place of an amplitude of the inner circle and of the outer one, among those of a harmonic."""
+    place = next(k for k, own in enumerate(web._powers) if own == (part, power))
+    return place, len(web.parts) + place
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_web_of_sectors_twists_as_the_closed_form_says_and_holes_soften_it_as_their_ligaments(mirrored):
+    """Both circles turn as rigid ones: filled as a disc does; with holes that leave little, several times as much."""
+    web = PerforatedWeb(35.0, 74.5, (-4.0, 0.0 if mirrored else 4.0), 8, 12.0, 54.75, 0.3, mirrored, 3)
+    mesh, outer = _sector_mesh(web), circles_of(web, 1, 0)[1]
+    stiffness = element_stiffness(mesh.nodes, mesh.elements, E, NU, "hex20") * (2.0 if mirrored else 1.0)
+    onto = _onto(mesh, np.array([0]), web.shapes(mesh.nodes[mesh.circles, 2]), web.parts, 0.0)
+    twist = (1.0 / 35.0**2 - 1.0 / 74.5**2) / (4.0 * np.pi * 0.5 * E / (1.0 + NU) * 8.0)
+    found = [
+        1.0 / (8.0 * _onto_circles(_condensed(mesh, stiffness, used), len(mesh.left), 1.0, onto)[outer, outer].real)
+        for used in (np.ones_like(mesh.solid), mesh.solid)
+    ]  # fmt: skip
+    assert_allclose(found[0] / 74.5**2, twist, rtol=1e-3)
+    assert 1.5 < found[1] / found[0] < 3.0
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_holes_take_nothing_off_rigid_motions(mirrored):
+    web = PerforatedWeb(35.0, 74.5, (-4.0, 0.0 if mirrored else 4.0), 5, 10.0, 54.75, 0.3, mirrored, 7)
+    taken, size = web.softening(E, NU, 0.0).reshape(15, -1, 15, 2 * len(web.parts)), 2 * len(web.parts)
+    turned, moved = np.zeros((15, size), dtype=complex), np.zeros((15, size), dtype=complex)
+    turned[7, list(circles_of(web, 1, 0))] = [35.0, 74.5]
+    # Along the radius at angle 0: cos radially, -sin around.
+    for n, sign in ((8, 1.0), (6, -1.0)):
+        moved[n, list(circles_of(web, 0, 0))] = 0.5
+        moved[n, list(circles_of(web, 1, 0))] = 0.5j * sign
+    for motion in (turned / 74.5, moved):
+        force = np.tensordot(taken, motion, axes=2)
+        assert np.abs(force).max() < 1e-8 * np.abs(taken).max()
 
 
 # --- the gear on its blank ------------------------------------------------------------------------------------------
