@@ -11,6 +11,7 @@ from pmor.body.elastic_gear import elastic_gear
 from pmor.case import make_case, parse_case
 from pmor.case.body_mesh import BodyVolume
 from pmor.fe.body_condensation import condensed_nodes, onto_harmonics
+from pmor.fe.perforated_web import PerforatedWeb
 from pmor.fe.tetrahedron import tetrahedron_stiffness
 from pmor.pair.blank import blank_below
 from pmor.pair.conditions import nominal_condition
@@ -18,7 +19,7 @@ from pmor.pair.model import elastic_model, gear_pair, mesh_model, sector_meshes
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair
-from tests.support.body_meshes import body_mesh, write_mesh
+from tests.support.body_meshes import body_mesh, holed_body, write_mesh
 from tests.verification.test_blanks import whole_compliance
 
 E, NU = 210_000.0, 0.3
@@ -178,3 +179,20 @@ def test_a_solid_ring_as_a_mesh_is_the_bored_gear(tmp_path):
         case_on(tmp_path, lambda r, z, t: r > 0.0, "hexahedron20", radii=(12.0, 15.0, 20.0, 28.0, INTERFACE))
     )
     assert_allclose(found, ste_by_dimensions()[1], rtol=1e-3)
+
+
+@pytest.mark.slow
+def test_round_holes_in_a_mesh_stand_where_those_by_dimensions_stand(tmp_path):
+    holes, pitches = {"count": 6, "radius_mm": 3.5, "on_radius_mm": 23.3, "first_deg": 7.0}, 6
+    perforated = PerforatedWeb(16.0, RIM, (0.0, 4.0), 6, 3.5, 23.3, 0.0, False, 16)
+    mesh = holed_body(perforated, (12.0, 14.0, 15.0, 16.0), (RIM, RIM + 0.8, INTERFACE), WIDTHS)
+    case = case_with(tmp_path, mesh, "hexahedron20", x_axis_deg=7.0)
+    assert case.pair.holes == (0, 6)
+    by_dimensions = make_case(**PAIR, pinion=GEAR, wheel=GEAR | {"blank": WEB | {"holes": holes}})
+    found, expected = (ste_of(one, pitches) for one in (case, by_dimensions))
+    assert_allclose(found, expected, rtol=1e-2)
+    added = [(ste.reshape(pitches, -1) - ste_by_dimensions()[0]).mean(axis=1) for ste in (found, expected)]
+    # *Measured*: the mesh's holes add 10 % less, at every angle alike; the mesh itself is 0.1 % too stiff without them.
+    assert_allclose(added[0].mean(), added[1].mean(), rtol=0.12)
+    assert_allclose(added[0] / added[0].mean(), added[1] / added[1].mean(), rtol=0.03)
+    assert np.ptp(added[1]) > 0.3 * added[1].mean()
