@@ -40,14 +40,18 @@ def plane_ste_um(case, pair, phi, fine, reach, penalty, expected_um, layers=0, b
     start = 1e-3 * START * expected_um
     turned = phi + start / pair.pinion.base_radius
     rings, touching = _rings(case, pair, turned, phi, fine, reach, layers, beside)
-    deck = "\n".join([*_deck(case, pair, rings, touching, penalty, layers)]) + "\n"
-    log, results = run_deck(deck)
+    width = "half" if layers else "plane_strain"
+    return 1e3 * (start + driver_path(deck_of(case, pair, rings, touching, penalty, width)))
+
+
+def driver_path(lines):
+    """The path of the pinion's base circle that CalculiX finds, mm."""
+    log, results = run_deck("\n".join(lines) + "\n")
     assert "best solution" not in log, "no equilibrium"
-    path = re.findall(r"displacements.*for set DRIVER.*\n\s*\n\s*\d+\s+(\S+)", results)[-1]
-    return 1e3 * (start + float(path))
+    return float(re.findall(r"displacements.*for set DRIVER.*\n\s*\n\s*\d+\s+(\S+)", results)[-1])
 
 
-def _rows(tooth, roll, fine, reach):
+def graded_rows(tooth, roll, fine, reach):
     """Roll angles of nodes on a flank that touches at `roll`."""
     marks = 0.5 * tooth.base_radius
     arc = np.linspace(marks * tooth.form_roll_angle**2, marks * tooth.tip_roll_angle**2, 40001)
@@ -95,7 +99,7 @@ def _rings(case, pair, turned, phi, fine, reach, layers, beside):
         teeth = [int(i) % count for i in (index if gear == 0 else -index)]
         meshes = [_sector(tooth, held, pair.face_width, free, across, layers)] * count
         for number, roll in zip(teeth, at, strict=True):
-            rows = _rows(tooth, roll, fine, reach)
+            rows = graded_rows(tooth, roll, fine, reach)
             meshes[number] = _sector(tooth, held, pair.face_width, rows, across, layers)
         faces = flank_faces(meshes)
         ring = ring_of(meshes, angles[gear], (0.0, pair.centre_distance)[gear])
@@ -125,7 +129,9 @@ def flank_faces(meshes):
     return faces
 
 
-def _deck(case, pair, rings, touching, penalty, layers):
+def deck_of(case, pair, rings, touching, penalty, width):
+    """Lines of a deck: both gears, and for each the teeth that can touch with their faces; `width` as in cases."""
+    plane = width == "plane_strain"
     starts = [(1, 1), (1 + len(rings[0].nodes), 1 + len(rings[0].elements))]
     for name, ring, gear, start in zip(NAMES, rings, (case.pair.pinion, case.pair.wheel), starts, strict=True):
         yield from mesh_lines(ring, f"{name}_ALL", name, *start)
@@ -138,12 +144,12 @@ def _deck(case, pair, rings, touching, penalty, layers):
         x, y = rings[0].nodes[n, :2] / pair.pinion.base_radius
         for direction, ratio in ((1, -y), (2, x)):
             yield from ("2", f"{1 + n},{direction},-1,{driver},1,{fields([ratio])}")
-    yield from ("*BOUNDARY", f"WHEEL_BORE,1,{3 if layers else 2}", "DRIVER,2,3")
+    yield from ("*BOUNDARY", f"WHEEL_BORE,1,{2 if plane else 3}", "DRIVER,2,3")
     for name, ring, start in zip(NAMES, rings, starts, strict=True):
         # Bores, and the plane of symmetry; in plane strain all nodes.
-        held = np.union1d(ring.bore, ring.used[ring.nodes[ring.used, 2] == 0.0]) if layers else ring.used
-        if name == "WHEEL":
-            held = np.setdiff1d(held, ring.bore) if layers else held
+        held = ring.used[ring.nodes[ring.used, 2] == 0.0] if width == "half" else ring.used if plane else ring.bore[:0]
+        if not plane:
+            held = np.union1d(held, ring.bore) if name == "PINION" else np.setdiff1d(held, ring.bore)
         yield from (f"{start[0] + n},3,3" for n in held)
     yield from ("*SURFACE INTERACTION,NAME=FLANKS", "*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR")
     yield fields([penalty])
@@ -153,6 +159,6 @@ def _deck(case, pair, rings, touching, penalty, layers):
             yield f"*SURFACE,NAME={name},TYPE=ELEMENT"
             yield from (f"{element + e},S{face}" for e, face in faces)
         yield from ("*CONTACT PAIR,INTERACTION=FLANKS,TYPE=SURFACE TO SURFACE", ",".join(names))
-    force = 1e3 * case.torque_Nm / pair.pinion.base_radius / (2.0 if layers else 1.0)
+    force = 1e3 * case.torque_Nm / pair.pinion.base_radius / (2.0 if width == "half" else 1.0)
     yield from ("*STEP", "*STATIC", "1,1", "*CONTROLS,PARAMETERS=FIELD", fields([TOLERANCE, TOLERANCE]))
     yield from ("*CLOAD", f"{driver},1,{fields([force])}", "*NODE PRINT,NSET=DRIVER", "U", "*END STEP")
