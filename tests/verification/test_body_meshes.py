@@ -190,9 +190,9 @@ def test_round_holes_in_a_mesh_stand_where_those_by_dimensions_stand(tmp_path):
     assert case.pair.holes == (0, 6)
     by_dimensions = make_case(**PAIR, pinion=GEAR, wheel=GEAR | {"blank": WEB | {"holes": holes}})
     found, expected = (ste_of(one, pitches) for one in (case, by_dimensions))
-    assert_allclose(found, expected, rtol=1e-2)
+    assert_allclose(found, expected, rtol=2e-3)
     added = [(ste.reshape(pitches, -1) - ste_by_dimensions()[0]).mean(axis=1) for ste in (found, expected)]
-    # *Measured*: the mesh's holes add 10 % less, at every angle alike; the mesh itself is 0.1 % too stiff without them.
-    assert_allclose(added[0].mean(), added[1].mean(), rtol=0.12)
-    assert_allclose(added[0] / added[0].mean(), added[1] / added[1].mean(), rtol=0.03)
+    # *Measured*: 1.1 % apart, most of it of the mesh without its holes.
+    assert_allclose(added[0].mean(), added[1].mean(), rtol=0.02)
+    assert_allclose(added[0] / added[0].mean(), added[1] / added[1].mean(), rtol=0.01)
     assert np.ptp(added[1]) > 0.3 * added[1].mean()
