@@ -26,8 +26,8 @@ Capabilities and experiments, with their files where a folder is given
     models. `convergence`: finer and finer meshes. `stability`: extreme variants. `reductions`: reductions and
     samplings. `bench`: run times.
     `write_design_case`, `write_campaign_case`: one of many designs as a case file.
-    `plan_campaign`: designs of a campaign that cannot be made, and the time of all. `plan_design`, `plan_gearbox`:
-    what is searched or solved.
+    `plan_campaign`: designs of a campaign that cannot be made, and the time of all. `plan_design`, `plan_gearbox`,
+    `plan_set`: what is searched or solved.
 Conditions
     `Misalignment`: position of the wheel's axis. `Modification`: deviation of a gear's flanks; `Topography`: on a grid.
     `Assembly`: misalignment and both modifications.
@@ -65,6 +65,7 @@ if TYPE_CHECKING:
         plan_campaign,
         plan_design,
         plan_gearbox,
+        plan_set,
         reductions,
         run_design,
         run_dynamics,
@@ -119,7 +120,8 @@ _HOMES = {
     "pmor.app.model": ("ReducedModel",),
     "pmor.app.capabilities": (
         "bench", "campaign", "convergence", "gear_set", "gearbox", "plan_campaign", "plan_design", "plan_gearbox",
-        "reductions", "run_design", "run_dynamics", "stability", "study", "write_campaign_case", "write_design_case",
+        "plan_set", "reductions", "run_design", "run_dynamics", "stability", "study", "write_campaign_case",
+        "write_design_case",
     ),
     "pmor.app.run": ("RunResult", "run_case"),
     "pmor.app.training": ("compare", "load_model", "train"),
@@ -149,8 +151,8 @@ __all__ = [
     "ReducedModel", "ResultArray", "RootStress", "RunResult", "SetResult", "SweepResult", "Topography", "Verification",
     "bench", "campaign", "change_case", "compare", "convergence", "export_file", "exudyn_mesh", "full_model",
     "gear_set", "gearbox", "geometry", "import_rexs", "info", "load_case", "load_model", "load_results", "make_case",
-    "plan", "plan_campaign", "plan_design", "plan_gearbox", "reductions", "run_case", "run_design", "run_dynamics",
-    "stability", "study", "train", "verify", "write_campaign_case", "write_design_case", "__version__",
+    "plan", "plan_campaign", "plan_design", "plan_gearbox", "plan_set", "reductions", "run_case", "run_design",
+    "run_dynamics", "stability", "study", "train", "verify", "write_campaign_case", "write_design_case", "__version__",
 ]  # fmt: skip
 
 

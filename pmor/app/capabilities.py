@@ -150,6 +150,15 @@ def plan_gearbox(file: Place | GearboxFile) -> str:
     return plan(load(file) if isinstance(file, str | Path) else file)
 
 
+@suggesting
+def plan_set(file: Place | SetFile) -> str:
+    """Return what a set file has solved, how long it takes, and what is left out, as `pmor plan` prints it."""
+    from pmor.sets.loader import load
+    from pmor.sets.preview import plan
+
+    return plan(load(file) if isinstance(file, str | Path) else file)
+
+
 def study(
     file: Place | Study, folder: Place | None = None, *, quick: bool = False, executor: Executor | None = None,
     progress: Steps | None = None, overwrite: bool = False,

@@ -85,7 +85,7 @@ COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
     "run": ("everything the case asks for: basis, sweep, comparison, report", CASE, _out(), _jobs(), OVERWRITE),
     "plan": (
         "show what will run and all settings; runs nothing",
-        _option("case_path", metavar="CASE", type=_path, help="case, campaign, design or gearbox file (TOML, REXS)"),
+        _option("case_path", metavar="CASE", type=_path, help="case, campaign, design, gearbox, set file (TOML, REXS)"),
     ),
     "offline": (
         "generate the reduced basis only", CASE,
@@ -140,7 +140,7 @@ COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
     ),
     "set": (
         "planetary sets, idlers and stars: transmission error, and how planets share the load",
-        _option("set_path", metavar="SET", type=_path, help="set file (TOML)"),
+        _option("set_path", metavar="SET", type=_path, help="set file (TOML), or REXS with a planetary stage"),
         _out(usual="out/<name of the set file>"), OVERWRITE,
     ),
     "campaign": (

@@ -52,7 +52,11 @@ def plan(case_path: Path) -> None:
     from pmor.case import load_case
     from pmor.design.plan import is_design
     from pmor.machine.loader import is_gearbox
+    from pmor.sets.loader import is_set
 
+    if is_set(case_path):
+        print(capabilities.plan_set(case_path))
+        return
     if is_gearbox(case_path):
         print(capabilities.plan_gearbox(case_path))
         return

@@ -21,12 +21,12 @@ from pmor.gear.topography import Topography
 
 def make_case(name: str = "case", **settings: Any) -> Case:
     """Make a case without a file; see `pmor.app.cases`, which types the keywords out."""
-    return parse_case(_text(_changed({}, settings, name)), name, name)
+    return parse_case(document_text(_changed({}, settings, name)), name, name)
 
 
 def change_case(case: Case, **settings: Any) -> Case:
     """Return a case with some settings changed; see `make_case`."""
-    return parse_case(_text(_changed(tomllib.loads(text_of(case)), settings, case.name)), case.name, case.name)
+    return parse_case(document_text(_changed(tomllib.loads(text_of(case)), settings, case.name)), case.name, case.name)
 
 
 def without_models(case: Case) -> Case:
@@ -53,7 +53,7 @@ def changed_text(base: str, changes: Mapping[str, Mapping[str, Any]]) -> str:
     [mesh]
     profile_elements = 8
     """
-    return _text(_changed(tomllib.loads(base), changes, "case"))
+    return document_text(_changed(tomllib.loads(base), changes, "case"))
 
 
 def text_of(case: Case) -> str:
@@ -70,7 +70,7 @@ def text_of(case: Case) -> str:
     if case.conditions:
         listed = map(_shallow, case.conditions)
         document[CONDITION] = [condition | vars(condition.pop("misalignment")) for condition in listed]
-    return _text(document)
+    return document_text(document)
 
 
 def sections_of(case: Case) -> dict[str, dict[str, Any]]:
@@ -162,7 +162,8 @@ def _shallow(section: Any) -> dict[str, Any]:
     return {item.name: getattr(section, item.name) for item in fields(section)}
 
 
-def _text(document: Mapping[str, Any]) -> str:
+def document_text(document: Mapping[str, Any]) -> str:
+    """Return the TOML text of sections, by their dotted names, and of keys outside of them."""
     # A case has keys outside of sections first, then one level of sections with plain values; conditions last.
     conditions = document.get(CONDITION, [])
     plain = {key: value for key, value in document.items() if not isinstance(value, dict) and key != CONDITION}

@@ -13,11 +13,11 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from pmor.body.beam import NODE, Beam
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.conventions import rotation_z
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth, twist_sections
-from pmor.machine.beam import NODE, Beam
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.mesh_force import MeshFrame
 from pmor.machine.model import ABOUT_AXIS, GearboxModel, LoadedGearbox, Supported

@@ -15,11 +15,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import null_space
 
+from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition
 from pmor.line.hubs import HUB, Hubs, mean_wrench
-from pmor.machine.beam import NODE
 from pmor.machine.mesh_force import MeshFrame
 from pmor.machine.model import ABOUT_AXIS, GearboxModel, LoadedGearbox, Meshing, loaded
 from pmor.machine.settings import LoadCase

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
-from pmor.machine.beam import NODE
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.model import GearboxModel
 from pmor.report.style import COLOURS, legend_label, new_figure, plot_style

@@ -10,9 +10,9 @@ from typing import NoReturn
 
 import numpy as np
 
+from pmor.body.beam import NODE
 from pmor.case.reader import Reader, read_text
 from pmor.core.arrays import FloatArray
-from pmor.machine.beam import NODE
 
 # Difference of the halves of the matrix, and its least eigenvalue, over the largest.
 SYMMETRIC, HELD = 1e-6, 1e-12

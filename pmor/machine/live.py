@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from pmor.body.beam import NODE
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
-from pmor.machine.beam import NODE
 from pmor.machine.coupled import MEAN_ANGLES, MOST_ROUNDS, SolvedLoad
 from pmor.machine.model import ABOUT_AXIS, AXIAL, BEARING_ROWS, RADIAL, TILT, LoadedGearbox, Supported
 from pmor.machine.system import ARM

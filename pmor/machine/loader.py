@@ -10,10 +10,11 @@ from pmor.case import Case, change_case, changed_text, load_case, parse_case, wi
 from pmor.case.capability import refuse_beyond
 from pmor.case.reader import parse_toml, read_text, sections_in
 from pmor.core.errors import GeometryError, printable
+from pmor.export.rexs.model import ENDINGS
 from pmor.machine.checks import ROUNDED_MM, GearboxReader
 from pmor.machine.housing import read_housing
 from pmor.machine.model import GearboxModel, pinion_senses, pinion_torques
-from pmor.machine.rexs import ENDINGS, read_gearbox
+from pmor.machine.rexs import read_gearbox
 from pmor.machine.settings import GearboxSections, Mesh
 from pmor.pair.model import gear_pair
 

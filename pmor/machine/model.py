@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pmor.body.beam import NODE, Beam, CircularSection, ShaftMaterial, stations_of
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
-from pmor.machine.beam import NODE, Beam, CircularSection, ShaftMaterial, stations_of
 from pmor.machine.mesh_force import MeshFrame, hub_wrenches, mesh_frame
 from pmor.machine.rolling_bearing import RollingBearing
 from pmor.machine.settings import HOUSING, Bearing, GearboxSections, LoadCase, Mesh, Shaft

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from pmor.body.beam import NODE
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
-from pmor.machine.beam import NODE
 from pmor.machine.coupled import RigidMesh, RootStresses, SolvedLoad, SolvedMesh
 from pmor.machine.iso import CrudeMisalignment, crude_misalignment
 from pmor.machine.model import ABOUT_AXIS, GearboxModel, Supported, speeds_rpm

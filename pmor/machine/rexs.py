@@ -16,7 +16,7 @@ import numpy as np
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, printable
-from pmor.export.rexs.model import Component, Gearbox, read_rexs
+from pmor.export.rexs.model import BEARINGS, RIGID, RIGID_TILT, Component, Gearbox, read_rexs
 from pmor.export.rexs.read import read_stage
 from pmor.export.rexs.stage import axis_of, find_stage, stages
 from pmor.machine.checks import ROUNDED_SHARE
@@ -36,11 +36,7 @@ from pmor.machine.settings import (
     ShaftTorque,
 )
 
-ENDINGS = (".rexs", ".rexsz", ".rexsj")
-BEARINGS = ("rolling_bearing_with_catalog_geometry", "rolling_bearing_with_detailed_geometry", "concept_bearing")
 PLANETARY = ("planetary_stage", "planet_carrier", "ring_gear")
-# Stiffnesses from here on stand for rigid, N/mm and N mm/rad.
-RIGID, RIGID_TILT = 1e10, 1e13
 PARALLEL = 1e-9
 
 
@@ -93,7 +89,10 @@ class _Draft:
 
     def read(self) -> ReadGearbox:
         if planets := [part for kind in PLANETARY for part in self.gearbox.of_kind(kind)]:
-            raise self.refuse(planets[0], "planetary stages are not solved: leave them out of the file")
+            raise self.refuse(
+                planets[0],
+                "planetary stages are not solved with shafts: solve them by pmor set, or leave them out of the file",
+            )
         meshes, cases = self.meshes()
         sections = GearboxSections(
             title=printable(self.path.stem), shafts=tuple(map(self.shaft, self.shafts.values())),

@@ -8,12 +8,12 @@ from typing import NoReturn
 
 import numpy as np
 
+from pmor.body.beam import NODE
 from pmor.case.reader import checked
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
 from pmor.export.rexs.model import Component, Gearbox
 from pmor.export.rexs.stage import axis_of
-from pmor.machine.beam import NODE
 from pmor.machine.housing import checked_stiffness
 from pmor.machine.rolling_bearing import LAMINAE, BallBearing, RollerBearing
 

@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
 from pmor.export.rexs.document import Attributes, Value
 from pmor.gear.classical.iso6336_face_load import running_in
 from pmor.gear.pair import GearPair
-from pmor.machine.beam import NODE
 from pmor.machine.coupled import SolvedLoad, SolvedMesh
 from pmor.machine.model import BEARING_ROWS, Supported
 from pmor.machine.readings import Data

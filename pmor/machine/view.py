@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
-from pmor.machine.beam import NODE
 from pmor.machine.bodies import Body, Detail, bodies
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.figures import exaggeration

@@ -14,9 +14,11 @@ from pmor.case.document import BLANK, COAST, MODIFICATION
 from pmor.case.reader import Reader, parse_toml, read_text, sections_in
 from pmor.core.errors import CaseError, GeometryError, PmorError, printable
 from pmor.core.wording import did_you_mean
+from pmor.export.rexs.model import ENDINGS
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair, refuse_loads_unmeshed
 from pmor.sets.plan import Layout, SetPlan, Share, planetary_layout, set_plan, train_layout
+from pmor.sets.rexs import has_planets, read_set
 from pmor.sets.settings import SetSections
 
 SHARED = ("pair", "mesh", "contact")
@@ -39,6 +41,10 @@ class SetFile:
         Of the meshes, by the members that mesh: `sun-planet`.
     inputs : tuple of Path
         Files that were read.
+    notes : tuple of str
+        Assumptions about what a REXS file does not say.
+    changed : tuple of str
+        What was changed of it, as its gears would not run.
     """
 
     name: str
@@ -47,18 +53,28 @@ class SetFile:
     plan: SetPlan
     cases: dict[str, Case]
     inputs: tuple[Path, ...]
+    notes: tuple[str, ...] = ()
+    changed: tuple[str, ...] = ()
+
+
+def is_set(path: Path) -> bool:
+    """Return whether a file is a set file, or one of REXS with a planetary stage; CaseError when it cannot be read."""
+    if path.suffix.lower() in ENDINGS:
+        return has_planets(path)
+    return bool({"sun", "gears"} & set(parse_toml(read_text(path, "case file"), str(path))))
 
 
 def load(path: Path | str) -> SetFile:
-    """Read and check a set file.
+    """Read and check a set file, TOML, or the planetary stage of a REXS file.
 
     Raises
     ------
-    CaseError, GeometryError
+    CaseError, GeometryError, FileFormatError
         One line with file, place, rule and remedy.
     """
     path = Path(path)
-    text, name = read_text(path, "set file"), printable(path.stem)
+    name, read = printable(path.stem), read_set(path) if path.suffix.lower() in ENDINGS else None
+    text = read.text if read else read_text(path, "set file")
     reader = _Reader(str(path), sections_in(SetSections))
     said = reader.section(parse_toml(text, str(path)), SetSections, filled={"title": name})
     layout = reader.layout(said)
@@ -70,7 +86,8 @@ def load(path: Path | str) -> SetFile:
         raise type(error)(f"{path}: {error}") from None
     most = max((plan.nominal_Nm, *said.sweep.torques_Nm)) / plan.nominal_Nm
     torques = {key: most * torque for key, torque in plan.mesh_torques_Nm.items()}
-    return SetFile(name, text, said, plan, reader.cases(said, layout, torques), (path,))
+    said_of_rexs = (read.notes, read.changed) if read else ()
+    return SetFile(name, text, said, plan, reader.cases(said, layout, torques), (path,), *said_of_rexs)
 
 
 class _Reader(Reader):

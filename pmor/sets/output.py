@@ -56,7 +56,7 @@ def set_report(file: SetFile, solved: SetSolution, failures: tuple[str, ...]) ->
     """Return numbers and page."""
     data, nominal = set_data(file, solved, failures), nominal_torque(file, solved)
     tables = _tables(data)
-    blocks: list[Block] = [*map(Warning, failures), tables[0]]
+    blocks: list[Block] = [*map(Warning, (*failures, *map(_changed, file.changed))), tables[0]]
     if solved.converged[nominal].any():
         angle = int(np.flatnonzero(solved.converged[nominal])[0])
         blocks.append(Picture("set.png", "All gears as the calculation places them.",
@@ -75,6 +75,9 @@ def set_report(file: SetFile, solved: SetSolution, failures: tuple[str, ...]) ->
     ]  # fmt: skip
     if solved.plan.clockwise:
         blocks.append("The first gear is loaded clockwise: angles and tooth numbers count clockwise.")
+    if file.notes:
+        said = [[note] for note in file.notes]
+        blocks.append(Table("Assumptions", ("what the file does not say, and what was taken",), said))
     return Report("set", data, f"Set: {file.sections.title}", blocks)
 
 
@@ -83,7 +86,10 @@ def set_text(file: SetFile, solved: SetSolution, failures: Sequence[str]) -> str
     lines = [f"Set: {file.sections.title}"]
     for shown in _tables(set_data(file, solved, tuple(failures))):
         lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
-    return "\n".join([*lines, *(f"  ! {sentence}" for sentence in failures)])
+    lines += [f"  ! {sentence}" for sentence in (*failures, *map(_changed, file.changed))]
+    if file.notes:
+        lines.append(f"  {len(file.notes)} assumptions about what the file does not say: set.json, and the page")
+    return "\n".join(lines)
 
 
 def nominal_torque(file: SetFile, solved: SetSolution) -> int:
@@ -96,6 +102,10 @@ def _tables(data: Data) -> list[Table]:
     if data["planets"]:
         found.append(table("Planets", PLANET_COLUMNS, data["planets"], PLANETS))
     return [*found, table("Meshes", MESH_COLUMNS, data["meshes"], MESHES)]
+
+
+def _changed(sentence: str) -> str:
+    return f"Changed, as these gears would not run as filed: {sentence}"
 
 
 def _percent(value: float | None) -> float | None:

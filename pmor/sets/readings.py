@@ -27,6 +27,8 @@ def set_data(file: SetFile, solved: SetSolution, failures: tuple[str, ...]) -> D
         "phi_rad": solved.phi_rad.tolist(),
         "torques": rows,
         "failures": list(failures),
+        "changed": list(file.changed),
+        "assumptions": list(file.notes),
     }
 
 

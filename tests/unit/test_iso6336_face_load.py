@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.body.beam import Beam, CircularSection, ShaftMaterial
 from pmor.gear.classical.iso6336_face_load import face_load_factor, running_in, shaft_misalignment
-from pmor.machine.beam import Beam, CircularSection, ShaftMaterial
 
 EXACT = [(4 / 3, 1.66667), (2.0, 2.0), (8 / 3, 2.30940), (16 / 3, 3.26599), (32 / 3, 4.61880)]
 

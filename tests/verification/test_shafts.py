@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.machine.beam import NODE, Beam, CircularSection, ShaftMaterial
+from pmor.body.beam import NODE, Beam, CircularSection, ShaftMaterial
 from pmor.machine.model import loaded
 from pmor.machine.readings import bearing_data, f_beta_um
 from pmor.machine.settings import ShaftForce, ShaftMoment

@@ -35,6 +35,11 @@ ATTRIBUTE_NAMES = {
 }
 #: numbers of arrays in Base64
 CODES = {"int32": "<i4", "float32": "<f4", "float64": "<f8"}
+#: endings of files
+ENDINGS = (".rexs", ".rexsz", ".rexsj")
+BEARINGS = ("rolling_bearing_with_catalog_geometry", "rolling_bearing_with_detailed_geometry", "concept_bearing")
+# Stiffnesses from here on stand for rigid, N/mm and N mm/rad.
+RIGID, RIGID_TILT = 1e10, 1e13
 # Largest unpacked size: an archive may hold anything.
 LARGEST_BYTES = 200 * 2**20
 # Errors of reading, unpacking and parsing: lack of memory, passwords and unknown encodings or methods are among them.

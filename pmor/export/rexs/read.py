@@ -44,17 +44,24 @@ class Imported:
         Its text begins with the notes, as comments.
     notes : tuple of str
         Assumptions, changed values, parts not understood.
+    changed : tuple of str
+        Those of them that say what was changed, as the gears would not run as the file has them.
     """
 
     case: Case
     notes: tuple[str, ...]
+    changed: tuple[str, ...]
 
 
 def read_stage(path: Path, stage: int | None = None) -> Imported:
     """Make a case of a stage, with notes: see `pmor.app.export.import_rexs`."""
     gearbox = read_rexs(path)
     where = f"{path}, stage {stage}" if stage is not None else str(path)
-    found = find_stage(gearbox, stage, str(path))
+    return stage_case(path, gearbox, find_stage(gearbox, stage, str(path)), where)
+
+
+def stage_case(path: Path, gearbox: Gearbox, found: Stage, where: str) -> Imported:
+    """Make a case of a stage that was found."""
     draft = _Draft(gearbox, found, where)
     sections = draft.sections()
     plain = make_case(path.stem, **sections)
@@ -73,7 +80,7 @@ def read_stage(path: Path, stage: int | None = None) -> Imported:
     comments = "\n".join(f"# {printable(line)}" for line in head)
     case = parse_case(f"{comments}\n\n{text}", path.stem, where)
     gear_pair(case)  # refused here, with its place, and not at the first use
-    return Imported(case, tuple(draft.notes))
+    return Imported(case, tuple(draft.notes), tuple(draft.changed))
 
 
 class _Draft:
@@ -82,7 +89,7 @@ class _Draft:
     def __init__(self, gearbox: Gearbox, stage: Stage, where: str) -> None:
         self.gearbox, self.stage, self.where = gearbox, stage, where
         self.gears = stage.pinion, stage.wheel
-        self.notes = list(stage.notes)
+        self.notes, self.changed = list(stage.notes), list[str]()
         self.datum = [self._datum(gear) for gear in self.gears]
         # Seen from the larger z the pinion's carrying flank is the left one.
         self.along = [a * self.datum[0] * (1 if stage.loaded == "left" else -1) for a in axis_of(stage.pinion)]
@@ -132,6 +139,7 @@ class _Draft:
             if found is not None:
                 tooth[1]["addendum"] = found[0]
                 self.notes.append(found[1])
+                self.changed.append(found[1])
 
     def modifications(self, pair: GearPair) -> Iterator[dict[str, Any]]:
         """Return the keys of the modifications of both gears."""

@@ -75,6 +75,7 @@ def cleared(pair: dict[str, Any], teeth: Sequence[dict[str, Any]], label: str) -
     pair, teeth : mapping, two mappings
         Sections of a case.
     """
+    why = ""
     for step in range(MOST_STEPS):
         addendum = 1.0 - STEP * step
         both = {"pinion": teeth[0], "wheel": teeth[1] | {"addendum": addendum}, "load": {"torque_Nm": 1.0}}
@@ -82,9 +83,11 @@ def cleared(pair: dict[str, Any], teeth: Sequence[dict[str, Any]], label: str) -
             gear_pair(make_case("pair", pair=pair, **both))
         except GeometryError as error:
             if "the wheel's tip" in str(error):
+                said = str(error).partition(", more than")[0]
+                why = why or said.replace("the wheel's", "its").replace("the pinion's", "its mate's")
                 continue
-        return (_rounded(addendum), f"{label}: addendum {addendum:.2f}: with 1 its tips would cut into its mate's "
-                "fillets") if step else None  # fmt: skip
+        return (_rounded(addendum), f"{label}: addendum shortened to {addendum:.2f}: with 1, which a file without "
+                f"tip_diameter leaves, {why}") if step else None  # fmt: skip
     return None
 
 

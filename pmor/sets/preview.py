@@ -1,0 +1,95 @@
+"""What a set file has solved, at what cost, and what is left out; nothing is solved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from pmor.core.memory import memory_text
+from pmor.core.progress import format_time
+from pmor.gear.pair import GearPair
+from pmor.pair.model import gear_pair
+from pmor.sets.loader import SetFile
+from pmor.work.cost import COMPILING, FINITE_ELEMENTS, START, Stage, refuse_beyond_memory, stages
+
+# *Measured*, seconds: of a position, of two sections in contact in it; page and pictures.
+POSITION_S, SECTIONS_S, PAGE_S = 5e-5, 1.5e-7, 3.0
+# What no set file asks for: what, and why.
+NEVER = (
+    ("root stress, motion, losses", "of sets they are not solved"),
+    ("contact of the other flanks", "each mesh is driven in one sense"),
+    ("equal gears", "finite elements are solved once for each member"),
+)
+
+
+def plan(file: SetFile) -> str:
+    """Return the plan of a set.
+
+    Raises
+    ------
+    InsufficientMemoryError
+        When the finite elements of a mesh take more memory than there is.
+    """
+    for case in file.cases.values():
+        refuse_beyond_memory(replace(case, compare=replace(case.compare, angles=0)))
+    pairs = {name: gear_pair(case) for name, case in file.cases.items()}
+    parts = [
+        list(lines) for lines in (_gears(file), _meshes(file, pairs), _loads(file), _cost(file, pairs), _left_out())
+    ]
+    parts.append([f"! {note}" for note in (*file.changed, *file.notes)])
+    return "\n\n".join("\n".join(lines) for lines in parts if lines)
+
+
+def _gears(file: SetFile) -> Iterator[str]:
+    plan = file.plan
+    yield f"Set {file.name}: {file.sections.title}"
+    for body in plan.bodies:
+        side = -1.0 if plan.clockwise else 1.0
+        yield f"  {body.name:<34} at x = {side * body.x + 0.0:.6g}, y = {body.y:.6g} mm"
+    if plan.planets:
+        supports = file.sections.supports
+        stood = ("sun", supports.sun_radial_N_per_mm), ("ring", supports.ring_radial_N_per_mm)
+        for name, value in (*stood, ("planets", supports.planet_radial_N_per_mm)):
+            yield f"  {f'{name}, across':<34} {value if isinstance(value, str) else f'{value:.4g} N/mm'}"
+
+
+def _meshes(file: SetFile, pairs: dict[str, GearPair]) -> Iterator[str]:
+    yield "Meshes: all at once, by line loads on the compliance of every member"
+    for name, pair in pairs.items():
+        count = sum(mesh.case == name for mesh in file.plan.meshes)
+        teeth = f"{count} x {pair.pinion.teeth}/{abs(pair.wheel.teeth)} teeth, m {pair.pinion.module:g} mm"
+        torque = f"{file.plan.mesh_torques_Nm[name]:.4g} N m on the pinion"
+        yield f"  {name:<34} {teeth}, contact ratio {pair.contact_ratio:.3f} + {pair.overlap_ratio:.3f}, {torque}"
+
+
+def _loads(file: SetFile) -> Iterator[str]:
+    amounts = sorted({file.plan.nominal_Nm, *file.sections.sweep.torques_Nm})
+    angles = file.sections.sweep.angles_per_pitch
+    yield f"Positions: {angles} angles x {len(amounts)} torques: {', '.join(f'{amount:g}' for amount in amounts)} N m"
+
+
+def _cost(file: SetFile, pairs: dict[str, GearPair]) -> Iterator[str]:
+    found = list[Stage]()
+    for name, case in file.cases.items():
+        for stage in stages(case):
+            if stage.name in (COMPILING, START) and stage.name not in [one.name for one in found]:
+                found.append(stage)
+            elif stage.name == FINITE_ELEMENTS:
+                found.append(replace(stage, name=f"{stage.name}, {name}"))
+    sections = 0.0
+    for mesh in file.plan.meshes:
+        case = file.cases[mesh.case]
+        sections += pairs[mesh.case].total_contact_ratio * (case.mesh.order * case.mesh.width_elements + 1)
+    positions = file.sections.sweep.angles_per_pitch * len({file.plan.nominal_Nm, *file.sections.sweep.torques_Nm})
+    seconds = positions * (POSITION_S * len(file.plan.meshes) + SECTIONS_S * sections**2)
+    rows = [(stage.name, memory_text(stage.memory), stage.seconds) for stage in found]
+    rows += [("sweep of all meshes", "", seconds), ("page", "", PAGE_S)]
+    yield "Stages: peak memory and time of one core, within a factor of two"
+    for name, memory, spent in (*rows, ("in all", "", sum(spent for _, _, spent in rows))):
+        yield f"  {name:<34} {memory:>8}  {format_time(spent):>12}"
+
+
+def _left_out() -> Iterator[str]:
+    yield "Left out: what, because"
+    for what, why in NEVER:
+        yield f"  {what:<34} {why}"
