@@ -1,6 +1,7 @@
 """Internal pairs for tests, and the oracle that rolls pinion and ring."""
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -24,6 +25,7 @@ def internal_pair(pinion, wheel, width=20.0, closer=0.0):
     return GearPair(pinion, wheel, width, zero_backlash_centre_distance(pinion, wheel) + closer)
 
 
+@lru_cache(maxsize=8)
 def half_outline(tooth):
     """Radius (positive) and half angle of a tooth from its root to its tip."""
     flank = tooth.flank_section(np.linspace(tooth.form_roll_angle, tooth.tip_roll_angle, POINTS))
