@@ -24,6 +24,9 @@ Of a web with holes the same blank is taken without them. What they change is fo
 meets hub and rim, under loads on a flank and under loads there (`Ring`, `pmor.body.support`). A body that is brought as
 a mesh (`pmor.fe.body_condensation`) is one of revolution too, K_nn, and what couples its harmonics is such a change, at
 the interface itself. Harmonics that its mesh does not see are those of a solid disc, as they die within the rim.
+
+The rim around an internal gear is such a blank too, outside of the sectors. Without lugs all amplitudes of its outside
+are held; what lugs change is found from the forces on them and from their stiffness (`pmor.fe.lugs`).
 """
 
 from __future__ import annotations
@@ -38,6 +41,7 @@ from pmor.core.arrays import ComplexArray, FloatArray, IntArray
 from pmor.fe.blank_section import Amplitudes, Block, ring_stiffness
 from pmor.fe.body_condensation import Condensed
 from pmor.fe.completion import nodes_of_elements
+from pmor.fe.lugs import Lugs
 from pmor.fe.perforated_web import PerforatedWeb
 from pmor.fe.sector import SectorMesh
 
@@ -71,7 +75,7 @@ class Blank:
     Parameters
     ----------
     blocks : tuple of Block
-        From the bore out to the sectors.
+        From the bore out to the sectors, or from the outside of a ring in to them.
     youngs_modulus : float
         MPa.
     largest : int
@@ -82,6 +86,8 @@ class Blank:
         Where it is brought as a mesh: the blocks then stand for it in harmonics that the mesh does not see.
     core : float
         Radius of a solid core, whose mean motion is held, mm; else the bore is.
+    lugs : Lugs or None
+        Of a ring.
     """
 
     blocks: tuple[Block, ...]
@@ -91,6 +97,7 @@ class Blank:
     web: PerforatedWeb | None = None
     body: MeshedBody | None = None
     core: float = 0.0
+    lugs: Lugs | None = None
 
     @property
     def harmonics(self) -> IntArray:
@@ -128,14 +135,19 @@ class Blank:
         columns = self._functions(mesh)
         count = len(stiffness) - columns.shape[1] * 3 * len(mesh.z)
         shares = columns.T @ np.exp(1j * np.outer(_angles(mesh), self.harmonics))
-        return ring_on_blank(stiffness, count // 2, mesh.teeth, shares, blank_response(mesh, self), load, neighbours,
-                             patterns, reach)  # fmt: skip
+        response, teeth = blank_response(mesh, self), signed_teeth(mesh)
+        return ring_on_blank(stiffness, count // 2, teeth, shares, response, load, neighbours, patterns, reach)
 
     def _functions(self, mesh: SectorMesh) -> FloatArray:
         """Real functions of the angle that span all harmonics, at the angles of a sector's nodes, (a, p)."""
         values = np.exp(1j * np.outer(_angles(mesh), self.harmonics))
         left, sizes, _ = np.linalg.svd(np.hstack([values.real, values.imag]), full_matrices=False)
         return np.asarray(left[:, sizes > ROUND_OFF * sizes[0]])
+
+
+def signed_teeth(mesh: SectorMesh) -> int:
+    """Number of teeth; negative of an internal gear, whose sectors follow each other clockwise."""
+    return round(2.0 * np.pi / mesh.angular_pitch)
 
 
 def _angles(mesh: SectorMesh) -> FloatArray:
@@ -170,7 +182,7 @@ def blank_response(mesh: SectorMesh, blank: Blank) -> BlankResponse:
     shares = np.kron(interpolation(mesh.z, mesh.order, blank.blocks[-1].nodes_z), np.diag([1.0, 1j, 1.0]).conj())
     if mesh.mirrored:
         shares[:-1, -1] = 0.0  # the last column's nodes keep their z, which the nodes beside them do not feel
-    size, harmonics, web = len(shares), np.arange(blank.largest + 1), blank.web
+    harmonics, web = np.arange(blank.largest + 1), blank.web
     none = np.zeros((0, 0, 0), dtype=complex)
     if (body := blank.body) is not None:
         stiffness: Amplitudes = body.own.stiffness
@@ -183,21 +195,41 @@ def blank_response(mesh: SectorMesh, blank: Blank) -> BlankResponse:
         felt = len(body.own.coupling) // (2 * count) + 1
         passed_on = np.broadcast_to(body.shapes.T, (felt, *body.shapes.T.shape)).astype(complex)
         return BlankResponse(np.asarray(stiffness), passed_on, np.zeros((felt, count, count), dtype=complex))
+    if (lugs := blank.lugs) is not None:
+        loads = lugs.loads(twist)
+        own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist, loads, held=False)
+        return _held(_over_amplitudes(own, shares, np.array([1.0, 1j, 1.0])[lugs.parts]))
     if web is None:
         own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist, core=blank.core)
         return BlankResponse(np.asarray(shares.conj().T @ own @ shares), none, none)
     loads = web.loads()
     own = ring_stiffness(blank.blocks, *material, harmonics[: web.largest + 1], mesh.mirrored, twist, loads, blank.core)
-    stiffness = own[:, :size, :size]
-    if (rest := harmonics[web.largest + 1 :]).size:
-        further = ring_stiffness(blank.blocks, *material, rest, mesh.mirrored, twist)
-        stiffness = np.concatenate([stiffness, further])
-    parts = np.tile(np.array([1.0, 1j, 1.0])[web.parts], len(loads))
+    found = _over_amplitudes(own, shares, np.tile(np.array([1.0, 1j, 1.0])[web.parts], len(loads)))
+    if not (rest := harmonics[web.largest + 1 :]).size:
+        return found
+    further = ring_stiffness(blank.blocks, *material, rest, mesh.mirrored, twist)
+    return found._replace(stiffness=np.concatenate([found.stiffness, shares.conj().T @ further @ shares]))
+
+
+def _over_amplitudes(own: Amplitudes, shares: ComplexArray, parts: ComplexArray) -> BlankResponse:
+    """Response of the matrix of a body's last row of nodes and its loads, (h, 3 m + c, 3 m + c)."""
+    size = len(shares)
     return BlankResponse(
-        np.asarray(shares.conj().T @ stiffness @ shares),
+        np.asarray(shares.conj().T @ own[:, :size, :size] @ shares),
         np.asarray(shares.conj().T @ -own[:, :size, size:] * parts.conj()),
         np.asarray(parts[:, None] * -own[:, size:, size:] * parts.conj()),
     )
+
+
+def _held(free: BlankResponse) -> BlankResponse:
+    """Response where all amplitudes that loads work on are held: forces for displacements, and the other way round.
+
+    `passed_on` are then forces on the interface by unit displacements there, `flexibility` minus the forces on these.
+    """
+    stiffness = np.linalg.inv(free.flexibility)
+    stiffness = 0.5 * (stiffness + stiffness.conj().swapaxes(-1, -2))
+    passed = free.passed_on @ stiffness
+    return BlankResponse(free.stiffness + passed @ free.passed_on.conj().swapaxes(-1, -2), passed, -stiffness)
 
 
 def interpolation(z: FloatArray, order: int, fine: FloatArray) -> FloatArray:
@@ -270,6 +302,8 @@ def ring_on_blank(
         As in `Blank.ring`.
     sides : int
         s.
+    teeth : int
+        Negative where sectors follow each other clockwise.
     shares : ndarray, shape (p, 2 largest + 1)
         Of the interface's functions in the harmonics.
     neighbours : int
@@ -287,10 +321,11 @@ def ring_on_blank(
     further = np.arange(-reach, reach + 1)[:, None, None]
     far = np.zeros((2 * reach + 1, len(load), 0 if patterns is None else patterns.shape[1]))
     pressed = np.zeros((len(load), 2 * within + 1, 0 if patterns is None else count), dtype=complex)
-    for h in range(teeth // 2 + 1):
+    sectors = abs(teeth)
+    for h in range(sectors // 2 + 1):
         turn = np.exp(-2j * np.pi * h / teeth)
         n = np.arange(-largest, largest + 1)
-        own = n[(n - h) % teeth == 0]
+        own = n[(n - h) % sectors == 0]
         at = shares[:, own + largest].conj().T
         # Rows, then columns, of the interface's functions to harmonics; of both side faces to the left one.
         half = np.concatenate([stiffness[left] + np.conj(turn) * stiffness[right], _gathered(at, stiffness[below])])
@@ -299,14 +334,14 @@ def ring_on_blank(
         loaded = np.concatenate([load[left] + np.conj(turn) * load[right], _gathered(at, load[below])])
         places = {harmonic: slice(sides + per * j, sides + per * (j + 1)) for j, harmonic in enumerate(own.tolist())}
         for harmonic, place in places.items():
-            matrix[place, place] += _of(blank.stiffness, harmonic) / teeth
+            matrix[place, place] += _of(blank.stiffness, harmonic) / sectors
         inner = [harmonic for harmonic in places if abs(harmonic) <= within and count]
         passed = np.zeros((len(matrix), count * len(inner)), dtype=complex)
         for j, harmonic in enumerate(inner):
             passed[places[harmonic], count * j : count * (j + 1)] = _of(blank.passed_on, harmonic)
         both = np.hstack([loaded, passed])
         moved = la.solve(matrix, both, assume_a="pos", overwrite_a=True, overwrite_b=True, check_finite=False)
-        back = passed.conj().T @ moved / teeth
+        back = passed.conj().T @ moved / sectors
         for j, harmonic in enumerate(inner):
             rows = back[count * j : count * (j + 1)]
             felt[within + harmonic], felt[within - harmonic] = rows[:, :loads], rows[:, :loads].conj()
@@ -316,14 +351,14 @@ def ring_on_blank(
                 flexibility[within + harmonic, :, within + other] = block
                 flexibility[within - harmonic, :, within - other] = block.conj()
         faces = np.concatenate([moved[left], turn * moved[left], _gathered(at.conj().T, moved[sides:])])
-        weight = (1.0 if h in (0, teeth / 2) else 2.0) / teeth
+        weight = (1.0 if h in (0, sectors / 2) else 2.0) / sectors
         turned = weight * np.conj(turn) ** sector
         found += turned.real * faces[:, :loads].real - turned.imag * faces[:, :loads].imag
         if patterns is not None:
             turned, shaped = weight * np.conj(turn) ** further, faces[:, :loads] @ patterns
             far += turned.real * shaped.real - turned.imag * shaped.imag
             for j, harmonic in enumerate(inner):
-                under = faces[:, loads + count * j : loads + count * (j + 1)] / teeth
+                under = faces[:, loads + count * j : loads + count * (j + 1)] / sectors
                 pressed[:, within + harmonic], pressed[:, within - harmonic] = under, under.conj()
     return Ring(found, felt, flexibility, far, pressed)
 

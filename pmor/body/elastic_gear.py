@@ -9,11 +9,11 @@ from itertools import pairwise
 import numpy as np
 import scipy.sparse as sp
 
-from pmor.body.blank import Blank, Ring
+from pmor.body.blank import Blank, Ring, signed_teeth
 from pmor.body.far_compliance import FarCompliance, FarTeeth, far_compliance
 from pmor.body.fillet_stress import NEIGHBOURS, FilletPoints, FilletStress, sector_stress
 from pmor.body.rim_stress import REACH, face_patterns, rim_stress
-from pmor.body.support import Support, forces_of_holes, support_of_holes
+from pmor.body.support import Change, Support, forces_of_holes, support_of_holes
 from pmor.core.arrays import ComplexArray, FloatArray
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.condensation import CondensedSector, condense_sector
@@ -150,9 +150,9 @@ def elastic_gear(
         if patterns is not None:
             forces = np.zeros((0, 1, patterns.shape[1]), dtype=complex)
             if change is not None:
-                forces = forces_of_holes(ring.felt, ring.flexibility, change[0], mesh.teeth, change[1], patterns)
+                forces = forces_of_holes(ring.felt, ring.flexibility, change[0], signed_teeth(mesh), change[1], patterns)
             bent = of_faces + functions[:, :n_flanks] @ load.T
-            rim = rim_stress(bent, points.shape, ring, patterns, forces, mesh.teeth)
+            rim = rim_stress(bent, points.shape, ring, patterns, forces, signed_teeth(mesh))
             stress = replace(stress, rim=replace(rim, rows=np.asarray(completion(mesh, mesh.flank) @ rim.rows)))
     compliance = np.ascontiguousarray(flanks[:, :n_flank])
     compliance = _on_the_grid(mesh, compliance)
@@ -204,9 +204,9 @@ def _coordinates(mesh: SectorMesh) -> sp.csr_array:
     return sp.block_diag(list(both), format="csr")
 
 
-def _of_holes(mesh: SectorMesh, change: tuple[ComplexArray, int], ring: Ring, neighbours: int) -> Support:
+def _of_holes(mesh: SectorMesh, change: tuple[Change, int], ring: Ring, neighbours: int) -> Support:
     """Part of low rank of the compliance of all nodes of the flank."""
-    found = support_of_holes(ring.felt, ring.flexibility, change[0], mesh.teeth, change[1], neighbours)
+    found = support_of_holes(ring.felt, ring.flexibility, change[0], signed_teeth(mesh), change[1], neighbours)
     return replace(found, rows=np.asarray(completion(mesh, mesh.flank) @ found.rows))
 
 

@@ -70,7 +70,9 @@ def rim_stress(
     rows : ndarray, shape (n, q)
         Patterns of forces.
     forces : ndarray, shape (s, t, q)
-        g under them on teeth 0 ... t - 1, N; no rows without holes, and one tooth.
+        g under them on teeth 0 ... t - 1, N, or of lugs the displacements; no rows without either, and one tooth.
+    teeth : int
+        Negative where they follow each other clockwise.
     """
     reach = len(ring.far) // 2
     near = np.abs(np.arange(-reach, reach + 1)) <= NEIGHBOURS
@@ -90,11 +92,11 @@ def rim_stress(
 def _by_holes(pressed: ComplexArray, harmonics: np.ndarray, forces: ComplexArray, teeth: int, reach: int) -> FloatArray:
     """Equation (1) for amplitudes of patterns, (t, 2 R + 1, a, q)."""
     period = forces.shape[1]
-    turned = pressed * np.exp(2j * np.pi * np.outer(np.arange(teeth), harmonics) / teeth)[:, None]
+    turned = pressed * np.exp(2j * np.pi * np.outer(np.arange(abs(teeth)), harmonics) / teeth)[:, None]
     flat = forces.reshape(len(forces), -1)
-    every = (turned.real @ flat.real - turned.imag @ flat.imag).reshape(teeth, len(pressed), period, -1)
+    every = (turned.real @ flat.real - turned.imag @ flat.imag).reshape(abs(teeth), len(pressed), period, -1)
     tooth = np.arange(period)[:, None] + np.arange(-reach, reach + 1)
-    return np.asarray(every[tooth % teeth, :, np.arange(period)[:, None]])
+    return np.asarray(every[tooth % abs(teeth), :, np.arange(period)[:, None]])
 
 
 def _leading(matrix: FloatArray, least: float) -> FloatArray:

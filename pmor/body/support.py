@@ -14,7 +14,8 @@ under unit loads on these circles, and K what the holes take off the web's stiff
 
     C_ik - C_cyclic(i - k) = Y_i^H M Y_k,    M = -K (1 + Z K)^-1,    Y_k = Y e^(-2 pi i n k / z),                    (B)
 
-after Sherman, Morrison and Woodbury.
+after Sherman, Morrison and Woodbury. Lugs that hold a ring are such a change too: Y are the forces on its outside while
+all of it is held, M how it moves under forces there while the lugs alone are (`pmor.fe.lugs`).
 """
 
 from __future__ import annotations
@@ -27,6 +28,10 @@ import scipy.linalg as la
 
 from pmor.body.section_compliance import ROWS, section_shares
 from pmor.core.arrays import ComplexArray, FloatArray, IntArray
+from pmor.fe.lugs import Lugs
+
+# What makes teeth differ: what holes take off a stiffness, or lugs.
+Change = ComplexArray | Lugs
 
 # Patterns of forces that are felt less at the circles, of the one that is felt most there, are left out. Of the others
 # as many are kept as tell how any tooth moves by holes to this share of the largest such movement. *Measured*, wheel of
@@ -60,36 +65,38 @@ class Support:
 
 
 def support_of_holes(
-    felt: ComplexArray, flexibility: ComplexArray, softening: ComplexArray, teeth: int, holes: int, neighbours: int
+    felt: ComplexArray, flexibility: ComplexArray, softening: Change, teeth: int, holes: int, neighbours: int
 ) -> Support:
     """Return what holes add to the compliance of a gear: equation (B).
 
     Parameters
     ----------
-    felt : ndarray, shape (2 N + 1, c, n)
-        Y, of harmonics -N ... N.
+    felt, teeth
+        As in `support_of`.
     flexibility : ndarray, shape (2 N + 1, c, 2 N + 1, c)
         Z.
-    softening : ndarray, shape ((2 N + 1) c, (2 N + 1) c)
-        K.
+    softening : ndarray, shape ((2 N + 1) c, (2 N + 1) c), or Lugs
+        K, or what M is taken from.
+    teeth : int
+        Negative where they follow each other clockwise.
     """
-    amplitudes = felt.reshape(len(softening), -1)
+    amplitudes = felt.reshape(-1, felt.shape[2])
     _, sizes, rows = np.linalg.svd(np.concatenate([amplitudes.real, amplitudes.imag]), full_matrices=False)
     patterns = rows[sizes > LEAST_FELT * sizes[0]].T
-    period = teeth // math.gcd(teeth, holes)
+    period = abs(teeth) // math.gcd(teeth, holes)
     moved = _on_teeth(felt, patterns, teeth)
     forces = _of_loads(moved[:, :period], flexibility, softening)
     found = np.empty((period, neighbours + 1, patterns.shape[1], patterns.shape[1]))
     for i in range(period):
         for k in range(neighbours + 1):
-            found[i, k] = (moved[:, (i + k) % teeth].conj().T @ forces[:, i]).real
+            found[i, k] = (moved[:, (i + k) % len(tooth)].conj().T @ forces[:, i]).real
     found[:, 0] = 0.5 * (found[:, 0] + found[:, 0].transpose(0, 2, 1))
     kept = _telling(found)
     return Support(patterns @ kept, kept.T @ found @ kept)
 
 
 def forces_of_holes(
-    felt: ComplexArray, flexibility: ComplexArray, softening: ComplexArray, teeth: int, holes: int, patterns: FloatArray
+    felt: ComplexArray, flexibility: ComplexArray, softening: Change, teeth: int, holes: int, patterns: FloatArray
 ) -> ComplexArray:
     """Return the forces M Y_i of equation (B) under patterns of forces on teeth i = 0 ... p - 1, N.
 
@@ -103,22 +110,24 @@ def forces_of_holes(
     -------
     ndarray, shape ((2 N + 1) c, p, q)
     """
-    loaded = _on_teeth(felt, patterns, teeth)[:, : teeth // math.gcd(teeth, holes)]
+    loaded = _on_teeth(felt, patterns, teeth)[:, : abs(teeth) // math.gcd(teeth, holes)]
     return _of_loads(loaded, flexibility, softening)
 
 
 def _on_teeth(felt: ComplexArray, patterns: FloatArray, teeth: int) -> ComplexArray:
     """Amplitudes Y_k under patterns of forces, (amplitudes, teeth, patterns)."""
     harmonics = np.arange(len(felt)) - len(felt) // 2
-    turned = np.exp(-2j * np.pi * np.outer(harmonics, np.arange(teeth)) / teeth).repeat(felt.shape[1], axis=0)
+    turned = np.exp(-2j * np.pi * np.outer(harmonics, np.arange(abs(teeth))) / teeth).repeat(felt.shape[1], axis=0)
     amplitudes = felt.reshape(-1, felt.shape[2]) @ patterns
     return np.asarray(amplitudes[:, None, :] * turned[:, :, None])
 
 
-def _of_loads(amplitudes: ComplexArray, flexibility: ComplexArray, softening: ComplexArray) -> ComplexArray:
+def _of_loads(amplitudes: ComplexArray, flexibility: ComplexArray, softening: Change) -> ComplexArray:
     """Forces M Y on the circles by amplitudes Y, (amplitudes, teeth, patterns)."""
-    size = len(softening)
+    size = len(amplitudes)
     loaded = amplitudes.reshape(size, -1)
+    if isinstance(softening, Lugs):
+        return softening.eased(-flexibility, loaded).reshape(amplitudes.shape)
     eased = la.solve(np.eye(size) + flexibility.reshape(size, size) @ softening, loaded, check_finite=False)
     return np.asarray(-(softening @ eased).reshape(amplitudes.shape))
 

@@ -73,6 +73,10 @@ def _holes(case: Case) -> str:
     return "no holes, with which it does not repeat each mesh cycle: leave them out" if any(case.pair.holes) else ""
 
 
+def _lugs(case: Case) -> str:
+    return 'rings that are held all over: write [wheel] held = "outside"' if case.pair.wheel.lugs is not None else ""
+
+
 # What capabilities take, of cases that they do not take; empty of others.
 LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_shapes, ("campaign", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set")),
@@ -80,6 +84,7 @@ LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_uneven_teeth, ("exudyn", "fmu", "set")),
     (_ring, ("campaign", "gearbox", "stability")),
     (_many_nodes, ("page",)),
+    (_lugs, ("classical", "design", "dynamics", "exudyn", "fmu", "page", "rexs", "set", "vtkhdf")),
     (_blanks, ("set",)),
     (_bodies, ("rexs",)),
     (_one_piece, ("rexs", "set", "vtkhdf")),

@@ -32,6 +32,26 @@ class ShaperCase:
 
 
 @dataclass(frozen=True, kw_only=True)
+class LugsCase:
+    """Lugs that hold a ring: equal pieces of its outside, over its width (`held = {lugs = ...}` in `[wheel]`).
+
+    Parameters
+    ----------
+    lugs : int
+        Number of lugs, evenly around the axis.
+    lug_deg : float
+        Angle in degrees that each of them takes of the outside.
+    first_deg : float
+        Place of the middle of the first one at pinion angle 0, in degrees: from the line from the ring's centre to its
+        pinion's, counter-clockwise seen from +z.
+    """
+
+    lugs: Annotated[int, Range(1, 1000)]
+    lug_deg: Annotated[float, Range(0.1, 360.0, "deg", mistaken_for=(RADIANS,))]
+    first_deg: Annotated[float, Range(-360.0, 360.0, "deg")] = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class GearCase:
     """One gear (sections `[pinion]` and `[wheel]`).
 
@@ -60,8 +80,8 @@ class GearCase:
         moves with a shaft in a gearbox, is the mean motion of the bore.
     rim_thickness_mm : float or None
         Of a ring, in mm: from its root circle to its outside.
-    held : {"outside"}
-        Where a ring is rigid: all over its outside.
+    held : {"outside"} or LugsCase
+        Where a ring is rigid: all over its outside, or at lugs alone, as in held = {lugs = 8, lug_deg = 10.0}.
     face_width_mm : float or None
         Face width in mm; None is that of the pair.
     face_offset_mm : float
@@ -96,7 +116,7 @@ class GearCase:
     bore_radius_mm: Length | None = None
     one_piece: bool = False
     rim_thickness_mm: Length | None = None
-    held: Literal["outside"] = "outside"
+    held: Literal["outside"] | LugsCase = "outside"
     face_width_mm: Length | None = None
     face_offset_mm: Annotated[float, Range(-1e5, 1e5, "mm")] = 0.0
     tip_rounding_mm: Annotated[float, Range(0.0, 1e3, "mm", mistaken_for=(METRES,))] = 0.0
@@ -124,12 +144,19 @@ class GearCase:
         solid = self.blank is None or self.blank.fills(self.face_width_mm or pair_width_mm)
         return None if solid else self.blank
 
+    @property
+    def lugs(self) -> LugsCase | None:
+        """What holds a ring; None where all of its outside is held."""
+        return None if isinstance(self.held, str) else self.held
+
     def solid(self, pair_width_mm: float) -> bool:
-        """Return whether this gear in a pair of a face width is solid down to its bore."""
-        return self.body is None and self.light_blank(pair_width_mm) is None
+        """Return whether this gear in a pair of a face width has all its body in its sectors, held at their ends."""
+        return self.lugs is None and self.body is None and self.light_blank(pair_width_mm) is None
 
     def repeats(self, pair_width_mm: float) -> int:
-        """Return how often its blank repeats around the axis where that makes teeth differ, else 0."""
+        """Return how many equal pieces make its teeth differ, holes or lugs; 0 of teeth that are alike."""
+        if self.lugs is not None:
+            return self.lugs.lugs
         blank = self.light_blank(pair_width_mm)
         return repetition(self.body, None if blank is None else blank.holes)
 
@@ -180,11 +207,11 @@ class PairCase:
 
     @property
     def holes(self) -> tuple[int, int]:
-        """Numbers of holes in the webs of pinion and wheel; of a body that is a mesh, how often it repeats."""
+        """Numbers of holes in the webs of pinion and wheel; of a body that is a mesh, how often it repeats; lugs."""
         return self.pinion.repeats(self.face_width_mm), self.wheel.repeats(self.face_width_mm)
 
     @property
     def repeats_after(self) -> int:
-        """Pitches after which the bodies of both gears stand to the mesh as before: 1 without holes."""
+        """Pitches after which the bodies of both gears stand to the mesh as before: 1 without holes and lugs."""
         both = zip((self.pinion.teeth, self.wheel.teeth), self.holes, strict=True)
         return math.lcm(*(teeth // math.gcd(teeth, count) for teeth, count in both if count))

@@ -15,7 +15,7 @@ from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, NoReturn, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, NoReturn, TypeVar, get_args, get_origin, get_type_hints
 
 from pmor.case.values import REMOVED, Refused, convert, toml_text
 from pmor.core.errors import CaseError
@@ -224,7 +224,7 @@ class Reader:
                 where = f"below [{section}]" if section else "at the top"
                 self.refuse(place, f"is missing: add '{key} = ...' {where}")
             return {item.name: self.section({}, inner, name)}
-        if inner is None:
+        if inner is None or (isinstance(table[key], str) and Literal in map(get_origin, get_args(hint))):
             return {item.name: self.value(table[key], hint, place)}
         if _is_list(hint):
             return {item.name: tuple(self.section(one, inner, name) for one in self.list_of(table[key], name))}

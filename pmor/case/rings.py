@@ -37,6 +37,8 @@ def _check_external(gear: GearCase, place: str) -> None:
     for key in OF_RINGS:
         if (value := getattr(gear, key)) is not None:
             raise CaseError(f"{place} {key} = {toml_text(value)}: is of a ring: leave it out, or write internal = true")
+    if gear.lugs is not None:
+        raise CaseError(f"{place} held: lugs are of a ring: leave it out, or write internal = true")
     if gear.bore_radius_mm is None:
         raise CaseError(f"{place} bore_radius_mm: is missing: add 'bore_radius_mm = ...' below [{place.split('[')[-1]}")
 
@@ -50,6 +52,11 @@ def _check_internal(pair: PairCase, written: dict[str, Any], place: str) -> None
         )
     if ring.one_piece:
         raise CaseError(f"{place} one_piece = true: a ring has no shaft: leave it out")
+    if (lugs := ring.lugs) is not None and lugs.lugs * lugs.lug_deg >= 360.0:
+        raise CaseError(
+            f"{place} held lug_deg = {lugs.lug_deg:g}: {lugs.lugs} lugs of it take all of the outside: lower it, or "
+            'write held = "outside"'
+        )
     if ring.blank is not None or ring.body is not None:
         raise CaseError(f"{place[:-1]}.blank]: a ring has no web and no hub: leave it out, write rim_thickness_mm")
     if ring.rim_thickness_mm is None:

@@ -9,7 +9,8 @@ U, V, W functions of r and z (Wilson, AIAA J. 3 (1965) 2269; Zienkiewicz & Taylo
 sign within an element. Derivatives along z are d/dz - i n tau. The stiffness of each harmonic is a polynomial in n, K_0
 + n K_1 + n^2 K_2, real where tau is 0. The section is a stack of blocks of nine-node elements, from the hub at the
 bore, where it is held, out to the rim: rows of elements are eliminated one after the other, of all harmonics together,
-and what is left is the stiffness of the outermost row of nodes.
+and what is left is the stiffness of the outermost row of nodes. Of the rim around an internal gear it is the innermost
+one: the stack begins at its outside, which is free.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ class Block:
     Parameters
     ----------
     radii, z : ndarray
-        Of the lines between elements, rising, mm.
+        Of the lines between elements, mm: z rising, radii too, or falling from the outside of a ring inwards.
     """
 
     radii: FloatArray
@@ -62,18 +63,21 @@ def with_middles(lines: FloatArray) -> FloatArray:
 
 
 class Loads(NamedTuple):
-    """So many unit loads on the nodes between two rows of elements, at a radius, mm: of the nodes' z, (3 m, c)."""
+    """So many unit loads on the nodes between two rows of elements, at a radius, mm.
+
+    `at` has them over the nodes, (3 m, c) or (h, 3 m, c), of their z and of harmonics (h, 1, 1).
+    """
 
     radius: float
     size: int
-    at: Callable[[FloatArray], FloatArray]
+    at: Callable[[FloatArray, FloatArray], Amplitudes]
 
 
 def ring_stiffness(
     blocks: tuple[Block, ...], youngs_modulus: float, poisson_ratio: float, harmonics: IntArray, mirrored: bool,
-    twist: float = 0.0, loads: tuple[Loads, ...] = (), core: float = 0.0,
+    twist: float = 0.0, loads: tuple[Loads, ...] = (), core: float = 0.0, held: bool = True,
 ) -> Amplitudes:  # fmt: skip
-    """Return the stiffness of the outermost row of nodes of a body of revolution that is held at its bore.
+    """Return the stiffness of the last row of nodes of a body of revolution that is held at its first one, or free.
 
     With a core nothing is held but the mean motion as a rigid body of the cylinder around it.
 
@@ -90,9 +94,11 @@ def ring_stiffness(
     twist : float
         tau, rad/mm.
     loads : tuple of Loads
-        C in all, from the bore outwards.
+        C in all, in the order of the blocks.
     core : float
         Radius of that cylinder, between two rows of elements, mm; 0 where there is none.
+    held : bool
+        Whether the first row of nodes, at the bore, is held.
 
     Returns
     -------
@@ -109,9 +115,10 @@ def ring_stiffness(
     revolution, found = 4.0 * np.pi if mirrored else 2.0 * np.pi, []
     for first in range(0, len(harmonics), TOGETHER):
         n = harmonics[first : first + TOGETHER]
-        felt = [row for row in rows if loads or (row.outer / rows[-1].outer) ** n[0] > UNFELT]
+        felt = [row for row in rows if loads or not held or (row.outer / rows[-1].outer) ** n[0] > UNFELT]
         still = _MeanMotion(core, MUCH * youngs_modulus, twist)
-        found.append(_eliminated(felt, n[:, None, None].astype(float), mirrored, loads, revolution, still))
+        edge = None if held else float(blocks[0].radii[0])
+        found.append(_eliminated(felt, n[:, None, None].astype(float), mirrored, loads, revolution, still, edge))
     return np.concatenate(found)
 
 
@@ -150,11 +157,15 @@ class _MeanMotion(NamedTuple):
 
 
 def _eliminated(
-    rows: list[_Row], n: FloatArray, mirrored: bool, loads: tuple[Loads, ...], revolution: float, core: _MeanMotion
+    rows: list[_Row], n: FloatArray, mirrored: bool, loads: tuple[Loads, ...], revolution: float, core: _MeanMotion,
+    edge: float | None,
 ) -> Amplitudes:
-    """Matrix of the outermost row of nodes and the loads, of harmonics (h, 1, 1); held within."""
+    """Matrix of the last row of nodes and the loads, of harmonics (h, 1, 1); from a free edge of a radius, or held."""
     z, count = rows[0].z, sum(load.size for load in loads)
-    left: Amplitudes = np.zeros((len(n), count, count))
+    size = 0 if edge is None else 3 * len(z)
+    left: Amplitudes = np.zeros((len(n), size + count, size + count), dtype=rows[0].stiffness[0].dtype)
+    if edge is not None:
+        _add_loads(left, loads, edge, z, n)
     for row in rows:
         left, z, size = _handed_on(left, count, z, row.z), row.z, 3 * len(row.z)
         constant, linear, square = row.stiffness
@@ -174,13 +185,19 @@ def _eliminated(
         if abs(core.radius - row.outer) <= 1e-9 * row.outer:
             for h, harmonic in enumerate(n.ravel().tolist()):
                 left[h, :size, :size] += revolution * core.stiffness_of(int(harmonic), z, mirrored)
-        place = size
-        for load in loads:
-            if abs(load.radius - row.outer) <= 1e-9 * row.outer:
-                left[:, :size, place : place + load.size] -= load.at(z)
-                left[:, place : place + load.size, :size] -= load.at(z).T
-            place += load.size
+        _add_loads(left, loads, row.outer, z, n)
     return left
+
+
+def _add_loads(matrix: Amplitudes, loads: tuple[Loads, ...], radius: float, z: FloatArray, n: FloatArray) -> None:
+    """Put those at a radius into a matrix over the row of nodes there, and all loads."""
+    size = place = 3 * len(z)
+    for load in loads:
+        if abs(load.radius - radius) <= 1e-9 * radius:
+            own = load.at(z, n)
+            matrix[:, :size, place : place + load.size] -= own
+            matrix[:, place : place + load.size, :size] -= own.conj().swapaxes(-1, -2)
+        place += load.size
 
 
 def _handed_on(matrix: Amplitudes, count: int, z: FloatArray, wanted: FloatArray) -> Amplitudes:
@@ -234,7 +251,7 @@ def _row_stiffness(block: Block, row: int, law: FloatArray, twist: float) -> tup
             by_r = np.outer(slope_r, shape_z).ravel() * 2.0 / height
             by_z = np.outer(shape_r, slope_z).ravel() * 2.0 / widths[:, None]
             steady, turning = _strains(shape, by_r, by_z, r, twist)
-            volume = (0.25 * weight * other * height * r * widths)[:, None, None]
+            volume = (0.25 * weight * other * abs(height) * r * widths)[:, None, None]
             for place, product in enumerate((
                 steady.transpose(0, 2, 1) @ law @ steady,
                 steady.transpose(0, 2, 1) @ law @ turning + turning.conj().T @ law @ steady,

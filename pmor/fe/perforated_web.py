@@ -88,7 +88,7 @@ class PerforatedWeb:
     def loads(self) -> tuple[Loads, Loads]:
         """Return unit loads on both circles that work on e_nj: of amplitudes whose circumferential part is over i."""
 
-        def at(z: FloatArray) -> FloatArray:
+        def at(z: FloatArray, _: FloatArray) -> FloatArray:
             slack = 1e-9 * (self.z[1] - self.z[0])
             within = np.flatnonzero((z >= self.z[0] - slack) & (z <= self.z[1] + slack))
             functions, weights = self.shapes(z[within]), tributary_widths(z[within], 2)[:, None]

@@ -15,6 +15,7 @@ from pmor.core.arrays import FloatArray
 from pmor.fe.blank_section import Block
 from pmor.fe.body_condensation import condensed_nodes, onto_harmonics
 from pmor.fe.element import tributary_widths
+from pmor.fe.lugs import Lugs
 from pmor.fe.perforated_web import PerforatedWeb
 from pmor.fe.sector import SectorMesh
 from pmor.gear.tooth import Tooth
@@ -40,7 +41,7 @@ FELT, LEAST_BRIDGE, TO_A_HOLE = 1e4, 0.4, 1.5
 TO_A_WAVE, LINEAR_TO_A_WAVE = 2.0, 4.0
 # Harmonics that feel each other through it at most, and the degree of the polynomials over the width in which they do.
 COUPLED, DEGREE = 48, 4
-# Rows of the disc that stands for higher ones: the first one at the interface over the shortest wave's radius.
+# Rows of elements beside an interface or the outside of a ring, over the radius of the shortest wave.
 WAVE_STEP = 0.5
 
 
@@ -53,8 +54,9 @@ def interface_radius(gear: GearCase, case: Case, tooth: Tooth) -> float:
     """Return the radius of the cylinder at which the sectors of a gear that stands on a blank end, mm."""
     if gear.body is not None:
         return gear.body.mesh.interface_radius_mm
-    light = gear.light_blank(case.pair.face_width_mm)
-    rim = tooth.root_radius - (gear.bore_radius_mm or 0.0) if light is None else light.rim_thickness_mm
+    light, rim = gear.light_blank(case.pair.face_width_mm), gear.rim_thickness_mm
+    if rim is None:
+        rim = tooth.root_radius - (gear.bore_radius_mm or 0.0) if light is None else light.rim_thickness_mm
     return tooth.root_radius - min(OF_THE_RIM * rim, DEEPEST * tooth.module)
 
 
@@ -66,10 +68,12 @@ def blank_below(case: Case, gear: GearCase, tooth: Tooth, mesh: SectorMesh, plac
     depth = (tooth.root_radius - interface) / tooth.module
     groups = FEWEST - 1 + math.ceil(DECAY / depth - 1e-9)
     # Beyond it harmonics have waves that elements do not see.
-    most = tooth.teeth * (len(mesh.bore) // len(mesh.z) // mesh.order) // 2
-    largest = min(tooth.teeth * groups + tooth.teeth // 2, most)
+    most = mesh.teeth * (len(mesh.bore) // len(mesh.z) // mesh.order) // 2
+    largest = min(mesh.teeth * groups + mesh.teeth // 2, most)
     face = gear.face(case.pair.face_width_mm)
     bore = gear.bore_radius_mm or 0.0  # given: a ring, which has none, has no blank
+    if gear.lugs is not None:
+        return _held_at_lugs(gear, tooth, mesh, interface, largest)
     if gear.body is not None:
         return _brought(gear, bore, interface, mesh, largest, place)
     light, web = gear.light_blank(case.pair.face_width_mm), None
@@ -109,6 +113,19 @@ def _brought(gear: GearCase, bore: float, interface: float, mesh: SectorMesh, la
     lines = _lines([bore, interface], [interface], WAVE_STEP * interface / largest)
     blocks = (Block(lines, mesh.z[:: mesh.order]),)
     return Blank(blocks, *material, largest, body=MeshedBody(own, np.asarray(amplitudes, dtype=np.float64), repeats))
+
+
+def _held_at_lugs(gear: GearCase, tooth: Tooth, mesh: SectorMesh, interface: float, largest: int) -> Blank:
+    """Rim of a ring outside of its sectors, and its lugs."""
+    assert gear.lugs is not None
+    outside = (gear.rim_thickness_mm or 0.0) - tooth.root_radius
+    radii = _lines([-interface, outside], [-interface, outside], -WAVE_STEP * interface / largest)[::-1]
+    faces = float(mesh.z[0]), float(mesh.z[-1])
+    first = math.radians(gear.lugs.first_deg) + math.pi / tooth.teeth
+    lugs = Lugs(outside, faces, gear.lugs.lugs, math.radians(gear.lugs.lug_deg), first, mesh.mirrored, largest,
+                mesh.teeth)  # fmt: skip
+    blocks = (Block(radii, mesh.z[:: mesh.order]),)
+    return Blank(blocks, 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio, largest, lugs=lugs)
 
 
 def _perforated(

@@ -189,14 +189,14 @@ def _check_compliance(case: Case, compliance: FlankCompliance) -> None:
         require(_same(blocks[0] @ mixed, mixed @ blocks[0]), "the compliance of a flank is not symmetric")
         require((np.diagonal(blocks[0]) >= 0.0).all(), "its compliance moves a flank against its load")
     for name, gear, support in zip(GEARS, (case.pair.pinion, case.pair.wheel), compliance.supports, strict=True):
-        repeats = gear.repeats(case.pair.face_width_mm)
-        require((support is None) == (repeats == 0), f"holes of the {name} are not those of the case")
+        pieces, what = gear.repeats(case.pair.face_width_mm), "holes" if gear.lugs is None else "lugs"
+        require((support is None) == (pieces == 0), f"{what} of the {name} are not those of the case")
         if support is not None:
-            own, period = support.compliance[:, 0], gear.teeth // math.gcd(gear.teeth, repeats)
-            require(len(own) == period, f"holes of the {name} do not repeat after {period} teeth")
-            require(_same(own, own.transpose(0, 2, 1)), f"holes of the {name} make its compliance unsymmetric")
+            own, period = support.compliance[:, 0], gear.teeth // math.gcd(gear.teeth, pieces)
+            require(len(own) == period, f"{what} of the {name} do not repeat after {period} teeth")
+            require(_same(own, own.transpose(0, 2, 1)), f"{what} of the {name} make its compliance unsymmetric")
             least = np.linalg.eigvalsh(own).min(initial=0.0)
-            require(least >= -ROUND_OFF * np.abs(own).max(initial=0.0), f"holes of the {name} move against its load")
+            require(least >= -ROUND_OFF * np.abs(own).max(initial=0.0), f"{what} of the {name} move against its load")
 
 
 def _check_root_stress(basis: Basis, pair: GearPair) -> None:

@@ -1,0 +1,129 @@
+"""A ring that is held at lugs: equal pieces of its outside, at rest, and nothing between them.
+
+On the outside the displacement of a ring is known by its amplitudes e of harmonics over the angle and polynomials g_b
+over the width, with twisted teeth too,
+
+    e_nb = 1/b int U_n(z) g_b(z) e^(-i n tau z) dz,    u(theta, z) = sum_n U_n(z) e^(i n (theta - tau z)).           (1)
+
+With all of them held it is cyclic. Lugs hold some sums of them, those with Legendre's polynomials P_a over each lug,
+
+    sum_n e_nb e^(i n alpha) i^a j_a(n w / 2) = 0,                                                                 (2)
+
+alpha the middle of the lug, w its angle, j_a spherical Bessel functions. What else they are is that of least energy:
+with k the ring's stiffness on them and r the forces on them while all of them are held, e = G r with
+
+    G = N (N^H k N)^-1 N^H,                                                                                        (3)
+
+N all amplitudes that lugs allow. G is symmetric and not negative.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as la
+import scipy.special
+
+from pmor.core.arrays import ComplexArray, FloatArray, IntArray
+from pmor.fe.blank_section import Amplitudes, Loads
+from pmor.fe.element import tributary_widths
+
+# Degree of the polynomials over the width, and of those over a lug as far as the harmonics tell them: so many harmonics
+# to each.
+ACROSS, ALONG, TO_A_POLYNOMIAL = 2, 3, 1.5
+# Harmonics of rigid motions, in which the stiffness is singular without lugs.
+RIGID = 1
+
+
+@dataclass(frozen=True)
+class Lugs:
+    """Equal lugs on the outside of a ring.
+
+    Parameters
+    ----------
+    radius : float
+        Of the outside, mm.
+    z : (float, float)
+        Faces of the ring, mm; 0 is the upper one of half a ring.
+    count : int
+    arc, first : float
+        Angle of a lug, and from the middle of tooth 0 to that of the first one, rad.
+    mirrored : bool
+        Half of the width stands for the whole.
+    largest : int
+        Harmonics go from minus it to it.
+    """
+
+    radius: float
+    z: tuple[float, float]
+    count: int
+    arc: float
+    first: float
+    mirrored: bool
+    largest: int
+
+    @property
+    def parts(self) -> IntArray:
+        """Direction of each amplitude of a harmonic, (c,): 0 radial, 1 around, 2 along the axis."""
+        return np.array([part for part, _ in self._degrees])
+
+    @property
+    def _degrees(self) -> list[tuple[int, int]]:
+        even, odd = range(0, ACROSS + 1, 2), range(1, ACROSS + 1, 2)
+        degrees = [even, even, odd] if self.mirrored else [range(ACROSS + 1)] * 3
+        return [(part, degree) for part in range(3) for degree in degrees[part]]
+
+    def loads(self, twist: float) -> tuple[Loads]:
+        """Return unit loads on the outside that work on e_nb: of amplitudes whose circumferential part is over i."""
+
+        def at(z: FloatArray, n: FloatArray) -> Amplitudes:
+            low, high = self.z
+            middle = high if self.mirrored else 0.5 * (low + high)
+            share = tributary_widths(z, 2) / (high - low)
+            found = np.zeros((3 * len(z), len(self.parts)))
+            for place, (part, degree) in enumerate(self._degrees):
+                polynomial = scipy.special.eval_legendre(degree, (z - middle) / (middle - low))
+                found[part::3, place] = share * polynomial
+            return found * np.exp(1j * twist * n * z.repeat(3)[:, None]) if twist else found
+
+        return (Loads(self.radius, len(self.parts), at),)
+
+    def held(self) -> ComplexArray:
+        """Return what lugs hold, sums of all amplitudes from harmonic -largest on: equation (2), (h, (2 N + 1) c)."""
+        n, size = np.arange(-self.largest, self.largest + 1), len(self.parts)
+        told = self.arc * len(n) / (2.0 * np.pi * TO_A_POLYNOMIAL)
+        degrees = np.arange(1 + min(ALONG, max(0, int(told) - 1)))[:, None]
+        middles = self.first + 2.0 * np.pi * np.arange(self.count)[:, None] / self.count
+        over = 1j**degrees * scipy.special.spherical_jn(degrees, np.abs(0.5 * n * self.arc)) * np.sign(n) ** degrees
+        sums = np.exp(1j * n * middles)[:, None, :] * np.where(n == 0, degrees == 0, over)
+        return np.asarray(np.kron(sums.reshape(-1, len(n)), np.eye(size)))
+
+    def eased(self, stiffness: ComplexArray, teeth: int, forces: ComplexArray) -> ComplexArray:
+        """Return how amplitudes move under forces on them while the lugs are at rest: equation (3).
+
+        Parameters
+        ----------
+        stiffness : ndarray, shape (2 N + 1, c, 2 N + 1, c)
+            k: harmonics that differ by multiples of the number of teeth feel each other.
+        forces : ndarray, shape ((2 N + 1) c, m)
+        """
+        n, size = np.arange(-self.largest, self.largest + 1), len(self.parts)
+        numbers, rigid = np.arange(len(n) * size), np.flatnonzero(np.abs(n).repeat(size) <= RIGID)
+        # Springs of a size of no matter on rigid motions, which are then taken away again.
+        spring = float(np.abs(stiffness[0, 0, 0, 0])) / (1.0 + self.largest)
+        to_lugs = np.zeros((len(numbers), len(rigid)), dtype=complex)
+        to_lugs[rigid, np.arange(len(rigid))] = 1.0
+        to_lugs = np.hstack([to_lugs, self.held().conj().T])
+        both, moved = np.hstack([to_lugs, forces]), np.empty((len(numbers), to_lugs.shape[1] + forces.shape[1]), complex)
+        for h in range(min(teeth, len(n))):
+            own = np.flatnonzero((n + self.largest - h) % teeth == 0)
+            block = stiffness[own][:, :, own].reshape(len(own) * size, -1)
+            place = numbers.reshape(-1, size)[own].ravel()
+            block = block + np.diag(spring * np.isin(place, rigid))
+            moved[place] = la.solve(block, both[place], assume_a="her", check_finite=False)
+        soft = np.zeros(to_lugs.shape[1])
+        soft[: len(rigid)] = 1.0 / spring
+        flexible = np.diag(soft) - to_lugs.conj().T @ moved[:, : to_lugs.shape[1]]
+        reactions = la.solve(flexible, to_lugs.conj().T @ moved[:, to_lugs.shape[1] :], assume_a="her")
+        return np.asarray(moved[:, to_lugs.shape[1] :] + moved[:, : to_lugs.shape[1]] @ reactions)
