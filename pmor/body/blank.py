@@ -196,8 +196,7 @@ def blank_response(mesh: SectorMesh, blank: Blank) -> BlankResponse:
         passed_on = np.broadcast_to(body.shapes.T, (felt, *body.shapes.T.shape)).astype(complex)
         return BlankResponse(np.asarray(stiffness), passed_on, np.zeros((felt, count, count), dtype=complex))
     if (lugs := blank.lugs) is not None:
-        loads = lugs.loads(twist)
-        own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist, loads, held=False)
+        own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist, lugs.loads(twist), held=False)
         return _held(_over_amplitudes(own, shares, np.array([1.0, 1j, 1.0])[lugs.parts]))
     if web is None:
         own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist, core=blank.core)
@@ -211,7 +210,7 @@ def blank_response(mesh: SectorMesh, blank: Blank) -> BlankResponse:
     return found._replace(stiffness=np.concatenate([found.stiffness, shares.conj().T @ further @ shares]))
 
 
-def _over_amplitudes(own: Amplitudes, shares: ComplexArray, parts: ComplexArray) -> BlankResponse:
+def _over_amplitudes(own: Amplitudes, shares: Amplitudes, parts: ComplexArray) -> BlankResponse:
     """Response of the matrix of a body's last row of nodes and its loads, (h, 3 m + c, 3 m + c)."""
     size = len(shares)
     return BlankResponse(
@@ -226,10 +225,11 @@ def _held(free: BlankResponse) -> BlankResponse:
 
     `passed_on` are then forces on the interface by unit displacements there, `flexibility` minus the forces on these.
     """
-    stiffness = np.linalg.inv(free.flexibility)
-    stiffness = 0.5 * (stiffness + stiffness.conj().swapaxes(-1, -2))
-    passed = free.passed_on @ stiffness
-    return BlankResponse(free.stiffness + passed @ free.passed_on.conj().swapaxes(-1, -2), passed, -stiffness)
+    inverse = np.linalg.inv(free.flexibility)
+    own = 0.5 * (inverse + inverse.conj().swapaxes(-1, -2))
+    passed = free.passed_on @ own
+    interface = free.stiffness + passed @ free.passed_on.conj().swapaxes(-1, -2)
+    return BlankResponse(np.asarray(interface), np.asarray(passed), np.asarray(-own))
 
 
 def interpolation(z: FloatArray, order: int, fine: FloatArray) -> FloatArray:

@@ -224,7 +224,7 @@ class Reader:
                 where = f"below [{section}]" if section else "at the top"
                 self.refuse(place, f"is missing: add '{key} = ...' {where}")
             return {item.name: self.section({}, inner, name)}
-        if inner is None or (isinstance(table[key], str) and Literal in map(get_origin, get_args(hint))):
+        if inner is None or (isinstance(table[key], str) and _has_words(hint)):
             return {item.name: self.value(table[key], hint, place)}
         if _is_list(hint):
             return {item.name: tuple(self.section(one, inner, name) for one in self.list_of(table[key], name))}
@@ -275,6 +275,10 @@ def checked(section: Any, kind: type[Section], where: str, name: str) -> Section
 def _annotated(kind: type) -> tuple[tuple[Field[Any], Any], ...]:
     hints = get_type_hints(kind, include_extras=True)
     return tuple((item, hints[item.name]) for item in fields(kind))  # type: ignore[arg-type]
+
+
+def _has_words(hint: Any) -> bool:
+    return any(get_origin(choice) is Literal for choice in get_args(hint))
 
 
 def _words(hint: Any) -> list[str]:

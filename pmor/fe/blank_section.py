@@ -195,8 +195,9 @@ def _add_loads(matrix: Amplitudes, loads: tuple[Loads, ...], radius: float, z: F
     for load in loads:
         if abs(load.radius - radius) <= 1e-9 * radius:
             own = load.at(z, n)
-            matrix[:, :size, place : place + load.size] -= own
-            matrix[:, place : place + load.size, :size] -= own.conj().swapaxes(-1, -2)
+            across = slice(place, place + load.size)
+            matrix[:, :size, across] = matrix[:, :size, across] - own
+            matrix[:, across, :size] = matrix[:, across, :size] - own.conj().swapaxes(-1, -2)
         place += load.size
 
 

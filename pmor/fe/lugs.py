@@ -108,22 +108,26 @@ class Lugs:
             k: harmonics that differ by multiples of the number of teeth feel each other.
         forces : ndarray, shape ((2 N + 1) c, m)
         """
-        n, size = np.arange(-self.largest, self.largest + 1), len(self.parts)
-        numbers, rigid = np.arange(len(n) * size), np.flatnonzero(np.abs(n).repeat(size) <= RIGID)
-        # Springs of a size of no matter on rigid motions, which are then taken away again.
-        spring = float(np.abs(stiffness[0, 0, 0, 0])) / (1.0 + self.largest)
-        to_lugs = np.zeros((len(numbers), len(rigid)), dtype=complex)
-        to_lugs[rigid, np.arange(len(rigid))] = 1.0
-        to_lugs = np.hstack([to_lugs, self.held().conj().T])
-        both, moved = np.hstack([to_lugs, forces]), np.empty((len(numbers), to_lugs.shape[1] + forces.shape[1]), complex)
-        for h in range(min(teeth, len(n))):
-            own = np.flatnonzero((n + self.largest - h) % teeth == 0)
-            block = stiffness[own][:, :, own].reshape(len(own) * size, -1)
-            place = numbers.reshape(-1, size)[own].ravel()
-            block = block + np.diag(spring * np.isin(place, rigid))
-            moved[place] = la.solve(block, both[place], assume_a="her", check_finite=False)
-        soft = np.zeros(to_lugs.shape[1])
-        soft[: len(rigid)] = 1.0 / spring
-        flexible = np.diag(soft) - to_lugs.conj().T @ moved[:, : to_lugs.shape[1]]
-        reactions = la.solve(flexible, to_lugs.conj().T @ moved[:, to_lugs.shape[1] :], assume_a="her")
-        return np.asarray(moved[:, to_lugs.shape[1] :] + moved[:, : to_lugs.shape[1]] @ reactions)
+        size, harmonics = len(self.parts), np.arange(-self.largest, self.largest + 1)
+        rigid = np.flatnonzero(np.abs(harmonics).repeat(size) <= RIGID)
+        springs = np.zeros(len(harmonics) * size)
+        springs[rigid] = np.abs(stiffness[0, 0, 0, 0]) / (1.0 + self.largest)
+        # On these springs it is not singular; they are then taken away again, as the lugs are added.
+        to = np.hstack([np.eye(len(springs))[:, rigid], self.held().conj().T])
+        moved, by = (_on_springs(stiffness, springs, teeth, loads) for loads in (forces, to))
+        slack = np.zeros(to.shape[1])
+        slack[: len(rigid)] = 1.0 / springs[rigid]
+        reactions = la.solve(np.diag(slack) - to.conj().T @ by, to.conj().T @ moved, assume_a="her")
+        return np.asarray(moved + by @ reactions)
+
+
+def _on_springs(stiffness: ComplexArray, springs: FloatArray, teeth: int, forces: ComplexArray) -> ComplexArray:
+    """Displacement of amplitudes: those of harmonics that differ by multiples of the number of teeth together."""
+    harmonics, size = stiffness.shape[:2]
+    found = np.empty_like(forces)
+    for h in range(min(teeth, harmonics)):
+        own = np.arange(h, harmonics, teeth)
+        place = (own[:, None] * size + np.arange(size)).ravel()
+        block = stiffness[own][:, :, own].reshape(len(place), -1) + np.diag(springs[place])
+        found[place] = la.solve(block, forces[place], assume_a="her", check_finite=False)
+    return found

@@ -9,6 +9,7 @@ from pmor.pair.model import gear_pair
 
 RING = {"teeth": 60, "internal": True, "addendum": 0.8, "rim_thickness_mm": 6.0}
 PINION = {"teeth": 20, "bore_radius_mm": 10.0}
+LUGS = {"lugs": 8, "lug_deg": 10.0}
 SHAPER = {"teeth": 20, "addendum": 1.25, "tip_radius_mm": 0.3}
 
 
@@ -32,6 +33,9 @@ def case_of(wheel=RING, pinion=PINION, **more):
         ({"shaper": SHAPER | {"teeth": 60}}, "shaper teeth = 60: must be fewer than the 60 of the ring: lower it"),
         ({"shaper": {"addendum": 1.25}}, r"\[wheel.shaper\] teeth: is missing"),
         ({"held": "inside"}, r'\[wheel\] held = "inside": unknown choice: did you mean outside'),
+        ({"held": {"lugs": 8}}, r"\[wheel.held\] lug_deg: is missing"),
+        ({"held": LUGS | {"lugs": 36}}, "held lug_deg = 10: 36 lugs of it take all of the outside: lower it, or"),
+        ({"internal": False, "rim_thickness_mm": None, "held": LUGS}, "held: lugs are of a ring: leave it out"),
         ({"shaper": SHAPER, "dedendum": 1.4}, "dedendum = 1.4: the shaper cuts 1.25 modules deep: leave it out"),
         (
             {"internal": False},
@@ -75,3 +79,20 @@ def test_a_ring_reads_back_as_it_was_written():
     case = case_of(RING | {"shaper": SHAPER})
     assert change_case(case, torque_Nm=100.0).pair == case.pair
     assert "shaper = {" in text_of(case)
+
+
+def test_lugs_read_back_and_stand_on_the_other_side_of_the_line_of_centres_for_coast_flanks():
+    case = case_of(RING | {"held": LUGS | {"first_deg": 5.0}})
+    coast = change_case(case, torque_Nm=-100.0)
+    assert coast.pair.wheel.lugs.first_deg == -5.0
+    assert change_case(coast, torque_Nm=100.0).pair == case.pair
+    assert "held = {lugs = 8, lug_deg = 10.0, first_deg = 5.0}" in text_of(coast)
+
+
+def test_what_takes_no_lugs_says_so():
+    with pytest.raises(CaseError, match=r'\[wheel\] held: \[mesh\] width = "plane_strain" takes rings that are held'):
+        case_of(RING | {"held": LUGS}, mesh={"width": "plane_strain"})
+    for capability in ("design", "dynamics", "set", "vtkhdf"):
+        assert 'takes rings that are held all over: write [wheel] held = "outside"' in why_not(
+            case_of(RING | {"held": LUGS}), capability
+        )

@@ -154,9 +154,7 @@ def whole_ring(mesh, blank, element, teeth):
     return solved_at_once(matrix, held, mesh, rows_of, teeth)
 
 
-@pytest.mark.parametrize(
-    ("helix", "element"), [(0.0, "hex8i"), pytest.param(18.0, "hex20", marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize(("helix", "element"), [(0.0, "hex8i"), pytest.param(18.0, "hex20", marks=pytest.mark.slow)])
 def test_a_ring_at_lugs_is_the_whole_ring_in_one_matrix(helix, element, monkeypatch):
     monkeypatch.setattr(pmor.body.support, "LEAST_MOVED", 1e-12)
     lugs = {"lugs": 5, "lug_deg": 14.0, "first_deg": 7.0}
