@@ -53,6 +53,8 @@ class Lugs:
         Half of the width stands for the whole.
     largest : int
         Harmonics go from minus it to it.
+    teeth : int
+        Harmonics that differ by multiples of it feel each other.
     """
 
     radius: float
@@ -62,6 +64,7 @@ class Lugs:
     first: float
     mirrored: bool
     largest: int
+    teeth: int
 
     @property
     def parts(self) -> IntArray:
@@ -99,13 +102,13 @@ class Lugs:
         sums = np.exp(1j * n * middles)[:, None, :] * np.where(n == 0, degrees == 0, over)
         return np.asarray(np.kron(sums.reshape(-1, len(n)), np.eye(size)))
 
-    def eased(self, stiffness: ComplexArray, teeth: int, forces: ComplexArray) -> ComplexArray:
+    def eased(self, stiffness: ComplexArray, forces: ComplexArray) -> ComplexArray:
         """Return how amplitudes move under forces on them while the lugs are at rest: equation (3).
 
         Parameters
         ----------
         stiffness : ndarray, shape (2 N + 1, c, 2 N + 1, c)
-            k: harmonics that differ by multiples of the number of teeth feel each other.
+            k.
         forces : ndarray, shape ((2 N + 1) c, m)
         """
         size, harmonics = len(self.parts), np.arange(-self.largest, self.largest + 1)
@@ -114,7 +117,7 @@ class Lugs:
         springs[rigid] = np.abs(stiffness[0, 0, 0, 0]) / (1.0 + self.largest)
         # On these springs it is not singular; they are then taken away again, as the lugs are added.
         to = np.hstack([np.eye(len(springs))[:, rigid], self.held().conj().T])
-        moved, by = (_on_springs(stiffness, springs, teeth, loads) for loads in (forces, to))
+        moved, by = (_on_springs(stiffness, springs, self.teeth, loads) for loads in (forces, to))
         slack = np.zeros(to.shape[1])
         slack[: len(rigid)] = 1.0 / springs[rigid]
         reactions = la.solve(np.diag(slack) - to.conj().T @ by, to.conj().T @ moved, assume_a="her")
