@@ -108,10 +108,12 @@ class Blank:
         """Return functions of a sector's interface that span all harmonics, over its nodes, (p 3 l, 3 nodes)."""
         return interface_shares(mesh, self._functions(mesh), nodes_of_elements(mesh, mesh.interface)).T
 
-    def change(self, twist: float) -> tuple[ComplexArray, int] | None:
+    def change(self, twist: float) -> tuple[ComplexArray | Lugs, int] | None:
         """Return what makes teeth differ, over the amplitudes where it is felt, and how often it repeats."""
         if self.body is not None:
             return (self.body.own.coupling, self.body.repeats) if self.body.repeats else None
+        if self.lugs is not None:
+            return self.lugs, self.lugs.count
         if self.web is None:
             return None
         return self.web.softening(self.youngs_modulus, self.poisson_ratio, twist), self.web.count

@@ -14,7 +14,7 @@ from pmor.body.far_compliance import FarCompliance, FarTeeth, far_compliance
 from pmor.body.fillet_stress import NEIGHBOURS, FilletPoints, FilletStress, sector_stress
 from pmor.body.rim_stress import REACH, face_patterns, rim_stress
 from pmor.body.support import Change, Support, forces_of_holes, support_of_holes
-from pmor.core.arrays import ComplexArray, FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.condensation import CondensedSector, condense_sector
 from pmor.fe.fillet import FilletMesh
@@ -150,7 +150,9 @@ def elastic_gear(
         if patterns is not None:
             forces = np.zeros((0, 1, patterns.shape[1]), dtype=complex)
             if change is not None:
-                forces = forces_of_holes(ring.felt, ring.flexibility, change[0], signed_teeth(mesh), change[1], patterns)
+                forces = forces_of_holes(
+                    ring.felt, ring.flexibility, change[0], signed_teeth(mesh), change[1], patterns
+                )
             bent = of_faces + functions[:, :n_flanks] @ load.T
             rim = rim_stress(bent, points.shape, ring, patterns, forces, signed_teeth(mesh))
             stress = replace(stress, rim=replace(rim, rows=np.asarray(completion(mesh, mesh.flank) @ rim.rows)))

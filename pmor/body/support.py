@@ -89,7 +89,7 @@ def support_of_holes(
     found = np.empty((period, neighbours + 1, patterns.shape[1], patterns.shape[1]))
     for i in range(period):
         for k in range(neighbours + 1):
-            found[i, k] = (moved[:, (i + k) % len(tooth)].conj().T @ forces[:, i]).real
+            found[i, k] = (moved[:, (i + k) % abs(teeth)].conj().T @ forces[:, i]).real
     found[:, 0] = 0.5 * (found[:, 0] + found[:, 0].transpose(0, 2, 1))
     kept = _telling(found)
     return Support(patterns @ kept, kept.T @ found @ kept)

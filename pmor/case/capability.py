@@ -85,7 +85,6 @@ LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_ring, ("campaign", "gearbox", "stability")),
     (_many_nodes, ("page",)),
     (_lugs, ("classical", "design", "dynamics", "exudyn", "fmu", "page", "rexs", "set", "vtkhdf")),
-
     (_blanks, ("set",)),
     (_bodies, ("rexs",)),
     (_one_piece, ("rexs", "set", "vtkhdf")),

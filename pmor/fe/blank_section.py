@@ -157,7 +157,12 @@ class _MeanMotion(NamedTuple):
 
 
 def _eliminated(
-    rows: list[_Row], n: FloatArray, mirrored: bool, loads: tuple[Loads, ...], revolution: float, core: _MeanMotion,
+    rows: list[_Row],
+    n: FloatArray,
+    mirrored: bool,
+    loads: tuple[Loads, ...],
+    revolution: float,
+    core: _MeanMotion,
     edge: float | None,
 ) -> Amplitudes:
     """Matrix of the last row of nodes and the loads, of harmonics (h, 1, 1); from a free edge of a radius, or held."""
