@@ -100,7 +100,7 @@ def keys_of(kind: type) -> dict[str, Any]:
     for item, hint in _annotated(kind):
         if INLINE in _words(hint):
             found |= keys_of(_dataclass_in(hint))
-        elif _dataclass_in(hint) is None and hint not in REST:
+        elif (_dataclass_in(hint) is None or _has_words(hint)) and hint not in REST:
             found[item.name] = hint
     return found
 
