@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import sys
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, fields, is_dataclass
 from inspect import getdoc
 from pathlib import Path
 from types import NoneType, UnionType
@@ -158,6 +158,8 @@ def _allowed(annotation: Any) -> str:
         assert isinstance(allowed, Range)
         words = NUMBERS[kind]
         return f"{words}, {range_text(allowed)}"
+    if is_dataclass(annotation):
+        return "or the section of its name"
     return "`true`, `false`" if annotation is bool else "text"
 
 
