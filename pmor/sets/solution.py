@@ -34,7 +34,7 @@ class SetSolution:
     torque_Nm : ndarray, shape (D,)
         On the first gear.
     found : SeveralResults
-        Movements and forces; NaN movements where not converged.
+        Movements and forces; NaN where not converged.
     """
 
     plan: SetPlan
@@ -151,5 +151,6 @@ def solve_set(plan: SetPlan, train: GearTrain, torques_Nm: FloatArray, angles: i
     for one in placed.placed:
         overloaded |= width_limit(one.mesh.pair.meshed, one.lines.law).exceeded(found.force[..., one.part])
     found.converged[overloaded] = False
-    found.movement[~found.converged] = np.nan
+    for values in (found.movement, found.force):
+        values[~found.converged] = np.nan
     return SetSolution(plan, placed, torques_Nm, found)
