@@ -4,7 +4,8 @@ The line loads are exact on their mesh and the local law knows no mesh. The rema
 elements of bodies and fillets. Half as many elements over profile and width are off by several times as much: of the
 difference, as a root mean square over the pitch, a fixed share is the error of the finer mesh (Richardson's
 extrapolation, Phil. Trans. A 210 (1911) 307, with a measured rate; `tests/verification/test_mesh_error.py`). One or two
-elements over the width are held against four times as many.
+elements over the width are held against four times as many. On a blank the harmonics that are left out are part of it,
+by the bound that their number is found by.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pmor.body.blank import LEFT_OUT
 from pmor.gear.condition import Condition
 from pmor.results.sweep import SteSweep, ste_mean_um
 from pmor_online.line_sweep import sweep_line_loads
@@ -50,7 +52,6 @@ def with_mesh_error(sweep: SteSweep, reduced: ReducedPair, conditions: Sequence[
     if other.width_elements > mesh.width_elements:
         # Four times as many over the width, in two steps that leave the rest share / (1 + share) of the error each.
         share = 1.0 / (1.0 - (share / (1.0 + share)) ** 2)
-    return replace(
-        sweep,
-        mesh_error_percent=100.0 * share * difference / np.abs(ste_mean_um(replace(sweep, ste_um=sweep.deflection_um))),
-    )
+    mean = np.abs(ste_mean_um(replace(sweep, ste_um=sweep.deflection_um)))
+    left_out = LEFT_OUT if any(reduced.basis.case.pair.blanks) else 0.0
+    return replace(sweep, mesh_error_percent=100.0 * (share * difference / mean + left_out))

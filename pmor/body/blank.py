@@ -15,7 +15,13 @@ interface's nodes, and K_n the blank's stiffness over a revolution (`pmor.fe.bla
 v the displacement of the left side face. So the gear remains cyclic, and its compliance takes one inverse for each h.
 Harmonics die within a depth of r / n on either side of the interface. *Measured*, 50 teeth, interface 1 module below
 the root circle: a flank's own compliance with n up to 1.5 z is 6e-5 too low, to 2.5 z 2e-7; at half a module 1.8e-5 and
-1.5e-6 with 2.5 z and 3.5 z.
+1.5e-6 with 2.5 z and 3.5 z. As many are taken as it needs for the last z on either side to add less than `LEFT_OUT` to
+how far a line load on the flank moves itself,
+
+    y^H ((A_h^-1)_tt)^-1 y / z, summed over h,                                                                     (3)
+
+t their rows, y what they move by: those that are left out, each z of which adds less than half of the z before, then
+add less in all. So much has the error bar of the mesh for them (`pmor_online.mesh_error`).
 
 Of a gear of one piece with its shaft the blank goes on to the axis, and what is held is the mean motion of its bore as
 a rigid body: displacements are those beside it, and the shaft's may be added to them (`pmor.line.hubs`).
@@ -31,7 +37,7 @@ are held; what lugs change is found from the forces on them and from their stiff
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -47,6 +53,8 @@ from pmor.fe.sector import SectorMesh
 
 # Singular values of the harmonics at the nodes of a sector's interface, over the largest, that are left out.
 ROUND_OFF = 1e-13
+# Share that harmonics which are left out have in a gear's own compliance, at most.
+LEFT_OUT = 5e-5
 
 
 @dataclass(frozen=True)
@@ -80,6 +88,8 @@ class Blank:
         MPa.
     largest : int
         Harmonics of the interface go from minus it to it.
+    most : int
+        As many as the elements of the sectors see, and the body where it is brought as a mesh.
     web : PerforatedWeb or None
         Where it has holes.
     body : MeshedBody or None
@@ -94,10 +104,18 @@ class Blank:
     youngs_modulus: float
     poisson_ratio: float
     largest: int
+    most: int
     web: PerforatedWeb | None = None
     body: MeshedBody | None = None
     core: float = 0.0
     lugs: Lugs | None = None
+
+    def wider(self, teeth: int) -> Blank | None:
+        """Return the blank with more harmonics; None where it has all that elements see."""
+        web = self.web and replace(self.web, largest=min(self.web.largest + self.web.count, self.largest))
+        if self.largest == self.most and web == self.web:
+            return None
+        return replace(self, largest=min(self.largest + teeth, self.most), web=web)
 
     @property
     def harmonics(self) -> IntArray:
@@ -119,7 +137,7 @@ class Blank:
         return self.web.softening(self.youngs_modulus, self.poisson_ratio, twist), self.web.count
 
     def ring(
-        self, mesh: SectorMesh, stiffness: FloatArray, load: FloatArray, neighbours: int,
+        self, mesh: SectorMesh, stiffness: FloatArray, load: FloatArray, neighbours: int, lines: FloatArray,
         patterns: FloatArray | None = None, reach: int = 0,
     ) -> Ring:  # fmt: skip
         """Return how the faces of sectors -neighbours ... neighbours move under loads on those of sector 0.
@@ -131,6 +149,8 @@ class Blank:
             of its interface, N/mm.
         load : ndarray, shape (2 s + p 3 l, m)
             N.
+        lines : ndarray, shape (m, k)
+            Sums of these loads, of which `Ring.added` tells.
         patterns : ndarray, shape (m, q), optional
             Of these loads, under which the faces of sectors -reach ... reach are asked for too.
         """
@@ -138,7 +158,7 @@ class Blank:
         count = len(stiffness) - columns.shape[1] * 3 * len(mesh.z)
         shares = columns.T @ np.exp(1j * np.outer(_angles(mesh), self.harmonics))
         response, teeth = blank_response(mesh, self), signed_teeth(mesh)
-        return ring_on_blank(stiffness, count // 2, teeth, shares, response, load, neighbours, patterns, reach)
+        return ring_on_blank(stiffness, count // 2, teeth, shares, response, load, neighbours, lines, patterns, reach)
 
     def _functions(self, mesh: SectorMesh) -> FloatArray:
         """Real functions of the angle that span all harmonics, at the angles of a sector's nodes, (a, p)."""
@@ -283,6 +303,8 @@ class Ring(NamedTuple):
         Displacement of the faces of further sectors under patterns of loads, mm.
     pressed : ndarray, shape (2 s + p 3 l, 2 N + 1, c)
         Of the faces of sector 0 under unit loads within; of no loads where no patterns were asked for.
+    added : ndarray, shape (k,)
+        By the last harmonics to how far each of k sums of the loads moves itself, mm/N: equation (3).
     """
 
     moved: FloatArray
@@ -290,11 +312,12 @@ class Ring(NamedTuple):
     flexibility: ComplexArray
     far: FloatArray
     pressed: ComplexArray
+    added: FloatArray
 
 
 def ring_on_blank(
     stiffness: FloatArray, sides: int, teeth: int, shares: ComplexArray, blank: BlankResponse, load: FloatArray,
-    neighbours: int, patterns: FloatArray | None = None, reach: int = 0,
+    neighbours: int, lines: FloatArray, patterns: FloatArray | None = None, reach: int = 0,
 ) -> Ring:  # fmt: skip
     """Return how the faces of sectors, and the blank within, move under loads on the faces of sector 0: equation (2).
 
@@ -310,7 +333,7 @@ def ring_on_blank(
         Of the interface's functions in the harmonics.
     neighbours : int
         Sectors to cover, on either side.
-    patterns, reach
+    lines, patterns, reach
         As in `Blank.ring`.
     """
     largest, loads, per = len(blank.stiffness) - 1, load.shape[1], blank.stiffness.shape[1]
@@ -323,7 +346,7 @@ def ring_on_blank(
     further = np.arange(-reach, reach + 1)[:, None, None]
     far = np.zeros((2 * reach + 1, len(load), 0 if patterns is None else patterns.shape[1]))
     pressed = np.zeros((len(load), 2 * within + 1, 0 if patterns is None else count), dtype=complex)
-    sectors = abs(teeth)
+    added, sectors = np.zeros(lines.shape[1]), abs(teeth)
     for h in range(sectors // 2 + 1):
         turn = np.exp(-2j * np.pi * h / teeth)
         n = np.arange(-largest, largest + 1)
@@ -341,8 +364,14 @@ def ring_on_blank(
         passed = np.zeros((len(matrix), count * len(inner)), dtype=complex)
         for j, harmonic in enumerate(inner):
             passed[places[harmonic], count * j : count * (j + 1)] = _of(blank.passed_on, harmonic)
-        both = np.hstack([loaded, passed])
+        rows = np.arange(len(matrix))
+        last = np.concatenate([rows[place] for n, place in places.items() if abs(n) > largest - sectors])
+        held = np.zeros((len(matrix), len(last)))
+        held[last, np.arange(len(last))] = 1.0
+        both = np.hstack([loaded, passed, held])
         moved = la.solve(matrix, both, assume_a="pos", overwrite_a=True, overwrite_b=True, check_finite=False)
+        moved, eased = moved[:, : -len(last)], moved[last, -len(last) :]
+        own_part = moved[last, :loads] @ lines
         back = passed.conj().T @ moved / sectors
         for j, harmonic in enumerate(inner):
             rows = back[count * j : count * (j + 1)]
@@ -354,6 +383,7 @@ def ring_on_blank(
                 flexibility[within - harmonic, :, within - other] = block.conj()
         faces = np.concatenate([moved[left], turn * moved[left], _gathered(at.conj().T, moved[sides:])])
         weight = (1.0 if h in (0, sectors / 2) else 2.0) / sectors
+        added += weight * np.einsum("ik,ik->k", own_part.conj(), la.solve(eased, own_part, assume_a="pos")).real
         turned = weight * np.conj(turn) ** sector
         found += turned.real * faces[:, :loads].real - turned.imag * faces[:, :loads].imag
         if patterns is not None:
@@ -362,7 +392,7 @@ def ring_on_blank(
             for j, harmonic in enumerate(inner):
                 under = faces[:, loads + count * j : loads + count * (j + 1)] / sectors
                 pressed[:, within + harmonic], pressed[:, within - harmonic] = under, under.conj()
-    return Ring(found, felt, flexibility, far, pressed)
+    return Ring(found, felt, flexibility, far, pressed, added)
 
 
 def _of(amplitudes: ComplexArray, harmonic: int) -> ComplexArray:

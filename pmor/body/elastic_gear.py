@@ -5,18 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
-from pmor.body.blank import Blank, Ring, signed_teeth
+from pmor.body.blank import LEFT_OUT, Blank, Ring, signed_teeth
 from pmor.body.far_compliance import FarCompliance, FarTeeth, far_compliance
 from pmor.body.fillet_stress import NEIGHBOURS, FilletPoints, FilletStress, sector_stress
 from pmor.body.rim_stress import REACH, face_patterns, rim_stress
-from pmor.body.support import Change, Support, forces_of_holes, support_of_holes
+from pmor.body.support import Change, Support, added_by_the_last, forces_of_holes, support_of_holes
 from pmor.core.arrays import FloatArray
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.condensation import CondensedSector, condense_sector
+from pmor.fe.element import tributary_widths
 from pmor.fe.fillet import FilletMesh
 from pmor.fe.ring import ring_compliance, symmetric_coordinates
 from pmor.fe.sector import SectorMesh
@@ -114,22 +116,20 @@ def elastic_gear(
     load = -sector.stiffness[n_flanks:, :n_flanks] @ own
     side = sector.stiffness[n_flanks:, n_flanks:] + load @ sector.stiffness[:n_flanks, n_flanks:]
 
-    to = _coordinates(mesh)
-    if blank is not None:
-        to = sp.block_diag([to, blank.coordinates(mesh)], format="csr")
-    load, side = to @ load, _turned(to, side, to)
     support, patterns = None, None
     if blank is None:
+        to = _coordinates(mesh)
+        load, side = to @ load, _turned(to, side, to)
         reach = neighbours + 1 if far is None else max(neighbours + 1, mesh.teeth // 2)
         faces = _bored_ring(mesh, side, reach)
         sectors = range(-neighbours - 1, neighbours + 1)
         by_face = [np.hstack([faces(k), faces(k + 1)]) @ load[:, :n_flank] for k in sectors]
         moved = [np.concatenate([own_face, before]) for before, own_face in pairwise(by_face)]
     else:
-        patterns = None if points is None else face_patterns(load)
-        reach = 0 if patterns is None else min(mesh.teeth // 2, REACH)
-        ring = blank.ring(mesh, side, load[:, :n_flank], neighbours, patterns, reach)
-        moved, change = list(ring.moved), blank.change(mesh.twist_per_length)
+        to, load, patterns, ring, change = _on_blank(
+            mesh, blank, load, side, own[:, :n_flank], neighbours, points is not None
+        )
+        moved = list(ring.moved)
         support = None if change is None else _of_holes(mesh, change, ring, neighbours)
 
     flanks = np.stack([load.T @ face for face in moved])
@@ -175,6 +175,38 @@ def elastic_gear(
     )
 
 
+class _OnBlank(NamedTuple):
+    """Coordinates of a sector's faces, loads on them and their patterns, what these do, and what makes teeth differ."""
+
+    to: sp.csr_array
+    load: FloatArray
+    patterns: FloatArray | None
+    ring: Ring
+    change: tuple[Change, int] | None
+
+
+def _on_blank(
+    mesh: SectorMesh, blank: Blank, of_nodes: FloatArray, held: FloatArray, own: FloatArray, neighbours: int,
+    with_stress: bool,
+) -> _OnBlank:  # fmt: skip
+    """Put a sector on a blank, with as many harmonics as it needs: loads on faces under forces on the flank."""
+    lines, sides = _line_loads(mesh), _coordinates(mesh)
+    while True:
+        to = sp.block_diag([sides, blank.coordinates(mesh)], format="csr")
+        load, patterns, reach = to @ of_nodes, None, 0
+        if with_stress:
+            patterns, reach = face_patterns(load), min(mesh.teeth // 2, REACH)
+        ring = blank.ring(mesh, _turned(to, held, to), load, neighbours, lines, patterns, reach)
+        change, added = blank.change(mesh.twist_per_length), ring.added
+        if blank.web is not None and change is not None:
+            added = added + added_by_the_last(ring.felt @ lines, ring.flexibility, change[0], mesh.teeth, change[1])
+        itself = np.einsum("ik,ik->k", lines, own @ lines + load.T @ (ring.moved[neighbours] @ lines))
+        wider = blank.wider(mesh.teeth)
+        if wider is None or (added <= LEFT_OUT * itself).all():
+            return _OnBlank(to, load, patterns, ring, change)
+        blank = wider
+
+
 def _between_far_teeth(
     mesh: SectorMesh, faces: Callable[[int], FloatArray], load: FloatArray, asked: FarTeeth
 ) -> FarCompliance:
@@ -204,6 +236,15 @@ def _coordinates(mesh: SectorMesh) -> sp.csr_array:
     """Symmetric coordinates of both side faces, left and right."""
     both = (symmetric_coordinates(mesh, nodes_of_elements(mesh, side))[0] for side in (mesh.left, mesh.right))
     return sp.block_diag(list(both), format="csr")
+
+
+def _line_loads(mesh: SectorMesh) -> FloatArray:
+    """Even loads of 1 N on each row of nodes of the flank, around the axis: of nodes that elements have, (n, rows)."""
+    share = tributary_widths(mesh.z, mesh.order)
+    rows = np.zeros((*mesh.flank.shape, 3, len(mesh.flank)))
+    for row in range(len(mesh.flank)):
+        rows[row, :, 0, row] = share / share.sum()
+    return np.asarray(completion(mesh, mesh.flank).T @ rows.reshape(-1, len(mesh.flank)))
 
 
 def _of_holes(mesh: SectorMesh, change: tuple[Change, int], ring: Ring, neighbours: int) -> Support:

@@ -114,6 +114,34 @@ def forces_of_holes(
     return _of_loads(loaded, flexibility, softening)
 
 
+def added_by_the_last(
+    felt: ComplexArray, flexibility: ComplexArray, softening: Change, teeth: int, holes: int
+) -> FloatArray:
+    """Return what the last harmonics, one to a hole on either side, add to how far loads move themselves by holes.
+
+    Parameters
+    ----------
+    felt, flexibility, softening
+        As in `support_of_holes`, of k loads on a tooth.
+
+    Returns
+    -------
+    ndarray, shape (k,)
+        Mean over all teeth, mm/N.
+    """
+    assert not isinstance(softening, Lugs), "the harmonics of lugs are given"
+    count, parts, loads = felt.shape
+    harmonics = np.repeat(np.arange(count) - count // 2, parts)
+    size, period = len(harmonics), teeth // math.gcd(teeth, holes)
+    loaded = _on_teeth(felt, np.eye(loads), teeth)[:, :period]
+    flexible, moved = flexibility.reshape(size, size), []
+    for most in (harmonics[-1], harmonics[-1] - holes):
+        own = np.flatnonzero(np.abs(harmonics) <= most)
+        forces = _of_loads(loaded[own], flexible[own[:, None], own], softening[own[:, None], own])
+        moved.append(np.einsum("itk,itk->tk", loaded[own].conj(), forces).real)
+    return np.asarray((moved[0] - moved[1]).mean(axis=0))
+
+
 def _on_teeth(felt: ComplexArray, patterns: FloatArray, teeth: int) -> ComplexArray:
     """Amplitudes Y_k under patterns of forces, (amplitudes, teeth, patterns)."""
     harmonics = np.arange(len(felt)) - len(felt) // 2
@@ -125,7 +153,7 @@ def _on_teeth(felt: ComplexArray, patterns: FloatArray, teeth: int) -> ComplexAr
 def _of_loads(amplitudes: ComplexArray, flexibility: ComplexArray, softening: Change) -> ComplexArray:
     """Forces M Y on the circles by amplitudes Y, (amplitudes, teeth, patterns)."""
     size = len(amplitudes)
-    loaded = amplitudes.reshape(size, -1)
+    loaded = amplitudes.reshape(size, math.prod(amplitudes.shape[1:]))
     if isinstance(softening, Lugs):
         return softening.eased(-flexibility, loaded).reshape(amplitudes.shape)
     eased = la.solve(np.eye(size) + flexibility.reshape(size, size) @ softening, loaded, check_finite=False)

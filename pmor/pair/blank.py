@@ -30,10 +30,10 @@ CORNER, AT_ELEMENTS, GROWTH = 0.125, 8, 0.6
 # Rows of elements of a gear of one piece with its shaft, between bore and sectors and below the bore, and the radius of
 # the hole that is left about the axis, over that of the bore.
 RING_ROWS, CORE_ROWS, CENTRE = 4, 6, 0.02
-# Harmonics to a tooth, beyond the first half: those that die within DECAY times the depth of the interface.
+# Harmonics to a tooth, beyond the first half, to begin with: those that die within DECAY times the interface's depth.
 FEWEST, DECAY = 2, 1.2
-# Harmonics of a web's circles that feel its holes: those of which more than 1 / FELT comes back from there, over a
-# bridge of at least so much of a hole's radius; at least so many to a hole.
+# Harmonics of a web's circles that feel its holes, to begin with: those of which more than 1 / FELT comes back from
+# there, over a bridge of at least so much of a hole's radius; at least so many to a hole.
 FELT, LEAST_BRIDGE, TO_A_HOLE = 1e4, 0.4, 1.5
 # Of a mesh that is brought: sides of quadratic and of linear elements to a wave of the highest harmonic that it sees.
 # *Measured*, tetrahedra with 48 quadratic sides around the web of a wheel with 31 teeth: its STE is 0.18 % too small
@@ -84,9 +84,9 @@ def blank_below(case: Case, gear: GearCase, tooth: Tooth, mesh: SectorMesh, plac
             web = _perforated(light, light.holes, blocks[1], tooth, mesh, largest, place, case.mesh.profile_elements)
     material = 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio
     if not gear.one_piece:
-        return Blank(blocks, *material, largest, web)
+        return Blank(blocks, *material, largest, most, web)
     blocks = (Block(np.linspace(CENTRE * bore, bore, CORE_ROWS + 1), blocks[0].z), *blocks)
-    return Blank(blocks, *material, largest, web, core=bore)
+    return Blank(blocks, *material, largest, most, web, core=bore)
 
 
 def _brought(gear: GearCase, bore: float, interface: float, mesh: SectorMesh, largest: int, place: int) -> Blank:
@@ -112,7 +112,8 @@ def _brought(gear: GearCase, bore: float, interface: float, mesh: SectorMesh, la
     amplitudes = np.linalg.solve(shapes.T @ (weights * shapes), (weights * shapes).T)
     lines = _lines([bore, interface], [interface], WAVE_STEP * interface / largest)
     blocks = (Block(lines, mesh.z[:: mesh.order]),)
-    return Blank(blocks, *material, largest, body=MeshedBody(own, np.asarray(amplitudes, dtype=np.float64), repeats))
+    body = MeshedBody(own, np.asarray(amplitudes, dtype=np.float64), repeats)
+    return Blank(blocks, *material, largest, largest, body=body)
 
 
 def _held_at_lugs(gear: GearCase, tooth: Tooth, mesh: SectorMesh, interface: float, largest: int) -> Blank:
@@ -125,7 +126,7 @@ def _held_at_lugs(gear: GearCase, tooth: Tooth, mesh: SectorMesh, interface: flo
     lugs = Lugs(outside, faces, gear.lugs.lugs, math.radians(gear.lugs.lug_deg), first, mesh.mirrored, largest,
                 mesh.teeth)  # fmt: skip
     blocks = (Block(radii, mesh.z[:: mesh.order]),)
-    return Blank(blocks, 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio, largest, lugs=lugs)
+    return Blank(blocks, 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio, largest, largest, lugs=lugs)
 
 
 def _perforated(

@@ -12,7 +12,9 @@ from numpy.testing import assert_allclose
 import pmor.body.elastic_gear
 import pmor.body.rim_stress
 import pmor.body.support
-from pmor.body.blank import blank_response
+import pmor.fe.perforated_web
+import pmor.pair.blank
+from pmor.body.blank import LEFT_OUT, Blank, blank_response
 from pmor.body.elastic_gear import elastic_gear
 from pmor.body.fillet_stress import sector_stress
 from pmor.body.support import support_of_holes
@@ -376,6 +378,7 @@ def frame_at(node):
 )
 def test_sectors_on_a_blank_are_the_whole_gear_in_one_matrix(helix, holes, element, monkeypatch):
     monkeypatch.setattr(pmor.body.support, "LEAST_MOVED", 1e-12)
+    monkeypatch.setattr(pmor.body.elastic_gear, "LEFT_OUT", np.inf)  # with the harmonics that it begins with
     case = case_of(helix, web_offset_mm=3.0, holes=holes)
     across = 2 if element == "hex8i" else 1
     case = change_case(case, profile_elements=2, width_elements=across, layer_depth=0.05, element=element)
@@ -402,6 +405,7 @@ def test_stress_at_the_feet_of_all_teeth_is_that_of_the_whole_gear_in_one_matrix
     """Rim of 0.64 modules: what is beyond the teeth next to the loaded one, and what holes add, is of all patterns."""
     for name in ("LEAST_FORCE", "LEAST_STRESS"):
         monkeypatch.setattr(pmor.body.rim_stress, name, 1e-7)
+    monkeypatch.setattr(pmor.body.elastic_gear, "LEFT_OUT", np.inf)  # with the harmonics that it begins with
     case = case_of(helix, web_offset_mm=3.0, holes=holes)
     across = 2 if element == "hex8i" else 1
     case = change_case(case, profile_elements=2, width_elements=across, layer_depth=0.05, element=element)
@@ -419,6 +423,53 @@ def test_stress_at_the_feet_of_all_teeth_is_that_of_the_whole_gear_in_one_matrix
         rim = stress.rim.stress.reshape(len(expected), -1) @ stress.rim.moved[0, reach + k] @ stress.rim.rows.T
         assert np.abs(rim).max() > (1e-3 * np.abs(expected).max() if holes or abs(k) > near else -1.0)
         assert_allclose(alone + rim, expected, rtol=0.0, atol=PATTERNS * np.abs(expected).max())
+
+
+def moved_by_itself(gear):
+    """How far even loads on rows of the flank of tooth 0 move themselves around the axis, mm/N."""
+    mesh, share = gear.mesh, tributary_widths(gear.mesh.z, gear.mesh.order)
+    rows = np.zeros((*mesh.flank.shape, 3, len(mesh.flank)))
+    rows[np.arange(len(mesh.flank)), :, 0, np.arange(len(mesh.flank))] = share / share.sum()
+    rows = rows.reshape(-1, len(mesh.flank))
+    compliance = gear.tooth_compliance(0)
+    if (holes := gear.support) is not None:
+        compliance = compliance + holes.rows @ holes.compliance[:, 0].mean(axis=0) @ holes.rows.T
+    return np.einsum("ik,ij,jk->k", rows, compliance, rows)
+
+
+@pytest.mark.parametrize("holes", [None, HOLES])
+def test_last_harmonics_add_what_the_gear_with_fewer_is_stiffer_by(holes, monkeypatch):
+    monkeypatch.setattr(pmor.body.support, "LEAST_MOVED", 1e-12)
+    monkeypatch.setattr(pmor.body.elastic_gear, "LEFT_OUT", np.inf)
+    case, told = case_of(holes=holes), []
+    mesh = sector_of(case)[0]
+    blank = blank_below(case, case.pair.pinion, gear_pair(case).pinion, mesh, 0)
+    ring, added = Blank.ring, pmor.body.elastic_gear.added_by_the_last
+    monkeypatch.setattr(Blank, "ring", lambda *given: told.append(ring(*given)) or told[-1])
+    monkeypatch.setattr(pmor.body.elastic_gear, "added_by_the_last", lambda *g: told.append(added(*g)) or told[-1])
+    fewer = replace(blank, largest=blank.largest - mesh.teeth)
+    if holes:
+        monkeypatch.setattr(pmor.fe.perforated_web, "TO_A_WAVE", 0.0)  # the same mesh for all
+        fewer = replace(blank, web=replace(blank.web, largest=blank.web.largest - blank.web.count))
+    found, stiffer = (moved_by_itself(elastic_gear(*sector_of(case), blank=one)) for one in (blank, fewer))
+    expected = told[1] if holes else told[0].added
+    assert (expected > 0.0).all()
+    assert_allclose(found - stiffer, expected, rtol=1e-5, atol=1e-13 * found.max())
+
+
+@pytest.mark.parametrize("holes", [None, HOLES])
+def test_as_many_harmonics_are_taken_as_it_needs(holes, monkeypatch):
+    case = case_of(holes=holes)
+    expected = moved_by_itself(elastic_model(case, mesh_model(case)).pinion)
+    monkeypatch.setattr(pmor.pair.blank, "FEWEST", 1)
+    monkeypatch.setattr(pmor.pair.blank, "DECAY", 0.0)
+    monkeypatch.setattr(pmor.pair.blank, "FELT", 1.0)
+    monkeypatch.setattr(pmor.pair.blank, "TO_A_HOLE", 0.5)
+    found = moved_by_itself(elastic_model(case, mesh_model(case)).pinion)
+    assert_allclose(found, expected, rtol=LEFT_OUT)
+    monkeypatch.setattr(pmor.body.elastic_gear, "LEFT_OUT", np.inf)
+    few = moved_by_itself(elastic_model(case, mesh_model(case)).pinion)
+    assert (few < expected * (1.0 - LEFT_OUT)).all()
 
 
 @pytest.mark.parametrize("helix", [0.0, 18.0])
