@@ -89,7 +89,7 @@ class Blank:
     largest : int
         Harmonics of the interface go from minus it to it.
     most : int
-        As many as the elements of the sectors see, and the body where it is brought as a mesh.
+        As many as the elements of the sectors see.
     web : PerforatedWeb or None
         Where it has holes.
     body : MeshedBody or None
@@ -111,7 +111,9 @@ class Blank:
     lugs: Lugs | None = None
 
     def wider(self, teeth: int) -> Blank | None:
-        """Return the blank with more harmonics; None where it has all that elements see."""
+        """Return the blank with more harmonics; None where it has all that elements see, or they are given."""
+        if self.body is not None or self.lugs is not None:
+            return None
         web = self.web and replace(self.web, largest=min(self.web.largest + self.web.count, self.largest))
         if self.largest == self.most and web == self.web:
             return None
