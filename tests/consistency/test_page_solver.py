@@ -174,7 +174,7 @@ TRANSCRIBED = {
     },
     "pmor/line/kernels/loads.py": {
         "_start": "09f0db4b", "_solve": "407e33a6", "turning": "c9a30d8d", "_linearise_at": "16c4c3d6",
-        "linearise": "c6d330dd", "_newton_step": "561bb450", "accept": "cedca0ae", "_touch_at": "9a90c07c",
+        "linearise": "c6d330dd", "_newton_step": "561bb450", "accept": "cedca0ae", "_touch_at": "8e41e2b4",
         "touch": "2b5aa738",
     },
     "pmor/line/kernels/flexibility.py": {

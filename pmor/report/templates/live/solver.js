@@ -239,6 +239,7 @@ function newton(model, place, removed, torque, before) {
     }
     const single = step > PATIENCE;
     if (!(single && error > TOLERANCE)) {
+      const roundOff = Math.max(ROUND_OFF * nearby, LAST_DIGITS * Math.abs(sections[0].lever * advance));
       for (let n = 0; n < size; n++) {
         if (carries[n]) continue;
         const section = sections[n], { further, turning } = leverAt(section, advance);
@@ -246,7 +247,7 @@ function newton(model, place, removed, torque, before) {
         if (!(rigid <= nearby)) continue;
         let gap = rigid;
         for (let a = 0; a < count; a++) gap += flexibilityOf(model, place, n, active[a]) * force[active[a]];
-        if (gap < -ROUND_OFF * nearby) {
+        if (gap < -roundOff) {
           carries[n] = 1;
           settled = false;
           if (!section.law) makeReady(model, section);
