@@ -52,7 +52,7 @@ class Settings(TypedDict, total=False):
     teeth: int
     internal: bool
     root_fillet_mm: float
-    held: Literal["outside"]
+    held: Literal["outside"] | Section
     profile_shift: float
     addendum: float
     dedendum: float
