@@ -370,8 +370,8 @@ def frame_at(node):
 @pytest.mark.parametrize(
     ("helix", "holes", "element"),
     [
-        (0.0, None, "hex20"),
         (18.0, HOLES, "hex8i"),
+        pytest.param(0.0, None, "hex20", marks=pytest.mark.slow),
         pytest.param(0.0, HOLES, "hex20", marks=pytest.mark.slow),
         pytest.param(18.0, HOLES, "hex20", marks=pytest.mark.slow),
     ],
@@ -457,7 +457,7 @@ def test_last_harmonics_add_what_the_gear_with_fewer_is_stiffer_by(holes, monkey
     assert_allclose(found - stiffer, expected, rtol=1e-5, atol=1e-13 * found.max())
 
 
-@pytest.mark.parametrize("holes", [None, HOLES])
+@pytest.mark.parametrize("holes", [None, pytest.param(HOLES, marks=pytest.mark.slow)])
 def test_as_many_harmonics_are_taken_as_it_needs(holes, monkeypatch):
     case = case_of(holes=holes)
     expected = moved_by_itself(elastic_model(case, mesh_model(case)).pinion)
@@ -612,6 +612,7 @@ def test_what_a_tooth_does_to_another_through_holes_the_other_does_to_it():
             assert_allclose(found.compliance[i, k], back.T, rtol=0.0, atol=1e-12 * largest)
 
 
+@pytest.mark.slow
 def test_half_the_width_stands_for_the_whole_also_with_holes():
     blank = WEB | {"holes": HOLES}
     half, whole = (
