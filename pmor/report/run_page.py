@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -279,8 +280,15 @@ def run_blocks(
 
 
 def _quantities(title: str, rows: Sequence[Row]) -> Table:
-    shown = [(label, value, unit.replace("um", "µm").replace(" ", "\u00a0"), note) for label, value, unit, note in rows]
+    shown = [
+        (label, value, _micrometres(unit).replace(" ", "\u00a0"), _micrometres(note))
+        for label, value, unit, note in rows
+    ]
     return Table(title, ("quantity", "value", "unit", "note"), shown)
+
+
+def _micrometres(text: str) -> str:
+    return re.sub(r"\bum\b", "µm", text)
 
 
 def _live(result: OnlineResult, live: ReducedPair | str | None) -> list[Block | LiveSection]:

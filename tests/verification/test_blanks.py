@@ -548,7 +548,7 @@ def holed_wheel(**holes):
 AT = {"radius_mm": 0.9, "on_radius_mm": 9.75}
 
 
-@pytest.mark.parametrize("count", [8, 3, 5, 12])
+@pytest.mark.parametrize("count", [8, 3, 12])
 def test_the_transmission_error_has_the_orders_that_teeth_and_holes_share(count):
     _, ste = holed_wheel(count=count, **AT | ({"radius_mm": 0.7} if count == 12 else {}))
     orders = np.abs(np.fft.rfft(ste)) / len(ste)

@@ -174,6 +174,7 @@ def test_sectors_on_a_body_that_changes_around_its_axis_are_the_whole_gear_in_on
         assert_allclose(found, expected, rtol=0.0, atol=1e-8 * np.abs(expected).max())
 
 
+@pytest.mark.slow
 def test_a_solid_ring_as_a_mesh_is_the_bored_gear(tmp_path):
     found = ste_of(
         case_on(tmp_path, lambda r, z, t: r > 0.0, "hexahedron20", radii=(12.0, 15.0, 20.0, 28.0, INTERFACE))

@@ -108,7 +108,7 @@ def whole_layer(mesh, columns, element):
 
 
 # Of 80 mm the middle is in plane strain: measured 4e-4 of the dent, 1e-3 of quadratic elements.
-@pytest.mark.parametrize("element", ["hex8i", "hex20"])
+@pytest.mark.parametrize("element", ["hex8i", pytest.param("hex20", marks=pytest.mark.slow)])
 def test_under_even_loads_the_layer_amid_the_face_deforms_as_one_section_does(element):
     order, gear = 2 if element == "hex20" else 1, tooth(21)
     mesh = build_sector(gear, 20.0, 80.0, 4, 16 // order, "arc_length", order=order)
