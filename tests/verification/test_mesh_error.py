@@ -194,7 +194,7 @@ def bar_over_error_of_blank(number):
 
 @pytest.mark.slow
 def test_error_bars_of_random_blanks_are_as_long_as_their_errors(capsys):
-    """Thirty wheels with webs in the middle, webs with holes and offset webs; four of them helical."""
+    """Thirty wheels with webs in the middle, webs with holes and offset webs; four helical. Measured 0.67 to 2.06."""
     ratios = []
     for number in range(30):
         ratio, gears = bar_over_error_of_blank(number)
