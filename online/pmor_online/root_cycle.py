@@ -20,13 +20,13 @@ from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import ReducedPair
 from pmor_online.root_stress import (
     ANGLES_PER_BLOCK,
-    SENSE,
+    LoadedTeeth,
     amplitudes_of_patterns,
     largest_on_fillet,
-    nodal_forces,
+    loaded_teeth,
     patterns_of_stress,
     root_stress_of,
-    under_contact,
+    tooth_by_tooth,
 )
 
 # Of a pitch, by which the angles of a sweep may be off even ones over whole pitches.
@@ -73,25 +73,37 @@ def load_cycles(
     pairs = np.arange(loads.pair.min(), loads.pair.max() + 1)
     teeth = pair.pinion, pair.wheel
     unlike = [math.gcd(abs(tooth.teeth), pitches) for tooth in teeth]
-    normal = [across_the_root(shape, tooth) for shape, tooth in zip(shapes, teeth, strict=True)]
-    size = [(len(loads.count), count, *rows.shape[:3]) for count, rows in zip(unlike, normal, strict=True)]
-    most, least = [np.full(shape, -np.inf) for shape in size], [np.full(shape, np.inf) for shape in size]
+    most, least = [np.array(-np.inf)] * 2, [np.array(np.inf)] * 2
     for start in range(0, len(phi), ANGLES_PER_BLOCK):
         block = slice(start, min(start + ANGLES_PER_BLOCK, len(phi)))
-        forces = nodal_forces(reduced, phi, misalignment, loads, block, pairs)
-        for gear, shape in enumerate(shapes):
-            count, loaded = abs(teeth[gear].teeth), pairs * SENSE[gear]
-            found = amplitudes_of_patterns(shape, forces[gear], loaded, np.arange(count), count)
-            stress = found @ normal[gear].reshape(-1, found.shape[3]).T
-            stress = stress.reshape(*found.shape[:3], *size[gear][2:])
-            hidden = under_contact(reduced, loads, block, pairs, gear)
-            for column in np.flatnonzero(hidden.any(axis=(0, 1, 3, 4))).tolist():
-                stress[:, :, loaded[column] % count] *= ~hidden[:, :, column, None]
-            alike = stress.reshape(*stress.shape[:2], -1, unlike[gear], *size[gear][2:])
+        for gear, one in enumerate(loaded_teeth(reduced.lines, phi, misalignment, loads, block, pairs, shapes)):
+            stress = stress_of_all_teeth((one,), teeth[gear])
+            alike = stress.reshape(*stress.shape[:2], -1, unlike[gear], *stress.shape[3:])
             most[gear] = np.maximum(most[gear], alike.max(axis=(1, 2)))
             least[gear] = np.minimum(least[gear], alike.min(axis=(1, 2)))
-    pinion, wheel = (_largest(shapes[gear], most[gear], least[gear]) for gear in range(2))
+    pinion, wheel = map(load_cycle, shapes, most, least)
     return pinion, wheel
+
+
+def stress_of_all_teeth(loaded: Sequence[LoadedTeeth], tooth: Tooth) -> FloatArray:
+    """Return the normal stress across the root of all teeth of a gear, whichever carry, (D, A, T, 2, p, c), MPa.
+
+    Parameters
+    ----------
+    loaded : sequence of LoadedTeeth
+        Of all meshes of the gear.
+    tooth : Tooth
+        Of the gear, as its shapes have it.
+    """
+    count = abs(tooth.teeth)
+    felt, total = np.arange(count), 0.0
+    for one in loaded:
+        found = amplitudes_of_patterns(one.shapes, one.force, one.teeth, felt, count)
+        normal = across_the_root(one.shapes, tooth)
+        stress = found @ normal.reshape(-1, found.shape[3]).T
+        total = total + stress.reshape(*found.shape[:3], *normal.shape[:3])
+    hidden = tooth_by_tooth(felt, [(one.teeth % count, one.hidden) for one in loaded])
+    return np.asarray(total * ~hidden[:, :, :, None])
 
 
 def _whole_pitches(phi: FloatArray, pitch: float) -> int:
@@ -123,8 +135,8 @@ def across_the_root(shapes: RootStressShapes, tooth: Tooth) -> FloatArray:
     return np.asarray(np.einsum("spctm,pt->spcm", patterns_of_stress(shapes), shares))
 
 
-def _largest(shapes: RootStressShapes, most: FloatArray, least: FloatArray) -> LoadCycle:
-    """Where the range is largest on each tooth and side: of stresses (D, T, 2, p, c)."""
+def load_cycle(shapes: RootStressShapes, most: FloatArray, least: FloatArray) -> LoadCycle:
+    """Return the range where it is largest on each tooth and side: of stresses (D, T, 2, p, c)."""
     outer, (points, columns) = most.shape[:3], most.shape[3:]
     span = (most - least).reshape(-1, 2, points, columns)
     found, radius, z = largest_on_fillet(shapes, span)

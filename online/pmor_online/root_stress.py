@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.threads import one_thread
 from pmor.gear.condition import ALIGNED, PLAIN, Assembly, Condition, Misalignment, common_misalignment
 from pmor.line.layered_pair import place_sections
+from pmor.line.pair import LinePair
 from pmor.pair.conditions import conditions_of_assembly
 from pmor.results.loads import ContactLoads
 from pmor.results.root_stress import FilletEnvelope, RootStress, arc_lengths
@@ -27,6 +29,27 @@ BETWEEN = 8
 SENSE = (1, -1)
 # Stresses are found for so many angles at a time: few enough for those of all points to stay in megabytes.
 ANGLES_PER_BLOCK = 25
+
+
+class LoadedTeeth(NamedTuple):
+    """Teeth of a gear under the line loads of one of its meshes: D torques, A angles, P tooth pairs.
+
+    Attributes
+    ----------
+    shapes : RootStressShapes
+        Of the gear, over forces on the flank that this mesh loads.
+    teeth : ndarray of int, shape (P,)
+        Their numbers, counter-clockwise.
+    force : ndarray, shape (D, A, P, n)
+        On the unknowns of the flanks, N.
+    hidden : ndarray of bool, shape (D, A, P, p, c)
+        Points so near to a line of contact that they show the load.
+    """
+
+    shapes: RootStressShapes
+    teeth: IntArray
+    force: FloatArray
+    hidden: BoolArray
 
 
 @one_thread()
@@ -70,14 +93,10 @@ def root_stress_of(
     most = [[np.full((torques, 2, *shape.stress.shape[2:4]), 0.0) for _ in range(2)] for shape in shapes]
     for start in range(0, angles, ANGLES_PER_BLOCK):
         block = slice(start, min(start + ANGLES_PER_BLOCK, angles))
-        forces = nodal_forces(reduced, phi, common_misalignment(conditions), loads, block, pairs)
-        for gear, shape in enumerate(shapes):
-            teeth = pairs * SENSE[gear]
-            there = amplitudes_of_patterns(shape, forces[gear], teeth, teeth, tooth_counts[gear])
-            carries = forces[gear].any(axis=3)
-            stress = _stress(shape, there[carries])
-            hidden = under_contact(reduced, loads, block, pairs, gear)[carries]
-            measures = [np.where(hidden[:, None], 0.0, values) for values in _measures(stress)]
+        misalignment = common_misalignment(conditions)
+        both = loaded_teeth(reduced.lines, phi, misalignment, loads, block, pairs, shapes)
+        for gear, (shape, one) in enumerate(zip(shapes, both, strict=True)):
+            carries, *measures = stress_of_teeth((one,), one.teeth, tooth_counts[gear])
             for torque in range(torques):
                 own = np.nonzero(carries)[0] == torque
                 for kind, values in zip(most[gear], measures, strict=True):
@@ -123,13 +142,23 @@ def _tooth_counts(reduced: ReducedPair) -> tuple[int, int]:
     return abs(pair.pinion.teeth), abs(pair.wheel.teeth)
 
 
+def loaded_teeth(
+    pair: LinePair, phi: FloatArray, misalignment: Misalignment, loads: ContactLoads, block: slice, pairs: IntArray,
+    shapes: tuple[RootStressShapes, RootStressShapes],
+) -> tuple[LoadedTeeth, LoadedTeeth]:  # fmt: skip
+    """Return the teeth of pinion and wheel under the line loads at a block of the angles."""
+    forces = nodal_forces(pair, phi, misalignment, loads, block, pairs)
+    hidden = [under_contact(pair, shape, loads, block, pairs, gear) for gear, shape in enumerate(shapes)]
+    pinion, wheel = map(LoadedTeeth, shapes, (pairs * sense for sense in SENSE), forces, hidden)
+    return pinion, wheel
+
+
 def nodal_forces(
-    reduced: ReducedPair, phi: FloatArray, misalignment: Misalignment, loads: ContactLoads, block: slice,
-    pairs: IntArray,
-) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    pair: LinePair, phi: FloatArray, misalignment: Misalignment, loads: ContactLoads, block: slice, pairs: IntArray
+) -> tuple[FloatArray, FloatArray]:
     """Forces on the unknowns of the flanks of pinion and wheel, each (D, A, P, n), N, equivalent to the line loads."""
-    meshed, sections = reduced.layered, reduced.layered.sections
-    lines = place_sections(meshed, np.ascontiguousarray(phi[block], dtype=float), misalignment, reduced.components)
+    meshed, sections = pair.meshed, pair.meshed.sections
+    lines = place_sections(meshed, np.ascontiguousarray(phi[block], dtype=float), misalignment, pair.components)
     torque, angle = np.divmod(np.repeat(np.arange(loads.count.size), loads.count.ravel()), loads.count.shape[1])
     here = np.flatnonzero((angle >= block.start) & (angle < block.stop))
     angle, section = angle[here] - block.start, loads.column[here]
@@ -137,9 +166,9 @@ def nodal_forces(
     grid = len(loads.count), block.stop - block.start, len(pairs)
     state = np.ravel_multi_index((torque[here], angle, loads.pair[here] - pairs[0]), grid) if len(here) else here
     found = []
-    for gear, nodes in enumerate(reduced.basis.flank_nodes):
-        rows, columns = nodes.shape[:2]
-        components = reduced.components
+    for gear, flank in enumerate((meshed.pinion, meshed.wheel)):
+        rows, columns = flank.nodes.shape[:2]
+        components = pair.components
         force = loads.force_N[here, None] * lines.gradient[angle, place, gear]
         row = lines.row[angle, place, gear][:, None] + np.arange(force.shape[1] // components)
         column = sections.column[gear][section][:, None] + np.arange(sections.share[gear].shape[1])
@@ -155,11 +184,12 @@ def nodal_forces(
     return found[0], found[1]
 
 
-def under_contact(reduced: ReducedPair, loads: ContactLoads, block: slice, pairs: IntArray, gear: int) -> BoolArray:
+def under_contact(
+    pair: LinePair, shapes: RootStressShapes, loads: ContactLoads, block: slice, pairs: IntArray, gear: int
+) -> BoolArray:
     """Which points of a fillet are so near to a line of contact that they show the load, (D, A, P, p, c)."""
-    assert reduced.basis.root_stress is not None
-    tooth = (reduced.layered.pair.pinion, reduced.layered.pair.wheel)[gear]
-    shapes, radius = reduced.basis.root_stress[gear], NEAR_CONTACT * tooth.module
+    tooth = (pair.meshed.pair.pinion, pair.meshed.pair.wheel)[gear]
+    radius = NEAR_CONTACT * tooth.module
     states = loads.count.shape
     torque, angle = np.divmod(np.repeat(np.arange(loads.count.size), loads.count.ravel()), states[1])
     above = 0.5 * tooth.base_radius * (loads.roll_rad[:, gear] ** 2 - tooth.form_roll_angle**2)
@@ -170,6 +200,46 @@ def under_contact(reduced: ReducedPair, loads: ContactLoads, block: slice, pairs
     close = np.hypot(along[:, :, None], across[:, None]) < radius
     np.logical_or.at(hidden, (torque[near], angle[near] - block.start, loads.pair[near] - pairs[0]), close)
     return hidden
+
+
+def stress_of_teeth(
+    loaded: Sequence[LoadedTeeth], felt: IntArray, teeth: int
+) -> tuple[BoolArray, FloatArray, FloatArray]:
+    """Return which of the teeth `felt` carry load, (D, A, F), and two measures of the stress in these m ones.
+
+    Parameters
+    ----------
+    loaded : sequence of LoadedTeeth
+        Of all meshes of a gear.
+    felt : ndarray of int, shape (F,)
+        By the numbers of the loaded teeth.
+    teeth : int
+        Of the gear.
+
+    Returns
+    -------
+    carries : ndarray of bool, shape (D, A, F)
+    principal, von_mises : ndarray, shape (m, 2, p, c)
+        Largest principal stress and von Mises's, MPa; 0 under contact.
+    """
+    carries = tooth_by_tooth(felt, [(one.teeth, one.force.any(axis=3)) for one in loaded])
+    hidden = tooth_by_tooth(felt, [(one.teeth, one.hidden) for one in loaded])[carries]
+    of_meshes = (
+        _stress(one.shapes, amplitudes_of_patterns(one.shapes, one.force, one.teeth, felt, teeth)[carries])
+        for one in loaded
+    )
+    principal, von_mises = (np.where(hidden[:, None], 0.0, values) for values in _measures(sum(of_meshes)))
+    return carries, principal, von_mises
+
+
+def tooth_by_tooth(felt: IntArray, flags: Sequence[tuple[IntArray, BoolArray]]) -> BoolArray:
+    """Sort flags of loaded teeth, (P,) and (D, A, P, ...), by the teeth `felt`, (D, A, F, ...)."""
+    first = flags[0][1]
+    found = np.zeros((*first.shape[:2], len(felt), *first.shape[3:]), dtype=bool)
+    for numbers, given in flags:
+        for column, number in enumerate(numbers.tolist()):
+            found[:, :, felt == number] |= given[:, :, column, None]
+    return found
 
 
 def amplitudes_of_patterns(

@@ -111,8 +111,8 @@ def test_a_range_is_that_of_all_teeth_at_all_angles(with_holes):
     shapes, teeth = reduced.basis.root_stress[1], 12
     most, least = np.full((teeth, 2, *shapes.stress.shape[2:4]), -np.inf), np.inf
     for angle in range(len(phi)):
-        forces = nodal_forces(reduced, phi, ALIGNED, loads, slice(angle, angle + 1), pairs)[1][0, 0]
-        hidden = under_contact(reduced, loads, slice(angle, angle + 1), pairs, 1)[0, 0]
+        forces = nodal_forces(reduced.lines, phi, ALIGNED, loads, slice(angle, angle + 1), pairs)[1][0, 0]
+        hidden = under_contact(reduced.lines, shapes, loads, slice(angle, angle + 1), pairs, 1)[0, 0]
         found = np.zeros_like(most)
         for pair, force in zip(pairs, forces, strict=True):
             for tooth in range(teeth):
@@ -156,7 +156,7 @@ def test_across_the_root_is_where_helical_teeth_are_stressed_most(helix):
     conditions, phi = conditions_of(model.case, [50.0]), np.array([0.05])
     loads = sweep_line_loads(model.reduced, phi, conditions, recorded=True).states.loads
     pairs = np.unique(loads.pair)
-    force = nodal_forces(model.reduced, phi, ALIGNED, loads, slice(0, 1), pairs)[0]
+    force = nodal_forces(model.reduced.lines, phi, ALIGNED, loads, slice(0, 1), pairs)[0]
     found = amplitudes_of_patterns(shapes, force, pairs, pairs, pair.pinion.teeth)[0, 0]
     along, across, shear = np.moveaxis(patterns_of_stress(shapes) @ found[0], -1, 0)
     principal = 0.5 * (along + across) + np.hypot(0.5 * (along - across), shear)

@@ -66,7 +66,7 @@ def test_nodal_forces_make_the_torque_and_push_along_the_line_of_action(model):
     conditions = conditions_of(model.case, TORQUES)
     loads = sweep_line_loads(reduced, phi, conditions, recorded=True).states.loads
     pairs = np.arange(loads.pair.min(), loads.pair.max() + 1)
-    pinion, wheel = nodal_forces(reduced, phi, conditions[0].misalignment, loads, slice(0, 3), pairs)
+    pinion, wheel = nodal_forces(reduced.lines, phi, conditions[0].misalignment, loads, slice(0, 3), pairs)
     radius = reduced.meshed.pair.pinion.base_radius
     for gear, forces in enumerate((pinion, wheel)):
         whole = forces.reshape(*forces.shape[:3], -1, reduced.components)
@@ -95,7 +95,7 @@ def test_stress_under_two_loaded_teeth_is_that_of_the_deformed_sector(gear, mode
     loads = sweep_line_loads(reduced, phi, conditions, recorded=True).states.loads
     pairs = np.unique(loads.pair)
     assert len(pairs) == 2
-    forces = nodal_forces(reduced, phi, conditions[0].misalignment, loads, slice(0, 1), pairs)[gear]
+    forces = nodal_forces(reduced.lines, phi, conditions[0].misalignment, loads, slice(0, 1), pairs)[gear]
     shapes = reduced.basis.root_stress[gear]
     teeth = pairs if gear == 0 else -pairs
     found = _stress(shapes, amplitudes_of_patterns(shapes, forces, teeth, teeth, 21)[0, 0])
@@ -153,7 +153,7 @@ def test_points_near_a_line_of_contact_do_not_count(model):
     loads = sweep_line_loads(reduced, phi, conditions, recorded=True).states.loads
     pairs = np.unique(loads.pair)
     shapes, reach = reduced.basis.root_stress[0], NEAR_CONTACT * model.case.pair.module_mm
-    hidden = under_contact(reduced, loads, slice(0, 1), pairs, 0)[0, 0, :, :, 0]
+    hidden = under_contact(reduced.lines, shapes, loads, slice(0, 1), pairs, 0)[0, 0, :, :, 0]
     for number, index in enumerate(pairs):
         place = pair.pinion.flank_section(loads.roll_rad[loads.pair == index][0, 0])
         away = np.linalg.norm(shapes.section - place, axis=1)
