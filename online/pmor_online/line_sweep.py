@@ -132,9 +132,9 @@ def _stiffness(reduced: ReducedPair, found: LineResults) -> FloatArray:
     return np.asarray(np.where(found.converged, 1e-3 * found.stiffness / radius**2, np.nan))
 
 
-def levers_of(lines: Lines, found: LineResults) -> FloatArray:
-    """Levers of all states, (D, A, N), mm; under a pinion's corner they turn with the advance."""
-    further = np.maximum(found.advance[..., None] - lines.corner_advance, 0.0)
+def levers_of(lines: Lines, advance: FloatArray) -> FloatArray:
+    """Levers of all states at advances (D, A), rad: (D, A, N), mm; under a pinion's corner they turn with these."""
+    further = np.maximum(advance[..., None] - lines.corner_advance, 0.0)
     return np.asarray(lines.lever + lines.lever_slope * further)
 
 
@@ -159,19 +159,38 @@ def load_shares(pairs: IntArray, torque: FloatArray) -> tuple[FloatArray, IntArr
     return share, used
 
 
-def _states(reduced: ReducedPair, lines: Lines, found: LineResults, advance: FloatArray) -> SweepStates:
-    z, levers = reduced.layered.sections.z, levers_of(lines, found)
-    carried = (found.force > 0.0) & found.converged[..., None]
+def contact_loads(
+    lines: Lines, z: FloatArray, levers: FloatArray, force: FloatArray, converged: BoolArray
+) -> ContactLoads:
+    """Return the forces of a mesh as results have them.
+
+    Parameters
+    ----------
+    z : ndarray, shape (S,)
+        Of its sections, mm.
+    levers : ndarray, shape (D, A, N)
+        As `levers_of` gives them.
+    force : ndarray, shape (D, A, N)
+        N.
+    converged : ndarray of bool, shape (D, A)
+        Other states carry nothing.
+    """
+    carried = (force > 0.0) & converged[..., None]
     _, angle, place = np.nonzero(carried)
     count = carried.sum(axis=2)
     after = np.cumsum(count.ravel()).reshape(count.shape)
     column = place % len(z)
-    loads = ContactLoads(
+    return ContactLoads(
         first=after - count, count=count, pair=lines.first_pair[angle] + place // len(z),
-        slave=np.zeros(len(place), dtype=np.int64), column=column, force_N=found.force[carried],
+        slave=np.zeros(len(place), dtype=np.int64), column=column, force_N=force[carried],
         lever_mm=levers[carried], mate_lever_mm=lines.mate_lever[angle, place], roll_rad=lines.roll[angle, place],
         z_mm=z[column],
     )  # fmt: skip
+
+
+def _states(reduced: ReducedPair, lines: Lines, found: LineResults, advance: FloatArray) -> SweepStates:
+    z, levers = reduced.layered.sections.z, levers_of(lines, found.advance)
+    loads = contact_loads(lines, z, levers, found.force, found.converged)
     pair_count = lines.gap.shape[1] // len(z)
     pairs = lines.first_pair[:, None] + np.arange(pair_count)
     of_lines = _line_states(reduced, lines, found, pairs, levers)

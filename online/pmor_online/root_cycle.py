@@ -72,12 +72,13 @@ def load_cycles(
         return None
     pairs = np.arange(loads.pair.min(), loads.pair.max() + 1)
     teeth = pair.pinion, pair.wheel
+    normal = [across_the_root(shape, tooth) for shape, tooth in zip(shapes, teeth, strict=True)]
     unlike = [math.gcd(abs(tooth.teeth), pitches) for tooth in teeth]
     most, least = [np.array(-np.inf)] * 2, [np.array(np.inf)] * 2
     for start in range(0, len(phi), ANGLES_PER_BLOCK):
         block = slice(start, min(start + ANGLES_PER_BLOCK, len(phi)))
         for gear, one in enumerate(loaded_teeth(reduced.lines, phi, misalignment, loads, block, pairs, shapes)):
-            stress = stress_of_all_teeth((one,), teeth[gear])
+            stress = stress_of_all_teeth((one,), (normal[gear],), abs(teeth[gear].teeth))
             alike = stress.reshape(*stress.shape[:2], -1, unlike[gear], *stress.shape[3:])
             most[gear] = np.maximum(most[gear], alike.max(axis=(1, 2)))
             least[gear] = np.minimum(least[gear], alike.min(axis=(1, 2)))
@@ -85,24 +86,24 @@ def load_cycles(
     return pinion, wheel
 
 
-def stress_of_all_teeth(loaded: Sequence[LoadedTeeth], tooth: Tooth) -> FloatArray:
+def stress_of_all_teeth(loaded: Sequence[LoadedTeeth], normal: Sequence[FloatArray], teeth: int) -> FloatArray:
     """Return the normal stress across the root of all teeth of a gear, whichever carry, (D, A, T, 2, p, c), MPa.
 
     Parameters
     ----------
     loaded : sequence of LoadedTeeth
         Of all meshes of the gear.
-    tooth : Tooth
-        Of the gear, as its shapes have it.
+    normal : sequence of ndarray, shape (2, p, c, s)
+        For each of them, as `across_the_root` gives it.
+    teeth : int
+        Of the gear.
     """
-    count = abs(tooth.teeth)
-    felt, total = np.arange(count), 0.0
-    for one in loaded:
-        found = amplitudes_of_patterns(one.shapes, one.force, one.teeth, felt, count)
-        normal = across_the_root(one.shapes, tooth)
-        stress = found @ normal.reshape(-1, found.shape[3]).T
-        total = total + stress.reshape(*found.shape[:3], *normal.shape[:3])
-    hidden = tooth_by_tooth(felt, [(one.teeth % count, one.hidden) for one in loaded])
+    felt, total = np.arange(teeth), np.array(0.0)
+    for one, rows in zip(loaded, normal, strict=True):
+        found = amplitudes_of_patterns(one.shapes, one.force, one.teeth, felt, teeth)
+        stress = found @ rows.reshape(-1, found.shape[3]).T
+        total = total + stress.reshape(*found.shape[:3], *rows.shape[:3])
+    hidden = tooth_by_tooth(felt, [(one.teeth % teeth, one.hidden) for one in loaded])
     return np.asarray(total * ~hidden[:, :, :, None])
 
 

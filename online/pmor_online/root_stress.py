@@ -222,13 +222,13 @@ def stress_of_teeth(
     principal, von_mises : ndarray, shape (m, 2, p, c)
         Largest principal stress and von Mises's, MPa; 0 under contact.
     """
-    carries = tooth_by_tooth(felt, [(one.teeth, one.force.any(axis=3)) for one in loaded])
+    carries = tooth_by_tooth(felt, [(one.teeth, np.asarray(one.force.any(axis=3))) for one in loaded])
     hidden = tooth_by_tooth(felt, [(one.teeth, one.hidden) for one in loaded])[carries]
-    of_meshes = (
+    of_meshes = [
         _stress(one.shapes, amplitudes_of_patterns(one.shapes, one.force, one.teeth, felt, teeth)[carries])
         for one in loaded
-    )
-    principal, von_mises = (np.where(hidden[:, None], 0.0, values) for values in _measures(sum(of_meshes)))
+    ]
+    principal, von_mises = (np.where(hidden[:, None], 0.0, values) for values in _measures(np.sum(of_meshes, axis=0)))
     return carries, principal, von_mises
 
 

@@ -6,12 +6,12 @@ forces (`pmor.body.fillet_stress`) into amplitudes of patterns and stresses unde
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pmor.body.fillet_stress import FilletStress
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import FloatArray, IntArray
 
 # Singular values below this fraction of the largest one are dropped.
 SMALLEST_PATTERN = 1e-4
@@ -78,6 +78,38 @@ def root_stress_shapes(fillet: FilletStress, components: int) -> RootStressShape
     pattern = np.ascontiguousarray(pattern[:, kept].T[::-1])
     stress = (whole @ pattern.T).reshape(*shape[:-1], len(pattern))
     return RootStressShapes(fillet.points.section, fillet.points.z, pattern, stress, *_by_rim(fillet, components))
+
+
+def other_hand(unknowns: int, columns: int) -> tuple[IntArray, FloatArray]:
+    """Return where the unknowns of a flank are in the image of the gear in the plane at mid width, and their signs.
+
+    Parameters
+    ----------
+    unknowns : int
+        Three at each node.
+    columns : int
+        Of nodes, along the width.
+    """
+    order = np.arange(unknowns).reshape(-1, columns, 3)[:, ::-1].ravel()
+    return order, np.tile([1.0, 1.0, -1.0], unknowns // 3)
+
+
+def of_the_other_flank(shapes: RootStressShapes, helical: bool, columns: int) -> RootStressShapes:
+    """Return the shapes of a gear without a blank under forces on the other flanks of its teeth.
+
+    These are on the drive flanks of its image, x to -x, and in the frames of the teeth of that; the stress is on the
+    sides and the teeth of the gear itself.
+
+    Parameters
+    ----------
+    columns : int
+        Of nodes of the flank, along the width.
+    """
+    pattern, stress = shapes.pattern, shapes.stress[::-1, ::-1]
+    if helical:  # half a turn about the tooth's middle, which takes each face to the other one
+        order, sign = other_hand(pattern.shape[1], columns)
+        pattern, stress = pattern[:, order] * sign, stress[:, :, :, ::-1]
+    return replace(shapes, pattern=np.ascontiguousarray(pattern), stress=np.ascontiguousarray(stress))
 
 
 def _by_rim(fillet: FilletStress, components: int) -> tuple[FloatArray, FloatArray, FloatArray]:

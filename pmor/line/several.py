@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from pmor.body.far_compliance import FarCompliance
+from pmor.body.root_stress import RootStressShapes
 from pmor.body.section_compliance import ROWS
 from pmor.body.support import carried_shapes
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
@@ -124,13 +125,16 @@ class TrainBody:
     far : FarCompliance or None
         Between teeth that are in mesh at several places; None of gears with a single mesh.
     image : bool
-        Whether `far` is that of its image: of a gear all of whose meshes are images.
+        Whether `far` and `root_stress` are those of its image: of a gear all of whose meshes are images.
+    root_stress : RootStressShapes or None
+        Where it was asked for.
     """
 
     name: str
     teeth: int
     far: FarCompliance | None = None
     image: bool = False
+    root_stress: RootStressShapes | None = None
 
 
 @dataclass(frozen=True)
@@ -215,7 +219,7 @@ class GearTrain:
 
 
 @dataclass(frozen=True)
-class _PlacedMesh:
+class PlacedMesh:
     """Sections of one mesh, their wrenches on both hubs in axes of the train, (A, N, 2, 6), their part of the whole."""
 
     mesh: TrainMesh
@@ -241,7 +245,7 @@ class PlacedTrain:
         object.__setattr__(self, "between", np.zeros((*size, size[1])))
 
     @cached_property
-    def placed(self) -> tuple[_PlacedMesh, ...]:
+    def placed(self) -> tuple[PlacedMesh, ...]:
         """All meshes."""
         found, first = [], 0
         for mesh in self.train.meshes:
@@ -249,7 +253,7 @@ class PlacedTrain:
             lines = place_sections(meshed, mesh.start + mesh.rate * self.phi, ALIGNED, mesh.pair.components)
             rows = hub_rows(meshed.pair, lines, meshed.sections.z)
             turned = rows.reshape(*rows.shape[:2], 2, HUB) @ mesh.to_train.T
-            found.append(_PlacedMesh(mesh, lines, turned, slice(first, first + rows.shape[1])))
+            found.append(PlacedMesh(mesh, lines, turned, slice(first, first + rows.shape[1])))
             first += rows.shape[1]
         return tuple(found)
 
@@ -383,21 +387,21 @@ class PlacedTrain:
         shapes = np.zeros((*self.lines.gap.shape, 2, rank))
         return Gathered(on, image, tooth, shapes), count, teeth, alike, backs
 
-    def _on_bodies(self, one: _PlacedMesh, directions: FloatArray) -> FloatArray:
+    def _on_bodies(self, one: PlacedMesh, directions: FloatArray) -> FloatArray:
         """Work of unit forces in the sections of a mesh by displacements of all hubs (r, 6 B), (A, N, r)."""
         total = np.zeros((*one.rows.shape[:2], len(directions)))
         for gear, body in enumerate(one.mesh.bodies):
             total += one.rows[:, :, gear] @ directions[:, HUB * body : HUB * (body + 1)].T
         return total
 
-    def _apart(self, one: _PlacedMesh) -> FloatArray:
+    def _apart(self, one: PlacedMesh) -> FloatArray:
         """Change of the gaps of a mesh by displaced hubs, (A, N), mm."""
         if self.displacement is None:
             return np.zeros_like(one.lines.gap)
         return self._on_bodies(one, self.displacement[None])[..., 0]
 
 
-def _deviation(one: _PlacedMesh) -> FloatArray:
+def _deviation(one: PlacedMesh) -> FloatArray:
     """Return the deviations of both flanks of a mesh, added up, (A, N), mm."""
     found = np.zeros_like(one.lines.gap)
     if one.mesh.assembly.modified:
@@ -406,7 +410,7 @@ def _deviation(one: _PlacedMesh) -> FloatArray:
     return found
 
 
-def _teeth(one: _PlacedMesh) -> IntArray:
+def _teeth(one: PlacedMesh) -> IntArray:
     """Return the numbers of the teeth that the sections of a mesh are on, (A, N, 2)."""
     place = np.arange(one.rows.shape[1]) // len(one.mesh.pair.meshed.sections.z)
     pairs, (pinion, wheel) = one.lines.first_pair[:, None] + place, one.mesh.first_tooth

@@ -100,6 +100,22 @@ def face_load_figure(solved: SetSolution, torque: int) -> Figure:
     return figure
 
 
+def root_stress_figure(solved: SetSolution, torque: int) -> Figure:
+    """Stress across the root of a tooth of each member over a turn: of its gear with the largest range."""
+    with panels(1, 9.2, 4.2, legend=4) as (figure, (axes,)):
+        for member in _members(solved):
+            gears = [n for n, body in enumerate(solved.plan.bodies) if body.member == member]
+            ranges = [solved.root_stress[n].cycle.range_MPa[torque].max() for n in gears]
+            worst = gears[int(np.argmax(ranges))]
+            stress = solved.root_stress[worst].over_turn_MPa[torque]
+            turn = np.arange(len(stress)) / len(stress)
+            axes.plot(turn, stress, label=legend_label(solved.plan.bodies[worst].name), lw=1.2)
+        axes.axhline(0.0, color="black", lw=0.6)
+        about = " against the carrier" if solved.plan.planets else ""
+        axes.set(xlabel=f"Turn of the gear{about} [-]", ylabel="Stress across the root [MPa]", xlim=(0.0, 1.0))
+    return figure
+
+
 def _members(solved: SetSolution) -> list[str]:
     return list(dict.fromkeys(body.member for body in solved.plan.bodies))
 

@@ -21,7 +21,7 @@ from pmor.sets.plan import Layout, SetPlan, Share, planetary_layout, set_plan, t
 from pmor.sets.rexs import has_planets, read_set
 from pmor.sets.settings import SetSections
 
-SHARED = ("pair", "mesh", "contact")
+SHARED = ("pair", "mesh", "contact", "results")
 PLANETARY = ("sun", "planet", "ring")
 # Torque of cases before that of their meshes is known, N m.
 ANY = 1.0
@@ -186,7 +186,10 @@ class _Reader(Reader):
         whole = {"width": "whole"} if share.whole_width else {}
         document["mesh"] = {"error_bar": False, **said.members.get("mesh", {}), **whole}
         document["contact"] = dict(said.members.get("contact", {}))
-        document["results"] = {"root_stress": False, "maps": False}
+        results = dict(said.members.get("results", {}))
+        if unknown := next((key for key in results if key != "root_stress"), None):
+            self.refuse(f"[results] {unknown}", "of a set root_stress alone can be chosen: leave it out")
+        document["results"] = {"maps": False, **results}
         try:
             case = make_case(share.name, **document)
             refuse_loads_unmeshed(case)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.body.far_compliance import FarTeeth
+from pmor.body.root_stress import RootStressShapes, other_hand, root_stress_shapes
 from pmor.body.section_compliance import section_compliance
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
@@ -107,9 +108,10 @@ def build_train(
     for name, model in models.items():
         gears = [_near(solved[member], use.image != own[member].image) for member, use in _gears_of(name, uses)]
         pairs[name] = _line_pair(as_layered(model.meshed), (gears[0], gears[1]))
+    stress = {member: _root_stress(body) for member, body in solved.items()}
     train_bodies = tuple(
-        TrainBody(body.name, solved[body.member].mesh.teeth, solved[body.member].far, own[body.member].image)
-        for body in bodies
+        TrainBody(body.name, of_member.mesh.teeth, of_member.far, own[body.member].image, stress[body.member])
+        for body, of_member in ((body, solved[body.member]) for body in bodies)
     )
     train_meshes = tuple(
         TrainMesh(pairs[mesh.case], (mesh.pinion, mesh.wheel), *place, mesh.assembly or assembly_of(cases[mesh.case]))
@@ -145,16 +147,21 @@ def _line_pair(meshed: LayeredPair, gears: tuple[FloatArray, FloatArray]) -> Lin
     return LinePair(meshed, section_compliance((pinion, wheel), components, *meshed.carriers), components)
 
 
-def _near(body: ElasticGear, other_hand: bool) -> FloatArray:
+def _root_stress(body: ElasticGear) -> RootStressShapes | None:
+    if body.fillet is None:
+        return None
+    return root_stress_shapes(body.fillet, loaded_components(True, body.mesh.twist_per_length != 0.0))
+
+
+def _near(body: ElasticGear, flipped: bool) -> FloatArray:
     """Compliance of a gear's flanks, of the tooth 0, 1, ... counter-clockwise from the loaded one, (teeth, n, n).
 
     That of the gear with the other hand is the image in the plane at mid width.
     """
     blocks = body.compliance[body.neighbours :]
-    if not other_hand or body.mesh.twist_per_length == 0.0:
+    if not flipped or body.mesh.twist_per_length == 0.0:
         return blocks
-    order = np.arange(blocks.shape[1]).reshape(-1, len(body.mesh.z), 3)[:, ::-1].ravel()
-    sign = np.tile([1.0, 1.0, -1.0], len(order) // 3)
+    order, sign = other_hand(blocks.shape[1], len(body.mesh.z))
     return np.asarray(blocks[:, order[:, None], order] * sign[:, None] * sign)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Table
-from pmor.sets.figures import face_load_figure, set_figure, share_figure, ste_figure
+from pmor.sets.figures import face_load_figure, root_stress_figure, set_figure, share_figure, ste_figure
 from pmor.sets.loader import SetFile
 from pmor.sets.readings import Data, set_data
 from pmor.sets.solution import SetSolution
@@ -16,7 +16,7 @@ from pmor.work.results import Report
 from pmor.work.table import Columns, table, text_lines
 
 #: files of a result
-FILES = ("set.json", "set.md", "report.html", "set.png", "ste.png", "shares.png", "face_load.png")
+FILES = ("set.json", "set.md", "report.html", "set.png", "ste.png", "shares.png", "face_load.png", "root_stress.png")
 
 TORQUE_COLUMNS: Columns = {
     "torque [N m]": "torque_Nm",
@@ -40,12 +40,26 @@ MESH_COLUMNS: Columns = {
     "line load, largest [N/mm]": "line_load_max_N_per_mm",
     "K_Hβ": "k_h_beta",
 }
+STRESS_COLUMNS: Columns = {
+    "gear": "name",
+    "largest principal [MPa]": "max_principal_MPa",
+    "on the side of the": "loaded_by",
+    "range [MPa]": "range_MPa",
+    "most [MPa]": "range_most_MPa",
+    "least [MPa]": "range_least_MPa",
+    "its side": "range_loaded_by",
+}
 STE = (
     "By how much the first gear runs ahead along its line of action, held members at rest. K_γ: the largest mean load "
     "of a planet over the mean of all."
 )
 PLANETS = "Of the torque that the pins carry, mean and largest over the mesh cycle, at the nominal torque."
 MESHES = "At the nominal torque. Phase: where in its mesh cycle each mesh is at angle 0. K_Hβ: over the mesh cycle."
+STRESS = (
+    "At the nominal torque, of all teeth over the mesh cycle, with the loads of both flanks added up. Range: of the "
+    "stress across the root of one tooth over a turn of the gear against the carrier, at the point where it is "
+    "largest, and the limits between which it changes there. Side: of the flank that this mate loads; –: no mate does."
+)
 MODEL = (
     "All meshes are solved at once: exact line loads on the finite-element compliance of every member, which couples "
     "the flanks of one body; one rotation for each gear that is free to turn. A planetary set is seen from its carrier."
@@ -71,8 +85,12 @@ def set_report(file: SetFile, solved: SetSolution, failures: tuple[str, ...]) ->
         *tables[1:],
         Picture("face_load.png", "Line load over the face, added up over tooth pairs, at the nominal torque.",
                 face_load_figure(solved, nominal), "svg"),
-        MODEL,
     ]  # fmt: skip
+    if solved.root_stress:
+        blocks.append(Picture("root_stress.png", "Stress across the root of a tooth of each member, at the point where "
+                              "its range is largest, at the nominal torque.",
+                              root_stress_figure(solved, nominal), "svg"))  # fmt: skip
+    blocks.append(MODEL)
     if solved.plan.clockwise:
         blocks.append("The first gear is loaded clockwise: angles and tooth numbers count clockwise.")
     if file.notes:
@@ -101,7 +119,10 @@ def _tables(data: Data) -> list[Table]:
     found = [table("Transmission error", TORQUE_COLUMNS, data["torques"], STE)]
     if data["planets"]:
         found.append(table("Planets", PLANET_COLUMNS, data["planets"], PLANETS))
-    return [*found, table("Meshes", MESH_COLUMNS, data["meshes"], MESHES)]
+    found.append(table("Meshes", MESH_COLUMNS, data["meshes"], MESHES))
+    if data["root_stress"]:
+        found.append(table("Root stress", STRESS_COLUMNS, data["root_stress"], STRESS))
+    return found
 
 
 def _changed(sentence: str) -> str:

@@ -56,6 +56,7 @@ def _torque_data(file: SetFile, solved: SetSolution, number: int) -> Data:
         "k_gamma": plain(solved.k_gamma[number]),
         "planets": [_planet_data(solved, number, place) for place in range(len(plan.planets))],
         "meshes": [_mesh_data(solved, number, mesh) for mesh in range(len(plan.meshes))],
+        "root_stress": [_stress_data(solved, number, body) for body in range(len(solved.root_stress))],
     }
     if plan.planets:
         orbit = 1e3 * solved.hub_displacement[number, :, 0, :2]
@@ -90,6 +91,31 @@ def _mesh_data(solved: SetSolution, number: int, mesh: int) -> Data:
         "line_load_max_N_per_mm": plain(loads.max()),
         "k_h_beta": plain(solved.k_h_beta(mesh)[number]),
     }
+
+
+def _stress_data(solved: SetSolution, number: int, body: int) -> Data:
+    found = solved.root_stress[body]
+    top, cycle = int(np.argmax(found.max_principal_MPa[number])), found.cycle
+    side = int(cycle.range_MPa[number, 0].argmax())
+    return {
+        "name": solved.plan.bodies[body].name,
+        "max_principal_MPa": plain(found.max_principal_MPa[number, top]),
+        "loaded_by": loaded_by(solved, body, int(found.side[number, top])),
+        "radius_mm": plain(found.radius_mm[number, top]),
+        "z_mm": plain(found.z_mm[number, top]),
+        "range_MPa": plain(cycle.range_MPa[number, 0, side]),
+        "range_most_MPa": plain(cycle.most_MPa[number, 0, side]),
+        "range_least_MPa": plain(cycle.least_MPa[number, 0, side]),
+        "range_loaded_by": loaded_by(solved, body, side),
+        "range_radius_mm": plain(cycle.radius_mm[number, 0, side]),
+        "range_z_mm": plain(cycle.z_mm[number, 0, side]),
+    }
+
+
+def loaded_by(solved: SetSolution, body: int, side: int) -> str | None:
+    """Return the member whose teeth press on the flanks of a side of a body's teeth; None where there is none."""
+    mates = solved.root_stress[body].mates[side]
+    return "/".join(dict.fromkeys(solved.plan.bodies[mate].member for mate in mates)) or None
 
 
 def plain(value: Any) -> float | None:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.sets.figures import set_figure, share_figure, ste_figure
+from pmor.core.errors import CaseError
+from pmor.sets.figures import root_stress_figure, set_figure, share_figure, ste_figure
 from pmor.sets.loader import SetFile
 from pmor.sets.output import FILES, nominal_torque, set_report, set_text
 from pmor.sets.readings import Data, set_data
@@ -65,6 +66,18 @@ class SetResult:
     def plot_shares(self) -> Figure:
         """Draw the share of each planet over a mesh cycle, and the orbit of the sun."""
         return share_figure(self.solution, nominal_torque(self.file, self.solution))
+
+    def plot_root_stress(self) -> Figure:
+        """Draw the stress across the root of a tooth of each member over a turn.
+
+        Raises
+        ------
+        CaseError
+            When the file asks for no root stress.
+        """
+        if not self.solution.root_stress:
+            raise CaseError(f"{self.file.name}: has no root stress: leave [results] root_stress = false out")
+        return root_stress_figure(self.solution, nominal_torque(self.file, self.solution))
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
         """Write `set.json`, `set.md`, `report.html` and the pictures.

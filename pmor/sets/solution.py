@@ -15,6 +15,7 @@ from pmor.line.several import GearTrain, PlacedTrain
 from pmor.results.load_distribution import face_load_factor
 from pmor.results.orders import Orders, orders
 from pmor.sets.plan import SetPlan
+from pmor.sets.root_stress import GearStress, root_stress_of_set
 
 
 @dataclass(frozen=True)
@@ -128,6 +129,11 @@ class SetSolution:
     def k_h_beta(self, mesh: int) -> FloatArray:
         """Face load factor of a mesh under each torque, (D,)."""
         return face_load_factor(self.face_loads(mesh))
+
+    @cached_property
+    def root_stress(self) -> tuple[GearStress, ...]:
+        """Of all bodies; none where it was not asked for."""
+        return root_stress_of_set(self.placed, self.found)
 
     def ste_orders(self, torque: int) -> Orders:
         """Orders of the mesh in the transmission error under a torque by its number, um."""

@@ -42,6 +42,8 @@ def test_the_command_leaves_its_files(job):
     # The pin that stands ahead in the sense of the torque carries less.
     assert data["planets"][0]["share_mean"] < data["planets"][1]["share_mean"]
     assert len(data["meshes"]) == 6
+    assert [gear["name"] for gear in data["root_stress"]] == ["sun", "ring", "planet 1", "planet 2", "planet 3"]
+    assert data["root_stress"][3]["range_MPa"] > data["root_stress"][0]["range_MPa"] > 0.0
     assert data["failures"] == []
 
 
@@ -52,7 +54,7 @@ def test_python_finds_what_the_command_wrote(job):
     assert found.ste_um.shape == (2, 6)
     assert "K_γ" in str(found)
     assert repr(found) == "<SetResult of 'small': 6 meshes, 2 torques>"
-    for draw in (found.plot_set, found.plot_ste, found.plot_shares):
+    for draw in (found.plot_set, found.plot_ste, found.plot_shares, found.plot_root_stress):
         assert draw().axes
 
 
