@@ -106,7 +106,7 @@ def root_stress_figure(solved: SetSolution, torque: int) -> Figure:
         for member in _members(solved):
             gears = [n for n, body in enumerate(solved.plan.bodies) if body.member == member]
             ranges = [solved.root_stress[n].cycle.range_MPa[torque].max() for n in gears]
-            worst = gears[int(np.argmax(ranges))]
+            worst = gears[int(np.argmax(np.round(ranges, 3)))]  # equal ones differ by round-off
             stress = solved.root_stress[worst].over_turn_MPa[torque]
             turn = np.arange(len(stress)) / len(stress)
             axes.plot(turn, stress, label=legend_label(solved.plan.bodies[worst].name), lw=1.2)

@@ -57,8 +57,8 @@ PLANETS = "Of the torque that the pins carry, mean and largest over the mesh cyc
 MESHES = "At the nominal torque. Phase: where in its mesh cycle each mesh is at angle 0. K_Hβ: over the mesh cycle."
 STRESS = (
     "At the nominal torque, of all teeth over the mesh cycle, with the loads of both flanks added up. Range: of the "
-    "stress across the root of one tooth over a turn of the gear against the carrier, at the point where it is "
-    "largest, and the limits between which it changes there. Side: of the flank that this mate loads; –: no mate does."
+    "stress across the root of one tooth over a turn of the gear, at the point where it is largest, and the "
+    "limits between which it changes there. Side: of the flank that this mate loads; –: no mate does."
 )
 MODEL = (
     "All meshes are solved at once: exact line loads on the finite-element compliance of every member, which couples "
