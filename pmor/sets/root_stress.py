@@ -122,8 +122,8 @@ def _mesh(placed: PlacedTrain, found: SeveralResults, number: int) -> _Mesh:
     levers = levers_of(one.lines, found.movement @ placed.levers.ahead[number])
     force = found.force[..., one.part]
     loads = contact_loads(one.lines, pair.meshed.sections.z, levers, force, found.converged)
-    carrying = loads.pair
-    pairs = np.arange(carrying.min(), carrying.max() + 1) if len(carrying) else np.empty(0, dtype=np.int64)
+    # Of a mesh that nothing loads one tooth pair stands for all.
+    pairs = np.arange(loads.pair.min(), loads.pair.max() + 1) if len(loads.pair) else np.zeros(1, dtype=np.int64)
     flipped, shapes = [], []
     for body, flank in zip(one.mesh.bodies, (pair.meshed.pinion, pair.meshed.wheel), strict=True):
         own = bodies[body].root_stress
@@ -169,8 +169,6 @@ def _tops(gear: _Gear, loaded: Sequence[LoadedTeeth]) -> FloatArray:
     for whole, part in zip((values[0], *values[2:]), largest_on_fillet(gear.shapes, principal), strict=True):
         whole[carries] = part
     flat = [value.reshape(*carries.shape[:2], -1) for value in values]
-    if not len(felt):
-        return np.zeros((4, *carries.shape[:2]))
     best = flat[0].argmax(axis=-1)[..., None]
     return np.stack([np.take_along_axis(value, best, axis=-1)[..., 0] for value in flat])
 

@@ -101,6 +101,12 @@ def test_positions_that_do_not_converge_have_no_root_stress(planets):
     assert np.isnan(gear.over_turn_MPa).sum() == 18
 
 
+def test_a_planet_without_load_has_no_root_stress(tmp_path):
+    text = SMALL_SET.replace("[10.0, 0.0, 0.0]", "[200.0, 0.0, 0.0]").replace("torques_Nm = [100.0]", "")
+    first, *_ = (gear for gear in pmor.gear_set(written_set(tmp_path, text)).data["root_stress"][2:])
+    assert (first["name"], first["max_principal_MPa"], first["range_MPa"]) == ("planet 1", 0.0, 0.0)
+
+
 def test_a_set_can_leave_root_stress_out(tmp_path):
     found = pmor.gear_set(written_set(tmp_path, f"{SMALL_SET}[results]\nroot_stress = false\n"))
     assert found.data["root_stress"] == []
