@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from pmor.body.blank import LEFT_OUT, Blank, Ring, signed_teeth
-from pmor.body.far_compliance import FarCompliance, FarTeeth, far_compliance
+from pmor.body.far_compliance import FaceResponse, FarCompliance, FarTeeth, far_compliance
 from pmor.body.fillet_stress import NEIGHBOURS, FilletPoints, FilletStress, sector_stress
 from pmor.body.rim_stress import REACH, face_patterns, rim_stress
 from pmor.body.support import Change, Support, added_by_the_last, forces_of_holes, support_of_holes
@@ -99,14 +100,7 @@ def elastic_gear(
         Teeth beyond the neighbours, and their other flanks, that are loaded together with a tooth.
     blank : Blank, optional
         What a sector stands on that ends within its rim (`SectorMesh.on_blank`).
-
-    Raises
-    ------
-    ValueError
-        For far teeth on a blank.
     """
-    if far is not None and blank is not None:
-        raise ValueError("the compliance between far teeth is known of gears without blanks alone")
     points, carried = sector_stress(fillet, mesh, youngs_modulus, poisson_ratio) if fillet else (None, ())
     back = far is not None and len(far.backs) + len(far.images) > 0
     sector = condense_sector(mesh, youngs_modulus, poisson_ratio, element, keep_rows, layer_columns, carried, back)
@@ -122,15 +116,18 @@ def elastic_gear(
         load, side = to @ load, _turned(to, side, to)
         reach = neighbours + 1 if far is None else max(neighbours + 1, mesh.teeth // 2)
         faces = _bored_ring(mesh, side, reach)
+        response: FaceResponse = partial(_of_bored_ring, faces)
         sectors = range(-neighbours - 1, neighbours + 1)
         by_face = [np.hstack([faces(k), faces(k + 1)]) @ load[:, :n_flank] for k in sectors]
         moved = [np.concatenate([own_face, before]) for before, own_face in pairwise(by_face)]
     else:
-        to, load, patterns, ring, change = _on_blank(
-            mesh, blank, load, side, own[:, :n_flank], neighbours, points is not None
+        to, load, patterns, ring, change, response = _on_blank(
+            mesh, blank, load, side, own[:n_flank, :n_flank], neighbours, points is not None
         )
         moved = list(ring.moved)
-        support = None if change is None else _of_holes(mesh, change, ring, neighbours)
+        # Of a gear with several meshes any two teeth may be loaded together.
+        reach = neighbours if far is None else mesh.teeth - 1
+        support = None if change is None else _of_holes(mesh, change, ring, neighbours, reach)
 
     flanks = np.stack([load.T @ face for face in moved])
     flanks[neighbours] += own[:, :n_flank]
@@ -160,7 +157,7 @@ def elastic_gear(
     compliance = _on_the_grid(mesh, compliance)
     if sector.layer is not None:
         compliance[neighbours] -= sector.layer
-    between = _between_far_teeth(mesh, faces, load, far) if far is not None else None
+    between = _between_far_teeth(mesh, response, load, far) if far is not None else None
     return ElasticGear(
         mesh,
         neighbours,
@@ -176,40 +173,61 @@ def elastic_gear(
 
 
 class _OnBlank(NamedTuple):
-    """Coordinates of a sector's faces, loads on them and their patterns, what these do, and what makes teeth differ."""
+    """Coordinates of a sector's faces, loads on them and their patterns, what these do, and what makes teeth differ.
+
+    `response` is what any loads on the faces do.
+    """
 
     to: sp.csr_array
     load: FloatArray
     patterns: FloatArray | None
     ring: Ring
     change: tuple[Change, int] | None
+    response: FaceResponse
 
 
 def _on_blank(
     mesh: SectorMesh, blank: Blank, of_nodes: FloatArray, held: FloatArray, own: FloatArray, neighbours: int,
     with_stress: bool,
 ) -> _OnBlank:  # fmt: skip
-    """Put a sector on a blank, with as many harmonics as it needs: loads on faces under forces on the flank."""
+    """Put a sector on a blank, with as many harmonics as it needs: loads on faces under forces on the flanks."""
     lines, sides = _line_loads(mesh), _coordinates(mesh)
     while True:
         to = sp.block_diag([sides, blank.coordinates(mesh)], format="csr")
-        load, patterns, reach = to @ of_nodes, None, 0
+        of_faces, stiffness, patterns, reach = to @ of_nodes, _turned(to, held, to), None, 0
+        load = of_faces[:, : len(own)]
         if with_stress:
             patterns, reach = face_patterns(load), min(mesh.teeth // 2, REACH)
-        ring = blank.ring(mesh, _turned(to, held, to), load, neighbours, lines, patterns, reach)
+        ring = blank.ring(mesh, stiffness, load, neighbours, lines, patterns, reach)
         change, added = blank.change(mesh.twist_per_length), ring.added
         if blank.web is not None and change is not None:
             added = added + added_by_the_last(ring.felt @ lines, ring.flexibility, change[0], mesh.teeth, change[1])
         itself = np.einsum("ik,ik->k", lines, own @ lines + load.T @ (ring.moved[neighbours] @ lines))
         wider = blank.wider(mesh.teeth)
         if wider is None or (added <= LEFT_OUT * itself).all():
-            return _OnBlank(to, load, patterns, ring, change)
+            return _OnBlank(to, of_faces, patterns, ring, change, partial(_of_blank, mesh, blank, stiffness))
         blank = wider
 
 
-def _between_far_teeth(
-    mesh: SectorMesh, faces: Callable[[int], FloatArray], load: FloatArray, asked: FarTeeth
-) -> FarCompliance:
+def _of_blank(mesh: SectorMesh, blank: Blank, stiffness: FloatArray, forces: FloatArray) -> Callable[[int], FloatArray]:
+    """Displacement of the faces of sector k by forces on those of sector 0, on a blank."""
+    reach = mesh.teeth // 2
+    moved = blank.ring(mesh, stiffness, forces, reach, np.zeros((forces.shape[1], 0))).moved
+    return lambda k: moved[(k + reach) % mesh.teeth]
+
+
+def _of_bored_ring(faces: Callable[[int], FloatArray], forces: FloatArray) -> Callable[[int], FloatArray]:
+    """Displacement of the side faces of sector k, left and right, by forces on those of sector 0, the bore held."""
+    left, right = np.split(forces, 2)
+
+    def moved(k: int) -> FloatArray:
+        here = faces(k)
+        return np.concatenate([here @ left + faces(k + 1) @ right, faces(k - 1) @ left + here @ right])
+
+    return moved
+
+
+def _between_far_teeth(mesh: SectorMesh, faces: FaceResponse, load: FloatArray, asked: FarTeeth) -> FarCompliance:
     """Compliance between far teeth, of all nodes of a flank, in the components that contact forces have."""
     components = 2 if mesh.twist_per_length == 0.0 else 3
     used = (3 * np.arange(mesh.flank.size)[:, None] + np.arange(components)).ravel()
@@ -247,9 +265,10 @@ def _line_loads(mesh: SectorMesh) -> FloatArray:
     return np.asarray(completion(mesh, mesh.flank).T @ rows.reshape(-1, len(mesh.flank)))
 
 
-def _of_holes(mesh: SectorMesh, change: tuple[Change, int], ring: Ring, neighbours: int) -> Support:
+def _of_holes(mesh: SectorMesh, change: tuple[Change, int], ring: Ring, neighbours: int, reach: int) -> Support:
     """Part of low rank of the compliance of all nodes of the flank."""
-    found = support_of_holes(ring.felt, ring.flexibility, change[0], signed_teeth(mesh), change[1], neighbours)
+    softening, holes = change
+    found = support_of_holes(ring.felt, ring.flexibility, softening, signed_teeth(mesh), holes, neighbours, reach)
     return replace(found, rows=np.asarray(completion(mesh, mesh.flank) @ found.rows))
 
 

@@ -25,7 +25,8 @@ LEFT_OUT = 1e-7
 # Loads, drawn at random, under which the movements are looked at: several times as many as shapes are found.
 DRAWN = 96
 
-FaceCompliance = Callable[[int], FloatArray]
+# Displacement of the faces of sector k, a callable of k, by forces on those of sector 0, (s, m).
+FaceResponse = Callable[[FloatArray], Callable[[int], FloatArray]]
 
 
 class FarTeeth(NamedTuple):
@@ -66,44 +67,46 @@ class FarCompliance:
 
 
 def far_compliance(
-    faces: FaceCompliance, flank: FloatArray, back: FloatArray, teeth: int, asked: FarTeeth
+    faces: FaceResponse, flank: FloatArray, back: FloatArray, teeth: int, asked: FarTeeth
 ) -> FarCompliance:
     """Find the shapes of far teeth, and the compliance between them.
 
     Parameters
     ----------
     faces : callable
-        Displacement of the side face k by unit forces on side face 0, shape (s, s), mm/N.
-    flank, back : ndarray, shape (2 s, n)
-        Forces on the left and on the right side face of a held sector by unit forces on either flank; of the back in
-        its image. `back` has no columns where nothing is asked for there.
+        Displacement of the faces of a sector k by forces on those of sector 0, mm.
+    flank, back : ndarray, shape (s, n)
+        Forces on the faces of a held sector by unit forces on either flank; of the back in its image. `back` has no
+        columns where nothing is asked for there.
     teeth : int
     """
-    kinds = (
-        (flank, flank, _both_ways(asked.flanks, teeth)),
-        (back, back, _both_ways(asked.images, teeth)),
-        (back, flank, sorted({k % teeth for k in asked.backs})),
-    )
+    alike, backs = _both_ways(asked.flanks, teeth), sorted({k % teeth for k in asked.backs})
     drawn = np.random.default_rng(30).standard_normal((flank.shape[1], min(DRAWN, flank.shape[1])))
-    moved = [there.T @ _between(faces, k, loaded @ drawn) for there, loaded, offsets in kinds for k in offsets]
-    moved += [flank.T @ _between(faces, -k, back @ drawn) for k in kinds[2][2]]
+    by = _by_either(faces, flank, back, drawn)
+    moved = [flank.T @ by(k)[0] for k in alike]
+    moved += [back.T @ by(k)[1] for k in _both_ways(asked.images, teeth)]
+    moved += [back.T @ by(k)[0] for k in backs] + [flank.T @ by(-k)[1] for k in backs]
     shapes, size, _ = np.linalg.svd(np.hstack(moved), full_matrices=False)
     shapes = np.ascontiguousarray(shapes[:, size > LEFT_OUT * size[0]])
+    by = _by_either(faces, flank, back, shapes)
+    kinds = (flank, 0, alike), (back, 1, _both_ways(asked.images, teeth)), (back, 0, backs)
     between = [np.full((teeth, shapes.shape[1], shapes.shape[1]), np.nan) for _ in kinds]
     for found, (there, loaded, offsets) in zip(between, kinds, strict=True):
         for k in offsets:
-            found[k] = (there @ shapes).T @ _between(faces, k, loaded @ shapes)
-    flanks, images, backs = between
+            found[k] = (there @ shapes).T @ by(k)[loaded]
+    flanks, images, of_backs = between
     # In the image teeth count clockwise.
-    return FarCompliance(shapes, flanks, np.ascontiguousarray(np.roll(images[::-1], 1, axis=0)), backs)
+    return FarCompliance(shapes, flanks, np.ascontiguousarray(np.roll(images[::-1], 1, axis=0)), of_backs)
+
+
+def _by_either(
+    faces: FaceResponse, flank: FloatArray, back: FloatArray, shapes: FloatArray
+) -> Callable[[int], list[FloatArray]]:
+    """Displacement of the faces of sector k by shapes of forces on the flank of sector 0, and on its other flank."""
+    loads = [loaded @ shapes for loaded in (flank, back) if loaded.size]
+    moved = faces(np.hstack(loads))
+    return lambda k: np.split(moved(k), len(loads), axis=1)
 
 
 def _both_ways(offsets: tuple[int, ...], teeth: int) -> list[int]:
     return sorted({sign * k % teeth for k in offsets for sign in (1, -1)})
-
-
-def _between(faces: FaceCompliance, k: int, forces: FloatArray) -> FloatArray:
-    """Displacement of the side faces of sector k, left and right, under forces on those of sector 0."""
-    left, right = np.split(forces, 2)
-    here = faces(k)
-    return np.concatenate([here @ left + faces(k + 1) @ right, faces(k - 1) @ left + here @ right])

@@ -55,7 +55,9 @@ def flank_compliance(bodies: tuple[ElasticGear, ElasticGear], components: int) -
     pinion, wheel = bodies
     first = _loaded_part(pinion, components)
     second = first if wheel is pinion else _loaded_part(wheel, components)
-    return FlankCompliance((first, second), components, (_holes(pinion, components), _holes(wheel, components)))
+    return FlankCompliance(
+        (first, second), components, (loaded_support(pinion, components), loaded_support(wheel, components))
+    )
 
 
 def _loaded_part(body: ElasticGear, components: int) -> FloatArray:
@@ -63,7 +65,8 @@ def _loaded_part(body: ElasticGear, components: int) -> FloatArray:
     return np.ascontiguousarray(blocks[:, used[:, None], used])
 
 
-def _holes(body: ElasticGear, components: int) -> Support | None:
+def loaded_support(body: ElasticGear, components: int) -> Support | None:
+    """Return the part of low rank in the components that contact forces have; None of a gear whose teeth are alike."""
     if body.support is None:
         return None
     return replace(body.support, rows=np.ascontiguousarray(body.support.rows[_loaded_unknowns(body, components)]))

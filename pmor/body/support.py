@@ -21,7 +21,9 @@ all of it is held, M how it moves under forces there while the lugs alone are (`
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import scipy.linalg as la
@@ -63,10 +65,22 @@ class Support:
             return np.asarray(self.compliance[loaded % len(self.compliance), moved - loaded])
         return np.asarray(self.compliance[moved % len(self.compliance), loaded - moved].T)
 
+    def of_teeth(self, moved: IntArray, loaded: IntArray, teeth: int) -> FloatArray:
+        """Return S between teeth (A,) of a gear with so many, whose numbers go round, (A, q, q)."""
+        period, covered = self.compliance.shape[:2]
+        ahead, behind = (moved - loaded) % teeth, (loaded - moved) % teeth
+        found = np.zeros((len(moved), *self.compliance.shape[2:]))
+        near = ahead < covered
+        found[near] = self.compliance[loaded[near] % period, ahead[near]]
+        near = ~near & (behind < covered)
+        found[near] = self.compliance[moved[near] % period, behind[near]].transpose(0, 2, 1)
+        return found
+
 
 def support_of_holes(
-    felt: ComplexArray, flexibility: ComplexArray, softening: Change, teeth: int, holes: int, neighbours: int
-) -> Support:
+    felt: ComplexArray, flexibility: ComplexArray, softening: Change, teeth: int, holes: int, neighbours: int,
+    reach: int | None = None,
+) -> Support:  # fmt: skip
     """Return what holes add to the compliance of a gear: equation (B).
 
     Parameters
@@ -79,6 +93,10 @@ def support_of_holes(
         K, or what M is taken from.
     teeth : int
         Negative where they follow each other clockwise.
+    neighbours : int
+        Teeth whose movement says which patterns are told.
+    reach : int, optional
+        Teeth that the compliance covers; by default the neighbours.
     """
     amplitudes = felt.reshape(-1, felt.shape[2])
     _, sizes, rows = np.linalg.svd(np.concatenate([amplitudes.real, amplitudes.imag]), full_matrices=False)
@@ -86,13 +104,20 @@ def support_of_holes(
     period = abs(teeth) // math.gcd(teeth, holes)
     moved = _on_teeth(felt, patterns, teeth)
     forces = _of_loads(moved[:, :period], flexibility, softening)
-    found = np.empty((period, neighbours + 1, patterns.shape[1], patterns.shape[1]))
+    kept = _telling(_between_teeth(moved, forces, neighbours))
+    reach = neighbours if reach is None else reach
+    return Support(patterns @ kept, _between_teeth(moved @ kept, forces @ kept, reach))
+
+
+def _between_teeth(moved: ComplexArray, forces: ComplexArray, reach: int) -> FloatArray:
+    """S of patterns by their amplitudes Y_k (amplitudes, teeth, q) and the forces M Y_i (amplitudes, p, q)."""
+    (_, teeth, count), period = moved.shape, forces.shape[1]
+    found = np.empty((period, reach + 1, count, count))
     for i in range(period):
-        for k in range(neighbours + 1):
-            found[i, k] = (moved[:, (i + k) % abs(teeth)].conj().T @ forces[:, i]).real
+        for k in range(reach + 1):
+            found[i, k] = (moved[:, (i + k) % teeth].conj().T @ forces[:, i]).real
     found[:, 0] = 0.5 * (found[:, 0] + found[:, 0].transpose(0, 2, 1))
-    kept = _telling(found)
-    return Support(patterns @ kept, kept.T @ found @ kept)
+    return found
 
 
 def forces_of_holes(
@@ -174,33 +199,30 @@ def _telling(compliance: FloatArray) -> FloatArray:
 
 
 def support_flexibility(
-    support: Support, carriers: tuple[IntArray, FloatArray], node_rows: int, tooth: IntArray, row: IntArray,
-    gradient: FloatArray,
-) -> FloatArray:  # fmt: skip
+    support: Support, teeth: int, rows: Sequence[FloatArray], tooth: Sequence[IntArray]
+) -> FloatArray:
     """Return L S L^T of placed sections on a gear, (A, N, N), mm/N.
 
     Parameters
     ----------
-    carriers, node_rows, row, gradient
-        As in `carried_rows`.
-    tooth : ndarray of int, shape (A, P)
-        Of the gear, of each tooth pair; S sections of each: N in all.
+    teeth : int
+        Of the gear.
+    rows : ndarrays, shape (A, S, q)
+        Of the sections of each of its loaded teeth, as `carried_rows` gives them: N sections in all.
+    tooth : ndarrays of int, shape (A,)
+        Its number.
     """
-    rows = carried_rows(support.rows, carriers, node_rows, row, gradient)
-    angles, pairs = tooth.shape
-    by_pair = rows.reshape(angles, pairs, -1, rows.shape[2])
-    period, reach = support.compliance.shape[:2]
-    found = np.zeros((angles, pairs, by_pair.shape[2], pairs, by_pair.shape[2]))
-    for a in range(pairs):
-        for b in range(pairs):
-            apart = int(tooth[0, a] - tooth[0, b])
-            if 0 <= apart < reach:
-                eased = support.compliance[tooth[:, b] % period, apart]
-                block = by_pair[:, a] @ eased @ by_pair[:, b].transpose(0, 2, 1)
-                found[:, a, :, b] = block
-                found[:, b, :, a] = block.transpose(0, 2, 1)
-    size = pairs * by_pair.shape[2]
-    return found.reshape(angles, size, size)
+    ends = np.cumsum([0, *(of_tooth.shape[1] for of_tooth in rows)])
+    parts = [slice(first, last) for first, last in pairwise(ends.tolist())]
+    found = np.zeros((len(tooth[0]), ends[-1], ends[-1]))
+    for a, part in enumerate(parts):
+        for b, other in enumerate(parts[: a + 1]):
+            eased = support.of_teeth(tooth[a], tooth[b], teeth)
+            if eased.any():
+                block = rows[a] @ eased @ rows[b].transpose(0, 2, 1)
+                found[:, part, other] = block
+                found[:, other, part] = block.transpose(0, 2, 1)
+    return found
 
 
 def carried_rows(

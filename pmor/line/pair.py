@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pmor.body.support import Support, support_flexibility
+from pmor.body.support import Support, carried_rows, support_flexibility
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.line.hertz import WidthLimit, width_limit
@@ -180,14 +180,19 @@ def on_supports(
         rows = hub_rows(meshed.pair, lines, meshed.sections.z)
         total = rows @ meshed.hubs.compliance @ rows.transpose(0, 2, 1)
         lines = lines._replace(gap=lines.gap + rows @ meshed.hubs.offset)
+    if not any(supports):
+        return lines, total
     (column, share), node_rows = meshed.carriers
-    pairs = lines.first_pair[:, None] + np.arange(meshed.tooth_pair_count)
+    pairs = [lines.first_pair + place for place in range(meshed.tooth_pair_count)]
+    gears = meshed.pair.pinion, meshed.pair.wheel
     for gear, (support, sense) in enumerate(zip(supports, (1, -1), strict=True)):
         if support is not None:  # wheel teeth count against tooth pairs
-            total += support_flexibility(
-                support, (column[gear], share[gear]), node_rows[gear], sense * pairs, lines.row[..., gear],
+            rows = carried_rows(
+                support.rows, (column[gear], share[gear]), node_rows[gear], lines.row[..., gear],
                 lines.gradient[:, :, gear],
             )  # fmt: skip
+            by_pair = np.split(rows, meshed.tooth_pair_count, axis=1)
+            total += support_flexibility(support, abs(gears[gear].teeth), by_pair, [sense * pair for pair in pairs])
     return lines, total
 
 

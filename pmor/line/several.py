@@ -16,7 +16,7 @@ import numpy as np
 from pmor.body.far_compliance import FarCompliance
 from pmor.body.root_stress import RootStressShapes
 from pmor.body.section_compliance import ROWS
-from pmor.body.support import carried_shapes
+from pmor.body.support import Support, carried_rows, carried_shapes, support_flexibility
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.conventions import rotation_z
 from pmor.gear.condition import ALIGNED, Assembly
@@ -128,6 +128,8 @@ class TrainBody:
         Whether `far` and `root_stress` are those of its image: of a gear all of whose meshes are images.
     root_stress : RootStressShapes or None
         Where it was asked for.
+    support : Support or None
+        Of a ring at lugs: by what its teeth differ, as its meshes see it.
     """
 
     name: str
@@ -135,6 +137,7 @@ class TrainBody:
     far: FarCompliance | None = None
     image: bool = False
     root_stress: RootStressShapes | None = None
+    support: Support | None = None
 
 
 @dataclass(frozen=True)
@@ -341,6 +344,8 @@ class PlacedTrain:
         rigid += np.einsum(
             "anr,dar->dan", self._support_rows, np.einsum("anr,dan->dar", self._support_rows, results.force)
         )
+        if self._at_lugs is not None:
+            rigid += np.einsum("anm,dam->dan", self._at_lugs, results.force)
         return np.asarray((rigid < 0.0).any(axis=0) & ~self.ready)
 
     @cached_property
@@ -351,11 +356,38 @@ class PlacedTrain:
         root = (vectors[:, kept] * np.sqrt(values[kept])).T
         return np.concatenate([self._on_bodies(one, root) for one in self.placed], axis=1)
 
+    @cached_property
+    def _at_lugs(self) -> FloatArray | None:
+        """What rings at lugs give way between all sections, (A, N, N), mm/N; None where none is held so."""
+        found = None
+        for number, body in enumerate(self.train.bodies):
+            if body.support is None:
+                continue
+            found = np.zeros_like(self.between) if found is None else found
+            rows, tooth, place = [], [], []
+            for one, gear in (
+                (one, gear) for one in self.placed for gear in range(2) if one.mesh.bodies[gear] == number
+            ):
+                meshed = one.mesh.pair.meshed
+                (column, share), node_rows = meshed.carriers
+                of_mesh = carried_rows(
+                    body.support.rows, (column[gear], share[gear]), node_rows[gear], one.lines.row[..., gear],
+                    one.lines.gradient[:, :, gear],
+                )  # fmt: skip
+                rows += np.split(of_mesh, meshed.tooth_pair_count, axis=1)
+                tooth += [*_teeth(one)[:, :: len(meshed.width), gear].T]
+                place.append(np.arange(one.part.start, one.part.stop))
+            at = np.concatenate(place)
+            found[:, at[:, None], at] += support_flexibility(body.support, body.teeth, rows, tooth)
+        return found
+
     def _make_ready(self, wanted: BoolArray) -> None:
         """Fill the flexibilities of further sections; those that were ready are filled again."""
         ready = self.ready | wanted
         rows, (gathered, *compliance) = self._support_rows, self._far
         self.between[:] = rows @ rows.transpose(0, 2, 1) if rows.shape[2] else 0.0
+        if self._at_lugs is not None:
+            self.between[:] += self._at_lugs
         for one in self.placed:
             own = np.ascontiguousarray(ready[:, one.part])
             local = Flexibility(np.zeros((*own.shape, own.shape[1])), np.zeros(own.shape, dtype=bool))

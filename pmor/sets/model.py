@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pmor.body.far_compliance import FarTeeth
+from pmor.body.flank_compliance import loaded_support
 from pmor.body.root_stress import RootStressShapes, other_hand, root_stress_shapes
 from pmor.body.section_compliance import section_compliance
 from pmor.case import Case
@@ -103,14 +104,26 @@ def build_train(
         case, model = cases[use.case], models[use.case]
         sector, gear = ((model.pinion, case.pair.pinion), (model.wheel, case.pair.wheel))[use.gear]
         asked = _far_teeth(member, bodies, meshes, meetings, placed, use.image)
+        if gear.lugs is not None:
+            ring = next(n for n, mesh in enumerate(meshes) if bodies[mesh.wheel].member == member)
+            first_deg = gear.lugs.first_deg - _from_the_axis_deg(meetings[ring], placed[ring])
+            gear = replace(gear, held=replace(gear.lugs, first_deg=first_deg))
         solved[member] = solved_gear(case, model, sector, gear, far=asked)
     pairs = {}
     for name, model in models.items():
         gears = [_near(solved[member], use.image != own[member].image) for member, use in _gears_of(name, uses)]
         pairs[name] = _line_pair(as_layered(model.meshed), (gears[0], gears[1]))
     stress = {member: _root_stress(body) for member, body in solved.items()}
+    uneven = {member: loaded_support(body, _components(body)) for member, body in solved.items()}
     train_bodies = tuple(
-        TrainBody(body.name, of_member.mesh.teeth, of_member.far, own[body.member].image, stress[body.member])
+        TrainBody(
+            body.name,
+            of_member.mesh.teeth,
+            of_member.far,
+            own[body.member].image,
+            stress[body.member],
+            uneven[body.member],
+        )
         for body, of_member in ((body, solved[body.member]) for body in bodies)
     )
     train_meshes = tuple(
@@ -150,7 +163,11 @@ def _line_pair(meshed: LayeredPair, gears: tuple[FloatArray, FloatArray]) -> Lin
 def _root_stress(body: ElasticGear) -> RootStressShapes | None:
     if body.fillet is None:
         return None
-    return root_stress_shapes(body.fillet, loaded_components(True, body.mesh.twist_per_length != 0.0))
+    return root_stress_shapes(body.fillet, _components(body))
+
+
+def _components(body: ElasticGear) -> int:
+    return loaded_components(True, body.mesh.twist_per_length != 0.0)
 
 
 def _near(body: ElasticGear, flipped: bool) -> FloatArray:
@@ -190,6 +207,13 @@ def _far_teeth(
     if not (alike[0] or alike[1] or backs):
         return None
     return FarTeeth(tuple(sorted(alike[0])), tuple(sorted(alike[1])), tuple(sorted(backs)))
+
+
+def _from_the_axis_deg(meeting: Meeting, place: Placement) -> float:
+    """Return how far, at angle 0, a ring stands ahead of where it is in its pair at pinion angle 0, from the y axis."""
+    side = -1.0 if place.image else 1.0
+    turned = meeting.pair.wheel_tooth_rotation(place.start) - meeting.pair.wheel_tooth_rotation(0.0)
+    return math.degrees(side * place.direction + turned)
 
 
 def _near_to(offset: float, reach: float) -> range:

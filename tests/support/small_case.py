@@ -57,6 +57,8 @@ def small_case(width="half", **reduction):
 def _toml(value):
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{key} = {_toml(one)}' for key, one in value.items())}}}"
     return f'"{value}"' if isinstance(value, str) else repr(value)
 
 

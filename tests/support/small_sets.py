@@ -65,10 +65,15 @@ SUN, PLANET, RING = 17, 22, 61
 
 
 @cache
-def planetary(planets=3, floating=False, teeth=(SUN, PLANET, RING), helix=0.0, **mesh):
-    """A set whose ring is held, seen from its carrier; the sun drives, and floats where that is asked for."""
+def planetary(planets=3, floating=False, teeth=(SUN, PLANET, RING), helix=0.0, lugs=(), **mesh):
+    """A set whose ring is held, seen from its carrier; the sun drives, and floats where that is asked for.
+
+    Lugs are their number, their angle and the place of the first one, degrees.
+    """
     sun, planet, ring = teeth
     inside = {"teeth": ring, "internal": True, "addendum": 0.8, "root_fillet_mm": 0.6, "rim_thickness_mm": 12.0}
+    if lugs:
+        inside["held"] = dict(zip(("lugs", "lug_deg", "first_deg"), lugs, strict=True))
     middle = {"teeth": planet, "bore_radius_mm": 22.0}
     cases = {
         "sun": line_case({"teeth": sun, "bore_radius_mm": 17.0}, middle, helix, mesh=mesh),

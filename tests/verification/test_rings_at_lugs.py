@@ -13,6 +13,7 @@ from numpy.testing import assert_allclose
 import pmor.body.support
 from pmor.body.blank import blank_response
 from pmor.body.elastic_gear import elastic_gear
+from pmor.body.far_compliance import FarTeeth
 from pmor.case import make_case
 from pmor.core.conventions import rotation_z
 from pmor.fe.assembly import assemble, degrees_of_freedom
@@ -159,9 +160,16 @@ def test_a_ring_at_lugs_is_the_whole_ring_in_one_matrix(helix, element, monkeypa
     monkeypatch.setattr(pmor.body.support, "LEAST_MOVED", 1e-12)
     lugs = {"lugs": 5, "lug_deg": 14.0, "first_deg": 7.0}
     mesh, blank, element = small_ring(helix, lugs, element=element, width_elements=1)
-    gear, teeth = elastic_gear(mesh, *MATERIAL, element, 2, blank=blank), (-1, 0, 1, 2)
+    far, teeth = (9, 15), (-1, 0, 1, 2, 9, -9, 15)
+    gear = elastic_gear(mesh, *MATERIAL, element, 2, far=FarTeeth(far, (), ()), blank=blank)
+    used = (3 * np.arange(mesh.flank.size)[:, None] + np.arange(2 if helix == 0.0 else 3)).ravel()
     for k, expected in zip(teeth, whole_ring(mesh, blank, element, teeth), strict=True):
-        found = gear.tooth_compliance(k) + gear.support.rows @ gear.support.between(k, 0) @ gear.support.rows.T
+        found = gear.support.rows @ gear.support.of_teeth(*np.array([[k], [0]]), mesh.teeth)[0] @ gear.support.rows.T
+        if abs(k) in far:
+            found, expected = found[used[:, None], used], expected[used[:, None], used]
+            found += gear.far.shapes @ gear.far.flanks[k] @ gear.far.shapes.T
+        else:
+            found += gear.tooth_compliance(k)
         assert_allclose(found, expected, rtol=0.0, atol=1e-8 * np.abs(expected).max())
 
 

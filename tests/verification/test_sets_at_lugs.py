@@ -1,0 +1,101 @@
+"""Sets whose ring is held at lugs: what symmetry says over a turn of the carrier, and against pairs."""
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.pair.conditions import nominal_condition
+from pmor.pair.model import elastic_model, mesh_model
+from pmor.sets.model import SetBody, SetMesh, build_train
+from pmor_offline.train import train
+from pmor_online.line_sweep import sweep_line_loads
+from pmor_online.model import reduced_pair
+from tests.support.small_sets import MODULE, line_case, planetary, rotations
+
+TORQUE, ANGLES = 1e5, 3
+COARSE = {"profile_elements": 3, "width_elements": 1}
+# Of the mean: what rounding leaves of orders that symmetry forbids.
+FORBIDDEN = 1e-8
+TEETH = {"in phase": (18, 18, 54), "one after the other": (17, 22, 61)}
+
+
+@cache
+def over_a_turn(teeth, lugs, floating=False, **mesh):
+    """STE, um, and the load of each planet on the sun, N, over a turn of the carrier against the ring."""
+    built = planetary(3, floating, teeth, lugs=lugs, **COARSE | mesh)[1]
+    pair = built.meshes[0].pair.meshed.pair
+    placed = built.place(pair.pitch * np.arange(teeth[2] * ANGLES) / ANGLES)
+    found = placed.solve(np.r_[TORQUE, np.zeros(len(built.free) - 1)])
+    assert found.converged.all()
+    forces = np.stack([found.force[0][:, one.part].sum(axis=1) for one in placed.placed[::2]], axis=1)
+    return 1e3 * pair.pinion.base_radius * found.movement[0, :, 0], forces
+
+
+@pytest.mark.parametrize(("teeth", "count"), [("in phase", 4), ("in phase", 9), ("one after the other", 5)])
+def test_orders_over_the_turn_of_the_carrier_are_those_that_lugs_teeth_and_planets_share(teeth, count):
+    """Planets feel lugs and teeth: multiples of gcd(lugs, teeth); what all of them move, of their number too."""
+    teeth = TEETH[teeth]
+    ste, forces = over_a_turn(teeth, (count, 10.0, 7.0))
+    of_a_planet = math.gcd(count, teeth[2])
+    for values, step in ((ste, math.lcm(of_a_planet, 3)), *((force, of_a_planet) for force in forces.T)):
+        orders = np.abs(np.fft.rfft(values)) / len(values)
+        allowed = np.arange(len(orders)) % step == 0
+        assert orders[~allowed].max(initial=0.0) < FORBIDDEN * orders[0]
+    between = np.arange(1, len(ste) // ANGLES)  # below the order of the mesh
+    assert np.abs(np.fft.rfft(ste))[between].max() > 1e-3 * np.abs(ste.sum())
+
+
+def test_planets_carry_alike_a_third_of_a_turn_later():
+    _, forces = over_a_turn(TEETH["one after the other"], (5, 10.0, 7.0))
+    third = len(forces) // 3
+    # The sun turns counter-clockwise against the carrier, the ring the other way.
+    assert_allclose(np.roll(forces[:, 0], -third), forces[:, 1], rtol=1e-8)
+    assert_allclose(np.roll(forces[:, 0], -2 * third), forces[:, 2], rtol=1e-8)
+    assert np.ptp(forces[:, 0]) > 1e-3 * forces.mean()
+
+
+def test_lugs_turned_by_a_tooth_shift_all_by_a_pitch():
+    teeth = TEETH["in phase"]
+    (one, _), (turned, _) = (over_a_turn(teeth, (4, 10.0, first)) for first in (7.0, 7.0 + 360.0 / teeth[2]))
+    # Lugs count in the frame of the mesh, in which the ring turns counter-clockwise.
+    assert_allclose(turned, np.roll(one, -ANGLES), rtol=1e-8)
+    assert np.abs(turned - one).max() > 1e-4 * one.mean()
+
+
+def test_lugs_all_around_give_as_little_as_all_of_the_outside_and_fewer_give_more():
+    teeth = TEETH["in phase"]
+    outside, *held = (
+        over_a_turn(teeth, lugs)[0].mean() for lugs in ((), (9, 39.99, 0.0), (9, 20.0, 0.0), (3, 20.0, 0.0))
+    )
+    assert_allclose(held[0], outside, rtol=0.02)
+    assert (np.diff([outside, *held]) > 0.0).all()
+
+
+@pytest.mark.parametrize("bend_deg", [0.0, 50.0])
+def test_a_single_mesh_is_the_pair_at_lugs(bend_deg):
+    """Wherever the ring stands to the y axis, which lugs count from."""
+    ring = {"teeth": 41, "internal": True, "addendum": 0.8, "root_fillet_mm": 0.6, "rim_thickness_mm": 12.0}
+    pinion = {"teeth": 17, "bore_radius_mm": 17.0}
+
+    def case(first_deg):
+        return line_case(pinion, ring | {"held": {"lugs": 5, "lug_deg": 10.0, "first_deg": first_deg}}, mesh=COARSE)
+
+    distance, bend = 0.5 * MODULE * (41 - 17), math.radians(bend_deg)
+    bodies = [SetBody("pinion", "pinion", 0.0, 0.0),
+              SetBody("ring", "ring", distance * math.sin(bend), -distance * math.cos(bend))]  # fmt: skip
+    # A pair counts from its line of centres; lugs turn with the ring until the pinion stands there.
+    cases = {"mesh": case(11.0 + bend_deg - bend_deg * 17 / 41)}
+    built = build_train(cases, bodies, [SetMesh("mesh", 0, 1)], rotations(2, held=(1,)), np.zeros((12, 12)))
+    pair = built.meshes[0].pair.meshed.pair
+    phi = pair.pitch * np.arange(41 * ANGLES) / ANGLES
+    placed = built.place((phi - built.meshes[0].start) / built.meshes[0].rate)
+    found = placed.solve(np.array([[1e5]]))
+    own = case(11.0)
+    reduced = reduced_pair(train(own, elastic_model(own, mesh_model(own))).basis)
+    expected = sweep_line_loads(reduced, phi, [nominal_condition(own)]).ste_um[0]
+    ste = 1e3 * pair.pinion.base_radius * found.movement[0, :, 0]
+    assert_allclose(ste, expected, rtol=1e-8)
+    assert np.ptp(expected.reshape(-1, ANGLES).mean(axis=1)) > 1e-2 * expected.mean()
