@@ -88,7 +88,7 @@ LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_blanks, ("set",)),
     (_bodies, ("rexs",)),
     (_one_piece, ("rexs", "set", "vtkhdf")),
-    (_holes, ("classical", "design", "exudyn", "fmu", "gearbox", "page", "vtkhdf")),
+    (_holes, ("classical", "exudyn", "fmu", "gearbox", "page", "vtkhdf")),
 )
 
 

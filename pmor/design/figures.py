@@ -147,11 +147,12 @@ def torque_figure(found: Found, chosen: Mapping[str, FloatArray | None]) -> Figu
 
 
 def ste_figure(found: Found, curves: Mapping[str, FloatArray]) -> Figure:
-    """STE over the pitch under the design's torques, (T, A) of each chosen variant, on one scale about the mean."""
+    """STE over its period under the design's torques, (T, A) of each chosen variant, on one scale about the mean."""
+    pitches = found.judge.pitches
     with panels(len(curves), 2.7 * len(curves) + 0.8, 3.6, legend=6, sharey=True) as (figure, axes):
         for place, (name, ste) in zip(axes, curves.items(), strict=True):
             for number, (label, curve) in enumerate(zip(found.design.load.labels, ste, strict=True)):
-                place.plot(np.arange(len(curve) + 1) / len(curve), np.append(curve, curve[0]) - curve.mean(),
+                place.plot(pitches * np.arange(len(curve) + 1) / len(curve), np.append(curve, curve[0]) - curve.mean(),
                            color=COLOURS[number % len(COLOURS)], label=legend_label(label))  # fmt: skip
             place.set(title=name, xlabel="Pinion angle [pitches]")
         axes[0].set_ylabel("STE about its mean [µm]")

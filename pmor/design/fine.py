@@ -52,7 +52,7 @@ class BlockSolver(VariantSolver):
 def on_angles(judge: Judge, angles: int) -> Judge:
     """Return the judge of the same design on so many angles per pitch; it keeps nothing in memory between variants."""
     design = replace(judge.design, search=replace(judge.design.search, angles=angles))
-    phi = online_angles(judge.reduced.meshed.pair.pitch, angles)
+    phi = online_angles(judge.reduced.meshed.pair.pitch, angles, judge.pitches)
     solver = BlockSolver(judge.reduced, phi, judge.solver.torques_Nm, judge.solver.hubs)
     return Judge(judge.reduced, design, judge.base, solver)
 

@@ -58,7 +58,8 @@ def harris_rule(reduced: ReducedPair, torque_Nm: float) -> HarrisRule:
     pair, misalignment = reduced.meshed.pair, assembly_of(reduced.basis.case).misalignment
     single = VariantSolver(reduced, _middles(pair), (torque_Nm,)).solve(Assembly(misalignment)).ste_um[0]
     rule = 2.0 * float(single[0] - single[1])
-    solver = VariantSolver(reduced, online_angles(pair.pitch, ANGLES), (torque_Nm,))
+    phi = online_angles(pair.pitch, ANGLES, reduced.basis.case.pair.repeats_after)
+    solver = VariantSolver(reduced, phi, (torque_Nm,))
 
     def spread(amount: float) -> float:
         pinion, wheel = (

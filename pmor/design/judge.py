@@ -52,7 +52,9 @@ class Judge:
         hubs: Sequence[Hubs] = (),
     ) -> None:  # fmt: skip
         self.reduced, self.design, self.base = reduced, design, base
-        phi = online_angles(reduced.meshed.pair.pitch, design.search.angles)
+        # Pitches after which holes stand to the mesh as before; 1 without holes.
+        self.pitches = reduced.basis.case.pair.repeats_after
+        phi = online_angles(reduced.meshed.pair.pitch, design.search.angles, self.pitches)
         self.solver = solver or VariantSolver(reduced, phi, design.load.torques_Nm, hubs)
         weights = np.array(design.load.weights)
         self.weights = weights / weights.sum()
@@ -158,7 +160,7 @@ class Judge:
         """Return the derivatives of the nominal objective, not smoothed, by each parameter of the modifications."""
         assembly = self.assembly(x)
         state = self.solver.solve(assembly, differentiated=True)
-        order = order_of(self.design.objective.minimise)
+        order = self._order(self.design.objective.minimise)
         if order is None:
             torque = np.arange(len(state.ste_um))
             weights = np.zeros(state.ste_um.shape)
@@ -176,13 +178,18 @@ class Judge:
         rates = deviation_rates(self.reduced.meshed, assembly, state, self._over_width, wanted)  # type: ignore[arg-type]
         return {name: np.einsum("daps,aps->da", state.sensitivity, rate) for name, rate in rates.items()}
 
+    def _order(self, key: str) -> int | None:
+        """Return the order of the curve over all pitches that a result is of; None of others."""
+        order = order_of(key)
+        return None if order is None else order * self.pitches
+
     def _measure(self, ste_um: FloatArray, sharpness: float) -> tuple[FloatArray, FloatArray]:
-        order = order_of(self.design.objective.minimise)
+        order = self._order(self.design.objective.minimise)
         return smooth_peak_to_peak(ste_um, sharpness) if order is None else order_amplitude(ste_um, order)
 
     def _result(self, key: str, state: VariantState, assembly: Assembly) -> FloatArray:
         """Return one result under each torque, (T,)."""
-        order = order_of(key)
+        order = self._order(key)
         if order is not None:
             return order_amplitude(state.ste_um, order)[0]
         if key == "peak_to_peak_um":

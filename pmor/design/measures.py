@@ -34,7 +34,7 @@ def smooth_peak_to_peak(ste_um: FloatArray, sharpness: float) -> tuple[FloatArra
 
 
 def order_amplitude(ste_um: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
-    """Return the amplitude (...,), zero to peak, of an order of curves (..., n) over one pitch, and its derivative.
+    """Return the amplitude (...,), zero to peak, of an order of curves (..., n) over their period, and its derivative.
 
     At amplitude 0 it has a kink: the derivative there is returned as 0.
     """

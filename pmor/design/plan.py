@@ -55,7 +55,7 @@ def _work(file: DesignFile) -> list[str]:
     design = file.design
     cases = {file.case.name: file.case} if file.box is None else {**file.box.cases, file.mesh: file.case}
     draws = design.scatter.draws if design.scatters else 1
-    positions = len(design.load.labels) * design.search.angles * draws
+    positions = len(design.load.labels) * design.search.angles * file.case.pair.repeats_after * draws
     lines = [
         "Work",
         *(f"  finite elements     {name}: {format_time(_seconds(case))}" for name, case in cases.items()),

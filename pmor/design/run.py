@@ -59,7 +59,8 @@ def run(
     else:
         _refuse_unfit(settings, reduced)
     design = settings.design
-    refuse_large_sweep(settings.name, reduced.meshed, design.search.angles, len(design.load.torques_Nm))
+    angles = design.search.angles * reduced.basis.case.pair.repeats_after
+    refuse_large_sweep(settings.name, reduced.meshed, angles, len(design.load.torques_Nm))
     with pieces_folder(folder, FILES, inputs=settings.inputs, overwrite=overwrite) as pieces:
         search = partial(run_design, settings, reduced, executor=executor, progress=progress)
         if supports is None:

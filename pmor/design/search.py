@@ -177,7 +177,7 @@ class _Search:
         """Judge variants spread evenly over the ranges, and others."""
         design = self.design
         x = spread_evenly(design.variables, design.search.samples)
-        positions = len(design.load.labels) * design.search.angles * len(self.judge.draws)
+        positions = len(design.load.labels) * len(self.judge.solver.phi) * len(self.judge.draws)
         size = max(1, -(-POSITIONS_PER_CHUNK // positions))
         chunks = [x[i : i + size] for i in range(0, len(x), size)]
         pieces = [

@@ -22,6 +22,8 @@ from pmor.body.volume import sector_displacement
 from pmor.case import change_case, make_case
 from pmor.case.blank import BlankCase
 from pmor.core.conventions import rotation_z
+from pmor.design.judge import Judge
+from pmor.design.loader import settings_of
 from pmor.dynamics.law import alike_cycles, cycles_of
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.blank_section import Block, ring_stiffness
@@ -588,6 +590,22 @@ def test_the_force_law_of_motion_goes_on_over_all_cycles_until_holes_stand_as_be
     load = 1e3 * SMALL["torque_Nm"] / reduced.meshed.pair.pinion.base_radius
     assert_allclose(found, load, rtol=1e-9)
     assert np.ptp(ste[places.start : places.stop : ANGLES]) > 1e-3, "cycles differ"
+
+
+def test_a_design_judges_all_cycles_until_holes_stand_as_before():
+    reduced, _ = holed_wheel(count=4, **AT)
+    case, cycles, angles = reduced.basis.case, TEETH // 4, 8
+    asked = {"variables": [{"key": "profile_crowning_um", "range": [0.0, 10.0]}], "search": {"angles": angles}}
+    judge = Judge(reduced, settings_of(case, asked).design, assembly_of(case))
+    phi = reduced.meshed.pair.pitch * np.arange(cycles * angles) / angles
+    ste = sweep_line_loads(reduced, phi, [nominal_condition(case)]).ste_um[0]
+    found = dict(zip(judge.design.results, judge.results(assembly_of(case))[0], strict=True))
+    assert_allclose(found["peak_to_peak_um"], np.ptp(ste), rtol=ROUND_OFF)
+    assert_allclose(found["order_1_um"], 2.0 * np.abs(np.fft.rfft(ste)[cycles]) / len(ste), rtol=1e-6)
+    assert np.ptp(ste) > np.ptp(ste[:angles]) + 1e-3
+    rates, step = judge.smooth(np.array([5.0]), 10.0)[1], 1e-3
+    more, less = (judge.smooth(np.array([5.0 + sign * step]), 10.0)[0] for sign in (1.0, -1.0))
+    assert_allclose(rates[0], 0.5 * (more - less) / step, rtol=1e-5)
 
 
 def test_what_a_tooth_does_to_another_through_holes_the_other_does_to_it():

@@ -150,12 +150,14 @@ def test_a_wheel_as_a_mesh_gives_what_the_same_blank_by_dimensions_gives(helix, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["tetra10", "hexahedron20"])
-def test_finer_meshes_come_to_the_blank_by_dimensions(kind, tmp_path):
+def test_a_finer_mesh_comes_to_the_blank_by_dimensions(tmp_path):
+    """Measured +0.09 %, where half as many elements around see too few harmonics: +0.4 %; by dimensions, corners of a
+    quarter the size give +0.13 %.
+    """
     radii = [12.0, 14.5, 15.4, 16.0, 16.6, 18.0, 23.0, 28.0, RIM - 0.6, RIM, RIM + 0.6, INTERFACE]
     widths = [-6.0, -2.5, -0.6, 0.0, 0.6, 2.0, 3.4, 4.0, 4.6, 6.0]
-    found = ste_of(case_on(tmp_path, web, kind, around=36, radii=radii, widths=widths))
-    assert_allclose(found, ste_by_dimensions()[0], rtol=3e-3)
+    found = ste_of(case_on(tmp_path, web, "hexahedron20", around=72, radii=radii, widths=widths))
+    assert_allclose(found, ste_by_dimensions()[0], rtol=2e-3)
 
 
 @pytest.mark.parametrize("helix", [0.0, 18.0])
