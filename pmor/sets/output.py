@@ -47,7 +47,6 @@ STRESS_COLUMNS: Columns = {
     "range [MPa]": "range_MPa",
     "most [MPa]": "range_most_MPa",
     "least [MPa]": "range_least_MPa",
-    "its side": "range_loaded_by",
 }
 STE = (
     "By how much the first gear runs ahead along its line of action, held members at rest. K_γ: the largest mean load "
@@ -57,8 +56,8 @@ PLANETS = "Of the torque that the pins carry, mean and largest over the mesh cyc
 MESHES = "At the nominal torque. Phase: where in its mesh cycle each mesh is at angle 0. K_Hβ: over the mesh cycle."
 STRESS = (
     "At the nominal torque, of all teeth over the mesh cycle, with the loads of both flanks added up. Range: of the "
-    "stress across the root of one tooth over a turn of the gear, at the point where it is largest, and the "
-    "limits between which it changes there. Side: of the flank that this mate loads; –: no mate does."
+    "stress across the root of one tooth over a turn of the gear, on the same side, at the point where it "
+    "is largest, and the limits between which it changes there. Side: of the flank that this mate loads; –: no mate."
 )
 MODEL = (
     "All meshes are solved at once: exact line loads on the finite-element compliance of every member, which couples "
@@ -87,8 +86,8 @@ def set_report(file: SetFile, solved: SetSolution, failures: tuple[str, ...]) ->
                 face_load_figure(solved, nominal), "svg"),
     ]  # fmt: skip
     if solved.root_stress:
-        blocks.append(Picture("root_stress.png", "Stress across the root of a tooth of each member, at the point where "
-                              "its range is largest, at the nominal torque.",
+        blocks.append(Picture("root_stress.png", "Stress across the root of a tooth of each member, on the side of its "
+                              "largest principal stress, where the range is largest, at the nominal torque.",
                               root_stress_figure(solved, nominal), "svg"))  # fmt: skip
     blocks.append(MODEL)
     if solved.plan.clockwise:

@@ -50,7 +50,8 @@ class GearStress:
     cycle : LoadCycle
         Of one tooth, as all are alike: arrays (D, 1, 2).
     over_turn_MPa : ndarray, shape (D, T A)
-        Stress across the root of one of the T teeth where its range is largest, over a turn of the gear.
+        Stress across the root of one of the T teeth over a turn of the gear: on the side of the largest principal
+        stress, where its range is largest.
     """
 
     mates: tuple[tuple[int, ...], tuple[int, ...]]
@@ -111,8 +112,11 @@ def root_stress_of_set(placed: PlacedTrain, found: SeveralResults) -> tuple[Gear
             stress = stress_of_all_teeth(own, gear.normal, gear.teeth)
             most[number] = np.maximum(most[number], stress.max(axis=(1, 2))[:, None])
             least[number] = np.minimum(least[number], stress.min(axis=(1, 2))[:, None])
-    turns = _over_turns(placed, meshes, gears, [high - low for high, low in zip(most, least, strict=True)])
-    parts = zip(gears, tops, most, least, turns, strict=True)
+    joined = [np.concatenate(parts, axis=2) for parts in tops]
+    turns = _over_turns(placed, meshes, gears, [
+        _on_side(high - low, top) for high, low, top in zip(most, least, joined, strict=True)
+    ])  # fmt: skip
+    parts = zip(gears, joined, most, least, turns, strict=True)
     return tuple(_gear_stress(meshes, found, *part) for part in parts)
 
 
@@ -173,6 +177,13 @@ def _tops(gear: _Gear, loaded: Sequence[LoadedTeeth]) -> FloatArray:
     return np.stack([np.take_along_axis(value, best, axis=-1)[..., 0] for value in flat])
 
 
+def _on_side(span: FloatArray, tops: FloatArray) -> FloatArray:
+    """Ranges (D, 1, 2, p, c) on the side of the largest principal stress under each torque, none on the other."""
+    principal, sides = tops[:2]
+    side = np.take_along_axis(sides, principal.argmax(axis=1)[:, None], axis=1)
+    return np.where(np.arange(2) == side, 1.0, -1.0)[:, None, :, None, None] * span
+
+
 def _over_turns(
     placed: PlacedTrain, meshes: Sequence[_Mesh], gears: Sequence[_Gear], spans: Sequence[FloatArray]
 ) -> list[FloatArray]:
@@ -202,7 +213,7 @@ def _over_turns(
 
 
 def _gear_stress(
-    meshes: Sequence[_Mesh], found: SeveralResults, gear: _Gear, tops: Sequence[FloatArray], most: FloatArray,
+    meshes: Sequence[_Mesh], found: SeveralResults, gear: _Gear, tops: FloatArray, most: FloatArray,
     least: FloatArray, turn: FloatArray,
 ) -> GearStress:  # fmt: skip
     """Put the results of a gear together; NaN where not converged."""
@@ -211,7 +222,7 @@ def _gear_stress(
         mates[meshes[mesh].flipped[place]].append(meshes[mesh].placed.mesh.bodies[1 - place])
     unknown = ~np.all(found.converged, axis=1)
     most[unknown] = least[unknown] = np.nan
-    principal, side, radius, z = np.concatenate(tops, axis=2)
+    principal, side, radius, z = tops
     principal = np.where(found.converged, principal, np.nan)
     turn = np.where(np.tile(found.converged, gear.teeth), turn, np.nan)
     return GearStress(
