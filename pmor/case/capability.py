@@ -81,7 +81,7 @@ def _lugs(case: Case) -> str:
 LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_shapes, ("campaign", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set")),
     (_coast, ("campaign", "design", "exudyn", "fmu", "gearbox", "page", "rexs", "vtkhdf")),
-    (_uneven_teeth, ("exudyn", "fmu", "set")),
+    (_uneven_teeth, ("exudyn", "fmu")),
     (_ring, ("campaign", "gearbox", "stability")),
     (_many_nodes, ("page",)),
     (_lugs, ("classical", "design", "dynamics", "exudyn", "fmu", "page", "rexs", "set", "vtkhdf")),

@@ -81,6 +81,11 @@ class Assembly:
         return self.pinion.present or self.wheel.present
 
     @property
+    def uneven(self) -> bool:
+        """Whether teeth of a gear differ."""
+        return any(self.pinion.pitch_deviations_um) or any(self.wheel.pitch_deviations_um)
+
+    @property
     def backs_mirror_flanks(self) -> bool:
         """Whether the backs of the teeth touch as mirror images of the working flanks, of the same modifications."""
         return not self.misalignment.tilted and self.pinion.mirrored and self.wheel.mirrored

@@ -33,6 +33,7 @@ IMAGE = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
 CORNERS, CORNER = 4, LineLaw._fields.index("corner")
 # Tuples of corners have a multiple of this length: kernels are compiled for each length.
 TOGETHER = 8
+NONE = np.empty((0, 0))
 # Approach of flanks, over the one to expect, up to which sections are made ready first.
 REACH = 2.0
 MOST_ROUNDS = 8
@@ -206,6 +207,15 @@ class GearTrain:
             self._carried[key] = found[0], found[1]
         return self._carried[key]
 
+    @cached_property
+    def rates(self) -> FloatArray:
+        """By how much each body turns with the angle of the train, counter-clockwise, (B,)."""
+        found = np.zeros(len(self.bodies))
+        for mesh in self.meshes:
+            pair, rate = mesh.pair.meshed.pair, -mesh.rate if mesh.image else mesh.rate
+            found[list(mesh.bodies)] = rate, -rate * pair.pinion.base_radius / pair.wheel.base_radius
+        return found
+
     def mesh_forces(self, loads: FloatArray) -> FloatArray:
         """Return the forces of all meshes that hold loads (D, K), shared as equal meshes do, (D, M), N."""
         return np.asarray(-np.linalg.lstsq(self.closing.T, loads.T, rcond=None)[0].T)
@@ -265,7 +275,7 @@ class PlacedTrain:
         """Sections of all meshes, their gaps with displaced hubs and deviations of the flanks."""
         gaps, laws = [], []
         for one in self.placed:
-            gaps.append(one.lines.gap + self._apart(one) + _deviation(one))
+            gaps.append(one.lines.gap + _deviation(one))
             law = one.lines.law.copy()
             kind = next(n for n, kind in enumerate(self.train.kinds) if kind is one.mesh.pair)
             law[..., CORNER] += CORNERS * kind
@@ -274,9 +284,11 @@ class PlacedTrain:
             name: np.concatenate([getattr(one.lines, name) for one in self.placed], axis=1)
             for name in ("lever", "mate_lever", "lever_slope", "corner_advance", "roll")
         }
-        first = self.placed[0].lines
+        first, gap = self.placed[0].lines, np.concatenate(gaps, axis=1)
+        if self.displacement is not None:
+            gap += self.opened(self.displacement)
         return Lines(
-            first_pair=first.first_pair, gap=np.concatenate(gaps, axis=1), law=np.concatenate(laws, axis=1),
+            first_pair=first.first_pair, gap=gap, law=np.concatenate(laws, axis=1),
             row=first.row[:, :0], gradient=first.gradient[:, :0], **joined,
         )  # fmt: skip
 
@@ -295,8 +307,30 @@ class PlacedTrain:
         of_meshes = (one.mesh.pair.meshed for one in self.placed)
         return np.concatenate([np.tile(meshed.width, meshed.tooth_pair_count) for meshed in of_meshes])
 
-    def solve(self, loads: FloatArray) -> SeveralResults:
-        """Solve all angles under loads on the free movements, (D, K), N mm or N."""
+    def opened(self, displacement: FloatArray) -> FloatArray:
+        """Change of all gaps by displaced hubs, (6 B,), or at each angle (A, 6 B): (A, N), mm."""
+        moved = np.broadcast_to(displacement, (len(self.phi), displacement.shape[-1])).reshape(len(self.phi), -1, HUB)
+        found = [np.einsum("angr,agr->an", one.rows, moved[:, list(one.mesh.bodies)]) for one in self.placed]
+        return np.concatenate(found, axis=1)
+
+    def pitch_deviation(self, pitch: int) -> FloatArray:
+        """Deviations of the teeth that are in mesh so many pitches later, in all sections, mm, (A, N)."""
+        found = np.zeros(self.lines.gap.shape)
+        for one in self.placed:
+            tooth = _teeth(one) + [-pitch, pitch]
+            for gear, flank in enumerate(one.mesh.pair.meshed.deviations(one.mesh.assembly)):
+                if flank.pitch.size:
+                    found[:, one.part] += flank.pitch[tooth[..., gear] % flank.pitch.size]
+        return found
+
+    def solve(self, loads: FloatArray, deviation: FloatArray = NONE) -> SeveralResults:
+        """Solve all angles under loads on the free movements, (D, K), N mm or N.
+
+        Parameters
+        ----------
+        deviation : ndarray, shape (A, N), optional
+            By how much further the flanks stand off, mm.
+        """
         loads = np.atleast_2d(np.asarray(loads, dtype=float))
         train, lines = self.train, self.lines
         mean = train.mesh_forces(loads)
@@ -309,14 +343,15 @@ class PlacedTrain:
             np.zeros((*grid, loads.shape[1])), np.zeros(grid, dtype=np.int64), np.zeros(grid, dtype=bool),
             np.zeros((*grid, size)),
         )  # fmt: skip
-        self._make_ready(self._likely(REACH * mean.max(axis=0) * softness))
+        gap = lines.gap + deviation if deviation.size else lines.gap
+        self._make_ready(self._likely(gap, REACH * mean.max(axis=0) * softness))
         unused = train.meshes[0].pair.compliance
         for _ in range(MOST_ROUNDS):
             solve_meshes(
-                lines, self.levers, Flexibility(self.between, self.ready), np.empty((0, 0)), loads, mean, softness,
+                lines, self.levers, Flexibility(self.between, self.ready), deviation, loads, mean, softness,
                 self.width, unused, train.corners, results,
             )  # fmt: skip
-            missing = self._closed(results)
+            missing = self._closed(gap, results)
             if not missing.any():
                 break
             self._make_ready(missing)
@@ -330,17 +365,17 @@ class PlacedTrain:
         further = np.maximum(movement @ ahead.T - self.lines.corner_advance, 0.0)
         return np.asarray(self.levers.rows + (self.lines.lever_slope * further)[..., None] * ahead)
 
-    def _likely(self, reach: FloatArray) -> BoolArray:
+    def _likely(self, gap: FloatArray, reach: FloatArray) -> BoolArray:
         """Sections of each mesh that stand off by less than a reach (M,), mm, where its first one touches."""
-        likely = np.zeros(self.lines.gap.shape, dtype=bool)
+        likely = np.zeros(gap.shape, dtype=bool)
         for one, near in zip(self.placed, reach, strict=True):
-            off = self.lines.gap[:, one.part] / -one.lines.lever * one.mesh.pair.base_radius
+            off = gap[:, one.part] / -one.lines.lever * one.mesh.pair.base_radius
             likely[:, one.part] = off <= off.min(axis=1, keepdims=True) + near
         return likely
 
-    def _closed(self, results: SeveralResults) -> BoolArray:
+    def _closed(self, gap: FloatArray, results: SeveralResults) -> BoolArray:
         """Sections that are left out and whose flanks would overlap, but for the deflection of their own mesh."""
-        rigid = self.lines.gap + np.einsum("ank,dak->dan", self.levers.rows, results.movement)
+        rigid = gap + np.einsum("ank,dak->dan", self.levers.rows, results.movement)
         rigid += np.einsum(
             "anr,dar->dan", self._support_rows, np.einsum("anr,dan->dar", self._support_rows, results.force)
         )
@@ -383,6 +418,8 @@ class PlacedTrain:
 
     def _make_ready(self, wanted: BoolArray) -> None:
         """Fill the flexibilities of further sections; those that were ready are filled again."""
+        if not (wanted & ~self.ready).any():
+            return
         ready = self.ready | wanted
         rows, (gathered, *compliance) = self._support_rows, self._far
         self.between[:] = rows @ rows.transpose(0, 2, 1) if rows.shape[2] else 0.0
@@ -426,19 +463,14 @@ class PlacedTrain:
             total += one.rows[:, :, gear] @ directions[:, HUB * body : HUB * (body + 1)].T
         return total
 
-    def _apart(self, one: PlacedMesh) -> FloatArray:
-        """Change of the gaps of a mesh by displaced hubs, (A, N), mm."""
-        if self.displacement is None:
-            return np.zeros_like(one.lines.gap)
-        return self._on_bodies(one, self.displacement[None])[..., 0]
-
 
 def _deviation(one: PlacedMesh) -> FloatArray:
-    """Return the deviations of both flanks of a mesh, added up, (A, N), mm."""
+    """Return the deviations of both flanks of a mesh, added up, those of single teeth left out, (A, N), mm."""
     found = np.zeros_like(one.lines.gap)
     if one.mesh.assembly.modified:
         meshed = one.mesh.pair.meshed
-        line_deviations(one.lines, meshed.sections.z, *meshed.deviations(one.mesh.assembly), found)
+        flanks = (flank._replace(pitch=np.empty(0)) for flank in meshed.deviations(one.mesh.assembly))
+        line_deviations(one.lines, meshed.sections.z, *flanks, found)
     return found
 
 

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 # Length of the longest arrow, over the size of the picture.
 ARROW = 0.09
 POINTS = 8
+# Orders of the mesh between which those of shafts are shown.
+SHOWN = 3
 
 
 def set_figure(solved: SetSolution, torque: int, angle: int = 0) -> Figure:
@@ -50,18 +52,24 @@ def set_figure(solved: SetSolution, torque: int, angle: int = 0) -> Figure:
 
 
 def ste_figure(solved: SetSolution, shown_Nm: FloatArray) -> Figure:
-    """Transmission error over a mesh cycle at each torque, about its mean, and its orders."""
+    """Transmission error over all mesh cycles at each torque, about its mean, and its orders."""
     with panels(2, 9.2, 4.2, legend=6) as (figure, (curve, spectrum)):
         width = 0.8 / len(shown_Nm)
         for number, torque in enumerate(shown_Nm):
             ste = solved.ste_um[number]
             colour = COLOURS[number % len(COLOURS)]
             curve.plot(solved.phi_rad / solved.pitch_rad, ste - np.nanmean(ste), color=colour, label=f"{torque:g} N m")
-            found = solved.ste_orders(number).amplitude[:POINTS]
+            if solved.pitches > 1:
+                found = solved.ste_orders(number).amplitude[: SHOWN * solved.pitches]
+                places = np.arange(1, len(found) + 1) / solved.pitches
+                spectrum.vlines(places, 0.0, found, color=colour, lw=2.5 - 1.5 * number / len(shown_Nm))
+                continue
+            found = solved.mesh_orders(number)[:POINTS]
             spectrum.bar(np.arange(1, len(found) + 1) + width * number - 0.4, found, width, color=colour, align="edge")
         curve.set(xlabel="Angle of the first gear [pitches]", ylabel="STE about its mean [µm]")
         spectrum.set(xlabel="Order of the mesh [-]", ylabel="Amplitude of the STE [µm]")
-        spectrum.set_xticks(np.arange(1, POINTS + 1))
+        spectrum.set_xticks(np.arange(1, (SHOWN if solved.pitches > 1 else POINTS) + 1))
+        spectrum.set_ylim(bottom=0.0)
     return figure
 
 
@@ -79,7 +87,10 @@ def share_figure(solved: SetSolution, torque: int) -> Figure:
         orbit.plot(*closed.T, "-", color=COLOURS[-1])
         orbit.plot(*path[:1].T, "o", color=COLOURS[1], ms=4)
         orbit.set(xlabel="x of the sun [µm]", ylabel="y of the sun [µm]", aspect="equal")
-        orbit.set_title("Sun over the mesh cycle; dot: angle 0", fontsize=10)
+        orbit.set_title(
+            f"Sun over {'the mesh cycle' if solved.pitches == 1 else f'{solved.pitches} mesh cycles'}; dot: angle 0",
+            fontsize=10,
+        )
     return figure
 
 
@@ -152,7 +163,7 @@ def _tooth_forces(solved: SetSolution, torque: int, angle: int) -> tuple[FloatAr
         pair, sections = one.mesh.pair.meshed.pair, len(one.mesh.pair.meshed.width)
         alpha, radius = pair.working_pressure_angle, pair.pinion.base_radius
         own = solved.found.force[torque, angle, one.part].reshape(-1, sections)
-        roll = one.lines.roll[angle, :, 0].reshape(-1, sections)
+        roll = one.lines.roll[angle % len(one.lines.roll), :, 0].reshape(-1, sections)
         turn = np.array([[np.cos(one.mesh.direction), -np.sin(one.mesh.direction)],
                          [np.sin(one.mesh.direction), np.cos(one.mesh.direction)]])  # fmt: skip
         centre = solved.plan.bodies[one.mesh.bodies[0]]

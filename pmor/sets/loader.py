@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,12 +20,14 @@ from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair, refuse_loads_unmeshed
 from pmor.sets.plan import Layout, SetPlan, Share, planetary_layout, set_plan, train_layout
 from pmor.sets.rexs import has_planets, read_set
-from pmor.sets.settings import SetSections
+from pmor.sets.settings import Eccentricity, SetSections
 
 SHARED = ("pair", "mesh", "contact", "results")
 PLANETARY = ("sun", "planet", "ring")
 # Torque of cases before that of their meshes is known, N m.
 ANY = 1.0
+# Positions of a sweep.
+MOST_ANGLES = 200_000
 # Of a module: centre distances of two meshes that are one.
 SAME_DISTANCE = 1e-4
 
@@ -45,6 +48,8 @@ class SetFile:
         Assumptions about what a REXS file does not say.
     changed : tuple of str
         What was changed of it, as its gears would not run.
+    pitches : int
+        Mesh cycles that are solved.
     """
 
     name: str
@@ -55,6 +60,7 @@ class SetFile:
     inputs: tuple[Path, ...]
     notes: tuple[str, ...] = ()
     changed: tuple[str, ...] = ()
+    pitches: int = 1
 
 
 def is_set(path: Path) -> bool:
@@ -86,8 +92,9 @@ def load(path: Path | str) -> SetFile:
         raise type(error)(f"{path}: {error}") from None
     most = max((plan.nominal_Nm, *said.sweep.torques_Nm)) / plan.nominal_Nm
     torques = {key: most * torque for key, torque in plan.mesh_torques_Nm.items()}
-    said_of_rexs = (read.notes, read.changed) if read else ()
-    return SetFile(name, text, said, plan, reader.cases(said, layout, torques), (path,), *said_of_rexs)
+    notes, changed = (read.notes, read.changed) if read else ((), ())
+    cases = reader.cases(said, layout, torques)
+    return SetFile(name, text, said, plan, cases, (path,), notes, changed, reader.pitches(said, plan, cases))
 
 
 class _Reader(Reader):
@@ -119,12 +126,13 @@ class _Reader(Reader):
         if said.load.on == said.load.held:
             rule = "stands still and has the torque: a set at rest carries none through; name another member in one"
             self.refuse(f'[load] on = "{said.load.on}", held = "{said.load.held}"', f"the {said.load.on} {rule}")
-        planets = said.planets
-        for key in ("positions_deg", "radial_um", "tangential_um"):
-            given = getattr(planets, key)
+        planets, off = said.planets, said.eccentricity
+        listed = {f"[planets] {key}": getattr(planets, key) for key in ("positions_deg", "radial_um", "tangential_um")}
+        listed |= {"[eccentricity] planets_um": off.planets_um, "[eccentricity] planets_deg": off.planets_deg}
+        for key, given in listed.items():
             if given and len(given) != planets.count:
                 rule = f"must be one number for each of the {planets.count} planets"
-                self.refuse(f"[planets] {key} with {len(given)} numbers", rule)
+                self.refuse(f"{key} with {len(given)} numbers", rule)
         if any(number > planets.count for number in planets.missing):
             self.refuse(f"[planets] missing = {list(planets.missing)}", f"there are planets 1 to {planets.count}")
         if len(planets.missing) >= planets.count:
@@ -137,6 +145,9 @@ class _Reader(Reader):
         """Refuse gears and meshes that do not fit together."""
         if said.load is not None:
             self.refuse("[load]", "is of a planetary set: torques of a train stand in [[gears]]; leave it out")
+        if said.eccentricity != Eccentricity():
+            rule = "is of a planetary set: write eccentricity_um of each of the [[gears]]; leave it out"
+            self.refuse("[eccentricity]", rule)
         names = [gear.name for gear in said.gears]
         for name, count in Counter(names).items():
             if count > 1:
@@ -204,6 +215,25 @@ class _Reader(Reader):
         for role, member in zip(("pinion", "wheel"), share.members, strict=True):
             text = text.replace(f"[{role}", f"[{member}").replace(f"the {role}", f"the {member}")
         raise type(error)(f"{self.where}: mesh {share.name}: {text}") from None
+
+    def pitches(self, said: SetSections, plan: SetPlan, cases: Mapping[str, Case]) -> int:
+        """Return the mesh cycles to solve: as the file says, or until all gears with errors stand as before."""
+        teeth = {1}
+        for mesh in plan.meshes:
+            case = cases[mesh.case]
+            flanks = case.pinion_modification, case.wheel_modification
+            for body, gear, flank in zip(
+                (mesh.pinion, mesh.wheel), (case.pair.pinion, case.pair.wheel), flanks, strict=True
+            ):
+                if plan.eccentricity[body].any() or any(flank.pitch_deviations_um):
+                    teeth.add(gear.teeth)
+        pitches = said.sweep.pitches or math.lcm(*teeth)
+        if pitches * said.sweep.angles_per_pitch > MOST_ANGLES:
+            self.refuse(
+                f"[sweep] pitches = {pitches}", f"makes {pitches * said.sweep.angles_per_pitch} angles with "
+                f"angles_per_pitch = {said.sweep.angles_per_pitch}, and {MOST_ANGLES} are enough: lower one of the two"
+            )  # fmt: skip
+        return pitches
 
     def check_distances(self, said: SetSections, layout: Layout, pairs: Mapping[str, GearPair]) -> None:
         """Refuse a planet whose two centre distances contradict each other."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -48,9 +48,14 @@ STRESS_COLUMNS: Columns = {
     "most [MPa]": "range_most_MPa",
     "least [MPa]": "range_least_MPa",
 }
+ORDER_COLUMNS: Columns = {
+    "order of the mesh": "mesh_order",
+    "amplitude [µm]": "amplitude_um",
+    "times a turn": lambda row: _per_turn(row["per_turn"]),
+}
 STE = (
     "By how much the first gear runs ahead along its line of action, held members at rest. K_γ: the largest mean load "
-    "of a planet over the mean of all."
+    "of a planet in a mesh cycle over the mean of all."
 )
 PLANETS = "Of the torque that the pins carry, mean and largest over the mesh cycle, at the nominal torque."
 MESHES = "At the nominal torque. Phase: where in its mesh cycle each mesh is at angle 0. K_Hβ: over the mesh cycle."
@@ -58,6 +63,10 @@ STRESS = (
     "At the nominal torque, of all teeth over the mesh cycle, with the loads of both flanks added up. Range: of the "
     "stress across the root of one tooth over a turn of the gear, on the same side, at the point where it "
     "is largest, and the limits between which it changes there. Side: of the flank that this mate loads; –: no mate."
+)
+SHAFT_ORDERS = (
+    "Of the transmission error between the orders of the mesh, at the nominal torque; turns of the members against the "
+    "carrier."
 )
 MODEL = (
     "All meshes are solved at once: exact line loads on the finite-element compliance of every member, which couples "
@@ -75,7 +84,7 @@ def set_report(file: SetFile, solved: SetSolution, failures: tuple[str, ...]) ->
         blocks.append(Picture("set.png", "All gears as the calculation places them.",
                               set_figure(solved, nominal, angle), "svg"))  # fmt: skip
     shown = np.array([row["torque_Nm"] for row in data["torques"]])
-    blocks.append(Picture("ste.png", "Static transmission error over a mesh cycle, and its orders.",
+    blocks.append(Picture("ste.png", "Static transmission error over all mesh cycles, and its orders.",
                           ste_figure(solved, shown), "svg"))  # fmt: skip
     if solved.plan.planets:
         blocks.append(Picture("shares.png", "Share of each planet, and the orbit of the sun, at the nominal torque.",
@@ -118,6 +127,8 @@ def _tables(data: Data) -> list[Table]:
     found = [table("Transmission error", TORQUE_COLUMNS, data["torques"], STE)]
     if data["planets"]:
         found.append(table("Planets", PLANET_COLUMNS, data["planets"], PLANETS))
+    if data["shaft_orders"]:
+        found.append(table("Orders of shafts", ORDER_COLUMNS, data["shaft_orders"], SHAFT_ORDERS))
     found.append(table("Meshes", MESH_COLUMNS, data["meshes"], MESHES))
     if data["root_stress"]:
         found.append(table("Root stress", STRESS_COLUMNS, data["root_stress"], STRESS))
@@ -126,6 +137,12 @@ def _tables(data: Data) -> list[Table]:
 
 def _changed(sentence: str) -> str:
     return f"Changed, as these gears would not run as filed: {sentence}"
+
+
+def _per_turn(per_turn: Mapping[str, float]) -> str:
+    """Members of which an order is a whole one."""
+    whole = [f"{round(times)} of the {member}" for member, times in per_turn.items() if abs(times % 1.0 - 0.5) > 0.4999]
+    return ", ".join(whole) or "of all together"
 
 
 def _percent(value: float | None) -> float | None:

@@ -84,6 +84,8 @@ class SetPlan:
         As in `pmor.line.several.GearTrain`.
     displacement : ndarray, shape (6 B,)
         Of the hubs, by errors of pins, mm.
+    eccentricity : ndarray, shape (B, 2)
+        Of all gears, off the axes that they turn about, at angle 0, mm.
     driver : int
         Movement that is the rotation of the first gear, on which the transmission error counts.
     load : ndarray, shape (K,)
@@ -104,6 +106,7 @@ class SetPlan:
     free: FloatArray
     compliance: FloatArray
     displacement: FloatArray
+    eccentricity: FloatArray
     driver: int
     load: FloatArray
     torque_Nm: float
@@ -171,27 +174,36 @@ def _planetary(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair])
     _refuse_neighbours([places[number] for number in numbers], inner)
     side = -1.0 if layout.clockwise else 1.0
     bodies, meshes = [SetBody("sun", "sun", 0.0, 0.0), SetBody("ring", "ring", 0.0, 0.0)], []
-    displacement = [np.zeros(2 * HUB)]
+    displacement, off = [np.zeros(2 * HUB)], said.eccentricity
+    eccentric = [_eccentric(off.sun_um, side * off.sun_deg), _eccentric(off.ring_um, side * off.ring_deg)]
     for number in numbers:
         angle, body = side * places[number], len(bodies)
         outwards = np.array([-math.sin(angle), math.cos(angle)])
         bodies.append(SetBody(f"planet {number + 1}", "planet", *(distance * outwards).tolist()))
         meshes += [SetMesh(layout.shares[0].name, 0, body), SetMesh(layout.shares[1].name, body, 1)]
-        off = np.zeros(HUB)
+        moved = np.zeros(HUB)
         if said.planets.radial_um:
-            off[:2] += 1e-3 * said.planets.radial_um[number] * outwards
+            moved[:2] += 1e-3 * said.planets.radial_um[number] * outwards
         if said.planets.tangential_um:
             # The sense in which the torque turns the sun is counter-clockwise here.
-            off[:2] += 1e-3 * said.planets.tangential_um[number] * np.array([-outwards[1], outwards[0]])
-        displacement.append(off)
+            moved[:2] += 1e-3 * said.planets.tangential_um[number] * np.array([-outwards[1], outwards[0]])
+        displacement.append(moved)
+        amount, ahead = (values[number] if values else 0.0 for values in (off.planets_um, off.planets_deg))
+        eccentric.append(_eccentric(amount, math.degrees(angle) + side * ahead))
     free, compliance = _supports(said, bodies)
     amount = abs(said.load.torque_Nm) * {"sun": 1.0, "ring": sun / ring, "carrier": sun / (sun + ring)}[said.load.on]
     load = np.zeros(len(free))
     load[0] = 1.0
     return _planned(
-        bodies, meshes, tuple(range(2, len(bodies))), pairs, free, compliance, np.concatenate(displacement), load,
-        amount, abs(said.load.torque_Nm), layout.clockwise,
+        bodies, meshes, tuple(range(2, len(bodies))), pairs, free, compliance, np.concatenate(displacement),
+        np.array(eccentric), load, amount, abs(said.load.torque_Nm), layout.clockwise,
     )  # fmt: skip
+
+
+def _eccentric(amount_um: float, direction_deg: float) -> list[float]:
+    """Eccentricity of a gear, in a direction counter-clockwise from the y axis: x and y, mm."""
+    direction = math.radians(direction_deg)
+    return [-1e-3 * amount_um * math.sin(direction), 1e-3 * amount_um * math.cos(direction)]
 
 
 def _positions(planets: Planets, teeth: int) -> list[float]:
@@ -256,17 +268,18 @@ def _trained(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair]) -
     free = np.zeros((len(turning), HUB * len(bodies)))
     free[np.arange(len(turning)), HUB * np.array(turning) + ROTATION] = 1.0
     torques = [side * float(said.gears[number].torque_Nm or 0.0) for number in turning]  # type: ignore[arg-type]
+    eccentric = [_eccentric(gear.eccentricity_um, side * gear.eccentricity_deg) for gear in said.gears]
     load, size = np.array(torques) / torques[0], HUB * len(bodies)
     return _planned(
-        bodies, meshes, (), pairs, free, np.zeros((size, size)), np.zeros(size), load, torques[0], torques[0],
-        layout.clockwise,
+        bodies, meshes, (), pairs, free, np.zeros((size, size)), np.zeros(size), np.array(eccentric), load, torques[0],
+        torques[0], layout.clockwise,
     )  # fmt: skip
 
 
 def _planned(
     bodies: Sequence[SetBody], meshes: Sequence[SetMesh], planets: tuple[int, ...], pairs: Mapping[str, GearPair],
-    free: FloatArray, compliance: FloatArray, displacement: FloatArray, load: FloatArray, torque_Nm: float,
-    nominal_Nm: float, clockwise: bool,
+    free: FloatArray, compliance: FloatArray, displacement: FloatArray, eccentricity: FloatArray, load: FloatArray,
+    torque_Nm: float, nominal_Nm: float, clockwise: bool,
 ) -> SetPlan:  # fmt: skip
     """Put a plan together; CaseError where meshes do not hold the load."""
     placed = placements(
@@ -288,8 +301,8 @@ def _planned(
         torque = torque_Nm * float(force) * pairs[mesh.case].pinion.base_radius
         torques[mesh.case] = max(torques.get(mesh.case, 0.0), torque)
     return SetPlan(
-        tuple(bodies), tuple(meshes), planets, free, compliance, displacement, 0, load, torque_Nm, nominal_Nm, torques,
-        clockwise,
+        tuple(bodies), tuple(meshes), planets, free, compliance, displacement, eccentricity, 0, load, torque_Nm,
+        nominal_Nm, torques, clockwise,
     )  # fmt: skip
 
 

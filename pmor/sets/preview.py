@@ -64,7 +64,7 @@ def _meshes(file: SetFile, pairs: dict[str, GearPair]) -> Iterator[str]:
 
 def _loads(file: SetFile) -> Iterator[str]:
     amounts = sorted({file.plan.nominal_Nm, *file.sections.sweep.torques_Nm})
-    angles = file.sections.sweep.angles_per_pitch
+    angles = file.pitches * file.sections.sweep.angles_per_pitch
     yield f"Positions: {angles} angles x {len(amounts)} torques: {', '.join(f'{amount:g}' for amount in amounts)} N m"
 
 
@@ -80,7 +80,11 @@ def _cost(file: SetFile, pairs: dict[str, GearPair]) -> Iterator[str]:
     for mesh in file.plan.meshes:
         case = file.cases[mesh.case]
         sections += pairs[mesh.case].total_contact_ratio * (case.mesh.order * case.mesh.width_elements + 1)
-    positions = file.sections.sweep.angles_per_pitch * len({file.plan.nominal_Nm, *file.sections.sweep.torques_Nm})
+    positions = (
+        file.pitches
+        * file.sections.sweep.angles_per_pitch
+        * len({file.plan.nominal_Nm, *file.sections.sweep.torques_Nm})
+    )
     seconds = positions * (POSITION_S * len(file.plan.meshes) + SECTIONS_S * sections**2)
     rows = [(stage.name, memory_text(stage.memory), stage.seconds) for stage in found]
     rows += [("sweep of all meshes", "", seconds), ("page", "", PAGE_S)]

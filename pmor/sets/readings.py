@@ -23,7 +23,8 @@ def set_data(file: SetFile, solved: SetSolution, failures: tuple[str, ...]) -> D
         "title": file.sections.title,
         **rows[nominal],
         **_speeds(file, solved),
-        "angles_per_pitch": len(solved.phi_rad),
+        "angles_per_pitch": len(solved.placed.phi),
+        "pitches": solved.pitches,
         "phi_rad": solved.phi_rad.tolist(),
         "torques": rows,
         "failures": list(failures),
@@ -45,13 +46,14 @@ def _speeds(file: SetFile, solved: SetSolution) -> Data:
 
 def _torque_data(file: SetFile, solved: SetSolution, number: int) -> Data:
     ste, plan = solved.ste_um[number], file.plan
-    found = solved.ste_orders(number).amplitude[:ORDERS]
+    found = solved.mesh_orders(number)[:ORDERS]
     data: Data = {
         "torque_Nm": plain(solved.torque_Nm[number] * plan.nominal_Nm / plan.torque_Nm),
         "first_gear_torque_Nm": plain(solved.torque_Nm[number]),
         "ste_mean_um": plain(np.mean(ste)),
         "ste_peak_to_peak_um": plain(np.ptp(ste)),
         "ste_harmonics_um": [plain(value) for value in found],
+        "shaft_orders": shaft_orders(solved, number),
         "ste_um": [plain(value) for value in ste],
         "k_gamma": plain(solved.k_gamma[number]),
         "planets": [_planet_data(solved, number, place) for place in range(len(plan.planets))],
@@ -62,6 +64,27 @@ def _torque_data(file: SetFile, solved: SetSolution, number: int) -> Data:
         orbit = 1e3 * solved.hub_displacement[number, :, 0, :2]
         data["sun_orbit_um"] = [[plain(value) for value in point] for point in orbit]
     return data
+
+
+def shaft_orders(solved: SetSolution, number: int) -> list[Data]:
+    """Largest orders between those of the mesh, with how often they are in a turn of each member against the carrier.
+
+    None over a single mesh cycle, or where a position is missing.
+    """
+    amplitude, pitches = solved.ste_orders(number).amplitude, solved.pitches
+    if pitches == 1 or not np.isfinite(amplitude).all():
+        return []
+    between = np.flatnonzero((np.arange(len(amplitude)) + 1) % pitches)
+    largest = between[np.argsort(-amplitude[between], kind="stable")[:ORDERS]]
+    teeth = {body.member: gear.teeth for body, gear in zip(solved.plan.bodies, solved.train.bodies, strict=True)}
+    return [
+        {
+            "mesh_order": plain((place + 1) / pitches),
+            "amplitude_um": plain(amplitude[place]),
+            "per_turn": {member: plain((place + 1) * count / pitches) for member, count in teeth.items()},
+        }
+        for place in largest.tolist()
+    ]
 
 
 def _planet_data(solved: SetSolution, number: int, place: int) -> Data:

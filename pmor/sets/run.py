@@ -38,7 +38,7 @@ def run(
         step(1)
         amounts = sorted({plan.nominal_Nm, *file.sections.sweep.torques_Nm})
         torques = np.array(amounts) * plan.torque_Nm / plan.nominal_Nm
-        solved = solve_set(plan, train, torques, file.sections.sweep.angles_per_pitch)
+        solved = solve_set(plan, train, torques, file.sections.sweep.angles_per_pitch, file.pitches)
         step(1)
     failures = tuple(
         f"{amount:g} N m: {int((~row).sum())} of {len(row)} positions did not converge"

@@ -15,6 +15,10 @@ from pmor.case.training import Positions
 from pmor.core.ranges import Range, Stiffness, TiltStiffness, Torques
 
 Deviations = Annotated[tuple[float, ...], Range(-1e4, 1e4, "um", in_order=True)]
+Amount = Annotated[float, Range(0.0, 1e4, "um")]
+Amounts = Annotated[tuple[float, ...], Range(0.0, 1e4, "um", in_order=True)]
+Direction = Annotated[float, Range(-360.0, 360.0, "deg")]
+Directions = Annotated[tuple[float, ...], Range(-360.0, 360.0, "deg", in_order=True)]
 AnyTorque = Annotated[float, Range(-1e12, 1e12, "N m")]
 Member = Literal["sun", "ring", "carrier"]
 
@@ -37,10 +41,37 @@ class Planets:
     """
 
     count: Annotated[int, Range(1, 24)] = 3
-    positions_deg: Annotated[tuple[float, ...], Range(-360.0, 360.0, "deg", in_order=True)] = ()
+    positions_deg: Directions = ()
     missing: Annotated[tuple[int, ...], Range(1, 24)] = ()
     radial_um: Deviations = ()
     tangential_um: Deviations = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Eccentricity:
+    """By how much the gears of a set are off the axes that they turn about (section `[eccentricity]`).
+
+    The runout of a gear is about twice its eccentricity. A set with one is solved until all of its gears that have one
+    stand as before.
+
+    Parameters
+    ----------
+    sun_um, ring_um : float
+        By how much the gear is off its axis.
+    sun_deg, ring_deg : float
+        Of the eccentricity at angle 0, counter-clockwise from the y axis, in degrees.
+    planets_um : tuple of float
+        By how much each planet is off the axis of its pin, one number for each.
+    planets_deg : tuple of float
+        The same, counted from where the pin lies outwards.
+    """
+
+    sun_um: Amount = 0.0
+    sun_deg: Direction = 0.0
+    ring_um: Amount = 0.0
+    ring_deg: Direction = 0.0
+    planets_um: Amounts = ()
+    planets_deg: Directions = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,11 +86,17 @@ class Gear:
         x and y of its axis.
     torque_Nm : float, "balance" or None
         On the gear from outside, counter-clockwise; "balance" holds against the others, None is an idler.
+    eccentricity_um : float
+        By how much the gear is off the axis that it turns about.
+    eccentricity_deg : float
+        Of the eccentricity at angle 0, counter-clockwise from the y axis, in degrees.
     """
 
     name: str
     at_mm: Annotated[tuple[float, ...], Range(-1e6, 1e6, "mm", in_order=True)]
     torque_Nm: AnyTorque | Literal["balance"] | None = None
+    eccentricity_um: Amount = 0.0
+    eccentricity_deg: Direction = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,10 +166,14 @@ class SetSweep:
         Positions to a mesh cycle.
     torques_Nm : tuple of float
         Amounts of the torque of `[load]`, or of the first gear, in N m, increasing; the nominal one is among them.
+    pitches : int or None
+        Mesh cycles that are solved; by default as many as it takes until the gears whose teeth differ, or that are
+        eccentric, stand as before: one without such errors.
     """
 
     angles_per_pitch: Positions = 60
     torques_Nm: Torques = ()
+    pitches: Annotated[int, Range(1, 100_000)] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,6 +187,7 @@ class SetSections:
     load : SetLoad or None
         Of a planetary set.
     planets : Planets
+    eccentricity : Eccentricity
     supports : Supports
     gears : tuple of Gear
         Of a train on fixed axes, in place of sun, planets and ring.
@@ -158,6 +200,7 @@ class SetSections:
     title: str
     load: SetLoad | None = None
     planets: Planets = Planets()
+    eccentricity: Eccentricity = Eccentricity()
     supports: Supports = Supports()
     gears: tuple[Gear, ...] = ()
     meshes: tuple[Mesh, ...] = ()

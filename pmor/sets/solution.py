@@ -11,7 +11,7 @@ from pmor.core.arrays import BoolArray, FloatArray
 from pmor.line.hertz import width_limit
 from pmor.line.hubs import HUB
 from pmor.line.kernels.several import SeveralResults
-from pmor.line.several import GearTrain, PlacedTrain
+from pmor.line.several import NONE, GearTrain, PlacedTrain
 from pmor.results.load_distribution import face_load_factor
 from pmor.results.orders import Orders, orders
 from pmor.sets.plan import SetPlan
@@ -28,7 +28,9 @@ class FaceLoads:
 
 @dataclass(frozen=True, eq=False)
 class SetSolution:
-    """A set over one pitch of its first gear, under D torques, at A angles.
+    """A set over one or several pitches of its first gear, under D torques, at A angles in all.
+
+    All pitches have the same positions, those in which it is placed.
 
     Parameters
     ----------
@@ -51,7 +53,12 @@ class SetSolution:
     @property
     def phi_rad(self) -> FloatArray:
         """Angles of the first gear, (A,)."""
-        return self.placed.phi
+        return np.asarray((self.pitch_rad * np.arange(self.pitches)[:, None] + self.placed.phi).ravel())
+
+    @property
+    def pitches(self) -> int:
+        """Of the first gear, that are solved."""
+        return self.converged.shape[1] // len(self.placed.phi)
 
     @property
     def pitch_rad(self) -> float:
@@ -77,13 +84,15 @@ class SetSolution:
     @cached_property
     def hub_wrench(self) -> FloatArray:
         """Forces and moments of the meshes on the hubs, in axes of the train, (D, A, B, 6), N and N mm."""
-        total = np.zeros((*self.converged.shape, len(self.train.bodies), HUB))
+        grid = self.converged.shape
+        total = np.zeros((grid[0], self.pitches, len(self.placed.phi), len(self.train.bodies), HUB))
+        force = self.found.force.reshape(*total.shape[:3], -1)
         for one in self.placed.placed:
             for gear, body in enumerate(one.mesh.bodies):
-                total[:, :, body] += np.einsum(
-                    "dan,anr->dar", self.found.force[..., one.part], one.rows[:, :, gear], optimize=True
+                total[..., body, :] += np.einsum(
+                    "dkan,anr->dkar", force[..., one.part], one.rows[:, :, gear], optimize=True
                 )
-        return total
+        return total.reshape(*grid, *total.shape[3:])
 
     @cached_property
     def hub_displacement(self) -> FloatArray:
@@ -114,10 +123,14 @@ class SetSolution:
 
     @property
     def k_gamma(self) -> FloatArray:
-        """Mesh load factor: largest mean load of a planet over the mean of all, (D,); NaN without planets."""
+        """Mesh load factor: largest mean load of a planet in a mesh cycle over the mean of all, (D,).
+
+        NaN without planets.
+        """
         if not self.plan.planets:
             return np.full(len(self.torque_Nm), np.nan)
-        return np.asarray(len(self.plan.planets) * self.planet_share.mean(axis=1).max(axis=1))
+        share = self.planet_share.reshape(len(self.torque_Nm), self.pitches, -1, len(self.plan.planets))
+        return np.asarray(len(self.plan.planets) * share.mean(axis=2).max(axis=(1, 2)))
 
     def face_loads(self, mesh: int) -> FaceLoads:
         """Line loads of a mesh by its number."""
@@ -136,12 +149,16 @@ class SetSolution:
         return root_stress_of_set(self.placed, self.found)
 
     def ste_orders(self, torque: int) -> Orders:
-        """Orders of the mesh in the transmission error under a torque by its number, um."""
-        return orders(self.phi_rad, self.ste_um[torque], self.pitch_rad)
+        """Orders of the transmission error over all pitches under a torque by its number, um."""
+        return orders(self.phi_rad, self.ste_um[torque], self.pitches * self.pitch_rad)
+
+    def mesh_orders(self, torque: int) -> FloatArray:
+        """Amplitudes of the whole orders of the mesh, um."""
+        return self.ste_orders(torque).amplitude[self.pitches - 1 :: self.pitches]
 
 
-def solve_set(plan: SetPlan, train: GearTrain, torques_Nm: FloatArray, angles: int) -> SetSolution:
-    """Solve a set over a pitch of its first gear.
+def solve_set(plan: SetPlan, train: GearTrain, torques_Nm: FloatArray, angles: int, pitches: int = 1) -> SetSolution:
+    """Solve a set over pitches of its first gear.
 
     Parameters
     ----------
@@ -149,14 +166,37 @@ def solve_set(plan: SetPlan, train: GearTrain, torques_Nm: FloatArray, angles: i
         On the first gear.
     angles : int
         Of a pitch.
+    pitches : int
+        With errors of its gears, after which the set repeats.
     """
     pitch = train.meshes[0].pair.meshed.pair.pitch
     placed = train.place(pitch * np.arange(angles) / angles, plan.displacement)
-    found = placed.solve(1e3 * torques_Nm[:, None] * plan.load)
-    overloaded = np.zeros(found.converged.shape, dtype=bool)
+    loads = 1e3 * torques_Nm[:, None] * plan.load
+    parts = [solve_placed(placed, loads, _errors_of_gears(plan, placed, number)) for number in range(pitches)]
+    found = SeveralResults(*(np.concatenate(values, axis=1) for values in zip(*parts, strict=True)))
+    return SetSolution(plan, placed, torques_Nm, found)
+
+
+def solve_placed(placed: PlacedTrain, loads: FloatArray, deviation: FloatArray = NONE) -> SeveralResults:
+    """Solve a train at its angles, as `PlacedTrain.solve`; NaN where not converged, or beyond the range of contact."""
+    found = placed.solve(loads, deviation)
     for one in placed.placed:
-        overloaded |= width_limit(one.mesh.pair.meshed, one.lines.law).exceeded(found.force[..., one.part])
-    found.converged[overloaded] = False
+        found.converged[width_limit(one.mesh.pair.meshed, one.lines.law).exceeded(found.force[..., one.part])] = False
     for values in (found.movement, found.force):
         values[~found.converged] = np.nan
-    return SetSolution(plan, placed, torques_Nm, found)
+    return found
+
+
+def _errors_of_gears(plan: SetPlan, placed: PlacedTrain, pitch: int) -> FloatArray:
+    """By how much flanks stand off by eccentric gears and pitch deviations in a pitch, (A, N), mm; empty without."""
+    pitch_rad, found = placed.train.meshes[0].pair.meshed.pair.pitch, NONE
+    if plan.eccentricity.any():
+        turn = np.exp(1j * np.outer(placed.phi + pitch * pitch_rad, placed.train.rates))
+        turned = turn * (plan.eccentricity @ [1.0, 1j])
+        displacement = np.zeros((*turned.shape, HUB))
+        displacement[..., 0], displacement[..., 1] = turned.real, turned.imag
+        found = placed.opened(displacement.reshape(len(turned), -1))
+    if any(mesh.assembly.uneven for mesh in placed.train.meshes):
+        deviation = placed.pitch_deviation(pitch)
+        found = found + deviation if found.size else deviation
+    return found

@@ -32,10 +32,20 @@ SETS = {
         "[planet.blank]\nrim_thickness_mm = 5.0\nweb_thickness_mm = 5.0\nhub_radius_mm = 20.0\n[ring]",
         "leave the blanks out",
     ),
-    "uneven teeth": (
+    "pitch deviations of fewer teeth": (
         "[planet]",
-        "[sun.modification]\npitch_deviations_um = [1.0, " + "0.0, " * 17 + "]\n[planet]",
-        "no pitch deviations",
+        "[sun.modification]\npitch_deviations_um = [1.0]\n[planet]",
+        "1 numbers for 18 teeth",
+    ),
+    "eccentricities of other planets": (
+        "[load]",
+        "[eccentricity]\nplanets_um = [5.0]\n[load]",
+        "each of the 3 planets",
+    ),
+    "more angles than a sweep has": (
+        "[sweep]",
+        "[eccentricity]\nsun_um = 5.0\n[sweep]\npitches = 99999",
+        "lower one of the two",
     ),
     "an overload": ("torque_Nm = 300.0", "torque_Nm = 300000.0", "mesh sun-planet"),
     "a word for a stiffness": ("[load]", '[supports]\nsun_radial_N_per_mm = "soft"\n[load]', "rigid"),
@@ -53,6 +63,7 @@ CHAINS = {
     "driven before it drives": ('["input", "idler"]', '["output", "idler"]', "drives the first mesh"),
     "too close": ("at_mm = [88.0, 92.0]", "at_mm = [87.0, 92.0]", "mesh idler-output"),
     "too far": ("at_mm = [88.0, 92.0]", "at_mm = [98.0, 92.0]", "mesh idler-output"),
+    "eccentricity of a planetary set": ("[sweep]", "[eccentricity]\nsun_um = 5.0\n[sweep]", "of each of the [[gears]]"),
     "one coordinate": ("at_mm = [88.0, 92.0]", "at_mm = [88.0]", "x and y of the axis"),
     "a distance beside places": ("module_mm = 4.0", "module_mm = 4.0\ncentre_distance_mm = 92.0", "follows from at_mm"),
     "no meshes": ('[[meshes]]\ngears = ["input", "idler"]\n[[meshes]]\ngears = ["idler", "output"]', "", "[[meshes]]"),

@@ -1,0 +1,134 @@
+"""Eccentric gears and pitch deviations of sets: closed forms, and pairs by themselves."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import pmor
+from pmor.gear.condition import ALIGNED, Assembly
+from pmor.gear.modification import Modification
+from pmor.sets.loader import load
+from pmor.sets.run import run
+from pmor.sets.solution import solve_placed
+from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, chain, written_set
+
+# Solutions by Newton's method, to its tolerance.
+SOLVED = 1e-8
+# mm, and of the order that it makes: teeth that carry at their corners meet off the line of action.
+E_UM, OFF_LINE = 20.0, 2e-3
+ONE = SMALL_SET.replace("torques_Nm = [100.0]", "").replace("tangential_um = [10.0, 0.0, 0.0]", "missing = [2, 3]")
+THREE = SMALL_SET.replace("torques_Nm = [100.0]", "").replace("tangential_um = [10.0, 0.0, 0.0]", "")
+
+
+def solved(folder, text):
+    return run(load(written_set(folder, text)))
+
+
+def order(found, per_turn, teeth):
+    """Amplitude of the order that a gear makes so many times a turn, um."""
+    solution = found.solution
+    return solution.ste_orders(0).amplitude[round(per_turn * solution.pitches / teeth) - 1]
+
+
+@pytest.mark.parametrize(
+    ("error", "teeth", "times"),
+    [("sun_um = 20.0", 18, 1.0), ("ring_um = 20.0", 54, 1.0), ("planets_um = [20.0, 0.0, 0.0]", 18, None)],
+)
+def test_an_eccentric_gear_makes_the_first_order_of_its_shaft(error, teeth, times, tmp_path):
+    """By one mesh the whole eccentricity, along the line of action; a planet's by both, cos(alpha) of each."""
+    found = solved(tmp_path, f"{ONE}[eccentricity]\n{error}\n")
+    assert found.solution.pitches == teeth
+    assert found.solution.converged.all()
+    times = times or 2.0 * np.cos(np.radians(20.0))
+    assert_allclose(order(found, 1, teeth), times * E_UM, rtol=OFF_LINE)
+
+
+def test_no_eccentricity_is_the_same_curve_to_the_last_digit(tmp_path):
+    plain = solved(tmp_path, THREE)
+    assert (solved(tmp_path, f"{THREE}[eccentricity]\nsun_um = 0.0\nsun_deg = 30.0\n").ste_um == plain.ste_um).all()
+    over = solved(tmp_path, THREE.replace("angles_per_pitch = 6", "angles_per_pitch = 6\npitches = 2"))
+    assert (over.ste_um == np.tile(plain.ste_um, 2)).all()
+    assert_allclose(over.k_gamma, plain.k_gamma, rtol=1e-12)
+
+
+def test_a_floating_sun_moves_out_of_the_way_of_its_eccentricity(tmp_path):
+    """Its teeth stay where they are and its hub circles about them: loads and transmission error do not feel it."""
+    text = f'{THREE}[supports]\nsun_radial_N_per_mm = "free"\n'
+    plain, off = solved(tmp_path, text), solved(tmp_path, f"{text}[eccentricity]\nsun_um = 20.0\nsun_deg = 40.0\n")
+    assert off.solution.pitches == 18
+    assert_allclose(off.ste_um, np.tile(plain.ste_um, 18), rtol=SOLVED)
+    assert_allclose(off.planet_share, np.tile(plain.planet_share, (1, 18, 1)), rtol=SOLVED)
+    phi = off.solution.phi_rad + np.radians(40.0)
+    moved = off.solution.hub_displacement[0, :, 0, :2] - np.tile(plain.solution.hub_displacement[0, :, 0, :2], (18, 1))
+    assert_allclose(moved, 1e-3 * E_UM * np.stack([np.sin(phi), -np.cos(phi)], axis=1), rtol=0.0, atol=1e-8)
+
+
+def test_three_planets_average_an_eccentric_sun_in_its_bearings(tmp_path):
+    """Of equal planets the first order cancels but for what stiffness over the mesh cycle leaves; shares feel it."""
+    found = solved(tmp_path, f"{THREE}[eccentricity]\nsun_um = 20.0\n")
+    assert order(found, 1, 18) < 0.02 * E_UM
+    assert found.k_gamma[0] > 1.05
+
+
+def test_the_other_sense_is_the_image(tmp_path):
+    """Directions are counter-clockwise as they are drawn: the image has the opposite ones."""
+    errors = (
+        "[eccentricity]\nsun_um = 20.0\nsun_deg = {0}\nplanets_um = [0.0, 5.0, 0.0]\nplanets_deg = [0.0, {0}, 0.0]\n"
+    )
+    found = solved(tmp_path, THREE + errors.format(30.0))
+    back = solved(tmp_path, THREE.replace("torque_Nm = 300.0", "torque_Nm = -300.0") + errors.format(-30.0))
+    first, second, third = back.planet_share[0].T
+    # In the image the second planet stands where the third one was.
+    other = THREE + errors.format(30.0).replace("[0.0, 5.0, 0.0]", "[0.0, 0.0, 5.0]").replace(
+        "[0.0, 30.0, 0.0]", "[0.0, 0.0, 30.0]"
+    )
+    expected = solved(tmp_path, other)
+    assert_allclose(back.ste_um, expected.ste_um, rtol=SOLVED)
+    assert_allclose(np.stack([first, third, second]), expected.planet_share[0].T, rtol=SOLVED)
+    assert not np.allclose(found.ste_um, expected.ste_um, rtol=1e-5)
+
+
+@pytest.mark.parametrize("helix", [0.0, 15.0])
+def test_pitch_deviations_are_those_of_pairs(helix, rng):
+    """A train of a rigid idler: each mesh, the image too, by itself with the teeth that are in mesh there."""
+    _, train = chain((21, 25, 19), helix, 0.0, width="whole")
+    first, second = train.meshes
+    deviations = [tuple(rng.normal(0.0, 3.0, count)) for count in (21, 25, 25, 19)]
+    flanks = [Modification(pitch_deviations_um=values) for values in deviations]
+    meshes = tuple(
+        replace(mesh, assembly=Assembly(pinion=one, wheel=other))
+        for mesh, one, other in ((first, *flanks[:2]), (second, *flanks[2:]))
+    )
+    train = replace(train, meshes=meshes, bodies=tuple(replace(body, far=None) for body in train.bodies))
+    pitch = first.pair.meshed.pair.pitch
+    phi = pitch * np.arange(3) / 3
+    placed = train.place(phi)
+    for number in (0, 7):
+        found = solve_placed(placed, np.array([[1e5, 0.0]]), placed.pitch_deviation(number))
+        ahead = 0.0
+        for mesh, torque in zip(meshes, (1e5, 1e5 * 25 / 21), strict=True):
+            # The teeth that the pair counts as 0 are others on the bodies.
+            turned = [
+                replace(flank, pitch_deviations_um=tuple(np.roll(flank.pitch_deviations_um, -tooth)))
+                for flank, tooth in zip((mesh.assembly.pinion, mesh.assembly.wheel), mesh.first_tooth, strict=True)
+            ]
+            alone = mesh.pair.place(mesh.start + mesh.rate * (phi + number * pitch), ALIGNED)
+            one = alone.solve(np.array([torque]), deviation=alone.deviation(Assembly(ALIGNED, *turned)))
+            ahead = ahead + one.advance[0] * mesh.pair.base_radius
+        assert_allclose(found.movement[0, :, 0] * first.pair.base_radius, ahead, rtol=2e-3 if helix else SOLVED)
+
+
+def test_a_set_with_pitch_deviations_of_the_sun_repeats_with_its_turn(tmp_path):
+    deviations = [0.0] * 17 + [10.0]
+    text = SMALL_CHAIN.replace("[input]\nteeth = 21", "[input]\nteeth = 18").replace("[0.0, 92.0]", "[0.0, 86.0]")
+    text = text.replace("[88.0, 92.0]", "[88.0, 86.0]") + f"[input.modification]\npitch_deviations_um = {deviations}\n"
+    found = pmor.gear_set(written_set(tmp_path, text))
+    assert found.solution.pitches == 18
+    ste = found.ste_um[0].reshape(18, -1)
+    late = np.ptp(ste, axis=0) > 1.0
+    assert late.any()
+    # One tooth is short: most mesh cycles do not feel it.
+    assert (np.abs(ste - np.median(ste, axis=0)) < 0.3).mean() > 0.6
+    assert {row["per_turn"]["input"] for row in found.data["shaft_orders"]} <= set(map(float, range(1, 60)))
