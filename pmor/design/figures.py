@@ -16,7 +16,7 @@ from pmor.design.judge import Judge, nominal
 from pmor.design.search import Found
 from pmor.design.supports import CASE, InGearbox
 from pmor.design.variables import limits
-from pmor.report.panels import panels
+from pmor.report.panels import panels, plot_share_below
 from pmor.report.style import COLOURS, legend_label, new_figure, plot_style
 
 if TYPE_CHECKING:
@@ -213,10 +213,7 @@ def scatter_figure(objectives: Mapping[str, FloatArray], design_words: str) -> F
         figure = new_figure(7.2, 4.0)
         axes = figure.subplots()
         for number, (name, values) in enumerate(objectives.items()):
-            colour = COLOURS[number % len(COLOURS)]
-            share = 100.0 * (np.arange(len(values)) + 0.5) / len(values)
-            axes.plot(np.sort(values), share, color=colour, label=name)
-            axes.axvline(float(np.percentile(values, 95.0)), color=colour, lw=0.8, ls="--")
+            plot_share_below(axes, values, COLOURS[number % len(COLOURS)], name)
         axes.axhline(95.0, color=GREY, lw=0.6, ls=":")
         axes.set(xlabel=f"{design_words}, mean over torques; dashed: 95 % stay below",
                  ylabel="Pairs made that stay below [%]", ylim=(0.0, 100.0))  # fmt: skip

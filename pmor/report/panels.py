@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pmor.core.arrays import FloatArray
 from pmor.report.style import new_figure, plot_style
 
 if TYPE_CHECKING:
@@ -38,6 +39,15 @@ def panels(
         yield figure, axes
         if legend:
             figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=legend)
+
+
+def plot_share_below(axes: Axes, values: FloatArray, colour: str, label: str) -> None:
+    """Draw the share of values that stay below, in per cent, dashed the one that 95 % do; NaN are left out."""
+    known = np.sort(values[np.isfinite(values)])
+    if not len(known):
+        return
+    axes.plot(known, 100.0 * (np.arange(len(known)) + 0.5) / len(known), color=colour, label=label)
+    axes.axvline(float(np.percentile(known, 95.0)), color=colour, lw=0.8, ls="--")
 
 
 def log_log(axes: Axes, ticks: Sequence[int] = ()) -> None:

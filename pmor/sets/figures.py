@@ -10,9 +10,10 @@ from pmor.core.arrays import FloatArray
 from pmor.core.errors import MeshError
 from pmor.fe.outline import tooth_outline
 from pmor.gear.tooth import Tooth
-from pmor.report.panels import panels
+from pmor.report.panels import panels, plot_share_below
 from pmor.report.style import COLOURS, legend_label
 from pmor.sets.solution import SetSolution
+from pmor.sets.tolerances import Samples
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -91,6 +92,17 @@ def share_figure(solved: SetSolution, torque: int) -> Figure:
             f"Sun over {'the mesh cycle' if solved.pitches == 1 else f'{solved.pitches} mesh cycles'}; dot: angle 0",
             fontsize=10,
         )
+    return figure
+
+
+def tolerance_figure(samples: Samples, shown_Nm: FloatArray) -> Figure:
+    """Share of the sets within tolerances that stay below a mesh load factor, and below a transmission error."""
+    with panels(2, 9.2, 4.2, legend=6, sharey=True) as (figure, (load_factor, error)):
+        for number, torque in enumerate(shown_Nm):
+            for axes, values in ((load_factor, samples.k_gamma), (error, samples.ste_peak_to_peak_um)):
+                plot_share_below(axes, values[:, number], COLOURS[number % len(COLOURS)], f"{torque:g} N m")
+        load_factor.set(xlabel="Mesh load factor K_γ [-]", ylabel="Sets that stay below [%]", ylim=(0.0, 100.0))
+        error.set(xlabel="Peak-to-peak STE [µm]")
     return figure
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -18,7 +18,7 @@ from pmor.core.wording import did_you_mean
 from pmor.export.rexs.model import ENDINGS
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair, refuse_loads_unmeshed
-from pmor.sets.plan import Layout, SetPlan, Share, planetary_layout, set_plan, train_layout
+from pmor.sets.plan import Layout, SetPlan, Share, planetary_errors, planetary_layout, set_plan, train_layout
 from pmor.sets.rexs import has_planets, read_set
 from pmor.sets.settings import Eccentricity, SetSections
 
@@ -50,6 +50,8 @@ class SetFile:
         What was changed of it, as its gears would not run.
     pitches : int
         Mesh cycles that are solved.
+    sample_pitches : int
+        Mesh cycles over which sets within tolerances are solved.
     """
 
     name: str
@@ -61,6 +63,7 @@ class SetFile:
     notes: tuple[str, ...] = ()
     changed: tuple[str, ...] = ()
     pitches: int = 1
+    sample_pitches: int = 1
 
 
 def is_set(path: Path) -> bool:
@@ -94,7 +97,8 @@ def load(path: Path | str) -> SetFile:
     torques = {key: most * torque for key, torque in plan.mesh_torques_Nm.items()}
     notes, changed = (read.notes, read.changed) if read else ((), ())
     cases = reader.cases(said, layout, torques)
-    return SetFile(name, text, said, plan, cases, (path,), notes, changed, reader.pitches(said, plan, cases))
+    pitches = reader.pitches(said, plan, cases), reader.sample_pitches(said, plan, cases)
+    return SetFile(name, text, said, plan, cases, (path,), notes, changed, *pitches)
 
 
 class _Reader(Reader):
@@ -133,6 +137,8 @@ class _Reader(Reader):
             if given and len(given) != planets.count:
                 rule = f"must be one number for each of the {planets.count} planets"
                 self.refuse(f"{key} with {len(given)} numbers", rule)
+        if said.tolerances is not None and not any(said.tolerances.deviations_um):
+            self.refuse("[tolerances]", "scatters nothing: write a standard deviation, as pins_tangential_um = 10.0")
         if any(number > planets.count for number in planets.missing):
             self.refuse(f"[planets] missing = {list(planets.missing)}", f"there are planets 1 to {planets.count}")
         if len(planets.missing) >= planets.count:
@@ -145,6 +151,8 @@ class _Reader(Reader):
         """Refuse gears and meshes that do not fit together."""
         if said.load is not None:
             self.refuse("[load]", "is of a planetary set: torques of a train stand in [[gears]]; leave it out")
+        if said.tolerances is not None:
+            self.refuse("[tolerances]", "is of a planetary set, not of a train on fixed axes: leave it out")
         if said.eccentricity != Eccentricity():
             rule = "is of a planetary set: write eccentricity_um of each of the [[gears]]; leave it out"
             self.refuse("[eccentricity]", rule)
@@ -234,6 +242,19 @@ class _Reader(Reader):
                 f"angles_per_pitch = {said.sweep.angles_per_pitch}, and {MOST_ANGLES} are enough: lower one of the two"
             )  # fmt: skip
         return pitches
+
+    def sample_pitches(self, said: SetSections, plan: SetPlan, cases: Mapping[str, Case]) -> int:
+        """Return the mesh cycles to solve of each set within tolerances."""
+        if said.tolerances is None:
+            return 1
+        sizes, off = said.tolerances, said.eccentricity
+        widest = Eccentricity(
+            sun_um=off.sun_um + sizes.sun_eccentricity_um, ring_um=off.ring_um + sizes.ring_eccentricity_um,
+            planets_um=tuple(sizes.planets_eccentricity_um + amount
+                             for amount in off.planets_um or (0.0,) * said.planets.count),
+        )  # fmt: skip
+        errors = planetary_errors(replace(said, eccentricity=widest), plan.bodies, plan.clockwise)
+        return self.pitches(said, replace(plan, eccentricity=errors[1]), cases)
 
     def check_distances(self, said: SetSections, layout: Layout, pairs: Mapping[str, GearPair]) -> None:
         """Refuse a planet whose two centre distances contradict each other."""

@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Table
-from pmor.sets.figures import face_load_figure, root_stress_figure, set_figure, share_figure, ste_figure
+from pmor.sets.figures import (
+    face_load_figure,
+    root_stress_figure,
+    set_figure,
+    share_figure,
+    ste_figure,
+    tolerance_figure,
+)
 from pmor.sets.loader import SetFile
 from pmor.sets.readings import Data, set_data
 from pmor.sets.solution import SetSolution
+from pmor.sets.tolerances import Samples
 from pmor.work.results import Report
 from pmor.work.table import Columns, table, text_lines
 
 #: files of a result
 FILES = ("set.json", "set.md", "report.html", "set.png", "ste.png", "shares.png", "face_load.png", "root_stress.png")
+#: further ones with tolerances
+SAMPLE_FILES = ("tolerances.csv", "tolerances.png")
 
 TORQUE_COLUMNS: Columns = {
     "torque [N m]": "torque_Nm",
@@ -68,15 +78,24 @@ SHAFT_ORDERS = (
     "Of the transmission error between the orders of the mesh, at the nominal torque; turns of the members against the "
     "carrier."
 )
+SAMPLE_COLUMNS: Columns = {
+    "torque [N m]": "torque_Nm",
+    "K_γ as filed": lambda row: row["k_gamma"]["as_filed"],
+    "50 %": lambda row: row["k_gamma"]["percentile_50"],
+    "95 %": lambda row: row["k_gamma"]["percentile_95"],
+    "STE p-p as filed [µm]": lambda row: row["ste_peak_to_peak_um"]["as_filed"],
+    "50 % [µm]": lambda row: row["ste_peak_to_peak_um"]["percentile_50"],
+    "95 % [µm]": lambda row: row["ste_peak_to_peak_um"]["percentile_95"],
+}
 MODEL = (
     "All meshes are solved at once: exact line loads on the finite-element compliance of every member, which couples "
     "the flanks of one body; one rotation for each gear that is free to turn. A planetary set is seen from its carrier."
 )
 
 
-def set_report(file: SetFile, solved: SetSolution, failures: tuple[str, ...]) -> Report:
+def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, failures: tuple[str, ...]) -> Report:
     """Return numbers and page."""
-    data, nominal = set_data(file, solved, failures), nominal_torque(file, solved)
+    data, nominal = set_data(file, solved, samples, failures), nominal_torque(file, solved)
     tables = _tables(data)
     blocks: list[Block] = [*map(Warning, (*failures, *map(_changed, file.changed))), tables[0]]
     if solved.converged[nominal].any():
@@ -89,6 +108,9 @@ def set_report(file: SetFile, solved: SetSolution, failures: tuple[str, ...]) ->
     if solved.plan.planets:
         blocks.append(Picture("shares.png", "Share of each planet, and the orbit of the sun, at the nominal torque.",
                               share_figure(solved, nominal), "svg"))  # fmt: skip
+    if samples is not None:
+        blocks.append(Picture("tolerances.png", "Sets within tolerances, each solved; dashed: 95 % stay below.",
+                              tolerance_figure(samples, shown), "svg"))  # fmt: skip
     blocks += [
         *tables[1:],
         Picture("face_load.png", "Line load over the face, added up over tooth pairs, at the nominal torque.",
@@ -99,6 +121,8 @@ def set_report(file: SetFile, solved: SetSolution, failures: tuple[str, ...]) ->
                               "largest principal stress, where the range is largest, at the nominal torque.",
                               root_stress_figure(solved, nominal), "svg"))  # fmt: skip
     blocks.append(MODEL)
+    if solved.pitches > 1:
+        blocks.append("Root stress is that of sets whose mesh cycles are all alike: it is left out.")
     if solved.plan.clockwise:
         blocks.append("The first gear is loaded clockwise: angles and tooth numbers count clockwise.")
     if file.notes:
@@ -107,10 +131,10 @@ def set_report(file: SetFile, solved: SetSolution, failures: tuple[str, ...]) ->
     return Report("set", data, f"Set: {file.sections.title}", blocks)
 
 
-def set_text(file: SetFile, solved: SetSolution, failures: Sequence[str]) -> str:
+def set_text(file: SetFile, solved: SetSolution, samples: Samples | None, failures: tuple[str, ...]) -> str:
     """Return the tables for the screen."""
     lines = [f"Set: {file.sections.title}"]
-    for shown in _tables(set_data(file, solved, tuple(failures))):
+    for shown in _tables(set_data(file, solved, samples, failures)):
         lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
     lines += [f"  ! {sentence}" for sentence in (*failures, *map(_changed, file.changed))]
     if file.notes:
@@ -127,6 +151,10 @@ def _tables(data: Data) -> list[Table]:
     found = [table("Transmission error", TORQUE_COLUMNS, data["torques"], STE)]
     if data["planets"]:
         found.append(table("Planets", PLANET_COLUMNS, data["planets"], PLANETS))
+    if data["tolerances"]:
+        drawn = data["tolerances"]
+        note = f"Values that 50 % and 95 % of {drawn['samples']} sets stay below, each solved."
+        found.append(table("Tolerances", SAMPLE_COLUMNS, drawn["torques"], note))
     if data["shaft_orders"]:
         found.append(table("Orders of shafts", ORDER_COLUMNS, data["shaft_orders"], SHAFT_ORDERS))
     found.append(table("Meshes", MESH_COLUMNS, data["meshes"], MESHES))

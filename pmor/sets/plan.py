@@ -174,30 +174,37 @@ def _planetary(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair])
     _refuse_neighbours([places[number] for number in numbers], inner)
     side = -1.0 if layout.clockwise else 1.0
     bodies, meshes = [SetBody("sun", "sun", 0.0, 0.0), SetBody("ring", "ring", 0.0, 0.0)], []
-    displacement, off = [np.zeros(2 * HUB)], said.eccentricity
-    eccentric = [_eccentric(off.sun_um, side * off.sun_deg), _eccentric(off.ring_um, side * off.ring_deg)]
     for number in numbers:
         angle, body = side * places[number], len(bodies)
         outwards = np.array([-math.sin(angle), math.cos(angle)])
         bodies.append(SetBody(f"planet {number + 1}", "planet", *(distance * outwards).tolist()))
         meshes += [SetMesh(layout.shares[0].name, 0, body), SetMesh(layout.shares[1].name, body, 1)]
-        moved = np.zeros(HUB)
-        if said.planets.radial_um:
-            moved[:2] += 1e-3 * said.planets.radial_um[number] * outwards
-        if said.planets.tangential_um:
-            # The sense in which the torque turns the sun is counter-clockwise here.
-            moved[:2] += 1e-3 * said.planets.tangential_um[number] * np.array([-outwards[1], outwards[0]])
-        displacement.append(moved)
-        amount, ahead = (values[number] if values else 0.0 for values in (off.planets_um, off.planets_deg))
-        eccentric.append(_eccentric(amount, math.degrees(angle) + side * ahead))
     free, compliance = _supports(said, bodies)
     amount = abs(said.load.torque_Nm) * {"sun": 1.0, "ring": sun / ring, "carrier": sun / (sun + ring)}[said.load.on]
     load = np.zeros(len(free))
     load[0] = 1.0
     return _planned(
-        bodies, meshes, tuple(range(2, len(bodies))), pairs, free, compliance, np.concatenate(displacement),
-        np.array(eccentric), load, amount, abs(said.load.torque_Nm), layout.clockwise,
+        bodies, meshes, tuple(range(2, len(bodies))), pairs, free, compliance,
+        *planetary_errors(said, bodies, layout.clockwise), load, amount, abs(said.load.torque_Nm), layout.clockwise,
     )  # fmt: skip
+
+
+def planetary_errors(said: SetSections, bodies: Sequence[SetBody], clockwise: bool) -> tuple[FloatArray, FloatArray]:
+    """Return displacements of hubs, (6 B,), and eccentricities of gears, (B, 2), mm, in the frame of the plan."""
+    pins, off, side = said.planets, said.eccentricity, -1.0 if clockwise else 1.0
+    numbers = [number for number in range(pins.count) if number + 1 not in pins.missing]
+    displacement = np.zeros((len(bodies), HUB))
+    eccentric = [_eccentric(off.sun_um, side * off.sun_deg), _eccentric(off.ring_um, side * off.ring_deg)]
+    for number, body, moved in zip(numbers, bodies[2:], displacement[2:], strict=True):
+        outwards = np.array([body.x, body.y]) / math.hypot(body.x, body.y)
+        if pins.radial_um:
+            moved[:2] += 1e-3 * pins.radial_um[number] * outwards
+        if pins.tangential_um:
+            # The sense in which the torque turns the sun is counter-clockwise here.
+            moved[:2] += 1e-3 * pins.tangential_um[number] * np.array([-outwards[1], outwards[0]])
+        amount, ahead = (values[number] if values else 0.0 for values in (off.planets_um, off.planets_deg))
+        eccentric.append(_eccentric(amount, math.degrees(math.atan2(-body.x, body.y)) + side * ahead))
+    return displacement.ravel(), np.array(eccentric)
 
 
 def _eccentric(amount_um: float, direction_deg: float) -> list[float]:

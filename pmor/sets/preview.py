@@ -66,6 +66,9 @@ def _loads(file: SetFile) -> Iterator[str]:
     amounts = sorted({file.plan.nominal_Nm, *file.sections.sweep.torques_Nm})
     angles = file.pitches * file.sections.sweep.angles_per_pitch
     yield f"Positions: {angles} angles x {len(amounts)} torques: {', '.join(f'{amount:g}' for amount in amounts)} N m"
+    if file.sections.tolerances is not None:
+        angles = file.sample_pitches * file.sections.sweep.angles_per_pitch
+        yield f"Tolerances: {file.sections.tolerances.samples} sets x {angles} angles x {len(amounts)} torques"
 
 
 def _cost(file: SetFile, pairs: dict[str, GearPair]) -> Iterator[str]:
@@ -80,14 +83,15 @@ def _cost(file: SetFile, pairs: dict[str, GearPair]) -> Iterator[str]:
     for mesh in file.plan.meshes:
         case = file.cases[mesh.case]
         sections += pairs[mesh.case].total_contact_ratio * (case.mesh.order * case.mesh.width_elements + 1)
-    positions = (
-        file.pitches
-        * file.sections.sweep.angles_per_pitch
-        * len({file.plan.nominal_Nm, *file.sections.sweep.torques_Nm})
+    torques = len({file.plan.nominal_Nm, *file.sections.sweep.torques_Nm})
+    a_pitch = (
+        torques * file.sections.sweep.angles_per_pitch * (POSITION_S * len(file.plan.meshes) + SECTIONS_S * sections**2)
     )
-    seconds = positions * (POSITION_S * len(file.plan.meshes) + SECTIONS_S * sections**2)
     rows = [(stage.name, memory_text(stage.memory), stage.seconds) for stage in found]
-    rows += [("sweep of all meshes", "", seconds), ("page", "", PAGE_S)]
+    rows += [("sweep of all meshes", "", file.pitches * a_pitch)]
+    if file.sections.tolerances is not None:
+        rows.append(("tolerances", "", file.sections.tolerances.samples * file.sample_pitches * a_pitch))
+    rows.append(("page", "", PAGE_S))
     yield "Stages: peak memory and time of one core, within a factor of two"
     for name, memory, spent in (*rows, ("in all", "", sum(spent for _, _, spent in rows))):
         yield f"  {name:<34} {memory:>8}  {format_time(spent):>12}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,15 @@ import numpy as np
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import SetFile
 from pmor.sets.solution import SetSolution
+from pmor.sets.tolerances import Samples
 
 Data = dict[str, Any]
 ORDERS = 10
+# Percentiles of sets within tolerances.
+PERCENT = (5.0, 50.0, 95.0, 99.0)
 
 
-def set_data(file: SetFile, solved: SetSolution, failures: tuple[str, ...]) -> Data:
+def set_data(file: SetFile, solved: SetSolution, samples: Samples | None, failures: tuple[str, ...]) -> Data:
     """Return the content of `set.json`: top values are those of the nominal torque."""
     nominal = int(np.argmin(np.abs(solved.torque_Nm - file.plan.torque_Nm)))
     rows = [_torque_data(file, solved, number) for number in range(len(solved.torque_Nm))]
@@ -27,6 +31,7 @@ def set_data(file: SetFile, solved: SetSolution, failures: tuple[str, ...]) -> D
         "pitches": solved.pitches,
         "phi_rad": solved.phi_rad.tolist(),
         "torques": rows,
+        "tolerances": sample_data(samples, solved, [row["torque_Nm"] for row in rows]) if samples else None,
         "failures": list(failures),
         "changed": list(file.changed),
         "assumptions": list(file.notes),
@@ -85,6 +90,25 @@ def shaft_orders(solved: SetSolution, number: int) -> list[Data]:
         }
         for place in largest.tolist()
     ]
+
+
+def sample_data(samples: Samples, solved: SetSolution, torques_Nm: Sequence[float]) -> dict[str, Any]:
+    """Return percentiles under each torque as plain data, beside those of the set without tolerances."""
+    alone = {"k_gamma": solved.k_gamma, "ste_peak_to_peak_um": np.ptp(solved.ste_um, axis=1)}
+    drawn = {"k_gamma": samples.k_gamma, "ste_peak_to_peak_um": samples.ste_peak_to_peak_um}
+    rows = []
+    for number, torque in enumerate(torques_Nm):
+        row: dict[str, Any] = {"torque_Nm": torque, "missing": int(samples.missing[number])}
+        for name, values in drawn.items():
+            known = values[:, number][np.isfinite(values[:, number])]
+            found = np.percentile(known, PERCENT) if len(known) else np.full(len(PERCENT), np.nan)
+            row[name] = {
+                "as_filed": plain(alone[name][number]),
+                "mean": plain(np.mean(known) if len(known) else np.nan),
+            }
+            row[name] |= {f"percentile_{percent:g}": plain(v) for percent, v in zip(PERCENT, found, strict=True)}
+        rows.append(row)
+    return {"samples": len(samples.sections), "pitches": samples.pitches, "torques": rows}
 
 
 def _planet_data(solved: SetSolution, number: int, place: int) -> Data:

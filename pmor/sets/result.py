@@ -10,11 +10,13 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
-from pmor.sets.figures import root_stress_figure, set_figure, share_figure, ste_figure
+from pmor.report.data_files import write_table_csv
+from pmor.sets.figures import root_stress_figure, set_figure, share_figure, ste_figure, tolerance_figure
 from pmor.sets.loader import SetFile
-from pmor.sets.output import FILES, nominal_torque, set_report, set_text
+from pmor.sets.output import FILES, SAMPLE_FILES, nominal_torque, set_report, set_text
 from pmor.sets.readings import Data, set_data
 from pmor.sets.solution import SetSolution
+from pmor.sets.tolerances import Samples, sample_rows
 from pmor.work.results import writing_results
 
 if TYPE_CHECKING:
@@ -27,18 +29,21 @@ class SetResult:
 
     Parameters
     ----------
+    samples : Samples or None
+        Sets within the tolerances of the file.
     failures : tuple of str
         Torques with positions that did not converge.
     """
 
     file: SetFile
     solution: SetSolution
+    samples: Samples | None
     failures: tuple[str, ...]
 
     @property
     def data(self) -> Data:
         """All of it as plain data: the content of `set.json`."""
-        return set_data(self.file, self.solution, self.failures)
+        return set_data(self.file, self.solution, self.samples, self.failures)
 
     @property
     def ste_um(self) -> FloatArray:
@@ -61,7 +66,7 @@ class SetResult:
 
     def plot_ste(self) -> Figure:
         """Draw the transmission error over a mesh cycle, and its orders."""
-        return ste_figure(self.solution, self.solution.torque_Nm * self.file.plan.nominal_Nm / self.file.plan.torque_Nm)
+        return ste_figure(self.solution, self._torques_Nm)
 
     def plot_shares(self) -> Figure:
         """Draw the share of each planet over a mesh cycle, and the orbit of the sun."""
@@ -73,14 +78,27 @@ class SetResult:
         Raises
         ------
         CaseError
-            When the file asks for no root stress.
+            When the file asks for no root stress, or its mesh cycles differ.
         """
         if not self.solution.root_stress:
-            raise CaseError(f"{self.file.name}: has no root stress: leave [results] root_stress = false out")
+            rule = "leave [results] root_stress = false out, and errors by which mesh cycles differ"
+            raise CaseError(f"{self.file.name}: has no root stress: {rule}")
         return root_stress_figure(self.solution, nominal_torque(self.file, self.solution))
 
+    def plot_tolerances(self) -> Figure:
+        """Draw how many of the sets within tolerances stay below a mesh load factor and a transmission error.
+
+        Raises
+        ------
+        CaseError
+            When the file has no tolerances.
+        """
+        if self.samples is None:
+            raise CaseError(f"{self.file.name}: has no tolerances: add [tolerances]")
+        return tolerance_figure(self.samples, self._torques_Nm)
+
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
-        """Write `set.json`, `set.md`, `report.html` and the pictures.
+        """Write `set.json`, `set.md`, `report.html` and the pictures; with tolerances `tolerances.csv`.
 
         Parameters
         ----------
@@ -91,13 +109,20 @@ class SetResult:
         ------
         OutputError
         """
-        inputs = self.file.inputs
-        with writing_results(folder, FILES, self.file.text, inputs=inputs, overwrite=overwrite, working=()) as out:
-            set_report(self.file, self.solution, self.failures).write(out)
+        inputs, files = self.file.inputs, (*FILES, *SAMPLE_FILES)
+        with writing_results(folder, files, self.file.text, inputs=inputs, overwrite=overwrite, working=()) as out:
+            set_report(self.file, self.solution, self.samples, self.failures).write(out)
+            if self.samples is not None:
+                write_table_csv(out / "tolerances.csv", sample_rows(self.samples, self._torques_Nm))
+
+    @property
+    def _torques_Nm(self) -> FloatArray:
+        """Of the member that the file names."""
+        return np.asarray(self.solution.torque_Nm * self.file.plan.nominal_Nm / self.file.plan.torque_Nm)
 
     def __repr__(self) -> str:
         meshes, torques = len(self.file.plan.meshes), len(self.solution.torque_Nm)
         return f"<SetResult of {self.file.name!r}: {meshes} meshes, {torques} torques>"
 
     def __str__(self) -> str:
-        return set_text(self.file, self.solution, self.failures)
+        return set_text(self.file, self.solution, self.samples, self.failures)

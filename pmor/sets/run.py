@@ -11,9 +11,10 @@ import numpy as np
 from pmor.core.progress import quietly
 from pmor.sets.loader import SetFile
 from pmor.sets.model import build_train
-from pmor.sets.output import FILES
+from pmor.sets.output import FILES, SAMPLE_FILES
 from pmor.sets.result import SetResult
 from pmor.sets.solution import solve_set
+from pmor.sets.tolerances import solve_samples
 from pmor.work.results import pieces_folder
 
 
@@ -33,16 +34,23 @@ def run(
     CaseError, GeometryError, MeshError, OutputError
     """
     step, plan = progress or quietly, file.plan
-    with pieces_folder(folder, FILES, inputs=file.inputs, overwrite=overwrite):
+    with pieces_folder(folder, (*FILES, *SAMPLE_FILES), inputs=file.inputs, overwrite=overwrite):
         train = build_train(file.cases, plan.bodies, plan.meshes, plan.free, plan.compliance)
         step(1)
         amounts = sorted({plan.nominal_Nm, *file.sections.sweep.torques_Nm})
         torques = np.array(amounts) * plan.torque_Nm / plan.nominal_Nm
         solved = solve_set(plan, train, torques, file.sections.sweep.angles_per_pitch, file.pitches)
+        samples = solve_samples(file, solved)
         step(1)
     failures = tuple(
         f"{amount:g} N m: {int((~row).sum())} of {len(row)} positions did not converge"
         for amount, row in zip(amounts, solved.converged, strict=True)
         if not row.all()
     )
-    return SetResult(file, solved, failures)
+    if samples is not None:
+        failures += tuple(
+            f"{amount:g} N m: {count} of {len(samples.sections)} sets within tolerances did not converge: left out"
+            for amount, count in zip(amounts, samples.missing, strict=True)
+            if count
+        )
+    return SetResult(file, solved, samples, failures)

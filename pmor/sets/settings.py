@@ -75,6 +75,42 @@ class Eccentricity:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Tolerances:
+    """Standard deviations of the errors of a planetary set (section `[tolerances]`), normal and independent.
+
+    They are about the errors that `[planets]` and `[eccentricity]` say. Each sample is a set of its own, solved as any
+    other: percentiles of the mesh load factor and of the peak-to-peak transmission error come out.
+
+    Parameters
+    ----------
+    pins_radial_um, pins_tangential_um : float
+        Of the place of each pin in the carrier.
+    sun_eccentricity_um, ring_eccentricity_um, planets_eccentricity_um : float
+        Of both components of the eccentricity, in any direction; the runout is about twice the eccentricity.
+    samples : int
+        Sets that are drawn.
+    seed : int
+        Of the draws: the same one draws the same sets.
+    """
+
+    pins_radial_um: Amount = 0.0
+    pins_tangential_um: Amount = 0.0
+    sun_eccentricity_um: Amount = 0.0
+    ring_eccentricity_um: Amount = 0.0
+    planets_eccentricity_um: Amount = 0.0
+    samples: Annotated[int, Range(8, 100_000)] = 200
+    seed: Annotated[int, Range(0, 1_000_000)] = 0
+
+    @property
+    def deviations_um(self) -> tuple[float, ...]:
+        """All standard deviations."""
+        return (
+            self.pins_radial_um, self.pins_tangential_um, self.sun_eccentricity_um, self.ring_eccentricity_um,
+            self.planets_eccentricity_um,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
 class Gear:
     """A gear of a train on fixed axes (section `[[gears]]`).
 
@@ -188,6 +224,8 @@ class SetSections:
         Of a planetary set.
     planets : Planets
     eccentricity : Eccentricity
+    tolerances : Tolerances or None
+        Without them a set is solved once.
     supports : Supports
     gears : tuple of Gear
         Of a train on fixed axes, in place of sun, planets and ring.
@@ -201,6 +239,7 @@ class SetSections:
     load: SetLoad | None = None
     planets: Planets = Planets()
     eccentricity: Eccentricity = Eccentricity()
+    tolerances: Tolerances | None = None
     supports: Supports = Supports()
     gears: tuple[Gear, ...] = ()
     meshes: tuple[Mesh, ...] = ()

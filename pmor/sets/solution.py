@@ -145,8 +145,8 @@ class SetSolution:
 
     @cached_property
     def root_stress(self) -> tuple[GearStress, ...]:
-        """Of all bodies; none where it was not asked for."""
-        return root_stress_of_set(self.placed, self.found)
+        """Of all bodies; none where it was not asked for, or mesh cycles differ."""
+        return root_stress_of_set(self.placed, self.found) if self.pitches == 1 else ()
 
     def ste_orders(self, torque: int) -> Orders:
         """Orders of the transmission error over all pitches under a torque by its number, um."""
@@ -170,9 +170,13 @@ def solve_set(plan: SetPlan, train: GearTrain, torques_Nm: FloatArray, angles: i
         With errors of its gears, after which the set repeats.
     """
     pitch = train.meshes[0].pair.meshed.pair.pitch
-    placed = train.place(pitch * np.arange(angles) / angles, plan.displacement)
+    return solve_on(plan, train.place(pitch * np.arange(angles) / angles, plan.displacement), torques_Nm, pitches)
+
+
+def solve_on(plan: SetPlan, placed: PlacedTrain, torques_Nm: FloatArray, pitches: int = 1) -> SetSolution:
+    """Solve a set over pitches, placed as the same set with other errors or none."""
     loads = 1e3 * torques_Nm[:, None] * plan.load
-    parts = [solve_placed(placed, loads, _errors_of_gears(plan, placed, number)) for number in range(pitches)]
+    parts = [solve_placed(placed, loads, _errors(plan, placed, number)) for number in range(pitches)]
     found = SeveralResults(*(np.concatenate(values, axis=1) for values in zip(*parts, strict=True)))
     return SetSolution(plan, placed, torques_Nm, found)
 
@@ -187,15 +191,17 @@ def solve_placed(placed: PlacedTrain, loads: FloatArray, deviation: FloatArray =
     return found
 
 
-def _errors_of_gears(plan: SetPlan, placed: PlacedTrain, pitch: int) -> FloatArray:
-    """By how much flanks stand off by eccentric gears and pitch deviations in a pitch, (A, N), mm; empty without."""
+def _errors(plan: SetPlan, placed: PlacedTrain, pitch: int) -> FloatArray:
+    """By how much flanks stand off by errors beyond those of the placed set in a pitch, (A, N), mm; empty without."""
     pitch_rad, found = placed.train.meshes[0].pair.meshed.pair.pitch, NONE
-    if plan.eccentricity.any():
-        turn = np.exp(1j * np.outer(placed.phi + pitch * pitch_rad, placed.train.rates))
-        turned = turn * (plan.eccentricity @ [1.0, 1j])
-        displacement = np.zeros((*turned.shape, HUB))
-        displacement[..., 0], displacement[..., 1] = turned.real, turned.imag
-        found = placed.opened(displacement.reshape(len(turned), -1))
+    moved = plan.displacement - (0.0 if placed.displacement is None else placed.displacement)
+    displacement = np.tile(moved.reshape(-1, HUB), (len(placed.phi), 1, 1))
+    turn = np.exp(1j * np.outer(placed.phi + pitch * pitch_rad, placed.train.rates))
+    turned = turn * (plan.eccentricity @ [1.0, 1j])
+    displacement[..., 0] += turned.real
+    displacement[..., 1] += turned.imag
+    if displacement.any():
+        found = placed.opened(displacement.reshape(len(placed.phi), -1))
     if any(mesh.assembly.uneven for mesh in placed.train.meshes):
         deviation = placed.pitch_deviation(pitch)
         found = found + deviation if found.size else deviation

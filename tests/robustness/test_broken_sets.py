@@ -42,6 +42,7 @@ SETS = {
         "[eccentricity]\nplanets_um = [5.0]\n[load]",
         "each of the 3 planets",
     ),
+    "tolerances of nothing": ("[load]", "[tolerances]\nsamples = 50\n[load]", "scatters nothing"),
     "more angles than a sweep has": (
         "[sweep]",
         "[eccentricity]\nsun_um = 5.0\n[sweep]\npitches = 99999",
@@ -63,6 +64,7 @@ CHAINS = {
     "driven before it drives": ('["input", "idler"]', '["output", "idler"]', "drives the first mesh"),
     "too close": ("at_mm = [88.0, 92.0]", "at_mm = [87.0, 92.0]", "mesh idler-output"),
     "too far": ("at_mm = [88.0, 92.0]", "at_mm = [98.0, 92.0]", "mesh idler-output"),
+    "tolerances of a planetary set": ("[sweep]", "[tolerances]\n[sweep]", "not of a train on fixed axes"),
     "eccentricity of a planetary set": ("[sweep]", "[eccentricity]\nsun_um = 5.0\n[sweep]", "of each of the [[gears]]"),
     "one coordinate": ("at_mm = [88.0, 92.0]", "at_mm = [88.0]", "x and y of the axis"),
     "a distance beside places": ("module_mm = 4.0", "module_mm = 4.0\ncentre_distance_mm = 92.0", "follows from at_mm"),

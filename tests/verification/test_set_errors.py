@@ -1,5 +1,6 @@
-"""Eccentric gears and pitch deviations of sets: closed forms, and pairs by themselves."""
+"""Eccentric gears, pitch deviations, tolerances of sets: closed forms, pairs by themselves, sets as files say them."""
 
+import csv
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from pmor.gear.modification import Modification
 from pmor.sets.loader import load
 from pmor.sets.run import run
 from pmor.sets.solution import solve_placed
+from pmor.sets.tolerances import drawn
 from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, chain, written_set
 
 # Solutions by Newton's method, to its tolerance.
@@ -132,3 +134,58 @@ def test_a_set_with_pitch_deviations_of_the_sun_repeats_with_its_turn(tmp_path):
     # One tooth is short: most mesh cycles do not feel it.
     assert (np.abs(ste - np.median(ste, axis=0)) < 0.3).mean() > 0.6
     assert {row["per_turn"]["input"] for row in found.data["shaft_orders"]} <= set(map(float, range(1, 60)))
+
+
+def test_a_sample_is_the_set_that_a_file_with_its_errors_says(tmp_path):
+    """By the columns of the table, which are the keys of a file; in the frame of the image, too."""
+    sizes = "pins_radial_um = 5.0\npins_tangential_um = 10.0\nsun_eccentricity_um = 5.0\nplanets_eccentricity_um = 3.0"
+    text = f"{THREE}[tolerances]\n{sizes}\nsamples = 8\nseed = 3\n"
+    text = text.replace("torque_Nm = 300.0", "torque_Nm = -300.0").replace(
+        "angles_per_pitch = 6", "angles_per_pitch = 4"
+    )
+    text = text.replace("[sweep]", "[eccentricity]\nsun_um = 20.0\nsun_deg = 70.0\n[sweep]\npitches = 3")
+    found = pmor.gear_set(written_set(tmp_path, text))
+    found.write(tmp_path / "out")
+    with (tmp_path / "out" / "tolerances.csv").open() as file:
+        row = list(csv.DictReader(file))[5]
+
+    def listed(key):
+        return [float(row[f"{key}_{planet}"]) for planet in (1, 2, 3)]
+
+    alone = text[: text.index("[tolerances]")]
+    for old, new in {
+        "sun_um = 20.0": f"sun_um = {row['sun_um']}\nplanets_um = {listed('planets_um')}",
+        "sun_deg = 70.0": f"sun_deg = {row['sun_deg']}\nplanets_deg = {listed('planets_deg')}",
+        "count = 3": f"count = 3\nradial_um = {listed('radial_um')}\ntangential_um = {listed('tangential_um')}",
+    }.items():
+        assert old in alone
+        alone = alone.replace(old, new)
+    again = solved(tmp_path, alone)
+    assert_allclose(float(row["k_gamma_300_Nm"]), again.k_gamma[0], rtol=SOLVED)
+    assert_allclose(float(row["ste_peak_to_peak_um_300_Nm"]), np.ptp(again.ste_um[0]), rtol=SOLVED)
+    assert again.k_gamma[0] > 1.01
+
+
+def test_percentiles_of_one_pin_are_those_of_its_normal_distribution(tmp_path):
+    """Two planets on a fixed sun, off by little: K_gamma - 1 goes with the amount of the difference of two draws."""
+    text = THREE.replace("count = 3", "count = 2").replace("angles_per_pitch = 6", "angles_per_pitch = 4")
+    sizes = "[tolerances]\npins_tangential_um = {}\nsamples = {}\n"
+    found = solved(tmp_path, text + sizes.format(0.5, 2000))
+    rows = found.data["tolerances"]["torques"][0]["k_gamma"]
+    tangential = np.array([said.planets.tangential_um for said in found.samples.sections])
+    assert_allclose(tangential.std(), 0.5, rtol=0.05)
+    apart = np.abs(tangential[:, 0] - tangential[:, 1])
+    ahead = found.samples.k_gamma[:, 0] - 1.0
+    assert_allclose(ahead / apart, np.median(ahead / apart), rtol=5e-3)
+    # Of |N(0, 1)|: 0.6745 and 1.9600.
+    ratio = (rows["percentile_95"] - 1.0) / (rows["percentile_50"] - 1.0)
+    assert_allclose(ratio, 1.95996 / 0.67449, rtol=0.05)
+
+
+def test_the_same_seed_draws_the_same_sets_and_a_further_error_leaves_the_others(tmp_path):
+    text = f"{THREE}[tolerances]\npins_tangential_um = 10.0\nsamples = 8\nseed = {{}}\n{{}}"
+    pins = [
+        [said.planets.tangential_um for said in drawn(load(written_set(tmp_path, text.format(*more))).sections)]
+        for more in ((1, ""), (1, "sun_eccentricity_um = 5.0\n"), (2, ""))
+    ]
+    assert pins[0] == pins[1] != pins[2]
