@@ -2,8 +2,8 @@
 # # How planets share the load when their pins are off their places
 #
 # Three to seven planets, their pins scattered along the circumference: the mesh load factor over the load, with the sun
-# floating and with the sun in its bearings, beside the table of IEC 61400-4. Finite elements of each set are solved
-# once; each scatter is another set of gaps. Run it cell by cell, or as a script:
+# floating and with the sun in its bearings, beside the table of IEC 61400-4. Each set file has `[tolerances]`, whose
+# samples are solved one by one. Run it cell by cell, or as a script:
 #
 #     python cases/pin_scatter.py [FOLDER] [DRAWS]
 
@@ -12,15 +12,12 @@ import json
 import sys
 import tempfile
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from pmor.sets.loader import load
-from pmor.sets.model import build_train
-from pmor.sets.solution import solve_set
+import pmor
 
 folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path("out/pin_scatter")
 draws = int(sys.argv[2]) if len(sys.argv) > 2 else 200
@@ -63,52 +60,44 @@ rim_thickness_mm = 16.0
 count = {count}
 [supports]
 sun_radial_N_per_mm = {support}
+[tolerances]
+pins_tangential_um = {deviation}
+samples = {draws}
+seed = 7
+[results]
+root_stress = false
 [sweep]
 angles_per_pitch = 6
 torques_Nm = {torques}
 """
 
 
-def read(count, support):
-    """The set file of so many planets, with a sun that floats or not."""
+def solved(count, support):
+    """All samples of a set of so many planets, with a sun that floats or not."""
     sun, planet, ring = TEETH[count]
     torques = LINE_LOADS * FACE_MM * count * 0.5 * sun * 4.0 * np.cos(np.radians(20.0)) * 1e-3
     keys = {"torque": torques[-1], "torques": torques[:-1].round(6).tolist(), "face": FACE_MM, "count": count}
     with tempfile.TemporaryDirectory() as place:
         path = Path(place) / "set.toml"
+        keys |= {"deviation": DEVIATION_UM, "draws": draws}
         path.write_text(SET.format(sun=sun, planet=planet, ring=ring, support=support, **keys))
-        return load(path), torques
+        return pmor.gear_set(path).samples
 
 
 # %% [markdown]
 # ## All scatters under all loads
 
 # %%
-rng, found, lost, started = np.random.default_rng(7), {}, 0, time.perf_counter()
+found, lost, started = {}, 0, time.perf_counter()
 for count in TEETH:
-    scatter = 1e-3 * DEVIATION_UM * rng.standard_normal((draws, count))
-    train = None
     for name, support in SUPPORTS.items():
-        file, torques = read(count, support)
-        plan = file.plan
-        if train is None:
-            train = build_train(file.cases, plan.bodies, plan.meshes, plan.free, plan.compliance)
-        train = replace(train, free=plan.free, compliance=plan.compliance)
-        factors = []
-        for errors in scatter:
-            displacement = np.zeros((len(plan.bodies), 6))
-            for body, error in zip(plan.planets, errors, strict=True):
-                x, y = plan.bodies[body].x, plan.bodies[body].y
-                displacement[body, :2] = error * np.array([-y, x]) / np.hypot(x, y)
-            moved = replace(plan, displacement=displacement.ravel())
-            solved = solve_set(moved, train, torques, file.sections.sweep.angles_per_pitch)
-            lost += int((~solved.converged).sum())
-            factors.append(np.where(solved.converged.all(axis=1), solved.k_gamma, np.nan))
-        found[count, name] = np.array(factors)
-        middle, high = np.nanpercentile(found[count, name], [50.0, 95.0], axis=0)
+        samples = solved(count, support)
+        found[count, name] = samples.k_gamma
+        lost += int(samples.missing.sum())
+        middle, high = np.nanpercentile(samples.k_gamma, [50.0, 95.0], axis=0)
         print(f"{count} planets, {name}: K_gamma at 50 %", middle.round(3), "at 95 %", high.round(3), flush=True)
-positions = sum(factors.size for factors in found.values()) * file.sections.sweep.angles_per_pitch
-print(f"{lost} of {positions} positions did not converge; their sets are left out of that load")
+sets = sum(factors.size for factors in found.values())
+print(f"{lost} of {sets} sets under a load did not converge and are left out of it")
 print(f"{time.perf_counter() - started:.0f} s")
 
 # %% [markdown]
@@ -122,7 +111,7 @@ rows = [
      "k_gamma_95_percent": np.nanpercentile(factors, 95.0, axis=0).tolist()}
     for (count, name), factors in found.items()
 ]  # fmt: skip
-data = {"pin_deviation_um": DEVIATION_UM, "draws": draws, "positions": positions, "not_converged": lost, "rows": rows}
+data = {"pin_deviation_um": DEVIATION_UM, "draws": draws, "sets": sets, "not_converged": lost, "rows": rows}
 (folder / "pin_scatter.json").write_text(json.dumps(data, indent=1) + "\n")
 figure = Figure(figsize=(11.0, 4.8), layout="constrained")
 for axes, name in zip(figure.subplots(1, 2, sharey=True), SUPPORTS, strict=True):
