@@ -15,9 +15,8 @@ import numpy as np
 
 from pmor.body.beam import NODE, Beam
 from pmor.core.arrays import FloatArray, IntArray
-from pmor.core.conventions import rotation_z
+from pmor.export.gear_surface import BEFORE, flank_columns, gear_rings, quads_between
 from pmor.gear.pair import GearPair
-from pmor.gear.tooth import Tooth, twist_sections
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.mesh_force import MeshFrame
 from pmor.machine.model import ABOUT_AXIS, GearboxModel, LoadedGearbox, Supported
@@ -99,10 +98,7 @@ class Body:
     @property
     def quads(self) -> IntArray:
         """Corners of the quadrilaterals between the rings, (m, 4), by the numbers of points; they look outwards."""
-        rings, points = self.rings.shape[:2]
-        first = points * np.arange(rings - 1)[:, None] + np.arange(points)
-        beside = points * np.arange(rings - 1)[:, None] + (np.arange(points) + 1) % points
-        quads = np.stack([first, beside, beside + points, first + points], axis=-1).reshape(-1, 4)
+        quads, points = quads_between(self.rings), self.rings.shape[1]
         axis = np.linalg.norm(self.rings - self.rings.mean(axis=1, keepdims=True), axis=2).max(axis=1) < 1e-9
         return np.asarray(quads[~np.repeat(axis[1:] & axis[:-1], points)])
 
@@ -136,10 +132,9 @@ class Body:
                 same = along == teeth.along
                 z = teeth.z if same else -teeth.z
                 load = np.stack([np.interp(z, largest.z_mm, row) for row in largest.load_N_per_mm], axis=-1)
-                first = teeth.fillet + (len(teeth.roll) if same else 0)
-                flank = of_tooth[:, first : first + len(teeth.roll)]
-                np.maximum(flank, load[:, ::-1] if same else load, out=flank)
-        found[2:-2] = _seen_along(np.tile(of_tooth, teeth.teeth), teeth.along)
+                flank = flank_columns(0, same, len(teeth.roll), teeth.fillet)
+                of_tooth[:, flank] = np.maximum(of_tooth[:, flank], load)
+        found[BEFORE:-BEFORE] = _seen_along(np.tile(of_tooth, teeth.teeth), teeth.along)
         return found
 
 
@@ -229,24 +224,10 @@ def _gear(
     turned = 0.0 if number == 0 else math.pi + pair.wheel_tooth_rotation(0.0)
     roll = np.linspace(tooth.form_roll_angle, tooth.tip_roll_angle, detail.profile)
     z = np.linspace(*pair.faces[number], detail.planes)
-    outline = _outline(tooth, roll, detail.fillet)
-    teeth = [outline @ rotation_z(turned + tooth.angular_pitch * j)[:2, :2].T for j in range(tooth.teeth)]
-    sections = twist_sections(np.concatenate(teeth), z[:, None], tooth.twist_per_length)
-    # End faces have points of their own, which carry nothing.
-    faces = sections[[0, -1]]
-    bores = faces.copy()
-    bores[..., :2] *= min(bore, CUT * tooth.root_radius) / np.linalg.norm(faces[..., :2], axis=-1, keepdims=True)
-    rings = np.concatenate([bores[:1], faces[:1], sections, faces[1:], bores[1:]]) @ frame.axes.T
+    rings = gear_rings(tooth, turned, min(bore, CUT * tooth.root_radius), roll, detail.fillet, z) @ frame.axes.T
     return _seen_along(rings, frame.along), (tooth.teeth, roll, z, detail.fillet)
 
 
 def _seen_along(rings: FloatArray, along: float) -> FloatArray:
     """Rings counter-clockwise about z of a mesh as rings counter-clockwise about x, one after the other along x."""
     return rings if along > 0.0 else rings[::-1, ::-1]
-
-
-def _outline(tooth: Tooth, roll: FloatArray, fillet: int) -> FloatArray:
-    """Outline of a tooth, counter-clockwise: fillet and flank of the coast side, flank and fillet of the loaded one."""
-    flank = tooth.flank_section(roll)[::-1]
-    loaded = np.concatenate([flank, tooth.root_section(np.linspace(0.0, 1.0, fillet + 1)[1:])])
-    return np.concatenate([loaded[::-1] * [-1.0, 1.0], loaded])

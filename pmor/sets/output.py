@@ -24,7 +24,10 @@ from pmor.work.results import Report
 from pmor.work.table import Columns, table, text_lines
 
 #: files of a result
-FILES = ("set.json", "set.md", "report.html", "set.png", "ste.png", "shares.png", "face_load.png", "root_stress.png")
+FILES = (
+    "set.json", "set.md", "report.html", "set.png", "ste.png", "shares.png", "face_load.png", "root_stress.png",
+    "set.vtkhdf",
+)  # fmt: skip
 #: further ones with tolerances
 SAMPLE_FILES = ("tolerances.csv", "tolerances.png")
 

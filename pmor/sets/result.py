@@ -17,6 +17,7 @@ from pmor.sets.output import FILES, SAMPLE_FILES, nominal_torque, set_report, se
 from pmor.sets.readings import Data, set_data
 from pmor.sets.solution import SetSolution
 from pmor.sets.tolerances import Samples, sample_rows
+from pmor.sets.vtkhdf import write_set
 from pmor.work.results import writing_results
 
 if TYPE_CHECKING:
@@ -98,7 +99,7 @@ class SetResult:
         return tolerance_figure(self.samples, self._torques_Nm)
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
-        """Write `set.json`, `set.md`, `report.html` and the pictures; with tolerances `tolerances.csv`.
+        """Write `set.json`, `set.md`, `report.html`, the pictures and `set.vtkhdf`; with tolerances `tolerances.csv`.
 
         Parameters
         ----------
@@ -114,6 +115,7 @@ class SetResult:
             set_report(self.file, self.solution, self.samples, self.failures).write(out)
             if self.samples is not None:
                 write_table_csv(out / "tolerances.csv", sample_rows(self.samples, self._torques_Nm))
+            write_set(self.solution, self.file.cases, nominal_torque(self.file, self.solution), out / "set.vtkhdf")
 
     @property
     def _torques_Nm(self) -> FloatArray:
