@@ -1,7 +1,7 @@
 """A set in motion as VTKHDF: the surfaces of all gears, how they turn and give way, and their line loads.
 
-A step is a position of the first mesh cycle of the sweep, at one torque. Points are those of the first position; `motion_mm` turns the gears,
-and `displacement_mm` is by how much their hubs move under load, from where a set without load has them.
+A step is a position of the first mesh cycle, at one torque. Points are those of the first position; `motion_mm` turns
+the gears, and `displacement_mm` is by how much their hubs move under load, from where a set without load has them.
 """
 
 from __future__ import annotations
