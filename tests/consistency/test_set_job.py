@@ -12,7 +12,7 @@ from pmor.app.cli import main
 from pmor.pair.model import gear_pair
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import load
-from pmor.sets.output import FILES
+from pmor.sets.output import FILES, SAMPLE_FILES
 from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, written_set
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -56,6 +56,36 @@ def test_python_finds_what_the_command_wrote(job):
     assert repr(found) == "<SetResult of 'small': 6 meshes, 2 torques>"
     for draw in (found.plot_set, found.plot_ste, found.plot_shares, found.plot_root_stress):
         assert draw().axes
+
+
+def test_tolerances_leave_their_files_and_differ_no_other(tmp_path, job):
+    text = f"{SMALL_SET}[tolerances]\npins_radial_um = 5.0\nsun_eccentricity_um = 5.0\nsamples = 8\n"
+    path = written_set(tmp_path, text)
+    assert "Tolerances: 8 sets x 108 angles x 2 torques" in pmor.plan_set(path)
+    assert main(["set", str(path), "--out", str(tmp_path / "out")]) == 0
+    assert set(SAMPLE_FILES) <= {path.name for path in (tmp_path / "out").iterdir()}
+    data, plain = (json.loads((out / "set.json").read_text()) for out in (tmp_path / "out", job[1]))
+    drawn = data.pop("tolerances")
+    assert plain.pop("tolerances") is None
+    assert data == plain
+    assert (drawn["samples"], drawn["pitches"]) == (8, 18)
+    for row in drawn["torques"]:
+        values = row["k_gamma"]
+        assert 1.0 < values["percentile_5"] < values["percentile_50"] <= values["percentile_95"] <= 3.0 + SOLVED
+    found = pmor.gear_set(path)
+    assert len(found.plot_tolerances().axes) == 2
+    assert "Tolerances" in str(found)
+    with pytest.raises(pmor.PmorError, match="add \\[tolerances\\]"):
+        pmor.gear_set(job[0]).plot_tolerances()
+
+
+def test_root_stress_of_mesh_cycles_that_differ_is_left_out(tmp_path):
+    path = written_set(tmp_path, SMALL_SET.replace("[sweep]", "[eccentricity]\nsun_um = 5.0\n[sweep]\npitches = 2"))
+    assert "of mesh cycles that differ" in pmor.plan_set(path)
+    found = pmor.gear_set(path)
+    assert found.data["root_stress"] == []
+    with pytest.raises(pmor.PmorError, match="mesh cycles differ"):
+        found.plot_root_stress()
 
 
 @pytest.mark.parametrize(("on", "torque_Nm"), [("ring", 900.0), ("carrier", -1200.0)])
