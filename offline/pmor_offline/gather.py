@@ -8,6 +8,7 @@ import numpy as np
 
 from pmor.body.flank_compliance import FlankCompliance, flank_compliance
 from pmor.body.root_stress import RootStressShapes, root_stress_shapes
+from pmor.body.web_stress import WebStress
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
 from pmor.line.layered_pair import LayeredPair, layers_of
@@ -53,7 +54,7 @@ def make_basis(
         case=case, flank_nodes=flanks, flank_roll_angle=(mesh.pinion.flank_roll_angle, mesh.wheel.flank_roll_angle),
         layers=layers_of(mesh.meshed), shapes=shapes,
         training=_training(snapshots, case.offline.sampling == "greedy", seconds), compliance=_compliance(case, model),
-        root_stress=_root_stress(case, model),
+        root_stress=_root_stress(case, model), web_stress=_web_stress(case, model),
     )  # fmt: skip
     return basis, force
 
@@ -92,6 +93,15 @@ def _compliance(case: Case, model: ElasticModel) -> FlankCompliance | None:
     meshed = model.mesh.meshed
     components = loaded_components(isinstance(meshed, LayeredPair), meshed.pair.pinion.helix_angle != 0.0)
     return flank_compliance((model.pinion, model.wheel), components)
+
+
+def _web_stress(case: Case, model: ElasticModel) -> tuple[WebStress | None, WebStress | None]:
+    components = loaded_components(True, case.pair.helix_angle_deg != 0.0)
+    pinion, wheel = (
+        None if body.web_stress is None else body.web_stress.of_components(components)
+        for body in (model.pinion, model.wheel)
+    )
+    return pinion, wheel
 
 
 def _root_stress(case: Case, model: ElasticModel) -> tuple[RootStressShapes, RootStressShapes] | None:

@@ -57,6 +57,7 @@ def _other(basis: Basis) -> Basis:
     pinion, wheel = (_mirrored_nodes(n, g.face_offset_mm) for n, g in zip(basis.flank_nodes, gears, strict=True))
     return replace(
         basis, case=case, coarser=coarser, flank_nodes=(pinion, wheel), root_stress=None,
+        web_stress=(None, None),
         compliance=_mirrored_compliance(basis.compliance, (pinion.shape[1], wheel.shape[1])),
     )  # fmt: skip
 

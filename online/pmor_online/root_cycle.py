@@ -66,8 +66,8 @@ def load_cycles(
     """
     shapes, pair = reduced.basis.root_stress, reduced.layered.pair
     assert shapes is not None
-    pitches = _whole_pitches(phi, pair.pitch)
-    period = math.lcm(*(shape.repeats for shape in shapes), *_unlike_teeth(reduced))
+    pitches = whole_pitches(phi, pair.pitch)
+    period = math.lcm(*(shape.repeats for shape in shapes), *unlike_teeth(reduced))
     if pitches == 0 or pitches % period or not len(loads.pair):
         return None
     pairs = np.arange(loads.pair.min(), loads.pair.max() + 1)
@@ -107,8 +107,8 @@ def stress_of_all_teeth(loaded: Sequence[LoadedTeeth], normal: Sequence[FloatArr
     return np.asarray(total * ~hidden[:, :, :, None])
 
 
-def _whole_pitches(phi: FloatArray, pitch: float) -> int:
-    """Pitches that even angles span, 0 where they are not even or span no whole ones."""
+def whole_pitches(phi: FloatArray, pitch: float) -> int:
+    """Return the pitches that even angles span, 0 where they are not even or span no whole ones."""
     if len(phi) < 2:
         return 0
     step = (phi[-1] - phi[0]) / (len(phi) - 1)
@@ -117,7 +117,8 @@ def _whole_pitches(phi: FloatArray, pitch: float) -> int:
     return round(pitches) if even and abs(pitches - round(pitches)) < EVEN * len(phi) else 0
 
 
-def _unlike_teeth(reduced: ReducedPair) -> list[int]:
+def unlike_teeth(reduced: ReducedPair) -> list[int]:
+    """Return the tooth numbers of gears whose teeth differ by their flanks."""
     case = reduced.basis.case
     modified = (case.pinion_modification, case.pair.pinion), (case.wheel_modification, case.pair.wheel)
     return [gear.teeth for modification, gear in modified if modification.pitch_deviations_um]

@@ -11,6 +11,7 @@ from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of
 from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep
+from pmor.results.web_stress import WebCycles
 from pmor_online.compare import Comparison, disagreement, failed_positions, training_failures
 from pmor_online.conditions import ConditionSweep
 from pmor_online.mesh_error import with_mesh_error
@@ -18,6 +19,7 @@ from pmor_online.model import ReducedPair, sweep_angles
 from pmor_online.readings import Readings, can_record
 from pmor_online.root_cycle import root_stress_and_cycles
 from pmor_online.sweep import sweep_reduced_pair
+from pmor_online.web_stress import web_stress
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,8 @@ class OnlineResult:
     root_stress_causes : mapping
         Largest root stress at the nominal torque without modifications and misalignment
         (`pmor_online.root_stress.root_stress_causes`); empty where there are none.
+    web_stress : two dict of str to WebCycle
+        Of pinion and wheel; empty where the basis has no stress on webs.
     """
 
     reduced: ReducedPair
@@ -79,6 +83,7 @@ class OnlineResult:
     readings: Readings | None = None
     root_stress: RootStress | None = None
     root_stress_causes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    web_stress: tuple[WebCycles, WebCycles] = field(default_factory=lambda: ({}, {}))
 
     @property
     def case(self) -> Case:
@@ -162,3 +167,15 @@ def root_stress_of_case(reduced: ReducedPair, executor: Executor | None = None) 
     """
     case = reduced.basis.case
     return root_stress_and_cycles(reduced, sweep_angles(case), conditions_of(case, case.online.torques_Nm), executor)
+
+
+def web_stress_of_case(reduced: ReducedPair, executor: Executor | None = None) -> tuple[WebCycles, WebCycles]:
+    """Find the stress on webs over the angles and torques that a case asks for; empty where the basis has none.
+
+    Parameters
+    ----------
+    executor : concurrent.futures.Executor, optional
+        As in `sweep_case`.
+    """
+    case = reduced.basis.case
+    return web_stress(reduced, sweep_angles(case), conditions_of(case, case.online.torques_Nm), executor)

@@ -44,7 +44,7 @@ import numpy as np
 import scipy.linalg as la
 
 from pmor.core.arrays import ComplexArray, FloatArray, IntArray
-from pmor.fe.blank_section import Amplitudes, Block, ring_stiffness
+from pmor.fe.blank_section import Amplitudes, Block, Gauges, ring_stiffness
 from pmor.fe.body_condensation import Condensed
 from pmor.fe.completion import nodes_of_elements
 from pmor.fe.lugs import Lugs
@@ -55,6 +55,8 @@ from pmor.fe.sector import SectorMesh
 ROUND_OFF = 1e-13
 # Share that harmonics which are left out have in a gear's own compliance, at most.
 LEFT_OUT = 5e-5
+# Distance from the sharp corners of a web, where stress has no bound, at which it is read, over the web's thickness.
+CLEAR = 0.5
 
 
 @dataclass(frozen=True)
@@ -98,6 +100,8 @@ class Blank:
         Radius of a solid core, whose mean motion is held, mm; else the bore is.
     lugs : Lugs or None
         Of a ring.
+    stress : bool
+        Whether the stress on the surfaces of the web, the last block but one, is asked for.
     """
 
     blocks: tuple[Block, ...]
@@ -109,6 +113,21 @@ class Blank:
     body: MeshedBody | None = None
     core: float = 0.0
     lugs: Lugs | None = None
+    stress: bool = False
+
+    @property
+    def gauges(self) -> Gauges | None:
+        """Points on the faces of a web without holes: where parabolas have the right slope, and clear of corners."""
+        if not self.stress or self.web is not None:
+            return None
+        place = len(self.blocks) - 2
+        web, faces = self.blocks[place], 1 if self.blocks[-1].z[-1] == 0.0 else 2
+        row, side, upper = (part.ravel() for part in np.indices((len(web.radii) - 1, 2, faces)))
+        found = Gauges(place, row, (2.0 * side - 1.0) / np.sqrt(3.0), upper == 1)
+        radius = found.places(web)[:, 0]
+        apart = CLEAR * np.ptp(web.z) * (2 // faces)
+        kept = np.minimum(radius - web.radii[0], web.radii[-1] - radius) > apart
+        return Gauges(place, row[kept], found.across[kept], found.upper[kept])
 
     def wider(self, teeth: int) -> Blank | None:
         """Return the blank with more harmonics; None where it has all that elements see, or they are given."""
@@ -154,7 +173,7 @@ class Blank:
         lines : ndarray, shape (m, k)
             Sums of these loads, of which `Ring.added` tells.
         patterns : ndarray, shape (m, q), optional
-            Of these loads, under which the faces of sectors -reach ... reach are asked for too.
+            Of these loads, under which the faces of sectors -reach ... reach and the web's stress are asked for too.
         """
         columns = self._functions(mesh)
         count = len(stiffness) - columns.shape[1] * 3 * len(mesh.z)
@@ -193,11 +212,14 @@ class BlankResponse(NamedTuple):
         Forces on the interface, held, under unit loads within, of harmonics 0 ... N.
     flexibility : ndarray, shape (N + 1, c, c)
         Displacement where they are under these loads, the interface held, mm/N.
+    shown : ndarray, shape (largest + 1, 3 l, g)
+        Transposed and conjugate: what gauges show by these amplitudes, MPa/mm.
     """
 
     stiffness: ComplexArray
     passed_on: ComplexArray
     flexibility: ComplexArray
+    shown: ComplexArray = np.zeros((0, 0, 0), dtype=complex)
 
 
 def blank_response(mesh: SectorMesh, blank: Blank) -> BlankResponse:
@@ -223,8 +245,12 @@ def blank_response(mesh: SectorMesh, blank: Blank) -> BlankResponse:
         own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist, lugs.loads(twist), held=False)
         return _held(_over_amplitudes(own, shares, np.array([1.0, 1j, 1.0])[lugs.parts]))
     if web is None:
-        own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist, core=blank.core)
-        return BlankResponse(np.asarray(shares.conj().T @ own @ shares), none, none)
+        gauges = blank.gauges
+        own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist, core=blank.core, gauges=gauges)
+        if gauges is None:
+            return BlankResponse(np.asarray(shares.conj().T @ own @ shares), none, none)
+        found = _over_amplitudes(own, shares, np.tile(np.array([1.0, 1.0, 1j]), len(gauges.row)))
+        return BlankResponse(found.stiffness, none, none, found.passed_on)
     loads = web.loads()
     own = ring_stiffness(blank.blocks, *material, harmonics[: web.largest + 1], mesh.mirrored, twist, loads, blank.core)
     found = _over_amplitudes(own, shares, np.tile(np.array([1.0, 1j, 1.0])[web.parts], len(loads)))
@@ -307,6 +333,8 @@ class Ring(NamedTuple):
         Of the faces of sector 0 under unit loads within; of no loads where no patterns were asked for.
     added : ndarray, shape (k,)
         By the last harmonics to how far each of k sums of the loads moves itself, mm/N: equation (3).
+    shown : ndarray, shape (2 largest + 1, g, q)
+        Amplitudes of what gauges show under patterns of loads, MPa.
     """
 
     moved: FloatArray
@@ -315,6 +343,7 @@ class Ring(NamedTuple):
     far: FloatArray
     pressed: ComplexArray
     added: FloatArray
+    shown: ComplexArray
 
 
 def ring_on_blank(
@@ -348,6 +377,7 @@ def ring_on_blank(
     further = np.arange(-reach, reach + 1)[:, None, None]
     far = np.zeros((2 * reach + 1, len(load), 0 if patterns is None else patterns.shape[1]))
     pressed = np.zeros((len(load), 2 * within + 1, 0 if patterns is None else count), dtype=complex)
+    shown = np.zeros((2 * largest + 1, blank.shown.shape[2], far.shape[2]), dtype=complex)
     added, sectors = np.zeros(lines.shape[1]), abs(teeth)
     for h in range(sectors // 2 + 1):
         turn = np.exp(-2j * np.pi * h / teeth)
@@ -391,10 +421,13 @@ def ring_on_blank(
         if patterns is not None:
             turned, shaped = weight * np.conj(turn) ** further, faces[:, :loads] @ patterns
             far += turned.real * shaped.real - turned.imag * shaped.imag
+            for harmonic, place in places.items() if blank.shown.size else ():
+                told = _of(blank.shown, harmonic).conj().T @ moved[place, :loads] @ patterns / sectors
+                shown[largest + harmonic], shown[largest - harmonic] = told, told.conj()
             for j, harmonic in enumerate(inner):
                 under = faces[:, loads + count * j : loads + count * (j + 1)] / sectors
                 pressed[:, within + harmonic], pressed[:, within - harmonic] = under, under.conj()
-    return Ring(found, felt, flexibility, far, pressed, added)
+    return Ring(found, felt, flexibility, far, pressed, added, shown)
 
 
 def _of(amplitudes: ComplexArray, harmonic: int) -> ComplexArray:

@@ -15,12 +15,21 @@ from pmor.body.blank import LEFT_OUT, Blank, Ring, signed_teeth
 from pmor.body.far_compliance import FaceResponse, FarCompliance, FarTeeth, far_compliance
 from pmor.body.fillet_stress import NEIGHBOURS, FilletPoints, FilletStress, sector_stress
 from pmor.body.rim_stress import REACH, face_patterns, rim_stress
-from pmor.body.support import Change, Support, added_by_the_last, forces_of_holes, support_of_holes
+from pmor.body.support import (
+    Change,
+    Support,
+    added_by_the_last,
+    amplitudes_by_holes,
+    forces_of_holes,
+    support_of_holes,
+)
+from pmor.body.web_stress import WebStress, stress_by_holes, stress_of_revolution
 from pmor.core.arrays import FloatArray
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.condensation import CondensedSector, condense_sector
 from pmor.fe.element import tributary_widths
 from pmor.fe.fillet import FilletMesh
+from pmor.fe.lugs import Lugs
 from pmor.fe.ring import ring_compliance, symmetric_coordinates
 from pmor.fe.sector import SectorMesh
 from pmor.fe.surface_layer import inverse_flank_stiffness
@@ -51,6 +60,8 @@ class ElasticGear:
         Where it was asked for; forces there have two components at a node of spur gears.
     support : Support or None
         The part of low rank, of holes: `compliance` is without it.
+    web_stress : WebStress or None
+        Where it was asked for.
     """
 
     mesh: SectorMesh
@@ -63,6 +74,7 @@ class ElasticGear:
     fillet: FilletStress | None = None
     far: FarCompliance | None = None
     support: Support | None = None
+    web_stress: WebStress | None = None
 
     def tooth_compliance(self, offset: int) -> FloatArray:
         """Return the displacement of tooth `offset` under unit forces on tooth 0, shape (n, n), mm/N.
@@ -110,7 +122,7 @@ def elastic_gear(
     load = -sector.stiffness[n_flanks:, :n_flanks] @ own
     side = sector.stiffness[n_flanks:, n_flanks:] + load @ sector.stiffness[:n_flanks, n_flanks:]
 
-    support, patterns = None, None
+    support, patterns, web_stress = None, None, None
     if blank is None:
         to = _coordinates(mesh)
         load, side = to @ load, _turned(to, side, to)
@@ -121,13 +133,13 @@ def elastic_gear(
         by_face = [np.hstack([faces(k), faces(k + 1)]) @ load[:, :n_flank] for k in sectors]
         moved = [np.concatenate([own_face, before]) for before, own_face in pairwise(by_face)]
     else:
-        to, load, patterns, ring, change, response = _on_blank(
-            mesh, blank, load, side, own[:n_flank, :n_flank], neighbours, points is not None
-        )
+        on = _on_blank(mesh, blank, load, side, own[:n_flank, :n_flank], neighbours, points is not None)
+        to, load, patterns, ring, change, response = on.to, on.load, on.patterns, on.ring, on.change, on.response
         moved = list(ring.moved)
         # Of a gear with several meshes any two teeth may be loaded together.
         reach = neighbours if far is None else mesh.teeth - 1
         support = None if change is None else _of_holes(mesh, change, ring, neighbours, reach)
+        web_stress = _of_the_web(mesh, on) if blank.stress else None
 
     flanks = np.stack([load.T @ face for face in moved])
     flanks[neighbours] += own[:, :n_flank]
@@ -169,15 +181,17 @@ def elastic_gear(
         stress,
         between,
         support,
+        web_stress,
     )
 
 
 class _OnBlank(NamedTuple):
-    """Coordinates of a sector's faces, loads on them and their patterns, what these do, and what makes teeth differ.
+    """A blank with enough harmonics; faces of a sector, loads there, what these do, what makes teeth differ.
 
     `response` is what any loads on the faces do.
     """
 
+    blank: Blank
     to: sp.csr_array
     load: FloatArray
     patterns: FloatArray | None
@@ -196,8 +210,8 @@ def _on_blank(
         to = sp.block_diag([sides, blank.coordinates(mesh)], format="csr")
         of_faces, stiffness, patterns, reach = to @ of_nodes, _turned(to, held, to), None, 0
         load = of_faces[:, : len(own)]
-        if with_stress:
-            patterns, reach = face_patterns(load), min(mesh.teeth // 2, REACH)
+        if with_stress or blank.stress:
+            patterns, reach = face_patterns(load), min(mesh.teeth // 2, REACH) if with_stress else 0
         ring = blank.ring(mesh, stiffness, load, neighbours, lines, patterns, reach)
         change, added = blank.change(mesh.twist_per_length), ring.added
         if blank.web is not None and change is not None:
@@ -205,7 +219,7 @@ def _on_blank(
         itself = np.einsum("ik,ik->k", lines, own @ lines + load.T @ (ring.moved[neighbours] @ lines))
         wider = blank.wider(mesh.teeth)
         if wider is None or (added <= LEFT_OUT * itself).all():
-            return _OnBlank(to, of_faces, patterns, ring, change, partial(_of_blank, mesh, blank, stiffness))
+            return _OnBlank(blank, to, of_faces, patterns, ring, change, partial(_of_blank, mesh, blank, stiffness))
         blank = wider
 
 
@@ -270,6 +284,23 @@ def _of_holes(mesh: SectorMesh, change: tuple[Change, int], ring: Ring, neighbou
     softening, holes = change
     found = support_of_holes(ring.felt, ring.flexibility, softening, signed_teeth(mesh), holes, neighbours, reach)
     return replace(found, rows=np.asarray(completion(mesh, mesh.flank) @ found.rows))
+
+
+def _of_the_web(mesh: SectorMesh, on: _OnBlank) -> WebStress:
+    """Stress on the surfaces of a web under forces on all nodes of the flank."""
+    blank, ring = on.blank, on.ring
+    assert on.patterns is not None
+    if blank.web is None or on.change is None:
+        assert blank.gauges is not None
+        places = blank.gauges.places(blank.blocks[blank.gauges.block])
+        found = stress_of_revolution(places, ring.shown, on.patterns, mesh.teeth, mesh.twist_per_length)
+    else:
+        softening, holes = on.change
+        assert not isinstance(softening, Lugs)
+        eased = amplitudes_by_holes(ring.felt, ring.flexibility, softening, mesh.teeth, holes, on.patterns)
+        material = blank.youngs_modulus, blank.poisson_ratio
+        found = stress_by_holes(blank.web, eased, on.patterns, *material, mesh.twist_per_length)
+    return replace(found, pattern=np.asarray((completion(mesh, mesh.flank) @ found.pattern.T).T))
 
 
 def _bored_ring(mesh: SectorMesh, stiffness: FloatArray, reach: int) -> Callable[[int], FloatArray]:

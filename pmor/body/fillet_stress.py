@@ -36,6 +36,7 @@ from pmor.fe.elimination import condense
 from pmor.fe.fillet import FilletMesh
 from pmor.fe.hexahedron import element_stiffness, shape_functions, shape_gradient
 from pmor.fe.sector import SectorMesh
+from pmor.fe.surface import law_in_surface, surface_strain
 
 if TYPE_CHECKING:
     from pmor.body.rim_stress import RimStress
@@ -110,15 +111,13 @@ def surface_stress(mesh: FilletMesh, youngs_modulus: float, poisson_ratio: float
     columns, layers = mesh.section.shape[1], len(mesh.z)
     wide, across = (columns - 1) // 2, (layers - 1) // 2
     elements = mesh.elements.reshape(-1, wide, across, QUADRATIC_NODES)[0]
-    modulus = youngs_modulus / (1.0 - poisson_ratio**2)
-    shear = 0.5 * youngs_modulus / (1.0 + poisson_ratio)
-    law = np.array([[modulus, modulus * poisson_ratio, 0.0], [modulus * poisson_ratio, modulus, 0.0], [0, 0, shear]])
+    law = law_in_surface(youngs_modulus, poisson_ratio)
     values, rows, cols, count = [], [], [], np.zeros((columns, layers))
     for a in range(3):
         for b in range(3):
             slopes = shape_gradient(np.array([a - 1.0, -1.0, b - 1.0]), 2)[:, [0, 2]]
             face = np.flatnonzero(np.abs(slopes).max(axis=1) > 1e-12)
-            strain = _surface_strain(mesh.nodes[elements[..., face]], slopes[face])
+            strain = surface_strain(mesh.nodes[elements[..., face]], slopes[face])
             column, layer = np.arange(wide) * 2 + a, np.arange(across) * 2 + b
             count[np.ix_(column, layer)] += 1.0
             place = column[:, None] * layers + layer
@@ -133,21 +132,6 @@ def surface_stress(mesh: FilletMesh, youngs_modulus: float, poisson_ratio: float
     own = np.arange(mesh.first, columns)
     kept = degrees_of_freedom(own[:, None] * layers + mesh.columns)
     return FilletPoints(mesh.section[0, mesh.first :], mesh.z[mesh.columns]), mean.tocsr()[kept]
-
-
-def _surface_strain(corners: FloatArray, slopes: FloatArray) -> FloatArray:
-    """Strain in the surface of faces at one point of each, (..., 3, 3 k), over the displacement of their k nodes."""
-    along, width = (np.einsum("k,...kd->...d", slopes[:, d], corners) for d in range(2))
-    first = along / np.linalg.norm(along, axis=-1, keepdims=True)
-    within = width - np.einsum("...d,...d->...", width, first)[..., None] * first
-    second = within / np.linalg.norm(within, axis=-1, keepdims=True)
-    basis = np.stack([first, second], axis=-2)
-    frame = np.stack([along, width], axis=-2) @ basis.swapaxes(-1, -2)
-    gradient = np.linalg.inv(frame) @ slopes.T  # of the shape functions along both directions
-    one, two = (np.einsum("...k,...d->...kd", gradient[..., i, :], basis[..., i, :]) for i in range(2))
-    mixed = np.einsum("...k,...d->...kd", gradient[..., 1, :], first)
-    mixed = mixed + np.einsum("...k,...d->...kd", gradient[..., 0, :], second)
-    return np.stack([one, two, mixed], axis=-3).reshape(*corners.shape[:-2], 3, -1)
 
 
 def cut_stress(

@@ -51,7 +51,7 @@ class RimStress:
 
 def face_patterns(load: FloatArray) -> FloatArray:
     """Return the patterns of forces on a flank, (n, q), that matter at the faces of its sector, load (m, n) there."""
-    return _leading(load.T, LEAST_FORCE)
+    return leading(load.T, LEAST_FORCE)
 
 
 def rim_stress(
@@ -80,12 +80,12 @@ def rim_stress(
     pressed = functions @ ring.pressed.reshape(functions.shape[1], -1)
     scaled = pressed * np.sqrt((np.abs(forces) ** 2).mean(axis=(1, 2)) if forces.size else 0.0)
     every = np.concatenate([by_rim.transpose(1, 0, 2).reshape(len(functions), -1), scaled.real, scaled.imag], axis=1)
-    patterns = _leading(every, LEAST_STRESS)
+    patterns = leading(every, LEAST_STRESS)
     moved = np.broadcast_to(patterns.T @ by_rim, (forces.shape[1], len(by_rim), patterns.shape[1], rows.shape[1]))
     if forces.size:
         harmonics = np.arange(ring.pressed.shape[1]) - ring.pressed.shape[1] // 2
         moved = moved + _by_holes(patterns.T @ pressed, harmonics.repeat(ring.pressed.shape[2]), forces, teeth, reach)
-    felt = _leading(moved.reshape(-1, rows.shape[1]).T, LEAST_STRESS)
+    felt = leading(moved.reshape(-1, rows.shape[1]).T, LEAST_STRESS)
     return RimStress(patterns.reshape(2, *shape, -1), rows @ felt, moved @ felt)
 
 
@@ -99,7 +99,7 @@ def _by_holes(pressed: ComplexArray, harmonics: np.ndarray, forces: ComplexArray
     return np.asarray(every[tooth % abs(teeth), :, np.arange(period)[:, None]])
 
 
-def _leading(matrix: FloatArray, least: float) -> FloatArray:
-    """Orthonormal columns that span those of a matrix but for singular values below a share of the largest."""
+def leading(matrix: FloatArray, least: float) -> FloatArray:
+    """Return orthonormal columns that span those of a matrix but for singular values below a share of the largest."""
     energy, columns = np.linalg.eigh(matrix @ matrix.T)
     return np.ascontiguousarray(columns[:, energy > least**2 * energy[-1]][:, ::-1])

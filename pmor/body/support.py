@@ -139,6 +139,25 @@ def forces_of_holes(
     return _of_loads(loaded, flexibility, softening)
 
 
+def amplitudes_by_holes(
+    felt: ComplexArray, flexibility: ComplexArray, softening: ComplexArray, teeth: int, holes: int, patterns: FloatArray
+) -> ComplexArray:
+    """Return the amplitudes (1 + Z K)^-1 Y_i of a web with its holes under patterns of forces on teeth 0 ... p - 1, mm.
+
+    Parameters
+    ----------
+    felt, flexibility, softening
+        As in `support_of_holes`.
+    patterns : ndarray, shape (n, q)
+
+    Returns
+    -------
+    ndarray, shape ((2 N + 1) c, p, q)
+    """
+    loaded = _on_teeth(felt, patterns, teeth)[:, : abs(teeth) // math.gcd(teeth, holes)]
+    return _eased(loaded.reshape(len(loaded), -1), flexibility, softening).reshape(loaded.shape)
+
+
 def added_by_the_last(
     felt: ComplexArray, flexibility: ComplexArray, softening: Change, teeth: int, holes: int
 ) -> FloatArray:
@@ -181,8 +200,13 @@ def _of_loads(amplitudes: ComplexArray, flexibility: ComplexArray, softening: Ch
     loaded = amplitudes.reshape(size, math.prod(amplitudes.shape[1:]))
     if isinstance(softening, Lugs):
         return softening.eased(-flexibility, loaded).reshape(amplitudes.shape)
-    eased = la.solve(np.eye(size) + flexibility.reshape(size, size) @ softening, loaded, check_finite=False)
-    return np.asarray(-(softening @ eased).reshape(amplitudes.shape))
+    return np.asarray(-(softening @ _eased(loaded, flexibility, softening)).reshape(amplitudes.shape))
+
+
+def _eased(loaded: ComplexArray, flexibility: ComplexArray, softening: ComplexArray) -> ComplexArray:
+    size = len(loaded)
+    matrix = np.eye(size) + flexibility.reshape(size, size) @ softening
+    return np.asarray(la.solve(matrix, loaded, check_finite=False))
 
 
 def _telling(compliance: FloatArray) -> FloatArray:

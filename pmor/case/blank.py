@@ -54,6 +54,8 @@ class BlankCase:
         Width of the hub in mm, in the middle of the face; None is that of the face.
     holes : HolesCase or None
         Holes through the web, `holes = {count = 8, radius_mm = 6.0, on_radius_mm = 50.0}`; None is none.
+    stress : bool
+        Stress on the faces of the web and at the edges of its holes; under line contact. The basis then holds it.
     """
 
     rim_thickness_mm: Length
@@ -62,6 +64,7 @@ class BlankCase:
     hub_radius_mm: Length
     hub_width_mm: Length | None = None
     holes: HolesCase | None = None
+    stress: bool = False
 
     def fills(self, face_width_mm: float) -> bool:
         """Return whether rim, web and hub leave nothing out of a solid gear of a face width."""
@@ -109,6 +112,10 @@ def check_blank(
                 f"the web, {blank.web_thickness_mm:g} mm thick, ends beyond the {name}, {width_mm:g} mm wide: stay "
                 f"within {room_mm:g} mm to either side",
             )  # fmt: skip
+    if blank.stress and blank.fills(face_width_mm):
+        raise CaseError(
+            f"{place} stress = true: the gear is solid, it has no web: leave it out, or lower web_thickness_mm"
+        )
     if blank.holes is not None:
         _check_holes(blank.holes, hub_mm, inner_mm, thin_mm, f"{place} holes")
 

@@ -30,11 +30,10 @@ def change_case(case: Case, **settings: Any) -> Case:
 
 
 def without_models(case: Case) -> Case:
-    """Return a case of its own model alone, without root stress: for the variation of its STE."""
+    """Return a case of its own model alone, without stress: for the variation of its STE."""
     changes: dict[str, Any] = {} if case.compare.models is None else {"compare": {"models": None}}
-    if case.root_stress:
-        changes["results"] = {"root_stress": False}
-    return change_case(case, **changes) if changes else case
+    plain = case.without_stress()
+    return change_case(plain, **changes) if changes or plain != case else case
 
 
 def changed_text(base: str, changes: Mapping[str, Mapping[str, Any]]) -> str:

@@ -166,6 +166,11 @@ def _check_blanks(case: Case, where: str) -> None:
                 f'{where}: [{name}.{BLANK}]: [mesh] width = "plane_strain" has one section for all of the width, and a '
                 'web is narrower: write "whole", or leave the blank out'
             )
+        if gear.blank is not None and gear.blank.stress and case.contact.kind != "line":
+            raise CaseError(
+                f"{where}: [{name}.{BLANK}] stress = true: the stress of webs is found from exact line loads: write "
+                '[contact] scheme = "line", or leave it out'
+            )
         if gear.repeats(case.pair.face_width_mm) and case.contact.kind != "line":
             raise CaseError(
                 f'{where}: [{name}.{BLANK}] holes: [contact] scheme = "{case.contact.scheme}" takes teeth that are all '

@@ -31,6 +31,6 @@ def coarser(case: Case) -> Case | None:
         across *= 4
     along = mesh.profile_elements // 2
     return replace(
-        case, mesh=replace(mesh, profile_elements=along, width_elements=across, error_bar=False),
-        results=replace(case.results, root_stress=False),
-    )  # fmt: skip
+        case.without_stress(),
+        mesh=replace(mesh, profile_elements=along, width_elements=across, error_bar=False),
+    )

@@ -24,6 +24,5 @@ def takes_whole_width(case: Case) -> bool:
 
 
 def case_of_page(case: Case) -> Case:
-    """Return the case whose finite elements the page takes: of the whole width, without error bar and root stress."""
-    mesh, results = replace(case.mesh, error_bar=False), replace(case.results, root_stress=False)
-    return whole_width(replace(case, mesh=mesh, results=results))
+    """Return the case whose finite elements the page takes: of the whole width, without error bar and stress."""
+    return whole_width(replace(case.without_stress(), mesh=replace(case.mesh, error_bar=False)))

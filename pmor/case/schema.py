@@ -4,8 +4,8 @@ The ranges are wide enough for extreme gears; they exist to catch slips, above a
 """
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Annotated, Literal
+from dataclasses import asdict, dataclass, replace
+from typing import Annotated, Literal, Self
 
 from pmor.case.blank import BlankCase, HolesCase
 from pmor.case.dynamics import DynamicsCase
@@ -315,6 +315,14 @@ class Case:
     def root_stress(self) -> bool:
         """Whether the basis holds the stress along the root fillets: of exact line loads, unless it is not wanted."""
         return self.results.root_stress and self.contact.kind == "line"
+
+    def without_stress(self) -> Self:
+        """Return the case without the stress along root fillets and on webs."""
+        gears = {
+            name: replace(gear, blank=gear.blank and replace(gear.blank, stress=False))
+            for name, gear in (("pinion", self.pair.pinion), ("wheel", self.pair.wheel))
+        }  # fmt: skip
+        return replace(self, pair=replace(self.pair, **gears), results=replace(self.results, root_stress=False))
 
     def _repr_html_(self) -> str:
         pinion, wheel = (asdict(gear) for gear in (self.pair.pinion, self.pair.wheel))

@@ -22,7 +22,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.fe.surface import law_in_surface
 
 # Real of spur gears, complex of helical ones.
 Amplitudes = NDArray[np.inexact[Any]]
@@ -62,6 +63,33 @@ def with_middles(lines: FloatArray) -> FloatArray:
     return found
 
 
+class Gauges(NamedTuple):
+    """Points on the faces of a block at which the stress in the surface is asked for.
+
+    Attributes
+    ----------
+    block : int
+        Its place in the stack.
+    row : ndarray of int, shape (g,)
+        Rows of elements of the block.
+    across : ndarray, shape (g,)
+        Place between the inner side of the row, -1, and the outer one, 1.
+    upper : ndarray of bool, shape (g,)
+        On the face of larger z.
+    """
+
+    block: int
+    row: IntArray
+    across: FloatArray
+    upper: BoolArray
+
+    def places(self, block: Block) -> FloatArray:
+        """Return radius and z of the points, (g, 2), mm."""
+        inner, outer = block.radii[self.row], block.radii[self.row + 1]
+        radius = 0.5 * (inner + outer + self.across * (outer - inner))
+        return np.stack([radius, np.where(self.upper, block.z[-1], block.z[0])], axis=1)
+
+
 class Loads(NamedTuple):
     """So many unit loads on the nodes between two rows of elements, at a radius, mm.
 
@@ -76,6 +104,7 @@ class Loads(NamedTuple):
 def ring_stiffness(
     blocks: tuple[Block, ...], youngs_modulus: float, poisson_ratio: float, harmonics: IntArray, mirrored: bool,
     twist: float = 0.0, loads: tuple[Loads, ...] = (), core: float = 0.0, held: bool = True,
+    gauges: Gauges | None = None,
 ) -> Amplitudes:  # fmt: skip
     """Return the stiffness of the last row of nodes of a body of revolution that is held at its first one, or free.
 
@@ -99,6 +128,9 @@ def ring_stiffness(
         Radius of that cylinder, between two rows of elements, mm; 0 where there is none.
     held : bool
         Whether the first row of nodes, at the bore, is held.
+    gauges : Gauges, optional
+        They are three loads each, after the others, which work on the stress along the section, around the axis, and
+        the shear of both, MPa: of amplitudes whose shear is over i.
 
     Returns
     -------
@@ -108,26 +140,37 @@ def ring_stiffness(
         outermost row, were it held, and F the displacements that they then cause.
     """
     law = _law(youngs_modulus, poisson_ratio)
-    rows = [
-        _Row(block.nodes_z, block.radii[place + 1], _row_stiffness(block, place, law, twist))
-        for block in blocks for place in range(len(block.radii) - 1)
-    ]  # fmt: skip
+    plane, count = law_in_surface(youngs_modulus, poisson_ratio), sum(load.size for load in loads)
+    rows = []
+    for number, block in enumerate(blocks):
+        for place in range(len(block.radii) - 1):
+            on = np.flatnonzero(gauges.row == place) if gauges and gauges.block == number else ()
+            own = [
+                (count + 3 * int(g), *_surface_stress(block, place, gauges.across[g], gauges.upper[g], plane, twist))
+                for g in on if gauges
+            ]  # fmt: skip
+            rows.append(_Row(block.nodes_z, block.radii[place + 1], _row_stiffness(block, place, law, twist), own))
+    count += 3 * len(gauges.row) if gauges else 0
     revolution, found = 4.0 * np.pi if mirrored else 2.0 * np.pi, []
     for first in range(0, len(harmonics), TOGETHER):
         n = harmonics[first : first + TOGETHER]
-        felt = [row for row in rows if loads or not held or (row.outer / rows[-1].outer) ** n[0] > UNFELT]
+        felt = [row for row in rows if count or not held or (row.outer / rows[-1].outer) ** n[0] > UNFELT]
         still = _MeanMotion(core, MUCH * youngs_modulus, twist)
         edge = None if held else float(blocks[0].radii[0])
-        found.append(_eliminated(felt, n[:, None, None].astype(float), mirrored, loads, revolution, still, edge))
+        found.append(_eliminated(felt, n[:, None, None].astype(float), mirrored, loads, count, revolution, still, edge))
     return np.concatenate(found)
 
 
 class _Row(NamedTuple):
-    """A row of elements: its columns of nodes, its outer radius, and K_0, K_1 and K_2 over its three rows of nodes."""
+    """A row of elements: its columns of nodes, its outer radius, and K_0, K_1 and K_2 over its three rows of nodes.
+
+    Of each gauge the number of its first load, and its stress over these nodes: steady, and what n multiplies.
+    """
 
     z: FloatArray
     outer: float
     stiffness: tuple[Amplitudes, Amplitudes, Amplitudes]
+    gauges: list[tuple[int, Amplitudes, Amplitudes]]
 
 
 class _MeanMotion(NamedTuple):
@@ -161,12 +204,13 @@ def _eliminated(
     n: FloatArray,
     mirrored: bool,
     loads: tuple[Loads, ...],
+    count: int,
     revolution: float,
     core: _MeanMotion,
     edge: float | None,
 ) -> Amplitudes:
-    """Matrix of the last row of nodes and the loads, of harmonics (h, 1, 1); from a free edge of a radius, or held."""
-    z, count = rows[0].z, sum(load.size for load in loads)
+    """Matrix of the last row of nodes and `count` loads, harmonics (h, 1, 1); from a free edge of a radius, or held."""
+    z = rows[0].z
     size = 0 if edge is None else 3 * len(z)
     left: Amplitudes = np.zeros((len(n), size + count, size + count), dtype=rows[0].stiffness[0].dtype)
     if edge is not None:
@@ -176,6 +220,9 @@ def _eliminated(
         constant, linear, square = row.stiffness
         own = np.zeros((len(n), 3 * size + count, 3 * size + count), dtype=constant.dtype)
         own[:, : 3 * size, : 3 * size] = revolution * (constant + n * linear + n * n * square)
+        for first, steady, turning in row.gauges:
+            stress, at = steady + n * turning, slice(3 * size + first, 3 * size + first + 3)
+            own[:, at, : 3 * size], own[:, : 3 * size, at] = -stress, -stress.conj().swapaxes(-1, -2)
         if mirrored:
             held = (3 * np.flatnonzero(z == 0.0) + 2 + size * np.arange(3)[:, None]).ravel()
             own[:, held, :] = own[:, :, held] = 0.0
@@ -237,6 +284,27 @@ def _law(youngs_modulus: float, poisson_ratio: float) -> FloatArray:
     law[:3, :3] = 2.0 * shear * poisson_ratio / (1.0 - 2.0 * poisson_ratio)
     law[range(6), range(6)] += [2.0 * shear] * 3 + [shear] * 3
     return law
+
+
+def _surface_stress(
+    block: Block, row: int, across: float, upper: bool, law: FloatArray, twist: float
+) -> tuple[Amplitudes, Amplitudes]:
+    """Stress along the section, around the axis and shear at a point of a face, over a row's nodes, (3, 9 m).
+
+    Steady, and what n multiplies.
+    """
+    inner, outer = block.radii[row : row + 2]
+    (shape_r, slope_r), (shape_z, slope_z) = _parabolas(across), _parabolas(1.0 if upper else -1.0)
+    element = len(block.z) - 2 if upper else 0
+    shape = np.outer(shape_r, shape_z).ravel()
+    by_r = np.outer(slope_r, shape_z).ravel() * 2.0 / (outer - inner)
+    by_z = np.outer(shape_r, slope_z).ravel() * 2.0 / (block.z[element + 1] - block.z[element])
+    steady, turning = _strains(shape, by_r, by_z[None], 0.5 * (inner + outer + across * (outer - inner)), twist)
+    columns = 2 * len(block.z) - 1
+    places = _unknowns((np.arange(3)[:, None] * columns + 2 * element + np.arange(3)).ravel())
+    found = np.zeros((2, 3, 9 * columns), dtype=complex if twist else float)
+    found[:, :, places] = law @ np.stack([steady[0, [0, 1, 4]], turning[[0, 1, 4]]])
+    return found[0], found[1]
 
 
 def _row_stiffness(block: Block, row: int, law: FloatArray, twist: float) -> tuple[Amplitudes, Amplitudes, Amplitudes]:

@@ -14,6 +14,7 @@ take off: negative, of harmonics that differ by multiples of N, and 0 for holes 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -21,7 +22,9 @@ import numpy as np
 import scipy.linalg as la
 
 from pmor.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from pmor.fe.blank_section import Loads
+from pmor.fe.assembly import degrees_of_freedom
+from pmor.fe.blank_section import Loads, with_middles
+from pmor.fe.carried_functions import CarriedFunctions
 from pmor.fe.element import QUADRATIC_NODES, node_places, tributary_widths
 from pmor.fe.elimination import condense
 from pmor.fe.hexahedron import element_stiffness
@@ -35,6 +38,8 @@ CORE = 0.5
 BESIDE, NARROW = 1.7, 0.35
 # Elements to a wave of the highest harmonic along the circles; least and most ones along the sides of a hole's blocks.
 TO_A_WAVE, LEAST, MOST = 4.0, 4, 24
+# Least ones of a fine mesh; its first row around a hole, over the hole's radius, and the growth of the next ones.
+LEAST_FINE, FIRST_ROW, GROWTH = 6, 0.12, 1.6
 # Elements over the thickness.
 THROUGH = 2
 
@@ -70,6 +75,11 @@ class PerforatedWeb:
     largest: int
 
     @property
+    def thickness(self) -> float:
+        """Of the whole web, mm."""
+        return (self.z[1] - self.z[0]) * (2.0 if self.mirrored else 1.0)
+
+    @property
     def parts(self) -> IntArray:
         """Direction of each f_j, (c,): 0 radial, 1 around, 2 along the axis."""
         return np.array([part for part, _ in self._powers])
@@ -103,7 +113,7 @@ class PerforatedWeb:
 
     def unknowns(self) -> tuple[int, int, int]:
         """Return how many amplitudes, unknowns of both circles in a sector and unknowns of its side there are."""
-        mesh = _sector_mesh(self)
+        mesh = web_mesh(self)
         return 2 * len(self.parts) * (2 * self.largest + 1), 3 * len(mesh.circles), 3 * len(mesh.left)
 
     def softening(self, youngs_modulus: float, poisson_ratio: float, twist: float) -> ComplexArray:
@@ -112,31 +122,43 @@ class PerforatedWeb:
         Over the amplitudes of equation (1), harmonic by harmonic from the lowest on, inner circle first, for the energy
         over a revolution, in the frame of tooth 0: shape (2 largest + 1, 2 c) twice.
         """
-        mesh = _sector_mesh(self)
-        stiffness = element_stiffness(mesh.nodes, mesh.elements, youngs_modulus, poisson_ratio, "hex20")
-        stiffness *= 2.0 if self.mirrored else 1.0
+        mesh = web_mesh(self)
+        stiffness = self.stiffness_of(mesh, youngs_modulus, poisson_ratio)
+        both = [condensed_sector(mesh, stiffness, used) for used in (np.ones_like(mesh.solid), mesh.solid)]
+        size = 2 * len(self.parts) * (2 * self.largest + 1)
+        found = np.zeros((size, size), dtype=complex)
+        for place, turn, onto in self.families(mesh, twist):
+            filled, open_ = (by_amplitudes(*one, len(mesh.left), turn, onto)[0] for one in both)
+            found[place[:, None], place] = self.count * (open_ - filled)
+        return np.asarray(self.phase.conj()[:, None] * found * self.phase)
+
+    def stiffness_of(self, mesh: WebMesh, youngs_modulus: float, poisson_ratio: float) -> FloatArray:
+        """Return the stiffness of each element of a sector, and of its image where half of it stands for the whole."""
+        found = element_stiffness(mesh.nodes, mesh.elements, youngs_modulus, poisson_ratio, "hex20")
         if self.mirrored:
-            _hold(stiffness, mesh, self.z[1])
-        both = [_condensed(mesh, stiffness, used) for used in (np.ones_like(mesh.solid), mesh.solid)]
-        n = np.arange(-self.largest, self.largest + 1)
-        functions = self.shapes(mesh.nodes[mesh.circles, 2])
+            found *= 2.0
+            _hold(found, mesh, self.z[1])
+        return found
+
+    def families(self, mesh: WebMesh, twist: float) -> Iterator[tuple[IntArray, complex, ComplexArray]]:
+        """Yield harmonics that feel each other: places of amplitudes, turn of a sector, displacement of the circles."""
+        n, functions = np.arange(-self.largest, self.largest + 1), self.shapes(mesh.nodes[mesh.circles, 2])
         size = 2 * functions.shape[1]
-        found = np.zeros((len(n) * size, len(n) * size), dtype=complex)
         for g in range(self.count):
             own = np.flatnonzero((n - g) % self.count == 0)
-            if not len(own):
-                continue
-            onto = _onto(mesh, n[own], functions, self.parts, twist)
-            turn = np.exp(-2j * np.pi * g / self.count)
-            place = (own[:, None] * size + np.arange(size)).ravel()
-            filled, open_ = (_onto_circles(matrix, len(mesh.left), turn, onto) for matrix in both)
-            found[place[:, None], place] = self.count * (open_ - filled)
-        phase = np.exp(1j * n * self.first).repeat(size)
-        return np.asarray(phase.conj()[:, None] * found * phase)
+            if len(own):
+                onto = _onto(mesh, n[own], functions, self.parts, twist)
+                yield (own[:, None] * size + np.arange(size)).ravel(), np.exp(-2j * np.pi * g / self.count), onto
+
+    @property
+    def phase(self) -> ComplexArray:
+        """Of amplitudes in the frame of the first hole, over those in the frame of tooth 0."""
+        n = np.arange(-self.largest, self.largest + 1)
+        return np.asarray(np.exp(1j * n * self.first).repeat(2 * len(self.parts)))
 
 
 @dataclass(frozen=True)
-class _Mesh:
+class WebMesh:
     """A sector of a web: nodes and elements, of the filling too; nodes of its sides (partners share an index)."""
 
     nodes: FloatArray
@@ -149,10 +171,19 @@ class _Mesh:
     outer: IntArray
 
 
-def _condensed(mesh: _Mesh, stiffness: FloatArray, used: BoolArray) -> FloatArray:
+def condensed_sector(
+    mesh: WebMesh, stiffness: FloatArray, used: BoolArray, carried: CarriedFunctions | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Return the stiffness of sides and circles, with some of the elements, and functions of them.
+
+    Sides come before circles, left one first, over radial, circumferential and axial displacement.
+    """
     kept = np.flatnonzero(used)
     retained = np.concatenate([mesh.left, mesh.right, mesh.circles])
-    found = condense(stiffness[kept], mesh.elements[kept], mesh.places[kept], retained, np.empty(0, dtype=np.int64))
+    visit = carried.eliminate if carried else None
+    found = condense(stiffness[kept], mesh.elements[kept], mesh.places[kept], retained, np.empty(0, dtype=np.int64),
+                     visit)  # fmt: skip
+    functions = carried.over(degrees_of_freedom(retained)) if carried else np.zeros((0, len(found)))
     # Sides follow each other in radial and circumferential displacement, not in that along x and y.
     x, y, _ = mesh.nodes[retained[: 2 * len(mesh.left)]].T
     frames = np.zeros((len(x), 3, 3))
@@ -160,23 +191,33 @@ def _condensed(mesh: _Mesh, stiffness: FloatArray, used: BoolArray) -> FloatArra
     frames[:, :2, :2] = np.array([[x, -y], [y, x]]).transpose(2, 0, 1) / np.hypot(x, y)[:, None, None]
     sides = slice(0, 3 * len(x))
     found[sides] = (frames.transpose(0, 2, 1) @ found[sides].reshape(len(x), 3, -1)).reshape(3 * len(x), -1)
-    found[:, sides] = (found[:, sides].reshape(len(found), -1, 1, 3) @ frames).reshape(len(found), -1)
-    return found
+    for matrix in (found, functions):
+        matrix[:, sides] = (matrix[:, sides].reshape(len(matrix), len(x), 1, 3) @ frames).reshape(
+            len(matrix), 3 * len(x)
+        )
+    return found, functions
 
 
-def _onto_circles(matrix: FloatArray, sides: int, turn: complex, onto: ComplexArray) -> ComplexArray:
-    """Stiffness of the circles' amplitudes where the sides follow: sectors turn by `turn` from one to the next."""
+def by_amplitudes(
+    matrix: FloatArray, functions: FloatArray, sides: int, turn: complex, onto: ComplexArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Return the stiffness of the circles' amplitudes where the sides follow, and functions of these amplitudes.
+
+    Sectors turn by `turn` from one to the next.
+    """
     s = 3 * sides
     half = np.concatenate([matrix[:s] + np.conj(turn) * matrix[s : 2 * s], onto.conj().T @ matrix[2 * s :]])
     half = half.conj().T
     full = np.concatenate([half[:s] + np.conj(turn) * half[s : 2 * s], onto.conj().T @ half[2 * s :]])
+    told = functions[:, 2 * s :] @ onto
     if not s:
-        return np.asarray(full)
+        return np.asarray(full), np.asarray(told)
     inner = la.solve(full[:s, :s], full[:s, s:], assume_a="pos")
-    return np.asarray(full[s:, s:] - full[s:, :s] @ inner)
+    told = told - (functions[:, :s] + turn * functions[:, s : 2 * s]) @ inner
+    return np.asarray(full[s:, s:] - full[s:, :s] @ inner), np.asarray(told)
 
 
-def _onto(mesh: _Mesh, n: IntArray, functions: FloatArray, parts: IntArray, twist: float) -> ComplexArray:
+def _onto(mesh: WebMesh, n: IntArray, functions: FloatArray, parts: IntArray, twist: float) -> ComplexArray:
     """Radial, circumferential and axial displacement of the circles' nodes over amplitudes, (3 m, harmonics 2 c)."""
     x, y, z = mesh.nodes[mesh.circles].T
     wave = np.exp(1j * np.outer(np.arctan2(-x, y) - twist * z, n))
@@ -195,7 +236,7 @@ def _onto(mesh: _Mesh, n: IntArray, functions: FloatArray, parts: IntArray, twis
     return turned.reshape(3 * len(x), -1)
 
 
-def _hold(stiffness: FloatArray, mesh: _Mesh, plane: float) -> None:
+def _hold(stiffness: FloatArray, mesh: WebMesh, plane: float) -> None:
     on_plane = np.abs(mesh.nodes[:, 2] - plane) < 1e-12 * max(1.0, np.abs(mesh.nodes[:, 2]).max())
     number, node = np.nonzero(on_plane[mesh.elements])
     place = 3 * node + 2
@@ -214,7 +255,8 @@ class _Box(NamedTuple):
     up: int
 
 
-def _sector_mesh(web: PerforatedWeb) -> _Mesh:
+def web_mesh(web: PerforatedWeb, fine: bool = False) -> WebMesh:
+    """Mesh a sector of a web around its hole; a fine mesh is good for the stress at the hole's edge."""
     half = math.pi / web.count
     room = min(web.outer - web.on_radius, web.on_radius - web.inner)
     wide = max(BESIDE * web.radius, 0.5 * room)
@@ -224,10 +266,10 @@ def _sector_mesh(web: PerforatedWeb) -> _Mesh:
     low, high = web.on_radius - tall, web.on_radius + tall
     low = web.inner if low - web.inner < NARROW * tall else low
     high = web.outer if web.outer - high < NARROW * tall else high
-    waves = TO_A_WAVE * web.largest / (2.0 * math.pi)
-    along = max(LEAST, math.ceil(2.0 * beside * waves))
+    waves, least = TO_A_WAVE * web.largest / (2.0 * math.pi), LEAST_FINE if fine else LEAST
+    along = max(least, math.ceil(2.0 * beside * waves))
     size = max(2.0 * beside * web.on_radius / along, (web.outer - web.inner) / MOST)
-    box = _Box(beside, low, high, along, max(LEAST, math.ceil((high - low) / size)))
+    box = _Box(beside, low, high, along, max(least, math.ceil((high - low) / size)))
     theta = [(-beside, beside, along)]
     if beside < half:
         columns = max(2, math.ceil((half - beside) * waves))
@@ -235,7 +277,9 @@ def _sector_mesh(web: PerforatedWeb) -> _Mesh:
     radii = [(low, high, box.up)]
     radii += [(web.inner, low, max(1, math.ceil((low - web.inner) / size)))] if low > web.inner else []
     radii += [(high, web.outer, max(1, math.ceil((web.outer - high) / size)))] if high < web.outer else []
-    blocks = [(block, True) for block in _around(web, box)] + [(block, False) for block in _filling(web, box)]
+    blocks = [(block, True) for block in _around(web, box, _shares(web, box, fine))] + [
+        (block, False) for block in _filling(web, box)
+    ]
     for first, last, columns in theta:
         for inner, outer, rows in radii:
             if (first, inner) != (-beside, low):
@@ -265,11 +309,19 @@ def _outlines(web: PerforatedWeb, box: _Box) -> list[tuple[FloatArray, FloatArra
     return found
 
 
-def _around(web: PerforatedWeb, box: _Box) -> list[FloatArray]:
-    share = np.linspace(0.0, 1.0, 2 * AROUND + 1)[:, None, None]
-    share = 0.5 * (share + share**2)  # finer at the hole
-    share[1::2] = 0.5 * (share[:-1:2] + share[2::2])
-    return [edge + share * (side - edge) for side, edge in _outlines(web, box)]
+def _shares(web: PerforatedWeb, box: _Box, fine: bool) -> FloatArray:
+    """Shares of the way from a hole's edge to the box around it, of lines of nodes, which crowd at the hole."""
+    lines = np.linspace(0.0, 1.0, AROUND + 1)
+    lines = 0.5 * (lines + lines**2)
+    if fine:
+        way = min(web.on_radius - box.low, box.high - web.on_radius) / web.radius - 1.0
+        rows = math.ceil(math.log1p(way / FIRST_ROW * (GROWTH - 1.0)) / math.log(GROWTH))
+        lines = (GROWTH ** np.arange(rows + 1) - 1.0) / (GROWTH**rows - 1.0)
+    return with_middles(lines)
+
+
+def _around(web: PerforatedWeb, box: _Box, shares: FloatArray) -> list[FloatArray]:
+    return [edge + shares[:, None, None] * (side - edge) for side, edge in _outlines(web, box)]
 
 
 def _filling(web: PerforatedWeb, box: _Box) -> list[FloatArray]:
@@ -284,7 +336,7 @@ def _filling(web: PerforatedWeb, box: _Box) -> list[FloatArray]:
     return [*found, right + up * (cores[2][::-1] - right)]
 
 
-def _extruded(web: PerforatedWeb, blocks: list[tuple[FloatArray, bool]], half: float) -> _Mesh:
+def _extruded(web: PerforatedWeb, blocks: list[tuple[FloatArray, bool]], half: float) -> WebMesh:
     low, top = web.z
     z = np.linspace(low, top, 2 * (THROUGH if not web.mirrored else max(1, THROUGH // 2)) + 1)
     points = np.concatenate([block.reshape(-1, 2) for block, _ in blocks])
@@ -322,5 +374,5 @@ def _extruded(web: PerforatedWeb, blocks: list[tuple[FloatArray, bool]], half: f
         np.arctan2(-middle[:, 0], middle[:, 1]) * 100.0, np.hypot(middle[:, 0], middle[:, 1]) * 50.0 / web.outer,
         (middle[:, 2] - low) / (top - low) * len(through) * 0.999,
     ], axis=1)  # fmt: skip
-    return _Mesh(nodes, elements, np.repeat(np.concatenate(solid), len(through)),
+    return WebMesh(nodes, elements, np.repeat(np.concatenate(solid), len(through)),
                  np.floor(places).astype(np.int64), left, right, circles, outer[circles].astype(int))  # fmt: skip

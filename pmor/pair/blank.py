@@ -82,11 +82,11 @@ def blank_below(case: Case, gear: GearCase, tooth: Tooth, mesh: SectorMesh, plac
         blocks = _section(light, bore, tooth.root_radius, interface, face, mesh, case.mesh.profile_elements)
         if light.holes is not None:
             web = _perforated(light, light.holes, blocks[1], tooth, mesh, largest, place, case.mesh.profile_elements)
-    material = 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio
+    material, stress = (1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio), light is not None and light.stress
     if not gear.one_piece:
-        return Blank(blocks, *material, largest, most, web)
+        return Blank(blocks, *material, largest, most, web, stress=stress)
     blocks = (Block(np.linspace(CENTRE * bore, bore, CORE_ROWS + 1), blocks[0].z), *blocks)
-    return Blank(blocks, *material, largest, most, web, core=bore)
+    return Blank(blocks, *material, largest, most, web, core=bore, stress=stress)
 
 
 def _brought(gear: GearCase, bore: float, interface: float, mesh: SectorMesh, largest: int, place: int) -> Blank:

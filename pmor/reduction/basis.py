@@ -8,6 +8,7 @@ import numpy as np
 
 from pmor.body.flank_compliance import FlankCompliance
 from pmor.body.root_stress import RootStressShapes
+from pmor.body.web_stress import WebStress
 from pmor.case import Case
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.core.shown import brief
@@ -78,6 +79,8 @@ class Basis:
         Of the same pair on half as many elements, for the error bar of the mesh; None where there is none.
     root_stress : two RootStressShapes or None
         Of pinion and wheel; the same object for identical gears. None where the case does not ask for it.
+    web_stress : two of WebStress or None
+        Of pinion and wheel; None where the case does not ask for it.
     whole : Basis or None
         Of the same pair on the whole width, for the live page, where half of it is enough for all else.
     """
@@ -91,4 +94,5 @@ class Basis:
     compliance: FlankCompliance | None
     coarser: Basis | None = None
     root_stress: tuple[RootStressShapes, RootStressShapes] | None = None
+    web_stress: tuple[WebStress | None, WebStress | None] = (None, None)
     whole: Basis | None = None

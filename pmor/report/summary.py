@@ -28,6 +28,7 @@ from pmor.report.iso_blank_rows import iso_blank_figures, iso_blank_rows, iso_ro
 from pmor.report.results_data import HARRIS, RESULTS, write_results_data
 from pmor.report.table import Cell, format_cell
 from pmor.report.torque_table import CAUSES, shaft_order_rows, shaft_orders_of, torque_row, torque_rows
+from pmor.report.web_stress_rows import web_stress_figures, web_stress_rows
 from pmor.results.load_distribution import line_states
 from pmor.results.root_stress import GEARS, SIDES, LoadCycle
 from pmor.results.sweep import (
@@ -104,6 +105,7 @@ def figures(result: OnlineResult) -> dict[str, Any]:
         "full_ms_per_position": ms_per_position(comparison.full) if comparison else None,
         "offline_s": result.reduced.basis.training.seconds, "basis_mib": result.basis_mib,
         "n_positions_failed": len(result.failures), **root_stress_figures(result), **iso_blank_figures(result),
+        "web_stress": web_stress_figures(result),
         "torques": torque_rows(result),
         "conditions": [row for listed in result.conditions for row in condition_rows(listed)] or None
     }  # fmt: skip
@@ -143,6 +145,7 @@ def summary_rows(result: OnlineResult) -> list[Row]:
         *_unloaded_rows(s),
         *_readings_rows(s, result),
         *_root_stress_rows(result),
+        *web_stress_rows(result),
         *iso_blank_rows(result, s),
     ]  # fmt: skip
 

@@ -33,8 +33,8 @@ def answers_of(basis: Basis) -> dict[str, FloatArray]:
     -------
     dict of str to ndarray
         By the paths in the file: displacement of the flanks of pinion and wheel, mm, shape (pitch offset, loaded
-        unknown), and the stress along their fillets, MPa, shape (neighbour, side, point, column, 3); each as far as
-        the basis has what it takes.
+        unknown), the stress along their fillets, MPa, shape (neighbour, side, point, column, 3), and on their webs,
+        shape (cell, point, 3); each as far as the basis has what it takes.
     """
     found = dict[str, FloatArray]()
     if basis.compliance is not None:
@@ -46,6 +46,10 @@ def answers_of(basis: Basis) -> dict[str, FloatArray]:
             bent = np.tensordot(_load(shapes.repeats), shapes.rim_moved, axes=1)
             bent = np.tensordot(_load(len(bent)), bent, axes=1) @ (shapes.rim_pattern @ load)
             found[f"{ANSWERS}/{gear}/stress"] = shapes.stress @ (shapes.pattern @ load) + shapes.rim_stress @ bent
+    for gear, web in zip(GEARS, basis.web_stress, strict=True):
+        if web is not None:
+            bent = np.tensordot(_load(len(web.moved)), web.moved, axes=1) @ (web.pattern @ _load(web.pattern.shape[1]))
+            found[f"{ANSWERS}/{gear}/web_stress"] = np.einsum("pia,ca->cpi", web.stress, bent)
     return found
 
 

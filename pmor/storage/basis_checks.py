@@ -72,6 +72,7 @@ def check_basis(basis: Basis, pair: GearPair) -> None:
     if basis.compliance is not None:
         _check_compliance(case, basis.compliance)
     _check_root_stress(basis, pair)
+    _check_web_stress(basis)
     _check_training(case, pair, basis.training)
     for further in (basis.coarser, basis.whole):
         if further is not None:
@@ -216,6 +217,21 @@ def _check_root_stress(basis: Basis, pair: GearPair) -> None:
         require(shapes.repeats == said.unlike_teeth(basis.case.pair.face_width_mm),
                 f"the stress by the rim of the {name} does not repeat as its holes do")  # fmt: skip
         require(2 * reach <= max(said.teeth, 1), f"the stress by the rim of the {name} is of more teeth than it has")
+
+
+def _check_web_stress(basis: Basis) -> None:
+    width = basis.case.pair.face_width_mm
+    for name, gear, web in zip(GEARS, (basis.case.pair.pinion, basis.case.pair.wheel), basis.web_stress, strict=True):
+        blank = gear.light_blank(width)
+        require(
+            (web is not None) == (blank is not None and blank.stress), f"it has no web of the {name}, or one too many"
+        )
+        if web is not None and blank is not None:
+            around = web.moved.shape[1] == (gear.teeth if blank.holes is None else blank.holes.count)
+            alike = around and len(web.moved) == gear.unlike_teeth(width)
+            require(alike, f"the stress of the web of the {name} does not repeat as its teeth and holes do")
+            inside = (web.places[:, 0] > blank.hub_radius_mm).all()
+            require(inside, f"the stress of the web of the {name} is within its hub")
 
 
 def _middle_of_space(tooth: Tooth) -> FloatArray:

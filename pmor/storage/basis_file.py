@@ -13,6 +13,7 @@ import numpy as np
 from pmor.body.flank_compliance import FlankCompliance
 from pmor.body.root_stress import RootStressShapes
 from pmor.body.support import Support
+from pmor.body.web_stress import WebStress
 from pmor.case import Case, basis_key, basis_settings, parse_case, text_of
 from pmor.case.coarser import coarser
 from pmor.case.live_page import case_of_page
@@ -34,6 +35,7 @@ from pmor.storage.basis_layout import (
     POSITIONS,
     ROOT_STRESS,
     SUPPORT,
+    WEB_STRESS,
     WHOLE,
     basis_layout,
     basis_sizes,
@@ -120,6 +122,9 @@ def _arrays(basis: Basis) -> dict[str, np.ndarray]:
         for gear, stress in zip(GEARS, (pinion_stress, wheel_stress), strict=True):
             if gear == "pinion" or stress is not pinion_stress:
                 arrays |= {f"root_stress/{gear}/{name}": array for name, array in vars(stress).items()}
+    for gear, web in zip(GEARS, basis.web_stress, strict=True):
+        if web is not None:
+            arrays |= {f"web_stress/{gear}/{name}": array for name, array in vars(web).items()}
     return arrays | answers_of(basis)
 
 
@@ -219,6 +224,8 @@ def _basis(file: h5py.Group, case: Case, arrays: dict[str, np.ndarray]) -> Basis
         both = gears["pinion"], gears.get("wheel", gears["pinion"])
         pinion, wheel = (_support(gear, of(f"support/{gear}")) for gear in GEARS)
         compliance = FlankCompliance(both, attribute(file[group], "components", int), (pinion, wheel))
+    webs = [of(f"web_stress/{gear}") for gear in GEARS]
+    pinion_web, wheel_web = (WebStress(**web) if len(web) == len(WEB_STRESS) else None for web in webs)
     flanks = [of(f"flank/{gear}") for gear in GEARS]
     found = [of(f"root_stress/{gear}") for gear in GEARS]
     stresses = [RootStressShapes(**arrays) for arrays in found if len(arrays) == len(ROOT_STRESS)]
@@ -227,6 +234,7 @@ def _basis(file: h5py.Group, case: Case, arrays: dict[str, np.ndarray]) -> Basis
         flank_roll_angle=(flanks[0]["roll_angle"], flanks[1]["roll_angle"]), layers=tuple(layers),
         shapes=_shapes(file["shapes"], case, of) if has_shapes(case) else None, training=untrained(),
         compliance=compliance, root_stress=(stresses[0], stresses[-1]) if stresses else None,
+        web_stress=(pinion_web, wheel_web),
     )  # fmt: skip
 
 

@@ -72,11 +72,22 @@ ROOT_STRESS = {
         "amplitudes of stress on the teeth around each tooth after which the gear repeats",
     ),
 }  # fmt: skip
+WEB_STRESS = {
+    "places": Field("mm", "place, radius angle z", "points of the first cell; angle in rad from the middle of tooth 0"),
+    "edge": Field("1", "place", "whether a point is at the edge of a hole", kind=bool),
+    "stress": Field("1", "place, in the surface, pattern", "patterns: two directions in the surface, shear"),
+    "pattern": Field("1", "felt pattern, loaded unknown", "amplitude of each pattern of forces on a flank"),
+    "moved": Field(
+        "MPa/N", "loaded tooth, cell, pattern, felt pattern",
+        "amplitudes of stress in the cells around the axis by forces on each tooth after which the gear repeats",
+    ),
+}  # fmt: skip
 ANSWERED = {
     "displacement": Field("mm", "pitch offset, loaded unknown", "of the flanks under uneven forces on one of them"),
     "stress": Field(
         "MPa", "neighbour, side, point, column, in the surface", "along the fillets under these forces", optional=True
     ),
+    "web_stress": Field("MPa", "cell, place, in the surface", "on the web under these forces", optional=True),
 }
 TRAINING = {
     "phi": Field("rad", "angle", "pinion angle"),
@@ -103,6 +114,9 @@ def basis_layout(case: Case) -> dict[str, Field]:
             words = "compliance between loaded flanks; identical gears: one"
             layout[f"{group}/{gear}"] = Field("mm/N", COMPLIANCE, words, optional=gear == "wheel")
             layout[f"{ANSWERS}/{gear}/displacement"] = ANSWERED["displacement"]
+        if case.contact.kind == "line":
+            layout |= {f"web_stress/{gear}/{name}": replace(f, optional=True) for name, f in WEB_STRESS.items()}
+            layout[f"{ANSWERS}/{gear}/web_stress"] = ANSWERED["web_stress"]
         if case.root_stress:
             stress = {name: replace(field, optional=True) for name, field in ROOT_STRESS.items()}
             layout |= {f"root_stress/{gear}/{name}": field for name, field in stress.items()}
@@ -156,6 +170,7 @@ def basis_sizes(case: Case, pair: GearPair) -> dict[str, int]:
         "neighbour": 2 * NEIGHBOURS + 1,
         "side": 2,
         "in the surface": 3,
+        "radius angle z": 3,
         "a": stencil,
         "b": stencil,
     }

@@ -14,7 +14,7 @@ from pmor_online.conditions import ConditionSweep, sweep_listed
 from pmor_online.model import ReducedPair, sweep_angles
 from pmor_online.readings import read_off
 from pmor_online.root_stress import root_stress_causes
-from pmor_online.run import OnlineResult, root_stress_of_case, sweep_case
+from pmor_online.run import OnlineResult, root_stress_of_case, sweep_case, web_stress_of_case
 
 
 def run_online(
@@ -49,7 +49,8 @@ def run_online(
             conditions = sweep_listed(reduced, executor, bar.step)
     size_mib = (basis_path.stat().st_size if basis_bytes is None else basis_bytes) / 2**20
     found = OnlineResult(reduced, sweep, None, size_mib, executor is not None, conditions, basis_path.name,
-                         readings=readings, root_stress=stress, root_stress_causes=causes)  # fmt: skip
+                         readings=readings, root_stress=stress, root_stress_causes=causes,
+                         web_stress=web_stress_of_case(reduced, executor))  # fmt: skip
     return found if model is None else with_comparison(found, model, executor, progress)
 
 

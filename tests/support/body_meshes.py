@@ -4,7 +4,7 @@ from itertools import permutations
 
 import numpy as np
 
-from pmor.fe.perforated_web import _sector_mesh
+from pmor.fe.perforated_web import web_mesh
 
 TETRA_EDGES = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
 HEXA = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
@@ -51,7 +51,7 @@ def body_mesh(radii, z, around, solid, kind="tetra10", closed=True, angles=None)
 
 def holed_body(web, hub, rim, z):
     """Quadratic hexahedra of a web with round holes, the first one on the x axis, and lines of radii of hub and rim."""
-    sector = _sector_mesh(web)
+    sector = web_mesh(web)
     x, y, height = sector.nodes.T
     radius, own = np.hypot(x, y), np.arctan2(-x, y)
     on = (np.abs(radius - web.outer) < 1e-6) & (np.abs(height - web.z[0]) < 1e-6)

@@ -30,8 +30,7 @@ from pmor.fe.blank_section import Block, ring_stiffness
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.element import tributary_widths
 from pmor.fe.fillet import build_fillet
-from pmor.fe.hexahedron import element_stiffness
-from pmor.fe.perforated_web import PerforatedWeb, _condensed, _onto, _onto_circles, _sector_mesh
+from pmor.fe.perforated_web import PerforatedWeb, by_amplitudes, condensed_sector, web_mesh
 from pmor.fe.whole_gear import whole_gear_mesh
 from pmor.pair.blank import blank_below
 from pmor.pair.conditions import assembly_of, nominal_condition
@@ -244,14 +243,14 @@ def circles_of(web, part, power):
 def test_a_web_of_sectors_twists_as_the_closed_form_says_and_holes_soften_it_as_their_ligaments(mirrored):
     """Both circles turn as rigid ones: filled as a disc does; with holes that leave little, several times as much."""
     web = PerforatedWeb(35.0, 74.5, (-4.0, 0.0 if mirrored else 4.0), 8, 12.0, 54.75, 0.3, mirrored, 3)
-    mesh, outer = _sector_mesh(web), circles_of(web, 1, 0)[1]
-    stiffness = element_stiffness(mesh.nodes, mesh.elements, E, NU, "hex20") * (2.0 if mirrored else 1.0)
-    onto = _onto(mesh, np.array([0]), web.shapes(mesh.nodes[mesh.circles, 2]), web.parts, 0.0)
+    mesh, outer = web_mesh(web), circles_of(web, 1, 0)[1]
+    stiffness = web.stiffness_of(mesh, E, NU)
+    onto = next(onto for place, _, onto in web.families(mesh, 0.0) if len(place) == 2 * len(web.parts))
     twist = (1.0 / 35.0**2 - 1.0 / 74.5**2) / (4.0 * np.pi * 0.5 * E / (1.0 + NU) * 8.0)
-    found = [
-        1.0 / (8.0 * _onto_circles(_condensed(mesh, stiffness, used), len(mesh.left), 1.0, onto)[outer, outer].real)
-        for used in (np.ones_like(mesh.solid), mesh.solid)
-    ]  # fmt: skip
+    found = []
+    for used in (np.ones_like(mesh.solid), mesh.solid):
+        turned = by_amplitudes(*condensed_sector(mesh, stiffness, used), len(mesh.left), 1.0, onto)[0]
+        found.append(1.0 / (8.0 * turned[outer, outer].real))
     assert_allclose(found[0] / 74.5**2, twist, rtol=1e-3)
     assert 1.5 < found[1] / found[0] < 3.0
 
