@@ -43,14 +43,14 @@ def web_stress(
     Returns
     -------
     two dict of str to WebCycle
-        Faces, and edges of holes; empty where the basis has none.
+        Faces, and edges of holes; empty where the basis has none. NaN of torques with a position that did not converge.
     """
     found = dict[str, WebCycle](), dict[str, WebCycle]()
     if not any(reduced.basis.web_stress):
         return found
-    states = sweep_line_loads(reduced, phi, conditions, executor, recorded=True).states
-    assert states is not None
-    loads, pair = states.loads, reduced.layered.pair
+    sweep = sweep_line_loads(reduced, phi, conditions, executor, recorded=True)
+    assert sweep.states is not None
+    loads, pair = sweep.states.loads, reduced.layered.pair
     if not len(loads.pair):
         return found
     pairs, misalignment = np.arange(loads.pair.min(), loads.pair.max() + 1), common_misalignment(conditions)
@@ -70,6 +70,7 @@ def web_stress(
     turned = -1.0 if reduced.basis.case.flank == "coast" else 1.0  # that case is the image of its pair
     for gear, cycle in enumerate(cycles):
         if cycle is not None:
+            cycle.forget(~sweep.converged.all(axis=1))
             found[gear].update(cycle.found(-gear * np.pi / teeth[gear], turned))
     return found
 
@@ -105,6 +106,11 @@ class _Cycle:
         mises, when = np.take_along_axis(mises, place, axis=1)[:, 0], phi.repeat(cells // self.unlike)[place[:, 0]]
         self.phi, self.mises = np.where(mises > self.mises, when, self.phi), np.maximum(mises, self.mises)
 
+    def forget(self, failed: BoolArray) -> None:
+        """Leave no values of torques with a position that did not converge."""
+        for part in (self.mises, self.most, self.least):
+            part[failed] = np.nan
+
     def found(self, first: float, turned: float) -> WebCycles:
         """Return the largest values of each part; angles, rad, count from a first one on."""
         parts = {FACES: ~self.web.edge, EDGES: self.web.edge}
@@ -126,7 +132,9 @@ class _Cycle:
             self._place(points[where % len(points)], where // len(points), first, turned)
             for where in (best, span // DIRECTIONS)
         )
-        return WebCycle(mises[rows, best], phi[rows, best], place, high - low, high, low, unknown * range_place)
+        place[np.isnan(mises[rows, best])] = np.nan
+        range_place[np.isnan(high)] = np.nan
+        return WebCycle(mises[rows, best], phi[rows, best], place, high - low, high, low, range_place)
 
     def _place(self, point: IntArray, cell: IntArray, first: float, turned: float) -> FloatArray:
         radius, angle, z = self.web.places[point].T

@@ -43,6 +43,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg as la
 
+from pmor.case.blank import CLEAR
 from pmor.core.arrays import ComplexArray, FloatArray, IntArray
 from pmor.fe.blank_section import Amplitudes, Block, Gauges, ring_stiffness
 from pmor.fe.body_condensation import Condensed
@@ -55,8 +56,6 @@ from pmor.fe.sector import SectorMesh
 ROUND_OFF = 1e-13
 # Share that harmonics which are left out have in a gear's own compliance, at most.
 LEFT_OUT = 5e-5
-# Distance from the sharp corners of a web, where stress has no bound, at which it is read, over the web's thickness.
-CLEAR = 0.5
 
 
 @dataclass(frozen=True)
@@ -125,8 +124,8 @@ class Blank:
         row, side, upper = (part.ravel() for part in np.indices((len(web.radii) - 1, 2, faces)))
         found = Gauges(place, row, (2.0 * side - 1.0) / np.sqrt(3.0), upper == 1)
         radius = found.places(web)[:, 0]
-        apart = CLEAR * np.ptp(web.z) * (2 // faces)
-        kept = np.minimum(radius - web.radii[0], web.radii[-1] - radius) > apart
+        apart = np.minimum(radius - web.radii[0], web.radii[-1] - radius)
+        kept = apart >= min(CLEAR * np.ptp(web.z) * (2 // faces), apart.max())  # of short webs the middle
         return Gauges(place, row[kept], found.across[kept], found.upper[kept])
 
     def wider(self, teeth: int) -> Blank | None:

@@ -33,7 +33,7 @@ def row_of(task: Task, number: int, design: Mapping[str, Number], store: Store) 
     complete = dict(design)
     try:
         complete = with_relations(task.base_text, design, task.relations)
-        case = case_of(task.base_text, complete, f"{NAME} {number}")
+        case = case_of(task.base_text, complete, f"{NAME} {number}").without_web_stress()
         if task.fine:
             return plain_row(task, number, complete, "ok", "", peaks_of(reduced_pair(basis_of(case, store))))
         results, failures = results_of(case, store, not set(OF_RELIEF).isdisjoint(task.results))

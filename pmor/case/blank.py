@@ -11,6 +11,8 @@ from pmor.core.ranges import Length, Range
 THINNEST = 0.05
 # Round-off that dimensions may overlap by, over the face width.
 ROUND_OFF = 1e-9
+# Distance from the sharp corners of a web, where stress has no bound, at which it is read, over the web's thickness.
+CLEAR = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,12 +114,20 @@ def check_blank(
                 f"the web, {blank.web_thickness_mm:g} mm thick, ends beyond the {name}, {width_mm:g} mm wide: stay "
                 f"within {room_mm:g} mm to either side",
             )  # fmt: skip
-    if blank.stress and blank.fills(face_width_mm):
-        raise CaseError(
-            f"{place} stress = true: the gear is solid, it has no web: leave it out, or lower web_thickness_mm"
-        )
+    if blank.stress:
+        _check_stress(blank, inner_mm - hub_mm, face_width_mm, f"{place} stress = true")
     if blank.holes is not None:
         _check_holes(blank.holes, hub_mm, inner_mm, thin_mm, f"{place} holes")
+
+
+def _check_stress(blank: BlankCase, long_mm: float, face_width_mm: float, place: str) -> None:
+    if blank.fills(face_width_mm):
+        raise CaseError(f"{place}: the gear is solid, it has no web: leave it out, or lower web_thickness_mm")
+    if blank.holes is None and long_mm <= 2.0 * CLEAR * blank.web_thickness_mm:
+        raise CaseError(
+            f"{place}: the web is {long_mm:.6g} mm long and {blank.web_thickness_mm:g} mm thick, and stress is read "
+            f"{CLEAR:g} thicknesses from hub and rim, whose corners are sharp: leave it out, or lower web_thickness_mm"
+        )
 
 
 def _check_holes(holes: HolesCase, hub_mm: float, rim_mm: float, thin_mm: float, place: str) -> None:

@@ -316,13 +316,24 @@ class Case:
         """Whether the basis holds the stress along the root fillets: of exact line loads, unless it is not wanted."""
         return self.results.root_stress and self.contact.kind == "line"
 
+    @property
+    def web_stress(self) -> bool:
+        """Whether the basis holds the stress on the web of a gear."""
+        gears = self.pair.pinion, self.pair.wheel
+        return any(gear.blank is not None and gear.blank.stress for gear in gears)
+
     def without_stress(self) -> Self:
         """Return the case without the stress along root fillets and on webs."""
-        gears = {
-            name: replace(gear, blank=gear.blank and replace(gear.blank, stress=False))
-            for name, gear in (("pinion", self.pair.pinion), ("wheel", self.pair.wheel))
-        }  # fmt: skip
-        return replace(self, pair=replace(self.pair, **gears), results=replace(self.results, root_stress=False))
+        case = self.without_web_stress()
+        return replace(case, results=replace(case.results, root_stress=False))
+
+    def without_web_stress(self) -> Self:
+        """Return the case without the stress on webs."""
+        pinion, wheel = (
+            replace(gear, blank=gear.blank and replace(gear.blank, stress=False))
+            for gear in (self.pair.pinion, self.pair.wheel)
+        )
+        return replace(self, pair=replace(self.pair, pinion=pinion, wheel=wheel))
 
     def _repr_html_(self) -> str:
         pinion, wheel = (asdict(gear) for gear in (self.pair.pinion, self.pair.wheel))

@@ -311,13 +311,13 @@ def _outlines(web: PerforatedWeb, box: _Box) -> list[tuple[FloatArray, FloatArra
 
 def _shares(web: PerforatedWeb, box: _Box, fine: bool) -> FloatArray:
     """Shares of the way from a hole's edge to the box around it, of lines of nodes, which crowd at the hole."""
-    lines = np.linspace(0.0, 1.0, AROUND + 1)
-    lines = 0.5 * (lines + lines**2)
-    if fine:
-        way = min(web.on_radius - box.low, box.high - web.on_radius) / web.radius - 1.0
-        rows = math.ceil(math.log1p(way / FIRST_ROW * (GROWTH - 1.0)) / math.log(GROWTH))
-        lines = (GROWTH ** np.arange(rows + 1) - 1.0) / (GROWTH**rows - 1.0)
-    return with_middles(lines)
+    if not fine:
+        even = np.linspace(0.0, 1.0, AROUND + 1)
+        return with_middles(0.5 * (even + even**2))
+    way = min(web.on_radius - box.low, box.high - web.on_radius) / web.radius - 1.0
+    rows = math.ceil(math.log1p(way / FIRST_ROW * (GROWTH - 1.0)) / math.log(GROWTH))
+    grown = np.asarray(GROWTH ** np.arange(rows + 1), dtype=np.float64)
+    return with_middles((grown - 1.0) / (grown[-1] - 1.0))
 
 
 def _around(web: PerforatedWeb, box: _Box, shares: FloatArray) -> list[FloatArray]:

@@ -5,7 +5,9 @@ in its surfaces is taken from their own displacement, as no traction acts there:
 and along the edge of the hole where elements of second order have the right strain, at 1 / sqrt(3) of their length.
 These functions of the displacement are carried through the elimination of the mesh (`pmor.fe.carried_functions`).
 
-*Measured*, hole of 1 mm in a web of 30 mm in twist, where the largest stress is 4 times the shear: 0.4 % too much.
+*Measured* in twist, where the largest stress at a small hole is 4 times the shear: r 0.5 mm on r 50 mm in a thin web 4.03.
+Elements of half the size change it by 0.6 % (r 1 mm) and 0.3 % (r 12 mm), ones of half the height in a web of 8 mm by
+1.3 % and 0.6 %.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pmor.case.blank import CLEAR
 from pmor.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.carried_functions import CarriedFunctions
@@ -22,9 +25,6 @@ from pmor.fe.element import QUADRATIC_NODES, node_places
 from pmor.fe.hexahedron import shape_functions, shape_gradient
 from pmor.fe.perforated_web import PerforatedWeb, WebMesh, by_amplitudes, condensed_sector, web_mesh
 from pmor.fe.surface import law_in_surface, surface_strain
-
-# Distance from hub and rim at which stress is read on the faces, over the web's thickness: corners are sharp.
-CLEAR = 0.5
 
 
 class Surfaces(NamedTuple):
@@ -87,7 +87,7 @@ def _spots(mesh: WebMesh, elements: IntArray, axis: int, place: tuple[float, ...
     face = np.flatnonzero(node_places(2)[:QUADRATIC_NODES, axis] == side)
     along = [other for other in range(3) if other != axis]
     shape, slopes = shape_functions(np.array(place), 2), shape_gradient(np.array(place), 2)
-    return _Spots(mesh.elements[elements][:, face], shape[face], slopes[np.ix_(face, along)], edge)
+    return _Spots(mesh.elements[elements][:, face], shape[face], slopes[face][:, along], edge)
 
 
 def _on_faces(web: PerforatedWeb, mesh: WebMesh) -> list[_Spots]:

@@ -28,7 +28,7 @@ from pmor.report.iso_blank_rows import iso_blank_figures, iso_blank_rows, iso_ro
 from pmor.report.results_data import HARRIS, RESULTS, write_results_data
 from pmor.report.table import Cell, format_cell
 from pmor.report.torque_table import CAUSES, shaft_order_rows, shaft_orders_of, torque_row, torque_rows
-from pmor.report.web_stress_rows import web_stress_figures, web_stress_rows
+from pmor.report.web_stress_rows import web_stress_figures, web_stress_rows, web_stress_table
 from pmor.results.load_distribution import line_states
 from pmor.results.root_stress import GEARS, SIDES, LoadCycle
 from pmor.results.sweep import (
@@ -44,6 +44,7 @@ from pmor_online.run import LostModel, OnlineResult
 from pmor_online.sweep import largest_size
 
 CONDITIONS, STRESS, ORDERS = "conditions.csv", "stress.csv", "orders.csv"
+WEB_STRESS = "web_stress.csv"
 TORQUES, STIFFNESS = "torques.csv", "stiffness.csv"
 # Relative error of a model that solves the same equations as full FE.
 ROUND_OFF = 1e-9
@@ -61,7 +62,8 @@ MODEL_FIGURES = (
 def result_files(case: Case) -> tuple[str, ...]:
     """Return the names of the files that `write_results` leaves."""
     of_lines = (HARRIS,) if case.reduction.shapes == "line_loads" else ()
-    further = ((CONDITIONS, case.conditions), (STRESS, case.root_stress), (ORDERS, case.pitches > 1))
+    further = ((CONDITIONS, case.conditions), (STRESS, case.root_stress), (ORDERS, case.pitches > 1),
+               (WEB_STRESS, case.web_stress))  # fmt: skip
     return (
         "ste.csv",
         TORQUES,
@@ -296,6 +298,8 @@ def write_results(result: OnlineResult, out: Path) -> None:
     write_results_data(result, out)
     if result.root_stress is not None:
         write_stress_csv(out / STRESS, result.root_stress)
+    if any(result.web_stress):
+        write_table_csv(out / WEB_STRESS, web_stress_table(result))
     if sweep.pitches > 1:
         write_table_csv(out / ORDERS, shaft_order_rows(result))
     if result.conditions:
