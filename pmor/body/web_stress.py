@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.linalg as la
 
 from pmor.body.rim_stress import LEAST_STRESS, leading
 from pmor.core.arrays import BoolArray, ComplexArray, FloatArray
@@ -99,7 +100,8 @@ def stress_by_holes(
     surfaces = surface_stress(web, youngs_modulus, poisson_ratio, twist)
     flat = amplitudes.reshape(len(amplitudes), -1)
     scaled = surfaces.stress * np.sqrt((np.abs(flat) ** 2).mean(axis=1))
-    own = leading(np.concatenate([scaled.real, scaled.imag], axis=1), LEAST_STRESS)
+    onto, triangle = la.qr(np.concatenate([scaled.real, scaled.imag], axis=1), mode="economic", check_finite=False)
+    own = onto @ leading(triangle, LEAST_STRESS)
     few, harmonics = own.T @ surfaces.stress, np.arange(-web.largest, web.largest + 1)
     phase = np.exp(2j * np.pi / web.count * np.outer(np.arange(web.count), harmonics))
     turned = few * phase.repeat(len(flat) // len(harmonics), axis=1)[:, None]

@@ -97,7 +97,8 @@ def _on_faces(web: PerforatedWeb, mesh: WebMesh) -> list[_Spots]:
     clear = mesh.solid & (radius > web.inner + apart) & (radius < web.outer - apart)
     low, top = z.min(axis=1) == web.z[0], z.max(axis=1) == web.z[1]
     faces = [(-1.0, low)] if web.mirrored else [(-1.0, low), (1.0, top)]
-    return [_spots(mesh, np.flatnonzero(clear & on), 2, (0.0, 0.0, side), False) for side, on in faces]
+    found = [_spots(mesh, np.flatnonzero(clear & on), 2, (0.0, 0.0, side), False) for side, on in faces]
+    return [spot for spot in found if len(spot.nodes)]  # none of a web shorter than it is thick
 
 
 def _at_the_edge(web: PerforatedWeb, mesh: WebMesh) -> list[_Spots]:

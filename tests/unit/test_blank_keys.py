@@ -7,6 +7,7 @@ import pytest
 
 from pmor.case import basis_key, change_case, describe, make_case, parse_case, text_of
 from pmor.case.capability import why_not
+from pmor.case.coarser import coarser
 from pmor.case.coast import other_flank
 from pmor.case.width import meshed_width
 from pmor.core.errors import CaseError
@@ -57,6 +58,14 @@ def test_blanks_are_in_the_key_of_a_basis_and_in_the_settings_that_a_plan_shows(
     assert ("pinion.blank.holes.count", 6, False) in describe(case_of(WEB | {"holes": HOLES}))
 
 
+def test_stress_is_in_the_key_of_a_basis_and_left_out_of_coarser_ones():
+    case = case_of(WEB | {"stress": True})
+    assert case.web_stress
+    assert basis_key(case) != basis_key(case_of())
+    assert not coarser(case_of(WEB | {"stress": True}, profile_elements=8)).web_stress
+    assert case.without_web_stress().pair == case_of().pair
+
+
 def test_half_the_width_stands_for_webs_in_the_middle_alone():
     assert meshed_width(case_of()) == "half"
     assert meshed_width(case_of(WEB | {"web_offset_mm": 0.5})) == "whole"
@@ -99,6 +108,12 @@ BROKEN = {
     "holes through the rim": ({"holes": HOLES | {"on_radius_mm": 29.0}}, ["27 to 31 mm", "they leave the web"]),
     "holes through the hub": ({"holes": HOLES | {"radius_mm": 3.4}}, ["24.1 to 30.9 mm", "lower radius_mm"]),
     "holes that meet": ({"holes": HOLES | {"count": 44}}, ["count = 44", "stay between neighbours", "fewer"]),
+    "stress of no web": ({"web_thickness_mm": 20.0, "stress": True}, ["stress = true", "solid", "leave it out"]),
+    "stress of a short web": (
+        {"web_thickness_mm": 5.0, "rim_thickness_mm": 9.0, "hub_radius_mm": 24.0, "stress": True},
+        ["stress = true", "4 mm long and 5 mm thick", "lower web_thickness_mm"],
+    ),
+    "stress in words": ({"stress": "yes"}, ["[pinion.blank] stress"]),
     "no holes": ({"holes": HOLES | {"count": 0}}, ["count = 0"]),
     "holes in turns": ({"holes": HOLES | {"first_deg": 400.0}}, ["first_deg = 400"]),
 }
@@ -119,6 +134,7 @@ def test_a_blank_that_cannot_be_is_refused(name):
     ("blank", "changes", "words"),
     [
         (WEB, {"width": "plane_strain"}, ['"plane_strain"', "leave the blank out"]),
+        (WEB | {"stress": True}, {"scheme": "direct"}, ["stress = true", '"line"', "leave it out"]),
         (WEB | {"holes": HOLES}, {"scheme": "direct"}, ['scheme = "direct"', "leave the holes out"]),
     ],
 )
