@@ -63,7 +63,7 @@ def web_stress(
     ]
     for start in range(0, len(phi), ANGLES_PER_BLOCK):
         block = slice(start, min(start + ANGLES_PER_BLOCK, len(phi)))
-        forces = nodal_forces(reduced, phi, misalignment, loads, block, pairs)
+        forces = nodal_forces(reduced.lines, phi, misalignment, loads, block, pairs)
         for gear, cycle in enumerate(cycles):
             if cycle is not None:
                 cycle.take(phi[block], forces[gear], pairs * SENSE[gear])

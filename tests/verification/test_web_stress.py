@@ -75,7 +75,7 @@ def in_twist(web, nu):
 
 @pytest.mark.parametrize("mirrored", [False, True])
 def test_stress_at_the_edge_of_a_small_hole_is_four_times_the_shear(mirrored):
-    """Kirsch 1898; of a thin web, beyond which stress changes over the thickness; and of any without Poisson's ratio."""
+    """Kirsch 1898; of a thin web, and of any without Poisson's ratio: else stress changes over the thickness."""
     for thickness, nu in ((0.1, NU), (4.0, 0.0)):
         faces = (-0.5 * thickness, 0.0 if mirrored else 0.5 * thickness)
         web = PerforatedWeb(35.0, 65.0, faces, 8, 0.5, 50.0, 0.3, mirrored, 12)

@@ -46,7 +46,7 @@ def test_the_web_carries_the_torque_at_each_angle(plain):
     reduced, phi = plain.reduced, sweep_angles(CASE)
     loads = sweep_line_loads(reduced, phi, conditions_of(CASE, [50.0]), recorded=True).states.loads
     pairs, web = np.unique(loads.pair), reduced.basis.web_stress[1]
-    force = nodal_forces(reduced, phi, ALIGNED, loads, slice(0, len(phi)), pairs)[1]
+    force = nodal_forces(reduced.lines, phi, ALIGNED, loads, slice(0, len(phi)), pairs)[1]
     amplitude = amplitudes_in_cells(web, force, pairs * SENSE[1], 20)[0]
     radius = np.unique(web.places[:, 0].round(9))
     radius = radius[np.abs(radius - 0.5 * (11.0 + 18.75)) < 2.0]
