@@ -70,7 +70,7 @@ def web_stress(
     turned = -1.0 if reduced.basis.case.flank == "coast" else 1.0  # that case is the image of its pair
     for gear, cycle in enumerate(cycles):
         if cycle is not None:
-            cycle.forget(~sweep.converged.all(axis=1))
+            cycle.forget(np.flatnonzero(~sweep.converged.all(axis=1)))
             found[gear].update(cycle.found(-gear * np.pi / teeth[gear], turned))
     return found
 
@@ -106,7 +106,7 @@ class _Cycle:
         mises, when = np.take_along_axis(mises, place, axis=1)[:, 0], phi.repeat(cells // self.unlike)[place[:, 0]]
         self.phi, self.mises = np.where(mises > self.mises, when, self.phi), np.maximum(mises, self.mises)
 
-    def forget(self, failed: BoolArray) -> None:
+    def forget(self, failed: IntArray) -> None:
         """Leave no values of torques with a position that did not converge."""
         for part in (self.mises, self.most, self.least):
             part[failed] = np.nan

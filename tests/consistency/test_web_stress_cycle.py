@@ -56,6 +56,15 @@ def test_the_web_carries_the_torque_at_each_angle(plain):
         assert_allclose(np.abs(shear), 50e3 * 20 / 17 / (2.0 * np.pi * r**2), rtol=PARABOLAS)
 
 
+def test_a_load_on_another_tooth_turns_the_stress_by_its_pitches(plain):
+    web = plain.reduced.basis.web_stress[1]
+    force = np.random.default_rng(2).standard_normal((1, 1, 1, web.pattern.shape[1]))
+    of_first = amplitudes_in_cells(web, force, np.array([0]), 20)
+    for tooth in (3, -2, 24):
+        found = amplitudes_in_cells(web, force, np.array([tooth]), 20)
+        assert_array_equal(found, np.roll(of_first, tooth, axis=2))
+
+
 def test_a_pitch_tells_what_a_revolution_does_where_teeth_are_alike(plain):
     reduced, conditions = plain.reduced, conditions_of(CASE, [30.0, 50.0])
     phi = sweep_angles(CASE)
