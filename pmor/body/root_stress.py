@@ -95,7 +95,7 @@ def other_hand(unknowns: int, columns: int) -> tuple[IntArray, FloatArray]:
 
 
 def of_the_other_flank(shapes: RootStressShapes, helical: bool, columns: int) -> RootStressShapes:
-    """Return the shapes of a gear without a blank under forces on the other flanks of its teeth.
+    """Return the shapes of a gear whose teeth are alike under forces on the other flanks of its teeth.
 
     These are on the drive flanks of its image, x to -x, and in the frames of the teeth of that; the stress is on the
     sides and the teeth of the gear itself.
@@ -105,11 +105,14 @@ def of_the_other_flank(shapes: RootStressShapes, helical: bool, columns: int) ->
     columns : int
         Of nodes of the flank, along the width.
     """
-    pattern, stress = shapes.pattern, shapes.stress[::-1, ::-1]
+    patterns, stress = (shapes.pattern, shapes.rim_pattern), (shapes.stress[::-1, ::-1], shapes.rim_stress[::-1])
     if helical:  # half a turn about the tooth's middle, which takes each face to the other one
-        order, sign = other_hand(pattern.shape[1], columns)
-        pattern, stress = pattern[:, order] * sign, stress[:, :, :, ::-1]
-    return replace(shapes, pattern=np.ascontiguousarray(pattern), stress=np.ascontiguousarray(stress))
+        order, sign = other_hand(shapes.pattern.shape[1], columns)
+        patterns = patterns[0][:, order] * sign, patterns[1][:, order] * sign
+        stress = stress[0][:, :, :, ::-1], stress[1][:, :, ::-1]
+    arrays = map(np.ascontiguousarray, (*patterns, *stress, shapes.rim_moved[:, ::-1]))
+    names = "pattern", "rim_pattern", "stress", "rim_stress", "rim_moved"
+    return replace(shapes, **dict(zip(names, arrays, strict=True)))
 
 
 def _by_rim(fillet: FilletStress, components: int) -> tuple[FloatArray, FloatArray, FloatArray]:

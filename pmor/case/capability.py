@@ -53,12 +53,6 @@ def _many_nodes(case: Case) -> str:
     return f"flanks of {MOST_NODES} nodes at most, and these have {nodes} nodes" if nodes > MOST_NODES else ""
 
 
-def _blanks(case: Case) -> str:
-    gears = case.pair.pinion, case.pair.wheel
-    light = not all(gear.solid(case.pair.face_width_mm) for gear in gears)
-    return "gears that are solid down to their bores: leave the blanks out" if light else ""
-
-
 def _bodies(case: Case) -> str:
     brought = case.pair.pinion.body is not None or case.pair.wheel.body is not None
     return "no body that is a mesh of one's own: give the blank by dimensions, or leave it out" if brought else ""
@@ -85,10 +79,9 @@ LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_ring, ("campaign", "gearbox", "stability")),
     (_many_nodes, ("page",)),
     (_lugs, ("classical", "design", "dynamics", "exudyn", "fmu", "page", "rexs", "set", "vtkhdf")),
-    (_blanks, ("set",)),
-    (_bodies, ("rexs",)),
+    (_bodies, ("rexs", "set")),
     (_one_piece, ("rexs", "set", "vtkhdf")),
-    (_holes, ("classical", "exudyn", "fmu", "gearbox", "page", "vtkhdf")),
+    (_holes, ("classical", "exudyn", "fmu", "gearbox", "page", "set", "vtkhdf")),
 )
 
 

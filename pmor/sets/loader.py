@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NoReturn
@@ -13,6 +13,7 @@ from pmor.case import Case, make_case
 from pmor.case.capability import refuse_beyond
 from pmor.case.document import BLANK, COAST, MODIFICATION
 from pmor.case.reader import Reader, parse_toml, read_text, sections_in
+from pmor.case.width import meshed_width, whole_width
 from pmor.core.errors import CaseError, GeometryError, PmorError, printable
 from pmor.core.wording import did_you_mean
 from pmor.export.rexs.model import ENDINGS
@@ -183,7 +184,23 @@ class _Reader(Reader):
 
     def cases(self, said: SetSections, layout: Layout, torques_Nm: Mapping[str, float]) -> dict[str, Case]:
         """Return the cases of all meshes that differ, in the frames in which their pinions drive."""
-        return {share.name: self.case(said, share, torques_Nm.get(share.name, ANY)) for share in layout.shares}
+        found = {share.name: self.case(said, share, torques_Nm.get(share.name, ANY)) for share in layout.shares}
+        for member in dict.fromkeys(name for share in layout.shares for name in share.members):
+            self.check_web(member, [(share, found[share.name]) for share in layout.shares if member in share.members])
+        # Members are solved once for all of their meshes.
+        if len({meshed_width(case) for case in found.values()}) > 1:
+            found = {name: whole_width(case) for name, case in found.items()}
+        return found
+
+    def check_web(self, member: str, meshes: Sequence[tuple[Share, Case]]) -> None:
+        """Refuse webs beside the middle of helical gears whose teeth carry on both flanks: the flanks are unlike."""
+        share, case = meshes[0]
+        gear = (case.pair.pinion, case.pair.wheel)[share.members.index(member)]
+        blank = gear.light_blank(case.pair.face_width_mm)
+        both = len({share.sense for share, _ in meshes}) > 1
+        if both and case.pair.helix_angle_deg and blank is not None and blank.web_offset_mm:
+            rule = "teeth that carry on both flanks need a web in the middle, or no helix: set it to 0"
+            self.refuse(f"[{member}.blank] web_offset_mm = {blank.web_offset_mm:g}", rule)
 
     def case(self, said: SetSections, share: Share, torque_Nm: float) -> Case:
         """Return the case of a mesh; a torque that turns its pinion clockwise makes the case of the image."""

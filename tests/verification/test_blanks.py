@@ -10,12 +10,14 @@ import scipy.sparse.linalg as spla
 from numpy.testing import assert_allclose
 
 import pmor.body.elastic_gear
+import pmor.body.far_compliance
 import pmor.body.rim_stress
 import pmor.body.support
 import pmor.fe.perforated_web
 import pmor.pair.blank
 from pmor.body.blank import LEFT_OUT, Blank, blank_response
 from pmor.body.elastic_gear import elastic_gear
+from pmor.body.far_compliance import FarTeeth
 from pmor.body.fillet_stress import sector_stress
 from pmor.body.support import support_of_holes
 from pmor.body.volume import sector_displacement
@@ -392,6 +394,35 @@ def test_sectors_on_a_blank_are_the_whole_gear_in_one_matrix(helix, holes, eleme
         if gear.support is not None:
             found = found + gear.support.rows @ gear.support.between(k, 0) @ gear.support.rows.T
         assert_allclose(found, expected, rtol=0.0, atol=1e-8 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("helix", [0.0, 18.0])
+def test_both_flanks_of_a_thin_rimmed_planet_are_the_whole_gear_in_one_matrix(helix, monkeypatch):
+    """Of the flank and of the other one of all teeth, under forces on the flank of one, through rim and web."""
+    monkeypatch.setattr(pmor.body.far_compliance, "LEFT_OUT", 1e-12)
+    monkeypatch.setattr(pmor.body.elastic_gear, "LEFT_OUT", np.inf)  # with the harmonics that it begins with
+    case = case_of(helix, web_offset_mm=3.0)
+    case = change_case(case, profile_elements=2, width_elements=2, layer_depth=0.05, element="hex8i")
+    mesh = sector_of(case)[0]
+    blank = blank_below(case, case.pair.pinion, gear_pair(case).pinion, mesh, 0)
+    flanks, backs = tuple(range(3, mesh.teeth // 2)), tuple(range(1, mesh.teeth))
+    far = elastic_gear(*sector_of(case), 2, far=FarTeeth(flanks, flanks, backs), blank=blank).far
+    parts = 2 if helix == 0.0 else 3
+    components = np.arange(parts)
+    used, back = ((3 * nodes.ravel()[:, None] + components).ravel() for nodes in (mesh.flank, mesh.back))
+    columns = (3 * np.arange(mesh.flank.size)[:, None] + components).ravel()
+    image = np.tile([-1.0, 1.0, 1.0][:parts], mesh.back.size)[:, None]
+    loaded, *others = whole_displacement(case, (0, *backs))
+    largest = np.abs(loaded[used]).max()
+    for k, moved in zip(backs, others, strict=True):
+        expected = image * moved[back][:, columns]
+        found = far.shapes @ far.backs[k] @ far.shapes.T
+        assert_allclose(found, expected, rtol=0.0, atol=1e-8 * largest)
+        if k in flanks:
+            found = far.shapes @ far.flanks[k] @ far.shapes.T
+            assert_allclose(found, moved[used][:, columns], rtol=0.0, atol=1e-8 * largest)
+            if not helix:  # symmetric but for the web, which is not in the middle: as the tooth is
+                assert_allclose(far.images[k], far.flanks[k], rtol=0.0, atol=1e-8 * largest)
 
 
 @pytest.mark.parametrize(
