@@ -5,6 +5,7 @@ import pytest
 from pmor.app.cli import main
 from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, written_set
 
+BLANK = "[planet.blank]\nrim_thickness_mm = 5.0\nweb_thickness_mm = 5.0\nhub_radius_mm = 20.0\n"
 SETS = {
     "no whole number of teeth between planets": ("count = 3\ntang", "count = 5\n#", "no multiple of 5 planets"),
     "a place where teeth do not meet": ("count = 3", "count = 3\npositions_deg = [0.0, 119.0, 240.0]", "at 119 deg"),
@@ -27,11 +28,18 @@ SETS = {
     "an unknown key of a gear": ("[sun]\nteeth = 18", "[sun]\nteth = 18\nteeth = 18", "[sun] teth"),
     "an unknown key": ("count = 3", "count = 3\nnumber = 3", "unknown key"),
     "penalty contact": ("[sweep]", '[contact]\nscheme = "direct"\n[sweep]', "a set takes line loads"),
-    "a blank": (
+    "holes in a blank": (
         "[ring]",
-        "[planet.blank]\nrim_thickness_mm = 5.0\nweb_thickness_mm = 5.0\nhub_radius_mm = 20.0\n[ring]",
-        "leave the blanks out",
+        f"{BLANK}[planet.blank.holes]\ncount = 5\nradius_mm = 1.2\non_radius_mm = 23.0\n[ring]",
+        "no holes",
     ),
+    "a web beside the middle of helical planets": (
+        "[pair]",
+        f"{BLANK}web_offset_mm = 3.0\n[pair]\nhelix_angle_deg = 12.0",
+        "need a web in the middle",
+    ),
+    "a planet of one piece": ("[planet]", "[planet]\none_piece = true", "leave one_piece out"),
+    "a blank of a ring": ("[planets]", "[ring.blank]\nrim_thickness_mm = 5.0\n[planets]", "[ring.blank]"),
     "pitch deviations of fewer teeth": (
         "[planet]",
         "[sun.modification]\npitch_deviations_um = [1.0]\n[planet]",
