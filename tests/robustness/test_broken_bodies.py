@@ -201,7 +201,7 @@ def test_a_case_keeps_what_was_found_and_needs_the_file_where_it_is_solved_alone
     body = again.pair.pinion.body
     assert len(body_volume(body).interface) > 0
     assert not why_not(case, "vtkhdf")
-    assert not why_not(case, "design")
+    assert not why_not(case, "fmu")
     write_mesh(tmp_path / "body.inp", *ring("tetra"))
     with pytest.raises(CaseError, match="not the one that the case was read with"):
         body_volume(body)
@@ -217,7 +217,7 @@ def test_a_body_that_changes_around_its_axis_repeats_as_it_does(tmp_path):
     write_mesh(tmp_path / "body.inp", *ring(solid=slots, radii=(8.0, 9.5, 10.2, 11.0)))
     case = case_of(tmp_path, {})
     assert case.pair.pinion.body.mesh.repeats == 4
-    assert "leave them out" in why_not(case, "design")
+    assert "leave them out" in why_not(case, "fmu")
     with pytest.raises(CaseError, match='scheme = "direct"'):
         case_of(tmp_path, {"scheme": "direct"})
 
