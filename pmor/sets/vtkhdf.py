@@ -22,7 +22,7 @@ from pmor.export.gear_surface import BEFORE, flank_columns, gear_rings, quads_be
 from pmor.export.vtkhdf_grid import QUADRILATERAL, Grid, write_grid
 from pmor.gear.tooth import Tooth
 from pmor.line.several import PlacedMesh
-from pmor.pair.model import held_radii
+from pmor.pair.model import sector_ends
 from pmor.sets.solution import SetSolution
 from pmor.storage.atomic import atomic_path
 from pmor_online.root_stress import SENSE
@@ -102,7 +102,7 @@ def _surface(solved: SetSolution, cases: Mapping[str, Case], body: int) -> _Surf
     placed = solved.placed.placed[number]
     pair = placed.mesh.pair.meshed.pair
     tooth = (pair.pinion, pair.wheel)[gear]
-    bore = abs(held_radii(cases[solved.plan.meshes[number].case], pair)[gear])
+    bore = abs(sector_ends(cases[solved.plan.meshes[number].case], pair)[gear])
     roll, z = np.linspace(tooth.form_roll_angle, tooth.tip_roll_angle, PROFILE), np.linspace(*pair.faces[gear], PLANES)
     rings = gear_rings(tooth, 0.0, bore, roll, FILLET, z)
     return _Surface(body, placed, gear, tooth, roll, z, np.concatenate([rings, rings[:1]]))
