@@ -45,7 +45,7 @@ import scipy.linalg as la
 
 from pmor.case.blank import CLEAR
 from pmor.core.arrays import ComplexArray, FloatArray, IntArray
-from pmor.fe.blank_section import Amplitudes, Block, Gauges, ring_stiffness
+from pmor.fe.blank_section import ALL, Amplitudes, Block, Gauges, Span, ring_stiffness
 from pmor.fe.body_condensation import Condensed
 from pmor.fe.completion import nodes_of_elements
 from pmor.fe.lugs import Lugs
@@ -99,6 +99,8 @@ class Blank:
         Radius of a solid core, whose mean motion is held, mm; else the bore is.
     lugs : Lugs or None
         Of a ring.
+    held : (float, float)
+        Between these z its bore is held, mm.
     stress : bool
         Whether the stress on the surfaces of the web, the last block but one, is asked for.
     """
@@ -112,6 +114,7 @@ class Blank:
     body: MeshedBody | None = None
     core: float = 0.0
     lugs: Lugs | None = None
+    held: Span = ALL
     stress: bool = False
 
     @property
@@ -241,21 +244,23 @@ def blank_response(mesh: SectorMesh, blank: Blank) -> BlankResponse:
         passed_on = np.broadcast_to(body.shapes.T, (felt, *body.shapes.T.shape)).astype(complex)
         return BlankResponse(np.asarray(stiffness), passed_on, np.zeros((felt, count, count), dtype=complex))
     if (lugs := blank.lugs) is not None:
-        own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist, lugs.loads(twist), held=False)
+        own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist, lugs.loads(twist), held=None)
         return _held(_over_amplitudes(own, shares, np.array([1.0, 1j, 1.0])[lugs.parts]))
     if web is None:
         gauges = blank.gauges
-        own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist, core=blank.core, gauges=gauges)
+        own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist, core=blank.core,
+                             held=blank.held, gauges=gauges)  # fmt: skip
         if gauges is None:
             return BlankResponse(np.asarray(shares.conj().T @ own @ shares), none, none)
         found = _over_amplitudes(own, shares, np.tile(np.array([1.0, 1.0, 1j]), len(gauges.row)))
         return BlankResponse(found.stiffness, none, none, found.passed_on)
     loads = web.loads()
-    own = ring_stiffness(blank.blocks, *material, harmonics[: web.largest + 1], mesh.mirrored, twist, loads, blank.core)
+    own = ring_stiffness(blank.blocks, *material, harmonics[: web.largest + 1], mesh.mirrored, twist, loads, blank.core,
+                         blank.held)  # fmt: skip
     found = _over_amplitudes(own, shares, np.tile(np.array([1.0, 1j, 1.0])[web.parts], len(loads)))
     if not (rest := harmonics[web.largest + 1 :]).size:
         return found
-    further = ring_stiffness(blank.blocks, *material, rest, mesh.mirrored, twist)
+    further = ring_stiffness(blank.blocks, *material, rest, mesh.mirrored, twist, held=blank.held)
     return found._replace(stiffness=np.concatenate([found.stiffness, shares.conj().T @ further @ shares]))
 
 

@@ -56,6 +56,10 @@ class BlankCase:
         Width of the hub in mm, in the middle of the face; None is that of the face.
     holes : HolesCase or None
         Holes through the web, `holes = {count = 8, radius_mm = 6.0, on_radius_mm = 50.0}`; None is none.
+    held_length_mm : float or None
+        Length of the bore in mm that is held, as by a shrink fit; None is all of it, as wide as the hub.
+    held_offset_mm : float
+        Of the middle of the held length from the middle of the face along z, in mm.
     stress : bool
         Stress on the faces of the web and at the edges of its holes; under line contact. The basis then holds it.
     """
@@ -66,13 +70,21 @@ class BlankCase:
     hub_radius_mm: Length
     hub_width_mm: Length | None = None
     holes: HolesCase | None = None
+    held_length_mm: Length | None = None
+    held_offset_mm: Annotated[float, Range(-1e5, 1e5, "mm")] = 0.0
     stress: bool = False
 
     def fills(self, face_width_mm: float) -> bool:
-        """Return whether rim, web and hub leave nothing out of a solid gear of a face width."""
+        """Return whether rim, web and hub leave nothing out of a solid gear of a face width, held all over its bore."""
         hub_mm = self.hub_width_mm or face_width_mm
         full = min(self.web_thickness_mm, hub_mm) >= face_width_mm * (1.0 - ROUND_OFF)
-        return full and hub_mm <= face_width_mm * (1.0 + ROUND_OFF) and self.holes is None
+        full = full and hub_mm <= face_width_mm * (1.0 + ROUND_OFF) and self.holes is None
+        return full and not self.held_in_part(face_width_mm)
+
+    def held_in_part(self, face_width_mm: float) -> bool:
+        """Return whether some of the bore is free, of a gear of a face width."""
+        hub_mm = self.hub_width_mm or face_width_mm
+        return self.held_length_mm is not None and self.held_length_mm < hub_mm * (1.0 - ROUND_OFF)
 
 
 def check_blank(
@@ -114,10 +126,27 @@ def check_blank(
                 f"the web, {blank.web_thickness_mm:g} mm thick, ends beyond the {name}, {width_mm:g} mm wide: stay "
                 f"within {room_mm:g} mm to either side",
             )  # fmt: skip
+    _check_held(blank, blank.hub_width_mm or face_width_mm, thin_mm, slack_mm, place)
     if blank.stress:
         _check_stress(blank, inner_mm - hub_mm, face_width_mm, f"{place} stress = true")
     if blank.holes is not None:
         _check_holes(blank.holes, hub_mm, inner_mm, thin_mm, f"{place} holes")
+
+
+def _check_held(blank: BlankCase, hub_mm: float, thin_mm: float, slack_mm: float, place: str) -> None:
+    held_mm = hub_mm if blank.held_length_mm is None else blank.held_length_mm
+    if held_mm < thin_mm:
+        raise CaseError(
+            f"{place} held_length_mm = {held_mm:g}: must be at least {thin_mm:g} mm, 0.05 modules: raise it"
+        )
+    if held_mm > hub_mm + slack_mm:
+        raise CaseError(f"{place} held_length_mm = {held_mm:g}: is longer than the hub, {hub_mm:g} mm wide: lower it")
+    room_mm = 0.5 * (hub_mm - held_mm)
+    if abs(blank.held_offset_mm) > room_mm + slack_mm:
+        raise CaseError(
+            f"{place} held_offset_mm = {blank.held_offset_mm:g}: {held_mm:g} mm that are held end beyond the hub, "
+            f"{hub_mm:g} mm wide: stay within {room_mm:g} mm to either side, or give held_length_mm"
+        )
 
 
 def _check_stress(blank: BlankCase, long_mm: float, face_width_mm: float, place: str) -> None:

@@ -154,6 +154,11 @@ def _check_blanks(case: Case, where: str) -> None:
         if gear.one_piece and (case.mesh.width == "plane_strain" or gear.body is not None):
             held = '[mesh] width = "plane_strain"' if gear.body is None else "a body that is brought as a mesh"
             raise CaseError(f"{where}: [{name}] one_piece = true: {held} is held at its bore: leave one of them out")
+        if gear.one_piece and gear.blank is not None and gear.blank.held_length_mm is not None:
+            raise CaseError(
+                f"{where}: [{name}.{BLANK}] held_length_mm = {gear.blank.held_length_mm:g}: a gear of one piece with "
+                "its shaft is held nowhere at its bore: leave it out, or one_piece"
+            )
         if gear.lugs is not None and case.mesh.width == "plane_strain":
             raise CaseError(
                 f'{where}: [{name}] held: [mesh] width = "plane_strain" takes rings that are held all over: write '

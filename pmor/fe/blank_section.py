@@ -33,6 +33,9 @@ POINTS = 3
 TOGETHER = 32
 # Share of a harmonic's amplitude at the interface below which what lies further in is taken as held: (r / R)^n.
 UNFELT = 1e-8
+Span = tuple[float, float]
+ALL: Span = (-np.inf, np.inf)
+NONE = np.empty(0, dtype=np.int64)
 # Of the stiffness that holds a mean motion, over Young's modulus, 1/mm.
 MUCH = 1e4
 
@@ -103,7 +106,7 @@ class Loads(NamedTuple):
 
 def ring_stiffness(
     blocks: tuple[Block, ...], youngs_modulus: float, poisson_ratio: float, harmonics: IntArray, mirrored: bool,
-    twist: float = 0.0, loads: tuple[Loads, ...] = (), core: float = 0.0, held: bool = True,
+    twist: float = 0.0, loads: tuple[Loads, ...] = (), core: float = 0.0, held: Span | None = ALL,
     gauges: Gauges | None = None,
 ) -> Amplitudes:  # fmt: skip
     """Return the stiffness of the last row of nodes of a body of revolution that is held at its first one, or free.
@@ -126,8 +129,8 @@ def ring_stiffness(
         C in all, in the order of the blocks.
     core : float
         Radius of that cylinder, between two rows of elements, mm; 0 where there is none.
-    held : bool
-        Whether the first row of nodes, at the bore, is held.
+    held : (float, float) or None
+        Between these z the first row of nodes, at the bore, is held, mm; None is nowhere.
     gauges : Gauges, optional
         They are three loads each, after the others, which work on the stress along the section, around the axis, and
         the shear of both, MPa: of amplitudes whose shear is over i.
@@ -141,7 +144,7 @@ def ring_stiffness(
     """
     law = _law(youngs_modulus, poisson_ratio)
     plane, count = law_in_surface(youngs_modulus, poisson_ratio), sum(load.size for load in loads)
-    rows = []
+    rows = list[_Row]()
     for number, block in enumerate(blocks):
         for place in range(len(block.radii) - 1):
             on = np.flatnonzero(gauges.row == place) if gauges and gauges.block == number else ()
@@ -149,14 +152,16 @@ def ring_stiffness(
                 (count + 3 * int(g), *_surface_stress(block, place, gauges.across[g], gauges.upper[g], plane, twist))
                 for g in on if gauges
             ]  # fmt: skip
-            rows.append(_Row(block.nodes_z, block.radii[place + 1], _row_stiffness(block, place, law, twist), own))
+            free = _beyond(block.nodes_z, held) if held and not rows else NONE
+            stiffness = _row_stiffness(block, place, law, twist)
+            rows.append(_Row(block.nodes_z, block.radii[place + 1], stiffness, own, free))
     count += 3 * len(gauges.row) if gauges else 0
     revolution, found = 4.0 * np.pi if mirrored else 2.0 * np.pi, []
     for first in range(0, len(harmonics), TOGETHER):
         n = harmonics[first : first + TOGETHER]
-        felt = [row for row in rows if count or not held or (row.outer / rows[-1].outer) ** n[0] > UNFELT]
+        felt = [row for row in rows if count or held is None or (row.outer / rows[-1].outer) ** n[0] > UNFELT]
         still = _MeanMotion(core, MUCH * youngs_modulus, twist)
-        edge = None if held else float(blocks[0].radii[0])
+        edge = float(blocks[0].radii[0]) if held is None else None
         found.append(_eliminated(felt, n[:, None, None].astype(float), mirrored, loads, count, revolution, still, edge))
     return np.concatenate(found)
 
@@ -164,13 +169,15 @@ def ring_stiffness(
 class _Row(NamedTuple):
     """A row of elements: its columns of nodes, its outer radius, and K_0, K_1 and K_2 over its three rows of nodes.
 
-    Of each gauge the number of its first load, and its stress over these nodes: steady, and what n multiplies.
+    Of each gauge the number of its first load, and its stress over these nodes: steady, and what n multiplies; of the
+    inner row of nodes the unknowns that are free though it is held.
     """
 
     z: FloatArray
     outer: float
     stiffness: tuple[Amplitudes, Amplitudes, Amplitudes]
     gauges: list[tuple[int, Amplitudes, Amplitudes]]
+    free: IntArray
 
 
 class _MeanMotion(NamedTuple):
@@ -231,8 +238,11 @@ def _eliminated(
         before = np.arange(3 * size, 3 * size + count)
         before = before if at_bore else np.concatenate([np.arange(size), before])
         own[:, before[:, None], before] = own[:, before[:, None], before] + left
-        inner, outer = slice(size if at_bore and not core.radius else 0, 2 * size), slice(2 * size, None)
-        left = own[:, outer, outer] - own[:, outer, inner] @ np.linalg.solve(own[:, inner, inner], own[:, inner, outer])
+        inner, outer = np.arange(2 * size), slice(2 * size, None)
+        if at_bore and not core.radius:
+            inner = np.append(row.free, inner[size:])
+        across = own[:, inner, outer]
+        left = own[:, outer, outer] - own[:, outer, inner] @ np.linalg.solve(own[:, inner[:, None], inner], across)
         left = 0.5 * (left + left.conj().transpose(0, 2, 1))
         if abs(core.radius - row.outer) <= 1e-9 * row.outer:
             for h, harmonic in enumerate(n.ravel().tolist()):
@@ -271,6 +281,12 @@ def _handed_on(matrix: Amplitudes, count: int, z: FloatArray, wanted: FloatArray
     to = np.append(_unknowns(np.flatnonzero(met)), size + np.arange(count))
     found[:, to[:, None], to] = schur
     return found
+
+
+def _beyond(z: FloatArray, held: Span) -> IntArray:
+    """Unknowns of nodes that are not between two places along the axis, of which lines of elements go through."""
+    slack = 1e-9 * (z[-1] - z[0])
+    return _unknowns(np.flatnonzero((z < held[0] - slack) | (z > held[1] + slack)))
 
 
 def _unknowns(nodes: IntArray) -> IntArray:

@@ -36,12 +36,15 @@ class DrawnGear:
         Through the web, the last ring but one.
     body : BodyMesh or None
         Below the rings.
+    held : (float, float)
+        Ends of the length of a light gear's bore that is held, z from the middle of its face, mm.
     """
 
     tooth: Tooth
     rings: tuple[Ring, ...]
     holes: HolesCase | None = None
     body: BodyMesh | None = None
+    held: tuple[float, float] = (0.0, 0.0)
 
     @property
     def light(self) -> bool:
@@ -91,7 +94,10 @@ def _drawn(gear: GearCase, tooth: Tooth, held: float, pair_width: float) -> Draw
     rim, hub, wide = root - blank.rim_thickness_mm, blank.hub_radius_mm, 0.5 * (blank.hub_width_mm or 2.0 * half)
     low, high = (blank.web_offset_mm + side * 0.5 * blank.web_thickness_mm for side in (-1.0, 1.0))
     below = Ring("rim", rim, root, -half, half), Ring("web", hub, rim, low, high), Ring("hub", held, hub, -wide, wide)
-    return DrawnGear(tooth, (teeth, *below), blank.holes)
+    grip = 0.5 * (blank.held_length_mm or 2.0 * wide)
+    return DrawnGear(
+        tooth, (teeth, *below), blank.holes, held=(blank.held_offset_mm - grip, blank.held_offset_mm + grip)
+    )
 
 
 def _meshed(mesh: BodyMesh, density: float) -> Inertia:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pmor.case import Case
+from pmor.case.blank import ROUND_OFF
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 NAMES = "Pinion", "Wheel"
 FILL = {"teeth": "#c9d6df", "rim": "#9fb7c9", "web": "#d9b48f", "hub": "#b7c4a1"}
-EDGE = "#33414d"
+EDGE, HELD = "#33414d", "#b03a2e"
 # Of the height of a section: least distance of two of its names.
 NAME_HEIGHT = 0.085
 # Of a section in characters, twice as high as wide.
@@ -50,6 +51,7 @@ def _section(axes: Axes, gear: DrawnGear, name: str) -> None:
         web, ends = gear.rings[-2], (holes.on_radius_mm - holes.radius_mm, holes.on_radius_mm + holes.radius_mm)
         axes.fill_between([web.low, web.high], *ends, facecolor="white", edgecolor=EDGE, lw=0.9)
         axes.plot([web.low - 2.0, web.high + 2.0], [holes.on_radius_mm] * 2, "-.", color=EDGE, lw=0.7)
+    axes.plot(gear.held, [gear.rings[-1].inner] * 2, color=HELD, lw=3.0, solid_capstyle="butt")
     axes.axhline(0.0, color=EDGE, ls="-.", lw=0.9)
     wide = max(ring.high for ring in gear.rings)
     top, reach = gear.rings[0].outer, 1.25 * wide
@@ -72,6 +74,8 @@ def _dimensions(gear: DrawnGear) -> list[tuple[float, float, str]]:
     """Points of a section, z and radius, and what is measured there."""
     teeth, rim, web, hub = gear.rings
     middle, holes = 0.5 * (web.low + web.high), gear.holes
+    part = gear.held[1] - gear.held[0]
+    over = f" over {part:.4g} mm" if part < (hub.high - hub.low) * (1.0 - ROUND_OFF) else ""
     offset = f", offset {middle:+.4g} mm" if middle else ""
     found = [
         (teeth.high, teeth.outer, f"tip ⌀ {2.0 * teeth.outer:.5g} mm"),
@@ -79,7 +83,7 @@ def _dimensions(gear: DrawnGear) -> list[tuple[float, float, str]]:
         (rim.high, 0.5 * (rim.inner + rim.outer), f"rim {rim.outer - rim.inner:.4g} mm thick"),
         (web.high, web.inner + 0.8 * (web.outer - web.inner), f"web {web.high - web.low:.4g} mm thick{offset}"),
         (hub.high, hub.outer, f"hub ⌀ {2.0 * hub.outer:.5g} mm, {hub.high - hub.low:.4g} mm wide"),
-        (hub.high, hub.inner, f"bore ⌀ {2.0 * hub.inner:.5g} mm, held"),
+        (gear.held[1], hub.inner, f"bore ⌀ {2.0 * hub.inner:.5g} mm, held{over}"),
     ]
     if holes is not None:
         text = f"{holes.count} holes ⌀ {2.0 * holes.radius_mm:.4g} mm\non ⌀ {2.0 * holes.on_radius_mm:.5g} mm"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pmor import make_case
+from pmor import change_case, make_case
 from pmor.pair.drawn import drawn_gears
 from pmor.pair.model import gear_pair
 from pmor.report.blank_figure import blank_figure, section_text
@@ -36,6 +36,14 @@ def test_a_section_in_characters_has_web_and_holes_at_their_end_of_the_face():
     assert web, "right of the middle"
     (named,) = (line for line in lines if "5 holes" in line)
     assert "." in named[:32]
+
+
+def test_the_part_of_a_bore_that_is_held_is_drawn_and_named():
+    case = change_case(case_of(), **{"pinion.blank": {"held_length_mm": 4.0, "held_offset_mm": -3.0}})
+    pair = gear_pair(case)
+    lines = [line.get_xdata() for line in blank_figure(case, pair).axes[0].lines if line.get_linewidth() == 3.0]
+    np.testing.assert_allclose(lines, [[-5.0, -1.0]])
+    assert any("held over 4 mm" in line for line in section_text(drawn_gears(case, pair)[0]))
 
 
 def test_solid_gears_have_no_picture_of_blanks():

@@ -69,11 +69,15 @@ def test_stress_is_in_the_key_of_a_basis_and_left_out_of_coarser_ones():
 def test_half_the_width_stands_for_webs_in_the_middle_alone():
     assert meshed_width(case_of()) == "half"
     assert meshed_width(case_of(WEB | {"web_offset_mm": 0.5})) == "whole"
+    assert meshed_width(case_of(WEB | {"held_length_mm": 8.0})) == "half"
+    assert meshed_width(case_of(WEB | {"held_length_mm": 8.0, "held_offset_mm": 0.5})) == "whole"
 
 
 def test_a_blank_that_leaves_nothing_out_is_a_solid_gear():
     full = case_of(WEB | {"web_thickness_mm": 20.0})
     assert full.pair.pinion.light_blank(20.0) is None
+    assert case_of(WEB | {"web_thickness_mm": 20.0, "held_length_mm": 20.0}).pair.pinion.light_blank(20.0) is None
+    assert case_of(WEB | {"web_thickness_mm": 20.0, "held_length_mm": 19.0}).pair.pinion.light_blank(20.0) is not None
     assert case_of(WEB | {"web_thickness_mm": 19.9}).pair.pinion.light_blank(20.0) is not None
     assert case_of(WEB | {"web_thickness_mm": 20.0, "hub_width_mm": 22.0}).pair.pinion.light_blank(20.0) is not None
 
@@ -101,6 +105,10 @@ BROKEN = {
     "web wider than the hub": ({"hub_width_mm": 4.0}, ["web_thickness_mm = 5", "wider than the hub, 4 mm"]),
     "web beside the face": ({"web_offset_mm": 8.0}, ["web_offset_mm = 8", "beyond the face", "within 7.5 mm"]),
     "web beside the hub": ({"web_offset_mm": 2.0, "hub_width_mm": 8.0}, ["beyond the hub", "within 1.5 mm"]),
+    "held beyond the hub": ({"held_length_mm": 21.0}, ["held_length_mm = 21", "longer than the hub, 20 mm"]),
+    "held beside the hub": ({"held_length_mm": 12.0, "held_offset_mm": -5.0}, ["held_offset_mm = -5", "within 4 mm"]),
+    "held off the middle without a length": ({"held_offset_mm": 1.0}, ["held_offset_mm = 1", "or give held_length_mm"]),
+    "held nowhere": ({"held_length_mm": 0.1}, ["held_length_mm = 0.1", "at least 0.2 mm"]),
     "rim too thin": ({"rim_thickness_mm": 0.1}, ["rim_thickness_mm = 0.1", "at least 0.2 mm"]),
     "in metres": ({"rim_thickness_mm": 0.0006}, ["looks like metres"]),
     "no web": ({"web_thickness_mm": None}, ["[pinion.blank] web_thickness_mm", "is missing"]),
@@ -136,6 +144,7 @@ def test_a_blank_that_cannot_be_is_refused(name):
         (WEB, {"width": "plane_strain"}, ['"plane_strain"', "leave the blank out"]),
         (WEB | {"stress": True}, {"scheme": "direct"}, ["stress = true", '"line"', "leave it out"]),
         (WEB | {"holes": HOLES}, {"scheme": "direct"}, ['scheme = "direct"', "leave the holes out"]),
+        (WEB | {"held_length_mm": 8.0}, {"one_piece": True}, ["held_length_mm = 8", "one piece", "leave it out"]),
     ],
 )
 def test_meshes_and_contacts_without_a_place_for_a_blank_refuse_it(blank, changes, words):

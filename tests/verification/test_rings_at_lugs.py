@@ -60,7 +60,7 @@ def closing_um(radius, height, width=20.0, load=1000.0, harmonics=60):
     modulus, poisson = 206_000.0, 0.3
     block = Block(radius + 0.5 * height * np.linspace(1.0, -1.0, 5), 0.5 * width * np.linspace(-1.0, 1.0, 5))
     n = np.arange(2, harmonics + 1, 2)
-    stiffness = ring_stiffness((block,), modulus, poisson, n, False, held=False)
+    stiffness = ring_stiffness((block,), modulus, poisson, n, False, held=None)
     spread = np.zeros(stiffness.shape[1])
     spread[::3] = tributary_widths(block.nodes_z, 2) / width
     moved = sum(spread @ np.linalg.solve(matrix, 2.0 * load * spread) for matrix in stiffness)

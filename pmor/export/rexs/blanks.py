@@ -12,7 +12,8 @@ from pmor.export.rexs.model import Component
 OF_BLANK = {
     "custom_pmor_rim_thickness": "rim_thickness_mm", "custom_pmor_web_thickness": "web_thickness_mm",
     "custom_pmor_web_offset": "web_offset_mm", "custom_pmor_hub_radius": "hub_radius_mm",
-    "custom_pmor_hub_width": "hub_width_mm",
+    "custom_pmor_hub_width": "hub_width_mm", "custom_pmor_held_length": "held_length_mm",
+    "custom_pmor_held_offset": "held_offset_mm",
 }  # fmt: skip
 OF_HOLES = {
     "custom_pmor_hole_radius": "radius_mm", "custom_pmor_holes_on_radius": "on_radius_mm",
