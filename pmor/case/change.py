@@ -32,8 +32,11 @@ def change_case(case: Case, **settings: Any) -> Case:
 def without_models(case: Case) -> Case:
     """Return a case of its own model alone, without stress: for the variation of its STE."""
     changes: dict[str, Any] = {} if case.compare.models is None else {"compare": {"models": None}}
-    plain = case.without_stress()
-    return change_case(plain, **changes) if changes or plain != case else case
+    if case.root_stress:
+        changes["results"] = {"root_stress": False}
+    # Fields are replaced where they must be alone: text that is made anew says what its file left to other keys.
+    case = case.without_web_stress() if case.web_stress else case
+    return change_case(case, **changes) if changes else case
 
 
 def changed_text(base: str, changes: Mapping[str, Mapping[str, Any]]) -> str:
