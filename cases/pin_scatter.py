@@ -113,7 +113,7 @@ rows = [
 ]  # fmt: skip
 data = {"pin_deviation_um": DEVIATION_UM, "draws": draws, "sets": sets, "not_converged": lost, "rows": rows}
 (folder / "pin_scatter.json").write_text(json.dumps(data, indent=1) + "\n")
-figure = Figure(figsize=(11.0, 4.8), layout="constrained")
+figure = Figure(figsize=(12.6, 4.8), layout="constrained")
 for axes, name in zip(figure.subplots(1, 2, sharey=True), SUPPORTS, strict=True):
     for number, count in enumerate(TEETH):
         middle, high = np.nanpercentile(found[count, name], [50.0, 95.0], axis=0)
@@ -130,7 +130,7 @@ left.set_ylabel("mesh load factor K_γ")
 left.plot([], [], "o-", color="black", ms=3, label="95 % of sets stay below")
 left.plot([], [], ":", color="black", label="50 %")
 left.plot([], [], "--", color="black", lw=0.8, label="IEC 61400-4")
-left.legend(fontsize=8)
+figure.legend(*left.get_legend_handles_labels(), loc="outside right center", fontsize=8)
 figure.suptitle(f"Pins off their places by a normal distribution of {DEVIATION_UM:g} µm; {draws} sets of each")
 figure.savefig(folder / "pin_scatter.png", dpi=100)
 print(folder / "pin_scatter.png")
