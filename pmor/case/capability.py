@@ -71,6 +71,11 @@ def _lugs(case: Case) -> str:
     return 'rings that are held all over: write [wheel] held = "outside"' if case.pair.wheel.lugs is not None else ""
 
 
+def _pierced(case: Case) -> str:
+    pierced = any(blank is not None and blank.holes is not None for blank in case.pair.blanks)
+    return "webs without holes, with which planets would differ from tooth to tooth: leave them out" if pierced else ""
+
+
 # What capabilities take, of cases that they do not take; empty of others.
 LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_shapes, ("campaign", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set")),
@@ -78,10 +83,11 @@ LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_uneven_teeth, ("exudyn", "fmu")),
     (_ring, ("campaign", "gearbox", "stability")),
     (_many_nodes, ("page",)),
-    (_lugs, ("classical", "design", "dynamics", "exudyn", "fmu", "page", "rexs", "set", "vtkhdf")),
+    (_lugs, ("classical", "design", "dynamics", "exudyn", "fmu", "page", "rexs", "vtkhdf")),
     (_bodies, ("rexs", "set")),
+    (_pierced, ("set",)),
     (_one_piece, ("rexs", "set", "vtkhdf")),
-    (_holes, ("classical", "exudyn", "fmu", "gearbox", "page", "set", "vtkhdf")),
+    (_holes, ("classical", "exudyn", "fmu", "gearbox", "page", "vtkhdf")),
 )
 
 

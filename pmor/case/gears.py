@@ -43,7 +43,7 @@ class LugsCase:
         Angle in degrees that each of them takes of the outside.
     first_deg : float
         Place of the middle of the first one at pinion angle 0, in degrees: from the line from the ring's centre to its
-        pinion's, counter-clockwise seen from +z.
+        pinion's, of a set from the y axis, counter-clockwise seen from +z.
     """
 
     lugs: Annotated[int, Range(1, 1000)]

@@ -34,6 +34,8 @@ CORNERS, CORNER = 4, LineLaw._fields.index("corner")
 # Tuples of corners have a multiple of this length: kernels are compiled for each length.
 TOGETHER = 8
 NONE = np.empty((0, 0))
+# By how much the numbers of the teeth of pinion and wheel that are in mesh change in a pitch.
+LATER = (-1, 1)
 # Approach of flanks, over the one to expect, up to which sections are made ready first.
 REACH = 2.0
 MOST_ROUNDS = 8
@@ -317,19 +319,21 @@ class PlacedTrain:
         """Deviations of the teeth that are in mesh so many pitches later, in all sections, mm, (A, N)."""
         found = np.zeros(self.lines.gap.shape)
         for one in self.placed:
-            tooth = _teeth(one) + [-pitch, pitch]
+            tooth = _teeth(one) + pitch * np.array(LATER)
             for gear, flank in enumerate(one.mesh.pair.meshed.deviations(one.mesh.assembly)):
                 if flank.pitch.size:
                     found[:, one.part] += flank.pitch[tooth[..., gear] % flank.pitch.size]
         return found
 
-    def solve(self, loads: FloatArray, deviation: FloatArray = NONE) -> SeveralResults:
+    def solve(self, loads: FloatArray, deviation: FloatArray = NONE, pitch: int = 0) -> SeveralResults:
         """Solve all angles under loads on the free movements, (D, K), N mm or N.
 
         Parameters
         ----------
         deviation : ndarray, shape (A, N), optional
             By how much further the flanks stand off, mm.
+        pitch : int
+            So many pitches later than the train is placed: other teeth of rings at lugs are in mesh.
         """
         loads = np.atleast_2d(np.asarray(loads, dtype=float))
         train, lines = self.train, self.lines
@@ -345,13 +349,14 @@ class PlacedTrain:
         )  # fmt: skip
         gap = lines.gap + deviation if deviation.size else lines.gap
         self._make_ready(self._likely(gap, REACH * mean.max(axis=0) * softness))
-        unused = train.meshes[0].pair.compliance
+        unused, at_lugs = train.meshes[0].pair.compliance, self._at_lugs(pitch)
         for _ in range(MOST_ROUNDS):
+            between = self.between + at_lugs if at_lugs.size else self.between
             solve_meshes(
-                lines, self.levers, Flexibility(self.between, self.ready), deviation, loads, mean, softness,
+                lines, self.levers, Flexibility(between, self.ready), deviation, loads, mean, softness,
                 self.width, unused, train.corners, results,
             )  # fmt: skip
-            missing = self._closed(gap, results)
+            missing = self._closed(gap, at_lugs, results)
             if not missing.any():
                 break
             self._make_ready(missing)
@@ -373,14 +378,14 @@ class PlacedTrain:
             likely[:, one.part] = off <= off.min(axis=1, keepdims=True) + near
         return likely
 
-    def _closed(self, gap: FloatArray, results: SeveralResults) -> BoolArray:
+    def _closed(self, gap: FloatArray, at_lugs: FloatArray, results: SeveralResults) -> BoolArray:
         """Sections that are left out and whose flanks would overlap, but for the deflection of their own mesh."""
         rigid = gap + np.einsum("ank,dak->dan", self.levers.rows, results.movement)
         rigid += np.einsum(
             "anr,dar->dan", self._support_rows, np.einsum("anr,dan->dar", self._support_rows, results.force)
         )
-        if self._at_lugs is not None:
-            rigid += np.einsum("anm,dam->dan", self._at_lugs, results.force)
+        if at_lugs.size:
+            rigid += np.einsum("anm,dam->dan", at_lugs, results.force)
         return np.asarray((rigid < 0.0).any(axis=0) & ~self.ready)
 
     @cached_property
@@ -392,28 +397,35 @@ class PlacedTrain:
         return np.concatenate([self._on_bodies(one, root) for one in self.placed], axis=1)
 
     @cached_property
-    def _at_lugs(self) -> FloatArray | None:
-        """What rings at lugs give way between all sections, (A, N, N), mm/N; None where none is held so."""
-        found = None
+    def _on_lugs(self) -> tuple[tuple[TrainBody, IntArray, list[FloatArray], list[IntArray], list[int]], ...]:
+        """Rings at lugs: where their sections are, and of each tooth pair rows, teeth and the sense they count in."""
+        found = []
         for number, body in enumerate(self.train.bodies):
             if body.support is None:
                 continue
-            found = np.zeros_like(self.between) if found is None else found
-            rows, tooth, place = [], [], []
-            for one, gear in (
-                (one, gear) for one in self.placed for gear in range(2) if one.mesh.bodies[gear] == number
-            ):
-                meshed = one.mesh.pair.meshed
+            at, rows, tooth, senses = [], list[FloatArray](), list[IntArray](), list[int]()
+            uses = ((one, gear) for one in self.placed for gear in range(2) if one.mesh.bodies[gear] == number)
+            for one, gear in uses:
+                meshed, pairs = one.mesh.pair.meshed, one.mesh.pair.meshed.tooth_pair_count
                 (column, share), node_rows = meshed.carriers
                 of_mesh = carried_rows(
                     body.support.rows, (column[gear], share[gear]), node_rows[gear], one.lines.row[..., gear],
                     one.lines.gradient[:, :, gear],
                 )  # fmt: skip
-                rows += np.split(of_mesh, meshed.tooth_pair_count, axis=1)
-                tooth += [*_teeth(one)[:, :: len(meshed.width), gear].T]
-                place.append(np.arange(one.part.start, one.part.stop))
-            at = np.concatenate(place)
-            found[:, at[:, None], at] += support_flexibility(body.support, body.teeth, rows, tooth)
+                rows += np.split(of_mesh, pairs, axis=1)
+                tooth += list(_teeth(one)[:, :: len(meshed.width), gear].T)
+                senses += [LATER[gear]] * pairs
+                at.append(np.arange(one.part.start, one.part.stop))
+            found.append((body, np.concatenate(at), rows, tooth, senses))
+        return tuple(found)
+
+    def _at_lugs(self, pitch: int) -> FloatArray:
+        """What rings at lugs give way between all sections so many pitches later, (A, N, N), mm/N; empty without."""
+        found = np.zeros(self.between.shape if self._on_lugs else (0, 0, 0))
+        for body, at, rows, tooth, senses in self._on_lugs:
+            assert body.support is not None
+            later = [numbers + sense * pitch for numbers, sense in zip(tooth, senses, strict=True)]
+            found[:, at[:, None], at] += support_flexibility(body.support, body.teeth, rows, later)
         return found
 
     def _make_ready(self, wanted: BoolArray) -> None:
@@ -423,8 +435,6 @@ class PlacedTrain:
         ready = self.ready | wanted
         rows, (gathered, *compliance) = self._support_rows, self._far
         self.between[:] = rows @ rows.transpose(0, 2, 1) if rows.shape[2] else 0.0
-        if self._at_lugs is not None:
-            self.between[:] += self._at_lugs
         for one in self.placed:
             own = np.ascontiguousarray(ready[:, one.part])
             local = Flexibility(np.zeros((*own.shape, own.shape[1])), np.zeros(own.shape, dtype=bool))

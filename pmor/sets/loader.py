@@ -242,7 +242,7 @@ class _Reader(Reader):
         raise type(error)(f"{self.where}: mesh {share.name}: {text}") from None
 
     def pitches(self, said: SetSections, plan: SetPlan, cases: Mapping[str, Case]) -> int:
-        """Return the mesh cycles to solve: as the file says, or until all gears with errors stand as before."""
+        """Return the mesh cycles to solve: as the file says, or until lugs and gears with errors stand as before."""
         teeth = {1}
         for mesh in plan.meshes:
             case = cases[mesh.case]
@@ -250,6 +250,7 @@ class _Reader(Reader):
             for body, gear, flank in zip(
                 (mesh.pinion, mesh.wheel), (case.pair.pinion, case.pair.wheel), flanks, strict=True
             ):
+                teeth.add(gear.unlike_teeth(case.pair.face_width_mm))
                 if plan.eccentricity[body].any() or any(flank.pitch_deviations_um):
                     teeth.add(gear.teeth)
         pitches = said.sweep.pitches or math.lcm(*teeth)

@@ -92,14 +92,16 @@ class _Gear(NamedTuple):
 
 @one_thread()
 def root_stress_of_set(placed: PlacedTrain, found: SeveralResults) -> tuple[GearStress, ...]:
-    """Find the root stress of all bodies of a train, placed over a pitch of its first gear; none without shapes.
+    """Find the root stress of all bodies of a train, placed over a pitch of its first gear.
+
+    None without shapes, or where teeth differ.
 
     Parameters
     ----------
     found : SeveralResults
         Of that train.
     """
-    if any(body.root_stress is None for body in placed.train.bodies):
+    if any(body.root_stress is None or body.root_stress.repeats > 1 for body in placed.train.bodies):
         return ()
     meshes = [_mesh(placed, found, number) for number in range(len(placed.placed))]
     gears = [_gear(placed, meshes, number) for number in range(len(placed.train.bodies))]

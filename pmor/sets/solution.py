@@ -167,7 +167,7 @@ def solve_set(plan: SetPlan, train: GearTrain, torques_Nm: FloatArray, angles: i
     angles : int
         Of a pitch.
     pitches : int
-        With errors of its gears, after which the set repeats.
+        With errors of its gears, or a ring at lugs, after which the set repeats.
     """
     pitch = train.meshes[0].pair.meshed.pair.pitch
     return solve_on(plan, train.place(pitch * np.arange(angles) / angles, plan.displacement), torques_Nm, pitches)
@@ -176,14 +176,16 @@ def solve_set(plan: SetPlan, train: GearTrain, torques_Nm: FloatArray, angles: i
 def solve_on(plan: SetPlan, placed: PlacedTrain, torques_Nm: FloatArray, pitches: int = 1) -> SetSolution:
     """Solve a set over pitches, placed as the same set with other errors or none."""
     loads = 1e3 * torques_Nm[:, None] * plan.load
-    parts = [solve_placed(placed, loads, _errors(plan, placed, number)) for number in range(pitches)]
+    parts = [solve_placed(placed, loads, _errors(plan, placed, number), number) for number in range(pitches)]
     found = SeveralResults(*(np.concatenate(values, axis=1) for values in zip(*parts, strict=True)))
     return SetSolution(plan, placed, torques_Nm, found)
 
 
-def solve_placed(placed: PlacedTrain, loads: FloatArray, deviation: FloatArray = NONE) -> SeveralResults:
+def solve_placed(
+    placed: PlacedTrain, loads: FloatArray, deviation: FloatArray = NONE, pitch: int = 0
+) -> SeveralResults:
     """Solve a train at its angles, as `PlacedTrain.solve`; NaN where not converged, or beyond the range of contact."""
-    found = placed.solve(loads, deviation)
+    found = placed.solve(loads, deviation, pitch)
     for one in placed.placed:
         found.converged[width_limit(one.mesh.pair.meshed, one.lines.law).exceeded(found.force[..., one.part])] = False
     for values in (found.movement, found.force):

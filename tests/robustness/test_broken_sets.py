@@ -31,13 +31,19 @@ SETS = {
     "holes in a blank": (
         "[ring]",
         f"{BLANK}[planet.blank.holes]\ncount = 5\nradius_mm = 1.2\non_radius_mm = 23.0\n[ring]",
-        "no holes",
+        "webs without holes",
     ),
     "a web beside the middle of helical planets": (
         "[pair]",
         f"{BLANK}web_offset_mm = 3.0\n[pair]\nhelix_angle_deg = 12.0",
         "need a web in the middle",
     ),
+    "lugs that take all of the outside": (
+        "rim_thickness_mm = 12.0",
+        "rim_thickness_mm = 12.0\nheld = {lugs = 9, lug_deg = 40.0}",
+        "[ring] held lug_deg = 40",
+    ),
+    "lugs of a planet": ("[planet]", "[planet]\nheld = {lugs = 9, lug_deg = 10.0}", "[planet] held"),
     "a planet of one piece": ("[planet]", "[planet]\none_piece = true", "leave one_piece out"),
     "a blank of a ring": ("[planets]", "[ring.blank]\nrim_thickness_mm = 5.0\n[planets]", "[ring.blank]"),
     "pitch deviations of fewer teeth": (

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+import pmor
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.sets.model import SetBody, SetMesh, build_train
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair
-from tests.support.small_sets import MODULE, line_case, planetary, rotations
+from tests.support.small_sets import MODULE, SMALL_SET, line_case, planetary, rotations, written_set
 
 TORQUE, ANGLES = 1e5, 3
 COARSE = {"profile_elements": 3, "width_elements": 1}
@@ -99,3 +100,33 @@ def test_a_single_mesh_is_the_pair_at_lugs(bend_deg):
     ste = 1e3 * pair.pinion.base_radius * found.movement[0, :, 0]
     assert_allclose(ste, expected, rtol=1e-8)
     assert np.ptp(expected.reshape(-1, ANGLES).mean(axis=1)) > 1e-2 * expected.mean()
+
+
+def test_a_pitch_later_a_set_is_as_it_is_where_it_is_placed():
+    built = planetary(3, False, TEETH["one after the other"], lugs=(5, 10.0, 7.0), **COARSE)[1]
+    pitch, load = built.meshes[0].pair.meshed.pair.pitch, np.r_[TORQUE, np.zeros(len(built.free) - 1)]
+    phi = pitch * np.arange(ANGLES) / ANGLES
+    for pitches in (1, 40):
+        later, there = built.place(phi).solve(load, pitch=pitches), built.place(phi + pitches * pitch).solve(load)
+        assert_allclose(later.force.sum(axis=2), there.force.sum(axis=2), rtol=1e-8)
+        assert_allclose(later.movement[..., 0], there.movement[..., 0], rtol=1e-8)
+
+
+def from_file(folder, first_deg, change=("", "")):
+    held = f"rim_thickness_mm = 12.0\nheld = {{lugs = 4, lug_deg = 10.0, first_deg = {first_deg}}}"
+    text = SMALL_SET.replace("rim_thickness_mm = 12.0", held).replace("[10.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]")
+    text = text.replace("torques_Nm = [100.0]", "").replace("_pitch = 6", "_pitch = 4").replace(*change)
+    return pmor.gear_set(written_set(folder, text))
+
+
+def test_lugs_of_a_file_count_from_the_y_axis_counter_clockwise(tmp_path):
+    """Of 54 teeth and 4 lugs all stands as before after 27 pitches; the image of a set has the image of its lugs."""
+    first = from_file(tmp_path, 7.0)
+    assert first.data["pitches"] == 27
+    assert first.data["root_stress"] == []
+    image = from_file(tmp_path, -7.0, ("torque_Nm = 300.0", "torque_Nm = -300.0"))
+    assert_allclose(image.ste_um, first.ste_um, rtol=1e-8)
+    # All planets and lugs turned by the sun's pitch: the set a pitch later, but for what the ring turns in one.
+    turned = from_file(tmp_path, 7.0 + 20.0 + 360.0 / 54, ("count = 3", "count = 3\npositions_deg = [20, 140, 260]"))
+    assert_allclose(turned.ste_um, np.roll(first.ste_um, 4, axis=1), rtol=1e-8)
+    assert np.ptp(first.ste_um.reshape(-1, 4), axis=0).max() > 1e-3 * first.ste_um.mean()
