@@ -61,7 +61,8 @@ class BlankCase:
     held_offset_mm : float
         Of the middle of the held length from the middle of the face along z, in mm.
     stress : bool
-        Stress on the faces of the web and at the edges of its holes; under line contact. The basis then holds it.
+        Stress on the faces of the web and at the edges of its holes, as `pmor run` tells it; under line contact. The
+        basis then holds it.
     """
 
     rim_thickness_mm: Length

@@ -193,10 +193,13 @@ class _Reader(Reader):
         return found
 
     def check_web(self, member: str, meshes: Sequence[tuple[Share, Case]]) -> None:
-        """Refuse webs beside the middle of helical gears whose teeth carry on both flanks: the flanks are unlike."""
+        """Refuse the stress of webs, and webs beside the middle where helical teeth carry on both flanks."""
         share, case = meshes[0]
         gear = (case.pair.pinion, case.pair.wheel)[share.members.index(member)]
         blank = gear.light_blank(case.pair.face_width_mm)
+        if blank is not None and blank.stress:
+            self.refuse(f"[{member}.blank] stress = true", "a set has no stress of webs: leave it out")
+        # The flanks are unlike then.
         both = len({share.sense for share, _ in meshes}) > 1
         if both and case.pair.helix_angle_deg and blank is not None and blank.web_offset_mm:
             rule = "teeth that carry on both flanks need a web in the middle, or no helix: set it to 0"
