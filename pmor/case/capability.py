@@ -83,7 +83,7 @@ LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_uneven_teeth, ("exudyn", "fmu")),
     (_ring, ("campaign", "gearbox", "stability")),
     (_many_nodes, ("page",)),
-    (_lugs, ("classical", "design", "dynamics", "exudyn", "fmu", "page", "rexs", "vtkhdf")),
+    (_lugs, ("classical", "exudyn", "fmu", "page", "rexs", "vtkhdf")),
     (_bodies, ("rexs", "set")),
     (_pierced, ("set",)),
     (_one_piece, ("rexs", "set", "vtkhdf")),

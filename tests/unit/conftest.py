@@ -3,6 +3,7 @@
 import multiprocessing.process
 import subprocess
 
+import h5py  # noqa: F401  # what it asks of the machine, it asks before processes are refused
 import pytest
 
 import pmor.fe.hexahedron

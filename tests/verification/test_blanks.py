@@ -24,9 +24,6 @@ from pmor.body.volume import sector_displacement
 from pmor.case import change_case, make_case
 from pmor.case.blank import BlankCase
 from pmor.core.conventions import rotation_z
-from pmor.design.judge import Judge
-from pmor.design.loader import settings_of
-from pmor.dynamics.law import alike_cycles, cycles_of
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.blank_section import Block, ring_stiffness
 from pmor.fe.completion import completion, nodes_of_elements
@@ -35,12 +32,12 @@ from pmor.fe.fillet import build_fillet
 from pmor.fe.perforated_web import PerforatedWeb, by_amplitudes, condensed_sector, web_mesh
 from pmor.fe.whole_gear import whole_gear_mesh
 from pmor.pair.blank import blank_below
-from pmor.pair.conditions import assembly_of, nominal_condition
+from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, gear_pair, mesh_model, sector_meshes, solved_gear
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
-from pmor_online.mesh_force import mesh_force_of
 from pmor_online.model import reduced_pair
+from tests.support.mesh_cycles import check_design, check_force_law
 
 E, NU = 206_000.0, 0.3
 ROUND_OFF = 1e-9
@@ -610,32 +607,12 @@ def test_holes_of_no_size_leave_the_plain_web():
     assert_allclose(smaller.mean(), 0.25 * larger.mean(), rtol=0.1)  # as their area
 
 
-def test_the_force_law_of_motion_goes_on_over_all_cycles_until_holes_stand_as_before():
+def test_motion_and_designs_go_on_over_all_cycles_until_holes_stand_as_before():
     reduced, ste = holed_wheel(count=4, **AT)
-    assembly, cycles = assembly_of(reduced.basis.case), TEETH // 4
-    assert alike_cycles(reduced, assembly) == tuple(range(cycles))
-    assert cycles_of(reduced.basis.case, reduced.meshed.pair) == cycles
-    forces, places = mesh_force_of(reduced, assembly), range(1, cycles * ANGLES, 2)
-    found = [forces(2.0 * np.pi * i / ANGLES, np.array([1e-3 * ste[i]]))[0] for i in places]
-    load = 1e3 * SMALL["torque_Nm"] / reduced.meshed.pair.pinion.base_radius
-    assert_allclose(found, load, rtol=1e-9)
-    assert np.ptp(ste[places.start : places.stop : ANGLES]) > 1e-3, "cycles differ"
-
-
-def test_a_design_judges_all_cycles_until_holes_stand_as_before():
-    reduced, _ = holed_wheel(count=4, **AT)
-    case, cycles, angles = reduced.basis.case, TEETH // 4, 8
-    asked = {"variables": [{"key": "profile_crowning_um", "range": [0.0, 10.0]}], "search": {"angles": angles}}
-    judge = Judge(reduced, settings_of(case, asked).design, assembly_of(case))
-    phi = reduced.meshed.pair.pitch * np.arange(cycles * angles) / angles
-    ste = sweep_line_loads(reduced, phi, [nominal_condition(case)]).ste_um[0]
-    found = dict(zip(judge.design.results, judge.results(assembly_of(case))[0], strict=True))
-    assert_allclose(found["peak_to_peak_um"], np.ptp(ste), rtol=ROUND_OFF)
-    assert_allclose(found["order_1_um"], 2.0 * np.abs(np.fft.rfft(ste)[cycles]) / len(ste), rtol=1e-6)
-    assert np.ptp(ste) > np.ptp(ste[:angles]) + 1e-3
-    rates, step = judge.smooth(np.array([5.0]), 10.0)[1], 1e-3
-    more, less = (judge.smooth(np.array([5.0 + sign * step]), 10.0)[0] for sign in (1.0, -1.0))
-    assert_allclose(rates[0], 0.5 * (more - less) / step, rtol=1e-5)
+    assert reduced.basis.case.pair.repeats_after == TEETH // 4
+    assert np.ptp(ste[1 : TEETH // 4 * ANGLES : ANGLES]) > 1e-3, "cycles differ"
+    check_force_law(reduced)
+    check_design(reduced)
 
 
 def test_what_a_tooth_does_to_another_through_holes_the_other_does_to_it():

@@ -27,6 +27,7 @@ from pmor.pair.model import elastic_model, gear_pair, mesh_model, sector_meshes
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair
+from tests.support.mesh_cycles import check_design, check_force_law
 
 TEETH, ANGLES = 40, 4
 MATERIAL = 210_000.0, 0.3
@@ -202,6 +203,13 @@ def test_fewer_and_narrower_lugs_give_more_and_lugs_all_around_as_little_as_all_
     means = [swept(*lugs)[1].mean() for lugs in ((8, 44.99), (8, 20.0), (8, 8.0), (5, 8.0), (3, 8.0))]
     assert (np.diff(means) > 0.0).all()
     assert_allclose(means[0], swept()[1].mean(), rtol=0.02)
+
+
+def test_motion_and_designs_go_on_over_all_cycles_until_lugs_stand_as_before():
+    reduced = swept(8)[0]
+    assert reduced.basis.case.pair.repeats_after == TEETH // 8
+    check_force_law(reduced)
+    check_design(reduced)
 
 
 def test_half_the_width_stands_for_the_whole():
