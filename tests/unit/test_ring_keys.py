@@ -92,7 +92,7 @@ def test_lugs_read_back_and_stand_on_the_other_side_of_the_line_of_centres_for_c
 def test_what_takes_no_lugs_says_so():
     with pytest.raises(CaseError, match=r'\[wheel\] held: \[mesh\] width = "plane_strain" takes rings that are held'):
         case_of(RING | {"held": LUGS}, mesh={"width": "plane_strain"})
-    for capability in ("design", "dynamics", "set", "vtkhdf"):
+    for capability in ("exudyn", "fmu", "page", "rexs", "vtkhdf"):
         assert 'takes rings that are held all over: write [wheel] held = "outside"' in why_not(
             case_of(RING | {"held": LUGS}), capability
         )
