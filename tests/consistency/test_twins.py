@@ -267,6 +267,7 @@ def test_campaign(tmp_path):
     assert (tmp_path / "case" / case.name).read_text() == case.read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.jit
 def test_bench(tmp_path, monkeypatch):
     """The case and one with line loads, without the neighbours of the case."""

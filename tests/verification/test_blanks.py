@@ -425,7 +425,8 @@ def test_both_flanks_of_a_thin_rimmed_planet_are_the_whole_gear_in_one_matrix(he
 @pytest.mark.parametrize(
     ("helix", "holes", "element"),
     [
-        (0.0, HOLES, "hex8i"),
+        (0.0, None, "hex8i"),
+        pytest.param(0.0, HOLES, "hex8i", marks=pytest.mark.slow),
         pytest.param(18.0, None, "hex20", marks=pytest.mark.slow),
         pytest.param(18.0, HOLES, "hex20", marks=pytest.mark.slow),
     ],

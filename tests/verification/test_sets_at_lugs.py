@@ -35,7 +35,10 @@ def over_a_turn(teeth, lugs, floating=False, **mesh):
     return 1e3 * pair.pinion.base_radius * found.movement[0, :, 0], forces
 
 
-@pytest.mark.parametrize(("teeth", "count"), [("in phase", 4), ("in phase", 9), ("one after the other", 5)])
+@pytest.mark.parametrize(
+    ("teeth", "count"),
+    [("in phase", 4), ("in phase", 9), pytest.param("one after the other", 5, marks=pytest.mark.slow)],
+)
 def test_orders_over_the_turn_of_the_carrier_are_those_that_lugs_teeth_and_planets_share(teeth, count):
     """Planets feel lugs and teeth: multiples of gcd(lugs, teeth); what all of them move, of their number too."""
     teeth = TEETH[teeth]
@@ -66,6 +69,7 @@ def test_lugs_turned_by_a_tooth_shift_all_by_a_pitch():
     assert np.abs(turned - one).max() > 1e-4 * one.mean()
 
 
+@pytest.mark.slow
 def test_lugs_all_around_give_as_little_as_all_of_the_outside_and_fewer_give_more():
     teeth = TEETH["in phase"]
     outside, *held = (
