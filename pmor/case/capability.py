@@ -55,7 +55,7 @@ def _many_nodes(case: Case) -> str:
 
 def _bodies(case: Case) -> str:
     brought = case.pair.pinion.body is not None or case.pair.wheel.body is not None
-    return "no body that is a mesh of one's own: give the blank by dimensions, or leave it out" if brought else ""
+    return "no body of one's own, a mesh or a matrix: give the blank by dimensions, or leave it out" if brought else ""
 
 
 def _one_piece(case: Case) -> str:

@@ -152,7 +152,7 @@ def _check_blanks(case: Case, where: str) -> None:
     """Refuse blanks where the mesh or the contact has no place for them."""
     for name, gear in (("pinion", case.pair.pinion), ("wheel", case.pair.wheel)):
         if gear.one_piece and (case.mesh.width == "plane_strain" or gear.body is not None):
-            held = '[mesh] width = "plane_strain"' if gear.body is None else "a body that is brought as a mesh"
+            held = '[mesh] width = "plane_strain"' if gear.body is None else "a body of one's own"
             raise CaseError(f"{where}: [{name}] one_piece = true: {held} is held at its bore: leave one of them out")
         if gear.one_piece and gear.blank is not None and gear.blank.held_length_mm is not None:
             raise CaseError(
@@ -214,7 +214,7 @@ def _check_bore(pair: PairCase, gear: GearCase, place: str) -> None:
         check_blank(gear.blank, root_mm, gear.bore_radius_mm, face_mm, module_mm, blank)
     if gear.body is not None:
         face_mm, blank = gear.face_width_mm or pair.face_width_mm, f"{place.removesuffix(']')}.{BLANK}]"
-        check_body(gear.body, root_mm, gear.bore_radius_mm, face_mm, module_mm, blank)
+        check_body(gear.body, root_mm, gear.bore_radius_mm, face_mm, module_mm, gear.youngs_modulus_GPa, blank)
 
 
 def _check_allowances(gear: GearCase, place: str) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 from pmor.case.change import sections_of
 from pmor.case.coast import flank_of, mirrored_flank
-from pmor.case.document import BLANK, GEARS, MESH, MODIFICATION, flattened
+from pmor.case.document import BLANK, GEARS, MATRIX, MESH, MODIFICATION, flattened
 from pmor.case.flanks import trained_flanks
 from pmor.case.schema import Case, ConditionCase
 from pmor.case.width import meshed_width
@@ -77,9 +77,9 @@ def basis_key(case: Case) -> str:
     """
     parts: dict[str, Any] = {name: asdict(getattr(case, name)) for name in ("pair", "mesh", "contact", "reduction")}
     for gear in GEARS:
-        # Where the mesh of a body is does not matter, and a gear without one is as it was before there were such.
+        # Where the file of a body is does not matter, and a gear without one is as it was before there were such.
         if (body := parts["pair"][gear].pop("body")) is not None:
-            del body[MESH]["file"]
+            del body[MESH if MESH in body else MATRIX]["file"]
             parts["pair"][gear]["body"] = body
     parts["meshed"] = meshed_width(case)
     if case.reduction.trained:

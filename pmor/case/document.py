@@ -7,7 +7,7 @@ from typing import Any
 
 GEARS = ("pinion", "wheel")
 MODIFICATION = "modification"
-BLANK, HOLES, MESH = "blank", "holes", "mesh"
+BLANK, HOLES, MESH, MATRIX = "blank", "holes", "mesh", "matrix"
 COAST = "coast_modification"
 CONDITION = "condition"
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from pmor.case.blank import BlankCase
-from pmor.case.body import BodyCase, repetition
+from pmor.case.body import BodyCase, MatrixCase, repetition
 from pmor.core.ranges import METRES, PASCALS, RADIANS, TAKEN_OFF, Length, Range
 
 
@@ -101,8 +101,8 @@ class GearCase:
         Poisson's ratio.
     blank : BlankCase or None
         Rim, web and hub (section `[pinion.blank]`, `[wheel.blank]`); None is solid down to the bore.
-    body : BodyCase or None
-        All below the rim as a mesh (the same section with `mesh`).
+    body : BodyCase, MatrixCase or None
+        All below the rim as a mesh or a stiffness matrix (the same section with `mesh` or `matrix`).
     """
 
     teeth: Annotated[int, Range(6, 1000)]
@@ -126,7 +126,7 @@ class GearCase:
     youngs_modulus_GPa: Annotated[float, Range(1e-3, 1e4, "GPa", mistaken_for=PASCALS)] = 210.0
     poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
     blank: BlankCase | None = None
-    body: BodyCase | None = None
+    body: BodyCase | MatrixCase | None = None
 
     @property
     def sign(self) -> int:

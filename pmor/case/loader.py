@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from pmor.case.blank import BlankCase
-from pmor.case.body import UNITS, BodyCase
+from pmor.case.body import UNITS, BodyCase, MatrixCase
 from pmor.case.checks import check_together
 from pmor.case.coast import in_amounts, other_flank, without_pitch
-from pmor.case.document import BLANK, COAST, CONDITION, GEARS, HOLES, MESH, MODIFICATION, flattened
+from pmor.case.document import BLANK, COAST, CONDITION, GEARS, HOLES, MATRIX, MESH, MODIFICATION, flattened
 from pmor.case.gears import GearCase, PairCase
 from pmor.case.reader import NOTHING, Reader, parse_toml, read_text
 from pmor.case.schema import SECTIONS, Case, ConditionCase
@@ -160,24 +160,29 @@ def _with_blank(
     holes, table = f"{name}.{HOLES}", document.get(name, {})
     if name not in document and holes not in document:
         return gear
-    if not isinstance(table, Mapping) or MESH not in table:
+    if not isinstance(table, Mapping) or not (MESH in table or MATRIX in table):
         blank: BlankCase = section(name, {HOLES: section(holes) if holes in document else None})
         return replace(gear, blank=blank, body=None)
+    key: str = MESH if MESH in table else MATRIX
     if holes in document:
-        reader.refuse(f"[{name}] {MESH}", "a mesh has its holes: leave holes out")
-    place = f"[{name}] {MESH} = {toml_text(table[MESH])}"
-    if isinstance(table[MESH], str):
+        reader.refuse(f"[{name}] {key}", f"a {key} has its holes: leave holes out")
+    place = f"[{name}] {key} = {toml_text(table[key])}"
+    if isinstance(table[key], str):
         if reader.folder is None:
             reader.refuse(place, "there is no folder to look for it in: read the case from its file with load_case")
-        from pmor.case.body_mesh import body_mesh  # only where there is one
+        from pmor.case.body_matrix import body_matrix  # only where there is one
+        from pmor.case.body_mesh import body_mesh
 
         unit = table.get("unit", "mm")
         try:
-            found = body_mesh(reader.folder / table[MESH], unit if unit in UNITS else "mm")
+            read = body_mesh if key == MESH else body_matrix
+            found = read(reader.folder / table[key], unit if unit in UNITS else "mm")
         except CaseError as error:
             reader.refuse(place, str(error))
-        table = {**table, MESH: found}
-    return replace(gear, blank=None, body=reader.section(table, BodyCase, name))
+        table = {**table, key: found}
+    if key == MESH:
+        return replace(gear, blank=None, body=reader.section(table, BodyCase, name))
+    return replace(gear, blank=None, body=reader.section(table, MatrixCase, name))
 
 
 def _keys_in(table: Mapping[str, Any], section: str) -> list[str]:

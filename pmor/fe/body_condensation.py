@@ -80,7 +80,7 @@ def condensed_nodes(volume: BodyVolume, youngs_modulus: float, poisson_ratio: fl
         first += len(cells)
     _refuse_forces_of_rigid_motions(volume, elements, stiffness)
     matrix = condense(stiffness, elements, _places(volume, elements), volume.interface, volume.bore)
-    return _in_own_frames(matrix, volume.nodes[volume.interface])
+    return in_own_frames(matrix, volume.nodes[volume.interface])
 
 
 def _refuse_forces_of_rigid_motions(volume: BodyVolume, elements: IntArray, stiffness: FloatArray) -> None:
@@ -104,8 +104,8 @@ def _places(volume: BodyVolume, elements: IntArray) -> IntArray:
     return np.floor(places).astype(np.int64)
 
 
-def _in_own_frames(matrix: FloatArray, nodes: FloatArray) -> FloatArray:
-    """Matrix over radial, circumferential and axial displacement of nodes, in the place of the one over x, y, z."""
+def in_own_frames(matrix: FloatArray, nodes: FloatArray) -> FloatArray:
+    """Return a matrix over radial, circumferential and axial displacement of nodes, in place of that over x, y, z."""
     x, y = (nodes[:, :2] / np.hypot(nodes[:, 0], nodes[:, 1])[:, None]).T
     for over in (matrix, matrix.T):
         one, other = over[0::3].copy(), over[1::3].copy()

@@ -10,10 +10,12 @@ import numpy as np
 from pmor.body.blank import Blank, MeshedBody, interpolation
 from pmor.case import Case, GearCase
 from pmor.case.blank import BlankCase, HolesCase
+from pmor.case.body import BodyCase
+from pmor.case.body_matrix import body_stiffness
 from pmor.case.body_mesh import body_volume
 from pmor.core.arrays import FloatArray
 from pmor.fe.blank_section import ALL, Block, Span
-from pmor.fe.body_condensation import condensed_nodes, onto_harmonics
+from pmor.fe.body_condensation import condensed_nodes, in_own_frames, onto_harmonics
 from pmor.fe.element import tributary_widths
 from pmor.fe.lugs import Lugs
 from pmor.fe.perforated_web import PerforatedWeb
@@ -57,7 +59,7 @@ def stands_on_blank(gear: GearCase, case: Case) -> bool:
 def interface_radius(gear: GearCase, case: Case, tooth: Tooth) -> float:
     """Return the radius of the cylinder at which the sectors of a gear that stands on a blank end, mm."""
     if gear.body is not None:
-        return gear.body.mesh.interface_radius_mm
+        return gear.body.found.interface_radius_mm
     light, rim = gear.light_blank(case.pair.face_width_mm), gear.rim_thickness_mm
     if rim is None:
         rim = tooth.root_radius - (gear.bore_radius_mm or 0.0) if light is None else light.rim_thickness_mm
@@ -95,23 +97,29 @@ def blank_below(case: Case, gear: GearCase, tooth: Tooth, mesh: SectorMesh, plac
 
 
 def _brought(gear: GearCase, bore: float, interface: float, mesh: SectorMesh, largest: int, place: int) -> Blank:
-    """Blank of the body that a gear's case names a mesh of."""
+    """Blank of the body that a gear's case names a mesh or a matrix of."""
     assert gear.body is not None
-    volume, material = body_volume(gear.body), (1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio)
-    x, y, z = volume.nodes[volume.interface].T
-    z = z - volume.low + float(mesh.z[0])
+    material = 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio
+    if isinstance(gear.body, BodyCase):
+        volume = body_volume(gear.body)
+        nodes, matrix = volume.nodes[volume.interface], condensed_nodes(volume, *material)
+        wave = volume.across * (TO_A_WAVE if volume.quadratic else LINEAR_TO_A_WAVE)
+    else:
+        read = body_stiffness(gear.body)
+        nodes, matrix = read.nodes, in_own_frames(read.matrix.copy(), read.nodes)
+        wave = read.spacing * LINEAR_TO_A_WAVE
+    x, y, z = nodes.T
+    z = z - z.min() + float(mesh.z[0])
     # Angles count from the middle of tooth 0, which is drawn at +y, as `first_deg` of holes does.
     angle = np.arctan2(y, x) + math.radians(gear.body.x_axis_deg) + place * math.pi / mesh.teeth
-    to_a_wave = TO_A_WAVE if volume.quadratic else LINEAR_TO_A_WAVE
-    seen = math.floor(2.0 * math.pi * interface / (volume.across * to_a_wave))
-    seen, repeats = max(1, min(largest, seen)), gear.body.mesh.repeats
+    seen = math.floor(2.0 * math.pi * interface / wave)
+    seen, repeats = max(1, min(largest, seen)), gear.body.found.repeats
     waves = np.exp(1j * np.outer(np.arange(seen + 1), angle - mesh.twist_per_length * z))
     over = (mesh.z - mesh.z[0]) / (mesh.z[-1] - mesh.z[0]) * 2.0 - 1.0
     degree = min(DEGREE, len(over) - 1)
     polynomials = np.asarray(np.polynomial.legendre.legvander(over, degree), dtype=np.float64)
     shapes = np.asarray(np.kron(polynomials, np.eye(3)), dtype=np.float64)
     columns = interpolation(mesh.z, mesh.order, z)
-    matrix = condensed_nodes(volume, *material)
     own = onto_harmonics(matrix, waves, columns, shapes, min(seen, COUPLED), repeats)
     weights = np.repeat(tributary_widths(mesh.z, mesh.order), 3)[:, None]
     amplitudes = np.linalg.solve(shapes.T @ (weights * shapes), (weights * shapes).T)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from pmor.case import Case, GearCase
 from pmor.case.blank import HolesCase
-from pmor.case.body import BodyMesh
+from pmor.case.body import BodyCase, MatrixCase
 from pmor.gear.inertia import Inertia, about_the_axis, disc
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
@@ -34,7 +34,7 @@ class DrawnGear:
         From the tip circle to the bore; of a solid gear, or of a ring, teeth and body.
     holes : HolesCase or None
         Through the web, the last ring but one.
-    body : BodyMesh or None
+    body : BodyCase, MatrixCase or None
         Below the rings.
     held : (float, float)
         Ends of the length of a light gear's bore that is held, z from the middle of its face, mm.
@@ -43,7 +43,7 @@ class DrawnGear:
     tooth: Tooth
     rings: tuple[Ring, ...]
     holes: HolesCase | None = None
-    body: BodyMesh | None = None
+    body: BodyCase | MatrixCase | None = None
     held: tuple[float, float] = (0.0, 0.0)
 
     @property
@@ -60,7 +60,7 @@ class DrawnGear:
         for ring in below:
             found += _solid(ring.outer, ring.inner, ring, density_kg_m3)
         if self.body is not None:
-            found += _meshed(self.body, density_kg_m3)
+            found += _brought(self.body, density_kg_m3)
         if self.holes is not None:
             hole = _solid(self.holes.radius_mm, 0.0, self.rings[-2], density_kg_m3)
             found += about_the_axis(hole, self.holes.on_radius_mm).times(-self.holes.count)
@@ -87,8 +87,8 @@ def _drawn(gear: GearCase, tooth: Tooth, held: float, pair_width: float) -> Draw
     root, tip = abs(tooth.root_radius), abs(tooth.tip_radius)
     teeth = Ring("teeth", min(root, tip), max(root, tip), -half, half)
     if gear.body is not None:
-        below_teeth = Ring("body", gear.body.mesh.interface_radius_mm, root, -half, half)
-        return DrawnGear(tooth, (teeth, below_teeth), body=gear.body.mesh)
+        below_teeth = Ring("body", gear.body.found.interface_radius_mm, root, -half, half)
+        return DrawnGear(tooth, (teeth, below_teeth), body=gear.body)
     if blank is None:
         return DrawnGear(tooth, (teeth, Ring("body", min(held, root), max(held, root), -half, half)))
     rim, hub, wide = root - blank.rim_thickness_mm, blank.hub_radius_mm, 0.5 * (blank.hub_width_mm or 2.0 * half)
@@ -100,8 +100,10 @@ def _drawn(gear: GearCase, tooth: Tooth, held: float, pair_width: float) -> Draw
     )
 
 
-def _meshed(mesh: BodyMesh, density: float) -> Inertia:
-    mass = 1e-9 * density
+def _brought(body: BodyCase | MatrixCase, density: float) -> Inertia:
+    if isinstance(body, MatrixCase):
+        return Inertia(body.mass_kg, body.polar_inertia_kg_m2, body.tilting_inertia_kg_m2)
+    mesh, mass = body.mesh, 1e-9 * density
     return Inertia(mass * mesh.volume_mm3, 1e-6 * mass * mesh.polar_moment_mm5, 1e-6 * mass * mesh.tilting_moment_mm5)
 
 

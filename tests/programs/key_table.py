@@ -17,6 +17,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 
 from pmor.campaigns.settings import CampaignSections
 from pmor.case import ConditionCase
+from pmor.case.body import MatrixCase
 from pmor.case.document import COAST, CONDITION
 from pmor.case.loader import (
     COMPARE_TORQUES,
@@ -63,6 +64,7 @@ def formats() -> dict[str, dict[str, type]]:
     case = {f"[{name}]": kind for name, kind in SECTIONS.items() if not name.startswith("wheel") and COAST not in name}
     case |= {f"[{name}]": kind for name, kind in sections_in(SECTIONS["wheel"], "wheel").items()}
     case["[wheel.blank] mesh"] = case.pop("[wheel.body]")  # the same section with other keys
+    case["[wheel.blank] matrix"] = MatrixCase
     others = {
         "study": Study,
         "design": Design,

@@ -1,19 +1,21 @@
 """Meshes that are no body of a gear are refused in one line, with their place, by the case that names them."""
 
 import sys
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pmor.case import load_case, make_case, parse_case, text_of
-from pmor.case.body_mesh import body_volume
+from pmor.case.body_matrix import body_stiffness
+from pmor.case.body_mesh import BodyVolume, body_volume
 from pmor.case.capability import why_not
 from pmor.core.errors import CaseError, MeshError
 from pmor.fe.body_condensation import condensed_nodes
 from pmor.pair.drawn import gear_inertias
 from pmor.pair.model import gear_pair
-from tests.support.body_meshes import body_mesh, write_mesh
+from tests.support.body_meshes import body_mesh, condensed_body, write_mesh
 
 pytest.importorskip("meshio")
 
@@ -124,10 +126,10 @@ BROKEN = {
 }  # fmt: skip
 
 
-def case_of(folder, given, suffix=".inp"):
+def case_of(folder, given, suffix=".inp", key="mesh"):
     blank = {key: value for key, value in given.items() if key not in ("width", "scheme")}
     solid = make_case(**GEAR | {key: value for key, value in given.items() if key not in blank})
-    lines = [f'mesh = "body{suffix}"']
+    lines = [f'{key} = "body{suffix}"']
     for key, value in blank.items():
         words = ", ".join(f"{k} = {v}" for k, v in value.items()) if isinstance(value, dict) else ""
         lines.append(f"{key} = {{{words}}}" if words else f"{key} = {value!r}".replace("'", '"'))
@@ -227,6 +229,127 @@ def test_more_nodes_on_the_interface_than_are_condensed_are_refused(tmp_path, mo
     write_mesh(tmp_path / "body.inp", *ring())
     with pytest.raises(MeshError, match="more than the 10 that are condensed: take larger elements"):
         condensed_nodes(body_volume(case_of(tmp_path, {}).pair.pinion.body), 210e3, 0.3)
+
+
+# --- as matrices ----------------------------------------------------------------------------------------------------
+
+MASS = {"mass_kg": 0.1, "polar_inertia_kg_m2": 1e-5, "tilting_inertia_kg_m2": 1e-5}
+
+
+@cache
+def condensed(held=True, widest=6.0):
+    points, elements = body_mesh(RADII, (-6.0, 0.0, widest), AROUND, whole, "hexahedron")
+    radius = np.hypot(points[:, 0], points[:, 1])
+    bore = np.flatnonzero(np.abs(radius - 8.0) < 1e-6) if held else np.empty(0, dtype=int)
+    volume = BodyVolume(
+        points, {"hexahedron": elements}, np.flatnonzero(np.abs(radius - 11.0) < 1e-6), bore, -6.0, widest, 4.0
+    )
+    return condensed_body(volume, 210e3, 0.3)
+
+
+def changed(nodes=lambda nodes: nodes, stiffness=lambda stiffness: stiffness, **how):
+    return lambda: (nodes(condensed(**how)[0].copy()), stiffness(condensed(**how)[1].copy()))
+
+
+def entry(array, place, value):
+    array[place] = value
+    return array
+
+
+BROKEN_MATRICES = {
+    "not symmetric": (changed(stiffness=lambda k: entry(k, (3, 9), 1e5)), {}, ["not symmetric", "largest entry"]),
+    "half of it": (changed(stiffness=np.triu), {}, ["not symmetric", "write all of it"]),
+    "not square": (changed(stiffness=lambda k: k[:, :-3]), {}, ["144 x 141", "48 nodes take 144 x 144"]),
+    "other nodes": (changed(lambda nodes: nodes[:-1]), {}, ["144 x 144", "47 nodes take 141 x 141"]),
+    "two coordinates": (changed(lambda nodes: nodes[:, :2]), {}, ["(48, 2)", "x, y and z"]),
+    "not a number": (changed(stiffness=lambda k: entry(k, (3, 3), np.nan)), {}, ["no numbers"]),
+    "not held": (changed(held=False), {}, ["not held", "costs no force", "hold its bore"]),
+    "held but for its turn": (changed(stiffness=lambda k: turning(k)), {}, ["not held", "about z"]),
+    "not positive definite": (changed(stiffness=lambda k: entry(k, (3, 3), -k[3, 3])), {}, ["not positive definite"]),
+    "its inverse": (changed(stiffness=lambda k: symmetric(np.linalg.inv(k))), {}, ["not its inverse"]),
+    "in N/m beside mm": (changed(stiffness=lambda k: 1e3 * k), {}, ["times as stiff", 'unit = "mm"']),
+    "a node off the cylinder": (changed(lambda nodes: off(nodes)), {}, ["no cylinder"]),
+    "off the axis": (changed(lambda nodes: nodes + [0.5, 0.0, 0.0]), {}, ["no cylinder", "z is its axis"]),
+    "about x": (changed(lambda nodes: nodes[:, [2, 0, 1]]), {}, ["no cylinder about the z axis, but about x"]),
+    "nodes of one half": (
+        lambda: (condensed()[0][half()], condensed()[1][np.ix_(*2 * [np.repeat(half(), 3)])]), {},
+        ["leave a part of their cylinder out"],
+    ),
+    "a node twice": (changed(lambda nodes: entry(nodes, 1, nodes[0])), {}, ["1 pairs of nodes at one place"]),
+    "in metres": (changed(lambda nodes: 1e-3 * nodes), {}, ["radius 0.011 mm", 'unit = "m"']),
+    "said to be in metres": (changed(), {"unit": "m"}, ["radius 11000 mm", 'unit = "mm"']),
+    "through the root": (changed(lambda nodes: nodes * [1.15, 1.15, 1.0]), {}, ["radius 12.65 mm", "at most"]),
+    "narrower than the face": (changed(widest=4.0), {}, ["width 10 mm", "face_width_mm is 12"]),
+    "no mass": (changed(), {"mass_kg": 0.0}, ["mass_kg", "above 0"]),
+    "holes beside it": (
+        changed(), {"holes": {"count": 4, "radius_mm": 1.0, "on_radius_mm": 9.5}}, ["leave holes out"],
+    ),
+}  # fmt: skip
+
+
+def symmetric(matrix):
+    return 0.5 * (matrix + matrix.T)
+
+
+def off(nodes):
+    nodes[5, :2] *= 1.02
+    return nodes
+
+
+def half():
+    return condensed()[0][:, 0] > 0.0
+
+
+def turning(stiffness):
+    """Of a body that turns about its axis without force."""
+    x, y, _ = condensed()[0].T
+    turn = np.stack([-y, x, np.zeros_like(x)], axis=1).ravel()
+    force = stiffness @ turn
+    return symmetric(stiffness - np.outer(force, force) / (turn @ force))
+
+
+@pytest.mark.parametrize("name", BROKEN_MATRICES)
+def test_a_matrix_that_is_no_body_of_the_gear_is_refused(name, tmp_path):
+    made, given, words = BROKEN_MATRICES[name]
+    nodes, stiffness = made()
+    np.savez(tmp_path / "body.npz", nodes=nodes, stiffness=stiffness)
+    message = refusal(tmp_path, MASS | given, suffix=".npz", key="matrix")
+    for word in words:
+        assert word in message
+
+
+@pytest.mark.parametrize(
+    ("suffix", "content", "words"),
+    [
+        (".npz", None, ["body.npz: there is no such file"]),
+        (".npz", b"", ["cannot be read", "nodes and stiffness"]),
+        (".npz", b"PK\x03\x04 cut", ["cannot be read"]),
+        (".mtx", b"%%MatrixMarket matrix array real general\n1 1\n1.0\n", ["body.csv: there is no such file"]),
+        (".mat", b"MATLAB", [".mat is no format of a matrix"]),
+    ],
+)
+def test_a_file_that_is_no_matrix_is_refused(suffix, content, words, tmp_path):
+    if suffix == ".mat":
+        (tmp_path / "body.csv").write_text("1,2,3")
+    if content is not None:
+        (tmp_path / f"body{suffix}").write_bytes(content)
+    message = refusal(tmp_path, MASS, suffix=suffix, key="matrix")
+    for word in words:
+        assert word in message
+
+
+def test_a_matrix_is_refused_without_its_arrays_its_mass_or_its_file(tmp_path):
+    np.savez(tmp_path / "body.npz", stiffness=condensed()[1])
+    assert "nodes" in refusal(tmp_path, MASS, suffix=".npz", key="matrix")
+    np.savez(tmp_path / "body.npz", nodes=condensed()[0], stiffness=condensed()[1])
+    assert "mass_kg" in refusal(tmp_path, {}, suffix=".npz", key="matrix")
+    case = case_of(tmp_path, MASS, suffix=".npz", key="matrix")
+    again = parse_case(text_of(case), "case", "case")
+    assert again.pair == case.pair
+    assert case.pair.pinion.body.matrix.repeats == 0
+    np.savez(tmp_path / "body.npz", nodes=condensed()[0], stiffness=2.0 * condensed()[1])
+    with pytest.raises(CaseError, match="not the one that the case was read with"):
+        body_stiffness(again.pair.pinion.body)
 
 
 def test_mass_and_inertia_of_a_ring_as_a_mesh_are_those_of_the_solid_gear(tmp_path):

@@ -4,6 +4,7 @@ from itertools import permutations
 
 import numpy as np
 
+from pmor.fe.body_condensation import condensed_nodes
 from pmor.fe.perforated_web import web_mesh
 
 TETRA_EDGES = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
@@ -89,3 +90,16 @@ def write_mesh(path, points, elements, kind="tetra10"):
     mesh, named = meshio.Mesh(np.round(points, 9), [(kind, elements)]), {".msh": "gmsh"}
     meshio.write(path, mesh, file_format=named.get(path.suffix))
     return path
+
+
+def condensed_body(volume, youngs_modulus, poisson_ratio):
+    """Nodes of a body's interface, and its stiffness over x, y, z of node by node, as an FE package writes them."""
+    nodes = volume.nodes[volume.interface]
+    along = np.zeros((len(nodes), 3, 3))  # x, y, z of radial, circumferential and axial directions
+    x, y = (nodes[:, :2] / np.hypot(nodes[:, 0], nodes[:, 1])[:, None]).T
+    along[:, 0, 0] = along[:, 1, 1] = x
+    along[:, 1, 0], along[:, 0, 1], along[:, 2, 2] = y, -y, 1.0
+    size = len(nodes)
+    own = condensed_nodes(volume, youngs_modulus, poisson_ratio).reshape(size, 3, size, 3)
+    matrix = np.einsum("mia,manb,njb->minj", along, own, along, optimize=True).reshape(3 * size, 3 * size)
+    return nodes, 0.5 * (matrix + matrix.T)

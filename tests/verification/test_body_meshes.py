@@ -5,21 +5,24 @@ from functools import cache
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.io import mmwrite
 
 import pmor.body.support
 from pmor.body.elastic_gear import elastic_gear
-from pmor.case import make_case, parse_case
-from pmor.case.body_mesh import BodyVolume
+from pmor.case import change_case, make_case, parse_case, text_of
+from pmor.case.body_mesh import BodyVolume, body_volume
+from pmor.case.coast import as_drawn, other_flank
 from pmor.fe.body_condensation import condensed_nodes, onto_harmonics
 from pmor.fe.perforated_web import PerforatedWeb
 from pmor.fe.tetrahedron import tetrahedron_stiffness
 from pmor.pair.blank import blank_below
 from pmor.pair.conditions import nominal_condition
+from pmor.pair.drawn import gear_inertias
 from pmor.pair.model import elastic_model, gear_pair, mesh_model, sector_meshes
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair
-from tests.support.body_meshes import body_mesh, holed_body, write_mesh
+from tests.support.body_meshes import body_mesh, condensed_body, holed_body, write_mesh
 from tests.verification.test_blanks import whole_compliance
 
 E, NU = 210_000.0, 0.3
@@ -147,6 +150,70 @@ def test_a_wheel_as_a_mesh_gives_what_the_same_blank_by_dimensions_gives(helix, 
     expected, solid = ste_by_dimensions(helix)
     assert_allclose(found, expected, rtol=5e-3)
     assert (expected > 1.2 * solid).all()
+
+
+def as_a_matrix(case, folder, gear="wheel", unit="mm", suffix=".npz", force=1.0, length=1.0):
+    """The case with its mesh condensed elsewhere, in other units of force and length."""
+    nodes, stiffness = condensed_body(body_volume(getattr(case.pair, gear).body), E, NU)
+    nodes, stiffness = nodes / length, stiffness * length / force
+    if suffix == ".npz":
+        np.savez(folder / "body.npz", nodes=nodes, stiffness=stiffness)
+    else:
+        mmwrite(folder / "body.mtx", stiffness, symmetry="symmetric", precision=17)
+        np.savetxt(folder / "body.csv", nodes, delimiter=",", header="x, y, z")
+    inertia = gear_inertias(case, gear_pair(case))[gear == "wheel"]
+    keys = {"mass_kg": inertia.mass_kg, "polar_inertia_kg_m2": 2e-4, "tilting_inertia_kg_m2": 1e-4}
+    x_axis = getattr(case.pair, gear).body.x_axis_deg
+    named = f'matrix = "body{suffix}"\nunit = "{unit}"\nx_axis_deg = {x_axis}\n'
+    text = text_of(change_case(case, **{f"{gear}.blank": None}))
+    text += f"\n[{gear}.blank]\n{named}" + "".join(f"{key} = {value}\n" for key, value in keys.items())
+    return parse_case(text, "case", "case", folder)
+
+
+def slotted_case(folder):
+    return case_on(
+        folder, slotted, "hexahedron", 24, SLOTTED, (-6.0, 0.0, 6.0), x_axis_deg=5.0, gear="pinion", pinion=FEW_TEETH,
+        wheel=FEW_TEETH, profile_elements=2, width_elements=2, element="hex8i",
+    )  # fmt: skip
+
+
+@pytest.mark.slow
+def test_a_matrix_condensed_from_a_mesh_gives_the_mesh_its_transmission_error(tmp_path):
+    case = slotted_case(tmp_path)
+    # The same matrix, rounded where it is turned into the frame of the file and back.
+    assert_allclose(ste_of(as_a_matrix(case, tmp_path, "pinion")), ste_of(case), rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "unit", "force", "length"),
+    [
+        (".npz", "mm", 1.0, 1.0),
+        (".mtx", "mm", 1.0, 1.0),
+        (".npz", "m", 1.0, 1e3),
+        (".npz", "in", 4.4482216152605, 25.4),
+    ],
+)
+@pytest.mark.parametrize("seen", [as_drawn, other_flank])
+def test_a_matrix_is_the_body_of_its_mesh_in_any_unit_and_on_coast_flanks(seen, suffix, unit, force, length, tmp_path):
+    case = slotted_case(tmp_path)
+    brought = as_a_matrix(case, tmp_path, "pinion", unit, suffix, force, length)
+    found, expected = (
+        blank_below(one, one.pair.pinion, gear_pair(one).pinion, sector_meshes(one, gear_pair(one))[0], 0).body
+        for one in map(seen, (brought, case))
+    )
+    assert found.repeats == expected.repeats == 4
+    for one, other in zip(found.own, expected.own, strict=True):
+        assert_allclose(one, other, rtol=0.0, atol=ROUND_OFF * np.abs(other).max())
+
+
+def test_a_body_as_a_matrix_has_the_mass_that_is_said(tmp_path):
+    case = slotted_case(tmp_path)
+    brought = as_a_matrix(case, tmp_path, "pinion")
+    solid, matrix = (gear_inertias(one, gear_pair(one))[0] for one in (case, brought))
+    below = brought.pair.pinion.body
+    teeth = matrix.mass_kg - below.mass_kg
+    mesh = 1e-9 * case.dynamics.density_kg_m3 * case.pair.pinion.body.mesh.volume_mm3
+    assert_allclose(teeth, solid.mass_kg - mesh, rtol=ROUND_OFF)
 
 
 @pytest.mark.slow
