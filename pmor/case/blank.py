@@ -17,24 +17,30 @@ CLEAR = 0.5
 
 @dataclass(frozen=True, kw_only=True)
 class HolesCase:
-    """Equal round holes in a web, evenly around the axis (sections `[pinion.blank.holes]` and `[wheel.blank.holes]`).
+    """Equal holes in a web, evenly around the axis (sections `[pinion.blank.holes]` and `[wheel.blank.holes]`).
+
+    Round ones, or kidney-shaped slots.
 
     Parameters
     ----------
     count : int
         Number of holes.
     radius_mm : float
-        Radius of each in mm.
+        Radius of each in mm; of a kidney-shaped slot that of its ends, half its width.
     on_radius_mm : float
         Radius in mm of the circle that their centres lie on.
+    length_deg : float
+        Angle in degrees about the gear's axis between the centres of the round ends of a kidney-shaped slot, which is
+        where a round hole goes along that circle; 0 is a round hole.
     first_deg : float
-        Place of the first one at pinion angle 0, in degrees: from the line from this gear's centre to its mate's,
-        counter-clockwise seen from +z.
+        Place of the middle of the first one at pinion angle 0, in degrees: from the line from this gear's centre to its
+        mate's, counter-clockwise seen from +z.
     """
 
     count: Annotated[int, Range(1, 1000)]
     radius_mm: Length
     on_radius_mm: Length
+    length_deg: Annotated[float, Range(0.0, 360.0, "deg")] = 0.0
     first_deg: Annotated[float, Range(-360.0, 360.0, "deg")] = 0.0
 
 
@@ -168,9 +174,18 @@ def _check_holes(holes: HolesCase, hub_mm: float, rim_mm: float, thin_mm: float,
             f"between hub, {hub_mm:.6g} mm, and rim, {rim_mm:.6g} mm, by 0.05 modules on either side: lower radius_mm, "
             "or change on_radius_mm"
         )
-    bridge_mm = 2.0 * (on_mm * math.sin(math.pi / holes.count) - radius_mm)
-    if holes.count > 1 and bridge_mm < thin_mm:
+    long_mm = math.radians(holes.length_deg) * on_mm
+    if 0.0 < long_mm < thin_mm:
         raise CaseError(
-            f"{place} count = {holes.count}: {bridge_mm:.3g} mm stay between neighbours, less than {thin_mm:g} mm, "
-            "0.05 modules: take fewer or smaller ones"
+            f"{place} length_deg = {holes.length_deg:g}: {long_mm:.3g} mm at on_radius_mm, less than {thin_mm:g} mm, "
+            "0.05 modules: raise it, or leave it out for round holes"
+        )
+    # Half the angle between the ends of neighbours; beyond a right angle what is between them is longer than the hub.
+    apart = min(math.pi / holes.count - 0.5 * math.radians(holes.length_deg), 0.5 * math.pi)
+    bridge_mm = 2.0 * (on_mm * math.sin(apart) - radius_mm)
+    if bridge_mm < thin_mm:
+        long = (f", length_deg = {holes.length_deg:g}", ", or shorter ones") if holes.length_deg else ("", "")
+        raise CaseError(
+            f"{place} count = {holes.count}{long[0]}: {bridge_mm:.3g} mm stay between neighbours, less than "
+            f"{thin_mm:g} mm, 0.05 modules: take fewer or smaller ones{long[1]}"
         )

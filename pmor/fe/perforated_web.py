@@ -1,4 +1,4 @@
-"""A web with equal round holes: by how much they soften it, between the circles where it meets hub and rim.
+"""A web with equal holes: by how much they soften it, between the circles where it meets hub and rim.
 
 One sector of the web, with one hole, is meshed with quadratic hexahedra: four blocks around the hole in a part of the
 sector that is as high as the web, plain columns beside them. The hole is filled by blocks of its own. With and without
@@ -9,6 +9,10 @@ times parabolas over the thickness,
 
 and the sides as cyclic symmetry says, of all harmonics n = g + k N, N holes. The difference of both is what the holes
 take off: negative, of harmonics that differ by multiples of N, and 0 for holes of no size, whatever the mesh.
+
+A kidney-shaped slot is where a round hole goes along a circle about the axis. Its sector is that of a round hole, cut
+along the radius through the hole's middle; its halves turn away from each other by half the slot's length, and columns
+are between them.
 """
 
 from __future__ import annotations
@@ -40,6 +44,10 @@ BESIDE, NARROW = 1.7, 0.35
 TO_A_WAVE, LEAST, MOST = 4.0, 4, 24
 # Least ones of a fine mesh; its first row around a hole, over the hole's radius, and the growth of the next ones.
 LEAST_FINE, FIRST_ROW, GROWTH = 6, 0.12, 1.6
+# Elements along the end of a slot, over the root of its radius over the bridge to the next one. *Measured*, five slots
+# of radius 10 mm that leave 3.7 mm or 1.8 mm: the web twists 0.2 or 0.3 % less than with finer elements, with 3 of them
+# 1.6 or 5 % less.
+TO_A_BRIDGE = 7.0
 # Elements over the thickness.
 THROUGH = 2
 
@@ -62,6 +70,8 @@ class PerforatedWeb:
         Half of it stands for the whole.
     largest : int
         Harmonics that feel the holes go from minus it to it.
+    length : float
+        Angle between the ends of a kidney-shaped slot, rad; 0 of a round hole.
     """
 
     inner: float
@@ -73,6 +83,7 @@ class PerforatedWeb:
     first: float
     mirrored: bool
     largest: int
+    length: float = 0.0
 
     @property
     def thickness(self) -> float:
@@ -257,7 +268,7 @@ class _Box(NamedTuple):
 
 def web_mesh(web: PerforatedWeb, fine: bool = False) -> WebMesh:
     """Mesh a sector of a web around its hole; a fine mesh is good for the stress at the hole's edge."""
-    half = math.pi / web.count
+    half = math.pi / web.count - 0.5 * web.length  # without what is between the ends of a slot
     room = min(web.outer - web.on_radius, web.on_radius - web.inner)
     wide = max(BESIDE * web.radius, 0.5 * room)
     beside = wide / web.on_radius
@@ -268,8 +279,13 @@ def web_mesh(web: PerforatedWeb, fine: bool = False) -> WebMesh:
     high = web.outer if web.outer - high < NARROW * tall else high
     waves, least = TO_A_WAVE * web.largest / (2.0 * math.pi), LEAST_FINE if fine else LEAST
     along = max(least, math.ceil(2.0 * beside * waves))
+    along += along % 2 if web.length else 0  # a line of elements is in the middle, where slots are cut
     size = max(2.0 * beside * web.on_radius / along, (web.outer - web.inner) / MOST)
-    box = _Box(beside, low, high, along, max(least, math.ceil((high - low) / size)))
+    up = max(least, math.ceil((high - low) / size))
+    if web.length:
+        bridge = 2.0 * (web.on_radius * math.sin(min(half, 0.5 * math.pi)) - web.radius)
+        up = max(up, math.ceil(TO_A_BRIDGE * math.sqrt(web.radius / bridge)))
+    box = _Box(beside, low, high, along, up)
     theta = [(-beside, beside, along)]
     if beside < half:
         columns = max(2, math.ceil((half - beside) * waves))
@@ -285,7 +301,23 @@ def web_mesh(web: PerforatedWeb, fine: bool = False) -> WebMesh:
             if (first, inner) != (-beside, low):
                 points = np.linspace(inner, outer, 2 * rows + 1)[:, None], np.linspace(first, last, 2 * columns + 1)
                 blocks.append((_points(*points), True))
-    return _extruded(web, blocks, half)
+    if web.length:
+        columns = math.ceil(web.length * web.on_radius / size)
+        blocks = [(part, solid) for block, solid in blocks for part in _drawn_out(block, 0.5 * web.length, columns)]
+    return _extruded(web, blocks, math.pi / web.count)
+
+
+def _drawn_out(block: FloatArray, turn: float, columns: int) -> list[FloatArray]:
+    """Turn what is on either side of x = 0 away from it, and fill the angle between with columns of elements."""
+    radius, theta = np.hypot(*block.T).T, np.arctan2(-block[..., 0], block[..., 1])
+    middle = block.shape[1] // 2
+    if np.abs(theta[:, middle]).max() > 1e-9:
+        return [_points(radius, theta + math.copysign(turn, theta.sum()))]
+    between = _points(radius[:, middle, None], np.linspace(-turn, turn, 2 * columns + 1))
+    halves = (slice(None, middle + 1), slice(middle, None))
+    return [
+        between, *(_points(radius[:, s], theta[:, s] + math.copysign(turn, theta[:, s].sum())) for s in halves),
+    ]  # fmt: skip
 
 
 def _points(radius: FloatArray | float, theta: FloatArray | float) -> FloatArray:

@@ -154,7 +154,7 @@ def _perforated(
     first = math.radians(holes.first_deg) + place * math.pi / tooth.teeth
     faces = float(ring.z[0]), float(ring.z[-1])
     return PerforatedWeb(inner, outer, faces, holes.count, holes.radius_mm, holes.on_radius_mm, first, mesh.mirrored,
-                         min(largest, math.ceil(felt)))  # fmt: skip
+                         min(largest, math.ceil(felt)), math.radians(holes.length_deg))  # fmt: skip
 
 
 def _held_span(blank: BlankCase, face: Span) -> Span:

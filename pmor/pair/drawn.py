@@ -62,8 +62,12 @@ class DrawnGear:
         if self.body is not None:
             found += _brought(self.body, density_kg_m3)
         if self.holes is not None:
-            hole = _solid(self.holes.radius_mm, 0.0, self.rings[-2], density_kg_m3)
-            found += about_the_axis(hole, self.holes.on_radius_mm).times(-self.holes.count)
+            web, radius, on_radius = self.rings[-2], self.holes.radius_mm, self.holes.on_radius_mm
+            hole = _solid(radius, 0.0, web, density_kg_m3)
+            found += about_the_axis(hole, on_radius).times(-self.holes.count)
+            # Both ends of a slot are a round hole about the axis; the share of a ring is between them.
+            between = _solid(on_radius + radius, on_radius - radius, web, density_kg_m3)
+            found += between.times(-self.holes.count * self.holes.length_deg / 360.0)
         return found
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pmor.case import Case
-from pmor.case.blank import ROUND_OFF
+from pmor.case.blank import ROUND_OFF, HolesCase
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
@@ -86,7 +86,10 @@ def _dimensions(gear: DrawnGear) -> list[tuple[float, float, str]]:
         (gear.held[1], hub.inner, f"bore ⌀ {2.0 * hub.inner:.5g} mm, held{over}"),
     ]
     if holes is not None:
-        text = f"{holes.count} holes ⌀ {2.0 * holes.radius_mm:.4g} mm\non ⌀ {2.0 * holes.on_radius_mm:.5g} mm"
+        text = f"{holes.count} holes ⌀ {2.0 * holes.radius_mm:.4g} mm"
+        if holes.length_deg:
+            text = f"{holes.count} slots {2.0 * holes.radius_mm:.4g} mm wide, {holes.length_deg:.4g}° long"
+        text += f"\non ⌀ {2.0 * holes.on_radius_mm:.5g} mm"
         found.append((web.high, holes.on_radius_mm, text))
     return found
 
@@ -139,7 +142,7 @@ def _front(axes: Axes, gear: DrawnGear, place: int, turned: float) -> None:
         for number in range(holes.count):
             angle = to_mate + turned * (math.radians(holes.first_deg) + 2.0 * math.pi * number / holes.count)
             x, y = holes.on_radius_mm * math.cos(angle), holes.on_radius_mm * math.sin(angle)
-            axes.fill(x + holes.radius_mm * np.cos(CIRCLE), y + holes.radius_mm * np.sin(CIRCLE), **white)
+            axes.fill(*_hole_outline(holes, angle).T, **white)
             if number == 0:
                 axes.text(x, y, "1", fontsize=8, ha="center", va="center")
     end = 1.12 * gear.rings[0].outer
@@ -149,6 +152,22 @@ def _front(axes: Axes, gear: DrawnGear, place: int, turned: float) -> None:
     axes.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]", title="Seen from +z, at pinion angle 0")
     axes.set(xlim=(-1.1 * end, 1.1 * end), ylim=(-1.15 * end, 1.15 * end))
     axes.grid(False)
+
+
+def _hole_outline(holes: HolesCase, angle: float) -> FloatArray:
+    """Outline of a hole whose middle is at an angle: two half circles, and of a slot the arcs between them."""
+    middle = len(CIRCLE) // 2
+    cap = holes.on_radius_mm * np.array([1.0, 0.0]) + holes.radius_mm * np.stack(
+        [np.cos(CIRCLE), np.sin(CIRCLE)], axis=-1
+    )
+    turn = 0.5 * math.radians(holes.length_deg)
+    ends = _turn(cap[: middle + 1], angle + turn), _turn(cap[middle:], angle - turn)
+    reach = [holes.on_radius_mm + side * holes.radius_mm for side in (-1.0, 1.0)]
+    over = angle + np.linspace(turn, -turn, len(CIRCLE))
+    inner, outer = (
+        r * np.stack([np.cos(a), np.sin(a)], axis=-1) for r, a in zip(reach, (over, over[::-1]), strict=True)
+    )
+    return np.concatenate([ends[0], inner, ends[1], outer])
 
 
 def _tooth_outline(tooth: Tooth) -> FloatArray:

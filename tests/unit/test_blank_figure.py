@@ -29,6 +29,18 @@ def test_holes_stand_where_the_file_says_from_the_line_of_centres(torque):
         np.testing.assert_allclose(first.get_position(), 17.5 * np.array([np.cos(expected), np.sin(expected)]))
 
 
+def test_a_slot_is_drawn_as_where_a_round_hole_goes_along_its_circle():
+    case = change_case(case_of(), **{"pinion.blank": {"holes": HOLES | {"length_deg": 40.0}}})
+    figure = blank_figure(case, gear_pair(case))
+    drawn = next(patch.get_xy() for patch in figure.axes[1].patches[5:])
+    angle = np.angle((drawn[:, 0] + 1j * drawn[:, 1]) * np.exp(-1j * np.radians(90.0 + 20.0)))
+    nearest = 17.5 * np.exp(1j * (np.clip(angle, *np.radians([-20.0, 20.0])) + np.radians(110.0)))
+    np.testing.assert_allclose(np.hypot(drawn[:, 0] - nearest.real, drawn[:, 1] - nearest.imag), 2.0, rtol=1e-12)
+    assert np.ptp(angle) > np.radians(40.0)
+    (named,) = (line for line in section_text(drawn_gears(case, gear_pair(case))[0]) if "5 slots" in line)
+    assert "4 mm wide, 40° long on ⌀ 35 mm" in named
+
+
 def test_a_section_in_characters_has_web_and_holes_at_their_end_of_the_face():
     case = case_of()
     lines = section_text(drawn_gears(case, gear_pair(case))[0])

@@ -116,6 +116,20 @@ BROKEN = {
     "holes through the rim": ({"holes": HOLES | {"on_radius_mm": 29.0}}, ["27 to 31 mm", "they leave the web"]),
     "holes through the hub": ({"holes": HOLES | {"radius_mm": 3.4}}, ["24.1 to 30.9 mm", "lower radius_mm"]),
     "holes that meet": ({"holes": HOLES | {"count": 44}}, ["count = 44", "stay between neighbours", "fewer"]),
+    "slots that meet": (
+        {"holes": HOLES | {"length_deg": 52.0}},
+        ["count = 6, length_deg = 52: -0.163 mm stay between neighbours", "shorter ones"],
+    ),
+    "slots over each other": ({"holes": HOLES | {"length_deg": 100.0}}, ["stay between neighbours", "shorter ones"]),
+    "a slot that closes on itself": (
+        {"holes": HOLES | {"count": 1, "length_deg": 352.0}},
+        ["count = 1, length_deg = 352"],
+    ),
+    "hardly a slot": (
+        {"holes": HOLES | {"length_deg": 0.3}},
+        ["length_deg = 0.3", "0.144 mm", "leave it out for round"],
+    ),
+    "a slot around": ({"holes": HOLES | {"length_deg": 400.0}}, ["length_deg = 400"]),
     "stress of no web": ({"web_thickness_mm": 20.0, "stress": True}, ["stress = true", "solid", "leave it out"]),
     "stress of a short web": (
         {"web_thickness_mm": 5.0, "rim_thickness_mm": 9.0, "hub_radius_mm": 24.0, "stress": True},

@@ -397,7 +397,7 @@ CASES = [
         (4.0, 20.0, 37.0), (-10.0, 0.0, 10.0), ((0.0, 1.0, 2.0), (3.0, 0.5, 1.0), (9.0, 8.0, 7.0)))), "whole": True},
     {"scheme": "line", "pinion": {"teeth": 21, "bore_radius_mm": 20.0, "blank": {
         "rim_thickness_mm": 6.0, "web_thickness_mm": 5.0, "web_offset_mm": -2.0, "hub_radius_mm": 24.0,
-        "holes": {"count": 6, "radius_mm": 2.0, "on_radius_mm": 27.5, "first_deg": 5.0}}},
+        "holes": {"count": 6, "radius_mm": 2.0, "on_radius_mm": 27.5, "length_deg": 20.0, "first_deg": 5.0}}},
      "wheel": {"teeth": 31, "bore_radius_mm": 20.0, "blank": {
          "rim_thickness_mm": 7.0, "web_thickness_mm": 4.0, "hub_radius_mm": 25.0, "hub_width_mm": 18.0,
          "held_length_mm": 9.0, "held_offset_mm": -1.5}}},

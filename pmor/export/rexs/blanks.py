@@ -17,7 +17,7 @@ OF_BLANK = {
 }  # fmt: skip
 OF_HOLES = {
     "custom_pmor_hole_radius": "radius_mm", "custom_pmor_holes_on_radius": "on_radius_mm",
-    "custom_pmor_first_hole": "first_deg",
+    "custom_pmor_hole_length": "length_deg", "custom_pmor_first_hole": "first_deg",
 }  # fmt: skip
 COUNT = "custom_pmor_number_of_holes"
 # Without it a gear has no blank of ours.

@@ -43,7 +43,7 @@ UNITS = {
         "radial_deflection_in_v", "radial_deflection_in_w",
     ), "mum"),
     **dict.fromkeys((
-        "angular_position_around_u", "custom_pmor_first_hole", "custom_pmor_pinion_angle",
+        "angular_position_around_u", "custom_pmor_first_hole", "custom_pmor_hole_length", "custom_pmor_pinion_angle",
         "helix_angle_reference_diameter", "normal_pressure_angle",
         "point_coordinates_angle_about_u_axis", "pressure_angle", "torsion_u",
         *(f"tilting_{side}_side_{way}" for side in ("inner", "outer") for way in "vw"),
