@@ -201,7 +201,8 @@ def condensed_sector(
     frames[:, 2, 2] = 1.0
     frames[:, :2, :2] = np.array([[x, -y], [y, x]]).transpose(2, 0, 1) / np.hypot(x, y)[:, None, None]
     sides = slice(0, 3 * len(x))
-    found[sides] = (frames.transpose(0, 2, 1) @ found[sides].reshape(len(x), 3, -1)).reshape(3 * len(x), -1)
+    size = len(found)  # written out, as the sector of a single hole has no sides
+    found[sides] = (frames.transpose(0, 2, 1) @ found[sides].reshape(len(x), 3, size)).reshape(3 * len(x), size)
     for matrix in (found, functions):
         matrix[:, sides] = (matrix[:, sides].reshape(len(matrix), len(x), 1, 3) @ frames).reshape(
             len(matrix), 3 * len(x)
