@@ -42,14 +42,14 @@ def _other(basis: Basis) -> Basis:
     gears = case.pair.pinion, case.pair.wheel
     solid = basis.compliance is not None and not any(basis.compliance.supports)
     blanks = [gear.light_blank(case.pair.face_width_mm) for gear in gears]
-    off_middle = any(blank is not None and (blank.web_offset_mm or blank.held_offset_mm) for blank in blanks)
+    off_middle = any(blank is not None and not (blank.web_even and blank.held_offset_mm == 0.0) for blank in blanks)
     off_middle = off_middle or any(gear.body is not None for gear in gears)
     uneven = off_middle or any(gear.face_offset_mm for gear in gears)
     if basis.shapes is not None or not solid or (case.pair.helix_angle_deg != 0.0 and uneven):
         raise CaseError(
             f"{case.name}: trained shapes over the whole width, holes, and helical gears with face_offset_mm, "
-            "web_offset_mm, held_offset_mm or a mesh as blank, stand for the flanks that they were made for: give a "
-            "case of its own with [load] torque_Nm of the other sign"
+            "web_offset_mm, web_profile, held_offset_mm or a mesh as blank, stand for the flanks that they were made "
+            "for: give a case of its own with [load] torque_Nm of the other sign"
         )
     assert basis.compliance is not None
     if off_middle:  # spur teeth are their own image, mirrored about the plane of the axes

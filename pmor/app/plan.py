@@ -35,6 +35,7 @@ NOT_WRITTEN = {
     "load.speed_rpm": "not given",
     "pair.centre_distance_mm": "without backlash",
     **{f"{gear}.blank.hub_width_mm": "of the face" for gear in GEARS},
+    **{f"{gear}.blank.web_thickness_mm": "of its profile" for gear in GEARS},
     "pinion.face_width_mm": "of the pair",
     "wheel.face_width_mm": "of the pair",
 }  # fmt: skip

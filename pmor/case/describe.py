@@ -60,9 +60,12 @@ def _value_words(value: object) -> str:
     return f"[{short_list(value)}]" if isinstance(value, tuple) else str(value)
 
 
-def short_list(values: Sequence[float | str]) -> str:
+def short_list(values: Sequence[float | str | tuple[float, ...]]) -> str:
     """Return values of a list as text; of many, the first ones and the last."""
-    texts = [value if isinstance(value, str) else f"{value:.12g}" for value in values]
+    texts = [
+        value if isinstance(value, str) else f"[{short_list(value)}]" if isinstance(value, tuple) else f"{value:.12g}"
+        for value in values
+    ]
     if len(texts) > LONGEST_LIST:
         texts = [*texts[:3], "...", texts[-1]]
     return ", ".join(texts)

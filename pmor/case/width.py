@@ -46,7 +46,7 @@ def _mirrors_with_parallel_axes(case: Case) -> bool:
     symmetric = pair.helix_angle_deg == pair.pinion.face_offset_mm == pair.wheel.face_offset_mm == 0.0
     gears = pair.pinion, pair.wheel
     blanks = [gear.light_blank(pair.face_width_mm) for gear in gears]
-    even = all(blank is None or blank.web_offset_mm == blank.held_offset_mm == 0.0 for blank in blanks)
+    even = all(blank is None or (blank.web_even and blank.held_offset_mm == 0.0) for blank in blanks)
     even = even and all(gear.body is None for gear in gears)  # the ends of a mesh may differ
     return mesh.width == "half" and symmetric and even and mesh.width_elements % 2 == 0
 

@@ -42,16 +42,22 @@ MUCH = 1e4
 
 @dataclass(frozen=True)
 class Block:
-    """A ring of rectangular section, of nine-node elements.
+    """A ring of nine-node elements, of rectangular section, or of one whose faces change over the radius.
 
     Parameters
     ----------
     radii, z : ndarray
-        Of the lines between elements, mm: z rising, radii too, or falling from the outside of a ring inwards.
+        Of the lines between elements, mm: z rising, radii too, or falling from the outside of a ring inwards. Lines
+        along a radius whose z changes have one at each of the radii, (radii, lines).
     """
 
     radii: FloatArray
     z: FloatArray
+
+    @property
+    def at_radii(self) -> FloatArray:
+        """Z of the lines at each of the radii, (radii, lines), mm."""
+        return np.broadcast_to(self.z, (len(self.radii), self.z.shape[-1]))
 
     @property
     def nodes_z(self) -> FloatArray:
@@ -152,9 +158,10 @@ def ring_stiffness(
                 (count + 3 * int(g), *_surface_stress(block, place, gauges.across[g], gauges.upper[g], plane, twist))
                 for g in on if gauges
             ]  # fmt: skip
-            free = _beyond(block.nodes_z, held) if held and not rows else NONE
+            free = _beyond(with_middles(block.at_radii[0]), held) if held and not rows else NONE
             stiffness = _row_stiffness(block, place, law, twist)
-            rows.append(_Row(block.nodes_z, block.radii[place + 1], stiffness, own, free))
+            z = [with_middles(lines) for lines in block.at_radii[place : place + 2]]
+            rows.append(_Row(z[0], z[1], block.radii[place + 1], stiffness, own, free))
     count += 3 * len(gauges.row) if gauges else 0
     revolution, found = 4.0 * np.pi if mirrored else 2.0 * np.pi, []
     for first in range(0, len(harmonics), TOGETHER):
@@ -167,12 +174,15 @@ def ring_stiffness(
 
 
 class _Row(NamedTuple):
-    """A row of elements: its columns of nodes, its outer radius, and K_0, K_1 and K_2 over its three rows of nodes.
+    """A row of elements: z of its columns of nodes at its inner and its outer radius, and the latter.
+
+    Of its stiffness K_0, K_1 and K_2 over its three rows of nodes.
 
     Of each gauge the number of its first load, and its stress over these nodes: steady, and what n multiplies; of the
     inner row of nodes the unknowns that are free though it is held.
     """
 
+    inner_z: FloatArray
     z: FloatArray
     outer: float
     stiffness: tuple[Amplitudes, Amplitudes, Amplitudes]
@@ -217,13 +227,13 @@ def _eliminated(
     edge: float | None,
 ) -> Amplitudes:
     """Matrix of the last row of nodes and `count` loads, harmonics (h, 1, 1); from a free edge of a radius, or held."""
-    z = rows[0].z
+    z = rows[0].inner_z
     size = 0 if edge is None else 3 * len(z)
     left: Amplitudes = np.zeros((len(n), size + count, size + count), dtype=rows[0].stiffness[0].dtype)
     if edge is not None:
         _add_loads(left, loads, edge, z, n)
     for row in rows:
-        left, z, size = _handed_on(left, count, z, row.z), row.z, 3 * len(row.z)
+        left, z, size = _handed_on(left, count, z, row.inner_z), row.z, 3 * len(row.z)
         constant, linear, square = row.stiffness
         own = np.zeros((len(n), 3 * size + count, 3 * size + count), dtype=constant.dtype)
         own[:, : 3 * size, : 3 * size] = revolution * (constant + n * linear + n * n * square)
@@ -326,7 +336,9 @@ def _surface_stress(
 def _row_stiffness(block: Block, row: int, law: FloatArray, twist: float) -> tuple[Amplitudes, Amplitudes, Amplitudes]:
     """K_0, K_1 and K_2 of a row of elements, over its three rows of nodes: (9 m, 9 m) each, for an angle of 1 rad."""
     inner, outer = block.radii[row : row + 2]
-    height, widths = outer - inner, np.diff(block.z)
+    height, (lines, further) = outer - inner, block.at_radii[row : row + 2]
+    # Widths at the inner radius; how much wider they are, and how far their lower lines have moved, at the outer one.
+    widths, wider, moved = np.diff(lines), np.diff(further - lines), (further - lines)[:-1]
     places, weights = np.polynomial.legendre.leggauss(POINTS)
     elements = len(widths)
     size = 3 * 3 * (2 * elements + 1)
@@ -335,13 +347,15 @@ def _row_stiffness(block: Block, row: int, law: FloatArray, twist: float) -> tup
     for a, weight in zip(places, weights, strict=True):
         shape_r, slope_r = _parabolas(a)
         r = 0.5 * (inner + outer + a * height)
+        width = widths + 0.5 * (1.0 + a) * wider
         for b, other in zip(places, weights, strict=True):
             shape_z, slope_z = _parabolas(b)
             shape = np.outer(shape_r, shape_z).ravel()
-            by_r = np.outer(slope_r, shape_z).ravel() * 2.0 / height
-            by_z = np.outer(shape_r, slope_z).ravel() * 2.0 / widths[:, None]
+            by_z = np.outer(shape_r, slope_z).ravel() * 2.0 / width[:, None]
+            slope = (moved + 0.5 * (1.0 + b) * wider)[:, None] / height
+            by_r = np.outer(slope_r, shape_z).ravel() * 2.0 / height - slope * by_z
             steady, turning = _strains(shape, by_r, by_z, r, twist)
-            volume = (0.25 * weight * other * abs(height) * r * widths)[:, None, None]
+            volume = (0.25 * weight * other * abs(height) * r * width)[:, None, None]
             for place, product in enumerate((
                 steady.transpose(0, 2, 1) @ law @ steady,
                 steady.transpose(0, 2, 1) @ law @ turning + turning.conj().T @ law @ steady,

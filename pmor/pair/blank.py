@@ -47,6 +47,8 @@ FELT, LEAST_BRIDGE, TO_A_HOLE = 1e4, 0.4, 1.5
 TO_A_WAVE, LINEAR_TO_A_WAVE = 2.0, 4.0
 # Harmonics that feel each other through it at most, and the degree of the polynomials over the width in which they do.
 COUPLED, DEGREE = 48, 4
+# Change of the slope of a web's face below which the face goes on straight.
+STRAIGHT = 1e-9
 # Rows of elements beside an interface or the outside of a ring, over the radius of the shortest wave.
 WAVE_STEP = 0.5
 
@@ -171,26 +173,63 @@ def _section(
     """Hub, web and the rim below the interface, with lines of elements that crowd at the corners of the web."""
     low, high = face
     middle, inner = 0.5 * (low + high), root - blank.rim_thickness_mm
-    web = [middle + blank.web_offset_mm + side * 0.5 * blank.web_thickness_mm for side in (-1.0, 1.0)]
+    webs = _pieces(blank.web_stations(inner, middle))
     wide = 0.5 * (blank.hub_width_mm or high - low)
-    corner = CORNER * blank.web_thickness_mm * AT_ELEMENTS / elements
+    corner = CORNER * blank.thinnest_web_mm * AT_ELEMENTS / elements
     top = 0.0 if mesh.mirrored else math.inf
     hub, rim = ((first, min(last, top)) for first, last in ((middle - wide, middle + wide), (low, high)))
     part = [*_held_span(blank, face)] if blank.held_in_part(high - low) else []
-    ends = [*hub, *rim, *web, *part]
-    edge = HELD_END * corner
-    places = [place for place in (*ends, *mesh.z[:: mesh.order].tolist()) if place <= top]
-    z = _lines(places, [*web, *part], [corner, corner, *(edge for _ in part)])
+
+    def moved(z: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+        """Take lines between two faces to where the faces are at another radius, and those beside them along."""
+        start, end = np.minimum(start, top), np.minimum(end, top)
+        return z + np.interp(z, start, end - start)
+
+    def at_rim(z: Sequence[float], beyond: int = 0) -> list[float]:
+        found = np.asarray(z, dtype=np.float64)
+        for web in webs[beyond:]:
+            found = moved(found, web[0, 1:], web[-1, 1:])
+        return [float(place) for place in found]
+
+    # Lines are laid at the rim, for all radii, and follow the faces of the web down to the hub.
+    faces = [place for number, web in enumerate(webs, start=1) for place in at_rim(web[-1, 1:].tolist(), number)]
+    ends, edge = at_rim(part), HELD_END * corner
+    sized = [*((place, corner) for place in faces), *((place, edge) for place in ends)]
+    sized = [(place, size) for place, size in sized if place <= top]
+    places = [*at_rim(hub), *rim, *faces, *ends, *mesh.z[:: mesh.order].tolist()]
+    z = _lines([place for place in places if place <= top], *zip(*sized, strict=True))
 
     def across(span: Sequence[float]) -> FloatArray:
         slack = 1e-9 * (high - low)
         return z[(z >= span[0] - slack) & (z <= span[1] + slack)]
 
-    corners, sizes = [blank.hub_radius_mm, inner], [corner, corner]
+    bends = [_bends(web) for web in webs]
+    corners = sorted({radius for ends in bends for radius in ends})
+    sizes = [corner] * len(corners)
     if part:
         corners, sizes = [bore, *corners], [edge, *sizes]
-    rings = ((bore, blank.hub_radius_mm, hub), (blank.hub_radius_mm, inner, web), (inner, interface, rim))
-    return tuple(Block(_lines([first, last], corners, sizes), across(span)) for first, last, span in rings)
+    blocks = [Block(_lines([inner, interface], corners, sizes), across(rim))]
+    for web, through in zip(reversed(webs), reversed(bends), strict=True):
+        radii, lines = _lines(through, corners, sizes), across(web[-1, 1:].tolist())
+        at = np.stack([np.interp(radii, web[:, 0], web[:, side]) for side in (1, 2)], axis=1)
+        tapered = np.stack([moved(lines, web[-1, 1:], one) for one in at])
+        blocks.append(Block(radii, tapered if np.ptp(at, axis=0).any() else lines))
+        z = moved(z, web[-1, 1:], web[0, 1:])
+    blocks.append(Block(_lines([bore, blank.hub_radius_mm], corners, sizes), across(hub)))
+    return tuple(reversed(blocks))
+
+
+def _pieces(stations: Sequence[Sequence[float]]) -> list[FloatArray]:
+    """Stations of a web, radius and z of both faces, between its steps."""
+    found = np.asarray(stations, dtype=np.float64)
+    return np.split(found, np.flatnonzero(np.diff(found[:, 0]) == 0.0) + 1)
+
+
+def _bends(web: FloatArray) -> list[float]:
+    """Radii of the ends of a piece of a web, and of its stations at which a face bends."""
+    slopes = np.diff(web[:, 1:], axis=0) / np.diff(web[:, :1], axis=0)
+    bent = (np.abs(np.diff(slopes, axis=0)) > STRAIGHT).any(axis=1)
+    return [float(web[0, 0]), *web[1:-1, 0][bent].tolist(), float(web[-1, 0])]
 
 
 def _lines(places: Sequence[float], corners: Sequence[float], sizes: Sequence[float]) -> FloatArray:

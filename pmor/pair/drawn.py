@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from pmor.case import Case, GearCase
 from pmor.case.blank import HolesCase
 from pmor.case.body import BodyCase, MatrixCase
-from pmor.gear.inertia import Inertia, about_the_axis, disc
+from pmor.core.arrays import FloatArray
+from pmor.gear.inertia import Inertia, about_the_axis, disc, tapered_disc
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 from pmor.pair.model import held_radii
@@ -15,13 +18,28 @@ from pmor.pair.model import held_radii
 
 @dataclass(frozen=True)
 class Ring:
-    """A part of a gear: radii, and z from the middle of its face, mm."""
+    """A part of a gear: radii, and z from the middle of its face, mm.
+
+    Of a web with a profile `low` and `high` are its furthest, and `profile` has radius and z of both faces at stations.
+    """
 
     name: str
     inner: float
     outer: float
     low: float
     high: float
+    profile: tuple[tuple[float, float, float], ...] = ()
+
+    @property
+    def stations(self) -> FloatArray:
+        """Radius and z of both faces, rising, (stations, 3), mm."""
+        plain = (self.inner, self.low, self.high), (self.outer, self.low, self.high)
+        return np.array(self.profile or plain)
+
+    def faces(self, radius: float) -> tuple[float, float]:
+        """Return z of both faces at a radius, mm."""
+        radii, low, high = self.stations.T
+        return float(np.interp(radius, radii, low)), float(np.interp(radius, radii, high))
 
 
 @dataclass(frozen=True)
@@ -96,8 +114,10 @@ def _drawn(gear: GearCase, tooth: Tooth, held: float, pair_width: float) -> Draw
     if blank is None:
         return DrawnGear(tooth, (teeth, Ring("body", min(held, root), max(held, root), -half, half)))
     rim, hub, wide = root - blank.rim_thickness_mm, blank.hub_radius_mm, 0.5 * (blank.hub_width_mm or 2.0 * half)
-    low, high = (blank.web_offset_mm + side * 0.5 * blank.web_thickness_mm for side in (-1.0, 1.0))
-    below = Ring("rim", rim, root, -half, half), Ring("web", hub, rim, low, high), Ring("hub", held, hub, -wide, wide)
+    stations = blank.web_stations(rim)
+    low, high = min(low for _, low, _ in stations), max(high for _, _, high in stations)
+    web = Ring("web", hub, rim, low, high, stations if blank.web_profile else ())
+    below = Ring("rim", rim, root, -half, half), web, Ring("hub", held, hub, -wide, wide)
     grip = 0.5 * (blank.held_length_mm or 2.0 * wide)
     return DrawnGear(
         tooth, (teeth, *below), blank.holes, held=(blank.held_offset_mm - grip, blank.held_offset_mm + grip)
@@ -112,4 +132,6 @@ def _brought(body: BodyCase | MatrixCase, density: float) -> Inertia:
 
 
 def _solid(outer: float, inner: float, ring: Ring, density: float) -> Inertia:
+    if ring.profile:
+        return tapered_disc(ring.profile, density)
     return disc(outer, inner, ring.high - ring.low, density, 0.5 * (ring.low + ring.high))

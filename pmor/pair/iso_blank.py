@@ -45,7 +45,7 @@ def iso_blanks(case: Case, pair: GearPair) -> tuple[IsoBlank, IsoBlank] | None:
         if blank is None:
             continue
         low, high = gear.face(case.pair.face_width_mm)
-        rim, web = blank.rim_thickness_mm, blank.web_thickness_mm / (high - low)
+        rim, web = blank.rim_thickness_mm, blank.thinnest_web_mm / (high - low)
         height, modules = rim / (tooth.tip_radius - tooth.root_radius), rim / tooth.module
         found[place] = IsoBlank(web_factor(web, modules), rim_factor(height), height, modules, web)
         light = True

@@ -45,8 +45,8 @@ def blank_figure(case: Case, pair: GearPair) -> Figure | None:
 def _section(axes: Axes, gear: DrawnGear, name: str) -> None:
     """Half of the section through the axis, and in a column beside it what each part measures."""
     for ring in gear.rings:
-        outline = [(ring.low, ring.inner), (ring.high, ring.inner), (ring.high, ring.outer), (ring.low, ring.outer)]
-        axes.fill(*np.array(outline).T, facecolor=FILL[ring.name], edgecolor=EDGE, lw=0.9)
+        radii, low, high = ring.stations.T
+        axes.fill([*low, *high[::-1]], [*radii, *radii[::-1]], facecolor=FILL[ring.name], edgecolor=EDGE, lw=0.9)
     if (holes := gear.holes) is not None:
         web, ends = gear.rings[-2], (holes.on_radius_mm - holes.radius_mm, holes.on_radius_mm + holes.radius_mm)
         axes.fill_between([web.low, web.high], *ends, facecolor="white", edgecolor=EDGE, lw=0.9)
@@ -74,14 +74,17 @@ def _dimensions(gear: DrawnGear) -> list[tuple[float, float, str]]:
     """Points of a section, z and radius, and what is measured there."""
     teeth, rim, web, hub = gear.rings
     middle, holes = 0.5 * (web.low + web.high), gear.holes
+    named = web.inner + 0.8 * (web.outer - web.inner)
+    thick = web.stations[:, 2] - web.stations[:, 1]
+    thickness = " to ".join(dict.fromkeys(f"{one:.4g}" for one in (thick.min(), thick.max())))
     part = gear.held[1] - gear.held[0]
     over = f" over {part:.4g} mm" if part < (hub.high - hub.low) * (1.0 - ROUND_OFF) else ""
-    offset = f", offset {middle:+.4g} mm" if middle else ""
+    offset = f", offset {middle:+.4g} mm" if middle and not web.profile else ""
     found = [
         (teeth.high, teeth.outer, f"tip ⌀ {2.0 * teeth.outer:.5g} mm"),
         (rim.high, rim.outer, f"root ⌀ {2.0 * rim.outer:.5g} mm, face {rim.high - rim.low:.4g} mm"),
         (rim.high, 0.5 * (rim.inner + rim.outer), f"rim {rim.outer - rim.inner:.4g} mm thick"),
-        (web.high, web.inner + 0.8 * (web.outer - web.inner), f"web {web.high - web.low:.4g} mm thick{offset}"),
+        (web.faces(named)[1], named, f"web {thickness} mm thick{offset}"),
         (hub.high, hub.outer, f"hub ⌀ {2.0 * hub.outer:.5g} mm, {hub.high - hub.low:.4g} mm wide"),
         (gear.held[1], hub.inner, f"bore ⌀ {2.0 * hub.inner:.5g} mm, held{over}"),
     ]
@@ -109,7 +112,8 @@ def section_text(gear: DrawnGear) -> list[str]:
         for ring in gear.rings:
             # Thin parts have a row and a column at least.
             if ring.inner - 0.5 * height < radius < ring.outer:
-                drawn[(z > ring.low - 0.5 * step) & (z < ring.high + 0.5 * step)] = "|" if ring.name == "teeth" else "#"
+                low, high = ring.faces(radius)
+                drawn[(z > low - 0.5 * step) & (z < high + 0.5 * step)] = "|" if ring.name == "teeth" else "#"
         if gear.holes is not None and abs(radius - gear.holes.on_radius_mm) < gear.holes.radius_mm:
             drawn[drawn == "#"] = "."
         lines.append("".join(drawn))

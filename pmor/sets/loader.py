@@ -201,9 +201,11 @@ class _Reader(Reader):
             self.refuse(f"[{member}.blank] stress = true", "a set has no stress of webs: leave it out")
         # The flanks are unlike then.
         both = len({share.sense for share, _ in meshes}) > 1
-        if both and case.pair.helix_angle_deg and blank is not None and blank.web_offset_mm:
-            rule = "teeth that carry on both flanks need a web in the middle, or no helix: set it to 0"
-            self.refuse(f"[{member}.blank] web_offset_mm = {blank.web_offset_mm:g}", rule)
+        if both and case.pair.helix_angle_deg and blank is not None and not blank.web_even:
+            rule = "teeth that carry on both flanks need a web in the middle, or no helix"
+            if blank.web_profile is not None:
+                self.refuse(f"[{member}.blank] web_profile", f"{rule}: write faces at -z and z")
+            self.refuse(f"[{member}.blank] web_offset_mm = {blank.web_offset_mm:g}", f"{rule}: set it to 0")
 
     def case(self, said: SetSections, share: Share, torque_Nm: float) -> Case:
         """Return the case of a mesh; a torque that turns its pinion clockwise makes the case of the image."""

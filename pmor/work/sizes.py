@@ -127,7 +127,7 @@ def blank_sizes(case: Case, pair: GearPair) -> list[BlankSize | None]:
         if blank is None:
             found.append(None)
             continue
-        blocks = tuple((len(block.radii) - 1, len(block.z) - 1) for block in blank.blocks)
+        blocks = tuple((len(block.radii) - 1, block.z.shape[-1] - 1) for block in blank.blocks)
         holes = (0, 0, 0) if blank.web is None else blank.web.unknowns()
         found.append(BlankSize(blank.largest, blocks, 3 * len(mesh.interface), holes))
     return found

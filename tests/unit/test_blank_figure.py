@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pmor import change_case, make_case
+from pmor import change_case, make_case, plan
 from pmor.pair.drawn import drawn_gears
 from pmor.pair.model import gear_pair
 from pmor.report.blank_figure import blank_figure, section_text
@@ -56,6 +56,21 @@ def test_the_part_of_a_bore_that_is_held_is_drawn_and_named():
     lines = [line.get_xdata() for line in blank_figure(case, pair).axes[0].lines if line.get_linewidth() == 3.0]
     np.testing.assert_allclose(lines, [[-5.0, -1.0]])
     assert any("held over 4 mm" in line for line in section_text(drawn_gears(case, pair)[0]))
+
+
+def test_a_web_with_a_profile_is_drawn_by_its_stations():
+    """At the hub at one end of the face, at the rim at the other one."""
+    stations = [[12.0, -5.0, -1.0], [18.0, -5.0, -1.0], [18.0, -2.0, 1.0], [22.0, 2.0, 4.0]]
+    case = change_case(case_of(), **{"pinion.blank": {
+        "holes": None, "web_thickness_mm": None, "web_offset_mm": None, "web_profile": stations}})  # fmt: skip
+    case = change_case(case, **{"pinion": {"blank": {"holes": None}}}) if case.pair.pinion.blank.holes else case
+    pair = gear_pair(case)
+    web = blank_figure(case, pair).axes[0].patches[2].get_xy()
+    for radius, low, high in stations:
+        assert {(low, radius), (high, radius)} <= set(map(tuple, web))
+    lines = section_text(drawn_gears(case, pair)[0])
+    assert any("web 2 to 4 mm thick" in line for line in lines)
+    assert "[[12, -5, -1], [18, -5, -1]" in plan(case)
 
 
 def test_solid_gears_have_no_picture_of_blanks():

@@ -14,6 +14,7 @@ from pmor.core.errors import CaseError
 
 HOLES = {"count": 6, "radius_mm": 2.0, "on_radius_mm": 27.5, "first_deg": 5.0}
 WEB = {"rim_thickness_mm": 6.0, "web_thickness_mm": 5.0, "hub_radius_mm": 24.0}
+CONE = {"rim_thickness_mm": 6.0, "hub_radius_mm": 24.0, "web_profile": [[24.0, -5.0, 5.0], [30.0, -2.0, 2.0]]}
 SMALL = {"teeth": 21, "bore_radius_mm": 20.0, "module_mm": 4.0, "face_width_mm": 20.0, "torque_Nm": 100.0}
 
 
@@ -33,8 +34,22 @@ def test_a_wheel_without_a_section_has_the_blank_of_the_pinion_unless_it_says_an
     assert alone.pair.wheel.blank is None
 
 
-def test_a_case_with_blanks_reads_back_also_where_its_fields_were_replaced():
-    case = case_of(WEB | {"holes": HOLES})
+def profile(*stations):
+    return CONE | {"web_profile": list(stations)}
+
+
+def test_a_web_keeps_its_faces_up_to_hub_and_rim_and_has_two_stations_at_a_step():
+    blank = case_of(
+        profile([25.0, -3.0, 5.0], [27.0, -3.0, 5.0], [27.0, -2.0, 1.0], [29.0, 0.0, 2.0])
+    ).pair.pinion.blank
+    expected = (24.0, -3.0, 5.0), (25.0, -3.0, 5.0), (27.0, -3.0, 5.0), (27.0, -2.0, 1.0), (29.0, 0.0, 2.0)
+    assert blank.web_stations(31.0) == (*expected, (31.0, 0.0, 2.0))
+    assert blank.thinnest_web_mm == 2.0
+
+
+@pytest.mark.parametrize("blank", [WEB | {"holes": HOLES}, CONE])
+def test_a_case_with_blanks_reads_back_also_where_its_fields_were_replaced(blank):
+    case = case_of(blank)
     assert replace(parse_case(case.text, "case", "case"), text="") == replace(case, text="")
     changed = replace(case, torque_Nm=90.0, online=replace(case.online, torques_Nm=(90.0,)))
     again = parse_case(text_of(changed), "case", "case")
@@ -70,6 +85,8 @@ def test_half_the_width_stands_for_webs_in_the_middle_alone():
     assert meshed_width(case_of()) == "half"
     assert meshed_width(case_of(WEB | {"web_offset_mm": 0.5})) == "whole"
     assert meshed_width(case_of(WEB | {"held_length_mm": 8.0})) == "half"
+    assert meshed_width(case_of(CONE)) == "half"
+    assert meshed_width(case_of(profile([24.0, -5.0, 5.0], [30.0, -2.0, 2.5]))) == "whole"
     assert meshed_width(case_of(WEB | {"held_length_mm": 8.0, "held_offset_mm": 0.5})) == "whole"
 
 
@@ -105,6 +122,55 @@ BROKEN = {
     "web wider than the hub": ({"hub_width_mm": 4.0}, ["web_thickness_mm = 5", "wider than the hub, 4 mm"]),
     "web beside the face": ({"web_offset_mm": 8.0}, ["web_offset_mm = 8", "beyond the face", "within 7.5 mm"]),
     "web beside the hub": ({"web_offset_mm": 2.0, "hub_width_mm": 8.0}, ["beyond the hub", "within 1.5 mm"]),
+    "two thicknesses": ({"web_profile": [[24.0, -2.0, 2.0], [30.0, -2.0, 2.0]]}, ["leave web_thickness_mm out"]),
+    **{
+        name: ({"web_thickness_mm": None, "web_profile": stations}, ["[pinion.blank] web_profile: ", *words])
+        for name, stations, *words in (
+            (
+                "a profile of one station",
+                [[24.0, -2.0, 2.0]],
+                "two stations or more",
+                "[[radius_mm, from_mm, to_mm], ...]",
+            ),
+            ("a profile of thicknesses", [[24.0, 4.0], [30.0, 2.0]], "[[radius_mm, from_mm, to_mm], ...]"),
+            ("a profile of numbers", [24.0, 4.0, 2.0], "[[radius_mm, from_mm, to_mm], ...]"),
+            (
+                "a profile within the hub",
+                [[23.0, -2.0, 2.0], [30.0, -2.0, 2.0]],
+                "at radius 23 mm",
+                "between hub, 24 mm",
+            ),
+            ("a profile within the rim", [[24.0, -2.0, 2.0], [31.5, -2.0, 2.0]], "at radius 31.5 mm", "and rim, 31 mm"),
+            ("faces that cross", [[24.0, -2.0, 2.0], [30.0, 1.0, -1.0]], "at radius 30 mm", "from 1 to -1 mm", "raise"),
+            (
+                "a profile beyond the face",
+                [[24.0, -2.0, 2.0], [28.0, 5.0, 10.5]],
+                "10.5 mm, beyond the face, 20 mm wide",
+            ),
+            ("radii that fall", [[28.0, -2.0, 2.0], [24.0, -2.0, 2.0]], "must rise by 0.2 mm", "sort or merge"),
+            ("stations side by side", [[28.0, -2.0, 2.0], [28.1, -1.0, 1.0]], "must rise by 0.2 mm", "equal at a step"),
+            (
+                "a step of three",
+                [[28.0, -i, i] for i in (3.0, 2.0, 1.0)],
+                "at radius 28 mm are three stations",
+                "leave two",
+            ),
+            ("a step at the hub", [[24.0, -2.0, 2.0], [24.0, -1.0, 1.0]], "give one station there"),
+            (
+                "a step apart",
+                [[28.0, -4.0, 0.0], [28.0, 0.1, 4.0]],
+                "share less than 0.2 mm",
+                "let their faces overlap",
+            ),
+        )
+    },
+    "a profile beyond the hub": (CONE | {"web_thickness_mm": None, "hub_width_mm": 8.0}, ["beyond the hub, 8 mm wide"]),
+    "a profile that is moved": (CONE | {"web_thickness_mm": None, "web_offset_mm": 1.0}, ["leave web_offset_mm out"]),
+    "holes in a profile": (CONE | {"web_thickness_mm": None, "holes": HOLES}, ["holes is for webs of one thickness"]),
+    "stress of a profile": (
+        CONE | {"web_thickness_mm": None, "stress": True},
+        ["stress is for webs", "leave stress out"],
+    ),
     "held beyond the hub": ({"held_length_mm": 21.0}, ["held_length_mm = 21", "longer than the hub, 20 mm"]),
     "held beside the hub": ({"held_length_mm": 12.0, "held_offset_mm": -5.0}, ["held_offset_mm = -5", "within 4 mm"]),
     "held off the middle without a length": ({"held_offset_mm": 1.0}, ["held_offset_mm = 1", "or give held_length_mm"]),

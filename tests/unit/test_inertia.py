@@ -87,6 +87,36 @@ def test_a_blank_has_the_mass_of_its_body_point_by_point(long):
     np.testing.assert_allclose(found.tilting_kg_m2, 0.5 * polar + long, rtol=1e-3)
 
 
+def test_a_web_with_a_profile_has_the_mass_of_its_closed_form():
+    """Cone between radii of 13 and 19 mm, steps beside it: t = a + b r, its mass 2 pi rho (a r^2 / 2 + b r^3 / 3)."""
+    stations = [[13.0, -4.0, 4.0], [19.0, -1.0, 2.0], [19.0, -0.5, 1.0]]
+    case = blank_case(web_thickness_mm=None, web_offset_mm=None, web_profile=stations)
+    pair = gear_pair(case)
+    found, rim = gear_inertias(case, pair)[0], pair.pinion.root_radius - 3.0
+    slope = (3.0 - 8.0) / 6.0
+    at_axis = 8.0 - 13.0 * slope
+    web, polar = (
+        2.0 * np.pi * (8.0 * (13.0**n - 12.0**n) / n + at_axis * (19.0**n - 13.0**n) / n
+                       + slope * (19.0 ** (n + 1) - 13.0 ** (n + 1)) / (n + 1) + 1.5 * (rim**n - 19.0**n) / n)
+        for n in (2, 4)
+    )  # fmt: skip
+    rest = disc(pair.pinion.reference_radius, rim, 10.0, 7810.0) + disc(12.0, 8.0, 16.0, 7810.0)
+    np.testing.assert_allclose(found.mass_kg - rest.mass_kg, 7810e-9 * web, rtol=1e-12)
+    np.testing.assert_allclose(found.polar_kg_m2 - rest.polar_kg_m2, 7810e-15 * polar, rtol=1e-12)
+    along = 0.5 * 7810e-15 * polar
+    r = 12.0 + (np.arange(200_000) + 0.5) * (rim - 12.0) / 200_000
+    low, high = (np.interp(r, *np.array([[s[0], s[k]] for s in stations]).T) for k in (1, 2))
+    along += 7810e-15 * (2.0 * np.pi * r * (high**3 - low**3) / 3.0).sum() * (rim - 12.0) / 200_000
+    np.testing.assert_allclose(found.tilting_kg_m2 - rest.tilting_kg_m2, along, rtol=1e-6)  # by so many rings
+
+
+def test_a_straight_profile_has_the_inertias_of_the_plain_web():
+    plain = blank_case()
+    straight = blank_case(web_thickness_mm=None, web_offset_mm=None, web_profile=[[13.0, -0.5, 3.5], [19.0, -0.5, 3.5]])
+    found, expected = (astuple(gear_inertias(case, gear_pair(case))[0]) for case in (straight, plain))
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
 def test_a_blank_that_leaves_nothing_out_is_the_disc():
     case = blank_case(web_thickness_mm=10.0, web_offset_mm=0.0, hub_width_mm=10.0)
     pair = gear_pair(case)

@@ -401,10 +401,15 @@ CASES = [
      "wheel": {"teeth": 31, "bore_radius_mm": 20.0, "blank": {
          "rim_thickness_mm": 7.0, "web_thickness_mm": 4.0, "hub_radius_mm": 25.0, "hub_width_mm": 18.0,
          "held_length_mm": 9.0, "held_offset_mm": -1.5}}},
+    {"scheme": "line", "pinion": {"teeth": 21, "bore_radius_mm": 20.0, "blank": {
+        "rim_thickness_mm": 6.0, "hub_radius_mm": 24.0,
+        "web_profile": [[24.0, -5.0, 4.0], [27.0, -5.0, 4.0], [27.0, -3.0, 3.5], [30.0, -1.0, 2.0]]}}},
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("settings", CASES, ids=["plain", "helical", "distance", "modified", "topography", "blanks"])
+@pytest.mark.parametrize(
+    "settings", CASES, ids=["plain", "helical", "distance", "modified", "topography", "blanks", "profile"]
+)
 def test_a_case_that_goes_out_and_comes_in_is_the_same(tmp_path, settings):
     settings = dict(settings)
     if settings.pop("whole", False):

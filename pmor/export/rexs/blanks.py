@@ -20,7 +20,9 @@ OF_HOLES = {
     "custom_pmor_hole_length": "length_deg", "custom_pmor_first_hole": "first_deg",
 }  # fmt: skip
 COUNT = "custom_pmor_number_of_holes"
-# Without it a gear has no blank of ours.
+# Radius and z of both faces, station by station.
+PROFILE = "custom_pmor_web_profile"
+# Without it or a profile a gear has no blank of ours.
 NEEDED = "custom_pmor_web_thickness"
 
 
@@ -31,6 +33,8 @@ def blank_attributes(blank: BlankCase | None) -> dict[str, Value]:
     found: dict[str, Value] = {
         name: value for name, key in OF_BLANK.items() if (value := getattr(blank, key)) is not None
     }
+    if blank.web_profile is not None:
+        found[PROFILE] = [number for station in blank.web_profile for number in station]
     if blank.holes is None:
         return found
     return found | {COUNT: blank.holes.count} | {name: getattr(blank.holes, key) for name, key in OF_HOLES.items()}
@@ -38,9 +42,12 @@ def blank_attributes(blank: BlankCase | None) -> dict[str, Value]:
 
 def blank_keys(gear: Component) -> dict[str, Any]:
     """Return the key `blank` of a gear that has such attributes; none of others."""
-    if gear.number_of(NEEDED) is None:
+    profile = gear.numbers_of(PROFILE)
+    if gear.number_of(NEEDED) is None and not profile:
         return {}
     blank: dict[str, Any] = _known(gear, OF_BLANK)
+    if profile:
+        blank["web_profile"] = [profile[place : place + 3] for place in range(0, len(profile), 3)]
     if count := gear.whole_number_of(COUNT):
         blank["holes"] = {"count": count, **_known(gear, OF_HOLES)}
     return {"blank": blank}
