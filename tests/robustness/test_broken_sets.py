@@ -38,6 +38,12 @@ SETS = {
         f"{BLANK}web_offset_mm = 3.0\n[pair]\nhelix_angle_deg = 12.0",
         "need a web in the middle",
     ),
+    "a dished web of helical planets": (
+        "[pair]",
+        f"{BLANK.replace('web_thickness_mm = 5.0', 'web_profile = [[20.0, -3.0, 2.0], [21.0, -2.0, 2.0]]')}"
+        "[pair]\nhelix_angle_deg = 12.0",
+        "write faces at -z and z",
+    ),
     "lugs that take all of the outside": (
         "rim_thickness_mm = 12.0",
         "rim_thickness_mm = 12.0\nheld = {lugs = 9, lug_deg = 40.0}",

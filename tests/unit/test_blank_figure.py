@@ -61,9 +61,9 @@ def test_the_part_of_a_bore_that_is_held_is_drawn_and_named():
 def test_a_web_with_a_profile_is_drawn_by_its_stations():
     """At the hub at one end of the face, at the rim at the other one."""
     stations = [[12.0, -5.0, -1.0], [18.0, -5.0, -1.0], [18.0, -2.0, 1.0], [22.0, 2.0, 4.0]]
-    case = change_case(case_of(), **{"pinion.blank": {
-        "holes": None, "web_thickness_mm": None, "web_offset_mm": None, "web_profile": stations}})  # fmt: skip
-    case = change_case(case, **{"pinion": {"blank": {"holes": None}}}) if case.pair.pinion.blank.holes else case
+    blank = {"rim_thickness_mm": 3.0, "hub_radius_mm": 12.0, "web_profile": stations}
+    case = change_case(case_of(), **{"pinion.blank": None})
+    case = change_case(case, **{"pinion.blank": blank})
     pair = gear_pair(case)
     web = blank_figure(case, pair).axes[0].patches[2].get_xy()
     for radius, low, high in stations:
