@@ -135,8 +135,7 @@ def forces_of_holes(
     -------
     ndarray, shape ((2 N + 1) c, p, q)
     """
-    loaded = _on_teeth(felt, patterns, teeth)[:, : abs(teeth) // math.gcd(teeth, holes)]
-    return _of_loads(loaded, flexibility, softening)
+    return _of_loads(_on_unlike_teeth(felt, patterns, teeth, holes), flexibility, softening)
 
 
 def amplitudes_by_holes(
@@ -154,7 +153,7 @@ def amplitudes_by_holes(
     -------
     ndarray, shape ((2 N + 1) c, p, q)
     """
-    loaded = _on_teeth(felt, patterns, teeth)[:, : abs(teeth) // math.gcd(teeth, holes)]
+    loaded = _on_unlike_teeth(felt, patterns, teeth, holes)
     return _eased(loaded.reshape(len(loaded), -1), flexibility, softening).reshape(loaded.shape)
 
 
@@ -176,14 +175,18 @@ def added_by_the_last(
     assert not isinstance(softening, Lugs), "the harmonics of lugs are given"
     count, parts, loads = felt.shape
     harmonics = np.repeat(np.arange(count) - count // 2, parts)
-    size, period = len(harmonics), teeth // math.gcd(teeth, holes)
-    loaded = _on_teeth(felt, np.eye(loads), teeth)[:, :period]
+    size, loaded = len(harmonics), _on_unlike_teeth(felt, np.eye(loads), teeth, holes)
     flexible, moved = flexibility.reshape(size, size), []
     for most in (harmonics[-1], harmonics[-1] - holes):
         own = np.flatnonzero(np.abs(harmonics) <= most)
         forces = _of_loads(loaded[own], flexible[own[:, None], own], softening[own[:, None], own])
         moved.append(np.einsum("itk,itk->tk", loaded[own].conj(), forces).real)
     return np.asarray((moved[0] - moved[1]).mean(axis=0))
+
+
+def _on_unlike_teeth(felt: ComplexArray, patterns: FloatArray, teeth: int, holes: int) -> ComplexArray:
+    """Those of teeth 0 ... p - 1, after which holes stand as before."""
+    return _on_teeth(felt, patterns, teeth)[:, : abs(teeth) // math.gcd(teeth, holes)]
 
 
 def _on_teeth(felt: ComplexArray, patterns: FloatArray, teeth: int) -> ComplexArray:

@@ -22,6 +22,7 @@ UNITS = {"mm": 1.0, "m": 1e3, "in": 25.4}
 
 
 Found = TypeVar("Found", "BodyMesh", "BodyMatrix")
+Body = TypeVar("Body", "BodyCase", "MatrixCase")
 
 
 @dataclass(frozen=True)
@@ -135,8 +136,7 @@ class BodyCase:
     @property
     def image(self) -> BodyCase:
         """The body in the mirror, x to -x, for coast flanks."""
-        mesh = replace(self.mesh, mirrored=not self.mesh.mirrored)
-        return replace(self, mesh=mesh, x_axis_deg=-self.x_axis_deg or 0.0)
+        return _image(self, "mesh")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,8 +178,13 @@ class MatrixCase:
     @property
     def image(self) -> MatrixCase:
         """The body in the mirror, x to -x, for coast flanks."""
-        matrix = replace(self.matrix, mirrored=not self.matrix.mirrored)
-        return replace(self, matrix=matrix, x_axis_deg=-self.x_axis_deg or 0.0)
+        return _image(self, "matrix")
+
+
+def _image(body: Body, key: Literal["mesh", "matrix"]) -> Body:
+    """A body, named by a key, in the mirror."""
+    changed: dict[str, Any] = {key: replace(body.found, mirrored=not body.found.mirrored)}
+    return replace(body, x_axis_deg=-body.x_axis_deg or 0.0, **changed)
 
 
 def check_body(

@@ -213,5 +213,4 @@ class PairCase:
     @property
     def repeats_after(self) -> int:
         """Pitches after which the bodies of both gears stand to the mesh as before: 1 without holes and lugs."""
-        both = zip((self.pinion.teeth, self.wheel.teeth), self.holes, strict=True)
-        return math.lcm(*(teeth // math.gcd(teeth, count) for teeth, count in both if count))
+        return math.lcm(*(gear.unlike_teeth(self.face_width_mm) for gear in (self.pinion, self.wheel)))

@@ -181,7 +181,7 @@ def cycles_of(case: Case, pair: GearPair) -> int:
         if any(flank.pitch_deviations_um)
     ]
     cycles = math.lcm(*teeth, case.pair.repeats_after)
-    what = "pitch_deviations_um" if teeth else "holes"
+    what = "pitch_deviations_um" if teeth else "holes" if case.pair.wheel.lugs is None else "lugs"
     where = f"case {case.name}: {what}"
     if cycles > MOST_CYCLES:
         raise CaseError(

@@ -125,11 +125,15 @@ def _fields(
     solved: SetSolution, surfaces: Sequence[_Surface], torque: int, steps: IntArray
 ) -> Iterator[dict[str, FloatArray]]:
     side = _side(solved)
+    of_meshes = [solved.face_loads(number).load_N_per_mm[torque, steps] for number in range(len(solved.placed.placed))]
     for one in surfaces:
         points, body = _points(solved, one, steps), solved.plan.bodies[one.body]
         moved = solved.hub_displacement[torque, steps, one.body][:, None, None]
         hub = moved[..., :3] + np.cross(moved[..., 3:], points - [body.x, body.y, 0.0])
-        loads = np.stack([_line_load(solved, one, torque, step) for step in steps.tolist()])
+        loads = np.stack([
+            _line_load(solved, one, step, [loads[place] for loads in of_meshes])
+            for place, step in enumerate(steps.tolist())
+        ])  # fmt: skip
         values = (points - points[0]) * side, hub * side, loads[..., None]
         yield {
             name: value.reshape(len(steps), -1, parts).transpose(1, 2, 0)
@@ -137,16 +141,16 @@ def _fields(
         }
 
 
-def _line_load(solved: SetSolution, one: _Surface, torque: int, step: int) -> FloatArray:
-    """Line loads on the points nearest to where they act, N/mm, (K, N): 0 elsewhere."""
+def _line_load(solved: SetSolution, one: _Surface, step: int, loads: Sequence[FloatArray]) -> FloatArray:
+    """Line loads of all meshes, (P, S), on the points nearest to where they act, N/mm, (K, N): 0 elsewhere."""
     found = np.zeros(one.rings.shape[:2])
     reference, count = one.mesh.mesh, abs(one.tooth.teeth)
-    for number, placed in enumerate(solved.placed.placed):
+    for placed, load in zip(solved.placed.placed, loads, strict=True):
         mesh, meshed = placed.mesh, placed.mesh.pair.meshed
         if one.body not in mesh.bodies:
             continue
         gear, flipped = mesh.bodies.index(one.body), mesh.image != reference.image
-        load, z = solved.face_loads(number).load_N_per_mm[torque, step], meshed.sections.z
+        z = meshed.sections.z
         roll = placed.lines.roll[step, :, gear].reshape(load.shape)
         teeth = mesh.first_tooth[gear] + SENSE[gear] * (placed.lines.first_pair[step] + np.arange(len(load)))
         places = -np.abs(one.z) if meshed.mirrored else one.z
