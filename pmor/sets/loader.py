@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from pmor.case import Case, make_case
 from pmor.case.capability import refuse_beyond
@@ -19,7 +20,16 @@ from pmor.core.wording import did_you_mean
 from pmor.export.rexs.model import ENDINGS
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair, refuse_loads_unmeshed
-from pmor.sets.plan import Layout, SetPlan, Share, planetary_errors, planetary_layout, set_plan, train_layout
+from pmor.sets.plan import (
+    Layout,
+    SetPlan,
+    Share,
+    planet_positions,
+    planetary_errors,
+    planetary_layout,
+    set_plan,
+    train_layout,
+)
 from pmor.sets.rexs import has_planets, read_set
 from pmor.sets.settings import Eccentricity, SetSections
 
@@ -83,23 +93,36 @@ def load(path: Path | str) -> SetFile:
         One line with file, place, rule and remedy.
     """
     path = Path(path)
-    name, read = printable(path.stem), read_set(path) if path.suffix.lower() in ENDINGS else None
-    text = read.text if read else read_text(path, "set file")
-    reader = _Reader(str(path), sections_in(SetSections))
-    said = reader.section(parse_toml(text, str(path)), SetSections, filled={"title": name})
-    layout = reader.layout(said)
-    pairs = {key: gear_pair(case) for key, case in reader.cases(said, layout, {}).items()}
-    reader.check_distances(said, layout, pairs)
+    name = printable(path.stem)
+    if path.suffix.lower() in ENDINGS:
+        read = read_set(path)
+        return parse_set(read.text, name, str(path), (path,), read.notes, read.changed)
+    return parse_set(read_text(path, "set file"), name, str(path), (path,))
+
+
+def parse_set(
+    text: str, name: str, where: str, inputs: tuple[Path, ...] = (), notes: tuple[str, ...] = (),
+    changed: tuple[str, ...] = (),
+) -> SetFile:  # fmt: skip
+    """Check the text of a set file, that which costs least first; `where` names it in messages.
+
+    Raises
+    ------
+    CaseError, GeometryError
+    """
+    reader = _Reader(where, sections_in(SetSections))
+    said = reader.section(parse_toml(text, where), SetSections, filled={"title": name})
     try:
+        layout = reader.layout(said)
+        pairs = reader.pairs(said, layout)
+        reader.check_distances(said, layout, pairs)
         plan = set_plan(said, layout, pairs)
     except (CaseError, GeometryError) as error:
-        raise type(error)(f"{path}: {error}") from None
+        raise type(error)(f"{where}: {str(error).removeprefix(f'{where}: ')}") from None
     most = max((plan.nominal_Nm, *said.sweep.torques_Nm)) / plan.nominal_Nm
-    torques = {key: most * torque for key, torque in plan.mesh_torques_Nm.items()}
-    notes, changed = (read.notes, read.changed) if read else ((), ())
-    cases = reader.cases(said, layout, torques)
+    cases = reader.cases(said, layout, {key: most * torque for key, torque in plan.mesh_torques_Nm.items()})
     pitches = reader.pitches(said, plan, cases), reader.sample_pitches(said, plan, cases)
-    return SetFile(name, text, said, plan, cases, (path,), notes, changed, *pitches)
+    return SetFile(name, text, said, plan, cases, inputs, notes, changed, *pitches)
 
 
 class _Reader(Reader):
@@ -147,6 +170,9 @@ class _Reader(Reader):
         for key, name in (("planet_radial_N_per_mm", "planet"), ("sun_tilt_Nmm_per_rad", "sun")):
             if getattr(said.supports, key) == "free":
                 self.refuse(f'[supports] {key} = "free"', f'nothing would hold the {name}: write a number, or "rigid"')
+        sun, ring = (said.members.get(member, {}).get("teeth") for member in ("sun", "ring"))
+        if isinstance(sun, int) and isinstance(ring, int):  # others are refused with their section
+            planet_positions(planets, sun + ring)
 
     def check_train(self, said: SetSections) -> None:
         """Refuse gears and meshes that do not fit together."""
@@ -182,9 +208,22 @@ class _Reader(Reader):
         if all(gear.torque_Nm != "balance" for gear in said.gears):
             self.refuse("[[gears]]", 'none holds against the torques: write torque_Nm = "balance" for the last one')
 
+    def pairs(self, said: SetSections, layout: Layout) -> dict[str, GearPair]:
+        """Return the geometry of all meshes that differ."""
+        found = {}
+        for share in layout.shares:
+            with self.named(share):
+                found[share.name] = gear_pair(self.case(said, share, ANY))
+        return found
+
     def cases(self, said: SetSections, layout: Layout, torques_Nm: Mapping[str, float]) -> dict[str, Case]:
         """Return the cases of all meshes that differ, in the frames in which their pinions drive."""
-        found = {share.name: self.case(said, share, torques_Nm.get(share.name, ANY)) for share in layout.shares}
+        found = {}
+        for share in layout.shares:
+            with self.named(share):
+                case = self.case(said, share, torques_Nm[share.name])
+                refuse_loads_unmeshed(case)
+            found[share.name] = case
         for member in dict.fromkeys(name for share in layout.shares for name in share.members):
             self.check_web(member, [(share, found[share.name]) for share in layout.shares if member in share.members])
         # Members are solved once for all of their meshes.
@@ -231,20 +270,22 @@ class _Reader(Reader):
         if unknown := next((key for key in results if key != "root_stress"), None):
             self.refuse(f"[results] {unknown}", "of a set root_stress alone can be chosen: leave it out")
         document["results"] = {"maps": False, **results}
-        try:
-            case = make_case(share.name, **document)
-            refuse_loads_unmeshed(case)
-        except PmorError as error:
-            self.refuse_case(error, share)
+        case = make_case(share.name, **document)
         refuse_beyond(case, "set", f"{self.where}: mesh {share.name}")
         return case
 
-    def refuse_case(self, error: PmorError, share: Share) -> NoReturn:
-        """Raise an error of a case with the names of the set file."""
-        text = str(error).removeprefix(f"{share.name}: ")
-        for role, member in zip(("pinion", "wheel"), share.members, strict=True):
-            text = text.replace(f"[{role}", f"[{member}").replace(f"the {role}", f"the {member}")
-        raise type(error)(f"{self.where}: mesh {share.name}: {text}") from None
+    @contextmanager
+    def named(self, share: Share) -> Iterator[None]:
+        """Raise errors of the case of a mesh with the names of the set file."""
+        try:
+            yield
+        except PmorError as error:
+            if str(error).startswith(f"{self.where}: "):
+                raise
+            text = str(error).removeprefix(f"{share.name}: ")
+            for role, member in zip(("pinion", "wheel"), share.members, strict=True):
+                text = text.replace(f"[{role}", f"[{member}").replace(f"the {role}", f"the {member}")
+            raise type(error)(f"{self.where}: mesh {share.name}: {text}") from None
 
     def pitches(self, said: SetSections, plan: SetPlan, cases: Mapping[str, Case]) -> int:
         """Return the mesh cycles to solve: as the file says, or until lugs and gears with errors stand as before."""

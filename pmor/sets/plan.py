@@ -169,7 +169,7 @@ def _planetary(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair])
     assert said.load is not None
     inner, outer = (pairs[share.name] for share in layout.shares)
     sun, ring, distance = inner.pinion.teeth, -outer.wheel.teeth, inner.centre_distance
-    places = _positions(said.planets, sun + ring)
+    places = planet_positions(said.planets, sun + ring)
     numbers = [number for number in range(said.planets.count) if number + 1 not in said.planets.missing]
     _refuse_neighbours([places[number] for number in numbers], inner)
     side = -1.0 if layout.clockwise else 1.0
@@ -213,8 +213,8 @@ def _eccentric(amount_um: float, direction_deg: float) -> list[float]:
     return [-1e-3 * amount_um * math.sin(direction), 1e-3 * amount_um * math.cos(direction)]
 
 
-def _positions(planets: Planets, teeth: int) -> list[float]:
-    """Angles of all planets, rad; GeometryError where they cannot be assembled."""
+def planet_positions(planets: Planets, teeth: int) -> list[float]:
+    """Return angles of all planets, rad, by the sum of teeth of sun and ring; GeometryError without assembly."""
     places = planets.positions_deg or tuple(360.0 * n / planets.count for n in range(planets.count))
     for number, place in enumerate(places, start=1):
         step = (place - places[0]) / 360.0 * teeth

@@ -15,6 +15,7 @@ from pmor.work.cost import COMPILING, FINITE_ELEMENTS, START, Stage, refuse_beyo
 
 # *Measured*, seconds: of a mesh in a position, of the sections in contact in it to the third power; page and pictures.
 POSITION_S, SECTIONS_S, PAGE_S = 2e-5, 8e-10, 3.0
+SWEEP = "sweep of all meshes"
 # What no set file asks for: what, and why.
 NEVER = (
     ("motion, losses", "of sets they are not solved"),
@@ -31,14 +32,21 @@ def plan(file: SetFile) -> str:
     InsufficientMemoryError
         When the finite elements of a mesh take more memory than there is.
     """
-    for case in file.cases.values():
-        refuse_beyond_memory(replace(case, compare=replace(case.compare, angles=0)))
-    pairs = {name: gear_pair(case) for name, case in file.cases.items()}
-    parts = [
-        list(lines) for lines in (_gears(file), _meshes(file, pairs), _loads(file), _cost(file, pairs), _left_out(file))
-    ]
+    refuse_large_set(file)
+    parts = [list(lines) for lines in (_gears(file), _meshes(file), _loads(file), _cost(file), _left_out(file))]
     parts.append([f"! {note}" for note in (*file.changed, *file.notes)])
     return "\n\n".join("\n".join(lines) for lines in parts if lines)
+
+
+def refuse_large_set(file: SetFile) -> None:
+    """Raise InsufficientMemoryError where the finite elements of a mesh take more memory than there is."""
+    for case in file.cases.values():
+        refuse_beyond_memory(replace(case, compare=replace(case.compare, angles=0)))
+
+
+def pairs_of(file: SetFile) -> dict[str, GearPair]:
+    """Return the geometry of the meshes by the names of their cases."""
+    return {name: gear_pair(case) for name, case in file.cases.items()}
 
 
 def _gears(file: SetFile) -> Iterator[str]:
@@ -54,9 +62,9 @@ def _gears(file: SetFile) -> Iterator[str]:
             yield f"  {f'{name}, across':<34} {value if isinstance(value, str) else f'{value:.4g} N/mm'}"
 
 
-def _meshes(file: SetFile, pairs: dict[str, GearPair]) -> Iterator[str]:
+def _meshes(file: SetFile) -> Iterator[str]:
     yield "Meshes: all at once, by line loads on the compliance of every member"
-    for name, pair in pairs.items():
+    for name, pair in pairs_of(file).items():
         count = sum(mesh.case == name for mesh in file.plan.meshes)
         teeth = f"{count} x {pair.pinion.teeth}/{abs(pair.wheel.teeth)} teeth, m {pair.pinion.module:g} mm"
         torque = f"{file.plan.mesh_torques_Nm[name]:.4g} N m on the pinion"
@@ -72,7 +80,16 @@ def _loads(file: SetFile) -> Iterator[str]:
         yield f"Tolerances: {file.sections.tolerances.samples} sets x {angles} angles x {len(amounts)} torques"
 
 
-def _cost(file: SetFile, pairs: dict[str, GearPair]) -> Iterator[str]:
+def _cost(file: SetFile) -> Iterator[str]:
+    found = stages_of_set(file)
+    yield "Stages: peak memory and time of one core, within a factor of two"
+    for stage in (*found, Stage("in all", 0, sum(stage.seconds for stage in found))):
+        memory = memory_text(stage.memory) if stage.memory else ""
+        yield f"  {stage.name:<34} {memory:>8}  {format_time(stage.seconds):>12}"
+
+
+def stages_of_set(file: SetFile) -> list[Stage]:
+    """Return the stages of a set: finite elements of each mesh, the sweep, tolerances, page."""
     found = list[Stage]()
     for name, case in file.cases.items():
         for stage in stages(case):
@@ -80,7 +97,7 @@ def _cost(file: SetFile, pairs: dict[str, GearPair]) -> Iterator[str]:
                 found.append(stage)
             elif stage.name == FINITE_ELEMENTS:
                 found.append(replace(stage, name=f"{stage.name}, {name}"))
-    sections = 0.0
+    pairs, sections = pairs_of(file), 0.0
     for mesh in file.plan.meshes:
         case = file.cases[mesh.case]
         elements = case.mesh.width_elements / (2 if meshed_width(case) == "half" else 1)
@@ -89,14 +106,10 @@ def _cost(file: SetFile, pairs: dict[str, GearPair]) -> Iterator[str]:
     a_pitch = (
         torques * file.sections.sweep.angles_per_pitch * (POSITION_S * len(file.plan.meshes) + SECTIONS_S * sections**3)
     )
-    rows = [(stage.name, memory_text(stage.memory), stage.seconds) for stage in found]
-    rows += [("sweep of all meshes", "", file.pitches * a_pitch)]
+    found.append(Stage(SWEEP, 0, file.pitches * a_pitch))
     if file.sections.tolerances is not None:
-        rows.append(("tolerances", "", file.sections.tolerances.samples * file.sample_pitches * a_pitch))
-    rows.append(("page", "", PAGE_S))
-    yield "Stages: peak memory and time of one core, within a factor of two"
-    for name, memory, spent in (*rows, ("in all", "", sum(spent for _, _, spent in rows))):
-        yield f"  {name:<34} {memory:>8}  {format_time(spent):>12}"
+        found.append(Stage("tolerances", 0, file.sections.tolerances.samples * file.sample_pitches * a_pitch))
+    return [*found, Stage("page", 0, PAGE_S)]
 
 
 def _left_out(file: SetFile) -> Iterator[str]:
