@@ -36,6 +36,8 @@ TOGETHER = 8
 NONE = np.empty((0, 0))
 # By how much the numbers of the teeth of pinion and wheel that are in mesh change in a pitch.
 LATER = (-1, 1)
+# Of a mesh cycle: by which less than whole ones are off.
+WHOLE = 1e-6
 # Approach of flanks, over the one to expect, up to which sections are made ready first.
 REACH = 2.0
 MOST_ROUNDS = 8
@@ -217,6 +219,11 @@ class GearTrain:
             pair, rate = mesh.pair.meshed.pair, -mesh.rate if mesh.image else mesh.rate
             found[list(mesh.bodies)] = rate, -rate * pair.pinion.base_radius / pair.wheel.base_radius
         return found
+
+    def mesh_cycles(self, pitches: int) -> FloatArray:
+        """Return the cycles that each mesh passes in pitches of the first gear, (M,)."""
+        pitch = self.meshes[0].pair.meshed.pair.pitch
+        return np.array([pitches * pitch * mesh.rate / mesh.pair.meshed.pair.pitch for mesh in self.meshes])
 
     def mesh_forces(self, loads: FloatArray) -> FloatArray:
         """Return the forces of all meshes that hold loads (D, K), shared as equal meshes do, (D, M), N."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ from pmor.fe.outline import tooth_outline
 from pmor.gear.tooth import Tooth
 from pmor.report.panels import panels, plot_share_below
 from pmor.report.style import COLOURS, legend_label
+from pmor.sets.root_stress import GearStress
 from pmor.sets.solution import SetSolution
 from pmor.sets.tolerances import Samples
 
@@ -130,13 +132,21 @@ def root_stress_figure(solved: SetSolution, torque: int) -> Figure:
             gears = [n for n, body in enumerate(solved.plan.bodies) if body.member == member]
             ranges = [solved.root_stress[n].cycle.range_MPa[torque].max() for n in gears]
             worst = gears[int(np.argmax(np.round(ranges, 3)))]  # equal ones differ by round-off
-            stress = solved.root_stress[worst].over_turn_MPa[torque]
+            stress = _worst_turn(solved.root_stress[worst], torque)
             turn = np.arange(len(stress)) / len(stress)
             axes.plot(turn, stress, label=legend_label(solved.plan.bodies[worst].name), lw=1.2)
         axes.axhline(0.0, color="black", lw=0.6)
         about = " against the carrier" if solved.plan.planets else ""
         axes.set(xlabel=f"Turn of the gear{about} [-]", ylabel="Stress across the root [MPa]", xlim=(0.0, 1.0))
     return figure
+
+
+def _worst_turn(stress: GearStress, torque: int) -> FloatArray:
+    """Stress over that turn of a gear in which the range is largest."""
+    over = stress.over_turns_MPa[torque]
+    ends = np.rint(np.linspace(0.0, len(over), stress.turns + 1)).astype(int)
+    turns = [over[first:last] for first, last in pairwise(ends)]
+    return max(turns, key=lambda turn: float(np.ptp(turn)))
 
 
 def _members(solved: SetSolution) -> list[str]:

@@ -124,8 +124,6 @@ def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, fail
                               "largest principal stress, where the range is largest, at the nominal torque.",
                               root_stress_figure(solved, nominal), "svg"))  # fmt: skip
     blocks.append(MODEL)
-    if solved.pitches > 1:
-        blocks.append("Root stress is that of sets whose mesh cycles are all alike: it is left out.")
     if solved.plan.clockwise:
         blocks.append("The first gear is loaded clockwise: angles and tooth numbers count clockwise.")
     if file.notes:

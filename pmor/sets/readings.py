@@ -144,17 +144,18 @@ def _stress_data(solved: SetSolution, number: int, body: int) -> Data:
     found = solved.root_stress[body]
     top, cycle = int(np.argmax(found.max_principal_MPa[number])), found.cycle
     side = int(found.side[number, top])
+    tooth = found.worst_tooth(number, side)
     return {
         "name": solved.plan.bodies[body].name,
         "max_principal_MPa": plain(found.max_principal_MPa[number, top]),
         "loaded_by": loaded_by(solved, body, side),
         "radius_mm": plain(found.radius_mm[number, top]),
         "z_mm": plain(found.z_mm[number, top]),
-        "range_MPa": plain(cycle.range_MPa[number, 0, side]),
-        "range_most_MPa": plain(cycle.most_MPa[number, 0, side]),
-        "range_least_MPa": plain(cycle.least_MPa[number, 0, side]),
-        "range_radius_mm": plain(cycle.radius_mm[number, 0, side]),
-        "range_z_mm": plain(cycle.z_mm[number, 0, side]),
+        "range_MPa": plain(cycle.range_MPa[number, tooth, side]),
+        "range_most_MPa": plain(cycle.most_MPa[number, tooth, side]),
+        "range_least_MPa": plain(cycle.least_MPa[number, tooth, side]),
+        "range_radius_mm": plain(cycle.radius_mm[number, tooth, side]),
+        "range_z_mm": plain(cycle.z_mm[number, tooth, side]),
     }
 
 

@@ -79,11 +79,10 @@ class SetResult:
         Raises
         ------
         CaseError
-            When the file asks for no root stress, or its mesh cycles differ.
+            When the file asks for no root stress.
         """
         if not self.solution.root_stress:
-            rule = "leave [results] root_stress = false out, and errors by which mesh cycles differ"
-            raise CaseError(f"{self.file.name}: has no root stress: {rule}")
+            raise CaseError(f"{self.file.name}: has no root stress: leave [results] root_stress = false out")
         return root_stress_figure(self.solution, nominal_torque(self.file, self.solution))
 
     def plot_tolerances(self) -> Figure:

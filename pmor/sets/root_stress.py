@@ -6,6 +6,7 @@ the numbers of its own teeth, as those of several tooth pairs are (`pmor_online.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -13,11 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from pmor.body.root_stress import RootStressShapes, of_the_other_flank
-from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.threads import one_thread
 from pmor.gear.condition import ALIGNED
 from pmor.line.kernels.several import SeveralResults
-from pmor.line.several import PlacedMesh, PlacedTrain
+from pmor.line.several import LATER, WHOLE, PlacedMesh, PlacedTrain
 from pmor.results.loads import ContactLoads
 from pmor.results.root_stress import LoadCycle
 from pmor_online.line_sweep import contact_loads, levers_of
@@ -34,7 +35,7 @@ from pmor_online.root_stress import (
 
 @dataclass(frozen=True, eq=False)
 class GearStress:
-    """Root stress of a gear over its load cycle, under D torques, at A angles of a pitch of the first gear.
+    """Root stress of a gear over its load cycle, under D torques, at all A angles of a set.
 
     Sides of a tooth are 0 and 1; `mates` says which meshes load the flank of each. NaN where not converged.
 
@@ -48,10 +49,12 @@ class GearStress:
     radius_mm, z_mm : ndarray, shape (D, A)
         Where.
     cycle : LoadCycle
-        Of one tooth, as all are alike: arrays (D, 1, 2).
-    over_turn_MPa : ndarray, shape (D, T A)
-        Stress across the root of one of the T teeth over a turn of the gear: on the side of the largest principal
-        stress, where its range is largest.
+        Of the teeth that differ, (D, T, 2): those that a set without errors repeats with are one.
+    turns : int
+        Of the gear, after which a tooth meets the same again.
+    over_turns_MPa : ndarray, shape (D, n)
+        Stress across the root of the tooth with the largest range, over these turns: on the side of the largest
+        principal stress, where the range is largest.
     """
 
     mates: tuple[tuple[int, ...], tuple[int, ...]]
@@ -60,110 +63,150 @@ class GearStress:
     radius_mm: FloatArray
     z_mm: FloatArray
     cycle: LoadCycle
-    over_turn_MPa: FloatArray
+    turns: int
+    over_turns_MPa: FloatArray
+
+    def worst_tooth(self, torque: int, side: int) -> int:
+        """Return the tooth, among those that differ, whose range on a side is largest at a torque."""
+        return int(np.argmax(self.cycle.range_MPa[torque, :, side]))
 
 
 class _Mesh(NamedTuple):
-    """A mesh with its forces: tooth pairs that ever carry, and the shapes of both gears as it loads them."""
+    """A mesh: angles of its pinion, shapes of both gears as it loads them, and whether it loads their other flanks."""
 
     placed: PlacedMesh
     phi: FloatArray
-    loads: ContactLoads
-    pairs: IntArray
     shapes: tuple[RootStressShapes, RootStressShapes]
     flipped: tuple[bool, bool]
 
-    def teeth(self, gear: int) -> IntArray:
-        """Numbers of the teeth of the tooth pairs on their body."""
+    def teeth(self, gear: int, pairs: IntArray, later: int) -> IntArray:
+        """Numbers, on their body, of the teeth of tooth pairs so many pitches later."""
         one = self.placed.mesh
         tooth = (one.pair.meshed.pair.pinion, one.pair.meshed.pair.wheel)[gear]
-        numbers = one.first_tooth[gear] + SENSE[gear] * self.pairs
+        numbers = one.first_tooth[gear] + SENSE[gear] * pairs + LATER[gear] * later
         return np.asarray((-numbers if self.flipped[gear] else numbers) % abs(tooth.teeth))
 
 
 class _Gear(NamedTuple):
-    """A body in its meshes, (mesh, gear), and the normal stress across its root by the amplitudes of each."""
+    """A body in its meshes, (mesh, gear), and the normal stress across its root by the amplitudes of each.
+
+    Over all that is solved the number of a tooth in mesh changes by `later`; so teeth meet the same whose numbers
+    differ by a multiple of `unlike`.
+    """
 
     uses: list[tuple[int, int]]
     teeth: int
     normal: list[FloatArray]
     shapes: RootStressShapes
+    unlike: int
+    later: int
+
+    @property
+    def spans(self) -> int:
+        """How often all that is solved passes until a tooth meets the same again."""
+        return self.teeth // self.unlike
+
+
+class _Place(NamedTuple):
+    """Where a range is largest: the tooth, among those that differ, the side, and the point of the fillet."""
+
+    tooth: int
+    side: slice
+    point: slice
+    column: slice
 
 
 @one_thread()
-def root_stress_of_set(placed: PlacedTrain, found: SeveralResults) -> tuple[GearStress, ...]:
-    """Find the root stress of all bodies of a train, placed over a pitch of its first gear.
-
-    None without shapes, or where teeth differ.
+def root_stress_of_set(placed: PlacedTrain, found: SeveralResults, pitches: int) -> tuple[GearStress, ...]:
+    """Find the root stress of all bodies of a train; none without shapes.
 
     Parameters
     ----------
+    placed : PlacedTrain
+        Over a mesh cycle.
     found : SeveralResults
-        Of that train.
+        Over one or several of these.
+    pitches : int
+        Of the first gear, in all.
     """
-    if any(body.root_stress is None or body.root_stress.repeats > 1 for body in placed.train.bodies):
+    if any(body.root_stress is None for body in placed.train.bodies):
         return ()
-    meshes = [_mesh(placed, found, number) for number in range(len(placed.placed))]
-    gears = [_gear(placed, meshes, number) for number in range(len(placed.train.bodies))]
+    meshes = [_mesh(placed, one) for one in placed.placed]
+    gears = [_gear(placed, meshes, number, pitches) for number in range(len(placed.train.bodies))]
     most, least = [np.array(-np.inf)] * len(gears), [np.array(np.inf)] * len(gears)
     tops: list[list[FloatArray]] = [[] for _ in gears]
-    for loaded in _blocks(placed, meshes):
+    for loaded in _blocks(placed, meshes, found, pitches):
         for number, gear in enumerate(gears):
             own = [loaded[mesh][place] for mesh, place in gear.uses]
             tops[number].append(_tops(gear, own))
             stress = stress_of_all_teeth(own, gear.normal, gear.teeth)
-            most[number] = np.maximum(most[number], stress.max(axis=(1, 2))[:, None])
-            least[number] = np.minimum(least[number], stress.min(axis=(1, 2))[:, None])
+            alike = stress.reshape(*stress.shape[:2], gear.spans, gear.unlike, *stress.shape[3:])
+            most[number] = np.maximum(most[number], alike.max(axis=(1, 2)))
+            least[number] = np.minimum(least[number], alike.min(axis=(1, 2)))
     joined = [np.concatenate(parts, axis=2) for parts in tops]
-    turns = _over_turns(placed, meshes, gears, [
-        _on_side(high - low, top) for high, low, top in zip(most, least, joined, strict=True)
-    ])  # fmt: skip
+    worst = [_worst(high - low, top) for high, low, top in zip(most, least, joined, strict=True)]
+    turns = _over_turns(_blocks(placed, meshes, found, pitches), gears, worst)
     parts = zip(gears, joined, most, least, turns, strict=True)
-    return tuple(_gear_stress(meshes, found, *part) for part in parts)
+    return tuple(_gear_stress(meshes, found.converged, *part) for part in parts)
 
 
-def _mesh(placed: PlacedTrain, found: SeveralResults, number: int) -> _Mesh:
-    one, bodies = placed.placed[number], placed.train.bodies
-    pair, helical = one.mesh.pair, one.mesh.pair.meshed.pair.pinion.helix_angle != 0.0
-    levers = levers_of(one.lines, found.movement @ placed.levers.ahead[number])
-    force = found.force[..., one.part]
-    loads = contact_loads(one.lines, pair.meshed.sections.z, levers, force, found.converged)
-    # Of a mesh that nothing loads one tooth pair stands for all.
-    pairs = np.arange(loads.pair.min(), loads.pair.max() + 1) if len(loads.pair) else np.zeros(1, dtype=np.int64)
-    flipped, shapes = [], []
-    for body, flank in zip(one.mesh.bodies, (pair.meshed.pinion, pair.meshed.wheel), strict=True):
-        own = bodies[body].root_stress
-        assert own is not None
-        flipped.append(one.mesh.image != bodies[body].image)
-        shapes.append(of_the_other_flank(own, helical, flank.nodes.shape[1]) if flipped[-1] else own)
+def _mesh(placed: PlacedTrain, one: PlacedMesh) -> _Mesh:
+    meshed, flipped, shapes = one.mesh.pair.meshed, [], []
+    helical = meshed.pair.pinion.helix_angle != 0.0
+    for number, flank in zip(one.mesh.bodies, (meshed.pinion, meshed.wheel), strict=True):
+        body = placed.train.bodies[number]
+        assert body.root_stress is not None
+        flipped.append(one.mesh.image != body.image)
+        columns = flank.nodes.shape[1]
+        shapes.append(of_the_other_flank(body.root_stress, helical, columns) if flipped[-1] else body.root_stress)
     phi = one.mesh.start + one.mesh.rate * placed.phi
-    return _Mesh(one, phi, loads, pairs, (shapes[0], shapes[1]), (flipped[0], flipped[1]))
+    return _Mesh(one, phi, (shapes[0], shapes[1]), (flipped[0], flipped[1]))
 
 
-def _gear(placed: PlacedTrain, meshes: Sequence[_Mesh], number: int) -> _Gear:
+def _gear(placed: PlacedTrain, meshes: Sequence[_Mesh], number: int, pitches: int) -> _Gear:
     uses = [
         (place, gear) for place, one in enumerate(meshes) for gear in range(2)
         if one.placed.mesh.bodies[gear] == number
     ]  # fmt: skip
-    own = next((place, gear) for place, gear in uses if not meshes[place].flipped[gear])
-    pair = meshes[own[0]].placed.mesh.pair.meshed.pair
-    tooth = (pair.pinion, pair.wheel)[own[1]]
-    normal = [across_the_root(meshes[place].shapes[gear], tooth) for place, gear in uses]
-    shapes = placed.train.bodies[number].root_stress
-    assert shapes is not None
-    return _Gear(uses, abs(tooth.teeth), normal, shapes)
+    own, gear = next((place, gear) for place, gear in uses if not meshes[place].flipped[gear])
+    pair = meshes[own].placed.mesh.pair.meshed.pair
+    tooth = (pair.pinion, pair.wheel)[gear]
+    normal = [across_the_root(meshes[place].shapes[side], tooth) for place, side in uses]
+    cycles, teeth = placed.train.mesh_cycles(pitches)[own], abs(tooth.teeth)
+    # Where the last mesh cycle is cut off, each tooth is what is solved of it.
+    unlike = math.gcd(round(cycles), teeth) if abs(cycles - round(cycles)) < WHOLE else teeth
+    return _Gear(uses, teeth, normal, meshes[own].shapes[gear], unlike, LATER[gear] * round(cycles))
 
 
-def _blocks(placed: PlacedTrain, meshes: Sequence[_Mesh]) -> Iterator[list[tuple[LoadedTeeth, ...]]]:
-    """Teeth of both gears of each mesh, by the numbers of their bodies, for blocks of the angles."""
+def _blocks(
+    placed: PlacedTrain, meshes: Sequence[_Mesh], found: SeveralResults, pitches: int
+) -> Iterator[list[tuple[LoadedTeeth, ...]]]:
+    """Teeth of both gears of each mesh, by the numbers of their bodies, for blocks of all angles."""
     angles = len(placed.phi)
-    for start in range(0, angles, ANGLES_PER_BLOCK):
-        block, found = slice(start, min(start + ANGLES_PER_BLOCK, angles)), []
-        for one in meshes:
-            pair = one.placed.mesh.pair
-            both = loaded_teeth(pair, one.phi, ALIGNED, one.loads, block, one.pairs, one.shapes)
-            found.append(tuple(teeth._replace(teeth=one.teeth(gear)) for gear, teeth in enumerate(both)))
-        yield found
+    cycles = found.converged.shape[1] // angles
+    for cycle in range(cycles):
+        at = slice(cycle * angles, (cycle + 1) * angles)
+        own = SeveralResults(found.movement[:, at], found.steps[:, at], found.converged[:, at], found.force[:, at])
+        later = np.rint(placed.train.mesh_cycles(cycle * pitches // cycles)).astype(int).tolist()
+        loads = [_loads(placed, one, own, number) for number, one in enumerate(meshes)]
+        for start in range(0, angles, ANGLES_PER_BLOCK):
+            block, both = slice(start, min(start + ANGLES_PER_BLOCK, angles)), []
+            for one, (load, pairs), shift in zip(meshes, loads, later, strict=True):
+                sides = loaded_teeth(one.placed.mesh.pair, one.phi, ALIGNED, load, block, pairs, one.shapes)
+                both.append(
+                    tuple(side._replace(teeth=one.teeth(gear, pairs, shift)) for gear, side in enumerate(sides))
+                )
+            yield both
+
+
+def _loads(placed: PlacedTrain, one: _Mesh, found: SeveralResults, number: int) -> tuple[ContactLoads, IntArray]:
+    """Forces of a mesh by its number at the angles that a train is placed at, and the tooth pairs that ever carry."""
+    levers = levers_of(one.placed.lines, found.movement @ placed.levers.ahead[number])
+    z, force = one.placed.mesh.pair.meshed.sections.z, found.force[..., one.placed.part]
+    loads = contact_loads(one.placed.lines, z, levers, force, found.converged)
+    # Of a mesh that nothing loads one tooth pair stands for all.
+    pairs = np.arange(loads.pair.min(), loads.pair.max() + 1) if len(loads.pair) else np.zeros(1, dtype=np.int64)
+    return loads, pairs
 
 
 def _tops(gear: _Gear, loaded: Sequence[LoadedTeeth]) -> FloatArray:
@@ -179,55 +222,52 @@ def _tops(gear: _Gear, loaded: Sequence[LoadedTeeth]) -> FloatArray:
     return np.stack([np.take_along_axis(value, best, axis=-1)[..., 0] for value in flat])
 
 
-def _on_side(span: FloatArray, tops: FloatArray) -> FloatArray:
-    """Ranges (D, 1, 2, p, c) on the side of the largest principal stress under each torque, none on the other."""
-    principal, sides = tops[:2]
-    side = np.take_along_axis(sides, principal.argmax(axis=1)[:, None], axis=1)
-    return np.where(np.arange(2) == side, 1.0, -1.0)[:, None, :, None, None] * span
+def _worst(span: FloatArray, tops: FloatArray) -> list[_Place]:
+    """Where a range (D, T, 2, p, c) is largest on the side of the largest principal stress under each torque."""
+    found = []
+    for values, (principal, sides) in zip(span, tops[:2].swapaxes(0, 1), strict=True):
+        side = int(sides[principal.argmax()])
+        tooth, point, column = (int(n) for n in np.unravel_index(values[:, side].argmax(), values[:, side].shape))
+        found.append(_Place(tooth, *(slice(n, n + 1) for n in (side, point, column))))
+    return found
 
 
 def _over_turns(
-    placed: PlacedTrain, meshes: Sequence[_Mesh], gears: Sequence[_Gear], spans: Sequence[FloatArray]
+    blocks: Iterator[list[tuple[LoadedTeeth, ...]]], gears: Sequence[_Gear], worst: Sequence[Sequence[_Place]]
 ) -> list[FloatArray]:
-    """Stress of one tooth of each gear where its range, (D, 1, 2, p, c), is largest, over a turn, (D, T A)."""
+    """Stress of one tooth of each gear at one place under each torque until it meets the same again, (D, n)."""
     found: list[list[FloatArray]] = [[] for _ in gears]
-    for loaded in _blocks(placed, meshes):
-        for number, (gear, span) in enumerate(zip(gears, spans, strict=True)):
+    for loaded in blocks:
+        for number, gear in enumerate(gears):
             of_torques = []
-            for torque, values in enumerate(span[:, 0]):
-                side, point, column = (slice(i, i + 1) for i in np.unravel_index(int(values.argmax()), values.shape))
-                own = [loaded[mesh][place] for mesh, place in gear.uses]
-                at_point = [
+            for torque, (tooth, side, point, column) in enumerate(worst[number]):
+                own = [
                     one._replace(force=one.force[torque, None], hidden=one.hidden[torque, None, ..., point, column])
-                    for one in own
+                    for one in (loaded[mesh][place] for mesh, place in gear.uses)
                 ]
                 normal = [rows[side, point, column] for rows in gear.normal]
-                of_torques.append(stress_of_all_teeth(at_point, normal, gear.teeth)[0, ..., 0, 0, 0])
+                # What a tooth meets then, the one in the same place meets now.
+                numbers = (tooth - gear.later * np.arange(gear.spans)) % gear.teeth
+                of_torques.append(stress_of_all_teeth(own, normal, gear.teeth)[0, :, numbers, 0, 0, 0].T)
             found[number].append(np.stack(of_torques))
-    turns = []
-    for gear, blocks in zip(gears, found, strict=True):
-        mesh, place = gear.uses[0]
-        # What a tooth pair feels now, the one before it feels a pitch later.
-        sense = -SENSE[place] if meshes[mesh].flipped[place] else SENSE[place]
-        in_order = np.concatenate(blocks, axis=1)[:, :, sense * np.arange(gear.teeth) % gear.teeth]
-        turns.append(in_order.transpose(0, 2, 1).reshape(len(in_order), -1))
-    return turns
+    joined = [np.concatenate(parts, axis=1) for parts in found]
+    return [values.transpose(0, 2, 1).reshape(len(values), -1) for values in joined]
 
 
 def _gear_stress(
-    meshes: Sequence[_Mesh], found: SeveralResults, gear: _Gear, tops: FloatArray, most: FloatArray,
-    least: FloatArray, turn: FloatArray,
+    meshes: Sequence[_Mesh], converged: BoolArray, gear: _Gear, tops: FloatArray, most: FloatArray, least: FloatArray,
+    turns: FloatArray,
 ) -> GearStress:  # fmt: skip
     """Put the results of a gear together; NaN where not converged."""
     mates: tuple[list[int], list[int]] = ([], [])
     for mesh, place in gear.uses:
         mates[meshes[mesh].flipped[place]].append(meshes[mesh].placed.mesh.bodies[1 - place])
-    unknown = ~np.all(found.converged, axis=1)
+    unknown = ~np.all(converged, axis=1)
     most[unknown] = least[unknown] = np.nan
     principal, side, radius, z = tops
-    principal = np.where(found.converged, principal, np.nan)
-    turn = np.where(np.tile(found.converged, gear.teeth), turn, np.nan)
+    principal = np.where(converged, principal, np.nan)
+    turns = np.where(np.tile(converged, gear.spans), turns, np.nan)
     return GearStress(
         (tuple(mates[0]), tuple(mates[1])), principal, side.astype(np.int64), radius, z,
-        load_cycle(gear.shapes, most, least), turn,
+        load_cycle(gear.shapes, most, least), max(abs(gear.later) // gear.unlike, 1), turns,
     )  # fmt: skip

@@ -145,8 +145,8 @@ class SetSolution:
 
     @cached_property
     def root_stress(self) -> tuple[GearStress, ...]:
-        """Of all bodies; none where it was not asked for, or mesh cycles differ."""
-        return root_stress_of_set(self.placed, self.found) if self.pitches == 1 else ()
+        """Of all bodies; none where it was not asked for."""
+        return root_stress_of_set(self.placed, self.found, self.pitches)
 
     def ste_orders(self, torque: int) -> Orders:
         """Orders of the transmission error over all pitches under a torque by its number, um."""

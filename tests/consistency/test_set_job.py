@@ -79,15 +79,6 @@ def test_tolerances_leave_their_files_and_differ_no_other(tmp_path, job):
         pmor.gear_set(job[0]).plot_tolerances()
 
 
-def test_root_stress_of_mesh_cycles_that_differ_is_left_out(tmp_path):
-    path = written_set(tmp_path, SMALL_SET.replace("[sweep]", "[eccentricity]\nsun_um = 5.0\n[sweep]\npitches = 2"))
-    assert "of mesh cycles that differ" in pmor.plan_set(path)
-    found = pmor.gear_set(path)
-    assert found.data["root_stress"] == []
-    with pytest.raises(pmor.PmorError, match="mesh cycles differ"):
-        found.plot_root_stress()
-
-
 @pytest.mark.parametrize(("on", "torque_Nm"), [("ring", 900.0), ("carrier", -1200.0)])
 def test_the_same_torque_on_another_member_is_the_same_state(on, torque_Nm, job, tmp_path):
     held = "sun" if on == "ring" else "ring"
