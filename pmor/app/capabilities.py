@@ -107,7 +107,10 @@ def gear_set(
     file: Place | SetFile, folder: Place | None = None, *, executor: Executor | None = None,
     progress: Steps | None = None, overwrite: bool = False,
 ) -> SetResult:  # fmt: skip
-    """Solve all meshes of a planetary set, an idler chain or a star at once, as `pmor set`."""
+    """Solve all meshes of a planetary set, an idler chain or a star at once, as `pmor set`; threads share out members.
+
+    The folder keeps the finite elements of each member for the next solution there.
+    """
     from pmor.sets.loader import load
     from pmor.sets.run import run
 

@@ -141,7 +141,7 @@ COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
     "set": (
         "planetary sets, idlers and stars: transmission error, and how planets share the load",
         _option("set_path", metavar="SET", type=_path, help="set file (TOML), or REXS with a planetary stage"),
-        _out(usual="out/<name of the set file>"), OVERWRITE,
+        _out(usual="out/<name of the set file>"), _jobs("members"), OVERWRITE,
     ),
     "campaign": (
         "many macro-geometries, each with finite elements of its own",

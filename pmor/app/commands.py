@@ -173,13 +173,14 @@ def gearbox(gearbox_path: Path, out: Path | None = None, jobs: int = 1, overwrit
     _finish(found, folder, found.failures, "did not converge")
 
 
-def set(set_path: Path, out: Path | None = None, overwrite: bool = False) -> None:
+def set(set_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Solve all meshes of a planetary set, an idler chain or a star at once: transmission error, load sharing."""
     from pmor.sets.loader import load
 
     settings = load(set_path)
     folder = out or default_folder(settings.name)
-    found = capabilities.gear_set(settings, folder, overwrite=overwrite)
+    with threads(jobs) as executor:
+        found = capabilities.gear_set(settings, folder, overwrite=overwrite, executor=executor)
     _finish(found, folder, found.failures, "did not converge")
 
 

@@ -53,14 +53,15 @@ def flank_compliance(bodies: tuple[ElasticGear, ElasticGear], components: int) -
         Of the displacement at a node: 2 or 3.
     """
     pinion, wheel = bodies
-    first = _loaded_part(pinion, components)
-    second = first if wheel is pinion else _loaded_part(wheel, components)
+    first = loaded_part(pinion, components)
+    second = first if wheel is pinion else loaded_part(wheel, components)
     return FlankCompliance(
         (first, second), components, (loaded_support(pinion, components), loaded_support(wheel, components))
     )
 
 
-def _loaded_part(body: ElasticGear, components: int) -> FloatArray:
+def loaded_part(body: ElasticGear, components: int) -> FloatArray:
+    """Return the compliance of a gear as `FlankCompliance.gears` has it."""
     blocks, used = body.compliance[body.neighbours :], _loaded_unknowns(body, components)
     return np.ascontiguousarray(blocks[:, used[:, None], used])
 

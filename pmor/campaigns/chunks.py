@@ -14,11 +14,11 @@ import numpy as np
 from pmor.campaigns.relations import case_of, with_relations
 from pmor.campaigns.rows import Answer, Keys, read_answer
 from pmor.campaigns.settings import Campaign
-from pmor.campaigns.store import key_of
 from pmor.campaigns.table import Design
 from pmor.case.coarser import coarser
 from pmor.core.errors import FileFormatError, PmorError
 from pmor.report.data_files import write_summary_json
+from pmor.storage.content_key import key_of
 from pmor.storage.manifest import Contents, listed, origin_in
 from pmor.storage.results_folder import working_folder
 from pmor.work.cost import FINITE_ELEMENTS, stages

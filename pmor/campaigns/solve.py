@@ -4,25 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from pmor.body.flank_compliance import FlankCompliance, flank_compliance
-from pmor.body.root_stress import root_stress_shapes
+from pmor.body.flank_compliance import FlankCompliance
 from pmor.campaigns.figures import figures_of, known, peaks_of
 from pmor.campaigns.relations import case_of, why_infeasible, with_relations
 from pmor.campaigns.relief import best_relief
 from pmor.campaigns.rows import NAME, Row, Task, plain_row
 from pmor.campaigns.settings import OF_RELIEF, Number
-from pmor.campaigns.store import Store, key_of
+from pmor.campaigns.store import Store
 from pmor.case import Case, GearCase
 from pmor.case.coarser import coarser
 from pmor.core.errors import CaseError, ConvergenceError, GeometryError, InsufficientMemoryError, MeshError
 from pmor.fe.sector import SectorMesh
-from pmor.line.layered_pair import LayeredPair, layers_of
+from pmor.line.layered_pair import layers_of
 from pmor.line.sections import loaded_components
-from pmor.pair.blank import blank_below
-from pmor.pair.model import neighbouring_teeth, per_gear, solved_gear
+from pmor.pair.model import per_gear
 from pmor.reduction.basis import Basis, untrained
 from pmor.storage.compliance_file import SolvedGear
 from pmor.work.cost import meshed_within_memory
+from pmor.work.line_gear import line_gear
 from pmor_online.compare import failed_positions
 from pmor_online.model import reduced_pair
 from pmor_online.run import root_stress_of_case, sweep_case
@@ -76,25 +75,13 @@ def results_of(case: Case, store: Store, relief: bool = False) -> tuple[dict[str
 def basis_of(case: Case, store: Store) -> Basis:
     """Return the basis of line loads of a case, its gears from the store where they are there."""
     mesh = meshed_within_memory(case)
-    components = loaded_components(isinstance(mesh.meshed, LayeredPair), mesh.meshed.pair.pinion.helix_angle != 0.0)
 
     def solved(sector: SectorMesh, gear: GearCase) -> SolvedGear:
-        pair, layers = mesh.meshed.pair, layers_of(mesh.meshed)
-        place, tooth = (0, pair.pinion) if sector is mesh.pinion else (1, pair.wheel)
-        material = gear.youngs_modulus_GPa, gear.poisson_ratio, case.mesh.element
-        key = key_of(sector, tooth, material, neighbouring_teeth(pair), layers[place].columns, components,
-                     case.root_stress, blank_below(case, gear, tooth, sector, place))  # fmt: skip
-
-        def solve() -> SolvedGear:
-            body = solved_gear(case, mesh, sector, gear)
-            stress = None if body.fillet is None else root_stress_shapes(body.fillet, components)
-            found = flank_compliance((body, body), components)
-            return SolvedGear(found.gears[0], stress, found.supports[0])
-
-        return store.get(key, solve)
+        return line_gear(case, mesh, sector, gear, store.get)
 
     pinion, wheel = per_gear(case, mesh, solved)
     coarse, stresses = coarser(case), (pinion.root_stress, wheel.root_stress)
+    components = loaded_components(True, mesh.meshed.pair.pinion.helix_angle != 0.0)
     return Basis(
         case=case,
         flank_nodes=(mesh.pinion.flank_nodes, mesh.wheel.flank_nodes),

@@ -9,19 +9,14 @@ written, gears are solved as without it.
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from pmor.core.errors import FileFormatError, OutputError
-from pmor.core.version import __version__
 from pmor.storage.atomic import ensure_folder, output_errors
 from pmor.storage.compliance_file import SolvedGear, read_compliance, write_compliance
 
@@ -82,32 +77,6 @@ def is_store(folder: Path) -> bool:
 def entries(folder: Path) -> list[Path]:
     """Return the files of a store."""
     return [path for part in PARTS for path in sorted((folder / part).glob("*.h5")) if ENTRY.fullmatch(path.name)]
-
-
-def key_of(*parts: Any) -> str:
-    """Return the SHA-256, in hex, of arrays, numbers, text and dataclasses of them, and of the program's version."""
-    digest = hashlib.sha256()
-    for data in _bytes_of((__version__, *parts)):
-        digest.update(f"{len(data)}:".encode())
-        digest.update(data)
-    return digest.hexdigest()
-
-
-def _bytes_of(value: Any) -> Iterable[bytes]:
-    if isinstance(value, np.ndarray):
-        yield f"{value.dtype.str} {value.shape}".encode()
-        yield np.ascontiguousarray(value).tobytes()
-    elif is_dataclass(value):
-        yield type(value).__name__.encode()
-        for item in fields(value):
-            yield item.name.encode()
-            yield from _bytes_of(getattr(value, item.name))
-    elif isinstance(value, tuple):
-        yield f"{len(value)} items".encode()
-        for item in value:
-            yield from _bytes_of(item)
-    else:
-        yield repr(value).encode()
 
 
 def _found(path: Path, key: str) -> SolvedGear | None:

@@ -3,30 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pmor.body.far_compliance import FarTeeth
-from pmor.body.flank_compliance import loaded_support
-from pmor.body.root_stress import RootStressShapes, other_hand, root_stress_shapes
+from pmor.body.root_stress import other_hand
 from pmor.body.section_compliance import section_compliance
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
+from pmor.core.threads import in_order
+from pmor.fe.sector import SectorMesh
 from pmor.gear.condition import Assembly
 from pmor.line.layered_pair import LayeredPair, as_layered
 from pmor.line.pair import LinePair
 from pmor.line.sections import loaded_components
 from pmor.line.several import GearTrain, TrainBody, TrainMesh
 from pmor.pair.conditions import assembly_of
-from pmor.pair.model import mesh_model, solved_gear
+from pmor.pair.model import mesh_model
 from pmor.sets.kinematics import Centre, Meeting, Placement, placements
-
-if TYPE_CHECKING:
-    from pmor.body.elastic_gear import ElasticGear
+from pmor.storage.compliance_file import KeptGear, SolvedGear
+from pmor.work.line_gear import line_gear, not_kept
 
 # Of a tooth.
 ROUNDING = 1e-6
@@ -78,7 +78,8 @@ class _Use:
 
 def build_train(
     cases: Mapping[str, Case], bodies: Sequence[SetBody], meshes: Sequence[SetMesh], free: FloatArray,
-    compliance: FloatArray,
+    compliance: FloatArray, kept: Callable[[str], KeptGear] = lambda member: not_kept,
+    executor: Executor | None = None,
 ) -> GearTrain:  # fmt: skip
     """Solve the finite elements of all members, and put a train together.
 
@@ -88,6 +89,10 @@ def build_train(
         Of the meshes, in the frame of each pair: of line contact.
     free, compliance : ndarray
         As in `pmor.line.several.GearTrain`.
+    kept : callable
+        Gives where a member is kept.
+    executor : concurrent.futures.Executor, optional
+        Of threads: shares out the members.
 
     Raises
     ------
@@ -99,30 +104,35 @@ def build_train(
     uses = _uses(bodies, meshes, placed)
     # A gear that has flanks of both sides in mesh is modelled as it is, another one as its meshes see it.
     own = {member: min(found, key=lambda use: use.image) for member, found in uses.items()}
-    solved = {}
-    for member, use in own.items():
-        case, model = cases[use.case], models[use.case]
-        sector, gear = ((model.pinion, case.pair.pinion), (model.wheel, case.pair.wheel))[use.gear]
+    sectors = {member: (models[use.case].pinion, models[use.case].wheel)[use.gear] for member, use in own.items()}
+
+    def solve(member: str) -> SolvedGear:
+        use = own[member]
+        case = cases[use.case]
+        gear = (case.pair.pinion, case.pair.wheel)[use.gear]
         asked = _far_teeth(member, bodies, meshes, meetings, placed, use.image)
         if gear.lugs is not None:
             ring = next(n for n, mesh in enumerate(meshes) if bodies[mesh.wheel].member == member)
             first_deg = gear.lugs.first_deg - _from_the_axis_deg(meetings[ring], placed[ring])
             gear = replace(gear, held=replace(gear.lugs, first_deg=first_deg))
-        solved[member] = solved_gear(case, model, sector, gear, far=asked)
+        return line_gear(case, models[use.case], sectors[member], gear, kept(member), asked)
+
+    solved = dict(zip(own, in_order(solve, own, executor), strict=True))
     pairs = {}
     for name, model in models.items():
-        gears = [_near(solved[member], use.image != own[member].image) for member, use in _gears_of(name, uses)]
+        gears = [
+            _near(solved[member], sectors[member], use.image != own[member].image)
+            for member, use in _gears_of(name, uses)
+        ]
         pairs[name] = _line_pair(as_layered(model.meshed), (gears[0], gears[1]))
-    stress = {member: _root_stress(body) for member, body in solved.items()}
-    uneven = {member: loaded_support(body, _components(body)) for member, body in solved.items()}
     train_bodies = tuple(
         TrainBody(
             body.name,
-            of_member.mesh.teeth,
+            sectors[body.member].teeth,
             of_member.far,
             own[body.member].image,
-            stress[body.member],
-            uneven[body.member],
+            of_member.root_stress,
+            of_member.support,
         )
         for body, of_member in ((body, solved[body.member]) for body in bodies)
     )
@@ -151,35 +161,21 @@ def _gears_of(case: str, uses: Mapping[str, Sequence[_Use]]) -> list[tuple[str, 
 
 
 def _line_pair(meshed: LayeredPair, gears: tuple[FloatArray, FloatArray]) -> LinePair:
-    """Prepare a pair for line loads from the compliance of its flanks, three components at each node."""
+    """Prepare a pair for line loads from the compliance of its flanks."""
     components = loaded_components(True, meshed.pair.pinion.helix_angle != 0.0)
-    used = [(3 * np.arange(blocks.shape[1] // 3)[:, None] + np.arange(components)).ravel() for blocks in gears]
-    pinion, wheel = (
-        np.ascontiguousarray(blocks[:, rows[:, None], rows]) for blocks, rows in zip(gears, used, strict=True)
-    )
-    return LinePair(meshed, section_compliance((pinion, wheel), components, *meshed.carriers), components)
+    return LinePair(meshed, section_compliance(gears, components, *meshed.carriers), components)
 
 
-def _root_stress(body: ElasticGear) -> RootStressShapes | None:
-    if body.fillet is None:
-        return None
-    return root_stress_shapes(body.fillet, _components(body))
-
-
-def _components(body: ElasticGear) -> int:
-    return loaded_components(True, body.mesh.twist_per_length != 0.0)
-
-
-def _near(body: ElasticGear, flipped: bool) -> FloatArray:
+def _near(solved: SolvedGear, sector: SectorMesh, flipped: bool) -> FloatArray:
     """Compliance of a gear's flanks, of the tooth 0, 1, ... counter-clockwise from the loaded one, (teeth, n, n).
 
     That of the gear with the other hand is the image in the plane at mid width.
     """
-    blocks = body.compliance[body.neighbours :]
-    if not flipped or body.mesh.twist_per_length == 0.0:
+    blocks = solved.compliance
+    if not flipped or sector.twist_per_length == 0.0:
         return blocks
-    order, sign = other_hand(blocks.shape[1], len(body.mesh.z))
-    return np.asarray(blocks[:, order[:, None], order] * sign[:, None] * sign)
+    order, sign = other_hand(blocks.shape[1], len(sector.z))
+    return np.ascontiguousarray(blocks[:, order[:, None], order] * sign[:, None] * sign)
 
 
 def _far_teeth(

@@ -21,7 +21,7 @@ SWEEP = "sweep of all meshes"
 NEVER = (
     ("motion, losses", "of sets they are not solved"),
     ("contact of the other flanks", "each mesh is driven in one sense"),
-    ("equal gears", "finite elements are solved once for each member"),
+    ("equal gears", "finite elements are solved once for each member, and kept beside the results"),
 )
 
 

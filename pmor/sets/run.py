@@ -4,18 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Executor
+from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from pmor.core.progress import quietly
+from pmor.core.progress import quietly, stage
 from pmor.sets.loader import SetFile
 from pmor.sets.model import build_train
 from pmor.sets.output import FILES, SAMPLE_FILES
 from pmor.sets.result import SetResult
 from pmor.sets.solution import solve_set
 from pmor.sets.tolerances import solve_samples
-from pmor.work.results import pieces_folder
+from pmor.storage.compliance_file import KeptGear
+from pmor.storage.results_folder import results_folder
+from pmor.work.line_gear import kept_in_file, not_kept
+from pmor.work.pieces import file_name
 
 
 def run(
@@ -27,15 +32,18 @@ def run(
     Parameters
     ----------
     folder, overwrite, executor, progress
-        As in `pmor.app.capabilities`; members are solved one after the other, whatever the executor.
+        As in `pmor.app.capabilities`; the executor is one of threads. The folder keeps the finite elements of each
+        member: other loads, errors, supports and modifications solve none.
 
     Raises
     ------
     CaseError, GeometryError, MeshError, OutputError
     """
     step, plan = progress or quietly, file.plan
-    with pieces_folder(folder, (*FILES, *SAMPLE_FILES), inputs=file.inputs, overwrite=overwrite):
-        train = build_train(file.cases, plan.bodies, plan.meshes, plan.free, plan.compliance)
+    with _held(file, folder, overwrite):
+        with stage("finite elements of all members"):
+            kept = partial(_kept, folder, overwrite)
+            train = build_train(file.cases, plan.bodies, plan.meshes, plan.free, plan.compliance, kept, executor)
         step(1)
         amounts = sorted({plan.nominal_Nm, *file.sections.sweep.torques_Nm})
         torques = np.array(amounts) * plan.torque_Nm / plan.nominal_Nm
@@ -54,3 +62,24 @@ def run(
             if count
         )
     return SetResult(file, solved, samples, failures)
+
+
+def _held(file: SetFile, folder: Path | str | None, overwrite: bool) -> AbstractContextManager[Path | None]:
+    """Hold the folder of the results, where there is one."""
+    if folder is None:
+        return nullcontext()
+    files = (*FILES, *SAMPLE_FILES, *(gear_files(file) if overwrite else ()))
+    return results_folder(Path(folder), files, (), overwrite, file.inputs)
+
+
+def gear_files(file: SetFile) -> tuple[str, ...]:
+    """Return the names of the files that keep the finite elements of the members."""
+    return tuple(_gear_file(member) for member in dict.fromkeys(body.member for body in file.plan.bodies))
+
+
+def _gear_file(member: str) -> str:
+    return f"gear_{file_name(member)}.h5"
+
+
+def _kept(folder: Path | str | None, anew: bool, member: str) -> KeptGear:
+    return not_kept if folder is None else kept_in_file(Path(folder) / _gear_file(member), anew)

@@ -1,4 +1,4 @@
-"""Answers that a basis file keeps: how flanks and fillets yielded to a load when the file was written.
+"""Answers that a file keeps: how flanks and fillets yielded to a load when it was written.
 
 No law ties the compliance of a case's flanks or the stress along its fillets to the case without its finite elements. A
 basis whose arrays were put into another order, or of which a number was changed, would give wrong results; the laws
@@ -14,7 +14,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pmor.body.flank_compliance import FlankCompliance
+from pmor.body.far_compliance import FarCompliance
+from pmor.body.root_stress import RootStressShapes
+from pmor.body.support import Support
 from pmor.core.arrays import FloatArray
 from pmor.reduction.basis import Basis
 from pmor.storage.basis_layout import ANSWERS, GEARS
@@ -37,15 +39,13 @@ def answers_of(basis: Basis) -> dict[str, FloatArray]:
         shape (cell, point, 3); each as far as the basis has what it takes.
     """
     found = dict[str, FloatArray]()
-    if basis.compliance is not None:
-        moved = _moved_flanks(basis.compliance)
-        found |= {f"{ANSWERS}/{gear}/displacement": array for gear, array in zip(GEARS, moved, strict=True)}
-    if basis.root_stress is not None:
-        for gear, shapes in zip(GEARS, basis.root_stress, strict=True):
-            load = _load(shapes.pattern.shape[1])
-            bent = np.tensordot(_load(shapes.repeats), shapes.rim_moved, axes=1)
-            bent = np.tensordot(_load(len(bent)), bent, axes=1) @ (shapes.rim_pattern @ load)
-            found[f"{ANSWERS}/{gear}/stress"] = shapes.stress @ (shapes.pattern @ load) + shapes.rim_stress @ bent
+    for number, gear in enumerate(GEARS):
+        answers = dict[str, FloatArray]()
+        if (compliance := basis.compliance) is not None:
+            answers["displacement"] = moved_flank(compliance.gears[number], compliance.supports[number])
+        if basis.root_stress is not None:
+            answers["stress"] = stress_of_fillets(basis.root_stress[number])
+        found |= {f"{ANSWERS}/{gear}/{name}": array for name, array in answers.items()}
     for gear, web in zip(GEARS, basis.web_stress, strict=True):
         if web is not None:
             bent = np.tensordot(_load(len(web.moved)), web.moved, axes=1) @ (web.pattern @ _load(web.pattern.shape[1]))
@@ -53,17 +53,37 @@ def answers_of(basis: Basis) -> dict[str, FloatArray]:
     return found
 
 
-def _moved_flanks(compliance: FlankCompliance) -> list[FloatArray]:
-    """Displacement of the loaded tooth and of those beside it; by holes, as a sum over unevenly loaded teeth."""
-    pinion, wheel = compliance.gears
-    load = _load(pinion.shape[1])
-    moved = [pinion @ load]
-    moved.append(moved[0].copy() if wheel is pinion else wheel @ load)
-    for gear, support in enumerate(compliance.supports):
-        if support is not None:
-            summed = np.tensordot(_load(len(support.compliance)), support.compliance, axes=1)
-            moved[gear] += summed @ (support.rows.T @ load) @ support.rows.T
-    return moved
+def moved_flank(blocks: FloatArray, support: Support | None) -> FloatArray:
+    """Displacement of the loaded tooth and of those beside it; by holes, as a sum over unevenly loaded teeth.
+
+    Parameters
+    ----------
+    blocks, support
+        As in `pmor.body.flank_compliance.FlankCompliance`, of one gear.
+    """
+    load = _load(blocks.shape[1])
+    moved = np.asarray(blocks @ load)
+    if support is None:
+        return moved
+    summed = np.tensordot(_load(len(support.compliance)), support.compliance, axes=1)
+    by_holes = np.asarray(summed @ (support.rows.T @ load) @ support.rows.T)
+    by_holes[: len(moved)] += moved
+    return by_holes
+
+
+def stress_of_fillets(shapes: RootStressShapes) -> FloatArray:
+    """Stress along the fillets under that load, as a sum over unevenly loaded teeth where they differ."""
+    load = _load(shapes.pattern.shape[1])
+    bent = np.tensordot(_load(shapes.repeats), shapes.rim_moved, axes=1)
+    bent = np.tensordot(_load(len(bent)), bent, axes=1) @ (shapes.rim_pattern @ load)
+    return np.asarray(shapes.stress @ (shapes.pattern @ load) + shapes.rim_stress @ bent)
+
+
+def moved_far_teeth(far: FarCompliance) -> FloatArray:
+    """Displacement of far teeth by loads on their shapes, (flanks images backs, teeth, loaded unknown); 0 of others."""
+    load = _load(far.shapes.shape[1])
+    between = np.nan_to_num(np.stack([far.flanks, far.images, far.backs]))
+    return np.asarray((between @ load) @ far.shapes.T)
 
 
 def _load(count: int) -> FloatArray:
@@ -71,18 +91,18 @@ def _load(count: int) -> FloatArray:
     return np.asarray(1.0 + np.modf(GOLDEN * np.arange(1, count + 1))[0])
 
 
-def check_answers(basis: Basis, kept: Mapping[str, FloatArray]) -> None:
-    """Raise Damaged where a basis does not answer as it did when its file was written.
+def check_answers(found: Mapping[str, FloatArray], kept: Mapping[str, FloatArray]) -> None:
+    """Raise Damaged where what was read does not answer as it did when its file was written.
 
     Parameters
     ----------
-    basis : Basis
-        That obeys the laws of `pmor.storage.basis_checks`.
+    found : mapping of str to ndarray
+        Answers of what was read and obeys the laws of its file (`pmor.storage.basis_checks`), by their paths there.
     kept : mapping of str to ndarray
-        Answers in its file, by their paths there.
+        Answers in the file.
     """
-    found = answers_of(basis)
     for name in sorted({*found, *kept}):
         own, asked = found.get(name, np.empty(0)), kept.get(name, np.empty(0))
-        same = own.shape == asked.shape and np.abs(own - asked).max() <= ROUND_OFF * np.abs(asked).max()
+        largest = np.abs(asked).max(initial=0.0)
+        same = own.shape == asked.shape and np.abs(own - asked).max(initial=0.0) <= ROUND_OFF * largest
         require(same, f"it does not answer as it did when it was written ({name})")

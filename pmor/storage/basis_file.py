@@ -171,9 +171,9 @@ def _read(file: h5py.File, path: Path) -> Basis:
     basis = replace(own, coarser=found.get(COARSER), whole=found.get(WHOLE))
     with np.errstate(all="ignore"):  # absurd numbers are refused, not warned of
         check_basis(basis, pair)
-        check_answers(own, _kept_answers(arrays))
+        check_answers(answers_of(own), _kept_answers(arrays))
         for name, (_, _, kept) in read_further.items():
-            check_answers(found[name], _kept_answers(kept))
+            check_answers(answers_of(found[name]), _kept_answers(kept))
     return basis
 
 

@@ -21,6 +21,10 @@ from pmor.storage.layout import Field
 GEARS = ("pinion", "wheel")
 # Folder of the same pair on half as many elements.
 COARSER, WHOLE = "coarser", "whole"
+# Lengths of axes that are those of all cases.
+FIXED_SIZES = {
+    "xy": 2, "xyz": 3, "radius angle z": 3, "gear": 2, "side": 2, "in the surface": 3, "neighbour": 2 * NEIGHBOURS + 1,
+}  # fmt: skip
 # Folder of what a basis answered when its file was written (`pmor.storage.basis_answers`).
 ANSWERS = "answers"
 
@@ -157,20 +161,14 @@ def basis_sizes(case: Case, pair: GearPair) -> dict[str, int]:
     stencil = STENCIL[case.reduction.interpolation] if case.reduction.shapes != "global_pod" else 2
     parts = loaded_components(case.contact.kind != "nodal", pair.pinion.helix_angle != 0.0)
     return {
+        **FIXED_SIZES,
         "profile": rows,
         "line": rows + 1,
         "width": columns,
-        "xyz": 3,
-        "gear": 2,
         "flank unknown": 3 * rows * columns,
         "loaded unknown": parts * rows * columns,
         "tooth offset": 2 * neighbours + 1,
         "pitch offset": neighbours + 1,
-        "xy": 2,
-        "neighbour": 2 * NEIGHBOURS + 1,
-        "side": 2,
-        "in the surface": 3,
-        "radius angle z": 3,
         "a": stencil,
         "b": stencil,
     }

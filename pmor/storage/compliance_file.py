@@ -1,26 +1,47 @@
-"""The file of a single gear's compliance, as a store of them keeps it."""
+"""The file of a single gear, solved for line loads: as a store of them keeps it, and a set beside its results."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import h5py
 import numpy as np
 
+from pmor.body.far_compliance import FarCompliance
 from pmor.body.root_stress import RootStressShapes
 from pmor.body.support import Support
+from pmor.core.arrays import FloatArray
 from pmor.core.errors import FileFormatError
-from pmor.storage.basis_layout import COMPLIANCE, ROOT_STRESS, SUPPORT
+from pmor.storage.basis_answers import check_answers, moved_far_teeth, moved_flank, stress_of_fillets
+from pmor.storage.basis_layout import ANSWERED, ANSWERS, COMPLIANCE, FIXED_SIZES, ROOT_STRESS, SUPPORT
 from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all, write_all
 from pmor.storage.layout import Field
 
-COMPLIANCE_SCHEMA = Schema("pmor-compliance", 4, "remove it: the gear is solved again")
-STRESS, HOLES = "root_stress", "holes"
+COMPLIANCE_SCHEMA = Schema("pmor-compliance", 5, "remove it: the gear is solved again")
+FAR_BLOCKS = "tooth, shape, shape"
+FAR = {
+    "shapes": Field("1", "loaded unknown, shape", "shapes in which far teeth move, over the unknowns of a flank"),
+    "flanks": Field("mm/N", FAR_BLOCKS, "of flanks under forces on the flank of tooth 0; NaN: not asked", finite=False),
+    "images": Field("mm/N", FAR_BLOCKS, "the same of the other flanks, all in the image", finite=False),
+    "backs": Field("mm/N", FAR_BLOCKS, "of the other flanks under forces on the flank of tooth 0", finite=False),
+}
+# Parts that a file may be without, by the names of their folders.
+PARTS = {"holes": (Support, SUPPORT), "root_stress": (RootStressShapes, ROOT_STRESS), "far": (FarCompliance, FAR)}
 LAYOUT = {
     "compliance": Field("mm/N", COMPLIANCE, "of the flank nodes, of the loaded tooth and those beside it"),
-    **{f"{HOLES}/{name}": Field(f.unit, f.dims, f.description, optional=True) for name, f in SUPPORT.items()},
-    **{f"{STRESS}/{name}": Field(f.unit, f.dims, f.description, optional=True) for name, f in ROOT_STRESS.items()},
-}
+    **{
+        # Holes are felt by all teeth of a gear with several meshes.
+        f"{part}/{name}": replace(field, dims=field.dims.replace("pitch offset", "further tooth"), optional=True)
+        for part, (_, layout) in PARTS.items() for name, field in layout.items()
+    },
+    f"{ANSWERS}/displacement": Field(
+        "mm", "tooth beside, loaded unknown", "of the flanks under uneven forces on one of them"
+    ),
+    f"{ANSWERS}/stress": ANSWERED["stress"],
+    f"{ANSWERS}/far": Field("mm", "kind, tooth, loaded unknown", "of far flanks under uneven loads", optional=True),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -35,11 +56,18 @@ class SolvedGear:
         Where it was asked for.
     support : Support or None
         The part of low rank, of holes.
+    far : FarCompliance or None
+        Of gears with several meshes.
     """
 
-    compliance: np.ndarray
-    root_stress: RootStressShapes | None
+    compliance: FloatArray
+    root_stress: RootStressShapes | None = None
     support: Support | None = None
+    far: FarCompliance | None = None
+
+
+# Gives the gear with a key, and solves for it where it is not kept.
+KeptGear = Callable[[str, Callable[[], SolvedGear]], SolvedGear]
 
 
 def read_compliance(path: Path, key: str) -> SolvedGear:
@@ -52,18 +80,40 @@ def read_compliance(path: Path, key: str) -> SolvedGear:
     """
     with open_checked(path, COMPLIANCE_SCHEMA) as file:
         if attribute(file, "key", str) != key:
-            raise FileFormatError(f"{path}: is of another gear: {COMPLIANCE_SCHEMA.remedy}")
-        arrays = read_all(file, LAYOUT)
-        stress = RootStressShapes(*(arrays[f"{STRESS}/{name}"] for name in ROOT_STRESS)) if STRESS in file else None
-        support = Support(*(arrays[f"{HOLES}/{name}"] for name in SUPPORT)) if HOLES in file else None
-        return SolvedGear(arrays["compliance"], stress, support)
+            raise FileFormatError(f"{path}: is of another gear, mesh or version; {COMPLIANCE_SCHEMA.remedy}")
+        arrays = read_all(file, LAYOUT, _sizes(file))
+        parts = {
+            part: kind(*(arrays[f"{part}/{name}"] for name in layout)) if part in file else None
+            for part, (kind, layout) in PARTS.items()
+        }
+        found = SolvedGear(arrays["compliance"], parts["root_stress"], parts["holes"], parts["far"])
+        with np.errstate(all="ignore"):  # absurd numbers are refused, not warned of
+            check_answers(_answers(found), {name: array for name, array in arrays.items() if name.startswith(ANSWERS)})
+        return found
 
 
 def write_compliance(path: Path, key: str, solved: SolvedGear) -> None:
     """Write the file of the gear with a key, whole; equal contents are equal files; OutputError where that fails."""
-    stress = solved.root_stress
-    arrays = {} if stress is None else {f"{STRESS}/{name}": getattr(stress, name) for name in ROOT_STRESS}
-    if solved.support is not None:
-        arrays |= {f"{HOLES}/{name}": getattr(solved.support, name) for name in SUPPORT}
+    parts = {"root_stress": solved.root_stress, "holes": solved.support, "far": solved.far}
+    arrays = {
+        f"{part}/{name}": getattr(found, name)
+        for part, found in parts.items() if found is not None for name in PARTS[part][1]
+    }  # fmt: skip
     with create(path, COMPLIANCE_SCHEMA, {"key": key}, overwrite=True, dated=False) as file:
-        write_all(file, {"compliance": solved.compliance, **arrays}, LAYOUT)
+        write_all(file, {"compliance": solved.compliance, **arrays, **_answers(solved)}, LAYOUT)
+
+
+def _sizes(file: h5py.File) -> dict[str, int]:
+    """Lengths of axes: those of the compliance hold for all parts."""
+    neighbours, unknowns = (file["compliance"].shape + (0, 0))[:2]
+    return {**FIXED_SIZES, "pitch offset": neighbours, "loaded unknown": unknowns}
+
+
+def _answers(solved: SolvedGear) -> dict[str, FloatArray]:
+    """How a gear yields, by the paths in its file (`pmor.storage.basis_answers`)."""
+    found = {"displacement": moved_flank(solved.compliance, solved.support)}
+    if solved.root_stress is not None:
+        found["stress"] = stress_of_fillets(solved.root_stress)
+    if solved.far is not None:
+        found["far"] = moved_far_teeth(solved.far)
+    return {f"{ANSWERS}/{name}": array for name, array in found.items()}

@@ -17,13 +17,12 @@ from functools import cache, partial
 from pathlib import Path
 
 from pmor.case import Case, other_models
-from pmor.core.errors import CaseError, ConvergenceError, FileFormatError, GeometryError, MeshError, OutputError
+from pmor.core.errors import CaseError, ConvergenceError, FileFormatError, GeometryError, MeshError
 from pmor.core.progress import Steps, quietly, stage
 from pmor.pair.model import ElasticModel, MeshModel, mesh_model, model_of_solved
 from pmor.reduction.basis import Basis
 from pmor.storage.basis_file import BASIS_SCHEMA, read_basis, require_made_from
-from pmor.storage.hdf5 import schema_name
-from pmor.storage.manifest import foreign_words, is_ours
+from pmor.storage.results_folder import refuse_other_kind
 from pmor.work import offline
 from pmor.work.kernels import kernels_beside
 from pmor.work.online import run_online, with_comparison
@@ -157,9 +156,7 @@ def valid_basis(path: Path, case: Case) -> Basis | None:
         basis = read_basis(path)
         require_made_from(path, basis, case)
     except FileFormatError as error:
-        if not is_ours(path) and schema_name(path) != BASIS_SCHEMA.name:
-            reason = f"{foreign_words(path)}: no basis to replace"
-            raise OutputError(f"{path}: {reason}; move it away, or choose another folder") from error
+        refuse_other_kind(path, BASIS_SCHEMA)
         _LOG.info("not used, made anew: %s", error)
         return None
     return basis

@@ -19,7 +19,6 @@ import pytest
 
 import pmor
 import pmor.campaigns.chunks as chunks_module
-import pmor.campaigns.solve as solve_module
 import pmor.campaigns.supervise as supervise_module
 from pmor.app.cli import main
 from pmor.campaigns.describe import folder_text
@@ -157,7 +156,7 @@ def test_the_same_gear_is_solved_once_and_a_row_from_the_store_is_the_same(tmp_p
     def solved_before(*arguments):
         raise AssertionError("is in the store")
 
-    monkeypatch.setattr(solve_module, "solved_gear", solved_before)
+    monkeypatch.setattr("pmor.work.line_gear.solved_gear", solved_before)
     assert results_of(wide, store) == first
     alike = basis_of(case_of(BASE, {"load.torque_Nm": 100.0}, "two"), store)
     assert alike.compliance.gears[0] is alike.compliance.gears[1]

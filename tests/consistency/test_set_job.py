@@ -1,6 +1,7 @@
 """A set as a command and in Python: the same files; loads of other members, and the other sense, are the same set."""
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,12 @@ from numpy.testing import assert_allclose
 
 import pmor
 from pmor.app.cli import main
+from pmor.body import elastic_gear
 from pmor.pair.model import gear_pair
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import load
 from pmor.sets.output import FILES, SAMPLE_FILES
+from tests.support.broken_files import flip_bit_of
 from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, written_set
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -56,6 +59,38 @@ def test_python_finds_what_the_command_wrote(job):
     assert repr(found) == "<SetResult of 'small': 6 meshes, 2 torques>"
     for draw in (found.plot_set, found.plot_ste, found.plot_shares, found.plot_root_stress):
         assert draw().axes
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """Sectors whose finite elements are solved."""
+    sectors, solve = [], elastic_gear.elastic_gear
+    monkeypatch.setattr(elastic_gear, "elastic_gear", lambda *a, **k: sectors.append(a[0].teeth) or solve(*a, **k))
+    return sectors
+
+
+def test_another_torque_support_pin_error_or_modification_takes_no_finite_elements(job, counted, undrawn, tmp_path):
+    folder = shutil.copytree(job[1], tmp_path / "out")
+    text = SMALL_SET.replace("torque_Nm = 300.0", "torque_Nm = 250.0").replace("[10.0, 0.0", "[0.0, 7.0")
+    text += '[supports]\nsun_radial_N_per_mm = "free"\n[sun.modification]\nprofile_crowning_um = 4.0\n'
+    path = written_set(tmp_path, text)
+    again = pmor.gear_set(path, folder)
+    assert not counted
+    anew = pmor.gear_set(path)
+    assert len(counted) == 3
+    assert json.dumps(again.data) == json.dumps(anew.data)
+
+
+def test_another_body_and_a_damaged_file_are_solved_anew_and_no_other(job, counted, undrawn, tmp_path):
+    folder = shutil.copytree(job[1], tmp_path / "out")
+    flip_bit_of("compliance")(folder / "gear_ring.h5")
+    path = written_set(tmp_path, SMALL_SET.replace("18.0\n[ring]", "17.0\n[ring]"))
+    again = pmor.gear_set(path, folder)
+    assert sorted(counted) == [18, 54]
+    assert json.dumps(again.data) == json.dumps(pmor.gear_set(path).data)
+    (folder / "gear_sun.h5").write_text("mine")
+    with pytest.raises(pmor.PmorError, match="gear_sun.h5: has been changed since pmor wrote it"):
+        pmor.gear_set(path, folder)
 
 
 def test_tolerances_leave_their_files_and_differ_no_other(tmp_path, job):
