@@ -13,8 +13,8 @@ import scipy.sparse as sp
 
 from pmor.body.blank import LEFT_OUT, Blank, Ring, signed_teeth
 from pmor.body.far_compliance import FaceResponse, FarCompliance, FarTeeth, far_compliance
-from pmor.body.fillet_stress import NEIGHBOURS, FilletPoints, FilletStress, sector_stress
-from pmor.body.rim_stress import REACH, face_patterns, rim_stress
+from pmor.body.fillet_stress import FilletPoints, FilletStress, sector_stress
+from pmor.body.rim_stress import NEIGHBOURS, REACH, face_patterns, rim_stress
 from pmor.body.support import (
     Change,
     Support,

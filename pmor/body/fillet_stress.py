@@ -19,12 +19,12 @@ all sections are alike or half the width is meshed, else by half a turn about th
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 
+from pmor.body.rim_stress import RimStress
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import MeshError
@@ -38,12 +38,6 @@ from pmor.fe.hexahedron import element_stiffness, shape_functions, shape_gradien
 from pmor.fe.sector import SectorMesh
 from pmor.fe.surface import law_in_surface, surface_strain
 
-if TYPE_CHECKING:
-    from pmor.body.rim_stress import RimStress
-
-# Teeth on either side of a loaded one whose fillets feel it. *Measured*, helical pair with three teeth in mesh: those
-# next to it 5 %, those beyond 0.6 % of the stress in its own.
-NEIGHBOURS = 1
 # Of an element's local coordinates, which go from -1 to 1: how far outside of it points may lie, as those on the true
 # flank do where elements are flat.
 OUTSIDE = 0.5
