@@ -2,7 +2,8 @@
 
 A block of TOML names its file in its first line, ``# pair.toml``. The lines of a block of ``sh`` are commands of pmor.
 Those of ``output`` are among what the block before printed. A comment ``<!-- needs MODULE -->`` before a block leaves
-it out where that module is missing. All pages share one folder, in this order.
+it out where that module is missing, ``<!-- takes seconds -->`` but among slow tests. All pages share one folder, in this
+order.
 """
 
 import importlib.util
@@ -31,13 +32,14 @@ def desk(tmp_path_factory):
 
 
 def blocks_of(page):
-    """Language, text and needed module of each block."""
+    """Language, text, needed module of each block, and whether it takes seconds."""
     text = (MANUAL / page).read_text(encoding="utf-8")
     if page.endswith(".ipynb"):
         cells = [cell for cell in json.loads(text)["cells"] if cell["cell_type"] == "code"]
-        return [("python", "".join(cell["source"]), None) for cell in cells]
-    found = re.findall(r"(?:<!-- needs (\w+) -->\n)?```(\w+)\n(.*?)```", text, re.DOTALL)
-    return [(language, code, needed) for needed, language, code in found if language in RUN]
+        return [("python", "".join(cell["source"]), None, False) for cell in cells]
+    before = r"(?:<!-- needs (\w+) -->\n)?(<!-- takes seconds -->\n)?"
+    found = re.findall(before + r"```(\w+)\n(.*?)```", text, re.DOTALL)
+    return [(language, code, needed, bool(slow)) for needed, slow, language, code in found if language in RUN]
 
 
 def run_block(language, code, names, where, printed):
@@ -56,12 +58,13 @@ def run_block(language, code, names, where, printed):
             assert " ".join(line.split()) in lines, f"{where}: {line!r} is not among\n{printed}"
 
 
+@pytest.mark.parametrize("slow", [False, pytest.param(True, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("page", PAGES)
-def test_every_block_of_a_page_runs(page, desk, monkeypatch, capsys):
+def test_every_block_of_a_page_runs(page, slow, desk, monkeypatch, capsys):
     monkeypatch.chdir(desk)
     names, printed = {"__name__": "__main__"}, ""
-    for number, (language, code, needed) in enumerate(blocks_of(page), start=1):
-        if needed and importlib.util.find_spec(needed) is None:
+    for number, (language, code, needed, takes_seconds) in enumerate(blocks_of(page), start=1):
+        if (takes_seconds and not slow) or (needed and importlib.util.find_spec(needed) is None):
             continue
         run_block(language, code, names, f"{page}, block {number}", printed)
         printed = capsys.readouterr().out if language != "output" else printed
