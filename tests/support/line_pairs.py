@@ -26,14 +26,20 @@ PAIRS = {
         "mesh": {"element": "hex20", "profile_elements": 3, "width_elements": 2},
     },
 }
-HOLES = {
-    "pinion.blank": {"rim_thickness_mm": 5.0, "web_thickness_mm": 5.0, "web_offset_mm": 3.0, "hub_radius_mm": 23.0},
-    "pinion.blank.holes": {"count": 6, "radius_mm": 2.5, "on_radius_mm": 27.5, "first_deg": 7.0},
+WHEEL_HOLES = {
+    "mesh": {"profile_elements": 4, "width_elements": 2},
     "wheel": {"teeth": 31, "bore_radius_mm": 25.0},
     "wheel.blank": {"rim_thickness_mm": 6.0, "web_thickness_mm": 6.0, "hub_radius_mm": 29.0},
     "wheel.blank.holes": {"count": 4, "radius_mm": 6.0, "on_radius_mm": 40.0},
 }
-PAIRS |= {"holes": HOLES, "helical holes": {"pair": {"helix_angle_deg": 20.0}, **HOLES}}
+PINION_HOLES = {
+    "pinion.blank": {"rim_thickness_mm": 5.0, "web_thickness_mm": 5.0, "web_offset_mm": 3.0, "hub_radius_mm": 23.0},
+    "pinion.blank.holes": {"count": 6, "radius_mm": 2.5, "on_radius_mm": 27.5, "first_deg": 7.0},
+}
+PAIRS |= {
+    "holes": PINION_HOLES | WHEEL_HOLES,
+    "helical holes": {"pair": {"helix_angle_deg": 20.0}, **WHEEL_HOLES},
+}
 
 
 @cache
