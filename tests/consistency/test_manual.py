@@ -2,8 +2,8 @@
 
 A block of TOML names its file in its first line, ``# pair.toml``. The lines of a block of ``sh`` are commands of pmor.
 Those of ``output`` are among what the block before printed. A comment ``<!-- needs MODULE -->`` before a block leaves
-it out where that module is missing, ``<!-- takes seconds -->`` but among slow tests. All pages share one folder, in this
-order.
+it out where that module is missing, ``<!-- takes seconds -->`` but among slow tests. All pages share one folder, in
+this order.
 """
 
 import importlib.util

@@ -230,6 +230,7 @@ def test_study(tmp_path):
     assert found.failures == ()
 
 
+@pytest.mark.slow
 @pytest.mark.jit
 def test_reductions(tmp_path, monkeypatch, few_candidates):
     """Fewer states and solves than an engineer would ask for."""
@@ -238,6 +239,7 @@ def test_reductions(tmp_path, monkeypatch, few_candidates):
     assert found.failures == ()
 
 
+@pytest.mark.slow
 def test_dynamics(tmp_path, monkeypatch):
     monkeypatch.setattr(law, "TOLERANCE", 1e-3)
     monkeypatch.setattr(law, "STATIC_TOLERANCE", 1e-3)
@@ -245,6 +247,7 @@ def test_dynamics(tmp_path, monkeypatch):
     both("dynamics", pmor.run_dynamics, write_case(tmp_path, **LINES, dynamics=DYNAMICS))
 
 
+@pytest.mark.slow
 def test_design(tmp_path, monkeypatch):
     monkeypatch.setattr(readings, "FRESH", 64)
     monkeypatch.setattr(figures, "CONTOUR", 4)

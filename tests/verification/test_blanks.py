@@ -660,7 +660,10 @@ def holed_wheel(**holes):
 AT = {"radius_mm": 0.9, "on_radius_mm": 9.75}
 
 
-@pytest.mark.parametrize(("count", "changes"), [(8, {}), (3, {}), (12, {"radius_mm": 0.7}), (3, {"length_deg": 60.0})])
+@pytest.mark.parametrize(
+    ("count", "changes"),
+    [(8, {}), (12, {"radius_mm": 0.7}), (3, {"length_deg": 60.0}), pytest.param(3, {}, marks=pytest.mark.slow)],
+)
 def test_the_transmission_error_has_the_orders_that_teeth_and_holes_share(count, changes):
     _, ste = holed_wheel(count=count, **AT | changes)
     orders = np.abs(np.fft.rfft(ste)) / len(ste)

@@ -79,7 +79,7 @@ def test_lugs_all_around_give_as_little_as_all_of_the_outside_and_fewer_give_mor
     assert (np.diff([outside, *held]) > 0.0).all()
 
 
-@pytest.mark.parametrize("bend_deg", [0.0, 50.0])
+@pytest.mark.parametrize("bend_deg", [pytest.param(0.0, marks=pytest.mark.slow), 50.0])
 def test_a_single_mesh_is_the_pair_at_lugs(bend_deg):
     """Wherever the ring stands to the y axis, which lugs count from."""
     ring = {"teeth": 41, "internal": True, "addendum": 0.8, "root_fillet_mm": 0.6, "rim_thickness_mm": 12.0}

@@ -73,7 +73,7 @@ def in_twist(web, nu):
     return found, (found.stress @ moved.ravel()).real.reshape(-1, 3) / shear
 
 
-@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("mirrored", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_stress_at_the_edge_of_a_small_hole_is_four_times_the_shear(mirrored):
     """Kirsch 1898; of a thin web, and of any without Poisson's ratio: else stress changes over the thickness."""
     for thickness, nu in ((0.1, NU), (4.0, 0.0)):
@@ -86,6 +86,7 @@ def test_stress_at_the_edge_of_a_small_hole_is_four_times_the_shear(mirrored):
                         0.5, rtol=SMALL_HOLE)  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("length", [0.0, np.radians(12.0)])
 def test_finer_meshes_around_a_hole_change_its_stress_little(length, monkeypatch):
     web = PerforatedWeb(35.0, 74.5, (-4.0, 0.0), 8, 12.0, 54.75, 0.3, True, 12, length)
