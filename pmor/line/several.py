@@ -30,6 +30,7 @@ from pmor.line.layered_pair import place_sections
 from pmor.line.pair import LinePair
 
 IMAGE = np.array([-1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
+TILTS = (3, 4)
 CORNERS, CORNER = 4, LineLaw._fields.index("corner")
 # Tuples of corners have a multiple of this length: kernels are compiled for each length.
 TOGETHER = 8
@@ -274,6 +275,9 @@ class PlacedTrain:
             meshed = mesh.pair.meshed
             lines = place_sections(meshed, mesh.start + mesh.rate * self.phi, ALIGNED, mesh.pair.components)
             rows = hub_rows(meshed.pair, lines, meshed.sections.z)
+            if meshed.mirrored:
+                # A section and its image do not tilt.
+                rows.reshape(*rows.shape[:2], 2, HUB)[..., TILTS] = 0.0
             turned = rows.reshape(*rows.shape[:2], 2, HUB) @ mesh.to_train.T
             found.append(PlacedMesh(mesh, lines, turned, slice(first, first + rows.shape[1])))
             first += rows.shape[1]

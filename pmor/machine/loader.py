@@ -9,10 +9,10 @@ from pathlib import Path
 from pmor.case import Case, change_case, changed_text, load_case, parse_case, without_models
 from pmor.case.capability import refuse_beyond
 from pmor.case.reader import parse_toml, read_text, sections_in
+from pmor.case.seats import read_seats
 from pmor.core.errors import GeometryError, printable
 from pmor.export.rexs.model import ENDINGS
 from pmor.machine.checks import ROUNDED_MM, GearboxReader
-from pmor.machine.housing import read_housing
 from pmor.machine.model import GearboxModel, pinion_senses, pinion_torques
 from pmor.machine.rexs import read_gearbox
 from pmor.machine.settings import GearboxSections, Mesh
@@ -79,7 +79,7 @@ def load(path: Path | str) -> GearboxFile:
     texts = [text, *(case.text for case in cases.values())]
     reader.check_turned(model, cases)
     if (housing := said.housing.stiffness) is not None:
-        model = replace(model, housing=read_housing(reader, housing, model.seats))
+        model = replace(model, housing=read_seats(reader, "housing", housing, model.seats, "bearing to the housing"))
         inputs.append(path.parent / housing)
         texts.append((path.parent / housing).read_text(encoding="utf-8-sig"))
     return GearboxFile(name, "\n".join(texts), model, cases, tuple(dict.fromkeys(inputs)))

@@ -10,11 +10,11 @@ import numpy as np
 
 from pmor.body.beam import NODE
 from pmor.case.reader import checked
+from pmor.case.seats import checked_stiffness
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
 from pmor.export.rexs.model import Component, Gearbox
 from pmor.export.rexs.stage import axis_of
-from pmor.machine.housing import checked_stiffness
 from pmor.machine.rolling_bearing import LAMINAE, BallBearing, RollerBearing
 
 MATRIX = "reduced_static_stiffness_matrix"
@@ -134,7 +134,7 @@ def _of_group(
         if np.linalg.matrix_rank(inner) < len(inner):
             refuse("its points without a bearing can move away: hold the housing at its feet")
         seats = seats - matrix[np.ix_(rows, free)] @ np.linalg.solve(inner, matrix[np.ix_(free, rows)])
-    return checked_stiffness(seats, len(bearings), refuse)
+    return checked_stiffness(seats, len(bearings), "bearing to the housing", refuse)
 
 
 def _bearing_of(gearbox: Gearbox, point: Component, bearings: Sequence[Component]) -> int | None:

@@ -13,7 +13,9 @@ from pmor.fe.outline import tooth_outline
 from pmor.gear.tooth import Tooth
 from pmor.report.panels import panels, plot_share_below
 from pmor.report.style import COLOURS, legend_label
+from pmor.sets.pins import pin_shapes
 from pmor.sets.root_stress import GearStress
+from pmor.sets.settings import Pins
 from pmor.sets.solution import SetSolution
 from pmor.sets.tolerances import Samples
 
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 
 # Length of the longest arrow, over the size of the picture.
 ARROW = 0.09
-POINTS = 8
+POINTS, PIN_POINTS = 8, 81
 # Orders of the mesh between which those of shafts are shown.
 SHOWN = 3
 
@@ -94,6 +96,29 @@ def share_figure(solved: SetSolution, torque: int) -> Figure:
             f"Sun over {'the mesh cycle' if solved.pitches == 1 else f'{solved.pitches} mesh cycles'}; dot: angle 0",
             fontsize=10,
         )
+    return figure
+
+
+def pin_figure(pins: Pins, solved: SetSolution, torque: int) -> Figure:
+    """Deflection of all pins and of the axes of the planets on them, mean over the mesh cycle."""
+    plan = solved.plan
+    assert plan.on_pins is not None
+    z = np.linspace(*pins.ends_mm, PIN_POINTS)
+    face = np.array(solved.train.meshes[0].pair.meshed.pair.faces[1])
+    shapes = np.mean([pin_shapes(pins, plan.on_pins, wrench, z) for wrench in solved.planet_wrench[torque]], axis=0)
+    bent = solved.outwards_and_around(shapes.transpose(2, 0, 1))
+    middle, slope = (values[torque].mean(axis=0) for values in (solved.planet_displacement_mm, solved.planet_tilt_rad))
+    bearings = np.sort(plan.on_pins.pin.bearings_mm)
+    with panels(2, 9.2, 4.2, legend=4, sharey=True) as (figure, each):
+        for way, (axes, name) in enumerate(zip(each, ("Outwards", "In the sense of the sun's torque"), strict=True)):
+            for place, number in enumerate(plan.planets):
+                colour, pin = COLOURS[place % len(COLOURS)], 1e3 * bent[:, place, way]
+                axes.plot(z, pin, color=colour, label=legend_label(plan.bodies[number].name))
+                axes.plot(bearings, np.interp(bearings, z, pin), "o", color=colour, ms=4)
+                axes.plot(face, 1e3 * (middle[place, way] + slope[place, way] * face), "--", color=colour, lw=1.0)
+            axes.set(xlabel="z from mid width [mm]")
+            axes.set_title(name, fontsize=10)
+        each[0].set(ylabel="Displacement [µm]")
     return figure
 
 

@@ -14,7 +14,9 @@ from pmor.case import Case, make_case
 from pmor.case.capability import refuse_beyond
 from pmor.case.document import BLANK, COAST, MODIFICATION
 from pmor.case.reader import Reader, parse_toml, read_text, sections_in
+from pmor.case.seats import read_seats
 from pmor.case.width import meshed_width, whole_width
+from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, GeometryError, PmorError, printable
 from pmor.core.wording import did_you_mean
 from pmor.export.rexs.model import ENDINGS
@@ -31,7 +33,8 @@ from pmor.sets.plan import (
     train_layout,
 )
 from pmor.sets.rexs import has_planets, read_set
-from pmor.sets.settings import Eccentricity, SetSections
+from pmor.sets.settings import Carrier, Eccentricity, SetSections
+from pmor.sets.support_checks import check_cheeks, check_supports
 
 SHARED = ("pair", "mesh", "contact", "results")
 PLANETARY = ("sun", "planet", "ring")
@@ -110,18 +113,22 @@ def parse_set(
     ------
     CaseError, GeometryError
     """
-    reader = _Reader(where, sections_in(SetSections))
+    reader = _Reader(where, sections_in(SetSections), inputs[0].parent if inputs else None)
     said = reader.section(parse_toml(text, where), SetSections, filled={"title": name})
     try:
         layout = reader.layout(said)
         pairs = reader.pairs(said, layout)
         reader.check_distances(said, layout, pairs)
-        plan = set_plan(said, layout, pairs)
+        plan = set_plan(said, layout, pairs, reader.carrier_stiffness(said))
     except (CaseError, GeometryError) as error:
         raise type(error)(f"{where}: {str(error).removeprefix(f'{where}: ')}") from None
     most = max((plan.nominal_Nm, *said.sweep.torques_Nm)) / plan.nominal_Nm
     cases = reader.cases(said, layout, {key: most * torque for key, torque in plan.mesh_torques_Nm.items()})
+    check_cheeks(said, cases, reader.refuse)
     pitches = reader.pitches(said, plan, cases), reader.sample_pitches(said, plan, cases)
+    if said.carrier.stiffness is not None:
+        inputs = (*inputs, inputs[0].parent / said.carrier.stiffness)
+        text = f"{text}\n{inputs[-1].read_text(encoding='utf-8-sig')}"
     return SetFile(name, text, said, plan, cases, inputs, notes, changed, *pitches)
 
 
@@ -167,12 +174,21 @@ class _Reader(Reader):
             self.refuse(f"[planets] missing = {list(planets.missing)}", f"there are planets 1 to {planets.count}")
         if len(planets.missing) >= planets.count:
             self.refuse(f"[planets] missing = {list(planets.missing)}", "leaves no planet: take one out of the list")
-        for key, name in (("planet_radial_N_per_mm", "planet"), ("sun_tilt_Nmm_per_rad", "sun")):
-            if getattr(said.supports, key) == "free":
-                self.refuse(f'[supports] {key} = "free"', f'nothing would hold the {name}: write a number, or "rigid"')
+        check_supports(said, self.refuse)
         sun, ring = (said.members.get(member, {}).get("teeth") for member in ("sun", "ring"))
         if isinstance(sun, int) and isinstance(ring, int):  # others are refused with their section
             planet_positions(planets, sun + ring)
+
+    def carrier_stiffness(self, said: SetSections) -> FloatArray | None:
+        """Return the stiffness of the carrier at the seats of its pins; None where the file names none."""
+        if said.carrier.stiffness is None:
+            return None
+        assert said.pins is not None
+        if self.folder is None:
+            rule = "there is no folder to look for it in: read the set from its file with pmor.gear_set"
+            self.refuse(f'[carrier] stiffness = "{said.carrier.stiffness}"', rule)
+        seats = said.planets.count * (2 if said.pins.cheeks == "both" else 1)
+        return read_seats(self, "carrier", said.carrier.stiffness, seats, "seat of a pin in a cheek")
 
     def check_train(self, said: SetSections) -> None:
         """Refuse gears and meshes that do not fit together."""
@@ -180,6 +196,9 @@ class _Reader(Reader):
             self.refuse("[load]", "is of a planetary set: torques of a train stand in [[gears]]; leave it out")
         if said.tolerances is not None:
             self.refuse("[tolerances]", "is of a planetary set, not of a train on fixed axes: leave it out")
+        for name, given in (("pins", said.pins is not None), ("carrier", said.carrier != Carrier())):
+            if given:
+                self.refuse(f"[{name}]", "is of a planetary set, not of a train on fixed axes: leave it out")
         if said.eccentricity != Eccentricity():
             rule = "is of a planetary set: write eccentricity_um of each of the [[gears]]; leave it out"
             self.refuse("[eccentricity]", rule)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Table
 from pmor.sets.figures import (
     face_load_figure,
+    pin_figure,
     root_stress_figure,
     set_figure,
     share_figure,
@@ -30,6 +31,8 @@ FILES = (
 )  # fmt: skip
 #: further ones with tolerances
 SAMPLE_FILES = ("tolerances.csv", "tolerances.png")
+#: with pins
+PIN_FILES = ("pins.png",)
 
 TORQUE_COLUMNS: Columns = {
     "torque [N m]": "torque_Nm",
@@ -43,6 +46,14 @@ PLANET_COLUMNS: Columns = {
     "largest [%]": lambda row: _percent(row["share_max"]),
     "pin force [N]": "pin_force_mean_N",
     "largest [N]": "pin_force_max_N",
+}
+PIN_COLUMNS: Columns = {
+    "planet": "name",
+    "outwards [µm]": "outwards_um",
+    "around [µm]": "around_um",
+    "tilt outwards [mrad]": "outwards_tilt_mrad",
+    "tilt around [mrad]": "around_tilt_mrad",
+    "force on bearings [N]": lambda row: _forces(row["bearings"]),
 }
 MESH_COLUMNS: Columns = {
     "mesh": "name",
@@ -71,6 +82,10 @@ STE = (
     "of a planet in a mesh cycle over the mean of all."
 )
 PLANETS = "Of the torque that the pins carry, mean and largest over the mesh cycle, at the nominal torque."
+PINS = (
+    "Displacement of each planet and slope of its axis along z, outwards and in the sense in which the torque turns "
+    "the sun, means over the mesh cycle at the nominal torque; of each bearing from -z to +z."
+)
 MESHES = "At the nominal torque. Phase: where in its mesh cycle each mesh is at angle 0. K_Hβ: over the mesh cycle."
 STRESS = (
     "At the nominal torque, of all teeth over the mesh cycle, with the loads of both flanks added up. Range: of the "
@@ -111,6 +126,10 @@ def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, fail
     if solved.plan.planets:
         blocks.append(Picture("shares.png", "Share of each planet, and the orbit of the sun, at the nominal torque.",
                               share_figure(solved, nominal), "svg"))  # fmt: skip
+    if file.sections.pins is not None:
+        blocks.append(Picture("pins.png", "Pins, and the axes of the planets on them (dashed), against where they "
+                              "stand without load, means over the mesh cycle at the nominal torque; dots: bearings.",
+                              pin_figure(file.sections.pins, solved, nominal), "svg"))  # fmt: skip
     if samples is not None:
         blocks.append(Picture("tolerances.png", "Sets within tolerances, each solved; dashed: 95 % stay below.",
                               tolerance_figure(samples, shown), "svg"))  # fmt: skip
@@ -152,6 +171,8 @@ def _tables(data: Data) -> list[Table]:
     found = [table("Transmission error", TORQUE_COLUMNS, data["torques"], STE)]
     if data["planets"]:
         found.append(table("Planets", PLANET_COLUMNS, data["planets"], PLANETS))
+        if any(planet["bearings"] for planet in data["planets"]):
+            found.append(table("Planets on their pins", PIN_COLUMNS, data["planets"], _wound(data)))
     if data["tolerances"]:
         drawn = data["tolerances"]
         note = f"Values that 50 % and 95 % of {drawn['samples']} sets stay below, each solved."
@@ -166,6 +187,17 @@ def _tables(data: Data) -> list[Table]:
 
 def _changed(sentence: str) -> str:
     return f"Changed, as these gears would not run as filed: {sentence}"
+
+
+def _wound(data: Data) -> str:
+    """What the table of pins tells, and the wind-up of the carrier where it has one."""
+    wound = data["carrier_windup_mrad"]
+    return PINS if wound is None else f"{PINS} Cheeks of the carrier turn against each other by {wound:.4g} mrad."
+
+
+def _forces(bearings: Sequence[Data]) -> str:
+    ordered = sorted(bearings, key=lambda bearing: float(bearing["at_mm"]))
+    return " / ".join(f"{bearing['force_mean_N']:.4g}" for bearing in ordered)
 
 
 def _per_turn(per_turn: Mapping[str, float]) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -20,9 +20,10 @@ from pmor.line.hubs import HUB
 from pmor.line.several import smooth_rows
 from pmor.sets.kinematics import Centre, Meeting, Placement, placements
 from pmor.sets.model import SetBody, SetMesh
+from pmor.sets.pins import PlanetsOnPins
 from pmor.sets.settings import Planets, SetSections
+from pmor.sets.supports import ROTATION, standing, tilts_under_forces
 
-X, Y, TILTS, ROTATION = 0, 1, (3, 4), 5
 # Of a whole number: positions of planets that can be assembled.
 ASSEMBLED = 1e-6
 # Of the forces of meshes: loads that they do not hold.
@@ -98,6 +99,8 @@ class SetPlan:
         On the pinion of each mesh, by the names of the cases, N m.
     clockwise : bool
         Whether all of this is the image.
+    on_pins : PlanetsOnPins or None
+        Of a planetary set: its planets on their pins, of which their part of the compliance is.
     """
 
     bodies: tuple[SetBody, ...]
@@ -113,6 +116,7 @@ class SetPlan:
     nominal_Nm: float
     mesh_torques_Nm: Mapping[str, float]
     clockwise: bool
+    on_pins: PlanetsOnPins | None = None
 
 
 def planetary_layout(said: SetSections) -> Layout:
@@ -120,8 +124,7 @@ def planetary_layout(said: SetSections) -> Layout:
     assert said.load is not None
     clockwise = said.load.torque_Nm * (-1.0 if said.load.on == "carrier" else 1.0) < 0.0
     sense = -1 if clockwise else 1
-    tilts = (said.supports.sun_tilt_Nmm_per_rad, said.supports.planet_tilt_Nmm_per_rad)
-    whole = any(tilt != "rigid" for tilt in tilts)
+    whole = tilts_under_forces(said)
     return Layout(
         (Share(("sun", "planet"), sense, 1, None, whole), Share(("planet", "ring"), -sense, -1, None, whole)), clockwise
     )
@@ -149,23 +152,27 @@ def train_layout(said: SetSections) -> Layout:
     return Layout(tuple(shares), clockwise)
 
 
-def set_plan(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair]) -> SetPlan:
+def set_plan(
+    said: SetSections, layout: Layout, pairs: Mapping[str, GearPair], carrier: FloatArray | None = None
+) -> SetPlan:
     """Return the plan of a set.
 
     Parameters
     ----------
     pairs : mapping of str to GearPair
         Of the layout's meshes, by name.
+    carrier : ndarray, optional
+        Stiffness of the carrier at the seats of its pins, as in `pmor.sets.supports.standing`.
 
     Raises
     ------
     CaseError, GeometryError
         Where planets cannot be assembled or touch each other, or nothing holds a torque.
     """
-    return _trained(said, layout, pairs) if said.gears else _planetary(said, layout, pairs)
+    return _trained(said, layout, pairs) if said.gears else _planetary(said, layout, pairs, carrier)
 
 
-def _planetary(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair]) -> SetPlan:
+def _planetary(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair], carrier: FloatArray | None) -> SetPlan:
     assert said.load is not None
     inner, outer = (pairs[share.name] for share in layout.shares)
     sun, ring, distance = inner.pinion.teeth, -outer.wheel.teeth, inner.centre_distance
@@ -179,14 +186,15 @@ def _planetary(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair])
         outwards = np.array([-math.sin(angle), math.cos(angle)])
         bodies.append(SetBody(f"planet {number + 1}", "planet", *(distance * outwards).tolist()))
         meshes += [SetMesh(layout.shares[0].name, 0, body), SetMesh(layout.shares[1].name, body, 1)]
-    free, compliance = _supports(said, bodies)
+    stands = standing(said, bodies, layout.clockwise, carrier)
     amount = abs(said.load.torque_Nm) * {"sun": 1.0, "ring": sun / ring, "carrier": sun / (sun + ring)}[said.load.on]
-    load = np.zeros(len(free))
+    load = np.zeros(len(stands.free))
     load[0] = 1.0
-    return _planned(
-        bodies, meshes, tuple(range(2, len(bodies))), pairs, free, compliance,
+    plan = _planned(
+        bodies, meshes, tuple(range(2, len(bodies))), pairs, stands.free, stands.compliance,
         *planetary_errors(said, bodies, layout.clockwise), load, amount, abs(said.load.torque_Nm), layout.clockwise,
     )  # fmt: skip
+    return replace(plan, on_pins=stands.planets)
 
 
 def planetary_errors(said: SetSections, bodies: Sequence[SetBody], clockwise: bool) -> tuple[FloatArray, FloatArray]:
@@ -240,28 +248,6 @@ def _refuse_neighbours(places: Sequence[float], inner: GearPair) -> None:
             f"[planets] neighbours are {apart:.6g} mm apart, and their tip circles are {tips:.6g} mm wide: take fewer "
             "planets, or fewer teeth on them"
         )
-
-
-def _supports(said: SetSections, bodies: Sequence[SetBody]) -> tuple[FloatArray, FloatArray]:
-    """Free movements, the rotation of the sun first, and the compliance that hubs stand on."""
-    size, supports = HUB * len(bodies), said.supports
-    compliance = np.zeros((size, size))
-    rows = [ROTATION, *(HUB * body + ROTATION for body in range(2, len(bodies)))]
-    kinds = {
-        "sun": (supports.sun_radial_N_per_mm, supports.sun_tilt_Nmm_per_rad),
-        "ring": (supports.ring_radial_N_per_mm, "rigid"),
-        "planet": (supports.planet_radial_N_per_mm, supports.planet_tilt_Nmm_per_rad),
-    }
-    for number, body in enumerate(bodies):
-        for stiffness, directions in zip(kinds[body.member], ((X, Y), TILTS), strict=True):
-            places = [HUB * number + direction for direction in directions]
-            if stiffness == "free":
-                rows += places
-            elif isinstance(stiffness, float):
-                compliance[places, places] = 1.0 / stiffness
-    free = np.zeros((len(rows), size))
-    free[np.arange(len(rows)), rows] = 1.0
-    return free, compliance
 
 
 def _trained(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair]) -> SetPlan:

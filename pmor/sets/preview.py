@@ -11,6 +11,8 @@ from pmor.core.progress import format_time
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair
 from pmor.sets.loader import SetFile
+from pmor.sets.pins import PlanetsOnPins
+from pmor.sets.settings import SetSections
 from pmor.work.cost import COMPILING, FINITE_ELEMENTS, START, Stage, refuse_beyond_memory, stages
 
 # *Measured*, seconds: of a mesh in a position, of the sections in contact in it to the third power; root stress of both
@@ -56,11 +58,31 @@ def _gears(file: SetFile) -> Iterator[str]:
     for body in plan.bodies:
         side = -1.0 if plan.clockwise else 1.0
         yield f"  {body.name:<34} at x = {side * body.x + 0.0:.6g}, y = {body.y:.6g} mm"
-    if plan.planets:
-        supports = file.sections.supports
-        stood = ("sun", supports.sun_radial_N_per_mm), ("ring", supports.ring_radial_N_per_mm)
-        for name, value in (*stood, ("planets", supports.planet_radial_N_per_mm)):
-            yield f"  {f'{name}, across':<34} {value if isinstance(value, str) else f'{value:.4g} N/mm'}"
+    if plan.on_pins is not None:
+        yield from _supports(file.sections, plan.on_pins)
+
+
+def _supports(said: SetSections, on_pins: PlanetsOnPins) -> Iterator[str]:
+    """What members of a planetary set stand on."""
+    supports, pins, carrier = said.supports, said.pins, said.carrier
+    rows = [("sun", supports.sun_radial_N_per_mm), ("ring", supports.ring_radial_N_per_mm)]
+    rows.append(("carrier", carrier.radial_N_per_mm))
+    if pins is None:
+        rows.append(("planets", supports.planet_radial_N_per_mm))
+    for name, value in rows:
+        yield f"  {f'{name}, across':<34} {value if isinstance(value, str) else f'{value:.4g} N/mm'}"
+    if pins is not None:
+        cheeks = "both cheeks" if pins.cheeks == "both" else f"the cheek at {pins.cheeks}"
+        own = 1.0 / on_pins.pin.compliance[[0, 4], [0, 4]]
+        yield (
+            f"  {'planets on pins':<34} d {pins.diameter_mm:g} x {pins.length_mm:g} mm, {pins.ends} in {cheeks}, "
+            f"{own[0]:.4g} N/mm across, {own[1]:.4g} N mm/rad against tilting"
+        )
+    if carrier.stiffness is not None:
+        yield f"  {'carrier at the seats of its pins':<34} {carrier.stiffness}"
+    if isinstance(carrier.windup_Nmm_per_rad, float):
+        rule = f"{carrier.windup_Nmm_per_rad:.4g} N mm/rad, torque out at {carrier.torque_at}"
+        yield f"  {'wind-up of the carrier':<34} {rule}"
 
 
 def _meshes(file: SetFile) -> Iterator[str]:

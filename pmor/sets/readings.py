@@ -67,6 +67,8 @@ def _torque_data(file: SetFile, solved: SetSolution, number: int) -> Data:
     }
     if plan.planets:
         orbit = 1e3 * solved.hub_displacement[number, :, 0, :2]
+        wound = file.sections.carrier.windup_Nmm_per_rad != "rigid"
+        data["carrier_windup_mrad"] = plain(1e3 * np.mean(solved.windup_rad[number])) if wound else None
         data["sun_orbit_um"] = [[plain(value) for value in point] for point in orbit]
     return data
 
@@ -113,6 +115,10 @@ def sample_data(samples: Samples, solved: SetSolution, torques_Nm: Sequence[floa
 
 def _planet_data(solved: SetSolution, number: int, place: int) -> Data:
     share, force = solved.planet_share[number, :, place], solved.pin_force_N[number, :, place]
+    moved, tilt = (
+        1e3 * values[number, :, place].mean(axis=0)
+        for values in (solved.planet_displacement_mm, solved.planet_tilt_rad)
+    )
     return {
         "name": solved.plan.bodies[solved.plan.planets[place]].name,
         "share_mean": plain(np.mean(share)),
@@ -120,7 +126,26 @@ def _planet_data(solved: SetSolution, number: int, place: int) -> Data:
         "share": [plain(value) for value in share],
         "pin_force_mean_N": plain(np.mean(force)),
         "pin_force_max_N": plain(np.max(force)),
+        "outwards_um": plain(moved[0]),
+        "around_um": plain(moved[1]),
+        "outwards_tilt_mrad": plain(tilt[0]),
+        "around_tilt_mrad": plain(tilt[1]),
+        "bearings": _bearing_data(solved, number, place),
     }
+
+
+def _bearing_data(solved: SetSolution, number: int, place: int) -> list[Data]:
+    """Of a planet on its pin; none where it has no pin."""
+    assert solved.plan.on_pins is not None
+    loads = solved.bearing_loads[number, :, place]
+    forces, moments = np.linalg.norm(loads[..., :2], axis=2).T, np.linalg.norm(loads[..., 2:], axis=2).T
+    return [
+        {
+            "at_mm": at, "force_mean_N": plain(np.mean(force)), "force_max_N": plain(np.max(force)),
+            "moment_max_Nm": plain(1e-3 * np.max(moment)),
+        }
+        for at, force, moment in zip(solved.plan.on_pins.pin.bearings_mm, forces, moments, strict=True)
+    ]  # fmt: skip
 
 
 def _mesh_data(solved: SetSolution, number: int, mesh: int) -> Data:

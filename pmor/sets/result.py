@@ -11,9 +11,9 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
 from pmor.report.data_files import write_table_csv
-from pmor.sets.figures import root_stress_figure, set_figure, share_figure, ste_figure, tolerance_figure
+from pmor.sets.figures import pin_figure, root_stress_figure, set_figure, share_figure, ste_figure, tolerance_figure
 from pmor.sets.loader import SetFile
-from pmor.sets.output import FILES, SAMPLE_FILES, nominal_torque, set_report, set_text
+from pmor.sets.output import FILES, PIN_FILES, SAMPLE_FILES, nominal_torque, set_report, set_text
 from pmor.sets.readings import Data, set_data
 from pmor.sets.solution import SetSolution
 from pmor.sets.tolerances import Samples, sample_rows
@@ -73,6 +73,18 @@ class SetResult:
         """Draw the share of each planet over a mesh cycle, and the orbit of the sun."""
         return share_figure(self.solution, nominal_torque(self.file, self.solution))
 
+    def plot_pins(self) -> Figure:
+        """Draw the deflection of all pins and of the axes of the planets on them, at the nominal torque.
+
+        Raises
+        ------
+        CaseError
+            When the file has no pins.
+        """
+        if self.file.sections.pins is None:
+            raise CaseError(f"{self.file.name}: has no pins: add [pins]")
+        return pin_figure(self.file.sections.pins, self.solution, nominal_torque(self.file, self.solution))
+
     def plot_root_stress(self) -> Figure:
         """Draw the stress across the root of a tooth of each member over a turn.
 
@@ -109,7 +121,7 @@ class SetResult:
         ------
         OutputError
         """
-        inputs, files = self.file.inputs, (*FILES, *SAMPLE_FILES)
+        inputs, files = self.file.inputs, (*FILES, *SAMPLE_FILES, *PIN_FILES)
         with writing_results(folder, files, self.file.text, inputs=inputs, overwrite=overwrite, working=()) as out:
             set_report(self.file, self.solution, self.samples, self.failures).write(out)
             if self.samples is not None:

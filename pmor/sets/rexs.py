@@ -1,7 +1,7 @@
 """A planetary stage of a REXS file as a set file: members, planets, load, what they stand on; a note on all the rest.
 
-The set is seen with the torque turning its sun counter-clockwise. Sun and planets stand on their shafts and pins as
-Timoshenko beams (`pmor.body.beam`) on bearings by their stiffness; the carrier and the shaft of the ring are rigid.
+The set is seen with the torque turning its sun counter-clockwise. What sun, planets and carrier stand on is read in
+`pmor.sets.rexs_supports`; the shaft of the ring is rigid.
 """
 
 from __future__ import annotations
@@ -11,28 +11,26 @@ import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from pmor.body.beam import NODE, Beam, CircularSection, ShaftMaterial, stations_of
 from pmor.case.change import document_text
 from pmor.case.document import COAST, MODIFICATION
-from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, printable
-from pmor.export.rexs.model import BEARINGS, RIGID, RIGID_TILT, Component, Gearbox, read_rexs
+from pmor.export.rexs.model import Component, Gearbox, read_rexs
 from pmor.export.rexs.read import Imported, stage_case
 from pmor.export.rexs.stage import RING, axis_of, find_stage, stages
+from pmor.sets.rexs_supports import COUPLINGS, RexsSupports, joints
 
 STAGE = "planetary_stage"
-COUPLINGS = ("coupling", "switchable_coupling")
 SHARED = ("module_mm", "pressure_angle_deg", "face_width_mm")
 # Of the back flank of a planet whose front is modified: without keys it would be like that.
 PLAIN = {"profile_crowning_um": 0.0}
 # Keys of flanks and gears that differ from end to end: the two meshes of a planet are seen from opposite ends.
 ONE_WAY = ("face_offset_mm", "helix_slope_um", "twist_um", "topography", "end_relief_um")
-# Of the angles of planets that are equally spaced, deg; in a plane, deflection and slope of a beam's node.
-EVENLY, PLANE = 1e-6, (1, 5)
+# Of the angles of planets that are equally spaced, deg.
+EVENLY = 1e-6
 DIGITS = 9
 
 
@@ -55,14 +53,6 @@ class ReadSet:
     changed: tuple[str, ...]
 
 
-class Seat(NamedTuple):
-    """What holds a shaft: its place along it, mm, and stiffness across and against tilting, N/mm and N mm/rad."""
-
-    place: float
-    radial: float
-    tilt: float
-
-
 def has_planets(path: Path) -> bool:
     """Return whether a REXS file has a planetary stage."""
     return bool(read_rexs(path).of_kind(STAGE))
@@ -79,31 +69,6 @@ def read_set(path: Path) -> ReadSet:
         When it has no such stage, or does not say enough of it, with what is missing.
     """
     return _Draft(read_rexs(path), path).read()
-
-
-def flexibility(beam: Beam, seats: Sequence[Seat], places: Sequence[float]) -> FloatArray | None:
-    """Return the deflections of a shaft under unit forces across it, mm/N; None where nothing holds it.
-
-    Parameters
-    ----------
-    places : sequence of float, length n
-        Along the shaft, mm: where forces act, and deflections are read; the result is (n, n).
-    """
-    rows = (NODE * np.arange(len(beam.stations))[:, None] + PLANE).ravel()
-    stiffness, held = beam.stiffness()[np.ix_(rows, rows)], list[int]()
-    if sum((seat.radial > 0.0) + (seat.tilt > 0.0) for seat in seats) < 2:
-        return None
-    for seat in seats:
-        for way, (value, rigid) in enumerate(((seat.radial, RIGID), (seat.tilt, RIGID_TILT))):
-            row = 2 * beam.node_at(seat.place) + way
-            if value >= rigid:
-                held.append(row)
-            else:
-                stiffness[row, row] += value
-    moves, found = np.setdiff1d(np.arange(len(rows)), held), np.zeros(stiffness.shape)
-    found[np.ix_(moves, moves)] = np.linalg.inv(stiffness[np.ix_(moves, moves)])
-    nodes = [2 * beam.node_at(place) for place in places]
-    return found[np.ix_(nodes, nodes)]
 
 
 class _Draft:
@@ -145,15 +110,17 @@ class _Draft:
         outer = self.mesh(self.outer[first.number], -sense, first)
         self.refuse_unequal(inner, outer, sense)
         said = tomllib.loads(inner.case.text), tomllib.loads(outer.case.text)
+        supports = RexsSupports(self.gearbox, self.path, self.notes, sense)
         document: dict[str, Any] = {
             "title": printable(self.stage.name or self.path.stem), "load": load, **self.gears(*said),
-            "planets": self.places([angles[planet.number] for planet in self.planets]), "supports": self.supports(),
+            "planets": self.places([angles[planet.number] for planet in self.planets]),
+            **supports.sections(self.sun, first, self.member_shafts()["carrier"]),
         }  # fmt: skip
         document |= {"sweep": sweep} if sweep else {}
         for found in (inner, outer):
             self.changed += found.changed
             self.notes += [note for note in found.notes if note not in found.changed]
-        self.notes.append("carrier and ring's shaft: rigid; tilt and twist of shafts and pins are left out")
+        self.notes.append("ring's shaft: rigid; tilt and twist of the sun's shaft are left out")
         return ReadSet(document_text(document), tuple(dict.fromkeys(self.notes)), tuple(self.changed))
 
     def mesh(self, number: int, sense: int, pinion: Component) -> Imported:
@@ -258,20 +225,7 @@ class _Draft:
         """Whether a coupling fixes a member to the casing."""
         casings = {casing.number for casing in self.gearbox.of_kind("gear_casing")}
         return any(joint.kind in COUPLINGS and other in casings
-                   for shaft in shafts for joint, other in self.joints(shaft))  # fmt: skip
-
-    def joints(self, shaft: Component) -> list[tuple[Component, int]]:
-        """Bearings and engaged couplings of a shaft, and what is on their other side."""
-        found = []
-        for relation in self.gearbox.relations:
-            sides = [relation.role("inner_part"), relation.role("outer_part")]
-            joint = self.gearbox.components.get(relation.role("assembly") or 0)
-            if relation.kind == "side" and shaft.number in sides and joint and joint.kind in (*BEARINGS, *COUPLINGS):
-                engaged, _ = joint.values.get("is_engaged", ("", ""))
-                if "false" not in engaged:  # type: ignore[operator]
-                    sides.remove(shaft.number)
-                    found.append((joint, sides[0] or 0))
-        return found
+                   for shaft in shafts for joint, other in joints(self.gearbox, shaft))  # fmt: skip
 
     def angle(self, planet: Component, sense: int) -> float:
         """Angle of a planet from the first one of the file, in the sense in which the sun is loaded, deg."""
@@ -290,91 +244,3 @@ class _Draft:
         if np.abs(steps - 360.0 / len(angles)).max() < EVENLY:
             return {"count": len(angles)}
         return {"count": len(angles), "positions_deg": [round(angle, DIGITS) for angle in angles]}
-
-    def supports(self) -> dict[str, Any]:
-        """Return what sun and planets stand on, by stiffness across the axis."""
-        sun = self.on_shaft(self.sun, self.shafts(self.sun)[0])
-        return {"sun_radial_N_per_mm": sun, "planet_radial_N_per_mm": self.on_pin(self.planets[0])}
-
-    def on_shaft(self, gear: Component, shaft: Component) -> float | str:
-        """Stiffness of a gear's place on its shaft."""
-        place, seats = self.along(gear, shaft), self.seats(shaft, [joint for joint, _ in self.joints(shaft)])
-        beam = self.beam(shaft, [place, *(seat.place for seat in seats)])
-        found = flexibility(beam, seats, [place])
-        if found is None:
-            self.notes.append(f"{shaft.label}: fewer than two bearings: the sun floats")
-            return "free"
-        self.notes.append(f"{gear.label}: on {shaft.label} and its bearings: {1.0 / found[0, 0]:.4g} N/mm across")
-        return _stiffness(found[0, 0])
-
-    def on_pin(self, planet: Component) -> float | str:
-        """Stiffness of a planet on its bearings and its pin, which the carrier clamps or supports."""
-        shaft = next(iter(self.shafts(planet)), None)
-        pins = {one.role("shaft") for one in self.gearbox.relations if one.kind == "planet_pin"}
-        joints = [(joint, other) for joint, other in (self.joints(shaft) if shaft else []) if other in pins]
-        if not joints:
-            self.notes.append(f"{planet.label}: bearings on no pin: rigid on its place in the carrier")
-            return "rigid"
-        bearings = [joint for joint, _ in joints]
-        pin = self.gearbox.components[joints[0][1]]
-        ends = [joint for joint, _ in self.joints(pin) if joint not in bearings]
-        seats, on = self.seats(pin, ends), self.seats(pin, bearings)
-        beam = self.beam(pin, [seat.place for seat in (*seats, *on)])
-        found = flexibility(beam, seats, [seat.place for seat in on])
-        if found is None:
-            self.notes.append(f"{pin.label}: nothing holds it: the pin is rigid in the carrier")
-            found = np.zeros((len(on), len(on)))
-        springs = found + np.diag([1.0 / seat.radial if 0.0 < seat.radial < RIGID else 0.0 for seat in on])
-        if springs.max() < 1.0 / RIGID:
-            return "rigid"
-        arms = np.array([seat.place for seat in on]) - self.along(planet, pin)
-        rigid = np.stack([np.ones(len(on)), arms], axis=1)[:, : min(2, len(on))]
-        yields = float(np.linalg.inv(rigid.T @ np.linalg.inv(springs) @ rigid)[0, 0])
-        self.notes.append(f"{planet.label}: on {pin.label} and its bearings: {1.0 / yields:.4g} N/mm across")
-        return _stiffness(yields)
-
-    def seats(self, shaft: Component, joints: Sequence[Component]) -> list[Seat]:
-        found = []
-        for joint in joints:
-            radial, tilt = joint.number_of("radial_stiffness"), joint.number_of("bending_stiffness")
-            if radial is None and joint.text_of("radial_force_absorption") != "false":
-                self.notes.append(f"{joint.label}: no radial_stiffness: radially rigid")
-                radial = RIGID
-            found.append(Seat(self.along(joint, shaft), radial or 0.0, tilt or 0.0))
-        return found
-
-    def along(self, part: Component, shaft: Component) -> float:
-        """Place of a part on a shaft, mm."""
-        foot, place = shaft.numbers_of("support_vector"), part.numbers_of("support_vector")
-        if len(foot) != 3 or len(place) != 3:
-            raise self.refuse(part, f"support_vector of it or of {shaft.label} is missing: where does it stand?")
-        return round(float(np.dot(np.subtract(place, foot), axis_of(shaft))), DIGITS)
-
-    def beam(self, shaft: Component, places: Sequence[float]) -> Beam:
-        """Return a shaft as a beam with stations at places along it; its diameters are means over its sections."""
-        borders, sections = [0.0], list[CircularSection]()
-        parts = self.gearbox.beside(shaft.number, "shaft_section", "assembly")
-        for part in sorted(parts, key=lambda part: part.number_of("u_coordinate_on_shaft") or 0.0):
-            ends = [[part.number_of(f"{side}_diameter_{end}") or 0.0 for end in ("begin", "end")]
-                    for side in ("outer", "inner")]  # fmt: skip
-            borders.append(borders[-1] + (part.number_of("length") or 0.0))
-            sections.append(CircularSection(*(0.5 * sum(end) for end in ends)))
-        if not sections or min(section.outer - section.inner for section in sections) <= 0.0:
-            raise self.refuse(shaft, "has no sections with diameters: the file must say them")
-        if min(places) < borders[0] or max(places) > borders[-1]:
-            raise self.refuse(shaft, f"is {borders[-1]:g} mm long, and parts stand beyond its ends")
-        stations = stations_of(np.array(borders), places)
-        at = np.searchsorted(borders, 0.5 * (stations[1:] + stations[:-1])) - 1
-        return Beam(stations, [sections[number] for number in at], self.material(shaft))
-
-    def material(self, shaft: Component) -> ShaftMaterial:
-        for material in self.gearbox.beside(shaft.number, "material"):
-            modulus, ratio = material.number_of("elastic_modulus"), material.number_of("poisson_ratio")
-            if modulus and ratio is not None:
-                return ShaftMaterial(modulus, ratio)
-        self.notes.append(f"{shaft.label}: refers to no elastic constants: steel assumed, 210 GPa and 0.3")
-        return ShaftMaterial(210e3, 0.3)
-
-
-def _stiffness(flexibility_mm_N: float) -> float | str:
-    return "rigid" if flexibility_mm_N < 1.0 / RIGID else float(f"{1.0 / flexibility_mm_N:.9g}")

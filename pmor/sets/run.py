@@ -13,7 +13,7 @@ import numpy as np
 from pmor.core.progress import quietly, stage
 from pmor.sets.loader import SetFile
 from pmor.sets.model import build_train
-from pmor.sets.output import FILES, SAMPLE_FILES
+from pmor.sets.output import FILES, PIN_FILES, SAMPLE_FILES
 from pmor.sets.result import SetResult
 from pmor.sets.solution import solve_set
 from pmor.sets.tolerances import solve_samples

@@ -8,11 +8,12 @@ sections of the names that `[[gears]]` give. They have the keys of a gear in a c
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Literal
 
 from pmor.case.reader import Sections
 from pmor.case.training import Positions
-from pmor.core.ranges import Range, Stiffness, TiltStiffness, Torques
+from pmor.core.ranges import METRES, PASCALS, Length, Range, Stiffness, TiltStiffness, Torques
 
 Deviations = Annotated[tuple[float, ...], Range(-1e4, 1e4, "um", in_order=True)]
 Amount = Annotated[float, Range(0.0, 1e4, "um")]
@@ -21,6 +22,9 @@ Direction = Annotated[float, Range(-360.0, 360.0, "deg")]
 Directions = Annotated[tuple[float, ...], Range(-360.0, 360.0, "deg", in_order=True)]
 AnyTorque = Annotated[float, Range(-1e12, 1e12, "N m")]
 Member = Literal["sun", "ring", "carrier"]
+# Along the axis, from the middle of the face width.
+Place = Annotated[float, Range(-1e5, 1e5, "mm")]
+Cheek = Literal["-z", "+z"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -180,9 +184,9 @@ class Supports:
     sun_radial_N_per_mm, ring_radial_N_per_mm : float, "rigid" or "free"
         Across the axis; "free" floats.
     planet_radial_N_per_mm : float or "rigid"
-        Of the bearing of a planet and its pin.
+        Of the bearing of a planet and its pin, in place of `[pins]`.
     sun_tilt_Nmm_per_rad, planet_tilt_Nmm_per_rad : float or "rigid"
-        About axes across; a number takes the whole face width.
+        About axes across; that of planets in place of `[pins]`.
     """
 
     sun_radial_N_per_mm: Stiffness = "rigid"
@@ -190,6 +194,93 @@ class Supports:
     planet_radial_N_per_mm: Stiffness = "rigid"
     sun_tilt_Nmm_per_rad: TiltStiffness = "rigid"
     planet_tilt_Nmm_per_rad: TiltStiffness = "rigid"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PinBearing:
+    """A bearing of each planet on its pin (`bearings = [{at_mm = 0.0}]` in `[pins]`).
+
+    Parameters
+    ----------
+    at_mm : float
+        Along the axis, from the middle of the face width.
+    radial_N_per_mm : float or "rigid"
+        Across the axis.
+    tilt_Nmm_per_rad : float, "rigid" or "free"
+        About axes across, as of a single bearing that holds the planet alone.
+    """
+
+    at_mm: Place
+    radial_N_per_mm: Stiffness = "rigid"
+    tilt_Nmm_per_rad: TiltStiffness = "free"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pins:
+    """The pins of the planets: equal beams with shear (section `[pins]`), in place of planets in `[supports]`.
+
+    Parameters
+    ----------
+    diameter_mm, inner_mm : float
+        Outer and inner diameter; 0 is a solid pin.
+    length_mm : float
+        Between both cheeks of the carrier, or from the only one to the free end.
+    middle_mm : float
+        Of this length, along the axis, from the middle of the face width.
+    cheeks : {"both", "-z", "+z"}
+        That hold the pin: both, or the one on that side (flying pins).
+    ends : {"clamped", "supported"}
+        In the cheeks: pressed in, or free to tilt.
+    bearings : tuple of PinBearing
+        That the planet runs on.
+    youngs_modulus_GPa, poisson_ratio : float
+        Of the pin, usually steel.
+    """
+
+    diameter_mm: Length
+    inner_mm: Annotated[float, Range(0.0, 1e5, "mm", mistaken_for=(METRES,))] = 0.0
+    length_mm: Length
+    middle_mm: Place = 0.0
+    cheeks: Literal["both", "-z", "+z"] = "both"
+    ends: Literal["clamped", "supported"] = "clamped"
+    bearings: tuple[PinBearing, ...]
+    youngs_modulus_GPa: Annotated[float, Range(1e-3, 1e4, "GPa", mistaken_for=PASCALS)] = 210.0
+    poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
+
+    @property
+    def ends_mm(self) -> tuple[float, float]:
+        """Along the axis, from the middle of the face width."""
+        return self.middle_mm - 0.5 * self.length_mm, self.middle_mm + 0.5 * self.length_mm
+
+
+@dataclass(frozen=True, kw_only=True)
+class Carrier:
+    """What the pins stand on (section `[carrier]`); rigid without it.
+
+    Parameters
+    ----------
+    windup_Nmm_per_rad : float or "rigid"
+        Of one cheek against the other about the axis: it tilts all pins around.
+    torque_at : {"-z", "+z"} or None
+        Side of the cheek that leads the torque out; the other one turns.
+    stiffness : Path or None
+        CSV file beside the set file, in place of the wind-up: the stiffness matrix of the carrier at the seats of its
+        pins, its shaft held, without head; for each planet, and for its seat at -z before that at +z, displacements
+        along and rotations about x, y, z of the set at angle 0; N/mm, N, N mm/rad.
+    radial_N_per_mm : float, "rigid" or "free"
+        Of the carrier's bearings, across the axis; "free" floats.
+    tilt_Nmm_per_rad : float or "rigid"
+        Of these about axes across.
+    bearings_at_mm : float
+        Along the axis, from the middle of the face width: where a force across does not tilt the carrier.
+    """
+
+    windup_Nmm_per_rad: TiltStiffness = "rigid"
+    torque_at: Cheek | None = None
+    stiffness: Path | None = None
+    radial_N_per_mm: Stiffness = "rigid"
+    tilt_Nmm_per_rad: TiltStiffness = "rigid"
+    bearings_at_mm: Place = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -227,6 +318,8 @@ class SetSections:
     tolerances : Tolerances or None
         Without them a set is solved once.
     supports : Supports
+    pins : Pins or None
+    carrier : Carrier
     gears : tuple of Gear
         Of a train on fixed axes, in place of sun, planets and ring.
     meshes : tuple of Mesh
@@ -241,6 +334,8 @@ class SetSections:
     eccentricity: Eccentricity = Eccentricity()
     tolerances: Tolerances | None = None
     supports: Supports = Supports()
+    pins: Pins | None = None
+    carrier: Carrier = Carrier()
     gears: tuple[Gear, ...] = ()
     meshes: tuple[Mesh, ...] = ()
     sweep: SetSweep = SetSweep()

@@ -112,14 +112,47 @@ class SetSolution:
     @cached_property
     def tangential_pin_force_N(self) -> FloatArray:
         """Force on each pin in the sense in which the torque turns the sun, (D, A, N)."""
-        places = np.array([(body.x, body.y) for body in (self.plan.bodies[n] for n in self.plan.planets)])
-        ahead = np.stack([-places[:, 1], places[:, 0]], axis=1) / np.linalg.norm(places, axis=1)[:, None]
-        return np.asarray(np.einsum("danr,nr->dan", self.hub_wrench[:, :, list(self.plan.planets), :2], ahead))
+        return np.asarray(self.outwards_and_around(self.planet_wrench[..., :2])[..., 1])
 
     @cached_property
     def pin_force_N(self) -> FloatArray:
         """Force across each pin, (D, A, N)."""
-        return np.asarray(np.linalg.norm(self.hub_wrench[:, :, list(self.plan.planets), :2], axis=3))
+        return np.asarray(np.linalg.norm(self.planet_wrench[..., :2], axis=3))
+
+    @property
+    def planet_wrench(self) -> FloatArray:
+        """Forces and moments of the meshes on the planets, (D, A, N, 6), N and N mm."""
+        return np.asarray(self.hub_wrench[:, :, list(self.plan.planets)])
+
+    @cached_property
+    def planet_displacement_mm(self) -> FloatArray:
+        """Of the middle of each planet, outwards and in the sense in which the torque turns the sun, (D, A, N, 2)."""
+        return self.outwards_and_around(self.hub_displacement[:, :, list(self.plan.planets), :2])
+
+    @cached_property
+    def planet_tilt_rad(self) -> FloatArray:
+        """Slopes along z of the axis of each planet in the same directions, (D, A, N, 2)."""
+        turned = self.hub_displacement[:, :, list(self.plan.planets), 3:5]
+        return self.outwards_and_around(np.stack([turned[..., 1], -turned[..., 0]], axis=-1))
+
+    @cached_property
+    def bearing_loads(self) -> FloatArray:
+        """Of the b bearings of each planet on its pin, as in `pmor.sets.pins.PlanetOnPin`, (D, A, N, b, 4)."""
+        assert self.plan.on_pins is not None, "of a planetary set"
+        return self.plan.on_pins.on_bearings(self.planet_wrench)
+
+    @cached_property
+    def windup_rad(self) -> FloatArray:
+        """By how much one cheek of the carrier turns against the other, (D, A)."""
+        assert self.plan.on_pins is not None, "of a planetary set"
+        return self.plan.on_pins.windup_angle(self.planet_wrench)
+
+    def outwards_and_around(self, vectors: FloatArray) -> FloatArray:
+        """Return components of vectors on the planets (..., N, 2), outwards and in the sense of the sun's torque."""
+        places = np.array([(body.x, body.y) for body in (self.plan.bodies[n] for n in self.plan.planets)])
+        outwards = places / np.linalg.norm(places, axis=1)[:, None]
+        around = np.stack([-outwards[:, 1], outwards[:, 0]], axis=1)
+        return np.asarray(np.einsum("...nr,dnr->...nd", vectors, np.stack([outwards, around])))
 
     @property
     def k_gamma(self) -> FloatArray:

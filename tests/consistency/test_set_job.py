@@ -14,7 +14,7 @@ from pmor.body import elastic_gear
 from pmor.pair.model import gear_pair
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import load
-from pmor.sets.output import FILES, SAMPLE_FILES
+from pmor.sets.output import FILES, PIN_FILES, SAMPLE_FILES
 from tests.support.broken_files import flip_bit_of
 from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, written_set
 
@@ -112,6 +112,30 @@ def test_tolerances_leave_their_files_and_differ_no_other(tmp_path, job):
     assert "Tolerances" in str(found)
     with pytest.raises(pmor.PmorError, match="add \\[tolerances\\]"):
         pmor.gear_set(job[0]).plot_tolerances()
+
+
+def test_pins_leave_their_picture_and_the_forces_of_their_bearings(tmp_path, job):
+    pins = "[pins]\ndiameter_mm = 30.0\nlength_mm = 30.0\nbearings = [{at_mm = -6.0}, {at_mm = 6.0}]\n"
+    carrier = '[carrier]\nwindup_Nmm_per_rad = 1e10\ntorque_at = "-z"\n'
+    path = written_set(tmp_path, SMALL_SET + pins + carrier)
+    text = pmor.plan_set(path)
+    assert "d 30 x 30 mm, clamped in both cheeks" in text
+    assert "1e+10 N mm/rad, torque out at -z" in text
+    assert main(["set", str(path), "--out", str(tmp_path / "out")]) == 0
+    assert set(PIN_FILES) <= {path.name for path in (tmp_path / "out").iterdir()}
+    data = json.loads((tmp_path / "out" / "set.json").read_text())
+    found = pmor.gear_set(path)
+    assert json.loads(json.dumps(found.data)) == data
+    assert data["carrier_windup_mrad"] > 0.0
+    for planet in data["planets"]:
+        assert [bearing["at_mm"] for bearing in planet["bearings"]] == [-6.0, 6.0]
+        total = sum(bearing["force_mean_N"] for bearing in planet["bearings"])
+        assert total == pytest.approx(planet["pin_force_mean_N"], rel=1e-3)
+        assert planet["around_tilt_mrad"] > 0.0
+    assert len(found.plot_pins().axes) == 2
+    assert "Planets on their pins" in str(found)
+    with pytest.raises(pmor.PmorError, match="add \\[pins\\]"):
+        pmor.gear_set(job[0]).plot_pins()
 
 
 @pytest.mark.parametrize(("on", "torque_Nm"), [("ring", 900.0), ("carrier", -1200.0)])

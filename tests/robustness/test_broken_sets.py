@@ -6,6 +6,7 @@ from pmor.app.cli import main
 from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, written_set
 
 BLANK = "[planet.blank]\nrim_thickness_mm = 5.0\nweb_thickness_mm = 5.0\nhub_radius_mm = 20.0\n"
+PINS = "[pins]\ndiameter_mm = 30.0\nlength_mm = 30.0\nbearings = [{at_mm = -6.0}, {at_mm = 6.0}]\n"
 SETS = {
     "no whole number of teeth between planets": ("count = 3\ntang", "count = 5\n#", "no multiple of 5 planets"),
     "a place where teeth do not meet": ("count = 3", "count = 3\npositions_deg = [0.0, 119.0, 240.0]", "at 119 deg"),
@@ -23,6 +24,58 @@ SETS = {
     "no planet left": ("count = 3", "count = 3\nmissing = [1, 2, 3]", "leaves no planet"),
     "a planet that floats": ("[load]", '[supports]\nplanet_radial_N_per_mm = "free"\n[load]', "nothing would hold"),
     "a sun that tumbles": ("[load]", '[supports]\nsun_tilt_Nmm_per_rad = "free"\n[load]', "nothing would hold"),
+    "a carrier that floats with all others": (
+        "[load]",
+        '[supports]\nsun_radial_N_per_mm = "free"\nring_radial_N_per_mm = "free"\n[carrier]\n'
+        'radial_N_per_mm = "free"\n[load]',
+        "hold one of them",
+    ),
+    "a carrier that tumbles": ("[load]", '[carrier]\ntilt_Nmm_per_rad = "free"\n[load]', "nothing would hold"),
+    "a wind-up of no pins": ("[load]", "[carrier]\nwindup_Nmm_per_rad = 1e9\n[load]", "add [pins]"),
+    "a wind-up without a side": (
+        "[load]",
+        f"{PINS}[carrier]\nwindup_Nmm_per_rad = 1e9\n[load]",
+        'torque_at: is missing: write "-z" or "+z"',
+    ),
+    "a wind-up of one cheek": (
+        "[load]",
+        f'{PINS}cheeks = "-z"\n[carrier]\nwindup_Nmm_per_rad = 1e9\n[load]',
+        "has one cheek, at -z",
+    ),
+    "a carrier as a matrix that is none": (
+        "[load]",
+        f'{PINS}[carrier]\nstiffness = "none.csv"\n[load]',
+        "there is no such CSV file",
+    ),
+    "a matrix and a wind-up": (
+        "[load]",
+        f'{PINS}[carrier]\nstiffness = "none.csv"\nwindup_Nmm_per_rad = 1e9\n[load]',
+        "the matrix has it",
+    ),
+    "planets on pins and on springs": (
+        "[load]",
+        f"{PINS}[supports]\nplanet_radial_N_per_mm = 1e6\n[load]",
+        "leave one of the two out",
+    ),
+    "a pin without bearings": (
+        "[load]",
+        "[pins]\ndiameter_mm = 30.0\nlength_mm = 30.0\nbearings = []\n[load]",
+        "none holds the planet",
+    ),
+    "a planet that tips over on its bearing": (
+        "[load]",
+        f"{PINS.replace('{at_mm = -6.0}, ', '')}[load]",
+        "a single one lets the planet tip over",
+    ),
+    "two bearings at one place": ("[load]", f"{PINS.replace('-6.0', '6.0')}[load]", "are at one place"),
+    "a bearing beyond its pin": ("[load]", f"{PINS.replace('-6.0', '-16.0')}[load]", "go from -15 to 15 mm"),
+    "a flying pin that tips over": ("[load]", f'{PINS}cheeks = "+z"\nends = "supported"\n[load]', "would tip over"),
+    "cheeks within the planets": (
+        "[load]",
+        f"{PINS.replace('h_mm = 30', 'h_mm = 18')}[load]",
+        "within the planets' face",
+    ),
+    "a pin thinner than its bore": ("[load]", f"{PINS}inner_mm = 30.0\n[load]", "must be below diameter_mm"),
     "a ring with a bore": ("rim_thickness_mm = 12.0", "rim_thickness_mm = 12.0\nbore_radius_mm = 9.0", "[ring]"),
     "a sun that is a ring": ("[sun]\nteeth = 18", "[sun]\ninternal = true\nteeth = 18", "[sun] internal"),
     "an unknown key of a gear": ("[sun]\nteeth = 18", "[sun]\nteth = 18\nteeth = 18", "[sun] teth"),

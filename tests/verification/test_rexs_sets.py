@@ -9,10 +9,9 @@ from numpy.testing import assert_allclose
 
 import pmor
 from pmor.body.beam import Beam, CircularSection, ShaftMaterial
+from pmor.body.seated_beam import BeamSeat, seated_beam
 from pmor.core.errors import CaseError
-from pmor.export.rexs.model import RIGID, RIGID_TILT
 from pmor.sets.loader import is_set, load
-from pmor.sets.rexs import Seat, flexibility
 
 PLANETS = Path(__file__).parents[3] / "shared" / "rexs" / "FVA_Planetary_stage_-_Minus_gearing_1.1.rexs"
 beside = pytest.mark.skipif(not PLANETS.is_file(), reason="the public REXS files are not beside the project")
@@ -56,27 +55,54 @@ def test_teeth_that_would_not_run_as_filed_are_named_with_what_was_changed():
 
 @beside
 def test_sun_and_pins_stand_on_their_shafts_and_bearings():
-    """The sun overhangs 50 mm on a span of 52.5 mm, d 34; pins of d 43.2 are clamped 16.5 mm beside their bearings."""
-    supports = load(PLANETS).sections.supports
+    """The sun overhangs 50 mm on a span of 52.5 mm, d 34; pins of d 43.2 are clamped 16.5 mm beside their bearings.
+
+    The carrier's cheek overhangs 21 mm on a span of 50 mm, d 80 and 60, and its webs are as stiff as rigid ones.
+    """
+    said = load(PLANETS).sections
+    supports, pins, carrier = said.supports, said.pins, said.carrier
     modulus, shear, kappa = 210e3, 210e3 / 2.6, 6 * 1.3 / (7 + 6 * 0.3)
     area, second = np.pi * 34.0**2 / 4.0, np.pi * 34.0**4 / 64.0
     bends = 50.0**2 * (52.5 + 50.0) / (3.0 * modulus * second)
     shears = (50.0 + 50.0**2 / 52.5) / (kappa * shear * area)
     assert_allclose(supports.sun_radial_N_per_mm, 1.0 / (bends + shears), rtol=1e-6)
     area, second = np.pi * 43.2**2 / 4.0, np.pi * 43.2**4 / 64.0
-    # Two equal forces: no slope in the middle, moment of the clamp F a (L - a) / L.
-    span, a = 58.0, 16.5
-    clamp = a * (span - a) / span
-    bends = (clamp * a**2 / 2.0 - a**3 / 6.0) / (modulus * second)
-    assert_allclose(supports.planet_radial_N_per_mm, 2.0 / (bends + a / (kappa * shear * area)), rtol=1e-6)
+    assert (pins.diameter_mm, pins.inner_mm, pins.length_mm, pins.middle_mm) == (43.2, 0.0, 58.0, 0.0)
+    assert (pins.ends, pins.cheeks, pins.youngs_modulus_GPa) == ("clamped", "both", 210.0)
+    assert [(bearing.at_mm, bearing.radial_N_per_mm) for bearing in pins.bearings] == [
+        (-12.5, "rigid"),
+        (12.5, "rigid"),
+    ]
+    assert supports.planet_radial_N_per_mm == carrier.windup_Nmm_per_rad == "rigid"
+    # Slope of the cheek under a moment there, and the deflection that goes with it.
+    second = np.pi * (80.0**4 - 60.0**4) / 64.0
+    area, ratio = np.pi * (80.0**2 - 60.0**2) / 4.0, (60.0 / 80.0) ** 2
+    kappa = 6 * 1.3 * (1 + ratio) ** 2 / ((7 + 6 * 0.3) * (1 + ratio) ** 2 + (20 + 12 * 0.3) * ratio)
+    slope = (50.0 / 3.0 + 21.0) / (modulus * second) + 1.0 / (50.0 * kappa * shear * area)
+    both = (21.0 * 50.0 / 3.0 + 21.0**2 / 2.0) / (modulus * second) + 21.0 / (50.0 * kappa * shear * area)
+    assert_allclose(carrier.tilt_Nmm_per_rad, 1.0 / slope, rtol=1e-6)
+    assert_allclose(carrier.bearings_at_mm, (96.0 - 125.0) - both / slope, rtol=1e-6)
+
+
+@beside
+def test_what_a_pin_in_a_file_has_beyond_a_uniform_one_is_its_stiffness_across(tmp_path):
+    """Two bearings by their stiffness beside a pin that one end alone holds rigidly."""
+    soft = changed(tmp_path, ('<attribute id="bending_stiffness" unit="N mm / rad">1.0E20<',
+                              '<attribute id="bending_stiffness" unit="N mm / rad">1.0E9<'))  # fmt: skip
+    said = load(soft)
+    assert said.sections.pins is None
+    assert 1e6 < said.sections.supports.planet_radial_N_per_mm < 2e7
+    assert any("its tilt is left out" in note for note in said.notes)
 
 
 def test_a_shaft_that_nothing_holds_has_no_flexibility():
     beam = Beam(np.array([0.0, 50.0, 100.0]), [CircularSection(30.0)] * 2, ShaftMaterial(210e3, 0.3))
-    assert flexibility(beam, [Seat(0.0, RIGID, 0.0)], [50.0]) is None
-    clamped = flexibility(beam, [Seat(0.0, RIGID, RIGID_TILT)], [50.0, 100.0])
-    assert clamped[0, 1] == pytest.approx(clamped[1, 0])
-    assert clamped[1, 1] > clamped[0, 1] > clamped[0, 0] > 0.0
+    assert seated_beam(beam, [BeamSeat(0.0, np.inf, 0.0)], [50.0]) is None
+    rigid = seated_beam(beam, [BeamSeat(0.0, np.inf, np.inf)], [50.0, 100.0])
+    springs = seated_beam(beam, [BeamSeat(0.0, 1e13, 1e16)], [50.0, 100.0])
+    for found, expected in zip(springs, rigid, strict=True):
+        assert_allclose(found, expected, rtol=1e-6, atol=1e-6)
+    assert_allclose(rigid.carried, [[1.0, 50.0], [0.0, 1.0], [1.0, 100.0], [0.0, 1.0]], rtol=1e-9, atol=1e-12)
 
 
 @beside

@@ -1,0 +1,253 @@
+"""What sun and planets of a REXS file stand on: shafts and pins as Timoshenko beams on bearings by their stiffness.
+
+A pin of one diameter that the carrier holds rigidly is read as it is; of another one the stiffness across alone. The
+carrier stands on the beam of its shaft; a shaft that joins both carrier shafts is what winds up between them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pmor.body.beam import Beam, CircularSection, ShaftMaterial, stations_of
+from pmor.body.seated_beam import BeamSeat, seated_beam
+from pmor.core.errors import CaseError
+from pmor.export.rexs.model import BEARINGS, RIGID, RIGID_TILT, Component, Gearbox
+from pmor.export.rexs.stage import axis_of
+from pmor.sets.pins import on_bearings
+from pmor.sets.settings import PinBearing
+
+COUPLINGS = ("coupling", "switchable_coupling")
+DIGITS = 9
+ENDS = {math.inf: "clamped", 0.0: "supported"}
+
+
+@dataclass(frozen=True)
+class RexsSupports:
+    """What members of a planetary stage stand on.
+
+    Parameters
+    ----------
+    notes : list of str
+        Assumptions: further ones are added.
+    side : int
+        +1 where z of the set is u of the file, -1 where it points the other way.
+    """
+
+    gearbox: Gearbox
+    path: Path
+    notes: list[str]
+    side: int
+
+    def refuse(self, component: Component, rule: str) -> CaseError:
+        """Return the error of a component that the file does not say enough of."""
+        return CaseError(f"{self.path}: {component.label}: {rule}")
+
+    def sections(
+        self, sun: Component, planet: Component, carriers: Sequence[Component]
+    ) -> dict[str, dict[str, Any]]:  # fmt: skip
+        """Return the sections of a set file that say what its members stand on.
+
+        Parameters
+        ----------
+        carriers : sequence of Component
+            Shafts of the carrier.
+        """
+        supports: dict[str, Any] = {"sun_radial_N_per_mm": self.on_shaft(sun, self.shafts(sun)[0])}
+        pins = self.pins(planet)
+        if "diameter_mm" not in pins:
+            return {"supports": supports | pins}
+        return {"supports": supports, "pins": pins} | self.carrier(planet, carriers, pins)
+
+    def on_shaft(self, gear: Component, shaft: Component) -> float | str:
+        """Return the stiffness of a gear's place on its shaft, across."""
+        place, seats = self.along(gear, shaft), self.seats(shaft, [joint for joint, _ in joints(self.gearbox, shaft)])
+        bent = seated_beam(self.beam(shaft, [place, *(seat.place for seat in seats)]), seats, [place])
+        if bent is None:
+            self.notes.append(f"{shaft.label}: fewer than two bearings: the sun floats")
+            return "free"
+        gives = float(bent.flexibility[0, 0])
+        self.notes.append(f"{gear.label}: on {shaft.label} and its bearings: {1.0 / gives:.4g} N/mm across")
+        return _stiffness(gives, RIGID)
+
+    def pins(self, planet: Component) -> dict[str, Any]:
+        """Return keys of `[pins]`, or the stiffness across of a planet on a pin that they do not describe."""
+        key = "planet_radial_N_per_mm"
+        shaft = next(iter(self.shafts(planet)), None)
+        pins = {one.role("shaft") for one in self.gearbox.relations if one.kind == "planet_pin"}
+        found = [(joint, other) for joint, other in (joints(self.gearbox, shaft) if shaft else []) if other in pins]
+        if not found:
+            self.notes.append(f"{planet.label}: bearings on no pin: rigid on its place in the carrier")
+            return {key: "rigid"}
+        pin, middle = self.gearbox.components[found[0][1]], self.along(planet, self.gearbox.components[found[0][1]])
+        held = [joint for joint, _ in joints(self.gearbox, pin) if joint not in [one for one, _ in found]]
+        seats = sorted(self.seats(pin, held))
+        bearings = [
+            PinBearing(at_mm=self.side * (seat.place - middle), radial_N_per_mm=_or_word(seat.radial, "rigid"),
+                       tilt_Nmm_per_rad=_or_word(seat.tilt, "free"))
+            for seat in self.seats(pin, [joint for joint, _ in found])
+        ]  # fmt: skip
+        places = [middle + self.side * bearing.at_mm for bearing in bearings]
+        beam = self.beam(pin, [*(seat.place for seat in seats), *places])
+        bent = seated_beam(beam, seats, places)
+        if bent is None:
+            self.notes.append(f"{pin.label}: nothing holds it: the pin is rigid in the carrier")
+            return {key: "rigid"}
+        if len(bearings) == 1 and bearings[0].tilt_Nmm_per_rad == "free":
+            self.notes.append(f"{planet.label}: one bearing without bending_stiffness: it does not tilt on its pin")
+            bearings[0] = PinBearing(at_mm=bearings[0].at_mm, radial_N_per_mm=bearings[0].radial_N_per_mm,
+                                     tilt_Nmm_per_rad="rigid")  # fmt: skip
+        kinds = {(seat.radial, seat.tilt) for seat in seats}
+        even = len(set(beam.sections)) == 1 and len(kinds) == 1 and kinds <= {(math.inf, tilt) for tilt in ENDS}
+        if not even or len(seats) != 2:
+            gives = float(on_bearings(bearings, bent, [seat.place for seat in seats]).compliance[0, 0])
+            rule = "of several diameters, or not held rigidly at both ends: its tilt is left out"
+            self.notes.append(f"{planet.label}: on {pin.label} and its bearings, {1.0 / gives:.4g} N/mm across; {rule}")
+            return {key: _stiffness(gives, RIGID)}
+        (low, high), section = (seat.place for seat in seats), beam.sections[0]
+        ends = ENDS[seats[0].tilt]
+        self.notes.append(f"{planet.label}: {pin.label} is {ends} in the carrier at both ends, {high - low:g} mm apart")
+        return {
+            "diameter_mm": section.outer, "inner_mm": section.inner, "length_mm": high - low,
+            "middle_mm": self.side * (0.5 * (low + high) - middle) + 0.0, "ends": ends,
+            "youngs_modulus_GPa": 1e-3 * beam.material.youngs_modulus, "poisson_ratio": beam.material.poisson_ratio,
+            "bearings": [_written(bearing) for bearing in sorted(bearings, key=lambda bearing: bearing.at_mm)],
+        }  # fmt: skip
+
+    def carrier(
+        self, planet: Component, shafts: Sequence[Component], pins: dict[str, Any]
+    ) -> dict[str, dict[str, Any]]:
+        """Return the section of the carrier: bearings of the shaft that leads its torque out, wind-up of its cheeks."""
+        casings = {casing.number for casing in self.gearbox.of_kind("gear_casing")}
+        held = {shaft.number: [joint for joint, other in joints(self.gearbox, shaft) if other in casings]
+                for shaft in shafts}  # fmt: skip
+        out = max(shafts, key=lambda shaft: len(held[shaft.number]), default=None)
+        if out is None or not held[out.number]:
+            self.notes.append("carrier: its shaft has no bearings to the casing: it is held rigidly")
+            return {}
+        plates = {part.number for part in self.gearbox.of_kind("side_plate")}
+        cheek = next((joint for joint, other in joints(self.gearbox, out) if other in plates), None)
+        if cheek is None:
+            self.notes.append(f"{out.label}: is joined to no side_plate: the carrier is rigid")
+            return {}
+        place, seats = self.along(cheek, out), self.seats(out, held[out.number])
+        bent = seated_beam(self.beam(out, [place, *(seat.place for seat in seats)]), seats, [place])
+        beyond = self.side * (place - self.along(planet, out))
+        found: dict[str, Any] = {}
+        if bent is not None:
+            (across, both), (_, slope) = bent.flexibility
+            centre = -both / slope
+            found = {
+                "radial_N_per_mm": _stiffness(across - both**2 / slope, RIGID),
+                "tilt_Nmm_per_rad": _stiffness(slope, RIGID_TILT),
+                "bearings_at_mm": round(beyond + self.side * centre, DIGITS),
+            }
+            self.notes.append(f"carrier: on {out.label} and its bearings, {1.0 / across:.4g} N/mm across at its cheek")
+        found |= self.windup(out, shafts, beyond)
+        return {"carrier": found} if found else {}
+
+    def windup(self, out: Component, shafts: Sequence[Component], beyond: float) -> dict[str, Any]:
+        """Return the wind-up between both cheeks, of a shaft that joins both shafts of the carrier."""
+        own = {shaft.number for shaft in shafts}
+        joined = [{other for _, other in joints(self.gearbox, shaft)} - own for shaft in shafts]
+        common = set.intersection(*joined) if len(joined) == 2 else set()
+        between = [self.gearbox.components[n] for n in common if self.gearbox.components[n].kind == "shaft"]
+        if len(between) != 1:
+            self.notes.append("carrier: no shaft joins both of its cheeks: they do not turn against each other")
+            return {}
+        beam = self.beam(between[0], [])
+        lengths = np.diff(beam.stations)
+        gives = sum(
+            length / (2.0 * beam.material.shear_modulus * section.second_moment)
+            for length, section in zip(lengths, beam.sections, strict=True)
+        )
+        self.notes.append(f"carrier: {between[0].label} between its cheeks winds up by {1.0 / gives:.4g} N mm/rad")
+        stiffness = _stiffness(gives, RIGID_TILT)
+        if stiffness == "rigid":
+            return {}
+        return {"windup_Nmm_per_rad": stiffness, "torque_at": "-z" if beyond < 0.0 else "+z"}
+
+    def shafts(self, gear: Component) -> list[Component]:
+        """Shafts that carry a gear."""
+        return self.gearbox.beside(gear.number, "shaft", "assembly")
+
+    def seats(self, shaft: Component, at: Sequence[Component]) -> list[BeamSeat]:
+        """Return what bearings and couplings do to a shaft."""
+        found = []
+        for joint in at:
+            radial, tilt = joint.number_of("radial_stiffness"), joint.number_of("bending_stiffness")
+            if radial is None and joint.text_of("radial_force_absorption") != "false":
+                self.notes.append(f"{joint.label}: no radial_stiffness: radially rigid")
+                radial = RIGID
+            springs = (math.inf if (value or 0.0) >= rigid else value or 0.0
+                       for value, rigid in ((radial, RIGID), (tilt, RIGID_TILT)))  # fmt: skip
+            found.append(BeamSeat(self.along(joint, shaft), *springs))
+        return found
+
+    def along(self, part: Component, shaft: Component) -> float:
+        """Place of a part on a shaft, mm."""
+        foot, place = shaft.numbers_of("support_vector"), part.numbers_of("support_vector")
+        if len(foot) != 3 or len(place) != 3:
+            raise self.refuse(part, f"support_vector of it or of {shaft.label} is missing: where does it stand?")
+        return round(float(np.dot(np.subtract(place, foot), axis_of(shaft))), DIGITS)
+
+    def beam(self, shaft: Component, places: Sequence[float]) -> Beam:
+        """Return a shaft as a beam with stations at places along it; its diameters are means over its sections."""
+        borders, sections = [0.0], list[CircularSection]()
+        parts = self.gearbox.beside(shaft.number, "shaft_section", "assembly")
+        for part in sorted(parts, key=lambda part: part.number_of("u_coordinate_on_shaft") or 0.0):
+            ends = [[part.number_of(f"{side}_diameter_{end}") or 0.0 for end in ("begin", "end")]
+                    for side in ("outer", "inner")]  # fmt: skip
+            borders.append(borders[-1] + (part.number_of("length") or 0.0))
+            sections.append(CircularSection(*(0.5 * sum(end) for end in ends)))
+        if not sections or min(section.outer - section.inner for section in sections) <= 0.0:
+            raise self.refuse(shaft, "has no sections with diameters: the file must say them")
+        if min(places, default=borders[0]) < borders[0] or max(places, default=borders[-1]) > borders[-1]:
+            raise self.refuse(shaft, f"is {borders[-1]:g} mm long, and parts stand beyond its ends")
+        stations = stations_of(np.array(borders), places)
+        at = np.searchsorted(borders, 0.5 * (stations[1:] + stations[:-1])) - 1
+        return Beam(stations, [sections[number] for number in at], self.material(shaft))
+
+    def material(self, shaft: Component) -> ShaftMaterial:
+        """Return the elastic constants of a shaft."""
+        for material in self.gearbox.beside(shaft.number, "material"):
+            modulus, ratio = material.number_of("elastic_modulus"), material.number_of("poisson_ratio")
+            if modulus and ratio is not None:
+                return ShaftMaterial(modulus, ratio)
+        self.notes.append(f"{shaft.label}: refers to no elastic constants: steel assumed, 210 GPa and 0.3")
+        return ShaftMaterial(210e3, 0.3)
+
+
+def joints(gearbox: Gearbox, shaft: Component) -> list[tuple[Component, int]]:
+    """Return bearings and engaged couplings of a shaft, and what is on their other side."""
+    found = []
+    for relation in gearbox.relations:
+        sides = [relation.role("inner_part"), relation.role("outer_part")]
+        joint = gearbox.components.get(relation.role("assembly") or 0)
+        if relation.kind == "side" and shaft.number in sides and joint and joint.kind in (*BEARINGS, *COUPLINGS):
+            engaged, _ = joint.values.get("is_engaged", ("", ""))
+            if "false" not in engaged:  # type: ignore[operator]
+                sides.remove(shaft.number)
+                found.append((joint, sides[0] or 0))
+    return found
+
+
+def _stiffness(compliance: float, rigid: float) -> float | str:
+    stiffness = float(f"{1.0 / max(compliance, 1e-300):.9g}")
+    return "rigid" if stiffness >= rigid else stiffness
+
+
+def _or_word(stiffness: float, none: str) -> Any:
+    """A stiffness as a key has it; a word where it is infinite, or there is none."""
+    return {math.inf: "rigid", 0.0: none}.get(stiffness, stiffness)
+
+
+def _written(bearing: PinBearing) -> dict[str, Any]:
+    """Keys of a bearing on a pin."""
+    keys = {"at_mm": round(bearing.at_mm, DIGITS), "radial_N_per_mm": bearing.radial_N_per_mm}
+    return keys | ({} if bearing.tilt_Nmm_per_rad == "free" else {"tilt_Nmm_per_rad": bearing.tilt_Nmm_per_rad})
