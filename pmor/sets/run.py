@@ -68,7 +68,7 @@ def _held(file: SetFile, folder: Path | str | None, overwrite: bool) -> Abstract
     """Hold the folder of the results, where there is one."""
     if folder is None:
         return nullcontext()
-    files = (*FILES, *SAMPLE_FILES, *(gear_files(file) if overwrite else ()))
+    files = (*FILES, *SAMPLE_FILES, *PIN_FILES, *(gear_files(file) if overwrite else ()))
     return results_folder(Path(folder), files, (), overwrite, file.inputs)
 
 
