@@ -20,6 +20,7 @@ from pmor.gear.pair import GearPair
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.mesh_force import MeshFrame
 from pmor.machine.model import ABOUT_AXIS, GearboxModel, LoadedGearbox, Supported
+from pmor.machine.set_bodies import gears_of_set, member_places
 from pmor.machine.settings import Shaft
 from pmor.results.flank_maps import flank_map
 
@@ -158,6 +159,12 @@ def bodies(model: GearboxModel, gearbox: LoadedGearbox, detail: Detail) -> list[
             of_mesh = Teeth(gear.shaft, gear.at_mm, mesh.frame.along, *teeth)
             name = f"{said.name}, {('pinion', 'wheel')[number]}"
             found.append(Body(name, "gear", rings, nodes, np.tile(centre, (len(rings), 1)), of_mesh))
+    for one in gearbox.sets:
+        places = member_places(model, one)
+        for part in gears_of_set(model, one, detail.profile, detail.fillet, detail.planes):
+            hub, name = one.hubs[part.member], f"{one.settings.name}, {part.name}"
+            nodes = np.full(len(part.rings), len(gearbox.load) if hub is None else hub)
+            found.append(Body(name, "gear", part.rings, nodes, np.tile(places[part.member], (len(nodes), 1))))
     return found
 
 

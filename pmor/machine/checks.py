@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import combinations
 
 import numpy as np
@@ -12,14 +13,19 @@ import numpy as np
 from pmor.case import Case
 from pmor.case.reader import Reader
 from pmor.case.values import did_you_mean
-from pmor.machine.model import GearboxModel, pinion_senses
-from pmor.machine.settings import HOUSING, Bearing, GearboxSections, LoadCase, Mesh, Shaft, ShaftSection
+from pmor.core.errors import PmorError
+from pmor.machine.model import GearboxModel, pinion_senses, set_torques
+from pmor.machine.set_frame import MEMBERS
+from pmor.machine.settings import HOUSING, Bearing, GearboxSections, LoadCase, Mesh, PlanetarySet, Shaft, ShaftSection
 from pmor.pair.conditions import assembly_of
+from pmor.sets.loader import SetFile
 
 # Places along the axes that belong together may differ by so much: drawings are rounded, mm.
 ROUNDED_MM = 1e-3
 # By which the shares of a duty cycle may miss 1: they are rounded too.
 ROUNDED_SHARE = 5e-3
+# Of the largest torque through a set over all loads: none.
+NO_TORQUE = 1e-9
 LONGEST_NAME, NO_FILE_NAME = 60, '/\\:*?"<>|'
 STIFFNESSES = {"radial_N_per_mm": "rigid", "axial_N_per_mm": "free", "tilt_Nmm_per_rad": "free"}
 
@@ -29,7 +35,7 @@ class GearboxReader(Reader):
 
     def check(self, said: GearboxSections) -> None:
         """Refuse a gearbox whose parts do not fit together."""
-        for what in ("shafts", "bearings", "meshes", "loads"):
+        for what in ("shafts", "bearings", "meshes", "sets", "loads"):
             for name, count in Counter(one.name for one in getattr(said, what)).items():
                 if count > 1:
                     self.refuse(f'[[{what}]] name = "{name}"', "is there twice: give one of them another name")
@@ -43,8 +49,13 @@ class GearboxReader(Reader):
         for one, two in combinations(said.shafts, 2):
             self.check_apart(one, two)
         for mesh in said.meshes:
-            self.check_name(mesh)
+            self.check_name("meshes", mesh.name)
             self.check_facing(mesh, shafts)
+        if not said.meshes and not said.sets:
+            self.refuse("[[meshes]]", "is missing: add a mesh, or a planetary set in [[sets]]")
+        for planetary in said.sets:
+            self.check_name("sets", planetary.name)
+            self.check_members(planetary, shafts)
         for load in said.loads:
             self.check_balance(load, said)
         self.check_duty(said.loads)
@@ -107,11 +118,11 @@ class GearboxReader(Reader):
                         f"overlap at {place}: correct at_mm, start_mm or the diameters",
                     )
 
-    def check_name(self, mesh: Mesh) -> None:
-        """Refuse a name that is none for the file of its basis."""
-        if len(mesh.name) > LONGEST_NAME or mesh.name.startswith(".") or set(mesh.name) & set(NO_FILE_NAME):
+    def check_name(self, what: str, name: str) -> None:
+        """Refuse a name that is none for the files of a mesh or a set."""
+        if len(name) > LONGEST_NAME or name.startswith(".") or set(name) & set(NO_FILE_NAME):
             rule = f"names a file: at most {LONGEST_NAME} characters, without {NO_FILE_NAME} and no point in front"
-            self.refuse(f'[[meshes]] name = "{mesh.name:.60}"', rule)
+            self.refuse(f'[[{what}]] name = "{name:.60}"', rule)
 
     def check_facing(self, mesh: Mesh, shafts: dict[str, Shaft]) -> None:
         """Refuse gears that do not face each other."""
@@ -121,6 +132,39 @@ class GearboxReader(Reader):
             self.refuse(f'[[meshes]] "{mesh.name}": pinion at x = {x[0]:g} mm, wheel at {x[1]:g} mm', rule)
         if mesh.pinion.shaft == mesh.wheel.shaft:
             self.refuse(f'[[meshes]] "{mesh.name}"', "pinion and wheel are on one shaft: name two")
+
+    def check_members(self, one: PlanetarySet, shafts: dict[str, Shaft]) -> None:
+        """Refuse members of a set that are not on shafts of one axis."""
+        where, names = f'[[sets]] "{one.name}"', [place.shaft for place in one.members.values()]
+        housed = [name for name in MEMBERS if name not in one.members]
+        if len(housed) != 1:
+            rule = "one of sun, carrier and ring must be, the others on shafts"
+            self.refuse(f"{where}: {' and '.join(housed) or 'no member'} in the housing", rule)
+        if names[0] == names[1]:
+            self.refuse(f'{where}: {" and ".join(one.members)} on shaft "{names[0]}"', "they turn together: name two")
+        first, second = (shafts[name] for name in names)
+        if math.dist(first.at_mm, second.at_mm) > ROUNDED_MM:
+            rule = "have different axes: sun, carrier and ring have one; correct at_mm of one"
+            self.refuse(f'{where}: shafts "{names[0]}" and "{names[1]}"', rule)
+
+    @contextmanager
+    def named(self, one: PlanetarySet) -> Iterator[None]:
+        """Raise errors of the file of a set with its place here."""
+        try:
+            yield
+        except PmorError as error:
+            raise type(error)(f'{self.where}: [[sets]] "{one.name}": {error}') from None
+
+    def check_set(self, one: PlanetarySet, file: SetFile) -> None:
+        """Refuse a set file that is none of a planetary set with the same member in the housing."""
+        where = f'[[sets]] "{one.name}"'
+        if file.sections.gears:
+            rule = "is of gears on fixed axes: write each of them as [[meshes]]"
+            self.refuse(f'{where}: set = "{one.set}"', rule)
+        if file.held in one.members:
+            (housed,) = (name for name in MEMBERS if name not in one.members)
+            rule = f'its [load] has held = "{file.held}", and the {housed} is in the housing here: correct one of them'
+            self.refuse(f'{where}: set = "{one.set}"', rule)
 
     def check_balance(self, load: LoadCase, said: GearboxSections) -> None:
         """Refuse torques that do not hold each other."""
@@ -163,6 +207,26 @@ class GearboxReader(Reader):
                     f'[[loads]]: they turn the mesh "{name}" both ways, and it is not the same seen from both ends',
                     "write a gearbox file for each sense",
                 )
+        turned = [set_torques(model, load) for load in model.sections.loads]
+        for name, file in model.sets.items():
+            torques = [torques[name] for torques in turned]
+            largest = max(map(abs, torques), default=0.0)
+            for load, torque in zip(model.sections.loads, torques, strict=True):
+                if abs(torque) <= NO_TORQUE * largest or not torque:
+                    rule = "no torque goes through it: write a load case that carries one"
+                    self.refuse(f'[[loads]] "{load.name}", set "{name}"', rule)
+            if min(torques, default=0.0) * max(torques, default=0.0) < 0.0 and not _set_alike(file):
+                self.refuse(
+                    f'[[loads]]: they turn the set "{name}" both ways, and it is not the same seen from both ends',
+                    "write a gearbox file for each sense",
+                )
+
+
+def _set_alike(file: SetFile) -> bool:
+    """Whether a set is the same seen from its other end: equal planets at equal distances, and all of its pairs."""
+    said, plan = file.sections.planets, file.plan
+    even = not said.positions_deg and not said.missing and not plan.displacement.any() and not plan.eccentricity.any()
+    return even and all(_alike_from_both_ends(case) for case in file.cases.values())
 
 
 def _alike_from_both_ends(case: Case) -> bool:
@@ -181,6 +245,9 @@ def _places(said: GearboxSections) -> Iterator[tuple[str, str, float]]:
     for mesh in said.meshes:
         for name, gear in (("pinion", mesh.pinion), ("wheel", mesh.wheel)):
             yield f'[[meshes]] "{mesh.name}": {name}', gear.shaft, gear.at_mm
+    for one in said.sets:
+        for name, member in one.members.items():
+            yield f'[[sets]] "{one.name}": {name}', member.shaft, member.at_mm
     for load in said.loads:
         for shaft, place in load.places:
             yield f'[[loads]] "{load.name}"', shaft, place
@@ -196,5 +263,8 @@ def _trains(said: GearboxSections) -> list[tuple[str, ...]]:
     train = {shaft.name: {shaft.name} for shaft in said.shafts}
     for mesh in said.meshes:
         joined = train[mesh.pinion.shaft] | train[mesh.wheel.shaft]
+        train |= dict.fromkeys(joined, joined)
+    for one in said.sets:
+        joined = set().union(*(train[member.shaft] for member in one.members.values()))
         train |= dict.fromkeys(joined, joined)
     return list(dict.fromkeys(tuple(name for name in train if name in names) for names in train.values()))

@@ -10,7 +10,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from pmor.gear.condition import Condition
+from pmor.line.several import GearTrain
 from pmor.machine.coupled import RigidMesh, RootStresses, SolvedLoad, condition_of
+from pmor.machine.coupled_sets import sets_on_rigid_supports
 from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep
 from pmor_online.model import ReducedPair, online_angles
@@ -23,14 +25,16 @@ STRESS_ANGLES = 32
 
 
 def with_rigid_supports(
-    loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair], angles: int
+    loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair], trains: Mapping[str, GearTrain], angles: int
 ) -> tuple[SolvedLoad, ...]:
-    """Return solved loads with root stress, and with the same pairs on rigid supports.
+    """Return solved loads with root stress, and with the same pairs and sets on rigid supports.
 
     Parameters
     ----------
     pairs : mapping of str to ReducedPair
         Of the meshes, by name.
+    trains : mapping of str to GearTrain
+        Of the planetary sets, by name.
     angles : int
         Of a pitch, in the sweeps.
     """
@@ -48,7 +52,11 @@ def with_rigid_supports(
             solved = (*before.meshes[:number], mesh._replace(root_stress=own), *before.meshes[number + 1 :])
             rigid = (*before.rigid, RigidMesh(sweep, row, stress[row]))
             found[row] = replace(before, meshes=solved, rigid=rigid)
-    return tuple(found)
+    names = [one.settings.name for one in loads[0].gearbox.sets] if loads else []
+    by_set = [
+        sets_on_rigid_supports([load.sets[number] for load in loads], trains[name]) for number, name in enumerate(names)
+    ]
+    return tuple(replace(load, sets=tuple(sets[row] for sets in by_set)) for row, load in enumerate(found))
 
 
 def _largest(reduced: ReducedPair, conditions: Sequence[Condition], sweep: SteSweep) -> list[RootStresses]:

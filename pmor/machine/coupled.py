@@ -10,20 +10,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import null_space
 
 from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition
 from pmor.line.hubs import HUB, Hubs, mean_wrench
+from pmor.line.several import GearTrain
+from pmor.machine.coupled_sets import SolvedSet, mean_wrenches, solved_sets
+from pmor.machine.hub_compliance import compliance_below
 from pmor.machine.mesh_force import MeshFrame
 from pmor.machine.model import ABOUT_AXIS, GearboxModel, LoadedGearbox, Meshing, loaded
 from pmor.machine.settings import LoadCase
-from pmor.machine.system import ARM, Equilibrium, tangent_of
+from pmor.machine.system import Equilibrium
 from pmor.pair.conditions import nominal_condition
 from pmor.results.sweep import SteSweep
 from pmor_online.model import ReducedPair, on_hubs, online_angles
@@ -32,6 +35,7 @@ from pmor_online.sweep import sweep_reduced_pair
 # Angles of a pitch over which the mean force of a mesh is found.
 MEAN_ANGLES = 16
 MOST_ROUNDS = 40
+NO_TRAINS: Mapping[str, GearTrain] = MappingProxyType({})
 # Change of the place of a mesh force from round to round, over the centre distance.
 SETTLED = 1e-9
 
@@ -90,6 +94,7 @@ class SolvedLoad:
     ----------
     rigid : tuple of RigidMesh
         The same meshes on rigid supports, and none before they are compared (`pmor.machine.compared`).
+    sets : tuple of SolvedSet
     """
 
     load: LoadCase
@@ -97,11 +102,12 @@ class SolvedLoad:
     equilibrium: Equilibrium
     meshes: tuple[SolvedMesh, ...]
     rigid: tuple[RigidMesh, ...] = ()
+    sets: tuple[SolvedSet, ...] = ()
 
 
 def solve_load(
     model: GearboxModel, load: LoadCase, pairs: Mapping[str, ReducedPair], angles: int,
-    start: LoadedGearbox | None = None,
+    start: LoadedGearbox | None = None, trains: Mapping[str, GearTrain] = NO_TRAINS,
 ) -> SolvedLoad:  # fmt: skip
     """Solve a gearbox under one load case, and sweep its meshes.
 
@@ -113,6 +119,9 @@ def solve_load(
         Of a pitch, in the sweeps.
     start : LoadedGearbox, optional
         Under this load, with forces of meshes close to where they will be.
+    trains : mapping of str to GearTrain
+        Of the planetary sets, by name, their hubs held. Without them sets are not solved, and keep the wrenches of
+        `start`.
 
     Raises
     ------
@@ -129,9 +138,15 @@ def solve_load(
             wrench = _mean_wrench(pairs[mesh.settings.name], mesh, force, hubs)
             moved = max(moved, float(np.abs(wrench - mesh.wrenches).max()) / mesh.pair.centre_distance)
             meshes.append(mesh._replace(wrenches=wrench))
+        sets = list(gearbox.sets)
+        for number, one in enumerate(sets if trains else ()):
+            wrench = mean_wrenches(gearbox, equilibrium, number, trains[one.settings.name])
+            moved = max(moved, float(np.abs((wrench - one.wrenches) * one.scale).max()))
+            sets[number] = one._replace(wrenches=wrench)
         if moved < SETTLED:
-            return SolvedLoad(load, gearbox, equilibrium, _swept(gearbox, equilibrium, pairs, angles))
-        gearbox = replace(gearbox, meshes=tuple(meshes))
+            swept = _swept(gearbox, equilibrium, pairs, angles)
+            return SolvedLoad(load, gearbox, equilibrium, swept, sets=solved_sets(gearbox, equilibrium, trains))
+        gearbox = replace(gearbox, meshes=tuple(meshes), sets=tuple(sets))
     raise ConvergenceError(f"load {load.name}: mesh forces still move after {MOST_ROUNDS} rounds", [])
 
 
@@ -141,27 +156,13 @@ def mesh_force(gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int) ->
 
 
 def hubs_of(gearbox: LoadedGearbox, equilibrium: Equilibrium, mesh: Meshing, force: float) -> Hubs:
-    """Return the compliance below both hubs of a mesh, and what all other loads do to them.
-
-    Shafts are held against rotation at one place each, those of the mesh at its hubs: forces of meshes are those of the
-    torques, and bending does not depend on the angle of a shaft.
-    """
-    size, system = len(gearbox.load), gearbox.system
-    held = [row for bearing in gearbox.bearings for row in bearing.rows[list(bearing.rigid)]]
-    turned = {start: start + ABOUT_AXIS for start in gearbox.first.values()}
-    for hub in mesh.hubs:
-        turned[max(start for start in turned if start <= hub)] = hub + ABOUT_AXIS
-    held += [np.eye(size)[place] for place in turned.values()]
-    scale = np.where(system.rotations, 1.0 / ARM, 1.0)
-    basis = scale[:, None] * null_space(np.array(held) * scale)
-    tangent = tangent_of(system, equilibrium.bearings)
+    """Return the compliance below both hubs of a mesh (`compliance_below`), and what all other loads do to them."""
     places = np.concatenate([hub + np.arange(NODE) for hub in mesh.hubs])
-    at_hubs = _turned(mesh.frame) @ basis[places]
-    compliance = at_hubs @ np.linalg.solve(basis.T @ tangent @ basis, at_hubs.T)
-    compliance = 0.5 * (compliance + compliance.T)
-    moved = _turned(mesh.frame) @ equilibrium.displacement[places]
+    turn = _turned(mesh.frame)
+    compliance = turn @ compliance_below(gearbox, equilibrium, mesh.hubs) @ turn.T
+    moved = turn @ equilibrium.displacement[places]
     moved[[ABOUT_AXIS + 2, HUB + ABOUT_AXIS + 2]] = 0.0
-    offset = moved - compliance @ (force * _turned(mesh.frame) @ mesh.wrenches.ravel())
+    offset = moved - compliance @ (force * turn @ mesh.wrenches.ravel())
     return Hubs(compliance, np.asarray(offset))
 
 

@@ -11,6 +11,8 @@ from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.model import GearboxModel
+from pmor.machine.settings import PlanetarySet
+from pmor.pair.model import gear_pair
 from pmor.report.style import COLOURS, legend_label, new_figure, plot_style
 from pmor.results.load_distribution import line_states
 
@@ -70,6 +72,26 @@ def _outline(axes: Axes, model: GearboxModel, name: str, coordinate: int, colour
                 middle = shaft.start_mm + gear.at_mm
                 axes.fill_between([middle + face[0], middle + face[1]], at - tooth.tip_radius, at + tooth.tip_radius,
                                   color=colour, alpha=0.18, lw=0)  # fmt: skip
+    for one in model.sections.sets:
+        bands, (low, high) = member_bands(model, one)
+        for member, place in one.members.items():
+            if place.shaft == name:
+                for near, far in ((-side * r for r in bands[member]) for side in (1.0, -1.0)):
+                    axes.fill_between([low, high], at + near, at + far, color=colour, alpha=0.18, lw=0)
+
+
+def member_bands(model: GearboxModel, one: PlanetarySet) -> tuple[dict[str, tuple[float, float]], tuple[float, float]]:
+    """Return the radii between which the gears of each member of a set are, and the x of their faces, mm."""
+    file = model.sets[one.name]
+    inner, outer = (gear_pair(case) for case in file.cases.values())
+    place = next(iter(one.members.values()))
+    middle, half = model.shafts[place.shaft].start_mm + place.at_mm, 0.5 * inner.face_width
+    distance, planet, ring = inner.centre_distance, inner.wheel.tip_radius, outer.wheel
+    bands = {
+        "sun": (0.0, inner.pinion.tip_radius), "carrier": (distance - planet, distance + planet),
+        "ring": (abs(ring.tip_radius), abs(ring.root_radius)),
+    }  # fmt: skip
+    return bands, (middle - half, middle + half)
 
 
 def ste_figure(loads: Sequence[SolvedLoad]) -> Figure:

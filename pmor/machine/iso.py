@@ -88,6 +88,7 @@ def arrangement(model: GearboxModel, mesh: Mesh, load: LoadCase) -> Arrangement 
         return f"the smaller gear stands beside the bearings of {own}, not between them"
     gears = [place for other in said.meshes for place in (other.pinion, other.wheel) if place.shaft == gear.shaft]
     places = [one.at_mm for one in gears if one.at_mm != gear.at_mm]
+    places += [one.at_mm for of in said.sets for one in of.members.values() if one.shaft == gear.shaft]
     places += [torque.at_mm for torque in load.torques if torque.shaft == gear.shaft and torque.torque_Nm != 0.0]
     sides = {-1.0 if place <= low else 1.0 if place >= high else 0.0 for place in places}
     if sides not in ({-1.0}, {1.0}):

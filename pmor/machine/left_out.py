@@ -26,6 +26,9 @@ def left_out(file: GearboxFile) -> list[tuple[str, str]]:
     for name, case in file.cases.items():
         if not case.root_stress:
             found.append((f"root stress, {name}", "[results] root_stress is off"))
+    for name, one in model.sets.items():
+        if one.held != "carrier":
+            found.append((f"unevenness of supports, {name}", "they turn against the carrier: their mean is taken"))
     for load in model.sections.loads:
         if not speeds_rpm(model, load):
             found.append((f"losses, {load.name}", "the load has no speed_rpm"))
@@ -38,5 +41,7 @@ def left_out(file: GearboxFile) -> list[tuple[str, str]]:
 
 def rexs_reasons(file: GearboxFile) -> list[tuple[str, str]]:
     """Return why a gearbox cannot be written as REXS; empty where it can."""
+    if file.model.sets:
+        return [("gearbox.rexs", "planetary sets are not written")]
     reasons = ((f"gearbox.rexs, {name}", why_not(case, "rexs")) for name, case in file.cases.items())
     return [(what, why) for what, why in reasons if why]

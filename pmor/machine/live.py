@@ -53,6 +53,8 @@ def machine_section(loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair
     pairs : mapping of str to ReducedPair
         Of the meshes, by name.
     """
+    if loads[0].gearbox.sets:
+        return "planetary sets are not solved in the page"
     found, meshes = list[ReducedPair](), [mesh.meshing.settings.name for mesh in loads[0].meshes]
     for name in meshes:
         pair = live_pair(pairs[name])

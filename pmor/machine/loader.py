@@ -13,10 +13,12 @@ from pmor.case.seats import read_seats
 from pmor.core.errors import GeometryError, printable
 from pmor.export.rexs.model import ENDINGS
 from pmor.machine.checks import ROUNDED_MM, GearboxReader
-from pmor.machine.model import GearboxModel, pinion_senses, pinion_torques
+from pmor.machine.model import GearboxModel, pinion_senses, pinion_torques, set_torques
 from pmor.machine.rexs import read_gearbox
-from pmor.machine.settings import GearboxSections, Mesh
+from pmor.machine.settings import GearboxSections, Mesh, PlanetarySet
 from pmor.pair.model import gear_pair
+from pmor.sets.loader import OnShafts, SetFile
+from pmor.sets.loader import load as load_set
 
 SHAFTS = "shafts"
 OFFSET_DIGITS = 9
@@ -72,11 +74,14 @@ def load(path: Path | str) -> GearboxFile:
     said = reader.section(parse_toml(text, where), GearboxSections, filled={"title": name})
     reader.check(said)
     cases = {mesh.name: _placed(_case(reader, mesh), reader, mesh, said) for mesh in said.meshes}
-    model, inputs = _model(said, cases), [path, *(path.parent / mesh.case for mesh in said.meshes if mesh.case)]
+    sets = {one.name: _set(reader, one) for one in said.sets}
+    model, inputs = _model(said, cases, sets), [path, *(path.parent / mesh.case for mesh in said.meshes if mesh.case)]
+    inputs += [path.parent / one.set for one in said.sets]
     torques = _largest_torques(model)
+    model = replace(model, sets={one.name: _set(reader, one, torques[one.name]) for one in said.sets})
     inside = [mesh for mesh in said.meshes if mesh.case is None and torques[mesh.name] > 0.0]
     cases |= {mesh.name: _placed(_case(reader, mesh, torques[mesh.name]), reader, mesh, said) for mesh in inside}
-    texts = [text, *(case.text for case in cases.values())]
+    texts = [text, *(case.text for case in cases.values()), *(one.text for one in sets.values())]
     reader.check_turned(model, cases)
     if (housing := said.housing.stiffness) is not None:
         model = replace(model, housing=read_seats(reader, "housing", housing, model.seats, "bearing to the housing"))
@@ -95,10 +100,20 @@ def _case(reader: GearboxReader, mesh: Mesh, torque_Nm: float = 1.0) -> Case:
     return parse_case(text, mesh.name, f'{reader.where}: [[meshes]] "{mesh.name}"', reader.folder)
 
 
+def _set(reader: GearboxReader, one: PlanetarySet, most_Nm: float | None = None) -> SetFile:
+    """Return a set on its shafts, under a largest torque on its sun."""
+    assert reader.folder is not None
+    with reader.named(one):
+        found = load_set(reader.folder / one.set, OnShafts(tuple(one.members), most_Nm))
+    reader.check_set(one, found)
+    return found
+
+
 def _largest_torques(model: GearboxModel) -> dict[str, float]:
-    """Return the largest torques on the pinions over all loads, by mesh, N m."""
-    loads = [pinion_torques(model, load) for load in model.sections.loads]
-    largest = {name: max((abs(torques[name]) for torques in loads), default=0.0) for name in model.pairs}
+    """Return the largest torques on pinions and suns over all loads, by mesh and by set, N m."""
+    loads = [{**pinion_torques(model, load), **set_torques(model, load)} for load in model.sections.loads]
+    names = [*model.pairs, *model.sets]
+    largest = {name: max((abs(torques[name]) for torques in loads), default=0.0) for name in names}
     return {name: float(f"{torque:.{TORQUE_DIGITS}g}") for name, torque in largest.items()}
 
 
@@ -125,16 +140,16 @@ def _of_rexs(path: Path, reader: GearboxReader) -> GearboxFile:
     said = found.sections
     reader.check(said)
     cases = {mesh.name: _placed(found.cases[mesh.name], reader, mesh, said) for mesh in said.meshes}
-    senses = pinion_senses(_model(said, cases), said.loads[0])
+    senses = pinion_senses(_model(said, cases, {}), said.loads[0])
     for name, offsets in found.face_offsets.items():
         pinion, wheel = (round(senses[name] * offset, OFFSET_DIGITS) for offset in offsets)
         cases[name] = change_case(cases[name], pinion={"face_offset_mm": pinion}, wheel={"face_offset_mm": wheel})
-    model = replace(_model(said, cases), housing=found.housing)
+    model = replace(_model(said, cases, {}), housing=found.housing)
     housing = [] if found.housing is None else found.housing.tolist()
     texts = repr(said), *(case.text for case in cases.values()), repr(housing)
     reader.check_turned(model, cases)
     return GearboxFile(printable(path.stem), "\n".join(texts), model, cases, (path,), found.notes)
 
 
-def _model(said: GearboxSections, cases: dict[str, Case]) -> GearboxModel:
-    return GearboxModel(said, {name: gear_pair(case) for name, case in cases.items()})
+def _model(said: GearboxSections, cases: dict[str, Case], sets: dict[str, SetFile]) -> GearboxModel:
+    return GearboxModel(said, {name: gear_pair(case) for name, case in cases.items()}, sets=sets)

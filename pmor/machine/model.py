@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -14,8 +15,21 @@ from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.machine.mesh_force import MeshFrame, hub_wrenches, mesh_frame
 from pmor.machine.rolling_bearing import RollingBearing
-from pmor.machine.settings import HOUSING, Bearing, GearboxSections, LoadCase, Mesh, Shaft
+from pmor.machine.set_frame import MEMBERS, SetFrame, set_frame
+from pmor.machine.settings import (
+    HOUSING,
+    Bearing,
+    GearboxSections,
+    GearPlace,
+    LoadCase,
+    MemberPlace,
+    Mesh,
+    PlanetarySet,
+    Shaft,
+)
 from pmor.machine.system import Equilibrium, Seat, System, solve_system
+from pmor.sets.kinematics import member_speeds, torque_ratios
+from pmor.sets.loader import SetFile
 
 DIRECTIONS = ("along x", "along y", "along z", "about x", "about y", "about z")
 # Displacement of the inner ring: along x, y, z, about y, about z.
@@ -42,6 +56,36 @@ class Supported(NamedTuple):
     rigid: tuple[int, ...]
     springs: FloatArray
     inner: RollingBearing | None
+
+
+class SetMeshing(NamedTuple):
+    """A planetary set in the system.
+
+    Attributes
+    ----------
+    hubs : (int or None, int or None, int or None)
+        First displacements of the nodes on which sun, carrier and ring stand; None of the housing.
+    frame : SetFrame
+    wrenches : ndarray, shape (3, 6)
+        On these hubs, by a unit torque on the sun, N mm.
+    """
+
+    settings: PlanetarySet
+    file: SetFile
+    hubs: tuple[int | None, ...]
+    frame: SetFrame
+    wrenches: FloatArray
+
+    @property
+    def turns(self) -> bool:
+        """Whether the carrier turns."""
+        return self.hubs[MEMBERS.index("carrier")] is not None
+
+    @property
+    def scale(self) -> FloatArray:
+        """What makes wrenches by a unit torque pure numbers, (6,)."""
+        planet = self.file.plan.bodies[self.file.plan.planets[0]]
+        return np.repeat([math.hypot(planet.x, planet.y), 1.0], 3)
 
 
 class Meshing(NamedTuple):
@@ -74,11 +118,14 @@ class GearboxModel:
         Of the meshes, by name.
     housing : ndarray, shape (6 h, 6 h), optional
         Stiffness of the seats of the h bearings to the housing; rigid by default.
+    sets : mapping of str to SetFile
+        Of the planetary sets, by name.
     """
 
     sections: GearboxSections
     pairs: Mapping[str, GearPair]
     housing: FloatArray | None = None
+    sets: Mapping[str, SetFile] = field(default_factory=dict)
 
     @property
     def shafts(self) -> dict[str, Shaft]:
@@ -106,7 +153,8 @@ class GearboxModel:
     def _places(self, name: str) -> list[float]:
         """All places along a shaft where something acts, mm."""
         said, shafts = self.sections, self.shafts
-        gears = [gear for mesh in said.meshes for gear in (mesh.pinion, mesh.wheel)]
+        gears: list[GearPlace | MemberPlace] = [gear for mesh in said.meshes for gear in (mesh.pinion, mesh.wheel)]
+        gears += [member for one in said.sets for member in one.members.values()]
         loads = [place for load in said.loads for place in load.places]
         bearings = [one for one in said.bearings if one.shaft == name]
         carried = [one for one in said.bearings if one.to == name]
@@ -135,6 +183,7 @@ class LoadedGearbox:
     first: Mapping[str, int]
     bearings: tuple[Supported, ...]
     meshes: tuple[Meshing, ...]
+    sets: tuple[SetMeshing, ...]
     balances: tuple[FloatArray, ...]
     load: FloatArray
     housing: FloatArray
@@ -165,7 +214,8 @@ class LoadedGearbox:
             if bearing.inner is not None:
                 seats.append(Seat(bearing.rows[list(BEARING_ROWS)], bearing.inner))
         constraints += self.balances
-        constraints += [_mesh_row(mesh, size) for mesh in self.meshes]
+        constraints += [_row(one.hubs, one.wrenches, size) for one in self.sets]
+        constraints += [_row(mesh.hubs, mesh.wrenches, size) for mesh in self.meshes]
         return System(stiffness, seats, np.array(constraints), names, rotations)
 
     def solve(self) -> Equilibrium:
@@ -207,12 +257,16 @@ def loaded(model: GearboxModel, load: LoadCase) -> LoadedGearbox:
             place = bearing.at_mm + shafts[bearing.shaft].start_mm - shafts[bearing.to].start_mm
             rows[:, node(bearing.to, place) + np.arange(NODE)] -= np.eye(NODE)
         bearings.append(_supported(bearing, rows))
+    torques = set_torques(model, load)
+    sets = tuple(
+        _set_meshing(one, model, node, -1.0 if torques[one.name] < 0.0 else 1.0) for one in model.sections.sets
+    )
     senses = pinion_senses(model, load)
     meshes = []
     for mesh in model.sections.meshes:
         pinion, wheel = (node(gear.shaft, gear.at_mm) for gear in (mesh.pinion, mesh.wheel))
         meshes.append(_meshing(mesh, model, (pinion, wheel), senses[mesh.name]))
-    return LoadedGearbox(beams, first, tuple(bearings), tuple(meshes), tuple(balances), force, housing)
+    return LoadedGearbox(beams, first, tuple(bearings), tuple(meshes), sets, tuple(balances), force, housing)
 
 
 def speeds_rpm(model: GearboxModel, load: LoadCase) -> dict[str, float]:
@@ -228,6 +282,13 @@ def speeds_rpm(model: GearboxModel, load: LoadCase) -> dict[str, float]:
                 found.setdefault(two, -found[one] / ratio)
             elif two in found:
                 found[one] = -found[two] * ratio
+        for planetary in model.sections.sets:
+            file, members = model.sets[planetary.name], planetary.members
+            on = next((member for member, place in members.items() if place.shaft in found), None)
+            if on is not None:
+                turning = member_speeds(file.teeth, on, file.held, found[members[on].shaft])
+                for member, place in members.items():
+                    found.setdefault(place.shaft, turning[member])
     return found
 
 
@@ -237,27 +298,43 @@ def pinion_senses(model: GearboxModel, load: LoadCase) -> dict[str, float]:
 
 
 def pinion_torques(model: GearboxModel, load: LoadCase) -> dict[str, float]:
-    """Return the torques about x that drive the pinions, by mesh, N m.
+    """Return the torques about x that drive the pinions, by mesh, N m, as `joint_torques`."""
+    return {mesh.name: torque for mesh, torque in zip(model.sections.meshes, joint_torques(model, load), strict=False)}
+
+
+def set_torques(model: GearboxModel, load: LoadCase) -> dict[str, float]:
+    """Return the torques about x on the suns, by set, N m, as `joint_torques`."""
+    found = joint_torques(model, load)[len(model.sections.meshes) :]
+    return {one.name: torque for one, torque in zip(model.sections.sets, found, strict=True)}
+
+
+def joint_torques(model: GearboxModel, load: LoadCase) -> list[float]:
+    """Return the torques about x on the pinions of all meshes and on the suns of all sets, N m.
 
     Without losses, from the balance of each shaft; least squares where power is split, of which the signs alone count.
     """
     said = model.sections
+    joints = len(said.meshes) + len(said.sets)
     rows = {shaft.name: i for i, shaft in enumerate(said.shafts)}
     held = [torque for torque in load.torques if torque.torque_Nm == "balance"]
-    matrix = np.zeros((len(rows), len(said.meshes) + len(held)))
+    matrix = np.zeros((len(rows), joints + len(held)))
     for column, mesh in enumerate(said.meshes):
         pair = model.pairs[mesh.name]
         # Torque of the pinion's shaft that enters the mesh; both gears turn against each other.
         matrix[rows[mesh.pinion.shaft], column] -= 1.0
         matrix[rows[mesh.wheel.shaft], column] -= pair.wheel.base_radius / pair.pinion.base_radius
-    for column, torque in enumerate(held):
-        matrix[rows[torque.shaft], len(said.meshes) + column] = 1.0
+    for column, planetary in enumerate(said.sets, start=len(said.meshes)):
+        ratios = torque_ratios(model.sets[planetary.name].teeth)
+        for member, place in planetary.members.items():
+            matrix[rows[place.shaft], column] -= ratios[member] / ratios["sun"]
+    for column, torque in enumerate(held, start=joints):
+        matrix[rows[torque.shaft], column] = 1.0
     given = np.zeros(len(rows))
     for torque in load.torques:
         if torque.torque_Nm != "balance":
             given[rows[torque.shaft]] += torque.torque_Nm
     found = np.linalg.lstsq(matrix, -given, rcond=None)[0]
-    return {mesh.name: float(found[i]) for i, mesh in enumerate(said.meshes)}
+    return [float(torque) for torque in found[:joints]]
 
 
 def _meshing(mesh: Mesh, model: GearboxModel, hubs: tuple[int, int], sense: float) -> Meshing:
@@ -267,10 +344,20 @@ def _meshing(mesh: Mesh, model: GearboxModel, hubs: tuple[int, int], sense: floa
     return Meshing(mesh, pair, frame, hubs, hub_wrenches(pair, frame))
 
 
-def _mesh_row(mesh: Meshing, size: int) -> FloatArray:
+def _set_meshing(one: PlanetarySet, model: GearboxModel, node: Callable[[str, float], int], sense: float) -> SetMeshing:
+    file, members = model.sets[one.name], one.members
+    x = {member: model.shafts[place.shaft].start_mm + place.at_mm for member, place in members.items()}
+    # The middle of the face width is where the sun is, or the first other member on a shaft.
+    frame = set_frame(file.plan, sense, [next(iter(x.values())) - x.get(member, 0.0) for member in MEMBERS])
+    hubs = tuple(node(members[name].shaft, members[name].at_mm) if name in members else None for name in MEMBERS)
+    return SetMeshing(one, file, hubs, frame, frame.in_machine(file.plan.wrench @ frame.carried))
+
+
+def _row(hubs: Sequence[int | None], wrenches: FloatArray, size: int) -> FloatArray:
     row = np.zeros(size)
-    for hub, wrench in zip(mesh.hubs, mesh.wrenches, strict=True):
-        row[hub : hub + NODE] += wrench
+    for hub, wrench in zip(hubs, wrenches, strict=True):
+        if hub is not None:
+            row[hub : hub + NODE] += wrench
     return row
 
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict
 
+import numpy as np
+
 from pmor.machine.bounds import named_bounds
 from pmor.machine.coupled import SolvedLoad
+from pmor.machine.coupled_sets import SolvedSet
 from pmor.machine.duty import duty_data
 from pmor.machine.figures import deflection_figure, face_load_figure, ste_figure
 from pmor.machine.fit import Fit
@@ -16,6 +19,12 @@ from pmor.machine.readings import Data, load_data
 from pmor.machine.view import machine_figure
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Table
+from pmor.sets.figures import set_figure, share_figure
+from pmor.sets.figures import ste_figure as ste_figure_of_set
+from pmor.sets.output import MESH_COLUMNS as MESHES_OF_SET
+from pmor.sets.output import PLANET_COLUMNS, PLANETS
+from pmor.sets.output import STRESS as SET_STRESS
+from pmor.sets.output import STRESS_COLUMNS as SET_STRESS_COLUMNS
 from pmor.work.results import Report
 from pmor.work.table import Columns, table, text_lines
 
@@ -25,6 +34,8 @@ FILES = (
     "machine.vtkhdf", "gearbox.rexs",
 )  # fmt: skip
 
+#: further ones of each set, after its name
+SET_FILES = ("gears.png", "shares.png", "ste.png", "gears.vtkhdf")
 MISALIGNMENT_COLUMNS: Columns = {
     "load": "load",
     "mesh": "name",
@@ -62,6 +73,19 @@ ISO_COLUMNS: Columns = {
     "K_Hβ": "k_h_beta",
     "K_Hβ, ISO": "iso_k_h_beta",
 }
+SET_COLUMNS: Columns = {
+    "load": "load",
+    "set": "name",
+    "torque on the sun [N m]": lambda row: row["torques_Nm"]["sun"],
+    "STE mean [µm]": "ste_mean_um",
+    "STE p-p [µm]": "ste_peak_to_peak_um",
+    "rigid [µm]": "rigid_ste_peak_to_peak_um",
+    "K_γ": "k_gamma",
+    "rigid": "rigid_k_gamma",
+    "losses [W]": "losses_W",
+}
+OF_SET: Columns = {"load": "load", "set": "set"}
+SET_MESH_COLUMNS: Columns = {**OF_SET, **MESHES_OF_SET, "rigid": "rigid_k_h_beta"}
 LOSS_COLUMNS: Columns = {
     "load": "load",
     "mesh": "name",
@@ -133,12 +157,24 @@ ISO = (
     "ISO 6336-1, method C: f_sh of the smaller gear's shaft on rigid bearings, F_βx = 1.33 f_sh without deviations "
     "(f_ma = 0), K_Hβ after running-in of 0.15 F_βx. Crude, and without a sign."
 )
+SET_MODEL = (
+    "A planetary set is solved with all its meshes at once, seen from its carrier, on the compliance of shafts, "
+    "bearings and housing below the hubs of sun, carrier and ring; planets move with the carrier's hub as with a rigid "
+    "body. Where the carrier turns, the mean of that compliance around the axis counts. What other loads do to hubs "
+    "stands still in the housing and turns against the carrier: mesh cycles are solved until it stands as before. "
+    "Shafts feel the mean forces of the set over a turn."
+)
 STRESS = "Largest principal stress along both fillets over the mesh cycle. Rigid: the same pair on rigid supports."
 BEARINGS = "Of the shaft against what it stands in."
 ROLLING = (
     "Of bearings by inner geometry. Static safety: C_0 / P_0 by the pressure of the most loaded element; at C_0 ISO 76 "
     "has 4,200 MPa of balls, 4,000 MPa of rollers."
 )
+SETS = (
+    "By how much the sun runs ahead along its line of action, the rotations of shafts left out. Rigid: the same set "
+    "with the hubs of sun, carrier and ring held."
+)
+SET_MESHES = "Phase: where in its mesh cycle each mesh is at angle 0. K_Hβ: over all mesh cycles."
 POWER = "What enters, and what the meshes lose."
 DUTY = "All: means by time, the efficiency that of the work."
 SPECTRUM = "What each mesh carries, and how often: revolutions of both gears. A list, without any damage."
@@ -164,22 +200,19 @@ def gearbox_data(
 
 def gearbox_report(file: GearboxFile, loads: Sequence[SolvedLoad], data: Data) -> Report:
     """Return numbers and page."""
-    misaligned, *others, bearings = _tables(data)
     blocks: list[Block] = [*map(Warning, (*data["failures"], *data["bounds"]))]
     if loads:
+        first, *others = _tables(data)
         blocks += [
-            misaligned,
+            first,
             Picture("machine.png", "The machine under the first load, deflections exaggerated: axes at rest "
                     "(dash-dotted) and deflected. Bearings are grey, their size made up where it is not given.",
                     machine_figure(file.model, loads[0])),
             Picture("deflection.png", "Shafts at rest, gears in outline, and their deflection lines under the first "
                     "load; bearings are triangles.", deflection_figure(file.model, loads[0]), "svg"),
-            Picture("face_load.png", "Line load over the face, added up over tooth pairs; dotted: on rigid supports.",
-                    face_load_figure(loads), "svg"),
-            Picture("ste.png", "Static transmission error over a pitch about its mean; dotted: on rigid supports.",
-                    ste_figure(loads), "svg"),
+            *(_mesh_pictures(loads) if loads[0].meshes else ()),
+            *(picture for one in loads[0].sets for picture in _set_pictures(one, loads[0])),
             *others,
-            bearings,
         ]  # fmt: skip
     housing = "the housing is rigid" if file.model.housing is None else "the housing is the stiffness of its seats"
     blocks += [
@@ -187,9 +220,38 @@ def gearbox_report(file: GearboxFile, loads: Sequence[SolvedLoad], data: Data) -
         "their bores; each mesh is solved by exact line loads on the compliance of its hubs, swept under the mean "
         "forces of all other meshes. Rolling bearings: ISO/TS 16281, without centrifugal loads."
     ]
+    blocks += [SET_MODEL] * bool(file.model.sets)
     blocks.append(Table("Left out", ("what, and why",), [[text] for text in data["left_out"]]))
     blocks.append(Table("Assumptions", ("what the file does not say, and what was taken",), [[n] for n in file.notes]))
     return Report("gearbox", data, f"Gearbox: {file.model.sections.title}", blocks)
+
+
+def _mesh_pictures(loads: Sequence[SolvedLoad]) -> list[Picture]:
+    return [
+        Picture("face_load.png", "Line load over the face, added up over tooth pairs; dotted: on rigid supports.",
+                face_load_figure(loads), "svg"),
+        Picture("ste.png", "Static transmission error over a pitch about its mean; dotted: on rigid supports.",
+                ste_figure(loads), "svg"),
+    ]  # fmt: skip
+
+
+def set_files(file: GearboxFile) -> tuple[str, ...]:
+    """Return the names of the files of all sets."""
+    return tuple(f"set_{name}_{what}" for name in file.model.sets for what in SET_FILES)
+
+
+def _set_pictures(one: SolvedSet, load: SolvedLoad) -> list[Picture]:
+    name, solution = one.meshing.settings.name, one.solution
+    of, names = f"of set {name} under {load.load.name}", [f"set_{name}_{what}" for what in SET_FILES]
+    found = list[Picture]()
+    if solution.converged[0].any():
+        angle = int(np.flatnonzero(solution.converged[0])[0])
+        words = f"All gears {of}, and the forces of their tooth pairs."
+        found.append(Picture(names[0], words, set_figure(solution, 0, angle), "svg"))
+    words = f"Share of each planet {of} over all mesh cycles, and the orbit of the sun by its meshes alone."
+    found.append(Picture(names[1], words, share_figure(solution, 0), "svg"))
+    words = f"Static transmission error {of} over all mesh cycles, and its orders."
+    return [*found, Picture(names[2], words, ste_figure_of_set(solution, solution.torque_Nm), "svg")]
 
 
 def gearbox_text(data: Data) -> str:
@@ -216,17 +278,31 @@ def _tables(data: Data) -> list[Table]:
     def rows(key: str) -> list[Data]:
         return [{"load": load["name"], **entry} for load in data["loads"] for entry in load[key]]
 
-    meshes = rows("meshes")
-    found = [
-        table("Misalignment of the meshes", MISALIGNMENT_COLUMNS, meshes, MISALIGNMENT),
-        table("Transmission error and load", MESH_COLUMNS, meshes, "Rigid: the same pair on rigid supports."),
-    ]
+    def of_sets(key: str) -> list[Data]:
+        return [{**entry, "load": one["load"], "set": one["name"]} for one in sets for entry in one[key]]
+
+    meshes, sets, found = rows("meshes"), rows("sets"), list[Table]()
+    if meshes:
+        words = "Rigid: the same pair on rigid supports."
+        found += [
+            table("Misalignment of the meshes", MISALIGNMENT_COLUMNS, meshes, MISALIGNMENT),
+            table("Transmission error and load", MESH_COLUMNS, meshes, words),
+        ]
+    if sets:
+        found += [
+            table("Planetary sets", SET_COLUMNS, sets, SETS),
+            table("Planets", {**OF_SET, **PLANET_COLUMNS}, of_sets("planets"), PLANETS),
+            table("Meshes of planetary sets", SET_MESH_COLUMNS, of_sets("meshes"), SET_MESHES),
+        ]
+    if set_stress := of_sets("root_stress"):
+        found.append(table("Root stress of planetary sets", {**OF_SET, **SET_STRESS_COLUMNS}, set_stress, SET_STRESS))
     if stressed := [mesh for mesh in meshes if mesh["root_stress_max_MPa"]]:
         found.append(table("Root stress", STRESS_COLUMNS, stressed, STRESS))
     if crude := [mesh for mesh in meshes if mesh["iso_f_sh_um"] is not None]:
         found.append(table("Beside ISO 6336-1", ISO_COLUMNS, crude, ISO))
-    if any(mesh["losses_W"] is not None for mesh in meshes):
-        found += [table("Losses of the meshes", LOSS_COLUMNS, meshes, LOSSES), _power_table(data)]
+    joints = [*meshes, *({**mesh, "name": f"{mesh['set']}: {mesh['name']}"} for mesh in of_sets("meshes"))]
+    if any(mesh["losses_W"] is not None for mesh in joints):
+        found += [table("Losses of the meshes", LOSS_COLUMNS, joints, LOSSES), _power_table(data)]
     if data["duty"]:
         hidden = () if data["duty"]["hours"] else OF_HOURS
         timed = {head: column for head, column in SPECTRUM_COLUMNS.items() if head not in hidden}

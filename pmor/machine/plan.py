@@ -14,8 +14,9 @@ from pmor.machine.coupled import MEAN_ANGLES
 from pmor.machine.duty import shares
 from pmor.machine.left_out import NEVER, left_out
 from pmor.machine.loader import GearboxFile
-from pmor.machine.model import loaded, pinion_torques
+from pmor.machine.model import loaded, pinion_torques, set_torques
 from pmor.machine.settings import Bearing
+from pmor.sets.preview import SWEEP, refuse_large_set, stages_of_set
 from pmor.work.cost import COMPILING, FINITE_ELEMENTS, START, Stage, refuse_beyond_memory, stages
 
 TRAINING = "training"
@@ -36,7 +37,10 @@ def plan(file: GearboxFile) -> str:
     """
     for case in file.cases.values():
         refuse_beyond_memory(_alone(case))
-    parts = [list(lines) for lines in (_machine(file), _meshes(file), _loads(file), _cost(file), _left_out(file))]
+    for one in file.model.sets.values():
+        refuse_large_set(one)
+    found = _machine(file), _meshes(file), _sets(file), _loads(file), _cost(file), _left_out(file)
+    parts = [list(lines) for lines in found]
     parts.append([f"! {note}" for note in file.notes])
     return "\n\n".join("\n".join(lines) for lines in parts if lines)
 
@@ -68,7 +72,20 @@ def _kind(bearing: Bearing) -> str:
     return ", ".join(f"{name} {value if isinstance(value, str) else f'{value:g}'}" for name, value in ways)
 
 
+def _sets(file: GearboxFile) -> Iterator[str]:
+    if file.model.sets:
+        yield "Planetary sets: all meshes at once, on the compliance of the hubs of sun, carrier and ring"
+    for one in file.model.sections.sets:
+        said = file.model.sets[one.name]
+        (sun, ring), count = said.teeth, len(said.plan.planets)
+        planet = next(iter(said.cases.values())).pair.wheel.teeth
+        on = ", ".join(f"{name} on {place.shaft} at {place.at_mm:g} mm" for name, place in one.members.items())
+        yield f"  {one.name:<34} {sun}/{planet}/{ring} teeth, {count} planets, {said.held} held, {on}"
+
+
 def _meshes(file: GearboxFile) -> Iterator[str]:
+    if not file.cases:
+        return
     yield "Meshes: each of line loads on the compliance of both hubs, beside the same pair on rigid supports"
     for mesh in file.model.sections.meshes:
         pair, case = file.model.pairs[mesh.name], file.cases[mesh.name]
@@ -80,10 +97,11 @@ def _meshes(file: GearboxFile) -> Iterator[str]:
 
 def _loads(file: GearboxFile) -> Iterator[str]:
     model = file.model
-    yield "Loads: pinion torques without losses"
+    yield f"Loads: torques of pinions{' and suns' if model.sets else ''} without losses"
     parts = shares(model.sections.loads)
     for number, load in enumerate(model.sections.loads):
         torques = [f"{name} {torque:.4g} N m" for name, torque in pinion_torques(model, load).items()]
+        torques += [f"sun of {name} {torque:.4g} N m" for name, torque in set_torques(model, load).items()]
         torques += [f"{rpm:g} rpm" for rpm in [load.speed_rpm] if rpm is not None]
         torques += [f"{100.0 * parts[number]:.3g} % of the time"] if parts else []
         yield f"  {load.name:<34} {', '.join(torques)}"
@@ -106,6 +124,19 @@ def _cost(file: GearboxFile) -> Iterator[str]:
         positions = case.online.angles_per_pitch + ROUNDS * MEAN_ANGLES
         more.append((f"{loads} loads, {name}", loads * positions * seconds))
         more.append((f"the flank that fits, {name}", loads * FIT_POSITIONS * seconds))
+    for name, one in file.model.sets.items():
+        for stage in stages_of_set(one):
+            if stage.name in (COMPILING, START) and stage.name not in [each.name for each in found]:
+                found.append(stage)
+            elif stage.name.startswith(FINITE_ELEMENTS):
+                found.append(replace(stage, name=f"{stage.name}, {name}"))
+            elif stage.name == SWEEP:
+                times = (
+                    one.housed_pitches
+                    / one.pitches
+                    * (1.0 + ROUNDS * MEAN_ANGLES / one.sections.sweep.angles_per_pitch)
+                )
+                more.append((f"{loads} loads, {name}", loads * times * stage.seconds))
     rows = [(stage.name, memory_text(stage.memory), stage.seconds) for stage in found]
     rows += [(name, "", seconds) for name, seconds in (*more, ("page", PAGE_S))]
     yield "Stages: peak memory and time of one core, within a factor of two; bases that are there take none"

@@ -14,11 +14,12 @@ from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.machine.coupled import RigidMesh, RootStresses, SolvedLoad, SolvedMesh
 from pmor.machine.iso import CrudeMisalignment, crude_misalignment
+from pmor.machine.mesh_losses import mesh_losses, per_second
 from pmor.machine.model import ABOUT_AXIS, GearboxModel, Supported, speeds_rpm
 from pmor.machine.rolling_bearing import BearingState
+from pmor.machine.set_readings import set_entry
 from pmor.machine.settings import LoadCase, Lubricant
 from pmor.results.load_distribution import face_load_factor, line_states
-from pmor.results.losses import friction_schlenk, loss_factor
 from pmor.results.sweep import SteSweep, mesh_orders, peak_to_peak_um, ste_mean_um
 
 Data = dict[str, Any]
@@ -34,14 +35,17 @@ def load_data(model: GearboxModel, cases: Mapping[str, Case], solved: SolvedLoad
         | losses(mesh, speeds.get(mesh.meshing.settings.pinion.shaft), model.sections.lubricant)
         for mesh, rigid in zip(solved.meshes, solved.rigid, strict=True)
     ]
-    known = [mesh["losses_W"] for mesh in meshes if mesh["losses_W"] is not None]
-    lost = sum(known) if len(known) == len(meshes) else None
+    sets = [set_entry(one, speeds, model.sections.lubricant) for one in solved.sets]
+    joints = [*meshes, *sets]
+    known = [one["losses_W"] for one in joints if one["losses_W"] is not None]
+    lost = sum(known) if len(known) == len(joints) else None
     held = _held(solved)
     power = _power(solved.load, speeds, held)
     return {
         "name": solved.load.name,
         "speeds_rpm": speeds,
         "meshes": meshes,
+        "sets": sets,
         "power_W": power,
         "losses_W": lost,
         "efficiency": 1.0 - lost / power if power and lost is not None else None,
@@ -57,11 +61,7 @@ def _power(load: LoadCase, speeds: Mapping[str, float], held: Sequence[Data]) ->
     all_torques = [*given, *((one["shaft"], one["torque_Nm"]) for one in held)]
     if any(shaft not in speeds for shaft, _ in all_torques):
         return None
-    return sum(max(torque * _per_second(speeds[shaft]), 0.0) for shaft, torque in all_torques)
-
-
-def _per_second(rpm: float) -> float:
-    return rpm * 2.0 * math.pi / 60.0
+    return sum(max(torque * per_second(speeds[shaft]), 0.0) for shaft, torque in all_torques)
 
 
 def mesh_data(mesh: SolvedMesh, rigid: RigidMesh) -> Data:
@@ -90,18 +90,8 @@ def _iso(found: CrudeMisalignment | None) -> Data:
 
 def losses(mesh: SolvedMesh, pinion_rpm: float | None, lubricant: Lubricant) -> Data:
     """Return loss factor, friction and power lost in a mesh; null without a speed, or at rest."""
-    pair, factor = mesh.meshing.pair, float(loss_factor(mesh.meshing.pair, line_states(mesh.sweep))[0])
-    if not pinion_rpm:
-        return {"loss_factor": factor, "friction": None, "power_W": None, "losses_W": None, "efficiency": None}
-    friction = lubricant.friction
-    if friction == "schlenk":
-        of_oil = lubricant.viscosity_mPas, lubricant.roughness_um, lubricant.lubricant_factor
-        friction = friction_schlenk(pair, mesh.force, pinion_rpm, *of_oil)
-    power, lost = 1e-3 * mesh.torque * _per_second(abs(pinion_rpm)), float(friction) * factor
-    return {
-        "loss_factor": factor, "friction": friction, "power_W": power, "losses_W": power * lost,
-        "efficiency": 1.0 - lost,
-    }  # fmt: skip
+    pair = mesh.meshing.pair
+    return mesh_losses(pair, line_states(mesh.sweep), mesh.force, pinion_rpm, lubricant)
 
 
 def f_beta_um(pair: GearPair, displacement: FloatArray) -> float:

@@ -14,11 +14,12 @@ from pmor.machine.fit import Fit
 from pmor.machine.left_out import rexs_reasons
 from pmor.machine.live import live_blocks
 from pmor.machine.loader import GearboxFile
-from pmor.machine.output import FILES, gearbox_data, gearbox_report, gearbox_text
+from pmor.machine.output import FILES, SET_FILES, gearbox_data, gearbox_report, gearbox_text, set_files
 from pmor.machine.readings import Data
 from pmor.machine.to_rexs import write_gearbox_rexs
 from pmor.machine.view import machine_figure
 from pmor.machine.vtkhdf import write_machine
+from pmor.sets.vtkhdf import write_set
 from pmor.work.results import writing_results
 from pmor_online.model import ReducedPair
 
@@ -85,11 +86,15 @@ class GearboxResult:
         OutputError
         """
         inputs = self.file.inputs
-        with writing_results(folder, FILES, self.file.text, inputs=inputs, overwrite=overwrite, working=()) as out:
+        files = (*FILES, *set_files(self.file))
+        with writing_results(folder, files, self.file.text, inputs=inputs, overwrite=overwrite, working=()) as out:
             report = gearbox_report(self.file, self.loads, self.data)
             replace(report, page_only=live_blocks(self.loads, self.pairs)).write(out)
             if self.loads:
                 write_machine(self.file.model, self.loads, out / "machine.vtkhdf")
+                for one in self.loads[0].sets:
+                    target = out / f"set_{one.meshing.settings.name}_{SET_FILES[-1]}"
+                    write_set(one.solution, one.meshing.file.cases, 0, target)
             if not rexs_reasons(self.file):
                 write_gearbox_rexs(self.file, self.loads, self.data["loads"], out / "gearbox.rexs", overwrite=True)
 

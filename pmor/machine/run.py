@@ -15,9 +15,10 @@ from pmor.machine.compared import with_rigid_supports
 from pmor.machine.coupled import SolvedLoad, solve_load
 from pmor.machine.fit import Fit, fit_meshes
 from pmor.machine.loader import GearboxFile
-from pmor.machine.output import FILES
+from pmor.machine.output import FILES, set_files
 from pmor.machine.result import GearboxResult
 from pmor.pair.model import elastic_model
+from pmor.sets.run import gear_files, train_of
 from pmor.storage.basis_file import read_basis
 from pmor.storage.results_folder import results_folder
 from pmor.work.cost import meshed_within_memory
@@ -44,13 +45,16 @@ def run(
     step, seconds = progress or quietly, dict[str, float]()
     with _timed(seconds, "finite elements"), _bases_folder(file, folder, overwrite) as bases:
         trained = {name: _trained(file, name, bases, overwrite, executor) for name in file.cases}
+        trains = {
+            name: train_of(one, bases, overwrite, executor, prefix_of(name)) for name, one in file.model.sets.items()
+        }
     pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
     loads, failures = list[SolvedLoad](), list[str]()
-    angles = max(case.online.angles_per_pitch for case in file.cases.values())
+    angles = max((case.online.angles_per_pitch for case in file.cases.values()), default=0)
     for load in file.model.sections.loads:
         try:
             with _timed(seconds, "loads"):
-                solved = solve_load(file.model, load, pairs, angles)
+                solved = solve_load(file.model, load, pairs, angles, trains=trains)
         except ConvergenceError as error:
             failures.append(f"load {load.name}: {error}")
         else:
@@ -60,9 +64,14 @@ def run(
                 for mesh in solved.meshes
                 if not mesh.sweep.converged.all()
             ]
+            failures += [
+                f"load {load.name}, set {one.meshing.settings.name}: positions did not converge"
+                for one in solved.sets
+                if not one.solution.converged.all()
+            ]
         step(1)
     with _timed(seconds, "rigid supports, root stress"):
-        compared = with_rigid_supports(loads, pairs, angles)
+        compared = with_rigid_supports(loads, pairs, trains, angles)
     fits: tuple[Fit, ...] = ()
     try:
         with _timed(seconds, "flanks that fit"):
@@ -86,15 +95,22 @@ def basis_name(mesh: str) -> str:
     return f"basis_{mesh}.h5"
 
 
+def prefix_of(name: str) -> str:
+    """Return what stands in front of the members of a set in the names of the files that keep them."""
+    return f"{name}_"
+
+
 @contextmanager
 def _bases_folder(file: GearboxFile, folder: Path | str | None, overwrite: bool) -> Iterator[Path]:
     names = [basis_name(name) for name in file.cases]
+    of_sets = [name for set_name, one in file.model.sets.items() for name in gear_files(one, prefix_of(set_name))]
     if folder is None:
         with tempfile.TemporaryDirectory() as temporary:
             yield Path(temporary)
         return
     working = [parts_of(Path(name)).name for name in names]
-    with results_folder(Path(folder), (*FILES, *names), working, overwrite, file.inputs) as held:
+    files = (*FILES, *set_files(file), *names, *(of_sets if overwrite else ()))
+    with results_folder(Path(folder), files, working, overwrite, file.inputs) as held:
         yield held
 
 

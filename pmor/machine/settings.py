@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 from pmor.case.reader import Keys, Sections
 from pmor.core.ranges import METRES, PASCALS, Length, Range, Stiffness, TiltStiffness
 from pmor.machine.rolling_bearing import BallBearing, RollerBearing
+from pmor.sets.settings import Member
 
 Place = Annotated[float, Range(-1e6, 1e6, "mm")]
 Diameter = Annotated[float, Range(0.0, 1e5, "mm", mistaken_for=(METRES,))]
@@ -141,6 +142,55 @@ class Mesh:
         """Sections of a case that are here, with those of both gears."""
         gears = {"pinion": self.pinion.gear, "wheel": self.wheel.gear}
         return {**self.changes, **{name: keys for name, keys in gears.items() if keys}}
+
+
+@dataclass(frozen=True, kw_only=True)
+class MemberPlace:
+    """Place of a member of a planetary set (section `sun`, `carrier` and `ring` of `[[sets]]`).
+
+    Parameters
+    ----------
+    shaft : str
+        That carries the member.
+    at_mm : float
+        Along the shaft: of the sun the middle of the face width, of carrier and ring where they join it; they are
+        rigid from there to that middle.
+    """
+
+    shaft: str
+    at_mm: Place
+
+
+AnyMember = MemberPlace | Literal["housing"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanetarySet:
+    """A planetary set on shafts (section `[[sets]]`).
+
+    Parameters
+    ----------
+    name : str
+        Of the set.
+    set : Path
+        Set file, beside the gearbox file. Its `[load]` says by the sign of its torque which flanks carry, and which
+        member stands still; torques and speeds are those of the load cases here. `[supports]` of members on shafts,
+        `[tolerances]` and `[sweep] torques_Nm` are left aside.
+    sun, carrier, ring : MemberPlace or "housing"
+        Two of them stand on shafts, on one axis. "housing" is the member that the set file has `held`.
+    """
+
+    name: str
+    set: Path
+    sun: AnyMember
+    carrier: AnyMember
+    ring: AnyMember = "housing"
+
+    @property
+    def members(self) -> dict[Member, MemberPlace]:
+        """Those on shafts."""
+        places: dict[Member, AnyMember] = {"sun": self.sun, "carrier": self.carrier, "ring": self.ring}
+        return {name: place for name, place in places.items() if isinstance(place, MemberPlace)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -285,6 +335,7 @@ class GearboxSections:
     shafts : tuple of Shaft
     bearings : tuple of Bearing
     meshes : tuple of Mesh
+    sets : tuple of PlanetarySet
     loads : tuple of LoadCase
     lubricant : Lubricant
     housing : Housing
@@ -293,7 +344,8 @@ class GearboxSections:
     title: str
     shafts: tuple[Shaft, ...]
     bearings: tuple[Bearing, ...]
-    meshes: tuple[Mesh, ...]
+    meshes: tuple[Mesh, ...] = ()
+    sets: tuple[PlanetarySet, ...] = ()
     loads: tuple[LoadCase, ...]
     lubricant: Lubricant = Lubricant()
     housing: Housing = Housing()

@@ -14,21 +14,30 @@ twice as much. Churning and bearings are left out.
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
-from pmor.results.loads import LineStates
+from pmor.results.load_distribution import SectionLoads
 
 
-def loss_factor(pair: GearPair, lines: LineStates) -> FloatArray:
+class SlidingLoads(SectionLoads, Protocol):
+    """Fields of line contact states that a loss factor needs, such as `pmor.results.loads.LineStates`."""
+
+    @property
+    def roll_rad(self) -> FloatArray: ...  # noqa: D102
+
+
+def loss_factor(pair: GearPair, lines: SlidingLoads) -> FloatArray:
     """Return H_VL of each torque, shape (D,); NaN where nothing carries.
 
     Parameters
     ----------
     pair : GearPair
-    lines : LineStates
+        External or internal: flanks of a ring slide by the difference of the roll angles too, as their signs have it.
+    lines : SlidingLoads
         Of a sweep over whole pitches, over the whole width or half of it.
     """
     sliding = np.abs(lines.roll_rad[..., 0] - lines.roll_rad[..., 1])

@@ -43,6 +43,19 @@ class Placement(NamedTuple):
     first_tooth: tuple[int, int]
 
 
+def torque_ratios(teeth: tuple[int, int]) -> dict[str, float]:
+    """Return what the torques on sun, ring and carrier from outside are in the ratio of.
+
+    Speeds that are weighted with it add up to 0 (Willis 1841).
+
+    Parameters
+    ----------
+    teeth : (int, int)
+        Of sun and ring.
+    """
+    return {"sun": teeth[0], "ring": teeth[1], "carrier": -sum(teeth)}
+
+
 def member_speeds(teeth: tuple[int, int], on: str, held: str, speed: float) -> dict[str, float]:
     """Return the speeds of sun, ring and carrier of a planetary set (Willis 1841), in the unit of `speed`.
 
@@ -53,8 +66,7 @@ def member_speeds(teeth: tuple[int, int], on: str, held: str, speed: float) -> d
     on, held : {"sun", "ring", "carrier"}
         Member that has the speed, and the one that stands still.
     """
-    weights = {"sun": teeth[0], "ring": teeth[1], "carrier": -sum(teeth)}
-    found = {on: speed, held: 0.0}
+    weights, found = torque_ratios(teeth), {on: speed, held: 0.0}
     last = next(member for member in weights if member not in found)
     found[last] = -weights[on] * speed / weights[last]
     return {member: found[member] for member in weights}

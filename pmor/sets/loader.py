@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,7 @@ from pmor.sets.plan import (
     train_layout,
 )
 from pmor.sets.rexs import has_planets, read_set
-from pmor.sets.settings import Carrier, Eccentricity, SetSections
+from pmor.sets.settings import Carrier, Eccentricity, Member, SetSections, Supports
 from pmor.sets.support_checks import check_cheeks, check_supports
 
 SHARED = ("pair", "mesh", "contact", "results")
@@ -44,6 +44,22 @@ ANY = 1.0
 MOST_ANGLES = 200_000
 # Of a module: centre distances of two meshes that are one.
 SAME_DISTANCE = 1e-4
+
+
+@dataclass(frozen=True)
+class OnShafts:
+    """What a gearbox says of a set that is a part of it.
+
+    Parameters
+    ----------
+    members : collection of {"sun", "ring", "carrier"}
+        That stand on shafts: the plan holds their hubs, whatever the file says in `[supports]`.
+    most_Nm : float or None
+        Largest amount of the torque on the sun; None is that of the file.
+    """
+
+    members: Collection[Member]
+    most_Nm: float | None = None
 
 
 @dataclass(frozen=True)
@@ -66,6 +82,8 @@ class SetFile:
         Mesh cycles that are solved.
     sample_pitches : int
         Mesh cycles over which sets within tolerances are solved.
+    housed_pitches : int
+        Mesh cycles until the housing stands before the carrier as at first too: of a set on shafts.
     """
 
     name: str
@@ -78,6 +96,19 @@ class SetFile:
     changed: tuple[str, ...] = ()
     pitches: int = 1
     sample_pitches: int = 1
+    housed_pitches: int = 1
+
+    @property
+    def teeth(self) -> tuple[int, int]:
+        """Of sun and ring."""
+        inner, outer = self.cases.values()
+        return inner.pair.pinion.teeth, outer.pair.wheel.teeth
+
+    @property
+    def held(self) -> Member:
+        """Member of a planetary set that stands still."""
+        assert self.sections.load is not None
+        return self.sections.load.held
 
 
 def is_set(path: Path) -> bool:
@@ -87,8 +118,13 @@ def is_set(path: Path) -> bool:
     return bool({"sun", "gears"} & set(parse_toml(read_text(path, "case file"), str(path))))
 
 
-def load(path: Path | str) -> SetFile:
+def load(path: Path | str, shafts: OnShafts | None = None) -> SetFile:
     """Read and check a set file, TOML, or the planetary stage of a REXS file.
+
+    Parameters
+    ----------
+    shafts : OnShafts, optional
+        Where the set is a part of a gearbox.
 
     Raises
     ------
@@ -99,13 +135,13 @@ def load(path: Path | str) -> SetFile:
     name = printable(path.stem)
     if path.suffix.lower() in ENDINGS:
         read = read_set(path)
-        return parse_set(read.text, name, str(path), (path,), read.notes, read.changed)
-    return parse_set(read_text(path, "set file"), name, str(path), (path,))
+        return parse_set(read.text, name, str(path), (path,), read.notes, read.changed, shafts)
+    return parse_set(read_text(path, "set file"), name, str(path), (path,), shafts=shafts)
 
 
 def parse_set(
     text: str, name: str, where: str, inputs: tuple[Path, ...] = (), notes: tuple[str, ...] = (),
-    changed: tuple[str, ...] = (),
+    changed: tuple[str, ...] = (), shafts: OnShafts | None = None,
 ) -> SetFile:  # fmt: skip
     """Check the text of a set file, that which costs least first; `where` names it in messages.
 
@@ -115,34 +151,50 @@ def parse_set(
     """
     reader = _Reader(where, sections_in(SetSections), inputs[0].parent if inputs else None)
     said = reader.section(parse_toml(text, where), SetSections, filled={"title": name})
+    if shafts is not None:
+        said = _part_of_a_gearbox(said, shafts)
     try:
-        layout = reader.layout(said)
+        layout = reader.layout(said, shafts is not None)
         pairs = reader.pairs(said, layout)
         reader.check_distances(said, layout, pairs)
         plan = set_plan(said, layout, pairs, reader.carrier_stiffness(said))
     except (CaseError, GeometryError) as error:
         raise type(error)(f"{where}: {str(error).removeprefix(f'{where}: ')}") from None
     most = max((plan.nominal_Nm, *said.sweep.torques_Nm)) / plan.nominal_Nm
+    most = most if shafts is None or shafts.most_Nm is None else shafts.most_Nm / plan.torque_Nm
     cases = reader.cases(said, layout, {key: most * torque for key, torque in plan.mesh_torques_Nm.items()})
     check_cheeks(said, cases, reader.refuse)
     pitches = reader.pitches(said, plan, cases), reader.sample_pitches(said, plan, cases)
+    housed = 1 if shafts is None else reader.pitches(said, plan, cases, housed=True)
     if said.carrier.stiffness is not None:
         inputs = (*inputs, inputs[0].parent / said.carrier.stiffness)
         text = f"{text}\n{inputs[-1].read_text(encoding='utf-8-sig')}"
-    return SetFile(name, text, said, plan, cases, inputs, notes, changed, *pitches)
+    return SetFile(name, text, said, plan, cases, inputs, notes, changed, *pitches, housed)
+
+
+def _part_of_a_gearbox(said: SetSections, shafts: OnShafts) -> SetSections:
+    """Leave out what shafts and load cases of a gearbox say: the carrier's own stiffness stays."""
+    given = {key.name: key.default for key in fields(Supports) if key.name.split("_")[0] in shafts.members}
+    supports, carrier = replace(said.supports, **given), said.carrier  # type: ignore[arg-type]
+    if "carrier" in shafts.members:
+        carrier = replace(
+            carrier, radial_N_per_mm="rigid", tilt_Nmm_per_rad="rigid", bearings_at_mm=Carrier().bearings_at_mm
+        )
+    sweep = replace(said.sweep, torques_Nm=())
+    return replace(said, supports=supports, carrier=carrier, tolerances=None, sweep=sweep)
 
 
 class _Reader(Reader):
     """Checks what no single key can know, and makes the cases of the meshes."""
 
-    def layout(self, said: SetSections) -> Layout:
+    def layout(self, said: SetSections, whole_width: bool) -> Layout:
         """Return which members mesh."""
         if said.gears or said.meshes:
             self.check_train(said)
             layout = train_layout(said)
         else:
             self.check_planets(said)
-            layout = planetary_layout(said)
+            layout = planetary_layout(said, whole_width)
         members = list(dict.fromkeys(member for share in layout.shares for member in share.members))
         for name in said.members:
             if name not in (*members, *SHARED):
@@ -306,8 +358,14 @@ class _Reader(Reader):
                 text = text.replace(f"[{role}", f"[{member}").replace(f"the {role}", f"the {member}")
             raise type(error)(f"{self.where}: mesh {share.name}: {text}") from None
 
-    def pitches(self, said: SetSections, plan: SetPlan, cases: Mapping[str, Case]) -> int:
-        """Return the mesh cycles to solve: as the file says, or until lugs and gears with errors stand as before."""
+    def pitches(self, said: SetSections, plan: SetPlan, cases: Mapping[str, Case], housed: bool = False) -> int:
+        """Return the mesh cycles to solve: as the file says, or until lugs and gears with errors stand as before.
+
+        Parameters
+        ----------
+        housed : bool
+            Whether the housing has to stand as before too, against the carrier.
+        """
         teeth = {1}
         for mesh in plan.meshes:
             case = cases[mesh.case]
@@ -316,7 +374,8 @@ class _Reader(Reader):
                 (mesh.pinion, mesh.wheel), (case.pair.pinion, case.pair.wheel), flanks, strict=True
             ):
                 teeth.add(gear.unlike_teeth(case.pair.face_width_mm))
-                if plan.eccentricity[body].any() or any(flank.pitch_deviations_um):
+                held = housed and said.load is not None and plan.bodies[body].member == said.load.held
+                if held or plan.eccentricity[body].any() or any(flank.pitch_deviations_um):
                     teeth.add(gear.teeth)
         pitches = said.sweep.pitches or math.lcm(*teeth)
         if pitches * said.sweep.angles_per_pitch > MOST_ANGLES:

@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import ComplexArray, FloatArray
 from pmor.core.errors import CaseError, GeometryError
 from pmor.gear.pair import GearPair
 from pmor.line.hubs import HUB
@@ -72,6 +72,22 @@ class Layout:
 
 
 @dataclass(frozen=True)
+class InHousing:
+    """Displacement of hubs that stands still in the housing, and turns against the carrier.
+
+    Parameters
+    ----------
+    displacement : ndarray of complex, shape (6 B,)
+        Of all hubs, mm and rad: its real part, once it is multiplied by exp(i angle).
+    housing : int or None
+        Body that stands still with the housing: its angle against the carrier counts. None of a carrier that does.
+    """
+
+    displacement: ComplexArray
+    housing: int | None
+
+
+@dataclass(frozen=True)
 class SetPlan:
     """What is solved, in the frame of the image where the first gear is loaded clockwise.
 
@@ -101,6 +117,10 @@ class SetPlan:
         Whether all of this is the image.
     on_pins : PlanetsOnPins or None
         Of a planetary set: its planets on their pins, of which their part of the compliance is.
+    wrench : ndarray, shape (6 B,)
+        Of the meshes on all hubs under 1 N mm on the first gear: of smooth flanks, at their pitch points, N and N mm.
+    in_housing : InHousing or None
+        Of a set on shafts that other loads bend.
     """
 
     bodies: tuple[SetBody, ...]
@@ -116,15 +136,23 @@ class SetPlan:
     nominal_Nm: float
     mesh_torques_Nm: Mapping[str, float]
     clockwise: bool
+    wrench: FloatArray
     on_pins: PlanetsOnPins | None = None
+    in_housing: InHousing | None = None
 
 
-def planetary_layout(said: SetSections) -> Layout:
-    """Return the layout of a planetary set, seen from its carrier."""
+def planetary_layout(said: SetSections, whole_width: bool = False) -> Layout:
+    """Return the layout of a planetary set, seen from its carrier.
+
+    Parameters
+    ----------
+    whole_width : bool
+        Whether members may tilt, whatever the file says of what they stand on.
+    """
     assert said.load is not None
     clockwise = said.load.torque_Nm * (-1.0 if said.load.on == "carrier" else 1.0) < 0.0
     sense = -1 if clockwise else 1
-    whole = tilts_under_forces(said)
+    whole = whole_width or tilts_under_forces(said)
     return Layout(
         (Share(("sun", "planet"), sense, 1, None, whole), Share(("planet", "ring"), -sense, -1, None, whole)), clockwise
     )
@@ -279,7 +307,8 @@ def _planned(
         [Centre(body.name, body.x, body.y) for body in bodies],
         [Meeting(pairs[mesh.case], mesh.pinion, mesh.wheel) for mesh in meshes],
     )
-    closing = _closing(bodies, meshes, placed, pairs) @ free.T
+    rows = _closing(bodies, meshes, placed, pairs)
+    closing = rows @ free.T
     forces, *_ = np.linalg.lstsq(closing.T, -load, rcond=None)
     if np.abs(closing.T @ forces + load).max() > UNBALANCED * np.abs(load).max():
         raise CaseError("the meshes do not hold the torques: each gear that is no idler needs its torque_Nm")
@@ -295,7 +324,7 @@ def _planned(
         torques[mesh.case] = max(torques.get(mesh.case, 0.0), torque)
     return SetPlan(
         tuple(bodies), tuple(meshes), planets, free, compliance, displacement, eccentricity, 0, load, torque_Nm,
-        nominal_Nm, torques, clockwise,
+        nominal_Nm, torques, clockwise, forces @ rows,
     )  # fmt: skip
 
 

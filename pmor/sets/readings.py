@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,11 +22,11 @@ PERCENT = (5.0, 50.0, 95.0, 99.0)
 def set_data(file: SetFile, solved: SetSolution, samples: Samples | None, failures: tuple[str, ...]) -> Data:
     """Return the content of `set.json`: top values are those of the nominal torque."""
     nominal = int(np.argmin(np.abs(solved.torque_Nm - file.plan.torque_Nm)))
-    rows = [_torque_data(file, solved, number) for number in range(len(solved.torque_Nm))]
+    rows = [torque_data(file, solved, number) for number in range(len(solved.torque_Nm))]
     return {
         "title": file.sections.title,
         **rows[nominal],
-        **_speeds(file, solved),
+        **_speeds(file),
         "angles_per_pitch": len(solved.placed.phi),
         "pitches": solved.pitches,
         "phi_rad": solved.phi_rad.tolist(),
@@ -38,18 +38,22 @@ def set_data(file: SetFile, solved: SetSolution, samples: Samples | None, failur
     }
 
 
-def _speeds(file: SetFile, solved: SetSolution) -> Data:
+def _speeds(file: SetFile) -> Data:
     """Speeds of the members of a planetary set, and the frequency of its meshes, where a speed is given."""
     load = file.sections.load
     if load is None or load.speed_rpm is None:
         return {"speeds_rpm": None, "mesh_frequency_Hz": None}
-    inner, outer = (one.pair.meshed.pair for one in solved.train.meshes[:2])
-    speeds = member_speeds((inner.pinion.teeth, -outer.wheel.teeth), load.on, load.held, load.speed_rpm)
-    frequency = inner.pinion.teeth * abs(speeds["sun"] - speeds["carrier"]) / 60.0
-    return {"speeds_rpm": speeds, "mesh_frequency_Hz": plain(frequency)}
+    speeds = member_speeds(file.teeth, load.on, load.held, load.speed_rpm)
+    return {"speeds_rpm": speeds, "mesh_frequency_Hz": mesh_frequency_Hz(file.teeth[0], speeds)}
 
 
-def _torque_data(file: SetFile, solved: SetSolution, number: int) -> Data:
+def mesh_frequency_Hz(sun_teeth: int, speeds_rpm: Mapping[str, float]) -> float:
+    """Return the frequency of the meshes of a planetary set by the speeds of sun and carrier."""
+    return sun_teeth * abs(speeds_rpm["sun"] - speeds_rpm["carrier"]) / 60.0
+
+
+def torque_data(file: SetFile, solved: SetSolution, number: int) -> Data:
+    """Return the figures of a set under a torque by its number."""
     ste, plan = solved.ste_um[number], file.plan
     found = solved.mesh_orders(number)[:ORDERS]
     data: Data = {

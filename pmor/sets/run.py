@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pmor.core.progress import quietly, stage
+from pmor.line.several import GearTrain
 from pmor.sets.loader import SetFile
 from pmor.sets.model import build_train
 from pmor.sets.output import FILES, PIN_FILES, SAMPLE_FILES
@@ -41,9 +42,7 @@ def run(
     """
     step, plan = progress or quietly, file.plan
     with _held(file, folder, overwrite):
-        with stage("finite elements of all members"):
-            kept = partial(_kept, folder, overwrite)
-            train = build_train(file.cases, plan.bodies, plan.meshes, plan.free, plan.compliance, kept, executor)
+        train = train_of(file, folder, overwrite, executor)
         step(1)
         amounts = sorted({plan.nominal_Nm, *file.sections.sweep.torques_Nm})
         torques = np.array(amounts) * plan.torque_Nm / plan.nominal_Nm
@@ -72,14 +71,36 @@ def _held(file: SetFile, folder: Path | str | None, overwrite: bool) -> Abstract
     return results_folder(Path(folder), files, (), overwrite, file.inputs)
 
 
-def gear_files(file: SetFile) -> tuple[str, ...]:
+def train_of(
+    file: SetFile, folder: Path | str | None, anew: bool = False, executor: Executor | None = None, prefix: str = ""
+) -> GearTrain:
+    """Solve the finite elements of a set, each member's once, and put its train together.
+
+    Parameters
+    ----------
+    folder : path or None
+        That keeps the finite elements of each member.
+    anew : bool
+        Solve them whether they are kept or not.
+    executor : concurrent.futures.Executor, optional
+        Of threads.
+    prefix : str
+        Of the names of the members in the names of the files.
+    """
+    plan = file.plan
+    with stage("finite elements of all members"):
+        kept = partial(_kept, folder, anew, prefix)
+        return build_train(file.cases, plan.bodies, plan.meshes, plan.free, plan.compliance, kept, executor)
+
+
+def gear_files(file: SetFile, prefix: str = "") -> tuple[str, ...]:
     """Return the names of the files that keep the finite elements of the members."""
-    return tuple(_gear_file(member) for member in dict.fromkeys(body.member for body in file.plan.bodies))
+    return tuple(_gear_file(prefix + member) for member in dict.fromkeys(body.member for body in file.plan.bodies))
 
 
 def _gear_file(member: str) -> str:
     return f"gear_{file_name(member)}.h5"
 
 
-def _kept(folder: Path | str | None, anew: bool, member: str) -> KeptGear:
-    return not_kept if folder is None else kept_in_file(Path(folder) / _gear_file(member), anew)
+def _kept(folder: Path | str | None, anew: bool, prefix: str, member: str) -> KeptGear:
+    return not_kept if folder is None else kept_in_file(Path(folder) / _gear_file(prefix + member), anew)

@@ -20,10 +20,11 @@ from pmor.sets.root_stress import GearStress, root_stress_of_set
 
 @dataclass(frozen=True)
 class FaceLoads:
-    """Line loads of a mesh as a face load factor needs them, (D, A, P, S), N/mm, and the widths (S,), mm."""
+    """Line loads of a mesh, (D, A, P, S), N/mm, widths of the sections (S,), mm, roll angles (A, P, S, 2), rad."""
 
     load_N_per_mm: FloatArray
     width_mm: FloatArray
+    roll_rad: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +171,8 @@ class SetSolution:
         one = self.placed.placed[mesh]
         meshed = one.mesh.pair.meshed
         force = self.found.force[..., one.part].reshape(*self.converged.shape, -1, len(meshed.width))
-        return FaceLoads(force / meshed.width, meshed.width)
+        roll = one.lines.roll.reshape(len(one.lines.roll), *force.shape[2:], 2)
+        return FaceLoads(force / meshed.width, meshed.width, np.tile(roll, (self.pitches, 1, 1, 1)))
 
     def k_h_beta(self, mesh: int) -> FloatArray:
         """Face load factor of a mesh under each torque, (D,)."""
@@ -226,6 +228,15 @@ def solve_placed(
     return found
 
 
+def housing_angle(plan: SetPlan, train: GearTrain, phi: FloatArray) -> FloatArray:
+    """Return the angle of the housing against the carrier at angles of the first gear, counter-clockwise, rad.
+
+    0 of a carrier that stands still, and of a set that is told of no housing.
+    """
+    body = None if plan.in_housing is None else plan.in_housing.housing
+    return np.zeros_like(phi) if body is None else train.rates[body] * phi
+
+
 def _errors(plan: SetPlan, placed: PlacedTrain, pitch: int) -> FloatArray:
     """By how much flanks stand off by errors beyond those of the placed set in a pitch, (A, N), mm; empty without."""
     pitch_rad, found = placed.train.meshes[0].pair.meshed.pair.pitch, NONE
@@ -235,6 +246,9 @@ def _errors(plan: SetPlan, placed: PlacedTrain, pitch: int) -> FloatArray:
     turned = turn * (plan.eccentricity @ [1.0, 1j])
     displacement[..., 0] += turned.real
     displacement[..., 1] += turned.imag
+    if plan.in_housing is not None:
+        angle = housing_angle(plan, placed.train, placed.phi + pitch * pitch_rad)
+        displacement += np.outer(np.exp(1j * angle), plan.in_housing.displacement).real.reshape(displacement.shape)
     if displacement.any():
         found = placed.opened(displacement.reshape(len(placed.phi), -1))
     if any(mesh.assembly.uneven for mesh in placed.train.meshes):

@@ -60,7 +60,7 @@ def solved(folder, text):
     pairs = {name: reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
              for name, case in file.cases.items()}  # fmt: skip
     loads = [solve_load(file.model, one, pairs, HELICAL_ANGLES) for one in file.model.sections.loads]
-    loads = with_rigid_supports(loads, pairs, HELICAL_ANGLES)
+    loads = with_rigid_supports(loads, pairs, {}, HELICAL_ANGLES)
     section = machine_section(loads, pairs)
     return SimpleNamespace(file=file, pairs=pairs, loads=loads, section=section, solver=PageSolver(section.data))
 

@@ -233,7 +233,7 @@ def test_stiff_shafts_and_bearings_are_rigid_supports():
         ),
     )
     _, pairs, _ = solved()
-    (found,) = with_rigid_supports([solve_load(stiff, drive("load", 500.0), pairs, 12)], pairs, 12)
+    (found,) = with_rigid_supports([solve_load(stiff, drive("load", 500.0), pairs, 12)], pairs, {}, 12)
     for mesh, rigid in zip(found.meshes, found.rigid, strict=True):
         assert_allclose(mesh.sweep.ste_um, rigid.sweep.ste_um, rtol=1e-6)
         assert_allclose(mesh.root_stress, rigid.root_stress, rtol=1e-6)

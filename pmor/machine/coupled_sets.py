@@ -1,0 +1,183 @@
+"""Planetary sets on the shafts that carry their members.
+
+A set is solved as `pmor set` solves it, seen from its carrier, with the compliance of shafts, bearings and housing
+condensed to the hubs of sun, carrier and ring in place of its own supports. Planets move with the carrier's hub as with
+a rigid body. The compliance is that of the loaded machine; where the carrier turns, its mean around the axis, as it
+turns against the carrier otherwise. What all other loads do to the hubs stands still in the housing: seen from the
+carrier it turns, and the set is solved over the mesh cycles until the housing stands as before. The mean wrench of the
+set over a turn of the carrier goes back into the machine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from pmor.core.arrays import ComplexArray, FloatArray
+from pmor.core.errors import ConvergenceError
+from pmor.line.hubs import HUB
+from pmor.line.several import GearTrain
+from pmor.machine.hub_compliance import compliance_below
+from pmor.machine.model import ABOUT_AXIS, LoadedGearbox, SetMeshing
+from pmor.machine.set_frame import MEMBERS
+from pmor.machine.system import ARM, Equilibrium
+from pmor.sets.kinematics import torque_ratios
+from pmor.sets.plan import InHousing, SetPlan
+from pmor.sets.solution import SetSolution, housing_angle, solve_set
+
+# Angles of a pitch over which the mean wrench of a set is found.
+MEAN_ANGLES = 16
+# Displacements of hubs by other loads that are round-off, mm.
+STILL = 1e-12
+# Of the hubs of all members, x and y of displacements and of rotations, and rotations about the axis.
+ACROSS = np.concatenate([HUB * member + np.array([0, 1, 3, 4]) for member in range(len(MEMBERS))])
+ABOUT = HUB * np.arange(len(MEMBERS)) + ABOUT_AXIS + 2
+# Compliances of orders up to two around the axis have the mean of these angles, rad.
+QUARTERS = 0.5 * np.pi * np.arange(4)
+
+
+class SolvedSet(NamedTuple):
+    """A planetary set on its supports under one load case.
+
+    Attributes
+    ----------
+    meshing : SetMeshing
+        Its frame, and the mean wrench on the hubs of its members.
+    torque : float
+        Amount on the sun, N mm.
+    solution : SetSolution
+        On its supports.
+    uneven : float
+        By how much the compliance of sun and ring against the carrier differs around the axis, over its mean.
+    rigid : SetSolution or None
+        On rigid supports under all loads; None before it is compared.
+    row : int
+        Of this load there.
+    """
+
+    meshing: SetMeshing
+    torque: float
+    solution: SetSolution
+    uneven: float
+    rigid: SetSolution | None = None
+    row: int = 0
+
+
+class _Supported(NamedTuple):
+    """A set on what its hubs stand on: its plan and train there, and mesh cycles until it stands as before."""
+
+    plan: SetPlan
+    train: GearTrain
+    pitches: int
+    uneven: float
+
+
+def set_torque(gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int) -> float:
+    """Return the amount of the torque on the sun of a set, N mm."""
+    last = len(equilibrium.reactions) - len(gearbox.meshes)
+    return float(equilibrium.reactions[last - len(gearbox.sets) + number])
+
+
+def mean_wrenches(gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int, train: GearTrain) -> FloatArray:
+    """Return the mean wrenches of a set on its hubs by a unit torque on the sun, in axes of the machine, (3, 6).
+
+    Raises
+    ------
+    ConvergenceError
+    """
+    one, torque = gearbox.sets[number], set_torque(gearbox, equilibrium, number)
+    found = _supported(gearbox, equilibrium, one, torque, train)
+    solved = solve_set(found.plan, found.train, np.array([1e-3 * torque]), MEAN_ANGLES, found.pitches)
+    if not solved.converged.all():
+        raise ConvergenceError(f"set {one.settings.name}: {1e-3 * torque:.6g} N m: contact was not found", [])
+    wrench = solved.hub_wrench[0].reshape(len(solved.phi_rad), -1) @ one.frame.carried
+    if one.turns:
+        angle = 0.0 if found.pitches == 1 else housing_angle(found.plan, found.train, solved.phi_rad)
+        mean = np.mean(_turned(wrench, -angle), axis=0)
+        if found.pitches == 1:
+            mean[ACROSS] = 0.0
+    else:
+        mean = wrench.mean(axis=0)
+    mean /= torque
+    # Over whole mesh cycles torques are in the ratio of the tooth numbers, but for round-off and few angles.
+    ratios = torque_ratios(one.file.teeth)
+    mean[ABOUT] = [-ratios[member] / ratios["sun"] for member in MEMBERS]
+    return one.frame.in_machine(mean)
+
+
+def solved_sets(
+    gearbox: LoadedGearbox, equilibrium: Equilibrium, trains: Mapping[str, GearTrain]
+) -> tuple[SolvedSet, ...]:
+    """Solve all sets over their mesh cycles on what their hubs stand on."""
+    found = []
+    for number, one in enumerate(gearbox.sets if trains else ()):
+        torque = set_torque(gearbox, equilibrium, number)
+        on = _supported(gearbox, equilibrium, one, torque, trains[one.settings.name])
+        angles = one.file.sections.sweep.angles_per_pitch
+        solution = solve_set(on.plan, on.train, np.array([1e-3 * torque]), angles, on.pitches)
+        found.append(SolvedSet(one, torque, solution, on.uneven))
+    return tuple(found)
+
+
+def sets_on_rigid_supports(sets: Sequence[SolvedSet], train: GearTrain) -> tuple[SolvedSet, ...]:
+    """Return a set under all its loads, compared with the same one on rigid supports."""
+    file = sets[0].meshing.file
+    torques = np.array([1e-3 * one.torque for one in sets])
+    rigid = solve_set(file.plan, train, torques, file.sections.sweep.angles_per_pitch, file.pitches)
+    return tuple(one._replace(rigid=rigid, row=row) for row, one in enumerate(sets))
+
+
+def _supported(
+    gearbox: LoadedGearbox, equilibrium: Equilibrium, one: SetMeshing, torque: float, train: GearTrain
+) -> _Supported:
+    """Return a set on the compliance below its hubs, which other loads displace."""
+    hubs = [hub for hub in one.hubs if hub is not None]
+    there = np.concatenate([HUB * n + np.arange(HUB) for n, hub in enumerate(one.hubs) if hub is not None])
+    turn = np.kron(np.eye(len(MEMBERS)), one.frame.turn)[there]
+    compliance = turn.T @ compliance_below(gearbox, equilibrium, hubs) @ turn
+    uneven = _uneven(compliance)
+    if one.turns:
+        compliance = np.mean([_turned(_turned(compliance, angle).T, angle) for angle in QUARTERS], axis=0)
+    moved = np.zeros((len(MEMBERS), HUB))
+    for member, hub in enumerate(one.hubs):
+        if hub is not None:
+            moved[member] = equilibrium.displacement[hub : hub + HUB]
+    offset = one.frame.in_plan(moved)
+    offset[ABOUT] = 0.0
+    offset -= compliance @ (torque * one.frame.in_plan(one.wrenches))
+    carried, file = one.frame.carried, one.file
+    train = replace(train, compliance=train.compliance + carried @ compliance @ carried.T)
+    plan, pitches = file.plan, file.pitches
+    if one.turns:
+        amplitude: ComplexArray = np.zeros(len(offset), dtype=complex)
+        across = offset[ACROSS].reshape(-1, 2) @ [1.0, 1j]
+        amplitude[ACROSS] = np.stack([across, -1j * across], axis=1).ravel()
+        arms = np.tile([STILL, STILL / ARM], len(MEMBERS))
+        if (np.abs(across) > arms).any():
+            housing = next(n for n, body in enumerate(plan.bodies) if body.member == file.held)
+            in_housing = InHousing(np.asarray(carried @ amplitude), housing)
+            plan, pitches = replace(plan, in_housing=in_housing), file.housed_pitches
+        offset[ACROSS] = 0.0
+    return _Supported(replace(plan, displacement=plan.displacement + carried @ offset), train, pitches, uneven)
+
+
+def _turned(values: FloatArray, angle: FloatArray | float) -> FloatArray:
+    """Wrenches on the hubs of the members, (..., 18), turned counter-clockwise about the axis by angles (...), rad."""
+    found, of_hubs = values.copy(), (*values.shape[:-1], -1)
+    turned = values[..., ACROSS].reshape(*of_hubs, 2) @ [1.0, 1j] * np.exp(1j * np.asarray(angle))[..., None]
+    found[..., ACROSS] = np.stack([turned.real, turned.imag], axis=-1).reshape(of_hubs)
+    return found
+
+
+def _uneven(compliance: FloatArray) -> float:
+    """By how much the compliance of sun and ring against the carrier, across the axis, differs over its mean."""
+    found = [0.0]
+    for member in (0, 2):
+        against = np.zeros((2, len(compliance)))
+        against[:, HUB * member : HUB * member + 2], against[:, HUB : HUB + 2] = np.eye(2), -np.eye(2)
+        low, high = np.linalg.eigvalsh(against @ compliance @ against.T)
+        found.append((high - low) / (high + low) if high + low > 0.0 else 0.0)
+    return max(found)

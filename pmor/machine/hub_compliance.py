@@ -1,0 +1,38 @@
+"""What hubs on shafts stand on: shafts, bearings and housing, condensed to them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.linalg import null_space
+
+from pmor.body.beam import NODE
+from pmor.core.arrays import FloatArray
+from pmor.machine.model import ABOUT_AXIS, LoadedGearbox
+from pmor.machine.system import ARM, Equilibrium, tangent_of
+
+
+def compliance_below(gearbox: LoadedGearbox, equilibrium: Equilibrium, hubs: Sequence[int]) -> FloatArray:
+    """Return the compliance below hubs in axes of the machine, of their bearings' tangents, (6 n, 6 n).
+
+    Shafts are held against rotation at one place each, those of the hubs there: forces of meshes are those of the
+    torques, and bending does not depend on the angle of a shaft.
+
+    Parameters
+    ----------
+    hubs : sequence of int, length n
+        First displacements of their nodes.
+    """
+    size, system = len(gearbox.load), gearbox.system
+    held = [row for bearing in gearbox.bearings for row in bearing.rows[list(bearing.rigid)]]
+    turned = {start: start + ABOUT_AXIS for start in gearbox.first.values()}
+    for hub in hubs:
+        turned[max(start for start in turned if start <= hub)] = hub + ABOUT_AXIS
+    held += [np.eye(size)[place] for place in turned.values()]
+    scale = np.where(system.rotations, 1.0 / ARM, 1.0)
+    basis = scale[:, None] * null_space(np.array(held) * scale)
+    tangent = tangent_of(system, equilibrium.bearings)
+    at_hubs = basis[np.concatenate([hub + np.arange(NODE) for hub in hubs])]
+    compliance = at_hubs @ np.linalg.solve(basis.T @ tangent @ basis, at_hubs.T)
+    return np.asarray(0.5 * (compliance + compliance.T))
