@@ -26,8 +26,8 @@ from pmor.core.threads import one_thread
 from pmor.core.wording import suggesting
 
 if TYPE_CHECKING:
+    from pmor.campaigns.campaign import Campaign
     from pmor.campaigns.result import CampaignResult
-    from pmor.campaigns.settings import Campaign
     from pmor.case import Case
     from pmor.design.loader import DesignFile
     from pmor.design.result import DesignResult

@@ -11,17 +11,14 @@ from pathlib import Path
 
 import numpy as np
 
-from pmor.campaigns.relations import case_of, with_relations
-from pmor.campaigns.rows import Answer, Keys, read_answer
-from pmor.campaigns.settings import Campaign
-from pmor.campaigns.table import Design
-from pmor.case.coarser import coarser
+from pmor.campaigns.campaign import Campaign
+from pmor.campaigns.kind import Design
+from pmor.campaigns.rows import NAME, Answer, Keys, read_answer
 from pmor.core.errors import FileFormatError, PmorError
 from pmor.report.data_files import write_summary_json
 from pmor.storage.content_key import key_of
 from pmor.storage.manifest import Contents, listed, origin_in
 from pmor.storage.results_folder import working_folder
-from pmor.work.cost import FINITE_ELEMENTS, stages
 
 # Campaign that the chunks are of.
 PLAN = "plan.json"
@@ -35,7 +32,6 @@ SAMPLE = 24
 INFEASIBLE_S = 0.01
 # Files in a folder, each with a line in its manifest.
 PER_FOLDER = 500
-SWEEP = "sweep"
 # What reading a file brings that is not as this program wrote it.
 MALFORMED = (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError)
 
@@ -61,16 +57,9 @@ def expected_seconds(campaign: Campaign, table: Callable[[int], Design]) -> floa
 
 
 def _seconds(campaign: Campaign, design: Design) -> float:
+    kind, text = campaign.kind, campaign.base_text
     try:
-        case = case_of(
-            campaign.base_text, with_relations(campaign.base_text, design, campaign.sections.relations), "design"
-        )
-        coarse = coarser(case)
-        own = {stage.name: stage.seconds for stage in stages(case)}
-        elements = own[FINITE_ELEMENTS]
-        if coarse is not None:
-            elements += sum(stage.seconds for stage in stages(coarse) if stage.name == FINITE_ELEMENTS)
-        return elements + own[SWEEP]
+        return kind.seconds(kind.text(text, kind.complete(text, design, campaign.sections.relations)), NAME)
     except PmorError:
         return INFEASIBLE_S
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pmor.campaigns.rows import PEAKS, STATUSES, Row, Status
-from pmor.campaigns.settings import Campaign
+from pmor.campaigns.campaign import Campaign
+from pmor.campaigns.kind import PEAKS
+from pmor.campaigns.rows import STATUSES, Row, Status
 from pmor.core.arrays import FloatArray, IntArray
 
 
@@ -46,7 +47,7 @@ class Columns:
     reasons : tuple of str
         Why a design has no results; empty where it has.
     inputs : dict of ndarrays, shape (n,)
-        Keys of the case; NaN where a design has no such value.
+        Keys of the base file; NaN where a design has no such value.
     results : dict of ndarrays, shape (n,)
         At the nominal torque; NaN of designs without.
     solving_s : ndarray, shape (n,)

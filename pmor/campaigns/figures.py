@@ -1,16 +1,12 @@
-"""The figures of a design: the same, to the last bit, as a run of its case gives."""
+"""The figures of a pair: the same, to the last bit, as a run of its case gives."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from pmor.campaigns.rows import ANGLES, PEAKS
-from pmor.campaigns.settings import ResultKey
+from pmor.campaigns.kind import PEAKS, Figure
+from pmor.campaigns.peaks import settled_peaks
 from pmor.core.arrays import FloatArray
-from pmor.core.errors import ConvergenceError
-from pmor.design.fine import FEWEST, MOST, NOISE, SETTLED
 from pmor.pair.conditions import conditions_of
 from pmor.pair.drawn import gear_inertias
 from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
@@ -18,21 +14,6 @@ from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep, mesh_orders, mesh_stiffness, peak_to_peak_um, ste_mean_um
 from pmor_online.model import ReducedPair, online_angles
 from pmor_online.sweep import sweep_reduced_pair
-
-
-@dataclass(frozen=True)
-class Figure:
-    """Name of a result: key in tables, with its unit; label for readers; unit."""
-
-    key: ResultKey
-    label: str
-    unit: str
-
-    @property
-    def shown_unit(self) -> str:
-        """Empty where the quantity has none."""
-        return "" if self.unit == "1" else self.unit
-
 
 FIGURES = (
     Figure("ste_mean_um", "STE, mean", "um"),
@@ -63,7 +44,10 @@ FIGURES = (
     Figure("best_tip_relief_start_wheel_roll_deg", "best tip relief, start on the wheel", "deg"),
     Figure("best_ste_peak_to_peak_um", "STE, peak-to-peak, best tip relief", "um"),
 )
-BY_KEY: dict[str, Figure] = {figure.key: figure for figure in FIGURES}
+FIRST = (
+    PEAKS[0], "mass_kg", "flank_pressure_max_MPa", "root_stress_pinion_MPa", "root_stress_wheel_MPa", "k_h_beta",
+    "effective_contact_ratio",
+)  # fmt: skip
 ORDERS = 3
 
 
@@ -101,26 +85,20 @@ def figures_of(reduced: ReducedPair, sweep: SteSweep, stress: RootStress | None)
     return {key: known(value) for key, value in numbers.items()}
 
 
-def peaks_of(reduced: ReducedPair) -> dict[str, float | None]:
-    """Return the peak-to-peak STE of the pair of a case on finer and finer angles, until it no longer moves.
+def peaks_of(reduced: ReducedPair) -> dict[str, float]:
+    """Return the peak-to-peak STE of the pair of a case on fine angles: see `pmor.campaigns.peaks`.
 
     Raises
     ------
     ConvergenceError
-        Where a position did not converge, or the STE still moves on the finest angles.
     """
-    case, before = reduced.basis.case, None
-    angles = case.online.angles_per_pitch * 2 ** max(0, int(np.ceil(np.log2(FEWEST / case.online.angles_per_pitch))))
-    while angles <= max(MOST, 4 * case.online.angles_per_pitch):
+    case = reduced.basis.case
+
+    def spans(angles: int) -> FloatArray:
         phi = online_angles(reduced.meshed.pair.pitch, angles, case.pitches)
-        spans = peak_to_peak_um(sweep_reduced_pair(reduced, phi, conditions_of(case, case.online.torques_Nm)))
-        if not np.isfinite(spans).all():
-            raise ConvergenceError(f"a position on {angles} angles per pitch did not converge", [])
-        if before is not None and (np.abs(spans - before) <= SETTLED * spans + NOISE).all():
-            own = spans[case.online.torques_Nm.index(case.torque_Nm)]
-            return {PEAKS[0]: float(own), PEAKS[1]: float(spans.max()), ANGLES: angles}
-        before, angles = spans, 2 * angles
-    raise ConvergenceError(f"the STE still moves on {angles // 2} angles per pitch", [])
+        return peak_to_peak_um(sweep_reduced_pair(reduced, phi, conditions_of(case, case.online.torques_Nm)))
+
+    return settled_peaks(spans, case.online.angles_per_pitch, case.online.torques_Nm.index(case.torque_Nm))
 
 
 def _mean(values: FloatArray) -> float | None:

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from pmor.campaigns.kind import PEAKS
 from pmor.campaigns.result import CampaignResult
-from pmor.campaigns.rows import PEAKS, Row
+from pmor.campaigns.rows import Row
 
 # Designs with the least value of each result, and most of them in all.
 BEST, MOST_DESIGNS = 10, 100
@@ -17,7 +18,7 @@ BEST, MOST_DESIGNS = 10, 100
 def judged_finely(result: CampaignResult, solve: Callable[[Sequence[int]], Sequence[Row]]) -> CampaignResult:
     """Return a result whose least and largest peak-to-peak STE are those on fine angles.
 
-    `solve` gives the rows of designs, counted from 0, with the results of `pmor.campaigns.figures.peaks_of`.
+    `solve` gives the rows of designs, counted from 0, with the results of `pmor.campaigns.peaks`.
     """
     while len(result.fine) < MOST_DESIGNS:
         missing = sorted(set(_extreme(result)) - set(result.fine))

@@ -1,4 +1,4 @@
-"""Read a campaign file: TOML -> `CampaignSections` -> `Campaign`, its base case and its table of designs read."""
+"""Read a campaign file: TOML -> its sections -> `Campaign`, its base file and its table of designs read."""
 
 from __future__ import annotations
 
@@ -6,26 +6,18 @@ import csv
 import io
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_origin
 
-from pmor.campaigns.relations import split, text_of_design
-from pmor.campaigns.settings import (
-    MOST_DESIGNS,
-    Campaign,
-    CampaignSections,
-    DesignsSection,
-    Method,
-    Number,
-    Relations,
-    Span,
-    Variable,
-)
+from pmor.campaigns.campaign import Campaign, Span, Variable
+from pmor.campaigns.keys import split
+from pmor.campaigns.kind import Kind, Number
+from pmor.campaigns.pairs import PAIRS
+from pmor.campaigns.sets import SETS
+from pmor.campaigns.settings import MOST_DESIGNS, DesignsSection, Method, PairCampaign, SetCampaign
 from pmor.campaigns.table import evenly
-from pmor.case import change_case, load_case, parse_case, text_of
-from pmor.case.capability import why_not
 from pmor.case.reader import Reader, keys_of, parse_toml, read_text, sections_in
-from pmor.case.schema import SECTIONS
 from pmor.case.values import forms_of, toml_text
 from pmor.core.errors import printable
 from pmor.core.wording import did_you_mean
@@ -45,7 +37,7 @@ def load(path: Path | str) -> Campaign:
     Parameters
     ----------
     path : Path or str
-        TOML file; base case and table of designs are looked for beside it.
+        TOML file; base file and table of designs are looked for beside it.
 
     Raises
     ------
@@ -54,17 +46,22 @@ def load(path: Path | str) -> Campaign:
     """
     path = Path(path)
     text = read_text(path, "campaign file")
-    reader = _Reader(str(path), sections_in(CampaignSections))
-    said = reader.section(parse_toml(text, str(path)), CampaignSections, filled={"title": printable(path.stem)})
+    document = parse_toml(text, str(path))
+    kind = SETS if SETS.key in document else PAIRS
+    reader = _Reader(str(path), sections_in(kind.sections), kind=kind)
+    said = reader.section(document, kind.sections, filled={"title": printable(path.stem)})
     return reader.campaign(said, path, text)
 
 
+@dataclass(frozen=True, kw_only=True)
 class _Reader(Reader):
     """Reads the designs of a campaign file, and its table of designs."""
 
-    def campaign(self, said: CampaignSections, path: Path, text: str) -> Campaign:
-        """Return a campaign, its base case and its table of designs read."""
-        designs, relations, base = said.designs, said.relations, path.parent / said.case
+    kind: Kind
+
+    def campaign(self, said: PairCampaign | SetCampaign, path: Path, text: str) -> Campaign:
+        """Return a campaign, its base file and its table of designs read."""
+        designs, base = said.designs, path.parent / getattr(said, self.kind.key)
         self.check_method(designs)
         fixed, varied = self.keys(designs)
         inputs, made_from = [path, base], text
@@ -72,14 +69,15 @@ class _Reader(Reader):
             inputs.append(path.parent / designs.file)
             place = f"{self.where}: [{DESIGNS}] file = {toml_text(designs.file)}"
             csv_text = read_text(inputs[-1], "CSV file beside the campaign file", place)
-            varied += _Reader(str(inputs[-1])).csv_columns(csv_text, {*fixed, *(variable.name for variable in varied)})
+            table = _Reader(str(inputs[-1]), kind=self.kind)
+            varied += table.csv_columns(csv_text, {*fixed, *(variable.name for variable in varied)})
             made_from += f"\n{csv_text}"
         count = self.count(designs, varied)
-        self.check_relations(relations, {*fixed, *(variable.name for variable in varied)})
-        if relations.centre_distance_mm is not None:
-            fixed["pair.centre_distance_mm"] = None  # that of the base case
-        base_text = self.base_text(base, fixed)
-        return Campaign(said, tuple(inputs), text, f"{made_from}\n{base_text}", base_text, tuple(varied), count)
+        self.check_relations(said, {*fixed, *(variable.name for variable in varied)})
+        fixed |= dict.fromkeys(said.relations.frees)
+        base_text = self.kind.base_text(base, fixed, self.where)
+        made_from += f"\n{base_text}"
+        return Campaign(self.kind, said, tuple(inputs), text, made_from, base_text, tuple(varied), count)
 
     def check_method(self, settings: DesignsSection) -> None:
         """Refuse keys of another method, and a method without its key."""
@@ -91,9 +89,9 @@ class _Reader(Reader):
                 self.refuse(f"[{DESIGNS}] {key}", f"is missing: add '{key} = {example}' below [{DESIGNS}]")
 
     def keys(self, designs: DesignsSection) -> tuple[dict[str, Any], list[Variable]]:
-        """Part the keys of the case into those that all designs have in common and those that differ."""
+        """Part the keys of the base file into those that all designs have in common and those that differ."""
         fixed, varied = dict[str, Any](), list[Variable]()
-        for name, value in _leaves(designs.keys):
+        for name, value in _leaves(designs.keys, self.kind.known):
             hint, place = self.hint(name), f"[{DESIGNS}] {name}"
             if not isinstance(value, Mapping | list) or (
                 isinstance(value, list) and any(get_origin(kind) is tuple for kind, _ in forms_of(hint))
@@ -110,11 +108,12 @@ class _Reader(Reader):
         return fixed, varied
 
     def hint(self, name: str, place: str = f"[{DESIGNS}]") -> Any:
-        """Type of a key of the case."""
+        """Type of a key of the base file."""
         section, key = split(name)
-        if section not in SECTIONS:
-            self.refuse(f"{place} {name}", f"no section of a case: {did_you_mean(section, list(SECTIONS))}")
-        keys = keys_of(SECTIONS[section])
+        known = self.kind.known
+        if section not in known:
+            self.refuse(f"{place} {name}", f"no section of a {self.kind.key}: {did_you_mean(section, list(known))}")
+        keys = keys_of(known[section])
         if key not in keys:
             self.refuse(f"{place} {name}", f"unknown key: {did_you_mean(key, list(keys))}")
         return keys[key]
@@ -155,13 +154,13 @@ class _Reader(Reader):
         return evenly(low, high, steps, whole)
 
     def csv_columns(self, text: str, known: set[str]) -> list[Variable]:
-        """Read a table of designs: keys of the case in its first line, a design in each further one."""
+        """Read a table of designs: keys of the base file in its first line, a design in each further one."""
         try:
             rows = [row for row in csv.reader(io.StringIO(text)) if row]
         except csv.Error as error:
             self.refuse("no table", f"{error}: write values between commas")
         if len(rows) < 2:
-            self.refuse("line 1", "must name keys of the case, and each further line be a design: add them")
+            self.refuse("line 1", f"must name keys of the {self.kind.key}, and each further line be a design: add them")
         names = [name.strip() for name in rows[0]]
         hints = [self.hint(name, "line 1:") for name in names]
         for name in names:
@@ -178,8 +177,8 @@ class _Reader(Reader):
     def count(self, settings: DesignsSection, varied: list[Variable]) -> int:
         """Return the number of designs."""
         if not varied:
-            self.refuse(f"[{DESIGNS}]", "nothing differs from design to design: add a key of the case with a list, "
-                        "as in pinion.teeth = [19, 20, 21]")  # fmt: skip
+            self.refuse(f"[{DESIGNS}]", "nothing differs from design to design: add a key of the "
+                        f"{self.kind.key} with a list, as in {self.kind.gear}.teeth = [19, 20, 21]")  # fmt: skip
         lengths = {v.name: len(v.values) for v in varied if not isinstance(v.values, Span)}
         if settings.method == "sobol":
             assert settings.count is not None
@@ -198,33 +197,27 @@ class _Reader(Reader):
             )  # fmt: skip
         return lengths[longest]
 
-    def check_relations(self, relations: Relations, named: set[str]) -> None:
-        """Refuse designs with keys that follow from relations."""
+    def check_relations(self, said: PairCampaign | SetCampaign, named: set[str]) -> None:
+        """Refuse designs with keys that follow from relations, and relations that say the same twice."""
+        relations = said.relations
         for name in relations.solved:
             if name in named:
                 self.refuse(f"[{DESIGNS}] {name}", "follows from [relations]: remove it here, or the relation there")
-        if relations.centre_distance_mm is not None and "pair.centre_distance_mm" in named:
-            self.refuse(f"[{DESIGNS}] pair.centre_distance_mm", "is fixed in [relations]: remove one of them")
-
-    def base_text(self, base: Path, fixed: Mapping[str, Any]) -> str:
-        """Return the text of the base case with the keys that all designs have in common."""
-        case = load_case(base)
-        if case.compare.models is not None:
-            case = change_case(case, compare={"models": None})
-        text = text_of_design(text_of(case), fixed)
-        found = parse_case(text, case.name, f"{self.where}: {base}")
-        if reason := why_not(found, "campaign"):
-            self.refuse(str(base), f"{reason} there, or with their sections below [{DESIGNS}]")
-        return text
+        for name in relations.frees:
+            if name in named:
+                self.refuse(f"[{DESIGNS}] {name}", "is fixed in [relations]: remove one of them")
+        if isinstance(said, SetCampaign) and relations.centre_distance_mm is not None and relations.solve is not None:
+            place = f'[relations] solve = "{relations.solve}"'
+            self.refuse(place, "with centre_distance_mm the shifts of sun and ring are found both: leave it out")
 
 
-def _leaves(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+def _leaves(table: Mapping[str, Any], known: Mapping[str, type], before: str = "") -> Iterator[tuple[str, Any]]:
     """Keys with dots, and their values; a table that is no section is a range."""
     for key, value in table.items():
         name = before + key
-        inside = isinstance(value, Mapping) and (name in SECTIONS or any(s.startswith(f"{name}.") for s in SECTIONS))
+        inside = isinstance(value, Mapping) and (name in known or any(s.startswith(f"{name}.") for s in known))
         if inside:
-            yield from _leaves(value, f"{name}.")
+            yield from _leaves(value, known, f"{name}.")
         else:
             yield name, value
 

@@ -7,18 +7,17 @@ from __future__ import annotations
 
 import csv
 from collections import Counter
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from pmor.campaigns.campaign import Campaign
 from pmor.campaigns.columns import Columns
-from pmor.campaigns.figures import BY_KEY
-from pmor.campaigns.page import CASES, MOST_CASES, blocks_of, case_file, common_reasons, linked_designs
-from pmor.campaigns.relations import text_of_design, unit_of, with_relations
-from pmor.campaigns.rows import PEAKS, STATUSES
-from pmor.campaigns.settings import Campaign, Number
+from pmor.campaigns.keys import unit_of
+from pmor.campaigns.kind import PEAKS, Design
+from pmor.campaigns.page import CASE_FILE, CASES, blocks_of, case_file, common_reasons, linked_designs
+from pmor.campaigns.rows import STATUSES
 from pmor.campaigns.table import designs_of
 from pmor.core.errors import CaseError
 from pmor.core.progress import format_time
@@ -53,8 +52,8 @@ def write_campaign(result: Columns, folder: Path, overwrite: bool = False) -> No
 def refuse_changed_cases(campaign: Campaign, folder: Path, overwrite: bool) -> None:
     """Raise OutputError where a case file of an earlier run was changed, or is none of ours."""
     there = {path.name for path in (folder / CASES).glob("*.toml")}
-    names = [case_file(i + 1) for i in range(min(campaign.count, MOST_CASES))]
-    refuse_in_the_way([folder / CASES / name for name in names if name in there], overwrite, campaign.inputs)
+    ours = [name for name in sorted(there) if CASE_FILE.fullmatch(name)]
+    refuse_in_the_way([folder / CASES / name for name in ours], overwrite, campaign.inputs)
 
 
 def campaign_data(result: Columns) -> dict[str, Any]:
@@ -88,7 +87,7 @@ def campaign_text(result: Columns) -> str:
     for key in list(result.results)[:2]:
         found = _extremes(result.judged(key))
         if found["least"] is not None:
-            figure, least = BY_KEY[key], found["design_of_least"]
+            figure, least = result.campaign.kind.figure(key), found["design_of_least"]
             few = f" ({result.results[key][least - 1]:.4g} on the angles of its case)" if key in PEAKS else ""
             lines.append(f"  {figure.label}: {found['least']:.4g} to {found['most']:.4g} {figure.unit}, the least of "
                          f"design {least}{few}")  # fmt: skip
@@ -112,7 +111,8 @@ def write_design(campaign: Campaign, number: int, folder: Path, overwrite: bool 
         raise CaseError(
             f"number {number}: {campaign.inputs[0]} has {campaign.count} designs: give one of these numbers"
         )
-    design = with_relations(campaign.base_text, designs_of(campaign)(number - 1), campaign.sections.relations)
+    design = designs_of(campaign)(number - 1)
+    design = campaign.kind.complete(campaign.base_text, design, campaign.sections.relations)
     target = ensure_folder(folder) / f"{campaign.name}_design_{number}.toml"
     refuse_existing(target, overwrite)
     _write_case(campaign, design, number, target, overwrite)
@@ -120,10 +120,11 @@ def write_design(campaign: Campaign, number: int, folder: Path, overwrite: bool 
 
 
 def _write_case(
-    campaign: Campaign, design: Mapping[str, Number], number: int, path: Path, overwrite: bool = False
+    campaign: Campaign, design: Design, number: int, path: Path, overwrite: bool = False
 ) -> None:
     said = ", ".join(f"{name} = {value:g}" for name, value in design.items())
-    text = f"# Design {number} of the campaign {campaign.name}: {said}\n\n{text_of_design(campaign.base_text, design)}"
+    head = f"# Design {number} of the campaign {campaign.name}: {said}"
+    text = f"{head}\n\n{campaign.kind.text(campaign.base_text, design)}"
     with atomic_path(path, overwrite) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
@@ -164,8 +165,8 @@ def _field(value: float, whole: bool) -> str:
 
 def write_hdf5(path: Path, result: Columns) -> None:
     """Write all columns."""
-    units = {f"inputs/{name}": unit_of(name) or "1" for name in result.inputs}
-    units |= {f"results/{key}": BY_KEY[key].unit for key in result.results}
+    units = {f"inputs/{name}": unit_of(name, result.campaign.kind.known) or "1" for name in result.inputs}
+    units |= {f"results/{key}": result.campaign.kind.figure(key).unit for key in result.results}
     arrays: dict[str, np.ndarray] = {
         NUMBER: np.arange(1, len(result.codes) + 1), STATUS: result.codes,
         **{f"inputs/{name}": values for name, values in result.inputs.items()},

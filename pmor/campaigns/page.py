@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from pmor.campaigns.columns import Columns
-from pmor.campaigns.figures import BY_KEY, Figure
-from pmor.campaigns.relations import split, unit_of
+from pmor.campaigns.keys import split, unit_of
+from pmor.campaigns.kind import Figure
 from pmor.campaigns.rows import STATUSES
 from pmor.core.arrays import FloatArray
 from pmor.report.explorer import Column, Designs
@@ -17,16 +17,12 @@ from pmor.report.page import Block, Heading, Warning
 from pmor.report.table import Cell, Table
 
 # Folder of case files, beside the page.
-CASES = "cases"
+CASES, CASE_FILE = "cases", re.compile(r"design_\d{6,}\.toml")
 # Designs that the page lets look through, and those of them with a case file: a megabyte or two each.
 MOST_SHOWN, MOST_CASES = 10_000, 1_000
 # Lines of tables.
 BEST, COMMON_REASONS = 10, 12
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(\.\d+)?(e[-+]?\d+)?(?!\w)")
-RANKED = "ste_peak_to_peak_um"
-# In the order in which an engineer looks at them: the first two are the axes of the scatter.
-FIRST = (RANKED, "mass_kg", "flank_pressure_max_MPa", "root_stress_pinion_MPa", "root_stress_wheel_MPa", "k_h_beta",
-         "effective_contact_ratio")  # fmt: skip
 ROUND_OFF = 1e-9
 UNITS = re.compile(r"_(mm|um|deg|GPa|Nm)$")
 
@@ -41,7 +37,7 @@ def linked_designs(result: Columns) -> Sequence[int]:
     known = np.ones(len(result.codes), dtype=bool)
     for values in result.inputs.values():
         known &= np.isfinite(values)
-    return np.flatnonzero(known).tolist() if len(known) <= MOST_CASES else []
+    return np.flatnonzero(known).tolist() if known.sum() <= MOST_CASES else []
 
 
 def blocks_of(result: Columns) -> list[Block | Designs]:
@@ -56,9 +52,9 @@ def blocks_of(result: Columns) -> list[Block | Designs]:
     derived = [name for name in campaign.columns if name in campaign.sections.relations.solved]
     follows = f" {', '.join(derived)} follow{'s' * (len(derived) == 1)} from relations." if derived else ""
     blocks += [
-        f"{campaign.count} designs of the case {campaign.inputs[1].name}: {counts['ok']} solved, "
+        f"{campaign.count} designs of the {campaign.kind.key} {campaign.inputs[1].name}: {counts['ok']} solved, "
         f"{counts['infeasible']} infeasible, {len(result.failed)} failed. From design to design differ: {varied}."
-        f"{follows} Every design has finite elements of its own gears, exact line loads and the sweep of its case; "
+        f"{follows} Every design has finite elements of its own gears, exact line loads and the sweep of its file; "
         "figures are those at the nominal torque.",
         Heading("Designs"),
         *_explorer(result),
@@ -79,7 +75,7 @@ def _explorer(result: Columns) -> list[Block | Designs]:
     step = -(-len(result.codes) // MOST_SHOWN)
     shown = np.arange(0, len(result.codes), step)
     linked = set(linked_designs(result))
-    found = [Column(name, label_of(name), unit_of(name), values[shown], "input")
+    found = [Column(name, label_of(name), unit_of(name, result.campaign.kind.known), values[shown], "input")
              for name, values in result.inputs.items()]  # fmt: skip
     found += [Column(figure.key, figure.label, figure.shown_unit, result.results[figure.key][shown], "result")
               for figure in _shown(result)]  # fmt: skip
@@ -89,10 +85,11 @@ def _explorer(result: Columns) -> list[Block | Designs]:
         np.array([result.reasons[i] for i in shown]),
     )  # fmt: skip
     part = f"One design in {step} is shown, from the first on; all are in campaign.csv. " if step > 1 else ""
+    file = f"{result.campaign.kind.key} file"
     each = (
-        "The name of a design links to its case file."
+        f"The name of a design links to its {file}."
         if linked
-        else (f"pmor campaign {result.campaign.inputs[0].name} --case N writes the case file of design N.")
+        else (f"pmor campaign {result.campaign.inputs[0].name} --case N writes the {file} of design N.")
     )
     return [f"{part}{each}", designs]
 
@@ -100,8 +97,9 @@ def _explorer(result: Columns) -> list[Block | Designs]:
 def _shown(result: Columns) -> list[Figure]:
     """Results that differ between designs by more than round-off, the most telling ones first."""
     differing = [key for key, values in result.results.items() if _differs(values)]
-    order = [key for key in FIRST if key in differing] + [key for key in differing if key not in FIRST]
-    return [BY_KEY[key] for key in order]
+    kind = result.campaign.kind
+    order = [key for key in kind.first if key in differing] + [key for key in differing if key not in kind.first]
+    return [kind.figure(key) for key in order]
 
 
 def _differs(values: FloatArray) -> bool:
@@ -111,7 +109,7 @@ def _differs(values: FloatArray) -> bool:
 
 def _best(result: Columns) -> Table:
     """Designs of the least of the first result, one line each."""
-    figures = _shown(result)[: len(FIRST)]
+    figures = _shown(result)[: len(result.campaign.kind.first)]
     if not figures:
         return Table("", (), [])
     ranked = result.judged(figures[0].key)
@@ -121,7 +119,7 @@ def _best(result: Columns) -> Table:
          *(float(result.judged(figure.key)[i]) for figure in figures), float(result.results[figures[0].key][i])]
         for i in order
     ]  # fmt: skip
-    inputs = [_headed(label_of(name), unit_of(name)) for name in result.inputs]
+    inputs = [_headed(label_of(name), unit_of(name, result.campaign.kind.known)) for name in result.inputs]
     results = [_headed(figure.label, figure.shown_unit) for figure in figures]
     few = _headed(f"{figures[0].label}, on the angles of the case", figures[0].shown_unit)
     note = "Peak-to-peak STE is that on so many angles that it no longer moves; beside it, last, that of the case."

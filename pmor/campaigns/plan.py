@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from dataclasses import fields
 
+from pmor.campaigns.campaign import Campaign, Span, Variable
 from pmor.campaigns.chunks import chunks_of, expected_seconds
+from pmor.campaigns.kind import Design
 from pmor.campaigns.page import common_reasons
-from pmor.campaigns.relations import case_of, why_infeasible, with_relations
 from pmor.campaigns.rows import NAME
-from pmor.campaigns.settings import USUAL, Campaign, Number, Span, Variable
 from pmor.campaigns.table import designs_of, different_designs
+from pmor.case.values import toml_text
 from pmor.core.errors import CaseError, GeometryError, InsufficientMemoryError, MeshError
 from pmor.core.progress import format_time
-from pmor.pair.model import refuse_loads_unmeshed
-from pmor.work.cost import refuse_beyond_memory
 
 # Designs whose geometry is checked, evenly over all; values and reasons that are listed.
 MOST_CHECKED, FEW_VALUES, COMMON_REASONS = 1_000, 6, 8
@@ -31,19 +30,21 @@ def _designs(campaign: Campaign, different: int) -> list[str]:
     said, relations = campaign.sections, campaign.sections.relations
     again = f", {different} of them different: each is solved once" if different < campaign.count else ""
     width = max(len(variable.name) for variable in campaign.variables)
+    base = f"{campaign.kind.key} {campaign.inputs[1].name}"
     lines = [
         f"Campaign {campaign.name}: {said.title}",
-        f"  {campaign.count} designs of the case {campaign.inputs[1].name}, {said.designs.method}{again}",
+        f"  {campaign.count} designs of the {base}, {said.designs.method}{again}",
         *(f"  {variable.name:<{width}}  {_values(variable)}" for variable in campaign.variables),
     ]
-    if relations.derived:
-        given = [
-            f"{name} = {value:g}"
-            for name, value in (("ratio", relations.ratio), ("centre_distance_mm", relations.centre_distance_mm))
-            if value is not None
-        ]
-        lines.append(f"  {', '.join(relations.derived)}: from [relations] {', '.join(given)}")
-    return lines if campaign.results == USUAL else [*lines, f"  results: {', '.join(campaign.results)}"]
+    given = ", ".join(
+        f"{field.name} = {toml_text(value)}"
+        for field in fields(relations)
+        if (value := getattr(relations, field.name)) != field.default
+    )
+    if given:
+        follow = f"{', '.join(relations.derived)}: from " if relations.derived else ""
+        lines.append(f"  {follow}[relations] {given}")
+    return lines if said.results == type(said.results)() else [*lines, f"  results: {', '.join(campaign.results)}"]
 
 
 def _values(variable: Variable) -> str:
@@ -72,20 +73,16 @@ def _feasible(campaign: Campaign, numbers: list[int]) -> list[str]:
     return lines
 
 
-def why_not(campaign: Campaign, number: int, design: Mapping[str, Number]) -> str:
+def why_not(campaign: Campaign, number: int, design: Design) -> str:
     """Return why a design cannot be made, as far as this shows before it is meshed; empty where nothing does."""
-    complete, relations = dict(design), campaign.sections.relations
-    name = f"{NAME} {number + 1}"
+    complete, relations, kind, name = dict(design), campaign.sections.relations, campaign.kind, f"{NAME} {number + 1}"
     try:
-        complete = with_relations(campaign.base_text, design, relations)
-        case = case_of(campaign.base_text, complete, name)
-        refuse_loads_unmeshed(case)
-        refuse_beyond_memory(case)
+        complete = kind.complete(campaign.base_text, design, relations)
+        kind.refuse(kind.text(campaign.base_text, complete), name)
     except InsufficientMemoryError as error:
         return str(error)
     except (CaseError, GeometryError, MeshError) as error:
-        reason = str(error).removeprefix(f"{name}: ")
-        return why_infeasible(reason, campaign.base_text, complete, relations)
+        return kind.why(str(error).removeprefix(f"{name}: "), campaign.base_text, complete, relations)
     return ""
 
 

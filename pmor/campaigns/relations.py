@@ -1,42 +1,27 @@
-"""From the base case and the keys of a design to its case: relations are solved for the keys that follow."""
+"""Campaigns of pairs: from base case and keys of a design to its case; relations are solved for what follows."""
 
 from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping
-from dataclasses import fields
 from functools import lru_cache
 from typing import Any
 
-from pmor.campaigns.settings import Number, Relations
+from pmor.campaigns.keys import by_section, setting, split
+from pmor.campaigns.kind import Design, Number
+from pmor.campaigns.settings import Relations
 from pmor.case import Case, changed_text, parse_case
 from pmor.case.document import GEARS, flattened
-from pmor.case.reader import keys_of
 from pmor.case.schema import SECTIONS
-from pmor.case.values import forms_of
 from pmor.core.errors import GeometryError
-from pmor.gear.involute import involute_function
+from pmor.gear.pair import tight_shift
 
 PINION, WHEEL = GEARS
 # Of a case, either way.
 MOST_SHIFT = 3.0
 
 
-def split(name: str) -> tuple[str, str]:
-    """Part the name of a key into its section and itself: ``pinion.modification.tip_relief_um`` has a dot in both."""
-    section, _, key = name.rpartition(".")
-    return section, key
-
-
-def unit_of(name: str) -> str:
-    """Return the unit of a key of the case; empty where it has none."""
-    section, key = split(name)
-    hint = keys_of(SECTIONS[section])[key]
-    return next((allowed.unit for _, allowed in forms_of(hint) if allowed is not None), "")
-
-
-def with_relations(base_text: str, design: Mapping[str, Number], relations: Relations) -> dict[str, Number]:
+def with_relations(base_text: str, design: Design, relations: Relations) -> dict[str, Number]:
     """Return the keys of a design with those that follow from relations; GeometryError when these cannot be met."""
     found = dict(design)
     if relations.ratio is not None:
@@ -46,17 +31,14 @@ def with_relations(base_text: str, design: Mapping[str, Number], relations: Rela
     return found
 
 
-def case_of(base_text: str, design: Mapping[str, Number], name: str) -> Case:
+def case_of(base_text: str, design: Design, name: str) -> Case:
     """Return the case of a design, keys as `with_relations` gives them, under a name that stands in messages."""
     return parse_case(text_of_design(base_text, design), name, name)
 
 
-def text_of_design(base_text: str, design: Mapping[str, Number]) -> str:
+def text_of_design(base_text: str, design: Design) -> str:
     """Return the TOML text of the case of a design; see `case_of`."""
-    changes: dict[str, dict[str, Any]] = {}
-    for name, value in design.items():
-        section, key = split(name)
-        changes.setdefault(section, {})[key] = value
+    changes = by_section(design)
     document = _document(base_text)
     if WHEEL in changes and WHEEL not in document:
         # A wheel without a section is like the pinion, also in the keys that a design leaves alone.
@@ -76,32 +58,31 @@ def _mating_teeth(teeth: int, relations: Relations) -> int:
     return mating
 
 
-def _profile_shifts(base_text: str, design: Mapping[str, Number], relations: Relations) -> dict[str, float]:
+def _profile_shifts(base_text: str, design: Design, relations: Relations) -> dict[str, float]:
     """Profile shifts with which a pair has a centre distance without backlash (ISO 21771, 6.2, solved for them)."""
     distance = relations.centre_distance_mm
     assert distance is not None
 
-    def setting(name: str) -> float:
+    def number(name: str) -> float:
         return float(_setting(base_text, design, name))
 
     gives = _without_shifts(base_text, design, distance)
-    teeth = setting("pinion.teeth") + setting("wheel.teeth")
-    normal, helix = math.radians(setting("pair.pressure_angle_deg")), math.radians(setting("pair.helix_angle_deg"))
+    teeth = int(number("pinion.teeth") + number("wheel.teeth"))
+    normal, helix = math.radians(number("pair.pressure_angle_deg")), math.radians(number("pair.helix_angle_deg"))
     transverse = math.atan(math.tan(normal) / math.cos(helix))
-    bases = 0.5 * teeth * setting("pair.module_mm") / math.cos(helix) * math.cos(transverse)
+    bases = 0.5 * teeth * number("pair.module_mm") / math.cos(helix) * math.cos(transverse)
     if bases >= distance:
         raise GeometryError(
             f"[relations] centre_distance_mm = {distance:g}: {gives}, and the base circles' radii alone are "
             f"{bases:.4g} mm together: take fewer teeth or a smaller module"
         )
-    working = math.acos(bases / distance)
-    needed = teeth * (involute_function(working) - involute_function(transverse)) / (2.0 * math.tan(normal))
+    needed = tight_shift(teeth, bases, distance, normal, transverse)
     if relations.solve == "both":
         found = {f"{gear}.profile_shift": 0.5 * needed for gear in GEARS}
     else:
         # The mate's is set explicitly: a wheel without a section would inherit the pinion's new one.
         mate = f"{WHEEL if relations.solve == PINION else PINION}.profile_shift"
-        found = {f"{relations.solve}.profile_shift": needed - setting(mate), mate: setting(mate)}
+        found = {f"{relations.solve}.profile_shift": needed - number(mate), mate: number(mate)}
     largest = max(found.values(), key=abs)
     if abs(largest) > MOST_SHIFT:
         more = ("more teeth", "larger") if largest > 0.0 else ("fewer teeth", "smaller")
@@ -112,7 +93,7 @@ def _profile_shifts(base_text: str, design: Mapping[str, Number], relations: Rel
     return found
 
 
-def why_infeasible(reason: str, base_text: str, design: Mapping[str, Number], relations: Relations) -> str:
+def why_infeasible(reason: str, base_text: str, design: Design, relations: Relations) -> str:
     """Return why a design cannot be made, with the profile shifts that a centre distance has made it take."""
     shifts = [design.get(f"{gear}.profile_shift") for gear in GEARS]
     if relations.centre_distance_mm is None or None in shifts:
@@ -122,7 +103,7 @@ def why_infeasible(reason: str, base_text: str, design: Mapping[str, Number], re
     return f"{reason} ([relations] set {taken}: {gives})"
 
 
-def _without_shifts(base_text: str, design: Mapping[str, Number], distance: float) -> str:
+def _without_shifts(base_text: str, design: Design, distance: float) -> str:
     """The centre distance of a design without profile shifts, beside the one that is asked for."""
     module, *teeth = (_setting(base_text, design, name) for name in ("pair.module_mm", "pinion.teeth", "wheel.teeth"))
     helix = _setting(base_text, design, "pair.helix_angle_deg")
@@ -131,16 +112,13 @@ def _without_shifts(base_text: str, design: Mapping[str, Number], distance: floa
     return f"z1 + z2 = {sum(teeth)} at m {module:g}{under} gives {reference:.4g} mm; {distance:g} asked"
 
 
-def _setting(base_text: str, design: Mapping[str, Number], name: str) -> Any:
+def _setting(base_text: str, design: Design, name: str) -> Any:
     """Value of a key: of the design, of the base case, or the usual one."""
     section, key = split(name)
     document = _document(base_text)
-    if name in design:
-        return design[name]
-    if section == WHEEL and section not in document:
+    if section == WHEEL and section not in document and name not in design:
         return _setting(base_text, design, f"{PINION}.{key}")
-    usual = {field.name: field.default for field in fields(SECTIONS[section])}
-    return document.get(section, {}).get(key, usual[key])
+    return setting(document, design, name, SECTIONS)
 
 
 @lru_cache(maxsize=4)

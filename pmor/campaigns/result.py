@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from pmor.campaigns.campaign import Campaign
 from pmor.campaigns.columns import Columns, Effort
 from pmor.campaigns.output import campaign_text, write_campaign
 from pmor.campaigns.rows import STATUSES, Answer
-from pmor.campaigns.settings import Campaign
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.shown import Tabular
 

@@ -6,25 +6,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from pmor.campaigns.settings import Number, Relations, Workers
+from pmor.campaigns.kind import Design
+from pmor.campaigns.settings import RELATIONS, Relations, SetRelations, Workers
 
 Row = dict[str, Any]
 Status = Literal["ok", "infeasible", "not converged", "lost"]
 # In the order of their codes in files.
 STATUSES: tuple[Status, ...] = ("ok", "infeasible", "not converged", "lost")
-# Results that the best designs are judged by again on fine angles, and these angles.
-PEAKS = ("ste_peak_to_peak_um", "ste_peak_to_peak_worst_um")
-ANGLES = "angles_per_pitch"
-# Under which the case of a design is checked, with its number.
+# Under which the file of a design is checked, with its number.
 NAME = "design"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Task:
-    """All that the designs of a campaign have in common, their base case, rows and store."""
+    """All that the designs of a campaign have in common, their kind, base file, rows and store."""
 
+    kind: str
     base_text: str
-    relations: Relations
+    relations: Relations | SetRelations
     columns: tuple[str, ...]
     results: tuple[str, ...]
     workers: Workers
@@ -35,7 +34,7 @@ class Task:
     @staticmethod
     def from_json(plain: dict[str, Any]) -> Task:
         """Return the task of `dataclasses.asdict`, through JSON."""
-        given = {"relations": Relations(**plain["relations"]), "workers": Workers(**plain["workers"])}
+        given = {"relations": RELATIONS[plain["kind"]](**plain["relations"]), "workers": Workers(**plain["workers"])}
         return Task(**{**plain, **given, "columns": tuple(plain["columns"]), "results": tuple(plain["results"])})
 
 
@@ -56,7 +55,7 @@ class Answer:
 
 
 def plain_row(
-    task: Task, number: int, design: Mapping[str, Number], status: Status, reason: str,
+    task: Task, number: int, design: Design, status: Status, reason: str,
     results: Mapping[str, float | None] | None = None,
 ) -> Row:  # fmt: skip
     """Return the row of a design: None for unknown values."""

@@ -9,13 +9,14 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 
+from pmor.campaigns.campaign import Campaign
 from pmor.campaigns.chunks import Chunk, ChunkFiles, chunks_of, expected_seconds, key_of_campaign
 from pmor.campaigns.columns import Effort
 from pmor.campaigns.fine import judged_finely
+from pmor.campaigns.kind import ANGLES, PEAKS
 from pmor.campaigns.output import FILES, refuse_changed_cases
 from pmor.campaigns.result import CampaignResult, gathered
-from pmor.campaigns.rows import ANGLES, PEAKS, Answer, Keys, Row, Task
-from pmor.campaigns.settings import Campaign
+from pmor.campaigns.rows import Answer, Keys, Row, Task
 from pmor.campaigns.store import Store, open_store, refuse_foreign_store
 from pmor.campaigns.submit import submit_all
 from pmor.campaigns.supervise import LocalProcesses, Order, lost_answer, solve_order
@@ -59,8 +60,8 @@ def task_of(campaign: Campaign, store: Store) -> Task:
     """Return all that the designs of a campaign have in common."""
     said = campaign.sections
     return Task(
-        base_text=campaign.base_text, relations=said.relations, columns=campaign.columns, results=campaign.results,
-        workers=said.workers, store=str(store.folder), store_bytes=store.limit_bytes,
+        kind=campaign.kind.key, base_text=campaign.base_text, relations=said.relations, columns=campaign.columns,
+        results=campaign.results, workers=said.workers, store=str(store.folder), store_bytes=store.limit_bytes,
     )  # fmt: skip
 
 

@@ -1,21 +1,19 @@
 """Sections of a campaign file: one dataclass each.
 
-A campaign names a base case and varies keys of it; `pmor.case` checks these keys, with its own messages.
+A campaign names a base case, or a base set, and varies keys of it; `pmor.case` and `pmor.sets` check these keys, with
+their own messages.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Literal, get_args
 
 from pmor.case.reader import Sections
-from pmor.core.errors import printable
 from pmor.core.ranges import Range
 
 Method = Literal["grid", "list", "csv", "sobol"]
 Solved = Literal["both", "pinion", "wheel"]
-Number = int | float
 ReliefKey = Literal[
     "best_tip_relief_um", "best_tip_relief_start_pinion_roll_deg", "best_tip_relief_start_wheel_roll_deg",
     "best_ste_peak_to_peak_um",
@@ -31,45 +29,22 @@ ResultKey = Literal[UsualKey, ReliefKey]
 #: results without those of the best relief
 USUAL: tuple[UsualKey, ...] = get_args(UsualKey)
 OF_RELIEF: tuple[ReliefKey, ...] = get_args(ReliefKey)
+SetResultKey = Literal[
+    "ste_mean_um", "ste_peak_to_peak_um", "ste_peak_to_peak_worst_um", "ste_order_1_um", "ste_order_2_um",
+    "ste_order_3_um", "k_gamma", "pin_force_max_N", "line_load_max_sun_planet_N_per_mm",
+    "line_load_max_planet_ring_N_per_mm", "k_h_beta_sun_planet", "k_h_beta_planet_ring", "root_stress_sun_MPa",
+    "root_stress_planet_MPa", "root_stress_ring_MPa", "root_stress_range_planet_MPa", "contact_ratio_sun_planet",
+    "contact_ratio_planet_ring", "overlap_ratio", "speed_ratio", "mesh_phase_pitches", "centre_distance_mm",
+    "outside_diameter_mm", "mass_kg", "mass_sun_kg", "mass_planet_kg", "mass_ring_kg",
+]  # fmt: skip
+EVERY_OF_SETS: tuple[SetResultKey, ...] = get_args(SetResultKey)
 # Ten times the work of a thousand cores in a day, at a minute for each design.
 MOST_DESIGNS = 10_000_000
 
 
-@dataclass(frozen=True)
-class Span:
-    """Values between two bounds, which belong to them.
-
-    Parameters
-    ----------
-    low, high : int or float
-    whole : bool
-        Whether all values are whole numbers.
-    """
-
-    low: Number
-    high: Number
-    whole: bool
-
-
-@dataclass(frozen=True)
-class Variable:
-    """A key of the case that differs from design to design.
-
-    Parameters
-    ----------
-    name : str
-        Section and key, such as ``pinion.teeth``.
-    values : tuple of numbers, or Span
-        The latter in Sobol's sequence alone.
-    """
-
-    name: str
-    values: tuple[Number, ...] | Span
-
-
 @dataclass(frozen=True, kw_only=True)
 class DesignsSection:
-    """The designs (section `[designs]`, beside the keys of the case that it names).
+    """The designs (section `[designs]`, beside the keys of the base file that it names).
 
     Parameters
     ----------
@@ -79,9 +54,10 @@ class DesignsSection:
     count : int or None
         Number of designs of Sobol's sequence.
     file : str or None
-        CSV file beside the campaign file: keys of the case in the first line, a design in each further one.
+        CSV file beside the campaign file: keys of the base file in the first line, a design in each further one.
     keys : mapping
-        Sections of the case. One value is the same for all designs; a list or a range `{ from, to, steps }` differs.
+        Sections of the base file. One value is the same for all designs; a list or a range `{ from, to, steps }`
+        differs.
     """
 
     method: Method
@@ -118,6 +94,11 @@ class Relations:
         gears = ("pinion", "wheel") if self.solve == "both" else (self.solve,)
         shifts = tuple(f"{gear}.profile_shift" for gear in gears) if self.centre_distance_mm is not None else ()
         return teeth + shifts
+
+    @property
+    def frees(self) -> tuple[str, ...]:
+        """Keys of the case that give way to them."""
+        return ("pair.centre_distance_mm",) if self.centre_distance_mm is not None else ()
 
     @property
     def derived(self) -> tuple[str, ...]:
@@ -173,8 +154,97 @@ class StoreSection:
 
 
 @dataclass(frozen=True, kw_only=True)
+class SetRelations:
+    """Relations that all sets keep (section `[relations]`); but for the ratio, keys of the set follow from them.
+
+    Parameters
+    ----------
+    ratio : float or None
+        Speed of the member with the torque over that of the one that it drives, by amount.
+    ratio_tolerance_percent : float
+        Largest deviation from the ratio; a design beyond is infeasible.
+    planet_teeth_fewer : int or None
+        By how much the planet has fewer teeth than half the difference of ring and sun, rounded down; None leaves its
+        teeth as they are.
+    ring_diameter_mm : float or None
+        Of the reference circle of the ring: the module follows.
+    bore_share : float or None
+        Radii of the bores of sun and planet over those of their reference circles.
+    centre_distance_mm : float or None
+        Reached without backlash in both meshes by the profile shifts of sun and ring.
+    solve : {"sun", "ring"} or None
+        Member whose profile shift is found, so that its mesh has no backlash at the centre distance at which the other
+        mesh has none.
+    """
+
+    ratio: Annotated[float, Range(0.001, 1000.0)] | None = None
+    ratio_tolerance_percent: Annotated[float, Range(0.0, 50.0, "%")] = 3.0
+    planet_teeth_fewer: Annotated[int, Range(0, 10)] | None = None
+    ring_diameter_mm: Annotated[float, Range(0.1, 1e5, "mm")] | None = None
+    bore_share: Annotated[float, Range(0.05, 0.95)] | None = None
+    centre_distance_mm: Annotated[float, Range(0.1, 1e5, "mm")] | None = None
+    solve: Literal["sun", "ring"] | None = None
+
+    @property
+    def solved(self) -> tuple[str, ...]:
+        """Keys of the set that follow from them, given nowhere else."""
+        both = self.centre_distance_mm is not None
+        follow = {
+            "planet.teeth": self.planet_teeth_fewer is not None,
+            "pair.module_mm": self.ring_diameter_mm is not None,
+            "sun.bore_radius_mm": self.bore_share is not None,
+            "planet.bore_radius_mm": self.bore_share is not None,
+            "sun.profile_shift": both or self.solve == "sun",
+            "ring.profile_shift": both or self.solve == "ring",
+        }
+        return tuple(name for name, follows in follow.items() if follows)
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """Keys of the set that stand in the row of a design beside its own."""
+        return self.solved
+
+    @property
+    def frees(self) -> tuple[str, ...]:
+        """Keys of the set that give way to them."""
+        sizes = self.centre_distance_mm, self.ring_diameter_mm, self.solve
+        return ("pair.centre_distance_mm",) if any(size is not None for size in sizes) else ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class SetResults:
+    """Which results are written (section `[results]`), all of them without this section.
+
+    Parameters
+    ----------
+    keys : tuple of str
+        In the units of their names; those of a mesh are the largest ones over the planets.
+    """
+
+    keys: tuple[SetResultKey, ...] = EVERY_OF_SETS
+
+
+@dataclass(frozen=True, kw_only=True)
 class CampaignSections:
-    """A campaign file as it stands.
+    """A campaign file as it stands: what those of pairs and of sets have in common.
+
+    Parameters
+    ----------
+    title : str
+        One line for the report; by default the name of the file.
+    designs, workers, store
+        One dataclass per section.
+    """
+
+    title: str
+    designs: DesignsSection
+    workers: Workers = Workers()
+    store: StoreSection = StoreSection()
+
+
+@dataclass(frozen=True, kw_only=True)
+class PairCampaign(CampaignSections):
+    """A campaign file of gear pairs.
 
     Parameters
     ----------
@@ -186,64 +256,29 @@ class CampaignSections:
         One dataclass per section.
     """
 
-    title: str
     case: str
-    designs: DesignsSection
     relations: Relations = Relations()
     results: ResultsSection = ResultsSection()
-    workers: Workers = Workers()
-    store: StoreSection = StoreSection()
 
 
-@dataclass(frozen=True)
-class Campaign:
-    """A campaign, its base case and its table of designs read.
+@dataclass(frozen=True, kw_only=True)
+class SetCampaign(CampaignSections):
+    """A campaign file of planetary sets; `[designs]`, `[workers]` and `[store]` as in one of pairs.
 
     Parameters
     ----------
-    sections : CampaignSections
-        The campaign file as it stands.
-    inputs : tuple of Path
-        Files that were read: of the campaign, of the base case, of the table of designs if it is a CSV file.
-    source_text : str
-        Of the campaign file.
-    text : str
-        All that the results are made from: campaign file, table of designs, base case.
-    base_text : str
-        TOML text of the base case with the keys that all designs have in common; it names no further file.
-    variables : tuple of Variable
-    count : int
-        Number of designs.
+    title : str
+        One line for the report; by default the name of the file.
+    set : str
+        File of the base set, relative to this one: TOML, or REXS with a planetary stage.
+    designs, relations, results, workers, store
+        One dataclass per section.
     """
 
-    sections: CampaignSections
-    inputs: tuple[Path, ...]
-    source_text: str
-    text: str
-    base_text: str
-    variables: tuple[Variable, ...]
-    count: int
+    set: str
+    relations: SetRelations = SetRelations()
+    results: SetResults = SetResults()
 
-    @property
-    def name(self) -> str:
-        """Stem of the file name."""
-        return printable(self.inputs[0].stem)
 
-    @property
-    def results(self) -> tuple[str, ...]:
-        """Keys of the results that are written, in the order of the tables."""
-        return tuple(key for key in (*USUAL, *OF_RELIEF) if key in self.sections.results.keys)
-
-    @property
-    def whole(self) -> tuple[str, ...]:
-        """Columns of whole numbers."""
-        listed = {v.name: v.values for v in self.variables}
-        kinds = {name: values.whole if isinstance(values, Span) else isinstance(values[0], int)
-                 for name, values in listed.items()}  # fmt: skip
-        return tuple(name for name in self.columns if kinds.get(name, name == "wheel.teeth"))
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Keys of the case that differ between designs, or follow from relations."""
-        named = tuple(variable.name for variable in self.variables)
-        return named + tuple(name for name in self.sections.relations.derived if name not in named)
+#: by the kinds of `pmor.campaigns.kinds`
+RELATIONS: dict[str, type[Relations] | type[SetRelations]] = {"case": Relations, "set": SetRelations}

@@ -14,14 +14,13 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from pmor.campaigns.kind import Design
 from pmor.campaigns.rows import Answer, Row, Task, plain_row
-from pmor.campaigns.settings import Number
 from pmor.campaigns.solver import FAILED
 from pmor.core.errors import ExternalProgramError
 from pmor.core.threads import VARIABLES
@@ -41,7 +40,7 @@ class Order:
     """A chunk with all that it takes to solve it: plain data, for whichever machine. Designs are numbered from 1."""
 
     task: Task
-    designs: tuple[tuple[int, Mapping[str, Number]], ...]
+    designs: tuple[tuple[int, Design], ...]
     chunk: int
     version: str = __version__
 

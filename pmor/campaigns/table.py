@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import numpy as np
 
-from pmor.campaigns.settings import Campaign, Number, Span, Variable
+from pmor.campaigns.campaign import Campaign, Span, Variable
+from pmor.campaigns.kind import Design, Number
 from pmor.core.arrays import IntArray
 
 # Digits that a value keeps: those of a step over a range, without its rounding.
 DIGITS = 12
-Design = Mapping[str, Number]
 
 
 def designs_of(campaign: Campaign) -> Callable[[int], Design]:

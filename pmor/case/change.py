@@ -126,15 +126,15 @@ def _changed(document: dict[str, Any], settings: Mapping[str, Any], where: str) 
             if not isinstance(value, Mapping):
                 first = next(iter(keys_of(SECTIONS[key])))
                 raise CaseError(f"{where}: {key} = {value!r}: is a section: write {_keyword(key, first)}")
-            document[key] = _laid_over(document.get(key, {}), value)
+            document[key] = laid_over(document.get(key, {}), value)
         else:
             for section in _homes(key, document, where):
-                document[section] = _laid_over(document.get(section, {}), {key: value})
+                document[section] = laid_over(document.get(section, {}), {key: value})
     return document
 
 
-def _laid_over(section: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Keys of a section with some changed; those that said otherwise where a relief starts or ends are left out."""
+def laid_over(section: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keys of a section with some changed, without others that said where a relief starts or ends."""
     replaced = other_places(key for key, value in values.items() if value is not None)
     return {key: value for key, value in section.items() if key not in replaced} | dict(values)
 

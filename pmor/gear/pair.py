@@ -278,12 +278,35 @@ def tight_centre_distance(pinion: Tooth, wheel: Tooth) -> float:
 
 
 def _tight_distance(pinion: Tooth, wheel: Tooth, shift: float) -> float:
-    alpha_t = pinion.transverse_pressure_angle
-    teeth = pinion.teeth + wheel.teeth
-    target = involute_function(alpha_t) + 2.0 * math.tan(pinion.pressure_angle) * shift / teeth
+    bases = pinion.base_radius + wheel.base_radius
+    return tight_distance(
+        pinion.teeth + wheel.teeth, bases, shift, pinion.pressure_angle, pinion.transverse_pressure_angle
+    )
+
+
+def tight_distance(teeth: int, bases: float, shift: float, normal: float, transverse: float) -> float:
+    """Return the centre distance at which teeth mesh without backlash, mm (ISO 21771, 6.2).
+
+    Parameters
+    ----------
+    teeth, bases, shift
+        Sums of both gears: of teeth, of base radii in mm, of profile shifts; signed, those of a ring negative.
+    normal, transverse : float
+        Pressure angles, rad.
+
+    Raises
+    ------
+    GeometryError
+    """
+    target = involute_function(transverse) + 2.0 * math.tan(normal) * shift / teeth
     if target <= 0.0:
         if teeth < 0:
             raise GeometryError(f"profile shifts add up to {shift:g}: too much for {teeth} teeth; lower them")
         raise GeometryError(f"profile shifts add up to {shift:g}: too negative for {teeth} teeth; raise them")
-    working = inverse_involute(target)
-    return (pinion.base_radius + wheel.base_radius) / math.cos(working)
+    return bases / math.cos(inverse_involute(target))
+
+
+def tight_shift(teeth: int, bases: float, distance: float, normal: float, transverse: float) -> float:
+    """Return the sum of profile shifts for a centre distance beyond that of the base circles: see `tight_distance`."""
+    working = math.acos(bases / distance)
+    return teeth * (involute_function(working) - involute_function(transverse)) / (2.0 * math.tan(normal))

@@ -110,6 +110,11 @@ class SetFile:
         assert self.sections.load is not None
         return self.sections.load.held
 
+    @property
+    def torques_Nm(self) -> list[float]:
+        """Amounts of the torque that are solved, rising: of the nominal one, and of those of the sweep."""
+        return sorted({self.plan.nominal_Nm, *self.sections.sweep.torques_Nm})
+
 
 def is_set(path: Path) -> bool:
     """Return whether a file is a set file, or one of REXS with a planetary stage; CaseError when it cannot be read."""

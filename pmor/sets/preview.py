@@ -18,7 +18,7 @@ from pmor.work.cost import COMPILING, FINITE_ELEMENTS, START, Stage, refuse_beyo
 # *Measured*, seconds: of a mesh in a position, of the sections in contact in it to the third power; root stress of both
 # gears of a mesh in a position; page and pictures.
 POSITION_S, SECTIONS_S, STRESS_S, PAGE_S = 2e-5, 8e-10, 4e-4, 3.0
-SWEEP = "sweep of all meshes"
+PAGE = "page"
 # What no set file asks for: what, and why.
 NEVER = (
     ("motion, losses", "of sets they are not solved"),
@@ -95,7 +95,7 @@ def _meshes(file: SetFile) -> Iterator[str]:
 
 
 def _loads(file: SetFile) -> Iterator[str]:
-    amounts = sorted({file.plan.nominal_Nm, *file.sections.sweep.torques_Nm})
+    amounts = file.torques_Nm
     angles = file.pitches * file.sections.sweep.angles_per_pitch
     yield f"Positions: {angles} angles x {len(amounts)} torques: {', '.join(f'{amount:g}' for amount in amounts)} N m"
     if file.sections.tolerances is not None:
@@ -125,15 +125,15 @@ def stages_of_set(file: SetFile) -> list[Stage]:
         case = file.cases[mesh.case]
         elements = case.mesh.width_elements / (2 if meshed_width(case) == "half" else 1)
         sections += pairs[mesh.case].total_contact_ratio * (case.mesh.order * elements + 1)
-    meshes, torques = len(file.plan.meshes), len({file.plan.nominal_Nm, *file.sections.sweep.torques_Nm})
+    meshes, torques = len(file.plan.meshes), len(file.torques_Nm)
     in_a_pitch = torques * file.sections.sweep.angles_per_pitch
     a_pitch = in_a_pitch * (POSITION_S * meshes + SECTIONS_S * sections**3)
-    found.append(Stage(SWEEP, 0, file.pitches * a_pitch))
+    found.append(Stage("sweep of all meshes", 0, file.pitches * a_pitch))
     if all(case.results.root_stress for case in file.cases.values()):
         found.append(Stage("root stress", 0, file.pitches * in_a_pitch * STRESS_S * meshes))
     if file.sections.tolerances is not None:
         found.append(Stage("tolerances", 0, file.sections.tolerances.samples * file.sample_pitches * a_pitch))
-    return [*found, Stage("page", 0, PAGE_S)]
+    return [*found, Stage(PAGE, 0, PAGE_S)]
 
 
 def _left_out() -> Iterator[str]:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pmor.core.arrays import FloatArray
 from pmor.core.progress import quietly, stage
 from pmor.line.several import GearTrain
 from pmor.sets.loader import SetFile
@@ -22,6 +23,8 @@ from pmor.storage.compliance_file import KeptGear
 from pmor.storage.results_folder import results_folder
 from pmor.work.line_gear import kept_in_file, not_kept
 from pmor.work.pieces import file_name
+
+Kept = Callable[[str], KeptGear]
 
 
 def run(
@@ -40,27 +43,51 @@ def run(
     ------
     CaseError, GeometryError, MeshError, OutputError
     """
-    step, plan = progress or quietly, file.plan
     with _held(file, folder, overwrite):
-        train = train_of(file, folder, overwrite, executor)
-        step(1)
-        amounts = sorted({plan.nominal_Nm, *file.sections.sweep.torques_Nm})
-        torques = np.array(amounts) * plan.torque_Nm / plan.nominal_Nm
-        solved = solve_set(plan, train, torques, file.sections.sweep.angles_per_pitch, file.pitches)
-        samples = solve_samples(file, solved)
-        step(1)
+        return solved(file, kept_in_folder(folder, overwrite), executor, progress or quietly)
+
+
+def solved(
+    file: SetFile, kept: Kept, executor: Executor | None = None, step: Callable[[int], None] = quietly
+) -> SetResult:
+    """Solve a set as `run`, its members from where they are kept as in `train_of`."""
+    train = train_of(file, kept, executor)
+    step(1)
+    found = solve_set(file.plan, train, first_torques_Nm(file), file.sections.sweep.angles_per_pitch, file.pitches)
+    samples = solve_samples(file, found)
+    step(1)
     failures = tuple(
         f"{amount:g} N m: {int((~row).sum())} of {len(row)} positions did not converge"
-        for amount, row in zip(amounts, solved.converged, strict=True)
+        for amount, row in zip(file.torques_Nm, found.converged, strict=True)
         if not row.all()
     )
     if samples is not None:
         failures += tuple(
             f"{amount:g} N m: {count} of {len(samples.sections)} sets within tolerances did not converge: left out"
-            for amount, count in zip(amounts, samples.missing, strict=True)
+            for amount, count in zip(file.torques_Nm, samples.missing, strict=True)
             if count
         )
-    return SetResult(file, solved, samples, failures)
+    return SetResult(file, found, samples, failures)
+
+
+def train_of(file: SetFile, kept: Kept = lambda member: not_kept, executor: Executor | None = None) -> GearTrain:
+    """Solve the finite elements of a set, each member's once, and put its train together.
+
+    Parameters
+    ----------
+    kept : callable
+        Gives where a member is kept; by default nowhere.
+    executor : concurrent.futures.Executor, optional
+        Of threads.
+    """
+    plan = file.plan
+    with stage("finite elements of all members"):
+        return build_train(file.cases, plan.bodies, plan.meshes, plan.free, plan.compliance, kept, executor)
+
+
+def first_torques_Nm(file: SetFile) -> FloatArray:
+    """Return the torques on the first gear that are solved, (D,)."""
+    return np.array(file.torques_Nm) * file.plan.torque_Nm / file.plan.nominal_Nm
 
 
 def _held(file: SetFile, folder: Path | str | None, overwrite: bool) -> AbstractContextManager[Path | None]:
@@ -71,26 +98,19 @@ def _held(file: SetFile, folder: Path | str | None, overwrite: bool) -> Abstract
     return results_folder(Path(folder), files, (), overwrite, file.inputs)
 
 
-def train_of(
-    file: SetFile, folder: Path | str | None, anew: bool = False, executor: Executor | None = None, prefix: str = ""
-) -> GearTrain:
-    """Solve the finite elements of a set, each member's once, and put its train together.
+def kept_in_folder(folder: Path | str | None, anew: bool = False, prefix: str = "") -> Kept:
+    """Return where members are kept, of `train_of`: each in a file of a folder.
 
     Parameters
     ----------
     folder : path or None
-        That keeps the finite elements of each member.
+        None keeps nothing.
     anew : bool
         Solve them whether they are kept or not.
-    executor : concurrent.futures.Executor, optional
-        Of threads.
     prefix : str
         Of the names of the members in the names of the files.
     """
-    plan = file.plan
-    with stage("finite elements of all members"):
-        kept = partial(_kept, folder, anew, prefix)
-        return build_train(file.cases, plan.bodies, plan.meshes, plan.free, plan.compliance, kept, executor)
+    return partial(_kept, folder, anew, prefix)
 
 
 def gear_files(file: SetFile, prefix: str = "") -> tuple[str, ...]:

@@ -27,7 +27,8 @@ from pmor.campaigns.output import RESULTS
 from pmor.campaigns.relations import case_of
 from pmor.campaigns.run import task_of
 from pmor.campaigns.settings import Workers
-from pmor.campaigns.solve import basis_of, results_of, row_of
+from pmor.campaigns.pairs import basis_of, results_of
+from pmor.campaigns.solve import row_of
 from pmor.campaigns.store import entries, open_store
 from pmor.core.errors import OutputError
 from pmor.core.memory import MemoryLimit
@@ -99,11 +100,11 @@ def statuses(folder):
 def test_the_row_of_a_design_is_what_a_run_of_its_case_gives(tmp_path):
     case = case_of(BASE, {"pair.helix_angle_deg": 12.0, "wheel.teeth": 24}, "design 1")
     store = open_store(tmp_path / "store", 1.0)
-    row, failures = results_of(case, store)
+    row, failure = results_of(case, store)
     reduced = pmor.train(case).reduced
     sweep = sweep_case(reduced)
     summary = figures(OnlineResult(reduced, sweep, None, 0.0, readings=read_off(reduced, sweep)))
-    assert failures == ()
+    assert failure == ""
     for key in ALIKE:
         assert row[key] == summary[key], key
     assert [row[f"ste_order_{k}_um"] for k in (1, 2, 3)] == summary["ste_harmonics_um"][:3]

@@ -29,7 +29,7 @@ from pmor.campaigns.output import write_csv, write_hdf5
 from pmor.campaigns.result import gathered
 from pmor.campaigns.rows import Answer, plain_row
 from pmor.campaigns.run import task_of
-from pmor.campaigns.settings import Campaign
+from pmor.campaigns.campaign import Campaign
 from pmor.campaigns.store import Store, entries, open_store
 from pmor.campaigns.submit import submit_all
 from pmor.campaigns.supervise import LocalProcesses, Order, solve_order

@@ -8,7 +8,7 @@ import pmor.dynamics.solution
 import pmor.pair.model
 import pmor.work.cost
 from pmor.app.cli import main
-from pmor.campaigns.solve import basis_of
+from pmor.campaigns.pairs import basis_of
 from pmor.case import change_case, load_case, without_models
 from pmor.core.errors import CaseError
 from pmor.core.memory import MemoryLimit

@@ -1,0 +1,98 @@
+"""A campaign that was read: its kind, its base file and its table of designs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from pmor.campaigns.kind import Kind, Number
+from pmor.campaigns.settings import PairCampaign, SetCampaign
+from pmor.core.errors import printable
+
+
+@dataclass(frozen=True)
+class Span:
+    """Values between two bounds, which belong to them.
+
+    Parameters
+    ----------
+    low, high : int or float
+    whole : bool
+        Whether all values are whole numbers.
+    """
+
+    low: Number
+    high: Number
+    whole: bool
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A key of the base file that differs from design to design.
+
+    Parameters
+    ----------
+    name : str
+        Section and key, such as ``pinion.teeth``.
+    values : tuple of numbers, or Span
+        The latter in Sobol's sequence alone.
+    """
+
+    name: str
+    values: tuple[Number, ...] | Span
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """A campaign, its base file and its table of designs read.
+
+    Parameters
+    ----------
+    kind : Kind
+    sections : PairCampaign or SetCampaign
+        The campaign file as it stands.
+    inputs : tuple of Path
+        Files that were read: of the campaign, of the base file, of the table of designs if it is a CSV file.
+    source_text : str
+        Of the campaign file.
+    text : str
+        All that the results are made from: campaign file, table of designs, base file.
+    base_text : str
+        TOML text of the base file with the keys that all designs have in common; it names no further file.
+    variables : tuple of Variable
+    count : int
+        Number of designs.
+    """
+
+    kind: Kind
+    sections: PairCampaign | SetCampaign
+    inputs: tuple[Path, ...]
+    source_text: str
+    text: str
+    base_text: str
+    variables: tuple[Variable, ...]
+    count: int
+
+    @property
+    def name(self) -> str:
+        """Stem of the file name."""
+        return printable(self.inputs[0].stem)
+
+    @property
+    def results(self) -> tuple[str, ...]:
+        """Keys of the results that are written, in the order of the tables."""
+        return tuple(figure.key for figure in self.kind.figures if figure.key in self.sections.results.keys)
+
+    @property
+    def whole(self) -> tuple[str, ...]:
+        """Columns of whole numbers."""
+        listed = {v.name: v.values for v in self.variables}
+        kinds = {name: values.whole if isinstance(values, Span) else isinstance(values[0], int)
+                 for name, values in listed.items()}  # fmt: skip
+        return tuple(name for name in self.columns if kinds.get(name, name.endswith(".teeth")))
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Keys of the base file that differ between designs, or follow from relations."""
+        named = tuple(variable.name for variable in self.variables)
+        return named + tuple(name for name in self.sections.relations.derived if name not in named)

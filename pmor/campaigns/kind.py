@@ -1,0 +1,95 @@
+"""What the designs of a campaign are: gear pairs or planetary sets, each with its keys, relations and results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from pmor.campaigns.settings import PairCampaign, SetCampaign
+    from pmor.campaigns.store import Store
+
+Number = int | float
+Design = Mapping[str, Number]
+# Results that the best designs are judged by again on fine angles, and these angles.
+PEAKS = ("ste_peak_to_peak_um", "ste_peak_to_peak_worst_um")
+ANGLES = "angles_per_pitch"
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Name of a result: key in tables, with its unit; label for readers; unit."""
+
+    key: str
+    label: str
+    unit: str
+
+    @property
+    def shown_unit(self) -> str:
+        """Empty where the quantity has none."""
+        return "" if self.unit == "1" else self.unit
+
+
+class Solved(NamedTuple):
+    """Results of a design, None where it asks for none; why they do not count, where positions did not converge."""
+
+    results: Mapping[str, float | None]
+    failure: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kind:
+    """A kind of designs; `text` is that of the base file of a design, `name` the design in messages.
+
+    Parameters
+    ----------
+    key : {"case", "set"}
+        Key of a campaign file that names the base file, and what that is.
+    gear : str
+        Section of its first gear.
+    sections : type
+        Of the campaign file.
+    known : mapping of str to type
+        Sections of the base file whose keys designs may change.
+    figures : tuple of Figure
+        All results, in the order of the tables.
+    first : tuple of str
+        Results in the order in which an engineer looks at them: the first two are the axes of the scatter.
+    base_text : callable
+        (path, keys that all designs have in common, place for messages) to the text of the base file; raises CaseError.
+    complete : callable
+        (base text, design, relations) to all keys, those that follow from relations included; raises GeometryError.
+    text : callable
+        (base text, keys) to `text`.
+    why : callable
+        (reason, base text, keys, relations) to the reason with what relations made of the design.
+    refuse : callable
+        (text, name): raises what a design cannot be made for, as far as this shows before it is meshed.
+    seconds : callable
+        (text, name) to the expected time.
+    solve : callable
+        (text, name, store, keys of the results that are asked for).
+    peaks : callable
+        (text, name, store) to `PEAKS` on fine angles, and `ANGLES`; raises ConvergenceError.
+    """
+
+    key: str
+    gear: str
+    sections: type[PairCampaign] | type[SetCampaign]
+    known: Mapping[str, type]
+    figures: tuple[Figure, ...]
+    first: tuple[str, ...]
+    base_text: Callable[[Path, Mapping[str, Any], str], str]
+    complete: Callable[[str, Design, Any], dict[str, Number]]
+    text: Callable[[str, Design], str]
+    why: Callable[[str, str, Design, Any], str]
+    refuse: Callable[[str, str], None]
+    seconds: Callable[[str, str], float]
+    solve: Callable[[str, str, Store, tuple[str, ...]], Solved]
+    peaks: Callable[[str, str, Store], Mapping[str, float]]
+
+    def figure(self, key: str) -> Figure:
+        """Return the name of a result."""
+        return next(figure for figure in self.figures if figure.key == key)

@@ -1,0 +1,128 @@
+"""Designs that are gear pairs: the figures of each are the same, to the last bit, as a run of its case gives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pmor.body.flank_compliance import FlankCompliance
+from pmor.campaigns.figures import FIGURES, FIRST, figures_of, known, peaks_of
+from pmor.campaigns.kind import Kind, Solved
+from pmor.campaigns.relations import text_of_design, why_infeasible, with_relations
+from pmor.campaigns.relief import best_relief
+from pmor.campaigns.settings import OF_RELIEF, PairCampaign
+from pmor.campaigns.store import Store
+from pmor.case import Case, GearCase, change_case, load_case, parse_case, text_of
+from pmor.case.capability import why_not
+from pmor.case.coarser import coarser
+from pmor.case.schema import SECTIONS
+from pmor.core.errors import CaseError, MeshError
+from pmor.fe.sector import SectorMesh
+from pmor.line.layered_pair import layers_of
+from pmor.line.sections import loaded_components
+from pmor.pair.model import per_gear, refuse_loads_unmeshed
+from pmor.reduction.basis import Basis, untrained
+from pmor.storage.compliance_file import SolvedGear
+from pmor.work.cost import FINITE_ELEMENTS, meshed_within_memory, refuse_beyond_memory, stages
+from pmor.work.line_gear import line_gear
+from pmor_online.compare import failed_positions
+from pmor_online.model import reduced_pair
+from pmor_online.run import root_stress_of_case, sweep_case
+
+SWEEP = "sweep"
+
+
+def _base_text(base: Path, fixed: Mapping[str, Any], place: str) -> str:
+    case = load_case(base)
+    if case.compare.models is not None:
+        case = change_case(case, compare={"models": None})
+    text = text_of_design(text_of(case), fixed)
+    if reason := why_not(parse_case(text, case.name, f"{place}: {base}"), "campaign"):
+        raise CaseError(f"{place}: {base}: {reason} there, or with their sections below [designs]")
+    return text
+
+
+def _refuse(text: str, name: str) -> None:
+    case = parse_case(text, name, name)
+    refuse_loads_unmeshed(case)
+    refuse_beyond_memory(case)
+
+
+def _seconds(text: str, name: str) -> float:
+    case = parse_case(text, name, name)
+    coarse = coarser(case)
+    own = {stage.name: stage.seconds for stage in stages(case)}
+    elements = own[FINITE_ELEMENTS]
+    if coarse is not None:
+        elements += sum(stage.seconds for stage in stages(coarse) if stage.name == FINITE_ELEMENTS)
+    return elements + own[SWEEP]
+
+
+def _solve(text: str, name: str, store: Store, keys: tuple[str, ...]) -> Solved:
+    case = parse_case(text, name, name).without_web_stress()
+    return results_of(case, store, not set(OF_RELIEF).isdisjoint(keys))
+
+
+def _peaks(text: str, name: str, store: Store) -> Mapping[str, float]:
+    return peaks_of(reduced_pair(basis_of(parse_case(text, name, name).without_web_stress(), store)))
+
+
+def results_of(case: Case, store: Store, relief: bool = False) -> Solved:
+    """Return the figures of a case; a failure names positions of its sweep that did not converge.
+
+    Raises
+    ------
+    CaseError, GeometryError, MeshError
+        When there is no such pair.
+    """
+    reduced = reduced_pair(basis_of(case, store))
+    sweep = sweep_case(reduced)
+    if sweep.states is None:
+        raise CaseError(
+            f"{case.name}: [online] {len(sweep.phi_rad)} angles: too many to keep the loads of all: lower them"
+        )
+    figures = figures_of(reduced, sweep, root_stress_of_case(reduced))
+    if relief:
+        figures |= {key: known(value) for key, value in best_relief(reduced, sweep).items()}
+    failures = failed_positions(sweep, "line loads")
+    return Solved(figures, f"{len(failures)} positions did not converge, first: {failures[0]}" if failures else "")
+
+
+def basis_of(case: Case, store: Store) -> Basis:
+    """Return the basis of line loads of a case, its gears from the store where they are there."""
+    mesh = meshed_within_memory(case)
+
+    def solved(sector: SectorMesh, gear: GearCase) -> SolvedGear:
+        return line_gear(case, mesh, sector, gear, store.get)
+
+    pinion, wheel = per_gear(case, mesh, solved)
+    coarse, stresses = coarser(case), (pinion.root_stress, wheel.root_stress)
+    components = loaded_components(True, mesh.meshed.pair.pinion.helix_angle != 0.0)
+    return Basis(
+        case=case,
+        flank_nodes=(mesh.pinion.flank_nodes, mesh.wheel.flank_nodes),
+        flank_roll_angle=(mesh.pinion.flank_roll_angle, mesh.wheel.flank_roll_angle),
+        layers=layers_of(mesh.meshed),
+        shapes=None,
+        training=untrained(),
+        compliance=FlankCompliance((pinion.compliance, wheel.compliance), components, (pinion.support, wheel.support)),
+        coarser=None if coarse is None else _coarser_basis(coarse, store),
+        root_stress=None if stresses[0] is None or stresses[1] is None else (stresses[0], stresses[1]),
+    )
+
+
+def _coarser_basis(coarse: Case, store: Store) -> Basis:
+    """Basis of line loads on half as many elements, for the error bar of the mesh."""
+    try:
+        return basis_of(coarse, store)
+    except MeshError as error:
+        remedy = "take more elements, or write [mesh] error_bar = false"
+        raise MeshError(f"half as many elements, for the error bar of the mesh: {error}; {remedy}") from error
+
+
+PAIRS = Kind(
+    key="case", gear="pinion", sections=PairCampaign, known=SECTIONS, figures=FIGURES, first=FIRST,
+    base_text=_base_text, complete=with_relations, text=text_of_design, why=why_infeasible, refuse=_refuse,
+    seconds=_seconds, solve=_solve, peaks=_peaks,
+)  # fmt: skip

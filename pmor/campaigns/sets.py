@@ -1,0 +1,59 @@
+"""Designs that are planetary sets: the figures of each are, to the last bit, those of `pmor set` of its file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from pmor.campaigns.kind import Kind, Solved
+from pmor.campaigns.set_figures import FIGURES, FIRST, figures_of, peaks_of
+from pmor.campaigns.set_relations import KNOWN, text_of_design, why_infeasible, with_relations
+from pmor.campaigns.settings import SetCampaign
+from pmor.campaigns.store import Store
+from pmor.core.errors import CaseError
+from pmor.sets.loader import SetFile, load, parse_set
+from pmor.sets.preview import PAGE, refuse_large_set, stages_of_set
+from pmor.sets.run import solved, train_of
+from pmor.work.cost import CASELESS
+
+
+def _base_text(base: Path, fixed: Mapping[str, Any], place: str) -> str:
+    file = load(base)
+    if not file.plan.planets:
+        raise CaseError(f"{place}: {base}: is a train on fixed axes, and a campaign takes planetary sets: name one")
+    return text_of_design(file.text, fixed)
+
+
+def _file(text: str, name: str) -> SetFile:
+    """The set of a design, without its tolerances."""
+    file = parse_set(text, name, name)
+    return replace(file, sections=replace(file.sections, tolerances=None))
+
+
+def _refuse(text: str, name: str) -> None:
+    refuse_large_set(_file(text, name))
+
+
+def _seconds(text: str, name: str) -> float:
+    return sum(stage.seconds for stage in stages_of_set(_file(text, name)) if stage.name not in (*CASELESS, PAGE))
+
+
+def _solve(text: str, name: str, store: Store, keys: tuple[str, ...]) -> Solved:
+    file = _file(text, name)
+    refuse_large_set(file)
+    result = solved(file, lambda member: store.get)
+    return Solved(figures_of(file, result.data), next(iter(result.failures), ""))
+
+
+def _peaks(text: str, name: str, store: Store) -> Mapping[str, float]:
+    file = _file(text, name)
+    return peaks_of(file, train_of(file, lambda member: store.get))
+
+
+SETS = Kind(
+    key="set", gear="sun", sections=SetCampaign, known=KNOWN, figures=FIGURES, first=FIRST, base_text=_base_text,
+    complete=with_relations, text=text_of_design, why=why_infeasible, refuse=_refuse, seconds=_seconds, solve=_solve,
+    peaks=_peaks,
+)  # fmt: skip
