@@ -34,6 +34,7 @@ RESULTS = ("campaign.json", "campaign.csv", "campaign.h5")
 #: files of a campaign, beside case files
 FILES = (*RESULTS, "report.html", "times.json", "times.csv")
 DIGITS = 6  # of seconds
+COMMON_REASONS = 4  # on the screen
 
 
 def write_campaign(result: Columns, folder: Path, overwrite: bool = False) -> None:
@@ -82,7 +83,7 @@ def campaign_text(result: Columns) -> str:
     lines = [result.campaign.sections.title, f"  {result.campaign.count} designs: {counts}"]
     infeasible = [reason if status == "infeasible" else "" for reason, status in zip(
         result.reasons, result.status, strict=True)]  # fmt: skip
-    for group in common_reasons(infeasible)[:1]:
+    for group in common_reasons(infeasible)[:COMMON_REASONS]:
         lines.append(f"  infeasible, {len(group)} of them such as design {group[0] + 1}: {infeasible[group[0]]}")
     for key in list(result.results)[:2]:
         found = _extremes(result.judged(key))
@@ -119,9 +120,7 @@ def write_design(campaign: Campaign, number: int, folder: Path, overwrite: bool 
     return target
 
 
-def _write_case(
-    campaign: Campaign, design: Design, number: int, path: Path, overwrite: bool = False
-) -> None:
+def _write_case(campaign: Campaign, design: Design, number: int, path: Path, overwrite: bool = False) -> None:
     said = ", ".join(f"{name} = {value:g}" for name, value in design.items())
     head = f"# Design {number} of the campaign {campaign.name}: {said}"
     text = f"{head}\n\n{campaign.kind.text(campaign.base_text, design)}"

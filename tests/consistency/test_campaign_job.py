@@ -24,10 +24,10 @@ from pmor.app.cli import main
 from pmor.campaigns.describe import folder_text
 from pmor.campaigns.loader import load
 from pmor.campaigns.output import RESULTS
+from pmor.campaigns.pairs import basis_of, results_of
 from pmor.campaigns.relations import case_of
 from pmor.campaigns.run import task_of
 from pmor.campaigns.settings import Workers
-from pmor.campaigns.pairs import basis_of, results_of
 from pmor.campaigns.solve import row_of
 from pmor.campaigns.store import entries, open_store
 from pmor.core.errors import OutputError

@@ -22,6 +22,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from pmor.campaigns.campaign import Campaign
 from pmor.campaigns.chunks import LEAST_S, MOST_CHUNKS, Chunk, ChunkFiles, chunks_of, key_of_campaign
 from pmor.campaigns.columns import Effort
 from pmor.campaigns.loader import load
@@ -29,7 +30,6 @@ from pmor.campaigns.output import write_csv, write_hdf5
 from pmor.campaigns.result import gathered
 from pmor.campaigns.rows import Answer, plain_row
 from pmor.campaigns.run import task_of
-from pmor.campaigns.campaign import Campaign
 from pmor.campaigns.store import Store, entries, open_store
 from pmor.campaigns.submit import submit_all
 from pmor.campaigns.supervise import LocalProcesses, Order, solve_order

@@ -7,10 +7,12 @@ import pytest
 
 from tests.support.refusals import refused
 from tests.support.small_case import case_text
+from tests.support.small_sets import SMALL_CHAIN, SMALL_SET
 
 GRID = '[designs]\nmethod = "grid"\n'
 TEETH = "pinion.teeth = [19, 20]\n"
 BASE = 'case = "base.toml"\n'
+SET = 'set = "set.toml"\n' + GRID
 
 # name: (the file, what the message must hold)
 BROKEN = {
@@ -67,6 +69,25 @@ BROKEN = {
     "store in a folder of other things": (
         BASE + GRID + TEETH + '[store]\nfolder = "taken"\n', ["taken", "holds other things"],
     ),
+    "a set beside a case": (BASE + 'set = "set.toml"\n' + GRID + "sun.teeth = [18, 20]\n", ["case: unknown key"]),
+    "a train in place of a planetary set": (
+        'set = "chain.toml"\n' + GRID + "sun.teeth = [18, 20]\n", ["chain.toml", "a train on fixed axes"],
+    ),
+    "a base set that cannot be": ('set = "none.toml"\n' + GRID + "sun.teeth = [18, 20]\n", ["none.toml", "assembled"]),
+    "gear that no set has": (SET + "pinion.teeth = [18, 20]\n", ["pinion: no section of a set", "valid are"]),
+    "errors of pins from design to design": (
+        SET + "planets.radial_um = [1.0, 2.0]\n", ["nothing differs", "sun.teeth"],
+    ),
+    "module beside the diameter that it follows from": (
+        SET + "pair.module_mm = [4.0, 5.0]\n[relations]\nring_diameter_mm = 200.0\n", ["module_mm", "follows from"],
+    ),
+    "centre distance beside shifts that make it": (
+        SET + 'pair.centre_distance_mm = [72.0, 73.0]\n[relations]\nsolve = "sun"\n',
+        ["centre_distance_mm", "is fixed in"],
+    ),
+    "one shift beside both": (
+        SET + 'sun.teeth = [18, 20]\n[relations]\nsolve = "ring"\ncentre_distance_mm = 73.0\n', ["leave it out"],
+    ),
     "penalty": (BASE + GRID + TEETH + 'contact.scheme = "direct"\n', ["flank_lines", '[contact] scheme = "line"']),
 }  # fmt: skip
 TABLES = {
@@ -83,7 +104,8 @@ def test_broken_campaigns_are_refused_in_one_line_and_leave_nothing(name, tmp_pa
     text, words = BROKEN[name]
     (tmp_path / "taken").mkdir()
     files = {"base.toml": case_text(contact={"scheme": "line"}, reduction=None), "campaign.toml": text,
-             "taken/thesis.txt": "mine", **TABLES}  # fmt: skip
+             "set.toml": SMALL_SET, "none.toml": SMALL_SET.replace("teeth = 54", "teeth = 55"),
+             "chain.toml": SMALL_CHAIN, "taken/thesis.txt": "mine", **TABLES}  # fmt: skip
     for file, content in files.items():
         (tmp_path / file).write_text(content)
     monkeypatch.chdir(tmp_path)
