@@ -111,7 +111,7 @@ def _sizes(file: SetFile) -> dict[str, float | None]:
     assert load is not None
     names = list(pairs)
     inner, outer = (pairs[name] for name in names)
-    speeds = member_speeds((inner.pinion.teeth, -outer.wheel.teeth), load.on, load.held, 1.0)
+    speeds = member_speeds(file.teeth, load.on, load.held, 1.0)
     (driven,) = (speed for member, speed in speeds.items() if member not in (load.on, load.held))
     (sun, planet), (_, ring) = (gear_inertias(file.cases[name], pairs[name]) for name in names)
     all_planets = len(file.plan.planets) * planet.mass_kg

@@ -21,13 +21,14 @@ from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import PLANETARY, SHARED
 from pmor.sets.settings import SetSections
 
+LISTS = ("gears", "meshes", "pins.bearings")
 # Sections whose keys designs may change.
 KNOWN: dict[str, type] = {
     **{f"{member}{name.removeprefix(role)}": kind
        for member, role in zip(PLANETARY, ("pinion", "pinion", "wheel"), strict=True)
        for name, kind in SECTIONS.items() if name.split(".")[0] == role},
     **{name: SECTIONS[name] for name in SHARED},
-    **{name: kind for name, kind in sections_in(SetSections).items() if name not in ("gears", "meshes")},
+    **{name: kind for name, kind in sections_in(SetSections).items() if name not in LISTS},
 }  # fmt: skip
 # Of a gear, either way.
 MOST_SHIFT = 3.0

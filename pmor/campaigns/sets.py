@@ -23,6 +23,9 @@ def _base_text(base: Path, fixed: Mapping[str, Any], place: str) -> str:
     file = load(base)
     if not file.plan.planets:
         raise CaseError(f"{place}: {base}: is a train on fixed axes, and a campaign takes planetary sets: name one")
+    if file.sections.carrier.stiffness is not None:
+        rule = "is of one number of planets and one centre distance: leave it out there"
+        raise CaseError(f"{place}: {base}: [carrier] stiffness: a matrix {rule}")
     return text_of_design(file.text, fixed)
 
 

@@ -18,7 +18,7 @@ from pmor.machine.loader import GearboxFile
 from pmor.machine.output import FILES, set_files
 from pmor.machine.result import GearboxResult
 from pmor.pair.model import elastic_model
-from pmor.sets.run import gear_files, train_of
+from pmor.sets.run import gear_files, kept_in_folder, train_of
 from pmor.storage.basis_file import read_basis
 from pmor.storage.results_folder import results_folder
 from pmor.work.cost import meshed_within_memory
@@ -46,7 +46,8 @@ def run(
     with _timed(seconds, "finite elements"), _bases_folder(file, folder, overwrite) as bases:
         trained = {name: _trained(file, name, bases, overwrite, executor) for name in file.cases}
         trains = {
-            name: train_of(one, bases, overwrite, executor, prefix_of(name)) for name, one in file.model.sets.items()
+            name: train_of(one, kept_in_folder(bases, overwrite, prefix_of(name)), executor)
+            for name, one in file.model.sets.items()
         }
     pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
     loads, failures = list[SolvedLoad](), list[str]()

@@ -18,7 +18,7 @@ from pmor.work.cost import COMPILING, FINITE_ELEMENTS, START, Stage, refuse_beyo
 # *Measured*, seconds: of a mesh in a position, of the sections in contact in it to the third power; root stress of both
 # gears of a mesh in a position; page and pictures.
 POSITION_S, SECTIONS_S, STRESS_S, PAGE_S = 2e-5, 8e-10, 4e-4, 3.0
-PAGE = "page"
+SWEEP, PAGE = "sweep of all meshes", "page"
 # What no set file asks for: what, and why.
 NEVER = (
     ("motion, losses", "of sets they are not solved"),
@@ -128,7 +128,7 @@ def stages_of_set(file: SetFile) -> list[Stage]:
     meshes, torques = len(file.plan.meshes), len(file.torques_Nm)
     in_a_pitch = torques * file.sections.sweep.angles_per_pitch
     a_pitch = in_a_pitch * (POSITION_S * meshes + SECTIONS_S * sections**3)
-    found.append(Stage("sweep of all meshes", 0, file.pitches * a_pitch))
+    found.append(Stage(SWEEP, 0, file.pitches * a_pitch))
     if all(case.results.root_stress for case in file.cases.values()):
         found.append(Stage("root stress", 0, file.pitches * in_a_pitch * STRESS_S * meshes))
     if file.sections.tolerances is not None:

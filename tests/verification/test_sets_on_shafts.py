@@ -41,7 +41,7 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def trains(folder):
     """Finite elements of the small set, once for all gearboxes of it."""
-    return {"stage": train_of(load(written_reducer(folder, one_stage())).model.sets["stage"], None)}
+    return {"stage": train_of(load(written_reducer(folder, one_stage())).model.sets["stage"])}
 
 
 def on_shafts(folder, trains, text, of_set=EVEN_SET):
@@ -75,7 +75,7 @@ def same(found, expected, rtol):
 def test_on_shafts_that_do_not_give_way_a_set_is_that_of_its_own_file(folder):
     (found,) = run(load(written_reducer(folder, one_stage()))).loads[0].sets
     plain = load_set(folder / "small.toml")
-    expected = solve_set(plain.plan, train_of(plain, None), np.array([300.0]), 6)
+    expected = solve_set(plain.plan, train_of(plain), np.array([300.0]), 6)
     same(found.solution, expected, ROUND_OFF)
     same(found.rigid, expected, ROUND_OFF)
 
