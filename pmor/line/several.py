@@ -8,7 +8,8 @@ count the other way round there, and helices have the other hand.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -42,6 +43,8 @@ WHOLE = 1e-6
 # Approach of flanks, over the one to expect, up to which sections are made ready first.
 REACH = 2.0
 MOST_ROUNDS = 8
+# Of flexibilities that are held at a time.
+MOST_BYTES = 2**28
 
 
 @dataclass(frozen=True)
@@ -258,14 +261,26 @@ class PlacedTrain:
     train: GearTrain
     phi: FloatArray
     displacement: FloatArray | None
-    ready: BoolArray = field(init=False, repr=False, compare=False)
-    between: FloatArray = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
-        """Allocate the flexibilities."""
-        size = self.lines.gap.shape
-        object.__setattr__(self, "ready", np.zeros(size, dtype=bool))
-        object.__setattr__(self, "between", np.zeros((*size, size[1])))
+    @cached_property
+    def ready(self) -> BoolArray:
+        """Sections whose flexibilities are filled, (A, N)."""
+        return np.zeros(self.lines.gap.shape, dtype=bool)
+
+    @cached_property
+    def between(self) -> FloatArray:
+        """Flexibilities of all sections, filled as `solve` needs them, (A, N, N), mm/N."""
+        return np.zeros((*self.lines.gap.shape, self.lines.gap.shape[1]))
+
+    def blocks(self) -> Iterator[PlacedTrain]:
+        """Yield the train at all angles, some at a time, so that the flexibilities of each stay within `MOST_BYTES`."""
+        angles, size = self.lines.gap.shape
+        most = max(MOST_BYTES // (8 * size**2), 1)
+        if angles <= most:
+            yield self
+            return
+        for first in range(0, angles, most):
+            yield replace(self, phi=self.phi[first : first + most])
 
     @cached_property
     def placed(self) -> tuple[PlacedMesh, ...]:
@@ -329,8 +344,8 @@ class PlacedTrain:
     def pitch_deviation(self, pitch: int) -> FloatArray:
         """Deviations of the teeth that are in mesh so many pitches later, in all sections, mm, (A, N)."""
         found = np.zeros(self.lines.gap.shape)
-        for one in self.placed:
-            tooth = _teeth(one) + pitch * np.array(LATER)
+        for one, later in zip(self.placed, np.rint(self.train.mesh_cycles(pitch)).astype(int), strict=True):
+            tooth = _teeth(one) + later * np.array(LATER)
             for gear, flank in enumerate(one.mesh.pair.meshed.deviations(one.mesh.assembly)):
                 if flank.pitch.size:
                     found[:, one.part] += flank.pitch[tooth[..., gear] % flank.pitch.size]
@@ -344,7 +359,8 @@ class PlacedTrain:
         deviation : ndarray, shape (A, N), optional
             By how much further the flanks stand off, mm.
         pitch : int
-            So many pitches later than the train is placed: other teeth of rings at lugs are in mesh.
+            So many pitches of the first gear later than the train is placed, whole ones of all meshes: other teeth of
+            rings at lugs are in mesh.
         """
         loads = np.atleast_2d(np.asarray(loads, dtype=float))
         train, lines = self.train, self.lines
@@ -408,15 +424,16 @@ class PlacedTrain:
         return np.concatenate([self._on_bodies(one, root) for one in self.placed], axis=1)
 
     @cached_property
-    def _on_lugs(self) -> tuple[tuple[TrainBody, IntArray, list[FloatArray], list[IntArray], list[int]], ...]:
-        """Rings at lugs: where their sections are, and of each tooth pair rows, teeth and the sense they count in."""
+    def _on_lugs(self) -> tuple[tuple[TrainBody, IntArray, list[FloatArray], list[IntArray], list[float]], ...]:
+        """Rings at lugs: where their sections are; of each tooth pair rows, teeth, how these count on in a pitch."""
         found = []
         for number, body in enumerate(self.train.bodies):
             if body.support is None:
                 continue
-            at, rows, tooth, senses = [], list[FloatArray](), list[IntArray](), list[int]()
-            uses = ((one, gear) for one in self.placed for gear in range(2) if one.mesh.bodies[gear] == number)
-            for one, gear in uses:
+            at, rows, tooth, senses = [], list[FloatArray](), list[IntArray](), list[float]()
+            cycles = zip(self.placed, self.train.mesh_cycles(1).tolist(), strict=True)
+            uses = ((one, gear, n) for one, n in cycles for gear in range(2) if one.mesh.bodies[gear] == number)
+            for one, gear, in_a_pitch in uses:
                 meshed, pairs = one.mesh.pair.meshed, one.mesh.pair.meshed.tooth_pair_count
                 (column, share), node_rows = meshed.carriers
                 of_mesh = carried_rows(
@@ -425,7 +442,7 @@ class PlacedTrain:
                 )  # fmt: skip
                 rows += np.split(of_mesh, pairs, axis=1)
                 tooth += list(_teeth(one)[:, :: len(meshed.width), gear].T)
-                senses += [LATER[gear]] * pairs
+                senses += [LATER[gear] * in_a_pitch] * pairs
                 at.append(np.arange(one.part.start, one.part.stop))
             found.append((body, np.concatenate(at), rows, tooth, senses))
         return tuple(found)
@@ -435,7 +452,7 @@ class PlacedTrain:
         found = np.zeros(self.between.shape if self._on_lugs else (0, 0, 0))
         for body, at, rows, tooth, senses in self._on_lugs:
             assert body.support is not None
-            later = [numbers + sense * pitch for numbers, sense in zip(tooth, senses, strict=True)]
+            later = [numbers + round(sense * pitch) for numbers, sense in zip(tooth, senses, strict=True)]
             found[:, at[:, None], at] += support_flexibility(body.support, body.teeth, rows, later)
         return found
 

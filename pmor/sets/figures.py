@@ -16,6 +16,7 @@ from pmor.report.style import COLOURS, legend_label
 from pmor.sets.pins import pin_shapes
 from pmor.sets.root_stress import GearStress
 from pmor.sets.settings import Pins
+from pmor.sets.shafts import shaft_of
 from pmor.sets.solution import SetSolution
 from pmor.sets.tolerances import Samples
 
@@ -33,15 +34,18 @@ def set_figure(solved: SetSolution, torque: int, angle: int = 0) -> Figure:
     """All gears at an angle, and the force of each tooth pair on the driven gear, at its point of contact."""
     side = -1.0 if solved.plan.clockwise else 1.0
     colours = {member: COLOURS[n % len(COLOURS)] for n, member in enumerate(_members(solved))}
+    bodies = solved.plan.bodies
     with panels(1, 7.4, 7.4) as (figure, (axes,)):
         for number, (tooth, turn) in _gears(solved, angle).items():
-            body = solved.plan.bodies[number]
+            body = bodies[number]
             outline = _outline(tooth, turn) * [side, 1.0] + [side * body.x, body.y]
             inside = tooth.teeth < 0
             colour = colours[body.member]
             axes.fill(*outline.T, fill=not inside, facecolor=f"{colour}26", edgecolor=colour, lw=0.9)
-            if not inside:
-                axes.annotate(body.name, (side * body.x, body.y), ha="center", va="center", fontsize=9)
+            if not inside:  # names of gears on one shaft below each other
+                names = [one.name for one, on in zip(bodies, shaft_of(bodies), strict=True) if on == number]
+                if names:
+                    axes.annotate("\n".join(names), (side * body.x, body.y), ha="center", va="center", fontsize=9)
         points, forces = _tooth_forces(solved, torque, angle)
         size = max(float(np.ptp(axes.dataLim.intervalx)), float(np.ptp(axes.dataLim.intervaly)))
         largest = max(float(np.linalg.norm(forces, axis=1).max(initial=0.0)), 1e-300)
@@ -64,6 +68,8 @@ def ste_figure(solved: SetSolution, shown_Nm: FloatArray) -> Figure:
             ste = solved.ste_um[number]
             colour = COLOURS[number % len(COLOURS)]
             curve.plot(solved.phi_rad / solved.pitch_rad, ste - np.nanmean(ste), color=colour, label=f"{torque:g} N m")
+            if not solved.repeats:
+                continue
             if solved.pitches > 1:
                 found = solved.ste_orders(number).amplitude[: SHOWN * solved.pitches]
                 places = np.arange(1, len(found) + 1) / solved.pitches

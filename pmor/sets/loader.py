@@ -22,26 +22,22 @@ from pmor.core.wording import did_you_mean
 from pmor.export.rexs.model import ENDINGS
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair, refuse_loads_unmeshed
-from pmor.sets.plan import (
-    Layout,
-    SetPlan,
-    Share,
-    planet_positions,
-    planetary_errors,
-    planetary_layout,
-    set_plan,
-    train_layout,
-)
+from pmor.sets.layout import PAIR, SECOND_PAIR, SECOND_PLANET, Layout, Share, planetary_layout, train_layout
+from pmor.sets.plan import SetPlan, planet_positions, planetary_errors, set_plan
 from pmor.sets.rexs import has_planets, read_set
 from pmor.sets.settings import Carrier, Eccentricity, Member, SetSections, Supports
 from pmor.sets.support_checks import check_cheeks, check_supports
 
-SHARED = ("pair", "mesh", "contact", "results")
+SHARED = (PAIR, "mesh", "contact", "results")
 PLANETARY = ("sun", "planet", "ring")
 # Torque of cases before that of their meshes is known, N m.
 ANY = 1.0
 # Positions of a sweep.
 MOST_ANGLES = 200_000
+# Angles of a cycle of all meshes, all of which are placed.
+MOST_PLACED = 20_000
+# Places of gears on one axis.
+SAME_PLACE_MM = 1e-6
 # Of a module: centre distances of two meshes that are one.
 SAME_DISTANCE = 1e-4
 
@@ -99,10 +95,10 @@ class SetFile:
     housed_pitches: int = 1
 
     @property
-    def teeth(self) -> tuple[int, int]:
-        """Of sun and ring."""
-        inner, outer = self.cases.values()
-        return inner.pair.pinion.teeth, outer.pair.wheel.teeth
+    def teeth(self) -> tuple[float, float]:
+        """Of sun and ring, as `pmor.sets.kinematics.member_speeds` takes them."""
+        inner, outer = (case.pair for case in self.cases.values())
+        return inner.pinion.teeth, outer.wheel.teeth * inner.wheel.teeth / outer.pinion.teeth
 
     @property
     def held(self) -> Member:
@@ -159,6 +155,8 @@ def parse_set(
     if shafts is not None:
         said = _part_of_a_gearbox(said, shafts)
     try:
+        if shafts is not None and SECOND_PLANET in said.members:
+            reader.refuse(f"[{SECOND_PLANET}]", "a gearbox takes no stepped planets: solve the set by itself")
         layout = reader.layout(said, shafts is not None)
         pairs = reader.pairs(said, layout)
         reader.check_distances(said, layout, pairs)
@@ -168,7 +166,7 @@ def parse_set(
     most = max((plan.nominal_Nm, *said.sweep.torques_Nm)) / plan.nominal_Nm
     most = most if shafts is None or shafts.most_Nm is None else shafts.most_Nm / plan.torque_Nm
     cases = reader.cases(said, layout, {key: most * torque for key, torque in plan.mesh_torques_Nm.items()})
-    check_cheeks(said, cases, reader.refuse)
+    check_cheeks(said, plan, cases, reader.refuse)
     pitches = reader.pitches(said, plan, cases), reader.sample_pitches(said, plan, cases)
     housed = 1 if shafts is None else reader.pitches(said, plan, cases, housed=True)
     if said.carrier.stiffness is not None:
@@ -201,10 +199,17 @@ class _Reader(Reader):
             self.check_planets(said)
             layout = planetary_layout(said, whole_width)
         members = list(dict.fromkeys(member for share in layout.shares for member in share.members))
+        sections = dict.fromkeys((PAIR, *(share.section for share in layout.shares)))
         for name in said.members:
-            if name not in (*members, *SHARED):
-                self.refuse(f"[{name}]", f"unknown section: {did_you_mean(name, [*members, *SHARED])}")
-        for name in (*members, "pair"):
+            if name not in (*members, *SHARED, *sections):
+                known = (
+                    [*members, *SHARED, *sections] if said.gears else [*members, *SHARED, SECOND_PLANET, SECOND_PAIR]
+                )
+                rule = f"is of stepped planets: add [{SECOND_PLANET}], or leave it out"
+                self.refuse(
+                    f"[{name}]", rule if name == SECOND_PAIR else f"unknown section: {did_you_mean(name, known)}"
+                )
+        for name in (*members, *sections):
             if name not in said.members:
                 self.refuse(f"[{name}]", "is missing: add the section with its keys")
         return layout
@@ -221,6 +226,7 @@ class _Reader(Reader):
         planets, off = said.planets, said.eccentricity
         listed = {f"[planets] {key}": getattr(planets, key) for key in ("positions_deg", "radial_um", "tangential_um")}
         listed |= {"[eccentricity] planets_um": off.planets_um, "[eccentricity] planets_deg": off.planets_deg}
+        listed |= {"[planets] timing_mrad": planets.timing_mrad}
         for key, given in listed.items():
             if given and len(given) != planets.count:
                 rule = f"must be one number for each of the {planets.count} planets"
@@ -232,9 +238,20 @@ class _Reader(Reader):
         if len(planets.missing) >= planets.count:
             self.refuse(f"[planets] missing = {list(planets.missing)}", "leaves no planet: take one out of the list")
         check_supports(said, self.refuse)
-        sun, ring = (said.members.get(member, {}).get("teeth") for member in ("sun", "ring"))
-        if isinstance(sun, int) and isinstance(ring, int):  # others are refused with their section
-            planet_positions(planets, sun + ring)
+        stepped = SECOND_PLANET in said.members
+        given = {
+            "[planets] timing_mrad": planets.timing_mrad,
+            "[planets] second_z_mm": planets.second_z_mm is not None,
+            "[supports] planet_torsion_Nmm_per_rad": said.supports.planet_torsion_Nmm_per_rad != "rigid",
+        }
+        for key, there in given.items():
+            if there and not stepped:
+                self.refuse(key, f"is of stepped planets: add [{SECOND_PLANET}], or leave it out")
+        names = ("sun", "ring", "planet", SECOND_PLANET if stepped else "planet")
+        teeth = [said.members.get(member, {}).get("teeth") for member in names]
+        if all(isinstance(count, int) and count > 0 for count in teeth):  # others are refused with their section
+            sun, ring, first, second = (int(count or 0) for count in teeth)
+            planet_positions(planets, (sun, ring), (first, second))
 
     def carrier_stiffness(self, said: SetSections) -> FloatArray | None:
         """Return the stiffness of the carrier at the seats of its pins; None where the file names none."""
@@ -263,11 +280,13 @@ class _Reader(Reader):
         for name, count in Counter(names).items():
             if count > 1:
                 self.refuse(f'[[gears]] name = "{name}"', "is there twice: give one of them another name")
-            if name in SHARED:
+            if name in SHARED or name in [mesh.pair for mesh in said.meshes]:
                 self.refuse(f'[[gears]] name = "{name}"', "is a section of its own: give the gear another name")
         for gear in said.gears:
-            if len(gear.at_mm) != 2:
-                self.refuse(f'[[gears]] "{gear.name}": at_mm', "must be x and y of the axis: write two numbers")
+            if len(gear.at_mm) not in (2, 3):
+                rule = "must be x and y of the axis, and z where that counts: write two or three numbers"
+                self.refuse(f'[[gears]] "{gear.name}": at_mm', rule)
+        self.check_shafts(said)
         if not said.meshes:
             self.refuse("[[meshes]]", 'is missing: add gears = ["driving", "driven"] for each mesh')
         for mesh in said.meshes:
@@ -278,11 +297,43 @@ class _Reader(Reader):
             for name in mesh.gears:
                 if name not in names:
                     self.refuse(f'[[meshes]] gears: "{name}"', f"there is no such gear: {did_you_mean(name, names)}")
+            one, other = ((*gear.at_mm[2:], 0.0)[0] for name in mesh.gears for gear in said.gears if gear.name == name)
+            if one != other:
+                rule = f"mesh at z = {one:g} and {other:g} mm: give both the same z"
+                self.refuse(f"[[meshes]] gears = {list(mesh.gears)}", rule)
         driver = next(gear for gear in said.gears if gear.name == said.meshes[0].gears[0])
         if not isinstance(driver.torque_Nm, float) or driver.torque_Nm == 0.0:
             self.refuse(f'[[gears]] "{driver.name}"', "drives the first mesh: give its torque_Nm")
         if all(gear.torque_Nm != "balance" for gear in said.gears):
             self.refuse("[[gears]]", 'none holds against the torques: write torque_Nm = "balance" for the last one')
+        meshing = [name for mesh in said.meshes for name in mesh.gears]
+        for name in names:
+            if name not in meshing:
+                self.refuse(f'[[gears]] "{name}"', "meshes with none: add it to [[meshes]], or leave it out")
+
+    def check_shafts(self, said: SetSections) -> None:
+        """Refuse gears that share a shaft and do not fit together."""
+        shared = {
+            gear.name: [one for one in said.gears if one.shaft == gear.shaft] for gear in said.gears if gear.shaft
+        }
+        in_order = [name for mesh in said.meshes for name in mesh.gears]
+        for gear in said.gears:
+            place, others = f'[[gears]] "{gear.name}"', shared.get(gear.name, [])
+            for key in ("timing_mrad", "torsion_Nmm_per_rad"):
+                if getattr(gear, key) not in (0.0, "rigid") and len(others) < 2:
+                    self.refuse(f"{place}: {key}", "is of gears that share a shaft: name the shaft, or leave it out")
+            if len(others) < 2:
+                continue
+            if any(math.dist(gear.at_mm[:2], one.at_mm[:2]) > SAME_PLACE_MM for one in others):
+                rule = "lies on one axis: give all of its gears the same x and y"
+                self.refuse(f"{place}: at_mm = {list(gear.at_mm)}", f'shaft "{gear.shaft}" {rule}')
+            if sum(one.torque_Nm is not None for one in others) > 1:
+                rule = "has several torques: write the one of the shaft at one of its gears"
+                self.refuse(f"{place}: torque_Nm", f'shaft "{gear.shaft}" {rule}')
+            first = next((name for name in in_order if name in [one.name for one in others]), gear.name)
+            if gear.torsion_Nmm_per_rad != "rigid" and (gear.name == first or gear.torque_Nm is not None):
+                rule = f'a shaft twists from its gear that meshes first, "{first}", which torques from outside are on'
+                self.refuse(f"{place}: torsion_Nmm_per_rad", f"{rule}: write it at another one, or leave it out")
 
     def pairs(self, said: SetSections, layout: Layout) -> dict[str, GearPair]:
         """Return the geometry of all meshes that differ."""
@@ -325,7 +376,7 @@ class _Reader(Reader):
     def case(self, said: SetSections, share: Share, torque_Nm: float) -> Case:
         """Return the case of a mesh; a torque that turns its pinion clockwise makes the case of the image."""
         document: dict[str, Any] = {"load": {"torque_Nm": share.sense * torque_Nm}}
-        pair = dict(said.members["pair"])
+        pair = dict(said.members[PAIR]) | dict(said.members[share.section])
         if share.distance_mm is not None:
             if "centre_distance_mm" in pair:
                 self.refuse("[pair] centre_distance_mm", "follows from at_mm of the gears: leave it out")
@@ -371,18 +422,27 @@ class _Reader(Reader):
         housed : bool
             Whether the housing has to stand as before too, against the carrier.
         """
-        teeth = {1}
-        for mesh in plan.meshes:
+        spans = {plan.cycle}
+        for mesh, rate in zip(plan.meshes, plan.rates, strict=True):
             case = cases[mesh.case]
             flanks = case.pinion_modification, case.wheel_modification
             for body, gear, flank in zip(
                 (mesh.pinion, mesh.wheel), (case.pair.pinion, case.pair.wheel), flanks, strict=True
             ):
-                teeth.add(gear.unlike_teeth(case.pair.face_width_mm))
+                teeth = gear.unlike_teeth(case.pair.face_width_mm)
                 held = housed and said.load is not None and plan.bodies[body].member == said.load.held
                 if held or plan.eccentricity[body].any() or any(flank.pitch_deviations_um):
-                    teeth.add(gear.teeth)
-        pitches = said.sweep.pitches or math.lcm(*teeth)
+                    teeth = gear.teeth
+                # Until whole pitches of the gear, a multiple of its unlike teeth, have passed.
+                spans.add(rate.denominator * teeth // math.gcd(rate.numerator, teeth))
+        pitches = said.sweep.pitches or math.lcm(*spans)
+        placed = (pitches if pitches % plan.cycle else plan.cycle) * said.sweep.angles_per_pitch
+        if placed > MOST_PLACED:
+            self.refuse(
+                f"[sweep] pitches = {pitches}", f"makes {placed} angles at which meshes stand otherwise, and "
+                f"{MOST_PLACED} are enough: all stand as before after {plan.cycle} pitches of the first gear; lower "
+                "angles_per_pitch or pitches, or take tooth numbers of gears on one shaft with common divisors"
+            )  # fmt: skip
         if pitches * said.sweep.angles_per_pitch > MOST_ANGLES:
             self.refuse(
                 f"[sweep] pitches = {pitches}", f"makes {pitches * said.sweep.angles_per_pitch} angles with "

@@ -43,12 +43,23 @@ class SetBody:
         Gears of one member are equal, and solved once.
     x, y : float
         Place of its axis, mm.
+    z : float
+        Of its mid width, mm.
+    on : int or None
+        Number of the gear before, on the same shaft, that stands for it; None of that one and of single gears.
     """
 
     name: str
     member: str
     x: float
     y: float
+    z: float = 0.0
+    on: int | None = None
+
+    @property
+    def centre(self) -> Centre:
+        """Its axis."""
+        return Centre(self.name, self.x, self.y, self.member, self.on)
 
 
 @dataclass(frozen=True)
@@ -100,7 +111,7 @@ def build_train(
     """
     models = {name: mesh_model(case) for name, case in cases.items()}
     meetings = [Meeting(models[mesh.case].meshed.pair, mesh.pinion, mesh.wheel) for mesh in meshes]
-    placed = placements([Centre(body.name, body.x, body.y) for body in bodies], meetings)
+    placed = placements([body.centre for body in bodies], meetings)
     uses = _uses(bodies, meshes, placed)
     # A gear that has flanks of both sides in mesh is modelled as it is, another one as its meshes see it.
     own = {member: min(found, key=lambda use: use.image) for member, found in uses.items()}

@@ -75,7 +75,7 @@ STRESS_COLUMNS: Columns = {
 ORDER_COLUMNS: Columns = {
     "order of the mesh": "mesh_order",
     "amplitude [µm]": "amplitude_um",
-    "times a turn": lambda row: _per_turn(row["per_turn"]),
+    "times a turn, or a mesh cycle": lambda row: _times(row["per_cycle"], row["per_turn"]),
 }
 STE = (
     "By how much the first gear runs ahead along its line of action, held members at rest. K_γ: the largest mean load "
@@ -93,8 +93,8 @@ STRESS = (
     "is largest, and the limits between which it changes there. Side: of the flank that this mate loads; –: no mate."
 )
 SHAFT_ORDERS = (
-    "Of the transmission error between the orders of the mesh, at the nominal torque; turns of the members against the "
-    "carrier."
+    "Of the transmission error between the orders of the first mesh, at the nominal torque; turns of the members "
+    "against the carrier, and cycles of the other meshes."
 )
 SAMPLE_COLUMNS: Columns = {
     "torque [N m]": "torque_Nm",
@@ -115,7 +115,7 @@ def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, fail
     """Return numbers and page."""
     data, nominal = set_data(file, solved, samples, failures), nominal_torque(file, solved)
     tables = _tables(data)
-    blocks: list[Block] = [*map(Warning, (*failures, *map(_changed, file.changed))), tables[0]]
+    blocks: list[Block] = [*map(Warning, _warnings(file, solved, failures)), tables[0]]
     if solved.converged[nominal].any():
         angle = int(np.flatnonzero(solved.converged[nominal])[0])
         blocks.append(Picture("set.png", "All gears as the calculation places them.",
@@ -156,7 +156,7 @@ def set_text(file: SetFile, solved: SetSolution, samples: Samples | None, failur
     lines = [f"Set: {file.sections.title}"]
     for shown in _tables(set_data(file, solved, samples, failures)):
         lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
-    lines += [f"  ! {sentence}" for sentence in (*failures, *map(_changed, file.changed))]
+    lines += [f"  ! {sentence}" for sentence in _warnings(file, solved, failures)]
     if file.notes:
         lines.append(f"  {len(file.notes)} assumptions about what the file does not say: set.json, and the page")
     return "\n".join(lines)
@@ -185,8 +185,14 @@ def _tables(data: Data) -> list[Table]:
     return found
 
 
-def _changed(sentence: str) -> str:
-    return f"Changed, as these gears would not run as filed: {sentence}"
+def _warnings(file: SetFile, solved: SetSolution, failures: tuple[str, ...]) -> list[str]:
+    said = [*failures, *(f"Changed, as these gears would not run as filed: {sentence}" for sentence in file.changed)]
+    if not solved.repeats:
+        said.append(
+            f"{solved.pitches} pitches of the first gear are solved, and all meshes stand as before after "
+            f"{solved.plan.cycle}: there are no orders, and means and ranges are those of what is solved."
+        )
+    return said
 
 
 def _wound(data: Data) -> str:
@@ -200,10 +206,15 @@ def _forces(bearings: Sequence[Data]) -> str:
     return " / ".join(f"{bearing['force_mean_N']:.4g}" for bearing in ordered)
 
 
-def _per_turn(per_turn: Mapping[str, float]) -> str:
-    """Members of which an order is a whole one."""
-    whole = [f"{round(times)} of the {member}" for member, times in per_turn.items() if abs(times % 1.0 - 0.5) > 0.4999]
-    return ", ".join(whole) or "of all together"
+def _times(per_cycle: Mapping[str, float], per_turn: Mapping[str, float]) -> str:
+    """Meshes of which an order is a whole one, else members."""
+    for kind, named in (("mesh ", per_cycle), ("", per_turn)):
+        whole = [
+            f"{round(times)} of the {kind}{name}" for name, times in named.items() if abs(times % 1.0 - 0.5) > 0.4999
+        ]
+        if whole:
+            return ", ".join(whole)
+    return "of all together"
 
 
 def _percent(value: float | None) -> float | None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
@@ -18,57 +19,18 @@ from pmor.core.errors import CaseError, GeometryError
 from pmor.gear.pair import GearPair
 from pmor.line.hubs import HUB
 from pmor.line.several import smooth_rows
-from pmor.sets.kinematics import Centre, Meeting, Placement, placements
+from pmor.sets.kinematics import Meeting, Placement, mesh_rates, placements
+from pmor.sets.layout import SECOND_PLANET, Layout
 from pmor.sets.model import SetBody, SetMesh
 from pmor.sets.pins import PlanetsOnPins
 from pmor.sets.settings import Planets, SetSections
-from pmor.sets.supports import ROTATION, standing, tilts_under_forces
+from pmor.sets.shafts import onto_bodies
+from pmor.sets.supports import ROTATION, gives, standing
 
 # Of a whole number: positions of planets that can be assembled.
 ASSEMBLED = 1e-6
 # Of the forces of meshes: loads that they do not hold.
 UNBALANCED = 1e-9
-
-
-@dataclass(frozen=True)
-class Share:
-    """A mesh as a case: what equal meshes share.
-
-    Parameters
-    ----------
-    members : (str, str)
-        That drives, and that is driven.
-    sense, hand : int
-        Of the driving one as it is drawn: 1 if the torque turns it counter-clockwise; 1 if it has the hand of the first
-        gear.
-    distance_mm : float or None
-        Of the axes; None is that of the file, or without backlash.
-    """
-
-    members: tuple[str, str]
-    sense: int
-    hand: int
-    distance_mm: float | None = None
-    whole_width: bool = False
-
-    @property
-    def name(self) -> str:
-        """Of the case."""
-        return "-".join(self.members)
-
-
-@dataclass(frozen=True)
-class Layout:
-    """Members of a set and the meshes that differ, before any geometry.
-
-    Parameters
-    ----------
-    clockwise : bool
-        Whether the first gear is loaded clockwise.
-    """
-
-    shares: tuple[Share, ...]
-    clockwise: bool
 
 
 @dataclass(frozen=True)
@@ -115,6 +77,8 @@ class SetPlan:
         On the pinion of each mesh, by the names of the cases, N m.
     clockwise : bool
         Whether all of this is the image.
+    rates : tuple of Fraction
+        Cycles of each mesh in one of the first mesh.
     on_pins : PlanetsOnPins or None
         Of a planetary set: its planets on their pins, of which their part of the compliance is.
     wrench : ndarray, shape (6 B,)
@@ -136,48 +100,21 @@ class SetPlan:
     nominal_Nm: float
     mesh_torques_Nm: Mapping[str, float]
     clockwise: bool
+    rates: tuple[Fraction, ...]
     wrench: FloatArray
     on_pins: PlanetsOnPins | None = None
     in_housing: InHousing | None = None
 
+    @property
+    def cycle(self) -> int:
+        """Pitches of the first gear after which all meshes stand as before."""
+        return math.lcm(*(rate.denominator for rate in self.rates))
 
-def planetary_layout(said: SetSections, whole_width: bool = False) -> Layout:
-    """Return the layout of a planetary set, seen from its carrier.
-
-    Parameters
-    ----------
-    whole_width : bool
-        Whether members may tilt, whatever the file says of what they stand on.
-    """
-    assert said.load is not None
-    clockwise = said.load.torque_Nm * (-1.0 if said.load.on == "carrier" else 1.0) < 0.0
-    sense = -1 if clockwise else 1
-    whole = whole_width or tilts_under_forces(said)
-    return Layout(
-        (Share(("sun", "planet"), sense, 1, None, whole), Share(("planet", "ring"), -sense, -1, None, whole)), clockwise
-    )
-
-
-def train_layout(said: SetSections) -> Layout:
-    """Return the layout of gears on fixed axes."""
-    gears = {gear.name: gear for gear in said.gears}
-    first = said.meshes[0].gears[0]
-    clockwise = float(gears[first].torque_Nm or 0.0) < 0.0  # type: ignore[arg-type]
-    sense, shares = {first: -1 if clockwise else 1}, []
-    for mesh in said.meshes:
-        one, other = mesh.gears
-        if one not in sense:
-            raise CaseError(
-                f'[[meshes]] gears = ["{one}", "{other}"]: nothing drives "{one}" yet: list it further down'
-            )
-        internal = bool(said.members.get(other, {}).get("internal", False))
-        turned = sense[one] if internal else -sense[one]
-        if sense.setdefault(other, turned) != turned:
-            raise CaseError(f'[[meshes]] gears = ["{one}", "{other}"]: "{other}" is driven the other way already')
-        distance = math.dist(gears[one].at_mm, gears[other].at_mm)
-        hand = sense[one] * sense[first]
-        shares.append(Share((one, other), sense[one], hand, distance))
-    return Layout(tuple(shares), clockwise)
+    def rate_of(self, body: int) -> Fraction:
+        """Pitches that a gear turns by while the first one turns by one."""
+        return next(
+            rate for mesh, rate in zip(self.meshes, self.rates, strict=True) if body in (mesh.pinion, mesh.wheel)
+        )
 
 
 def set_plan(
@@ -204,34 +141,63 @@ def _planetary(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair],
     assert said.load is not None
     inner, outer = (pairs[share.name] for share in layout.shares)
     sun, ring, distance = inner.pinion.teeth, -outer.wheel.teeth, inner.centre_distance
-    places = planet_positions(said.planets, sun + ring)
+    places = planet_positions(said.planets, (sun, ring), (inner.wheel.teeth, outer.pinion.teeth))
     numbers = [number for number in range(said.planets.count) if number + 1 not in said.planets.missing]
-    _refuse_neighbours([places[number] for number in numbers], inner)
+    _refuse_neighbours([places[number] for number in numbers], inner, outer)
     side = -1.0 if layout.clockwise else 1.0
-    bodies, meshes = [SetBody("sun", "sun", 0.0, 0.0), SetBody("ring", "ring", 0.0, 0.0)], []
-    for number in numbers:
-        angle, body = side * places[number], len(bodies)
-        outwards = np.array([-math.sin(angle), math.cos(angle)])
-        bodies.append(SetBody(f"planet {number + 1}", "planet", *(distance * outwards).tolist()))
-        meshes += [SetMesh(layout.shares[0].name, 0, body), SetMesh(layout.shares[1].name, body, 1)]
+    angles = [side * places[number] for number in numbers]
+    bodies = [SetBody("sun", "sun", 0.0, 0.0), SetBody("ring", "ring", 0.0, 0.0)]
+    for number, angle in zip(numbers, angles, strict=True):
+        x, y = -distance * math.sin(angle), distance * math.cos(angle)
+        bodies.append(SetBody(f"planet {number + 1}", "planet", x, y))
     stands = standing(said, bodies, layout.clockwise, carrier)
-    amount = abs(said.load.torque_Nm) * {"sun": 1.0, "ring": sun / ring, "carrier": sun / (sun + ring)}[said.load.on]
-    load = np.zeros(len(stands.free))
+    planets = tuple(range(2, len(bodies)))
+    mates: Sequence[int] = planets
+    if layout.shares[1].members[0] == SECOND_PLANET:
+        bodies = _with_second_gears(bodies, _second_place(said.planets, inner, outer))
+        mates = range(2 + len(planets), len(bodies))
+    meshes = []
+    for one, other in zip(planets, mates, strict=True):
+        meshes += [SetMesh(layout.shares[0].name, 0, one), SetMesh(layout.shares[1].name, other, 1)]
+    onto = onto_bodies(bodies)
+    free, compliance = stands.free @ onto.T, onto @ stands.compliance @ onto.T
+    twisting = [HUB * number + ROTATION for number, body in enumerate(bodies) if body.on is not None]
+    compliance[twisting, twisting] += gives(said.supports.planet_torsion_Nmm_per_rad)
+    through = sun * outer.pinion.teeth / (ring * inner.wheel.teeth)
+    on_sun = {"sun": 1.0, "ring": through, "carrier": through / (1.0 + through)}[said.load.on]
+    load = np.zeros(len(free))
     load[0] = 1.0
     plan = _planned(
-        bodies, meshes, tuple(range(2, len(bodies))), pairs, stands.free, stands.compliance,
-        *planetary_errors(said, bodies, layout.clockwise), load, amount, abs(said.load.torque_Nm), layout.clockwise,
+        bodies, meshes, planets, pairs, free, compliance, *planetary_errors(said, bodies, layout.clockwise), load,
+        abs(said.load.torque_Nm) * on_sun, abs(said.load.torque_Nm), layout.clockwise,
     )  # fmt: skip
     return replace(plan, on_pins=stands.planets)
+
+
+def _second_place(planets: Planets, inner: GearPair, outer: GearPair) -> float:
+    """Mid width of the second gears of stepped planets, from that of the first ones, mm."""
+    if planets.second_z_mm is not None:
+        return planets.second_z_mm
+    return 0.5 * float(np.ptp(inner.faces[1]) + np.ptp(outer.faces[0]))
+
+
+def _with_second_gears(bodies: Sequence[SetBody], z: float) -> list[SetBody]:
+    """Sun, ring and planets, and the second gear of each planet behind them, in mesh with the ring."""
+    sun, ring, *planets = bodies
+    second = [
+        replace(planet, name=f"second {planet.name}", member=SECOND_PLANET, z=z, on=number)
+        for number, planet in enumerate(planets, start=2)
+    ]
+    return [sun, replace(ring, z=z), *planets, *second]
 
 
 def planetary_errors(said: SetSections, bodies: Sequence[SetBody], clockwise: bool) -> tuple[FloatArray, FloatArray]:
     """Return displacements of hubs, (6 B,), and eccentricities of gears, (B, 2), mm, in the frame of the plan."""
     pins, off, side = said.planets, said.eccentricity, -1.0 if clockwise else 1.0
     numbers = [number for number in range(pins.count) if number + 1 not in pins.missing]
-    displacement = np.zeros((len(bodies), HUB))
+    displacement = np.zeros((2 + len(numbers), HUB))
     eccentric = [_eccentric(off.sun_um, side * off.sun_deg), _eccentric(off.ring_um, side * off.ring_deg)]
-    for number, body, moved in zip(numbers, bodies[2:], displacement[2:], strict=True):
+    for number, body, moved in zip(numbers, bodies[2:], displacement[2:], strict=False):
         outwards = np.array([body.x, body.y]) / math.hypot(body.x, body.y)
         if pins.radial_um:
             moved[:2] += 1e-3 * pins.radial_um[number] * outwards
@@ -240,7 +206,11 @@ def planetary_errors(said: SetSections, bodies: Sequence[SetBody], clockwise: bo
             moved[:2] += 1e-3 * pins.tangential_um[number] * np.array([-outwards[1], outwards[0]])
         amount, ahead = (values[number] if values else 0.0 for values in (off.planets_um, off.planets_deg))
         eccentric.append(_eccentric(amount, math.degrees(math.atan2(-body.x, body.y)) + side * ahead))
-    return displacement.ravel(), np.array(eccentric)
+    whole = (onto_bodies(bodies) @ displacement.ravel()).reshape(-1, HUB)
+    for number, moved in zip(numbers, whole[len(displacement) :], strict=False):
+        # The torque turns planets clockwise here.
+        moved[ROTATION] -= 1e-3 * (pins.timing_mrad[number] if pins.timing_mrad else 0.0)
+    return whole.ravel(), np.array(eccentric + [[0.0, 0.0]] * (len(bodies) - len(displacement)))
 
 
 def _eccentric(amount_um: float, direction_deg: float) -> list[float]:
@@ -249,28 +219,43 @@ def _eccentric(amount_um: float, direction_deg: float) -> list[float]:
     return [-1e-3 * amount_um * math.sin(direction), 1e-3 * amount_um * math.cos(direction)]
 
 
-def planet_positions(planets: Planets, teeth: int) -> list[float]:
-    """Return angles of all planets, rad, by the sum of teeth of sun and ring; GeometryError without assembly."""
+def planet_positions(planets: Planets, teeth: tuple[int, int], stepped: tuple[int, int] = (1, 1)) -> list[float]:
+    """Return angles of all planets, rad; GeometryError where they cannot be assembled.
+
+    Parameters
+    ----------
+    teeth : (int, int)
+        Of sun and ring.
+    stepped : (int, int)
+        Of the gears of a planet that mesh with them.
+    """
+    first, second = (count // math.gcd(*stepped) for count in stepped)
+    # Places where the teeth of all meshes meet, in a turn.
+    meet = teeth[0] * second + teeth[1] * first
+    sums = f"teeth of sun and ring add up to {meet}"
+    if first != second:
+        sums = f"teeth meet at {teeth[0]} x {second} + {teeth[1]} x {first} = {meet} places of a turn"
     places = planets.positions_deg or tuple(360.0 * n / planets.count for n in range(planets.count))
     for number, place in enumerate(places, start=1):
-        step = (place - places[0]) / 360.0 * teeth
-        if abs(step - round(step)) > ASSEMBLED * teeth:
-            near = [places[0] + 360.0 * whole / teeth for whole in (math.floor(step), math.ceil(step))]
-            sums = f"teeth of sun and ring add up to {teeth}, which is no multiple of {planets.count} planets: "
+        step = (place - places[0]) / 360.0 * meet
+        if abs(step - round(step)) > ASSEMBLED * meet:
+            near = [places[0] + 360.0 * whole / meet for whole in (math.floor(step), math.ceil(step))]
+            rule = f"{sums}, which is no multiple of {planets.count} planets: "
             raise GeometryError(
                 f"[planets] planet {number} at {place:.6g} deg: cannot be assembled: "
-                f"{'' if planets.positions_deg else sums}write positions_deg, next to {near[0]:.6g} or {near[1]:.6g} "
+                f"{'' if planets.positions_deg else rule}write positions_deg, next to {near[0]:.6g} or {near[1]:.6g} "
                 "deg, or change tooth numbers"
             )
     return [math.radians(place) for place in places]
 
 
-def _refuse_neighbours(places: Sequence[float], inner: GearPair) -> None:
+def _refuse_neighbours(places: Sequence[float], inner: GearPair, outer: GearPair) -> None:
     ordered = sorted(place % (2.0 * math.pi) for place in places)
     if len(ordered) < 2:
         return
     nearest = min(b - a for a, b in pairwise([*ordered, ordered[0] + 2.0 * math.pi]))
-    apart, tips = 2.0 * inner.centre_distance * math.sin(0.5 * min(nearest, math.pi)), 2.0 * inner.wheel.tip_radius
+    apart = 2.0 * inner.centre_distance * math.sin(0.5 * min(nearest, math.pi))
+    tips = 2.0 * max(inner.wheel.tip_radius, outer.pinion.tip_radius)
     if apart <= tips:
         raise GeometryError(
             f"[planets] neighbours are {apart:.6g} mm apart, and their tip circles are {tips:.6g} mm wide: take fewer "
@@ -281,19 +266,35 @@ def _refuse_neighbours(places: Sequence[float], inner: GearPair) -> None:
 def _trained(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair]) -> SetPlan:
     side = -1.0 if layout.clockwise else 1.0
     names = [gear.name for gear in said.gears]
-    bodies = [SetBody(gear.name, gear.name, side * gear.at_mm[0], gear.at_mm[1]) for gear in said.gears]
     places = [[names.index(member) for member in share.members] for share in layout.shares]
     meshes = [SetMesh(share.name, one, other) for share, (one, other) in zip(layout.shares, places, strict=True)]
-    first = meshes[0].pinion
-    turning = [first] + [n for n, gear in enumerate(said.gears) if gear.torque_Nm != "balance" and n != first]
-    free = np.zeros((len(turning), HUB * len(bodies)))
-    free[np.arange(len(turning)), HUB * np.array(turning) + ROTATION] = 1.0
-    torques = [side * float(said.gears[number].torque_Nm or 0.0) for number in turning]  # type: ignore[arg-type]
+    # On a shaft the gear that meshes first stands for all.
+    stands = {said.gears[n].shaft or names[n]: n for n in reversed([n for both in places for n in both])}
+    bodies, shafts = [], list[int]()
+    for number, gear in enumerate(said.gears):
+        first = stands.get(gear.shaft or gear.name, number)
+        x, y, z = (*gear.at_mm, 0.0)[:3]
+        bodies.append(SetBody(gear.name, gear.name, side * x, y, z, None if first == number else first))
+        shafts.append(first)
+    torques = dict.fromkeys((shafts[meshes[0].pinion], *shafts), 0.0)
+    for shaft, gear in zip(shafts, said.gears, strict=True):
+        torques[shaft] += side * gear.torque_Nm if isinstance(gear.torque_Nm, float) else 0.0
+    for shaft, gear in zip(shafts, said.gears, strict=True):
+        if gear.torque_Nm == "balance":
+            del torques[shaft]
+    size = HUB * len(bodies)
+    free, compliance, displacement = np.zeros((len(torques), size)), np.zeros((size, size)), np.zeros(size)
+    for row, turning in zip(free, torques, strict=True):
+        row[[HUB * number + ROTATION for number, shaft in enumerate(shafts) if shaft == turning]] = 1.0
+    for number, gear in enumerate(said.gears):
+        place = HUB * number + ROTATION
+        displacement[place] = 1e-3 * side * layout.senses.get(gear.name, 0) * gear.timing_mrad
+        compliance[place, place] = gives(gear.torsion_Nmm_per_rad)
     eccentric = [_eccentric(gear.eccentricity_um, side * gear.eccentricity_deg) for gear in said.gears]
-    load, size = np.array(torques) / torques[0], HUB * len(bodies)
+    first_Nm, *_ = amounts = list(torques.values())
     return _planned(
-        bodies, meshes, (), pairs, free, np.zeros((size, size)), np.zeros(size), np.array(eccentric), load, torques[0],
-        torques[0], layout.clockwise,
+        bodies, meshes, (), pairs, free, compliance, displacement, np.array(eccentric), np.array(amounts) / first_Nm,
+        first_Nm, first_Nm, layout.clockwise,
     )  # fmt: skip
 
 
@@ -303,10 +304,9 @@ def _planned(
     torque_Nm: float, nominal_Nm: float, clockwise: bool,
 ) -> SetPlan:  # fmt: skip
     """Put a plan together; CaseError where meshes do not hold the load."""
-    placed = placements(
-        [Centre(body.name, body.x, body.y) for body in bodies],
-        [Meeting(pairs[mesh.case], mesh.pinion, mesh.wheel) for mesh in meshes],
-    )
+    centres = [body.centre for body in bodies]
+    meetings = [Meeting(pairs[mesh.case], mesh.pinion, mesh.wheel) for mesh in meshes]
+    placed = placements(centres, meetings)
     rows = _closing(bodies, meshes, placed, pairs)
     closing = rows @ free.T
     forces, *_ = np.linalg.lstsq(closing.T, -load, rcond=None)
@@ -324,7 +324,7 @@ def _planned(
         torques[mesh.case] = max(torques.get(mesh.case, 0.0), torque)
     return SetPlan(
         tuple(bodies), tuple(meshes), planets, free, compliance, displacement, eccentricity, 0, load, torque_Nm,
-        nominal_Nm, torques, clockwise, forces @ rows,
+        nominal_Nm, torques, clockwise, mesh_rates(centres, meetings), forces @ rows,
     )  # fmt: skip
 
 

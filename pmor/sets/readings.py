@@ -15,6 +15,8 @@ from pmor.sets.tolerances import Samples
 
 Data = dict[str, Any]
 ORDERS = 10
+# Of the transmission error: what rounding leaves of its orders.
+ROUND_OFF = 1e-9
 # Percentiles of sets within tolerances.
 PERCENT = (5.0, 50.0, 95.0, 99.0)
 
@@ -27,7 +29,7 @@ def set_data(file: SetFile, solved: SetSolution, samples: Samples | None, failur
         "title": file.sections.title,
         **rows[nominal],
         **_speeds(file),
-        "angles_per_pitch": len(solved.placed.phi),
+        "angles_per_pitch": solved.angles_per_pitch,
         "pitches": solved.pitches,
         "phi_rad": solved.phi_rad.tolist(),
         "torques": rows,
@@ -78,21 +80,28 @@ def torque_data(file: SetFile, solved: SetSolution, number: int) -> Data:
 
 
 def shaft_orders(solved: SetSolution, number: int) -> list[Data]:
-    """Largest orders between those of the mesh, with how often they are in a turn of each member against the carrier.
+    """Largest orders between those of the first mesh, with how often they are in a turn of each member.
 
-    None over a single mesh cycle, or where a position is missing.
+    Members turn against the carrier. `per_cycle` has it for the cycles of meshes that differ from the first one's. None
+    over a single mesh cycle, where meshes do not stand as before at the end, or a position is missing.
     """
-    amplitude, pitches = solved.ste_orders(number).amplitude, solved.pitches
-    if pitches == 1 or not np.isfinite(amplitude).all():
+    amplitude, pitches, plan = solved.ste_orders(number).amplitude, solved.pitches, solved.plan
+    if pitches == 1 or not solved.repeats or not np.isfinite(amplitude).all():
         return []
-    between = np.flatnonzero((np.arange(len(amplitude)) + 1) % pitches)
+    there = amplitude > ROUND_OFF * np.abs(solved.ste_um[number]).max()
+    between = np.flatnonzero(there & ((np.arange(len(amplitude)) + 1) % pitches > 0))
     largest = between[np.argsort(-amplitude[between], kind="stable")[:ORDERS]]
-    teeth = {body.member: gear.teeth for body, gear in zip(solved.plan.bodies, solved.train.bodies, strict=True)}
+    turns = {
+        body.member: pitches * plan.rate_of(place) / gear.teeth
+        for place, (body, gear) in enumerate(zip(plan.bodies, solved.train.bodies, strict=True))
+    }
+    cycles = {mesh.case: rate for mesh, rate in zip(plan.meshes, plan.rates, strict=True) if rate != 1}
     return [
         {
             "mesh_order": plain((place + 1) / pitches),
             "amplitude_um": plain(amplitude[place]),
-            "per_turn": {member: plain((place + 1) * count / pitches) for member, count in teeth.items()},
+            "per_turn": {member: plain((place + 1) / times) for member, times in turns.items()},
+            "per_cycle": {mesh: plain((place + 1) / (pitches * rate)) for mesh, rate in cycles.items()},
         }
         for place in largest.tolist()
     ]
@@ -159,6 +168,7 @@ def _mesh_data(solved: SetSolution, number: int, mesh: int) -> Data:
     return {
         "name": " - ".join(solved.train.bodies[body].name for body in one.bodies),
         "contact_ratio": plain(pair.contact_ratio),
+        "cycles_per_pitch": plain(solved.plan.rates[mesh]),
         "phase_pitches": plain(round(one.start / pair.pitch, 9) % 1.0),
         "force_mean_N": plain(np.mean(force)),
         "force_peak_to_peak_N": plain(np.ptp(force)),

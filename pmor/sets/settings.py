@@ -3,6 +3,7 @@
 A planetary set has its members in the sections `[sun]`, `[planet]` and `[ring]`, a train of gears on fixed axes in
 sections of the names that `[[gears]]` give. They have the keys of a gear in a case file, modifications included;
 `[pair]`, `[mesh]` and `[contact]` are those of a case. The helix angle is that of the sun, or of the first gear.
+Stepped planets have a second gear, `[second_planet]`, that meshes with the ring; `[second_pair]` is what differs there.
 """
 
 from __future__ import annotations
@@ -18,8 +19,11 @@ from pmor.core.ranges import METRES, PASCALS, Length, Range, Stiffness, TiltStif
 Deviations = Annotated[tuple[float, ...], Range(-1e4, 1e4, "um", in_order=True)]
 Amount = Annotated[float, Range(0.0, 1e4, "um")]
 Amounts = Annotated[tuple[float, ...], Range(0.0, 1e4, "um", in_order=True)]
+Angle = Annotated[float, Range(-100.0, 100.0, "mrad")]
+Angles = Annotated[tuple[float, ...], Range(-100.0, 100.0, "mrad", in_order=True)]
 Direction = Annotated[float, Range(-360.0, 360.0, "deg")]
 Directions = Annotated[tuple[float, ...], Range(-360.0, 360.0, "deg", in_order=True)]
+Torsion = Annotated[float, Range(1e-3, 1e18, "N mm/rad")] | Literal["rigid"]
 AnyTorque = Annotated[float, Range(-1e12, 1e12, "N m")]
 Member = Literal["sun", "ring", "carrier"]
 # Along the axis, from the middle of the face width.
@@ -42,6 +46,11 @@ class Planets:
     radial_um, tangential_um : tuple of float
         By how much each pin is off its place in the carrier, one number for each planet: outwards, and in the sense in
         which the torque turns the sun.
+    second_z_mm : float or None
+        Mid width of `[second_planet]`, and of the ring, from that of `[planet]` along z; by default beside it.
+    timing_mrad : tuple of float
+        By how much the second gear of each stepped planet is ahead of its place on the shaft, in the sense in which the
+        torque on the sun turns the planet.
     """
 
     count: Annotated[int, Range(1, 24)] = 3
@@ -49,6 +58,8 @@ class Planets:
     missing: Annotated[tuple[int, ...], Range(1, 24)] = ()
     radial_um: Deviations = ()
     tangential_um: Deviations = ()
+    second_z_mm: Annotated[float, Range(-1e6, 1e6, "mm")] | None = None
+    timing_mrad: Angles = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +76,7 @@ class Eccentricity:
     sun_deg, ring_deg : float
         Of the eccentricity at angle 0, counter-clockwise from the y axis, in degrees.
     planets_um : tuple of float
-        By how much each planet is off the axis of its pin, one number for each.
+        By how much each planet is off the axis of its pin, one number for each; of stepped ones the first gear.
     planets_deg : tuple of float
         The same, counted from where the pin lies outwards.
     """
@@ -122,10 +133,16 @@ class Gear:
     ----------
     name : str
         Of the gear, and of the section with its teeth.
-    at_mm : (float, float)
-        x and y of its axis.
+    at_mm : (float, float) or (float, float, float)
+        x and y of its axis, and z of its mid width.
+    shaft : str or None
+        Name of the shaft that it shares with others, which turn together; None is one of its own.
     torque_Nm : float, "balance" or None
         On the gear from outside, counter-clockwise; "balance" holds against the others, None is an idler.
+    timing_mrad : float
+        By how much the gear is ahead of its place on a shared shaft, in the sense in which it is driven.
+    torsion_Nmm_per_rad : float or "rigid"
+        Of a shared shaft between this gear and the one of it that meshes first.
     eccentricity_um : float
         By how much the gear is off the axis that it turns about.
     eccentricity_deg : float
@@ -134,7 +151,10 @@ class Gear:
 
     name: str
     at_mm: Annotated[tuple[float, ...], Range(-1e6, 1e6, "mm", in_order=True)]
+    shaft: str | None = None
     torque_Nm: AnyTorque | Literal["balance"] | None = None
+    timing_mrad: Angle = 0.0
+    torsion_Nmm_per_rad: Torsion = "rigid"
     eccentricity_um: Amount = 0.0
     eccentricity_deg: Direction = 0.0
 
@@ -147,9 +167,12 @@ class Mesh:
     ----------
     gears : (str, str)
         Names of the gear that drives, and of the one that is driven.
+    pair : str
+        Section with keys of its pair that differ from those of `[pair]`.
     """
 
     gears: tuple[str, ...]
+    pair: str = "pair"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,6 +210,8 @@ class Supports:
         Of the bearing of a planet and its pin, in place of `[pins]`.
     sun_tilt_Nmm_per_rad, planet_tilt_Nmm_per_rad : float or "rigid"
         About axes across; that of planets in place of `[pins]`.
+    planet_torsion_Nmm_per_rad : float or "rigid"
+        Between both gears of a stepped planet.
     """
 
     sun_radial_N_per_mm: Stiffness = "rigid"
@@ -194,6 +219,7 @@ class Supports:
     planet_radial_N_per_mm: Stiffness = "rigid"
     sun_tilt_Nmm_per_rad: TiltStiffness = "rigid"
     planet_tilt_Nmm_per_rad: TiltStiffness = "rigid"
+    planet_torsion_Nmm_per_rad: Torsion = "rigid"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -294,8 +320,8 @@ class SetSweep:
     torques_Nm : tuple of float
         Amounts of the torque of `[load]`, or of the first gear, in N m, increasing; the nominal one is among them.
     pitches : int or None
-        Mesh cycles that are solved; by default as many as it takes until the gears whose teeth differ, or that are
-        eccentric, stand as before: one without such errors.
+        Of the first gear, that are solved; by default as many as it takes until all meshes, gears whose teeth differ,
+        and eccentric ones stand as before: one without such errors where all mesh cycles are alike.
     """
 
     angles_per_pitch: Positions = 60

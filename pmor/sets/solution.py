@@ -16,6 +16,7 @@ from pmor.results.load_distribution import face_load_factor
 from pmor.results.orders import Orders, orders
 from pmor.sets.plan import SetPlan
 from pmor.sets.root_stress import GearStress, root_stress_of_set
+from pmor.sets.shafts import at_place, shaft_of
 
 
 @dataclass(frozen=True)
@@ -31,20 +32,23 @@ class FaceLoads:
 class SetSolution:
     """A set over one or several pitches of its first gear, under D torques, at A angles in all.
 
-    All pitches have the same positions, those in which it is placed.
-
     Parameters
     ----------
+    placed : PlacedTrain
+        Over a cycle of all meshes, which is passed once or several times.
     torque_Nm : ndarray, shape (D,)
         On the first gear.
     found : SeveralResults
         Movements and forces; NaN where not converged.
+    pitches : int
+        Of the first gear, that are solved.
     """
 
     plan: SetPlan
     placed: PlacedTrain
     torque_Nm: FloatArray
     found: SeveralResults
+    pitches: int
 
     @property
     def train(self) -> GearTrain:
@@ -54,12 +58,23 @@ class SetSolution:
     @property
     def phi_rad(self) -> FloatArray:
         """Angles of the first gear, (A,)."""
-        return np.asarray((self.pitch_rad * np.arange(self.pitches)[:, None] + self.placed.phi).ravel())
+        starts = self.pitch_rad * (self.pitches // self.cycles) * np.arange(self.cycles)
+        return np.asarray((starts[:, None] + self.placed.phi).ravel())
 
     @property
-    def pitches(self) -> int:
-        """Of the first gear, that are solved."""
+    def cycles(self) -> int:
+        """How often the positions in which the set is placed are passed."""
         return self.converged.shape[1] // len(self.placed.phi)
+
+    @property
+    def angles_per_pitch(self) -> int:
+        """Of the first gear."""
+        return self.converged.shape[1] // self.pitches
+
+    @property
+    def repeats(self) -> bool:
+        """Whether all meshes stand as before after the pitches that are solved."""
+        return self.pitches % self.plan.cycle == 0
 
     @property
     def pitch_rad(self) -> float:
@@ -86,7 +101,7 @@ class SetSolution:
     def hub_wrench(self) -> FloatArray:
         """Forces and moments of the meshes on the hubs, in axes of the train, (D, A, B, 6), N and N mm."""
         grid = self.converged.shape
-        total = np.zeros((grid[0], self.pitches, len(self.placed.phi), len(self.train.bodies), HUB))
+        total = np.zeros((grid[0], self.cycles, len(self.placed.phi), len(self.train.bodies), HUB))
         force = self.found.force.reshape(*total.shape[:3], -1)
         for one in self.placed.placed:
             for gear, body in enumerate(one.mesh.bodies):
@@ -120,10 +135,15 @@ class SetSolution:
         """Force across each pin, (D, A, N)."""
         return np.asarray(np.linalg.norm(self.planet_wrench[..., :2], axis=3))
 
-    @property
+    @cached_property
     def planet_wrench(self) -> FloatArray:
-        """Forces and moments of the meshes on the planets, (D, A, N, 6), N and N mm."""
-        return np.asarray(self.hub_wrench[:, :, list(self.plan.planets)])
+        """Forces and moments of the meshes on the planets, of stepped ones about the first gear, (D, A, N, 6)."""
+        total = np.zeros((*self.converged.shape, len(self.plan.planets), HUB))
+        for number, (body, on) in enumerate(zip(self.plan.bodies, shaft_of(self.plan.bodies), strict=True)):
+            if on in self.plan.planets:
+                place = body.z - self.plan.bodies[on].z
+                total[:, :, self.plan.planets.index(on)] += self.hub_wrench[:, :, number] @ at_place(place)
+        return total
 
     @cached_property
     def planet_displacement_mm(self) -> FloatArray:
@@ -188,8 +208,9 @@ class SetSolution:
         return orders(self.phi_rad, self.ste_um[torque], self.pitches * self.pitch_rad)
 
     def mesh_orders(self, torque: int) -> FloatArray:
-        """Amplitudes of the whole orders of the mesh, um."""
-        return self.ste_orders(torque).amplitude[self.pitches - 1 :: self.pitches]
+        """Amplitudes of the whole orders of the first mesh, um; NaN where meshes do not stand as before at the end."""
+        found = self.ste_orders(torque).amplitude[self.pitches - 1 :: self.pitches]
+        return found if self.repeats else np.full_like(found, np.nan)
 
 
 def solve_set(plan: SetPlan, train: GearTrain, torques_Nm: FloatArray, angles: int, pitches: int = 1) -> SetSolution:
@@ -202,18 +223,29 @@ def solve_set(plan: SetPlan, train: GearTrain, torques_Nm: FloatArray, angles: i
     angles : int
         Of a pitch.
     pitches : int
-        With errors of its gears, or a ring at lugs, after which the set repeats.
+        After which the set repeats; others are solved as they are.
     """
-    pitch = train.meshes[0].pair.meshed.pair.pitch
-    return solve_on(plan, train.place(pitch * np.arange(angles) / angles, plan.displacement), torques_Nm, pitches)
+    pitch, placed = train.meshes[0].pair.meshed.pair.pitch, _placed_pitches(plan, pitches)
+    phi = pitch * np.arange(placed * angles) / angles
+    return solve_on(plan, train.place(phi, plan.displacement), torques_Nm, pitches)
 
 
 def solve_on(plan: SetPlan, placed: PlacedTrain, torques_Nm: FloatArray, pitches: int = 1) -> SetSolution:
     """Solve a set over pitches, placed as the same set with other errors or none."""
-    loads = 1e3 * torques_Nm[:, None] * plan.load
-    parts = [solve_placed(placed, loads, _errors(plan, placed, number), number) for number in range(pitches)]
-    found = SeveralResults(*(np.concatenate(values, axis=1) for values in zip(*parts, strict=True)))
-    return SetSolution(plan, placed, torques_Nm, found)
+    loads, cycle = 1e3 * torques_Nm[:, None] * plan.load, _placed_pitches(plan, pitches)
+    starts = range(0, pitches, cycle)
+    blocks = [
+        [solve_placed(block, loads, _errors(plan, block, start), start) for start in starts]
+        for block in placed.blocks()
+    ]  # fmt: skip
+    in_order = [one[number] for number in range(len(starts)) for one in blocks]
+    found = SeveralResults(*(np.concatenate(values, axis=1) for values in zip(*in_order, strict=True)))
+    return SetSolution(plan, placed, torques_Nm, found, pitches)
+
+
+def _placed_pitches(plan: SetPlan, pitches: int) -> int:
+    """Pitches over which a set is placed: until all meshes stand as before, if that is within those to solve."""
+    return pitches if pitches % plan.cycle else plan.cycle
 
 
 def solve_placed(

@@ -8,6 +8,7 @@ from typing import NoReturn
 import numpy as np
 
 from pmor.case.schema import Case
+from pmor.sets.plan import SetPlan
 from pmor.sets.settings import Carrier, Pins, SetSections, Supports
 
 Refuse = Callable[[str, str], NoReturn]
@@ -32,12 +33,18 @@ def check_supports(said: SetSections, refuse: Refuse) -> None:
     _check_carrier(carrier, said.pins, refuse)
 
 
-def check_cheeks(said: SetSections, cases: dict[str, Case], refuse: Refuse) -> None:
+def check_cheeks(said: SetSections, plan: SetPlan, cases: dict[str, Case], refuse: Refuse) -> None:
     """Refuse cheeks that would cut into the planets."""
     if (pins := said.pins) is None:
         return
-    case = cases["sun-planet"]
-    for cheek, end, face in zip(("-z", "+z"), pins.ends_mm, case.pair.wheel.face(case.pair.face_width_mm), strict=True):
+    faces = []
+    for mesh in plan.meshes:
+        pair = cases[mesh.case].pair
+        for number, gear in zip((mesh.pinion, mesh.wheel), (pair.pinion, pair.wheel), strict=True):
+            if plan.bodies[number].x or plan.bodies[number].y:  # neither sun nor ring
+                faces.append(np.array(gear.face(pair.face_width_mm)) + plan.bodies[number].z)
+    ends = min(face[0] for face in faces), max(face[1] for face in faces)
+    for cheek, end, face in zip(("-z", "+z"), pins.ends_mm, ends, strict=True):
         side = -1.0 if cheek == "-z" else 1.0
         if pins.cheeks in ("both", cheek) and side * end < side * face:
             refuse(

@@ -39,9 +39,15 @@ class Standing:
     planets: PlanetsOnPins
 
 
-def tilts_under_forces(said: SetSections) -> bool:
-    """Return whether forces across tilt planets, so that the halves of a spur gear's width differ."""
+def tilts_under_forces(said: SetSections, stepped: bool) -> bool:
+    """Return whether forces across tilt planets, so that the halves of a spur gear's width differ.
+
+    Both gears of a stepped planet tilt it unless nothing gives way.
+    """
     carrier = said.carrier
+    rigid = said.pins is None and said.supports.planet_tilt_Nmm_per_rad == carrier.tilt_Nmm_per_rad == "rigid"
+    if stepped and not rigid:
+        return True
     if carrier.stiffness is not None or carrier.windup_Nmm_per_rad != "rigid":
         return True
     if carrier.tilt_Nmm_per_rad != "rigid" and carrier.bearings_at_mm != 0.0:
@@ -77,7 +83,7 @@ def standing(
             places = [HUB * number + direction for direction in directions]
             if stiffness == "free":
                 moves += [_alone(place, size) for place in places]
-            compliance[places, places] = _gives(stiffness)
+            compliance[places, places] = gives(stiffness)
     if said.carrier.radial_N_per_mm == "free":
         moves += [_alone(np.arange(first + way, size, HUB), size) for way in (X, Y)]
     planets = planets_in_carrier(said, bodies[len(CENTRAL) :], clockwise, carrier)
@@ -91,7 +97,7 @@ def planets_in_carrier(
     """Return planets on pins or springs, and the carrier that holds them; as in `standing`."""
     supports, carrier = said.supports, said.carrier
     if said.pins is None:
-        springs = _gives(supports.planet_radial_N_per_mm), _gives(supports.planet_tilt_Nmm_per_rad)
+        springs = gives(supports.planet_radial_N_per_mm), gives(supports.planet_tilt_Nmm_per_rad)
         pin = planet_on_springs(*springs)
     else:
         pin = planet_on_pin(said.pins)
@@ -103,7 +109,7 @@ def planets_in_carrier(
     if carrier.windup_Nmm_per_rad != "rigid":
         turns[:, X], turns[:, Y], turns[:, ROTATION] = -places[:, 1], places[:, 0], 1.0
         turns[places[:, 2] == (max if carrier.torque_at == "+z" else min)(pin.seats_mm)] = 0.0
-    turned, windup = turns.ravel(), _gives(carrier.windup_Nmm_per_rad)
+    turned, windup = turns.ravel(), gives(carrier.windup_Nmm_per_rad)
     return PlanetsOnPins(pin, compliance + windup * np.outer(turned, turned), turned, windup)
 
 
@@ -116,8 +122,8 @@ def _on_bearings(said: SetSections, places: FloatArray) -> FloatArray:
         rows.append([[1.0, 0.0, 0.0, arm], [0.0, 1.0, -arm, 0.0], [0.0, 0.0, y, -x], [0.0, 0.0, 1.0, 0.0],
                      [0.0, 0.0, 0.0, 1.0], [0.0] * 4])  # fmt: skip
     moved = np.concatenate(rows)
-    gives = np.repeat([_gives(carrier.radial_N_per_mm), _gives(carrier.tilt_Nmm_per_rad)], 2)
-    return np.asarray((moved * gives) @ moved.T)
+    across = np.repeat([gives(carrier.radial_N_per_mm), gives(carrier.tilt_Nmm_per_rad)], 2)
+    return np.asarray((moved * across) @ moved.T)
 
 
 def _of_matrix(said: SetSections, pin: PlanetOnPin, stiffness: FloatArray, clockwise: bool) -> FloatArray:
@@ -129,8 +135,8 @@ def _of_matrix(said: SetSections, pin: PlanetOnPin, stiffness: FloatArray, clock
     return np.asarray(signs[:, None] * whole[np.ix_(own, own)] * signs)
 
 
-def _gives(stiffness: float | str) -> float:
-    """Compliance of a spring; none of what is rigid, or moves freely by itself."""
+def gives(stiffness: float | str) -> float:
+    """Return the compliance of a spring; none of what is rigid, or moves freely by itself."""
     return 0.0 if isinstance(stiffness, str) else 1.0 / stiffness
 
 

@@ -1,7 +1,7 @@
 """A set in motion as VTKHDF: the surfaces of all gears, how they turn and give way, and their line loads.
 
-A step is a position of the first mesh cycle, at one torque. Points are those of the first position; `motion_mm` turns
-the gears, and `displacement_mm` is by how much their hubs move under load, from where a set without load has them.
+A step is a position of the first gear's first pitch, at one torque. Points are those of the first position; `motion_mm`
+turns the gears, `displacement_mm` is by how much their hubs move under load, from where a set without load has them.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def write_set(solved: SetSolution, cases: Mapping[str, Case], torque: int, targe
     ------
     OutputError
     """
-    steps = np.flatnonzero(solved.converged[torque, : len(solved.placed.phi)])
+    steps = np.flatnonzero(solved.converged[torque, : solved.angles_per_pitch])
     if not len(steps):
         return
     steps = steps[:: max(1, math.ceil(len(steps) / MOST_STEPS))]
@@ -113,7 +113,7 @@ def _points(solved: SetSolution, one: _Surface, steps: IntArray) -> FloatArray:
     to_train = one.mesh.mesh.to_train[:3, :3]
     turns = np.stack([to_train @ rotation_z(one.turned(phi)) for phi in solved.phi_rad[steps].tolist()])
     body = solved.plan.bodies[one.body]
-    return np.asarray(np.einsum("sij,knj->skni", turns, one.rings) + [body.x, body.y, 0.0])
+    return np.asarray(np.einsum("sij,knj->skni", turns, one.rings) + [body.x, body.y, body.z])
 
 
 def _side(solved: SetSolution) -> FloatArray:
@@ -129,7 +129,7 @@ def _fields(
     for one in surfaces:
         points, body = _points(solved, one, steps), solved.plan.bodies[one.body]
         moved = solved.hub_displacement[torque, steps, one.body][:, None, None]
-        hub = moved[..., :3] + np.cross(moved[..., 3:], points - [body.x, body.y, 0.0])
+        hub = moved[..., :3] + np.cross(moved[..., 3:], points - [body.x, body.y, body.z])
         loads = np.stack([
             _line_load(solved, one, step, [loads[place] for loads in of_meshes])
             for place, step in enumerate(steps.tolist())

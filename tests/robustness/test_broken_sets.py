@@ -125,6 +125,17 @@ SETS = {
     "an overload": ("torque_Nm = 300.0", "torque_Nm = 300000.0", "mesh sun-planet"),
     "a word for a stiffness": ("[load]", '[supports]\nsun_radial_N_per_mm = "soft"\n[load]', "rigid"),
     "a torque without end": ("torque_Nm = 300.0", "torque_Nm = inf", "torque_Nm = inf"),
+    "stepped planets where teeth do not meet": (
+        "count = 3\ntangential_um = [10.0, 0.0, 0.0]",
+        "count = 5\n[second_planet]\nteeth = 17",
+        "teeth meet at 18 x 17 + 54 x 18 = 1278 places of a turn",
+    ),
+    "a second pair without stepped planets": (
+        "[load]",
+        "[second_pair]\nmodule_mm = 3.0\n[load]",
+        "add [second",
+    ),
+    "timing of planets that are not stepped": ("count = 3", "count = 3\ntiming_mrad = [1.0, 0.0, 0.0]", "add [second"),
     "a load that is a train's": ("[planets]", "[[gears]]\nname = 'a'\nat_mm = [0, 0]\n[planets]", "[load]"),
 }
 CHAINS = {
@@ -142,6 +153,12 @@ CHAINS = {
     "eccentricity of a planetary set": ("[sweep]", "[eccentricity]\nsun_um = 5.0\n[sweep]", "of each of the [[gears]]"),
     "one coordinate": ("at_mm = [88.0, 92.0]", "at_mm = [88.0]", "x and y of the axis"),
     "a distance beside places": ("module_mm = 4.0", "module_mm = 4.0\ncentre_distance_mm = 92.0", "follows from at_mm"),
+    "a shaft on two axes": ("at_mm = [0.0, 92.0]", "at_mm = [0.0, 92.0]\nshaft = 'x'\n[[gears]]\nname = 'b'\n"
+                            "at_mm = [1.0, 92.0]\nshaft = 'x'", "lies on one axis"),
+    "timing of a gear alone": ("at_mm = [0.0, 92.0]", "at_mm = [0.0, 92.0]\ntiming_mrad = 1.0", "share a shaft"),
+    "meshes at other places of z": ("at_mm = [88.0, 92.0]", "at_mm = [88.0, 92.0, 30.0]", "same z"),
+    "a gear without a mesh": ("[sweep]", "[[gears]]\nname = 'b'\nat_mm = [1.0, 92.0]\n[sweep]", "with none"),
+    "a pair section that is none": ('["idler", "output"]', '["idler", "output"]\npair = "fine"', "[fine]: is missing"),
     "no meshes": ('[[meshes]]\ngears = ["input", "idler"]\n[[meshes]]\ngears = ["idler", "output"]', "", "[[meshes]]"),
 }  # fmt: skip
 

@@ -13,7 +13,8 @@ from pmor.gear.involute import involute_function
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.ring_root import Shaper
 from pmor.gear.tooth import Tooth
-from pmor.sets.plan import planetary_layout, set_plan
+from pmor.sets.layout import planetary_layout
+from pmor.sets.plan import set_plan
 from pmor.sets.settings import Planets, SetLoad, SetSections
 from tests.robustness.test_ring_clearance import BEYOND_THE_PAIR, FINE, OVERLAP, REASONS
 from tests.support.internal_pairs import deepest_overlap, depth_in, ring, whole_outline
