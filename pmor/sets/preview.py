@@ -57,7 +57,8 @@ def _gears(file: SetFile) -> Iterator[str]:
     yield f"Set {file.name}: {file.sections.title}"
     for body in plan.bodies:
         side = -1.0 if plan.clockwise else 1.0
-        yield f"  {body.name:<34} at x = {side * body.x + 0.0:.6g}, y = {body.y:.6g} mm"
+        x, y = (round(place, 6) + 0.0 for place in (side * body.x, body.y))
+        yield f"  {body.name:<34} at x = {x:.6g}, y = {y:.6g}{f', z = {body.z:.6g}' if body.z else ''} mm"
     if plan.on_pins is not None:
         yield from _supports(file.sections, plan.on_pins)
 
@@ -98,6 +99,8 @@ def _loads(file: SetFile) -> Iterator[str]:
     amounts = file.torques_Nm
     angles = file.pitches * file.sections.sweep.angles_per_pitch
     yield f"Positions: {angles} angles x {len(amounts)} torques: {', '.join(f'{amount:g}' for amount in amounts)} N m"
+    if file.plan.cycle > 1:
+        yield f"Mesh cycles differ: all meshes stand as before after {file.plan.cycle} pitches of the first gear"
     if file.sections.tolerances is not None:
         angles = file.sample_pitches * file.sections.sweep.angles_per_pitch
         yield f"Tolerances: {file.sections.tolerances.samples} sets x {angles} angles x {len(amounts)} torques"

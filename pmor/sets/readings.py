@@ -49,7 +49,7 @@ def _speeds(file: SetFile) -> Data:
     return {"speeds_rpm": speeds, "mesh_frequency_Hz": mesh_frequency_Hz(file.teeth[0], speeds)}
 
 
-def mesh_frequency_Hz(sun_teeth: int, speeds_rpm: Mapping[str, float]) -> float:
+def mesh_frequency_Hz(sun_teeth: float, speeds_rpm: Mapping[str, float]) -> float:
     """Return the frequency of the meshes of a planetary set by the speeds of sun and carrier."""
     return sun_teeth * abs(speeds_rpm["sun"] - speeds_rpm["carrier"]) / 60.0
 

@@ -203,7 +203,7 @@ def test_the_shipped_wind_turbine_turns_as_willis_says():
     assert_allclose(ratios, [1.1147, 1.2786], rtol=2e-3)
 
 
-@pytest.mark.parametrize("name", ["planetary_stage", "idler_chain"])
+@pytest.mark.parametrize("name", ["planetary_stage", "idler_chain", "stepped_planets", "power_split"])
 def test_the_shipped_sets_can_be_built(name):
     assert load(CASES / f"{name}.toml").plan.meshes
 
