@@ -15,10 +15,12 @@ from pmor.export.rexs.model import ENDINGS
 from pmor.machine.checks import ROUNDED_MM, GearboxReader
 from pmor.machine.model import GearboxModel, pinion_senses, pinion_torques, set_torques
 from pmor.machine.rexs import read_gearbox
+from pmor.machine.rexs_sets import StageOnShafts
 from pmor.machine.settings import GearboxSections, Mesh, PlanetarySet
 from pmor.pair.model import gear_pair
-from pmor.sets.loader import OnShafts, SetFile
+from pmor.sets.loader import OnShafts, SetFile, parse_set
 from pmor.sets.loader import load as load_set
+from pmor.sets.rexs import PlanetaryStage
 
 SHAFTS = "shafts"
 OFFSET_DIGITS = 9
@@ -140,15 +142,30 @@ def _of_rexs(path: Path, reader: GearboxReader) -> GearboxFile:
     said = found.sections
     reader.check(said)
     cases = {mesh.name: _placed(found.cases[mesh.name], reader, mesh, said) for mesh in said.meshes}
-    senses = pinion_senses(_model(said, cases, {}), said.loads[0])
+    # The sense of a torque does not change the teeth by which it is found.
+    model = _model(said, cases, {stage.name: _stage(path, stage, 1.0) for stage in found.stages})
+    senses, most = pinion_senses(model, said.loads[0]), _largest_torques(model)
+    first = set_torques(model, said.loads[0])
+    sets = {
+        stage.name: _stage(path, stage, math.copysign(most[stage.name], first[stage.name])) for stage in found.stages
+    }
     for name, offsets in found.face_offsets.items():
         pinion, wheel = (round(senses[name] * offset, OFFSET_DIGITS) for offset in offsets)
         cases[name] = change_case(cases[name], pinion={"face_offset_mm": pinion}, wheel={"face_offset_mm": wheel})
-    model = replace(_model(said, cases, {}), housing=found.housing)
+    model = replace(_model(said, cases, sets), housing=found.housing)
     housing = [] if found.housing is None else found.housing.tolist()
-    texts = repr(said), *(case.text for case in cases.values()), repr(housing)
+    texts = repr(said), *(case.text for case in cases.values()), *(one.text for one in sets.values()), repr(housing)
     reader.check_turned(model, cases)
-    return GearboxFile(printable(path.stem), "\n".join(texts), model, cases, (path,), found.notes)
+    of_sets = [f"{name}: {note}" for name, one in sets.items() for note in (*one.changed, *one.notes)]
+    return GearboxFile(printable(path.stem), "\n".join(texts), model, cases, (path,), (*found.notes, *of_sets))
+
+
+def _stage(path: Path, stage: StageOnShafts, on_sun_Nm: float) -> SetFile:
+    """Return a planetary stage of a REXS file as a set on its shafts."""
+    part = stage.stage
+    read = PlanetaryStage(part.gearbox, path, part.stage).read(on_sun_Nm)
+    where = f"{path}: {part.stage.label}"
+    return parse_set(read.text, stage.name, where, (path,), read.notes, read.changed, OnShafts(tuple(stage.seats)))
 
 
 def _model(said: GearboxSections, cases: dict[str, Case], sets: dict[str, SetFile]) -> GearboxModel:

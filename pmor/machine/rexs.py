@@ -18,9 +18,10 @@ from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, printable
 from pmor.export.rexs.model import BEARINGS, RIGID, RIGID_TILT, Component, Gearbox, read_rexs
 from pmor.export.rexs.read import read_stage
-from pmor.export.rexs.stage import axis_of, find_stage, stages
+from pmor.export.rexs.stage import RING, axis_of, find_stage, stages
 from pmor.machine.checks import ROUNDED_SHARE
 from pmor.machine.rexs_parts import inner_geometry, read_housing_matrix
+from pmor.machine.rexs_sets import StageOnShafts, refuse_bearing, stages_on_shafts
 from pmor.machine.rolling_bearing import BallBearing
 from pmor.machine.settings import (
     HOUSING,
@@ -28,7 +29,9 @@ from pmor.machine.settings import (
     GearboxSections,
     GearPlace,
     LoadCase,
+    MemberPlace,
     Mesh,
+    PlanetarySet,
     Shaft,
     ShaftForce,
     ShaftMoment,
@@ -36,7 +39,6 @@ from pmor.machine.settings import (
     ShaftTorque,
 )
 
-PLANETARY = ("planetary_stage", "planet_carrier", "ring_gear")
 PARALLEL = 1e-9
 
 
@@ -51,6 +53,8 @@ class ReadGearbox:
         Of the meshes.
     face_offsets : dict of str to (float, float)
         By how much the faces of pinion and wheel lie beyond their common middle along x, mm; where any does.
+    stages : tuple of StageOnShafts
+        Planetary ones.
     notes : tuple of str
         Assumptions, and parts that are left out.
     housing : ndarray, optional
@@ -60,6 +64,7 @@ class ReadGearbox:
     sections: GearboxSections
     cases: dict[str, Case]
     face_offsets: dict[str, tuple[float, float]]
+    stages: tuple[StageOnShafts, ...]
     notes: tuple[str, ...]
     housing: FloatArray | None
 
@@ -84,22 +89,26 @@ class _Draft:
         self.gearbox, self.path = gearbox, path
         self.notes: list[str] = []
         self.face_offsets: dict[str, tuple[float, float]] = {}
-        self.shafts = {shaft.number: shaft for shaft in gearbox.of_kind("shaft")}
+        self.stages = stages_on_shafts(gearbox, path, self.notes.append)
+        self.own = {number for stage in self.stages for number in stage.own}
+        self.shafts = {shaft.number: shaft for shaft in gearbox.of_kind("shaft") if shaft.number not in self.own}
         self.seats = list[Component]()
 
     def read(self) -> ReadGearbox:
-        if planets := [part for kind in PLANETARY for part in self.gearbox.of_kind(kind)]:
-            raise self.refuse(
-                planets[0],
-                "planetary stages are not solved with shafts: solve them by pmor set, or leave them out of the file",
-            )
         meshes, cases = self.meshes()
         sections = GearboxSections(
             title=printable(self.path.stem), shafts=tuple(map(self.shaft, self.shafts.values())),
-            bearings=self.bearings(), meshes=meshes, loads=self.loads(),
+            bearings=self.bearings(), meshes=meshes, sets=tuple(map(self.planetary, self.stages)), loads=self.loads(),
         )  # fmt: skip
         housing = read_housing_matrix(self.gearbox, self.seats, self.notes.append)
-        return ReadGearbox(sections, cases, self.face_offsets, tuple(dict.fromkeys(self.notes)), housing)
+        notes = tuple(dict.fromkeys(self.notes))
+        return ReadGearbox(sections, cases, self.face_offsets, tuple(self.stages), notes, housing)
+
+    def planetary(self, stage: StageOnShafts) -> PlanetarySet:
+        places = {
+            member: MemberPlace(shaft=self.name(shaft), at_mm=place) for member, (shaft, place) in stage.seats.items()
+        }
+        return PlanetarySet(name=stage.name, set=self.path, **{"carrier": HOUSING, "sun": HOUSING, **places})  # type: ignore[arg-type]
 
     def name(self, component: Component) -> str:
         """Unique, and printable."""
@@ -153,6 +162,10 @@ class _Draft:
                 sides = [relation for relation in self.gearbox.relations if relation.role("assembly") == bearing.number]
                 inner = next((one.role("inner_part") for one in sides if one.role("inner_part")), None)
                 outer = next((one.role("outer_part") for one in sides if one.role("outer_part")), None)
+                if {inner, outer} <= {*self.own, None}:
+                    continue
+                if outer in self.own:
+                    raise refuse_bearing(self.path, bearing)
                 if inner not in self.shafts:
                     self.notes.append(f"{bearing.label}: stands on no shaft: left out")
                     continue
@@ -195,7 +208,13 @@ class _Draft:
 
     def meshes(self) -> tuple[tuple[Mesh, ...], dict[str, Case]]:
         found, cases = list[Mesh](), dict[str, Case]()
-        for number in sorted(stages(self.gearbox)):
+        inside = {number for one in self.stages for number in one.stage.meshes}
+        for number, gears in sorted(stages(self.gearbox).items()):
+            if number in inside:
+                continue
+            if ring := next((gear for gear in gears if gear.kind == RING), None):
+                rule = "internal pairs are solved with shafts in planetary stages alone: leave it out of the file"
+                raise self.refuse(ring, rule)
             stage, read = find_stage(self.gearbox, number, str(self.path)), read_stage(self.path, number)
             name = f"stage_{number}"
             self.notes += [f"{name}: {note}" for note in read.notes]
@@ -207,8 +226,8 @@ class _Draft:
                 self.face_offsets[name] = (0.5 * sum(faces[0]) - middle, 0.5 * sum(faces[1]) - middle)
             found.append(Mesh(name=name, case=self.path, pinion=pinion, wheel=wheel, changes={}))
             cases[name] = read.case
-        if not found:
-            raise CaseError(f"{self.path}: has no stage of two external cylindrical gears")
+        if not found and not self.stages:
+            raise CaseError(f"{self.path}: has no stage of two external cylindrical gears, and no planetary one")
         return tuple(found), cases
 
     def face(self, gear: Component) -> tuple[float, float]:
@@ -250,6 +269,9 @@ class _Draft:
         for load in self.gearbox.of_kind("external_load"):
             said = case.get(load.number, load)
             for shaft in self.gearbox.beside(load.number, "shaft", "assembly"):
+                if shaft.number in self.own:
+                    self.notes.append(f"{load.label}: on {shaft.label}, a part of a planetary stage: left out")
+                    continue
                 at = {"shaft": self.name(shaft), "at_mm": load.number_of("u_coordinate_on_shaft") or 0.0}
                 own = said.number_of("torque_around_u_axis")
                 torque = load.number_of("torque_around_u_axis") if own is None else own

@@ -14,7 +14,7 @@ from pmor.line.several import to_train
 from pmor.machine.model import GearboxModel, SetMeshing
 from pmor.machine.set_frame import CARRIED_BY, MEMBERS
 from pmor.pair.model import gear_pair, sector_ends
-from pmor.sets.kinematics import Centre, Meeting, placements
+from pmor.sets.kinematics import Meeting, placements
 
 
 class GearOfSet(NamedTuple):
@@ -48,7 +48,7 @@ def gears_of_set(model: GearboxModel, one: SetMeshing, profile: int, fillet: int
     plan, cases = one.file.plan, one.file.cases
     pairs = {name: gear_pair(case) for name, case in cases.items()}
     placed = placements(
-        [Centre(body.name, body.x, body.y) for body in plan.bodies],
+        [body.centre for body in plan.bodies],
         [Meeting(pairs[mesh.case], mesh.pinion, mesh.wheel) for mesh in plan.meshes],
     )
     middle = member_places(model, one)[0]

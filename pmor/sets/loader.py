@@ -24,7 +24,7 @@ from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair, refuse_loads_unmeshed
 from pmor.sets.layout import PAIR, SECOND_PAIR, SECOND_PLANET, Layout, Share, planetary_layout, train_layout
 from pmor.sets.plan import SetPlan, planet_positions, planetary_errors, set_plan
-from pmor.sets.rexs import has_planets, read_set
+from pmor.sets.rexs import is_one_set, read_set
 from pmor.sets.settings import Carrier, Eccentricity, Member, SetSections, Supports
 from pmor.sets.support_checks import check_cheeks, check_supports
 
@@ -113,9 +113,9 @@ class SetFile:
 
 
 def is_set(path: Path) -> bool:
-    """Return whether a file is a set file, or one of REXS with a planetary stage; CaseError when it cannot be read."""
+    """Return whether a file is a set file, or a REXS file of one planetary stage; CaseError if it cannot be read."""
     if path.suffix.lower() in ENDINGS:
-        return has_planets(path)
+        return is_one_set(path)
     return bool({"sun", "gears"} & set(parse_toml(read_text(path, "case file"), str(path))))
 
 

@@ -21,7 +21,8 @@ from pmor.core.errors import CaseError, printable
 from pmor.export.rexs.model import Component, Gearbox, read_rexs
 from pmor.export.rexs.read import Imported, stage_case
 from pmor.export.rexs.stage import RING, axis_of, find_stage, stages
-from pmor.sets.rexs_supports import COUPLINGS, RexsSupports, joints
+from pmor.sets.rexs_supports import COUPLINGS, RexsSupports, on_casing
+from pmor.sets.settings import Member
 
 STAGE = "planetary_stage"
 SHARED = ("module_mm", "pressure_angle_deg", "face_width_mm")
@@ -53,9 +54,11 @@ class ReadSet:
     changed: tuple[str, ...]
 
 
-def has_planets(path: Path) -> bool:
-    """Return whether a REXS file has a planetary stage."""
-    return bool(read_rexs(path).of_kind(STAGE))
+def is_one_set(path: Path) -> bool:
+    """Return whether a REXS file is of a single planetary stage, without stages beside it."""
+    gearbox = read_rexs(path)
+    found = gearbox.of_kind(STAGE)
+    return len(found) == 1 and PlanetaryStage(gearbox, path, found[0]).meshes == {*stages(gearbox)}
 
 
 def read_set(path: Path) -> ReadSet:
@@ -68,20 +71,26 @@ def read_set(path: Path) -> ReadSet:
     CaseError, GeometryError
         When it has no such stage, or does not say enough of it, with what is missing.
     """
-    return _Draft(read_rexs(path), path).read()
+    gearbox = read_rexs(path)
+    found = gearbox.of_kind(STAGE)
+    if len(found) != 1:
+        count = f"has {len(found)} planetary stages" if found else "has no planetary stage"
+        raise CaseError(f"{path}: {count}: pmor set takes a file with one; pmor gearbox any number of them")
+    return PlanetaryStage(gearbox, path, found[0]).read()
 
 
-class _Draft:
-    """Sections of a set file as found, and notes on missing data."""
+class PlanetaryStage:
+    """A planetary stage of a REXS file: its sun, ring and planets, and notes on missing data.
 
-    def __init__(self, gearbox: Gearbox, path: Path) -> None:
-        self.gearbox, self.path = gearbox, path
+    Raises
+    ------
+    CaseError
+        When its gears are none of a planetary set.
+    """
+
+    def __init__(self, gearbox: Gearbox, path: Path, stage: Component) -> None:
+        self.gearbox, self.path, self.stage = gearbox, path, stage
         self.notes, self.changed = list[str](), list[str]()
-        found = gearbox.of_kind(STAGE)
-        if len(found) != 1:
-            count = f"has {len(found)} planetary stages" if found else "has no planetary stage"
-            raise CaseError(f"{path}: {count}: pmor set takes a file with one; pmor gearbox those without")
-        self.stage = found[0]
         meshes = {part.number for part in gearbox.beside(self.stage.number, "cylindrical_stage", "assembly")}
         listed = {number: gears for number, gears in stages(gearbox).items() if number in meshes}
         rings = {n: sorted(gears, key=lambda gear: gear.kind == RING) for n, gears in listed.items()
@@ -99,10 +108,19 @@ class _Draft:
         self.planets = [gearbox.components[number] for number in self.outer]
 
     def refuse(self, component: Component, rule: str) -> CaseError:
+        """Return the error of a component that the file does not say enough of."""
         return CaseError(f"{self.path}: {component.label}: {rule}")
 
-    def read(self) -> ReadSet:
-        load, sense, sweep = self.load()
+    def read(self, on_sun_Nm: float | None = None) -> ReadSet:
+        """Return the stage as a set file.
+
+        Parameters
+        ----------
+        on_sun_Nm : float, optional
+            Torque on the sun about its axis, of a part of a gearbox: its shafts are solved there.
+        """
+        alone = on_sun_Nm is None
+        load, sense, sweep = self.load() if on_sun_Nm is None else self.part_load(on_sun_Nm)
         angles = {planet.number: self.angle(planet, sense) for planet in self.planets}
         self.planets.sort(key=lambda planet: angles[planet.number])
         first = self.planets[0]
@@ -110,7 +128,7 @@ class _Draft:
         outer = self.mesh(self.outer[first.number], -sense, first)
         self.refuse_unequal(inner, outer, sense)
         said = tomllib.loads(inner.case.text), tomllib.loads(outer.case.text)
-        supports = RexsSupports(self.gearbox, self.path, self.notes, sense)
+        supports = RexsSupports(self.gearbox, self.path, self.notes, sense, alone)
         document: dict[str, Any] = {
             "title": printable(self.stage.name or self.path.stem), "load": load, **self.gears(*said),
             "planets": self.places([angles[planet.number] for planet in self.planets]),
@@ -120,7 +138,8 @@ class _Draft:
         for found in (inner, outer):
             self.changed += found.changed
             self.notes += [note for note in found.notes if note not in found.changed]
-        self.notes.append("ring's shaft: rigid; tilt and twist of the sun's shaft are left out")
+        if alone:
+            self.notes.append("ring's shaft: rigid; tilt and twist of the sun's shaft are left out")
         return ReadSet(document_text(document), tuple(dict.fromkeys(self.notes)), tuple(self.changed))
 
     def mesh(self, number: int, sense: int, pinion: Component) -> Imported:
@@ -173,11 +192,29 @@ class _Draft:
                     "sun": inner["pinion"], "planet": planet, "ring": ring}  # fmt: skip
         return sections | {name: keys for name, keys in flanks.items() if keys}
 
+    @property
+    def meshes(self) -> set[int]:
+        """Numbers of its cylindrical stages."""
+        return {*self.inner.values(), *self.outer.values()}
+
+    def part_load(self, on_sun_Nm: float) -> tuple[dict[str, Any], int, dict[str, Any]]:
+        """Return what `load` does, of a torque on the sun that the rest of the gearbox makes."""
+        section = {"torque_Nm": abs(on_sun_Nm), "on": "sun", "held": self.held()}
+        return section, -1 if on_sun_Nm < 0.0 else 1, {}
+
+    def held(self, driven: Member | None = None) -> Member:
+        """Return the member that the casing holds, another one than that which has the torque."""
+        shafts = self.member_shafts()
+        held = [name for name in shafts if name != driven and self.is_held(shafts[name])]
+        if len(held) != 1:
+            raise self.refuse(self.stage, f"{' and '.join(held) or 'no member'} held by the casing: it must be one")
+        return held[0]
+
     def load(self) -> tuple[dict[str, Any], int, dict[str, Any]]:
         """Return the sections of the load and the sweep, and the sense in which the sun is loaded about its axis."""
         shafts = self.member_shafts()
         cases = self.gearbox.load_cases or ({},)
-        found: dict[str, list[float]] = {}
+        found: dict[Member, list[float]] = {}
         for load in self.gearbox.of_kind("external_load"):
             on = {shaft.number for shaft in self.gearbox.beside(load.number, "shaft", "assembly")}
             for member, own in shafts.items():
@@ -191,12 +228,10 @@ class _Draft:
         ((member, torques),) = found.items()
         if min(torques) * max(torques) < 0.0:
             raise self.refuse(self.stage, f"load cases turn the {member} both ways: keep those of one sense")
-        held = [name for name in shafts if name != member and self.is_held(shafts[name])]
-        if len(held) != 1:
-            raise self.refuse(self.stage, f"{' and '.join(held) or 'no member'} held by the casing: it must be one")
         sense = (-1 if member == "carrier" else 1) * (1 if sum(torques) > 0.0 else -1)
         most = max(map(abs, torques))
-        section: dict[str, Any] = {"torque_Nm": -most if member == "carrier" else most, "on": member, "held": held[0]}
+        section: dict[str, Any] = {"torque_Nm": -most if member == "carrier" else most, "on": member}
+        section["held"] = self.held(member)
         speed = next((abs(rpm) for shaft in shafts[member] if (rpm := shaft.number_of("rotational_speed"))), None)
         if speed is None:
             self.notes.append(f"no rotational_speed of the {member}: no frequencies")
@@ -207,25 +242,24 @@ class _Draft:
             {"torques_Nm": others} if others else {},
         )
 
-    def member_shafts(self) -> dict[str, list[Component]]:
+    def member_shafts(self) -> dict[Member, list[Component]]:
         """Shafts of sun, ring and carrier."""
         carrier = [self.gearbox.components[number] for relation in self.gearbox.relations
                    if relation.kind == "planet_carrier_shaft" and relation.role(STAGE) == self.stage.number
                    and (number := relation.role("shaft") or 0) in self.gearbox.components]  # fmt: skip
-        found = {"sun": self.shafts(self.sun), "ring": self.shafts(self.ring), "carrier": carrier}
-        for component, name in ((self.sun, "sun"), (self.ring, "ring")):
-            if not found[name]:
+        sun, ring = self.shafts(self.sun), self.shafts(self.ring)
+        for component, found in ((self.sun, sun), (self.ring, ring)):
+            if not found:
                 raise self.refuse(component, "is on no shaft")
-        return found
+        return {"sun": sun, "ring": ring, "carrier": carrier}
 
     def shafts(self, gear: Component) -> list[Component]:
+        """Shafts that carry a gear."""
         return self.gearbox.beside(gear.number, "shaft", "assembly")
 
     def is_held(self, shafts: Sequence[Component]) -> bool:
         """Whether a coupling fixes a member to the casing."""
-        casings = {casing.number for casing in self.gearbox.of_kind("gear_casing")}
-        return any(joint.kind in COUPLINGS and other in casings
-                   for shaft in shafts for joint, other in joints(self.gearbox, shaft))  # fmt: skip
+        return any(joint.kind in COUPLINGS for shaft in shafts for joint in on_casing(self.gearbox, shaft))
 
     def angle(self, planet: Component, sense: int) -> float:
         """Angle of a planet from the first one of the file, in the sense in which the sun is loaded, deg."""

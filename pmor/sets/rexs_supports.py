@@ -37,12 +37,15 @@ class RexsSupports:
         Assumptions: further ones are added.
     side : int
         +1 where z of the set is u of the file, -1 where it points the other way.
+    alone : bool
+        Whether shafts and bearings of sun and carrier are condensed; those of a part of a gearbox are solved there.
     """
 
     gearbox: Gearbox
     path: Path
     notes: list[str]
     side: int
+    alone: bool = True
 
     def refuse(self, component: Component, rule: str) -> CaseError:
         """Return the error of a component that the file does not say enough of."""
@@ -58,7 +61,9 @@ class RexsSupports:
         carriers : sequence of Component
             Shafts of the carrier.
         """
-        supports: dict[str, Any] = {"sun_radial_N_per_mm": self.on_shaft(sun, self.shafts(sun)[0])}
+        supports: dict[str, Any] = {}
+        if self.alone:
+            supports["sun_radial_N_per_mm"] = self.on_shaft(sun, self.shafts(sun)[0])
         pins = self.pins(planet)
         if "diameter_mm" not in pins:
             return {"supports": supports | pins}
@@ -123,20 +128,19 @@ class RexsSupports:
         self, planet: Component, shafts: Sequence[Component], pins: dict[str, Any]
     ) -> dict[str, dict[str, Any]]:
         """Return the section of the carrier: bearings of the shaft that leads its torque out, wind-up of its cheeks."""
-        casings = {casing.number for casing in self.gearbox.of_kind("gear_casing")}
-        held = {shaft.number: [joint for joint, other in joints(self.gearbox, shaft) if other in casings]
-                for shaft in shafts}  # fmt: skip
+        held = {shaft.number: on_casing(self.gearbox, shaft) for shaft in shafts}
         out = max(shafts, key=lambda shaft: len(held[shaft.number]), default=None)
         if out is None or not held[out.number]:
             self.notes.append("carrier: its shaft has no bearings to the casing: it is held rigidly")
             return {}
-        plates = {part.number for part in self.gearbox.of_kind("side_plate")}
-        cheek = next((joint for joint, other in joints(self.gearbox, out) if other in plates), None)
+        cheek = cheek_of(self.gearbox, out)
         if cheek is None:
             self.notes.append(f"{out.label}: is joined to no side_plate: the carrier is rigid")
             return {}
-        place, seats = self.along(cheek, out), self.seats(out, held[out.number])
-        bent = seated_beam(self.beam(out, [place, *(seat.place for seat in seats)]), seats, [place])
+        place, bent = self.along(cheek, out), None
+        if self.alone:
+            seats = self.seats(out, held[out.number])
+            bent = seated_beam(self.beam(out, [place, *(seat.place for seat in seats)]), seats, [place])
         beyond = self.side * (place - self.along(planet, out))
         found: dict[str, Any] = {}
         if bent is not None:
@@ -221,6 +225,18 @@ class RexsSupports:
                 return ShaftMaterial(modulus, ratio)
         self.notes.append(f"{shaft.label}: refers to no elastic constants: steel assumed, 210 GPa and 0.3")
         return ShaftMaterial(210e3, 0.3)
+
+
+def on_casing(gearbox: Gearbox, shaft: Component) -> list[Component]:
+    """Return bearings and engaged couplings between a shaft and the casing."""
+    casings = {casing.number for casing in gearbox.of_kind("gear_casing")}
+    return [joint for joint, other in joints(gearbox, shaft) if other in casings]
+
+
+def cheek_of(gearbox: Gearbox, shaft: Component) -> Component | None:
+    """Return what joins a carrier's shaft to its cheek; None where nothing does."""
+    plates = {part.number for part in gearbox.of_kind("side_plate")}
+    return next((joint for joint, other in joints(gearbox, shaft) if other in plates), None)
 
 
 def joints(gearbox: Gearbox, shaft: Component) -> list[tuple[Component, int]]:

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.core.errors import CaseError
 from pmor.machine.loader import load
-from pmor.machine.model import loaded, pinion_senses
+from pmor.machine.model import loaded, pinion_senses, set_torques, speeds_rpm
 from pmor.machine.readings import f_beta_um
 
 SHARED = Path(__file__).parents[3] / "shared" / "rexs"
@@ -60,6 +59,15 @@ def test_faces_that_are_not_centred_lie_where_the_file_has_them():
     assert any("refers to no elastic constants: steel assumed" in note for note in file.notes)
 
 
-def test_planetary_stages_are_refused():
-    with pytest.raises(CaseError, match="planetary stages are not solved"):
-        load(PLANETS)
+def test_a_planetary_stage_stands_on_the_shafts_of_its_sun_and_its_carrier():
+    model = load(PLANETS).model
+    said, (one,) = model.sections, model.sections.sets
+    assert [shaft.name.split()[0] for shaft in said.shafts] == ["Steg", "Sonnenwelle"]
+    assert [(bearing.shaft.split()[0], bearing.at_mm) for bearing in said.bearings] == [
+        ("Sonnenwelle", 75.0), ("Sonnenwelle", 127.5), ("Steg", 25.0), ("Steg", 75.0),
+    ]  # fmt: skip
+    assert {name: place.at_mm for name, place in one.members.items()} == {"sun": 25.0, "carrier": 96.0}
+    assert (one.ring, model.sets[one.name].teeth, model.sets[one.name].held) == ("housing", (17, 61), "ring")
+    assert_allclose(set_torques(model, said.loads[0])[one.name], 1591.5494309, rtol=1e-9)
+    speeds = speeds_rpm(model, said.loads[0])
+    assert_allclose(sorted(speeds.values()), [1500.0 * 17 / 78, 1500.0], rtol=1e-9)
