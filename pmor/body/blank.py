@@ -31,8 +31,9 @@ meets hub and rim, under loads on a flank and under loads there (`Ring`, `pmor.b
 a mesh (`pmor.fe.body_condensation`) is one of revolution too, K_nn, and what couples its harmonics is such a change, at
 the interface itself. Harmonics that its mesh does not see are those of a solid disc, as they die within the rim.
 
-The rim around an internal gear is such a blank too, outside of the sectors. Without lugs all amplitudes of its outside
-are held; what lugs change is found from the forces on them and from their stiffness (`pmor.fe.lugs`).
+The rim around an internal gear is such a blank too, outside of the sectors. On an elastic bedding all around it is one
+of revolution. With lugs all amplitudes of its outside are held first; what lugs change is found from the forces on them
+and from their stiffness (`pmor.fe.lugs`).
 """
 
 from __future__ import annotations
@@ -101,6 +102,8 @@ class Blank:
         Of a ring.
     held : (float, float)
         Between these z its bore is held, mm.
+    bedding : (float, float) or None
+        Of a ring whose outside gives way, radially and along the surface, N/mm^3; lugs have their own.
     stress : bool
         Whether the stress on the surfaces of the web, the last block but one, is asked for.
     """
@@ -115,6 +118,7 @@ class Blank:
     core: float = 0.0
     lugs: Lugs | None = None
     held: Span = ALL
+    bedding: tuple[float, float] | None = None
     stress: bool = False
 
     @property
@@ -154,7 +158,7 @@ class Blank:
         if self.body is not None:
             return (self.body.own.coupling, self.body.repeats) if self.body.repeats else None
         if self.lugs is not None:
-            return self.lugs, self.lugs.count
+            return self.lugs, self.lugs.repeats
         if self.web is None:
             return None
         return self.web.softening(self.youngs_modulus, self.poisson_ratio, twist), self.web.count
@@ -247,9 +251,9 @@ def blank_response(mesh: SectorMesh, blank: Blank) -> BlankResponse:
         own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist, lugs.loads(twist), held=None)
         return _held(_over_amplitudes(own, shares, np.array([1.0, 1j, 1.0])[lugs.parts]))
     if web is None:
-        gauges = blank.gauges
-        own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist, core=blank.core,
-                             held=blank.held, gauges=gauges)  # fmt: skip
+        gauges, bedded = blank.gauges, blank.bedding is not None
+        own = ring_stiffness(blank.blocks, *material, harmonics, mesh.mirrored, twist, core=blank.core, gauges=gauges,
+                             held=None if bedded else blank.held, bedding=blank.bedding or (0.0, 0.0))  # fmt: skip
         if gauges is None:
             return BlankResponse(np.asarray(shares.conj().T @ own @ shares), none, none)
         found = _over_amplitudes(own, shares, np.tile(np.array([1.0, 1.0, 1j]), len(gauges.row)))

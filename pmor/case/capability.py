@@ -68,7 +68,8 @@ def _holes(case: Case) -> str:
 
 
 def _lugs(case: Case) -> str:
-    return 'rings that are held all over: write [wheel] held = "outside"' if case.pair.wheel.lugs is not None else ""
+    rule = "rings that are rigid all over their outside: leave held and seats out of [wheel]"
+    return rule if case.pair.wheel.rim_gives else ""
 
 
 def _pierced(case: Case) -> str:

@@ -159,10 +159,11 @@ def _check_blanks(case: Case, where: str) -> None:
                 f"{where}: [{name}.{BLANK}] held_length_mm = {gear.blank.held_length_mm:g}: a gear of one piece with "
                 "its shaft is held nowhere at its bore: leave it out, or one_piece"
             )
-        if gear.lugs is not None and case.mesh.width == "plane_strain":
+        if gear.rim_gives and case.mesh.width == "plane_strain":
+            key = "seat_radial_N_per_mm" if gear.lugs is None else "held"
             raise CaseError(
-                f'{where}: [{name}] held: [mesh] width = "plane_strain" takes rings that are held all over: write '
-                'width = "whole", or held = "outside"'
+                f'{where}: [{name}] {key}: [mesh] width = "plane_strain" takes rings that are rigid all over their '
+                'outside: write width = "whole", or leave it out'
             )
         if gear.solid(case.pair.face_width_mm):
             continue

@@ -73,7 +73,7 @@ def other_flank(case: Case) -> Case:
 def _mirrored_gear(gear: GearCase) -> GearCase:
     """Holes and lugs on the other side of the line of centres, and the image of a body."""
     if gear.lugs is not None:
-        return replace(gear, held=replace(gear.lugs, first_deg=-gear.lugs.first_deg or 0.0))
+        return replace(gear, held=gear.lugs.image)
     if gear.body is not None:
         return replace(gear, body=gear.body.image)
     if gear.blank is None or gear.blank.holes is None:

@@ -1,12 +1,19 @@
 """Sections of a case file for the gear pair: `[pair]`, `[pinion]`, `[wheel]`."""
 
+from __future__ import annotations
+
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pmor.case.blank import BlankCase
 from pmor.case.body import BodyCase, MatrixCase, repetition
-from pmor.core.ranges import METRES, PASCALS, RADIANS, TAKEN_OFF, Length, Range
+from pmor.core.ranges import METRES, PASCALS, RADIANS, TAKEN_OFF, Length, Range, Stiffness
+
+# Angles of lugs that are equal.
+SAME_DEG = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,8 +44,10 @@ class LugsCase:
 
     Parameters
     ----------
-    lugs : int
+    lugs : int or None
         Number of lugs, evenly around the axis.
+    at_deg : tuple of float
+        In its place the middles of lugs or bolts, in degrees from `first_deg` on: teeth then differ over a whole turn.
     lug_deg : float
         Angle in degrees that each of them takes of the outside.
     first_deg : float
@@ -46,9 +55,38 @@ class LugsCase:
         pinion's, of a set from the y axis, counter-clockwise seen from +z.
     """
 
-    lugs: Annotated[int, Range(1, 1000)]
+    lugs: Annotated[int, Range(1, 1000)] | None = None
+    at_deg: Annotated[tuple[float, ...], Range(-360.0, 360.0, "deg", in_order=True)] = ()
     lug_deg: Annotated[float, Range(0.1, 360.0, "deg", mistaken_for=(RADIANS,))]
     first_deg: Annotated[float, Range(-360.0, 360.0, "deg")] = 0.0
+
+    @property
+    def middles_deg(self) -> tuple[float, ...]:
+        """Places of the middles of all lugs."""
+        places = self.at_deg or tuple(360.0 * n / (self.lugs or 1) for n in range(self.lugs or 0))
+        return tuple(self.first_deg + place for place in places)
+
+    @property
+    def gaps_deg(self) -> list[float]:
+        """Angles between the middles of neighbours, all around."""
+        ordered = sorted(place % 360.0 for place in self.middles_deg)
+        return [b - a for a, b in pairwise([*ordered, ordered[0] + 360.0])]
+
+    @cached_property
+    def repeats(self) -> int:
+        """How often they repeat around the axis."""
+        gaps = self.gaps_deg
+        steps = (step for step in range(1, len(gaps) + 1) if len(gaps) % step == 0)
+        return next(
+            len(gaps) // step for step in steps
+            if all(abs(a - b) < SAME_DEG for a, b in zip(gaps, gaps[step:] + gaps[:step], strict=True))
+        )  # fmt: skip
+
+    @property
+    def image(self) -> LugsCase:
+        """Those of the mirrored ring."""
+        at = tuple(-place or 0.0 for place in self.at_deg)
+        return replace(self, at_deg=at, first_deg=-self.first_deg or 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +119,10 @@ class GearCase:
     rim_thickness_mm : float or None
         Of a ring, in mm: from its root circle to its outside.
     held : {"outside"} or LugsCase
-        Where a ring is rigid: all over its outside, or at lugs alone, as in held = {lugs = 8, lug_deg = 10.0}.
+        Where a ring is held: all over its outside, or at lugs alone, as in held = {lugs = 8, lug_deg = 10.0}.
+    seat_radial_N_per_mm, seat_tangential_N_per_mm : float, "rigid" or "free"
+        What the housing gives way below a ring, spread evenly over each lug, or over all of its outside; radially, and
+        around and along the axis. The sum over the area, were all of it moved alike.
     face_width_mm : float or None
         Face width in mm; None is that of the pair.
     face_offset_mm : float
@@ -117,6 +158,8 @@ class GearCase:
     one_piece: bool = False
     rim_thickness_mm: Length | None = None
     held: Literal["outside"] | LugsCase = "outside"
+    seat_radial_N_per_mm: Stiffness = "rigid"
+    seat_tangential_N_per_mm: Stiffness = "rigid"
     face_width_mm: Length | None = None
     face_offset_mm: Annotated[float, Range(-1e5, 1e5, "mm")] = 0.0
     tip_rounding_mm: Annotated[float, Range(0.0, 1e3, "mm", mistaken_for=(METRES,))] = 0.0
@@ -149,14 +192,24 @@ class GearCase:
         """What holds a ring; None where all of its outside is held."""
         return None if isinstance(self.held, str) else self.held
 
+    @property
+    def seats_give(self) -> bool:
+        """Whether what holds a ring gives way."""
+        return (self.seat_radial_N_per_mm, self.seat_tangential_N_per_mm) != ("rigid", "rigid")
+
+    @property
+    def rim_gives(self) -> bool:
+        """Whether the rim of a ring is not rigid all over its outside."""
+        return self.lugs is not None or self.seats_give
+
     def solid(self, pair_width_mm: float) -> bool:
         """Return whether this gear in a pair of a face width has all its body in its sectors, held at their ends."""
-        return self.lugs is None and self.body is None and self.light_blank(pair_width_mm) is None
+        return not self.rim_gives and self.body is None and self.light_blank(pair_width_mm) is None
 
     def repeats(self, pair_width_mm: float) -> int:
         """Return how many equal pieces make its teeth differ, holes or lugs; 0 of teeth that are alike."""
         if self.lugs is not None:
-            return self.lugs.lugs
+            return self.lugs.repeats
         blank = self.light_blank(pair_width_mm)
         return repetition(self.body, None if blank is None else blank.holes)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pmor.case.gears import GearCase, PairCase, ShaperCase
+from pmor.case.gears import GearCase, LugsCase, PairCase, ShaperCase
 from pmor.case.values import toml_text
 from pmor.core.errors import CaseError, GeometryError
 from pmor.gear.ring_root import Shaper
@@ -39,6 +39,9 @@ def _check_external(gear: GearCase, place: str) -> None:
             raise CaseError(f"{place} {key} = {toml_text(value)}: is of a ring: leave it out, or write internal = true")
     if gear.lugs is not None:
         raise CaseError(f"{place} held: lugs are of a ring: leave it out, or write internal = true")
+    for key in ("seat_radial_N_per_mm", "seat_tangential_N_per_mm"):
+        if (value := getattr(gear, key)) != "rigid":
+            raise CaseError(f"{place} {key} = {value}: is of a ring: leave it out, or write internal = true")
     if gear.bore_radius_mm is None:
         raise CaseError(f"{place} bore_radius_mm: is missing: add 'bore_radius_mm = ...' below [{place.split('[')[-1]}")
 
@@ -52,11 +55,11 @@ def _check_internal(pair: PairCase, written: dict[str, Any], place: str) -> None
         )
     if ring.one_piece:
         raise CaseError(f"{place} one_piece = true: a ring has no shaft: leave it out")
-    if (lugs := ring.lugs) is not None and lugs.lugs * lugs.lug_deg >= 360.0:
-        raise CaseError(
-            f"{place} held lug_deg = {lugs.lug_deg:g}: {lugs.lugs} lugs of it take all of the outside: lower it, or "
-            'write held = "outside"'
-        )
+    if ring.lugs is not None:
+        _check_lugs(ring.lugs, place)
+    if ring.seat_tangential_N_per_mm == "free":
+        rule = 'nothing would hold the torque: write a number, or "rigid"'
+        raise CaseError(f'{place} seat_tangential_N_per_mm = "free": {rule}')
     if ring.blank is not None or ring.body is not None:
         raise CaseError(f"{place[:-1]}.blank]: a ring has no web and no hub: leave it out, write rim_thickness_mm")
     if ring.rim_thickness_mm is None:
@@ -83,6 +86,15 @@ def _check_internal(pair: PairCase, written: dict[str, Any], place: str) -> None
         raise CaseError(
             f"{place} teeth = {ring.teeth}: a ring needs more teeth than its pinion, {pair.pinion.teeth}: raise it"
         )
+
+
+def _check_lugs(lugs: LugsCase, place: str) -> None:
+    if (lugs.lugs is None) == (not lugs.at_deg):
+        raise CaseError(f"{place} held: write either lugs, their number, or at_deg, their places")
+    narrowest = min(lugs.gaps_deg)
+    if narrowest <= lugs.lug_deg:
+        said = f"{lugs.lugs} lugs of it take all of the outside" if lugs.lugs else f"two are {narrowest:g} deg apart"
+        raise CaseError(f'{place} held lug_deg = {lugs.lug_deg:g}: {said}: lower it, or write held = "outside"')
 
 
 def _check_dedendum(pair: PairCase, said: ShaperCase, written: dict[str, Any], place: str) -> None:

@@ -36,7 +36,7 @@ UNFELT = 1e-8
 Span = tuple[float, float]
 ALL: Span = (-np.inf, np.inf)
 NONE = np.empty(0, dtype=np.int64)
-# Of the stiffness that holds a mean motion, over Young's modulus, 1/mm.
+# Of the stiffness that holds a mean motion, or a rigid bedding, over Young's modulus, 1/mm.
 MUCH = 1e4
 
 
@@ -113,7 +113,7 @@ class Loads(NamedTuple):
 def ring_stiffness(
     blocks: tuple[Block, ...], youngs_modulus: float, poisson_ratio: float, harmonics: IntArray, mirrored: bool,
     twist: float = 0.0, loads: tuple[Loads, ...] = (), core: float = 0.0, held: Span | None = ALL,
-    gauges: Gauges | None = None,
+    gauges: Gauges | None = None, bedding: tuple[float, float] = (0.0, 0.0),
 ) -> Amplitudes:  # fmt: skip
     """Return the stiffness of the last row of nodes of a body of revolution that is held at its first one, or free.
 
@@ -137,6 +137,8 @@ def ring_stiffness(
         Radius of that cylinder, between two rows of elements, mm; 0 where there is none.
     held : (float, float) or None
         Between these z the first row of nodes, at the bore, is held, mm; None is nowhere.
+    bedding : (float, float)
+        Stiffness below the first row of nodes where it is not held, radially and along the surface, N/mm^3.
     gauges : Gauges, optional
         They are three loads each, after the others, which work on the stress along the section, around the axis, and
         the shear of both, MPa: of amplitudes whose shear is over i.
@@ -168,7 +170,9 @@ def ring_stiffness(
         n = harmonics[first : first + TOGETHER]
         felt = [row for row in rows if count or held is None or (row.outer / rows[-1].outer) ** n[0] > UNFELT]
         still = _MeanMotion(core, MUCH * youngs_modulus, twist)
-        edge = float(blocks[0].radii[0]) if held is None else None
+        edge = None
+        if held is None:
+            edge = _Edge(float(blocks[0].radii[0]), bedding)
         found.append(_eliminated(felt, n[:, None, None].astype(float), mirrored, loads, count, revolution, still, edge))
     return np.concatenate(found)
 
@@ -188,6 +192,22 @@ class _Row(NamedTuple):
     stiffness: tuple[Amplitudes, Amplitudes, Amplitudes]
     gauges: list[tuple[int, Amplitudes, Amplitudes]]
     free: IntArray
+
+
+class _Edge(NamedTuple):
+    """A free edge at a radius, and the stiffness of its bedding, radially and along the surface, N/mm^3."""
+
+    radius: float
+    bedding: tuple[float, float]
+
+    def stiffness(self, z: FloatArray) -> FloatArray:
+        """Over U, V, W at the columns of nodes, for an angle of 1 rad, (3 m, 3 m)."""
+        shares = np.zeros((len(z), len(z)))
+        element = np.array([[4.0, 2.0, -1.0], [2.0, 16.0, 2.0], [-1.0, 2.0, 4.0]]) / 30.0
+        for place in range(0, len(z) - 1, 2):
+            shares[place : place + 3, place : place + 3] += (z[place + 2] - z[place]) * element
+        radial, along = self.bedding
+        return np.asarray(self.radius * np.kron(shares, np.diag([radial, along, along])))
 
 
 class _MeanMotion(NamedTuple):
@@ -224,14 +244,15 @@ def _eliminated(
     count: int,
     revolution: float,
     core: _MeanMotion,
-    edge: float | None,
+    edge: _Edge | None,
 ) -> Amplitudes:
-    """Matrix of the last row of nodes and `count` loads, harmonics (h, 1, 1); from a free edge of a radius, or held."""
+    """Matrix of the last row of nodes and `count` loads, harmonics (h, 1, 1); from a free edge, or held."""
     z = rows[0].inner_z
     size = 0 if edge is None else 3 * len(z)
     left: Amplitudes = np.zeros((len(n), size + count, size + count), dtype=rows[0].stiffness[0].dtype)
     if edge is not None:
-        _add_loads(left, loads, edge, z, n)
+        left[:, :size, :size] += revolution * edge.stiffness(z)
+        _add_loads(left, loads, edge.radius, z, n)
     for row in rows:
         left, z, size = _handed_on(left, count, z, row.inner_z), row.z, 3 * len(row.z)
         constant, linear, square = row.stiffness

@@ -1,4 +1,4 @@
-"""A ring that is held at lugs: equal pieces of its outside, at rest, and nothing between them.
+"""A ring that is held at lugs: equal pieces of its outside, at rest or on springs, and nothing between them.
 
 On the outside the displacement of a ring is known by its amplitudes e of harmonics over the angle and polynomials g_b
 over the width, with twisted teeth too,
@@ -14,7 +14,10 @@ with k the ring's stiffness on them and r the forces on them while all of them a
 
     G = N (N^H k N)^-1 N^H,                                                                                        (3)
 
-N all amplitudes that lugs allow. G is symmetric and not negative.
+N all amplitudes that lugs allow. G is symmetric and not negative. A lug on a seat that gives way evenly over its area,
+by the compliance c in all, is no constraint: with P_a over the lug and P_b over the width, each sum of (2) is
+
+    -c / ((2 a + 1) (2 b + 1)) times the force on it.                                                           (4)
 """
 
 from __future__ import annotations
@@ -46,25 +49,31 @@ class Lugs:
         Of the outside, mm.
     z : (float, float)
         Faces of the ring, mm; 0 is the upper one of half a ring.
-    count : int
-    arc, first : float
-        Angle of a lug, and from the middle of tooth 0 to that of the first one, rad.
+    middles : ndarray, shape (l,)
+        Of all lugs, from the middle of tooth 0, rad.
+    repeats : int
+        How often they repeat around the axis.
+    arc : float
+        Angle of a lug, rad.
     mirrored : bool
         Half of the width stands for the whole.
     largest : int
         Harmonics go from minus it to it.
     teeth : int
         Harmonics that differ by multiples of it feel each other.
+    gives : (float, float)
+        Compliance of the seat of each lug, radially and along the surface, mm/N; infinity of what is not held.
     """
 
     radius: float
     z: tuple[float, float]
-    count: int
+    middles: FloatArray
+    repeats: int
     arc: float
-    first: float
     mirrored: bool
     largest: int
     teeth: int
+    gives: tuple[float, float] = (0.0, 0.0)
 
     @property
     def parts(self) -> IntArray:
@@ -92,18 +101,27 @@ class Lugs:
 
         return (Loads(self.radius, len(self.parts), at),)
 
+    @property
+    def _along(self) -> IntArray:
+        """Degrees of the polynomials over a lug, (d,)."""
+        told = self.arc * (2 * self.largest + 1) / (2.0 * np.pi * TO_A_POLYNOMIAL)
+        return np.arange(1 + min(ALONG, max(0, int(told) - 1)))
+
     def held(self) -> ComplexArray:
         """Return what lugs hold, sums of all amplitudes from harmonic -largest on: equation (2), (h, (2 N + 1) c)."""
         n, size = np.arange(-self.largest, self.largest + 1), len(self.parts)
-        told = self.arc * len(n) / (2.0 * np.pi * TO_A_POLYNOMIAL)
-        degrees = np.arange(1 + min(ALONG, max(0, int(told) - 1)))[:, None]
-        middles = self.first + 2.0 * np.pi * np.arange(self.count)[:, None] / self.count
+        degrees, middles = self._along[:, None], self.middles[:, None]
         over = 1j**degrees * scipy.special.spherical_jn(degrees, np.abs(0.5 * n * self.arc)) * np.sign(n) ** degrees
         sums = np.exp(1j * n * middles)[:, None, :] * np.where(n == 0, degrees == 0, over)
         return np.asarray(np.kron(sums.reshape(-1, len(n)), np.eye(size)))
 
+    def seats(self) -> FloatArray:
+        """Return the compliance of the seats to each sum of equation (2), (h,), mm/N: equation (4)."""
+        own = [self.gives[min(part, 1)] / (2 * degree + 1) for part, degree in self._degrees]
+        return np.kron(np.ones(len(self.middles)), np.kron(1.0 / (2 * self._along + 1), own))
+
     def eased(self, stiffness: ComplexArray, forces: ComplexArray) -> ComplexArray:
-        """Return how amplitudes move under forces on them while the lugs are at rest: equation (3).
+        """Return how amplitudes move under forces on them while the seats of the lugs are at rest: equation (3).
 
         Parameters
         ----------
@@ -116,10 +134,11 @@ class Lugs:
         springs = np.zeros(len(harmonics) * size)
         springs[rigid] = np.abs(stiffness[0, 0, 0, 0]) / (1.0 + self.largest)
         # On these springs it is not singular; they are then taken away again, as the lugs are added.
-        to = np.hstack([np.eye(len(springs))[:, rigid], self.held().conj().T])
+        seats = self.seats()
+        to = np.hstack([np.eye(len(springs))[:, rigid], self.held()[np.isfinite(seats)].conj().T])
         moved, by = (_on_springs(stiffness, springs, self.teeth, loads) for loads in (forces, to))
         slack = np.zeros(to.shape[1])
-        slack[: len(rigid)] = 1.0 / springs[rigid]
+        slack[: len(rigid)], slack[len(rigid) :] = 1.0 / springs[rigid], -seats[np.isfinite(seats)]
         reactions = la.solve(np.diag(slack) - to.conj().T @ by, to.conj().T @ moved, assume_a="her")
         return np.asarray(moved + by @ reactions)
 

@@ -14,7 +14,7 @@ from pmor.case.body import BodyCase
 from pmor.case.body_matrix import body_stiffness
 from pmor.case.body_mesh import body_volume
 from pmor.core.arrays import FloatArray
-from pmor.fe.blank_section import ALL, Block, Span
+from pmor.fe.blank_section import ALL, MUCH, Block, Span
 from pmor.fe.body_condensation import condensed_nodes, in_own_frames, onto_harmonics
 from pmor.fe.element import tributary_widths
 from pmor.fe.lugs import Lugs
@@ -80,8 +80,8 @@ def blank_below(case: Case, gear: GearCase, tooth: Tooth, mesh: SectorMesh, plac
     largest = min(mesh.teeth * groups + mesh.teeth // 2, most)
     face = gear.face(case.pair.face_width_mm)
     bore = gear.bore_radius_mm or 0.0  # given: a ring, which has none, has no blank
-    if gear.lugs is not None:
-        return _held_at_lugs(gear, tooth, mesh, interface, largest)
+    if gear.rim_gives:
+        return _rim_outside(gear, tooth, mesh, interface, largest, face)
     if gear.body is not None:
         return _brought(gear, bore, interface, mesh, largest, place)
     light, web = gear.light_blank(case.pair.face_width_mm), None
@@ -131,17 +131,25 @@ def _brought(gear: GearCase, bore: float, interface: float, mesh: SectorMesh, la
     return Blank(blocks, *material, largest, largest, body=body)
 
 
-def _held_at_lugs(gear: GearCase, tooth: Tooth, mesh: SectorMesh, interface: float, largest: int) -> Blank:
-    """Rim of a ring outside of its sectors, and its lugs."""
-    assert gear.lugs is not None
+def _rim_outside(gear: GearCase, tooth: Tooth, mesh: SectorMesh, interface: float, largest: int, face: Span) -> Blank:
+    """Rim of a ring outside of its sectors, and what holds it: lugs, or a bedding all around."""
     outside = (gear.rim_thickness_mm or 0.0) - tooth.root_radius
     radii = _lines([-interface, outside], [-interface, outside], [-WAVE_STEP * interface / largest] * 2)[::-1]
-    faces = float(mesh.z[0]), float(mesh.z[-1])
-    first = math.radians(gear.lugs.first_deg) + math.pi / tooth.teeth
-    lugs = Lugs(outside, faces, gear.lugs.lugs, math.radians(gear.lugs.lug_deg), first, mesh.mirrored, largest,
-                mesh.teeth)  # fmt: skip
     blocks = (Block(radii, mesh.z[:: mesh.order]),)
-    return Blank(blocks, 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio, largest, largest, lugs=lugs)
+    material = 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio
+    seats = gear.seat_radial_N_per_mm, gear.seat_tangential_N_per_mm
+    if (said := gear.lugs) is None:
+        area = 2.0 * math.pi * outside * (face[1] - face[0])
+        rigid = {"rigid": MUCH * material[0], "free": 0.0}
+        radial, along = (rigid[value] if isinstance(value, str) else value / area for value in seats)
+        return Blank(blocks, *material, largest, largest, bedding=(radial, along))
+    middles = np.radians(said.middles_deg) + math.pi / tooth.teeth
+    gives = {"rigid": 0.0, "free": math.inf}
+    radial, along = (gives[value] if isinstance(value, str) else 1.0 / value for value in seats)
+    faces = float(mesh.z[0]), float(mesh.z[-1])
+    lugs = Lugs(outside, faces, middles, said.repeats, math.radians(said.lug_deg), mesh.mirrored, largest, mesh.teeth,
+                (radial, along))  # fmt: skip
+    return Blank(blocks, *material, largest, largest, lugs=lugs)
 
 
 def _perforated(

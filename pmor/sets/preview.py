@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+from pmor.case.gears import GearCase
 from pmor.case.width import meshed_width
 from pmor.core.memory import memory_text
 from pmor.core.progress import format_time
@@ -61,6 +62,7 @@ def _gears(file: SetFile) -> Iterator[str]:
         yield f"  {body.name:<34} at x = {x:.6g}, y = {y:.6g}{f', z = {body.z:.6g}' if body.z else ''} mm"
     if plan.on_pins is not None:
         yield from _supports(file.sections, plan.on_pins)
+        yield from _seats(file.cases[plan.meshes[1].case].pair.wheel)
 
 
 def _supports(said: SetSections, on_pins: PlanetsOnPins) -> Iterator[str]:
@@ -84,6 +86,19 @@ def _supports(said: SetSections, on_pins: PlanetsOnPins) -> Iterator[str]:
     if isinstance(carrier.windup_Nmm_per_rad, float):
         rule = f"{carrier.windup_Nmm_per_rad:.4g} N mm/rad, torque out at {carrier.torque_at}"
         yield f"  {'wind-up of the carrier':<34} {rule}"
+
+
+def _seats(ring: GearCase) -> Iterator[str]:
+    """What holds the outside of a ring, where it is not rigid."""
+    if (lugs := ring.lugs) is not None:
+        yield f"  {'ring held':<34} at {len(lugs.middles_deg)} lugs of {lugs.lug_deg:g} deg"
+    if ring.seats_give:
+        seats = [
+            f"{value if isinstance(value, str) else f'{value:.4g} N/mm'} {way}"
+            for way, value in (("radially", ring.seat_radial_N_per_mm), ("around", ring.seat_tangential_N_per_mm))
+        ]
+        name = "seat of the ring" if lugs is None else "seat of each lug"
+        yield f"  {name:<34} {', '.join(seats)}"
 
 
 def _meshes(file: SetFile) -> Iterator[str]:

@@ -35,6 +35,13 @@ def case_of(wheel=RING, pinion=PINION, **more):
         ({"held": "inside"}, r'\[wheel\] held = "inside": unknown choice: did you mean outside'),
         ({"held": {"lugs": 8}}, r"\[wheel.held\] lug_deg: is missing"),
         ({"held": LUGS | {"lugs": 36}}, "held lug_deg = 10: 36 lugs of it take all of the outside: lower it, or"),
+        ({"held": LUGS | {"at_deg": [0.0]}}, "held: write either lugs, their number, or at_deg, their places"),
+        ({"held": {"at_deg": [0.0, 40.0, 355.0], "lug_deg": 6.0}}, "held lug_deg = 6: two are 5 deg apart: lower it"),
+        ({"seat_tangential_N_per_mm": "free"}, "nothing would hold the torque: write a number"),
+        (
+            {"internal": False, "rim_thickness_mm": None, "bore_radius_mm": 5.0, "seat_radial_N_per_mm": 1e6},
+            "seat_radial_N_per_mm = 1000000.0: is of a ring: leave it out",
+        ),
         ({"internal": False, "rim_thickness_mm": None, "held": LUGS}, "held: lugs are of a ring: leave it out"),
         ({"shaper": SHAPER, "dedendum": 1.4}, "dedendum = 1.4: the shaper cuts 1.25 modules deep: leave it out"),
         (
@@ -87,12 +94,17 @@ def test_lugs_read_back_and_stand_on_the_other_side_of_the_line_of_centres_for_c
     assert coast.pair.wheel.lugs.first_deg == -5.0
     assert change_case(coast, torque_Nm=100.0).pair == case.pair
     assert "held = {lugs = 8, lug_deg = 10.0, first_deg = 5.0}" in text_of(coast)
+    case = case_of(RING | {"held": {"at_deg": [0.0, 50.0, 200.0], "lug_deg": 10.0}})
+    coast = change_case(case, torque_Nm=-100.0)
+    assert coast.pair.wheel.lugs.at_deg == (0.0, -50.0, -200.0)
+    assert change_case(coast, torque_Nm=100.0).pair == case.pair
 
 
 def test_what_takes_no_lugs_says_so():
-    with pytest.raises(CaseError, match=r'\[wheel\] held: \[mesh\] width = "plane_strain" takes rings that are held'):
+    with pytest.raises(CaseError, match=r'\[wheel\] held: \[mesh\] width = "plane_strain" takes rings that are rigid'):
         case_of(RING | {"held": LUGS}, mesh={"width": "plane_strain"})
+    with pytest.raises(CaseError, match=r'seat_radial_N_per_mm: \[mesh\] width = "plane_strain" takes rings'):
+        case_of(RING | {"seat_tangential_N_per_mm": 1e6}, mesh={"width": "plane_strain"})
     for capability in ("exudyn", "fmu", "page", "rexs", "vtkhdf"):
-        assert 'takes rings that are held all over: write [wheel] held = "outside"' in why_not(
-            case_of(RING | {"held": LUGS}), capability
-        )
+        for gives in ({"held": LUGS}, {"seat_radial_N_per_mm": 1e6}):
+            assert "takes rings that are rigid all over their outside" in why_not(case_of(RING | gives), capability)

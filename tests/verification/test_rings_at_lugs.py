@@ -34,8 +34,13 @@ TEETH, ANGLES = 40, 4
 MATERIAL = 210_000.0, 0.3
 
 
-def case_of(helix=0.0, teeth=TEETH, pinion=16, held="outside", addendum=0.8, **keys):
+def seats(stiffness):
+    return {"seats": {"seat_radial_N_per_mm": stiffness, "seat_tangential_N_per_mm": stiffness}}
+
+
+def case_of(helix=0.0, teeth=TEETH, pinion=16, held="outside", addendum=0.8, seats=None, **keys):
     wheel = {"teeth": teeth, "internal": True, "addendum": addendum, "root_fillet_mm": 0.6, "held": held}
+    wheel |= seats or {}
     sections = {"profile_elements": 3, "width_elements": 2, "results": {"root_stress": False}, "error_bar": False}
     return make_case(
         "ring", module_mm=2.0, face_width_mm=12.0, torque_Nm=40.0, helix_angle_deg=helix, scheme="line",
@@ -44,11 +49,16 @@ def case_of(helix=0.0, teeth=TEETH, pinion=16, held="outside", addendum=0.8, **k
     )  # fmt: skip
 
 
-@cache
-def swept(count=0, lug_deg=8.0, first_deg=3.0, pitches=TEETH, **keys):
+def swept(count=0, lug_deg=8.0, first_deg=3.0, pitches=TEETH, at=(), **keys):
     """Reduced pair, and its STE over so many pitches."""
-    lugs = {"lugs": count, "lug_deg": lug_deg, "first_deg": first_deg}
-    case = case_of(held=lugs if count else "outside", **keys)
+    return _swept(count, lug_deg, first_deg, pitches, at, tuple(keys.pop("seats", {}).items()), **keys)
+
+
+@cache
+def _swept(count, lug_deg, first_deg, pitches, at, seats, **keys):
+    lugs = {"at_deg": list(at)} if at else {"lugs": count}
+    lugs |= {"lug_deg": lug_deg, "first_deg": first_deg}
+    case = case_of(held=lugs if count or at else "outside", seats=dict(seats), **keys)
     reduced = reduced_pair(train(case, elastic_model(case, mesh_model(case))).basis)
     phi = reduced.meshed.pair.pitch * np.arange(pitches * ANGLES) / ANGLES
     return reduced, sweep_line_loads(reduced, phi, [nominal_condition(case)]).ste_um[0]
@@ -83,6 +93,23 @@ def test_a_thin_ring_closes_under_opposite_loads_as_the_closed_form_says():
     assert_allclose(found, bending, rtol=0.01)
 
 
+def test_a_thin_ring_on_a_bedding_gives_as_the_closed_form_says():
+    """Of n waves, without stretching: E I (n^2 - 1)^2 / R^4 beside the bedding, which sections turn against."""
+    radius, height, width, radial, along = 68.0, 2.0, 10.0, 3.0, 8.0
+    block = Block(radius + 0.5 * height * np.linspace(1.0, -1.0, 3), 0.5 * width * np.linspace(-1.0, 1.0, 5))
+    n = np.arange(2, 7)
+    stiffness = ring_stiffness((block,), *MATERIAL, n, False, held=None, bedding=(radial, along))
+    spread = np.zeros(stiffness.shape[1])
+    spread[::3] = tributary_widths(block.nodes_z, 2) / width
+    found = [spread @ np.linalg.solve(matrix, spread) for matrix in stiffness]
+    bends = MATERIAL[0] * height**3 / 12.0 * (n**2 - 1.0) ** 2 / radius**4
+    outside = radius + 0.5 * height
+    around = (1.0 - (n**2 - 1.0) * 0.5 * height / radius) / n
+    expected = 2.0 * np.pi * width * (radius * bends + outside * (radial + along * around**2))
+    assert_allclose(1.0 / np.array(found), expected, rtol=0.02)
+    assert bends[-1] > radial > 40.0 * bends[0]
+
+
 # --- the whole ring in one matrix -----------------------------------------------------------------------------------
 
 
@@ -97,10 +124,10 @@ def small_ring(helix, lugs, **keys):
     return mesh, replace(blank, largest=22, lugs=replace(blank.lugs, largest=22)), case.mesh.element
 
 
-def solved_at_once(matrix, held, mesh, rows_of, teeth):
-    """Displacement of flanks of some teeth under forces on that of tooth 0, sums of the unknowns held at zero."""
+def solved_at_once(matrix, held, seats, mesh, rows_of, teeth):
+    """Displacement of flanks of some teeth under forces on that of tooth 0, sums of the unknowns held on seats."""
     own, full = nodes_of_elements(mesh, mesh.flank), completion(mesh, mesh.flank)
-    bordered = sp.block_array([[matrix, held.conj().T], [held, None]]).tocsc()
+    bordered = sp.block_array([[matrix, held.conj().T], [held, -sp.diags_array(seats)]]).tocsc()
     load = np.zeros((bordered.shape[0], full.shape[0]), dtype=complex)
     load[rows_of(0, own)] = full.T.toarray()
     solved = spla.splu(bordered).solve(load)
@@ -154,15 +181,17 @@ def whole_ring(mesh, blank, element, teeth):
     def rows_of(k, own):
         return row[degrees_of_freedom(numbers[k % mesh.teeth, own])]
 
-    return solved_at_once(matrix, held, mesh, rows_of, teeth)
+    return solved_at_once(matrix, held, lugs.seats(), mesh, rows_of, teeth)
 
 
 @pytest.mark.parametrize(("helix", "element"), [(0.0, "hex8i"), pytest.param(18.0, "hex20", marks=pytest.mark.slow)])
 def test_a_ring_at_lugs_is_the_whole_ring_in_one_matrix(helix, element, monkeypatch):
     monkeypatch.setattr(pmor.body.support, "LEAST_MOVED", 1e-12)
     monkeypatch.setattr(pmor.body.far_compliance, "LEFT_OUT", 1e-12)
-    lugs = {"lugs": 5, "lug_deg": 14.0, "first_deg": 7.0}
+    lugs = {"at_deg": [0.0, 60.0, 150.0, 222.0, 290.0], "lug_deg": 14.0, "first_deg": 7.0}
     mesh, blank, element = small_ring(helix, lugs, element=element, width_elements=1)
+    if helix == 0.0:
+        blank = replace(blank, lugs=replace(blank.lugs, gives=(2e-7, 5e-7)))
     far, teeth = (9, 15), (-1, 0, 1, 2, 9, -9, 15)
     gear = elastic_gear(mesh, *MATERIAL, element, 2, far=FarTeeth(far, (), ()), blank=blank)
     used = (3 * np.arange(mesh.flank.size)[:, None] + np.arange(2 if helix == 0.0 else 3)).ravel()
@@ -205,6 +234,27 @@ def test_fewer_and_narrower_lugs_give_more_and_lugs_all_around_as_little_as_all_
     means = [swept(*lugs)[1].mean() for lugs in ((8, 44.99), (8, 20.0), (8, 8.0), (5, 8.0), (3, 8.0))]
     assert (np.diff(means) > 0.0).all()
     assert_allclose(means[0], swept()[1].mean(), rtol=0.02)
+
+
+def test_seats_lie_between_lugs_as_they_are_and_a_ring_that_floats():
+    """Lugs all around on soft seats are a bedding all around."""
+
+    def mean(k, count=5, lug_deg=8.0):
+        return swept(count, lug_deg, pitches=1, **seats(k))[1].mean()
+
+    held = swept(5, pitches=1)[1].mean()
+    assert_allclose(mean(1e12), held, rtol=1e-4)
+    means = [held, *(mean(k) for k in (1e7, 1e6, 1e5))]
+    assert (np.diff(means) > 0.0).all()
+    assert_allclose(mean(1e5, 8, 44.99), swept(pitches=1, **seats(8e5))[1].mean(), rtol=2e-3)
+
+
+def test_lugs_at_listed_places_are_equal_ones_where_they_stand_so():
+    equal, listed = swept(5, pitches=3)[1], swept(0, pitches=3, at=(144.0, 0.0, 72.0, 288.0, 216.0))[1]
+    assert_allclose(listed, equal, rtol=1e-9)
+    lugs = swept(0, pitches=3, at=(0.0, 50.0, 180.0, 230.0))[0].basis.case.pair
+    assert (lugs.wheel.lugs.repeats, lugs.repeats_after) == (2, TEETH // 2)
+    assert swept(0, pitches=3, at=(0.0, 50.0, 180.0))[0].basis.case.pair.repeats_after == TEETH
 
 
 def test_motion_and_designs_go_on_over_all_cycles_until_lugs_stand_as_before():

@@ -81,12 +81,17 @@ def test_lugs_all_around_give_as_little_as_all_of_the_outside_and_fewer_give_mor
 
 @pytest.mark.parametrize("bend_deg", [pytest.param(0.0, marks=pytest.mark.slow), 50.0])
 def test_a_single_mesh_is_the_pair_at_lugs(bend_deg):
-    """Wherever the ring stands to the y axis, which lugs count from."""
+    """Lugs at unequal places on seats that give way, wherever the ring stands to the y axis, which they count from."""
     ring = {"teeth": 41, "internal": True, "addendum": 0.8, "root_fillet_mm": 0.6, "rim_thickness_mm": 12.0}
+    ring |= {"seat_radial_N_per_mm": 2e6, "seat_tangential_N_per_mm": 1e6}
     pinion = {"teeth": 17, "bore_radius_mm": 17.0}
 
     def case(first_deg):
-        return line_case(pinion, ring | {"held": {"lugs": 5, "lug_deg": 10.0, "first_deg": first_deg}}, mesh=COARSE)
+        return line_case(
+            pinion,
+            ring | {"held": {"at_deg": [0.0, 50.0, 160.0, 300.0], "lug_deg": 10.0, "first_deg": first_deg}},
+            mesh=COARSE,
+        )
 
     distance, bend = 0.5 * MODULE * (41 - 17), math.radians(bend_deg)
     bodies = [SetBody("pinion", "pinion", 0.0, 0.0),
@@ -116,18 +121,36 @@ def test_a_pitch_later_a_set_is_as_it_is_where_it_is_placed():
         assert_allclose(later.movement[..., 0], there.movement[..., 0], rtol=1e-8)
 
 
-def from_file(folder, first_deg, change=("", "")):
-    held = f"rim_thickness_mm = 12.0\nheld = {{lugs = 4, lug_deg = 10.0, first_deg = {first_deg}}}"
+def test_a_set_whose_ring_gives_way_all_around_shares_equally_and_comes_to_one_that_is_held(tmp_path):
+    text = SMALL_SET.replace("[10.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]").replace("torques_Nm = [100.0]", "")
+    found = []
+    for stiffness in ('"rigid"', "1e12", "1e7"):
+        seats = f"teeth = 54\nseat_radial_N_per_mm = {stiffness}\nseat_tangential_N_per_mm = {stiffness}"
+        found.append(pmor.gear_set(written_set(tmp_path, text.replace("teeth = 54", seats))))
+    assert_allclose(found[1].ste_um, found[0].ste_um, rtol=2e-3)
+    assert (found[2].ste_um > found[0].ste_um).all()
+    assert_allclose(found[2].planet_share.mean(axis=1), 1.0 / 3.0, rtol=1e-6)
+    assert found[2].data["pitches"] == 1
+    stress = [one.data["root_stress"][1]["range_MPa"] for one in found]
+    assert stress[0] == pytest.approx(stress[1], rel=5e-3)
+    assert stress[2] > 1.1 * stress[0]
+    assert "1e+07 N/mm radially, 1e+07 N/mm around" in pmor.plan_set(tmp_path / "small.toml")
+
+
+def from_file(folder, first_deg, change=("", ""), side=1.0):
+    """Pairs of lugs, twice around."""
+    at = [side * place for place in (0.0, 50.0, 180.0, 230.0)]
+    held = f"rim_thickness_mm = 12.0\nheld = {{at_deg = {at}, lug_deg = 10.0, first_deg = {first_deg}}}"
     text = SMALL_SET.replace("rim_thickness_mm = 12.0", held).replace("[10.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]")
     text = text.replace("torques_Nm = [100.0]", "").replace("_pitch = 6", "_pitch = 4").replace(*change)
     return pmor.gear_set(written_set(folder, text))
 
 
 def test_lugs_of_a_file_count_from_the_y_axis_counter_clockwise(tmp_path):
-    """Of 54 teeth and 4 lugs all stands as before after 27 pitches; the image of a set has the image of its lugs."""
+    """Of 54 teeth and lugs that repeat twice all stands as before after 27 pitches; an image has their image."""
     first = from_file(tmp_path, 7.0)
     assert first.data["pitches"] == 27
-    image = from_file(tmp_path, -7.0, ("torque_Nm = 300.0", "torque_Nm = -300.0"))
+    image = from_file(tmp_path, -7.0, ("torque_Nm = 300.0", "torque_Nm = -300.0"), -1.0)
     assert_allclose(image.ste_um, first.ste_um, rtol=1e-8)
     # All planets and lugs turned by the sun's pitch: the set a pitch later, but for what the ring turns in one.
     turned = from_file(tmp_path, 7.0 + 20.0 + 360.0 / 54, ("count = 3", "count = 3\npositions_deg = [20, 140, 260]"))
