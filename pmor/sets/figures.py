@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 # Length of the longest arrow, over the size of the picture.
 ARROW = 0.09
 POINTS, PIN_POINTS = 8, 81
+# Pitches whose curves are drawn with full lines.
+FEW = 12
 # Orders of the mesh between which those of shafts are shown.
 SHOWN = 3
 
@@ -67,7 +69,8 @@ def ste_figure(solved: SetSolution, shown_Nm: FloatArray) -> Figure:
         for number, torque in enumerate(shown_Nm):
             ste = solved.ste_um[number]
             colour = COLOURS[number % len(COLOURS)]
-            curve.plot(solved.phi_rad / solved.pitch_rad, ste - np.nanmean(ste), color=colour, label=f"{torque:g} N m")
+            pitches, lw = solved.phi_rad / solved.pitch_rad, 1.5 if solved.pitches <= FEW else 0.7
+            curve.plot(pitches, ste - np.nanmean(ste), color=colour, label=f"{torque:g} N m", lw=lw)
             if not solved.repeats:
                 continue
             if solved.pitches > 1:
@@ -78,7 +81,8 @@ def ste_figure(solved: SetSolution, shown_Nm: FloatArray) -> Figure:
             found = solved.mesh_orders(number)[:POINTS]
             spectrum.bar(np.arange(1, len(found) + 1) + width * number - 0.4, found, width, color=colour, align="edge")
         curve.set(xlabel="Angle of the first gear [pitches]", ylabel="STE about its mean [µm]")
-        spectrum.set(xlabel="Order of the mesh [-]", ylabel="Amplitude of the STE [µm]")
+        which = "mesh" if solved.plan.cycle == 1 else "first mesh"
+        spectrum.set(xlabel=f"Order of the {which} [-]", ylabel="Amplitude of the STE [µm]")
         spectrum.set_xticks(np.arange(1, (SHOWN if solved.pitches > 1 else POINTS) + 1))
         spectrum.set_ylim(bottom=0.0)
     return figure
@@ -102,6 +106,18 @@ def share_figure(solved: SetSolution, torque: int) -> Figure:
             f"Sun over {'the mesh cycle' if solved.pitches == 1 else f'{solved.pitches} mesh cycles'}; dot: angle 0",
             fontsize=10,
         )
+    return figure
+
+
+def path_figure(solved: SetSolution, torque: int) -> Figure:
+    """Share of each mesh in the torque of those that share it, over all mesh cycles; of a train on fixed axes."""
+    with panels(1, 7.4, 4.2, legend=3) as (figure, (axes,)):
+        for number, (one, beside) in enumerate(zip(solved.train.meshes, solved.beside, strict=True)):
+            if len(beside) > 1:
+                name = legend_label(" - ".join(solved.train.bodies[body].name for body in one.bodies))
+                share = 100.0 * solved.mesh_share[torque, :, number]
+                axes.plot(solved.phi_rad / solved.pitch_rad, share, "-" if one.bodies[0] == 0 else "--", label=name)
+        axes.set(xlabel="Angle of the first gear [pitches]", ylabel="Share of the torque [%]")
     return figure
 
 

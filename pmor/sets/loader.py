@@ -231,7 +231,7 @@ class _Reader(Reader):
             if given and len(given) != planets.count:
                 rule = f"must be one number for each of the {planets.count} planets"
                 self.refuse(f"{key} with {len(given)} numbers", rule)
-        if said.tolerances is not None and not any(said.tolerances.deviations_um):
+        if said.tolerances is not None and not any(said.tolerances.deviations):
             self.refuse("[tolerances]", "scatters nothing: write a standard deviation, as pins_tangential_um = 10.0")
         if any(number > planets.count for number in planets.missing):
             self.refuse(f"[planets] missing = {list(planets.missing)}", f"there are planets 1 to {planets.count}")
@@ -242,6 +242,7 @@ class _Reader(Reader):
         given = {
             "[planets] timing_mrad": planets.timing_mrad,
             "[planets] second_z_mm": planets.second_z_mm is not None,
+            "[tolerances] timing_mrad": said.tolerances is not None and said.tolerances.timing_mrad > 0.0,
             "[supports] planet_torsion_Nmm_per_rad": said.supports.planet_torsion_Nmm_per_rad != "rigid",
         }
         for key, there in given.items():

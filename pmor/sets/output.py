@@ -10,6 +10,7 @@ from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Table
 from pmor.sets.figures import (
     face_load_figure,
+    path_figure,
     pin_figure,
     root_stress_figure,
     set_figure,
@@ -59,6 +60,7 @@ MESH_COLUMNS: Columns = {
     "mesh": "name",
     "contact ratio": "contact_ratio",
     "phase [pitches]": "phase_pitches",
+    "share [%]": lambda row: _percent(row["share_mean"]),
     "force [N]": "force_mean_N",
     "p-p [N]": "force_peak_to_peak_N",
     "line load, largest [N/mm]": "line_load_max_N_per_mm",
@@ -86,7 +88,10 @@ PINS = (
     "Displacement of each planet and slope of its axis along z, outwards and in the sense in which the torque turns "
     "the sun, means over the mesh cycle at the nominal torque; of each bearing from -z to +z."
 )
-MESHES = "At the nominal torque. Phase: where in its mesh cycle each mesh is at angle 0. K_Hβ: over the mesh cycle."
+MESHES = (
+    "At the nominal torque. Phase: where in its mesh cycle each mesh is at angle 0. Share: in the torque of all meshes that "
+    "one gear drives, or that drive it. K_Hβ: over the mesh cycle."
+)
 STRESS = (
     "At the nominal torque, of all teeth over the mesh cycle, with the loads of both flanks added up. Range: of the "
     "stress across the root of one tooth over a turn of the gear, on the same side, at the point where it "
@@ -123,6 +128,9 @@ def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, fail
     shown = np.array([row["torque_Nm"] for row in data["torques"]])
     blocks.append(Picture("ste.png", "Static transmission error over all mesh cycles, and its orders.",
                           ste_figure(solved, shown), "svg"))  # fmt: skip
+    if not solved.plan.planets and any(len(meshes) > 1 for meshes in solved.beside):
+        blocks.append(Picture("shares.png", "Share of each path in the torque, at the nominal one.",
+                              path_figure(solved, nominal), "svg"))  # fmt: skip
     if solved.plan.planets:
         blocks.append(Picture("shares.png", "Share of each planet, and the orbit of the sun, at the nominal torque.",
                               share_figure(solved, nominal), "svg"))  # fmt: skip

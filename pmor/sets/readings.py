@@ -170,6 +170,8 @@ def _mesh_data(solved: SetSolution, number: int, mesh: int) -> Data:
         "contact_ratio": plain(pair.contact_ratio),
         "cycles_per_pitch": plain(solved.plan.rates[mesh]),
         "phase_pitches": plain(round(one.start / pair.pitch, 9) % 1.0),
+        "share_mean": plain(np.mean(solved.mesh_share[number, :, mesh])),
+        "share_max": plain(np.max(solved.mesh_share[number, :, mesh])),
         "force_mean_N": plain(np.mean(force)),
         "force_peak_to_peak_N": plain(np.ptp(force)),
         "pinion_torque_Nm": plain(1e-3 * radius * np.mean(force)),

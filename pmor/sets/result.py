@@ -11,7 +11,15 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
 from pmor.report.data_files import write_table_csv
-from pmor.sets.figures import pin_figure, root_stress_figure, set_figure, share_figure, ste_figure, tolerance_figure
+from pmor.sets.figures import (
+    path_figure,
+    pin_figure,
+    root_stress_figure,
+    set_figure,
+    share_figure,
+    ste_figure,
+    tolerance_figure,
+)
 from pmor.sets.loader import SetFile
 from pmor.sets.output import FILES, PIN_FILES, SAMPLE_FILES, nominal_torque, set_report, set_text
 from pmor.sets.readings import Data, set_data
@@ -70,8 +78,9 @@ class SetResult:
         return ste_figure(self.solution, self._torques_Nm)
 
     def plot_shares(self) -> Figure:
-        """Draw the share of each planet over a mesh cycle, and the orbit of the sun."""
-        return share_figure(self.solution, nominal_torque(self.file, self.solution))
+        """Draw the share of each planet over a mesh cycle, and the orbit of the sun; of a train that of each path."""
+        figure = share_figure if self.solution.plan.planets else path_figure
+        return figure(self.solution, nominal_torque(self.file, self.solution))
 
     def plot_pins(self) -> Figure:
         """Draw the deflection of all pins and of the axes of the planets on them, at the nominal torque.

@@ -100,6 +100,8 @@ class Tolerances:
     ----------
     pins_radial_um, pins_tangential_um : float
         Of the place of each pin in the carrier.
+    timing_mrad : float
+        Of the second gear of each stepped planet on its shaft.
     sun_eccentricity_um, ring_eccentricity_um, planets_eccentricity_um : float
         Of both components of the eccentricity, in any direction; the runout is about twice the eccentricity.
     samples : int
@@ -110,6 +112,7 @@ class Tolerances:
 
     pins_radial_um: Amount = 0.0
     pins_tangential_um: Amount = 0.0
+    timing_mrad: Annotated[float, Range(0.0, 100.0, "mrad")] = 0.0
     sun_eccentricity_um: Amount = 0.0
     ring_eccentricity_um: Amount = 0.0
     planets_eccentricity_um: Amount = 0.0
@@ -117,11 +120,11 @@ class Tolerances:
     seed: Annotated[int, Range(0, 1_000_000)] = 0
 
     @property
-    def deviations_um(self) -> tuple[float, ...]:
+    def deviations(self) -> tuple[float, ...]:
         """All standard deviations."""
         return (
-            self.pins_radial_um, self.pins_tangential_um, self.sun_eccentricity_um, self.ring_eccentricity_um,
-            self.planets_eccentricity_um,
+            self.pins_radial_um, self.pins_tangential_um, self.timing_mrad, self.sun_eccentricity_um,
+            self.ring_eccentricity_um, self.planets_eccentricity_um,
         )  # fmt: skip
 
 

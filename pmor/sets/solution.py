@@ -97,6 +97,22 @@ class SetSolution:
         """Force of each mesh in the transverse plane, (D, A, M)."""
         return np.stack([self.found.force[..., one.part].sum(axis=2) for one in self.placed.placed], axis=2)
 
+    @property
+    def beside(self) -> list[list[int]]:
+        """Meshes that share a load with each one, itself among them: of one driving gear, else of one driven gear."""
+        ends = [(mesh.pinion, mesh.wheel) for mesh in self.plan.meshes]
+        found = []
+        for own in ends:
+            together = [[n for n, end in enumerate(ends) if end[place] == own[place]] for place in range(2)]
+            found.append(together[0] if len(together[0]) > 1 else together[1])
+        return found
+
+    @cached_property
+    def mesh_share(self) -> FloatArray:
+        """Share of each mesh in the torque of all that share it, (D, A, M)."""
+        total = np.stack([self.mesh_force_N[..., meshes].sum(axis=2) for meshes in self.beside], axis=2)
+        return np.divide(self.mesh_force_N, total, out=np.full(total.shape, np.nan), where=total != 0.0)
+
     @cached_property
     def hub_wrench(self) -> FloatArray:
         """Forces and moments of the meshes on the hubs, in axes of the train, (D, A, B, 6), N and N mm."""

@@ -63,6 +63,7 @@ def drawn(said: SetSections) -> Iterator[SetSections]:
     sizes, pins, off = said.tolerances, said.planets, said.eccentricity
     assert sizes is not None
     rng, nothing = np.random.default_rng(sizes.seed), (0.0,) * pins.count
+    of_timing = np.random.default_rng([sizes.seed, 1])
     for _ in range(sizes.samples):
         radial, tangential = rng.standard_normal((2, pins.count))
         planets, sun, ring = rng.standard_normal((pins.count, 2)), *rng.standard_normal((2, 2))
@@ -72,6 +73,7 @@ def drawn(said: SetSections) -> Iterator[SetSections]:
                 pins,
                 radial_um=tuple((sizes.pins_radial_um * radial + (pins.radial_um or nothing)).tolist()),
                 tangential_um=tuple((sizes.pins_tangential_um * tangential + (pins.tangential_um or nothing)).tolist()),
+                timing_mrad=_timing(said, of_timing.standard_normal(pins.count)),
             ),
             eccentricity=Eccentricity(
                 **_eccentric("sun", off.sun_um, off.sun_deg, sizes.sun_eccentricity_um * sun),
@@ -82,6 +84,12 @@ def drawn(said: SetSections) -> Iterator[SetSections]:
         )  # fmt: skip
 
 
+def _timing(said: SetSections, drawn: FloatArray) -> tuple[float, ...]:
+    """Timing errors of stepped planets with those that are drawn; none where neither is said."""
+    size, given = said.tolerances.timing_mrad if said.tolerances else 0.0, said.planets.timing_mrad
+    return tuple((size * drawn + (given or 0.0)).tolist()) if size or given else ()
+
+
 def sample_rows(samples: Samples, torques_Nm: FloatArray) -> list[dict[str, float]]:
     """Return a row for each sample: its errors by the keys of a set file, and its results under each torque."""
     rows = []
@@ -90,7 +98,7 @@ def sample_rows(samples: Samples, torques_Nm: FloatArray) -> list[dict[str, floa
         for section in (said.planets, said.eccentricity):
             for field in fields(section):
                 values = getattr(section, field.name)
-                if field.name.endswith(("_um", "planets_deg")) and isinstance(values, tuple):
+                if field.name.endswith(("_um", "_mrad", "planets_deg")) and isinstance(values, tuple):
                     row |= {f"{field.name}_{place}": value for place, value in enumerate(values, start=1)}
                 elif isinstance(values, float):
                     row[field.name] = values

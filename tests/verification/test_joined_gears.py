@@ -16,6 +16,7 @@ from pmor.sets.loader import load
 from pmor.sets.plan import planet_positions
 from pmor.sets.settings import Planets
 from pmor.sets.solution import solve_set
+from pmor.sets.tolerances import drawn, sample_rows, solve_samples
 from pmor_online.root_cycle import root_stress_and_cycles
 from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, line_case, written_set
 
@@ -181,6 +182,7 @@ def test_equal_paths_share_evenly_and_one_ahead_takes_its_stiffness_times_that(t
     left, right, *_ = even.solution.mesh_force_N[0].T
     assert even.solution.pitches == 4
     assert_allclose(left, right, rtol=1e-9)
+    assert_allclose(even.solution.mesh_share, 0.5, rtol=1e-9)
     timing, solution = 2e-5, even.solution
     plan = load(written_set(tmp_path, power_split(1e3 * timing))).plan
     ahead = solve_set(plan, solution.train, np.array([100.0]), 6, 4).mesh_force_N[0]
@@ -254,6 +256,22 @@ def test_both_stages_have_the_root_stress_of_their_pairs(tmp_path):
             # The second stage is behind by what the first one gives way: near corners by a little.
             rtol = 1e-9 if number == 0 else 1e-3
             assert_allclose(own.cycle.range_MPa.max(axis=1), cycle.range_MPa[:, 0], rtol=rtol)
+
+
+def test_a_sample_has_the_timing_that_its_row_says(stepped, tmp_path):
+    """The draws of other errors are those without."""
+    sizes = "[tolerances]\npins_tangential_um = 5.0\nsamples = 8\n"
+    file = load(written_set(tmp_path, f"{STEPPED}{sizes}timing_mrad = 0.2\n"))
+    first, second, *_ = drawn(file.sections)
+    other, *_ = drawn(load(written_set(tmp_path, STEPPED + sizes)).sections)
+    assert first.planets.tangential_um == other.planets.tangential_um
+    assert first.planets.timing_mrad != second.planets.timing_mrad
+    samples = solve_samples(file, solve_set(file.plan, stepped.solution.train, np.array([300.0]), 6, 8))
+    row, _ = sample_rows(samples, np.array([300.0]))[:2]
+    timing, pins = ([row[f"{key}_{n}"] for n in (1, 2, 3)] for key in ("timing_mrad", "tangential_um"))
+    text = STEPPED.replace("count = 3", f"count = 3\ntiming_mrad = {timing}\ntangential_um = {pins}")
+    alone = solve_set(load(written_set(tmp_path, text)).plan, stepped.solution.train, np.array([300.0]), 6, 8)
+    assert_allclose(row["k_gamma_300_Nm"], alone.k_gamma[0], rtol=1e-8)
 
 
 def test_orders_of_a_stepped_set_name_both_meshes(stepped):
