@@ -21,7 +21,7 @@ from pmor_online.model import ReducedPair
 from pmor_online.root_stress import (
     ANGLES_PER_BLOCK,
     LoadedTeeth,
-    amplitudes_of_patterns,
+    amplitudes_by_flank,
     largest_on_fillet,
     loaded_teeth,
     patterns_of_stress,
@@ -98,13 +98,18 @@ def stress_of_all_teeth(loaded: Sequence[LoadedTeeth], normal: Sequence[FloatArr
     teeth : int
         Of the gear.
     """
-    felt, total = np.arange(teeth), np.array(0.0)
-    for one, rows in zip(loaded, normal, strict=True):
-        found = amplitudes_of_patterns(one.shapes, one.force, one.teeth, felt, teeth)
-        stress = found @ rows.reshape(-1, found.shape[3]).T
-        total = total + stress.reshape(*found.shape[:3], *rows.shape[:3])
+    reach = max(max(one.shapes.neighbours, one.shapes.rim_moved.shape[1] // 2) for one in loaded)
+    numbers = np.concatenate([one.teeth for one in loaded])
+    felt = np.unique((numbers[:, None] + np.arange(-reach, reach + 1)) % teeth)
+    rows = {id(one.shapes): own for one, own in zip(loaded, normal, strict=True)}
+    stress = np.sum([
+        amplitudes @ rows[id(shapes)].reshape(-1, amplitudes.shape[3]).T
+        for shapes, amplitudes in amplitudes_by_flank(loaded, felt, teeth)
+    ], axis=0)  # fmt: skip
     hidden = tooth_by_tooth(felt, [(one.teeth % teeth, one.hidden) for one in loaded])
-    return np.asarray(total * ~hidden[:, :, :, None])
+    total = np.zeros((*stress.shape[:2], teeth, *normal[0].shape[:3]))
+    total[:, :, felt] = stress.reshape(*stress.shape[:3], *normal[0].shape[:3]) * ~hidden[:, :, :, None]
+    return total
 
 
 def whole_pitches(phi: FloatArray, pitch: float) -> int:

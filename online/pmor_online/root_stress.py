@@ -224,11 +224,10 @@ def stress_of_teeth(
     """
     carries = tooth_by_tooth(felt, [(one.teeth, np.asarray(one.force.any(axis=3))) for one in loaded])
     hidden = tooth_by_tooth(felt, [(one.teeth, one.hidden) for one in loaded])[carries]
-    of_meshes = [
-        _stress(one.shapes, amplitudes_of_patterns(one.shapes, one.force, one.teeth, felt, teeth)[carries])
-        for one in loaded
+    of_flanks = [
+        _stress(shapes, amplitudes[carries]) for shapes, amplitudes in amplitudes_by_flank(loaded, felt, teeth)
     ]
-    principal, von_mises = (np.where(hidden[:, None], 0.0, values) for values in _measures(np.sum(of_meshes, axis=0)))
+    principal, von_mises = (np.where(hidden[:, None], 0.0, values) for values in _measures(np.sum(of_flanks, axis=0)))
     return carries, principal, von_mises
 
 
@@ -240,6 +239,18 @@ def tooth_by_tooth(felt: IntArray, flags: Sequence[tuple[IntArray, BoolArray]]) 
         for column, number in enumerate(numbers.tolist()):
             found[:, :, felt == number] |= given[:, :, column, None]
     return found
+
+
+def amplitudes_by_flank(
+    loaded: Sequence[LoadedTeeth], felt: IntArray, teeth: int
+) -> list[tuple[RootStressShapes, FloatArray]]:
+    """Return the amplitudes of all meshes that share shapes, added up: those that load one side of a gear's teeth."""
+    found: dict[int, tuple[RootStressShapes, FloatArray]] = {}
+    for one in loaded:
+        own = amplitudes_of_patterns(one.shapes, one.force, one.teeth, felt, teeth)
+        before = found.get(id(one.shapes))
+        found[id(one.shapes)] = one.shapes, own if before is None else before[1] + own
+    return list(found.values())
 
 
 def amplitudes_of_patterns(

@@ -89,8 +89,8 @@ PINS = (
     "the sun, means over the mesh cycle at the nominal torque; of each bearing from -z to +z."
 )
 MESHES = (
-    "At the nominal torque. Phase: where in its mesh cycle each mesh is at angle 0. Share: in the torque of all meshes that "
-    "one gear drives, or that drive it. K_Hβ: over the mesh cycle."
+    "At the nominal torque. Phase: where in its mesh cycle each mesh is at angle 0. Share: in the torque of all meshes "
+    "that one gear drives, or that drive it. K_Hβ: over the mesh cycle."
 )
 STRESS = (
     "At the nominal torque, of all teeth over the mesh cycle, with the loads of both flanks added up. Range: of the "

@@ -131,7 +131,8 @@ def root_stress_of_set(placed: PlacedTrain, found: SeveralResults, pitches: int)
     """
     if any(body.root_stress is None for body in placed.train.bodies):
         return ()
-    meshes = [_mesh(placed, one) for one in placed.placed]
+    flanks: dict[tuple[int, bool], RootStressShapes] = {}
+    meshes = [_mesh(placed, one, flanks) for one in placed.placed]
     gears = [_gear(placed, meshes, number, pitches) for number in range(len(placed.train.bodies))]
     most, least = [np.array(-np.inf)] * len(gears), [np.array(np.inf)] * len(gears)
     tops: list[list[FloatArray]] = [[] for _ in gears]
@@ -150,15 +151,18 @@ def root_stress_of_set(placed: PlacedTrain, found: SeveralResults, pitches: int)
     return tuple(_gear_stress(meshes, found.converged, *part) for part in parts)
 
 
-def _mesh(placed: PlacedTrain, one: PlacedMesh) -> _Mesh:
+def _mesh(placed: PlacedTrain, one: PlacedMesh, flanks: dict[tuple[int, bool], RootStressShapes]) -> _Mesh:
+    """Return a mesh; meshes that load one side of a body's teeth share the shapes in `flanks`."""
     meshed, flipped, shapes = one.mesh.pair.meshed, [], []
     helical = meshed.pair.pinion.helix_angle != 0.0
     for number, flank in zip(one.mesh.bodies, (meshed.pinion, meshed.wheel), strict=True):
         body = placed.train.bodies[number]
         assert body.root_stress is not None
         flipped.append(one.mesh.image != body.image)
-        columns = flank.nodes.shape[1]
-        shapes.append(of_the_other_flank(body.root_stress, helical, columns) if flipped[-1] else body.root_stress)
+        if (number, flipped[-1]) not in flanks:
+            other = of_the_other_flank(body.root_stress, helical, flank.nodes.shape[1])
+            flanks[number, flipped[-1]] = other if flipped[-1] else body.root_stress
+        shapes.append(flanks[number, flipped[-1]])
     phi = one.mesh.start + one.mesh.rate * placed.phi
     return _Mesh(one, phi, (shapes[0], shapes[1]), (flipped[0], flipped[1]))
 
