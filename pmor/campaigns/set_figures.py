@@ -15,8 +15,9 @@ from pmor.pair.drawn import gear_inertias
 from pmor.pair.model import held_radii
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import SetFile
+from pmor.sets.plan import planets_gap_mm
 from pmor.sets.preview import pairs_of
-from pmor.sets.readings import Data
+from pmor.sets.readings import Data, plain
 from pmor.sets.run import first_torques_Nm
 from pmor.sets.solution import solve_on
 
@@ -44,6 +45,7 @@ FIGURES = (
     # Those of sun and ring alike, as planets can be assembled: z_sun / count, less its whole part.
     Figure("mesh_phase_pitches", "meshes of the next planet are behind", "pitches"),
     Figure("centre_distance_mm", "centre distance", "mm"),
+    Figure("planets_gap_mm", "gap between neighbouring planets", "mm"),
     Figure("outside_diameter_mm", "outside diameter of the ring", "mm"),
     Figure("mass_kg", "mass of all gears", "kg"),
     Figure("mass_sun_kg", "mass, sun", "kg"),
@@ -114,13 +116,14 @@ def _sizes(file: SetFile) -> dict[str, float | None]:
     speeds = member_speeds(file.teeth, load.on, load.held, 1.0)
     (driven,) = (speed for member, speed in speeds.items() if member not in (load.on, load.held))
     (sun, planet), (_, ring) = (gear_inertias(file.cases[name], pairs[name]) for name in names)
-    all_planets = len(file.plan.planets) * planet.mass_kg
+    planets = [file.plan.bodies[number] for number in file.plan.planets]
     return {
         "overlap_ratio": inner.overlap_ratio,
         "speed_ratio": 1.0 / driven,
         "centre_distance_mm": inner.centre_distance,
+        "planets_gap_mm": plain(planets_gap_mm(planets, inner.wheel.tip_radius)),
         "outside_diameter_mm": 2.0 * abs(held_radii(file.cases[names[1]], outer)[1]),
-        "mass_kg": sun.mass_kg + all_planets + ring.mass_kg,
+        "mass_kg": sun.mass_kg + len(planets) * planet.mass_kg + ring.mass_kg,
         "mass_sun_kg": sun.mass_kg,
         "mass_planet_kg": planet.mass_kg,
         "mass_ring_kg": ring.mass_kg,

@@ -35,7 +35,7 @@ SetResultKey = Literal[
     "line_load_max_planet_ring_N_per_mm", "k_h_beta_sun_planet", "k_h_beta_planet_ring", "root_stress_sun_MPa",
     "root_stress_planet_MPa", "root_stress_ring_MPa", "root_stress_range_planet_MPa", "contact_ratio_sun_planet",
     "contact_ratio_planet_ring", "overlap_ratio", "speed_ratio", "mesh_phase_pitches", "centre_distance_mm",
-    "outside_diameter_mm", "mass_kg", "mass_sun_kg", "mass_planet_kg", "mass_ring_kg",
+    "planets_gap_mm", "outside_diameter_mm", "mass_kg", "mass_sun_kg", "mass_planet_kg", "mass_ring_kg",
 ]  # fmt: skip
 EVERY_OF_SETS: tuple[SetResultKey, ...] = get_args(SetResultKey)
 # Ten times the work of a thousand cores in a day, at a minute for each design.

@@ -8,6 +8,7 @@ Its deaths, lack of memory and endless loops are seen from outside (`pmor.campai
 from __future__ import annotations
 
 import json
+import logging
 import os
 import queue
 import sys
@@ -54,6 +55,7 @@ def _listen(orders: queue.SimpleQueue[str]) -> None:
 
 def _ready() -> Callable[[dict[str, Any]], Iterator[dict[str, Any]]]:
     """Load the libraries, before any design has to wait for them."""
+    logging.getLogger("pmor").setLevel(logging.ERROR)  # stages of single designs are no news of a campaign
     from pmor.campaigns.rows import Task
     from pmor.campaigns.solve import row_of
     from pmor.campaigns.store import GIB, Store, open_store

@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import pairwise
+from itertools import combinations
 
 import numpy as np
 
@@ -143,13 +143,13 @@ def _planetary(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair],
     sun, ring, distance = inner.pinion.teeth, -outer.wheel.teeth, inner.centre_distance
     places = planet_positions(said.planets, (sun, ring), (inner.wheel.teeth, outer.pinion.teeth))
     numbers = [number for number in range(said.planets.count) if number + 1 not in said.planets.missing]
-    _refuse_neighbours([places[number] for number in numbers], inner, outer)
     side = -1.0 if layout.clockwise else 1.0
     angles = [side * places[number] for number in numbers]
     bodies = [SetBody("sun", "sun", 0.0, 0.0), SetBody("ring", "ring", 0.0, 0.0)]
     for number, angle in zip(numbers, angles, strict=True):
         x, y = -distance * math.sin(angle), distance * math.cos(angle)
         bodies.append(SetBody(f"planet {number + 1}", "planet", x, y))
+    _refuse_neighbours(bodies[2:], max(inner.wheel.tip_radius, outer.pinion.tip_radius))
     stands = standing(said, bodies, layout.clockwise, carrier)
     planets = tuple(range(2, len(bodies)))
     mates: Sequence[int] = planets
@@ -249,18 +249,20 @@ def planet_positions(planets: Planets, teeth: tuple[int, int], stepped: tuple[in
     return [math.radians(place) for place in places]
 
 
-def _refuse_neighbours(places: Sequence[float], inner: GearPair, outer: GearPair) -> None:
-    ordered = sorted(place % (2.0 * math.pi) for place in places)
-    if len(ordered) < 2:
-        return
-    nearest = min(b - a for a, b in pairwise([*ordered, ordered[0] + 2.0 * math.pi]))
-    apart = 2.0 * inner.centre_distance * math.sin(0.5 * min(nearest, math.pi))
-    tips = 2.0 * max(inner.wheel.tip_radius, outer.pinion.tip_radius)
-    if apart <= tips:
+def _refuse_neighbours(bodies: Sequence[SetBody], tip_radius: float) -> None:
+    gap = planets_gap_mm(bodies, tip_radius)
+    if gap <= 0.0:
+        tips = 2.0 * tip_radius
         raise GeometryError(
-            f"[planets] neighbours are {apart:.6g} mm apart, and their tip circles are {tips:.6g} mm wide: take fewer "
-            "planets, or fewer teeth on them"
+            f"[planets] neighbours are {gap + tips:.6g} mm apart, and their tip circles are {tips:.6g} mm wide: take "
+            "fewer planets, or fewer teeth on them"
         )
+
+
+def planets_gap_mm(planets: Sequence[SetBody], tip_radius: float) -> float:
+    """Return the gap between the tip circles of neighbours, mm: negative where they touch, endless of a single one."""
+    apart = (math.dist((one.x, one.y), (other.x, other.y)) for one, other in combinations(planets, 2))
+    return min(apart, default=math.inf) - 2.0 * tip_radius
 
 
 def _trained(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair]) -> SetPlan:

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 
 import pytest
 
@@ -63,6 +64,9 @@ def test_the_row_of_a_set_is_what_its_file_gives(number, folder, rows):
     assert teeth["planet"] == (teeth["ring"] - teeth["sun"]) // 2
     assert float(row["speed_ratio"]) == pytest.approx(1.0 + teeth["ring"] / teeth["sun"], rel=ROUND_OFF)
     assert float(row["mesh_phase_pitches"]) == pytest.approx(teeth["sun"] / 3 % 1.0, abs=1e-9)
+    tips = 4.0 * (teeth["planet"] + 2.0)  # module 4, no shift of the planet
+    apart = 2.0 * float(row["centre_distance_mm"]) * math.sin(math.pi / 3.0)
+    assert float(row["planets_gap_mm"]) == pytest.approx(apart - tips, rel=ROUND_OFF)
     masses = [float(row[f"mass_{member}_kg"]) for member in ("sun", "planet", "planet", "planet", "ring")]
     assert float(row["mass_kg"]) == pytest.approx(sum(masses), rel=ROUND_OFF)
 
