@@ -121,8 +121,9 @@ def _best(result: Columns) -> Table:
     ]  # fmt: skip
     inputs = [_headed(label_of(name), unit_of(name, result.campaign.kind.known)) for name in result.inputs]
     results = [_headed(figure.label, figure.shown_unit) for figure in figures]
-    few = _headed(f"{figures[0].label}, on the angles of the case", figures[0].shown_unit)
-    note = "Peak-to-peak STE is that on so many angles that it no longer moves; beside it, last, that of the case."
+    base = result.campaign.kind.key
+    few = _headed(f"{figures[0].label}, on the angles of the {base}", figures[0].shown_unit)
+    note = f"Peak-to-peak STE is that on so many angles that it no longer moves; beside it, last, that of the {base}."
     return Table(f"Least {figures[0].label}", ("design", *inputs, *results, few), rows, note)
 
 

@@ -74,6 +74,7 @@ def test_the_row_of_a_set_is_what_its_file_gives(number, folder, rows):
 def test_sets_that_cannot_be_assembled_are_rows_with_the_reason(folder, rows):
     assert [row["status"] for row in rows] == ["ok", "infeasible", "infeasible", "ok"]
     assert "sun and ring add up to 74" in rows[2]["reason"]
+    assert "([relations] set planet.teeth = 17, sun.profile_shift = " in rows[2]["reason"]
     assert {path.name for path in (folder / "out" / "cases").glob("*.toml")} == {
         f"design_{number:06d}.toml" for number in range(1, 5)
     }
