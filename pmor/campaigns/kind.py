@@ -58,7 +58,8 @@ class Kind:
     first : tuple of str
         Results in the order in which an engineer looks at them: the first two are the axes of the scatter.
     base_text : callable
-        (path, keys that all designs have in common, place for messages) to the text of the base file; raises CaseError.
+        (path, relations, keys that all designs have in common, place for messages) to the text of the base file; raises
+        CaseError.
     complete : callable
         (base text, design, relations) to all keys, those that follow from relations included; raises GeometryError.
     text : callable
@@ -81,7 +82,7 @@ class Kind:
     known: Mapping[str, type]
     figures: tuple[Figure, ...]
     first: tuple[str, ...]
-    base_text: Callable[[Path, Mapping[str, Any], str], str]
+    base_text: Callable[[Path, Any, Mapping[str, Any], str], str]
     complete: Callable[[str, Design, Any], dict[str, Number]]
     text: Callable[[str, Design], str]
     why: Callable[[str, str, Design, Any], str]

@@ -75,7 +75,7 @@ class _Reader(Reader):
         count = self.count(designs, varied)
         self.check_relations(said, {*fixed, *(variable.name for variable in varied)})
         fixed |= dict.fromkeys(said.relations.frees)
-        base_text = self.kind.base_text(base, fixed, self.where)
+        base_text = self.kind.base_text(base, said.relations, fixed, self.where)
         made_from += f"\n{base_text}"
         return Campaign(self.kind, said, tuple(inputs), text, made_from, base_text, tuple(varied), count)
 
@@ -198,7 +198,7 @@ class _Reader(Reader):
         return lengths[longest]
 
     def check_relations(self, said: PairCampaign | SetCampaign, named: set[str]) -> None:
-        """Refuse designs with keys that follow from relations, and relations that say the same twice."""
+        """Refuse designs with keys that follow from relations."""
         relations = said.relations
         for name in relations.solved:
             if name in named:
@@ -206,9 +206,6 @@ class _Reader(Reader):
         for name in relations.frees:
             if name in named:
                 self.refuse(f"[{DESIGNS}] {name}", "is fixed in [relations]: remove one of them")
-        if isinstance(said, SetCampaign) and relations.centre_distance_mm is not None and relations.solve is not None:
-            place = f'[relations] solve = "{relations.solve}"'
-            self.refuse(place, "with centre_distance_mm the shifts of sun and ring are found both: leave it out")
 
 
 def _leaves(table: Mapping[str, Any], known: Mapping[str, type], before: str = "") -> Iterator[tuple[str, Any]]:

@@ -89,7 +89,8 @@ def campaign_text(result: Columns) -> str:
         found = _extremes(result.judged(key))
         if found["least"] is not None:
             figure, least = result.campaign.kind.figure(key), found["design_of_least"]
-            few = f" ({result.results[key][least - 1]:.4g} on the angles of its {result.campaign.kind.key})" if key in PEAKS else ""
+            of_file = f"on the angles of its {result.campaign.kind.key}"
+            few = f" ({result.results[key][least - 1]:.4g} {of_file})" if key in PEAKS else ""
             lines.append(f"  {figure.label}: {found['least']:.4g} to {found['most']:.4g} {figure.unit}, the least of "
                          f"design {least}{few}")  # fmt: skip
     if effort.solving_s:

@@ -11,7 +11,7 @@ from pmor.campaigns.figures import FIGURES, FIRST, figures_of, known, peaks_of
 from pmor.campaigns.kind import Kind, Solved
 from pmor.campaigns.relations import text_of_design, why_infeasible, with_relations
 from pmor.campaigns.relief import best_relief
-from pmor.campaigns.settings import OF_RELIEF, PairCampaign
+from pmor.campaigns.settings import OF_RELIEF, PairCampaign, Relations
 from pmor.campaigns.store import Store
 from pmor.case import Case, GearCase, change_case, load_case, parse_case, text_of
 from pmor.case.capability import why_not
@@ -33,7 +33,7 @@ from pmor_online.run import root_stress_of_case, sweep_case
 SWEEP = "sweep"
 
 
-def _base_text(base: Path, fixed: Mapping[str, Any], place: str) -> str:
+def _base_text(base: Path, relations: Relations, fixed: Mapping[str, Any], place: str) -> str:
     case = load_case(base)
     if case.compare.models is not None:
         case = change_case(case, compare={"models": None})

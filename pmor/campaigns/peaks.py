@@ -12,7 +12,7 @@ from pmor.core.errors import ConvergenceError
 from pmor.design.fine import FEWEST, MOST, NOISE, SETTLED
 
 
-def settled_peaks(spans: Callable[[int], FloatArray], few: int, nominal: int) -> dict[str, float]:
+def settled_peaks(spans: Callable[[int], FloatArray], few: int, nominal: int, pitches: int = 1) -> dict[str, float]:
     """Return `PEAKS` of a design, and the `ANGLES` on which they no longer move.
 
     Parameters
@@ -23,6 +23,8 @@ def settled_peaks(spans: Callable[[int], FloatArray], few: int, nominal: int) ->
         Angles per pitch that the file of the design asks for.
     nominal : int
         Number of the nominal torque.
+    pitches : int
+        Over which the angles to begin with are counted.
 
     Raises
     ------
@@ -30,7 +32,7 @@ def settled_peaks(spans: Callable[[int], FloatArray], few: int, nominal: int) ->
         Where a position did not converge, or the STE still moves on the finest angles.
     """
     before: FloatArray | None = None
-    angles = few * 2 ** max(0, int(np.ceil(np.log2(FEWEST / few))))
+    angles = few * 2 ** max(0, int(np.ceil(np.log2(FEWEST / (few * pitches)))))
     while angles <= max(MOST, 4 * few):
         found = spans(angles)
         if not np.isfinite(found).all():

@@ -13,13 +13,14 @@ from pmor.core.arrays import FloatArray
 from pmor.line.several import GearTrain
 from pmor.pair.drawn import gear_inertias
 from pmor.pair.model import held_radii
-from pmor.sets.kinematics import member_speeds
+from pmor.sets.kinematics import speed_ratio
+from pmor.sets.layout import SECOND_PLANET
 from pmor.sets.loader import SetFile
 from pmor.sets.plan import planets_gap_mm
 from pmor.sets.preview import pairs_of
 from pmor.sets.readings import Data, plain
 from pmor.sets.run import first_torques_Nm
-from pmor.sets.solution import solve_on
+from pmor.sets.solution import solve_set
 
 FIGURES = (
     Figure("ste_mean_um", "STE, mean", "um"),
@@ -42,7 +43,7 @@ FIGURES = (
     Figure("contact_ratio_planet_ring", "transverse contact ratio, planet and ring", "1"),
     Figure("overlap_ratio", "overlap ratio", "1"),
     Figure("speed_ratio", "ratio of speeds", "1"),
-    # Those of sun and ring alike, as planets can be assembled: z_sun / count, less its whole part.
+    # Of the sun; of the ring alike where planets have one gear: z_sun / count, less its whole part.
     Figure("mesh_phase_pitches", "meshes of the next planet are behind", "pitches"),
     Figure("centre_distance_mm", "centre distance", "mm"),
     Figure("planets_gap_mm", "gap between neighbouring planets", "mm"),
@@ -57,8 +58,6 @@ FIRST = (
     "speed_ratio", "mesh_phase_pitches",
 )  # fmt: skip
 ORDERS = 3
-# Positions that are in memory together.
-BLOCK = 256
 DIGITS = 9
 
 
@@ -90,16 +89,16 @@ def _of_meshes(file: SetFile, data: Data) -> dict[str, float | None]:
         for key, title in (("line_load_max", "line_load_max_N_per_mm"), ("k_h_beta", "k_h_beta"),
                            ("contact_ratio", "contact_ratio")):  # fmt: skip
             found[title.replace(key, f"{key}_{name}")] = _largest(row[title] for row in own)
-        phases = [row["phase_pitches"] for row in own[:2]]
-        found["mesh_phase_pitches"] = round(phases[0] - phases[1], DIGITS) % 1.0 if len(phases) > 1 else None
+        if member == "sun" and len(own) > 1:
+            found["mesh_phase_pitches"] = round(own[0]["phase_pitches"] - own[1]["phase_pitches"], DIGITS) % 1.0
     return found
 
 
 def _stresses(file: SetFile, data: Data) -> dict[str, float | None]:
-    """Root stress of the members, of the gear of each with the largest one."""
+    """Root stress of the members, of the gear of each with the largest one: of stepped planets of either gear."""
     rows: dict[str, list[dict[str, Any]]] = {}
     for body, row in zip(file.plan.bodies, data["root_stress"], strict=False):
-        rows.setdefault(body.member, []).append(row)
+        rows.setdefault("planet" if body.member == SECOND_PLANET else body.member, []).append(row)
     found = {
         f"root_stress_{member}_MPa": _largest(row["max_principal_MPa"] for row in rows.get(member, []))
         for member in ("sun", "planet", "ring")
@@ -113,15 +112,16 @@ def _sizes(file: SetFile) -> dict[str, float | None]:
     assert load is not None
     names = list(pairs)
     inner, outer = (pairs[name] for name in names)
-    speeds = member_speeds(file.teeth, load.on, load.held, 1.0)
-    (driven,) = (speed for member, speed in speeds.items() if member not in (load.on, load.held))
-    (sun, planet), (_, ring) = (gear_inertias(file.cases[name], pairs[name]) for name in names)
+    (sun, planet), (second, ring) = (gear_inertias(file.cases[name], pairs[name]) for name in names)
+    if any(body.member == SECOND_PLANET for body in file.plan.bodies):
+        planet += second
+    tip_radius = max(inner.wheel.tip_radius, outer.pinion.tip_radius)
     planets = [file.plan.bodies[number] for number in file.plan.planets]
     return {
         "overlap_ratio": inner.overlap_ratio,
-        "speed_ratio": 1.0 / driven,
+        "speed_ratio": speed_ratio(file.teeth, load.on, load.held),
         "centre_distance_mm": inner.centre_distance,
-        "planets_gap_mm": plain(planets_gap_mm(planets, inner.wheel.tip_radius)),
+        "planets_gap_mm": plain(planets_gap_mm(planets, tip_radius)),
         "outside_diameter_mm": 2.0 * abs(held_radii(file.cases[names[1]], outer)[1]),
         "mass_kg": sun.mass_kg + len(planets) * planet.mass_kg + ring.mass_kg,
         "mass_sun_kg": sun.mass_kg,
@@ -137,15 +137,12 @@ def peaks_of(file: SetFile, train: GearTrain) -> dict[str, float]:
     ------
     ConvergenceError
     """
-    plan, torques = file.plan, first_torques_Nm(file)
-    pitch = train.meshes[0].pair.meshed.pair.pitch
+    torques, few = first_torques_Nm(file), file.sections.sweep.angles_per_pitch
 
     def spans(angles: int) -> FloatArray:
-        blocks = np.array_split(pitch * np.arange(angles) / angles, -(-angles // BLOCK))
-        found = [solve_on(plan, train.place(phi, plan.displacement), torques, file.pitches).ste_um for phi in blocks]
-        return np.asarray(np.ptp(np.concatenate(found, axis=1), axis=1))
+        return np.asarray(np.ptp(solve_set(file.plan, train, torques, angles, file.pitches).ste_um, axis=1))
 
-    return settled_peaks(spans, file.sections.sweep.angles_per_pitch, file.torques_Nm.index(plan.nominal_Nm))
+    return settled_peaks(spans, few, file.torques_Nm.index(file.plan.nominal_Nm), file.pitches)
 
 
 def _largest(values: Iterable[float | None]) -> float | None:

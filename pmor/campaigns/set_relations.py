@@ -6,9 +6,9 @@ import math
 import tomllib
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
-from pmor.campaigns.keys import by_section, setting
+from pmor.campaigns.keys import by_section, setting, split
 from pmor.campaigns.kind import Design, Number
 from pmor.campaigns.settings import SetRelations
 from pmor.case.change import document_text, laid_over
@@ -17,17 +17,18 @@ from pmor.case.reader import sections_in
 from pmor.case.schema import SECTIONS
 from pmor.core.errors import GeometryError
 from pmor.gear.pair import tight_distance, tight_shift
-from pmor.sets.kinematics import member_speeds
-from pmor.sets.loader import PLANETARY, SHARED
+from pmor.sets.kinematics import speed_ratio
+from pmor.sets.layout import PAIR, SECOND_PAIR, SECOND_PLANET
+from pmor.sets.loader import SHARED
 from pmor.sets.settings import SetSections
 
 LISTS = ("gears", "meshes", "pins.bearings")
+MEMBERS = {"sun": "pinion", "planet": "pinion", SECOND_PLANET: "pinion", "ring": "wheel"}
 # Sections whose keys designs may change.
 KNOWN: dict[str, type] = {
-    **{f"{member}{name.removeprefix(role)}": kind
-       for member, role in zip(PLANETARY, ("pinion", "pinion", "wheel"), strict=True)
+    **{f"{member}{name.removeprefix(role)}": kind for member, role in MEMBERS.items()
        for name, kind in SECTIONS.items() if name.split(".")[0] == role},
-    **{name: SECTIONS[name] for name in SHARED},
+    **{name: SECTIONS[name] for name in SHARED}, SECOND_PAIR: SECTIONS[PAIR],
     **{name: kind for name, kind in sections_in(SetSections).items() if name not in LISTS},
 }  # fmt: skip
 # Of a gear, either way.
@@ -38,15 +39,20 @@ DIGITS = 12
 
 def with_relations(base_text: str, design: Design, relations: SetRelations) -> dict[str, Number]:
     """Return the keys of a design with those that follow from relations; GeometryError when these cannot be met."""
-    found = dict(design)
+    found, document = dict(design), _document(base_text)
 
     def said(name: str) -> Any:
-        return setting(_document(base_text), found, name, KNOWN)
+        section, key = split(name)
+        if section == SECOND_PAIR and name not in found and key not in document.get(section, {}):
+            return said(f"{PAIR}.{key}")
+        return setting(document, found, name, KNOWN)
 
     sun, ring = said("sun.teeth"), said("ring.teeth")
-    _refuse_ratio(relations, sun, ring, said("load.on"), said("load.held"))
     if relations.planet_teeth_fewer is not None:
         found["planet.teeth"] = (ring - sun) // 2 - relations.planet_teeth_fewer
+    stepped = SECOND_PLANET in document
+    first, second = said("planet.teeth"), said(f"{SECOND_PLANET if stepped else 'planet'}.teeth")
+    _refuse_ratio(relations, (sun, first, second, ring), said("load.on"), said("load.held"))
     cosine = math.cos(math.radians(said("pair.helix_angle_deg")))
     if relations.ring_diameter_mm is not None:
         found["pair.module_mm"] = relations.ring_diameter_mm * cosine / ring
@@ -54,7 +60,7 @@ def with_relations(base_text: str, design: Design, relations: SetRelations) -> d
         radius_mm = 0.5 * said(f"{member}.teeth") * said("pair.module_mm") / cosine
         found[f"{member}.bore_radius_mm"] = relations.bore_share * radius_mm
     if relations.solve is not None or relations.centre_distance_mm is not None:
-        found |= _profile_shifts(relations, said)
+        found |= _profile_shifts(relations, said, stepped)
     return found
 
 
@@ -73,57 +79,76 @@ def why_infeasible(reason: str, base_text: str, design: Design, relations: SetRe
     return f"{reason} ([relations] set {', '.join(made)})" if made else reason
 
 
-def _refuse_ratio(relations: SetRelations, sun: int, ring: int, on: str, held: str) -> None:
+def _refuse_ratio(relations: SetRelations, teeth: tuple[int, int, int, int], on: str, held: str) -> None:
+    """Refuse teeth of sun, planet towards sun and ring, and ring that are off the ratio."""
     if relations.ratio is None:
         return
-    speeds = member_speeds((sun, ring), on, held, 1.0)
-    (driven,) = (speed for member, speed in speeds.items() if member not in (on, held))
-    found = abs(1.0 / driven)
+    sun, first, second, ring = teeth
+    found = abs(speed_ratio((sun, ring * first / second), on, held))
     off = 100.0 * abs(found / relations.ratio - 1.0)
     if off > relations.ratio_tolerance_percent:
+        stepped = f", {first} and {second} of the planets" if first != second else ""
         raise GeometryError(
-            f"[relations] ratio = {relations.ratio:g}: {sun} and {ring} teeth of sun and ring give {found:.4g}, off by "
-            f"{off:.2g} %, more than {relations.ratio_tolerance_percent:g} %: take other teeth, or raise "
-            "ratio_tolerance_percent"
+            f"[relations] ratio = {relations.ratio:g}: {sun} and {ring} teeth of sun and ring{stepped} give "
+            f"{found:.4g}, off by {off:.2g} %, more than {relations.ratio_tolerance_percent:g} %: take other teeth, or "
+            "raise ratio_tolerance_percent"
         )
 
 
-def _profile_shifts(relations: SetRelations, said: Callable[[str], Any]) -> dict[str, float]:
+class _Flanks(NamedTuple):
+    """What the shift of sun or ring is found from: sums of a mesh, those of the ring's negative; the planet's shift."""
+
+    teeth: int
+    bases: float
+    normal: float
+    transverse: float
+    shift: float
+
+
+def _profile_shifts(relations: SetRelations, said: Callable[[str], Any], stepped: bool) -> dict[str, float]:
     """Profile shifts of sun and ring, or of one of them, with which both meshes have no backlash at one distance."""
-    sun, planet, ring = (said(f"{member}.teeth") for member in PLANETARY)
-    normal, helix = math.radians(said("pair.pressure_angle_deg")), math.radians(said("pair.helix_angle_deg"))
-    transverse = math.atan(math.tan(normal) / math.cos(helix))
-    radius = 0.5 * said("pair.module_mm") / math.cos(helix) * math.cos(transverse)  # of a base circle, for each tooth
-    # Sums of teeth of the meshes of sun and ring: of the ring's they are negative, and so is the centre distance.
-    teeth, shift = {"sun": sun + planet, "ring": planet - ring}, said("planet.profile_shift")
-    if planet >= ring:
-        raise GeometryError(f"[planet] teeth = {planet}: does not fit into a ring of {ring} teeth: take fewer")
-    place = f"[relations] solve = {relations.solve}"
-    if relations.centre_distance_mm is not None:
-        distance = relations.centre_distance_mm
-        place = f"[relations] centre_distance_mm = {distance:g}"
+    planets = {"sun": "planet", "ring": SECOND_PLANET if stepped else "planet"}
+    if said(f"{planets['ring']}.teeth") >= said("ring.teeth"):
+        counts = f"{said(planets['ring'] + '.teeth')} teeth of the planet, {said('ring.teeth')} of the ring"
+        raise GeometryError(f"[relations] {counts}: the planet does not fit into the ring: take fewer teeth on it")
+    meshes = {member: _flanks(said, member, planet) for member, planet in planets.items()}
+    if relations.solve is not None:
+        other, place = "ring" if relations.solve == "sun" else "sun", f'solve = "{relations.solve}"'
+        teeth, bases, normal, transverse, shift = meshes[other]
+        shift += said(f"{other}.profile_shift")
+        distance = abs(tight_distance(teeth, bases, shift, normal, transverse))
     else:
-        other = "ring" if relations.solve == "sun" else "sun"
-        known, count = shift + said(f"{other}.profile_shift"), teeth[other]
-        distance = abs(tight_distance(count, radius * count, known, normal, transverse))
+        assert relations.centre_distance_mm is not None
+        distance, place = relations.centre_distance_mm, f"centre_distance_mm = {relations.centre_distance_mm:g}"
     found = {}
-    for member in ("sun", "ring") if relations.solve is None else (relations.solve,):
-        count = teeth[member]
-        if radius * abs(count) >= distance:
+    for member in (relations.solve,) if relations.solve is not None else ("sun", "ring"):
+        teeth, bases, normal, transverse, shift = meshes[member]
+        counts = f"{said(f'{planets[member]}.teeth')} teeth of the planet and {said(f'{member}.teeth')} of the {member}"
+        what = f"[relations] {place}: {counts}"
+        if abs(bases) >= distance:
             raise GeometryError(
-                f"{place}: {sun}, {planet} and {ring} teeth: the base circles of {member} and planet touch at "
-                f"{radius * abs(count):.4g} mm, and {distance:.4g} mm are asked: take other teeth or another module"
+                f"{what}: their base circles touch at {abs(bases):.4g} mm, and {distance:.4g} mm are asked: take other "
+                "teeth or another module"
             )
-        needed = tight_shift(count, radius * count, math.copysign(distance, count), normal, transverse) - shift
+        needed = tight_shift(teeth, bases, math.copysign(distance, teeth), normal, transverse) - shift
         if abs(needed) > MOST_SHIFT:
             raise GeometryError(
-                f"{place}: {sun}, {planet} and {ring} teeth at {distance:.4g} mm take a profile shift of the {member} "
-                f"of {needed:.3g}, and {MOST_SHIFT:g} is the most: take other teeth or another module"
+                f"{what}: at {distance:.4g} mm they take a profile shift of {needed:.3g}, and {MOST_SHIFT:g} is the "
+                "most: take other teeth or another module"
             )
         found[f"{member}.profile_shift"] = round(needed, DIGITS)
     return found
 
 
+def _flanks(said: Callable[[str], Any], member: str, planet: str) -> _Flanks:
+    pair = SECOND_PAIR if planet == SECOND_PLANET else PAIR
+    teeth = said(f"{planet}.teeth") + (said("sun.teeth") if member == "sun" else -said("ring.teeth"))
+    normal, helix = (math.radians(said(f"{pair}.{angle}_angle_deg")) for angle in ("pressure", "helix"))
+    transverse = math.atan(math.tan(normal) / math.cos(helix))
+    bases = 0.5 * teeth * said(f"{pair}.module_mm") / math.cos(helix) * math.cos(transverse)
+    return _Flanks(teeth, bases, normal, transverse, said(f"{planet}.profile_shift"))
+
+
 @lru_cache(maxsize=4)
 def _document(base_text: str) -> dict[str, Any]:
-    return flattened(tomllib.loads(base_text), PLANETARY)
+    return flattened(tomllib.loads(base_text), tuple(MEMBERS))

@@ -5,27 +5,38 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from pmor.campaigns.kind import Kind, Solved
 from pmor.campaigns.set_figures import FIGURES, FIRST, figures_of, peaks_of
 from pmor.campaigns.set_relations import KNOWN, text_of_design, why_infeasible, with_relations
-from pmor.campaigns.settings import SetCampaign
+from pmor.campaigns.settings import SetCampaign, SetRelations
 from pmor.campaigns.store import Store
 from pmor.core.errors import CaseError
+from pmor.sets.layout import SECOND_PLANET
 from pmor.sets.loader import SetFile, load, parse_set
 from pmor.sets.preview import PAGE, refuse_large_set, stages_of_set
 from pmor.sets.run import solved, train_of
 from pmor.work.cost import CASELESS
 
 
-def _base_text(base: Path, fixed: Mapping[str, Any], place: str) -> str:
+def _base_text(base: Path, relations: SetRelations, fixed: Mapping[str, Any], place: str) -> str:
     file = load(base)
+
+    def refuse(what: str, rule: str) -> NoReturn:
+        raise CaseError(f"{place}: {what}: {rule}")
+
     if not file.plan.planets:
-        raise CaseError(f"{place}: {base}: is a train on fixed axes, and a campaign takes planetary sets: name one")
+        refuse(str(base), "is a train on fixed axes, and a campaign takes planetary sets: name one")
     if file.sections.carrier.stiffness is not None:
-        rule = "is of one number of planets and one centre distance: leave it out there"
-        raise CaseError(f"{place}: {base}: [carrier] stiffness: a matrix {rule}")
+        rule = "a matrix is of one number of planets and one centre distance: leave it out there"
+        refuse(f"{base}: [carrier] stiffness", rule)
+    if relations.centre_distance_mm is not None and relations.solve is not None:
+        rule = "with centre_distance_mm the shifts of sun and ring are found both: leave it out"
+        refuse(f'[relations] solve = "{relations.solve}"', rule)
+    for key in ("planet_teeth_fewer", "ring_diameter_mm") if SECOND_PLANET in file.sections.members else ():
+        if getattr(relations, key) is not None:
+            refuse(f"[relations] {key}", f"is of planets with one gear, and {base} has stepped ones: leave it out")
     return text_of_design(file.text, fixed)
 
 

@@ -128,6 +128,12 @@ def _first_on_shaft(centres: Sequence[Centre], body: int) -> int:
     return body if on is None else on
 
 
+def speed_ratio(teeth: tuple[float, float], on: str, held: str) -> float:
+    """Return the speed of a member over that of the one that it drives: `member_speeds` of those."""
+    (driven,) = (speed for member, speed in member_speeds(teeth, on, held, 1.0).items() if member not in (on, held))
+    return 1.0 / driven
+
+
 @dataclass(frozen=True)
 class _Turning:
     """Gears as far as they are placed; by how much gears are ahead of the first one on their shaft, by members, rad."""

@@ -29,7 +29,6 @@ from pmor.sets.settings import Carrier, Eccentricity, Member, SetSections, Suppo
 from pmor.sets.support_checks import check_cheeks, check_supports
 
 SHARED = (PAIR, "mesh", "contact", "results")
-PLANETARY = ("sun", "planet", "ring")
 # Torque of cases before that of their meshes is known, N m.
 ANY = 1.0
 # Positions of a sweep.

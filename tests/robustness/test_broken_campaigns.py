@@ -7,6 +7,7 @@ import pytest
 
 from tests.support.refusals import refused
 from tests.support.small_case import case_text
+from tests.support.small_set_campaign import STEPPED
 from tests.support.small_sets import SMALL_CHAIN, SMALL_SET
 
 GRID = '[designs]\nmethod = "grid"\n'
@@ -78,6 +79,10 @@ BROKEN = {
     "errors of pins from design to design": (
         SET + "planets.radial_um = [1.0, 2.0]\n", ["nothing differs", "sun.teeth"],
     ),
+    "coaxial teeth of stepped planets": (
+        'set = "stepped.toml"\n' + GRID + "sun.teeth = [18, 21]\n[relations]\nplanet_teeth_fewer = 0\n",
+        ["planet_teeth_fewer", "planets with one gear"],
+    ),
     "module beside the diameter that it follows from": (
         SET + "pair.module_mm = [4.0, 5.0]\n[relations]\nring_diameter_mm = 200.0\n", ["module_mm", "follows from"],
     ),
@@ -105,7 +110,7 @@ def test_broken_campaigns_are_refused_in_one_line_and_leave_nothing(name, tmp_pa
     (tmp_path / "taken").mkdir()
     files = {"base.toml": case_text(contact={"scheme": "line"}, reduction=None), "campaign.toml": text,
              "set.toml": SMALL_SET, "none.toml": SMALL_SET.replace("teeth = 54", "teeth = 55"),
-             "chain.toml": SMALL_CHAIN, "taken/thesis.txt": "mine", **TABLES}  # fmt: skip
+             "chain.toml": SMALL_CHAIN, "stepped.toml": STEPPED.replace("3.95", "4.0"), "taken/thesis.txt": "mine", **TABLES}  # fmt: skip
     for file, content in files.items():
         (tmp_path / file).write_text(content)
     monkeypatch.chdir(tmp_path)

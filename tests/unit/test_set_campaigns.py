@@ -19,7 +19,7 @@ from pmor.gear.pair import zero_backlash_centre_distance
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import parse_set
 from pmor.sets.preview import pairs_of
-from tests.support.small_set_campaign import BASE, DESIGNS, RELATIONS, written
+from tests.support.small_set_campaign import BASE, DESIGNS, RELATIONS, STEPPED, written
 
 ROUND_OFF = 1e-12
 # Profile shifts are rounded to so many modules.
@@ -38,6 +38,15 @@ def test_profile_shifts_leave_no_backlash_in_either_mesh_at_one_distance(relatio
     assert tight[0] == pytest.approx(tight[1], rel=SHIFTS)
     assert tight[0] == pytest.approx(relations.get("centre_distance_mm", tight[1]), rel=SHIFTS)
     assert {name for name in found if name.endswith("profile_shift") and found[name]} >= {"planet.profile_shift"}
+
+
+@pytest.mark.parametrize("relations", [{"solve": "sun"}, {"centre_distance_mm": 75.2}])
+def test_stepped_planets_mesh_without_backlash_at_one_distance_too(relations):
+    """18 + 20 teeth of module 4 and 54 - 16 of module 3.95."""
+    found = with_relations(STEPPED, {}, SetRelations(**relations, ratio=4.75, ratio_tolerance_percent=1e-9))
+    pairs = pairs_of(parse_set(text_of_design(STEPPED, found), "set", "set"))
+    tight = [abs(zero_backlash_centre_distance(pair.pinion, pair.wheel)) for pair in pairs.values()]
+    assert tight == pytest.approx([relations.get("centre_distance_mm", 0.5 * 38 * 3.95)] * 2, rel=SHIFTS)
 
 
 def test_module_and_bores_follow_from_the_diameter_of_the_ring():
