@@ -110,7 +110,8 @@ def test_broken_campaigns_are_refused_in_one_line_and_leave_nothing(name, tmp_pa
     (tmp_path / "taken").mkdir()
     files = {"base.toml": case_text(contact={"scheme": "line"}, reduction=None), "campaign.toml": text,
              "set.toml": SMALL_SET, "none.toml": SMALL_SET.replace("teeth = 54", "teeth = 55"),
-             "chain.toml": SMALL_CHAIN, "stepped.toml": STEPPED.replace("3.95", "4.0"), "taken/thesis.txt": "mine", **TABLES}  # fmt: skip
+             "chain.toml": SMALL_CHAIN, "stepped.toml": STEPPED.replace("3.95", "4.0"),
+             "taken/thesis.txt": "mine", **TABLES}  # fmt: skip
     for file, content in files.items():
         (tmp_path / file).write_text(content)
     monkeypatch.chdir(tmp_path)
