@@ -289,7 +289,8 @@ class Carrier:
     Parameters
     ----------
     windup_Nmm_per_rad : float or "rigid"
-        Of one cheek against the other about the axis: it tilts all pins around.
+        Of one cheek against the other about the axis, by what joins them: it tilts all pins around. Clamped pins resist
+        it beside that.
     torque_at : {"-z", "+z"} or None
         Side of the cheek that leads the torque out; the other one turns.
     stiffness : Path or None

@@ -55,6 +55,16 @@ def _planets(keys):
     return (("count = 3", keys),)
 
 
+def _pins(keys="", diameter_mm=30.0):
+    bearings = "bearings = [{at_mm = -6.0}, {at_mm = 6.0}]"
+    return f"[pins]\ndiameter_mm = {diameter_mm}\nlength_mm = 30.0\n{bearings}\n{keys}\n"
+
+
+def _seats(radial, around=None):
+    keys = f"seat_radial_N_per_mm = {radial}\nseat_tangential_N_per_mm = {around or radial}"
+    return (("teeth = 54", f"teeth = 54\n{keys}"),)
+
+
 def _torque(value):
     return (("torque_Nm = 300.0", f"torque_Nm = {value}"),)
 
@@ -106,6 +116,15 @@ VARIANTS = {
     "sun on 1e12 N/mm": Variant("Supports", (), _on("sun_radial_N_per_mm = 1e12")),
     "planets on 1e3 N/mm": Variant("Supports", (), _on("planet_radial_N_per_mm = 1e3")),
     "planets tilt on 1e6 N mm/rad": Variant("Supports", (), _on("planet_tilt_Nmm_per_rad = 1e6")),
+    "planets on flying pins": Variant("Supports", (), _pins('cheeks = "-z"')),
+    "planets on thin flying pins": Variant("Supports", (), _pins('cheeks = "-z"', 8.0)),
+    "a carrier that winds up far": Variant(
+        "Supports", (), _pins() + '[carrier]\nwindup_Nmm_per_rad = 1e8\ntorque_at = "+z"\n'),
+    "a carrier that floats": Variant("Supports", (), _pins() + '[carrier]\nradial_N_per_mm = "free"\n'),
+    "ring on soft seats": Variant("Ring", _seats(1e5)),
+    "ring that is held around alone": Variant("Ring", _seats('"free"', 1e7)),
+    "ring at three bolts of a corner": Variant(
+        "Ring", (("teeth = 54", "teeth = 54\nheld = { at_deg = [0.0, 40.0, 90.0], lug_deg = 6.0 }"),)),
      "backlash 0, written": Variant("Flanks", _flank("centre_distance_mm = 72.0")),
     "backlash by thinner teeth": Variant(
         "Flanks", (("[sun]", "[sun]\ntooth_thickness_allowance_um = [-60.0, -40.0]"),)),

@@ -21,6 +21,7 @@ from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.blank_section import Block, ring_stiffness
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.element import tributary_widths
+from pmor.fe.lugs import Lugs
 from pmor.fe.whole_gear import whole_gear_mesh
 from pmor.pair.blank import blank_below
 from pmor.pair.conditions import nominal_condition
@@ -108,6 +109,24 @@ def test_a_thin_ring_on_a_bedding_gives_as_the_closed_form_says():
     expected = 2.0 * np.pi * width * (radius * bends + outside * (radial + along * around**2))
     assert_allclose(1.0 / np.array(found), expected, rtol=0.02)
     assert bends[-1] > radial > 40.0 * bends[0]
+
+
+def test_seats_store_what_a_bedding_stores_that_is_spread_evenly_over_lugs():
+    """Of a few waves, that polynomials over a lug follow; a compliance c of the whole seat, so that 1 / (c A) below."""
+    rng, most, gives = np.random.default_rng(3), 60, (2e-6, 5e-6)
+    lugs = Lugs(50.0, (-6.0, 6.0), np.array([0.4, 2.0]), 1, 0.3, False, most, 7, gives)
+    amplitudes = np.zeros((2 * most + 1, len(lugs.parts)), dtype=complex)
+    few = rng.normal(size=(3, len(lugs.parts), 2)) @ [1.0, 1j]
+    amplitudes[most + 1 : most + 4], amplitudes[most - 3 : most] = few, few[::-1].conj()
+    stored = (np.abs(lugs.held() @ amplitudes.ravel()) ** 2 / lugs.seats()).sum()
+    (angle, at), (z, over) = np.polynomial.legendre.leggauss(12), np.polynomial.legendre.leggauss(4)
+    theta = (lugs.middles[:, None] + 0.15 * angle).ravel()
+    waves = np.exp(1j * np.outer(theta, np.arange(-most, most + 1)))
+    # The field whose moments over the width the amplitudes are: 3 of each direction.
+    fields = np.polynomial.legendre.legvander(z, 2) * (2.0 * np.arange(3) + 1.0)
+    moved = np.einsum("tn,npb,zb->ptz", waves, amplitudes.reshape(-1, 3, 3), fields)
+    mean = np.einsum("ptz,t,z->p", np.abs(moved) ** 2, np.tile(at, 2), over) / 4.0
+    assert_allclose(stored, (mean / np.take(gives, [0, 1, 1])).sum(), rtol=1e-3)
 
 
 # --- the whole ring in one matrix -----------------------------------------------------------------------------------
