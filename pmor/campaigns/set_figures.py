@@ -57,6 +57,12 @@ FIRST = (
     PEAKS[0], "mass_kg", "root_stress_sun_MPa", "root_stress_planet_MPa", "root_stress_ring_MPa", "k_gamma",
     "speed_ratio", "mesh_phase_pitches",
 )  # fmt: skip
+# Results of the meshes of sun and ring, and keys of a mesh in `set.json`.
+OF_MESHES = {
+    "line_load_max_{}_N_per_mm": "line_load_max_N_per_mm",
+    "k_h_beta_{}": "k_h_beta",
+    "contact_ratio_{}": "contact_ratio",
+}
 ORDERS = 3
 DIGITS = 9
 
@@ -86,9 +92,7 @@ def _of_meshes(file: SetFile, data: Data) -> dict[str, float | None]:
     for member, name in (("sun", "sun_planet"), ("ring", "planet_ring")):
         own = [row for row, mesh in zip(data["meshes"], file.plan.meshes, strict=True)
                if member in (file.plan.bodies[mesh.pinion].member, file.plan.bodies[mesh.wheel].member)]  # fmt: skip
-        for key, title in (("line_load_max", "line_load_max_N_per_mm"), ("k_h_beta", "k_h_beta"),
-                           ("contact_ratio", "contact_ratio")):  # fmt: skip
-            found[title.replace(key, f"{key}_{name}")] = _largest(row[title] for row in own)
+        found |= {key.format(name): _largest(row[of_mesh] for row in own) for key, of_mesh in OF_MESHES.items()}
         if member == "sun" and len(own) > 1:
             found["mesh_phase_pitches"] = round(own[0]["phase_pitches"] - own[1]["phase_pitches"], DIGITS) % 1.0
     return found

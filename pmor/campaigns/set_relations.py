@@ -50,6 +50,11 @@ def with_relations(base_text: str, design: Design, relations: SetRelations) -> d
     sun, ring = said("sun.teeth"), said("ring.teeth")
     if relations.planet_teeth_fewer is not None:
         found["planet.teeth"] = (ring - sun) // 2 - relations.planet_teeth_fewer
+        if found["planet.teeth"] < 1:
+            raise GeometryError(
+                f"[relations] planet_teeth_fewer = {relations.planet_teeth_fewer}: sun and ring of {sun} and {ring} "
+                "teeth leave a planet none: take more teeth on the ring"
+            )
     stepped = SECOND_PLANET in document
     first, second = said("planet.teeth"), said(f"{SECOND_PLANET if stepped else 'planet'}.teeth")
     _refuse_ratio(relations, (sun, first, second, ring), said("load.on"), said("load.held"))

@@ -49,6 +49,12 @@ def test_stepped_planets_mesh_without_backlash_at_one_distance_too(relations):
     assert tight == pytest.approx([relations.get("centre_distance_mm", 0.5 * 38 * 3.95)] * 2, rel=SHIFTS)
 
 
+def test_a_ring_that_leaves_a_planet_no_teeth_is_refused():
+    for sun in (20, 30, 54):
+        with pytest.raises(GeometryError, match=f"sun and ring of {sun} and 20 teeth leave a planet none"):
+            with_relations(BASE, {"sun.teeth": sun, "ring.teeth": 20}, SetRelations(planet_teeth_fewer=0, solve="sun"))
+
+
 def test_module_and_bores_follow_from_the_diameter_of_the_ring():
     said = SetRelations(ring_diameter_mm=250.0, bore_share=0.4)
     found = with_relations(BASE, {"pair.helix_angle_deg": 12.0, "ring.teeth": 60, "sun.teeth": 21}, said)
