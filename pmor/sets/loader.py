@@ -436,7 +436,7 @@ class _Reader(Reader):
                 # Until whole pitches of the gear, a multiple of its unlike teeth, have passed.
                 spans.add(rate.denominator * teeth // math.gcd(rate.numerator, teeth))
         pitches = said.sweep.pitches or math.lcm(*spans)
-        placed = (pitches if pitches % plan.cycle else plan.cycle) * said.sweep.angles_per_pitch
+        placed = plan.placed_pitches(pitches) * said.sweep.angles_per_pitch
         if placed > MOST_PLACED:
             self.refuse(
                 f"[sweep] pitches = {pitches}", f"makes {placed} angles at which meshes stand otherwise, and "

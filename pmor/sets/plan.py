@@ -110,6 +110,10 @@ class SetPlan:
         """Pitches of the first gear after which all meshes stand as before."""
         return math.lcm(*(rate.denominator for rate in self.rates))
 
+    def placed_pitches(self, pitches: int) -> int:
+        """Return over how many of the pitches to solve a set is placed: until all meshes stand as before."""
+        return pitches if pitches % self.cycle else self.cycle
+
     def rate_of(self, body: int) -> Fraction:
         """Pitches that a gear turns by while the first one turns by one."""
         return next(

@@ -241,14 +241,14 @@ def solve_set(plan: SetPlan, train: GearTrain, torques_Nm: FloatArray, angles: i
     pitches : int
         After which the set repeats; others are solved as they are.
     """
-    pitch, placed = train.meshes[0].pair.meshed.pair.pitch, _placed_pitches(plan, pitches)
+    pitch, placed = train.meshes[0].pair.meshed.pair.pitch, plan.placed_pitches(pitches)
     phi = pitch * np.arange(placed * angles) / angles
     return solve_on(plan, train.place(phi, plan.displacement), torques_Nm, pitches)
 
 
 def solve_on(plan: SetPlan, placed: PlacedTrain, torques_Nm: FloatArray, pitches: int = 1) -> SetSolution:
     """Solve a set over pitches, placed as the same set with other errors or none."""
-    loads, cycle = 1e3 * torques_Nm[:, None] * plan.load, _placed_pitches(plan, pitches)
+    loads, cycle = 1e3 * torques_Nm[:, None] * plan.load, plan.placed_pitches(pitches)
     starts = range(0, pitches, cycle)
     blocks = [
         [solve_placed(block, loads, _errors(plan, block, start), start) for start in starts]
@@ -257,11 +257,6 @@ def solve_on(plan: SetPlan, placed: PlacedTrain, torques_Nm: FloatArray, pitches
     in_order = [one[number] for number in range(len(starts)) for one in blocks]
     found = SeveralResults(*(np.concatenate(values, axis=1) for values in zip(*in_order, strict=True)))
     return SetSolution(plan, placed, torques_Nm, found, pitches)
-
-
-def _placed_pitches(plan: SetPlan, pitches: int) -> int:
-    """Pitches over which a set is placed: until all meshes stand as before, if that is within those to solve."""
-    return pitches if pitches % plan.cycle else plan.cycle
 
 
 def solve_placed(

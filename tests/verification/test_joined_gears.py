@@ -258,6 +258,30 @@ def test_both_stages_have_the_root_stress_of_their_pairs(tmp_path):
             assert_allclose(own.cycle.range_MPa.max(axis=1), cycle.range_MPa[:, 0], rtol=rtol)
 
 
+def test_a_stepped_planet_tilts_by_the_moment_of_its_second_gear_about_the_first(tmp_path):
+    """On a pin that gives way to moments alone: equilibrium and rigid motion by cross products."""
+    tilting = "[supports]\nplanet_tilt_Nmm_per_rad = 1e8\n"
+    text = STEPPED.replace("count = 3", "count = 3\nsecond_z_mm = 35.0") + tilting
+    solution = solved(tmp_path, text.replace("angles_per_pitch = 6", "angles_per_pitch = 4\npitches = 1")).solution
+    wrench, moved, arm = solution.hub_wrench[0], solution.hub_displacement[0], np.array([0.0, 0.0, 35.0])
+    first, second = wrench[:, 2:5], wrench[:, 5:8]
+    moment = first[..., 3:] + second[..., 3:] + np.cross(arm, second[..., :3])
+    assert_allclose(moved[:, 2:5, 3:5], moment[..., :2] / 1e8, rtol=1e-9)
+    assert_allclose(solution.planet_wrench[0, ..., 3:], moment, rtol=1e-9, atol=1e-3)
+    assert_allclose(moved[:, 2:5, :2], 0.0, atol=1e-12)
+    assert_allclose(moved[:, 5:8, :2], np.cross(moved[:, 2:5, 3:], arm)[..., :2], rtol=1e-9)
+
+
+def test_a_stepped_set_that_is_loaded_the_other_way_is_its_image(stepped, tmp_path):
+    """The planet that is ahead stands on the y axis, which the image keeps."""
+    ahead = STEPPED.replace("count = 3", "count = 3\ntiming_mrad = [0.2, 0.0, 0.0]")
+    one = solve_set(load(written_set(tmp_path, ahead)).plan, stepped.solution.train, np.array([300.0]), 6, 8)
+    other = solved(tmp_path, ahead.replace("torque_Nm = 300.0", "torque_Nm = -300.0"))
+    assert other.file.plan.clockwise
+    assert_allclose(other.ste_um, one.ste_um, rtol=1e-8)
+    assert_allclose(other.planet_share[0], one.planet_share[0][:, [0, 2, 1]], rtol=1e-8)
+
+
 def test_a_sample_has_the_timing_that_its_row_says(stepped, tmp_path):
     """The draws of other errors are those without."""
     sizes = "[tolerances]\npins_tangential_um = 5.0\nsamples = 8\n"
