@@ -8,7 +8,7 @@ from tests.support.set_variants import VARIANTS, measure
 FEW = (
     "thin ring, rim of half a module", "2 planets", "9 planets, floating sun", "1 of 3 planets missing",
     "a pin 200 um ahead unloads two planets", "4 planets, opposite pins ahead, floating sun",
-    "a billionth of the torque", "1000 times the torque",
+    "stepped planets that tilt on 1e7 N mm/rad", "a billionth of the torque", "1000 times the torque",
 )  # fmt: skip
 
 

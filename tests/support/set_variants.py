@@ -77,6 +77,12 @@ def _four(*ahead_um):
     return Variant("Pins", _planets(f"count = 4\ntangential_um = {list(ahead_um)}"), _on())
 
 
+def _stepped(first=24, second=15, ring=57, keys="", on=""):
+    """Two gears on each planet, in mesh with sun and ring."""
+    more = f"[second_planet]\nteeth = {second}\nbore_radius_mm = {second}.0\n{on}"
+    return Variant("Stepped planets", teeth(18, first, ring)[::2] + _planets(f"count = 3\n{keys}"), more)
+
+
 def _flank(keys):
     return (("face_width_mm = 20.0", f"face_width_mm = 20.0\n{keys}"),)
 
@@ -125,6 +131,16 @@ VARIANTS = {
     "ring that is held around alone": Variant("Ring", _seats('"free"', 1e7)),
     "ring at three bolts of a corner": Variant(
         "Ring", (("teeth = 54", "teeth = 54\nheld = { at_deg = [0.0, 40.0, 90.0], lug_deg = 6.0 }"),)),
+    "stepped planets": _stepped(),
+    "planets stepped to half the teeth": _stepped(30, 15, 63),
+    "planets stepped up": _stepped(18, 27, 63),
+    "stepped planets without a common divisor": _stepped(23, 16, 57),
+    "stepped planets half a step off": replace(
+        _stepped(23, 16, 57, "positions_deg = [0.0, 119.887, 240.0]"), refused="cannot be assembled"),
+    "a stepped planet 10 mrad ahead carries alone": _stepped(keys="timing_mrad = [10.0, 0.0, 0.0]"),
+    "a stepped planet 10 mrad ahead, floating sun": _stepped(keys="timing_mrad = [10.0, 0.0, 0.0]", on=_on()),
+    "stepped planets that twist by 1e8 N mm/rad": _stepped(on=_on("planet_torsion_Nmm_per_rad = 1e8")),
+    "stepped planets that tilt on 1e7 N mm/rad": _stepped(on=_on("planet_tilt_Nmm_per_rad = 1e7")),
      "backlash 0, written": Variant("Flanks", _flank("centre_distance_mm = 72.0")),
     "backlash by thinner teeth": Variant(
         "Flanks", (("[sun]", "[sun]\ntooth_thickness_allowance_um = [-60.0, -40.0]"),)),
