@@ -89,10 +89,10 @@ def why_not(campaign: Campaign, number: int, design: Design) -> str:
 def _work(campaign: Campaign, different: int) -> list[str]:
     seconds = expected_seconds(campaign, designs_of(campaign))
     chunks = chunks_of(different, seconds)
-    limit = campaign.sections.workers
+    limit, one = campaign.sections.workers, format_time(seconds) if seconds > 1.0 else f"{seconds:.1g} s"
     return [
         "Work",
-        f"  about {format_time(seconds)} of one processor for a design on average, {format_time(seconds * different)} "
-        "for all, over --jobs N",
+        f"  about {one} of one processor for a design on average, {format_time(seconds * different)} for all, over "
+        "--jobs N",
         f"  {len(chunks)} chunks, each kept when it is finished; {limit.time_limit_s:g} s at most for a design",
     ]

@@ -6,6 +6,7 @@ import tomllib
 import pytest
 
 import pmor.sets.loader as loader_module
+from pmor.campaigns.chunks import INFEASIBLE_S, expected_seconds
 from pmor.campaigns.loader import load
 from pmor.campaigns.plan import plan, why_not
 from pmor.campaigns.run import task_of
@@ -118,6 +119,15 @@ def test_a_design_is_refused_by_its_condition_in_plan_and_row_alike(name, tmp_pa
     assert row["status"] == "infeasible"
     assert words in row["reason"]
     assert row["reason"] == " ".join(why_not(campaign, 0, design).split())
+
+
+def test_the_time_of_a_campaign_counts_the_few_sets_that_can_be_made(tmp_path):
+    """One ring of 600 has the ratio: 18 and 54 teeth."""
+    text = DESIGNS.split("sun.teeth")[0] + "ring.teeth = { from = 50, to = 649, steps = 600 }\n"
+    campaign = load(written(tmp_path, f"{text}[relations]\nratio = 4.0\nratio_tolerance_percent = 0.1\n"))
+    one = campaign.kind.seconds(campaign.kind.text(campaign.base_text, {"ring.teeth": 54}), "design")
+    expected = one + 599 * INFEASIBLE_S
+    assert 600 * expected_seconds(campaign, designs_of(campaign)) == pytest.approx(expected, rel=ROUND_OFF)
 
 
 def test_a_plan_tells_what_follows_and_how_many_sets_cannot_be_made(tmp_path):
