@@ -211,7 +211,7 @@ class Supports:
         Across the axis; "free" floats.
     planet_radial_N_per_mm : float or "rigid"
         Of the bearing of a planet and its pin, in place of `[pins]`.
-    sun_tilt_Nmm_per_rad, planet_tilt_Nmm_per_rad : float or "rigid"
+    sun_tilt_Nmm_per_rad, ring_tilt_Nmm_per_rad, planet_tilt_Nmm_per_rad : float or "rigid"
         About axes across; that of planets in place of `[pins]`.
     planet_torsion_Nmm_per_rad : float or "rigid"
         Between both gears of a stepped planet.
@@ -221,6 +221,7 @@ class Supports:
     ring_radial_N_per_mm: Stiffness = "rigid"
     planet_radial_N_per_mm: Stiffness = "rigid"
     sun_tilt_Nmm_per_rad: TiltStiffness = "rigid"
+    ring_tilt_Nmm_per_rad: TiltStiffness = "rigid"
     planet_tilt_Nmm_per_rad: TiltStiffness = "rigid"
     planet_torsion_Nmm_per_rad: Torsion = "rigid"
 

@@ -20,7 +20,7 @@ def check_supports(said: SetSections, refuse: Refuse) -> None:
     """Refuse supports of a planetary set that do not hold, or are said twice."""
     supports, carrier = said.supports, said.carrier
     for key, name in (("planet_radial_N_per_mm", "planet"), ("sun_tilt_Nmm_per_rad", "sun"),
-                      ("planet_tilt_Nmm_per_rad", "planet")):  # fmt: skip
+                      ("ring_tilt_Nmm_per_rad", "ring"), ("planet_tilt_Nmm_per_rad", "planet")):  # fmt: skip
         if getattr(supports, key) == "free":
             refuse(f'[supports] {key} = "free"', f'nothing would hold the {name}: write a number, or "rigid"')
     for key in ("tilt_Nmm_per_rad", "windup_Nmm_per_rad"):
@@ -65,8 +65,8 @@ def _check_pins(pins: Pins, supports: Supports, refuse: Refuse) -> None:
         refuse('[pins] ends = "supported"', rule)
     low, high = pins.ends_mm
     for bearing in pins.bearings:
-        if not low <= bearing.at_mm <= high:
-            rule = f"the pins go from {low:g} to {high:g} mm: correct it, or length_mm"
+        if not low < bearing.at_mm < high:
+            rule = f"the pins go from {low:g} to {high:g} mm, and bearings stand between: correct it, or length_mm"
             refuse(f"[pins] bearings at_mm = {bearing.at_mm:g}", rule)
     places = sorted(bearing.at_mm for bearing in pins.bearings)
     if min(np.diff(places), default=np.inf) < APART_MM:

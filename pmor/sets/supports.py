@@ -76,7 +76,8 @@ def standing(
     compliance, first = np.zeros((size, size)), HUB * len(CENTRAL)
     moves = [_alone(ROTATION, size), *(_alone(place + ROTATION, size) for place in range(first, size, HUB))]
     kinds = (
-        (supports.sun_radial_N_per_mm, supports.sun_tilt_Nmm_per_rad), (supports.ring_radial_N_per_mm, "rigid"),
+        (supports.sun_radial_N_per_mm, supports.sun_tilt_Nmm_per_rad),
+        (supports.ring_radial_N_per_mm, supports.ring_tilt_Nmm_per_rad),
     )  # fmt: skip
     for number, kind in enumerate(kinds):
         for stiffness, directions in zip(kind, ((X, Y), TILTS), strict=True):

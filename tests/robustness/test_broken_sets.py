@@ -30,6 +30,7 @@ SETS = {
         'radial_N_per_mm = "free"\n[load]',
         "hold one of them",
     ),
+    "a ring that tumbles": ("[load]", '[supports]\nring_tilt_Nmm_per_rad = "free"\n[load]', "nothing would hold"),
     "a carrier that tumbles": ("[load]", '[carrier]\ntilt_Nmm_per_rad = "free"\n[load]', "nothing would hold"),
     "a wind-up of no pins": ("[load]", "[carrier]\nwindup_Nmm_per_rad = 1e9\n[load]", "add [pins]"),
     "a wind-up without a side": (
@@ -68,7 +69,7 @@ SETS = {
         "a single one lets the planet tip over",
     ),
     "two bearings at one place": ("[load]", f"{PINS.replace('-6.0', '6.0')}[load]", "are at one place"),
-    "a bearing beyond its pin": ("[load]", f"{PINS.replace('-6.0', '-16.0')}[load]", "go from -15 to 15 mm"),
+    "a bearing beyond its pin": ("[load]", f"{PINS.replace('-6.0', '-15.0')}[load]", "go from -15 to 15 mm"),
     "a flying pin that tips over": ("[load]", f'{PINS}cheeks = "+z"\nends = "supported"\n[load]', "would tip over"),
     "cheeks within the planets": (
         "[load]",

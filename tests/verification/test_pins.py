@@ -217,6 +217,15 @@ def test_a_carrier_that_winds_up_loads_the_side_where_its_torque_leads_out(sets)
     assert_allclose(wound.bearing_loads[..., :2].sum(axis=3), wound.planet_wrench[..., :2], rtol=SOLVED, atol=1e-6)
 
 
+def test_springs_of_sun_and_ring_are_theirs_alone(tmp_path):
+    keys = "sun_radial_N_per_mm", "ring_radial_N_per_mm", "sun_tilt_Nmm_per_rad", "ring_tilt_Nmm_per_rad"
+    text = "".join(f"{key} = {10.0**power}\n" for power, key in enumerate(keys, start=3))
+    plan = load(written_set(tmp_path, f"{EQUAL}[supports]\n{text}")).plan
+    expected = np.zeros((5, HUB))
+    expected[0, :2], expected[1, :2], expected[0, 3:5], expected[1, 3:5] = 1e-3, 1e-4, 1e-5, 1e-6
+    assert_allclose(plan.compliance, np.diag(expected.ravel()), rtol=EXACT)
+
+
 def test_helical_planets_tilt_in_the_plane_of_their_axial_forces(tmp_path):
     """Sun and ring push one planet along its axis in opposite senses, twice the pitch radius apart."""
     text = EQUAL.replace("module_mm = 4.0", "module_mm = 4.0\nhelix_angle_deg = 15.0")
