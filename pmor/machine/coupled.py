@@ -22,6 +22,7 @@ from pmor.gear.condition import Condition
 from pmor.line.hubs import HUB, Hubs, mean_wrench
 from pmor.line.several import GearTrain
 from pmor.machine.coupled_sets import SolvedSet, mean_wrenches, solved_sets
+from pmor.machine.fixed_point import Mixing
 from pmor.machine.hub_compliance import compliance_below
 from pmor.machine.mesh_force import MeshFrame
 from pmor.machine.model import ABOUT_AXIS, GearboxModel, LoadedGearbox, Meshing, loaded
@@ -38,6 +39,9 @@ MOST_ROUNDS = 40
 NO_TRAINS: Mapping[str, GearTrain] = MappingProxyType({})
 # Change of the place of a mesh force from round to round, over the centre distance.
 SETTLED = 1e-9
+# Of forces across that sets bring to their shafts, over those of their torque at the planets' axes: two sets on a shaft
+# push each other to and fro, and the contact in them is solved no better than to a tenth of this.
+SETS_SETTLED = 1e-6
 
 
 #: largest root stress of pinion and wheel, MPa; None where it was not found
@@ -129,6 +133,7 @@ def solve_load(
     GeometryError
     """
     gearbox = loaded(model, load) if start is None else start
+    mixing = Mixing()
     for _ in range(MOST_ROUNDS):
         equilibrium = gearbox.solve()
         moved, meshes = 0.0, list[Meshing]()
@@ -138,15 +143,19 @@ def solve_load(
             wrench = _mean_wrench(pairs[mesh.settings.name], mesh, force, hubs)
             moved = max(moved, float(np.abs(wrench - mesh.wrenches).max()) / mesh.pair.centre_distance)
             meshes.append(mesh._replace(wrenches=wrench))
-        sets = list(gearbox.sets)
-        for number, one in enumerate(sets if trains else ()):
-            wrench = mean_wrenches(gearbox, equilibrium, number, trains[one.settings.name])
-            moved = max(moved, float(np.abs((wrench - one.wrenches) * one.scale).max()))
-            sets[number] = one._replace(wrenches=wrench)
-        if moved < SETTLED:
+        before = np.array([one.wrenches * one.scale for one in gearbox.sets])
+        after = before.copy()
+        for number, one in enumerate(gearbox.sets if trains else ()):
+            after[number] = one.scale * mean_wrenches(gearbox, equilibrium, number, trains[one.settings.name])
+        settled = float(np.abs(after - before).max(initial=0.0)) < SETS_SETTLED
+        if moved < SETTLED and settled:
             swept = _swept(gearbox, equilibrium, pairs, angles)
             return SolvedLoad(load, gearbox, equilibrium, swept, sets=solved_sets(gearbox, equilibrium, trains))
-        gearbox = replace(gearbox, meshes=tuple(meshes), sets=tuple(sets))
+        gearbox = replace(gearbox, meshes=tuple(meshes))
+        if not settled:
+            mixed = mixing.next(before.ravel(), after.ravel()).reshape(before.shape)
+            sets = (one._replace(wrenches=wrench / one.scale) for one, wrench in zip(gearbox.sets, mixed, strict=True))
+            gearbox = replace(gearbox, sets=tuple(sets))
     raise ConvergenceError(f"load {load.name}: mesh forces still move after {MOST_ROUNDS} rounds", [])
 
 

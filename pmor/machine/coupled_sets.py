@@ -26,10 +26,12 @@ from pmor.machine.set_frame import MEMBERS
 from pmor.machine.system import ARM, Equilibrium
 from pmor.sets.kinematics import torque_ratios
 from pmor.sets.plan import InHousing, SetPlan
-from pmor.sets.solution import SetSolution, housing_angle, solve_set
+from pmor.sets.solution import SetSolution, housing_angle, solve_on, solve_set, turned_housing
 
 # Angles of a pitch over which the mean wrench of a set is found.
 MEAN_ANGLES = 16
+# Places of the housing around the carrier over which that is found: orders of its turn below them have no share in it.
+MEAN_PLACES = 12
 # Displacements of hubs by other loads that are round-off, mm.
 STILL = 1e-12
 # Of the hubs of all members, x and y of displacements and of rotations, and rotations about the axis.
@@ -90,22 +92,35 @@ def mean_wrenches(gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int,
     """
     one, torque = gearbox.sets[number], set_torque(gearbox, equilibrium, number)
     found = _supported(gearbox, equilibrium, one, torque, train)
-    solved = solve_set(found.plan, found.train, np.array([1e-3 * torque]), MEAN_ANGLES, found.pitches)
-    if not solved.converged.all():
-        raise ConvergenceError(f"set {one.settings.name}: {1e-3 * torque:.6g} N m: contact was not found", [])
-    wrench = solved.hub_wrench[0].reshape(len(solved.phi_rad), -1) @ one.frame.carried
-    if one.turns:
-        angle = 0.0 if found.pitches == 1 else housing_angle(found.plan, found.train, solved.phi_rad)
-        mean = np.mean(_turned(wrench, -angle), axis=0)
-        if found.pitches == 1:
-            mean[ACROSS] = 0.0
-    else:
-        mean = wrench.mean(axis=0)
+    mean = _over_a_turn(one, found, torque)
     mean /= torque
     # Over whole mesh cycles torques are in the ratio of the tooth numbers, but for round-off and few angles.
     ratios = torque_ratios(one.file.teeth)
     mean[ABOUT] = [-ratios[member] / ratios["sun"] for member in MEMBERS]
     return one.frame.in_machine(mean)
+
+
+def _over_a_turn(one: SetMeshing, found: _Supported, torque: float) -> FloatArray:
+    """Mean wrench on the hubs of the members over a turn of the carrier, in axes of the plan, in the housing, (18,)."""
+    plan, train, torques = found.plan, found.train, np.array([1e-3 * torque])
+    if plan.in_housing is None or one.file.pitches > 1:
+        solved, turned = [solve_set(plan, train, torques, MEAN_ANGLES, found.pitches)], [0.0]
+    else:
+        # Mesh cycles differ by where the housing stands alone: a few places of it have the same mean.
+        pitch = train.meshes[0].pair.meshed.pair.pitch
+        placed = train.place(pitch * np.arange(MEAN_ANGLES) / MEAN_ANGLES, plan.displacement)
+        turned = (2.0 * np.pi / MEAN_PLACES * np.arange(MEAN_PLACES)).tolist()
+        solved = [solve_on(turned_housing(plan, angle), placed, torques) for angle in turned]
+    means = []
+    for part, ahead in zip(solved, turned, strict=True):
+        if not part.converged.all():
+            raise ConvergenceError(f"set {one.settings.name}: {1e-3 * torque:.6g} N m: contact was not found", [])
+        wrench = part.hub_wrench[0].reshape(len(part.phi_rad), -1) @ one.frame.carried
+        means.append(_turned(wrench, -ahead - housing_angle(plan, train, part.phi_rad)).mean(axis=0))
+    mean = np.asarray(np.mean(means, axis=0))
+    if one.turns and found.pitches == 1:
+        mean[ACROSS] = 0.0
+    return mean
 
 
 def solved_sets(

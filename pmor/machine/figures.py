@@ -13,6 +13,7 @@ from pmor.machine.coupled import SolvedLoad
 from pmor.machine.model import GearboxModel
 from pmor.machine.settings import PlanetarySet
 from pmor.pair.model import gear_pair
+from pmor.report.panels import panels
 from pmor.report.style import COLOURS, legend_label, new_figure, plot_style
 from pmor.results.load_distribution import line_states
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 # Share of the height of the gearbox that the largest displacement takes in the picture.
 SHOWN = 0.06
+SET_ORDERS = 12
 VIEWS = (("y", 0, 1), ("z", 1, 2))
 
 
@@ -97,6 +99,29 @@ def member_bands(model: GearboxModel, one: PlanetarySet) -> tuple[dict[str, tupl
 def ste_figure(loads: Sequence[SolvedLoad]) -> Figure:
     """Transmission error of each mesh about its mean, on its supports and on rigid ones."""
     return _by_mesh(loads, "Pinion angle, pitches [-]", "STE about its mean [µm]", _ste)
+
+
+def set_ste_figure(loads: Sequence[SolvedLoad], number: int) -> Figure:
+    """Transmission error of a set over the mesh cycle, within its limits over a turn of the carrier, and its orders."""
+    with panels(2, 9.2, 4.2, legend=4) as (figure, (curve, spectrum)):
+        width = 0.8 / len(loads)
+        for place, (colour, solved) in enumerate(zip(_colours(len(loads)), loads, strict=True)):
+            one = solved.sets[number]
+            assert one.rigid is not None
+            ste = one.solution.ste_um[0].reshape(one.solution.pitches, -1)
+            pitches, middle = np.arange(ste.shape[1]) / ste.shape[1], np.nanmean(ste)
+            curve.fill_between(pitches, np.nanmin(ste, axis=0) - middle, np.nanmax(ste, axis=0) - middle, color=colour,
+                               alpha=0.3, lw=0)  # fmt: skip
+            curve.plot(pitches, ste.mean(axis=0) - middle, color=colour, label=legend_label(solved.load.name))
+            rigid = one.rigid.ste_um[one.row].reshape(one.rigid.pitches, -1).mean(axis=0)
+            curve.plot(pitches, rigid - np.nanmean(rigid), ":", color=colour)
+            found = one.solution.mesh_orders(0)[:SET_ORDERS]
+            at = np.arange(1, len(found) + 1) + width * place - 0.4
+            spectrum.bar(at, found, width, color=colour, align="edge")
+        curve.set(xlabel="Angle of the sun against the carrier [pitches]", ylabel="STE about its mean [µm]")
+        spectrum.set(xlabel="Order of the mesh [-]", ylabel="Amplitude of the STE [µm]")
+        spectrum.set_xticks(np.arange(1, SET_ORDERS + 1))
+    return figure
 
 
 def face_load_figure(loads: Sequence[SolvedLoad]) -> Figure:

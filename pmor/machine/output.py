@@ -9,9 +9,8 @@ import numpy as np
 
 from pmor.machine.bounds import named_bounds
 from pmor.machine.coupled import SolvedLoad
-from pmor.machine.coupled_sets import SolvedSet
 from pmor.machine.duty import duty_data
-from pmor.machine.figures import deflection_figure, face_load_figure, ste_figure
+from pmor.machine.figures import deflection_figure, face_load_figure, set_ste_figure, ste_figure
 from pmor.machine.fit import Fit
 from pmor.machine.left_out import left_out
 from pmor.machine.loader import GearboxFile
@@ -20,7 +19,6 @@ from pmor.machine.view import machine_figure
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Table
 from pmor.sets.figures import set_figure, share_figure
-from pmor.sets.figures import ste_figure as ste_figure_of_set
 from pmor.sets.output import MESH_COLUMNS as MESHES_OF_SET
 from pmor.sets.output import PLANET_COLUMNS, PLANETS
 from pmor.sets.output import STRESS as SET_STRESS
@@ -211,7 +209,7 @@ def gearbox_report(file: GearboxFile, loads: Sequence[SolvedLoad], data: Data) -
             Picture("deflection.png", "Shafts at rest, gears in outline, and their deflection lines under the first "
                     "load; bearings are triangles.", deflection_figure(file.model, loads[0]), "svg"),
             *(_mesh_pictures(loads) if loads[0].meshes else ()),
-            *(picture for one in loads[0].sets for picture in _set_pictures(one, loads[0])),
+            *(picture for number in range(len(loads[0].sets)) for picture in _set_pictures(loads, number)),
             *others,
         ]  # fmt: skip
     housing = "the housing is rigid" if file.model.housing is None else "the housing is the stiffness of its seats"
@@ -240,9 +238,10 @@ def set_files(file: GearboxFile) -> tuple[str, ...]:
     return tuple(f"set_{name}_{what}" for name in file.model.sets for what in SET_FILES)
 
 
-def _set_pictures(one: SolvedSet, load: SolvedLoad) -> list[Picture]:
+def _set_pictures(loads: Sequence[SolvedLoad], number: int) -> list[Picture]:
+    first, one = loads[0], loads[0].sets[number]
     name, solution = one.meshing.settings.name, one.solution
-    of, names = f"of set {name} under {load.load.name}", [f"set_{name}_{what}" for what in SET_FILES]
+    of, names = f"of set {name} under {first.load.name}", [f"set_{name}_{what}" for what in SET_FILES]
     found = list[Picture]()
     if solution.converged[0].any():
         angle = int(np.flatnonzero(solution.converged[0])[0])
@@ -250,8 +249,11 @@ def _set_pictures(one: SolvedSet, load: SolvedLoad) -> list[Picture]:
         found.append(Picture(names[0], words, set_figure(solution, 0, angle), "svg"))
     words = f"Share of each planet {of} over all mesh cycles, and the orbit of the sun by its meshes alone."
     found.append(Picture(names[1], words, share_figure(solution, 0), "svg"))
-    words = f"Static transmission error {of} over all mesh cycles, and its orders."
-    return [*found, Picture(names[2], words, ste_figure_of_set(solution, solution.torque_Nm), "svg")]
+    words = (
+        f"Static transmission error of set {name}: mean of all mesh cycles, within their limits, and its orders; "
+        "dotted: on rigid supports."
+    )
+    return [*found, Picture(names[2], words, set_ste_figure(loads, number), "svg")]
 
 
 def gearbox_text(data: Data) -> str:

@@ -11,6 +11,7 @@ from pmor.core.memory import memory_text
 from pmor.core.progress import format_time
 from pmor.gear.pair import GearPair
 from pmor.machine.coupled import MEAN_ANGLES
+from pmor.machine.coupled_sets import MEAN_PLACES
 from pmor.machine.duty import shares
 from pmor.machine.left_out import NEVER, left_out
 from pmor.machine.loader import GearboxFile
@@ -80,7 +81,7 @@ def _sets(file: GearboxFile) -> Iterator[str]:
         (sun, ring), count = said.teeth, len(said.plan.planets)
         planet = next(iter(said.cases.values())).pair.wheel.teeth
         on = ", ".join(f"{name} on {place.shaft} at {place.at_mm:g} mm" for name, place in one.members.items())
-        yield f"  {one.name:<34} {sun}/{planet}/{ring} teeth, {count} planets, {said.held} held, {on}"
+        yield f"  {one.name:<34} {sun:g}/{planet}/{ring:g} teeth, {count} planets, {said.held} held, {on}"
 
 
 def _meshes(file: GearboxFile) -> Iterator[str]:
@@ -131,11 +132,8 @@ def _cost(file: GearboxFile) -> Iterator[str]:
             elif stage.name.startswith(FINITE_ELEMENTS):
                 found.append(replace(stage, name=f"{stage.name}, {name}"))
             elif stage.name == SWEEP:
-                times = (
-                    one.housed_pitches
-                    / one.pitches
-                    * (1.0 + ROUNDS * MEAN_ANGLES / one.sections.sweep.angles_per_pitch)
-                )
+                rounds = ROUNDS * MEAN_PLACES * MEAN_ANGLES / one.sections.sweep.angles_per_pitch
+                times = (one.housed_pitches + rounds) / one.pitches
                 more.append((f"{loads} loads, {name}", loads * times * stage.seconds))
     rows = [(stage.name, memory_text(stage.memory), stage.seconds) for stage in found]
     rows += [(name, "", seconds) for name, seconds in (*more, ("page", PAGE_S))]

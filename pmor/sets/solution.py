@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -208,7 +208,7 @@ class SetSolution:
         meshed = one.mesh.pair.meshed
         force = self.found.force[..., one.part].reshape(*self.converged.shape, -1, len(meshed.width))
         roll = one.lines.roll.reshape(len(one.lines.roll), *force.shape[2:], 2)
-        return FaceLoads(force / meshed.width, meshed.width, np.tile(roll, (self.pitches, 1, 1, 1)))
+        return FaceLoads(force / meshed.width, meshed.width, np.tile(roll, (self.cycles, 1, 1, 1)))
 
     def k_h_beta(self, mesh: int) -> FloatArray:
         """Face load factor of a mesh under each torque, (D,)."""
@@ -269,6 +269,13 @@ def solve_placed(
     for values in (found.movement, found.force):
         values[~found.converged] = np.nan
     return found
+
+
+def turned_housing(plan: SetPlan, angle: float) -> SetPlan:
+    """Return a set whose housing stands further around its carrier, counter-clockwise, rad."""
+    assert plan.in_housing is not None
+    ahead = plan.in_housing.displacement * np.exp(1j * angle)
+    return replace(plan, in_housing=replace(plan.in_housing, displacement=ahead))
 
 
 def housing_angle(plan: SetPlan, train: GearTrain, phi: FloatArray) -> FloatArray:

@@ -104,3 +104,26 @@ torques = [
         ("E", "out", 10.0, 2e5), ("F", "out", 70.0, 2e5),
     )
 )  # fmt: skip
+
+
+def two_sets(push_N):
+    """Two equal sets in series: the sun of the first one drives the carrier of the second, on soft bearings."""
+    shafts = "".join(
+        f'[[shafts]]\nname = "{name}"\nstart_mm = {start}\nsections = [{{ length_mm = 90.0, outer_mm = {outer} }}]\n'
+        for name, start, outer in (("rotor", -110.0, 50.0), ("middle", -15.0, 34.0), ("sun", 85.0, 30.0))
+    )
+    sets = "".join(
+        f'[[sets]]\nname = "{name}"\nset = "small.toml"\ncarrier = {{ shaft = "{carrier}", at_mm = 90.0 }}\n'
+        f'sun = {{ shaft = "{sun}", at_mm = 15.0 }}\n'
+        for name, carrier, sun in (("first", "rotor", "middle"), ("second", "middle", "sun"))
+    )
+    bearings = "".join(
+        bearing(f"{shaft} {at:g}", shaft, at, 2e4, '"free"')
+        for shaft in ("rotor", "middle", "sun")
+        for at in (40.0, 70.0)
+    )
+    load = LOAD.format(name="drive", torque=960.0, out="sun", at=90.0).replace(
+        '"sun", at_mm = 0.0', '"rotor", at_mm = 0.0'
+    )
+    force = f'forces = [{{ shaft = "sun", at_mm = 90.0, y_N = {push_N} }}]\n'
+    return 'title = "two sets"\n' + shafts + sets + bearings + load + force
