@@ -223,10 +223,11 @@ class GearboxReader(Reader):
 
 
 def _set_alike(file: SetFile) -> bool:
-    """Whether a set is the same seen from its other end: equal planets at equal distances, and all of its pairs."""
+    """Whether a set is the same seen from its other end: equal planets of one gear, equally spaced, and all pairs."""
     said, plan = file.sections.planets, file.plan
     even = not said.positions_deg and not said.missing and not plan.displacement.any() and not plan.eccentricity.any()
-    return even and all(_alike_from_both_ends(case) for case in file.cases.values())
+    stepped = any(body.on is not None for body in plan.bodies)
+    return even and not stepped and all(_alike_from_both_ends(case) for case in file.cases.values())
 
 
 def _alike_from_both_ends(case: Case) -> bool:

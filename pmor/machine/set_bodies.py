@@ -65,7 +65,7 @@ def gears_of_set(model: GearboxModel, one: SetMeshing, profile: int, fillet: int
         rings = gear_rings(tooth, turned, bore, roll, fillet, np.linspace(*pair.faces[gear], planes))
         to_plan, to_machine = to_train(place.direction, place.image)[:3, :3], one.frame.turn[:3, :3]
         turn = to_machine @ to_plan
-        rings = rings @ turn.T + to_machine @ [body.x, body.y, 0.0] + middle
+        rings = rings @ turn.T + to_machine @ [body.x, body.y, body.z] + middle
         # Rings go along x, and their points run about it as before.
         along = math.copysign(1.0, turn[0, 2])
         rings = rings[:: int(along), :: int(along * round(float(np.linalg.det(turn))))]

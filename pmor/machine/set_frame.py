@@ -15,12 +15,13 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.line.hubs import HUB
 from pmor.line.several import IMAGE
+from pmor.sets.layout import SECOND_PLANET
 from pmor.sets.plan import SetPlan
 from pmor.sets.settings import Member
 
 MEMBERS: tuple[Member, ...] = ("sun", "carrier", "ring")
 # Planets are carried by the carrier.
-CARRIED_BY = {"sun": 0, "planet": 1, "ring": 2}
+CARRIED_BY = {"sun": 0, "planet": 1, SECOND_PLANET: 1, "ring": 2}
 
 
 class SetFrame(NamedTuple):
@@ -54,7 +55,7 @@ def set_frame(plan: SetPlan, sense: float, off_mm: Sequence[float]) -> SetFrame:
     sense : float
         Sign of the torque on the sun about x.
     off_mm : sequence of float, length 3
-        x of the middle of the face width against those of the hubs of sun, carrier and ring.
+        x of the middle of the sun's face width against those of the hubs of sun, carrier and ring.
     """
     along = -sense if plan.clockwise else sense
     y, z = np.array([0.0, 1.0, 0.0]), np.array([along, 0.0, 0.0])
@@ -62,7 +63,7 @@ def set_frame(plan: SetPlan, sense: float, off_mm: Sequence[float]) -> SetFrame:
     carried = np.zeros((HUB * len(plan.bodies), HUB * len(MEMBERS)))
     for number, body in enumerate(plan.bodies):
         member = CARRIED_BY[body.member]
-        arm = np.array([body.x, body.y, along * off_mm[member]])
+        arm = np.array([body.x, body.y, along * off_mm[member] + body.z])
         rows, columns = slice(HUB * number, HUB * (number + 1)), slice(HUB * member, HUB * (member + 1))
         carried[rows, columns] = np.eye(HUB)
         carried[HUB * number : HUB * number + 3, columns.start + 3 : columns.stop] = np.cross(np.eye(3), arm).T

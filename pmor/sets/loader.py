@@ -154,8 +154,6 @@ def parse_set(
     if shafts is not None:
         said = _part_of_a_gearbox(said, shafts)
     try:
-        if shafts is not None and SECOND_PLANET in said.members:
-            reader.refuse(f"[{SECOND_PLANET}]", "a gearbox takes no stepped planets: solve the set by itself")
         layout = reader.layout(said, shafts is not None)
         pairs = reader.pairs(said, layout)
         reader.check_distances(said, layout, pairs)

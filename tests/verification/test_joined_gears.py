@@ -9,15 +9,20 @@ from numpy.testing import assert_allclose
 
 import pmor
 from pmor.core.errors import CaseError, GeometryError
+from pmor.machine.coupled import solve_load
+from pmor.machine.loader import load as load_gearbox
+from pmor.machine.model import speeds_rpm
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import gear_pair
 from pmor.sets.kinematics import Centre, Meeting, placements
 from pmor.sets.loader import load
 from pmor.sets.plan import planet_positions
+from pmor.sets.run import train_of
 from pmor.sets.settings import Planets
 from pmor.sets.solution import solve_set
 from pmor.sets.tolerances import drawn, sample_rows, solve_samples
 from pmor_online.root_cycle import root_stress_and_cycles
+from tests.support.set_gearboxes import one_stage, written_reducer
 from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, line_case, written_set
 
 # Of the same equations, put together otherwise.
@@ -315,3 +320,21 @@ def test_a_span_that_is_cut_off_says_so(stepped, tmp_path):
     long = two_stages(teeth=(19, 53, 19, 53)).replace("angles_per_pitch = 6", "angles_per_pitch = 500")
     with pytest.raises(CaseError, match="all stand as before after 53 pitches of the first gear"):
         load(written_set(tmp_path, long))
+
+
+@pytest.mark.parametrize("torque", [300.0, -300.0])
+def test_stepped_planets_in_a_gearbox_are_those_of_their_own_file(torque, tmp_path):
+    """On shafts that do not give way, but for a soft bearing of the sun: as on supports of that stiffness."""
+    of_set = STEPPED.replace("count = 3", "count = 3\ntiming_mrad = [0.2, 0.0, 0.0]")
+    model = load_gearbox(written_reducer(tmp_path, one_stage(sun=2e4, torque=torque), of_set)).model
+    plan = model.sets["stage"].plan
+    (tmp_path / "soft.toml").write_text(of_set + "[supports]\nsun_radial_N_per_mm = 2e4\n")
+    alone = load(tmp_path / "soft.toml").plan
+    built = train_of(model.sets["stage"])
+    on_shafts = replace(built, compliance=plan.compliance, free=plan.free)
+    found = solve_load(model, model.sections.loads[0], {}, 0, trains={"stage": on_shafts}).sets[0].solution
+    expected = solve_set(alone, replace(built, compliance=alone.compliance), np.array([300.0]), 6, 8)
+    assert found.pitches == 8
+    assert_allclose(speeds_rpm(model, model.sections.loads[0])["carrier"], 1000.0 / (1.0 + RATIO), rtol=1e-12)
+    assert_allclose(found.ste_um, expected.ste_um, rtol=1e-8)
+    assert_allclose(found.planet_share, expected.planet_share, rtol=1e-8)
