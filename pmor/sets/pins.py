@@ -21,6 +21,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -124,7 +125,7 @@ class PlanetsOnPins:
 def planet_on_pin(said: Pins) -> PlanetOnPin:
     """Return what a planet stands on by the settings of a set."""
     bent = _bent(said, [bearing.at_mm for bearing in said.bearings])
-    return on_bearings(said.bearings, bent, [seat.place for seat in _seats(said)])
+    return planet_on_bearings(said.bearings, bent, [seat.place for seat in _seats(said)])
 
 
 def planet_on_springs(radial: float, tilt: float) -> PlanetOnPin:
@@ -134,39 +135,58 @@ def planet_on_springs(radial: float, tilt: float) -> PlanetOnPin:
     return PlanetOnPin((), (0.0,), compliance, carried, np.zeros((HUB, HUB)), *np.zeros((2, 0, 4, HUB)))
 
 
-def on_bearings(bearings: Sequence[PinBearing], bent: SeatedBeam, seats_mm: Sequence[float]) -> PlanetOnPin:
+def planet_on_bearings(
+    bearings: Sequence[PinBearing], bent: SeatedBeam, seats_mm: Sequence[float]
+) -> PlanetOnPin:  # fmt: skip
     """Return a planet on bearings on a pin that was bent at their places: equation (1)."""
+    one = _in_plane(bearings, bent)
+    of_seats = np.stack([np.kron(np.eye(len(seats_mm)), plane) for plane in PLANES])
+    follows = _in_both(PLANES, one.carried, of_seats)
+    follows[2, 2::HUB] = 1.0 / len(seats_mm)
+    by_hub, by_seats = (
+        np.einsum("bwi,pir->bwpr", loads, planes).reshape(len(bearings), 4, -1)
+        for loads, planes in ((one.loads[..., :2], PLANES), (one.loads[..., 2:], of_seats))
+    )
+    return PlanetOnPin(
+        tuple(bearing.at_mm for bearing in bearings), tuple(seats_mm), _in_both(PLANES, one.compliance, PLANES),
+        follows, _in_both(of_seats, one.stiffness, of_seats), by_hub, by_seats,
+    )  # fmt: skip
+
+
+class _InPlane(NamedTuple):
+    """P, K and Y in one plane, over deflection and slope; L and N, loads of the bearings, (b, 2, 2 + 2 m)."""
+
+    compliance: FloatArray
+    carried: FloatArray
+    stiffness: FloatArray
+    loads: FloatArray
+
+
+def _in_plane(bearings: Sequence[PinBearing], bent: SeatedBeam) -> _InPlane:
     rows, told, springs = list[list[float]](), list[int](), list[float]()
     for number, bearing in enumerate(bearings):
-        held = (1.0, bearing.at_mm), (0.0, 1.0)
+        held = [1.0, bearing.at_mm], [0.0, 1.0]
         for way, value in enumerate((bearing.radial_N_per_mm, bearing.tilt_Nmm_per_rad)):
             if value != "free":
-                rows.append(list(held[way]))
+                rows.append(held[way])
                 told.append(2 * number + way)
                 springs.append(1.0 / value if isinstance(value, float) else 0.0)
     moved, count = np.array(rows), len(rows)
     flexibility = bent.flexibility[np.ix_(told, told)] + np.diag(springs)
-    # Scaled to the same unit: forces are of another size than displacements.
+    # Forces are of another size than displacements.
     unit = float(np.abs(flexibility).max()) or 1.0
     whole = np.block([[flexibility / unit, -moved], [moved.T, np.zeros((2, 2))]])
-    of_load = np.linalg.solve(whole, np.vstack([np.zeros((count, 2)), np.eye(2)]))
-    moved_seats = np.linalg.solve(whole, np.vstack([-bent.carried[told], np.zeros((2, bent.carried.shape[1]))]))
-    compliance, carried = unit * of_load[count:], moved_seats[count:]
-    loads = np.zeros((2 * len(bearings), 2 + carried.shape[1]))
-    loads[told] = np.hstack([of_load[:count], moved_seats[:count] / unit])
-    on_hub = np.einsum("pir,ij,pjs->rs", PLANES, compliance, PLANES)
-    of_seats = np.stack([np.kron(np.eye(len(seats_mm)), plane) for plane in PLANES])
-    follows = np.einsum("pir,ij,pjs->rs", PLANES, carried, of_seats)
-    follows[2, 2::HUB] = 1.0 / len(seats_mm)
-    own = bent.stiffness - bent.carried[told].T @ loads[told, 2:]
-    stiffness = np.einsum("pir,ij,pjs->rs", of_seats, own, of_seats)
-    ways = loads.reshape(len(bearings), 2, -1)
-    by_hub, by_seats = (
-        np.einsum("bwi,pir->bwpr", of_plane, planes).reshape(len(bearings), 4, -1)
-        for of_plane, planes in ((ways[..., :2], PLANES), (ways[..., 2:], of_seats))
-    )
-    places = tuple(bearing.at_mm for bearing in bearings)
-    return PlanetOnPin(places, tuple(seats_mm), on_hub, follows, stiffness, by_hub, by_seats)
+    by_load = np.linalg.solve(whole, np.vstack([np.zeros((count, 2)), np.eye(2)]))
+    by_seats = np.linalg.solve(whole, np.vstack([-bent.carried[told], np.zeros((2, bent.carried.shape[1]))]))
+    loads = np.zeros((2 * len(bearings), 2 + by_seats.shape[1]))
+    loads[told] = np.hstack([by_load[:count], by_seats[:count] / unit])
+    stiffness = bent.stiffness - bent.carried[told].T @ loads[told, 2:]
+    return _InPlane(unit * by_load[count:], by_seats[count:], stiffness, loads.reshape(len(bearings), 2, -1))
+
+
+def _in_both(rows: FloatArray, matrix: FloatArray, columns: FloatArray) -> FloatArray:
+    """Matrix of one plane in both, over displacements of hubs or seats."""
+    return np.asarray(np.einsum("pir,ij,pjs->rs", rows, matrix, columns))
 
 
 def pin_shapes(said: Pins, planets: PlanetsOnPins, wrench: FloatArray, places: FloatArray) -> FloatArray:

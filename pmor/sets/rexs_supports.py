@@ -19,7 +19,7 @@ from pmor.body.seated_beam import BeamSeat, seated_beam
 from pmor.core.errors import CaseError
 from pmor.export.rexs.model import BEARINGS, RIGID, RIGID_TILT, Component, Gearbox
 from pmor.export.rexs.stage import axis_of
-from pmor.sets.pins import on_bearings
+from pmor.sets.pins import planet_on_bearings
 from pmor.sets.settings import PinBearing
 
 COUPLINGS = ("coupling", "switchable_coupling")
@@ -110,7 +110,7 @@ class RexsSupports:
         kinds = {(seat.radial, seat.tilt) for seat in seats}
         even = len(set(beam.sections)) == 1 and len(kinds) == 1 and kinds <= {(math.inf, tilt) for tilt in ENDS}
         if not even or len(seats) != 2:
-            gives = float(on_bearings(bearings, bent, [seat.place for seat in seats]).compliance[0, 0])
+            gives = float(planet_on_bearings(bearings, bent, [seat.place for seat in seats]).compliance[0, 0])
             rule = "of several diameters, or not held rigidly at both ends: its tilt is left out"
             self.notes.append(f"{planet.label}: on {pin.label} and its bearings, {1.0 / gives:.4g} N/mm across; {rule}")
             return {key: _stiffness(gives, RIGID)}

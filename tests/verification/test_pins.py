@@ -10,7 +10,7 @@ from pmor.body.beam import NODE, Beam, CircularSection, ShaftMaterial
 from pmor.line.hubs import HUB
 from pmor.sets.loader import load
 from pmor.sets.model import SetBody
-from pmor.sets.pins import planet_on_pin
+from pmor.sets.pins import pin_shapes, planet_on_pin
 from pmor.sets.run import run
 from pmor.sets.settings import Carrier, PinBearing, Pins, SetSections
 from pmor.sets.settings import Planets as PlanetsKeys
@@ -145,6 +145,22 @@ def test_planets_pins_and_carrier_are_one_stiffness_matrix_of_all_parts():
             hub = HUB * planet
             apart = moved[hub] + bearing.at_mm * moved[hub + 4] - moved[node]
             assert loads[planet, number, 0] == pytest.approx(bearing.radial_N_per_mm * apart, rel=1e-6)
+
+
+def test_a_pin_and_its_planet_part_at_bearings_by_what_these_give_and_meet_the_carrier_at_the_ends():
+    soft = (PinBearing(at_mm=-12.0, radial_N_per_mm=2e5), PinBearing(at_mm=15.0, radial_N_per_mm=4e5))
+    said = sections(replace(PINS, bearings=soft), windup_Nmm_per_rad=3e9, torque_at="-z")
+    found, rng = planets(said), np.random.default_rng(4)
+    wrench = np.zeros((3, HUB))
+    wrench[:, [0, 1, 3, 4]] = rng.normal(size=(3, 4)) * [5e3, 5e3, 1e4, 1e4]
+    shapes = pin_shapes(said.pins, found, wrench, np.array([-12.0, 15.0, -30.0, 30.0]))
+    moved, loads = (found.compliance @ wrench.ravel()).reshape(3, HUB), found.on_bearings(wrench)
+    for number, bearing in enumerate(soft):
+        x, y = moved[:, 0] + bearing.at_mm * moved[:, 4], moved[:, 1] - bearing.at_mm * moved[:, 3]
+        expected = np.stack([x, y], axis=1) - loads[:, number, :2] / bearing.radial_N_per_mm
+        assert_allclose(shapes[..., number], expected, rtol=EXACT)
+    assert_allclose(shapes[..., 2], 0.0, atol=1e-15)
+    assert_allclose(np.linalg.norm(shapes[..., 3], axis=1), RADIUS * abs(found.windup_angle(wrench)), rtol=EXACT)
 
 
 @pytest.mark.parametrize("carrier", [{}, {"radial_N_per_mm": 1e5, "tilt_Nmm_per_rad": 1e8, "bearings_at_mm": 40.0}])
