@@ -14,7 +14,8 @@ import scipy.sparse as sp
 from pmor.body.blank import LEFT_OUT, Blank, Ring, signed_teeth
 from pmor.body.far_compliance import FaceResponse, FarCompliance, FarTeeth, far_compliance
 from pmor.body.fillet_stress import FilletPoints, FilletStress, sector_stress
-from pmor.body.rim_stress import NEIGHBOURS, REACH, face_patterns, rim_stress
+from pmor.body.rim_stress import NEIGHBOURS, REACH, RimStress, face_patterns, rim_stress
+from pmor.body.root_stress import other_hand
 from pmor.body.support import (
     Change,
     Support,
@@ -33,6 +34,24 @@ from pmor.fe.lugs import Lugs
 from pmor.fe.ring import ring_compliance, symmetric_coordinates
 from pmor.fe.sector import SectorMesh
 from pmor.fe.surface_layer import inverse_flank_stiffness
+
+
+@dataclass(frozen=True)
+class OtherFlank:
+    """How a gear yields to forces on the other flanks of its teeth, where these are no images of its flanks.
+
+    Unknowns are those in the image, x to -x.
+
+    Parameters
+    ----------
+    compliance : ndarray, shape (2 neighbours + 1, n, n)
+        As `ElasticGear.compliance`, with teeth counted counter-clockwise in the image.
+    fillet : FilletStress or None
+        On the sides and the teeth of the gear itself, where it was asked for.
+    """
+
+    compliance: FloatArray
+    fillet: FilletStress | None
 
 
 @dataclass(frozen=True)
@@ -62,6 +81,8 @@ class ElasticGear:
         The part of low rank, of holes: `compliance` is without it.
     web_stress : WebStress or None
         Where it was asked for.
+    other : OtherFlank or None
+        Of a gear on a blank whose other flanks carry and may be unlike.
     """
 
     mesh: SectorMesh
@@ -75,6 +96,7 @@ class ElasticGear:
     far: FarCompliance | None = None
     support: Support | None = None
     web_stress: WebStress | None = None
+    other: OtherFlank | None = None
 
     def tooth_compliance(self, offset: int) -> FloatArray:
         """Return the displacement of tooth `offset` under unit forces on tooth 0, shape (n, n), mm/N.
@@ -122,7 +144,7 @@ def elastic_gear(
     load = -sector.stiffness[n_flanks:, :n_flanks] @ own
     side = sector.stiffness[n_flanks:, n_flanks:] + load @ sector.stiffness[:n_flanks, n_flanks:]
 
-    support, patterns, web_stress = None, None, None
+    support, web_stress, on, other = None, None, None, None
     if blank is None:
         to = _coordinates(mesh)
         load, side = to @ load, _turned(to, side, to)
@@ -131,19 +153,16 @@ def elastic_gear(
         response: FaceResponse = partial(_of_bored_ring, faces)
         sectors = range(-neighbours - 1, neighbours + 1)
         by_face = [np.hstack([faces(k), faces(k + 1)]) @ load[:, :n_flank] for k in sectors]
-        moved = [np.concatenate([own_face, before]) for before, own_face in pairwise(by_face)]
+        moved = np.stack([np.concatenate([own_face, before]) for before, own_face in pairwise(by_face)])
     else:
         on = _on_blank(mesh, blank, load, side, own[:n_flank, :n_flank], neighbours, points is not None)
-        to, load, patterns, ring, change, response = on.to, on.load, on.patterns, on.ring, on.change, on.response
-        moved = list(ring.moved)
+        to, load, response, moved = on.to, on.load, on.response, on.flank.ring.moved
         # Of a gear with several meshes any two teeth may be loaded together.
         reach = neighbours if far is None else mesh.teeth - 1
-        support = None if change is None else _of_holes(mesh, change, ring, neighbours, reach)
+        support = None if on.change is None else _of_holes(mesh, on, neighbours, reach)
         web_stress = _of_the_web(mesh, on) if blank.stress else None
 
-    flanks = np.stack([load.T @ face for face in moved])
-    flanks[neighbours] += own[:, :n_flank]
-    displacement, stress = np.empty((0, n_side, n_flank)), None
+    displacement, stress, told = np.empty((0, n_side, n_flank)), None, None
     of_interface = np.zeros((2 * neighbours + 1, 0, n_flank))
     if keep_rows:
         before = moved[0][n_side : 2 * n_side]  # the left side face of the sector before
@@ -152,23 +171,12 @@ def elastic_gear(
             of_interface = np.stack([to[2 * n_side :, 2 * n_side :].T @ face[2 * n_side :] for face in moved])
     if points is not None:
         functions = np.concatenate([f.over(sector.retained) for f in carried])
-        of_faces = (to @ functions[:, n_flanks:].T).T
-        near = range(-NEIGHBOURS, NEIGHBOURS + 1)
-        moves = [np.concatenate([flanks[neighbours + k], moved[neighbours + k]]) for k in near]
-        stress = _of_the_fillets(mesh, points, np.hstack([functions[:, :n_flanks], of_faces]) @ np.stack(moves))
-        if patterns is not None:
-            forces = np.zeros((0, 1, patterns.shape[1]), dtype=complex)
-            if change is not None:
-                forces = forces_of_holes(
-                    ring.felt, ring.flexibility, change[0], signed_teeth(mesh), change[1], patterns
-                )
-            bent = of_faces + functions[:, :n_flanks] @ load.T
-            rim = rim_stress(bent, points.shape, ring, patterns, forces, signed_teeth(mesh))
-            stress = replace(stress, rim=replace(rim, rows=np.asarray(completion(mesh, mesh.flank) @ rim.rows)))
-    compliance = np.ascontiguousarray(flanks[:, :n_flank])
-    compliance = _on_the_grid(mesh, compliance)
-    if sector.layer is not None:
-        compliance[neighbours] -= sector.layer
+        told = _Told(points, functions[:, :n_flanks], (to @ functions[:, n_flanks:].T).T)
+    compliance, stress = _of_a_flank(mesh, False, neighbours, load, own, moved, told, on, sector.layer)
+    if on is not None and on.other is not None:
+        of_image = _layer_of_the_image(mesh, sector.layer)
+        found, of_back = _of_a_flank(mesh, True, neighbours, load, own, on.other.ring.moved, told, on, of_image)
+        other = OtherFlank(_reciprocal(found[::-1]), of_back)  # in the image teeth count the other way
     between = _between_far_teeth(mesh, response, load, far) if far is not None else None
     return ElasticGear(
         mesh,
@@ -182,20 +190,80 @@ def elastic_gear(
         between,
         support,
         web_stress,
+        other,
     )
+
+
+class _Told(NamedTuple):
+    """Stress along fillets, told by the displacement of both flanks and by that of the faces, MPa/mm."""
+
+    points: FilletPoints
+    of_flanks: FloatArray
+    of_faces: FloatArray
+
+
+def _of_a_flank(
+    mesh: SectorMesh, back: bool, neighbours: int, load: FloatArray, own: FloatArray, moved: FloatArray,
+    told: _Told | None, on: _OnBlank | None, layer: FloatArray | None,
+) -> tuple[FloatArray, FilletStress | None]:  # fmt: skip
+    """Compliance between equal flanks of teeth, and the stress in their fillets, by forces on all of their nodes.
+
+    Teeth count counter-clockwise. Faces have `moved` by forces on the nodes that elements have of one of the flanks, on
+    the sector's faces a `load`, and both flanks by themselves what they are their `own`.
+    """
+    count = moved.shape[2]
+    columns = slice(count, 2 * count) if back else slice(0, count)
+    onto = _onto_all_nodes(mesh, back)
+    flanks = np.stack([load.T @ face for face in moved])
+    flanks[neighbours] += own[:, columns]
+    stress = None
+    if told is not None:
+        near = neighbours + np.arange(-NEIGHBOURS, NEIGHBOURS + 1)
+        shown = told.of_flanks @ flanks[near] + told.of_faces @ moved[near]
+        stress = _of_the_fillets(told.points, shown, onto)
+        if on is not None:
+            bent = told.of_faces + told.of_flanks @ load.T
+            stress = replace(stress, rim=_by_the_rim(mesh, on, back, bent, told.points.shape))
+    compliance = np.ascontiguousarray(flanks[:, columns])
+    if back or len(mesh.middles):
+        compliance = np.stack([onto @ (onto @ block.T).T for block in compliance])
+    if layer is not None:
+        compliance[neighbours] -= layer
+    return compliance, stress
+
+
+def _onto_all_nodes(mesh: SectorMesh, back: bool) -> sp.csr_array:
+    """Unknowns of all nodes of a flank, of the other one in its image, from those of nodes that elements have."""
+    if not back:
+        return completion(mesh, mesh.flank)
+    return sp.csr_array(sp.diags_array(np.tile([-1.0, 1.0, 1.0], mesh.back.size)) @ completion(mesh, mesh.back))
+
+
+def _layer_of_the_image(mesh: SectorMesh, layer: FloatArray | None) -> FloatArray | None:
+    if layer is None or mesh.twist_per_length == 0.0:
+        return layer
+    order, sign = other_hand(len(layer), len(mesh.z))
+    return layer[order[:, None], order] * sign[:, None] * sign
+
+
+class _Pressed(NamedTuple):
+    """What forces on a flank do, and their patterns that matter at the faces, where these were asked for."""
+
+    ring: Ring
+    patterns: FloatArray | None
 
 
 class _OnBlank(NamedTuple):
     """A blank with enough harmonics; faces of a sector, loads there, what these do, what makes teeth differ.
 
-    `response` is what any loads on the faces do.
+    `other` is of the other flank where it carries and may be unlike, `response` what any loads on the faces do.
     """
 
     blank: Blank
     to: sp.csr_array
     load: FloatArray
-    patterns: FloatArray | None
-    ring: Ring
+    flank: _Pressed
+    other: _Pressed | None
     change: tuple[Change, int] | None
     response: FaceResponse
 
@@ -219,7 +287,13 @@ def _on_blank(
         itself = np.einsum("ik,ik->k", lines, own @ lines + load.T @ (ring.moved[neighbours] @ lines))
         wider = blank.wider(mesh.teeth)
         if wider is None or (added <= LEFT_OUT * itself).all():
-            return _OnBlank(blank, to, of_faces, patterns, ring, change, partial(_of_blank, mesh, blank, stiffness))
+            other, backs = None, of_faces[:, len(own) :]
+            # On a body of revolution by dimensions the flanks of straight teeth are images of each other.
+            if backs.size and (change is not None or blank.body is not None or mesh.twist_per_length != 0.0):
+                kept, none = None if patterns is None else face_patterns(backs), np.zeros((backs.shape[1], 0))
+                other = _Pressed(blank.ring(mesh, stiffness, backs, neighbours, none, kept, reach), kept)
+            response = partial(_of_blank, mesh, blank, stiffness)
+            return _OnBlank(blank, to, of_faces, _Pressed(ring, patterns), other, change, response)
         blank = wider
 
 
@@ -279,28 +353,48 @@ def _line_loads(mesh: SectorMesh) -> FloatArray:
     return np.asarray(completion(mesh, mesh.flank).T @ rows.reshape(-1, len(mesh.flank)))
 
 
-def _of_holes(mesh: SectorMesh, change: tuple[Change, int], ring: Ring, neighbours: int, reach: int) -> Support:
-    """Part of low rank of the compliance of all nodes of the flank."""
-    softening, holes = change
-    found = support_of_holes(ring.felt, ring.flexibility, softening, signed_teeth(mesh), holes, neighbours, reach)
-    return replace(found, rows=np.asarray(completion(mesh, mesh.flank) @ found.rows))
+def _of_holes(mesh: SectorMesh, on: _OnBlank, neighbours: int, reach: int) -> Support:
+    """Part of low rank of the compliance of all nodes of the flank, and of the other one where that carries."""
+    assert on.change is not None
+    (softening, holes), (ring, _) = on.change, on.flank
+    felt, count = ring.felt, ring.felt.shape[2]
+    if on.other is not None:
+        felt = np.concatenate([felt, on.other.ring.felt], axis=2)
+    found = support_of_holes(felt, ring.flexibility, softening, signed_teeth(mesh), holes, neighbours, reach)
+    rows, backs = np.asarray(_onto_all_nodes(mesh, False) @ found.rows[:count]), None
+    if on.other is not None:
+        backs = np.asarray(_onto_all_nodes(mesh, True) @ found.rows[count:])
+    return replace(found, rows=rows, backs=backs)
+
+
+def _by_the_rim(mesh: SectorMesh, on: _OnBlank, back: bool, bent: FloatArray, shape: tuple[int, int, int]) -> RimStress:
+    """Stress by the rim under forces on all nodes of a flank."""
+    pressed = on.other if back else on.flank
+    assert pressed is not None
+    ring, patterns = pressed
+    assert patterns is not None
+    forces = np.zeros((0, 1, patterns.shape[1]), dtype=complex)
+    if on.change is not None:
+        forces = forces_of_holes(ring.felt, ring.flexibility, on.change[0], signed_teeth(mesh), on.change[1], patterns)
+    found = rim_stress(bent, shape, ring, patterns, forces, signed_teeth(mesh))
+    return replace(found, rows=np.asarray(_onto_all_nodes(mesh, back) @ found.rows))
 
 
 def _of_the_web(mesh: SectorMesh, on: _OnBlank) -> WebStress:
     """Stress on the surfaces of a web under forces on all nodes of the flank."""
-    blank, ring = on.blank, on.ring
-    assert on.patterns is not None
+    blank, (ring, patterns) = on.blank, on.flank
+    assert patterns is not None
     if blank.web is None or on.change is None:
         assert blank.gauges is not None
         places = blank.gauges.places(blank.blocks[blank.gauges.block])
-        found = stress_of_revolution(places, ring.shown, on.patterns, mesh.teeth, mesh.twist_per_length)
+        found = stress_of_revolution(places, ring.shown, patterns, mesh.teeth, mesh.twist_per_length)
     else:
         softening, holes = on.change
         assert not isinstance(softening, Lugs)
-        eased = amplitudes_by_holes(ring.felt, ring.flexibility, softening, mesh.teeth, holes, on.patterns)
+        eased = amplitudes_by_holes(ring.felt, ring.flexibility, softening, mesh.teeth, holes, patterns)
         material = blank.youngs_modulus, blank.poisson_ratio
-        found = stress_by_holes(blank.web, eased, on.patterns, *material, mesh.twist_per_length)
-    return replace(found, pattern=np.asarray((completion(mesh, mesh.flank) @ found.pattern.T).T))
+        found = stress_by_holes(blank.web, eased, patterns, *material, mesh.twist_per_length)
+    return replace(found, pattern=np.asarray((_onto_all_nodes(mesh, False) @ found.pattern.T).T))
 
 
 def _bored_ring(mesh: SectorMesh, stiffness: FloatArray, reach: int) -> Callable[[int], FloatArray]:
@@ -324,18 +418,9 @@ def _turned(left: sp.csr_array, matrix: FloatArray, right: sp.csr_array) -> Floa
     return np.asarray(left @ (right @ matrix.T).T)
 
 
-def _on_the_grid(mesh: SectorMesh, compliance: FloatArray) -> FloatArray:
-    """Compliance of all nodes of the flank from that of those that elements have, both (teeth, n, n)."""
-    if not len(mesh.middles):
-        return compliance
-    full = completion(mesh, mesh.flank)
-    return np.stack([full @ (full @ block.T).T for block in compliance])
-
-
-def _of_the_fillets(mesh: SectorMesh, points: FilletPoints, stress: FloatArray) -> FilletStress:
+def _of_the_fillets(points: FilletPoints, stress: FloatArray, onto: sp.csr_array) -> FilletStress:
     """Sort stress, (teeth, m, n), by side, point and column; over forces on all nodes of the flank."""
-    full = completion(mesh, mesh.flank)
-    over_grid = np.stack([(full @ block.T).T for block in stress])
+    over_grid = np.stack([(onto @ block.T).T for block in stress])
     return FilletStress(points, over_grid.reshape(len(stress), 2, *points.shape, -1))
 
 

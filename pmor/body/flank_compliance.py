@@ -53,25 +53,27 @@ def flank_compliance(bodies: tuple[ElasticGear, ElasticGear], components: int) -
         Of the displacement at a node: 2 or 3.
     """
     pinion, wheel = bodies
-    first = loaded_part(pinion, components)
-    second = first if wheel is pinion else loaded_part(wheel, components)
+    first = loaded_part(pinion.compliance, components)
+    second = first if wheel is pinion else loaded_part(wheel.compliance, components)
     return FlankCompliance(
         (first, second), components, (loaded_support(pinion, components), loaded_support(wheel, components))
     )
 
 
-def loaded_part(body: ElasticGear, components: int) -> FloatArray:
-    """Return the compliance of a gear as `FlankCompliance.gears` has it."""
-    blocks, used = body.compliance[body.neighbours :], _loaded_unknowns(body, components)
-    return np.ascontiguousarray(blocks[:, used[:, None], used])
+def loaded_part(compliance: FloatArray, components: int) -> FloatArray:
+    """Return the compliance of a gear, or of its other flanks, as `FlankCompliance.gears` has it."""
+    used = _loaded_unknowns(compliance, components)
+    return np.ascontiguousarray(compliance[len(compliance) // 2 :, used[:, None], used])
 
 
 def loaded_support(body: ElasticGear, components: int) -> Support | None:
     """Return the part of low rank in the components that contact forces have; None of a gear whose teeth are alike."""
     if body.support is None:
         return None
-    return replace(body.support, rows=np.ascontiguousarray(body.support.rows[_loaded_unknowns(body, components)]))
+    used, own = _loaded_unknowns(body.compliance, components), body.support
+    backs = None if own.backs is None else np.ascontiguousarray(own.backs[used])
+    return replace(own, rows=np.ascontiguousarray(own.rows[used]), backs=backs)
 
 
-def _loaded_unknowns(body: ElasticGear, components: int) -> IntArray:
-    return (3 * np.arange(body.compliance.shape[1] // 3)[:, None] + np.arange(components)).ravel()
+def _loaded_unknowns(compliance: FloatArray, components: int) -> IntArray:
+    return (3 * np.arange(compliance.shape[1] // 3)[:, None] + np.arange(components)).ravel()

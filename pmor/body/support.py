@@ -52,10 +52,13 @@ class Support:
     compliance : ndarray, shape (p, neighbours + 1, q, q)
         S: movement of the patterns of tooth i + k under forces on tooth i, mm/N, for teeth i = 0 ... p - 1, after which
         it repeats, and k = 0 ... neighbours.
+    backs : ndarray, shape (n, q), or None
+        The same patterns over the unknowns of the other flank of the tooth, in its image, where it carries.
     """
 
     rows: FloatArray
     compliance: FloatArray
+    backs: FloatArray | None = None
 
     def between(self, moved: int, loaded: int) -> FloatArray:
         """Return S between two teeth, (q, q); teeth beyond the neighbours do not move."""

@@ -72,11 +72,6 @@ def _lugs(case: Case) -> str:
     return rule if case.pair.wheel.rim_gives else ""
 
 
-def _pierced(case: Case) -> str:
-    pierced = any(blank is not None and blank.holes is not None for blank in case.pair.blanks)
-    return "webs without holes, with which planets would differ from tooth to tooth: leave them out" if pierced else ""
-
-
 # What capabilities take, of cases that they do not take; empty of others.
 LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_shapes, ("campaign", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set")),
@@ -85,8 +80,7 @@ LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_ring, ("campaign", "gearbox", "stability")),
     (_many_nodes, ("page",)),
     (_lugs, ("classical", "exudyn", "fmu", "page", "rexs", "vtkhdf")),
-    (_bodies, ("rexs", "set")),
-    (_pierced, ("set",)),
+    (_bodies, ("rexs",)),
     (_one_piece, ("rexs", "set", "vtkhdf")),
     (_holes, ("classical", "exudyn", "fmu", "gearbox", "page", "vtkhdf")),
 )

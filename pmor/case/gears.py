@@ -218,6 +218,17 @@ class GearCase:
         repeats = self.repeats(pair_width_mm)
         return self.teeth // math.gcd(self.teeth, repeats) if repeats else 1
 
+    def turned(self, angle_deg: float) -> GearCase:
+        """Return the gear with holes, lugs or body so far ahead of its teeth, counter-clockwise."""
+        if self.lugs is not None:
+            return replace(self, held=replace(self.lugs, first_deg=self.lugs.first_deg + angle_deg))
+        if self.body is not None:
+            return replace(self, body=replace(self.body, x_axis_deg=self.body.x_axis_deg + angle_deg))
+        if self.blank is None or self.blank.holes is None:
+            return self
+        holes = replace(self.blank.holes, first_deg=self.blank.holes.first_deg + angle_deg)
+        return replace(self, blank=replace(self.blank, holes=holes))
+
     def face(self, pair_width_mm: float) -> tuple[float, float]:
         """Return where the face begins and ends along z, mm, in a pair of a face width."""
         half_mm = 0.5 * (self.face_width_mm or pair_width_mm)

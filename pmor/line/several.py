@@ -138,7 +138,9 @@ class TrainBody:
     root_stress : RootStressShapes or None
         Where it was asked for.
     support : Support or None
-        Of a ring at lugs: by what its teeth differ, as its meshes see it.
+        Of a ring at lugs, or a gear with holes: by what its teeth differ; as `far`, in its image where that is.
+    other_stress : RootStressShapes or None
+        Of the other flanks, where these are unlike.
     """
 
     name: str
@@ -147,6 +149,7 @@ class TrainBody:
     image: bool = False
     root_stress: RootStressShapes | None = None
     support: Support | None = None
+    other_stress: RootStressShapes | None = None
 
 
 @dataclass(frozen=True)
@@ -360,7 +363,7 @@ class PlacedTrain:
             By how much further the flanks stand off, mm.
         pitch : int
             So many pitches of the first gear later than the train is placed, whole ones of all meshes: other teeth of
-            rings at lugs are in mesh.
+            gears whose teeth differ are in mesh.
         """
         loads = np.atleast_2d(np.asarray(loads, dtype=float))
         train, lines = self.train, self.lines
@@ -376,14 +379,14 @@ class PlacedTrain:
         )  # fmt: skip
         gap = lines.gap + deviation if deviation.size else lines.gap
         self._make_ready(self._likely(gap, REACH * mean.max(axis=0) * softness))
-        unused, at_lugs = train.meshes[0].pair.compliance, self._at_lugs(pitch)
+        unused, at_supports = train.meshes[0].pair.compliance, self._at_supports(pitch)
         for _ in range(MOST_ROUNDS):
-            between = self.between + at_lugs if at_lugs.size else self.between
+            between = self.between + at_supports if at_supports.size else self.between
             solve_meshes(
                 lines, self.levers, Flexibility(between, self.ready), deviation, loads, mean, softness,
                 self.width, unused, train.corners, results,
             )  # fmt: skip
-            missing = self._closed(gap, at_lugs, results)
+            missing = self._closed(gap, at_supports, results)
             if not missing.any():
                 break
             self._make_ready(missing)
@@ -405,14 +408,14 @@ class PlacedTrain:
             likely[:, one.part] = off <= off.min(axis=1, keepdims=True) + near
         return likely
 
-    def _closed(self, gap: FloatArray, at_lugs: FloatArray, results: SeveralResults) -> BoolArray:
+    def _closed(self, gap: FloatArray, at_supports: FloatArray, results: SeveralResults) -> BoolArray:
         """Sections that are left out and whose flanks would overlap, but for the deflection of their own mesh."""
         rigid = gap + np.einsum("ank,dak->dan", self.levers.rows, results.movement)
         rigid += np.einsum(
             "anr,dar->dan", self._support_rows, np.einsum("anr,dan->dar", self._support_rows, results.force)
         )
-        if at_lugs.size:
-            rigid += np.einsum("anm,dam->dan", at_lugs, results.force)
+        if at_supports.size:
+            rigid += np.einsum("anm,dam->dan", at_supports, results.force)
         return np.asarray((rigid < 0.0).any(axis=0) & ~self.ready)
 
     @cached_property
@@ -424,8 +427,8 @@ class PlacedTrain:
         return np.concatenate([self._on_bodies(one, root) for one in self.placed], axis=1)
 
     @cached_property
-    def _on_lugs(self) -> tuple[tuple[TrainBody, IntArray, list[FloatArray], list[IntArray], list[float]], ...]:
-        """Rings at lugs: where their sections are; of each tooth pair rows, teeth, how these count on in a pitch."""
+    def _on_supports(self) -> tuple[tuple[TrainBody, IntArray, list[FloatArray], list[IntArray], list[float]], ...]:
+        """Gears whose teeth differ: where their sections are; of each tooth rows, numbers, and how these count on."""
         found = []
         for number, body in enumerate(self.train.bodies):
             if body.support is None:
@@ -436,21 +439,29 @@ class PlacedTrain:
             for one, gear, in_a_pitch in uses:
                 meshed, pairs = one.mesh.pair.meshed, one.mesh.pair.meshed.tooth_pair_count
                 (column, share), node_rows = meshed.carriers
+                flipped = one.mesh.image != body.image
+                patterns = body.support.backs if flipped else body.support.rows
+                assert patterns is not None
                 of_mesh = carried_rows(
-                    body.support.rows, (column[gear], share[gear]), node_rows[gear], one.lines.row[..., gear],
+                    patterns, (column[gear], share[gear]), node_rows[gear], one.lines.row[..., gear],
                     one.lines.gradient[:, :, gear],
                 )  # fmt: skip
                 rows += np.split(of_mesh, pairs, axis=1)
-                tooth += list(_teeth(one)[:, :: len(meshed.width), gear].T)
-                senses += [LATER[gear] * in_a_pitch] * pairs
+                # In its image a tooth has the opposite number.
+                sense = -1 if flipped else 1
+                tooth += list(sense * _teeth(one)[:, :: len(meshed.width), gear].T)
+                senses += [sense * LATER[gear] * in_a_pitch] * pairs
                 at.append(np.arange(one.part.start, one.part.stop))
             found.append((body, np.concatenate(at), rows, tooth, senses))
         return tuple(found)
 
-    def _at_lugs(self, pitch: int) -> FloatArray:
-        """What rings at lugs give way between all sections so many pitches later, (A, N, N), mm/N; empty without."""
-        found = np.zeros(self.between.shape if self._on_lugs else (0, 0, 0))
-        for body, at, rows, tooth, senses in self._on_lugs:
+    def _at_supports(self, pitch: int) -> FloatArray:
+        """By what gears whose teeth differ give way between all sections so many pitches later, (A, N, N), mm/N.
+
+        Empty without such gears.
+        """
+        found = np.zeros(self.between.shape if self._on_supports else (0, 0, 0))
+        for body, at, rows, tooth, senses in self._on_supports:
             assert body.support is not None
             later = [numbers + round(sense * pitch) for numbers, sense in zip(tooth, senses, strict=True)]
             found[:, at[:, None], at] += support_flexibility(body.support, body.teeth, rows, later)

@@ -157,7 +157,7 @@ class _Turning:
             self._refuse_two_ways(meeting)
             self._assemble(meeting, loose)
         else:
-            self.turns[wheel] = self._driven(meeting)
+            self.turns[wheel] = self._counted(meeting)
         for body in loose:
             self.ahead[self._kind(body)] = self.turns[body].start - self.turns[self._on(body)].start
 
@@ -188,6 +188,12 @@ class _Turning:
             direction + own.sense * (math.pi + turned),
             -own.rate * pair.pinion.base_radius / pair.wheel.base_radius,
         )
+
+    def _counted(self, meeting: Meeting) -> _Turn:
+        """The same, its teeth counted from the one that is nearest to the pinion at angle 0."""
+        own, driven, pair = self.turns[meeting.pinion], self._driven(meeting), meeting.pair
+        nearest = round(own.sense * (self._direction(meeting) - own.start) / pair.pitch)
+        return driven._replace(start=driven.start - own.sense * nearest * pair.wheel.angular_pitch)
 
     def _refuse_two_ways(self, meeting: Meeting) -> None:
         known, wanted = self.turns[meeting.wheel], self._driven(meeting)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -47,6 +47,8 @@ class SetBody:
         Of its mid width, mm.
     on : int or None
         Number of the gear before, on the same shaft, that stands for it; None of that one and of single gears.
+    direction : float
+        That the places of its holes count from, counter-clockwise from the y axis, rad.
     """
 
     name: str
@@ -55,6 +57,7 @@ class SetBody:
     y: float
     z: float = 0.0
     on: int | None = None
+    direction: float = 0.0
 
     @property
     def centre(self) -> Centre:
@@ -122,10 +125,14 @@ def build_train(
         case = cases[use.case]
         gear = (case.pair.pinion, case.pair.wheel)[use.gear]
         asked = _far_teeth(member, bodies, meshes, meetings, placed, use.image)
-        if gear.lugs is not None:
-            ring = next(n for n, mesh in enumerate(meshes) if bodies[mesh.wheel].member == member)
-            first_deg = gear.lugs.first_deg - _from_the_axis_deg(meetings[ring], placed[ring])
-            gear = replace(gear, held=replace(gear.lugs, first_deg=first_deg))
+        if gear.repeats(case.pair.face_width_mm):
+            first = next(
+                number for number, mesh in enumerate(meshes)
+                if mesh.case == use.case and placed[number].image == use.image
+                and bodies[(mesh.pinion, mesh.wheel)[use.gear]].member == member
+            )  # fmt: skip
+            body = bodies[(meshes[first].pinion, meshes[first].wheel)[use.gear]]
+            gear = gear.turned(_ahead_of_the_pair_deg(meetings[first], placed[first], use.gear, body.direction))
         return line_gear(case, models[use.case], sectors[member], gear, kept(member), asked)
 
     solved = dict(zip(own, in_order(solve, own, executor), strict=True))
@@ -144,6 +151,7 @@ def build_train(
             own[body.member].image,
             of_member.root_stress,
             of_member.support,
+            None if of_member.other is None else of_member.other.root_stress,
         )
         for body, of_member in ((body, solved[body.member]) for body in bodies)
     )
@@ -180,9 +188,12 @@ def _line_pair(meshed: LayeredPair, gears: tuple[FloatArray, FloatArray]) -> Lin
 def _near(solved: SolvedGear, sector: SectorMesh, flipped: bool) -> FloatArray:
     """Compliance of a gear's flanks, of the tooth 0, 1, ... counter-clockwise from the loaded one, (teeth, n, n).
 
-    That of the gear with the other hand is the image in the plane at mid width.
+    The other flanks are those of the gear with the other hand, the image in the plane at mid width, unless they are
+    unlike.
     """
     blocks = solved.compliance
+    if flipped and solved.other is not None:
+        return solved.other.compliance
     if not flipped or sector.twist_per_length == 0.0:
         return blocks
     order, sign = other_hand(blocks.shape[1], len(sector.z))
@@ -216,11 +227,17 @@ def _far_teeth(
     return FarTeeth(tuple(sorted(alike[0])), tuple(sorted(alike[1])), tuple(sorted(backs)))
 
 
-def _from_the_axis_deg(meeting: Meeting, place: Placement) -> float:
-    """Return how far, at angle 0, a ring stands ahead of where it is in its pair at pinion angle 0, from the y axis."""
-    side = -1.0 if place.image else 1.0
-    turned = meeting.pair.wheel_tooth_rotation(place.start) - meeting.pair.wheel_tooth_rotation(0.0)
-    return math.degrees(side * place.direction + turned)
+def _ahead_of_the_pair_deg(meeting: Meeting, place: Placement, gear: int, direction: float) -> float:
+    """Return how far holes that count from a direction at angle 0 are ahead of those that count as in a pair.
+
+    That is from the line to the mate's centre, with tooth 0 where it is at pinion angle 0; in the frame of the pair.
+    """
+    side, pair = -1.0 if place.image else 1.0, meeting.pair
+    tooth, line, turned = pair.pinion, place.direction, place.start
+    if gear == 1:
+        tooth, turned = pair.wheel, pair.wheel_tooth_rotation(place.start) - pair.wheel_tooth_rotation(0.0)
+        line += math.pi if tooth.teeth > 0 else 0.0
+    return math.degrees(side * (direction - line) - turned + place.first_tooth[gear] * tooth.angular_pitch)
 
 
 def _near_to(offset: float, reach: float) -> range:

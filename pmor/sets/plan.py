@@ -152,7 +152,7 @@ def _planetary(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair],
     bodies = [SetBody("sun", "sun", 0.0, 0.0), SetBody("ring", "ring", 0.0, 0.0)]
     for number, angle in zip(numbers, angles, strict=True):
         x, y = -distance * math.sin(angle), distance * math.cos(angle)
-        bodies.append(SetBody(f"planet {number + 1}", "planet", x, y))
+        bodies.append(SetBody(f"planet {number + 1}", "planet", x, y, direction=angle))
     _refuse_neighbours(bodies[2:], max(inner.wheel.tip_radius, outer.pinion.tip_radius))
     stands = standing(said, bodies, layout.clockwise, carrier)
     planets = tuple(range(2, len(bodies)))

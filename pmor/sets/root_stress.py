@@ -160,7 +160,7 @@ def _mesh(placed: PlacedTrain, one: PlacedMesh, flanks: dict[tuple[int, bool], R
         assert body.root_stress is not None
         flipped.append(one.mesh.image != body.image)
         if (number, flipped[-1]) not in flanks:
-            other = of_the_other_flank(body.root_stress, helical, flank.nodes.shape[1])
+            other = body.other_stress or of_the_other_flank(body.root_stress, helical, flank.nodes.shape[1])
             flanks[number, flipped[-1]] = other if flipped[-1] else body.root_stress
         shapes.append(flanks[number, flipped[-1]])
     phi = one.mesh.start + one.mesh.rate * placed.phi

@@ -116,7 +116,7 @@ def _arrays(basis: Basis) -> dict[str, np.ndarray]:
             arrays[f"{group}/wheel"] = wheel
         for gear, support in zip(GEARS, basis.compliance.supports, strict=True):
             if support is not None:
-                arrays |= {f"support/{gear}/{name}": array for name, array in vars(support).items()}
+                arrays |= {f"support/{gear}/{name}": getattr(support, name) for name in SUPPORT}
     if basis.root_stress is not None:
         pinion_stress, wheel_stress = basis.root_stress
         for gear, stress in zip(GEARS, (pinion_stress, wheel_stress), strict=True):

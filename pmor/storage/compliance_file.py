@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -28,9 +29,15 @@ FAR = {
     "backs": Field("mm/N", FAR_BLOCKS, "of the other flanks under forces on the flank of tooth 0", finite=False),
 }
 # Parts that a file may be without, by the names of their folders.
-PARTS = {"holes": (Support, SUPPORT), "root_stress": (RootStressShapes, ROOT_STRESS), "far": (FarCompliance, FAR)}
+PARTS: dict[str, tuple[Callable[..., Any], dict[str, Field]]] = {
+    "holes": (Support, SUPPORT), "root_stress": (RootStressShapes, ROOT_STRESS), "far": (FarCompliance, FAR),
+    "other/root_stress": (RootStressShapes, ROOT_STRESS),
+}  # fmt: skip
+OTHER, BACKS = "other/compliance", "other/holes"
 LAYOUT = {
     "compliance": Field("mm/N", COMPLIANCE, "of the flank nodes, of the loaded tooth and those beside it"),
+    OTHER: Field("mm/N", COMPLIANCE, "the same of the other flanks, in their image", optional=True),
+    BACKS: Field("1", "loaded unknown, felt pattern", "the patterns that holes feel, on them", optional=True),
     **{
         # Holes are felt by all teeth of a gear with several meshes.
         f"{part}/{name}": replace(field, dims=field.dims.replace("pitch offset", "further tooth"), optional=True)
@@ -39,9 +46,27 @@ LAYOUT = {
     f"{ANSWERS}/displacement": Field(
         "mm", "tooth beside, loaded unknown", "of the flanks under uneven forces on one of them"
     ),
+    f"{ANSWERS}/other_displacement": Field(
+        "mm", "tooth beside, loaded unknown", "the same of the other flanks", optional=True
+    ),
     f"{ANSWERS}/stress": ANSWERED["stress"],
+    f"{ANSWERS}/other_stress": ANSWERED["stress"],
     f"{ANSWERS}/far": Field("mm", "kind, tooth, loaded unknown", "of far flanks under uneven loads", optional=True),
 }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SolvedFlank:
+    """The other flanks of a gear, in their image, where these are no images of its flanks.
+
+    Parameters
+    ----------
+    compliance, root_stress
+        As of `SolvedGear`, stress on the sides and the teeth of the gear itself.
+    """
+
+    compliance: FloatArray
+    root_stress: RootStressShapes | None = None
 
 
 @dataclass(frozen=True)
@@ -58,12 +83,15 @@ class SolvedGear:
         The part of low rank, of holes.
     far : FarCompliance or None
         Of gears with several meshes.
+    other : SolvedFlank or None
+        Where the other flanks carry and may be unlike.
     """
 
     compliance: FloatArray
     root_stress: RootStressShapes | None = None
     support: Support | None = None
     far: FarCompliance | None = None
+    other: SolvedFlank | None = None
 
 
 # Gives the gear with a key, and solves for it where it is not kept.
@@ -86,7 +114,9 @@ def read_compliance(path: Path, key: str) -> SolvedGear:
             part: kind(*(arrays[f"{part}/{name}"] for name in layout)) if part in file else None
             for part, (kind, layout) in PARTS.items()
         }
-        found = SolvedGear(arrays["compliance"], parts["root_stress"], parts["holes"], parts["far"])
+        other = SolvedFlank(arrays[OTHER], parts["other/root_stress"]) if OTHER in file else None
+        holes = parts["holes"] and replace(parts["holes"], backs=arrays.get(BACKS))
+        found = SolvedGear(arrays["compliance"], parts["root_stress"], holes, parts["far"], other)
         with np.errstate(all="ignore"):  # absurd numbers are refused, not warned of
             check_answers(_answers(found), {name: array for name, array in arrays.items() if name.startswith(ANSWERS)})
         return found
@@ -95,10 +125,16 @@ def read_compliance(path: Path, key: str) -> SolvedGear:
 def write_compliance(path: Path, key: str, solved: SolvedGear) -> None:
     """Write the file of the gear with a key, whole; equal contents are equal files; OutputError where that fails."""
     parts = {"root_stress": solved.root_stress, "holes": solved.support, "far": solved.far}
+    if solved.other is not None:
+        parts["other/root_stress"] = solved.other.root_stress
     arrays = {
         f"{part}/{name}": getattr(found, name)
         for part, found in parts.items() if found is not None for name in PARTS[part][1]
     }  # fmt: skip
+    if solved.other is not None:
+        arrays[OTHER] = solved.other.compliance
+    if solved.support is not None and solved.support.backs is not None:
+        arrays[BACKS] = solved.support.backs
     with create(path, COMPLIANCE_SCHEMA, {"key": key}, overwrite=True, dated=False) as file:
         write_all(file, {"compliance": solved.compliance, **arrays, **_answers(solved)}, LAYOUT)
 
@@ -114,6 +150,13 @@ def _answers(solved: SolvedGear) -> dict[str, FloatArray]:
     found = {"displacement": moved_flank(solved.compliance, solved.support)}
     if solved.root_stress is not None:
         found["stress"] = stress_of_fillets(solved.root_stress)
+    if (other := solved.other) is not None:
+        holes, backs = solved.support, None if solved.support is None else solved.support.backs
+        found["other_displacement"] = moved_flank(
+            other.compliance, None if holes is None or backs is None else replace(holes, rows=backs)
+        )
+        if other.root_stress is not None:
+            found["other_stress"] = stress_of_fillets(other.root_stress)
     if solved.far is not None:
         found["far"] = moved_far_teeth(solved.far)
     return {f"{ANSWERS}/{name}": array for name, array in found.items()}

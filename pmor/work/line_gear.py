@@ -20,7 +20,14 @@ from pmor.line.layered_pair import layers_of
 from pmor.line.sections import loaded_components
 from pmor.pair.blank import blank_below
 from pmor.pair.model import MeshModel, neighbouring_teeth, solved_gear
-from pmor.storage.compliance_file import COMPLIANCE_SCHEMA, KeptGear, SolvedGear, read_compliance, write_compliance
+from pmor.storage.compliance_file import (
+    COMPLIANCE_SCHEMA,
+    KeptGear,
+    SolvedFlank,
+    SolvedGear,
+    read_compliance,
+    write_compliance,
+)
 from pmor.storage.content_key import key_of
 from pmor.storage.results_folder import refuse_other_kind
 
@@ -47,8 +54,15 @@ def line_gear(
 
     def solve() -> SolvedGear:
         body = solved_gear(case, mesh, sector, gear, far=far)
-        stress = None if body.fillet is None else root_stress_shapes(body.fillet, components)
-        return SolvedGear(loaded_part(body, components), stress, loaded_support(body, components), body.far)
+        flank, *other = (
+            SolvedFlank(
+                loaded_part(side.compliance, components),
+                None if side.fillet is None else root_stress_shapes(side.fillet, components),
+            )
+            for side in (body, body.other) if side is not None
+        )  # fmt: skip
+        support = loaded_support(body, components)
+        return SolvedGear(flank.compliance, flank.root_stress, support, body.far, other[0] if other else None)
 
     # What is brought is condensed for a new gear alone: the digest of its file stands for it.
     below = blank_below(case, gear, tooth, sector, place) if gear.body is None else (*_brought(gear), place)

@@ -9,7 +9,7 @@ from pmor.body.far_compliance import FarCompliance
 from pmor.body.root_stress import RootStressShapes
 from pmor.body.support import Support
 from pmor.core.errors import FileFormatError
-from pmor.storage.compliance_file import SolvedGear, read_compliance, write_compliance
+from pmor.storage.compliance_file import SolvedFlank, SolvedGear, read_compliance, write_compliance
 from tests.support.broken_files import edit, flip_bit, is_a_folder, is_empty, is_missing, is_text, is_truncated
 from tests.support.broken_hdf5 import reseal, with_data
 from tests.support.refusals import time_limit
@@ -18,16 +18,21 @@ FLIPS = 60
 TEETH, UNKNOWNS = 7, 12
 
 
-def gear(rng):
-    """A gear with all that a file may hold, of made-up numbers."""
-    stress = RootStressShapes(
+def stress(rng):
+    return RootStressShapes(
         rng.normal(size=(5, 2)), np.arange(3.0), rng.normal(size=(4, UNKNOWNS)), rng.normal(size=(3, 2, 5, 3, 3, 4)),
         rng.normal(size=(2, 5, 3, 3, 2)), rng.normal(size=(6, UNKNOWNS)), rng.normal(size=(2, 5, 2, 6)),
     )  # fmt: skip
+
+
+def gear(rng):
+    """A gear with all that a file may hold, of made-up numbers."""
     far = FarCompliance(rng.normal(size=(UNKNOWNS, 3)), *rng.normal(size=(3, TEETH, 3, 3)))
     far.flanks[2:] = np.nan
-    holes = Support(rng.normal(size=(UNKNOWNS, 2)), rng.normal(size=(3, TEETH, 2, 2)))
-    return SolvedGear(rng.normal(size=(2, UNKNOWNS, UNKNOWNS)), stress, holes, far)
+    rows, backs = rng.normal(size=(2, UNKNOWNS, 2))
+    flank, other = (SolvedFlank(rng.normal(size=(2, UNKNOWNS, UNKNOWNS)), stress(rng)) for _ in range(2))
+    holes = Support(rows, rng.normal(size=(3, TEETH, 2, 2)), backs)
+    return SolvedGear(flank.compliance, flank.root_stress, holes, far, other)
 
 
 @pytest.fixture
@@ -72,9 +77,15 @@ def other(name, change):
 
 LIES = {
     "a compliance that is larger": (other("compliance", lambda data: 1.01 * data), "does not answer as it did"),
+    "other flanks that give more": (other("other/compliance", lambda data: 1.01 * data), "does not answer as it did"),
     "unknowns in another order": (other("compliance", lambda data: data[:, ::-1, ::-1]), "does not answer as it did"),
     "far teeth in another order": (other("far/backs", lambda data: data[::-1]), "does not answer as it did"),
     "holes that are turned": (other("holes/compliance", lambda data: data[::-1]), "does not answer as it did"),
+    "holes on other backs": (other("other/holes", lambda data: data[::-1]), "does not answer as it did"),
+    "stress by other flanks": (
+        other("other/root_stress/rim_moved", lambda data: data[::-1]),
+        "does not answer as it did",
+    ),
     "stress of the other side": (other("root_stress/stress", lambda data: data[:, ::-1]), "does not answer as it did"),
     "fewer unknowns": (other("compliance", lambda data: data[:, :-1, :-1]), "has the shape"),
     "fewer far unknowns": (other("far/shapes", lambda data: data[:-1]), "has the shape"),
