@@ -40,7 +40,8 @@ class HolesCase:
         where a round hole goes along that circle; 0 is a round hole.
     first_deg : float
         Place of the middle of the first one at pinion angle 0, in degrees: from the line from this gear's centre to its
-        mate's, counter-clockwise seen from +z.
+        mate's, counter-clockwise seen from +z; of a set from the y axis, on its planets from where the pin lies
+        outwards.
     """
 
     count: Annotated[int, Range(1, 1000)]

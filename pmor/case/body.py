@@ -121,7 +121,7 @@ class BodyCase:
         Of its coordinates.
     x_axis_deg : float
         Place of its x axis at pinion angle 0, in degrees: from the line from this gear's centre to its mate's,
-        counter-clockwise seen from +z.
+        counter-clockwise seen from +z; of a set as `first_deg` of holes.
     """
 
     mesh: BodyMesh
@@ -156,7 +156,7 @@ class MatrixCase:
         Of its coordinates; the stiffness is then in N/mm, N/m or lbf/in.
     x_axis_deg : float
         Place of its x axis at pinion angle 0, in degrees: from the line from this gear's centre to its mate's,
-        counter-clockwise seen from +z.
+        counter-clockwise seen from +z; of a set as `first_deg` of holes.
     mass_kg : float
         Of the body without rim and teeth, kg.
     polar_inertia_kg_m2, tilting_inertia_kg_m2 : float

@@ -4,6 +4,7 @@ import json
 import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, fields, is_dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from pmor.case.coast import TORQUES, as_drawn, without_pitch
@@ -21,7 +22,12 @@ from pmor.gear.topography import Topography
 
 def make_case(name: str = "case", **settings: Any) -> Case:
     """Make a case without a file; see `pmor.app.cases`, which types the keywords out."""
-    return parse_case(document_text(_changed({}, settings, name)), name, name)
+    return case_of_settings(settings, name)
+
+
+def case_of_settings(settings: Mapping[str, Any], name: str, folder: Path | None = None) -> Case:
+    """Make a case of its sections, as `make_case`; files in them are beside a folder, and there are none without."""
+    return parse_case(document_text(_changed({}, settings, name)), name, name, folder)
 
 
 def change_case(case: Case, **settings: Any) -> Case:

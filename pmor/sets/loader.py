@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
-from pmor.case import Case, make_case
+from pmor.case import Case
 from pmor.case.capability import refuse_beyond
+from pmor.case.change import case_of_settings
 from pmor.case.document import BLANK, COAST, MODIFICATION
 from pmor.case.reader import Reader, parse_toml, read_text, sections_in
 from pmor.case.seats import read_seats
@@ -349,27 +350,15 @@ class _Reader(Reader):
                 case = self.case(said, share, torques_Nm[share.name])
                 refuse_loads_unmeshed(case)
             found[share.name] = case
-        for member in dict.fromkeys(name for share in layout.shares for name in share.members):
-            self.check_web(member, [(share, found[share.name]) for share in layout.shares if member in share.members])
+        for share in layout.shares:
+            pair = found[share.name].pair
+            for member, gear in zip(share.members, (pair.pinion, pair.wheel), strict=True):
+                if gear.blank is not None and gear.blank.stress:
+                    self.refuse(f"[{member}.blank] stress = true", "a set has no stress of webs: leave it out")
         # Members are solved once for all of their meshes.
         if len({meshed_width(case) for case in found.values()}) > 1:
             found = {name: whole_width(case) for name, case in found.items()}
         return found
-
-    def check_web(self, member: str, meshes: Sequence[tuple[Share, Case]]) -> None:
-        """Refuse the stress of webs, and webs beside the middle where helical teeth carry on both flanks."""
-        share, case = meshes[0]
-        gear = (case.pair.pinion, case.pair.wheel)[share.members.index(member)]
-        blank = gear.light_blank(case.pair.face_width_mm)
-        if blank is not None and blank.stress:
-            self.refuse(f"[{member}.blank] stress = true", "a set has no stress of webs: leave it out")
-        # The flanks are unlike then.
-        both = len({share.sense for share, _ in meshes}) > 1
-        if both and case.pair.helix_angle_deg and blank is not None and not blank.web_even:
-            rule = "teeth that carry on both flanks need a web in the middle, or no helix"
-            if blank.web_profile is not None:
-                self.refuse(f"[{member}.blank] web_profile", f"{rule}: write faces at -z and z")
-            self.refuse(f"[{member}.blank] web_offset_mm = {blank.web_offset_mm:g}", f"{rule}: set it to 0")
 
     def case(self, said: SetSections, share: Share, torque_Nm: float) -> Case:
         """Return the case of a mesh; a torque that turns its pinion clockwise makes the case of the image."""
@@ -395,7 +384,7 @@ class _Reader(Reader):
         if unknown := next((key for key in results if key != "root_stress"), None):
             self.refuse(f"[results] {unknown}", "of a set root_stress alone can be chosen: leave it out")
         document["results"] = {"maps": False, **results}
-        case = make_case(share.name, **document)
+        case = case_of_settings(document, share.name, self.folder)
         refuse_beyond(case, "set", f"{self.where}: mesh {share.name}")
         return case
 
@@ -413,7 +402,7 @@ class _Reader(Reader):
             raise type(error)(f"{self.where}: mesh {share.name}: {text}") from None
 
     def pitches(self, said: SetSections, plan: SetPlan, cases: Mapping[str, Case], housed: bool = False) -> int:
-        """Return the mesh cycles to solve: as the file says, or until lugs and gears with errors stand as before.
+        """Return the mesh cycles to solve: as the file says, or until lugs, holes and errors of gears stand as before.
 
         Parameters
         ----------

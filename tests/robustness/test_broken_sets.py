@@ -82,22 +82,7 @@ SETS = {
     "an unknown key of a gear": ("[sun]\nteeth = 18", "[sun]\nteth = 18\nteeth = 18", "[sun] teth"),
     "an unknown key": ("count = 3", "count = 3\nnumber = 3", "unknown key"),
     "penalty contact": ("[sweep]", '[contact]\nscheme = "direct"\n[sweep]', "a set takes line loads"),
-    "holes in a blank": (
-        "[ring]",
-        f"{BLANK}[planet.blank.holes]\ncount = 5\nradius_mm = 1.2\non_radius_mm = 23.0\n[ring]",
-        "webs without holes",
-    ),
-    "a web beside the middle of helical planets": (
-        "[pair]",
-        f"{BLANK}web_offset_mm = 3.0\n[pair]\nhelix_angle_deg = 12.0",
-        "need a web in the middle",
-    ),
-    "a dished web of helical planets": (
-        "[pair]",
-        f"{BLANK.replace('web_thickness_mm = 5.0', 'web_profile = [[20.0, -3.0, 2.0], [21.0, -2.0, 2.0]]')}"
-        "[pair]\nhelix_angle_deg = 12.0",
-        "write faces at -z and z",
-    ),
+    "a body that is not there": ("[ring]", '[planet.blank]\nmesh = "body.inp"\n[ring]', "there is no such mesh"),
     "lugs that take all of the outside": (
         "rim_thickness_mm = 12.0",
         "rim_thickness_mm = 12.0\nheld = {lugs = 9, lug_deg = 40.0}",

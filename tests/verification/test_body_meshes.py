@@ -9,6 +9,7 @@ from scipy.io import mmwrite
 
 import pmor.body.support
 from pmor.body.elastic_gear import elastic_gear
+from pmor.body.far_compliance import FarTeeth
 from pmor.case import change_case, make_case, parse_case, text_of
 from pmor.case.body_mesh import BodyVolume, body_volume
 from pmor.case.coast import as_drawn, other_flank
@@ -19,10 +20,12 @@ from pmor.pair.blank import blank_below
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.drawn import gear_inertias
 from pmor.pair.model import elastic_model, gear_pair, mesh_model, sector_meshes
+from pmor.sets.model import SetBody, SetMesh, build_train
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair
 from tests.support.body_meshes import body_mesh, condensed_body, holed_body, write_mesh
+from tests.support.small_sets import rotations
 from tests.verification.test_blanks import whole_compliance
 
 E, NU = 210_000.0, 0.3
@@ -241,6 +244,38 @@ def test_sectors_on_a_body_that_changes_around_its_axis_are_the_whole_gear_in_on
     for k, expected in zip((-1, 0, 1), whole_compliance(case, (-1, 0, 1)), strict=True):
         found = gear.tooth_compliance(k) + gear.support.rows @ gear.support.between(k, 0) @ gear.support.rows.T
         assert_allclose(found, expected, rtol=0.0, atol=1e-8 * np.abs(expected).max())
+
+
+def test_other_flanks_on_a_body_are_the_flanks_on_its_image(tmp_path, monkeypatch):
+    """Slots on one side, below helical teeth: no image of the flanks."""
+    monkeypatch.setattr(pmor.body.support, "LEAST_MOVED", 1e-12)
+    case = change_case(slotted_case(tmp_path), helix_angle_deg=18.0)
+    far, gears = FarTeeth((), (3,), (1, 2)), []
+    for one in (case, other_flank(case)):
+        mesh = sector_meshes(one, gear_pair(one))[0]
+        blank = blank_below(one, one.pair.pinion, gear_pair(one).pinion, mesh, 0)
+        gears.append(elastic_gear(mesh, E, NU, "hex8i", 2, far=far, blank=blank))
+    gear, image = gears
+    for k in (-1, 0, 1):
+        found, expected, plain = (
+            side.compliance[gear.neighbours + k] + rows @ held.of_teeth(*np.array([[sense * k], [0]]), 13)[0] @ rows.T
+            for side, rows, held, sense in (
+                (gear.other, gear.support.backs, gear.support, -1), (image, image.support.rows, image.support, 1),
+                (gear, gear.support.rows, gear.support, 1),
+            )
+        )  # fmt: skip
+        assert_allclose(found, expected, rtol=0.0, atol=1e-8 * np.abs(expected).max())
+        assert np.abs(plain - expected).max() > 1e-3 * np.abs(expected).max()
+
+
+def test_a_body_in_a_set_is_that_of_the_pair(tmp_path):
+    case, pitches = slotted_case(tmp_path), 3
+    bodies = [SetBody("one", "one", 0.0, 0.0), SetBody("other", "other", 0.0, gear_pair(case).centre_distance)]
+    built = build_train({"mesh": case}, bodies, [SetMesh("mesh", 0, 1)], rotations(2, held=(1,)), np.zeros((12, 12)))
+    pair = built.meshes[0].pair.meshed.pair
+    found = built.place(pair.pitch * np.arange(pitches * ANGLES) / ANGLES).solve(np.array([[5e4]]))
+    ste = 1e3 * pair.pinion.base_radius * found.movement[0, :, 0]
+    assert_allclose(ste, ste_of(case, pitches), rtol=1e-8)
 
 
 @pytest.mark.slow

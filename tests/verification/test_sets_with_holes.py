@@ -127,11 +127,10 @@ def test_a_single_mesh_is_the_pair_with_holes(which):
     assert np.ptp(expected.reshape(-1, ANGLES), axis=0).max() > 1e-4 * expected.mean()
 
 
-@pytest.mark.parametrize("helix", [0.0, pytest.param(12.0, marks=pytest.mark.slow)])
-def test_an_idler_with_holes_between_equal_gears_is_stressed_alike_on_both_flanks(helix, tmp_path):
-    """24 teeth and 4 holes are their own image across the line of centres, which takes each mesh to the other.
+def of_an_idler(folder, helix, web):
+    """Load cycles of an idler between equal gears; 24 teeth are their own image across the line of centres.
 
-    Of helical gears half a turn about an axis across does so.
+    It takes each mesh to the other; of helical gears half a turn about an axis across does so.
     """
     distance = float(0.5 * MODULE * (21 + 24) / np.cos(np.radians(helix)))
     text = SMALL_CHAIN.replace("[0.0, 92.0]", f"[0.0, {distance!r}]").replace(
@@ -140,13 +139,23 @@ def test_an_idler_with_holes_between_equal_gears_is_stressed_alike_on_both_flank
     text = text.replace("[output]\nteeth = 19\nbore_radius_mm = 19.0", "[output]\nteeth = 21\nbore_radius_mm = 21.0")
     text = text.replace("teeth = 25\nbore_radius_mm = 25.0", "teeth = 24\nbore_radius_mm = 14.0")
     text = text.replace("[pair]", f"[pair]\nhelix_angle_deg = {helix}").replace("_pitch = 6", f"_pitch = {ANGLES}")
+    text = text.replace("width_elements = 2", "width_elements = 1")
     text += "[idler.blank]\nrim_thickness_mm = 4.0\nweb_thickness_mm = 6.0\nhub_radius_mm = 20.0\n"
-    holes = "{count = 4, radius_mm = 5.0, on_radius_mm = 29.5, first_deg = 0.0}"
-    found = pmor.gear_set(written_set(tmp_path, f"{text}holes = {holes}\n"))
-    assert found.data["pitches"] == 6
-    cycle = found.solution.root_stress[1].cycle
-    for values in (cycle.range_MPa, cycle.most_MPa, cycle.least_MPa):
-        assert values.shape == (1, 6, 2)
-        one, other = values[0].T
+    cycle = pmor.gear_set(written_set(folder, f"{text}{web}\n")).solution.root_stress[1].cycle
+    return [cycle.range_MPa[0].T, cycle.most_MPa[0].T, cycle.least_MPa[0].T]
+
+
+@pytest.mark.parametrize("helix", [0.0, pytest.param(12.0, marks=pytest.mark.slow)])
+def test_an_idler_with_holes_between_equal_gears_is_stressed_alike_on_both_flanks(helix, tmp_path):
+    holes = "holes = {count = 4, radius_mm = 5.0, on_radius_mm = 29.5, first_deg = 0.0}"
+    for one, other in of_an_idler(tmp_path, helix, holes):
+        assert len(one) == 6
         assert_allclose(np.sort(one), np.sort(other), rtol=1e-6)
         assert np.ptp(one) > 1e-3 * np.abs(one).mean()
+
+
+def test_a_web_beside_the_middle_of_a_helical_idler_stresses_the_one_flank_as_one_on_the_other_side_the_other(tmp_path):
+    ahead, behind = (of_an_idler(tmp_path, 12.0, f"web_offset_mm = {side}") for side in (4.0, -4.0))
+    for values, turned in zip(ahead, behind, strict=True):
+        assert_allclose(values, turned[::-1], rtol=1e-6)
+        assert np.abs(values[0] - values[1]).max() > 1e-3 * np.abs(values).mean()
