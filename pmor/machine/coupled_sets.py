@@ -118,7 +118,7 @@ def _over_a_turn(one: SetMeshing, found: _Supported, torque: float) -> FloatArra
         wrench = part.hub_wrench[0].reshape(len(part.phi_rad), -1) @ one.frame.carried
         means.append(_turned(wrench, -ahead - housing_angle(plan, train, part.phi_rad)).mean(axis=0))
     mean = np.asarray(np.mean(means, axis=0))
-    if one.turns and found.pitches == 1:
+    if one.turns and plan.in_housing is None:  # what there is turns with the carrier
         mean[ACROSS] = 0.0
     return mean
 
