@@ -18,8 +18,7 @@ from pmor.case.schema import SECTIONS
 from pmor.core.errors import GeometryError
 from pmor.gear.pair import tight_distance, tight_shift
 from pmor.sets.kinematics import speed_ratio
-from pmor.sets.layout import PAIR, SECOND_PAIR, SECOND_PLANET
-from pmor.sets.loader import SHARED
+from pmor.sets.layout import PAIR, SECOND_PAIR, SECOND_PLANET, SHARED
 from pmor.sets.settings import SetSections
 
 LISTS = ("gears", "meshes", "pins.bearings")

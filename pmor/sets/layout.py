@@ -12,6 +12,8 @@ from pmor.sets.supports import tilts_under_forces
 
 # Sections of the pair, and of another one of stepped planets and the ring.
 PAIR, SECOND_PAIR, SECOND_PLANET = "pair", "second_pair", "second_planet"
+# Sections that are no gears.
+SHARED = (PAIR, "mesh", "contact", "results")
 
 
 @dataclass(frozen=True)

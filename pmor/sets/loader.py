@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
@@ -23,21 +22,19 @@ from pmor.core.wording import did_you_mean
 from pmor.export.rexs.model import ENDINGS
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair, refuse_loads_unmeshed
-from pmor.sets.layout import PAIR, SECOND_PAIR, SECOND_PLANET, Layout, Share, planetary_layout, train_layout
-from pmor.sets.plan import SetPlan, planet_positions, planetary_errors, set_plan
+from pmor.sets.layout import PAIR, SECOND_PAIR, SECOND_PLANET, SHARED, Layout, Share, planetary_layout, train_layout
+from pmor.sets.plan import SetPlan, planetary_errors, set_plan
 from pmor.sets.rexs import is_one_set, read_set
 from pmor.sets.settings import Carrier, Eccentricity, Member, SetSections, Supports
 from pmor.sets.support_checks import check_cheeks, check_supports
+from pmor.sets.train_checks import check_stepped, check_train
 
-SHARED = (PAIR, "mesh", "contact", "results")
 # Torque of cases before that of their meshes is known, N m.
 ANY = 1.0
 # Positions of a sweep.
 MOST_ANGLES = 200_000
 # Angles of a cycle of all meshes, all of which are placed.
 MOST_PLACED = 20_000
-# Places of gears on one axis.
-SAME_PLACE_MM = 1e-6
 # Of a module: centre distances of two meshes that are one.
 SAME_DISTANCE = 1e-4
 
@@ -191,7 +188,7 @@ class _Reader(Reader):
     def layout(self, said: SetSections, whole_width: bool) -> Layout:
         """Return which members mesh."""
         if said.gears or said.meshes:
-            self.check_train(said)
+            check_train(said, self.refuse)
             layout = train_layout(said)
         else:
             self.check_planets(said)
@@ -200,13 +197,10 @@ class _Reader(Reader):
         sections = dict.fromkeys((PAIR, *(share.section for share in layout.shares)))
         for name in said.members:
             if name not in (*members, *SHARED, *sections):
-                known = (
-                    [*members, *SHARED, *sections] if said.gears else [*members, *SHARED, SECOND_PLANET, SECOND_PAIR]
-                )
-                rule = f"is of stepped planets: add [{SECOND_PLANET}], or leave it out"
-                self.refuse(
-                    f"[{name}]", rule if name == SECOND_PAIR else f"unknown section: {did_you_mean(name, known)}"
-                )
+                if name == SECOND_PAIR and not said.gears:
+                    self.refuse(f"[{name}]", f"is of stepped planets: add [{SECOND_PLANET}], or leave it out")
+                known = [*members, *SHARED, *(sections if said.gears else (SECOND_PLANET, SECOND_PAIR))]
+                self.refuse(f"[{name}]", f"unknown section: {did_you_mean(name, known)}")
         for name in (*members, *sections):
             if name not in said.members:
                 self.refuse(f"[{name}]", "is missing: add the section with its keys")
@@ -236,21 +230,7 @@ class _Reader(Reader):
         if len(planets.missing) >= planets.count:
             self.refuse(f"[planets] missing = {list(planets.missing)}", "leaves no planet: take one out of the list")
         check_supports(said, self.refuse)
-        stepped = SECOND_PLANET in said.members
-        given = {
-            "[planets] timing_mrad": planets.timing_mrad,
-            "[planets] second_z_mm": planets.second_z_mm is not None,
-            "[tolerances] timing_mrad": said.tolerances is not None and said.tolerances.timing_mrad > 0.0,
-            "[supports] planet_torsion_Nmm_per_rad": said.supports.planet_torsion_Nmm_per_rad != "rigid",
-        }
-        for key, there in given.items():
-            if there and not stepped:
-                self.refuse(key, f"is of stepped planets: add [{SECOND_PLANET}], or leave it out")
-        names = ("sun", "ring", "planet", SECOND_PLANET if stepped else "planet")
-        teeth = [said.members.get(member, {}).get("teeth") for member in names]
-        if all(isinstance(count, int) and count > 0 for count in teeth):  # others are refused with their section
-            sun, ring, first, second = (int(count or 0) for count in teeth)
-            planet_positions(planets, (sun, ring), (first, second))
+        check_stepped(said, self.refuse)
 
     def carrier_stiffness(self, said: SetSections) -> FloatArray | None:
         """Return the stiffness of the carrier at the seats of its pins; None where the file names none."""
@@ -262,77 +242,6 @@ class _Reader(Reader):
             self.refuse(f'[carrier] stiffness = "{said.carrier.stiffness}"', rule)
         seats = said.planets.count * (2 if said.pins.cheeks == "both" else 1)
         return read_seats(self, "carrier", said.carrier.stiffness, seats, "seat of a pin in a cheek")
-
-    def check_train(self, said: SetSections) -> None:
-        """Refuse gears and meshes that do not fit together."""
-        if said.load is not None:
-            self.refuse("[load]", "is of a planetary set: torques of a train stand in [[gears]]; leave it out")
-        if said.tolerances is not None:
-            self.refuse("[tolerances]", "is of a planetary set, not of a train on fixed axes: leave it out")
-        for name, given in (("pins", said.pins is not None), ("carrier", said.carrier != Carrier())):
-            if given:
-                self.refuse(f"[{name}]", "is of a planetary set, not of a train on fixed axes: leave it out")
-        if said.eccentricity != Eccentricity():
-            rule = "is of a planetary set: write eccentricity_um of each of the [[gears]]; leave it out"
-            self.refuse("[eccentricity]", rule)
-        names = [gear.name for gear in said.gears]
-        for name, count in Counter(names).items():
-            if count > 1:
-                self.refuse(f'[[gears]] name = "{name}"', "is there twice: give one of them another name")
-            if name in SHARED or name in [mesh.pair for mesh in said.meshes]:
-                self.refuse(f'[[gears]] name = "{name}"', "is a section of its own: give the gear another name")
-        for gear in said.gears:
-            if len(gear.at_mm) not in (2, 3):
-                rule = "must be x and y of the axis, and z where that counts: write two or three numbers"
-                self.refuse(f'[[gears]] "{gear.name}": at_mm', rule)
-        self.check_shafts(said)
-        if not said.meshes:
-            self.refuse("[[meshes]]", 'is missing: add gears = ["driving", "driven"] for each mesh')
-        for mesh in said.meshes:
-            if len(mesh.gears) != 2:
-                self.refuse(
-                    f"[[meshes]] gears = {list(mesh.gears)}", "must name two gears: who drives, and who is driven"
-                )
-            for name in mesh.gears:
-                if name not in names:
-                    self.refuse(f'[[meshes]] gears: "{name}"', f"there is no such gear: {did_you_mean(name, names)}")
-            one, other = ((*gear.at_mm[2:], 0.0)[0] for name in mesh.gears for gear in said.gears if gear.name == name)
-            if one != other:
-                rule = f"mesh at z = {one:g} and {other:g} mm: give both the same z"
-                self.refuse(f"[[meshes]] gears = {list(mesh.gears)}", rule)
-        driver = next(gear for gear in said.gears if gear.name == said.meshes[0].gears[0])
-        if not isinstance(driver.torque_Nm, float) or driver.torque_Nm == 0.0:
-            self.refuse(f'[[gears]] "{driver.name}"', "drives the first mesh: give its torque_Nm")
-        if all(gear.torque_Nm != "balance" for gear in said.gears):
-            self.refuse("[[gears]]", 'none holds against the torques: write torque_Nm = "balance" for the last one')
-        meshing = [name for mesh in said.meshes for name in mesh.gears]
-        for name in names:
-            if name not in meshing:
-                self.refuse(f'[[gears]] "{name}"', "meshes with none: add it to [[meshes]], or leave it out")
-
-    def check_shafts(self, said: SetSections) -> None:
-        """Refuse gears that share a shaft and do not fit together."""
-        shared = {
-            gear.name: [one for one in said.gears if one.shaft == gear.shaft] for gear in said.gears if gear.shaft
-        }
-        in_order = [name for mesh in said.meshes for name in mesh.gears]
-        for gear in said.gears:
-            place, others = f'[[gears]] "{gear.name}"', shared.get(gear.name, [])
-            for key in ("timing_mrad", "torsion_Nmm_per_rad"):
-                if getattr(gear, key) not in (0.0, "rigid") and len(others) < 2:
-                    self.refuse(f"{place}: {key}", "is of gears that share a shaft: name the shaft, or leave it out")
-            if len(others) < 2:
-                continue
-            if any(math.dist(gear.at_mm[:2], one.at_mm[:2]) > SAME_PLACE_MM for one in others):
-                rule = "lies on one axis: give all of its gears the same x and y"
-                self.refuse(f"{place}: at_mm = {list(gear.at_mm)}", f'shaft "{gear.shaft}" {rule}')
-            if sum(one.torque_Nm is not None for one in others) > 1:
-                rule = "has several torques: write the one of the shaft at one of its gears"
-                self.refuse(f"{place}: torque_Nm", f'shaft "{gear.shaft}" {rule}')
-            first = next((name for name in in_order if name in [one.name for one in others]), gear.name)
-            if gear.torsion_Nmm_per_rad != "rigid" and (gear.name == first or gear.torque_Nm is not None):
-                rule = f'a shaft twists from its gear that meshes first, "{first}", which torques from outside are on'
-                self.refuse(f"{place}: torsion_Nmm_per_rad", f"{rule}: write it at another one, or leave it out")
 
     def pairs(self, said: SetSections, layout: Layout) -> dict[str, GearPair]:
         """Return the geometry of all meshes that differ."""
