@@ -197,14 +197,17 @@ def _states(reduced: ReducedPair, lines: Lines, found: LineResults, advance: Flo
     return SweepStates(advance, pairs, np.zeros((*advance.shape, pair_count, 0)), loads, of_lines)
 
 
-def loads_and_patches(lines: Lines, found: LineResults, width: FloatArray) -> tuple[FloatArray, FloatArray]:
+def loads_and_patches(
+    law: FloatArray, force: FloatArray, converged: BoolArray, width: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Return line loads (N/mm, 0 where not converged), (D, A, P, S), and patches of contact, (D, A, P, S, 3).
 
-    `width` is that of the S sections with their images, mm; patches are those of `line_patches`.
+    Laws are (A, N, 12), forces (D, A, N); `width` is that of the S sections with their images, mm; patches are those of
+    `line_patches`.
     """
-    load = np.where(found.converged[..., None], found.force, 0.0).reshape(*found.advance.shape, -1, len(width)) / width
+    load = np.where(converged[..., None], force, 0.0).reshape(*converged.shape, -1, len(width)) / width
     patches = np.empty((len(load), load[0].size, PATCH_FIELDS))
-    line_patches(lines.law.reshape(-1, lines.law.shape[2]), load.reshape(len(load), -1), patches)
+    line_patches(law.reshape(-1, law.shape[2]), load.reshape(len(load), -1), patches)
     return load, patches.reshape(*load.shape, PATCH_FIELDS)
 
 
@@ -212,7 +215,7 @@ def _line_states(
     reduced: ReducedPair, lines: Lines, found: LineResults, pairs: IntArray, levers: FloatArray
 ) -> LineStates:
     meshed, sections = reduced.layered, reduced.layered.sections
-    load, patches = loads_and_patches(lines, found, meshed.width)
+    load, patches = loads_and_patches(lines.law, found.force, found.converged, meshed.width)
     (half_width, offset, pressure), grid = np.moveaxis(patches, -1, 0), load.shape
     radius = meshed.pair.pinion.base_radius
     return LineStates(

@@ -130,12 +130,12 @@ class VariantSolver:
 
     def _state(self, lines: Lines, found: LineResults) -> VariantState:
         meshed, sections = self.reduced.layered, self.reduced.layered.sections
-        load, patches = loads_and_patches(lines, found, meshed.width)
-        radius, at_edge = meshed.pair.pinion.base_radius, np.abs(patches[..., 1]) > OFF_MIDDLE
+        load, patches = loads_and_patches(lines.law, found.force, found.converged, meshed.width)
+        pressure, edge_load = largest_of(load, patches)
+        radius = meshed.pair.pinion.base_radius
         return VariantState(
             ste_um=np.where(found.converged, 1e3 * radius * found.advance, np.nan), converged=found.converged,
-            load_N_per_mm=load, edge_load_N_per_mm=np.where(at_edge, load, 0.0).max(axis=(2, 3)),
-            pressure_MPa=np.nan_to_num(patches[..., 2]).max(axis=(2, 3)),
+            load_N_per_mm=load, edge_load_N_per_mm=edge_load, pressure_MPa=pressure,
             sensitivity=radius * found.sensitivity.reshape(load.shape) if found.sensitivity.size else None,
             roll_rad=lines.roll.reshape(*load.shape[1:], 2), pair=lines.first_pair[:, None] + np.arange(load.shape[2]),
             z_mm=sections.z, width_mm=sections.width, mirrored=meshed.mirrored,
@@ -182,6 +182,15 @@ class VariantSolver:
         while len(self._idle) > 1 and self._idle_bytes > MOST_IDLE_BYTES:
             _, longest = self._idle.popitem(last=False)
             self._idle_bytes -= sum(map(_size, longest))
+
+
+def largest_of(load: FloatArray, patches: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return pressure (MPa) and line load at an edge (N/mm) as `VariantState` has them, each (D, A).
+
+    Loads and patches are those of `pmor_online.line_sweep.loads_and_patches`.
+    """
+    at_edge = np.abs(patches[..., 1]) > OFF_MIDDLE
+    return np.nan_to_num(patches[..., 2]).max(axis=(2, 3)), np.where(at_edge, load, 0.0).max(axis=(2, 3))
 
 
 def _as_flexible(one: LayeredPair, other: LayeredPair) -> bool:

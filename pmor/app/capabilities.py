@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from pmor.campaigns.campaign import Campaign
     from pmor.campaigns.result import CampaignResult
     from pmor.case import Case
-    from pmor.design.loader import DesignFile
+    from pmor.design.files import PairDesign, SetDesign
     from pmor.design.result import DesignResult
     from pmor.dynamics.result import DynamicsResult
     from pmor.lab.bench import Bench
@@ -66,12 +66,13 @@ def run_dynamics(
 
 @suggesting
 def run_design(
-    file: Place | DesignFile, folder: Place | None = None, *, executor: Executor | None = None,
+    file: Place | PairDesign | SetDesign, folder: Place | None = None, *, executor: Executor | None = None,
     progress: Steps | None = None, overwrite: bool = False,
 ) -> DesignResult:  # fmt: skip
     """Search the flank modifications that a design file asks for, as `pmor design`; the executor is one of threads.
 
-    The file names a case, or a gearbox and one of its meshes, which is then searched on its supports under each load.
+    The file names a case, or a gearbox and one of its meshes, which is then searched on its supports under each load,
+    or a set, all of whose meshes are then solved at once.
     """
     from pmor.design.loader import load
     from pmor.design.run import run
@@ -81,7 +82,7 @@ def run_design(
 
 
 @suggesting
-def plan_design(file: Place | DesignFile) -> str:
+def plan_design(file: Place | PairDesign | SetDesign) -> str:
     """Return what a design searches, on what, and how much work it is, as `pmor plan` prints it."""
     from pmor.design.loader import load
     from pmor.design.plan import plan
@@ -244,8 +245,10 @@ def bench(
     return found
 
 
-def write_design_case(file: Place | DesignFile, folder: Place, variant: int, *, overwrite: bool = False) -> Path:
-    """Write a variant of the finished results of a design file in a folder as a case file, and return its path."""
+def write_design_case(
+    file: Place | PairDesign | SetDesign, folder: Place, variant: int, *, overwrite: bool = False
+) -> Path:
+    """Write a variant of finished results of a design file in a folder as a case or set file, and return its path."""
     from pmor.design.loader import load
     from pmor.design.variant_case import write_variant
 

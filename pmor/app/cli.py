@@ -126,7 +126,7 @@ COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
     "design": (
         "flank modifications searched over ranges, with tolerances: Pareto front; of a case, or a mesh of a gearbox",
         _option("design_path", metavar="DESIGN", type=_path,
-                help="design file (TOML); it names a case, or a gearbox and one of its meshes"),
+                help="design file (TOML); it names a case, or a gearbox and one of its meshes, or a set"),
         _out(usual="out/<name of the design>"), _jobs("pieces of the search"),
         _option("--case", dest="variant", metavar="N", type=_whole,
                 help="write variant N of finished results as a case file"),

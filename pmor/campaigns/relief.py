@@ -8,7 +8,7 @@ import numpy as np
 
 from pmor.design.descent import Descent, ranked
 from pmor.design.fine import best_finely
-from pmor.design.judge import Judge
+from pmor.design.pair_judge import PairJudge
 from pmor.design.settings import Design, Goal, Load, Scatter, Search, Trade, Variable
 from pmor.design.variables import spread_evenly
 from pmor.pair.conditions import assembly_of
@@ -49,7 +49,7 @@ def best_relief(reduced: ReducedPair, sweep: SteSweep) -> dict[str, float]:
         load=Load(torques_Nm=torques, weights=(1.0,) * len(torques)), objective=Goal(), constraints=(),
         scatter=Scatter(), search=Search(samples=SAMPLES, descents=1), pareto=Trade(),
     )  # fmt: skip
-    judge = Judge(reduced, design, assembly_of(case))
+    judge = PairJudge(reduced, design, assembly_of(case))
     samples = ranked([judge.verdict(x) for x in spread_evenly(design.variables, SAMPLES)], ())
     best = best_finely(judge, ranked([*Descent(judge).run(samples[0].x), *samples], ()))
     amount, pinion, wheel = best.x.tolist()

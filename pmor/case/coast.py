@@ -9,7 +9,7 @@ the torque turns the pinion.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -18,7 +18,7 @@ from pmor.case.schema import Case, ConditionCase
 from pmor.case.values import toml_text
 from pmor.core.errors import CaseError
 from pmor.gear.condition import Misalignment
-from pmor.gear.modification import Modification
+from pmor.gear.modification import Modification, other_places
 
 #: lists of torques that have the sign of the nominal one
 TORQUES = (
@@ -116,6 +116,11 @@ def as_solved(condition: ConditionCase) -> ConditionCase:
 def without_pitch(modification: Modification) -> Modification:
     """Return what both flanks of the teeth have by default: pitch deviations are of one side."""
     return replace(modification, pitch_deviations_um=())
+
+
+def other_by_default(modification: Modification, said: Iterable[str]) -> Modification:
+    """Return what the other flanks have where a file says some of their keys, and nothing of the rest."""
+    return without_pitch(modification).changed(dict.fromkeys(other_places(said)))
 
 
 def _number(value: Any) -> bool:

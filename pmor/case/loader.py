@@ -9,7 +9,7 @@ from typing import Any
 from pmor.case.blank import BlankCase
 from pmor.case.body import UNITS, BodyCase, MatrixCase
 from pmor.case.checks import check_together
-from pmor.case.coast import in_amounts, other_flank, without_pitch
+from pmor.case.coast import in_amounts, other_by_default, other_flank, without_pitch
 from pmor.case.document import BLANK, COAST, CONDITION, GEARS, HOLES, MATRIX, MESH, MODIFICATION, flattened
 from pmor.case.gears import GearCase, PairCase
 from pmor.case.reader import NOTHING, Reader, parse_toml, read_text
@@ -94,7 +94,7 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     wheel = _with_blank(wheel, section, document, reader, "wheel")
     misalignment, modifications = section("misalignment"), [section(f"{gear}.{MODIFICATION}") for gear in GEARS]
     others = [
-        section(key, **vars(without_pitch(own).changed(dict.fromkeys(other_places(document[key])))))
+        section(key, **vars(other_by_default(own, document[key])))
         if (key := f"{gear}.{COAST}") in document
         else without_pitch(own)
         for gear, own in zip(GEARS, modifications, strict=True)

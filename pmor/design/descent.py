@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ SLACK = 1e-6
 class Descent:
     """One way downhill."""
 
-    def __init__(self, judge: Judge) -> None:
+    def __init__(self, judge: Judge[Any, Any]) -> None:
         self.judge, self.evaluations = judge, 0
         self.low, high = limits(judge.design.variables)
         self.span = high - self.low

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.design.fine import on_angles
 from pmor.design.harris import HarrisRule
 from pmor.design.judge import Judge, nominal
 from pmor.design.search import Found
+from pmor.design.settings import Goal
 from pmor.design.supports import CASE, InGearbox
 from pmor.design.variables import limits
 from pmor.report.panels import panels, plot_share_below
@@ -33,6 +33,7 @@ WORDS = {
     "k_h_beta": "Face load factor K_Hβ [-]",
     "tip_edge_load_N_per_mm": "Line load at a tip edge [N/mm]",
     "root_stress_MPa": "Largest root stress [MPa]",
+    "k_gamma": "Mesh load factor K_γ [-]",
 }
 VALUES = {"nominal": "", "expected": "expected ", "percentile_95": "95 % below: "}
 # Points along each axis of a contour; most variables drawn in pairs; contour levels.
@@ -42,6 +43,8 @@ ELLIPSE = math.sqrt(-2.0 * math.log(0.05))
 # Torques of the curves over torque, and how far below and above the design's they go.
 TORQUES, BELOW, ABOVE = 33, 0.5, 1.2
 GREY = "#555555"
+# Ends of names of members of a set.
+FLANKS = ("drive", "coast")
 
 
 def front_figure(found: Found) -> Figure:
@@ -88,7 +91,7 @@ def contour_figure(found: Found) -> Figure | None:
     return figure
 
 
-def _contour(axes: Axes, found: Found, judge: Judge, best: FloatArray, first: int, second: int) -> None:
+def _contour(axes: Axes, found: Found, judge: Judge[Any, Any], best: FloatArray, first: int, second: int) -> None:
     design = found.design
     low, high = limits(design.variables)
     along, across = (np.linspace(low[n], high[n], CONTOUR) for n in (first, second))
@@ -130,7 +133,7 @@ def torque_figure(found: Found, chosen: Mapping[str, FloatArray | None]) -> Figu
     with plot_style():
         figure = new_figure(7.2, 4.6)
         axes = figure.subplots()
-        judge = on_angles(found.judge.at_torques(over), found.fine.design.search.angles)
+        judge = found.judge.at_torques(over).on_angles(int(found.angles.max()))
         column = design.results.index("peak_to_peak_um")
         for number, (name, x) in enumerate(chosen.items()):
             assembly = found.judge.base if x is None else judge.assembly(x)
@@ -140,7 +143,7 @@ def torque_figure(found: Found, chosen: Mapping[str, FloatArray | None]) -> Figu
             )
         for torque in torques:
             axes.axvline(torque, color=GREY, lw=0.6, ls=":")
-        axes.set(xlabel="Torque on the pinion [N m]; dotted: those of the design",
+        axes.set(xlabel=f"{found.file.words.torque} [N m]; dotted: those of the design",
                  ylabel=WORDS["peak_to_peak_um"], ylim=(0.0, None))  # fmt: skip
         figure.legend(loc="outside lower center", ncols=4)
     return figure
@@ -154,7 +157,7 @@ def ste_figure(found: Found, curves: Mapping[str, FloatArray]) -> Figure:
             for number, (label, curve) in enumerate(zip(found.design.load.labels, ste, strict=True)):
                 place.plot(pitches * np.arange(len(curve) + 1) / len(curve), np.append(curve, curve[0]) - curve.mean(),
                            color=COLOURS[number % len(COLOURS)], label=legend_label(label))  # fmt: skip
-            place.set(title=name, xlabel="Pinion angle [pitches]")
+            place.set(title=name, xlabel=found.file.words.angle)
         axes[0].set_ylabel("STE about its mean [µm]")
     return figure
 
@@ -177,7 +180,7 @@ def face_load_figure(box: InGearbox) -> Figure:
     return figure
 
 
-def sensitivity_figure(rates: Mapping[str, float], objective: str) -> Figure:
+def sensitivity_figure(rates: Mapping[str, float], objective: Goal) -> Figure:
     """By how much the objective changes per unit of each parameter of the modifications."""
     names = sorted(rates, key=lambda name: abs(rates[name]))
     with plot_style():
@@ -185,9 +188,8 @@ def sensitivity_figure(rates: Mapping[str, float], objective: str) -> Figure:
         axes = figure.subplots()
         axes.barh(names, [rates[name] for name in names], color=COLOURS[0], height=0.7)
         axes.axvline(0.0, color=GREY, lw=0.8)
-        axes.set_xlabel(
-            f"d objective / d parameter [µm per µm, per ° or per mm]; {WORDS[objective].partition(' [')[0]}"
-        )
+        unit, words = objective.unit or "1", WORDS[objective.minimise].partition(" [")[0]
+        axes.set_xlabel(f"d objective / d parameter [{unit} per µm, °, mm or %]; {words}", fontsize=9)
         axes.tick_params(axis="y", labelsize=8)
     return figure
 
@@ -207,8 +209,8 @@ def harris_figure(rules: Sequence[HarrisRule]) -> Figure:
     return figure
 
 
-def scatter_figure(objectives: Mapping[str, FloatArray], design_words: str) -> Figure:
-    """Share of the pairs made that stay below an objective, of chosen variants."""
+def scatter_figure(objectives: Mapping[str, FloatArray], design_words: str, made: str) -> Figure:
+    """Share of the pairs or sets made that stay below an objective, of chosen variants."""
     with plot_style():
         figure = new_figure(7.2, 4.0)
         axes = figure.subplots()
@@ -216,7 +218,7 @@ def scatter_figure(objectives: Mapping[str, FloatArray], design_words: str) -> F
             plot_share_below(axes, values, COLOURS[number % len(COLOURS)], name)
         axes.axhline(95.0, color=GREY, lw=0.6, ls=":")
         axes.set(xlabel=f"{design_words}, mean over torques; dashed: 95 % stay below",
-                 ylabel="Pairs made that stay below [%]", ylim=(0.0, 100.0))  # fmt: skip
+                 ylabel=f"{made.capitalize()} made that stay below [%]", ylim=(0.0, 100.0))  # fmt: skip
         figure.legend(loc="outside lower center", ncols=3)
     return figure
 
@@ -224,6 +226,8 @@ def scatter_figure(objectives: Mapping[str, FloatArray], design_words: str) -> F
 def variable_words(name: str) -> str:
     """Return the label of a variable along an axis: words, and the unit."""
     gear, _, key = name.rpartition(".")
+    if (of := gear.rpartition("."))[0] and of[2] in FLANKS:
+        gear = f"{of[0]}, {of[2]} flanks"
     for ending, unit in (("_um", "µm"), ("_roll_deg", "° of roll"), ("_mm", "mm"), ("_percent", "% of the path")):
         if key.endswith(ending):
             words = key.removesuffix(ending).replace("_", " ")

@@ -8,7 +8,6 @@ few angles than the best is on many need not be judged again.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,48 +15,15 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.design.judge import Judge, Verdict
-from pmor.gear.condition import Assembly
-from pmor_online.model import online_angles
-from pmor_online.variants import VariantSolver, VariantState
 
 # Angles per pitch of the pair as drawn at least, and at most; those of scattered pairs, over those of the search.
 FEWEST, MOST, DRAWN = 512, 8192, 2
 # Change of a result by twice the angles that counts as none: over itself, or over the bound of a constraint where that
 # is more (the load of a tip's edge peaks in a fraction of a degree), and besides (um, MPa, N/mm).
 SETTLED, NOISE = 3e-3, 1e-3
-# Angles whose flexibilities are in memory together.
-BLOCK = 256
-# Fields of a state by the axis that counts angles.
-ANGLE_AXIS = {"ste_um": 1, "converged": 1, "load_N_per_mm": 1, "edge_load_N_per_mm": 1, "pressure_MPa": 1,
-              "sensitivity": 1, "roll_rad": 0, "pair": 0}  # fmt: skip
 
 
-class BlockSolver(VariantSolver):
-    """Solves variants on many angles, block by block."""
-
-    def solve(self, assembly: Assembly, differentiated: bool = False) -> VariantState:
-        """Return the state of the pair as it is built in one way; see `VariantSolver.solve`."""
-        blocks = [self.phi[i : i + BLOCK] for i in range(0, len(self.phi), BLOCK)]
-        parts = [
-            VariantSolver(self.reduced, phi, self.torques_Nm, self.hubs).solve(assembly, differentiated)
-            for phi in blocks
-        ]
-        fields = {name: axis for name, axis in ANGLE_AXIS.items() if getattr(parts[0], name) is not None}
-        joined: dict[str, Any] = {
-            name: np.concatenate([getattr(part, name) for part in parts], axis=axis) for name, axis in fields.items()
-        }
-        return replace(parts[0], **joined)
-
-
-def on_angles(judge: Judge, angles: int) -> Judge:
-    """Return the judge of the same design on so many angles per pitch; it keeps nothing in memory between variants."""
-    design = replace(judge.design, search=replace(judge.design.search, angles=angles))
-    phi = online_angles(judge.reduced.meshed.pair.pitch, angles, judge.pitches)
-    solver = BlockSolver(judge.reduced, phi, judge.solver.torques_Nm, judge.solver.hubs)
-    return Judge(judge.reduced, design, judge.base, solver)
-
-
-def judged_finely(judge: Judge, x: FloatArray) -> tuple[Verdict, int]:
+def judged_finely(judge: Judge[Any, Any], x: FloatArray) -> tuple[Verdict, int]:
     """Judge a variant on finer and finer angles; return the verdict, and the angles per pitch of the pair as drawn.
 
     Raises
@@ -88,7 +54,7 @@ def judged_finely(judge: Judge, x: FloatArray) -> tuple[Verdict, int]:
     return judge.verdict_of(x, nominal, over), angles
 
 
-def best_finely(judge: Judge, verdicts: Sequence[Verdict]) -> Verdict:
+def best_finely(judge: Judge[Any, Any], verdicts: Sequence[Verdict]) -> Verdict:
     """Return the best of variants, the best on few angles first, by their objectives on fine angles."""
     best: Verdict | None = None
     for verdict in verdicts:
@@ -100,14 +66,14 @@ def best_finely(judge: Judge, verdicts: Sequence[Verdict]) -> Verdict:
     return best
 
 
-def _value_of(judge: Judge, x: FloatArray, over: FloatArray) -> FloatArray:
+def _value_of(judge: Judge[Any, Any], x: FloatArray, over: FloatArray) -> FloatArray:
     verdict = judge.verdict_of(x, over[0], over)
     return np.append(verdict.limits, verdict.objective)
 
 
 def _settled(
-    judge: Judge, angles: int, results: Callable[[Judge], FloatArray], watched: Callable[[FloatArray], FloatArray],
-    sizes: FloatArray,
+    judge: Judge[Any, Any], angles: int, results: Callable[[Judge[Any, Any]], FloatArray],
+    watched: Callable[[FloatArray], FloatArray], sizes: FloatArray,
 ) -> tuple[FloatArray, int]:  # fmt: skip
     """Return results on twice and twice as many angles, until those that are watched no longer move.
 
@@ -115,7 +81,7 @@ def _settled(
     """
     before: FloatArray | None = None
     while angles <= MOST:
-        found = results(on_angles(judge, angles))
+        found = results(judge.on_angles(angles))
         now = watched(found)
         if not np.isfinite(now).all():
             raise ConvergenceError(f"a position on {angles} angles per pitch did not converge", [])

@@ -6,7 +6,8 @@ lies. In its place stands, with the sharpness s,
     top(x) = (1 / s) ln( (1 / n) sum_i exp(s x_i) ),    d top / d x_i = exp(s x_i) / sum_j exp(s x_j),
 
 at most ln(n) / s below it, and peak-to-peak is top(x) + top(-x). Its derivatives are weights of the positions: with
-those of the STE (`pmor.gear.deviation_rates`) they give the derivative by each parameter of the modifications.
+those of the STE (`pmor.gear.deviation_rates`) they give the derivative by each parameter of the modifications. With an
+infinite sharpness it is the largest value itself.
 
 *Percentile.* Of m draws, by Harrell and Davis (Biometrika 69 (1982) 635): the mean of all sorted values under the
 weights of a beta distribution, steadier than one of them, and with a derivative.
@@ -28,9 +29,20 @@ def peak_to_peak(ste_um: FloatArray) -> FloatArray:
 
 def smooth_peak_to_peak(ste_um: FloatArray, sharpness: float) -> tuple[FloatArray, FloatArray]:
     """Return the smooth peak-to-peak (...,) of curves (..., n), um, and its derivatives (..., n); sharpness in 1/um."""
-    top, high = _smooth_top(ste_um, sharpness)
-    bottom, low = _smooth_top(-ste_um, sharpness)
+    top, high = smooth_top(ste_um, sharpness)
+    bottom, low = smooth_top(-ste_um, sharpness)
     return np.asarray(top + bottom), np.asarray(high - low)
+
+
+def smooth_top(values: FloatArray, sharpness: float) -> tuple[FloatArray, FloatArray]:
+    """Return the smooth largest value (...,) of values (..., n), and its derivatives (..., n)."""
+    most = values.max(axis=-1, keepdims=True)
+    if np.isinf(sharpness):
+        first = np.arange(values.shape[-1]) == values.argmax(axis=-1)[..., None]
+        return most[..., 0], first.astype(float)
+    powers = np.exp(sharpness * (values - most))
+    mean = powers.mean(axis=-1)
+    return most[..., 0] + np.log(mean) / sharpness, powers / (mean[..., None] * values.shape[-1])
 
 
 def order_amplitude(ste_um: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
@@ -66,10 +78,3 @@ def draw_weights(values: FloatArray, kind: str) -> FloatArray:
     weights = np.empty(len(values))
     weights[np.argsort(values, kind="stable")] = percentile_weights(len(values))
     return weights
-
-
-def _smooth_top(values: FloatArray, sharpness: float) -> tuple[FloatArray, FloatArray]:
-    most = values.max(axis=-1, keepdims=True)
-    powers = np.exp(sharpness * (values - most))
-    mean = powers.mean(axis=-1)
-    return most[..., 0] + np.log(mean) / sharpness, powers / (mean[..., None] * values.shape[-1])

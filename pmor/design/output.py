@@ -11,10 +11,11 @@ import numpy as np
 
 from pmor.design import figures
 from pmor.design.figures import WORDS, variable_words
+from pmor.design.files import PairDesign
 from pmor.design.gearbox_tables import gearbox_data, gearbox_sentences, gearbox_tables
 from pmor.design.readings import FRESH, Readings, percentile_95
 from pmor.design.search import Found
-from pmor.design.settings import RESULTS
+from pmor.design.settings import RESULTS, Design
 from pmor.design.variants import stored
 from pmor.report.data_files import write_table_csv
 from pmor.report.explorer import Column, Designs
@@ -40,15 +41,17 @@ def write_design(found: Found, read: Readings, out: Path) -> None:
     write_table_csv(out / "design.csv", _rows(found))
     title, all_variants = f"Design: {found.design.title}", [Heading("All variants"), _designs(found)]
     data, blocks = design_data(found, read), _blocks(found, read)
-    Report("design", data, title, blocks, found.file.case, page_only=all_variants).write(out)
+    case = found.file.case if isinstance(found.file, PairDesign) else None
+    Report("design", data, title, blocks, case, page_only=all_variants).write(out)
 
 
 def design_data(found: Found, read: Readings) -> dict[str, Any]:
     """Return the content of `design.json`."""
-    design = found.design
+    design, words = found.design, found.file.words
     return {
         "title": design.title,
-        "case": found.file.case.name,
+        "case": words.name if words.kind == "case" else None,
+        "set": words.name if words.kind == "set" else None,
         "minimise": design.objective.minimise,
         "value": design.objective.value,
         "torques_Nm": design.load.torques_Nm,
@@ -64,7 +67,11 @@ def design_data(found: Found, read: Readings) -> dict[str, Any]:
         "pareto": [_entry(found, int(n)) for n in found.front],
         "chosen": {name: _entry(found, n) for name, n in read.chosen.items()},
         "fresh_draws": {
-            name: {"draws": len(values), "mean_um": float(values.mean()), "percentile_95_um": percentile_95(values)}
+            name: {
+                "draws": len(values),
+                **_objective(design, "mean", float(values.mean())),
+                **_objective(design, "percentile_95", percentile_95(values)),
+            }
             for name, values in read.fresh.items()
         },
         "harris": [{"torque_Nm": h.torque_Nm, "rule_um": h.rule_um, "found_um": h.found_um} for h in read.harris],
@@ -90,11 +97,16 @@ def _entry(found: Found, n: int) -> dict[str, Any]:
         "variant": n,
         "origin": variants.origin[n],
         "parameters": dict(zip([v.name for v in design.variables], variants.x[n].tolist(), strict=True)),
-        "objective_um": float(variants.objective[n]),
+        **_objective(design, "objective", float(variants.objective[n])),
         "angles_per_pitch": int(found.angles[n]),
-        "objective_searched_um": float(found.searched[n]),
+        **_objective(design, "objective_searched", float(found.searched[n])),
         **{key: variants.results[n, :, k].tolist() for k, key in enumerate(design.results)},
     }
+
+
+def _objective(design: Design, key: str, value: float) -> dict[str, float | None]:
+    """A value of the objective in its unit; by another key also in um, null where it is none."""
+    return {key: value, f"{key}_um": value if design.objective.unit else None}
 
 
 def _rows(found: Found) -> list[dict[str, Any]]:
@@ -104,7 +116,7 @@ def _rows(found: Found) -> list[dict[str, Any]]:
     for n in range(len(variants)):
         row: dict[str, Any] = {"variant": n, "origin": variants.origin[n], "kept": int(kept[n])}
         row |= {v.name: float(x) for v, x in zip(design.variables, variants.x[n], strict=True)}
-        row |= {"objective_um": float(variants.objective[n]), "angles_per_pitch": int(found.angles[n])}
+        row |= {design.objective.column: float(variants.objective[n]), "angles_per_pitch": int(found.angles[n])}
         for k, key in enumerate(design.results):
             if key == RESULTS[0]:
                 for t, load in enumerate(design.load.columns):
@@ -121,7 +133,7 @@ def _stored(found: Found, read: Readings) -> DesignResults:
         "front": found.front,
         "angles": found.angles,
         "searched": found.searched,
-        "curves/phi": found.fine.solver.phi,
+        "curves/phi": found.fine.phi,
         "curves/ste": np.stack(list(read.curves.values())),
     }
     return replace(whole, curves=tuple(read.curves), arrays=arrays)
@@ -134,7 +146,8 @@ def _designs(found: Found) -> Designs:
     shown = np.sort(np.union1d(order[: MOST_ON_PAGE - len(found.front)], found.front))
     columns = [Column(v.name, variable_words(v.name).partition(" [")[0], _unit(v.name), variants.x[shown, n], "input")
                for n, v in enumerate(design.variables)]  # fmt: skip
-    columns.append(Column("objective_um", "Objective", "µm", variants.objective[shown], "result"))
+    goal = design.objective
+    columns.append(Column(goal.column, "Objective", goal.unit, variants.objective[shown], "result"))
     for k, key in enumerate(design.results):
         label, _, unit = WORDS[key].rstrip("]").partition(" [")
         unit = "" if unit == "-" else unit
@@ -164,7 +177,8 @@ def _unit(name: str) -> str:
 
 
 def _blocks(found: Found, read: Readings) -> list[Block]:
-    design, chosen = found.design, {name: found.variants.x[n] for name, n in read.chosen.items()}
+    design, words = found.design, found.file.words
+    chosen = {name: found.variants.x[n] for name, n in read.chosen.items()}
     pictures = [
         ("front.png", "The objective against the other result, and the Pareto front of all variants.",
          figures.front_figure(found)),
@@ -172,13 +186,13 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
          "the dashed ellipse are 95 % of the gears that are made.", figures.contour_figure(found)),
         ("torque.png", "Peak-to-peak STE over torque. A design for one torque has its valley there and climbs on both "
          "sides; the best for all of them lies between.",
-         None if found.judge.solver.hubs else figures.torque_figure(found, {"base case": None, **chosen})),
+         None if found.judge.moving_supports else figures.torque_figure(found, {words.base: None, **chosen})),
         ("ste.png", "STE of the nominal pair under each torque.", figures.ste_figure(found, read.curves)),
         ("sensitivity.png", "Sensitivity of the nominal objective, about the best: exact derivatives, also by "
          "parameters that are no variables.",
-         figures.sensitivity_figure(read.rates, design.objective.minimise) if read.rates else None),
-        ("scatter.png", f"{FRESH:,} pairs drawn anew, each solved in full.",
-         figures.scatter_figure(read.fresh, WORDS[design.objective.minimise]) if read.fresh else None),
+         figures.sensitivity_figure(read.rates, design.objective) if read.rates else None),
+        ("scatter.png", f"{FRESH:,} {words.made} drawn anew, each solved in full.",
+         figures.scatter_figure(read.fresh, WORDS[design.objective.minimise], words.made) if read.fresh else None),
         ("harris.png", "Harris's rule for tip relief, written for coupled pairs: twice by how much the STE without "
          "relief differs between single and double contact.",
          figures.harris_figure(read.harris) if read.harris else None),
@@ -196,14 +210,15 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
 
 
 def _count_words(found: Found) -> str:
-    design = found.design
+    design, words = found.design, found.file.words
     names = ", ".join(variable_words(v.name) for v in design.variables)
     loads = ", ".join(design.load.labels)
     spent = ", ".join(f"{count:,} of {stage}" for stage, count in found.evaluations.items())
     value = {"nominal": "nominal", "expected": "expected over scatter",
-             "percentile_95": "that 95 % of the pairs made stay below"}[design.objective.value]  # fmt: skip
+             "percentile_95": f"that 95 % of the {words.made} made stay below"}[design.objective.value]  # fmt: skip
     most = int(found.angles.max())
     where = "" if design.mesh is None else f" on the supports of {design.mesh} in its gearbox"
+    where = where if design.set is None else f", all meshes of {words.name} solved at once"
     return (
         f"{len(found.variants):,} variants of {names} under {loads}{where}, {design.search.angles} angles to a pitch; "
         f"those that are chosen on {found.angles[found.eligible].min(initial=most)} to {most}, on which their results "
@@ -224,19 +239,24 @@ def _tables(found: Found, read: Readings) -> list[Table]:
         return [label, n, *variants.x[n].tolist(), float(found.searched[n]), float(variants.objective[n]),
                 *variants.results[n, :, column].tolist(), float(found.against[n])]  # fmt: skip
 
-    few = f"objective on {design.search.angles} angles, µm"
-    heads = ("which", "variant", *names, few, "objective, µm", *torques, WORDS[design.pareto.against])
-    base: list[Cell] = ["base case", None, *[None] * (len(names) + 1), float(read.base[:, column] @ found.judge.weights)
-                        if design.objective.minimise == RESULTS[0] else None,
+    goal, words, unit = (
+        design.objective,
+        found.file.words,
+        f", {design.objective.unit}" if design.objective.unit else "",
+    )
+    few = f"objective on {design.search.angles} angles{unit}"
+    heads = ("which", "variant", *names, few, f"objective{unit}", *torques, WORDS[design.pareto.against])
+    base: list[Cell] = [words.base, None, *[None] * (len(names) + 1),
+                        float(read.base[:, design.results.index(goal.minimise)] @ found.judge.weights),
                         *read.base[:, column].tolist(), float(read.base[:, against].max())]  # fmt: skip
     front = found.front[:: max(1, -(-len(found.front) // MOST_ROWS))]
     tables = [
         Table("Chosen variants", heads, [base, *(row(name, n) for name, n in read.chosen.items())]),
         Table("Pareto front", heads, [row(variants.origin[n], int(n)) for n in front],
-              f"Any variant becomes a case file with 'pmor design {found.file.name}.toml --case N'."),
+              f"Any variant becomes a {words.kind} file with 'pmor design {found.file.name}.toml --case N'."),
     ]  # fmt: skip
     if read.fresh:
-        heads = ("which", "pairs drawn anew", "mean, µm", "95 % stay below, µm")
+        heads = ("which", f"{words.made} drawn anew", f"mean{unit}", f"95 % stay below{unit}")
         rows: list[Sequence[Cell]] = [
             [name, len(v), float(v.mean()), percentile_95(v)] for name, v in read.fresh.items()
         ]

@@ -7,7 +7,7 @@ from pathlib import Path
 from pmor.case import Case
 from pmor.case.reader import parse_toml, read_text
 from pmor.core.progress import format_time
-from pmor.design.loader import DesignFile
+from pmor.design.files import DesignFile, PairDesign, SetDesign
 from pmor.design.settings import Design, Variable
 from pmor.work.cost import FINITE_ELEMENTS, stages
 
@@ -25,24 +25,25 @@ def plan(file: DesignFile) -> str:
 
 
 def _searched(design: Design, file: DesignFile) -> list[str]:
-    load, goal = design.load, design.objective
+    load, goal, words = design.load, design.objective, file.words
     weights = ", ".join(f"{label} ({weight:g})" for label, weight in zip(load.labels, load.weights, strict=True))
     lines = [
         f"Design {file.name}: {design.title}",
-        f"  case                {file.case.name}: {file.case.title}",
+        f"  {words.kind:<19} {words.name}: {words.title}",
         f"  loads (weights)     {weights}",
         f"  minimised           {goal.minimise}, {goal.value}, weighted mean over the loads",
         *(f"  constraint          {c.result} at most {c.at_most:g}" for c in design.constraints),
         *(f"  variable            {_words(v)}" for v in design.variables),
     ]
-    if file.box is not None:
+    if isinstance(file, PairDesign) and file.box is not None:
         lines[2:2] = [
             f"  gearbox             {file.box.name}: mesh {file.mesh}, contact on its supports under each load, the "
             "other meshes under their mean loads",
         ]
-        lines += [f"  assumption          {note}" for note in file.box.notes]
-    scattered = [*design.scatter.modifications, *design.scatter.axes]
-    return [*lines, f"  scatter             {', '.join(scattered)}"] if scattered else lines
+    if isinstance(file, SetDesign):
+        lines[2:2] = [f"  meshes              {len(file.set.plan.meshes)}, all solved at once for each variant"]
+    lines += [f"  assumption          {note}" for note in file.notes]
+    return [*lines, f"  scatter             {', '.join(file.scattered)}"] if file.scattered else lines
 
 
 def _words(variable: Variable) -> str:
@@ -53,17 +54,16 @@ def _words(variable: Variable) -> str:
 
 def _work(file: DesignFile) -> list[str]:
     design = file.design
-    cases = {file.case.name: file.case} if file.box is None else {**file.box.cases, file.mesh: file.case}
     draws = design.scatter.draws if design.scatters else 1
-    positions = len(design.load.labels) * design.search.angles * file.case.pair.repeats_after * draws
+    positions = len(design.load.labels) * design.search.angles * file.pitches * draws
     lines = [
         "Work",
-        *(f"  finite elements     {name}: {format_time(_seconds(case))}" for name, case in cases.items()),
+        *(f"  finite elements     {name}: {format_time(_seconds(case))}" for name, case in file.cases.items()),
         f"  a variant           {positions} positions",
         f"  samples, descents   {design.search.samples}, {design.search.descents}; "
         f"{design.pareto.points} points of the front against {design.pareto.against}",
     ]
-    if file.box is not None:
+    if isinstance(file, PairDesign) and file.box is not None:
         lines.append("  for comparison      a search on aligned axes; the gearbox solved anew with the best of both")
     return lines
 

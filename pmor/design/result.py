@@ -14,13 +14,12 @@ from pmor.core.shown import Columns, Tabular
 from pmor.design.output import FILES, design_data, design_text, write_design
 from pmor.design.readings import Readings
 from pmor.design.search import Found
-from pmor.gear.condition import Assembly
 from pmor.work.results import writing_results
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DesignResult(Tabular):
-    """Variants of the flank modifications of a pair: V of n variables under T torques."""
+    """Variants of the flank modifications of a pair, or of a set: V of n variables under T torques."""
 
     found: Found
     read: Readings
@@ -32,7 +31,7 @@ class DesignResult(Tabular):
 
     @property
     def objective(self) -> FloatArray:
-        """The minimised value, shape (V,), um; NaN without a solution."""
+        """The minimised value, shape (V,), um or 1; NaN without a solution."""
         return self.found.variants.objective
 
     @property
@@ -59,8 +58,8 @@ class DesignResult(Tabular):
         """Return one result, such as ``peak_to_peak_um``, of all variants as drawn, shape (V, T)."""
         return np.asarray(self.found.variants.results[:, :, self.found.design.results.index(key)])
 
-    def assembly(self, variant: int) -> Assembly:
-        """Return the assembly of a variant, for `ReducedModel.sweep_conditions`."""
+    def assembly(self, variant: int) -> Any:
+        """Return the `Assembly` of a variant, for `ReducedModel.sweep_conditions`; of a set its `BuiltSet`."""
         return self.found.judge.assembly(self.x[variant])
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
@@ -91,14 +90,15 @@ class DesignResult(Tabular):
             for key in design.results for t, load in enumerate(design.load.columns)
         }  # fmt: skip
         variables = {variable.name: self.x[:, n] for n, variable in enumerate(design.variables)}
-        return {"variant": np.arange(len(self.x)), **variables, "objective_um": self.objective, **results}
+        return {"variant": np.arange(len(self.x)), **variables, design.objective.column: self.objective, **results}
 
     def _shown(self) -> Columns:
         return {key: np.asarray(values)[self.front] for key, values in self.columns().items()}
 
     def __repr__(self) -> str:
-        least = "none keeps the constraints" if self.best is None else f"best {self.objective[self.best]:.4g} um"
-        return f"<DesignResult of {self.found.file.case.name!r}: {len(self.x)} variants, {least}>"
+        unit = self.found.design.objective.unit and " um"
+        least = "none keeps the constraints" if self.best is None else f"best {self.objective[self.best]:.4g}{unit}"
+        return f"<DesignResult of {self.found.file.words.name!r}: {len(self.x)} variants, {least}>"
 
     def __str__(self) -> str:
         return design_text(self.found, self.read)

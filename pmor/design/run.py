@@ -10,13 +10,16 @@ from pathlib import Path
 
 from pmor.core.errors import CaseError
 from pmor.core.threads import one_thread, refuse_processes
-from pmor.design.loader import DesignFile
+from pmor.design.files import PairDesign, SetDesign
 from pmor.design.output import FILES
+from pmor.design.pair_judge import PairJudge
 from pmor.design.readings import read_off, with_gearbox
 from pmor.design.result import DesignResult
 from pmor.design.search import run_design, trained_pair
+from pmor.design.set_judge import SetJudge
 from pmor.design.supports import supports_of
 from pmor.pair.model import refuse_loads
+from pmor.sets.variants import train_of_variants
 from pmor.storage.results_folder import working_folder
 from pmor.work.cost import refuse_large_sweep
 from pmor.work.results import pieces_folder
@@ -28,17 +31,18 @@ ALIGNED = "aligned"
 
 @one_thread()
 def run(
-    settings: DesignFile, *, reduced: ReducedPair | None = None, folder: Path | str | None = None,
+    settings: PairDesign | SetDesign, *, reduced: ReducedPair | None = None, folder: Path | str | None = None,
     overwrite: bool = False, executor: Executor | None = None, progress: Callable[[int], None] | None = None,
 ) -> DesignResult:  # fmt: skip
     """Search flank modifications over ranges, with tolerances; variants without a solution are in `failures`.
 
-    Of a mesh of a gearbox they are searched on its supports under each load, and on aligned axes for comparison.
+    Of a mesh of a gearbox they are searched on its supports under each load, and on aligned axes for comparison. Of a
+    set all of its meshes are solved at once for each variant.
 
     Parameters
     ----------
     reduced : ReducedPair, optional
-        Reduced model of the pair, by line loads; by default it is made.
+        Reduced model of the pair, by line loads; by default it is made. None of a set.
     folder, overwrite, executor, progress
         As in `pmor.app.capabilities`; the executor is one of threads, and the number of pieces grows with each stage.
 
@@ -51,6 +55,8 @@ def run(
     OutputError
     """
     refuse_processes(executor)
+    if isinstance(settings, SetDesign):
+        return _run_set(settings, folder, overwrite, executor, progress)
     supports = None if settings.box is None else supports_of(settings)
     if supports is not None:
         settings, reduced = supports.file, supports.reduced
@@ -62,17 +68,30 @@ def run(
     angles = design.search.angles * reduced.basis.case.pair.repeats_after
     refuse_large_sweep(settings.name, reduced.meshed, angles, len(design.load.torques_Nm))
     with pieces_folder(folder, FILES, inputs=settings.inputs, overwrite=overwrite) as pieces:
-        search = partial(run_design, settings, reduced, executor=executor, progress=progress)
+        search = partial(run_design, settings, executor=executor, progress=progress)
+        alone = PairJudge(reduced, design, settings.base)
         if supports is None:
-            found = search(pieces)
+            found = search(alone, pieces)
             return DesignResult(found, read_off(found))
-        aligned = search(working_folder(pieces) / ALIGNED, best_alone=True)
+        assert settings.box is not None
+        aligned = search(alone, working_folder(pieces) / ALIGNED, best_alone=True)
         also = [] if aligned.best is None else [aligned.variants.x[aligned.best]]
-        found = search(pieces, hubs=supports.hubs, also=also)
+        judge = PairJudge(reduced, design, settings.base, hubs=supports.hubs)
+        found = search(judge, pieces, around=settings.box.text, also=also)
         return DesignResult(found, with_gearbox(read_off(found), supports, found, aligned, executor))
 
 
-def _refuse_unfit(file: DesignFile, reduced: ReducedPair) -> None:
+def _run_set(
+    file: SetDesign, folder: Path | str | None, overwrite: bool, executor: Executor | None,
+    progress: Callable[[int], None] | None,
+) -> DesignResult:  # fmt: skip
+    with pieces_folder(folder, FILES, inputs=file.inputs, overwrite=overwrite) as pieces:
+        judge = SetJudge(file, train_of_variants(file.set, executor), file.design)
+        found = run_design(file, judge, pieces, around=file.set.whole_text, executor=executor, progress=progress)
+        return DesignResult(found, read_off(found))
+
+
+def _refuse_unfit(file: PairDesign, reduced: ReducedPair) -> None:
     """Raise CaseError where a model that was trained for another purpose does not suffice."""
     case = reduced.basis.case
     if "root_stress_MPa" in file.design.results and reduced.basis.root_stress is None:

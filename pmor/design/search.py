@@ -16,13 +16,12 @@ from pmor.case import Case
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.errors import ConvergenceError
 from pmor.design.descent import Descent, best_first, kept
-from pmor.design.fine import judged_finely, on_angles
+from pmor.design.files import DesignFile
+from pmor.design.fine import judged_finely
 from pmor.design.judge import Judge, at_load, nominal
-from pmor.design.loader import DesignFile
 from pmor.design.settings import Constraint, Design
 from pmor.design.variables import spread_evenly
 from pmor.design.variants import Store, Variants, all_kept, as_data, from_data, together
-from pmor.line.hubs import Hubs
 from pmor.pair.model import elastic_model, refuse_loads
 from pmor.work.cost import meshed_within_memory
 from pmor.work.front import pareto_front
@@ -43,7 +42,7 @@ class Found:
     """All variants of a search."""
 
     file: DesignFile
-    judge: Judge  # For figures of single variants
+    judge: Judge[Any, Any]  # For figures of single variants
     variants: Variants
     # shape (V,): Angles per pitch that results are of, and the objective on those of the search
     angles: IntArray
@@ -69,9 +68,9 @@ class Found:
         return np.asarray(self.kept & ((self.angles > self.design.search.angles) | (not self.final)))
 
     @property
-    def fine(self) -> Judge:
+    def fine(self) -> Judge[Any, Any]:
         """Judge on the most angles that a chosen variant took."""
-        return on_angles(self.judge, int(self.angles.max()))
+        return self.judge.on_angles(int(self.angles.max()))
 
     @property
     def chosen(self) -> dict[str, int]:
@@ -122,24 +121,25 @@ def trained_pair(case: Case, torques_Nm: tuple[float, ...] = ()) -> ReducedPair:
 
 
 def run_design(
-    file: DesignFile, reduced: ReducedPair, pieces_folder: Path, *, hubs: Sequence[Hubs] = (),
+    file: DesignFile, judge: Judge[Any, Any], pieces_folder: Path, *, around: str = "",
     also: Sequence[FloatArray] = (), best_alone: bool = False, executor: Executor | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Found:  # fmt: skip
-    """Search a design by a reduced model of its case; the rest as in `pmor.design.run.run`.
+    """Search a design; the rest as in `pmor.design.run.run`.
 
     Parameters
     ----------
-    hubs : sequence of Hubs
-        What the hubs stand on under each load; empty: they are held.
+    judge : Judge
+        Of the file's design.
+    around : str
+        Text of what results depend on beside the cases: a gearbox, a set.
     also : sequence of ndarray, shape (n,)
         Variants of a search on aligned axes, judged beside the samples.
     best_alone : bool
         Without a front, and without designs for single loads.
     """
     start = time.perf_counter()
-    judge = Judge(reduced, file.design, file.base, hubs=hubs)
-    search = _Search(file, judge, pieces_folder, executor, progress)
+    search = _Search(file, judge, pieces_folder, around, executor, progress)
     samples = search.samples(also)
     tried = search.descents(samples, best_alone)
     tried += [] if best_alone else search.trade_offs(samples, tried)
@@ -161,7 +161,7 @@ class _Search:
     """The stages of a search, piece by piece."""
 
     def __init__(
-        self, file: DesignFile, judge: Judge, folder: Path, executor: Executor | None,
+        self, file: DesignFile, judge: Judge[Any, Any], folder: Path, around: str, executor: Executor | None,
         progress: Callable[[int], None] | None,
     ) -> None:  # fmt: skip
         self.file, self.judge, self.design = file, judge, file.design
@@ -169,15 +169,14 @@ class _Search:
         self.evaluations: dict[str, int] = {}
         self.failures: tuple[str, ...] = ()
         self.store = Store(file, self.folder)
-        # Settings that results depend on beside the case; titles do not count, nor the names of files.
-        box = file.box.text if file.box is not None and judge.solver.hubs else ""
-        self.settings = asdict(replace(file.design, title="", case="", gearbox=box))
+        # Settings that results depend on beside the cases; titles do not count, nor the names of files.
+        self.settings = asdict(replace(file.design, title="", case="", gearbox=around, set=""))
 
     def samples(self, also: Sequence[FloatArray]) -> Variants:
         """Judge variants spread evenly over the ranges, and others."""
         design = self.design
         x = spread_evenly(design.variables, design.search.samples)
-        positions = len(design.load.labels) * len(self.judge.solver.phi) * len(self.judge.draws)
+        positions = len(design.load.labels) * len(self.judge.phi) * len(self.judge.draws)
         size = max(1, -(-POSITIONS_PER_CHUNK // positions))
         chunks = [x[i : i + size] for i in range(0, len(x), size)]
         pieces = [
@@ -253,7 +252,7 @@ class _Search:
                 break
             tried += len(missing)
             pieces = [
-                Piece(f"fine angles {n:06d}", {"case": self.file.case}, [self.settings, variants.x[n].tolist()],
+                Piece(f"fine angles {n:06d}", self.file.searched, [self.settings, variants.x[n].tolist()],
                       partial(_finely, self.judge, variants.x[n], n)) for n in sorted(missing)
             ]  # fmt: skip
             variants.objective[missing], angles[missing] = np.nan, 2 * few
@@ -272,7 +271,7 @@ class _Search:
         def keep(part: Result) -> None:
             self.store.add(from_data(part, self.design))
 
-        return Piece(name, {"case": self.file.case}, [self.settings, start], run, is_whole, keep)
+        return Piece(name, self.file.searched, [self.settings, start], run, is_whole, keep)
 
     def _run(self, stage: str, pieces: Sequence[Piece]) -> list[Result]:
         found, failures = run_pieces(
@@ -284,16 +283,16 @@ class _Search:
         return parts
 
 
-def _judged(judge: Judge, x: FloatArray, origin: str) -> Result:
+def _judged(judge: Judge[Any, Any], x: FloatArray, origin: str) -> Result:
     return as_data([judge.verdict(one) for one in x], origin, len(x))
 
 
-def _finely(judge: Judge, x: FloatArray, number: int) -> Result:
+def _finely(judge: Judge[Any, Any], x: FloatArray, number: int) -> Result:
     verdict, angles = judged_finely(judge, x)
     return {**as_data([verdict], "fine angles", 1), "angles": angles, "number": number}
 
 
-def _descended(downhill: Judge, judge: Judge, start: FloatArray, origin: str) -> Result:
+def _descended(downhill: Judge[Any, Any], judge: Judge[Any, Any], start: FloatArray, origin: str) -> Result:
     """Go downhill by one judge; the end is judged by another."""
     way = Descent(downhill)
     best = way.run(np.asarray(start))[0]

@@ -18,13 +18,18 @@ ExtentKey = Literal[
     "root_relief_end_diameter_mm", "root_relief_length_mm", "root_relief_end_percent", "end_relief_length_mm",
 ]  # fmt: skip
 VariableKey = Literal[AmountKey, ExtentKey]
-Objective = Literal["peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um"]
-ResultKey = Literal[Objective, "pressure_MPa", "k_h_beta", "tip_edge_load_N_per_mm", "root_stress_MPa"]
+Objective = Literal["peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um", "k_h_beta", "k_gamma"]
+ResultKey = Literal[Objective, "pressure_MPa", "tip_edge_load_N_per_mm", "root_stress_MPa"]
 # Keys of amounts of a modification, and of axes.
 AMOUNT_KEYS: tuple[AmountKey, ...] = get_args(AmountKey)
 MISALIGNMENT_KEYS = ("in_plane_um", "out_of_plane_um", "centre_distance_um")
 #: results of each variant under each torque
-RESULTS: tuple[ResultKey, ...] = get_args(ResultKey)
+RESULTS: tuple[ResultKey, ...] = (
+    "peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um", "pressure_MPa", "k_h_beta", "tip_edge_load_N_per_mm",
+    "root_stress_MPa", "k_gamma",
+)  # fmt: skip
+# Objectives, and results, that are of sets alone.
+OBJECTIVES_OF_SETS, RESULTS_OF_SETS = ("k_h_beta", "k_gamma"), ("k_gamma",)
 
 Bounds = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, in_order=True)]
 Torques = Annotated[tuple[float, ...], Range(0.0, 1e12, "N m", low_excluded=True, in_order=True)]
@@ -42,8 +47,12 @@ class Variable:
     ----------
     key : str
         Key of a modification.
-    gear : {"both", "pinion", "wheel"}
-        Gear that it is of; `both`: the same value on both.
+    gear : str
+        Gear that it is of: `pinion`, `wheel` or, the same value on both, `both`. Of a set it is a member: `sun`,
+        `planet`, `ring`, or the name of a gear; all planets have the same value.
+    flank : {"both", "drive", "coast"}
+        Of a member of a set: its section `modification`, `coast_modification`, or the same value in both. Planets carry
+        on one towards the sun, on the other towards the ring.
     range : tuple of float
         From the lowest to the highest value, in the unit of the key.
     step : float or None
@@ -51,19 +60,25 @@ class Variable:
     """
 
     key: VariableKey
-    gear: Literal["both", "pinion", "wheel"] = "both"
+    gear: str = "both"
+    flank: Literal["both", "drive", "coast"] = "both"
     range: Bounds
     step: Step | None = None
 
     @property
     def name(self) -> str:
-        """Key, after the gear where it is of one alone."""
-        return self.key if self.gear == "both" else f"{self.gear}.{self.key}"
+        """Key, after the gear and the flank where it is of one alone."""
+        return ".".join([*(said for said in (self.gear, self.flank) if said != "both"), self.key])
 
     @property
     def gears(self) -> tuple[str, ...]:
         """Gears that it is of."""
         return ("pinion", "wheel") if self.gear == "both" else (self.gear,)
+
+    @property
+    def flanks(self) -> tuple[str, ...]:
+        """Flanks of a member of a set that it is of."""
+        return ("drive", "coast") if self.flank == "both" else (self.flank,)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +88,8 @@ class Load:
     Parameters
     ----------
     torques_Nm : tuple of float
-        On the pinion; by default those of the sweep of the case.
+        On the pinion; by default those of the sweep of the case. Of a set, amounts of the torque of its file; by
+        default that one and those of its sweep.
     names : tuple of str
         Load cases of the gearbox in the place of torques; by default all that carry on the same flanks as its first.
     weights : tuple of float
@@ -106,14 +122,25 @@ class Goal:
 
     Parameters
     ----------
-    minimise : {"peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um"}
-        Peak-to-peak STE, or the amplitude of an order of the mesh.
+    minimise : {"peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um", "k_h_beta", "k_gamma"}
+        Peak-to-peak STE, or the amplitude of an order of the mesh. Of a set also `k_h_beta`, the largest face load
+        factor of its meshes, and `k_gamma`, the mesh load factor.
     value : {"nominal", "expected", "percentile_95"}
         Nominal, without scatter; or the mean over the scatter, or its 95 % quantile. Constraints are on the same value.
     """
 
     minimise: Objective = "peak_to_peak_um"
     value: Literal["nominal", "expected", "percentile_95"] = "nominal"
+
+    @property
+    def unit(self) -> str:
+        """Of the objective, as pages write it; empty of a factor."""
+        return "µm" if self.minimise.endswith("_um") else ""
+
+    @property
+    def column(self) -> str:
+        """Of the objective in tables and plain data."""
+        return "objective_um" if self.unit else "objective"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,7 +152,7 @@ class Constraint:
     result : str
         `pressure_MPa`: largest pressure of contact. `k_h_beta`: face load factor. `tip_edge_load_N_per_mm`: largest
         line load where the edge of a tip is in contact; 0 keeps it clear. `root_stress_MPa`: largest principal stress
-        at the roots. Or an objective.
+        at the roots. `k_gamma`: mesh load factor of a set. Or an objective. Figures of meshes are the largest of a set.
     at_most : float
         In the unit of the result.
     """
@@ -138,7 +165,8 @@ class Constraint:
 class Scatter:
     """Standard deviations of manufacture and mounting (section `[scatter]`), normal and independent of each other.
 
-    Both gears scatter independently. Under a nominal objective the scatter is only shown for the best variant.
+    Both gears scatter independently; of a set all flanks of all gears, and pins by `[tolerances]` of its file. Under a
+    nominal objective the scatter is only shown for the best variant.
 
     Parameters
     ----------
@@ -151,7 +179,7 @@ class Scatter:
     in_plane_um, out_of_plane_um, centre_distance_um : float
         Of the axes, um.
     draws : int
-        Pairs that are drawn, the same for all variants.
+        Pairs or sets that are drawn, the same for all variants.
     """
 
     tip_relief_um: Deviation = 0.0
@@ -229,6 +257,8 @@ class Design:
     gearbox, mesh : str
         In the place of a case: a gearbox file, TOML or REXS, relative to this one, and the mesh that is designed, on
         what its hubs stand on under each load.
+    set : str
+        In the place of a case: a set file, TOML or REXS, relative to this one, whose members are designed.
     variables : tuple of Variable
     load, objective, constraints, scatter, search, pareto
         One dataclass per section of the file.
@@ -238,6 +268,7 @@ class Design:
     case: str | None = None
     gearbox: str | None = None
     mesh: str | None = None
+    set: str | None = None
     variables: tuple[Variable, ...] = ()
     load: Load
     objective: Goal
@@ -255,4 +286,5 @@ class Design:
     def results(self) -> tuple[str, ...]:
         """Results of each variant; root stress only if a constraint or the front needs it."""
         asked = {c.result for c in self.constraints} | {self.pareto.against}
-        return tuple(key for key in RESULTS if key != "root_stress_MPa" or key in asked)
+        left_out = {"root_stress_MPa", *(() if self.set else RESULTS_OF_SETS)} - asked
+        return tuple(key for key in RESULTS if key not in left_out)

@@ -18,9 +18,8 @@ from pmor.case import without_models
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.core.threads import in_order
-from pmor.design.fine import on_angles
-from pmor.design.judge import Judge
-from pmor.design.loader import DesignFile
+from pmor.design.files import PairDesign
+from pmor.design.pair_judge import PairJudge
 from pmor.design.search import Found, trained_pair
 from pmor.gear.condition import Assembly
 from pmor.line.hubs import Hubs
@@ -35,14 +34,14 @@ class Supports:
 
     Parameters
     ----------
-    file : DesignFile
+    file : PairDesign
         With the torques of these loads on the pinion.
     pairs : mapping of str to ReducedPair
         Of all meshes, by name.
     loads : tuple of SolvedLoad
     """
 
-    file: DesignFile
+    file: PairDesign
     pairs: Mapping[str, ReducedPair]
     loads: tuple[SolvedLoad, ...]
 
@@ -117,7 +116,7 @@ LEVEL_ALIGNED, LEVEL = "load levelled on aligned axes", "load levelled in the ge
 COMPARED = ((ALIGNED, BEST), (LEVEL_ALIGNED, LEVEL))
 
 
-def supports_of(file: DesignFile) -> Supports:
+def supports_of(file: PairDesign) -> Supports:
     """Train all meshes of the gearbox of a design, and solve it under the loads of the design.
 
     Raises
@@ -140,7 +139,7 @@ def judged_by_the_gearbox(
     supports: Supports, found: Found, aligned: Found, executor: Executor | None = None
 ) -> InGearbox:
     """Return the gearbox solved anew with the best of a search on its supports, and of one on aligned axes."""
-    base = found.file.base
+    base = supports.file.base
     helix, without = (level(supports.reduced, supports.meshes, aligned) for aligned in (False, True))
     flanks = {CASE: base}
     for name, one in ((ALIGNED, aligned), (BEST, found)):
@@ -169,15 +168,17 @@ def _judged(supports: Supports, found: Found, name: str, assembly: Assembly) -> 
             meshes = solved_anew(supports.file.box.model, supports.loads, supports.pairs, supports.number, assembly)
     except ConvergenceError as error:
         return f"in the gearbox, {name}: {error}"
-    judge = _on(found.fine, meshes)
-    state = judge.solver.solve(assembly)
+    fine = found.fine
+    assert isinstance(fine, PairJudge)
+    judge = _on(fine, meshes)
+    state = judge.solve(assembly)
     load = state.load_N_per_mm.sum(axis=2).mean(axis=1)
     return JudgedFlank(name, assembly, judge.results_of(state, assembly), state.ste_um, load)
 
 
-def _on(judge: Judge, meshes: Sequence[SolvedMesh]) -> Judge:
+def _on(judge: PairJudge, meshes: Sequence[SolvedMesh]) -> PairJudge:
     """Return a judge on other supports, and under their torques."""
     torques_Nm = tuple(1e-3 * mesh.torque for mesh in meshes)
     design = replace(judge.design, load=replace(judge.design.load, torques_Nm=torques_Nm))
-    anew = Judge(judge.reduced, design, judge.base, hubs=[mesh.hubs for mesh in meshes])
-    return on_angles(anew, judge.design.search.angles)
+    anew = PairJudge(judge.reduced, design, judge.base, hubs=[mesh.hubs for mesh in meshes])
+    return anew.on_angles(judge.design.search.angles)

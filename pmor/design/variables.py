@@ -101,16 +101,27 @@ def spread_evenly(variables: Sequence[Variable], count: int) -> FloatArray:
 SEED = 19
 
 
-def drawn(scatter: Scatter, count: int, seed: int = SEED) -> tuple[Draw, ...]:
-    """Return `count` draws of a scatter, as even as a Sobol sequence; another seed gives fresh ones."""
+def normal_points(dimensions: int, count: int, seed: int) -> FloatArray:
+    """Return `count` points of independent normal numbers, (count, dimensions), as even as a Sobol sequence.
+
+    Of no dimension there are none.
+    """
     from scipy.stats import norm, qmc
 
-    modifications, misalignment = scatter.modifications, scatter.axes
-    dimensions = 2 * len(modifications) + len(misalignment)
+    if not dimensions:
+        return np.zeros((0, 0))
     sequence = qmc.Sobol(dimensions, scramble=True, seed=seed)
-    points = norm.ppf(sequence.random_base2(int(np.ceil(np.log2(count)))))[:count]
+    return np.asarray(norm.ppf(sequence.random_base2(int(np.ceil(np.log2(count)))))[:count])
+
+
+def drawn(scatter: Scatter, count: int, seed: int = SEED) -> tuple[Draw, ...]:
+    """Return `count` draws of a scatter, as even as a Sobol sequence; another seed gives fresh ones.
+
+    None of a scatter of nothing.
+    """
+    modifications, misalignment = scatter.modifications, scatter.axes
     found = []
-    for point in points:
+    for point in normal_points(2 * len(modifications) + len(misalignment), count, seed):
         on_gears = [
             {key: float(size * z) for (key, size), z in zip(modifications.items(), part, strict=True)}
             for part in np.split(point[: 2 * len(modifications)], 2)

@@ -10,8 +10,8 @@ import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.design.descent import kept
+from pmor.design.files import DesignFile
 from pmor.design.judge import Verdict
-from pmor.design.loader import DesignFile
 from pmor.design.settings import Design
 from pmor.storage.design_file import DesignResults, write_design_file
 from pmor.work.pieces import Result

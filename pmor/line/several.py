@@ -8,7 +8,7 @@ count the other way round there, and helices have the other hand.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -25,7 +25,15 @@ from pmor.gear.pair import GearPair
 from pmor.line.hubs import HUB, hub_rows
 from pmor.line.kernels.flexibility import Flexibility, make_all_ready
 from pmor.line.kernels.places import Lines, line_deviations
-from pmor.line.kernels.several import Gathered, Levers, SeveralResults, couple, gather, solve_meshes
+from pmor.line.kernels.several import (
+    Gathered,
+    Levers,
+    SeveralResults,
+    couple,
+    differentiate_meshes,
+    gather,
+    solve_meshes,
+)
 from pmor.line.kernels.tip_corner import Corner, LineLaw
 from pmor.line.layered_pair import place_sections
 from pmor.line.pair import LinePair
@@ -306,7 +314,7 @@ class PlacedTrain:
         """Sections of all meshes, their gaps with displaced hubs and deviations of the flanks."""
         gaps, laws = [], []
         for one in self.placed:
-            gaps.append(one.lines.gap + _deviation(one))
+            gaps.append(one.lines.gap + _deviation(one, one.mesh.assembly))
             law = one.lines.law.copy()
             kind = next(n for n, kind in enumerate(self.train.kinds) if kind is one.mesh.pair)
             law[..., CORNER] += CORNERS * kind
@@ -344,6 +352,11 @@ class PlacedTrain:
         found = [np.einsum("angr,agr->an", one.rows, moved[:, list(one.mesh.bodies)]) for one in self.placed]
         return np.concatenate(found, axis=1)
 
+    def deviation(self, assemblies: Sequence[Assembly]) -> FloatArray:
+        """Return the deviations of the flanks of other assemblies of all meshes, pitch left out, mm, (A, N)."""
+        found = [_deviation(one, assembly) for one, assembly in zip(self.placed, assemblies, strict=True)]
+        return np.concatenate(found, axis=1)
+
     def pitch_deviation(self, pitch: int) -> FloatArray:
         """Deviations of the teeth that are in mesh so many pitches later, in all sections, mm, (A, N)."""
         found = np.zeros(self.lines.gap.shape)
@@ -378,21 +391,47 @@ class PlacedTrain:
             np.zeros((*grid, size)),
         )  # fmt: skip
         gap = lines.gap + deviation if deviation.size else lines.gap
-        self._make_ready(self._likely(gap, REACH * mean.max(axis=0) * softness))
+        # Those of this solution alone, so that it does not depend on what was solved before.
+        ready = self._likely(gap, REACH * mean.max(axis=0) * softness)
         unused, at_supports = train.meshes[0].pair.compliance, self._at_supports(pitch)
         for _ in range(MOST_ROUNDS):
-            between = self.between + at_supports if at_supports.size else self.between
+            self._make_ready(ready)
             solve_meshes(
-                lines, self.levers, Flexibility(between, self.ready), deviation, loads, mean, softness,
+                lines, self.levers, Flexibility(self._between(at_supports), ready), deviation, loads, mean, softness,
                 self.width, unused, train.corners, results,
             )  # fmt: skip
-            missing = self._closed(gap, at_supports, results)
+            missing = self._closed(gap, at_supports, results) & ~ready
             if not missing.any():
                 break
-            self._make_ready(missing)
+            ready |= missing
         else:
             results.converged[:] = False
         return results
+
+    def differentiate(
+        self, found: SeveralResults, by_movement: FloatArray, by_force: FloatArray, deviation: FloatArray = NONE,
+        pitch: int = 0,
+    ) -> FloatArray:  # fmt: skip
+        """Return the derivatives of a figure of solved states by the deviation of each section, (D, A, N), per mm.
+
+        Loads stay as they are. They are those of the sections that carry: exact but where one begins to.
+
+        Parameters
+        ----------
+        found, deviation, pitch
+            As `solve` gives and takes them.
+        by_movement : ndarray, shape (D, A, K)
+            Derivatives of the figure by the movements in each state, per rad or mm.
+        by_force : ndarray, shape (D, A, N)
+            By the forces, per N.
+        """
+        rates = np.zeros(found.force.shape)
+        self._make_ready(np.asarray((found.force > 0.0).any(axis=0)))
+        differentiate_meshes(
+            self.lines, self.levers, Flexibility(self._between(self._at_supports(pitch)), self.ready), deviation,
+            self.width, self.train.meshes[0].pair.compliance, self.train.corners, found, by_movement, by_force, rates,
+        )  # fmt: skip
+        return rates
 
     def levers_at(self, movement: FloatArray) -> FloatArray:
         """Return l, turned where the pinion's corners carry, at movements (..., A, K): shape (..., A, N, K)."""
@@ -409,14 +448,14 @@ class PlacedTrain:
         return likely
 
     def _closed(self, gap: FloatArray, at_supports: FloatArray, results: SeveralResults) -> BoolArray:
-        """Sections that are left out and whose flanks would overlap, but for the deflection of their own mesh."""
+        """Sections whose flanks would overlap, but for the deflection of their own mesh."""
         rigid = gap + np.einsum("ank,dak->dan", self.levers.rows, results.movement)
         rigid += np.einsum(
             "anr,dar->dan", self._support_rows, np.einsum("anr,dan->dar", self._support_rows, results.force)
         )
         if at_supports.size:
             rigid += np.einsum("anm,dam->dan", at_supports, results.force)
-        return np.asarray((rigid < 0.0).any(axis=0) & ~self.ready)
+        return np.asarray((rigid < 0.0).any(axis=0))
 
     @cached_property
     def _support_rows(self) -> FloatArray:
@@ -467,6 +506,10 @@ class PlacedTrain:
             found[:, at[:, None], at] += support_flexibility(body.support, body.teeth, rows, later)
         return found
 
+    def _between(self, at_supports: FloatArray) -> FloatArray:
+        """Flexibility between all sections that are ready, (A, N, N), mm/N."""
+        return self.between + at_supports if at_supports.size else self.between
+
     def _make_ready(self, wanted: BoolArray) -> None:
         """Fill the flexibilities of further sections; those that were ready are filled again."""
         if not (wanted & ~self.ready).any():
@@ -513,12 +556,12 @@ class PlacedTrain:
         return total
 
 
-def _deviation(one: PlacedMesh) -> FloatArray:
+def _deviation(one: PlacedMesh, assembly: Assembly) -> FloatArray:
     """Return the deviations of both flanks of a mesh, added up, those of single teeth left out, (A, N), mm."""
     found = np.zeros_like(one.lines.gap)
-    if one.mesh.assembly.modified:
+    if assembly.modified:
         meshed = one.mesh.pair.meshed
-        flanks = (flank._replace(pitch=np.empty(0)) for flank in meshed.deviations(one.mesh.assembly))
+        flanks = (flank._replace(pitch=np.empty(0)) for flank in meshed.deviations(assembly))
         line_deviations(one.lines, meshed.sections.z, *flanks, found)
     return found
 

@@ -83,7 +83,7 @@ def load(path: Path | str) -> GearboxFile:
     model = replace(model, sets={one.name: _set(reader, one, torques[one.name]) for one in said.sets})
     inside = [mesh for mesh in said.meshes if mesh.case is None and torques[mesh.name] > 0.0]
     cases |= {mesh.name: _placed(_case(reader, mesh, torques[mesh.name]), reader, mesh, said) for mesh in inside}
-    texts = [text, *(case.text for case in cases.values()), *(one.text for one in sets.values())]
+    texts = [text, *(case.text for case in cases.values()), *(one.whole_text for one in sets.values())]
     reader.check_turned(model, cases)
     if (housing := said.housing.stiffness) is not None:
         model = replace(model, housing=read_seats(reader, "housing", housing, model.seats, "bearing to the housing"))

@@ -63,6 +63,8 @@ class SetFile:
     ----------
     name : str
         Stem of the file name.
+    text : str
+        Of the set file, or of one that says what a REXS file does.
     cases : dict of str to Case
         Of the meshes, by the members that mesh: `sun-planet`.
     inputs : tuple of Path
@@ -108,6 +110,11 @@ class SetFile:
         """Amounts of the torque that are solved, rising: of the nominal one, and of those of the sweep."""
         return sorted({self.plan.nominal_Nm, *self.sections.sweep.torques_Nm})
 
+    @property
+    def whole_text(self) -> str:
+        """Text of the set file and of those that it names."""
+        return "\n".join([self.text, *(path.read_text(encoding="utf-8-sig") for path in self.inputs[1:])])
+
 
 def is_set(path: Path) -> bool:
     """Return whether a file is a set file, or a REXS file of one planetary stage; CaseError if it cannot be read."""
@@ -151,13 +158,26 @@ def parse_set(
     said = reader.section(parse_toml(text, where), SetSections, filled={"title": name})
     if shafts is not None:
         said = _part_of_a_gearbox(said, shafts)
+    return _checked(reader, said, name, text, inputs, notes, changed, shafts)
+
+
+def with_sections(file: SetFile, said: SetSections) -> SetFile:
+    """Return a set that was read with other sections, checked as those of a file; the errors of `parse_set`."""
+    reader = _Reader(str(file.inputs[0]), sections_in(SetSections), file.inputs[0].parent)
+    return _checked(reader, said, file.name, file.text, file.inputs, file.notes, file.changed)
+
+
+def _checked(
+    reader: _Reader, said: SetSections, name: str, text: str, inputs: tuple[Path, ...], notes: tuple[str, ...],
+    changed: tuple[str, ...], shafts: OnShafts | None = None,
+) -> SetFile:  # fmt: skip
     try:
         layout = reader.layout(said, shafts is not None)
         pairs = reader.pairs(said, layout)
         reader.check_distances(said, layout, pairs)
         plan = set_plan(said, layout, pairs, reader.carrier_stiffness(said))
     except (CaseError, GeometryError) as error:
-        raise type(error)(f"{where}: {str(error).removeprefix(f'{where}: ')}") from None
+        raise type(error)(f"{reader.where}: {str(error).removeprefix(f'{reader.where}: ')}") from None
     most = max((plan.nominal_Nm, *said.sweep.torques_Nm)) / plan.nominal_Nm
     most = most if shafts is None or shafts.most_Nm is None else shafts.most_Nm / plan.torque_Nm
     cases = reader.cases(said, layout, {key: most * torque for key, torque in plan.mesh_torques_Nm.items()})
@@ -165,8 +185,7 @@ def parse_set(
     pitches = reader.pitches(said, plan, cases), reader.sample_pitches(said, plan, cases)
     housed = 1 if shafts is None else reader.pitches(said, plan, cases, housed=True)
     if said.carrier.stiffness is not None:
-        inputs = (*inputs, inputs[0].parent / said.carrier.stiffness)
-        text = f"{text}\n{inputs[-1].read_text(encoding='utf-8-sig')}"
+        inputs = (*inputs[:1], inputs[0].parent / said.carrier.stiffness)
     return SetFile(name, text, said, plan, cases, inputs, notes, changed, *pitches, housed)
 
 

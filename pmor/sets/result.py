@@ -131,7 +131,9 @@ class SetResult:
         OutputError
         """
         inputs, files = self.file.inputs, (*FILES, *SAMPLE_FILES, *PIN_FILES)
-        with writing_results(folder, files, self.file.text, inputs=inputs, overwrite=overwrite, working=()) as out:
+        with writing_results(
+            folder, files, self.file.whole_text, inputs=inputs, overwrite=overwrite, working=()
+        ) as out:
             set_report(self.file, self.solution, self.samples, self.failures).write(out)
             if self.samples is not None:
                 write_table_csv(out / "tolerances.csv", sample_rows(self.samples, self._torques_Nm))

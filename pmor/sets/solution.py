@@ -18,6 +18,9 @@ from pmor.sets.plan import SetPlan
 from pmor.sets.root_stress import GearStress, root_stress_of_set
 from pmor.sets.shafts import at_place, shaft_of
 
+# Mean force of a mesh, over that of the one that carries most.
+NOTHING = 1e-9
+
 
 @dataclass(frozen=True)
 class FaceLoads:
@@ -142,6 +145,20 @@ class SetSolution:
         return np.divide(force, total, out=np.full(force.shape, np.nan), where=total != 0.0)
 
     @cached_property
+    def tangential_rows(self) -> FloatArray:
+        """Force on each pin, in the sense in which the torque turns the sun, by unit forces in the sections, (a, n, N).
+
+        At the a angles at which the set is placed.
+        """
+        found = np.zeros((len(self.placed.phi), self.found.force.shape[2], len(self.plan.planets), 2))
+        shafts = shaft_of(self.plan.bodies)
+        for one in self.placed.placed:
+            for gear, body in enumerate(one.mesh.bodies):
+                if shafts[body] in self.plan.planets:
+                    found[:, one.part, self.plan.planets.index(shafts[body])] += one.rows[:, :, gear, :2]
+        return np.asarray(self.outwards_and_around(found)[..., 1])
+
+    @cached_property
     def tangential_pin_force_N(self) -> FloatArray:
         """Force on each pin in the sense in which the torque turns the sun, (D, A, N)."""
         return np.asarray(self.outwards_and_around(self.planet_wrench[..., :2])[..., 1])
@@ -210,9 +227,15 @@ class SetSolution:
         roll = one.lines.roll.reshape(len(one.lines.roll), *force.shape[2:], 2)
         return FaceLoads(force / meshed.width, meshed.width, np.tile(roll, (self.cycles, 1, 1, 1)))
 
+    @property
+    def carrying(self) -> BoolArray:
+        """Whether each mesh carries anything, (D, M): what is left of one that does not is round-off."""
+        mean = self.mesh_force_N.mean(axis=1)
+        return np.asarray(~(mean <= NOTHING * mean.max(axis=1, keepdims=True)))
+
     def k_h_beta(self, mesh: int) -> FloatArray:
-        """Face load factor of a mesh under each torque, (D,)."""
-        return face_load_factor(self.face_loads(mesh))
+        """Face load factor of a mesh under each torque, (D,); NaN where it carries nothing."""
+        return np.where(self.carrying[:, mesh], face_load_factor(self.face_loads(mesh)), np.nan)
 
     @cached_property
     def root_stress(self) -> tuple[GearStress, ...]:
@@ -251,7 +274,7 @@ def solve_on(plan: SetPlan, placed: PlacedTrain, torques_Nm: FloatArray, pitches
     loads, cycle = 1e3 * torques_Nm[:, None] * plan.load, plan.placed_pitches(pitches)
     starts = range(0, pitches, cycle)
     blocks = [
-        [solve_placed(block, loads, _errors(plan, block, start), start) for start in starts]
+        [solve_placed(block, loads, errors_of(plan, block, start), start) for start in starts]
         for block in placed.blocks()
     ]  # fmt: skip
     in_order = [one[number] for number in range(len(starts)) for one in blocks]
@@ -287,7 +310,7 @@ def housing_angle(plan: SetPlan, train: GearTrain, phi: FloatArray) -> FloatArra
     return np.zeros_like(phi) if body is None else train.rates[body] * phi
 
 
-def _errors(plan: SetPlan, placed: PlacedTrain, pitch: int) -> FloatArray:
+def errors_of(plan: SetPlan, placed: PlacedTrain, pitch: int) -> FloatArray:
     """By how much flanks stand off by errors beyond those of the placed set in a pitch, (A, N), mm; empty without."""
     pitch_rad, found = placed.train.meshes[0].pair.meshed.pair.pitch, NONE
     moved = plan.displacement - (0.0 if placed.displacement is None else placed.displacement)

@@ -20,7 +20,7 @@ DESIGN_LAYOUT = {
     "highest": Field("1", "variable", "other end of the range, in the unit of the variable"),
     "x": Field("1", "variant, variable", "values of the variables, each in its unit"),
     "results": Field("1", "variant, torque, result", "nominal, each in its unit; NaN: not converged", finite=False),
-    "objective": Field("um", "variant", "minimised quantity; NaN: not converged", finite=False),
+    "objective": Field("um", "variant", "minimised quantity, or a factor of 1; NaN: not converged", finite=False),
     "angles": Field("1", "variant", "angles per pitch that results are of", kind=int, least=1.0, optional=True),
     "searched": Field("um", "variant", "objective on the angles of the search", finite=False, optional=True),
     "limits": Field("1", "variant, constraint", "constrained quantity, in its unit", finite=False, optional=True),

@@ -13,13 +13,12 @@ from pmor.app.cli import main
 from pmor.case import load_case
 from pmor.core.errors import ConvergenceError
 from pmor.core.threads import threads
-from pmor.design import figures, fine, readings, run, search, variants
+from pmor.design import figures, fine, pair_judge, readings, run, search, variants
 from pmor.design.descent import Descent, kept
-from pmor.design.fine import on_angles
 from pmor.design.harris import harris_rule
-from pmor.design.judge import Judge
 from pmor.design.loader import load
 from pmor.design.output import FILES
+from pmor.design.pair_judge import PairJudge
 from pmor.design.search import run_design, trained_pair
 from pmor.design.variants import STORE
 from pmor.storage.describe import file_text
@@ -48,14 +47,18 @@ def reduced(file):
     return trained_pair(file.case, file.design.load.torques_Nm)
 
 
+def judge_of(file, reduced):
+    return PairJudge(reduced, file.design, file.base)
+
+
 @pytest.fixture(scope="module")
 def found(file, reduced, tmp_path_factory):
-    return run_design(file, reduced, tmp_path_factory.mktemp("found"))
+    return run_design(file, judge_of(file, reduced), tmp_path_factory.mktemp("found"))
 
 
 def test_what_is_chosen_is_worth_on_3200_angles_what_is_told_of_it(found):
     """On the 12 angles of the search some of it looks better by more than that."""
-    judge, few = on_angles(found.judge, 3200), []
+    judge, few = found.judge.on_angles(3200), []
     chosen = {*found.chosen.values(), *found.front.tolist()}
     assert len(chosen) > 2
     for n in chosen:
@@ -68,7 +71,7 @@ def test_what_is_chosen_is_worth_on_3200_angles_what_is_told_of_it(found):
 
 
 def test_no_variant_is_better_on_fine_angles_than_the_best(found):
-    judge = on_angles(found.judge, int(found.angles.max()))
+    judge = found.judge.on_angles(int(found.angles.max()))
     order = np.argsort(np.where(found.kept, found.searched, np.inf))
     for n in order[:8]:
         verdict = judge.verdict(found.variants.x[n])
@@ -84,8 +87,8 @@ def test_a_constraint_holds_under_the_torque_at_which_its_result_is_largest(foun
 
 
 def test_blocks_of_angles_are_solved_as_all_of_them_together(found, monkeypatch):
-    monkeypatch.setattr(fine, "BLOCK", 7)
-    judge, assembly = on_angles(found.judge, 24), found.judge.assembly(found.variants.x[0])
+    monkeypatch.setattr(pair_judge, "BLOCK", 7)
+    judge, assembly = found.judge.on_angles(24), found.judge.assembly(found.variants.x[0])
     whole = VariantSolver(judge.reduced, judge.solver.phi, judge.solver.torques_Nm).solve(assembly, differentiated=True)
     parts = judge.solver.solve(assembly, differentiated=True)
     for field in fields(whole):
@@ -102,7 +105,7 @@ def test_results_that_do_not_settle_are_no_verdict(found, monkeypatch):
 def test_a_narrow_peak_far_below_its_bound_settles(found, monkeypatch):
     """A tip's edge touches over a fraction of a degree: its load is 1 % larger on twice the angles."""
     loads = iter(np.array([[4.08], [4.13], [4.15]]))
-    monkeypatch.setattr(fine, "on_angles", lambda judge, angles: next(loads))
+    monkeypatch.setattr(found.judge, "on_angles", lambda angles: next(loads))
     settled, angles = fine._settled(found.judge, 768, lambda load: load, lambda load: load, np.array([200.0]))
     assert (settled, angles) == (4.13, 1536)
 
@@ -139,7 +142,7 @@ def test_a_search_whose_pieces_all_fail_says_so(file, reduced, tmp_path, monkeyp
 
     monkeypatch.setattr(search, "_judged", fails)
     with pytest.raises(ConvergenceError, match="no variant was solved, first: samples 00000: made to fail"):
-        run_design(file, reduced, tmp_path)
+        run_design(file, judge_of(file, reduced), tmp_path)
 
 
 def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys, undrawn, monkeypatch):
@@ -266,7 +269,7 @@ def test_a_variant_without_a_solution_is_named_and_leaves_the_others(reduced, fi
 def test_a_descent_finds_what_a_grid_finds(file, reduced):
     """Within 1 % of 21 x 21 variants, at less than a third of them."""
     free = replace(file.design, variables=tuple(replace(v, step=None) for v in file.design.variables), constraints=())
-    judge = Judge(reduced, free, file.base)
+    judge = PairJudge(reduced, free, file.base)
     grid = [judge.verdict(np.array([a, s])) for a in np.linspace(0.0, 30.0, 21) for s in np.linspace(22.0, 30.0, 21)]
     best = min(grid, key=lambda verdict: verdict.objective)
     start = min(grid[::50], key=lambda verdict: verdict.objective)
@@ -278,7 +281,7 @@ def test_a_descent_finds_what_a_grid_finds(file, reduced):
 
 def test_constraints_are_kept_and_cost_something(file, reduced, found):
     assert kept(found.design.constraints, found.variants.limits[found.best])
-    free = Judge(reduced, replace(file.design, constraints=()), file.base)
+    free = PairJudge(reduced, replace(file.design, constraints=()), file.base)
     best = found.variants.x[found.best]
     assert Descent(free).run(best)[0].objective <= found.variants.objective[found.best]
 
@@ -309,7 +312,7 @@ def test_a_design_for_a_range_is_none_for_one_torque(ohio, tmp_path):
     """Measured 0.15 um at 85 N m, where the best for the range has 1.6 um, and 1.1 against 1.9 um over the range."""
     file, reduced = ohio
     quick = replace(file, design=replace(file.design, search=replace(file.design.search, samples=128)))
-    found = run_design(quick, reduced, tmp_path)
+    found = run_design(quick, judge_of(quick, reduced), tmp_path)
     single, best = found.best_at([0]), found.best
     values = found.variants.results[:, 0, 0]
     assert values[single] < 0.3 * values[best]

@@ -11,9 +11,9 @@ import pmor
 from pmor.app.cli import main
 from pmor.case import load_case
 from pmor.design import figures
-from pmor.design.judge import Judge
 from pmor.design.loader import load
 from pmor.design.output import FILES
+from pmor.design.pair_judge import PairJudge
 from pmor.design.supports import supports_of
 from pmor.line.hubs import Hubs
 from pmor_online.variants import VariantSolver
@@ -102,7 +102,7 @@ def test_the_command_leaves_its_files_and_says_what_the_gearbox_asks_for(job):
 
 def test_hubs_that_do_not_give_are_the_design_of_the_case_to_the_last_digit(supports):
     file = supports.file
-    held, case = (Judge(supports.reduced, file.design, file.base, hubs=hubs) for hubs in ([HELD, HELD], []))
+    held, case = (PairJudge(supports.reduced, file.design, file.base, hubs=hubs) for hubs in ([HELD, HELD], []))
     for x in ([0.0, 0.0], [12.0, 3.0]):
         assert_array_equal(held.verdict(np.array(x)).results, case.verdict(np.array(x)).results)
         for one, other in zip(held.smooth(np.array(x), 5.0), case.smooth(np.array(x), 5.0), strict=True):
@@ -129,8 +129,8 @@ def test_a_rigid_gearbox_gives_the_design_of_the_case(tmp_path):
     )
     (tmp_path / "small.toml").write_text(SMALL_CASE.replace("helix_angle", "centre_distance_mm = 62.2\nhelix_angle"))
     case = load(tmp_path / "case.toml")
-    on_supports = Judge(found.reduced, found.file.design, found.file.base, hubs=found.hubs)
-    alone = Judge(found.reduced, case.design, case.base)
+    on_supports = PairJudge(found.reduced, found.file.design, found.file.base, hubs=found.hubs)
+    alone = PairJudge(found.reduced, case.design, case.base)
     for x in ([0.0, 0.0], [12.0, 3.0]):
         one, other = on_supports.verdict(np.array(x)).results, alone.verdict(np.array(x)).results
         assert_allclose(one, other[::-1], rtol=1e-6)

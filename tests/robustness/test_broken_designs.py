@@ -6,6 +6,8 @@ from tests.support.gearboxes import ASKEW, DESIGN, written_design
 from tests.support.random_cases import Raw, toml
 from tests.support.refusals import refused
 from tests.support.small_case import case_text
+from tests.support.small_sets import SMALL_CHAIN, SMALL_DESIGN, SMALL_SET
+from tests.support.small_sets import written_design as written_set_design
 
 MESH = {"profile_elements": 5, "width_elements": 2}
 RELIEF = {"key": "tip_relief_um", "range": [0.0, 20.0]}
@@ -51,6 +53,9 @@ BROKEN = {
     "robust without scatter": ({"objective": {"value": "percentile_95"}}, ["needs a scatter", "add [scatter]"]),
     "constraint without bound": ({"constraints": [{"result": "k_h_beta"}]}, ["at_most: is missing"]),
     "nested too deeply": ({"case": Raw("[" * 100_000)}, ["not valid TOML", "nested too deeply"]),
+    "gear of a set": ({"variables": [RELIEF | {"gear": "sun"}, START]}, ['gear = "sun"', "a pair has none"]),
+    "flank of a set": ({"variables": [RELIEF | {"flank": "coast"}, START]}, ['flank = "coast"', "leave it out"]),
+    "factor of a set": ({"objective": {"minimise": "k_gamma"}}, ['minimise = "k_gamma"', "write one of a pair"]),
     "against itself": ({"pareto": {"against": "peak_to_peak_um"}}, ["is the objective itself"]),
 }  # fmt: skip
 
@@ -98,6 +103,57 @@ def test_broken_designs_of_a_gearbox_are_refused_in_one_line_and_leave_nothing(n
     before = sorted(tmp_path.rglob("*"))
     assert "design.toml" in refused("design", "design.toml", words=words)
     assert sorted(tmp_path.rglob("*")) == before
+
+
+# name: (what stands in the design of a set, what stands there instead, what the message must hold)
+OF_A_SET = {
+    "set and case": ("set =", 'case = "small.toml"\nset =', ["case and set", "leave one out"]),
+    "no such set": ("small.toml", "smal.toml", ["smal.toml", "there is no such set file", "small.toml"]),
+    "unknown member": ('"sun"', '"son"', ['gear = "son"', "the set has", "did you mean sun?"]),
+    "no member": ('gear = "sun"\n', "", ['gear = "both"', "name the member"]),
+    "carrier": ('"sun"', '"carrier"', ['gear = "carrier"', '"sun", "ring", "planet"']),
+    "idle flank": ('gear = "sun"', 'gear = "sun"\nflank = "coast"', ["coast flanks of sun carry nothing", '"drive"']),
+    "same flank twice": (
+        'key = "profile_crowning_um"',
+        'key = "helix_crowning_um"',
+        ["helix_crowning_um of the planet", "remove one"],
+    ),
+    "relief without a start": (
+        'key = "profile_crowning_um"',
+        'key = "tip_relief_um"',
+        ["how far it goes on the planet", "[planet.coast_modification] of small"],
+    ),
+    "start beyond the tip": ("tip_relief_start_percent", "tip_relief_start_roll_deg", ["[sun.modification]", "tip"]),
+    "load cases": ("[load]", '[load]\nnames = ["drive"]', ['names = ["drive"]', "write torques_Nm"]),
+    "scatter of axes": ("[load]", "[scatter]\nin_plane_um = 1.0\n[load]", ["in_plane_um: is of pairs", "[tolerances]"]),
+    "robust without scatter": ("[load]", '[objective]\nvalue = "expected"\n[load]', ["needs a scatter"]),
+    "torque beyond the range": ("[300.0]", "[1e9]", ["stay below"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", OF_A_SET)
+def test_broken_designs_of_a_set_are_refused_in_one_line_and_leave_nothing(name, tmp_path, monkeypatch):
+    old, new, words = OF_A_SET[name]
+    assert old in SMALL_DESIGN
+    written_set_design(tmp_path, SMALL_DESIGN.replace(old, new, 1))
+    monkeypatch.chdir(tmp_path)
+    before = sorted(tmp_path.rglob("*"))
+    assert ".toml" in refused("design", "design.toml", words=words)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_runout_in_a_design_over_scatter_is_refused(tmp_path, monkeypatch):
+    text = f'{SMALL_DESIGN}\n[objective]\nvalue = "expected"\n'
+    written_set_design(tmp_path, text, f"{SMALL_SET}[tolerances]\nsun_eccentricity_um = 2.0\n")
+    monkeypatch.chdir(tmp_path)
+    refused("design", "design.toml", words=["not sun_eccentricity_um", "leave it out of small"])
+
+
+def test_the_mesh_load_factor_of_gears_on_fixed_axes_is_refused(tmp_path, monkeypatch):
+    text = SMALL_DESIGN.replace('"sun"', '"input"').replace('"planet"', '"idler"').replace("[300.0]", "[100.0]")
+    written_set_design(tmp_path, f'{text}\n[objective]\nminimise = "k_gamma"\n', SMALL_CHAIN)
+    monkeypatch.chdir(tmp_path)
+    refused("design", "design.toml", words=['"k_gamma": is of planets', "small has none"])
 
 
 def test_a_trained_scheme_in_a_mesh_is_refused(tmp_path, monkeypatch):

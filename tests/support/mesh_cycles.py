@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.testing import assert_allclose
 
-from pmor.design.judge import Judge
 from pmor.design.loader import settings_of
+from pmor.design.pair_judge import PairJudge
 from pmor.dynamics.law import alike_cycles, cycles_of
 from pmor.pair.conditions import assembly_of, nominal_condition
 from pmor_online.line_sweep import sweep_line_loads
@@ -38,7 +38,7 @@ def check_design(reduced):
     """A design judges the curve of all cycles, and its orders are those of the mesh; derivatives are its own."""
     case, (_, ste) = reduced.basis.case, _swept(reduced)
     asked = {"variables": [{"key": "profile_crowning_um", "range": [0.0, 10.0]}], "search": {"angles": ANGLES}}
-    judge = Judge(reduced, settings_of(case, asked).design, assembly_of(case))
+    judge = PairJudge(reduced, settings_of(case, asked).design, assembly_of(case))
     found = dict(zip(judge.design.results, judge.results(assembly_of(case))[0], strict=True))
     assert_allclose(found["peak_to_peak_um"], np.ptp(ste), rtol=ROUND_OFF)
     order = np.abs(np.fft.rfft(ste)[case.pair.repeats_after]) * 2.0 / len(ste)

@@ -168,3 +168,44 @@ def written_set(folder, text=SMALL_SET):
     path = folder / "small.toml"
     path.write_text(text)
     return path
+
+
+# Of flanks of all members, of planets on both sides.
+SMALL_DESIGN = """
+title = "small design"
+set = "small.toml"
+[[variables]]
+key = "tip_relief_um"
+gear = "sun"
+range = [0.0, 20.0]
+step = 0.5
+[[variables]]
+key = "tip_relief_start_percent"
+gear = "sun"
+range = [60.0, 90.0]
+[[variables]]
+key = "profile_crowning_um"
+gear = "planet"
+flank = "coast"
+range = [0.0, 6.0]
+[[variables]]
+key = "helix_crowning_um"
+gear = "planet"
+range = [0.0, 4.0]
+[load]
+torques_Nm = [300.0]
+[search]
+samples = 8
+descents = 1
+angles = 8
+[pareto]
+points = 0
+"""
+
+
+def written_design(folder, text=SMALL_DESIGN, base=SMALL_SET):
+    """Write a design of a set beside its set file, and return its path."""
+    written_set(folder, base)
+    path = folder / "design.toml"
+    path.write_text(text)
+    return path

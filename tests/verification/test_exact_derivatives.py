@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.design.judge import Judge
+from pmor.design.pair_judge import PairJudge
 from pmor.design.settings import AMOUNT_KEYS, Design, ExtentKey, Goal, Load, Scatter, Search, Trade, Variable
 from pmor.gear.condition import PLAIN, Assembly, at_torques
 from pmor.gear.deviation_rates import deviation_rates
@@ -121,7 +121,7 @@ def judge_of(name, minimise, torque, hubs):
         objective=Goal(minimise=minimise), constraints=(), scatter=Scatter(), search=Search(angles=ANGLES),
         pareto=Trade(),
     )  # fmt: skip
-    return Judge(models(name)[1], design, PLAIN, hubs=hubs)
+    return PairJudge(models(name)[1], design, PLAIN, hubs=hubs)
 
 
 def kinks(judge, variable, here, moved, value):

@@ -8,6 +8,15 @@ bodies that are free: rotations, and displacements of members that float. With l
 T what acts on each movement from outside: torques, and nothing on planets, idlers and a floating sun. D has the blocks
 of all meshes, and between them what bodies that they share give way (`couple`), and what hubs stand on. It is the
 minimum of a convex energy: line loads are unique. So are movements, but for bodies that nothing touches.
+
+Derivatives follow from the same matrices at a solution, as those of a pair do. With M = D + delta'/width of the
+sections that carry, S = l^T M^-1 l - l_t F (l_t the slopes of levers that turn), and a figure whose derivatives are a
+by the movements and c by the forces,
+
+    d figure / d e = -M^-1 (c - l v),    v = S^-1 (l^T M^-1 c - a):                                                 (2)
+
+one right-hand side for all deviations. With c = 0 and a of one rotation, it is Maxwell's: a deviation turns a gear as a
+torque on the gear loads the section that deviates.
 """
 
 from __future__ import annotations
@@ -259,6 +268,59 @@ def solve_meshes(lines, levers, flexibility, deviation, loads, mean_force, softn
                 force[:] = 0.0
 
 
+@allocating
+def differentiate_meshes(
+    lines, levers, flexibility, deviation, width, unused, corners, found, by_movement, by_force, by_deviation
+):
+    """Fill the derivatives of a figure of movements and forces by the deviation of each section, under fixed loads.
+
+    Parameters
+    ----------
+    lines, levers, flexibility, deviation, width, unused, corners
+        As in `solve_meshes`.
+    found : SeveralResults
+        Converged states; others get derivatives of 0.
+    by_movement : ndarray, shape (D, A, K)
+        Derivatives of the figure in each state by its movements.
+    by_force : ndarray, shape (D, A, N)
+        By its forces.
+    by_deviation : ndarray, shape (D, A, N)
+        Filled, per mm.
+    """
+    size, count = levers.rows.shape[1:]
+    workspace, movements = (
+        new_workspace(size),
+        _Movements(np.empty(count), np.empty((count, size)), np.empty((count, count))),
+    )
+    for i in range(len(lines.first_pair)):
+        for d in range(len(found.converged)):
+            rates, force, moved = by_deviation[d, i], found.force[d, i], found.movement[d, i]
+            rates[:] = 0.0
+            if not found.converged[d, i]:
+                continue
+            set_free(lines, i, deviation, workspace)
+            for n in range(size):
+                workspace.carries[n] = force[n] > 0.0
+            _place(lines, i, levers, moved, workspace)
+            carried = linearise(lines, flexibility, i, force, width, unused, corners, workspace)
+            _stiffness(lines, i, levers, force, carried, workspace, movements)
+            adjoint, step = workspace.loaded, movements.step
+            for a in range(carried):
+                adjoint[a] = by_force[d, i, workspace.active[a]]
+            solve_transposed(workspace.factor, carried, adjoint)
+            for k in range(count):
+                step[k] = -by_movement[d, i, k]
+                for a in range(carried):
+                    step[k] += movements.lever[k, a] * adjoint[a]
+            _solve_held(movements.matrix, step)
+            for k in range(count):
+                for a in range(carried):
+                    adjoint[a] -= step[k] * movements.lever[k, a]
+            solve_upper(workspace.factor, carried, adjoint)
+            for a in range(carried):
+                rates[workspace.active[a]] = -adjoint[a]
+
+
 @compiled
 def _start(lines, i, levers, mean_force, softness, force, workspace):
     """Choose the sections to begin with, each mesh by itself; return the gap that has no sign."""
@@ -282,12 +344,10 @@ def _start(lines, i, levers, mean_force, softness, force, workspace):
 
 
 @compiled
-def _newton_step(lines, i, levers, load, force, carried, moved, workspace, movements):
-    """Solve the linearised equations; change the movements. New forces are in ``workspace.loaded``."""
-    active, rows, count = workspace.active, levers.rows[i], len(moved)
-    lever, matrix, step = movements.lever, movements.matrix, movements.step
-    # With the factor U^T U all that is needed between movements are products of what U^-T makes of levers and gaps.
-    solve_transposed(workspace.factor, carried, workspace.loaded)
+def _stiffness(lines, i, levers, force, carried, workspace, movements):
+    """Fill what U^-T makes of the levers, U the factor of the sections that carry, and d load / d movement."""
+    active, rows, count = workspace.active, levers.rows[i], len(movements.step)
+    lever, matrix = movements.lever, movements.matrix
     for k in range(count):
         line = lever[k]
         for a in range(carried):
@@ -297,9 +357,6 @@ def _newton_step(lines, i, levers, load, force, carried, moved, workspace, movem
             if turn != 0.0:
                 line[a] += turn * further * levers.ahead[levers.mesh[n], k]
         solve_transposed(workspace.factor, carried, line)
-        step[k] = load[k]
-        for a in range(carried):
-            step[k] -= line[a] * workspace.loaded[a]
         for m in range(k + 1):
             total, other = 0.0, lever[m]
             for a in range(carried):
@@ -311,9 +368,29 @@ def _newton_step(lines, i, levers, load, force, carried, moved, workspace, movem
         if turn != 0.0:
             ahead = levers.ahead[levers.mesh[n]]
             for k in range(count):
-                step[k] -= turn * force[n] * ahead[k] * workspace.ahead[n]
                 for m in range(count):
                     matrix[k, m] -= turn * force[n] * ahead[k] * ahead[m]
+
+
+@compiled
+def _newton_step(lines, i, levers, load, force, carried, moved, workspace, movements):
+    """Solve the linearised equations; change the movements. New forces are in ``workspace.loaded``."""
+    active, count = workspace.active, len(moved)
+    lever, matrix, step = movements.lever, movements.matrix, movements.step
+    # With the factor U^T U all that is needed between movements are products of what U^-T makes of levers and gaps.
+    _stiffness(lines, i, levers, force, carried, workspace, movements)
+    solve_transposed(workspace.factor, carried, workspace.loaded)
+    for k in range(count):
+        step[k] = load[k]
+        for a in range(carried):
+            step[k] -= lever[k, a] * workspace.loaded[a]
+    for a in range(carried):
+        n = active[a]
+        _, turn = turning(lines, i, n, workspace.ahead[n])
+        if turn != 0.0:
+            ahead = levers.ahead[levers.mesh[n]]
+            for k in range(count):
+                step[k] -= turn * force[n] * ahead[k] * workspace.ahead[n]
     for k in range(count):
         for m in range(count):
             step[k] -= matrix[k, m] * moved[m]

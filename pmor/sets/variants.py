@@ -1,0 +1,269 @@
+"""One set with very many flanks: solved at the same angles and torques, its finite elements and places once.
+
+What a variant changes are gaps alone. A state does not depend on what was solved before, to the last bit.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.gear.condition import Assembly
+from pmor.gear.deviation_rates import deviation_rates
+from pmor.gear.modification import Modification
+from pmor.line.kernels.several import SeveralResults
+from pmor.line.several import GearTrain, PlacedMesh, PlacedTrain
+from pmor.pair.conditions import assembly_of
+from pmor.sets.loader import SetFile
+from pmor.sets.plan import SetPlan
+from pmor.sets.run import train_of
+from pmor.sets.solution import SetSolution, errors_of, solve_placed
+from pmor_online.line_sweep import loads_and_patches
+from pmor_online.variants import largest_of
+
+# Memory of places that are kept from one variant to the next.
+MOST_KEPT_BYTES = 1 << 28
+
+
+@dataclass(frozen=True)
+class BuiltSet:
+    """A set as it is built in one way.
+
+    Parameters
+    ----------
+    flanks : tuple of Assembly
+        Of each mesh; pitch deviations are those of the train.
+    displacement, eccentricity : ndarray
+        Errors of pins and gears, as in `pmor.sets.plan.SetPlan`.
+    """
+
+    flanks: tuple[Assembly, ...]
+    displacement: FloatArray
+    eccentricity: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class SetVariant:
+    """A set built in one way, solved under D torques at A angles in all; N sections.
+
+    Parameters
+    ----------
+    built : BuiltSet
+    solution : SetSolution
+    deviation : sequence of lists of ndarray
+        By how much flanks stand off each time that places are passed, in each block of angles, (a, N), mm.
+    """
+
+    built: BuiltSet
+    solution: SetSolution
+    deviation: Sequence[list[FloatArray]]
+
+    @property
+    def ste_um(self) -> FloatArray:
+        """(D, A), NaN where not converged."""
+        return self.solution.ste_um
+
+    @property
+    def converged(self) -> BoolArray:
+        """(D, A)."""
+        return self.solution.converged
+
+    @cached_property
+    def pressure_MPa(self) -> FloatArray:
+        """Largest of all meshes; sections whose sharp edge carries do not count, (D,)."""
+        return self._edges[0]
+
+    @cached_property
+    def edge_load_N_per_mm(self) -> FloatArray:
+        """Largest line load of sections in which the edge at a tip is in contact, (D,)."""
+        return self._edges[1]
+
+    @property
+    def k_h_beta(self) -> FloatArray:
+        """Largest face load factor of the meshes that carry, (D,)."""
+        return np.fmax.reduce([self.solution.k_h_beta(mesh) for mesh in range(len(self.solution.train.meshes))])
+
+    @property
+    def root_stress_MPa(self) -> FloatArray:
+        """Largest principal stress at the roots of all gears, (D,)."""
+        return np.max([gear.max_principal_MPa.max(axis=1) for gear in self.solution.root_stress], axis=0)
+
+    @cached_property
+    def _edges(self) -> tuple[FloatArray, FloatArray]:
+        solved, largest = self.solution, list[tuple[FloatArray, FloatArray]]()
+        for one in solved.placed.placed:
+            law = np.tile(one.lines.law, (solved.cycles, 1, 1))
+            force = solved.found.force[..., one.part]
+            found = largest_of(*loads_and_patches(law, force, solved.converged, one.mesh.pair.meshed.width))
+            largest.append((found[0].max(axis=1), found[1].max(axis=1)))
+        return np.max([of[0] for of in largest], axis=0), np.max([of[1] for of in largest], axis=0)
+
+
+@dataclass(frozen=True)
+class _States:
+    """Sections of a mesh, as `deviation_rates` needs them; `sensitivity` tells those that matter."""
+
+    pair: IntArray
+    z_mm: FloatArray
+    mirrored: bool
+    roll_rad: FloatArray
+    sensitivity: FloatArray
+
+
+class SetVariants:
+    """Solves variants of a set at fixed angles and torques; threads may share it.
+
+    Parameters
+    ----------
+    plan : SetPlan
+    train : GearTrain
+        Of `train_of_variants`.
+    torques_Nm : ndarray, shape (D,)
+        On the first gear.
+    angles : int
+        Of a mesh cycle.
+    pitches : int
+        Mesh cycles.
+
+    Attributes
+    ----------
+    phi : ndarray, shape (A,)
+        Angles of the first gear, rad.
+    """
+
+    def __init__(self, plan: SetPlan, train: GearTrain, torques_Nm: FloatArray, angles: int, pitches: int) -> None:
+        self.plan, self.train, self.torques_Nm = plan, train, np.asarray(torques_Nm, dtype=float)
+        self.pitches = pitches
+        pitch, cycle = train.meshes[0].pair.meshed.pair.pitch, plan.placed_pitches(pitches)
+        self.phi = pitch * np.arange(pitches * angles) / angles
+        # For readings alone: nothing is solved on it.
+        self.placed = train.place(self.phi[: cycle * angles], plan.displacement)
+        self._starts = range(0, pitches, cycle)
+        self._blocks = [block.phi for block in self.placed.blocks()]
+        self._idle: list[list[PlacedTrain]] = [[] for _ in self._blocks]
+        self._kept_bytes, self._lock = 0, threading.Lock()
+
+    @property
+    def _loads(self) -> FloatArray:
+        return np.asarray(1e3 * self.torques_Nm[:, None] * self.plan.load)
+
+    def solve(self, built: BuiltSet) -> SetVariant:
+        """Return the set as it is built in one way."""
+        parts: list[list[SeveralResults]] = [[] for _ in self._starts]
+        deviations: list[list[FloatArray]] = [[] for _ in self._starts]
+        plan = replace(self.plan, displacement=built.displacement, eccentricity=built.eccentricity)
+        for block in range(len(self._blocks)):
+            with self._lent(block) as placed:
+                own = placed.deviation(built.flanks)
+                for number, pitch in enumerate(self._starts):
+                    errors = errors_of(plan, placed, pitch)
+                    deviation = own + errors if errors.size else own
+                    parts[number].append(solve_placed(placed, self._loads, deviation, pitch))
+                    deviations[number].append(deviation)
+        in_order = [part for of_start in parts for part in of_start]
+        found = SeveralResults(*(np.concatenate(values, axis=1) for values in zip(*in_order, strict=True)))
+        return SetVariant(built, SetSolution(plan, self.placed, self.torques_Nm, found, self.pitches), deviations)
+
+    def differentiate(self, variant: SetVariant, by_movement: FloatArray, by_force: FloatArray) -> FloatArray:
+        """Return the derivatives of a figure by the deviation of each section, (D, A, N), per mm.
+
+        Parameters
+        ----------
+        by_movement : ndarray, shape (D, A, K)
+            Derivatives of the figure by the movements, per rad or mm.
+        by_force : ndarray, shape (D, A, N)
+            By the forces of the sections, per N.
+        """
+        rates, (movement, steps, converged, force) = np.zeros(by_force.shape), variant.solution.found
+        before = 0
+        for block, phi in enumerate(self._blocks):
+            with self._lent(block) as placed:
+                for number, pitch in enumerate(self._starts):
+                    first = number * len(self.placed.phi) + before
+                    part = slice(first, first + len(phi))
+                    states = SeveralResults(movement[:, part], steps[:, part], converged[:, part], force[:, part])
+                    rates[:, part] = placed.differentiate(
+                        states, by_movement[:, part], by_force[:, part], variant.deviation[number][block], pitch
+                    )
+            before += len(phi)
+        return rates
+
+    def by_parameters(
+        self, variant: SetVariant, by_deviation: FloatArray, over_width: bool, wanted: Mapping[str, Collection[str]]
+    ) -> dict[str, dict[str, float]]:
+        """Return the derivatives of a figure by the parameters of all modifications, per unit of each.
+
+        Parameters
+        ----------
+        by_deviation : ndarray, shape (D, A, N)
+            As `differentiate` gives them.
+        over_width, wanted
+            As in `pmor.gear.deviation_rates.deviation_rates`, by the cases of the meshes: others are left out.
+
+        Returns
+        -------
+        dict
+            By case, and by ``gear.key`` in it.
+        """
+        # Places are the same each time.
+        places = by_deviation.reshape(len(by_deviation), len(self._starts), len(self.placed.phi), -1)
+        total = places.sum(axis=(0, 1))
+        found: dict[str, dict[str, float]] = {}
+        for mesh, one, assembly in zip(self.plan.meshes, self.placed.placed, variant.built.flanks, strict=True):
+            if mesh.case not in wanted:
+                continue
+            states = _states(one, total[None, :, one.part])
+            rates = deviation_rates(one.mesh.pair.meshed, assembly, states, over_width, wanted[mesh.case])
+            of_case = found.setdefault(mesh.case, {})
+            for name, rate in rates.items():
+                # Deviations are in um, derivatives per mm.
+                of_case[name] = of_case.get(name, 0.0) + 1e-3 * float(np.vdot(states.sensitivity[0], rate))
+        return found
+
+    @contextmanager
+    def _lent(self, block: int) -> Iterator[PlacedTrain]:
+        """Lend the places of a block of angles, which serve one thread at a time."""
+        with self._lock:
+            idle = self._idle[block]
+            placed = idle.pop() if idle else None
+            self._kept_bytes -= 0 if placed is None else placed.between.nbytes
+        if placed is None:
+            placed = self.train.place(self._blocks[block], self.plan.displacement)
+        try:
+            yield placed
+        finally:
+            with self._lock:
+                if self._kept_bytes + placed.between.nbytes <= MOST_KEPT_BYTES:
+                    self._idle[block].append(placed)
+                    self._kept_bytes += placed.between.nbytes
+
+
+def train_of_variants(file: SetFile, executor: Executor | None = None) -> GearTrain:
+    """Solve the finite elements of a set, and put its train together without modifications but pitch deviations."""
+    meshes = tuple(
+        replace(mesh, assembly=_as_generated(assembly_of(file.cases[mesh.case]))) for mesh in file.plan.meshes
+    )
+    return train_of(replace(file, plan=replace(file.plan, meshes=meshes)), executor=executor)
+
+
+def _as_generated(assembly: Assembly) -> Assembly:
+    pinion, wheel = (
+        Modification(pitch_deviations_um=flank.pitch_deviations_um) for flank in (assembly.pinion, assembly.wheel)
+    )
+    return Assembly(assembly.misalignment, pinion, wheel)
+
+
+def _states(one: PlacedMesh, by_deviation: FloatArray) -> _States:
+    """Return the sections of a mesh with the derivatives of a figure, (1, A, n)."""
+    sections = one.mesh.pair.meshed.sections
+    grid = len(one.lines.first_pair), -1, len(sections.z)
+    roll = one.lines.roll.reshape(*grid, 2)
+    pair = one.lines.first_pair[:, None] + np.arange(roll.shape[1])
+    return _States(pair, sections.z, one.mesh.pair.meshed.mirrored, roll, by_deviation.reshape(1, *grid))
