@@ -128,7 +128,9 @@ class PlanetaryStage:
         outer = self.mesh(self.outer[first.number], -sense, first)
         self.refuse_unequal(inner, outer, sense)
         said = tomllib.loads(inner.case.text), tomllib.loads(outer.case.text)
-        supports = RexsSupports(self.gearbox, self.path, self.notes, sense, alone)
+        supports = RexsSupports(
+            self.gearbox, self.path, self.notes, sense, bool(said[0]["pair"].get("helix_angle_deg")), alone
+        )
         document: dict[str, Any] = {
             "title": printable(self.stage.name or self.path.stem), "load": load, **self.gears(*said),
             "planets": self.places([angles[planet.number] for planet in self.planets]),

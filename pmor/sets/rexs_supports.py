@@ -16,6 +16,7 @@ import numpy as np
 
 from pmor.body.beam import Beam, CircularSection, ShaftMaterial, stations_of
 from pmor.body.seated_beam import BeamSeat, seated_beam
+from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
 from pmor.export.rexs.model import BEARINGS, RIGID, RIGID_TILT, Component, Gearbox
 from pmor.export.rexs.stage import axis_of
@@ -37,6 +38,9 @@ class RexsSupports:
         Assumptions: further ones are added.
     side : int
         +1 where z of the set is u of the file, -1 where it points the other way.
+    helical : bool
+        Whether the carrier tilts: under spur planets, which pull it across by what differs between them alone, it would
+        take the whole face width for next to nothing.
     alone : bool
         Whether shafts and bearings of sun and carrier are condensed; those of a part of a gearbox are solved there.
     """
@@ -45,6 +49,7 @@ class RexsSupports:
     path: Path
     notes: list[str]
     side: int
+    helical: bool = False
     alone: bool = True
 
     def refuse(self, component: Component, rule: str) -> CaseError:
@@ -144,16 +149,25 @@ class RexsSupports:
         beyond = self.side * (place - self.along(planet, out))
         found: dict[str, Any] = {}
         if bent is not None:
-            (across, both), (_, slope) = bent.flexibility
-            centre = -both / slope
-            found = {
-                "radial_N_per_mm": _stiffness(across - both**2 / slope, RIGID),
-                "tilt_Nmm_per_rad": _stiffness(slope, RIGID_TILT),
-                "bearings_at_mm": round(beyond + self.side * centre, DIGITS),
-            }
-            self.notes.append(f"carrier: on {out.label} and its bearings, {1.0 / across:.4g} N/mm across at its cheek")
+            found = self.on_bearings(bent.flexibility, beyond)
+            self.notes.append(
+                f"carrier: on {out.label} and its bearings, {1.0 / bent.flexibility[0, 0]:.4g} N/mm across at its cheek"
+                + ("" if self.helical else "; under spur planets its tilt is left out")
+            )
         found |= self.windup(out, shafts, beyond)
         return {"carrier": found} if found else {}
+
+    def on_bearings(self, flexibility: FloatArray, beyond: float) -> dict[str, Any]:
+        """Return the keys of the carrier by deflection and slope at its cheek, so far beyond the planets' middle."""
+        (across, both), (_, slope) = flexibility
+        arm = -self.side * beyond
+        if not self.helical:
+            return {"radial_N_per_mm": _stiffness(across + 2.0 * arm * both + arm**2 * slope, RIGID)}
+        return {
+            "radial_N_per_mm": _stiffness(across - both**2 / slope, RIGID),
+            "tilt_Nmm_per_rad": _stiffness(slope, RIGID_TILT),
+            "bearings_at_mm": round(self.side * (-arm - both / slope), DIGITS),
+        }
 
     def windup(self, out: Component, shafts: Sequence[Component], beyond: float) -> dict[str, Any]:
         """Return the wind-up between both cheeks, of a shaft that joins both shafts of the carrier."""

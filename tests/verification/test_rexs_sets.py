@@ -12,6 +12,7 @@ from pmor.body.beam import Beam, CircularSection, ShaftMaterial
 from pmor.body.seated_beam import BeamSeat, seated_beam
 from pmor.core.errors import CaseError
 from pmor.sets.loader import is_set, load
+from pmor.sets.rexs_supports import RexsSupports
 
 PLANETS = Path(__file__).parents[3] / "shared" / "rexs" / "FVA_Planetary_stage_-_Minus_gearing_1.1.rexs"
 beside = pytest.mark.skipif(not PLANETS.is_file(), reason="the public REXS files are not beside the project")
@@ -80,8 +81,14 @@ def test_sun_and_pins_stand_on_their_shafts_and_bearings():
     kappa = 6 * 1.3 * (1 + ratio) ** 2 / ((7 + 6 * 0.3) * (1 + ratio) ** 2 + (20 + 12 * 0.3) * ratio)
     slope = (50.0 / 3.0 + 21.0) / (modulus * second) + 1.0 / (50.0 * kappa * shear * area)
     both = (21.0 * 50.0 / 3.0 + 21.0**2 / 2.0) / (modulus * second) + 21.0 / (50.0 * kappa * shear * area)
-    assert_allclose(carrier.tilt_Nmm_per_rad, 1.0 / slope, rtol=1e-6)
-    assert_allclose(carrier.bearings_at_mm, (96.0 - 125.0) - both / slope, rtol=1e-6)
+    across = 21.0**2 * (50.0 + 21.0) / (3.0 * modulus * second) + (21.0 + 21.0**2 / 50.0) / (kappa * shear * area)
+    # Spur planets, 29 mm beyond the cheek.
+    assert carrier.tilt_Nmm_per_rad == "rigid"
+    assert_allclose(carrier.radial_N_per_mm, 1.0 / (across + 2.0 * 29.0 * both + 29.0**2 * slope), rtol=1e-6)
+    helical = RexsSupports(None, PLANETS, [], -1, True).on_bearings(np.array([[across, both], [both, slope]]), 29.0)
+    assert_allclose(helical["tilt_Nmm_per_rad"], 1.0 / slope, rtol=1e-6)
+    assert_allclose(helical["bearings_at_mm"], 29.0 + both / slope, rtol=1e-6)
+    assert_allclose(helical["radial_N_per_mm"], 1.0 / (across - both**2 / slope), rtol=1e-6)
 
 
 @beside
