@@ -77,7 +77,7 @@ STRESS_COLUMNS: Columns = {
 ORDER_COLUMNS: Columns = {
     "order of the mesh": "mesh_order",
     "amplitude [µm]": "amplitude_um",
-    "times a turn, or a mesh cycle": lambda row: _times(row["per_cycle"], row["per_turn"]),
+    "times a turn, or a mesh cycle": lambda row: _times(row),
 }
 STE = (
     "By how much the first gear runs ahead along its line of action, held members at rest. K_γ: the largest mean load "
@@ -99,7 +99,7 @@ STRESS = (
 )
 SHAFT_ORDERS = (
     "Of the transmission error between the orders of the first mesh, at the nominal torque; turns of the members "
-    "against the carrier, and cycles of the other meshes."
+    "against the carrier, and cycles of the other meshes, or sums and differences of two."
 )
 SAMPLE_COLUMNS: Columns = {
     "torque [N m]": "torque_Nm",
@@ -214,15 +214,16 @@ def _forces(bearings: Sequence[Data]) -> str:
     return " / ".join(f"{bearing['force_mean_N']:.4g}" for bearing in ordered)
 
 
-def _times(per_cycle: Mapping[str, float], per_turn: Mapping[str, float]) -> str:
-    """Meshes of which an order is a whole one, else members."""
-    for kind, named in (("mesh ", per_cycle), ("", per_turn)):
-        whole = [
-            f"{round(times)} of the {kind}{name}" for name, times in named.items() if abs(times % 1.0 - 0.5) > 0.4999
-        ]
-        if whole:
-            return ", ".join(whole)
-    return "of all together"
+def _times(order: Data) -> str:
+    """Meshes of which an order is a whole one, else two of which it is a sum, else members."""
+    of_meshes = _whole(order["per_cycle"], "mesh ")
+    combined = " ".join(f"{times:+d} of the mesh {mesh}" for mesh, times in order["combined"].items())
+    return of_meshes or combined or _whole(order["per_turn"], "") or "of all together"
+
+
+def _whole(named: Mapping[str, float], kind: str) -> str:
+    whole = {name: round(times) for name, times in named.items() if abs(times % 1.0 - 0.5) > 0.4999}
+    return ", ".join(f"{times} of the {kind}{name}" for name, times in whole.items())
 
 
 def _percent(value: float | None) -> float | None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import SetFile
+from pmor.sets.plan import SetPlan
 from pmor.sets.solution import SetSolution
 from pmor.sets.tolerances import Samples
 
@@ -17,6 +19,8 @@ Data = dict[str, Any]
 ORDERS = 10
 # Of the transmission error: what rounding leaves of its orders.
 ROUND_OFF = 1e-9
+# Orders of two meshes whose sums and differences are named.
+MOST_COMBINED = 8
 # Percentiles of sets within tolerances.
 PERCENT = (5.0, 50.0, 95.0, 99.0)
 
@@ -82,8 +86,9 @@ def torque_data(file: SetFile, solved: SetSolution, number: int) -> Data:
 def shaft_orders(solved: SetSolution, number: int) -> list[Data]:
     """Largest orders between those of the first mesh, with how often they are in a turn of each member.
 
-    Members turn against the carrier. `per_cycle` has it for the cycles of meshes that differ from the first one's. None
-    over a single mesh cycle, where meshes do not stand as before at the end, or a position is missing.
+    Members turn against the carrier. `per_cycle` has it for the cycles of meshes that differ from the first one's, and
+    `combined` is `combined_orders`. None over a single mesh cycle, where meshes do not stand as before at the end, or a
+    position is missing.
     """
     amplitude, pitches, plan = solved.ste_orders(number).amplitude, solved.pitches, solved.plan
     if pitches == 1 or not solved.repeats or not np.isfinite(amplitude).all():
@@ -102,9 +107,25 @@ def shaft_orders(solved: SetSolution, number: int) -> list[Data]:
             "amplitude_um": plain(amplitude[place]),
             "per_turn": {member: plain((place + 1) / times) for member, times in turns.items()},
             "per_cycle": {mesh: plain((place + 1) / (pitches * rate)) for mesh, rate in cycles.items()},
+            "combined": combined_orders(plan, Fraction(place + 1, pitches)),
         }
         for place in largest.tolist()
     ]
+
+
+def combined_orders(plan: SetPlan, order: Fraction) -> dict[str, int]:
+    """Return the lowest orders of the first mesh and of another one that add up to one, by cases; none of higher ones.
+
+    Two meshes of different cycles have sums and differences of their orders in common, as each is softer or stiffer
+    while the other one passes.
+    """
+    found, first = list[dict[str, int]](), plan.meshes[0].case
+    for mesh, rate in zip(plan.meshes, plan.rates, strict=True):
+        for times in range(-MOST_COMBINED, MOST_COMBINED + 1):
+            rest = order - times * rate
+            if rate != 1 and times and rest.denominator == 1 and 0 < abs(rest) <= MOST_COMBINED:
+                found.append({first: int(rest), mesh.case: times})
+    return min(found, key=lambda both: sum(map(abs, both.values())), default={})
 
 
 def sample_data(samples: Samples, solved: SetSolution, torques_Nm: Sequence[float]) -> dict[str, Any]:

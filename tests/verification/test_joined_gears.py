@@ -307,6 +307,8 @@ def test_orders_of_a_stepped_set_name_both_meshes(stepped):
     first, *_ = stepped.data["shaft_orders"]
     assert first["mesh_order"] == 15 / 24
     assert first["per_cycle"] == {"second_planet-ring": 1.0}
+    beside = {row["mesh_order"]: row["combined"] for row in stepped.data["shaft_orders"]}
+    assert beside[0.25] == {"sun-planet": -1, "second_planet-ring": 2}
     assert (first["per_turn"]["planet"], first["per_turn"]["ring"]) == (15.0, 57.0)
     assert [mesh["cycles_per_pitch"] for mesh in stepped.data["meshes"][:2]] == [1.0, 0.625]
 
