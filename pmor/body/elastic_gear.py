@@ -206,10 +206,20 @@ def _of_a_flank(
     mesh: SectorMesh, back: bool, neighbours: int, load: FloatArray, own: FloatArray, moved: FloatArray,
     told: _Told | None, on: _OnBlank | None, layer: FloatArray | None,
 ) -> tuple[FloatArray, FilletStress | None]:  # fmt: skip
-    """Compliance between equal flanks of teeth, and the stress in their fillets, by forces on all of their nodes.
+    """Return the compliance between equal flanks of teeth, of all of their nodes, and the stress in the fillets.
 
-    Teeth count counter-clockwise. Faces have `moved` by forces on the nodes that elements have of one of the flanks, on
-    the sector's faces a `load`, and both flanks by themselves what they are their `own`.
+    Parameters
+    ----------
+    back : bool
+        Of the other flanks: unknowns are those in the image, teeth count counter-clockwise as they are.
+    load : ndarray, shape (s, n or 2 n)
+        On the faces of a sector by unit forces on the nodes that elements have, of one flank or both.
+    own : ndarray, shape (n or 2 n, n or 2 n)
+        Displacement of the flanks while the faces are held, mm/N.
+    moved : ndarray, shape (2 neighbours + 1, s, n)
+        Of the faces of sectors -neighbours ... neighbours by unit forces on the flank of sector 0, mm/N.
+    layer : ndarray or None
+        Compliance to take out.
     """
     count = moved.shape[2]
     columns = slice(count, 2 * count) if back else slice(0, count)

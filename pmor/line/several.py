@@ -18,6 +18,7 @@ from pmor.body.far_compliance import FarCompliance
 from pmor.body.root_stress import RootStressShapes
 from pmor.body.section_compliance import ROWS
 from pmor.body.support import Support, carried_rows, carried_shapes, support_flexibility
+from pmor.case.blank import HolesCase
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.conventions import rotation_z
 from pmor.gear.condition import ALIGNED, Assembly
@@ -149,6 +150,8 @@ class TrainBody:
         Of a ring at lugs, or a gear with holes: by what its teeth differ; as `far`, in its image where that is.
     other_stress : RootStressShapes or None
         Of the other flanks, where these are unlike.
+    holes : HolesCase or None
+        Of its web, whose places count from the middle of tooth 0; as `far`, in its image where that is.
     """
 
     name: str
@@ -158,6 +161,7 @@ class TrainBody:
     root_stress: RootStressShapes | None = None
     support: Support | None = None
     other_stress: RootStressShapes | None = None
+    holes: HolesCase | None = None
 
 
 @dataclass(frozen=True)

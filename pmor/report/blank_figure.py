@@ -146,7 +146,7 @@ def _front(axes: Axes, gear: DrawnGear, place: int, turned: float) -> None:
         for number in range(holes.count):
             angle = to_mate + turned * (math.radians(holes.first_deg) + 2.0 * math.pi * number / holes.count)
             x, y = holes.on_radius_mm * math.cos(angle), holes.on_radius_mm * math.sin(angle)
-            axes.fill(*_hole_outline(holes, angle).T, **white)
+            axes.fill(*hole_outline(holes, angle).T, **white)
             if number == 0:
                 axes.text(x, y, "1", fontsize=8, ha="center", va="center")
     end = 1.12 * gear.rings[0].outer
@@ -158,7 +158,7 @@ def _front(axes: Axes, gear: DrawnGear, place: int, turned: float) -> None:
     axes.grid(False)
 
 
-def _hole_outline(holes: HolesCase, angle: float) -> FloatArray:
+def hole_outline(holes: HolesCase, angle: float) -> FloatArray:
     """Outline of a hole whose middle is at an angle: two half circles, and of a slot the arcs between them."""
     middle = len(CIRCLE) // 2
     cap = holes.on_radius_mm * np.array([1.0, 0.0]) + holes.radius_mm * np.stack(

@@ -11,6 +11,7 @@ from pmor.core.arrays import FloatArray
 from pmor.core.errors import MeshError
 from pmor.fe.outline import tooth_outline
 from pmor.gear.tooth import Tooth
+from pmor.report.blank_figure import hole_outline
 from pmor.report.panels import panels, plot_share_below
 from pmor.report.style import COLOURS, legend_label
 from pmor.sets.pins import pin_shapes
@@ -44,6 +45,10 @@ def set_figure(solved: SetSolution, torque: int, angle: int = 0) -> Figure:
             inside = tooth.teeth < 0
             colour = colours[body.member]
             axes.fill(*outline.T, fill=not inside, facecolor=f"{colour}26", edgecolor=colour, lw=0.9)
+            for hole in _holes(solved, number, turn):
+                axes.fill(
+                    *(hole * [side, 1.0] + [side * body.x, body.y]).T, facecolor="white", edgecolor=colour, lw=0.9
+                )
             if not inside:  # names of gears on one shaft below each other
                 names = [one.name for one, on in zip(bodies, shaft_of(bodies), strict=True) if on == number]
                 if names:
@@ -206,10 +211,22 @@ def _gears(solved: SetSolution, angle: int) -> dict[int, tuple[Tooth, float]]:
     for one in solved.train.meshes:
         pair, side = one.pair.meshed.pair, -1.0 if one.image else 1.0
         phi = one.start + one.rate * float(solved.phi_rad[angle])
-        found.setdefault(one.bodies[0], (pair.pinion, one.direction + side * phi))
-        turned = one.direction + side * (np.pi + pair.wheel_tooth_rotation(phi))
-        found.setdefault(one.bodies[1], (pair.wheel, turned))
+        turned = phi, np.pi + pair.wheel_tooth_rotation(phi)
+        for body, tooth, turn, first in zip(
+            one.bodies, (pair.pinion, pair.wheel), turned, one.first_tooth, strict=True
+        ):
+            found.setdefault(body, (tooth, one.direction + side * (turn - first * tooth.angular_pitch)))
     return found
+
+
+def _holes(solved: SetSolution, number: int, turn: float) -> list[FloatArray]:
+    """Outlines of the holes of a body whose first tooth is turned by an angle, mm."""
+    body = solved.train.bodies[number]
+    if (holes := body.holes) is None:
+        return []
+    side = -1.0 if body.image else 1.0
+    first = 0.5 * np.pi + turn + side * np.radians(holes.first_deg)
+    return [hole_outline(holes, first + 2.0 * np.pi * n / holes.count) for n in range(holes.count)]
 
 
 def _outline(tooth: Tooth, turn: float) -> FloatArray:

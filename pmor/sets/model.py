@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -13,7 +13,8 @@ import numpy as np
 from pmor.body.far_compliance import FarTeeth
 from pmor.body.root_stress import other_hand
 from pmor.body.section_compliance import section_compliance
-from pmor.case import Case
+from pmor.case import Case, GearCase
+from pmor.case.blank import HolesCase
 from pmor.core.arrays import FloatArray
 from pmor.core.threads import in_order
 from pmor.fe.sector import SectorMesh
@@ -120,20 +121,27 @@ def build_train(
     own = {member: min(found, key=lambda use: use.image) for member, found in uses.items()}
     sectors = {member: (models[use.case].pinion, models[use.case].wheel)[use.gear] for member, use in own.items()}
 
+    def standing(member: str) -> GearCase:
+        """Return the gear of a member with its holes, lugs or body where they stand to its teeth."""
+        use = own[member]
+        pair = cases[use.case].pair
+        gear = (pair.pinion, pair.wheel)[use.gear]
+        if not gear.repeats(pair.face_width_mm):
+            return gear
+        first = next(
+            number for number, mesh in enumerate(meshes)
+            if mesh.case == use.case and placed[number].image == use.image
+            and bodies[(mesh.pinion, mesh.wheel)[use.gear]].member == member
+        )  # fmt: skip
+        body = bodies[(meshes[first].pinion, meshes[first].wheel)[use.gear]]
+        return gear.turned(_ahead_of_the_pair_deg(meetings[first], placed[first], use.gear, body.direction))
+
+    gears_of = {member: standing(member) for member in own}
+
     def solve(member: str) -> SolvedGear:
         use = own[member]
-        case = cases[use.case]
-        gear = (case.pair.pinion, case.pair.wheel)[use.gear]
         asked = _far_teeth(member, bodies, meshes, meetings, placed, use.image)
-        if gear.repeats(case.pair.face_width_mm):
-            first = next(
-                number for number, mesh in enumerate(meshes)
-                if mesh.case == use.case and placed[number].image == use.image
-                and bodies[(mesh.pinion, mesh.wheel)[use.gear]].member == member
-            )  # fmt: skip
-            body = bodies[(meshes[first].pinion, meshes[first].wheel)[use.gear]]
-            gear = gear.turned(_ahead_of_the_pair_deg(meetings[first], placed[first], use.gear, body.direction))
-        return line_gear(case, models[use.case], sectors[member], gear, kept(member), asked)
+        return line_gear(cases[use.case], models[use.case], sectors[member], gears_of[member], kept(member), asked)
 
     solved = dict(zip(own, in_order(solve, own, executor), strict=True))
     pairs = {}
@@ -152,6 +160,7 @@ def build_train(
             of_member.root_stress,
             of_member.support,
             None if of_member.other is None else of_member.other.root_stress,
+            _holes(gears_of[body.member], own[body.member].gear),
         )
         for body, of_member in ((body, solved[body.member]) for body in bodies)
     )
@@ -238,6 +247,14 @@ def _ahead_of_the_pair_deg(meeting: Meeting, place: Placement, gear: int, direct
         tooth, turned = pair.wheel, pair.wheel_tooth_rotation(place.start) - pair.wheel_tooth_rotation(0.0)
         line += math.pi if tooth.teeth > 0 else 0.0
     return math.degrees(side * (direction - line) - turned + place.first_tooth[gear] * tooth.angular_pitch)
+
+
+def _holes(gear: GearCase, place: int) -> HolesCase | None:
+    """Holes of the pinion, place 0, or the wheel of a pair, counted from the middle of tooth 0."""
+    if gear.blank is None or gear.blank.holes is None:
+        return None
+    holes = gear.blank.holes
+    return replace(holes, first_deg=holes.first_deg + place * 180.0 / gear.teeth)
 
 
 def _near_to(offset: float, reach: float) -> range:

@@ -64,6 +64,18 @@ def test_all_is_as_before_when_holes_stand_to_the_teeth_as_before(four):
     assert_allclose(again.ste_um[0], np.tile(ste, 2), rtol=SOLVED)
 
 
+def test_holes_of_the_first_planet_are_drawn_where_the_file_has_them(four):
+    planet = four.file.plan.bodies[2]
+    (axes,) = four.plot_set().axes
+    middles = [
+        patch.get_xy()[:-1].mean(axis=0) for patch in axes.patches if patch.get_facecolor()[:3] == (1.0, 1.0, 1.0)
+    ]
+    assert len(middles) == 3 * 4
+    angle = np.radians(9.0)
+    expected = [planet.x - 22.0 * np.sin(angle), planet.y + 22.0 * np.cos(angle)]
+    assert_allclose(middles[0], expected, atol=0.01)  # mean of the points of an outline
+
+
 def test_holes_turned_by_a_tooth_shift_all_by_a_pitch(four, tmp_path):
     turned = solved(tmp_path, of_holes(4, 9.0 + 360.0 / PLANET)).ste_um[0]
     # Planets turn clockwise where the sun turns counter-clockwise.
