@@ -71,8 +71,12 @@ def line_gear(
                layers_of(mesh.meshed)[place].columns, components, case.root_stress, below, far),
         solve,
     )  # fmt: skip
-    unknowns = components * sector.flank.size
-    return found if found.compliance.shape == (neighbours + 1, unknowns, unknowns) else solve()
+    unknowns, unlike = components * sector.flank.size, bool(gear.repeats(case.pair.face_width_mm))
+    both = unlike and far is not None and bool(far.backs or far.images)
+    whole = found.compliance.shape == (neighbours + 1, unknowns, unknowns) and (found.support is not None) == unlike
+    if both:
+        whole = whole and found.other is not None and found.support is not None and found.support.backs is not None
+    return found if whole else solve()
 
 
 def not_kept(key: str, solve: Callable[[], SolvedGear]) -> SolvedGear:
