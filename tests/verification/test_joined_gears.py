@@ -313,6 +313,18 @@ def test_orders_of_a_stepped_set_name_both_meshes(stepped):
     assert [mesh["cycles_per_pitch"] for mesh in stepped.data["meshes"][:2]] == [1.0, 0.625]
 
 
+def test_a_set_that_is_solved_angle_by_angle_is_the_same(stepped, monkeypatch, tmp_path):
+    """Flexibilities of all angles at a time, or of each one; over two cycles, in which the sun is off elsewhere."""
+    plan = load(written_set(tmp_path, f"{STEPPED}[eccentricity]\nsun_um = 20.0\n")).plan
+    torque = np.array([300.0])
+    whole = solve_set(plan, stepped.solution.train, torque, 4, 16)
+    monkeypatch.setattr("pmor.line.several.MOST_BYTES", 1)
+    single = solve_set(plan, stepped.solution.train, torque, 4, 16)
+    assert_allclose(single.ste_um, whole.ste_um, rtol=SAME)
+    first, second = whole.ste_um[0].reshape(2, -1)
+    assert np.abs(second / first - 1.0).max() > 1e-3
+
+
 def test_a_span_that_is_cut_off_says_so(stepped, tmp_path):
     part = solved(tmp_path, STEPPED.replace("[sweep]", "[sweep]\npitches = 3"))
     assert_allclose(part.ste_um, stepped.ste_um[:, : part.ste_um.shape[1]], rtol=SAME)
