@@ -271,9 +271,9 @@ def test_seats_lie_between_lugs_as_they_are_and_a_ring_that_floats():
 def test_lugs_at_listed_places_are_equal_ones_where_they_stand_so():
     equal, listed = swept(5, pitches=3)[1], swept(0, pitches=3, at=(144.0, 0.0, 72.0, 288.0, 216.0))[1]
     assert_allclose(listed, equal, rtol=1e-9)
-    lugs = swept(0, pitches=3, at=(0.0, 50.0, 180.0, 230.0))[0].basis.case.pair
-    assert (lugs.wheel.lugs.repeats, lugs.repeats_after) == (2, TEETH // 2)
-    assert swept(0, pitches=3, at=(0.0, 50.0, 180.0))[0].basis.case.pair.repeats_after == TEETH
+    for at, repeats in (((0.0, 50.0, 180.0, 230.0), 2), ((0.0, 50.0, 180.0), 1)):
+        pair = case_of(held={"at_deg": list(at), "lug_deg": 8.0}).pair
+        assert (pair.wheel.lugs.repeats, pair.repeats_after) == (repeats, TEETH // repeats)
 
 
 def test_motion_and_designs_go_on_over_all_cycles_until_lugs_stand_as_before():
