@@ -121,11 +121,10 @@ def test_pins_leave_their_picture_and_the_forces_of_their_bearings(tmp_path, job
     text = pmor.plan_set(path)
     assert "d 30 x 30 mm, clamped in both cheeks" in text
     assert "1e+10 N mm/rad, torque out at -z" in text
-    assert main(["set", str(path), "--out", str(tmp_path / "out")]) == 0
+    found = pmor.gear_set(path)
+    found.write(tmp_path / "out")
     assert set(PIN_FILES) <= {path.name for path in (tmp_path / "out").iterdir()}
     data = json.loads((tmp_path / "out" / "set.json").read_text())
-    found = pmor.gear_set(path)
-    assert json.loads(json.dumps(found.data)) == data
     assert data["carrier_windup_mrad"] > 0.0
     for planet in data["planets"]:
         assert [bearing["at_mm"] for bearing in planet["bearings"]] == [-6.0, 6.0]
