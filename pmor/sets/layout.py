@@ -25,8 +25,8 @@ class Share:
     members : (str, str)
         That drives, and that is driven.
     sense, hand : int
-        Of the driving one as it is drawn: 1 if the torque turns it counter-clockwise; 1 if it has the hand of the first
-        gear.
+        Of the driving one as it is drawn: 1 if the torque turns it counter-clockwise; 1 if it has the hand of the gear
+        that its helix angle is written for, the first one that drives by the section.
     distance_mm : float or None
         Of the axes; None is that of the file, or without backlash.
     section : str
