@@ -91,6 +91,8 @@ def export_file(
         file = load(source)
         for case in file.cases.values():
             refuse_beyond(case, "rexs")
+        if file.model.sets:
+            raise CaseError(f"{source}: [[sets]]: planetary sets are not written: leave them out of the file")
         write_gearbox_rexs(file, (), (), path, overwrite)
     else:
         export_model(_reduced(source), to, path, overwrite, torque_Nm)

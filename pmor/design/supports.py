@@ -1,9 +1,9 @@
 """A mesh in its gearbox: what its hubs stand on under each load of a design, and flanks judged by the whole gearbox.
 
-One mesh is designed at a time, the others under their mean loads. A search solves its contact on the compliance and the
-displacement of its hubs (`pmor.line.hubs`) as the gearbox has them with the flanks of the case. Of linear supports that
-is exact but for what the mesh's own changes do to the places of the other meshes' forces. Flanks that were found are
-judged by the gearbox solved anew with them.
+One mesh is designed at a time, the others and planetary sets under their mean loads. A search solves its contact on the
+compliance and the displacement of its hubs (`pmor.line.hubs`) as the gearbox has them with the flanks of the case. Of
+linear supports that is exact but for what the mesh's own changes do to the places of the other meshes' forces. Flanks
+that were found are judged by the gearbox solved anew with them.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from pmor.gear.condition import Assembly
 from pmor.line.hubs import Hubs
 from pmor.machine.coupled import MEAN_ANGLES, SolvedLoad, SolvedMesh, solve_load
 from pmor.machine.fit import Helix, level, solved_anew
+from pmor.sets.run import train_of
 from pmor_online.model import ReducedPair
 
 
@@ -128,7 +129,8 @@ def supports_of(file: PairDesign) -> Supports:
     pairs = {name: trained_pair(case) for name, case in cases.items()}
     model, names = file.box.model, file.design.load.names
     by_name = {load.name: load for load in model.sections.loads}
-    loads = tuple(solve_load(model, by_name[name], pairs, MEAN_ANGLES) for name in names)
+    trains = {name: train_of(one) for name, one in model.sets.items()}
+    loads = tuple(solve_load(model, by_name[name], pairs, MEAN_ANGLES, trains=trains) for name in names)
     found = Supports(file, pairs, loads)
     torques_Nm = tuple(1e-3 * mesh.torque for mesh in found.meshes)
     design = replace(file.design, load=replace(file.design.load, torques_Nm=torques_Nm))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.app.cli import main
 from pmor.core.errors import CaseError
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
@@ -31,6 +32,8 @@ SETTLES = 1e-3
 CORNERS = 3e-4
 # Bearings of 1e12 N/mm give way by about 1e-5 of what the teeth do.
 NEARLY_RIGID, GIVES_WAY = 1e12, 3e-5
+# The carrier of a star is in the housing: its shaft carries the ring.
+CARRIER_HELD = 'carrier = "housing"\nring = {'
 
 
 @pytest.fixture(scope="module")
@@ -165,6 +168,43 @@ def test_two_sets_that_push_each_other_on_one_shaft_settle_and_hand_on_the_torqu
     assert all(one.solution.k_gamma[0] > 1.001 for one in solved.sets)
 
 
+def test_a_star_stands_still_so_that_what_other_loads_do_to_its_sun_is_an_error_of_its_place(folder, trains):
+    of_set = EVEN_SET.replace("[load]", '[load]\nheld = "carrier"')
+    push = 'forces = [{ shaft = "sun", at_mm = 50.0, y_N = 300.0, z_N = -100.0 }]\n'
+    text = one_stage(sun=2e4, extra=push).replace("carrier = {", CARRIER_HELD)
+    found, _ = on_shafts(folder, trains, text, of_set)
+    path = folder / "star.toml"
+    path.write_text(of_set + "[supports]\nsun_radial_N_per_mm = 2e4\n")
+    plan = load_set(path).plan
+    # x of a set whose z is x of the machine, and whose y is y, is -z.
+    displacement = plan.displacement.copy()
+    displacement[:2] = [100.0 / 2e4, 300.0 / 2e4]
+    train = replace(trains["stage"], compliance=plan.compliance)
+    same(found.solution, solve_set(replace(plan, displacement=displacement), train, np.array([300.0]), 6), ROUND_OFF)
+    assert found.solution.pitches == 1
+    # The force across goes to the shafts as it is.
+    assert np.hypot(*found.meshing.wrenches[0, 1:3]) * found.torque > 100.0
+    assert_allclose(found.meshing.wrenches[:, 3], [-1.0, 4.0, -3.0], rtol=ROUND_OFF)
+
+
+def test_stepped_planets_hand_on_the_torque_that_their_meshes_make(folder):
+    of_set = EVEN_SET.replace("[planet]\nteeth = 18", "[planet]\nteeth = 24").replace("teeth = 54", "teeth = 57")
+    of_set += "[second_planet]\nteeth = 15\nbore_radius_mm = 15.0\n"
+    file = load(written_reducer(folder, one_stage(), of_set))
+    train = train_of(file.model.sets["stage"])
+    solved = solve_load(file.model, file.model.sections.loads[0], {}, 0, trains={"stage": train})
+    (one,) = solved.sets
+    plain = load_set(folder / "small.toml")
+    expected = solve_set(plain.plan, train_of(plain), np.array([300.0]), 6, plain.pitches)
+    assert one.solution.pitches == expected.pitches
+    same(one.solution, expected, ROUND_OFF)
+    ratio = 57.0 * 24.0 / 15.0 / 18.0
+    assert_allclose(one.meshing.wrenches[:, 3], [-1.0, 1.0 + ratio, -ratio], rtol=ROUND_OFF)
+    # As the forces of the meshes have it, about the hubs of sun, carrier and ring.
+    total = one.solution.hub_wrench[0].mean(axis=0).ravel() @ one.meshing.frame.carried
+    assert_allclose(total[5::6], one.torque * one.meshing.wrenches[:, 3], rtol=CORNERS)
+
+
 def test_sets_under_all_loads_are_compared_with_rigid_supports_at_once(folder, trains):
     heavy, _ = on_shafts(folder, trains, one_stage(sun=2e4))
     light, _ = on_shafts(folder, trains, one_stage(sun=2e4, torque=100.0))
@@ -189,6 +229,13 @@ def test_the_flanks_of_a_ring_slide_as_ohlendorf_has_it_with_the_signs_of_a_ring
     before, after = (abs(planet.base_radius * roll - middle) / pitch for roll in (start, end))
     expected = math.pi * (ratio + 1.0) / (22.0 * ratio) * (1.0 - before - after + before**2 + after**2)
     assert_allclose(found, expected, rtol=1e-4)  # of 20000 angles
+
+
+def test_a_gearbox_with_sets_is_refused_by_the_export_that_would_leave_them_out(tmp_path, capsys):
+    path = written_reducer(tmp_path, one_stage())
+    assert main(["export", str(path), "--to", "rexs", "-o", str(tmp_path / "box.rexs")]) == 2
+    assert "planetary sets are not written" in capsys.readouterr().err
+    assert not (tmp_path / "box.rexs").exists()
 
 
 BROKEN = {
