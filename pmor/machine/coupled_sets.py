@@ -26,7 +26,7 @@ from pmor.machine.set_frame import MEMBERS
 from pmor.machine.system import ARM, Equilibrium
 from pmor.sets.kinematics import torque_ratios
 from pmor.sets.plan import InHousing, SetPlan
-from pmor.sets.solution import SetSolution, housing_angle, solve_on, solve_set, turned_housing
+from pmor.sets.solution import SetSolution, solve_on, solve_set, turned_housing
 
 # Angles of a pitch over which the mean wrench of a set is found.
 MEAN_ANGLES = 16
@@ -103,22 +103,26 @@ def mean_wrenches(gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int,
 def _over_a_turn(one: SetMeshing, found: _Supported, torque: float) -> FloatArray:
     """Mean wrench on the hubs of the members over a turn of the carrier, in axes of the plan, in the housing, (18,)."""
     plan, train, torques = found.plan, found.train, np.array([1e-3 * torque])
-    if plan.in_housing is None or one.file.pitches > 1:
-        solved, turned = [solve_set(plan, train, torques, MEAN_ANGLES, found.pitches)], [0.0]
+    # Gears that differ, an eccentric ring among them, may press on the housing in one direction.
+    unlike = one.file.pitches > plan.cycle
+    if unlike and one.turns:
+        solved, places = [solve_set(plan, train, torques, MEAN_ANGLES, one.file.housed_pitches)], [0.0]
+    elif plan.in_housing is None:
+        solved, places = [solve_set(plan, train, torques, MEAN_ANGLES, one.file.pitches)], [0.0]
     else:
         # Mesh cycles differ by where the housing stands alone: a few places of it have the same mean.
-        pitch = train.meshes[0].pair.meshed.pair.pitch
-        placed = train.place(pitch * np.arange(MEAN_ANGLES) / MEAN_ANGLES, plan.displacement)
-        turned = (2.0 * np.pi / MEAN_PLACES * np.arange(MEAN_PLACES)).tolist()
-        solved = [solve_on(turned_housing(plan, angle), placed, torques) for angle in turned]
-    means = []
-    for part, ahead in zip(solved, turned, strict=True):
+        phi = train.meshes[0].pair.meshed.pair.pitch * np.arange(plan.cycle * MEAN_ANGLES) / MEAN_ANGLES
+        placed = train.place(phi, plan.displacement)
+        places = (2.0 * np.pi / MEAN_PLACES * np.arange(MEAN_PLACES)).tolist()
+        solved = [solve_on(turned_housing(plan, angle), placed, torques, plan.cycle) for angle in places]
+    means, rate = [], train.rates[one.housing] if one.turns else 0.0
+    for part, place in zip(solved, places, strict=True):
         if not part.converged.all():
             raise ConvergenceError(f"set {one.settings.name}: {1e-3 * torque:.6g} N m: contact was not found", [])
         wrench = part.hub_wrench[0].reshape(len(part.phi_rad), -1) @ one.frame.carried
-        means.append(_turned(wrench, -ahead - housing_angle(plan, train, part.phi_rad)).mean(axis=0))
+        means.append(_turned(wrench, -place - rate * part.phi_rad).mean(axis=0))
     mean = np.asarray(np.mean(means, axis=0))
-    if one.turns and plan.in_housing is None:  # what there is turns with the carrier
+    if one.turns and not unlike and plan.in_housing is None:  # what there is turns with the carrier
         mean[ACROSS] = 0.0
     return mean
 
@@ -172,8 +176,7 @@ def _supported(
         amplitude[ACROSS] = np.stack([across, -1j * across], axis=1).ravel()
         arms = np.tile([STILL, STILL / ARM], len(MEMBERS))
         if (np.abs(across) > arms).any():
-            housing = next(n for n, body in enumerate(plan.bodies) if body.member == file.held)
-            in_housing = InHousing(np.asarray(carried @ amplitude), housing)
+            in_housing = InHousing(np.asarray(carried @ amplitude), one.housing)
             plan, pitches = replace(plan, in_housing=in_housing), file.housed_pitches
         offset[ACROSS] = 0.0
     return _Supported(replace(plan, displacement=plan.displacement + carried @ offset), train, pitches, uneven)

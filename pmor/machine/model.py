@@ -82,6 +82,11 @@ class SetMeshing(NamedTuple):
         return self.hubs[MEMBERS.index("carrier")] is not None
 
     @property
+    def housing(self) -> int:
+        """Number of the gear that stands still with the housing, of a carrier that turns."""
+        return next(n for n, body in enumerate(self.file.plan.bodies) if body.member == self.file.held)
+
+    @property
     def scale(self) -> FloatArray:
         """What makes wrenches by a unit torque pure numbers, (6,)."""
         planet = self.file.plan.bodies[self.file.plan.planets[0]]

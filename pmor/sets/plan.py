@@ -41,12 +41,12 @@ class InHousing:
     ----------
     displacement : ndarray of complex, shape (6 B,)
         Of all hubs, mm and rad: its real part, once it is multiplied by exp(i angle).
-    housing : int or None
-        Body that stands still with the housing: its angle against the carrier counts. None of a carrier that does.
+    housing : int
+        Body that stands still with the housing: its angle against the carrier counts.
     """
 
     displacement: ComplexArray
-    housing: int | None
+    housing: int
 
 
 @dataclass(frozen=True)

@@ -301,15 +301,6 @@ def turned_housing(plan: SetPlan, angle: float) -> SetPlan:
     return replace(plan, in_housing=replace(plan.in_housing, displacement=ahead))
 
 
-def housing_angle(plan: SetPlan, train: GearTrain, phi: FloatArray) -> FloatArray:
-    """Return the angle of the housing against the carrier at angles of the first gear, counter-clockwise, rad.
-
-    0 of a carrier that stands still, and of a set that is told of no housing.
-    """
-    body = None if plan.in_housing is None else plan.in_housing.housing
-    return np.zeros_like(phi) if body is None else train.rates[body] * phi
-
-
 def errors_of(plan: SetPlan, placed: PlacedTrain, pitch: int) -> FloatArray:
     """By how much flanks stand off by errors beyond those of the placed set in a pitch, (A, N), mm; empty without."""
     pitch_rad, found = placed.train.meshes[0].pair.meshed.pair.pitch, NONE
@@ -320,8 +311,8 @@ def errors_of(plan: SetPlan, placed: PlacedTrain, pitch: int) -> FloatArray:
     displacement[..., 0] += turned.real
     displacement[..., 1] += turned.imag
     if plan.in_housing is not None:
-        angle = housing_angle(plan, placed.train, placed.phi + pitch * pitch_rad)
-        displacement += np.outer(np.exp(1j * angle), plan.in_housing.displacement).real.reshape(displacement.shape)
+        ahead = turn[:, plan.in_housing.housing]
+        displacement += np.outer(ahead, plan.in_housing.displacement).real.reshape(displacement.shape)
     if displacement.any():
         found = placed.opened(displacement.reshape(len(placed.phi), -1))
     if any(mesh.assembly.uneven for mesh in placed.train.meshes):

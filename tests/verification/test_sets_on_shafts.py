@@ -113,6 +113,18 @@ def test_hubs_that_other_loads_move_in_the_housing_are_a_ring_that_is_eccentric_
     same(found.solution, expected, GIVES_WAY)
 
 
+def test_an_eccentric_ring_presses_on_the_bearings_of_the_sun_in_one_direction_of_the_housing(folder, trains):
+    of_set = EVEN_SET + "[eccentricity]\nring_um = 30.0\nring_deg = 180.0\n"
+    found, solved = on_shafts(folder, trains, one_stage(sun=2e4), of_set)
+    assert found.solution.pitches == 54
+    force = found.torque * found.meshing.wrenches[0, :3]
+    # The ring, 30 um below, pushes planets down where they go down, these the sun upwards, both at 20 degrees to that.
+    assert force[1] > 100.0
+    assert_allclose(force[2] / force[1], -math.tan(math.radians(40.0)), rtol=0.01)
+    moved = solved.equilibrium.displacement[found.meshing.hubs[0] + 1]
+    assert_allclose(2e4 * moved, force[1], rtol=1e-9)
+
+
 def test_shafts_and_set_agree_about_how_hubs_move_and_what_forces_act(folder, trains):
     push = 'forces = [{ shaft = "sun", at_mm = 0.0, y_N = 300.0, z_N = -100.0 }]\n'
     # As many angles of a mesh cycle as give the mean that goes to the shafts.
