@@ -14,7 +14,7 @@ from tests.support.broken_files import edit, flip_bit, is_a_folder, is_empty, is
 from tests.support.broken_hdf5 import reseal, with_data
 from tests.support.refusals import time_limit
 
-FLIPS = 60
+FLIPS = 30
 TEETH, UNKNOWNS = 7, 12
 
 
