@@ -170,11 +170,11 @@ def _reduced(source: Path) -> ReducedPair:
 def _tables(source: Path, folder: Path, overwrite: bool) -> None:
     from pmor.export.sweep_tables import file_entries
     from pmor.storage.hdf5 import schema_name
-    from pmor.storage.results_file import RESULTS_SCHEMA
+    from pmor.storage.results_file import RESULTS_KINDS
     from pmor.work.cost import refuse_large_sweep_of
     from pmor_online.run import sweep_case
 
-    if schema_name(source) == RESULTS_SCHEMA.name:
+    if schema_name(source) in RESULTS_KINDS:
         _write_tables(file_entries(source), source.name, folder, overwrite, (source,))
         return
     reduced = _reduced(source)

@@ -10,6 +10,7 @@ import numpy as np
 from pmor.export.tables import ResultArray
 from pmor.gear.pair import GearPair
 from pmor.results.sweep import SteSweep, mesh_stiffness, orders_of
+from pmor.storage.layout import Layout
 from pmor.storage.results_file import RESULTS_LAYOUT, read_results
 
 
@@ -35,7 +36,7 @@ def sweep_arrays(sweep: SteSweep, pair: GearPair) -> dict[str, np.ndarray]:
 
 def sweep_entries(sweep: SteSweep, pair: GearPair) -> dict[str, ResultArray]:
     """Return the arrays of `sweep_arrays` with their descriptions."""
-    return _described(sweep_arrays(sweep, pair))
+    return _described(sweep_arrays(sweep, pair), RESULTS_LAYOUT)
 
 
 def file_entries(path: Path) -> dict[str, ResultArray]:
@@ -46,9 +47,10 @@ def file_entries(path: Path) -> dict[str, ResultArray]:
     FileFormatError
         When it is foreign, damaged, or of another version.
     """
-    return _described(read_results(path).arrays)
+    found = read_results(path)
+    return _described(found.arrays, found.kind.layout)
 
 
-def _described(arrays: Mapping[str, np.ndarray]) -> dict[str, ResultArray]:
-    fields = {name: (array, RESULTS_LAYOUT[name]) for name, array in arrays.items()}
+def _described(arrays: Mapping[str, np.ndarray], layout: Layout) -> dict[str, ResultArray]:
+    fields = {name: (array, layout[name]) for name, array in arrays.items()}
     return {name: ResultArray(a, f.unit, tuple(f.dims.split(", ")), f.description) for name, (a, f) in fields.items()}

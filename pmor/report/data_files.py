@@ -19,7 +19,7 @@ from pmor.storage.atomic import atomic_path
 
 def write_ste_csv(path: Path, sweep: SteSweep) -> None:
     """Write the columns of `ste_columns`."""
-    _write_columns(path, ste_columns(sweep))
+    write_columns_csv(path, ste_columns(sweep))
 
 
 def ste_columns(sweep: SteSweep) -> dict[str, np.ndarray]:
@@ -64,10 +64,11 @@ def write_stress_csv(path: Path, stress: RootStress) -> None:
     compression), max_principal_MPa, von_mises_MPa, radius_mm and z_mm (where: of the principal stress in tension, of
     von Mises's in compression).
     """
-    _write_columns(path, stress.columns())
+    write_columns_csv(path, stress.columns())
 
 
-def _write_columns(path: Path, columns: Mapping[str, Any]) -> None:
+def write_columns_csv(path: Path, columns: Mapping[str, Any]) -> None:
+    """Write columns of equal length by their names."""
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     write_table_csv(path, rows, list(columns))
 

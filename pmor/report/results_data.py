@@ -27,7 +27,7 @@ def write_results_data(result: OnlineResult, out: Path) -> None:
     arrays = sweep_arrays(result.sweep, result.reduced.meshed.pair) | _readings(result) | _root_stress(result)
     parameters = result.readings.sensitivities.parameter if result.readings else ()
     case = result.case
-    write_results_file(out / RESULTS, ResultsFile(case.name, text_of(case), arrays, parameters))
+    write_results_file(out / RESULTS, ResultsFile(case.name, text_of(case), arrays, {"parameters": parameters}))
     if result.readings is not None:
         write_table_csv(out / HARRIS, _harris_rows(result.readings.harris))
 

@@ -28,7 +28,7 @@ from pmor.work.table import Columns, table, text_lines
 #: files of a result
 FILES = (
     "set.json", "set.md", "report.html", "set.png", "ste.png", "shares.png", "face_load.png", "root_stress.png",
-    "set.vtkhdf",
+    "ste.csv", "results.h5", "set.vtkhdf",
 )  # fmt: skip
 #: further ones with tolerances
 SAMPLE_FILES = ("tolerances.csv", "tolerances.png")

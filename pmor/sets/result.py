@@ -10,7 +10,8 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
-from pmor.report.data_files import write_table_csv
+from pmor.core.shown import Columns, Tabular
+from pmor.report.data_files import write_columns_csv, write_table_csv
 from pmor.sets.figures import (
     path_figure,
     pin_figure,
@@ -23,6 +24,7 @@ from pmor.sets.figures import (
 from pmor.sets.loader import SetFile
 from pmor.sets.output import FILES, PIN_FILES, SAMPLE_FILES, nominal_torque, set_report, set_text
 from pmor.sets.readings import Data, set_data
+from pmor.sets.results_data import set_columns, write_set_results
 from pmor.sets.solution import SetSolution
 from pmor.sets.tolerances import Samples, sample_rows
 from pmor.sets.vtkhdf import write_set
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SetResult:
+class SetResult(Tabular):
     """Gears that mesh with several others, over a mesh cycle.
 
     Parameters
@@ -118,8 +120,23 @@ class SetResult:
             raise CaseError(f"{self.file.name}: has no tolerances: add [tolerances]")
         return tolerance_figure(self.samples, self._torques_Nm)
 
+    def to_csv(self, path: Path | str) -> None:
+        """Write the table `ste.csv`: a row for each torque and angle, units in the header."""
+        write_columns_csv(Path(path), self.columns())
+
+    def columns(self) -> Columns:
+        """All of it by the names of columns, for `to_dataframe`: a value for each torque and angle."""
+        return set_columns(self.solution, self._torques_Nm)
+
+    def _shown(self) -> Columns:
+        mean, span = self.ste_um.mean(axis=1), np.ptp(self.ste_um, axis=1)
+        columns = {"torque, N m": self._torques_Nm, "STE mean, um": mean, "peak-to-peak, um": span}
+        return columns | ({"K_γ": self.k_gamma} if self.solution.plan.planets else {})
+
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
-        """Write `set.json`, `set.md`, `report.html`, the pictures and `set.vtkhdf`; with tolerances `tolerances.csv`.
+        """Write `set.json`, `set.md`, `report.html`, the pictures, `ste.csv`, `results.h5` and `set.vtkhdf`.
+
+        With tolerances `tolerances.csv` beside them.
 
         Parameters
         ----------
@@ -137,6 +154,8 @@ class SetResult:
             set_report(self.file, self.solution, self.samples, self.failures).write(out)
             if self.samples is not None:
                 write_table_csv(out / "tolerances.csv", sample_rows(self.samples, self._torques_Nm))
+            self.to_csv(out / "ste.csv")
+            write_set_results(self.file, self.solution, self._torques_Nm, out / "results.h5")
             write_set(self.solution, self.file.cases, nominal_torque(self.file, self.solution), out / "set.vtkhdf")
 
     @property

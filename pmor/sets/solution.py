@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pmor.core.arrays import BoolArray, FloatArray
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.line.hertz import width_limit
 from pmor.line.hubs import HUB
 from pmor.line.kernels.several import SeveralResults
@@ -232,6 +232,12 @@ class SetSolution:
         """Whether each mesh carries anything, (D, M): what is left of one that does not is round-off."""
         mean = self.mesh_force_N.mean(axis=1)
         return np.asarray(~(mean <= NOTHING * mean.max(axis=1, keepdims=True)))
+
+    def first_pair(self, mesh: int) -> IntArray:
+        """Numbers of the first tooth pair of the line loads of a mesh, (A,); as the pinion turns on they fall."""
+        one, placed = self.placed.placed[mesh], self.pitches // self.cycles
+        later = [round(self.train.mesh_cycles(placed * cycle)[mesh]) for cycle in range(self.cycles)]
+        return np.asarray((one.lines.first_pair - np.array(later)[:, None]).ravel())
 
     def k_h_beta(self, mesh: int) -> FloatArray:
         """Face load factor of a mesh under each torque, (D,); NaN where it carries nothing."""

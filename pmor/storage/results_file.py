@@ -1,8 +1,8 @@
-"""The results file of a run, for other programs: arrays with unit, axes and description.
+"""The results file of a run or a set, for other programs: arrays with unit, axes and description.
 
 Groups stand by themselves, each with the axes that it needs; those that were not asked for are left out. A new kind of
 result is further lines of `RESULTS_LAYOUT`, and the arrays that fill them (`pmor.export.sweep_tables`,
-`pmor.report.results_data`).
+`pmor.report.results_data`); of a set of `SET_LAYOUT` and `pmor.sets.results_data`.
 
 Each axis is a dimension scale of HDF5, so that readers of netCDF have named dimensions with their coordinates:
 ``xarray.open_dataset("results.h5", group="ste")``.
@@ -17,11 +17,13 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all, write_all
-from pmor.storage.layout import Field
+from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all, schema_name, write_all
+from pmor.storage.layout import Field, Layout
+from pmor.storage.set_results_layout import SET_LAYOUT
 from pmor.storage.structure import items_of
 
 RESULTS_SCHEMA = Schema("pmor-results", 2, "make it anew with pmor.run_case")
+SET_RESULTS_SCHEMA = Schema("pmor-set-results", 1, "make it anew with pmor set, or pmor.gear_set and write")
 
 STATE, SECTIONS, FLANK = "torque, angle", "torque, angle, pair, section", "torque, roll, place"
 TEETH = "torque, angle, gear, pair, side"
@@ -113,8 +115,29 @@ COORDINATES = {
     "column": "z",
 }  # fmt: skip
 COMMON = ("torque", "angle")
-# Groups that every file has.
-ALWAYS = ("ste", "stiffness")
+
+
+@dataclass(frozen=True)
+class ResultsKind:
+    """A kind of results file.
+
+    Parameters
+    ----------
+    always : tuple of str
+        Groups that every file has.
+    listed : tuple of str
+        Names along axes, attributes of the file.
+    """
+
+    schema: Schema
+    layout: Layout
+    always: tuple[str, ...]
+    listed: tuple[str, ...]
+
+
+OF_A_RUN = ResultsKind(RESULTS_SCHEMA, RESULTS_LAYOUT, ("ste", "stiffness"), ("parameters",))
+OF_A_SET = ResultsKind(SET_RESULTS_SCHEMA, SET_LAYOUT, ("ste", "meshes", "gears"), ("gears", "meshes"))
+RESULTS_KINDS = {kind.schema.name: kind for kind in (OF_A_RUN, OF_A_SET)}
 
 
 @dataclass(frozen=True)
@@ -124,85 +147,88 @@ class ResultsFile:
     Parameters
     ----------
     arrays : mapping of str to ndarray
-        By their paths in `RESULTS_LAYOUT`.
-    parameters : tuple of str
-        Of the sensitivities.
+        By their paths in the layout of the kind.
+    names : mapping of str to tuple of str
+        Of what the kind lists: parameters of the sensitivities, gears and meshes.
     """
 
     case_name: str
     case_text: str
     arrays: Mapping[str, np.ndarray]
-    parameters: tuple[str, ...] = field(default=())
+    names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    kind: ResultsKind = OF_A_RUN
 
 
 def write_results_file(path: Path, content: ResultsFile) -> None:
     """Write a results file, whole, in the place of an older one of ours; OutputError where that fails."""
-    attributes = {
-        "case_name": content.case_name, "case_text": content.case_text, "parameters": ", ".join(content.parameters)
-    }  # fmt: skip
-    with create(path, RESULTS_SCHEMA, attributes, overwrite=True) as file:
-        write_all(file, content.arrays, RESULTS_LAYOUT)
-        _write_axes(file, content.arrays)
+    kind = content.kind
+    attributes = {"case_name": content.case_name, "case_text": content.case_text}
+    attributes |= {name: ", ".join(content.names.get(name, ())) for name in kind.listed}
+    with create(path, kind.schema, attributes, overwrite=True) as file:
+        write_all(file, content.arrays, kind.layout)
+        _write_axes(file, content.arrays, kind.layout)
 
 
 def read_results(path: Path) -> ResultsFile:
-    """Read a results file; unit, axes and meaning of each array are those of `RESULTS_LAYOUT`.
+    """Read a results file; unit, axes and meaning of each array are those of the layout of its kind.
 
     Raises
     ------
     FileFormatError
         When it is missing, foreign, damaged, or of another version.
     """
-    with open_checked(path, RESULTS_SCHEMA) as file:
+    kind = RESULTS_KINDS.get(schema_name(path) or "", OF_A_RUN)
+    with open_checked(path, kind.schema) as file:
         items = items_of(file)
-        groups = {*ALWAYS, *(name.partition("/")[0] for name in items if name != "/")}
-        layout = {name: field for name, field in RESULTS_LAYOUT.items() if name.partition("/")[0] in groups}
-        found = read_all(file, layout | _axes(layout), {"gear": 2, "side": 2, "xyz": 3})
+        groups = {*kind.always, *(name.partition("/")[0] for name in items if name != "/")}
+        layout = {name: field for name, field in kind.layout.items() if name.partition("/")[0] in groups}
+        found = read_all(file, layout | _axes(layout, kind.layout), {"gear": 2, "side": 2, "xyz": 3})
         arrays = {name: array for name, array in found.items() if name in layout}
-        parameters = attribute(file, "parameters", str)
+        said = {name: attribute(file, name, str) for name in kind.listed}
         return ResultsFile(
             attribute(file, "case_name", str), attribute(file, "case_text", str), arrays,
-            tuple(parameters.split(", ")) if parameters else (),
+            {name: tuple(text.split(", ")) if text else () for name, text in said.items()}, kind,
         )  # fmt: skip
 
 
-def _axes(names: Iterable[str]) -> dict[str, Field]:
+def _axes(names: Iterable[str], layout: Layout) -> dict[str, Field]:
     """Datasets of the axes of some arrays, by their paths, without those that are results themselves."""
     found = dict[str, Field]()
     for name in names:
-        for axis in RESULTS_LAYOUT[name].dims.split(", "):
-            source = RESULTS_LAYOUT.get(_coordinates(name, axis))
+        for axis in layout[name].dims.split(", "):
+            source = layout.get(_coordinates(name, axis, layout))
             unit, words, kind = (source.unit, source.description, source.kind) if source else ("1", "from 0", int)
-            found[_scale(name, axis)] = Field(unit, axis, f"along the axis: {words}", kind, optional=True)
-    return {path: axis for path, axis in found.items() if path not in RESULTS_LAYOUT}
+            found[_scale(name, axis, layout)] = Field(unit, axis, f"along the axis: {words}", kind, optional=True)
+    return {path: axis for path, axis in found.items() if path not in layout}
 
 
-def _scale(name: str, axis: str) -> str:
+def _scale(name: str, axis: str, layout: Layout) -> str:
     """Path of the dataset of an axis of an array; netCDF names the dimension after it."""
     path = f"{name.rpartition('/')[0]}/{axis}"
-    taken = path in RESULTS_LAYOUT and RESULTS_LAYOUT[path].dims != axis
+    taken = path in layout and layout[path].dims != axis
     return f"{path}_number" if taken else path
 
 
-def _coordinates(name: str, axis: str) -> str:
+def _coordinates(name: str, axis: str, layout: Layout) -> str:
     """Path of the array that holds the coordinates along an axis of an array; empty where there is none."""
     groups = (name.rpartition("/")[0], "ste") if axis in COMMON else (name.rpartition("/")[0],)
     paths = (f"{group}/{COORDINATES.get(axis)}" for group in groups)
-    return next((path for path in paths if path in RESULTS_LAYOUT and RESULTS_LAYOUT[path].dims == axis), "")
+    return next((path for path in paths if path in layout and layout[path].dims == axis), "")
 
 
-def _write_axes(file: h5py.File, arrays: Mapping[str, np.ndarray]) -> None:
+def _write_axes(file: h5py.File, arrays: Mapping[str, np.ndarray], layout: Layout) -> None:
     """Write the axes of all arrays, and refer from each array to its own."""
     along = {
-        _scale(name, axis): arrays.get(_coordinates(name, axis), np.arange(length))
+        _scale(name, axis, layout): arrays.get(_coordinates(name, axis, layout), np.arange(length))
         for name, array in arrays.items()
-        for axis, length in zip(RESULTS_LAYOUT[name].dims.split(", "), array.shape, strict=True)
+        for axis, length in zip(layout[name].dims.split(", "), array.shape, strict=True)
     }
-    axes = _axes(arrays)
+    axes = _axes(arrays, layout)
     write_all(file, {path: along[path] for path in axes}, axes)
     for path in along:
         file[path].make_scale(path.rpartition("/")[2])
     for name in arrays:
-        for place, axis in enumerate(RESULTS_LAYOUT[name].dims.split(", ")):
-            if _scale(name, axis) != name:
-                file[name].dims[place].attach_scale(file[_scale(name, axis)])
+        for place, axis in enumerate(layout[name].dims.split(", ")):
+            scale = _scale(name, axis, layout)
+            if scale != name:
+                file[name].dims[place].attach_scale(file[scale])

@@ -59,7 +59,7 @@ def test_results_file_holds_what_was_found_and_says_what_it_is(run, tmp_path):
     found = read_results(tmp_path / RESULTS)
     assert found.case_name == run.case.name
     assert found.case_text == run.case.text
-    assert found.parameters == run.readings.sensitivities.parameter
+    assert found.names["parameters"] == run.readings.sensitivities.parameter
     assert set(found.arrays) == set(RESULTS_LAYOUT)
     assert_allclose(found.arrays["ste/ste"], run.sweep.ste_um, rtol=0.0)
     assert_allclose(found.arrays["lines/load"], run.sweep.states.lines.load_N_per_mm, rtol=0.0)

@@ -15,6 +15,8 @@ from pmor.pair.model import gear_pair
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import load
 from pmor.sets.output import FILES, PIN_FILES, SAMPLE_FILES
+from pmor.sets.results_data import write_set_results
+from pmor.storage.set_results_layout import SET_LAYOUT
 from tests.support.broken_files import flip_bit_of
 from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, written_set
 
@@ -59,6 +61,45 @@ def test_python_finds_what_the_command_wrote(job):
     assert repr(found) == "<SetResult of 'small': 6 meshes, 2 torques>"
     for draw in (found.plot_set, found.plot_ste, found.plot_shares, found.plot_root_stress):
         assert draw().axes
+
+
+def test_the_results_file_and_its_tables_are_in_balance(job, tmp_path):
+    """Line loads make the force of their mesh, forces the torque; moments of all others are those on the housing."""
+    path, out = job
+    found = pmor.load_results(out / "results.h5")
+    assert set(found) == set(SET_LAYOUT)
+    values = {name: array.values for name, array in found.items()}
+    found_in_python = pmor.gear_set(path, out)
+    assert_allclose(values["ste/ste"], found_in_python.ste_um, rtol=SOLVED)
+    force = np.nansum(values["lines/load"] * values["lines/width"][:, None], axis=(3, 4))
+    assert_allclose(force, values["meshes/force"], rtol=1e-12)
+    assert_allclose(values["gears/moment"][..., 0, 2], -np.repeat([[100.0], [300.0]], 6, axis=1), rtol=SOLVED)
+    assert_allclose(values["planets/share"].sum(axis=2), 1.0, rtol=1e-12)
+    text = pmor.info(out / "results.h5")
+    assert "planet 3 - ring" in text
+    assert main(["export", str(out / "results.h5"), "--to", "csv", "-o", str(tmp_path)]) == 0
+    columns = np.genfromtxt(out / "ste.csv", delimiter=",", names=True)
+    exported = np.loadtxt(tmp_path / "ste_per_torque_per_angle.csv", delimiter=",", skiprows=6)
+    assert_allclose(exported[:, 2], columns["ste_um"], rtol=0.0)
+    assert_allclose(values["meshes/force"][..., 3].ravel(), columns["force_planet_2_ring_N"], rtol=0.0)
+    assert_allclose(values["planets/share"][..., 2].ravel(), columns["share_planet_3"], rtol=0.0)
+    assert list(found_in_python.columns()) == list(columns.dtype.names)
+    assert "<table>" in found_in_python._repr_html_()
+
+
+def test_tooth_pairs_of_a_results_file_go_on_from_pitch_to_pitch(job, undrawn, tmp_path):
+    """Pinions turn uniformly: each pair stays one pitch before the next one."""
+    folder = shutil.copytree(job[1], tmp_path / "out")
+    found = pmor.gear_set(written_set(tmp_path, SMALL_SET.replace("[sweep]", "[sweep]\npitches = 3")), folder)
+    write_set_results(found.file, found.solution, found.solution.torque_Nm, tmp_path / "results.h5")
+    arrays = {name: array.values for name, array in pmor.load_results(tmp_path / "results.h5").items()}
+    pair = arrays["lines/first_pair"][..., None] + np.arange(arrays["lines/roll"].shape[2])
+    for number, mesh in enumerate(found.solution.train.meshes):
+        roll, load = arrays["lines/roll"][:, number, :, 0, 0], arrays["lines/load"][1, :, number, :, 0]
+        start = roll - mesh.rate * arrays["ste/phi"][:, None] - mesh.pair.meshed.pair.pitch * pair[:, number]
+        carry = load > 0.5 * np.nanmax(load)  # pairs at the ends of the path touch at corners
+        assert all(carry[first : first + 6].any() for first in (0, 6, 12))
+        assert np.ptp(start[carry]) < 1e-9
 
 
 @pytest.fixture
