@@ -21,6 +21,8 @@ ORDERS = 10
 ROUND_OFF = 1e-9
 # Orders of two meshes whose sums and differences are named.
 MOST_COMBINED = 8
+# Of slopes in mrad: rounding leaves less of planets that do not tilt.
+TILT_DIGITS = 9
 # Percentiles of sets within tolerances.
 PERCENT = (5.0, 50.0, 95.0, 99.0)
 
@@ -162,8 +164,8 @@ def _planet_data(solved: SetSolution, number: int, place: int) -> Data:
         "pin_force_max_N": plain(np.max(force)),
         "outwards_um": plain(moved[0]),
         "around_um": plain(moved[1]),
-        "outwards_tilt_mrad": plain(tilt[0]),
-        "around_tilt_mrad": plain(tilt[1]),
+        "outwards_tilt_mrad": plain(round(tilt[0], TILT_DIGITS) + 0.0),
+        "around_tilt_mrad": plain(round(tilt[1], TILT_DIGITS) + 0.0),
         "bearings": _bearing_data(solved, number, place),
     }
 
