@@ -131,7 +131,9 @@ def pin_figure(pins: Pins, solved: SetSolution, torque: int) -> Figure:
     plan = solved.plan
     assert plan.on_pins is not None
     z = np.linspace(*pins.ends_mm, PIN_POINTS)
-    face = np.array(solved.train.meshes[0].pair.meshed.pair.faces[1])
+    inner, outer = (mesh.pair.meshed.pair for mesh in solved.train.meshes[:2])
+    faces = np.array([inner.faces[1], np.add(outer.faces[0], plan.bodies[plan.meshes[1].pinion].z)])
+    face = np.array([faces.min(), faces.max()])  # of both gears where the planets are stepped
     shapes = np.mean([pin_shapes(pins, plan.on_pins, wrench, z) for wrench in solved.planet_wrench[torque]], axis=0)
     bent = solved.outwards_and_around(shapes.transpose(2, 0, 1))
     middle, slope = (values[torque].mean(axis=0) for values in (solved.planet_displacement_mm, solved.planet_tilt_rad))
