@@ -118,7 +118,10 @@ def _over_a_turn(one: SetMeshing, found: _Supported, torque: float) -> FloatArra
     means, rate = [], train.rates[one.housing] if one.turns else 0.0
     for part, place in zip(solved, places, strict=True):
         if not part.converged.all():
-            raise ConvergenceError(f"set {one.settings.name}: {1e-3 * torque:.6g} N m: contact was not found", [])
+            rule = "where other loads push a sun that floats, stiffen the bearing in place of its spline"
+            raise ConvergenceError(
+                f"set {one.settings.name}: {1e-3 * torque:.6g} N m: contact was not found: {rule}", []
+            )
         wrench = part.hub_wrench[0].reshape(len(part.phi_rad), -1) @ one.frame.carried
         means.append(_turned(wrench, -place - rate * part.phi_rad).mean(axis=0))
     mean = np.asarray(np.mean(means, axis=0))
