@@ -14,7 +14,8 @@ import scipy.sparse as sp
 from pmor.body.blank import LEFT_OUT, Blank, Ring, signed_teeth
 from pmor.body.far_compliance import FaceResponse, FarCompliance, FarTeeth, far_compliance
 from pmor.body.fillet_stress import FilletPoints, FilletStress, sector_stress
-from pmor.body.rim_stress import NEIGHBOURS, REACH, RimStress, face_patterns, rim_stress
+from pmor.body.rim_motion import LEAST_MOVED, RimMotion, even_on_the_cut, rim_motion
+from pmor.body.rim_stress import NEIGHBOURS, REACH, RimStress, face_patterns, leading, rim_stress
 from pmor.body.root_stress import other_hand
 from pmor.body.support import (
     Change,
@@ -22,6 +23,7 @@ from pmor.body.support import (
     added_by_the_last,
     amplitudes_by_holes,
     forces_of_holes,
+    moved_elsewhere,
     support_of_holes,
 )
 from pmor.body.web_stress import WebStress, stress_by_holes, stress_of_revolution
@@ -83,6 +85,8 @@ class ElasticGear:
         Where it was asked for.
     other : OtherFlank or None
         Of a gear on a blank whose other flanks carry and may be unlike.
+    rim_motion : RimMotion or None
+        Of a ring with several meshes, all of which load the same side of its teeth.
     """
 
     mesh: SectorMesh
@@ -97,6 +101,7 @@ class ElasticGear:
     support: Support | None = None
     web_stress: WebStress | None = None
     other: OtherFlank | None = None
+    rim_motion: RimMotion | None = None
 
     def tooth_compliance(self, offset: int) -> FloatArray:
         """Return the displacement of tooth `offset` under unit forces on tooth 0, shape (n, n), mm/N.
@@ -178,6 +183,8 @@ def elastic_gear(
         found, of_back = _of_a_flank(mesh, True, neighbours, load, own, on.other.ring.moved, told, on, of_image)
         other = OtherFlank(_reciprocal(found[::-1]), of_back)  # in the image teeth count the other way
     between = _between_far_teeth(mesh, response, load, far) if far is not None else None
+    ring = far is not None and not back and signed_teeth(mesh) < 0
+    rim = _of_the_rim(mesh, to, load, response, on) if ring else None
     return ElasticGear(
         mesh,
         neighbours,
@@ -191,6 +198,7 @@ def elastic_gear(
         support,
         web_stress,
         other,
+        rim,
     )
 
 
@@ -276,6 +284,7 @@ class _OnBlank(NamedTuple):
     other: _Pressed | None
     change: tuple[Change, int] | None
     response: FaceResponse
+    ring_under: Callable[[FloatArray, int], Ring]
 
 
 def _on_blank(
@@ -302,15 +311,23 @@ def _on_blank(
             if backs.size and (change is not None or blank.body is not None or mesh.twist_per_length != 0.0):
                 kept, none = None if patterns is None else face_patterns(backs), np.zeros((backs.shape[1], 0))
                 other = _Pressed(blank.ring(mesh, stiffness, backs, neighbours, none, kept, reach), kept)
-            response = partial(_of_blank, mesh, blank, stiffness)
-            return _OnBlank(blank, to, of_faces, _Pressed(ring, patterns), other, change, response)
+            ring_under = partial(_ring_under, mesh, blank, stiffness)
+            response = partial(_of_blank, mesh, ring_under)
+            return _OnBlank(blank, to, of_faces, _Pressed(ring, patterns), other, change, response, ring_under)
         blank = wider
 
 
-def _of_blank(mesh: SectorMesh, blank: Blank, stiffness: FloatArray, forces: FloatArray) -> Callable[[int], FloatArray]:
+def _ring_under(mesh: SectorMesh, blank: Blank, stiffness: FloatArray, forces: FloatArray, reach: int) -> Ring:
+    """What any forces on the faces of sector 0 do to those of sectors up to a reach, on a blank."""
+    return blank.ring(mesh, stiffness, forces, reach, np.zeros((forces.shape[1], 0)))
+
+
+def _of_blank(
+    mesh: SectorMesh, ring_under: Callable[[FloatArray, int], Ring], forces: FloatArray
+) -> Callable[[int], FloatArray]:
     """Displacement of the faces of sector k by forces on those of sector 0, on a blank."""
     reach = mesh.teeth // 2
-    moved = blank.ring(mesh, stiffness, forces, reach, np.zeros((forces.shape[1], 0))).moved
+    moved = ring_under(forces, reach).moved
     return lambda k: moved[(k + reach) % mesh.teeth]
 
 
@@ -336,6 +353,27 @@ def _between_far_teeth(mesh: SectorMesh, faces: FaceResponse, load: FloatArray, 
         image = np.tile([-1.0, 1.0, 1.0][:components], mesh.back.size)
         back = np.ascontiguousarray((completion(mesh, mesh.back) @ load[:, count:].T)[used].T) * image
     return far_compliance(faces, flank, back, mesh.teeth, asked)
+
+
+def _of_the_rim(
+    mesh: SectorMesh, to: sp.csr_array, load: FloatArray, response: FaceResponse, on: _OnBlank | None
+) -> RimMotion:
+    """Motion of a ring's root between teeth under forces on all nodes of the flank."""
+    even = even_on_the_cut(mesh)
+    forces = np.zeros((to.shape[1], even.shape[1]))
+    forces[: len(even)] = even
+    forces = to @ forces
+    moved, onto = response(forces), _onto_all_nodes(mesh, False)
+    count = onto.shape[1]
+    cyclic = np.stack([(onto @ (load[:, :count].T @ moved(-k))).T for k in range(mesh.teeth)])
+    if on is None or on.change is None:
+        return rim_motion(cyclic, np.zeros((1, mesh.teeth, 2, 0)), np.zeros((cyclic.shape[2], 0)))
+    (softening, pieces), ring = on.change, on.flank.ring
+    amplitudes = ring.felt.reshape(-1, count)
+    patterns = leading(np.hstack([amplitudes.real.T, amplitudes.imag.T]), LEAST_MOVED)
+    freed = forces_of_holes(ring.felt, ring.flexibility, softening, signed_teeth(mesh), pieces, patterns)
+    by_lugs = moved_elsewhere(on.ring_under(forces, 0).felt, freed, signed_teeth(mesh))
+    return rim_motion(cyclic, by_lugs, np.asarray(onto @ patterns))
 
 
 def with_layer(gear: ElasticGear) -> ElasticGear:

@@ -11,6 +11,7 @@ from pmor.core.arrays import FloatArray, IntArray
 
 if TYPE_CHECKING:
     from pmor.body.elastic_gear import ElasticGear
+    from pmor.body.rim_motion import RimMotion
     from pmor.body.support import Support
 
 
@@ -73,6 +74,14 @@ def loaded_support(body: ElasticGear, components: int) -> Support | None:
     used, own = _loaded_unknowns(body.compliance, components), body.support
     backs = None if own.backs is None else np.ascontiguousarray(own.backs[used])
     return replace(own, rows=np.ascontiguousarray(own.rows[used]), backs=backs)
+
+
+def loaded_rim(body: ElasticGear, components: int) -> RimMotion | None:
+    """Return the motion of a ring's rim under the components that contact forces have; None of other gears."""
+    if body.rim_motion is None:
+        return None
+    used = _loaded_unknowns(body.compliance, components)
+    return replace(body.rim_motion, rows=np.ascontiguousarray(body.rim_motion.rows[used]))
 
 
 def _loaded_unknowns(compliance: FloatArray, components: int) -> IntArray:

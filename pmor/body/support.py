@@ -141,6 +141,25 @@ def forces_of_holes(
     return _of_loads(_on_unlike_teeth(felt, patterns, teeth, holes), flexibility, softening)
 
 
+def moved_elsewhere(elsewhere: ComplexArray, forces: ComplexArray, teeth: int) -> FloatArray:
+    """Return how far places of tooth i + k move by what makes teeth differ under loads on tooth i, (p, z, e, q), mm.
+
+    Parameters
+    ----------
+    elsewhere : ndarray, shape (2 N + 1, c, e)
+        Amplitudes under unit forces at these places of tooth 0.
+    forces : ndarray, shape ((2 N + 1) c, p, q)
+        As `forces_of_holes` gives them.
+    teeth : int
+        As in `support_of_holes`.
+    """
+    there, period = _on_teeth(elsewhere, np.eye(elsewhere.shape[2]), teeth), forces.shape[1]
+    tooth = (np.arange(period)[:, None] + np.arange(abs(teeth))) % abs(teeth)
+    return np.stack([
+        np.einsum("ake,aq->keq", there[:, ks].conj(), forces[:, i], optimize=True).real for i, ks in enumerate(tooth)
+    ])  # fmt: skip
+
+
 def amplitudes_by_holes(
     felt: ComplexArray, flexibility: ComplexArray, softening: ComplexArray, teeth: int, holes: int, patterns: FloatArray
 ) -> ComplexArray:

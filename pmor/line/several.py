@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from pmor.body.far_compliance import FarCompliance
+from pmor.body.rim_motion import RimMotion
 from pmor.body.root_stress import RootStressShapes
 from pmor.body.section_compliance import ROWS
 from pmor.body.support import Support, carried_rows, carried_shapes, support_flexibility
@@ -152,6 +153,8 @@ class TrainBody:
         Of the other flanks, where these are unlike.
     holes : HolesCase or None
         Of its web, whose places count from the middle of tooth 0; as `far`, in its image where that is.
+    rim_motion : RimMotion or None
+        Of a ring, all of whose meshes load the same side of its teeth.
     """
 
     name: str
@@ -162,6 +165,7 @@ class TrainBody:
     support: Support | None = None
     other_stress: RootStressShapes | None = None
     holes: HolesCase | None = None
+    rim_motion: RimMotion | None = None
 
 
 @dataclass(frozen=True)
@@ -365,7 +369,7 @@ class PlacedTrain:
         """Deviations of the teeth that are in mesh so many pitches later, in all sections, mm, (A, N)."""
         found = np.zeros(self.lines.gap.shape)
         for one, later in zip(self.placed, np.rint(self.train.mesh_cycles(pitch)).astype(int), strict=True):
-            tooth = _teeth(one) + later * np.array(LATER)
+            tooth = section_teeth(one) + later * np.array(LATER)
             for gear, flank in enumerate(one.mesh.pair.meshed.deviations(one.mesh.assembly)):
                 if flank.pitch.size:
                     found[:, one.part] += flank.pitch[tooth[..., gear] % flank.pitch.size]
@@ -492,7 +496,7 @@ class PlacedTrain:
                 rows += np.split(of_mesh, pairs, axis=1)
                 # In its image a tooth has the opposite number.
                 sense = -1 if flipped else 1
-                tooth += list(sense * _teeth(one)[:, :: len(meshed.width), gear].T)
+                tooth += list(sense * section_teeth(one)[:, :: len(meshed.width), gear].T)
                 senses += [sense * LATER[gear] * in_a_pitch] * pairs
                 at.append(np.arange(one.part.start, one.part.stop))
             found.append((body, np.concatenate(at), rows, tooth, senses))
@@ -548,7 +552,7 @@ class PlacedTrain:
             np.tile([int(one.mesh.image != bodies[number].image) for number in one.mesh.bodies], (one.rows.shape[1], 1))
             for one in self.placed
         ])  # fmt: skip
-        tooth = np.concatenate([_teeth(one) for one in self.placed], axis=1)
+        tooth = np.concatenate([section_teeth(one) for one in self.placed], axis=1)
         shapes = np.zeros((*self.lines.gap.shape, 2, rank))
         return Gathered(on, image, tooth, shapes), count, teeth, alike, backs
 
@@ -570,7 +574,7 @@ def _deviation(one: PlacedMesh, assembly: Assembly) -> FloatArray:
     return found
 
 
-def _teeth(one: PlacedMesh) -> IntArray:
+def section_teeth(one: PlacedMesh) -> IntArray:
     """Return the numbers of the teeth that the sections of a mesh are on, (A, N, 2)."""
     place = np.arange(one.rows.shape[1]) // len(one.mesh.pair.meshed.sections.z)
     pairs, (pinion, wheel) = one.lines.first_pair[:, None] + place, one.mesh.first_tooth

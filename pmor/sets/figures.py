@@ -151,6 +151,22 @@ def pin_figure(pins: Pins, solved: SetSolution, torque: int) -> Figure:
     return figure
 
 
+def ring_figure(solved: SetSolution, torque: int) -> Figure:
+    """Displacement of the root of a ring between its teeth, around the axis, at angle 0."""
+    found = solved.ring_deflection
+    assert found is not None
+    side = -1.0 if solved.plan.clockwise else 1.0
+    with panels(1, 7.4, 4.2, legend=2) as (figure, (axes,)):
+        for way, name in enumerate(("outwards", "counter-clockwise")):
+            axes.plot(found.place_deg, found.displacement_um[torque, :, way], color=COLOURS[way], label=name)
+        for body in (solved.plan.bodies[number] for number in solved.plan.planets):
+            place = np.degrees(np.arctan2(-side * body.x, body.y)) % 360.0
+            axes.axvline(place, color="0.6", lw=0.8, ls="--")
+        axes.set(xlabel="Place, counter-clockwise from the y axis [deg]", ylabel="Displacement [µm]", xlim=(0.0, 360.0))
+        axes.set_xticks(range(0, 361, 60))
+    return figure
+
+
 def tolerance_figure(samples: Samples, shown_Nm: FloatArray) -> Figure:
     """Share of the sets within tolerances that stay below a mesh load factor, and below a transmission error."""
     with panels(2, 9.2, 4.2, legend=6, sharey=True) as (figure, (load_factor, error)):

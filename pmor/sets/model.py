@@ -161,6 +161,7 @@ def build_train(
             of_member.support,
             None if of_member.other is None else of_member.other.root_stress,
             _holes(gears_of[body.member], own[body.member].gear),
+            of_member.rim_motion,
         )
         for body, of_member in ((body, solved[body.member]) for body in bodies)
     )

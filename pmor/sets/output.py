@@ -12,6 +12,7 @@ from pmor.sets.figures import (
     face_load_figure,
     path_figure,
     pin_figure,
+    ring_figure,
     root_stress_figure,
     set_figure,
     share_figure,
@@ -28,7 +29,7 @@ from pmor.work.table import Columns, table, text_lines
 #: files of a result
 FILES = (
     "set.json", "set.md", "report.html", "set.png", "ste.png", "shares.png", "face_load.png", "root_stress.png",
-    "ste.csv", "results.h5", "set.vtkhdf",
+    "ring.png", "ste.csv", "results.h5", "set.vtkhdf",
 )  # fmt: skip
 #: further ones with tolerances
 SAMPLE_FILES = ("tolerances.csv", "tolerances.png")
@@ -150,6 +151,10 @@ def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, fail
         blocks.append(Picture("root_stress.png", "Stress across the root of a tooth of each member, on the side of its "
                               "largest principal stress, where the range is largest, at the nominal torque.",
                               root_stress_figure(solved, nominal), "svg"))  # fmt: skip
+    if solved.ring_deflection is not None:
+        blocks.append(Picture("ring.png", "Displacement of the ring's root between its teeth at angle 0, mean over the "
+                              "width, beyond that of its hub, at the nominal torque; lines: planets.",
+                              ring_figure(solved, nominal), "svg"))  # fmt: skip
     blocks.append(MODEL)
     if solved.plan.clockwise:
         blocks.append("The first gear is loaded clockwise: angles and tooth numbers count clockwise.")

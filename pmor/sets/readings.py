@@ -77,6 +77,13 @@ def torque_data(file: SetFile, solved: SetSolution, number: int) -> Data:
         "meshes": [_mesh_data(solved, number, mesh) for mesh in range(len(plan.meshes))],
         "root_stress": [_stress_data(solved, number, body) for body in range(len(solved.root_stress))],
     }
+    if (ring := solved.ring_deflection) is not None:
+        moved = ring.displacement_um[number]
+        data["ring"] = {
+            "radial_most_um": plain(ring.most_um[number]), "radial_least_um": plain(ring.least_um[number]),
+            "place_deg": ring.place_deg.tolist(), "radial_um": [plain(value) for value in moved[:, 0]],
+            "around_um": [plain(value) for value in moved[:, 1]],
+        }  # fmt: skip
     if plan.planets:
         orbit = 1e3 * solved.hub_displacement[number, :, 0, :2]
         wound = file.sections.carrier.windup_Nmm_per_rad != "rigid"

@@ -15,6 +15,7 @@ from pmor.report.data_files import write_columns_csv, write_table_csv
 from pmor.sets.figures import (
     path_figure,
     pin_figure,
+    ring_figure,
     root_stress_figure,
     set_figure,
     share_figure,
@@ -95,6 +96,18 @@ class SetResult(Tabular):
         if self.file.sections.pins is None:
             raise CaseError(f"{self.file.name}: has no pins: add [pins]")
         return pin_figure(self.file.sections.pins, self.solution, nominal_torque(self.file, self.solution))
+
+    def plot_ring(self) -> Figure:
+        """Draw the displacement of the ring's root between its teeth at angle 0, at the nominal torque.
+
+        Raises
+        ------
+        CaseError
+            When there is no ring with several meshes.
+        """
+        if self.solution.ring_deflection is None:
+            raise CaseError(f"{self.file.name}: has no ring with several meshes: its deflection is not told")
+        return ring_figure(self.solution, nominal_torque(self.file, self.solution))
 
     def plot_root_stress(self) -> Figure:
         """Draw the stress across the root of a tooth of each member over a turn.

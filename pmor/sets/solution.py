@@ -15,6 +15,7 @@ from pmor.line.several import NONE, GearTrain, PlacedTrain
 from pmor.results.load_distribution import face_load_factor
 from pmor.results.orders import Orders, orders
 from pmor.sets.plan import SetPlan
+from pmor.sets.ring import RingDeflection, ring_deflection
 from pmor.sets.root_stress import GearStress, root_stress_of_set
 from pmor.sets.shafts import at_place, shaft_of
 
@@ -247,6 +248,11 @@ class SetSolution:
     def root_stress(self) -> tuple[GearStress, ...]:
         """Of all bodies; none where it was not asked for."""
         return root_stress_of_set(self.placed, self.found, self.pitches)
+
+    @cached_property
+    def ring_deflection(self) -> RingDeflection | None:
+        """Of a ring with several meshes."""
+        return ring_deflection(self.placed, self.found, self.pitches, self.plan.clockwise)
 
     def ste_orders(self, torque: int) -> Orders:
         """Orders of the transmission error over all pitches under a torque by its number, um."""

@@ -11,6 +11,7 @@ import h5py
 import numpy as np
 
 from pmor.body.far_compliance import FarCompliance
+from pmor.body.rim_motion import RimMotion
 from pmor.body.root_stress import RootStressShapes
 from pmor.body.support import Support
 from pmor.core.arrays import FloatArray
@@ -20,7 +21,7 @@ from pmor.storage.basis_layout import ANSWERED, ANSWERS, COMPLIANCE, FIXED_SIZES
 from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all, write_all
 from pmor.storage.layout import Field
 
-COMPLIANCE_SCHEMA = Schema("pmor-compliance", 5, "remove it: the gear is solved again")
+COMPLIANCE_SCHEMA = Schema("pmor-compliance", 6, "remove it: the gear is solved again")
 FAR_BLOCKS = "tooth, shape, shape"
 FAR = {
     "shapes": Field("1", "loaded unknown, shape", "shapes in which far teeth move, over the unknowns of a flank"),
@@ -28,9 +29,16 @@ FAR = {
     "images": Field("mm/N", FAR_BLOCKS, "the same of the other flanks, all in the image", finite=False),
     "backs": Field("mm/N", FAR_BLOCKS, "of the other flanks under forces on the flank of tooth 0", finite=False),
 }
+RIM = {
+    "rows": Field("1", "loaded unknown, rim pattern", "patterns of forces on a flank that move a ring's rim"),
+    "moved": Field(
+        "mm/N", "loaded tooth, cut, direction, rim pattern", "of the root between teeth, radially and around the axis"
+    ),
+}  # fmt: skip
 # Parts that a file may be without, by the names of their folders.
 PARTS: dict[str, tuple[Callable[..., Any], dict[str, Field]]] = {
     "holes": (Support, SUPPORT), "root_stress": (RootStressShapes, ROOT_STRESS), "far": (FarCompliance, FAR),
+    "rim": (RimMotion, RIM),
     "other/root_stress": (RootStressShapes, ROOT_STRESS),
 }  # fmt: skip
 OTHER, BACKS = "other/compliance", "other/holes"
@@ -85,6 +93,8 @@ class SolvedGear:
         Of gears with several meshes.
     other : SolvedFlank or None
         Where the other flanks carry and may be unlike.
+    rim_motion : RimMotion or None
+        Of rings with several meshes.
     """
 
     compliance: FloatArray
@@ -92,6 +102,7 @@ class SolvedGear:
     support: Support | None = None
     far: FarCompliance | None = None
     other: SolvedFlank | None = None
+    rim_motion: RimMotion | None = None
 
 
 # Gives the gear with a key, and solves for it where it is not kept.
@@ -116,7 +127,7 @@ def read_compliance(path: Path, key: str) -> SolvedGear:
         }
         other = SolvedFlank(arrays[OTHER], parts["other/root_stress"]) if OTHER in file else None
         holes = parts["holes"] and replace(parts["holes"], backs=arrays.get(BACKS))
-        found = SolvedGear(arrays["compliance"], parts["root_stress"], holes, parts["far"], other)
+        found = SolvedGear(arrays["compliance"], parts["root_stress"], holes, parts["far"], other, parts["rim"])
         with np.errstate(all="ignore"):  # absurd numbers are refused, not warned of
             check_answers(_answers(found), {name: array for name, array in arrays.items() if name.startswith(ANSWERS)})
         return found
@@ -124,7 +135,7 @@ def read_compliance(path: Path, key: str) -> SolvedGear:
 
 def write_compliance(path: Path, key: str, solved: SolvedGear) -> None:
     """Write the file of the gear with a key, whole; equal contents are equal files; OutputError where that fails."""
-    parts = {"root_stress": solved.root_stress, "holes": solved.support, "far": solved.far}
+    parts = {"root_stress": solved.root_stress, "holes": solved.support, "far": solved.far, "rim": solved.rim_motion}
     if solved.other is not None:
         parts["other/root_stress"] = solved.other.root_stress
     arrays = {

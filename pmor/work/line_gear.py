@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pmor.body.far_compliance import FarTeeth
-from pmor.body.flank_compliance import loaded_part, loaded_support
+from pmor.body.flank_compliance import loaded_part, loaded_rim, loaded_support
 from pmor.body.root_stress import root_stress_shapes
 from pmor.case import Case, GearCase
 from pmor.core.errors import FileFormatError
@@ -61,8 +61,8 @@ def line_gear(
             )
             for side in (body, body.other) if side is not None
         )  # fmt: skip
-        support = loaded_support(body, components)
-        return SolvedGear(flank.compliance, flank.root_stress, support, body.far, other[0] if other else None)
+        support, rim = loaded_support(body, components), loaded_rim(body, components)
+        return SolvedGear(flank.compliance, flank.root_stress, support, body.far, other[0] if other else None, rim)
 
     # What is brought is condensed for a new gear alone: the digest of its file stands for it.
     below = blank_below(case, gear, tooth, sector, place) if gear.body is None else (*_brought(gear), place)
