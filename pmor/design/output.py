@@ -239,11 +239,8 @@ def _tables(found: Found, read: Readings) -> list[Table]:
         return [label, n, *variants.x[n].tolist(), float(found.searched[n]), float(variants.objective[n]),
                 *variants.results[n, :, column].tolist(), float(found.against[n])]  # fmt: skip
 
-    goal, words, unit = (
-        design.objective,
-        found.file.words,
-        f", {design.objective.unit}" if design.objective.unit else "",
-    )
+    goal, words = design.objective, found.file.words
+    unit = f", {goal.unit}" if goal.unit else ""
     few = f"objective on {design.search.angles} angles{unit}"
     heads = ("which", "variant", *names, few, f"objective{unit}", *torques, WORDS[design.pareto.against])
     base: list[Cell] = [words.base, None, *[None] * (len(names) + 1),

@@ -34,7 +34,7 @@ def set_design(said: Design, base: SetFile, name: str, text: str, path: Path) ->
     _refuse_runout(design, base, where)
     check_together(design, where, pins_of(base))
     _refuse_unknown(design, base, where)
-    changed = with_sections(base, sections_of(base.sections, design, design.search.angles))
+    changed = with_sections(base, sections_of(base.sections, design))
     found = SetDesign(name, f"{text}\n{base.whole_text}", design, (path, *base.inputs), changed, base)
     for variable in design.variables:
         _refuse_idle(variable.gear, variable.flank, found.flanks, f"{where}: [[variables]] {variable.name}")
@@ -48,16 +48,15 @@ def set_design(said: Design, base: SetFile, name: str, text: str, path: Path) ->
     return found
 
 
-def sections_of(said: SetSections, design: Design, angles: int) -> SetSections:
-    """Return the sections of a set file with the torques of a design, its width, and angles to a pitch."""
+def sections_of(said: SetSections, design: Design) -> SetSections:
+    """Return the sections of a set file with the torques and the angles of a design, and as wide as it takes."""
     members: dict[str, Any] = dict(said.members)
     if uneven(design):
         members["mesh"] = {**members.get("mesh", {}), "width": "whole"}
     members["results"] = {"root_stress": "root_stress_MPa" in design.results}
     torques = tuple(sorted(design.load.torques_Nm))
-    return replace(
-        said, sweep=replace(said.sweep, angles_per_pitch=angles, torques_Nm=torques), tolerances=None, members=members
-    )
+    sweep = replace(said.sweep, angles_per_pitch=design.search.angles, torques_Nm=torques)
+    return replace(said, sweep=sweep, tolerances=None, members=members)
 
 
 def _refuse_unknown(design: Design, base: SetFile, where: str) -> None:
@@ -84,7 +83,7 @@ def _refuse_runout(design: Design, base: SetFile, where: str) -> None:
     for field in fields(sizes):
         if field.name.endswith("eccentricity_um") and getattr(sizes, field.name) > 0.0:
             raise CaseError(
-                f'{where}: [objective] value = "{design.objective.value}": designs draw {" and ".join(PINS)} of '
+                f'{where}: [objective] value = "{design.objective.value}": designs draw {", ".join(PINS)} of '
                 f"[tolerances], not {field.name}: leave it out of {base.name}"
             )
 
