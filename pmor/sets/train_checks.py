@@ -8,7 +8,7 @@ from collections import Counter
 from pmor.core.wording import did_you_mean
 from pmor.sets.layout import SECOND_PLANET, SHARED
 from pmor.sets.plan import planet_positions
-from pmor.sets.settings import Carrier, Eccentricity, SetSections
+from pmor.sets.settings import Carrier, Eccentricity, Planets, SetSections, Supports
 from pmor.sets.support_checks import Refuse
 
 # Places of gears on one axis.
@@ -39,11 +39,12 @@ def check_train(said: SetSections, refuse: Refuse) -> None:
     """Refuse gears and meshes that do not fit together."""
     if said.load is not None:
         refuse("[load]", "is of a planetary set: torques of a train stand in [[gears]]; leave it out")
-    if said.tolerances is not None:
-        refuse("[tolerances]", "is of a planetary set, not of a train on fixed axes: leave it out")
-    for name, given in (("pins", said.pins is not None), ("carrier", said.carrier != Carrier())):
-        if given:
-            refuse(f"[{name}]", "is of a planetary set, not of a train on fixed axes: leave it out")
+    given = {
+        "tolerances": said.tolerances is not None, "pins": said.pins is not None, "carrier": said.carrier != Carrier(),
+        "planets": said.planets != Planets(), "supports": said.supports != Supports(),
+    }  # fmt: skip
+    for name in (name for name, is_there in given.items() if is_there):
+        refuse(f"[{name}]", "is of a planetary set, not of a train on fixed axes: leave it out")
     if said.eccentricity != Eccentricity():
         rule = "is of a planetary set: write eccentricity_um of each of the [[gears]]; leave it out"
         refuse("[eccentricity]", rule)

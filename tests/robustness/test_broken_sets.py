@@ -137,6 +137,10 @@ CHAINS = {
     "too far": ("at_mm = [88.0, 92.0]", "at_mm = [98.0, 92.0]", "mesh idler-output"),
     "tolerances of a planetary set": ("[sweep]", "[tolerances]\n[sweep]", "not of a train on fixed axes"),
     "eccentricity of a planetary set": ("[sweep]", "[eccentricity]\nsun_um = 5.0\n[sweep]", "of each of the [[gears]]"),
+    "supports of a planetary set": (
+        "[sweep]", "[supports]\nsun_radial_N_per_mm = 1e5\n[sweep]", "[supports]: is of a planetary set",
+    ),  # fmt: skip
+    "planets of a train": ("[sweep]", "[planets]\ncount = 4\n[sweep]", "[planets]: is of a planetary set"),
     "one coordinate": ("at_mm = [88.0, 92.0]", "at_mm = [88.0]", "x and y of the axis"),
     "a distance beside places": ("module_mm = 4.0", "module_mm = 4.0\ncentre_distance_mm = 92.0", "follows from at_mm"),
     "a shaft on two axes": ("at_mm = [0.0, 92.0]", "at_mm = [0.0, 92.0]\nshaft = 'x'\n[[gears]]\nname = 'b'\n"
