@@ -182,12 +182,12 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
     pictures = [
         ("front.png", "The objective against the other result, and the Pareto front of all variants.",
          figures.front_figure(found)),
-        ("contour.png", "The objective of the nominal pair over each two variables, all others as in the best; within "
+        ("contour.png", "The objective of the nominal gears over each two variables, all others as in the best; within "
          "the dashed ellipse are 95 % of the gears that are made.", figures.contour_figure(found)),
         ("torque.png", "Peak-to-peak STE over torque. A design for one torque has its valley there and climbs on both "
          "sides; the best for all of them lies between.",
          None if found.judge.moving_supports else figures.torque_figure(found, {words.base: None, **chosen})),
-        ("ste.png", "STE of the nominal pair under each torque.", figures.ste_figure(found, read.curves)),
+        ("ste.png", "STE of the nominal gears under each torque.", figures.ste_figure(found, read.curves)),
         ("sensitivity.png", "Sensitivity of the nominal objective, about the best: exact derivatives, also by "
          "parameters that are no variables.",
          figures.sensitivity_figure(read.rates, design.objective) if read.rates else None),
