@@ -14,7 +14,7 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.line.hubs import HUB
-from pmor.line.several import IMAGE
+from pmor.line.train import IMAGE
 from pmor.sets.layout import SECOND_PLANET
 from pmor.sets.plan import SetPlan
 from pmor.sets.settings import Member

@@ -49,7 +49,7 @@ class Meeting(NamedTuple):
 
 
 class Placement(NamedTuple):
-    """How a mesh stands in the train: as in `pmor.line.several.TrainMesh`."""
+    """How a mesh stands in the train: as in `pmor.line.train.TrainMesh`."""
 
     direction: float
     image: bool

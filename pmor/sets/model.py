@@ -22,7 +22,8 @@ from pmor.gear.condition import Assembly
 from pmor.line.layered_pair import LayeredPair, as_layered
 from pmor.line.pair import LinePair
 from pmor.line.sections import loaded_components
-from pmor.line.several import GearTrain, TrainBody, TrainMesh
+from pmor.line.several import GearTrain
+from pmor.line.train import TrainBody, TrainMesh
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import mesh_model
 from pmor.sets.kinematics import Centre, Meeting, Placement, placements

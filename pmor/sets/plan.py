@@ -18,7 +18,7 @@ from pmor.core.arrays import ComplexArray, FloatArray
 from pmor.core.errors import CaseError, GeometryError
 from pmor.gear.pair import GearPair
 from pmor.line.hubs import HUB
-from pmor.line.several import smooth_rows
+from pmor.line.train import smooth_rows
 from pmor.sets.kinematics import Meeting, Placement, mesh_rates, placements
 from pmor.sets.layout import SECOND_PLANET, Layout
 from pmor.sets.model import SetBody, SetMesh

@@ -10,7 +10,7 @@ import numpy as np
 from pmor.case.seats import SEAT
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.line.hubs import HUB
-from pmor.line.several import IMAGE
+from pmor.line.train import IMAGE
 from pmor.sets.model import SetBody
 from pmor.sets.pins import PlanetOnPin, PlanetsOnPins, planet_on_pin, planet_on_springs
 from pmor.sets.settings import SetSections
