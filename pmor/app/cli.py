@@ -161,7 +161,7 @@ COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
         OVERWRITE,
     ),
     "export": (
-        "a basis, a gearbox or results in the formats of other programs",
+        "a basis, a gearbox, a set or results in the formats of other programs",
         _option("source", metavar="FILE", type=_path, help="a basis, or a REXS file for --to case"),
         _option("--to", choices=("case", "csv", "fmu", "rexs", "vtkhdf"), required=True, help="format to write"),
         _option("-o", dest="target", metavar="PATH", type=_path,

@@ -214,7 +214,7 @@ def export(
     source: Path, to: str, target: Path | None = None, stage: int | None = None, torque_Nm: float | None = None,
     overwrite: bool = False,
 ) -> None:  # fmt: skip
-    """Write a basis, a gearbox or results in the format of another program."""
+    """Write a basis, a gearbox, a set or results in the format of another program."""
     from pmor.app.export import export_file
 
     _say(f"{export_file(source, to, target, stage=stage, torque_Nm=torque_Nm, overwrite=overwrite)}: written")

@@ -38,7 +38,7 @@ def export_file(
     Parameters
     ----------
     source : Path or str
-        A basis; a REXS file for a case; a file of results for tables; a gearbox file for REXS, without results.
+        A basis; a REXS file for a case; a file of results for tables; a gearbox or set file for REXS, without results.
     to : {"case", "csv", "fmu", "rexs", "vtkhdf"}
         A case; tables of a sweep or of results; a unit for co-simulation; the pair with results as REXS; an animation.
     target : Path or str, optional
@@ -85,15 +85,7 @@ def export_file(
         refuse_beyond_memory(reduced.basis.case)
         export(reduced, path, overwrite)
     elif to == "rexs" and source.suffix == ".toml":
-        from pmor.machine.loader import load
-        from pmor.machine.to_rexs import write_gearbox_rexs
-
-        file = load(source)
-        for case in file.cases.values():
-            refuse_beyond(case, "rexs")
-        if file.model.sets:
-            raise CaseError(f"{source}: [[sets]]: planetary sets are not written: leave them out of the file")
-        write_gearbox_rexs(file, (), (), path, overwrite)
+        _machine(source, path, overwrite)
     else:
         export_model(_reduced(source), to, path, overwrite, torque_Nm)
     return path
@@ -156,6 +148,23 @@ def _case(source: Path, path: Path, overwrite: bool, stage: int | None) -> None:
     case = import_rexs(source, stage=stage)
     with atomic_path(path, overwrite) as temporary:
         temporary.write_text(case.text, encoding="utf-8")
+
+
+def _machine(source: Path, path: Path, overwrite: bool) -> None:
+    """Write a set or a gearbox as REXS, without results."""
+    from pmor.machine.loader import load
+    from pmor.machine.to_rexs import write_gearbox_rexs
+    from pmor.sets.loader import is_set
+    from pmor.sets.loader import load as load_set
+    from pmor.sets.to_rexs import write_set_rexs
+
+    if is_set(source):
+        write_set_rexs(load_set(source), None, path, overwrite)
+        return
+    file = load(source)
+    for case in file.cases.values():
+        refuse_beyond(case, "rexs")
+    write_gearbox_rexs(file, (), (), path, overwrite)
 
 
 def _reduced(source: Path) -> ReducedPair:

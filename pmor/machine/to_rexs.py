@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from pmor.export.rexs.document import Attributes, Document, Value
+from pmor.export.rexs.springs import springs
 from pmor.export.rexs.write import ACROSS, ALONG, add_gear, stage_attributes
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.duty import shares
@@ -23,9 +24,6 @@ from pmor.machine.rexs_results import GEARS, Numbers, found_attributes
 from pmor.machine.rolling_bearing import STEEL_MODULUS, STEEL_RATIO, BallBearing, RollerBearing
 from pmor.machine.settings import HOUSING, Bearing, LoadCase, Mesh, Shaft
 from pmor.storage.atomic import atomic_path
-
-# What stands for rigid, N/m and N mm/rad.
-STIFF = 1e20
 
 
 @dataclass
@@ -125,7 +123,8 @@ def _add_bearings(draft: _Draft) -> None:
         }  # fmt: skip
         number = _add_rolling(document, bearing, at)
         if number is None:
-            number = document.add("concept_bearing", bearing.name, **at, **_springs(bearing))
+            stiffness = springs(bearing.radial_N_per_mm, bearing.axial_N_per_mm, bearing.tilt_Nmm_per_rad)
+            number = document.add("concept_bearing", bearing.name, **at, **stiffness)
         draft.bearings[bearing.name] = number
         outer = casing if bearing.to == HOUSING else draft.shafts[bearing.to]
         document.relate("side", assembly=number, inner_part=draft.shafts[bearing.shaft], outer_part=outer)
@@ -133,20 +132,6 @@ def _add_bearings(draft: _Draft) -> None:
             point = document.add("reduction_point", bearing.name, support_vector=place)
             document.relate("ordered_assembly", assembly=group, part=point)
             document.relate("reference", origin=point, referenced=number)
-
-
-def _springs(bearing: Bearing) -> Attributes:
-    def per_m(value: float | str) -> float:
-        return STIFF if value == "rigid" else 0.0 if value == "free" else 1e3 * float(value)
-
-    tilt = bearing.tilt_Nmm_per_rad
-    return {
-        "radial_stiffness": per_m(bearing.radial_N_per_mm),
-        "radial_force_absorption": bearing.radial_N_per_mm != "free",
-        "axial_stiffness": per_m(bearing.axial_N_per_mm),
-        "axial_force_absorption": "no_direction" if bearing.axial_N_per_mm == "free" else "both_directions",
-        "bending_stiffness": STIFF if tilt == "rigid" else 0.0 if tilt == "free" else tilt,
-    }
 
 
 def _add_rolling(document: Document, bearing: Bearing, at: Attributes) -> int | None:

@@ -182,12 +182,7 @@ def face_load_figure(solved: SetSolution, torque: int) -> Figure:
     """Line load over the face of each mesh, added up over tooth pairs, mean over the mesh cycle."""
     with panels(1, 7.2, 4.2, legend=3) as (figure, (axes,)):
         for number, one in enumerate(solved.train.meshes):
-            meshed = one.pair.meshed
-            load = solved.face_loads(number).load_N_per_mm[torque].sum(axis=1).mean(axis=0)
-            z = meshed.sections.z
-            if meshed.mirrored:
-                inside = z < 0.0
-                z, load = np.concatenate([z, -z[inside][::-1]]), np.concatenate([load, load[inside][::-1]])
+            z, load = solved.face_line(torque, number)
             name = " - ".join(solved.train.bodies[body].name for body in one.bodies)
             axes.plot(z, load, "-" if one.bodies[0] == 0 else "--", label=legend_label(name))
         axes.set(xlabel="z from mid width [mm]", ylabel="Line load, mean over\nthe mesh cycle [N/mm]")

@@ -22,6 +22,7 @@ from pmor.sets.figures import (
 from pmor.sets.loader import SetFile
 from pmor.sets.readings import Data, set_data
 from pmor.sets.solution import SetSolution
+from pmor.sets.to_rexs import why_no_rexs
 from pmor.sets.tolerances import Samples
 from pmor.work.results import Report
 from pmor.work.table import Columns, table, text_lines
@@ -35,6 +36,8 @@ FILES = (
 SAMPLE_FILES = ("tolerances.csv", "tolerances.png")
 #: with pins
 PIN_FILES = ("pins.png",)
+#: where REXS has words for the set
+REXS_FILES = ("set.rexs",)
 
 TORQUE_COLUMNS: Columns = {
     "torque [N m]": "torque_Nm",
@@ -156,6 +159,8 @@ def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, fail
                               "width, beyond that of its hub, at the nominal torque; lines: planets.",
                               ring_figure(solved, nominal), "svg"))  # fmt: skip
     blocks.append(MODEL)
+    if file.plan.planets and (reason := why_no_rexs(file)):
+        blocks.append(f"set.rexs is left out: {reason}.")
     if solved.plan.clockwise:
         blocks.append("The first gear is loaded clockwise: angles and tooth numbers count clockwise.")
     if file.notes:

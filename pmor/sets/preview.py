@@ -14,6 +14,7 @@ from pmor.pair.model import gear_pair
 from pmor.sets.loader import SetFile
 from pmor.sets.pins import PlanetsOnPins
 from pmor.sets.settings import SetSections
+from pmor.sets.to_rexs import why_no_rexs
 from pmor.work.cost import COMPILING, FINITE_ELEMENTS, START, Stage, refuse_beyond_memory, stages
 
 # *Measured*, seconds: of a mesh in a position, of the sections in contact in it to the third power; root stress of both
@@ -37,7 +38,7 @@ def plan(file: SetFile) -> str:
         When the finite elements of a mesh take more memory than there is.
     """
     refuse_large_set(file)
-    parts = [list(lines) for lines in (_gears(file), _meshes(file), _loads(file), _cost(file), _left_out())]
+    parts = [list(lines) for lines in (_gears(file), _meshes(file), _loads(file), _cost(file), _left_out(file))]
     parts.append([f"! {note}" for note in (*file.changed, *file.notes)])
     return "\n\n".join("\n".join(lines) for lines in parts if lines)
 
@@ -154,7 +155,8 @@ def stages_of_set(file: SetFile) -> list[Stage]:
     return [*found, Stage(PAGE, 0, PAGE_S)]
 
 
-def _left_out() -> Iterator[str]:
+def _left_out(file: SetFile) -> Iterator[str]:
     yield "Left out: what, because"
-    for what, why in NEVER:
+    reason = why_no_rexs(file)
+    for what, why in (*NEVER, *([("set.rexs", reason)] if reason else ())):
         yield f"  {what:<34} {why}"

@@ -23,10 +23,11 @@ from pmor.sets.figures import (
     tolerance_figure,
 )
 from pmor.sets.loader import SetFile
-from pmor.sets.output import FILES, PIN_FILES, SAMPLE_FILES, nominal_torque, set_report, set_text
+from pmor.sets.output import FILES, PIN_FILES, REXS_FILES, SAMPLE_FILES, nominal_torque, set_report, set_text
 from pmor.sets.readings import Data, set_data
 from pmor.sets.results_data import set_columns, write_set_results
 from pmor.sets.solution import SetSolution
+from pmor.sets.to_rexs import why_no_rexs, write_set_rexs
 from pmor.sets.tolerances import Samples, sample_rows
 from pmor.sets.vtkhdf import write_set
 from pmor.work.results import writing_results
@@ -149,7 +150,7 @@ class SetResult(Tabular):
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
         """Write `set.json`, `set.md`, `report.html`, the pictures, `ste.csv`, `results.h5` and `set.vtkhdf`.
 
-        With tolerances `tolerances.csv` beside them.
+        With tolerances `tolerances.csv`, and of planetary sets that REXS has words for `set.rexs`.
 
         Parameters
         ----------
@@ -160,7 +161,7 @@ class SetResult(Tabular):
         ------
         OutputError
         """
-        inputs, files = self.file.inputs, (*FILES, *SAMPLE_FILES, *PIN_FILES)
+        inputs, files = self.file.inputs, (*FILES, *SAMPLE_FILES, *PIN_FILES, *REXS_FILES)
         with writing_results(
             folder, files, self.file.whole_text, inputs=inputs, overwrite=overwrite, working=()
         ) as out:
@@ -169,6 +170,8 @@ class SetResult(Tabular):
                 write_table_csv(out / "tolerances.csv", sample_rows(self.samples, self._torques_Nm))
             self.to_csv(out / "ste.csv")
             write_set_results(self.file, self.solution, self._torques_Nm, out / "results.h5")
+            if not why_no_rexs(self.file):
+                write_set_rexs(self.file, self.solution, out / "set.rexs", overwrite=True)
             write_set(self.solution, self.file.cases, nominal_torque(self.file, self.solution), out / "set.vtkhdf")
 
     @property

@@ -133,7 +133,7 @@ class PlanetaryStage:
         )
         document: dict[str, Any] = {
             "title": printable(self.stage.name or self.path.stem), "load": load, **self.gears(*said),
-            "planets": self.places([angles[planet.number] for planet in self.planets]),
+            "planets": self.places([angles[planet.number] for planet in self.planets]) | self.pin_errors(sense),
             **supports.sections(self.sun, first, self.member_shafts()["carrier"]),
         }  # fmt: skip
         document |= {"sweep": sweep} if sweep else {}
@@ -273,6 +273,15 @@ class PlanetaryStage:
         first -= axis * (first @ axis)
         angle = sense * math.atan2(offset @ np.cross(axis, first), offset @ first)
         return round(math.degrees(angle) % 360.0, DIGITS) % 360.0
+
+    def pin_errors(self, sense: int) -> dict[str, Any]:
+        """Return by how much pins are off their places, where the file says so by the name of ours."""
+        shafts = [self.shafts(planet)[:1] for planet in self.planets]
+        said = [shaft[0].numbers_of("custom_pmor_pin_error") if shaft else [] for shaft in shafts]
+        if any(len(error) != 2 for error in said):
+            return {}
+        radial, around = np.round(1e3 * np.array(said), DIGITS).T
+        return {"radial_um": radial.tolist(), "tangential_um": (sense * around + 0.0).tolist()}
 
     def places(self, angles: Sequence[float]) -> dict[str, Any]:
         """Return the section of the planets; the first one of the file is drawn at the top."""

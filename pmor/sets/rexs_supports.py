@@ -82,7 +82,7 @@ class RexsSupports:
             self.notes.append(f"{shaft.label}: fewer than two bearings: the sun floats")
             return "free"
         gives = float(bent.flexibility[0, 0])
-        self.notes.append(f"{gear.label}: on {shaft.label} and its bearings: {1.0 / gives:.4g} N/mm across")
+        self.notes.append(f"{gear.label}: on {shaft.label} and its bearings: {_shown(gives)}")
         return _stiffness(gives, RIGID)
 
     def pins(self, planet: Component) -> dict[str, Any]:
@@ -117,7 +117,7 @@ class RexsSupports:
         if not even or len(seats) != 2:
             gives = float(planet_on_bearings(bearings, bent, [seat.place for seat in seats]).compliance[0, 0])
             rule = "of several diameters, or not held rigidly at both ends: its tilt is left out"
-            self.notes.append(f"{planet.label}: on {pin.label} and its bearings, {1.0 / gives:.4g} N/mm across; {rule}")
+            self.notes.append(f"{planet.label}: on {pin.label} and its bearings, {_shown(gives)}; {rule}")
             return {key: _stiffness(gives, RIGID)}
         (low, high), section = (seat.place for seat in seats), beam.sections[0]
         ends = ENDS[seats[0].tilt]
@@ -265,6 +265,11 @@ def joints(gearbox: Gearbox, shaft: Component) -> list[tuple[Component, int]]:
                 sides.remove(shaft.number)
                 found.append((joint, sides[0] or 0))
     return found
+
+
+def _shown(compliance: float) -> str:
+    stiffness = _stiffness(compliance, RIGID)
+    return "rigid across" if isinstance(stiffness, str) else f"{stiffness:.4g} N/mm across"
 
 
 def _stiffness(compliance: float, rigid: float) -> float | str:

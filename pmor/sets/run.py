@@ -15,7 +15,7 @@ from pmor.core.progress import quietly, stage
 from pmor.line.several import GearTrain
 from pmor.sets.loader import SetFile
 from pmor.sets.model import build_train
-from pmor.sets.output import FILES, PIN_FILES, SAMPLE_FILES
+from pmor.sets.output import FILES, PIN_FILES, REXS_FILES, SAMPLE_FILES
 from pmor.sets.result import SetResult
 from pmor.sets.solution import solve_set
 from pmor.sets.tolerances import solve_samples
@@ -94,7 +94,7 @@ def _held(file: SetFile, folder: Path | str | None, overwrite: bool) -> Abstract
     """Hold the folder of the results, where there is one."""
     if folder is None:
         return nullcontext()
-    files = (*FILES, *SAMPLE_FILES, *PIN_FILES, *(gear_files(file) if overwrite else ()))
+    files = (*FILES, *SAMPLE_FILES, *PIN_FILES, *REXS_FILES, *(gear_files(file) if overwrite else ()))
     return results_folder(Path(folder), files, (), overwrite, file.inputs)
 
 

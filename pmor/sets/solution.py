@@ -228,6 +228,18 @@ class SetSolution:
         roll = one.lines.roll.reshape(len(one.lines.roll), *force.shape[2:], 2)
         return FaceLoads(force / meshed.width, meshed.width, np.tile(roll, (self.cycles, 1, 1, 1)))
 
+    def face_line(self, torque: int, mesh: int) -> tuple[FloatArray, FloatArray]:
+        """Places over the face of a mesh, mm from mid width, and the mean over the mesh cycle of its line load, N/mm.
+
+        That is added up over tooth pairs, under a torque by its number.
+        """
+        meshed = self.placed.placed[mesh].mesh.pair.meshed
+        z, load = meshed.sections.z, self.face_loads(mesh).load_N_per_mm[torque].sum(axis=1).mean(axis=0)
+        if not meshed.mirrored:
+            return z, load
+        inside = z < 0.0
+        return np.concatenate([z, -z[inside][::-1]]), np.concatenate([load, load[inside][::-1]])
+
     @property
     def carrying(self) -> BoolArray:
         """Whether each mesh carries anything, (D, M): what is left of one that does not is round-off."""

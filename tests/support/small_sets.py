@@ -127,6 +127,60 @@ profile_elements = 3
 width_elements = 2
 """
 
+# Positions and mesh of sets, and one with all that a file of another program says of a set.
+SOLVED_SET = """[mesh]
+profile_elements = 3
+width_elements = 2
+[results]
+root_stress = false
+[sweep]
+angles_per_pitch = 6"""
+MODIFIED_SET = f"""
+title = "small set"
+[pair]
+module_mm = 4.0
+face_width_mm = 20.0
+helix_angle_deg = 10.0
+[sun]
+teeth = 18
+bore_radius_mm = 18.0
+[sun.modification]
+tip_relief_um = 15.0
+tip_relief_length_mm = 1.5
+[planet]
+teeth = 18
+bore_radius_mm = 18.0
+[planet.modification]
+helix_crowning_um = 4.0
+[planet.coast_modification]
+tip_relief_um = 10.0
+tip_relief_length_mm = 1.5
+[ring]
+teeth = 54
+internal = true
+addendum = 0.8
+shaper = {{teeth = 24, addendum = 1.25}}
+rim_thickness_mm = 12.0
+[ring.coast_modification]
+profile_crowning_um = 3.0
+[planets]
+count = 3
+radial_um = [0.0, 5.0, 0.0]
+tangential_um = [10.0, 0.0, 0.0]
+[supports]
+sun_radial_N_per_mm = 2e5
+[pins]
+diameter_mm = 30.0
+length_mm = 30.0
+middle_mm = 1.0
+bearings = [{{at_mm = -6.0}}, {{at_mm = 6.0, radial_N_per_mm = 1e6}}]
+[load]
+torque_Nm = 300.0
+speed_rpm = 1500.0
+{SOLVED_SET}
+torques_Nm = [100.0]
+"""
+
 SMALL_CHAIN = """
 [pair]
 module_mm = 4.0

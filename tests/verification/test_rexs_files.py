@@ -22,8 +22,14 @@ from pmor.gear.modification import Modification
 from pmor.machine.loader import load
 from pmor.machine.to_rexs import gearbox_rexs
 from pmor.pair.model import gear_pair
+from pmor.sets.loader import parse_set
+from pmor.sets.rexs import read_set
+from pmor.sets.run import solved
+from pmor.sets.to_rexs import set_rexs
+from pmor.work.line_gear import not_kept
 from tests.support.gearboxes import SMALL, written
 from tests.support.small_case import case_with
+from tests.support.small_sets import MODIFIED_SET, SOLVED_SET
 
 SHARED = Path(__file__).parents[2].parent / "shared" / "rexs"
 FVA, SEW = SHARED / "FVA-Industriegetriebe_2stufig_1-4.rexs", SHARED / "SEW_3-stage_cylindrical_gearbox_1.0.rexs"
@@ -113,6 +119,13 @@ def box(tmp_path_factory):
     return solved_box(tmp_path_factory.mktemp("box"))
 
 
+@pytest.fixture(scope="module")
+def planets():
+    """A helical set on pins, with modified flanks of both sides and pins off their places, solved; and its text."""
+    found = solved(parse_set(MODIFIED_SET, "planets", "planets"), lambda member: not_kept)
+    return found, set_rexs(found.file, found.solution, DATE)
+
+
 def documents():
     case = modified_case()
     yield rexs_text(case, gear_pair(case), None, DATE)
@@ -121,15 +134,15 @@ def documents():
 
 
 @beside
-def test_what_goes_out_has_the_form_of_a_rexs_file(box):
+def test_what_goes_out_has_the_form_of_a_rexs_file(box, planets):
     xmlschema = pytest.importorskip("xmlschema", reason="the form of REXS files is checked by xmlschema")
     schema = xmlschema.XMLSchema(str(SHARED / "rexs-file.xsd"))
-    for text in (*documents(), box[1]):
+    for text in (*documents(), box[1], planets[1]):
         schema.validate(ElementTree.fromstring(text))
 
 
 @beside
-def test_what_goes_out_says_only_what_the_schema_knows_in_its_units(box):
+def test_what_goes_out_says_only_what_the_schema_knows_in_its_units(box, planets):
     root = ElementTree.parse(SHARED / "rexs_schema_2.0.0.xml").getroot()
     units = {unit.get("id"): unit.get("name") for unit in root.find("units")}
     attributes = {a.get("numericId"): a for a in root.find("attributes")}
@@ -142,7 +155,7 @@ def test_what_goes_out_says_only_what_the_schema_knows_in_its_units(box):
         (relation.get("relationId"), frozenset((role.get("roleId"), role.get("componentId")) for role in one))
         for relation in root.find("relations") for one in relation.find("allowedCombinations")
     }  # fmt: skip
-    for text in (*documents(), box[1]):
+    for text in (*documents(), box[1], planets[1]):
         model = ElementTree.fromstring(text)
         assert model.get("version") == root.get("version")
         kinds = {c.get("id"): c.get("type") for c in model.find("components")}
@@ -241,3 +254,37 @@ def test_results_of_a_gearbox_in_rexs_are_those_of_gearbox_json(box):
     across = np.hypot(float(gear["force_acting_on_shaft_v"]), float(gear["force_acting_on_shaft_w"]))
     np.testing.assert_allclose(across, tangential, rtol=1e-3)
     np.testing.assert_allclose(float(gear["torque_acting_on_shaft_u"]), -60.0, rtol=1e-3)
+
+
+def test_a_set_in_rexs_reads_back_as_itself(planets, tmp_path):
+    """The same transmission error, under every torque; mesh and positions of the sweep are no part of the file."""
+    found, text = planets
+    (tmp_path / "planets.rexs").write_bytes(text)
+    back = read_set(tmp_path / "planets.rexs")
+    assert back.changed == ()
+    again = solved(parse_set(back.text.replace("[sweep]", SOLVED_SET), "planets", "back"), lambda member: not_kept)
+    np.testing.assert_allclose(again.ste_um, found.ste_um, rtol=1e-9)
+
+
+def test_results_of_a_set_in_rexs_are_those_of_the_set(planets):
+    found, text = planets
+    stage = attributes(text, "planetary_stage", "small set", 1)
+    np.testing.assert_allclose(stage["custom_pmor_transmission_error"], found.ste_um[1], rtol=1e-14)
+    mesh = attributes(text, "cylindrical_stage", "planet 2 - ring", 1)
+    entry = found.data["meshes"][3]
+    assert entry["name"] == "planet 2 - ring"
+    assert float(mesh["face_load_factor_contact_stress"]) == entry["k_h_beta"]
+    place, load_there = mesh["load_distribution_node_positions"], mesh["load_distribution_along_face_width"]
+    assert (np.diff(place) > 0.0).all()
+    np.testing.assert_allclose(place[0] + place[-1], 20.0, atol=1e-9)
+    # By few sections over the face.
+    np.testing.assert_allclose(load_there.mean() * 20.0, entry["force_mean_N"], rtol=0.1)
+    # Axial forces of all gears are in balance, and the sun's torque is that of the load.
+    gears = [attributes(text, kind, name, 1) for kind, name in (
+        ("cylindrical_gear", "sun"), ("ring_gear", "ring"), *(("cylindrical_gear", f"planet {n}") for n in (1, 2, 3))
+    )]  # fmt: skip
+    axial = [float(gear["force_acting_on_shaft_u"]) for gear in gears]
+    assert abs(sum(axial)) < 1e-9 * abs(axial[0])
+    assert float(gears[0]["torque_acting_on_shaft_u"]) == pytest.approx(-300.0, rel=1e-6)
+    torques = [attributes(text, "external_load", "Torque", case)["torque_around_u_axis"] for case in (0, 1)]
+    assert list(map(float, torques)) == [100.0, 300.0]

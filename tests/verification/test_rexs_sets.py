@@ -11,8 +11,10 @@ import pmor
 from pmor.body.beam import Beam, CircularSection, ShaftMaterial
 from pmor.body.seated_beam import BeamSeat, seated_beam
 from pmor.core.errors import CaseError
-from pmor.sets.loader import is_set, load
+from pmor.sets.loader import is_set, load, parse_set
 from pmor.sets.rexs_supports import RexsSupports
+from pmor.sets.to_rexs import set_rexs, why_no_rexs
+from tests.support.small_sets import SMALL_CHAIN, SMALL_SET
 
 PLANETS = Path(__file__).parents[3] / "shared" / "rexs" / "FVA_Planetary_stage_-_Minus_gearing_1.1.rexs"
 beside = pytest.mark.skipif(not PLANETS.is_file(), reason="the public REXS files are not beside the project")
@@ -142,3 +144,39 @@ def test_a_plan_has_gears_meshes_cost_and_assumptions():
     text = pmor.plan_set(PLANETS)
     for words in ("planet 3", "3 x 22/61 teeth", "finite elements, sun-planet", "in all", "! ring_gear 58"):
         assert words in text
+
+
+@pytest.mark.parametrize("change", [
+    ("[mesh]", '[supports]\nsun_radial_N_per_mm = "free"\nplanet_radial_N_per_mm = 4e5\n[mesh]'),
+    ("torque_Nm = 300.0", 'torque_Nm = -1200.0\non = "carrier"\nheld = "ring"'),
+    ("torque_Nm = 300.0", 'torque_Nm = 900.0\non = "ring"\nheld = "sun"\nspeed_rpm = 100.0'),
+    ("count = 3\ntangential_um = [10.0, ", "count = 4\nmissing = [2]\ntangential_um = [10.0, 3.0, "),
+    ("[mesh]", "[pins]\ndiameter_mm = 30.0\ninner_mm = 9.0\nlength_mm = 36.0\nends = \"supported\"\n"
+     "bearings = [{at_mm = 2.0, tilt_Nmm_per_rad = 1e9}]\n[mesh]"),
+], ids=["springs", "carrier", "sun held", "a planet missing", "supported pins"])  # fmt: skip
+def test_a_set_goes_out_and_comes_back_as_it_is(change, tmp_path):
+    """What it stands on, how it is loaded, where its pins are."""
+    assert change[0] in SMALL_SET
+    file = parse_set(SMALL_SET.replace(*change), "small", "small")
+    (tmp_path / "small.rexs").write_bytes(set_rexs(file, None, "2026-01-01T00:00:00+00:00"))
+    back = load(tmp_path / "small.rexs")
+    assert back.sections.load == file.sections.load
+    assert back.changed == ()
+    assert [case.pair for case in back.cases.values()] == [case.pair for case in file.cases.values()]
+    for name in ("free", "compliance", "displacement", "load"):
+        expected = getattr(file.plan, name)
+        assert_allclose(getattr(back.plan, name), expected, rtol=1e-8, atol=1e-12 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    (SMALL_CHAIN, "not trains on fixed axes"),
+    (SMALL_SET.replace("torque_Nm = 300.0", "torque_Nm = -300.0"), "counter-clockwise: give it the other sign"),
+    (f"{SMALL_SET}[supports]\nring_radial_N_per_mm = 1e5\n", "across alone: leave the others out"),
+    (f"{SMALL_SET}[carrier]\nradial_N_per_mm = 1e5\n", "leave \\[carrier\\] out"),
+    (f"{SMALL_SET}[eccentricity]\nsun_um = 5.0\n", "leave \\[eccentricity\\] out"),
+    (f"{SMALL_SET}[ring.coast_modification]\nhelix_slope_um = 5.0\n", "alike from both ends.*no helix_slope_um"),
+    (SMALL_SET.replace("rim_thickness_mm = 12.0",
+                       "rim_thickness_mm = 12.0\nheld = {lugs = 4, lug_deg = 10.0}"), "leave held and seats out"),
+], ids=["train", "clockwise", "ring", "carrier", "eccentric", "one way", "lugs"])  # fmt: skip
+def test_what_rexs_has_no_words_for_is_told_with_what_to_do(text, words):
+    assert re.search(words, why_no_rexs(parse_set(text, "small", "small")))

@@ -153,7 +153,7 @@ def _profile_crowning(component: Component, profile: FileFlank, found: Found) ->
     amounts = [component.number_of(f"profile_crowning_at_{end}") or 0.0 for end in ("root", "tip")]
     top = component.number_of("profile_highest_point")
     middle = 0.5 * sum(ends) if top is None else profile.at(top)
-    if not ends[0] < middle < ends[1]:
+    if not min(ends) < middle < max(ends):  # roll angles of a ring fall towards its tips
         found.notes.append(f"{component.label}: its highest point is not between its ends: left out")
         return
     points = (ends[0], UM * amounts[0]), (middle, 0.0), (ends[1], UM * amounts[1])
@@ -167,7 +167,7 @@ def _profile_slope(component: Component, profile: FileFlank, found: Found) -> No
     end = component.number_of("diameter_where_profile_slope_amount_is_specified", "profile_evaluation_end")
     span = (high if end is None else profile.at(end)) - (low if start is None else profile.at(start))
     amount = component.number_of("profile_slope")
-    if amount and span > 0.0:
+    if amount and span * (high - low) > 0.0:
         found.add("profile_slope_um", UM * amount * (high - low) / span)
         found.notes.append(f"{component.label}: taken as removed at the tip where it is positive: check the sign")
 

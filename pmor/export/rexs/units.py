@@ -36,8 +36,9 @@ UNITS = {
     ), "mm"),
     **dict.fromkeys((
         "axial_deflection", "custom_pmor_centre_distance", "custom_pmor_f_beta", "custom_pmor_in_plane",
-        "custom_pmor_out_of_plane", "custom_pmor_pitch_deviations", "custom_pmor_tooth_thickness_allowances",
-        "custom_pmor_transmission_error", "custom_pmor_transmission_error_peak_to_peak",
+        "custom_pmor_out_of_plane", "custom_pmor_pin_error", "custom_pmor_pitch_deviations",
+        "custom_pmor_tooth_thickness_allowances", "custom_pmor_transmission_error",
+        "custom_pmor_transmission_error_peak_to_peak",
         *(f"displacement_{side}_side_{way}" for side in ("inner", "outer") for way in "uvw"),
         *(f"displacement_{way}_of_nodes" for way in "uvw"), "effective_equivalent_misalignment_iso_6336_2006",
         "mounted_radial_bearing_clearance", "operating_radial_bearing_clearance", "radial_bearing_clearance",

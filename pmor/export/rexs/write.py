@@ -18,7 +18,7 @@ from pmor.export.rexs.document import Attributes, Document, Value
 from pmor.export.rexs.results import StageResults
 from pmor.export.rexs.rings import CUTTER, cutter_attributes, ring_attributes
 from pmor.export.rexs.stage import RING
-from pmor.gear.modification import Modification
+from pmor.gear.modification import UNMODIFIED, Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.profile import profiles
 from pmor.gear.tooth import Tooth
@@ -90,7 +90,7 @@ def stage_attributes(pair: GearPair) -> dict[str, Value]:
 
 def add_gear(
     document: Document, case: Case, pair: GearPair, number: int, name: str, place: float, datum: str = "positive",
-    **more: Value,
+    image: bool = False, back: tuple[Modification, GearPair] | None = None, **more: Value,
 ) -> tuple[int, int]:  # fmt: skip
     """Add a gear with flanks, tool, material and modifications; return its id and that of the loaded flank.
 
@@ -102,6 +102,10 @@ def add_gear(
         Where its face begins on its shaft, mm.
     datum : {"positive", "negative"}
         Where z of the case looks along the shaft.
+    image : bool
+        Whether the gear is the image, x to -x, of that of the case: of the other hand, loaded on the right flank.
+    back : (Modification, GearPair), optional
+        Of the flank that is not loaded, and the pair in which it is the pinion's; unmodified without.
     **more : str, float or sequence
         Further attributes of the gear.
     """
@@ -111,7 +115,7 @@ def add_gear(
     gear = document.add(
         RING if said.internal else "cylindrical_gear", name, number_of_teeth=said.teeth,
         normal_module=case.pair.module_mm,
-        helix_angle_reference_diameter=(-said.sign if number else 1) * case.pair.helix_angle_deg,
+        helix_angle_reference_diameter=(-said.sign if number else 1) * (-1 if image else 1) * case.pair.helix_angle_deg,
         face_width=_rounded(high - low), u_coordinate_on_shaft=_rounded(place), datum_face_orientation=datum,
         tip_diameter=2.0 * abs(tooth.tip_radius), **(ring_attributes(said, tooth) if said.internal else inner),
         **blank_attributes(said.blank), **more,
@@ -128,8 +132,14 @@ def add_gear(
     kind, cuts = (CUTTER, cutter_attributes(said, tooth)) if said.internal else ("rack_shaped_tool", cuts)
     tool = document.add(kind, f"Tool of the {name}", **cuts)
     settings = document.add("cylindrical_gear_manufacturing_settings")
+    own = (case.pinion_modification, case.wheel_modification)[number]
+    sides = "left", "right"
+    loaded, other = sides[::-1] if image else sides
+    modified = {loaded: profiles(pair)[number].in_roll_angles(own)}
+    if back is not None:
+        modified[other] = profiles(back[1])[0].in_roll_angles(back[0])
     flanks = {}
-    for side in ("left", "right"):
+    for side in sides:
         keys: dict[str, Value] = {
             "normal_pressure_angle": case.pair.pressure_angle_deg,
             "addendum_modification_coefficient": said.profile_shift, "tooth_tip_chamfer": said.tip_chamfer_mm,
@@ -138,18 +148,16 @@ def add_gear(
             keys["custom_pmor_tip_rounding"] = said.tip_rounding_mm
         if said.tooth_thickness_allowance_um:
             keys["custom_pmor_tooth_thickness_allowances"] = said.tooth_thickness_allowance_um
-        own = (case.pinion_modification, case.wheel_modification)[number]
-        modification = profiles(pair)[number].in_roll_angles(own)
-        if side == "left" and modification.pitch_deviations_um:
+        modification = modified.get(side, UNMODIFIED)
+        if modification.pitch_deviations_um:
             keys["custom_pmor_pitch_deviations"] = modification.pitch_deviations_um
         flanks[side] = document.add("cylindrical_gear_flank", f"{side} flank of the {name}", **keys)
         document.relate("manufacturing_step", workpiece=flanks[side], tool=tool, manufacturing_settings=settings)
-        if side == "left":
-            for kind, attributes in _modifications(modification, tooth, high - low):
-                part = document.add(kind, "", **attributes)
-                document.relate("reference", origin=flanks[side], referenced=part)
+        for kind, attributes in _modifications(modification, tooth, high - low):
+            part = document.add(kind, "", **attributes)
+            document.relate("reference", origin=flanks[side], referenced=part)
     document.relate("flank", gear=gear, **flanks)
-    return gear, flanks["left"]
+    return gear, flanks[loaded]
 
 
 def _modifications(one: Modification, tooth: Tooth, width: float) -> list[tuple[str, Mapping[str, Value]]]:
