@@ -22,6 +22,13 @@ if TYPE_CHECKING:
 
 #: formats, and what their files end with; tables are files in a folder
 ENDINGS = {"case": ".toml", "csv": "_tables", "fmu": ".fmu", "rexs": ".rexs", "vtkhdf": ".vtkhdf"}
+# What answers, and what a set leaves in place of a basis, which it has none of.
+TAKEN = {
+    "csv": "takes a basis or results.h5; pmor set leaves results.h5 of a set",
+    "fmu": "takes a basis, which a set has none of",
+    "rexs": "takes a basis, or the file of a gearbox or set; pmor set leaves set.rexs with results of a set",
+    "vtkhdf": "takes a basis; pmor set leaves set.vtkhdf of a set",
+}
 # Formats that arguments belong to.
 TAKEN_BY = {"stage": "case", "torque_Nm": "fmu"}
 _LOG = logging.getLogger("pmor.export")
@@ -80,14 +87,14 @@ def export_file(
         from pmor.export.vtkhdf import export
         from pmor.work.cost import refuse_beyond_memory
 
-        reduced = _reduced(source)
+        reduced = _reduced(source, to)
         refuse_beyond(reduced.basis.case, "vtkhdf")
         refuse_beyond_memory(reduced.basis.case)
         export(reduced, path, overwrite)
     elif to == "rexs" and source.suffix == ".toml":
         _machine(source, path, overwrite)
     else:
-        export_model(_reduced(source), to, path, overwrite, torque_Nm)
+        export_model(_reduced(source, to), to, path, overwrite, torque_Nm)
     return path
 
 
@@ -167,11 +174,17 @@ def _machine(source: Path, path: Path, overwrite: bool) -> None:
     write_gearbox_rexs(file, (), (), path, overwrite)
 
 
-def _reduced(source: Path) -> ReducedPair:
+def _reduced(source: Path, to: str) -> ReducedPair:
     from pmor.storage.basis_file import read_basis
+    from pmor.storage.compliance_file import COMPLIANCE_SCHEMA
+    from pmor.storage.hdf5 import schema_name
+    from pmor.storage.results_file import SET_RESULTS_SCHEMA
     from pmor.work.cost import refuse_large_basis
     from pmor_online.model import reduced_pair
 
+    of_sets = (SET_RESULTS_SCHEMA.name, COMPLIANCE_SCHEMA.name)
+    if source.is_dir() or source.suffix in (".json", ".toml") or schema_name(source) in of_sets:
+        raise CaseError(f"{source}: --to {to} {TAKEN[to]}")
     refuse_large_basis(source)
     return reduced_pair(read_basis(source))
 
@@ -186,7 +199,7 @@ def _tables(source: Path, folder: Path, overwrite: bool) -> None:
     if schema_name(source) in RESULTS_KINDS:
         _write_tables(file_entries(source), source.name, folder, overwrite, (source,))
         return
-    reduced = _reduced(source)
+    reduced = _reduced(source, "csv")
     refuse_large_sweep_of(reduced.basis.case, reduced.meshed)
     about = f"{source.name}, case {reduced.basis.case.name}"
     export_sweep(sweep_case(reduced), reduced.meshed.pair, about, folder, overwrite)

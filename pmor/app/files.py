@@ -7,6 +7,7 @@ from pathlib import Path
 
 from pmor.app.full import FullModel, full_model
 from pmor.campaigns.describe import folder_text
+from pmor.core.errors import FileFormatError
 from pmor.core.progress import Progress, Steps, quietly
 from pmor.core.shown import brief
 from pmor.export.sweep_tables import file_entries
@@ -64,6 +65,8 @@ def info(path: Path | str) -> str:
         When the file is foreign, damaged, or of another version.
     """
     source = Path(path)
+    if source.suffix == ".json":
+        raise FileFormatError(f"{source}: is text, which any editor opens: name an HDF5 file, as results.h5 beside it")
     return folder_text(source) if source.is_dir() else file_text(source)
 
 

@@ -87,6 +87,19 @@ def test_the_results_file_and_its_tables_are_in_balance(job, tmp_path):
     assert "<table>" in found_in_python._repr_html_()
 
 
+@pytest.mark.parametrize(("arguments", "words"), [
+    (("export", "results.h5", "--to", "vtkhdf"), "pmor set leaves set.vtkhdf of a set"),
+    (("export", "results.h5", "--to", "rexs"), "pmor set leaves set.rexs"),
+    (("export", ".", "--to", "csv"), "pmor set leaves results.h5"),
+    (("export", "set.json", "--to", "fmu"), "which a set has none of"),
+    (("info", "set.json"), "name an HDF5 file, as results.h5 beside it"),
+], ids=["animation", "rexs", "folder", "unit", "numbers"])  # fmt: skip
+def test_files_of_a_set_that_are_no_basis_are_refused_with_what_to_take(arguments, words, job, monkeypatch, capsys):
+    monkeypatch.chdir(job[1])
+    assert main(list(arguments)) == 2
+    assert words in capsys.readouterr().err
+
+
 def test_tooth_pairs_of_a_results_file_go_on_from_pitch_to_pitch(job, undrawn, tmp_path):
     """Pinions turn uniformly: each pair stays one pitch before the next one."""
     folder = shutil.copytree(job[1], tmp_path / "out")
