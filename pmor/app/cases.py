@@ -53,6 +53,8 @@ class Settings(TypedDict, total=False):
     internal: bool
     root_fillet_mm: float
     held: Literal["outside"] | Section
+    seat_radial_N_per_mm: float | Literal["rigid", "free"]
+    seat_tangential_N_per_mm: float | Literal["rigid", "free"]
     profile_shift: float
     addendum: float
     dedendum: float

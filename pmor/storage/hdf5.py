@@ -23,10 +23,11 @@ from typing import Any
 import h5py
 import numpy as np
 
-from pmor.core.errors import CaseError, FileFormatError, GeometryError
+from pmor.core.errors import CaseError, FileFormatError, GeometryError, OutputError
 from pmor.core.version import __version__
 from pmor.storage.atomic import atomic_path, refuse_existing
 from pmor.storage.layout import Field, Layout, check_layout, check_values
+from pmor.storage.manifest import foreign_words, is_ours
 from pmor.storage.seal import CONTENTS, DESCRIPTIONS, checksums, contents_checksum, descriptions_checksum
 from pmor.storage.structure import Damaged, check_plain, items_of
 
@@ -194,6 +195,13 @@ def schema_name(path: Path) -> str | None:
             return str(_claimed(file, "schema"))
     except Damaged:
         return None
+
+
+def refuse_other_kind(path: Path, schema: Schema) -> None:
+    """Raise OutputError for what is in the place of a file of ours, unless it was ours, or is of its kind."""
+    if not is_ours(path) and schema_name(path) != schema.name:
+        reason = f"{foreign_words(path)}: no {schema.name.removeprefix('pmor-')} to replace"
+        raise OutputError(f"{path}: {reason}; move it away, or choose another folder")
 
 
 def read(group: h5py.Group, name: str, field: Field | None = None) -> np.ndarray:

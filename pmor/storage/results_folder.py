@@ -14,7 +14,6 @@ from pathlib import Path
 
 from pmor.core.errors import OutputError
 from pmor.storage.atomic import ensure_folder, ensure_writable, output_errors, remove_abandoned
-from pmor.storage.hdf5 import Schema, schema_name
 from pmor.storage.lock import only_writer_in_folder
 from pmor.storage.manifest import (
     MANIFEST,
@@ -89,13 +88,6 @@ def refuse_in_the_way(paths: Sequence[Path], overwrite: bool, inputs: Sequence[P
         if no_file or not (overwrite or is_ours(path)):
             remedy = "choose another place" + ("" if no_file else ", or pass overwrite=True")
             raise OutputError(f"{path}: {foreign_words(path)}; {remedy}")
-
-
-def refuse_other_kind(path: Path, schema: Schema) -> None:
-    """Raise OutputError for what is in the place of a file of ours, unless it was ours, or is of its kind."""
-    if not is_ours(path) and schema_name(path) != schema.name:
-        reason = f"{foreign_words(path)}: no {schema.name.removeprefix('pmor-')} to replace"
-        raise OutputError(f"{path}: {reason}; move it away, or choose another folder")
 
 
 def start_results(folder: Path, text: str) -> None:

@@ -29,7 +29,7 @@ from pmor.storage.compliance_file import (
     write_compliance,
 )
 from pmor.storage.content_key import key_of
-from pmor.storage.results_folder import refuse_other_kind
+from pmor.storage.hdf5 import refuse_other_kind
 
 _LOG = logging.getLogger("pmor.work")
 

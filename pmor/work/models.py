@@ -22,7 +22,7 @@ from pmor.core.progress import Steps, quietly, stage
 from pmor.pair.model import ElasticModel, MeshModel, mesh_model, model_of_solved
 from pmor.reduction.basis import Basis
 from pmor.storage.basis_file import BASIS_SCHEMA, read_basis, require_made_from
-from pmor.storage.results_folder import refuse_other_kind
+from pmor.storage.hdf5 import refuse_other_kind
 from pmor.work import offline
 from pmor.work.kernels import kernels_beside
 from pmor.work.online import run_online, with_comparison
