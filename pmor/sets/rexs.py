@@ -133,7 +133,7 @@ class PlanetaryStage:
         )
         document: dict[str, Any] = {
             "title": printable(self.stage.name or self.path.stem), "load": load, **self.gears(*said),
-            "planets": self.places([angles[planet.number] for planet in self.planets]) | self.pin_errors(sense),
+            "planets": self.places([angles[planet.number] for planet in self.planets], sense) | self.pin_errors(sense),
             **supports.sections(self.sun, first, self.member_shafts()["carrier"]),
         }  # fmt: skip
         document |= {"sweep": sweep} if sweep else {}
@@ -283,9 +283,10 @@ class PlanetaryStage:
         radial, around = np.round(1e3 * np.array(said), DIGITS).T
         return {"radial_um": radial.tolist(), "tangential_um": (sense * around + 0.0).tolist()}
 
-    def places(self, angles: Sequence[float]) -> dict[str, Any]:
-        """Return the section of the planets; the first one of the file is drawn at the top."""
-        steps = np.diff([*angles, angles[0] + 360.0])
-        if np.abs(steps - 360.0 / len(angles)).max() < EVENLY:
+    def places(self, angles: Sequence[float], sense: int) -> dict[str, Any]:
+        """Return the section of the planets; the first one of the file is drawn at the top but for a name of ours."""
+        steps, first = np.diff([*angles, angles[0] + 360.0]), self.stage.number_of("custom_pmor_first_planet") or 0.0
+        if not first and np.abs(steps - 360.0 / len(angles)).max() < EVENLY:
             return {"count": len(angles)}
-        return {"count": len(angles), "positions_deg": [round(angle, DIGITS) for angle in angles]}
+        turned = [round((angle + sense * first) % 360.0, DIGITS) for angle in angles]
+        return {"count": len(angles), "positions_deg": turned}

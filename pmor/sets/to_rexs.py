@@ -6,6 +6,7 @@ angles and tolerances of the set file are left out.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
@@ -19,7 +20,7 @@ from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair
 from pmor.sets.layout import SECOND_PLANET
 from pmor.sets.loader import SetFile
-from pmor.sets.rexs import ONE_WAY, STAGE
+from pmor.sets.rexs import DIGITS, ONE_WAY, STAGE
 from pmor.sets.rexs_results import mesh_attributes, shaft_force, stage_results
 from pmor.sets.settings import Carrier, Eccentricity, Supports
 from pmor.sets.solution import SetSolution
@@ -100,7 +101,8 @@ class _Draft:
         add, relate = self.document.add, self.document.relate
         self.unit = add("gear_unit", said.title, model_name=self.file.name)
         self.casing = add("gear_casing", "Housing")
-        self.stage = add(STAGE, said.title)
+        first: Attributes = {"custom_pmor_first_planet": self.first_deg} if self.first_deg else {}
+        self.stage = add(STAGE, said.title, **first)
         carrier = add("planet_carrier", "Carrier")
         for part in (self.casing, self.stage):
             relate("assembly", assembly=self.unit, part=part)
@@ -127,6 +129,12 @@ class _Draft:
         return self.document.text(date)
 
     @property
+    def first_deg(self) -> float:
+        """Place of the first planet that is there, counter-clockwise from the y axis."""
+        body = self.file.plan.bodies[self.file.plan.planets[0]]
+        return round(math.degrees(math.atan2(-body.x, body.y)), DIGITS) + 0.0
+
+    @property
     def cheeks_mm(self) -> tuple[float, float]:
         """Where the pins end, along the axis."""
         pins, width = self.file.sections.pins, max(self.widths)
@@ -150,10 +158,10 @@ class _Draft:
             case, pair, gear = (outer, pairs[1], 1) if number == RING else (inner, pairs[0], int(number > RING))
             more = {**(speed if body.name == load.on else {}), **self.pin_error(number)}
             self.shaft(body.name, *pair.faces[gear], (body.x, body.y), (bore, 0.0), more)
-            back = outer.pinion_modification if number > RING else None
+            back = (outer.pinion_modification, pairs[1]) if number > RING else None
             made, _ = add_gear(
                 self.document, case, pair, gear, body.name, 0.0, image=number == RING,
-                back=(back, pairs[1]) if back else None, support_vector=[0.0, body.x, body.y], u_axis_vector=ALONG,
+                back=back, support_vector=[0.0, body.x, body.y], u_axis_vector=ALONG,
                 w_axis_vector=ACROSS,
             )  # fmt: skip
             self.gears.append(made)

@@ -153,7 +153,9 @@ def test_a_plan_has_gears_meshes_cost_and_assumptions():
     ("count = 3\ntangential_um = [10.0, ", "count = 4\nmissing = [2]\ntangential_um = [10.0, 3.0, "),
     ("[mesh]", "[pins]\ndiameter_mm = 30.0\ninner_mm = 9.0\nlength_mm = 36.0\nends = \"supported\"\n"
      "bearings = [{at_mm = 2.0, tilt_Nmm_per_rad = 1e9}]\n[mesh]"),
-], ids=["springs", "carrier", "sun held", "a planet missing", "supported pins"])  # fmt: skip
+    ("count = 3", "count = 3\npositions_deg = [170.0, 290.0, 50.0]"),
+    ("bore_radius_mm = 18.0\n[ring]", "bore_radius_mm = 27.0\n[ring]\ntooth_thickness_allowance_um = [-60.0, -50.0]"),
+], ids=["springs", "carrier", "sun held", "a planet missing", "supported pins", "turned", "thin rim"])  # fmt: skip
 def test_a_set_goes_out_and_comes_back_as_it_is(change, tmp_path):
     """What it stands on, how it is loaded, where its pins are."""
     assert change[0] in SMALL_SET

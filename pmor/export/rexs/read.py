@@ -237,6 +237,8 @@ class _Draft:
 
     def _bore(self, gear: Component, root_radius: float, radius: float, module: float) -> float:
         """Radius at which the body is held: of its bore, or of the shaft that it sits on."""
+        if own := gear.number_of("custom_pmor_thin_rim_bore"):
+            return _rounded(0.5 * own)
         bore = gear.number_of("inner_diameter") or next(
             (body.number_of("inner_diameter") for body in self.gearbox.beside(gear.number, "gear_body")), None
         )

@@ -51,7 +51,9 @@ def ring_keys(
     if cutters and (cutter := cutters[-1]).number_of("number_of_teeth"):
         keys["shaper"] = _shaper(cutter, module)
     else:
-        if root is not None:
+        if own := gear.number_of("custom_pmor_dedendum"):
+            keys["dedendum"] = own
+        elif root is not None:
             keys["dedendum"] = float(f"{(0.5 * abs(root) - radius) / module + shift:.9g}")
         if fillet := gear.number_of("custom_pmor_root_fillet"):
             keys["root_fillet_mm"] = fillet
@@ -107,7 +109,10 @@ def ring_attributes(said: GearCase, tooth: Tooth) -> dict[str, Value]:
     found: dict[str, Value] = {
         "root_diameter": _rounded(-2.0 * tooth.root_radius), "custom_pmor_rim_thickness": said.rim_thickness_mm or 0.0
     }  # fmt: skip
-    return found if said.shaper else found | {"custom_pmor_root_fillet": _rounded(tooth.root_fillet)}
+    # The root circle has the allowance of the tooth thickness in it.
+    own: dict[str, Value] = {"custom_pmor_root_fillet": _rounded(tooth.root_fillet),
+                             "custom_pmor_dedendum": said.dedendum}  # fmt: skip
+    return found if said.shaper else found | own
 
 
 def _shaper(cutter: Component, module: float) -> dict[str, Any]:

@@ -11,7 +11,7 @@ UNITS = {
         "coordinate_where_helix_crowning_is_specified_datum_face",
         "coordinate_where_helix_crowning_is_specified_non_datum_face", "coordinates_of_topographical_modification",
         "custom_pmor_hole_radius", "custom_pmor_holes_on_radius", "custom_pmor_hub_radius", "custom_pmor_hub_width",
-        "custom_pmor_tip_rounding", "custom_pmor_web_offset", "custom_pmor_web_profile",
+        "custom_pmor_thin_rim_bore", "custom_pmor_tip_rounding", "custom_pmor_web_offset", "custom_pmor_web_profile",
         "custom_pmor_web_thickness",
         "diameter_where_profile_crowning_root_is_specified",
         "diameter_where_profile_crowning_tip_is_specified", "diameter_where_profile_slope_amount_is_specified",
@@ -45,7 +45,8 @@ UNITS = {
         "radial_deflection_in_v", "radial_deflection_in_w",
     ), "mum"),
     **dict.fromkeys((
-        "angular_position_around_u", "custom_pmor_first_hole", "custom_pmor_hole_length", "custom_pmor_pinion_angle",
+        "angular_position_around_u", "custom_pmor_first_hole", "custom_pmor_first_planet",
+        "custom_pmor_hole_length", "custom_pmor_pinion_angle",
         "helix_angle_reference_diameter", "normal_pressure_angle",
         "point_coordinates_angle_about_u_axis", "pressure_angle", "torsion_u",
         *(f"tilting_{side}_side_{way}" for side in ("inner", "outer") for way in "vw"),

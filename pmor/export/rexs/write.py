@@ -15,6 +15,7 @@ import numpy as np
 from pmor.case import Case, GearCase
 from pmor.export.rexs.blanks import blank_attributes
 from pmor.export.rexs.document import Attributes, Document, Value
+from pmor.export.rexs.read import LEAST_RIM
 from pmor.export.rexs.results import StageResults
 from pmor.export.rexs.rings import CUTTER, cutter_attributes, ring_attributes
 from pmor.export.rexs.stage import RING
@@ -112,6 +113,8 @@ def add_gear(
     said: GearCase = (case.pair.pinion, case.pair.wheel)[number]
     tooth, (low, high) = (pair.pinion, pair.wheel)[number], pair.faces[number]
     inner = {} if said.bore_radius_mm is None else {"inner_diameter": _rounded(2.0 * said.bore_radius_mm)}
+    if said.bore_radius_mm is not None and tooth.root_radius - said.bore_radius_mm < LEAST_RIM * case.pair.module_mm:
+        inner["custom_pmor_thin_rim_bore"] = inner["inner_diameter"]
     gear = document.add(
         RING if said.internal else "cylindrical_gear", name, number_of_teeth=said.teeth,
         normal_module=case.pair.module_mm,
