@@ -171,6 +171,8 @@ def _machine(source: Path, path: Path, overwrite: bool) -> None:
     file = load(source)
     for case in file.cases.values():
         refuse_beyond(case, "rexs")
+    if file.model.sets:
+        raise CaseError(f"{source}: [[sets]]: planetary sets are not written: leave them out of the file")
     write_gearbox_rexs(file, (), (), path, overwrite)
 
 
