@@ -37,9 +37,7 @@ class RingDeflection:
     least_um: FloatArray
 
 
-def ring_deflection(
-    placed: PlacedTrain, found: SeveralResults, pitches: int, clockwise: bool
-) -> RingDeflection | None:
+def ring_deflection(placed: PlacedTrain, found: SeveralResults, pitches: int, clockwise: bool) -> RingDeflection | None:
     """Return the deflection of the first ring of a train that meshes at several places; None without one.
 
     NaN where positions did not converge.

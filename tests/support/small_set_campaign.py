@@ -3,13 +3,16 @@
 from tests.support.small_sets import SMALL_SET
 
 BASE = SMALL_SET.replace("tangential_um = [10.0, 0.0, 0.0]\n", "")
-STEPPED = BASE.replace("[planet]\nteeth = 18", "[planet]\nteeth = 20") + """
+STEPPED = (
+    BASE.replace("[planet]\nteeth = 18", "[planet]\nteeth = 20")
+    + """
 [second_planet]
 teeth = 16
 bore_radius_mm = 14.0
 [second_pair]
 module_mm = 3.95
 """
+)
 DESIGNS = """
 set = "set.toml"
 [designs]
