@@ -137,6 +137,7 @@ def test_a_model_refuses_a_format_that_it_does_not_have(model, tmp_path):
         model.export(tmp_path / "x", to="step")
 
 
+@pytest.mark.slow
 def test_the_script_in_cases_walks_from_a_gearbox_to_the_page(tmp_path, monkeypatch, caplog, undrawn):
     caplog.set_level("INFO")
     monkeypatch.setattr(sys, "argv", ["rexs_to_page.py", str(tmp_path / "out")])

@@ -124,6 +124,7 @@ def test_line_contact_has_no_shapes_to_compare(tmp_path, capsys):
     assert "no trained shapes to compare" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_counted_solves_are_those_of_the_offline_stage(case, model, compared, tmp_path):
     by_label = {entry["label"]: entry for entry in compared.entries}
     greedy = compared.entries[0]["solves"]

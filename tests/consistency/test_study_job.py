@@ -145,6 +145,7 @@ def test_the_page_and_the_markdown_show_all_pictures(finished):
     assert set(re.findall(r"\]\((.+?)\)", (finished / "study.md").read_text())) == PICTURES
 
 
+@pytest.mark.slow
 def test_finished_parts_are_taken_over_and_the_rest_is_done(folder, finished, started, undrawn):
     """A part that is not there, and a cell without its basis."""
     before = table_of(finished)
@@ -195,6 +196,7 @@ def test_failed_positions_are_named_and_empty(folder, tmp_path, monkeypatch, cap
     assert all(row["ste_mean_um"] is not None for row in table["rows"])
 
 
+@pytest.mark.slow
 @pytest.mark.jit
 def test_a_piece_that_fails_altogether_does_not_stop_the_others(folder, tmp_path, monkeypatch, started, undrawn):
     def failing(*arguments):

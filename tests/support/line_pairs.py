@@ -26,9 +26,8 @@ PAIRS = {
         "mesh": {"element": "hex20", "profile_elements": 3, "width_elements": 2},
     },
 }
+HOLED = {"mesh": {"profile_elements": 4, "width_elements": 2}, "wheel": {"teeth": 31, "bore_radius_mm": 25.0}}
 WHEEL_HOLES = {
-    "mesh": {"profile_elements": 4, "width_elements": 2},
-    "wheel": {"teeth": 31, "bore_radius_mm": 25.0},
     "wheel.blank": {"rim_thickness_mm": 6.0, "web_thickness_mm": 6.0, "hub_radius_mm": 29.0},
     "wheel.blank.holes": {"count": 4, "radius_mm": 6.0, "on_radius_mm": 40.0},
 }
@@ -37,8 +36,8 @@ PINION_HOLES = {
     "pinion.blank.holes": {"count": 6, "radius_mm": 2.5, "on_radius_mm": 27.5, "first_deg": 7.0},
 }
 PAIRS |= {
-    "holes": PINION_HOLES | WHEEL_HOLES,
-    "helical holes": {"pair": {"helix_angle_deg": 20.0}, **WHEEL_HOLES},
+    "holes": HOLED | PINION_HOLES,
+    "helical holes": {"pair": {"helix_angle_deg": 20.0}, **HOLED, **WHEEL_HOLES},
 }
 
 

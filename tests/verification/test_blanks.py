@@ -451,7 +451,7 @@ def frame_at(node):
 @pytest.mark.parametrize(
     ("helix", "holes", "element"),
     [
-        (18.0, HOLES, "hex8i"),
+        pytest.param(18.0, HOLES, "hex8i", marks=pytest.mark.slow),
         pytest.param(18.0, HOLES | {"length_deg": 40.0}, "hex8i", marks=pytest.mark.slow),
         pytest.param(0.0, None, "hex20", marks=pytest.mark.slow),
         pytest.param(0.0, HOLES, "hex20", marks=pytest.mark.slow),
@@ -667,7 +667,12 @@ AT = {"radius_mm": 0.9, "on_radius_mm": 9.75}
 
 @pytest.mark.parametrize(
     ("count", "changes"),
-    [(8, {}), (12, {"radius_mm": 0.7}), (3, {"length_deg": 60.0}), pytest.param(3, {}, marks=pytest.mark.slow)],
+    [
+        (8, {}),
+        (12, {"radius_mm": 0.7}),
+        pytest.param(3, {"length_deg": 60.0}, marks=pytest.mark.slow),
+        pytest.param(3, {}, marks=pytest.mark.slow),
+    ],
 )
 def test_the_transmission_error_has_the_orders_that_teeth_and_holes_share(count, changes):
     _, ste = holed_wheel(count=count, **AT | changes)
@@ -684,6 +689,7 @@ def test_as_many_holes_as_teeth_leave_the_gear_cyclic():
     assert_allclose(support.between(5, 4), support.between(1, 0))
 
 
+@pytest.mark.slow
 def test_holes_turned_by_a_tooth_shift_the_transmission_error_by_a_pitch():
     one, turned = (holed_wheel(count=5, first_deg=first, **AT)[1] for first in (11.0, 11.0 + 360.0 / TEETH))
     # The wheel turns clockwise.

@@ -71,6 +71,7 @@ def test_teeth_with_pitch_deviations_are_stressed_each_by_itself_as_those_of_the
     assert pinion.cycle.range_MPa[0, :, 0].argmax() == 5
 
 
+@pytest.mark.slow
 def test_teeth_of_a_ring_at_lugs_are_stressed_as_those_of_the_pair(tmp_path):
     ring = "internal = true\naddendum = 0.8\nroot_fillet_mm = 0.6\nrim_thickness_mm = 12.0\n"
     text = (

@@ -145,6 +145,7 @@ def test_shafts_and_set_agree_about_how_hubs_move_and_what_forces_act(folder, tr
     assert np.hypot(*spring[1:]) < 0.1 * math.hypot(300.0, 100.0)
 
 
+@pytest.mark.slow
 def test_a_planetary_stage_and_a_pair_hand_on_torques_speeds_and_losses(folder):
     file = load(written_reducer(folder, TWO_STAGES))
     target = folder / "out"
