@@ -11,28 +11,32 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from pmor.body.blank import LEFT_OUT, Blank, Ring, signed_teeth
+from pmor.body.blank import Blank, signed_teeth
 from pmor.body.far_compliance import FaceResponse, FarCompliance, FarTeeth, far_compliance
 from pmor.body.fillet_stress import FilletPoints, FilletStress, sector_stress
+from pmor.body.on_blank import (
+    OnBlank,
+    on_blank,
+    onto_all_nodes,
+    side_coordinates,
+    stress_by_the_rim,
+    stress_of_the_web,
+    support_on_blank,
+    turned,
+)
 from pmor.body.rim_motion import LEAST_MOVED, RimMotion, even_on_the_cut, rim_motion
-from pmor.body.rim_stress import NEIGHBOURS, REACH, RimStress, face_patterns, leading, rim_stress
+from pmor.body.rim_stress import NEIGHBOURS, leading
 from pmor.body.root_stress import other_hand
 from pmor.body.support import (
-    Change,
     Support,
-    added_by_the_last,
-    amplitudes_by_holes,
     forces_of_holes,
     moved_elsewhere,
-    support_of_holes,
 )
-from pmor.body.web_stress import WebStress, stress_by_holes, stress_of_revolution
+from pmor.body.web_stress import WebStress
 from pmor.core.arrays import FloatArray
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.condensation import CondensedSector, condense_sector
-from pmor.fe.element import tributary_widths
 from pmor.fe.fillet import FilletMesh
-from pmor.fe.lugs import Lugs
 from pmor.fe.ring import ring_compliance, symmetric_coordinates
 from pmor.fe.sector import SectorMesh
 from pmor.fe.surface_layer import inverse_flank_stiffness
@@ -151,8 +155,8 @@ def elastic_gear(
 
     support, web_stress, on, other = None, None, None, None
     if blank is None:
-        to = _coordinates(mesh)
-        load, side = to @ load, _turned(to, side, to)
+        to = side_coordinates(mesh)
+        load, side = to @ load, turned(to, side, to)
         reach = neighbours + 1 if far is None else max(neighbours + 1, mesh.teeth // 2)
         faces = _bored_ring(mesh, side, reach)
         response: FaceResponse = partial(_of_bored_ring, faces)
@@ -160,12 +164,12 @@ def elastic_gear(
         by_face = [np.hstack([faces(k), faces(k + 1)]) @ load[:, :n_flank] for k in sectors]
         moved = np.stack([np.concatenate([own_face, before]) for before, own_face in pairwise(by_face)])
     else:
-        on = _on_blank(mesh, blank, load, side, own[:n_flank, :n_flank], neighbours, points is not None)
+        on = on_blank(mesh, blank, load, side, own[:n_flank, :n_flank], neighbours, points is not None)
         to, load, response, moved = on.to, on.load, on.response, on.flank.ring.moved
         # Of a gear with several meshes any two teeth may be loaded together.
         reach = neighbours if far is None else mesh.teeth - 1
-        support = None if on.change is None else _of_holes(mesh, on, neighbours, reach)
-        web_stress = _of_the_web(mesh, on) if blank.stress else None
+        support = None if on.change is None else support_on_blank(mesh, on, neighbours, reach)
+        web_stress = stress_of_the_web(mesh, on) if blank.stress else None
 
     displacement, stress, told = np.empty((0, n_side, n_flank)), None, None
     of_interface = np.zeros((2 * neighbours + 1, 0, n_flank))
@@ -212,7 +216,7 @@ class _Told(NamedTuple):
 
 def _of_a_flank(
     mesh: SectorMesh, back: bool, neighbours: int, load: FloatArray, own: FloatArray, moved: FloatArray,
-    told: _Told | None, on: _OnBlank | None, layer: FloatArray | None,
+    told: _Told | None, on: OnBlank | None, layer: FloatArray | None,
 ) -> tuple[FloatArray, FilletStress | None]:  # fmt: skip
     """Return the compliance between equal flanks of teeth, of all of their nodes, and the stress in the fillets.
 
@@ -231,7 +235,7 @@ def _of_a_flank(
     """
     count = moved.shape[2]
     columns = slice(count, 2 * count) if back else slice(0, count)
-    onto = _onto_all_nodes(mesh, back)
+    onto = onto_all_nodes(mesh, back)
     flanks = np.stack([load.T @ face for face in moved])
     flanks[neighbours] += own[:, columns]
     stress = None
@@ -241,7 +245,7 @@ def _of_a_flank(
         stress = _of_the_fillets(told.points, shown, onto)
         if on is not None:
             bent = told.of_faces + told.of_flanks @ load.T
-            stress = replace(stress, rim=_by_the_rim(mesh, on, back, bent, told.points.shape))
+            stress = replace(stress, rim=stress_by_the_rim(mesh, on, back, bent, told.points.shape))
     compliance = np.ascontiguousarray(flanks[:, columns])
     if back or len(mesh.middles):
         compliance = np.stack([onto @ (onto @ block.T).T for block in compliance])
@@ -250,85 +254,11 @@ def _of_a_flank(
     return compliance, stress
 
 
-def _onto_all_nodes(mesh: SectorMesh, back: bool) -> sp.csr_array:
-    """Unknowns of all nodes of a flank, of the other one in its image, from those of nodes that elements have."""
-    if not back:
-        return completion(mesh, mesh.flank)
-    return sp.csr_array(sp.diags_array(np.tile([-1.0, 1.0, 1.0], mesh.back.size)) @ completion(mesh, mesh.back))
-
-
 def _layer_of_the_image(mesh: SectorMesh, layer: FloatArray | None) -> FloatArray | None:
     if layer is None or mesh.twist_per_length == 0.0:
         return layer
     order, sign = other_hand(len(layer), len(mesh.z))
     return layer[order[:, None], order] * sign[:, None] * sign
-
-
-class _Pressed(NamedTuple):
-    """What forces on a flank do, and their patterns that matter at the faces, where these were asked for."""
-
-    ring: Ring
-    patterns: FloatArray | None
-
-
-class _OnBlank(NamedTuple):
-    """A blank with enough harmonics; faces of a sector, loads there, what these do, what makes teeth differ.
-
-    `other` is of the other flank where it carries and may be unlike, `response` what any loads on the faces do.
-    """
-
-    blank: Blank
-    to: sp.csr_array
-    load: FloatArray
-    flank: _Pressed
-    other: _Pressed | None
-    change: tuple[Change, int] | None
-    response: FaceResponse
-    ring_under: Callable[[FloatArray, int], Ring]
-
-
-def _on_blank(
-    mesh: SectorMesh, blank: Blank, of_nodes: FloatArray, held: FloatArray, own: FloatArray, neighbours: int,
-    with_stress: bool,
-) -> _OnBlank:  # fmt: skip
-    """Put a sector on a blank, with as many harmonics as it needs: loads on faces under forces on the flanks."""
-    lines, sides = _line_loads(mesh), _coordinates(mesh)
-    while True:
-        to = sp.block_diag([sides, blank.coordinates(mesh)], format="csr")
-        of_faces, stiffness, patterns, reach = to @ of_nodes, _turned(to, held, to), None, 0
-        load = of_faces[:, : len(own)]
-        if with_stress or blank.stress:
-            patterns, reach = face_patterns(load), min(mesh.teeth // 2, REACH) if with_stress else 0
-        ring = blank.ring(mesh, stiffness, load, neighbours, lines, patterns, reach)
-        change, added = blank.change(mesh.twist_per_length), ring.added
-        if blank.web is not None and change is not None:
-            added = added + added_by_the_last(ring.felt @ lines, ring.flexibility, change[0], mesh.teeth, change[1])
-        itself = np.einsum("ik,ik->k", lines, own @ lines + load.T @ (ring.moved[neighbours] @ lines))
-        wider = blank.wider(mesh.teeth)
-        if wider is None or (added <= LEFT_OUT * itself).all():
-            other, backs = None, of_faces[:, len(own) :]
-            # On a body of revolution by dimensions the flanks of straight teeth are images of each other.
-            if backs.size and (change is not None or blank.body is not None or mesh.twist_per_length != 0.0):
-                kept, none = None if patterns is None else face_patterns(backs), np.zeros((backs.shape[1], 0))
-                other = _Pressed(blank.ring(mesh, stiffness, backs, neighbours, none, kept, reach), kept)
-            ring_under = partial(_ring_under, mesh, blank, stiffness)
-            response = partial(_of_blank, mesh, ring_under)
-            return _OnBlank(blank, to, of_faces, _Pressed(ring, patterns), other, change, response, ring_under)
-        blank = wider
-
-
-def _ring_under(mesh: SectorMesh, blank: Blank, stiffness: FloatArray, forces: FloatArray, reach: int) -> Ring:
-    """What any forces on the faces of sector 0 do to those of sectors up to a reach, on a blank."""
-    return blank.ring(mesh, stiffness, forces, reach, np.zeros((forces.shape[1], 0)))
-
-
-def _of_blank(
-    mesh: SectorMesh, ring_under: Callable[[FloatArray, int], Ring], forces: FloatArray
-) -> Callable[[int], FloatArray]:
-    """Displacement of the faces of sector k by forces on those of sector 0, on a blank."""
-    reach = mesh.teeth // 2
-    moved = ring_under(forces, reach).moved
-    return lambda k: moved[(k + reach) % mesh.teeth]
 
 
 def _of_bored_ring(faces: Callable[[int], FloatArray], forces: FloatArray) -> Callable[[int], FloatArray]:
@@ -356,14 +286,14 @@ def _between_far_teeth(mesh: SectorMesh, faces: FaceResponse, load: FloatArray, 
 
 
 def _of_the_rim(
-    mesh: SectorMesh, to: sp.csr_array, load: FloatArray, response: FaceResponse, on: _OnBlank | None
+    mesh: SectorMesh, to: sp.csr_array, load: FloatArray, response: FaceResponse, on: OnBlank | None
 ) -> RimMotion:
     """Motion of a ring's root between teeth under forces on all nodes of the flank."""
     even = even_on_the_cut(mesh)
     forces = np.zeros((to.shape[1], even.shape[1]))
     forces[: len(even)] = even
     forces = to @ forces
-    moved, onto = response(forces), _onto_all_nodes(mesh, False)
+    moved, onto = response(forces), onto_all_nodes(mesh, False)
     count = onto.shape[1]
     cyclic = np.stack([(onto @ (load[:, :count].T @ moved(-k))).T for k in range(mesh.teeth)])
     if on is None or on.change is None:
@@ -386,65 +316,6 @@ def with_layer(gear: ElasticGear) -> ElasticGear:
     return replace(gear, compliance=_reciprocal(compliance), sector=sector, layer_columns=0)
 
 
-def _coordinates(mesh: SectorMesh) -> sp.csr_array:
-    """Symmetric coordinates of both side faces, left and right."""
-    both = (symmetric_coordinates(mesh, nodes_of_elements(mesh, side))[0] for side in (mesh.left, mesh.right))
-    return sp.block_diag(list(both), format="csr")
-
-
-def _line_loads(mesh: SectorMesh) -> FloatArray:
-    """Even loads of 1 N on each row of nodes of the flank, around the axis: of nodes that elements have, (n, rows)."""
-    share = tributary_widths(mesh.z, mesh.order)
-    rows = np.zeros((*mesh.flank.shape, 3, len(mesh.flank)))
-    for row in range(len(mesh.flank)):
-        rows[row, :, 0, row] = share / share.sum()
-    return np.asarray(completion(mesh, mesh.flank).T @ rows.reshape(-1, len(mesh.flank)))
-
-
-def _of_holes(mesh: SectorMesh, on: _OnBlank, neighbours: int, reach: int) -> Support:
-    """Part of low rank of the compliance of all nodes of the flank, and of the other one where that carries."""
-    assert on.change is not None
-    (softening, holes), (ring, _) = on.change, on.flank
-    felt, count = ring.felt, ring.felt.shape[2]
-    if on.other is not None:
-        felt = np.concatenate([felt, on.other.ring.felt], axis=2)
-    found = support_of_holes(felt, ring.flexibility, softening, signed_teeth(mesh), holes, neighbours, reach)
-    rows, backs = np.asarray(_onto_all_nodes(mesh, False) @ found.rows[:count]), None
-    if on.other is not None:
-        backs = np.asarray(_onto_all_nodes(mesh, True) @ found.rows[count:])
-    return replace(found, rows=rows, backs=backs)
-
-
-def _by_the_rim(mesh: SectorMesh, on: _OnBlank, back: bool, bent: FloatArray, shape: tuple[int, int, int]) -> RimStress:
-    """Stress by the rim under forces on all nodes of a flank."""
-    pressed = on.other if back else on.flank
-    assert pressed is not None
-    ring, patterns = pressed
-    assert patterns is not None
-    forces = np.zeros((0, 1, patterns.shape[1]), dtype=complex)
-    if on.change is not None:
-        forces = forces_of_holes(ring.felt, ring.flexibility, on.change[0], signed_teeth(mesh), on.change[1], patterns)
-    found = rim_stress(bent, shape, ring, patterns, forces, signed_teeth(mesh))
-    return replace(found, rows=np.asarray(_onto_all_nodes(mesh, back) @ found.rows))
-
-
-def _of_the_web(mesh: SectorMesh, on: _OnBlank) -> WebStress:
-    """Stress on the surfaces of a web under forces on all nodes of the flank."""
-    blank, (ring, patterns) = on.blank, on.flank
-    assert patterns is not None
-    if blank.web is None or on.change is None:
-        assert blank.gauges is not None
-        places = blank.gauges.places(blank.blocks[blank.gauges.block])
-        found = stress_of_revolution(places, ring.shown, patterns, mesh.teeth, mesh.twist_per_length)
-    else:
-        softening, holes = on.change
-        assert not isinstance(softening, Lugs)
-        eased = amplitudes_by_holes(ring.felt, ring.flexibility, softening, mesh.teeth, holes, patterns)
-        material = blank.youngs_modulus, blank.poisson_ratio
-        found = stress_by_holes(blank.web, eased, patterns, *material, mesh.twist_per_length)
-    return replace(found, pattern=np.asarray((_onto_all_nodes(mesh, False) @ found.pattern.T).T))
-
-
 def _bored_ring(mesh: SectorMesh, stiffness: FloatArray, reach: int) -> Callable[[int], FloatArray]:
     """Displacement of side face k by unit forces on side face 0, the bore held: callable, of k up to `reach`."""
     sides = len(stiffness) // 2
@@ -459,11 +330,6 @@ def _bored_ring(mesh: SectorMesh, stiffness: FloatArray, reach: int) -> Callable
         return np.asarray(blocks[k] if k >= 0 else blocks[-k].T)
 
     return faces
-
-
-def _turned(left: sp.csr_array, matrix: FloatArray, right: sp.csr_array) -> FloatArray:
-    """Matrix in other coordinates of its rows and columns."""
-    return np.asarray(left @ (right @ matrix.T).T)
 
 
 def _of_the_fillets(points: FilletPoints, stress: FloatArray, onto: sp.csr_array) -> FilletStress:

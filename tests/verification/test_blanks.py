@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 
 import pmor.body.elastic_gear
 import pmor.body.far_compliance
+import pmor.body.on_blank
 import pmor.body.rim_stress
 import pmor.body.support
 import pmor.fe.perforated_web
@@ -460,7 +461,7 @@ def frame_at(node):
 )
 def test_sectors_on_a_blank_are_the_whole_gear_in_one_matrix(helix, holes, element, monkeypatch):
     monkeypatch.setattr(pmor.body.support, "LEAST_MOVED", 1e-12)
-    monkeypatch.setattr(pmor.body.elastic_gear, "LEFT_OUT", np.inf)  # with the harmonics that it begins with
+    monkeypatch.setattr(pmor.body.on_blank, "LEFT_OUT", np.inf)  # with the harmonics that it begins with
     case = case_of(helix, web_offset_mm=3.0, holes=holes)
     across = 2 if element == "hex8i" else 1
     case = change_case(case, profile_elements=2, width_elements=across, layer_depth=0.05, element=element)
@@ -480,7 +481,7 @@ def test_both_flanks_of_a_thin_rimmed_planet_are_the_whole_gear_in_one_matrix(he
     """Of the flank and of the other one of all teeth, under forces on the flank of one, through rim, web and holes."""
     monkeypatch.setattr(pmor.body.far_compliance, "LEFT_OUT", 1e-12)
     monkeypatch.setattr(pmor.body.support, "LEAST_MOVED", 1e-12)
-    monkeypatch.setattr(pmor.body.elastic_gear, "LEFT_OUT", np.inf)  # with the harmonics that it begins with
+    monkeypatch.setattr(pmor.body.on_blank, "LEFT_OUT", np.inf)  # with the harmonics that it begins with
     case = case_of(helix, web_offset_mm=3.0, holes=holes)
     case = change_case(case, profile_elements=2, width_elements=2, layer_depth=0.05, element="hex8i")
     mesh = sector_of(case)[0]
@@ -522,7 +523,7 @@ def test_stress_at_the_feet_of_all_teeth_is_that_of_the_whole_gear_in_one_matrix
     """Rim of 0.64 modules: what is beyond the teeth next to the loaded one, and what holes add, is of all patterns."""
     for name in ("LEAST_FORCE", "LEAST_STRESS"):
         monkeypatch.setattr(pmor.body.rim_stress, name, 1e-7)
-    monkeypatch.setattr(pmor.body.elastic_gear, "LEFT_OUT", np.inf)  # with the harmonics that it begins with
+    monkeypatch.setattr(pmor.body.on_blank, "LEFT_OUT", np.inf)  # with the harmonics that it begins with
     case = case_of(helix, web_offset_mm=3.0, holes=holes)
     across = 2 if element == "hex8i" else 1
     case = change_case(case, profile_elements=2, width_elements=across, layer_depth=0.05, element=element)
@@ -557,13 +558,13 @@ def moved_by_itself(gear):
 @pytest.mark.parametrize("holes", [None, HOLES])
 def test_last_harmonics_add_what_the_gear_with_fewer_is_stiffer_by(holes, monkeypatch):
     monkeypatch.setattr(pmor.body.support, "LEAST_MOVED", 1e-12)
-    monkeypatch.setattr(pmor.body.elastic_gear, "LEFT_OUT", np.inf)
+    monkeypatch.setattr(pmor.body.on_blank, "LEFT_OUT", np.inf)
     case, told = case_of(holes=holes), []
     mesh = sector_of(case)[0]
     blank = blank_below(case, case.pair.pinion, gear_pair(case).pinion, mesh, 0)
-    ring, added = Blank.ring, pmor.body.elastic_gear.added_by_the_last
+    ring, added = Blank.ring, pmor.body.on_blank.added_by_the_last
     monkeypatch.setattr(Blank, "ring", lambda *given: told.append(ring(*given)) or told[-1])
-    monkeypatch.setattr(pmor.body.elastic_gear, "added_by_the_last", lambda *g: told.append(added(*g)) or told[-1])
+    monkeypatch.setattr(pmor.body.on_blank, "added_by_the_last", lambda *g: told.append(added(*g)) or told[-1])
     fewer = replace(blank, largest=blank.largest - mesh.teeth)
     if holes:
         monkeypatch.setattr(pmor.fe.perforated_web, "TO_A_WAVE", 0.0)  # the same mesh for all
@@ -584,7 +585,7 @@ def test_as_many_harmonics_are_taken_as_it_needs(holes, monkeypatch):
     monkeypatch.setattr(pmor.pair.blank, "TO_A_HOLE", 0.5)
     found = moved_by_itself(elastic_model(case, mesh_model(case)).pinion)
     assert_allclose(found, expected, rtol=LEFT_OUT)
-    monkeypatch.setattr(pmor.body.elastic_gear, "LEFT_OUT", np.inf)
+    monkeypatch.setattr(pmor.body.on_blank, "LEFT_OUT", np.inf)
     few = moved_by_itself(elastic_model(case, mesh_model(case)).pinion)
     assert (few < expected * (1.0 - LEFT_OUT)).all()
 
