@@ -189,7 +189,7 @@ def test_levels_of_a_category_are_kept_by_their_boxes(page, data):
 
 def test_the_front_is_what_comparing_each_with_each_finds(page, data):
     keys = [column.key for column in data.columns]
-    for first, second in itertools.permutations(("ste_um", "pressure_MPa", "mass_kg"), 2):
+    for first, second in itertools.combinations(("ste_um", "pressure_MPa", "mass_kg"), 2):
         for signs in itertools.product((1, -1), repeat=2):
             values = [keys.index(first), signs[0], keys.index(second), signs[1]]
             choose(page, ".explorer .objectives select", [str(value) for value in values])
