@@ -85,6 +85,8 @@ def _fit(model: GearboxModel, loads: Sequence[SolvedLoad], pairs: Mapping[str, R
         max(float(face_load_factor(line_states(mesh.sweep))[0]) for mesh in found)
         for found in (meshes, solved_anew(model, alike, pairs, number, fitted))
     )
+    if after >= before:  # a level load: what is left is that fewer angles are solved with the flank that was found
+        helix, after = Helix(0.0, 0.0), before
     return Fit(name, tuple(load.load.name for load in alike), *helix, before, after)
 
 

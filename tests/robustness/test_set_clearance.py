@@ -174,4 +174,5 @@ def test_four_thousand_sets_run_without_overlap_or_are_refused():
     tally = check_sets(4000, 6)
     print(tally)  # noqa: T201
     assert tally["accepted"] > 400
-    assert min(tally[reason] for reason in ("assembly", "neighbours", "fillet", "tips")) > 10
+    # Ring and planet differ by as many teeth as sun and planet have together: tips that pass are of other pairs.
+    assert min(tally[reason] for reason in ("assembly", "neighbours", "fillet", "fillet room")) > 10
