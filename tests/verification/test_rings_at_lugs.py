@@ -156,12 +156,13 @@ def solved_at_once(matrix, held, seats, mesh, rows_of, teeth):
     load[rows_of(0, own)] = full.T.toarray()
     solved = spla.splu(bordered).solve(load)
     root, share, found = mesh.left[: len(mesh.z)], tributary_widths(mesh.z, mesh.order) / np.ptp(mesh.z), []
-    x, y = mesh.nodes[root[0], :2] / np.linalg.norm(mesh.nodes[root[0], :2])
+    x, y = mesh.nodes[root, :2].T / np.linalg.norm(mesh.nodes[root, :2], axis=1)
     for k in teeth:
         back = rotation_z(-k * mesh.angular_pitch)
         moved, between = (np.einsum("ij,njm->nim", back, solved[rows_of(k, nodes)].reshape(len(nodes), 3, -1)).real
                           for nodes in (own, root))  # fmt: skip
-        mean = np.array([[x, y, 0.0], [-y, x, 0.0]]) @ np.tensordot(share, between, axes=1)
+        cylindrical = np.stack([[x, y, 0.0 * x], [-y, x, 0.0 * x]])
+        mean = np.einsum("n,cin,nim->cm", share, cylindrical, between)
         found.append((full @ moved.reshape(3 * len(own), -1), mean))
     return found
 
