@@ -182,18 +182,28 @@ def on_supports(
         lines = lines._replace(gap=lines.gap + rows @ meshed.hubs.offset)
     if not any(supports):
         return lines, total
-    (column, share), node_rows = meshed.carriers
     pairs = [lines.first_pair + place for place in range(meshed.tooth_pair_count)]
     gears = meshed.pair.pinion, meshed.pair.wheel
     for gear, (support, sense) in enumerate(zip(supports, (1, -1), strict=True)):
         if support is not None:  # wheel teeth count against tooth pairs
-            rows = carried_rows(
-                support.rows, (column[gear], share[gear]), node_rows[gear], lines.row[..., gear],
-                lines.gradient[:, :, gear],
-            )  # fmt: skip
-            by_pair = np.split(rows, meshed.tooth_pair_count, axis=1)
+            by_pair = np.split(section_patterns(meshed, lines, gear, support.rows), meshed.tooth_pair_count, axis=1)
             total += support_flexibility(support, abs(gears[gear].teeth), by_pair, [sense * pair for pair in pairs])
     return lines, total
+
+
+def section_patterns(meshed: LayeredPair, lines: Lines, gear: int, patterns: FloatArray) -> FloatArray:
+    """Return what unit forces in placed sections are in patterns of forces over a flank of a gear, (A, N, q).
+
+    Parameters
+    ----------
+    gear : int
+        0 the pinion, 1 the wheel.
+    patterns : ndarray, shape (n, q)
+    """
+    (column, share), node_rows = meshed.carriers
+    return carried_rows(
+        patterns, (column[gear], share[gear]), node_rows[gear], lines.row[..., gear], lines.gradient[:, :, gear]
+    )
 
 
 def no_results(conditions: int, angles: int, size: int, pairs: int, differentiated: bool) -> LineResults:

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from pmor.body.section_compliance import ROWS
-from pmor.body.support import carried_rows, carried_shapes, support_flexibility
+from pmor.body.support import carried_shapes, support_flexibility
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.line.hubs import HUB, hub_rows
@@ -29,7 +29,7 @@ from pmor.line.kernels.several import (
 )
 from pmor.line.kernels.tip_corner import Corner, LineLaw
 from pmor.line.layered_pair import place_sections
-from pmor.line.pair import LinePair
+from pmor.line.pair import LinePair, section_patterns
 from pmor.line.train import TrainBody, TrainMesh
 
 TILTS = (3, 4)
@@ -365,15 +365,10 @@ class PlacedTrain:
             uses = ((one, gear, n) for one, n in cycles for gear in range(2) if one.mesh.bodies[gear] == number)
             for one, gear, in_a_pitch in uses:
                 meshed, pairs = one.mesh.pair.meshed, one.mesh.pair.meshed.tooth_pair_count
-                (column, share), node_rows = meshed.carriers
                 flipped = one.mesh.image != body.image
                 patterns = body.support.backs if flipped else body.support.rows
                 assert patterns is not None
-                of_mesh = carried_rows(
-                    patterns, (column[gear], share[gear]), node_rows[gear], one.lines.row[..., gear],
-                    one.lines.gradient[:, :, gear],
-                )  # fmt: skip
-                rows += np.split(of_mesh, pairs, axis=1)
+                rows += np.split(section_patterns(one.mesh.pair.meshed, one.lines, gear, patterns), pairs, axis=1)
                 # In its image a tooth has the opposite number.
                 sense = -1 if flipped else 1
                 tooth += list(sense * section_teeth(one)[:, :: len(meshed.width), gear].T)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.body.rim_motion import RimMotion
-from pmor.body.support import carried_rows
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.line.kernels.several import SeveralResults
+from pmor.line.pair import section_patterns
 from pmor.line.several import LATER, PlacedMesh, PlacedTrain, section_teeth
 
 # Angles whose displacements are held at once.
@@ -55,7 +55,7 @@ def ring_deflection(placed: PlacedTrain, found: SeveralResults, pitches: int, cl
     if body is None or body.rim_motion is None:
         return None
     rim, meshes = body.rim_motion, [(n, one) for n, one in enumerate(placed.placed) if one.mesh.bodies[1] == number]
-    uses = [(n, one, _rows(rim, one)) for n, one in meshes]
+    uses = [(n, one, section_patterns(one.mesh.pair.meshed, one.lines, 1, rim.rows)) for n, one in meshes]
     (torques, count), angles, first = found.converged.shape, len(placed.phi), np.empty(0)
     most, least = np.full(torques, -np.inf), np.full(torques, np.inf)
     for start in range(0, count, angles):
@@ -72,14 +72,6 @@ def ring_deflection(placed: PlacedTrain, found: SeveralResults, pitches: int, cl
     places = np.degrees(side * _places(meshes[0][1], float(placed.phi[0]))) % 360.0
     order = np.argsort(places)
     return RingDeflection(places[order], first[:, order] * [1.0, side * image], most, least)
-
-
-def _rows(rim: RimMotion, one: PlacedMesh) -> FloatArray:
-    """Patterns of forces on the ring by unit forces in the sections of a mesh, (a, n, r)."""
-    (column, share), node_rows = one.mesh.pair.meshed.carriers
-    return carried_rows(
-        rim.rows, (column[1], share[1]), node_rows[1], one.lines.row[..., 1], one.lines.gradient[:, :, 1]
-    )
 
 
 def _under(
