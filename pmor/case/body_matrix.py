@@ -12,10 +12,12 @@ import zipfile
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 
 from pmor.case.body import UNITS, BodyMatrix, MatrixCase
+from pmor.case.seats import refuse_half
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
 
@@ -23,8 +25,6 @@ from pmor.core.errors import CaseError
 FORCES = {"mm": 1.0, "m": 1.0, "in": 4.4482216152605}
 # Nodes stand off the radius of their cylinder by so much of it at most: the digits of files.
 ON_CYLINDER = 2e-4
-# Differences of entries that mirror each other, over the largest entry: seven digits in files.
-UNSYMMETRIC = 1e-6
 # Work of a rigid motion, over that of single nodes that move as far; a thin web still has 1e-5 along the axis.
 RIGID = 1e-8
 MOTIONS = ("along x", "along y", "along z", "about x", "about y", "about z")
@@ -110,12 +110,14 @@ def _checked(path: str, sha: str, unit: str) -> BodyStiffness:
     if not (np.isfinite(nodes).all() and np.isfinite(matrix).all()):
         raise CaseError("has entries that are no numbers: write it anew")
     nodes, spacing = _on_a_cylinder(nodes * UNITS[unit])
-    apart, largest = float(np.abs(matrix - matrix.T).max()), float(np.abs(matrix).max())
-    if apart > UNSYMMETRIC * largest:
-        raise CaseError(f"its matrix is not symmetric, by {apart / largest:.2g} of its largest entry: write all of it")
+    refuse_half(matrix, _refuse_matrix)
     matrix = (0.5 * FORCES[unit] / UNITS[unit]) * (matrix + matrix.T)
     _refuse_loose(nodes, matrix)
     return BodyStiffness(nodes, matrix, spacing)
+
+
+def _refuse_matrix(rule: str) -> NoReturn:
+    raise CaseError(f"its matrix {rule}")
 
 
 def _read(path: Path) -> tuple[FloatArray, FloatArray]:

@@ -227,7 +227,10 @@ class Reader:
         if inner is None or (isinstance(table[key], str) and _has_words(hint)):
             return {item.name: self.value(table[key], hint, place)}
         if _is_list(hint):
-            return {item.name: tuple(self.section(one, inner, name) for one in self.list_of(table[key], name))}
+            tables = self.list_of(table[key], name)
+            if not tables and item.default is MISSING:
+                self.refuse(f"{place} = []", "must have at least one: add it")
+            return {item.name: tuple(self.section(one, inner, name) for one in tables)}
         return {item.name: self.section(table[key], inner, name)}
 
     def _changes(self, tables: dict[str, Any], section: str) -> dict[str, Any]:

@@ -15,8 +15,10 @@ from pmor.core.arrays import FloatArray
 
 # Displacements along and rotations about x, y, z.
 SEAT = 6
-# Difference of the halves of the matrix, and its least eigenvalue, over the largest.
-SYMMETRIC, HELD = 1e-6, 1e-12
+# Least eigenvalue of the matrix with a diagonal of 1.
+HELD = 1e-12
+# Difference of entries that mirror each other, over the root of both entries of the diagonal: seven digits in files.
+SYMMETRIC = 1e-6
 
 
 def read_seats(reader: Reader, section: str, name: Path, seats: int, each: str) -> FloatArray:
@@ -47,10 +49,21 @@ def checked_stiffness(matrix: FloatArray, seats: int, each: str, refuse: Callabl
     if matrix.shape != (size, size):
         shape = " x ".join(map(str, matrix.shape))
         refuse(f"is {shape}, and must be {size} x {size}: six rows for each {each}")
-    largest = np.abs(matrix).max(initial=0.0)
-    if not np.isfinite(largest) or np.abs(matrix - matrix.T).max() > SYMMETRIC * largest:
-        refuse("must be symmetric and finite: a stiffness matrix is")
+    if not np.isfinite(matrix).all():
+        refuse("must be finite: a stiffness matrix is")
+    refuse_half(matrix, refuse)
     scale = 1.0 / np.sqrt(np.maximum(np.diagonal(matrix), np.finfo(float).tiny))
     if np.diagonal(matrix).min() <= 0.0 or np.linalg.eigvalsh(scale[:, None] * matrix * scale).min() < HELD:
         refuse("must be positive definite: what carries the seats must be held")
     return np.asarray(0.5 * (matrix + matrix.T))
+
+
+def refuse_half(matrix: FloatArray, refuse: Callable[[str], NoReturn]) -> None:
+    """Refuse a stiffness matrix whose halves differ, whatever the units of its rows."""
+    scale = np.sqrt(np.maximum(np.abs(np.diagonal(matrix)), np.finfo(float).tiny))
+    apart = np.abs(matrix - matrix.T) / scale / scale[:, None]
+    row, column = (int(n) for n in np.unravel_index(apart.argmax(), apart.shape))
+    if apart[row, column] > SYMMETRIC:
+        one, other = matrix[row, column], matrix[column, row]
+        place = f"row {row + 1} has {one:g} in column {column + 1}, row {column + 1} has {other:g} in column {row + 1}"
+        refuse(f"must be symmetric, and {place}: write both halves")

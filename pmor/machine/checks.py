@@ -15,6 +15,7 @@ from pmor.case.reader import Reader
 from pmor.case.values import did_you_mean
 from pmor.core.errors import PmorError
 from pmor.machine.model import GearboxModel, pinion_senses, set_torques
+from pmor.machine.rolling_bearing import impossible
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.settings import HOUSING, Bearing, GearboxSections, LoadCase, Mesh, PlanetarySet, Shaft, ShaftSection
 from pmor.pair.conditions import assembly_of
@@ -64,8 +65,6 @@ class GearboxReader(Reader):
         """Refuse an axis without two coordinates, and sections without material."""
         if len(shaft.at_mm) != 2:
             self.refuse(f'[[shafts]] "{shaft.name}": at_mm', "must be y and z of the axis: write two numbers")
-        if not shaft.sections:
-            self.refuse(f'[[shafts]] "{shaft.name}": sections = []', "must have at least one section: add it")
         for number, section in enumerate(shaft.sections, start=1):
             if section.inner_mm >= section.outer_mm:
                 place = f'[[shafts]] "{shaft.name}", section {number}: inner_mm = {section.inner_mm:g}'
@@ -82,14 +81,20 @@ class GearboxReader(Reader):
             self.refuse(f"{where}: at_mm = {place:g}", rule)
 
     def check_bearing(self, bearing: Bearing, shafts: dict[str, Shaft]) -> None:
-        """Refuse a bearing of two kinds, or one to a shaft that is not there."""
+        """Refuse a bearing of two kinds, one that cannot be made, or one to a shaft that is not there."""
         where = f'[[bearings]] "{bearing.name}"'
         inner = [kind for kind in ("ball", "roller") if getattr(bearing, kind) is not None]
         given = [key for key, usual in STIFFNESSES.items() if getattr(bearing, key) != usual]
         if len(inner) > 1 or (inner and given):
             self.refuse(f"{where}: {', '.join(inner + given)}", "a bearing has one kind: leave out all but one")
+        for kind in inner:
+            if (fault := impossible(getattr(bearing, kind))) is not None:
+                self.refuse(f"{where}: {kind}: {fault[0]}", fault[1])
         if bearing.to == HOUSING:
             return
+        if bearing.to == bearing.shaft:
+            rule = f'is the shaft that it carries: write "{HOUSING}" or the shaft in which it stands'
+            self.refuse(f'{where}: to = "{bearing.to}"', rule)
         if bearing.to not in shafts:
             valid = did_you_mean(bearing.to, [HOUSING, *shafts])
             self.refuse(f'{where}: to = "{bearing.to}"', f'must be a shaft or "{HOUSING}": {valid}')

@@ -10,7 +10,7 @@ import numpy as np
 
 from pmor.body.beam import NODE
 from pmor.case.reader import checked
-from pmor.case.seats import checked_stiffness
+from pmor.case.seats import checked_stiffness, refuse_half
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
 from pmor.export.rexs.model import Component, Gearbox
@@ -118,6 +118,7 @@ def _of_group(
     if len(values) != size**2:
         refuse(f"has {len(values)} numbers, and must have {size} x {size}: six rows for each reduction_point")
     note(f"{group.label}: units of {MATRIX} are not said: N, mm, rad; shifts along u, v, w, then turns about them")
+    refuse_half(values.reshape(size, size), refuse)
     places = [_bearing_of(gearbox, point, bearings) for point in points]
     if lacking := [one.label for one in bearings if one.number not in places]:
         note(f"{group.label}: no reduction_point for {', '.join(lacking)}: left out, the housing is rigid")

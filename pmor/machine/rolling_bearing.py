@@ -8,8 +8,9 @@ Each ball, and each lamina of a roller, presses both rings together along one no
 
 with u_r = y cos(psi) + z sin(psi) and u_a = x + R (theta_y sin(psi) - theta_z cos(psi)) at the azimuth psi, R the
 radius of the point of contact, A the distance between the centres of curvature of both raceways, s the radial clearance
-and P the drop of the roller's profile. Loads are sums over all elements, and so is the tangent stiffness; both follow
-from one potential, so that the tangent is symmetric. Centrifugal and gyroscopic loads are left out.
+and P the drop of the roller's profile. A lamina at p along its roller is at x = p cos(alpha), R = D_pw / 2 - p
+sin(alpha): tilted, it moves along the radius too. Loads are sums over all elements, and so is the tangent stiffness;
+both follow from one potential, so that the tangent is symmetric. Centrifugal and gyroscopic loads are left out.
 
 ISO 76:2006 rates a bearing at rest by the pressure of its most loaded element: at C_0 it is 4,200 MPa of balls, 4,000
 MPa of rollers, which leave a permanent deformation of 1e-4 of their diameter. Loads go with the third power of the
@@ -45,7 +46,12 @@ BALL_PRESSURE, ROLLER_PRESSURE = 4200.0, 4000.0
 Clearance = Annotated[float, Range(-0.2, 1.0, "mm")]
 ContactAngle = Annotated[float, Range(-90.0, 90.0, "deg")]
 Elements = Annotated[int, Range(3, 400)]
-Osculation = Annotated[float, Range(0.5, 1.0, low_excluded=True)]
+# Grooves that are closer to the ball than any that is made have ellipses of contact without bounds.
+Osculation = Annotated[float, Range(0.501, 1.0)]
+# Length of the slenderest needles that are made over their diameter, with some reserve (ISO 3096:1996 goes to 10).
+SLENDEREST = 12.0
+# By which elements of full bearings may overlap: their sizes are rounded.
+ROUNDED = 1e-3
 
 
 class BearingState(NamedTuple):
@@ -235,7 +241,8 @@ class RollerBearing:
             drop = -PROFILE * self.roller_diameter_mm * np.log1p(-(along**2))
         psi = np.repeat(azimuth, self.laminae)
         along_axis = np.tile(place, self.rollers) * math.cos(angle)
-        radius = 0.5 * self.pitch_diameter_mm + np.tile(place, self.rollers) * math.sin(angle)
+        # The line of laminae is perpendicular to the normal: of positive angles it nears the axis towards +x.
+        radius = 0.5 * self.pitch_diameter_mm - np.tile(place, self.rollers) * math.sin(angle)
         radial, axial = directions(psi, radius)
         # A tilted ring moves a lamina off the middle plane along the radius too.
         radial[:, 3], radial[:, 4] = -along_axis * np.sin(psi), along_axis * np.cos(psi)
@@ -248,6 +255,27 @@ class RollerBearing:
             load @ normal, stiffness, load.reshape(self.rollers, -1).sum(axis=1), pressure,
             _safety(ROLLER_PRESSURE, pressure, 2),
         )  # fmt: skip
+
+
+def impossible(bearing: BallBearing | RollerBearing) -> tuple[str, str] | None:
+    """Return keys that no bearing has together, with their values, and the rule; None of a possible bearing."""
+    pitch, angle = bearing.pitch_diameter_mm, math.radians(bearing.contact_angle_deg)
+    if isinstance(bearing, BallBearing):
+        name, count, diameter, length = "ball", bearing.balls, bearing.ball_diameter_mm, 0.0
+    else:
+        name, count, diameter = "roller", bearing.rollers, bearing.roller_diameter_mm
+        length = bearing.effective_length_mm
+    room = pitch * math.sin(math.pi / count)
+    if diameter > (1.0 + ROUNDED) * room:
+        keys = f"{name}s = {count}, {name}_diameter_mm = {diameter:g}, pitch_diameter_mm = {pitch:g}"
+        return keys, f"the {name}s overlap: so many have room on that circle up to {room:.4g} mm; correct one of them"
+    if length > SLENDEREST * diameter:
+        rule = f"must be at most {SLENDEREST:g} times roller_diameter_mm = {diameter:g}: correct one of them"
+        return f"effective_length_mm = {length:g}", rule
+    if length * abs(math.sin(angle)) + diameter * math.cos(angle) >= pitch:
+        rule = f"rollers reach the axis inside of pitch_diameter_mm = {pitch:g}: correct one of them"
+        return f"effective_length_mm = {length:g}, contact_angle_deg = {bearing.contact_angle_deg:g}", rule
+    return None
 
 
 def directions(azimuth: FloatArray, radius: FloatArray | float) -> tuple[FloatArray, FloatArray]:

@@ -257,8 +257,8 @@ def entry(array, place, value):
 
 
 BROKEN_MATRICES = {
-    "not symmetric": (changed(stiffness=lambda k: entry(k, (3, 9), 1e5)), {}, ["not symmetric", "largest entry"]),
-    "half of it": (changed(stiffness=np.triu), {}, ["not symmetric", "write all of it"]),
+    "not symmetric": (changed(stiffness=lambda k: entry(k, (3, 9), 1e5)), {}, ["symmetric", "row 4 has 100000 in"]),
+    "half of it": (changed(stiffness=np.triu), {}, ["must be symmetric", "write both halves"]),
     "not square": (changed(stiffness=lambda k: k[:, :-3]), {}, ["144 x 141", "48 nodes take 144 x 144"]),
     "other nodes": (changed(lambda nodes: nodes[:-1]), {}, ["144 x 144", "47 nodes take 141 x 141"]),
     "two coordinates": (changed(lambda nodes: nodes[:, :2]), {}, ["(48, 2)", "x, y and z"]),

@@ -48,7 +48,18 @@ BROKEN = {
         "a gearbox takes",
     ),
     "too few balls": ("balls = 9", "balls = 2", "balls = 2"),
-    "flat grooves": ("balls = 9", "balls = 9, inner_osculation = 0.5", "inner_osculation = 0.5"),
+    "flat grooves": ("balls = 9", "balls = 9, inner_osculation = 0.500001", "inner_osculation = 0.500001"),
+    "balls that overlap": ("balls = 9", "balls = 20", "overlap: so many have room on that circle up to"),
+    "a ball as large as its circle": ("ball_diameter_mm = 9.0", "ball_diameter_mm = 45.0", "the balls overlap"),
+    "rollers that overlap": ("rollers = 12", "rollers = 19", "the rollers overlap"),
+    "a roller of 100 m": ("effective_length_mm = 9.0", "effective_length_mm = 1e5", "must be at most 12 times"),
+    "rollers through the axis": (
+        "effective_length_mm = 9.0",
+        "effective_length_mm = 60.0, contact_angle_deg = 45.0",
+        "rollers reach the axis",
+    ),
+    "to its own shaft": ('name = "A"\n', 'name = "A"\nto = "input"\n', "is the shaft that it carries"),
+    "no load": (SMALL, f"loads = []\n{SMALL.partition('[[loads]]')[0]}", "loads = []: must have at least one"),
     "a name that is a path": ('name = "mesh"', 'name = "../mesh"', "names a file"),
     "shares beside none": ('name = "drive"', 'name = "drive"\nfraction = 0.5', "adds up to 0.5, and must to 1"),
     "a share too large": ('name = "drive"', 'name = "drive"\nfraction = 30.0', "fraction = 30"),
@@ -83,7 +94,7 @@ HOUSINGS = {
     "too small": ("1.0,0.0\n0.0,1.0\n", "is 2 x 2, and must be 24 x 24"),
     "words": ("stiff\n", "must hold numbers"),
     "ragged": ("1.0\n1.0,2.0\n", "must hold numbers"),
-    "unsymmetric": ("upper", "must be symmetric"),
+    "half of one in mm and rad": ("half", "must be symmetric, and row 1 has 1000 in column 2, row 2 has 0 in column 1"),
     "singular": ("singular", "must be positive definite"),
     "not there": ("", "there is no such CSV file"),
 }
@@ -92,7 +103,10 @@ HOUSINGS = {
 @pytest.mark.parametrize("name", HOUSINGS)
 def test_a_housing_that_cannot_be_is_refused_in_one_line(name, tmp_path, capsys):
     text, words = HOUSINGS[name]
-    matrix = {"upper": np.triu(np.ones((24, 24))) + 24.0 * np.eye(24), "singular": np.ones((24, 24))}.get(text)
+    # Of rotations entries are a million times as large, so that half of the others is nothing beside them.
+    units = np.tile(np.repeat([1.0, 1e6], 3), 4)
+    half = np.outer(units, units) * np.triu(1e3 * (np.ones((24, 24)) + 24.0 * np.eye(24)))
+    matrix = {"half": half, "singular": np.ones((24, 24))}.get(text)
     if matrix is not None:
         text = "\n".join(",".join(map(str, row)) for row in matrix.tolist())
     if text:

@@ -72,6 +72,24 @@ def test_a_tilted_roller_carries_at_its_end_and_resists():
     assert abs(straight.force[4]) < 1e-6 * tilted.force[4]
 
 
+@pytest.mark.parametrize("angle", [0.0, 15.0, 28.0, -15.0])
+def test_about_the_crossing_point_of_the_normals_the_moment_of_a_tilt_is_that_of_a_cylindrical_roller_bearing(angle):
+    """The line of contact is perpendicular to its normal, so that its arms about that point have any cone's length."""
+    size = {"rollers": 18, "roller_diameter_mm": 8.0, "effective_length_mm": 14.0, "pitch_diameter_mm": 60.0}
+    tilt, pressed, alpha = 1.5e-3, 0.02, math.radians(angle)
+    bearing = RollerBearing(**size, contact_angle_deg=angle, clearance_mm=-2.0 * pressed / math.cos(alpha))
+    # From the middle plane to the crossing point, whose place does not move.
+    crossing = -0.5 * size["pitch_diameter_mm"] * math.tan(alpha)
+    force = bearing.state(np.array([0.0, -crossing * tilt, 0.0, 0.0, tilt])).force
+    azimuth = 2.0 * math.pi * np.arange(18) / 18
+    place = 14.0 * ((np.arange(41) + 0.5) / 41 - 0.5)
+    drop = -0.00035 * 8.0 * np.log1p(-((place / 7.0) ** 2))
+    approach = pressed + tilt * np.cos(azimuth)[:, None] * place - 2.0 * drop
+    load = 35948.0 * 14.0 ** (8.0 / 9.0) / 41 * np.maximum(approach, 0.0) ** (10.0 / 9.0)
+    moment = float((load * np.cos(azimuth)[:, None] * place).sum())
+    assert_allclose(force[4] - crossing * force[1], moment, rtol=1e-9)
+
+
 # f_0 of ISO 76:2006, table 1, radial ball bearings, by D_w cos(alpha) / D_pw.
 STATIC_FACTORS = {0.05: 15.7, 0.1: 16.4, 0.12: 15.9, 0.16: 14.9, 0.2: 14.0, 0.3: 11.6}
 
