@@ -4,6 +4,9 @@ The mesh of the two sectors of a tooth pair is stored once, undeformed, in the m
 a pinion angle; the fields are elastic, without the rotation of the gears. Stress is that of the sector's mesh: the
 notch at the root is resolved in `stress.csv`, not here. Of a gear with a blank by dimensions the sector ends within its
 rim: what is below has no mesh of its own (`pmor.body.blank`); the attribute `shown` of the file says so.
+
+The pressure on a flank is the force on it, spread over the faces of the elements about the line of contact: its
+integral is that force, its largest value is not Hertz's.
 """
 
 from __future__ import annotations
@@ -22,8 +25,8 @@ from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import CaseError, ConvergenceError
 from pmor.core.version import __version__
-from pmor.export.vtkhdf_grid import HEXAHEDRON, QUADRATIC_HEXAHEDRON, Grid, write_grid
-from pmor.fe.element import QUADRATIC_NODES, tributary_widths
+from pmor.export.vtkhdf_grid import HEXAHEDRON, QUADRATIC_HEXAHEDRON, Grid, hat_functions, write_grid
+from pmor.fe.element import QUADRATIC_NODES
 from pmor.fe.sector import SectorMesh
 from pmor.line.full_model import solve_angle
 from pmor.line.layered_pair import LayeredPair
@@ -178,12 +181,31 @@ def _fields(
 
 
 def _pressure(mesh: SectorMesh, force: FloatArray) -> FloatArray:
-    """Forces on the nodes of a flank, (3 n, m), over the areas that they stand for, (n, m), MPa."""
-    arc = np.linalg.norm(np.diff(mesh.flank_nodes[:, 0], axis=0), axis=1)
-    along = np.append(0.5 * arc, 0.0) + np.insert(0.5 * arc, 0, 0.0)
-    across = tributary_widths(mesh.z, mesh.order) * (2.0 if mesh.mirrored else 1.0)
-    size = np.linalg.norm(force.reshape(-1, 3, force.shape[1]), axis=1)
-    return np.asarray(size / np.outer(along, across).ravel()[:, None])
+    """Spread forces on the nodes of a flank, (3 n, m), over its faces: pressure at its nodes, (n, m), MPa.
+
+    It is linear between the corners of the faces, and its integral over the flank is the force on the tooth, with half
+    of the width half of it. Forces are not divided by areas node by node: at the corners of quadratic faces and beside
+    a line of contact, which cubics carry, consistent ones pull, and a flank does not.
+    """
+    vectors = force.reshape(-1, 3, force.shape[1])
+    total = vectors.sum(axis=0)
+    size = np.linalg.norm(total, axis=0)
+    pressing = np.einsum("nim,im->nm", vectors, total / np.where(size > 0.0, size, 1.0))
+    rows, columns = mesh.flank.shape
+    along, across = (hat_functions(np.arange(n), np.arange(0, n, mesh.order)) for n in (rows, columns))
+    of_corners = np.einsum("rp,zq,rzm->pqm", along, across, pressing.reshape(rows, columns, -1)).clip(min=0.0)
+    carried = of_corners.sum(axis=(0, 1))
+    of_corners *= np.divide(size, carried, out=np.zeros_like(size), where=carried > 0.0)
+    pressure = of_corners / (2.0 if mesh.mirrored else 1.0) / _corner_areas(mesh)[..., None]
+    return np.asarray(np.einsum("rp,zq,pqm->rzm", along, across, pressure).reshape(len(pressing), -1))
+
+
+def _corner_areas(mesh: SectorMesh) -> FloatArray:
+    """Area of a flank that each corner of its faces stands for, mm^2."""
+    corner = mesh.flank_nodes[:: mesh.order, :: mesh.order]
+    one, two = corner[1:, 1:] - corner[:-1, :-1], corner[1:, :-1] - corner[:-1, 1:]
+    quarter = np.linalg.norm(np.cross(one, two), axis=-1) / 8.0
+    return np.asarray(sum(np.pad(quarter, ((up, 1 - up), (right, 1 - right))) for up in (0, 1) for right in (0, 1)))
 
 
 def _turned(stress: FloatArray, rotation: FloatArray) -> FloatArray:

@@ -37,6 +37,11 @@ class Grid(NamedTuple):
     numbers: Mapping[str, IntArray]
 
 
+def hat_functions(places: FloatArray | IntArray, nodes: FloatArray | IntArray) -> FloatArray:
+    """Return what nodes (n,), rising, have of a load at places (p,) that is linear between them, (p, n)."""
+    return np.stack([np.interp(places, nodes, one) for one in np.eye(len(nodes))], axis=1)
+
+
 def write_grid(
     file: h5py.File, grid: Grid, steps: FloatArray, fields: Mapping[str, int], parts: Iterable[Mapping[str, FloatArray]]
 ) -> None:

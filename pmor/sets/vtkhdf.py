@@ -19,8 +19,10 @@ from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.conventions import rotation_z
 from pmor.core.version import __version__
 from pmor.export.gear_surface import BEFORE, flank_columns, gear_rings, quads_between
-from pmor.export.vtkhdf_grid import QUADRILATERAL, Grid, write_grid
+from pmor.export.vtkhdf_grid import QUADRILATERAL, Grid, hat_functions, write_grid
+from pmor.fe.element import tributary_widths
 from pmor.gear.tooth import Tooth
+from pmor.line.layered_pair import LayeredPair
 from pmor.line.several import PlacedMesh
 from pmor.pair.model import sector_ends
 from pmor.sets.solution import SetSolution
@@ -28,7 +30,9 @@ from pmor.storage.atomic import atomic_path
 from pmor_online.root_stress import SENSE
 
 # Points of a flank and of a fillet, sections over the width, and steps at most.
-PROFILE, FILLET, PLANES, MOST_STEPS = 8, 2, 5, 20
+PROFILE, FILLET, PLANES, MOST_STEPS = 8, 2, 9, 20
+# Places over the face from which line loads go to the sections.
+FINE = 200
 #: fields at the points, and their components
 FIELDS = {"motion_mm": 3, "displacement_mm": 3, "line_load_N_per_mm": 1}
 
@@ -142,7 +146,10 @@ def _fields(
 
 
 def _line_load(solved: SetSolution, one: _Surface, step: int, loads: Sequence[FloatArray]) -> FloatArray:
-    """Line loads of all meshes, (P, S), on the points nearest to where they act, N/mm, (K, N): 0 elsewhere."""
+    """Line loads of all meshes, (P, S), on the points nearest to where they act, N/mm, (K, N): 0 elsewhere.
+
+    Linear between the transverse sections of the surface, over which their integral is the force.
+    """
     found = np.zeros(one.rings.shape[:2])
     reference, count = one.mesh.mesh, abs(one.tooth.teeth)
     for placed, load in zip(solved.placed.placed, loads, strict=True):
@@ -161,5 +168,14 @@ def _line_load(solved: SetSolution, one: _Surface, step: int, loads: Sequence[Fl
             columns = flank_columns(
                 (int(tooth) - reference.first_tooth[one.gear]) % count, not flipped, PROFILE, FILLET
             )
-            found[BEFORE + np.arange(PLANES), columns[row]] = np.interp(places, z, of_sections)
+            found[BEFORE + np.arange(PLANES), columns[row]] = _over_face(meshed, of_sections, one.z)
     return found
+
+
+def _over_face(meshed: LayeredPair, load: FloatArray, z: FloatArray) -> FloatArray:
+    """Return line loads of sections, (S,), at places over the face, between which they are linear with the same sum."""
+    low, high = meshed.pair.common_face
+    fine = low + (high - low) * (np.arange(FINE) + 0.5) / FINE
+    within = np.interp(-np.abs(fine) if meshed.mirrored else fine, meshed.sections.z, load)
+    shown = within @ hat_functions(fine, z) / tributary_widths(z, 1)
+    return np.asarray(shown * (load @ meshed.width) / (shown @ tributary_widths(z, 1)))

@@ -15,6 +15,8 @@ REVERSE = SMALL_SET.replace("torque_Nm = 300.0", "torque_Nm = -300.0")
 SETS = {"planetary": SMALL_SET, "helical": HELICAL, "reverse": REVERSE, "chain": SMALL_CHAIN}
 # Half of the distance of points along the profiles of both flanks, which grows towards their tips, mm.
 APART = 1.6
+# Fields are stored in single precision.
+SINGLE = 1e-5
 
 
 @pytest.fixture(scope="module", params=SETS)
@@ -64,6 +66,22 @@ def test_gears_touch_where_they_carry(solved):
         found.solution.face_loads(number).load_N_per_mm.max() for number in range(len(found.file.plan.meshes))
     )
     assert 0.9 * largest < fields["line_load_N_per_mm"].max() <= largest * (1.0 + 1e-6)
+
+
+def test_the_integral_of_the_line_loads_shown_is_the_force(solved):
+    """Of each gear, all its meshes together, over the transverse sections of its surface."""
+    found, _, _, points, cells, gear, fields = solved
+    torque = nominal_torque(found.file, found.solution)
+    for number in range(len(found.solution.plan.bodies)):
+        own = np.unique(cells[gear == number])
+        z, section = np.unique(np.round(points[own, 2], 9), return_inverse=True)
+        width = np.gradient(z) * np.where((z == z[0]) | (z == z[-1]), 0.5, 1.0)
+        shown = (fields["line_load_N_per_mm"][:, own, 0] * width[section]).sum(axis=1)
+        forces = [
+            found.solution.mesh_force_N[torque, :, place]
+            for place, mesh in enumerate(found.solution.train.meshes) if number in mesh.bodies
+        ]  # fmt: skip
+        assert_allclose(shown, np.sum(forces, axis=0), rtol=SINGLE)
 
 
 def test_hubs_move_as_they_give_way(solved):

@@ -1,5 +1,7 @@
 """VTKHDF: what VTK reads is what was computed, and it is a body in equilibrium."""
 
+from itertools import product
+
 import h5py
 import numpy as np
 import pytest
@@ -11,9 +13,10 @@ from pmor.body.volume import nodal_stress, principal_and_von_mises, sector_displ
 from pmor.case import parse_case
 from pmor.export import vtkhdf
 from pmor.export.vtkhdf import FIELDS, export, flank_forces, step_angles
-from pmor.fe.element import QUADRATIC_NODES
-from pmor.fe.hexahedron import shape_functions
+from pmor.fe.element import QUADRATIC_NODES, node_places
+from pmor.fe.hexahedron import shape_functions, shape_gradient
 from pmor.fe.sector import build_sector
+from pmor.pair.model import mesh_model
 from pmor.storage.basis_file import read_basis
 from pmor_online.model import reduced_pair
 from tests.support.gear_models import POISSON, YOUNG, tooth
@@ -21,6 +24,8 @@ from tests.support.small_case import case_text
 from tests.support.whole_gear import volume_displacement
 
 STEPS = 4  # to a pitch
+# Areas are those of flat faces between corners; quadratic ones are arcs, longer by (length / radius)^2 / 24.
+CURVED_FACE = 2e-3
 
 
 def line_case(order):
@@ -119,6 +124,47 @@ def test_pressure_on_the_flanks_carries_the_torque(basis):
         total = np.linalg.norm(forces[gear].reshape(forces.shape[1], -1, 3, len(phi)).sum(axis=1), axis=1).sum(axis=0)
         expected = 1e3 * model.case.torque_Nm / model.reduced.meshed.pair.pinion.base_radius
         assert_allclose(total, expected, rtol=1e-6)
+
+
+def test_the_integral_of_the_pressure_shown_is_the_force_on_the_tooth(basis, written):
+    """Over the faces of tooth 0, by the shape functions of the cells: what a viewer adds up."""
+    model = pmor.load_model(basis)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(vtkhdf, "STEPS_PER_PITCH", STEPS)
+        phi = step_angles(model.reduced)
+    forces, pairs = flank_forces(model.reduced, phi)
+    on_tooth = forces[:, int(np.flatnonzero(pairs == 0)[0])].reshape(2, -1, 3, len(phi))
+    acting = np.linalg.norm(on_tooth.sum(axis=1), axis=1)
+    mesh = mesh_model(model.case)
+    first = 0
+    with h5py.File(written) as file:
+        for gear, sector in enumerate((mesh.pinion, mesh.wheel)):
+            own = np.unique(sector.elements[:, :QUADRATIC_NODES])
+            for step in range(len(phi)):
+                pressure = np.zeros(len(sector.nodes))
+                pressure[own] = step_of(file, "flank_pressure_MPa", step)[first : first + len(own)]
+                assert pressure.min() >= 0.0, "flanks do not pull"
+                shown = integral_over_flank(sector, pressure) * (2.0 if sector.mirrored else 1.0)
+                assert_allclose(shown, acting[gear, step], rtol=CURVED_FACE, atol=1e-9 * acting.max())
+            first += len(own)
+
+
+def integral_over_flank(sector, values):
+    """By Gauss points on the faces of the cells that lie on the loaded flank."""
+    points, weights = np.polynomial.legendre.leggauss(3)
+    order, found = sector.order, 0.0
+    places = 2.0 * node_places(order)[: 8 if order == 1 else QUADRATIC_NODES] / order - 1.0
+    on_face = places[:, 2] == -1.0
+    rows, columns = ((places[on_face][:, i] + 1.0) * order / 2.0 for i in range(2))
+    for row in range(0, len(sector.flank) - 1, order):
+        for column in range(0, len(sector.z) - 1, order):
+            nodes = sector.flank[row + rows.astype(int), column + columns.astype(int)]
+            for (s, one), (t, two) in product(zip(points, weights, strict=True), repeat=2):
+                at = np.array([s, t, -1.0])
+                along, across = (sector.nodes[nodes].T @ shape_gradient(at, order)[on_face, i] for i in range(2))
+                area = np.linalg.norm(np.cross(along, across))
+                found += one * two * area * (shape_functions(at, order)[on_face] @ values[nodes])
+    return found
 
 
 def test_pinion_and_wheel_press_on_each_other_where_they_touch(written):
