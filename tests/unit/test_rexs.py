@@ -94,11 +94,16 @@ def test_gears_of_no_said_modulus_are_of_the_steel_of_a_case(tmp_path):
     assert {gear.youngs_modulus_GPa for gear in (found.case.pair.pinion, found.case.pair.wheel)} == {210.0}
 
 
+# Of the faces of both gears along their shafts, which say their middles since the second version.
+FACE = 'face_width" unit="mm">{}</attribute>\n      <attribute id="u_coordinate_on_shaft" unit="mm">{}'
+BEGINNINGS = [(FACE.format(width, 51.0), FACE.format(width, low)) for width, low in ((24.0, 39.0), (20.0, 41.0))]
+
+
 def test_units_and_names_of_the_first_version_are_understood(tmp_path):
     path = changed(
         tmp_path, ('unit="deg"', 'unit="°"'), ('unit="MPa">206000.0', 'unit="N / mm^2">206000.0'),
         ("cylindrical_gear_flank", "flank_geometry"), ("cylindrical_stage_gear_data", "stage_gear_data"),
-        ("tip_corner_radius_reference_profile", "tip_radius"), ('version="2.0.0"', 'version="1.0"'),
+        ("tip_corner_radius_reference_profile", "tip_radius"), ('version="2.0.0"', 'version="1.0"'), *BEGINNINGS,
     )  # fmt: skip
     old, new = read_stage(path).case, read_stage(GEARBOX).case
     assert (old.pair, old.pinion_modification, old.wheel_modification) == (

@@ -33,7 +33,7 @@ ATTRIBUTE_NAMES = {
     "tip_radius": "tip_corner_radius_reference_profile",
     "tip_radius_factor": "tip_corner_radius_factor_reference_profile",
 }
-#: numbers of arrays in Base64
+#: numbers of arrays in Base64; programs write these names in capitals and with underscores too
 CODES = {"int32": "<i4", "float32": "<f4", "float64": "<f8"}
 #: endings of files
 ENDINGS = (".rexs", ".rexsz", ".rexsj")
@@ -337,7 +337,8 @@ def _content(attribute: ElementTree.Element) -> str | list[str]:
     array = next((part for part in attribute if part.tag in ("array", "matrix")), None)
     if array is not None and array.get("code"):
         # Numbers in Base64, lowest byte first.
-        values = np.frombuffer(base64.b64decode(array.text or ""), dtype=np.dtype(CODES[array.get("code", "")]))
+        code = array.get("code", "").lower().replace("_", "")
+        values = np.frombuffer(base64.b64decode(array.text or ""), dtype=np.dtype(CODES[code]))
         return [repr(value) for value in values.tolist()]
     cells = [(cell.text or "").strip() for cell in attribute.iter("c") if not len(cell)]
     return cells if len(attribute) else (attribute.text or "").strip()

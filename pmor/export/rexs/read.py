@@ -14,7 +14,7 @@ from pmor.export.rexs.blanks import blank_keys
 from pmor.export.rexs.flanks import READERS, FileFlank, read_flank
 from pmor.export.rexs.model import Component, Gearbox, read_rexs
 from pmor.export.rexs.rings import CUTTER, cleared, ring_keys
-from pmor.export.rexs.stage import RING, Stage, axis_of, face_middle, find_stage
+from pmor.export.rexs.stage import RING, Stage, axis_of, face_middle, find_stage, middle_on_shaft
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair
 
@@ -100,7 +100,10 @@ class _Draft:
         pinion, wheel = self.gears
         flank, module = self.flanks[0], self._needed(pinion, "normal_module")
         helix = pinion.number_of("helix_angle_reference_diameter") or 0.0
-        angle, mating = self._needed(flank, "normal_pressure_angle"), helix if wheel.kind == RING else -helix
+        angle, mating = self._needed(flank, "normal_pressure_angle"), -helix
+        # Some programs write a ring with the sign of its hand, others with that of a gear outside in its place.
+        if wheel.kind == RING and math.isclose(helix, wheel.number_of("helix_angle_reference_diameter") or 0.0):
+            mating = helix
         for attribute, one, other in (
             ("normal_module", module, self._needed(wheel, "normal_module")),
             ("normal_pressure_angle", angle, self._needed(self.flanks[1], "normal_pressure_angle")),
@@ -251,15 +254,15 @@ class _Draft:
         return assumed
 
     def _shaft_diameter(self, gear: Component) -> float | None:
-        place, width = gear.number_of("u_coordinate_on_shaft"), gear.number_of("face_width")
-        if place is None or width is None:
-            return None
-        middle = place + 0.5 * width
         for shaft in self.gearbox.beside(gear.number, "shaft", "assembly"):
+            middle = middle_on_shaft(self.gearbox, gear, shaft)
             for section in self.gearbox.beside(shaft.number, "shaft_section"):
                 start, length = section.number_of("u_coordinate_on_shaft"), section.number_of("length")
-                if start is not None and length is not None and start <= middle <= start + length:
-                    return section.number_of("outer_diameter_begin")
+                ends = [section.number_of(f"outer_diameter_{end}") for end in ("begin", "end")]
+                if middle is None or start is None or not length or not start <= middle <= start + length:
+                    continue
+                low, high = (next((end for end in order if end), None) for order in (ends, ends[::-1]))
+                return low and high and low + (high - low) * (middle - start) / length
         return None
 
     def _material(self, gear: Component) -> dict[str, float]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from pmor.core.errors import CaseError
 from pmor.export.rexs.model import Component, Gearbox
 
@@ -81,20 +83,29 @@ def find_stage(gearbox: Gearbox, wanted: int | None, where: str) -> Stage:
     )  # fmt: skip
 
 
-def face_middle(gearbox: Gearbox, gear: Component, along: list[float]) -> float | None:
-    """Return where the middle of a gear's face is along an axis, mm.
+def middle_on_shaft(gearbox: Gearbox, gear: Component, shaft: Component) -> float | None:
+    """Return where the middle of a gear's face is along its shaft, mm; None where the file does not say it.
 
-    It is where the gear stands in space; without that, half of the face beyond its place on the shaft.
+    Where both stand in space says it; else `u_coordinate_on_shaft`, which is the middle of a gear, and in REXS 1.0 the
+    beginning of its face.
     """
-    if place := gear.numbers_of("support_vector"):
-        return sum(m * a for m, a in zip(place, along, strict=True))
-    start, width = gear.number_of("u_coordinate_on_shaft"), gear.number_of("face_width")
+    place, foot = gear.numbers_of("support_vector"), shaft.numbers_of("support_vector")
+    if len(place) == len(foot) == 3:
+        return float(np.dot(np.subtract(place, foot), axis_of(shaft)))
+    along, width = gear.number_of("u_coordinate_on_shaft"), gear.number_of("face_width")
+    if gearbox.version != "1.0" or along is None:
+        return along
+    return None if width is None else along + 0.5 * width
+
+
+def face_middle(gearbox: Gearbox, gear: Component, along: list[float]) -> float | None:
+    """Return where the middle of a gear's face is along an axis, mm; None where the file does not say it."""
+    place = gear.numbers_of("support_vector")
     for shaft in gearbox.beside(gear.number, "shaft", "assembly"):
-        foot = shaft.numbers_of("support_vector")
-        if start is not None and width is not None and len(foot) == 3:
-            middle = [f + (start + 0.5 * width) * a for f, a in zip(foot, axis_of(shaft), strict=True)]
-            return sum(m * a for m, a in zip(middle, along, strict=True))
-    return None
+        foot, on_shaft = shaft.numbers_of("support_vector"), middle_on_shaft(gearbox, gear, shaft)
+        if len(place) != 3 and len(foot) == 3 and on_shaft is not None:
+            place = [f + on_shaft * a for f, a in zip(foot, axis_of(shaft), strict=True)]
+    return sum(m * a for m, a in zip(place, along, strict=True)) if len(place) == 3 else None
 
 
 def axis_of(gear: Component) -> list[float]:

@@ -118,8 +118,9 @@ def add_gear(
     gear = document.add(
         RING if said.internal else "cylindrical_gear", name, number_of_teeth=said.teeth,
         normal_module=case.pair.module_mm,
-        helix_angle_reference_diameter=(-said.sign if number else 1) * (-1 if image else 1) * case.pair.helix_angle_deg,
-        face_width=_rounded(high - low), u_coordinate_on_shaft=_rounded(place), datum_face_orientation=datum,
+        helix_angle_reference_diameter=(-1 if number else 1) * (-1 if image else 1) * case.pair.helix_angle_deg,
+        face_width=_rounded(high - low), u_coordinate_on_shaft=_rounded(place + 0.5 * (high - low)),
+        datum_face_orientation=datum,
         tip_diameter=2.0 * abs(tooth.tip_radius), **(ring_attributes(said, tooth) if said.internal else inner),
         **blank_attributes(said.blank), **more,
     )  # fmt: skip
