@@ -16,9 +16,10 @@ import numpy as np
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, printable
+from pmor.export.rexs.joints import RING, axis_of, stages
 from pmor.export.rexs.model import BEARINGS, RIGID, RIGID_TILT, Component, Gearbox, read_rexs
 from pmor.export.rexs.read import read_stage
-from pmor.export.rexs.stage import RING, axis_of, find_stage, stages
+from pmor.export.rexs.stage import find_stage
 from pmor.machine.checks import ROUNDED_SHARE
 from pmor.machine.rexs_parts import inner_geometry, read_housing_matrix
 from pmor.machine.rexs_sets import StageOnShafts, refuse_bearing, stages_on_shafts

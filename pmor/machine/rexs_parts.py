@@ -13,8 +13,8 @@ from pmor.case.reader import checked
 from pmor.case.seats import checked_stiffness, refuse_half
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
+from pmor.export.rexs.joints import axis_of
 from pmor.export.rexs.model import Component, Gearbox
-from pmor.export.rexs.stage import axis_of
 from pmor.machine.rolling_bearing import LAMINAE, BallBearing, RollerBearing
 
 MATRIX = "reduced_static_stiffness_matrix"

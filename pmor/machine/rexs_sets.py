@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pmor.core.errors import CaseError
+from pmor.export.rexs.joints import joints
 from pmor.export.rexs.model import BEARINGS, Component, Gearbox
 from pmor.sets.rexs import STAGE, PlanetaryStage
-from pmor.sets.rexs_supports import RexsSupports, cheek_of, joints
+from pmor.sets.rexs_supports import RexsSupports, cheek_of
 from pmor.sets.settings import Member
 
 

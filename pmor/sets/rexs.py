@@ -18,10 +18,12 @@ import numpy as np
 from pmor.case.change import document_text
 from pmor.case.document import COAST, MODIFICATION
 from pmor.core.errors import CaseError, printable
+from pmor.export.rexs.drive import drives, shaft_speeds
+from pmor.export.rexs.joints import COUPLINGS, RING, axis_of, shafts_of, stages, turning_together
 from pmor.export.rexs.model import Component, Gearbox, read_rexs
 from pmor.export.rexs.read import Imported, stage_case
-from pmor.export.rexs.stage import RING, axis_of, find_stage, stages
-from pmor.sets.rexs_supports import COUPLINGS, RexsSupports, on_casing
+from pmor.export.rexs.stage import find_stage
+from pmor.sets.rexs_supports import RexsSupports, on_casing
 from pmor.sets.settings import Member
 
 STAGE = "planetary_stage"
@@ -215,15 +217,15 @@ class PlanetaryStage:
     def load(self) -> tuple[dict[str, Any], int, dict[str, Any]]:
         """Return the sections of the load and the sweep, and the sense in which the sun is loaded about its axis."""
         shafts = self.member_shafts()
-        cases = self.gearbox.load_cases or ({},)
+        cases, train = self.gearbox.load_cases or ({},), turning_together(self.gearbox)
+        turning = {member: {train[shaft.number] for shaft in own} for member, own in shafts.items()}
         found: dict[Member, list[float]] = {}
-        for load in self.gearbox.of_kind("external_load"):
-            on = {shaft.number for shaft in self.gearbox.beside(load.number, "shaft", "assembly")}
-            for member, own in shafts.items():
-                if on & {shaft.number for shaft in own} and load.text_of("defines_torque") != "false":
-                    said = [one.get(load.number, load).number_of("torque_around_u_axis") for one in cases]
-                    torques = [torque or load.number_of("torque_around_u_axis") or 0.0 for torque in said]
-                    found |= {member: torques} if any(torques) else {}
+        for number, case in enumerate(cases):
+            for one in drives(self.gearbox, case):
+                on = next((member for member, own in turning.items() if train[one.shaft.number] in own), None)
+                if on is not None and one.torque_Nm:
+                    found.setdefault(on, [0.0] * len(cases))[number] += one.torque_Nm
+                    self.notes += [one.note] if one.note else []
         if len(found) != 1:
             names = " and ".join(found) or "no member"
             raise self.refuse(self.stage, f"a torque enters at {names}: one of sun, ring and carrier must have it")
@@ -234,7 +236,8 @@ class PlanetaryStage:
         most = max(map(abs, torques))
         section: dict[str, Any] = {"torque_Nm": -most if member == "carrier" else most, "on": member}
         section["held"] = self.held(member)
-        speed = next((abs(rpm) for shaft in shafts[member] if (rpm := shaft.number_of("rotational_speed"))), None)
+        speeds = shaft_speeds(self.gearbox, cases[0])
+        speed = next((abs(speeds[shaft.number]) for shaft in shafts[member] if speeds.get(shaft.number)), None)
         if speed is None:
             self.notes.append(f"no rotational_speed of the {member}: no frequencies")
         others = sorted({abs(torque) for torque in torques if torque} - {most})
@@ -257,7 +260,7 @@ class PlanetaryStage:
 
     def shafts(self, gear: Component) -> list[Component]:
         """Shafts that carry a gear."""
-        return self.gearbox.beside(gear.number, "shaft", "assembly")
+        return shafts_of(self.gearbox, gear)
 
     def is_held(self, shafts: Sequence[Component]) -> bool:
         """Whether a coupling fixes a member to the casing."""

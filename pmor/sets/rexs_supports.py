@@ -18,12 +18,11 @@ from pmor.body.beam import Beam, CircularSection, ShaftMaterial, stations_of
 from pmor.body.seated_beam import BeamSeat, seated_beam
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
-from pmor.export.rexs.model import BEARINGS, RIGID, RIGID_TILT, Component, Gearbox
-from pmor.export.rexs.stage import axis_of
+from pmor.export.rexs.joints import FITS, axis_of, joints, shafts_of
+from pmor.export.rexs.model import RIGID, RIGID_TILT, Component, Gearbox
 from pmor.sets.pins import planet_on_bearings
 from pmor.sets.settings import PinBearing
 
-COUPLINGS = ("coupling", "switchable_coupling")
 DIGITS = 9
 ENDS = {math.inf: "clamped", 0.0: "supported"}
 
@@ -192,13 +191,15 @@ class RexsSupports:
 
     def shafts(self, gear: Component) -> list[Component]:
         """Shafts that carry a gear."""
-        return self.gearbox.beside(gear.number, "shaft", "assembly")
+        return shafts_of(self.gearbox, gear)
 
     def seats(self, shaft: Component, at: Sequence[Component]) -> list[BeamSeat]:
         """Return what bearings and couplings do to a shaft."""
         found = []
         for joint in at:
             radial, tilt = joint.number_of("radial_stiffness"), joint.number_of("bending_stiffness")
+            if joint.kind in FITS:
+                radial, tilt = RIGID, RIGID_TILT
             if radial is None and joint.text_of("radial_force_absorption") != "false":
                 self.notes.append(f"{joint.label}: no radial_stiffness: radially rigid")
                 radial = RIGID
@@ -251,20 +252,6 @@ def cheek_of(gearbox: Gearbox, shaft: Component) -> Component | None:
     """Return what joins a carrier's shaft to its cheek; None where nothing does."""
     plates = {part.number for part in gearbox.of_kind("side_plate")}
     return next((joint for joint, other in joints(gearbox, shaft) if other in plates), None)
-
-
-def joints(gearbox: Gearbox, shaft: Component) -> list[tuple[Component, int]]:
-    """Return bearings and engaged couplings of a shaft, and what is on their other side."""
-    found = []
-    for relation in gearbox.relations:
-        sides = [relation.role("inner_part"), relation.role("outer_part")]
-        joint = gearbox.components.get(relation.role("assembly") or 0)
-        if relation.kind == "side" and shaft.number in sides and joint and joint.kind in (*BEARINGS, *COUPLINGS):
-            engaged, _ = joint.values.get("is_engaged", ("", ""))
-            if "false" not in engaged:  # type: ignore[operator]
-                sides.remove(shaft.number)
-                found.append((joint, sides[0] or 0))
-    return found
 
 
 def _shown(compliance: float) -> str:

@@ -12,9 +12,10 @@ from pmor.case import Case, make_case, parse_case
 from pmor.core.errors import CaseError, GeometryError, printable
 from pmor.export.rexs.blanks import blank_keys
 from pmor.export.rexs.flanks import READERS, FileFlank, read_flank
+from pmor.export.rexs.joints import RING, axis_of, shafts_of
 from pmor.export.rexs.model import Component, Gearbox, read_rexs
 from pmor.export.rexs.rings import CUTTER, cleared, ring_keys
-from pmor.export.rexs.stage import RING, Stage, axis_of, face_middle, find_stage, middle_on_shaft
+from pmor.export.rexs.stage import Stage, face_middle, find_stage, middle_on_shaft
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair
 
@@ -254,7 +255,7 @@ class _Draft:
         return assumed
 
     def _shaft_diameter(self, gear: Component) -> float | None:
-        for shaft in self.gearbox.beside(gear.number, "shaft", "assembly"):
+        for shaft in shafts_of(self.gearbox, gear):
             middle = middle_on_shaft(self.gearbox, gear, shaft)
             for section in self.gearbox.beside(shaft.number, "shaft_section"):
                 start, length = section.number_of("u_coordinate_on_shaft"), section.number_of("length")

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.core.errors import CaseError
+from pmor.export.rexs.drive import drives
+from pmor.export.rexs.joints import RING, axis_of, shafts_of, stages, turning_together
 from pmor.export.rexs.model import Component, Gearbox
-
-RING = "ring_gear"
 
 
 @dataclass(frozen=True)
@@ -37,20 +37,6 @@ class Stage:
     loaded: str
     loaded_known: bool
     notes: tuple[str, ...]
-
-
-def stages(gearbox: Gearbox) -> dict[int, tuple[Component, Component]]:
-    """List the stages with two cylindrical gears, one at most a ring: (gear_1, gear_2) by the number of the stage."""
-    found = {}
-    for relation in gearbox.relations:
-        number, *gears = (relation.role(role) for role in ("stage", "gear_1", "gear_2"))
-        if relation.kind != "stage" or number is None or None in gears:
-            continue
-        pair = [gearbox.components.get(gear) for gear in gears if gear is not None]
-        kinds = sorted(gear.kind if gear else "" for gear in pair)
-        if number in gearbox.components and kinds in (["cylindrical_gear"] * 2, ["cylindrical_gear", RING]):
-            found[number] = (pair[0], pair[1])
-    return found  # type: ignore[return-value]
 
 
 def find_stage(gearbox: Gearbox, wanted: int | None, where: str) -> Stage:
@@ -101,16 +87,11 @@ def middle_on_shaft(gearbox: Gearbox, gear: Component, shaft: Component) -> floa
 def face_middle(gearbox: Gearbox, gear: Component, along: list[float]) -> float | None:
     """Return where the middle of a gear's face is along an axis, mm; None where the file does not say it."""
     place = gear.numbers_of("support_vector")
-    for shaft in gearbox.beside(gear.number, "shaft", "assembly"):
+    for shaft in shafts_of(gearbox, gear):
         foot, on_shaft = shaft.numbers_of("support_vector"), middle_on_shaft(gearbox, gear, shaft)
         if len(place) != 3 and len(foot) == 3 and on_shaft is not None:
             place = [f + on_shaft * a for f, a in zip(foot, axis_of(shaft), strict=True)]
     return sum(m * a for m, a in zip(place, along, strict=True)) if len(place) == 3 else None
-
-
-def axis_of(gear: Component) -> list[float]:
-    """Return a gear's axis, a unit vector."""
-    return gear.direction_of("u_axis_vector") or [1.0, 0.0, 0.0]
 
 
 def _teeth(gear: Component) -> str:
@@ -145,27 +126,24 @@ def _torques(
                 if said := data.number_of("torque"):
                     torques.setdefault(gear.number, set()).add(abs(said))
     given, passed = set(torques), dict[int, set[float]]()
+    train = turning_together(gearbox)
     shaft_of = {
-        gear.number: shaft.number
-        for pair in found.values() for gear in pair for shaft in gearbox.beside(gear.number, "shaft", "assembly")
+        gear.number: train[shaft.number]
+        for pair in found.values() for gear in pair for shaft in shafts_of(gearbox, gear)
     }  # fmt: skip
+    said_once = dict[str, None]()
     for loads in gearbox.load_cases or ({},):
-        for shaft, torque in _entering(gearbox, loads).items():
+        entering = dict[int, float]()
+        for one in drives(gearbox, loads):
+            if one.torque_Nm:
+                shaft = train[one.shaft.number]
+                entering[shaft] = entering.get(shaft, 0.0) + abs(one.torque_Nm)
+            said_once |= {one.note: None} if one.note else {}
+        for shaft, torque in entering.items():
             _pass_on(shaft, torque, found, shaft_of, passed, drivers, notes)
+    for number in found:
+        notes[number] = said_once | notes.get(number, {})
     return {**passed, **{gear: torques[gear] for gear in given}}, drivers, notes
-
-
-def _entering(gearbox: Gearbox, loads: dict[int, Component]) -> dict[int, float]:
-    """Torques of the loads on shafts, N m; the output torque is not in the file."""
-    entering = dict[int, float]()
-    for load in gearbox.of_kind("external_load"):
-        said = loads.get(load.number, load).number_of("torque_around_u_axis")
-        if said is None:
-            said = load.number_of("torque_around_u_axis")
-        if said and load.text_of("defines_torque") != "false" and load.text_of("transmits_torque") != "false":
-            for shaft in gearbox.beside(load.number, "shaft", "assembly"):
-                entering[shaft.number] = entering.get(shaft.number, 0.0) + abs(said)
-    return entering
 
 
 def _pass_on(

@@ -72,9 +72,10 @@ UNITS = {
     **{f"operating_point_stiffness_f_{one}_d_{other}": "N / m" for one in "uvw" for other in "uvw"},
     **{f"operating_point_stiffness_f_{one}_rot_{other}": "N / rad" for one in "uvw" for other in "vw"},
     **{f"operating_point_stiffness_m_{one}_rot_{other}": "N mm / rad" for one in "vw" for other in "vw"},
-    "custom_pmor_losses": "W",
+    "custom_pmor_losses": "W", "power": "kW",
     "operating_time_fraction": "%", "operating_time": "h", "rotational_speed": "1 / min",
     "radial_stiffness": "N / m", "axial_stiffness": "N / m", "bending_stiffness": "N mm / rad",
+    "rotational_stiffness": "N mm / rad",
 }  # fmt: skip
 #: units that are converted, by the one used here; spaces, dots and stars between factors do not count
 FACTORS = {
@@ -87,6 +88,7 @@ FACTORS = {
     "N / mm": {"N/mm": 1.0, "N/m": 1e-3, "kN/mm": 1e3},
     "N": {"N": 1.0, "kN": 1e3},
     "N mm / rad": {"Nmm/rad": 1.0, "Nm/rad": 1e3},
+    "kW": {"kW": 1.0, "W": 1e-3, "MW": 1e3},
     "1 / min": {"1/min": 1.0, "rpm": 1.0, "1/s": 60.0, "Hz": 60.0},
     "%": {"%": 1.0},
     "h": {"h": 1.0, "min": 1.0 / 60.0, "s": 1.0 / 3600.0},

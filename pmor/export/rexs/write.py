@@ -15,10 +15,10 @@ import numpy as np
 from pmor.case import Case, GearCase
 from pmor.export.rexs.blanks import blank_attributes
 from pmor.export.rexs.document import Attributes, Document, Value
+from pmor.export.rexs.joints import RING
 from pmor.export.rexs.read import LEAST_RIM
 from pmor.export.rexs.results import StageResults
 from pmor.export.rexs.rings import CUTTER, cutter_attributes, ring_attributes
-from pmor.export.rexs.stage import RING
 from pmor.gear.modification import UNMODIFIED, Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.profile import profiles
