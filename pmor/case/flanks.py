@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from pmor.case.document import COAST, MODIFICATION
 from pmor.case.gears import GearCase
-from pmor.case.schema import Case
+from pmor.case.schema import Case, Width
 from pmor.case.values import toml_text
 from pmor.case.width import meshed_width
 from pmor.core.errors import CaseError
@@ -81,6 +81,7 @@ def check_flanks(case: Case, where: str) -> None:
 
     `pmor.pair.modifications` checks whether they lie on the flank: that takes the geometry of the pair.
     """
+    width = meshed_width(case)  # of all flanks together: each of them asked by itself would walk all the others
     for flank in modified_flanks(case):
         place = f"{where}: {flank.place}"
         for amount, extents, what in EXTENTS:
@@ -97,7 +98,7 @@ def check_flanks(case: Case, where: str) -> None:
                 )
         _check_pitch(flank, place)
         _check_over_width(flank, case.pair.face_width_mm, place)
-        _refuse_uneven_flank(case, flank.modification, place)
+        _refuse_uneven_flank(width, flank.modification, place)
 
 
 def _check_pitch(flank: ModifiedFlank, place: str) -> None:
@@ -132,8 +133,7 @@ def _covers(places_mm: tuple[float, ...], width_mm: float) -> bool:
     return places_mm[0] <= -0.5 * width_mm + GRID_SLACK_MM and places_mm[-1] >= 0.5 * width_mm - GRID_SLACK_MM
 
 
-def _refuse_uneven_flank(case: Case, modification: Modification, place: str) -> None:
-    width = meshed_width(case)
+def _refuse_uneven_flank(width: Width, modification: Modification, place: str) -> None:
     if width == "half" and not modification.mirrored:
         raise CaseError(
             f"{place}: the halves of the face differ, and the mesh has one half that stands for both: write [mesh] "

@@ -97,22 +97,21 @@ def _files_in(folder: Path, suffix: str) -> str:
 def keys_of(kind: type) -> dict[str, Any]:
     """Return the keys of a section and their annotations; not the sections inside."""
     found: dict[str, Any] = {}
-    for item, hint in _annotated(kind):
-        if INLINE in _words(hint):
-            found |= keys_of(_dataclass_in(hint))
-        elif (_dataclass_in(hint) is None or _has_words(hint)) and hint not in REST:
-            found[item.name] = hint
+    for slot in _slots(kind):
+        if slot.inline:
+            found |= keys_of(slot.inner)
+        elif (slot.inner is None or slot.has_words) and not slot.rest:
+            found[slot.name] = slot.hint
     return found
 
 
 def sections_in(kind: type, name: str = "") -> dict[str, type]:
     """Return all sections inside a section by their names in the file: `grid`, `paper.ratio`."""
     found: dict[str, type] = {}
-    for item, hint in _annotated(kind):
-        inner = _dataclass_in(hint)
-        if inner is not None and INLINE not in _words(hint):
-            key = f"{name}.{_key(item, hint)}".removeprefix(".")
-            found |= {key: inner, **sections_in(inner, key)}
+    for slot in _slots(kind):
+        if slot.inner is not None and not slot.inline:
+            key = f"{name}.{slot.key}".removeprefix(".")
+            found |= {key: slot.inner, **sections_in(slot.inner, key)}
     return found
 
 
@@ -169,22 +168,21 @@ class Reader:
             Further keys that suggestions may name.
         """
         self.refuse_value(name, table)
-        items = [pair for pair in _annotated(kind) if pair[0].name not in given]  # type: ignore[arg-type]
-        known = {key for item, hint in items for key in _keys(item, hint)}
+        slots = [slot for slot in _slots(kind) if slot.name not in given]  # type: ignore[arg-type]
+        known = [key for slot in slots for key in slot.keys]
         others = {key: value for key, value in table.items() if key not in known}
-        rest = next((item.name for item, hint in items if hint in REST), None)
+        rest = next((slot.name for slot in slots if slot.rest), None)
         if rest is None:
-            self.refuse_unknown(others, [*(key for i, hint in items for key in _keys(i, hint)), *also], name)
+            self.refuse_unknown(others, [*known, *also], name)
         values = dict(given)
-        for item, hint in items:
-            if item.name == rest:
-                values[rest] = self._changes(others, name) if hint == Sections else others
-            elif INLINE in _words(hint):
-                kind_in, keys = _dataclass_in(hint), _keys(item, hint)
-                own, usual = ({k: v for k, v in source.items() if k in keys} for source in (table, filled))
-                values[item.name] = self.section(own, kind_in, name, usual)
+        for slot in slots:
+            if slot.name == rest:
+                values[rest] = self._changes(others, name) if slot.hint == Sections else others
+            elif slot.inline:
+                own, usual = ({k: v for k, v in source.items() if k in slot.keys} for source in (table, filled))
+                values[slot.name] = self.section(own, slot.inner, name, usual)
             else:
-                values |= self._field(table, item, hint, name, filled)
+                values |= self._field(table, slot, name, filled)
         return kind(**values)
 
     def refuse_value(self, name: str, table: Any) -> None:
@@ -210,28 +208,28 @@ class Reader:
         return list(tables)
 
     def _field(
-        self, table: Mapping[str, Any], item: Field[Any], hint: Any, section: str, filled: Mapping[str, Any]
+        self, table: Mapping[str, Any], slot: _Slot, section: str, filled: Mapping[str, Any]
     ) -> dict[str, Any]:
         """Read the content of a key: a section, a list of sections, or a value; empty where there is a default."""
-        key, inner = _key(item, hint), _dataclass_in(hint)
+        key, inner = slot.key, slot.inner
+        if key not in table and key not in filled and slot.has_default:
+            return {}
         place, name = f"[{section}] {key}" if section else key, f"{section}.{key}" if section else key
         if key not in table:
             if key in filled:
-                return {item.name: filled[key]}
-            if item.default is not MISSING:
-                return {}
+                return {slot.name: filled[key]}
             if inner is None:
                 where = f"below [{section}]" if section else "at the top"
                 self.refuse(place, f"is missing: add '{key} = ...' {where}")
-            return {item.name: self.section({}, inner, name)}
-        if inner is None or (isinstance(table[key], str) and _has_words(hint)):
-            return {item.name: self.value(table[key], hint, place)}
-        if _is_list(hint):
+            return {slot.name: self.section({}, inner, name)}
+        if inner is None or (isinstance(table[key], str) and slot.has_words):
+            return {slot.name: self.value(table[key], slot.hint, place)}
+        if slot.is_list:
             tables = self.list_of(table[key], name)
-            if not tables and item.default is MISSING:
+            if not tables and not slot.has_default:
                 self.refuse(f"{place} = []", "must have at least one: add it")
-            return {item.name: tuple(self.section(one, inner, name) for one in tables)}
-        return {item.name: self.section(table[key], inner, name)}
+            return {slot.name: tuple(self.section(one, inner, name) for one in tables)}
+        return {slot.name: self.section(table[key], inner, name)}
 
     def _changes(self, tables: dict[str, Any], section: str) -> dict[str, Any]:
         for key, value in tables.items():
@@ -269,37 +267,56 @@ def checked(section: Any, kind: type[Section], where: str, name: str) -> Section
         content = section if isinstance(section, Mapping) else {next(iter(keys_of(kind))): "..."}
         made = f"{kind.__name__}({', '.join(f'{key}={value}' for key, value in content.items())})"
         raise CaseError(f"{where}: {name} = {section!r:.60}: must be a {kind.__name__}: write {made}")
-    written = {i.name: value for i, _ in _annotated(kind)  # type: ignore[arg-type]
-               if (value := getattr(section, i.name)) is not i.default}  # fmt: skip
+    written = {item.name: value for item in fields(kind)  # type: ignore[arg-type]
+               if (value := getattr(section, item.name)) is not item.default}  # fmt: skip
     return Reader(where).section({key: v for key, v in written.items() if v is not None}, kind, name)
 
 
+@dataclass(frozen=True)
+class _Slot:
+    """A field of a section as files have it.
+
+    Parameters
+    ----------
+    keys : tuple of str
+        That it takes of a file; none of one that takes the rest.
+    inner : type or None
+        Dataclass of a field that is a section or a list of sections.
+    has_words : bool
+        Whether a word may stand for the section.
+    """
+
+    name: str
+    hint: Any
+    key: str
+    keys: tuple[str, ...]
+    inner: Any
+    inline: bool
+    rest: bool
+    is_list: bool
+    has_words: bool
+    has_default: bool
+
+
 @cache
-def _annotated(kind: type) -> tuple[tuple[Field[Any], Any], ...]:
+def _slots(kind: type) -> tuple[_Slot, ...]:
+    """Return the fields of a section: annotations are taken apart once, not for each of thousands of variants."""
     hints = get_type_hints(kind, include_extras=True)
-    return tuple((item, hints[item.name]) for item in fields(kind))  # type: ignore[arg-type]
+    return tuple(_slot(item, hints[item.name]) for item in fields(kind))  # type: ignore[arg-type]
 
 
-def _has_words(hint: Any) -> bool:
-    return any(get_origin(choice) is Literal for choice in get_args(hint))
+def _slot(item: Field[Any], hint: Any) -> _Slot:
+    words, inner, rest = _words(hint), _dataclass_in(hint), hint in REST
+    key, inline = next(iter(words), item.name), INLINE in words
+    keys = tuple(keys_of(inner)) if inline else () if rest else (key,)
+    is_list = get_origin(get_args(hint)[0] if get_origin(hint) is Annotated else hint) is tuple
+    has_words = any(get_origin(choice) is Literal for choice in get_args(hint))
+    has_default = item.default is not MISSING
+    return _Slot(item.name, hint, key, keys, inner, inline, rest, is_list, has_words, has_default)
 
 
 def _words(hint: Any) -> list[str]:
     return [word for word in get_args(hint)[1:] if isinstance(word, str)] if get_origin(hint) is Annotated else []
-
-
-def _key(item: Field[Any], hint: Any) -> str:
-    return next(iter(_words(hint)), item.name)
-
-
-def _keys(item: Field[Any], hint: Any) -> list[str]:
-    if INLINE in _words(hint):
-        return list(keys_of(_dataclass_in(hint)))
-    return [] if hint in REST else [_key(item, hint)]
-
-
-def _is_list(hint: Any) -> bool:
-    return get_origin(get_args(hint)[0] if get_origin(hint) is Annotated else hint) is tuple
 
 
 def _dataclass_in(hint: Any) -> Any:

@@ -28,12 +28,11 @@ def refuse_modifications_off_the_flank(case: Case, pair: GearPair) -> None:
     pair : GearPair
         Its geometry.
     """
-    for flank in modified_flanks(case):
+    flanks, active, of_gears = modified_flanks(case), pair.active_rolls, profiles(pair)
+    for flank in flanks:
         tooth = pair.wheel if flank.wheel else pair.pinion
-        start, end = map(math.degrees, pair.active_rolls[flank.wheel])
-        low, high = sorted((start, end))
-        modification = flank.modification
-        profile = profiles(pair)[flank.wheel]
+        low, high = sorted(map(math.degrees, active[flank.wheel]))
+        modification, profile = flank.modification, of_gears[flank.wheel]
         if modification.tip_relief_um:
             ends = tooth.form_roll_angle, profile.tip
             _refuse_beyond(flank, "tip_relief_um", profile, ends, "below the tip circle")
