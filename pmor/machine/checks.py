@@ -28,7 +28,8 @@ ROUNDED_SHARE = 5e-3
 # Of the largest torque through a set over all loads: none.
 NO_TORQUE = 1e-9
 LONGEST_NAME, NO_FILE_NAME = 60, '/\\:*?"<>|'
-STIFFNESSES = {"radial_N_per_mm": "rigid", "axial_N_per_mm": "free", "tilt_Nmm_per_rad": "free"}
+STIFFNESSES = {"radial_N_per_mm": "rigid", "axial_N_per_mm": "free", "tilt_Nmm_per_rad": "free",
+                "torsion_Nmm_per_rad": "free"}  # fmt: skip
 
 
 class GearboxReader(Reader):
@@ -90,6 +91,9 @@ class GearboxReader(Reader):
         for kind in inner:
             if (fault := impossible(getattr(bearing, kind))) is not None:
                 self.refuse(f"{where}: {kind}: {fault[0]}", fault[1])
+        if bearing.to == HOUSING and bearing.couples:
+            rule = f'couples two shafts: name the other one in to, or write torque_Nm = "balance" for the {HOUSING}'
+            self.refuse(f"{where}: torsion_Nmm_per_rad", rule)
         if bearing.to == HOUSING:
             return
         if bearing.to == bearing.shaft:
@@ -265,8 +269,12 @@ def _spans(shaft: Shaft) -> Iterator[tuple[float, float, ShaftSection]]:
 
 
 def _trains(said: GearboxSections) -> list[tuple[str, ...]]:
-    """Shafts that meshes join, in the order of the file."""
+    """Shafts that meshes, sets and couplings join, in the order of the file."""
     train = {shaft.name: {shaft.name} for shaft in said.shafts}
+    for bearing in said.bearings:
+        if bearing.couples:
+            joined = train[bearing.shaft] | train[bearing.to]
+            train |= dict.fromkeys(joined, joined)
     for mesh in said.meshes:
         joined = train[mesh.pinion.shaft] | train[mesh.wheel.shaft]
         train |= dict.fromkeys(joined, joined)

@@ -34,7 +34,7 @@ from pmor.sets.loader import SetFile
 DIRECTIONS = ("along x", "along y", "along z", "about x", "about y", "about z")
 # Displacement of the inner ring: along x, y, z, about y, about z.
 BEARING_ROWS = (0, 1, 2, 4, 5)
-AXIAL, RADIAL, TILT = (0,), (1, 2), (4, 5)
+AXIAL, RADIAL, TORSION, TILT = (0,), (1, 2), (3,), (4, 5)
 ABOUT_AXIS = 3
 
 
@@ -280,6 +280,10 @@ def speeds_rpm(model: GearboxModel, load: LoadCase) -> dict[str, float]:
         return {}
     found = {load.torques[0].shaft: load.speed_rpm}
     for _ in model.sections.shafts:
+        for bearing in model.sections.bearings:
+            if bearing.couples:
+                for one, two in ((bearing.shaft, bearing.to), (bearing.to, bearing.shaft)):
+                    found |= {two: found[one]} if one in found and two not in found else {}
         for mesh in model.sections.meshes:
             pair, (one, two) = model.pairs[mesh.name], (mesh.pinion.shaft, mesh.wheel.shaft)
             ratio = pair.wheel.base_radius / pair.pinion.base_radius
@@ -310,16 +314,17 @@ def pinion_torques(model: GearboxModel, load: LoadCase) -> dict[str, float]:
 def set_torques(model: GearboxModel, load: LoadCase) -> dict[str, float]:
     """Return the torques about x on the suns, by set, N m, as `joint_torques`."""
     found = joint_torques(model, load)[len(model.sections.meshes) :]
-    return {one.name: torque for one, torque in zip(model.sections.sets, found, strict=True)}
+    return {one.name: torque for one, torque in zip(model.sections.sets, found, strict=False)}
 
 
 def joint_torques(model: GearboxModel, load: LoadCase) -> list[float]:
-    """Return the torques about x on the pinions of all meshes and on the suns of all sets, N m.
+    """Return the torques about x on the pinions of all meshes, on the suns of all sets, and in all couplings, N m.
 
     Without losses, from the balance of each shaft; least squares where power is split, of which the signs alone count.
     """
     said = model.sections
-    joints = len(said.meshes) + len(said.sets)
+    couplings = [bearing for bearing in said.bearings if bearing.couples]
+    joints = len(said.meshes) + len(said.sets) + len(couplings)
     rows = {shaft.name: i for i, shaft in enumerate(said.shafts)}
     held = [torque for torque in load.torques if torque.torque_Nm == "balance"]
     matrix = np.zeros((len(rows), joints + len(held)))
@@ -332,6 +337,9 @@ def joint_torques(model: GearboxModel, load: LoadCase) -> list[float]:
         ratios = torque_ratios(model.sets[planetary.name].teeth)
         for member, place in planetary.members.items():
             matrix[rows[place.shaft], column] -= ratios[member] / ratios["sun"]
+    for column, coupling in enumerate(couplings, start=joints - len(couplings)):
+        matrix[rows[coupling.shaft], column] -= 1.0
+        matrix[rows[coupling.to], column] += 1.0
     for column, torque in enumerate(held, start=joints):
         matrix[rows[torque.shaft], column] = 1.0
     given = np.zeros(len(rows))
@@ -372,6 +380,7 @@ def _supported(bearing: Bearing, rows: FloatArray) -> Supported:
     if inner is None:
         for value, directions in (
             (bearing.axial_N_per_mm, AXIAL), (bearing.radial_N_per_mm, RADIAL), (bearing.tilt_Nmm_per_rad, TILT),
+            (bearing.torsion_Nmm_per_rad, TORSION),
         ):  # fmt: skip
             if value == "rigid":
                 rigid += directions

@@ -69,7 +69,10 @@ def _kind(bearing: Bearing) -> str:
         return f"{bearing.ball.balls} balls, ISO/TS 16281"
     if bearing.roller is not None:
         return f"{bearing.roller.rollers} rollers, ISO/TS 16281"
-    ways = ("radial", bearing.radial_N_per_mm), ("axial", bearing.axial_N_per_mm), ("tilt", bearing.tilt_Nmm_per_rad)
+    ways = [
+        ("radial", bearing.radial_N_per_mm), ("axial", bearing.axial_N_per_mm), ("tilt", bearing.tilt_Nmm_per_rad),
+        *([("torsion", bearing.torsion_Nmm_per_rad)] if bearing.couples else []),
+    ]  # fmt: skip
     return ", ".join(f"{name} {value if isinstance(value, str) else f'{value:g}'}" for name, value in ways)
 
 

@@ -153,6 +153,8 @@ def _bearing(bearing: Supported, moved: FloatArray, force: FloatArray, state: Be
         "displacement_um": (1e3 * moved[:3]).tolist(),
         "tilt_mrad": (1e3 * moved[4:]).tolist(),
     }
+    if bearing.settings.couples:
+        entry["torque_Nm"] = 1e-3 * float(force[3])
     if state is not None:
         entry |= {
             "element_force_N": state.element_force.tolist(),

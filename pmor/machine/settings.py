@@ -70,7 +70,7 @@ class Shaft:
 
 @dataclass(frozen=True, kw_only=True)
 class Bearing:
-    """A bearing of a shaft (section `[[bearings]]`).
+    """A bearing of a shaft, or a coupling between two of one axis (section `[[bearings]]`).
 
     Parameters
     ----------
@@ -82,6 +82,8 @@ class Bearing:
         Along the shaft.
     radial_N_per_mm, axial_N_per_mm, tilt_Nmm_per_rad : float, "rigid" or "free"
         Of a bearing by its stiffness.
+    torsion_Nmm_per_rad : float, "rigid" or "free"
+        About the axis, of a coupling, a key, a spline or a press fit between two shafts: it carries torque.
     ball, roller : BallBearing, RollerBearing
         Of a bearing by its inner geometry.
     """
@@ -93,8 +95,14 @@ class Bearing:
     radial_N_per_mm: Stiffness = "rigid"
     axial_N_per_mm: Stiffness = "free"
     tilt_Nmm_per_rad: TiltStiffness = "free"
+    torsion_Nmm_per_rad: TiltStiffness = "free"
     ball: BallBearing | None = None
     roller: RollerBearing | None = None
+
+    @property
+    def couples(self) -> bool:
+        """Whether both shafts turn together."""
+        return self.torsion_Nmm_per_rad != "free"
 
 
 @dataclass(frozen=True, kw_only=True)
