@@ -80,21 +80,25 @@ def to_train(direction: float, image: bool) -> FloatArray:
     return np.asarray(turn * IMAGE if image else turn)
 
 
-def smooth_rows(pair: GearPair, direction: float, image: bool) -> FloatArray:
+def smooth_rows(pair: GearPair, direction: float = 0.0, image: bool = False, coast: bool = False) -> FloatArray:
     """Return wrenches on the hubs of pinion and wheel by a unit force along the line of action at the pitch point.
+
+    By displacements of the hubs they say by how much the flanks part.
 
     Parameters
     ----------
     direction, image
-        As in `TrainMesh`.
+        As in `TrainMesh`; by default axes of the pair.
+    coast : bool
+        Of the flanks that do not carry.
 
     Returns
     -------
     ndarray, shape (2, 6)
         In axes of the train, N and N mm.
     """
-    alpha = pair.working_pressure_angle
-    force = np.array([math.cos(alpha), -math.sin(alpha), math.tan(pair.base_helix_angle)])
+    alpha, side = pair.working_pressure_angle, -1.0 if coast else 1.0
+    force = np.array([side * math.cos(alpha), -math.sin(alpha), side * math.tan(pair.base_helix_angle)])
     radius, rows = pair.pinion.base_radius / math.cos(alpha), []
     for sign, arm in ((1.0, radius), (-1.0, radius - pair.centre_distance)):
         wrench = np.concatenate([sign * force, np.cross([0.0, arm, 0.0], sign * force)])

@@ -22,8 +22,10 @@ from pmor.core.wording import did_you_mean
 from pmor.export.rexs.model import ENDINGS
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair, refuse_loads_unmeshed
+from pmor.sets.bounds import refuse_draws, refuse_errors
+from pmor.sets.draws import drawn
 from pmor.sets.layout import PAIR, SECOND_PAIR, SECOND_PLANET, SHARED, Layout, Share, planetary_layout, train_layout
-from pmor.sets.plan import SetPlan, planetary_errors, set_plan
+from pmor.sets.plan import SetPlan, planetary_errors, set_plan, with_errors
 from pmor.sets.rexs import is_one_set, read_set
 from pmor.sets.settings import Carrier, Eccentricity, Member, SetSections, Supports
 from pmor.sets.support_checks import check_cheeks, check_supports
@@ -181,6 +183,7 @@ def _checked(
     most = max((plan.nominal_Nm, *said.sweep.torques_Nm)) / plan.nominal_Nm
     most = most if shafts is None or shafts.most_Nm is None else shafts.most_Nm / plan.torque_Nm
     cases = reader.cases(said, layout, {key: most * torque for key, torque in plan.mesh_torques_Nm.items()})
+    reader.check_errors(said, plan, cases, pairs)
     check_cheeks(said, plan, cases, reader.refuse)
     pitches = reader.pitches(said, plan, cases), reader.sample_pitches(said, plan, cases)
     housed = 1 if shafts is None else reader.pitches(said, plan, cases, housed=True)
@@ -250,6 +253,19 @@ class _Reader(Reader):
             self.refuse(f"[planets] missing = {list(planets.missing)}", "leaves no planet: take one out of the list")
         check_supports(said, self.refuse)
         check_stepped(said, self.refuse)
+
+    def check_errors(
+        self, said: SetSections, plan: SetPlan, cases: Mapping[str, Case], pairs: Mapping[str, GearPair]
+    ) -> None:
+        """Refuse errors, also those that tolerances draw, with which gears cannot mesh."""
+        place = "[[gears]] eccentricity_um" if said.gears else "[planets], [eccentricity]"
+        try:
+            refuse_errors(plan, cases, pairs)
+            if said.tolerances is not None:
+                place = "[tolerances]"
+                refuse_draws(plan, (with_errors(plan, sample) for sample in drawn(said)), pairs)
+        except GeometryError as error:
+            raise GeometryError(f"{self.where}: {place}: {error}") from None
 
     def carrier_stiffness(self, said: SetSections) -> FloatArray | None:
         """Return the stiffness of the carrier at the seats of its pins; None where the file names none."""

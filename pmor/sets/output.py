@@ -124,7 +124,7 @@ def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, fail
     """Return numbers and page."""
     data, nominal = set_data(file, solved, samples, failures), nominal_torque(file, solved)
     tables = _tables(data)
-    blocks: list[Block] = [*map(Warning, _warnings(file, solved, failures)), tables[0]]
+    blocks: list[Block] = [*map(Warning, _warnings(file, solved, data)), tables[0]]
     if solved.converged[nominal].any():
         angle = int(np.flatnonzero(solved.converged[nominal])[0])
         blocks.append(Picture("set.png", "All gears as the calculation places them.",
@@ -172,9 +172,10 @@ def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, fail
 def set_text(file: SetFile, solved: SetSolution, samples: Samples | None, failures: tuple[str, ...]) -> str:
     """Return the tables for the screen."""
     lines = [f"Set: {file.sections.title}"]
-    for shown in _tables(set_data(file, solved, samples, failures)):
+    data = set_data(file, solved, samples, failures)
+    for shown in _tables(data):
         lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
-    lines += [f"  ! {sentence}" for sentence in _warnings(file, solved, failures)]
+    lines += [f"  ! {sentence}" for sentence in _warnings(file, solved, data)]
     if file.notes:
         lines.append(f"  {len(file.notes)} assumptions about what the file does not say: set.json, and the page")
     return "\n".join(lines)
@@ -203,8 +204,12 @@ def _tables(data: Data) -> list[Table]:
     return found
 
 
-def _warnings(file: SetFile, solved: SetSolution, failures: tuple[str, ...]) -> list[str]:
-    said = [*failures, *(f"Changed, as these gears would not run as filed: {sentence}" for sentence in file.changed)]
+def _warnings(file: SetFile, solved: SetSolution, data: Data) -> list[str]:
+    said = [
+        *data["failures"],
+        *data["bounds"],
+        *(f"Changed, as these gears would not run as filed: {sentence}" for sentence in file.changed),
+    ]
     if not solved.repeats:
         said.append(
             f"{solved.pitches} pitches of the first gear are solved, and all meshes stand as before after "

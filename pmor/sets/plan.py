@@ -217,6 +217,12 @@ def planetary_errors(said: SetSections, bodies: Sequence[SetBody], clockwise: bo
     return whole.ravel(), np.array(eccentric + [[0.0, 0.0]] * (len(bodies) - len(displacement)))
 
 
+def with_errors(plan: SetPlan, said: SetSections) -> SetPlan:
+    """Return a planetary set with the errors that other sections say."""
+    displacement, eccentricity = planetary_errors(said, plan.bodies, plan.clockwise)
+    return replace(plan, displacement=displacement, eccentricity=eccentricity)
+
+
 def _eccentric(amount_um: float, direction_deg: float) -> list[float]:
     """Eccentricity of a gear, in a direction counter-clockwise from the y axis: x and y, mm."""
     direction = math.radians(direction_deg)

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from pmor.sets.bounds import named_bounds
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import SetFile
 from pmor.sets.plan import SetPlan
 from pmor.sets.solution import SetSolution
-from pmor.sets.tolerances import Samples
+from pmor.sets.tolerances import Samples, sample_bounds
 
 Data = dict[str, Any]
 ORDERS = 10
@@ -41,9 +42,17 @@ def set_data(file: SetFile, solved: SetSolution, samples: Samples | None, failur
         "torques": rows,
         "tolerances": sample_data(samples, solved, [row["torque_Nm"] for row in rows]) if samples else None,
         "failures": list(failures),
+        "bounds": bounds(file, solved, samples),
         "changed": list(file.changed),
         "assumptions": list(file.notes),
     }
+
+
+def bounds(file: SetFile, solved: SetSolution, samples: Samples | None) -> list[str]:
+    """Return what leaves the bounds of the equations under each torque, samples within tolerances included."""
+    torques = (solved.torque_Nm * file.plan.nominal_Nm / file.plan.torque_Nm).tolist()
+    of_samples = () if samples is None else sample_bounds(samples, torques)
+    return [*named_bounds(file, solved, torques), *of_samples]
 
 
 def _speeds(file: SetFile) -> Data:
@@ -207,6 +216,8 @@ def _mesh_data(solved: SetSolution, number: int, mesh: int) -> Data:
         "pinion_torque_Nm": plain(1e-3 * radius * np.mean(force)),
         "wheel_torque_Nm": plain(1e-3 * abs(pair.wheel.base_radius) * np.mean(force)),
         "line_load_max_N_per_mm": plain(loads.max()),
+        "flank_pressure_max_MPa": plain(solved.flank_pressure_MPa(mesh)[number]),
+        "carrying_face_percent": plain(solved.carrying_face_percent(mesh)[number]),
         "k_h_beta": plain(solved.k_h_beta(mesh)[number]),
     }
 

@@ -10,6 +10,7 @@ import numpy as np
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.line.hertz import width_limit
 from pmor.line.hubs import HUB
+from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
 from pmor.line.kernels.several import SeveralResults
 from pmor.line.several import NONE, GearTrain, PlacedTrain
 from pmor.results.load_distribution import face_load_factor
@@ -138,6 +139,12 @@ class SetSolution:
         moved = wrench @ self.train.compliance + self.found.movement @ self.train.free
         return np.asarray(moved.reshape(grid))
 
+    def mesh_displacement(self, mesh: int) -> FloatArray:
+        """Of both hubs of a mesh from where the drawing has them, errors too, in axes of its pair, (D, A, 2, 6)."""
+        one, bodies = self.train.meshes[mesh], list(self.train.meshes[mesh].bodies)
+        errors = _hubs_off(self.plan, self.plan.displacement, self.train.rates, self.phi_rad)
+        return np.asarray((self.hub_displacement + errors)[:, :, bodies] @ one.to_train)
+
     @cached_property
     def planet_share(self) -> FloatArray:
         """Share of each planet in the torque that pins carry, (D, A, N)."""
@@ -240,6 +247,19 @@ class SetSolution:
         inside = z < 0.0
         return np.concatenate([z, -z[inside][::-1]]), np.concatenate([load, load[inside][::-1]])
 
+    def flank_pressure_MPa(self, mesh: int) -> FloatArray:
+        """Largest pressure in a mesh under each torque, (D,); that at sharp edges, which has no bound, left out."""
+        one, load = self.placed.placed[mesh], self.face_loads(mesh).load_N_per_mm
+        patches = np.empty((len(load) * self.cycles, one.lines.gap.size, PATCH_FIELDS))
+        line_patches(one.lines.law.reshape(-1, one.lines.law.shape[2]), load.reshape(len(patches), -1), patches)
+        return np.asarray(np.nan_to_num(patches[..., -1]).reshape(len(load), -1).max(axis=1))
+
+    def carrying_face_percent(self, mesh: int) -> FloatArray:
+        """Share of the face of a mesh that carries anywhere in the mesh cycle under each torque, (D,)."""
+        loads = self.face_loads(mesh)
+        carries = (loads.load_N_per_mm > 0.0).any(axis=(1, 2))
+        return np.asarray(100.0 * carries @ loads.width_mm / loads.width_mm.sum())
+
     @property
     def carrying(self) -> BoolArray:
         """Whether each mesh carries anything, (D, M): what is left of one that does not is round-off."""
@@ -329,17 +349,23 @@ def errors_of(plan: SetPlan, placed: PlacedTrain, pitch: int) -> FloatArray:
     """By how much flanks stand off by errors beyond those of the placed set in a pitch, (A, N), mm; empty without."""
     pitch_rad, found = placed.train.meshes[0].pair.meshed.pair.pitch, NONE
     moved = plan.displacement - (0.0 if placed.displacement is None else placed.displacement)
-    displacement = np.tile(moved.reshape(-1, HUB), (len(placed.phi), 1, 1))
-    turn = np.exp(1j * np.outer(placed.phi + pitch * pitch_rad, placed.train.rates))
-    turned = turn * (plan.eccentricity @ [1.0, 1j])
-    displacement[..., 0] += turned.real
-    displacement[..., 1] += turned.imag
-    if plan.in_housing is not None:
-        ahead = turn[:, plan.in_housing.housing]
-        displacement += np.outer(ahead, plan.in_housing.displacement).real.reshape(displacement.shape)
+    displacement = _hubs_off(plan, moved, placed.train.rates, placed.phi + pitch * pitch_rad)
     if displacement.any():
         found = placed.opened(displacement.reshape(len(placed.phi), -1))
     if any(mesh.assembly.uneven for mesh in placed.train.meshes):
         deviation = placed.pitch_deviation(pitch)
         found = found + deviation if found.size else deviation
     return found
+
+
+def _hubs_off(plan: SetPlan, still: FloatArray, rates: FloatArray, phi: FloatArray) -> FloatArray:
+    """Hubs off their places at angles of the first gear by what stands `still` (6 B,) and what turns, (A, B, 6)."""
+    displacement = np.tile(still.reshape(-1, HUB), (len(phi), 1, 1))
+    turn = np.exp(1j * np.outer(phi, rates))
+    turned = turn * (plan.eccentricity @ [1.0, 1j])
+    displacement[..., 0] += turned.real
+    displacement[..., 1] += turned.imag
+    if plan.in_housing is not None:
+        ahead = turn[:, plan.in_housing.housing]
+        displacement += np.outer(ahead, plan.in_housing.displacement).real.reshape(displacement.shape)
+    return displacement

@@ -6,16 +6,18 @@ where two of them are equal, and planets lift off; a sample takes milliseconds.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.pair.bounds import Bound
+from pmor.sets.bounds import set_bounds
+from pmor.sets.draws import drawn
 from pmor.sets.loader import SetFile
-from pmor.sets.plan import planetary_errors
-from pmor.sets.settings import Eccentricity, SetSections
+from pmor.sets.plan import with_errors
+from pmor.sets.settings import SetSections
 from pmor.sets.solution import SetSolution, solve_on
 
 
@@ -31,12 +33,15 @@ class Samples:
         NaN where a position did not converge.
     pitches : int
         Mesh cycles over which each sample is solved.
+    bounds : tuple of tuple of (int, str, Bound)
+        Under each torque the samples that leave their bounds, by number, with mesh and bound.
     """
 
     sections: tuple[SetSections, ...]
     k_gamma: FloatArray
     ste_peak_to_peak_um: FloatArray
     pitches: int
+    bounds: tuple[tuple[tuple[int, str, Bound], ...], ...]
 
     @property
     def missing(self) -> FloatArray:
@@ -50,44 +55,28 @@ def solve_samples(file: SetFile, solved: SetSolution) -> Samples | None:
         return None
     sections = tuple(drawn(file.sections))
     k_gamma, peak_to_peak = np.empty((2, len(sections), len(solved.torque_Nm)))
+    left: list[list[tuple[int, str, Bound]]] = [[] for _ in solved.torque_Nm]
     for number, said in enumerate(sections):
-        displacement, eccentricity = planetary_errors(said, file.plan.bodies, file.plan.clockwise)
-        plan = replace(file.plan, displacement=displacement, eccentricity=eccentricity)
-        found = solve_on(plan, solved.placed, solved.torque_Nm, file.sample_pitches)
+        found = solve_on(with_errors(file.plan, said), solved.placed, solved.torque_Nm, file.sample_pitches)
         k_gamma[number], peak_to_peak[number] = found.k_gamma, np.ptp(found.ste_um, axis=1)
-    return Samples(sections, k_gamma, peak_to_peak, file.sample_pitches)
+        for torque, of_torque in enumerate(left):
+            of_torque += [(number, mesh, bound) for mesh, bound in set_bounds(file, found, torque)]
+    return Samples(sections, k_gamma, peak_to_peak, file.sample_pitches, tuple(map(tuple, left)))
 
 
-def drawn(said: SetSections) -> Iterator[SetSections]:
-    """Draw sets within the tolerances of a planetary set; the draws of one error do not depend on the others' sizes."""
-    sizes, pins, off = said.tolerances, said.planets, said.eccentricity
-    assert sizes is not None
-    rng, nothing = np.random.default_rng(sizes.seed), (0.0,) * pins.count
-    of_timing = np.random.default_rng([sizes.seed, 1])
-    for _ in range(sizes.samples):
-        radial, tangential = rng.standard_normal((2, pins.count))
-        planets, sun, ring = rng.standard_normal((pins.count, 2)), *rng.standard_normal((2, 2))
-        yield replace(
-            said,
-            planets=replace(
-                pins,
-                radial_um=tuple((sizes.pins_radial_um * radial + (pins.radial_um or nothing)).tolist()),
-                tangential_um=tuple((sizes.pins_tangential_um * tangential + (pins.tangential_um or nothing)).tolist()),
-                timing_mrad=_timing(said, of_timing.standard_normal(pins.count)),
-            ),
-            eccentricity=Eccentricity(
-                **_eccentric("sun", off.sun_um, off.sun_deg, sizes.sun_eccentricity_um * sun),
-                **_eccentric("ring", off.ring_um, off.ring_deg, sizes.ring_eccentricity_um * ring),
-                **_eccentric("planets", off.planets_um or nothing, off.planets_deg or nothing,
-                             sizes.planets_eccentricity_um * planets),
-            ),
-        )  # fmt: skip
-
-
-def _timing(said: SetSections, drawn: FloatArray) -> tuple[float, ...]:
-    """Timing errors of stepped planets with those that are drawn; none where neither is said."""
-    size, given = said.tolerances.timing_mrad if said.tolerances else 0.0, said.planets.timing_mrad
-    return tuple((size * drawn + (given or 0.0)).tolist()) if size or given else ()
+def sample_bounds(samples: Samples, torques_Nm: Sequence[float]) -> tuple[str, ...]:
+    """Return what samples leave under each torque: how many of them, and the worst one."""
+    found = []
+    for torque, left in zip(torques_Nm, samples.bounds, strict=True):
+        for kind in dict.fromkeys(bound.kind for *_, bound in left):
+            those = [one for one in left if one[2].kind == kind]
+            number, mesh, worst = max(those, key=lambda one: one[2].size)
+            count = len({sample for sample, *_ in those})
+            found.append(
+                f"{torque:g} N m, {count} of {len(samples.sections)} sets within tolerances: {kind}; the worst is "
+                f"sample {number}, mesh {mesh}: {worst.text}"
+            )
+    return tuple(found)
 
 
 def sample_rows(samples: Samples, torques_Nm: FloatArray) -> list[dict[str, float]]:
@@ -107,10 +96,3 @@ def sample_rows(samples: Samples, torques_Nm: FloatArray) -> list[dict[str, floa
             row[f"ste_peak_to_peak_um_{torque:g}_Nm"] = float(samples.ste_peak_to_peak_um[number, place])
         rows.append(row)
     return rows
-
-
-def _eccentric(name: str, amount_um: Any, direction_deg: Any, moved: FloatArray) -> dict[str, Any]:
-    """Keys of eccentricities that are moved by two components, the one along direction 0 first."""
-    found = np.asarray(amount_um) * np.exp(1j * np.radians(direction_deg)) + moved[..., 0] + 1j * moved[..., 1]
-    values = {f"{name}_um": np.abs(found), f"{name}_deg": np.degrees(np.angle(found))}
-    return {key: tuple(value.tolist()) if value.ndim else float(value) for key, value in values.items()}

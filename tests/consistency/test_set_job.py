@@ -1,6 +1,7 @@
 """A set as a command and in Python: the same files; loads of other members, and the other sense, are the same set."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -156,6 +157,12 @@ def test_tolerances_leave_their_files_and_differ_no_other(tmp_path, job):
     data, plain = (json.loads((out / "set.json").read_text()) for out in (tmp_path / "out", job[1]))
     drawn = data.pop("tolerances")
     assert plain.pop("tolerances") is None
+    assert plain.pop("bounds") == []
+    for torque, of_samples in zip((100, 300), data.pop("bounds"), strict=True):
+        words = (
+            rf"{torque} N m, \d of 8 sets within tolerances: coast flanks would overlap; the worst is sample \d, mesh"
+        )
+        assert re.match(words, of_samples)
     assert data == plain
     assert (drawn["samples"], drawn["pitches"]) == (8, 18)
     for row in drawn["torques"]:

@@ -20,6 +20,22 @@ SETS = {
     "no sun": ("[sun]\nteeth = 18\nbore_radius_mm = 18.0", "", "[sun]: is missing"),
     "a member that is none": ("[sun]", "[son]", "unknown section"),
     "errors of other planets": ("tangential_um = [10.0, 0.0, 0.0]", "tangential_um = [10.0]", "each of the 3 planets"),
+    "a pin 10 mm out": ("tangential_um = [10.0,", "radial_um = [10000.0,", "sun and planet 1 from 72 to 82 mm"),
+    "pins inside where the same centre distance jams": (
+        "tangential_um = [10.0, 0.0, 0.0]",
+        "radial_um = [-50.0, -50.0, -50.0]",
+        "from 72 to 71.95 mm, at which no pair runs",
+    ),
+    "a gear 10 mm off its axis": (
+        "[load]",
+        "[eccentricity]\nring_um = 10000.0\n[load]",
+        "planet 1 and ring from 72 to",
+    ),
+    "tolerances of 10 mm": (
+        "[load]",
+        "[tolerances]\npins_radial_um = 1e4\nsamples = 8\n[load]",
+        "[tolerances]: errors bring",
+    ),
     "a missing planet that is not there": ("count = 3", "count = 3\nmissing = [4]", "planets 1 to 3"),
     "no planet left": ("count = 3", "count = 3\nmissing = [1, 2, 3]", "leaves no planet"),
     "a planet that floats": ("[load]", '[supports]\nplanet_radial_N_per_mm = "free"\n[load]', "nothing would hold"),
@@ -61,7 +77,7 @@ SETS = {
     "a pin without bearings": (
         "[load]",
         "[pins]\ndiameter_mm = 30.0\nlength_mm = 30.0\nbearings = []\n[load]",
-        "none holds the planet",
+        "[pins] bearings = []: must have at least one",
     ),
     "a planet that tips over on its bearing": (
         "[load]",

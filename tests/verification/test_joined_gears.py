@@ -14,13 +14,14 @@ from pmor.machine.loader import load as load_gearbox
 from pmor.machine.model import speeds_rpm
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import gear_pair
+from pmor.sets.draws import drawn
 from pmor.sets.kinematics import Centre, Meeting, placements
 from pmor.sets.loader import load
 from pmor.sets.plan import planet_positions
 from pmor.sets.run import train_of
 from pmor.sets.settings import Planets
 from pmor.sets.solution import solve_set
-from pmor.sets.tolerances import drawn, sample_rows, solve_samples
+from pmor.sets.tolerances import sample_rows, solve_samples
 from pmor_online.root_cycle import root_stress_and_cycles
 from tests.support.set_gearboxes import one_stage, written_reducer
 from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, line_case, written_set

@@ -10,10 +10,10 @@ from numpy.testing import assert_allclose
 import pmor
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.gear.modification import Modification
+from pmor.sets.draws import drawn
 from pmor.sets.loader import load
 from pmor.sets.run import run
 from pmor.sets.solution import solve_placed
-from pmor.sets.tolerances import drawn
 from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, chain, written_set
 
 # Solutions by Newton's method, to its tolerance.

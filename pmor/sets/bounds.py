@@ -1,0 +1,107 @@
+"""Where a solved set leaves what its equations stand for: the bounds of all meshes (`pmor.pair.bounds`)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pmor.case import Case
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import GeometryError
+from pmor.gear.pair import GearPair
+from pmor.line.hubs import HUB
+from pmor.pair.bounds import Bound, mesh_bounds, refuse_moved_axes
+from pmor.pair.model import approach_estimate
+from pmor.sets.plan import SetPlan
+
+if TYPE_CHECKING:
+    from pmor.sets.loader import SetFile
+    from pmor.sets.solution import SetSolution
+
+
+def named_bounds(file: SetFile, solved: SetSolution, torques_Nm: list[float]) -> tuple[str, ...]:
+    """Return what leaves its bounds under all torques, which are those of the member that the file names."""
+    return tuple(
+        f"{torque:g} N m, mesh {mesh}: {bound.text}"
+        for number, torque in enumerate(torques_Nm)
+        for mesh, bound in set_bounds(file, solved, number)
+    )
+
+
+def set_bounds(file: SetFile, solved: SetSolution, number: int) -> Iterator[tuple[str, Bound]]:
+    """Yield what leaves its bounds under a torque by its number: of meshes alike, which leave the same, the worst.
+
+    With it its mesh, by the names of the gears, and of how many meshes it is.
+    """
+    found: dict[tuple[str, str], list[tuple[str, Bound]]] = {}
+    for mesh, one in enumerate(solved.plan.meshes):
+        for bound in _bounds(file, solved, number, mesh):
+            name = " - ".join(solved.train.bodies[body].name for body in (one.pinion, one.wheel))
+            found.setdefault((one.case, bound.kind), []).append((name, bound))
+    for those in found.values():
+        name, worst = max(those, key=lambda pair: pair[1].size)
+        yield (f"{name}, worst of {len(those)}" if len(those) > 1 else name), worst
+
+
+def _bounds(file: SetFile, solved: SetSolution, number: int, mesh: int) -> Iterator[Bound]:
+    if not solved.carrying[number, mesh] or not solved.converged[number].any():
+        return iter(())
+    whole, pair = solved.converged[number].all(), solved.train.meshes[mesh].pair.meshed.pair
+    return mesh_bounds(
+        file.cases[solved.plan.meshes[mesh].case], pair, solved.mesh_displacement(mesh)[number],
+        float(np.mean(solved.ste_um[number])) if whole else None,
+        float(solved.carrying_face_percent(mesh)[number]) if whole else None,
+        float(solved.flank_pressure_MPa(mesh)[number]),
+    )  # fmt: skip
+
+
+def refuse_errors(plan: SetPlan, cases: Mapping[str, Case], pairs: Mapping[str, GearPair]) -> None:
+    """Raise GeometryError where errors bring gears to a centre distance at which no pair runs."""
+    apart = distances(plan, pairs)
+    for mesh in np.flatnonzero((apart != apart[:, :1]).any(axis=1)).tolist():
+        approach = approach_estimate(cases[plan.meshes[mesh].case], pairs[plan.meshes[mesh].case])
+        _refuse(plan, pairs, mesh, float(apart[mesh, 1]), float(apart[mesh, 2]), approach)
+
+
+def refuse_draws(plan: SetPlan, drawn: Iterable[SetPlan], pairs: Mapping[str, GearPair]) -> None:
+    """Raise GeometryError where errors that are drawn take gears out of mesh; that they jam is a bound."""
+    found = np.array([distances(one, pairs)[:, 2] for one in drawn])
+    for mesh, farthest in enumerate(found.max(axis=0).tolist()):
+        nominal = pairs[plan.meshes[mesh].case].centre_distance
+        _refuse(plan, pairs, mesh, nominal, max(farthest, nominal), 0.0)
+
+
+def distances(plan: SetPlan, pairs: Mapping[str, GearPair]) -> FloatArray:
+    """Return signed centre distances, without errors, the least and the largest with them, (M, 3), mm.
+
+    Of gears that float the solution says where they go: without errors too. It says as well whether gears that are off
+    their axes jam in a part of the turn: the least distance is that of their axes.
+    """
+    moved, off = plan.displacement.reshape(-1, HUB), np.hypot(*plan.eccentricity.T)
+    floats = (plan.free.reshape(len(plan.free), -1, HUB)[:, :, :2] != 0.0).any(axis=(0, 2))
+    found = np.empty((len(plan.meshes), 3))
+    for row, mesh in zip(found, plan.meshes, strict=True):
+        one, other, distance = plan.bodies[mesh.pinion], plan.bodies[mesh.wheel], pairs[mesh.case].centre_distance
+        row[:] = distance
+        if not (floats[mesh.pinion] or floats[mesh.wheel]):
+            between = np.array([other.x - one.x, other.y - one.y])
+            further = np.linalg.norm(between + moved[mesh.wheel, :2] - moved[mesh.pinion, :2]) - np.linalg.norm(between)
+            row[1:] += math.copysign(1.0, distance) * further
+            row[2] += off[mesh.pinion] + off[mesh.wheel]
+    return found
+
+
+def _refuse(
+    plan: SetPlan, pairs: Mapping[str, GearPair], mesh: int, nearest: float, farthest: float, approach: float
+) -> None:
+    of, pair = plan.meshes[mesh], pairs[plan.meshes[mesh].case]
+    try:
+        refuse_moved_axes(pair, nearest, farthest, approach)
+    except GeometryError as error:
+        names = f"{plan.bodies[of.pinion].name} and {plan.bodies[of.wheel].name}"
+        raise GeometryError(
+            f"errors bring the axes of {names} from {abs(pair.centre_distance):.6g} to {error}: lower them"
+        ) from None

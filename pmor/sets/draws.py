@@ -1,0 +1,51 @@
+"""Errors of sets that are drawn within tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from pmor.core.arrays import FloatArray
+from pmor.sets.settings import Eccentricity, SetSections
+
+
+def drawn(said: SetSections) -> Iterator[SetSections]:
+    """Draw sets within the tolerances of a planetary set; the draws of one error do not depend on the others' sizes."""
+    sizes, pins, off = said.tolerances, said.planets, said.eccentricity
+    assert sizes is not None
+    rng, nothing = np.random.default_rng(sizes.seed), (0.0,) * pins.count
+    of_timing = np.random.default_rng([sizes.seed, 1])
+    for _ in range(sizes.samples):
+        radial, tangential = rng.standard_normal((2, pins.count))
+        planets, sun, ring = rng.standard_normal((pins.count, 2)), *rng.standard_normal((2, 2))
+        yield replace(
+            said,
+            planets=replace(
+                pins,
+                radial_um=tuple((sizes.pins_radial_um * radial + (pins.radial_um or nothing)).tolist()),
+                tangential_um=tuple((sizes.pins_tangential_um * tangential + (pins.tangential_um or nothing)).tolist()),
+                timing_mrad=_timing(said, of_timing.standard_normal(pins.count)),
+            ),
+            eccentricity=Eccentricity(
+                **_eccentric("sun", off.sun_um, off.sun_deg, sizes.sun_eccentricity_um * sun),
+                **_eccentric("ring", off.ring_um, off.ring_deg, sizes.ring_eccentricity_um * ring),
+                **_eccentric("planets", off.planets_um or nothing, off.planets_deg or nothing,
+                             sizes.planets_eccentricity_um * planets),
+            ),
+        )  # fmt: skip
+
+
+def _timing(said: SetSections, drawn: FloatArray) -> tuple[float, ...]:
+    """Timing errors of stepped planets with those that are drawn; none where neither is said."""
+    size, given = said.tolerances.timing_mrad if said.tolerances else 0.0, said.planets.timing_mrad
+    return tuple((size * drawn + (given or 0.0)).tolist()) if size or given else ()
+
+
+def _eccentric(name: str, amount_um: Any, direction_deg: Any, moved: FloatArray) -> dict[str, Any]:
+    """Keys of eccentricities that are moved by two components, the one along direction 0 first."""
+    found = np.asarray(amount_um) * np.exp(1j * np.radians(direction_deg)) + moved[..., 0] + 1j * moved[..., 1]
+    values = {f"{name}_um": np.abs(found), f"{name}_deg": np.degrees(np.angle(found))}
+    return {key: tuple(value.tolist()) if value.ndim else float(value) for key, value in values.items()}
