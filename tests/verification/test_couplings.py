@@ -43,11 +43,9 @@ def solved(model):
     return gearbox, gearbox.solve()
 
 
-@pytest.mark.parametrize("stiffness", ["rigid", 1e12])
-def test_a_shaft_that_is_cut_and_joined_again_bends_twists_and_turns_as_before(stiffness):
+def test_a_shaft_that_is_cut_and_joined_again_bends_twists_and_turns_as_before():
     whole = fva_box(5e5, 5e5, 1e8).model
-    joint = dict.fromkeys(STIFFNESSES, stiffness) | {"torsion_Nmm_per_rad": "rigid"}
-    parted = replace(whole, sections=cut(whole.sections, 130.0, **joint))
+    parted = replace(whole, sections=cut(whole.sections, 130.0, **dict.fromkeys(STIFFNESSES, "rigid")))
     (one, first), (two, second) = solved(whole), solved(parted)
     for mesh, other in zip(one.meshes, two.meshes, strict=True):
         for hub, there in zip(mesh.hubs, other.hubs, strict=True):
