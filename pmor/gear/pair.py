@@ -114,9 +114,8 @@ class GearPair:
     @property
     def backlash(self) -> float:
         """Backlash of the drawing along the transverse line of action, mm (ISO 21771, 6.3: j_bt)."""
-        tightest = math.acos(self.base_distance / tight_centre_distance(self.pinion, self.wheel))
-        opened = involute_function(self.working_pressure_angle) - involute_function(tightest)
-        return max(2.0 * opened * self.base_distance, 0.0)
+        tightest = tight_centre_distance(self.pinion, self.wheel)
+        return max(transverse_backlash(self.base_distance, tightest, self.centre_distance), 0.0)
 
     @cached_property
     def action_length(self) -> float:
@@ -304,6 +303,18 @@ def tight_distance(teeth: int, bases: float, shift: float, normal: float, transv
             raise GeometryError(f"profile shifts add up to {shift:g}: too much for {teeth} teeth; lower them")
         raise GeometryError(f"profile shifts add up to {shift:g}: too negative for {teeth} teeth; raise them")
     return bases / math.cos(inverse_involute(target))
+
+
+def transverse_backlash(bases: float, tightest: float, distance: float) -> float:
+    """Return the backlash along the transverse line of action at a centre distance, mm (ISO 21771, 6.3: j_bt).
+
+    Parameters
+    ----------
+    bases, tightest
+        Sum of both base radii; centre distance without backlash; mm, negative of an internal pair.
+    """
+    tight, open_ = (involute_function(math.acos(bases / one)) for one in (tightest, distance))
+    return 2.0 * (open_ - tight) * bases
 
 
 def tight_shift(teeth: int, bases: float, distance: float, normal: float, transverse: float) -> float:

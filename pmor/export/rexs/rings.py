@@ -10,22 +10,21 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from pmor.case import GearCase, make_case
-from pmor.core.errors import GeometryError
+from pmor.case import GearCase
 from pmor.export.rexs.document import Value
 from pmor.export.rexs.model import Component
+from pmor.export.rexs.units import rounded
 from pmor.gear.tooth import Tooth
-from pmor.pair.model import gear_pair
 
 CUTTER = "cutter_wheel_tool"
-# Modules: of a rim of which nothing is said; steps by which tips are shortened until they clear the mate's fillets.
-USUAL_RIM, STEP, MOST_STEPS = 3.0, 0.01, 60
+# Modules, of a rim of which nothing is said.
+USUAL_RIM = 3.0
 
 
 def ring_keys(
     gear: Component, cutters: Sequence[Component], sizes: tuple[int, float, float, float], outside_mm: float | None
 ) -> tuple[dict[str, Any], list[str]]:
-    """Return the keys of a ring but profile shift and modifications of flanks, and notes.
+    """Return the keys of a ring but profile shift, addendum and modifications of flanks, and notes.
 
     Parameters
     ----------
@@ -40,13 +39,6 @@ def ring_keys(
     radius = 0.5 * teeth * module / math.cos(math.radians(helix))
     keys: dict[str, Any] = {"teeth": teeth, "internal": True}
     notes = [f"{gear.label}: its profile shift counts towards the tip, as by ISO 21771"] if shift else []
-    tip, height = gear.number_of("tip_diameter"), gear.number_of("tooth_tip_height")
-    if tip is not None:
-        keys["addendum"] = _rounded((radius - 0.5 * abs(tip)) / module - shift)
-    elif height is not None:
-        keys["addendum"] = _rounded(height / module - shift)
-    else:
-        notes.append(f"{gear.label}: no tip_diameter: addendum 1 assumed")
     root = gear.number_of("root_diameter")
     if cutters and (cutter := cutters[-1]).number_of("number_of_teeth"):
         keys["shaper"] = _shaper(cutter, module)
@@ -66,31 +58,7 @@ def ring_keys(
     if rim is None:
         rim = USUAL_RIM * module
         notes.append(f"{gear.label}: nothing says its outside: a rim of {rim:g} mm below the teeth assumed")
-    return keys | {"rim_thickness_mm": _rounded(rim)}, notes
-
-
-def cleared(pair: dict[str, Any], teeth: Sequence[dict[str, Any]], label: str) -> tuple[float, str] | None:
-    """Return an addendum of a ring whose assumed tips would cut into fillets, and a note; None where they clear them.
-
-    Parameters
-    ----------
-    pair, teeth : mapping, two mappings
-        Sections of a case.
-    """
-    why = ""
-    for step in range(MOST_STEPS):
-        addendum = 1.0 - STEP * step
-        both = {"pinion": teeth[0], "wheel": teeth[1] | {"addendum": addendum}, "load": {"torque_Nm": 1.0}}
-        try:
-            gear_pair(make_case("pair", pair=pair, **both))
-        except GeometryError as error:
-            if "the wheel's tip" in str(error):
-                said = str(error).partition(", more than")[0]
-                why = why or said.replace("the wheel's", "its").replace("the pinion's", "its mate's")
-                continue
-        return (_rounded(addendum), f"{label}: addendum shortened to {addendum:.2f}: with 1, which a file without "
-                f"tip_diameter leaves, {why}") if step else None  # fmt: skip
-    return None
+    return keys | {"rim_thickness_mm": rounded(rim)}, notes
 
 
 def cutter_attributes(said: GearCase, tooth: Tooth) -> dict[str, Value]:
@@ -99,7 +67,7 @@ def cutter_attributes(said: GearCase, tooth: Tooth) -> dict[str, Value]:
         return {}
     return {
         "number_of_teeth": shaper.teeth, "addendum_coefficient_reference_profile": shaper.addendum,
-        "tip_corner_radius_factor_reference_profile": _rounded(shaper.tip_radius_mm / tooth.module),
+        "tip_corner_radius_factor_reference_profile": rounded(shaper.tip_radius_mm / tooth.module),
         "addendum_modification_coefficient": shaper.profile_shift,
     }  # fmt: skip
 
@@ -107,10 +75,10 @@ def cutter_attributes(said: GearCase, tooth: Tooth) -> dict[str, Value]:
 def ring_attributes(said: GearCase, tooth: Tooth) -> dict[str, Value]:
     """Return the attributes of a ring that an external gear does not have."""
     found: dict[str, Value] = {
-        "root_diameter": _rounded(-2.0 * tooth.root_radius), "custom_pmor_rim_thickness": said.rim_thickness_mm or 0.0
+        "root_diameter": rounded(-2.0 * tooth.root_radius), "custom_pmor_rim_thickness": said.rim_thickness_mm or 0.0
     }  # fmt: skip
     # The root circle has the allowance of the tooth thickness in it.
-    own: dict[str, Value] = {"custom_pmor_root_fillet": _rounded(tooth.root_fillet),
+    own: dict[str, Value] = {"custom_pmor_root_fillet": rounded(tooth.root_fillet),
                              "custom_pmor_dedendum": said.dedendum}  # fmt: skip
     return found if said.shaper else found | own
 
@@ -124,11 +92,7 @@ def _shaper(cutter: Component, module: float) -> dict[str, Any]:
     rounding = cutter.number_of("tip_corner_radius_reference_profile", "tip_corner_radius_cutter")
     shift = cutter.number_of("addendum_modification_coefficient") or 0.0
     keys |= {
-        "addendum": _rounded(addendum),
-        "tip_radius_mm": _rounded(factor * module if rounding is None else rounding),
+        "addendum": rounded(addendum),
+        "tip_radius_mm": rounded(factor * module if rounding is None else rounding),
     }
-    return keys | ({"profile_shift": _rounded(shift)} if shift else {})
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.12g}")
+    return keys | ({"profile_shift": rounded(shift)} if shift else {})

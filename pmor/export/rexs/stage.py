@@ -11,6 +11,9 @@ from pmor.export.rexs.drive import drives
 from pmor.export.rexs.joints import RING, axis_of, shafts_of, stages, turning_together
 from pmor.export.rexs.model import Component, Gearbox
 
+# Sine of the angle between axes that count as parallel.
+PARALLEL = 1e-6
+
 
 @dataclass(frozen=True)
 class Stage:
@@ -92,6 +95,18 @@ def face_middle(gearbox: Gearbox, gear: Component, along: list[float]) -> float 
         if len(place) != 3 and len(foot) == 3 and on_shaft is not None:
             place = [f + on_shaft * a for f, a in zip(foot, axis_of(shaft), strict=True)]
     return sum(m * a for m, a in zip(place, along, strict=True)) if len(place) == 3 else None
+
+
+def axes_apart(gearbox: Gearbox, pair: tuple[Component, Component]) -> float | None:
+    """Return the distance of the axes of two gears in space, mm; None where the file does not say it, or they cross."""
+    places = list[list[float]]()
+    for gear in pair:
+        parts = gear, *shafts_of(gearbox, gear)
+        places.append(next((place for part in parts if len(place := part.numbers_of("support_vector")) == 3), []))
+    one, other = (np.array(axis_of(gear)) for gear in pair)
+    if not all(places) or np.linalg.norm(np.cross(one, other)) > PARALLEL:
+        return None
+    return float(np.linalg.norm(np.cross(np.subtract(places[1], places[0]), one))) or None
 
 
 def _teeth(gear: Component) -> str:

@@ -112,5 +112,10 @@ def factor_of(attribute: str, unit: str) -> float:
     return factor
 
 
+def rounded(value: float) -> float:
+    """Round off the last digits, which a change of units leaves and nobody means."""
+    return float(f"{value:.12g}")
+
+
 def _plain(unit: str) -> str:
     return "".join(c for c in unit if not c.isspace() and c not in "*\u00b7\u22c5")

@@ -15,10 +15,11 @@ import numpy as np
 from pmor.case import Case, GearCase
 from pmor.export.rexs.blanks import blank_attributes
 from pmor.export.rexs.document import Attributes, Document, Value
+from pmor.export.rexs.gears import LEAST_RIM
 from pmor.export.rexs.joints import RING
-from pmor.export.rexs.read import LEAST_RIM
 from pmor.export.rexs.results import StageResults
 from pmor.export.rexs.rings import CUTTER, cutter_attributes, ring_attributes
+from pmor.export.rexs.units import rounded
 from pmor.gear.modification import UNMODIFIED, Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.profile import profiles
@@ -27,8 +28,6 @@ from pmor.storage.atomic import atomic_path
 
 MM = 1e-3  # per um
 ALONG, ACROSS = [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]
-# Between digits that a change of units leaves and those that anybody means.
-DIGITS = 12
 
 
 def write_rexs(
@@ -73,7 +72,7 @@ def rexs_text(case: Case, pair: GearPair, results: StageResults | None, date: st
     loads = dict[int, Attributes]()
     document.cases.append(loads)
     for number, torque in enumerate((case.torque_Nm, -case.torque_Nm * ratio)):
-        loads[data[number]] = {"torque": _rounded(torque), "loaded_tooth_flank": "left"}
+        loads[data[number]] = {"torque": rounded(torque), "loaded_tooth_flank": "left"}
     if results is not None:
         loads[stage] = _found(results)
         loads |= _points(document, pair, flanks[0], results)
@@ -83,7 +82,7 @@ def rexs_text(case: Case, pair: GearPair, results: StageResults | None, date: st
 def stage_attributes(pair: GearPair) -> dict[str, Value]:
     """Return the geometry of a stage."""
     return {
-        "center_distance": abs(pair.centre_distance), "common_face_width": _rounded(pair.common_width),
+        "center_distance": abs(pair.centre_distance), "common_face_width": rounded(pair.common_width),
         "gear_ratio": pair.wheel.teeth / pair.pinion.teeth, "radial_contact_ratio": pair.contact_ratio,
         "overlap_contact_ratio": pair.overlap_ratio, "total_contact_ratio": pair.total_contact_ratio,
     }  # fmt: skip
@@ -112,20 +111,20 @@ def add_gear(
     """
     said: GearCase = (case.pair.pinion, case.pair.wheel)[number]
     tooth, (low, high) = (pair.pinion, pair.wheel)[number], pair.faces[number]
-    inner = {} if said.bore_radius_mm is None else {"inner_diameter": _rounded(2.0 * said.bore_radius_mm)}
+    inner = {} if said.bore_radius_mm is None else {"inner_diameter": rounded(2.0 * said.bore_radius_mm)}
     if said.bore_radius_mm is not None and tooth.root_radius - said.bore_radius_mm < LEAST_RIM * case.pair.module_mm:
         inner["custom_pmor_thin_rim_bore"] = inner["inner_diameter"]
     gear = document.add(
         RING if said.internal else "cylindrical_gear", name, number_of_teeth=said.teeth,
         normal_module=case.pair.module_mm,
         helix_angle_reference_diameter=(-1 if number else 1) * (-1 if image else 1) * case.pair.helix_angle_deg,
-        face_width=_rounded(high - low), u_coordinate_on_shaft=_rounded(place + 0.5 * (high - low)),
+        face_width=rounded(high - low), u_coordinate_on_shaft=rounded(place + 0.5 * (high - low)),
         datum_face_orientation=datum,
         tip_diameter=2.0 * abs(tooth.tip_radius), **(ring_attributes(said, tooth) if said.internal else inner),
         **blank_attributes(said.blank), **more,
     )  # fmt: skip
     material = document.add(
-        "material", f"Material of the {name}", elastic_modulus=_rounded(1e3 * said.youngs_modulus_GPa),
+        "material", f"Material of the {name}", elastic_modulus=rounded(1e3 * said.youngs_modulus_GPa),
         poisson_ratio=said.poisson_ratio,
     )  # fmt: skip
     document.relate("reference", origin=gear, referenced=material)
@@ -244,8 +243,4 @@ def _angle(pair: GearPair, roll: np.ndarray, z: np.ndarray) -> np.ndarray:
 
 
 def _mm(amount_um: float) -> float:
-    return _rounded(MM * amount_um)
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.{DIGITS}g}")
+    return rounded(MM * amount_um)
