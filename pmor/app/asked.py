@@ -135,7 +135,10 @@ def asked_sweep(
     torques_Nm = listed_within_memory(case, meshed, torques_Nm, angles, sections=sections)
     asked = asked_case(case, meshed.pair, torques_Nm, angles, misalignment, flanks)
     refuse_loads(asked, meshed)
-    return Asked(asked, positions(asked, meshed, angles), tuple(conditions_of(asked, asked.online.torques_Nm)))
+    phi = positions(asked, meshed, angles)
+    # Teeth that differ by flanks that are asked for take more pitches.
+    refuse_large_sweep(case.name, meshed, len(phi), len(asked.online.torques_Nm), sections=sections)
+    return Asked(asked, phi, tuple(conditions_of(asked, asked.online.torques_Nm)))
 
 
 def listed_within_memory(case: Case, meshed: MeshedPair, torques_Nm: Any, angles: Any, **sizes: int) -> Any:
@@ -228,7 +231,7 @@ def listed(case: Case, number: int, assembly: Assembly) -> ConditionCase:
 
 
 def positions(case: Case, meshed: MeshedPair, angles: int | FloatArray | None) -> FloatArray:
-    """Return the pinion angles of a sweep (n,), rad: the given ones, or a number of them over a pitch.
+    """Return the pinion angles of a sweep (n,), rad: the given ones, or a number of them over each pitch.
 
     CaseError where these are no angles.
     """

@@ -104,7 +104,7 @@ def _check_sweep(case: Case, where: str) -> None:
     angles = case.pitches * case.online.angles_per_pitch
     if angles > MOST_ANGLES:
         raise CaseError(
-            f"{where}: [online] pitches = {toml_text(case.online.pitches)}: makes {angles} angles with "
+            f"{where}: [online] pitches = {toml_text(case.online.pitches or case.pitches)}: makes {angles} angles with "
             f"angles_per_pitch = {case.online.angles_per_pitch}, and {MOST_ANGLES} are enough: lower one of the two"
         )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -11,6 +12,7 @@ from typing import Annotated, Literal
 from pmor.case.blank import BlankCase
 from pmor.case.body import BodyCase, MatrixCase, repetition
 from pmor.core.ranges import METRES, PASCALS, RADIANS, TAKEN_OFF, Length, Range, Stiffness
+from pmor.gear.modification import Modification
 
 # Angles of lugs that are equal.
 SAME_DEG = 1e-9
@@ -278,3 +280,13 @@ class PairCase:
     def repeats_after(self) -> int:
         """Pitches after which the bodies of both gears stand to the mesh as before: 1 without holes and lugs."""
         return math.lcm(*(gear.unlike_teeth(self.face_width_mm) for gear in (self.pinion, self.wheel)))
+
+    def repeats_with(self, flanks: Iterable[tuple[Modification, Modification]]) -> int:
+        """Return the pitches after which all is as before, with flanks of pinion and wheel whose teeth may differ."""
+        differ = {
+            gear.teeth
+            for both in flanks
+            for gear, flank in zip((self.pinion, self.wheel), both, strict=True)
+            if any(flank.pitch_deviations_um)
+        }
+        return math.lcm(self.repeats_after, *differ)

@@ -32,7 +32,7 @@ OTHER_SHAPES = "flank_lines"
 # Angles at which line loads, exact but for round-off, are held against full FE; trained shapes have errors to look for.
 EXACT_ANGLES = 3
 # Positions to a pitch of a sweep until holes stand as before.
-ANGLES_WITH_HOLES = 32
+ANGLES_OF_MANY = 32
 # Elements over the width of helical pairs with line contact: so many to an axial pitch, an even number within limits.
 # *Measured* (23/57, 20 deg, overlap ratio 1.3): peak-to-peak STE 20 % high with 3.1 to the pitch, 3 % with 6.1.
 ELEMENTS_TO_AXIAL_PITCH, FEWEST_ELEMENTS, MOST_ELEMENTS = 6.0, 4, 16
@@ -103,17 +103,19 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     usual = {"torque_Nm": -torque_Nm if coast else torque_Nm, **vars(misalignment)}
     pair = section("pair", {"pinion": pinion, "wheel": wheel})
     across: dict[str, Any] = {"width_elements": _elements_across(pair)} if contact.kind == "line" else {}
+    conditions = _read_conditions(reader, document.get(CONDITION, []), usual, modifications, others)
     reduction = section("reduction", shapes=DEFAULT_SHAPES.get(contact.scheme, OTHER_SHAPES))
     compared: dict[str, Any] = {"torques_Nm": _multiples(torque_Nm, COMPARE_TORQUES)}
     if reduction.shapes == "line_loads" and set(section("compare", **compared).models or ()) <= {"line"}:
         compared["angles"] = EXACT_ANGLES
+    swept = [(others if coast else modifications), *((one.pinion, one.wheel) for one in conditions)]
     case = Case(
         name=name, title=title, torque_Nm=torque_Nm, speed_rpm=load.speed_rpm, pair=pair,
         pinion_modification=modifications[0], wheel_modification=modifications[1], other_flanks=(others[0], others[1]),
-        conditions=_read_conditions(reader, document.get(CONDITION, []), usual, modifications, others),
+        conditions=conditions,
         mesh=section("mesh", **across), contact=contact, misalignment=misalignment, reduction=reduction,
         offline=section("offline", torques_Nm=_multiples(torque_Nm, OFFLINE_TORQUES)),
-        online=section("online", torques_Nm=_multiples(torque_Nm, ONLINE_TORQUES), **_whole_period(pair)),
+        online=section("online", torques_Nm=_multiples(torque_Nm, ONLINE_TORQUES), **_whole_period(pair, swept)),
         compare=section("compare", **compared),
         results=section("results", harris_torques_Nm=_multiples(torque_Nm, HARRIS_TORQUES)),
         dynamics=section("dynamics", torques_Nm=_multiples(torque_Nm, DYNAMICS_TORQUES)), output=section("output"),
@@ -195,10 +197,10 @@ def _multiples(torque_Nm: float, factors: tuple[float, ...]) -> tuple[float, ...
     return tuple(torque_Nm if factor == 1.0 else float(f"{factor * torque_Nm:.12g}") for factor in factors)
 
 
-def _whole_period(pair: PairCase) -> dict[str, Any]:
-    """Pitches of a sweep until holes stand as before, at fewer angles each; nothing of gears without holes."""
-    pitches = pair.repeats_after
-    return {"pitches": pitches, "angles_per_pitch": ANGLES_WITH_HOLES} if pitches > 1 else {}
+def _whole_period(pair: PairCase, flanks: Sequence[Sequence[Modification]]) -> dict[str, Any]:
+    """Fewer angles to each pitch of a sweep until holes and teeth that differ stand as before; nothing without."""
+    pitches = pair.repeats_with((pinion, wheel) for pinion, wheel in flanks)
+    return {"angles_per_pitch": ANGLES_OF_MANY} if pitches > 1 else {}
 
 
 def _elements_across(pair: PairCase) -> int:

@@ -137,11 +137,11 @@ class OnlineCase:
     Parameters
     ----------
     angles_per_pitch : int
-        Positions per angular pitch; of a wheel or pinion with holes 32 by default.
-    pitches : int, "revolution" or "hunting"
-        Angular pitches that the sweep spans; of gears with holes by default until these stand to the mesh as before, a
-        revolution, or z / gcd(z, count) pitches. `revolution`: one of the pinion. `hunting`: until the same two teeth
-        meet again, as long as the pair's whole period.
+        Positions per angular pitch; by default 32 of a sweep that by default spans several pitches.
+    pitches : int, "revolution" or "hunting", or None
+        Angular pitches that the sweep spans; by default one, with holes until these stand to the mesh as before, a
+        revolution, or z / gcd(z, count) pitches, with pitch deviations of one gear its revolution, of both until the
+        same two teeth meet again. `revolution`: one of the pinion. `hunting`: until the same two teeth meet again.
     torques_Nm : tuple of float
         Torques in N m, increasing; the nominal one is among them.
     extrapolate : bool
@@ -149,7 +149,7 @@ class OnlineCase:
     """
 
     angles_per_pitch: Positions = 200
-    pitches: Annotated[int, Range(1, 100_000)] | Literal["revolution", "hunting"] = 1
+    pitches: Annotated[int, Range(1, 100_000)] | Literal["revolution", "hunting"] | None = None
     torques_Nm: Torques
     extrapolate: bool = False
 
@@ -297,9 +297,15 @@ class Case:
     def pitches(self) -> int:
         """Angular pitches that the sweep spans."""
         pinion, wheel = self.pair.pinion.teeth, self.pair.wheel.teeth
-        if isinstance(self.online.pitches, int):
-            return self.online.pitches
-        return {"revolution": pinion, "hunting": math.lcm(pinion, wheel)}[self.online.pitches]
+        if isinstance(self.online.pitches, str):
+            return {"revolution": pinion, "hunting": math.lcm(pinion, wheel)}[self.online.pitches]
+        return self.online.pitches or self.repeats_after
+
+    @property
+    def repeats_after(self) -> int:
+        """Angular pitches after which holes, lugs and teeth that differ stand to the mesh as before."""
+        listed = ((condition.pinion, condition.wheel) for condition in self.conditions)
+        return self.pair.repeats_with([(self.pinion_modification, self.wheel_modification), *listed])
 
     @property
     def swept_torques_Nm(self) -> tuple[float, ...]:

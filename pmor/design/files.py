@@ -138,8 +138,8 @@ class PairDesign(DesignFile):
 
     @property
     def pitches(self) -> int:
-        """Mesh cycles after which holes stand as before."""
-        return self.case.pair.repeats_after
+        """Mesh cycles after which holes, and teeth that differ, stand as before."""
+        return self.case.pair.repeats_with([(self.base.pinion, self.base.wheel)])
 
     @property
     def scattered(self) -> tuple[str, ...]:

@@ -65,8 +65,8 @@ class PairJudge(Judge[Assembly, VariantState]):
         self, reduced: ReducedPair, design: Design, base: Assembly, solver: VariantSolver | None = None,
         hubs: Sequence[Hubs] = (),
     ) -> None:  # fmt: skip
-        # Pitches after which holes stand to the mesh as before; 1 without holes.
-        pitches = reduced.basis.case.pair.repeats_after
+        # After which holes, and teeth that differ, stand to the mesh as before.
+        pitches = reduced.basis.case.pair.repeats_with([(base.pinion, base.wheel)])
         phi = online_angles(reduced.meshed.pair.pitch, design.search.angles, pitches)
         super().__init__(design, base, phi, pitches)
         self.reduced = reduced

@@ -65,7 +65,7 @@ def run(
     else:
         _refuse_unfit(settings, reduced)
     design = settings.design
-    angles = design.search.angles * reduced.basis.case.pair.repeats_after
+    angles = design.search.angles * settings.pitches
     refuse_large_sweep(settings.name, reduced.meshed, angles, len(design.load.torques_Nm))
     with pieces_folder(folder, FILES, inputs=settings.inputs, overwrite=overwrite) as pieces:
         search = partial(run_design, settings, executor=executor, progress=progress)

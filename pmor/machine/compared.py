@@ -11,11 +11,11 @@ from dataclasses import replace
 
 from pmor.gear.condition import Condition
 from pmor.line.several import GearTrain
-from pmor.machine.coupled import RigidMesh, RootStresses, SolvedLoad, condition_of
+from pmor.machine.coupled import RigidMesh, RootStresses, SolvedLoad, condition_of, swept_angles
 from pmor.machine.coupled_sets import sets_on_rigid_supports
 from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep
-from pmor_online.model import ReducedPair, online_angles
+from pmor_online.model import ReducedPair
 from pmor_online.root_stress import root_stress_of
 from pmor_online.sweep import sweep_reduced_pair
 
@@ -41,10 +41,9 @@ def with_rigid_supports(
     found = list(loads)
     for number in range(len(loads[0].meshes) if loads else 0):
         meshes = [load.meshes[number] for load in loads]
-        pair = meshes[0].meshing.pair
         reduced = pairs[meshes[0].meshing.settings.name]
         conditions = [condition_of(reduced, mesh.torque) for mesh in meshes]
-        sweep = sweep_reduced_pair(reduced, online_angles(pair.pitch, angles), conditions, recorded=True)
+        sweep = sweep_reduced_pair(reduced, swept_angles(reduced, angles), conditions, recorded=True)
         stress = _largest(reduced, conditions, sweep)
         for row, (mesh, condition) in enumerate(zip(meshes, conditions, strict=True)):
             (own,) = _largest(reduced, [condition], mesh.sweep)
@@ -62,7 +61,7 @@ def with_rigid_supports(
 def _largest(reduced: ReducedPair, conditions: Sequence[Condition], sweep: SteSweep) -> list[RootStresses]:
     """Largest root stress of pinion and wheel under each condition, MPa; none where the basis holds no root stress."""
     assert sweep.states is not None
-    some = slice(None, None, max(len(sweep.phi_rad) // STRESS_ANGLES, 1))
+    some = slice(None, None, max(len(sweep.phi_rad) // (STRESS_ANGLES * sweep.pitches), 1))
     stress = root_stress_of(reduced, sweep.phi_rad[some], conditions, sweep.states.loads.at_angles(some))
     return [None] * len(conditions) if stress is None else [_of_both(stress, i) for i in range(len(conditions))]
 

@@ -185,11 +185,16 @@ def condition_of(reduced: ReducedPair, torque: float) -> Condition:
     return replace(nominal_condition(reduced.basis.case), torque=torque)
 
 
+def swept_angles(reduced: ReducedPair, angles: int) -> FloatArray:
+    """Return the angles of a mesh, so many to a pitch, until all of its teeth stand as before, rad."""
+    return online_angles(reduced.meshed.pair.pitch, angles, reduced.basis.case.repeats_after)
+
+
 def _mean_wrench(reduced: ReducedPair, mesh: Meshing, force: float, hubs: Hubs) -> FloatArray:
     """Return the mean wrench on both hubs by a unit force of the mesh, in axes of the machine, shape (2, 6)."""
     condition = condition_of(reduced, force * mesh.pair.pinion.base_radius)
     pair = on_hubs(reduced, hubs).lines
-    placed = pair.place(online_angles(mesh.pair.pitch, MEAN_ANGLES), condition.misalignment)
+    placed = pair.place(swept_angles(reduced, MEAN_ANGLES), condition.misalignment)
     found = placed.solve(np.array([condition.torque]), False, placed.deviation(condition.assembly))
     if not found.converged.all():
         raise ConvergenceError(f"mesh {mesh.settings.name}: {condition.load_text}: contact was not found", [])
@@ -205,7 +210,7 @@ def _swept(
         reduced, force = pairs[mesh.settings.name], mesh_force(gearbox, equilibrium, number)
         hubs = hubs_of(gearbox, equilibrium, mesh, force)
         condition = condition_of(reduced, force * mesh.pair.pinion.base_radius)
-        phi = online_angles(mesh.pair.pitch, angles)
+        phi = swept_angles(reduced, angles)
         sweep = sweep_reduced_pair(on_hubs(reduced, hubs), phi, [condition], recorded=True)
         wrench = _turned(mesh.frame) @ mesh.wrenches.ravel()
         displacement = (hubs.offset + hubs.compliance @ wrench * force).reshape(2, HUB)

@@ -125,7 +125,7 @@ def _cost(file: GearboxFile) -> Iterator[str]:
             elif stage.name in (FINITE_ELEMENTS, TRAINING):
                 found.append(replace(stage, name=f"{stage.name}, {name}"))
         seconds = _position_seconds(file.model.pairs[name], case)
-        positions = case.online.angles_per_pitch + ROUNDS * MEAN_ANGLES
+        positions = case.repeats_after * (case.online.angles_per_pitch + ROUNDS * MEAN_ANGLES)
         more.append((f"{loads} loads, {name}", loads * positions * seconds))
         more.append((f"the flank that fits, {name}", loads * FIT_POSITIONS * seconds))
     for name, one in file.model.sets.items():

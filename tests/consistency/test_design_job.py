@@ -21,6 +21,8 @@ from pmor.design.output import FILES
 from pmor.design.pair_judge import PairJudge
 from pmor.design.search import run_design, trained_pair
 from pmor.design.variants import STORE
+from pmor.gear.condition import Assembly
+from pmor.gear.modification import Modification
 from pmor.storage.describe import file_text
 from pmor.storage.design_file import read_design_file
 from pmor.work.pieces import PARTS
@@ -54,6 +56,13 @@ def judge_of(file, reduced):
 @pytest.fixture(scope="module")
 def found(file, reduced, tmp_path_factory):
     return run_design(file, judge_of(file, reduced), tmp_path_factory.mktemp("found"))
+
+
+def test_variants_of_teeth_that_differ_are_judged_until_they_stand_as_before(file, reduced):
+    uneven = Modification(pitch_deviations_um=(0.0,) * 20 + (8.0,))
+    judge = PairJudge(reduced, file.design, Assembly(pinion=uneven))
+    assert (judge.pitches, len(judge.phi)) == (21, 21 * 12)
+    assert replace(file, case=replace(file.case, pinion_modification=uneven)).pitches == 21
 
 
 def test_what_is_chosen_is_worth_on_3200_angles_what_is_told_of_it(found):

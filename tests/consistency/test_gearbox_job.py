@@ -11,15 +11,22 @@ from numpy.testing import assert_allclose
 import pmor
 from pmor.app.cli import main
 from pmor.case import basis_key
+from pmor.gear.condition import Assembly
+from pmor.gear.modification import Modification
 from pmor.machine.bounds import named_bounds
+from pmor.machine.compared import with_rigid_supports
+from pmor.machine.coupled import solve_load
 from pmor.machine.duty import LISTED
 from pmor.machine.iso import arrangement
 from pmor.machine.loader import load
 from pmor.machine.output import FILES
 from pmor.machine.run import basis_name
+from pmor_online.model import with_flanks
 from tests.support.gearboxes import INLINE, SMALL, written
 
 README = Path(__file__).parents[2] / "cases" / "README.md"
+# Newton's method ends so close, from whichever start.
+SOLVED = 1e-9
 # A torque that lifts the input off its bearing's clearance has no equilibrium without thrust: see below.
 LOOSE = SMALL.replace('name = "drive"', 'name = "light"').split("[[loads]]")[1].replace("60.0", "20.0")
 # Of the file, what it becomes, and why the standard's formula does not know it; empty where it does.
@@ -106,6 +113,22 @@ def test_bounds_are_named_with_load_part_and_value(job):
     ):  # fmt: skip
         assert sum(words in text for text in texts) == 1, words
     assert len(texts) == 7
+
+
+def test_teeth_that_differ_are_swept_until_they_stand_as_before(job):
+    """Each pitch of the turn is that of the pair with the list of deviations so many teeth further."""
+    path, out = job
+    file, model = load(path), pmor.load_model(out / basis_name("mesh"))
+    deviations = [12.0 * np.sin(2.0 * np.pi * tooth / 19) for tooth in range(19)]
+    uneven = Assembly(pinion=Modification(pitch_deviations_um=tuple(deviations)))
+    pairs = {"mesh": with_flanks(model.reduced, uneven)}
+    loads = with_rigid_supports([solve_load(file.model, file.model.sections.loads[0], pairs, 6)], pairs, {}, 6)
+    (mesh,), (rigid,) = loads[0].meshes, loads[0].rigid
+    turn = np.ptp(mesh.sweep.ste_um)
+    assert (mesh.sweep.pitches, rigid.sweep.pitches) == (19, 19)
+    assert turn > 2.0 * np.ptp(mesh.sweep.ste_um[0, :6])
+    alone = model.sweep([1e-3 * mesh.torque], angles=6, pinion=uneven.pinion)
+    assert_allclose(rigid.sweep.ste_um, alone.ste_um, rtol=SOLVED)
 
 
 def test_a_mesh_with_the_sections_of_its_case_is_that_of_the_case_file(tmp_path):

@@ -11,6 +11,7 @@ from pmor.case.coarser import coarser
 from pmor.case.coast import other_flank
 from pmor.case.width import meshed_width
 from pmor.core.errors import CaseError
+from tests.support.small_case import case_with
 
 HOLES = {"count": 6, "radius_mm": 2.0, "on_radius_mm": 27.5, "first_deg": 5.0}
 WEB = {"rim_thickness_mm": 6.0, "web_thickness_mm": 5.0, "hub_radius_mm": 24.0}
@@ -245,6 +246,20 @@ def test_a_sweep_spans_by_default_as_many_pitches_as_holes_take_to_stand_as_befo
     assert (case.pitches, case.online.angles_per_pitch) == (7, 32)
     assert case_of(WEB | {"holes": HOLES | {"count": 4}}).pitches == 21
     assert change_case(case, pitches=2).pitches == 2
+
+
+def test_a_sweep_spans_by_default_as_many_pitches_as_teeth_that_differ_take_to_stand_as_before():
+    def deviating(*gears, online=None):
+        flanks = {f"{gear}.modification": {"pitch_deviations_um": [0.0] * (n - 1) + [5.0]} for gear, n in gears}
+        return case_with(wheel={"teeth": 33, "bore_radius_mm": 20.0}, online=online, **flanks)
+
+    pinion, both = deviating(("pinion", 21)), deviating(("pinion", 21), ("wheel", 33))
+    assert (pinion.pitches, pinion.online.angles_per_pitch) == (21, 32)
+    assert (deviating(("wheel", 33)).pitches, both.pitches) == (33, 231)
+    assert deviating(("pinion", 21), online={"pitches": 2}).pitches == 2
+    # Of flanks that are given in Python, too.
+    plain = deviating()
+    assert (plain.pitches, replace(plain, wheel_modification=both.wheel_modification).pitches) == (1, 33)
 
 
 def test_a_gear_of_one_piece_with_its_shaft_is_another_and_is_refused_where_it_has_no_place():
