@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.optimize import brentq
 
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.errors import MeshError
@@ -28,6 +29,11 @@ from pmor.gear.tooth import Tooth, angle_from_centre_line, twist_sections
 
 THICKNESS_GROWTH = 1.2
 RIM_GROWTH = 1.3
+# Logarithm of the ratio of the two radii of a row of elements, at most, times the elements over the profile, of which
+# `MOST_COUNTED` count. Towards a bore displacements go like log r and 1 / r^n: rows that grow with their distance from
+# the teeth alone do not see that. *Measured*, 18 and 72 teeth in plane strain, 8 quadratic elements, bores of 0.1 to
+# 0.9 of the root circles: the STE is 0.03 % low at most, and was 3.2 % low.
+RADII_OF_A_ROW, MOST_COUNTED = 3.2, 16
 # Depth below the flank, in modules, where every mesh has a line of nodes, so that the layer that line contact takes out
 # is as deep on all of them: else its depth jumps between meshes, and the STE at single angles by 0.1 % with it.
 LAYER_DEPTH = 0.4
@@ -179,7 +185,7 @@ def build_sector(
     if rim <= 0.0:
         raise MeshError(f"bore_radius_mm = {bore_radius:g}: leaves no rim below the root; reduce it")
     tooth_points = tooth_block(outline, tooth.module, order)
-    ring_points = _ring_block(outline, tooth_points[0], bore_radius, tooth.teeth, order)
+    ring_points = _ring_block(outline, tooth_points[0], bore_radius, tooth.teeth, order, widest_row(profile_elements))
 
     # Section numbering: tooth block first, then the ring without the handover row that it shares with the tooth.
     rows, columns = tooth_points.shape[0], tooth_points.shape[1]
@@ -256,14 +262,21 @@ def tooth_block(outline: Outline, module: float, order: int = 1) -> FloatArray:
     return sides + ends - corners
 
 
-def _ring_block(outline: Outline, handover: FloatArray, bore_radius: float, teeth: int, order: int) -> FloatArray:
+def widest_row(profile_elements: int) -> float:
+    """Return the ratio of the two radii of a row of elements between teeth and bore, at most."""
+    return math.exp(RADII_OF_A_ROW / min(profile_elements, MOST_COUNTED))
+
+
+def _ring_block(
+    outline: Outline, handover: FloatArray, bore_radius: float, teeth: int, order: int, widest: float
+) -> FloatArray:
     """Columns that fan out evenly from the outline to the bore: (rows, columns, 2), from the outline inwards."""
     mirror = np.array([-1.0, 1.0])
     top = np.concatenate([outline.lower_fillet[:-1], handover, (outline.lower_fillet[:-1] * mirror)[::-1]])
     radius, angle = np.copysign(np.linalg.norm(top, axis=1), bore_radius), angle_from_centre_line(top, bore_radius)
     element = order * float(np.mean(np.linalg.norm(np.diff(top, axis=0), axis=1)))
-    height = float(radius.mean()) - bore_radius
-    depth = _halved(_graded(height, element, 3 if order == 1 else 2, RIM_GROWTH**order), order)[:, None]
+    rows = _rows_to_bore(float(radius.mean()), bore_radius, element, 3 if order == 1 else 2, RIM_GROWTH**order, widest)
+    depth = _halved(rows, order)[:, None]
     even = np.linspace(math.pi / teeth, -math.pi / teeth, len(top))
     row_radius = radius + depth * (bore_radius - radius)
     row_angle = angle + depth * (even - angle)
@@ -284,6 +297,29 @@ def _graded(length: float, first: float, least: int, growth: float) -> FloatArra
     elements = max(least, math.ceil(math.log(1.0 + (growth - 1.0) * length / first) / math.log(growth)))
     steps = growth ** np.arange(elements)
     return np.asarray(np.concatenate([[0.0], np.cumsum(steps)]) / np.sum(steps))
+
+
+def _rows_to_bore(
+    radius: float, bore_radius: float, first: float, least: int, growth: float, widest: float
+) -> FloatArray:
+    """Positions from 0 at a mean radius to 1 at the bore: steps grow as in `_graded`, to the widest row at most.
+
+    Both radii are negative where the bore is the outside of a ring.
+    """
+    share = 1.0 - widest ** math.copysign(1.0, -radius)
+
+    def depths(first: float, rows: int) -> FloatArray:
+        found = np.zeros(rows + 1)
+        for row in range(rows):
+            found[row + 1] = found[row] + min(first * growth**row, share * (radius - found[row]))
+        return found
+
+    height, rows = radius - bore_radius, least
+    while depths(first, rows)[-1] < height:
+        rows += 1
+    first = float(brentq(lambda first: depths(first, rows)[-1] - height, 0.0, first))
+    reached = depths(first, rows)
+    return np.asarray(reached / reached[-1])
 
 
 def _halved(positions: FloatArray, order: int) -> FloatArray:

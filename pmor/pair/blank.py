@@ -19,7 +19,7 @@ from pmor.fe.body_condensation import condensed_nodes, in_own_frames, onto_harmo
 from pmor.fe.element import tributary_widths
 from pmor.fe.lugs import Lugs
 from pmor.fe.perforated_web import PerforatedWeb
-from pmor.fe.sector import SectorMesh
+from pmor.fe.sector import SectorMesh, widest_row
 from pmor.gear.tooth import Tooth
 
 # Depth below the root circle at which sectors end, of the rim's thickness, and at most in modules. *Measured*, webs of
@@ -33,9 +33,9 @@ CORNER, AT_ELEMENTS, GROWTH = 0.125, 8, 0.6
 # *Measured*, wheel d 150 x 20 mm with a web of 6 mm, held over 8 or 2 mm: its STE rises by 0.02 and 0.04 % with half
 # that size, as without held ends; with 1 it is 0.07 and 0.3 % smaller.
 HELD_END = 0.125
-# Rows of elements of a gear of one piece with its shaft, between bore and sectors and below the bore, and the radius of
-# the hole that is left about the axis, over that of the bore.
-RING_ROWS, CORE_ROWS, CENTRE = 4, 6, 0.02
+# Rows of elements below the bore of a gear of one piece with its shaft, and the radius of the hole that is left about
+# the axis, over that of the bore.
+CORE_ROWS, CENTRE = 6, 0.02
 # Harmonics to a tooth, beyond the first half, to begin with: those that die within DECAY times the interface's depth.
 FEWEST, DECAY = 2, 1.2
 # Harmonics of a web's circles that feel its holes, to begin with: those of which more than 1 / FELT comes back from
@@ -80,12 +80,13 @@ def blank_below(case: Case, gear: GearCase, tooth: Tooth, mesh: SectorMesh, plac
     largest = min(mesh.teeth * groups + mesh.teeth // 2, most)
     face = gear.face(case.pair.face_width_mm)
     bore = gear.bore_radius_mm or 0.0  # given: a ring, which has none, has no blank
+    widest = widest_row(case.mesh.profile_elements)
     if gear.rim_gives:
-        return _rim_outside(gear, tooth, mesh, interface, largest, face)
+        return _rim_outside(gear, tooth, mesh, interface, largest, face, widest)
     if gear.body is not None:
-        return _brought(gear, bore, interface, mesh, largest, place)
+        return _brought(gear, bore, interface, mesh, largest, place, widest)
     light, web = gear.light_blank(case.pair.face_width_mm), None
-    blocks: tuple[Block, ...] = (Block(np.linspace(bore, interface, RING_ROWS + 1), mesh.z[:: mesh.order]),)
+    blocks: tuple[Block, ...] = (_ring(bore, interface, mesh, largest, widest),)
     if light is not None:
         blocks = _section(light, bore, tooth.root_radius, interface, face, mesh, case.mesh.profile_elements)
         if light.holes is not None:
@@ -98,7 +99,15 @@ def blank_below(case: Case, gear: GearCase, tooth: Tooth, mesh: SectorMesh, plac
     return Blank(blocks, *material, largest, most, web, core=bore, stress=stress)
 
 
-def _brought(gear: GearCase, bore: float, interface: float, mesh: SectorMesh, largest: int, place: int) -> Blank:
+def _ring(bore: float, interface: float, mesh: SectorMesh, largest: int, widest: float) -> Block:
+    """Block as wide as the face, from a bore out to the sectors, whose waves its rows see."""
+    radii = _lines([bore, interface], [interface], [WAVE_STEP * interface / largest], widest)
+    return Block(radii, mesh.z[:: mesh.order])
+
+
+def _brought(
+    gear: GearCase, bore: float, interface: float, mesh: SectorMesh, largest: int, place: int, widest: float
+) -> Blank:
     """Blank of the body that a gear's case names a mesh or a matrix of."""
     assert gear.body is not None
     material = 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio
@@ -125,16 +134,18 @@ def _brought(gear: GearCase, bore: float, interface: float, mesh: SectorMesh, la
     own = onto_harmonics(matrix, waves, columns, shapes, min(seen, COUPLED), repeats)
     weights = np.repeat(tributary_widths(mesh.z, mesh.order), 3)[:, None]
     amplitudes = np.linalg.solve(shapes.T @ (weights * shapes), (weights * shapes).T)
-    lines = _lines([bore, interface], [interface], [WAVE_STEP * interface / largest])
-    blocks = (Block(lines, mesh.z[:: mesh.order]),)
+    blocks = (_ring(bore, interface, mesh, largest, widest),)
     body = MeshedBody(own, np.asarray(amplitudes, dtype=np.float64), repeats)
     return Blank(blocks, *material, largest, largest, body=body)
 
 
-def _rim_outside(gear: GearCase, tooth: Tooth, mesh: SectorMesh, interface: float, largest: int, face: Span) -> Blank:
+def _rim_outside(
+    gear: GearCase, tooth: Tooth, mesh: SectorMesh, interface: float, largest: int, face: Span, widest: float
+) -> Blank:
     """Rim of a ring outside of its sectors, and what holds it: lugs, or a bedding all around."""
     outside = (gear.rim_thickness_mm or 0.0) - tooth.root_radius
-    radii = _lines([-interface, outside], [-interface, outside], [-WAVE_STEP * interface / largest] * 2)[::-1]
+    ends = [-interface, outside]
+    radii = _lines(ends, ends, [-WAVE_STEP * interface / largest] * 2, widest)[::-1]
     blocks = (Block(radii, mesh.z[:: mesh.order]),)
     material = 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio
     seats = gear.seat_radial_N_per_mm, gear.seat_tangential_N_per_mm
@@ -183,7 +194,7 @@ def _section(
     middle, inner = 0.5 * (low + high), root - blank.rim_thickness_mm
     webs = _pieces(blank.web_stations(inner, middle))
     wide = 0.5 * (blank.hub_width_mm or high - low)
-    corner = CORNER * blank.thinnest_web_mm * AT_ELEMENTS / elements
+    corner, widest = CORNER * blank.thinnest_web_mm * AT_ELEMENTS / elements, widest_row(elements)
     top = 0.0 if mesh.mirrored else math.inf
     hub, rim = ((first, min(last, top)) for first, last in ((middle - wide, middle + wide), (low, high)))
     part = [*_held_span(blank, face)] if blank.held_in_part(high - low) else []
@@ -205,7 +216,7 @@ def _section(
     sized = [*((place, corner) for place in faces), *((place, edge) for place in ends)]
     sized = [(place, size) for place, size in sized if place <= top]
     places = [*at_rim(hub), *rim, *faces, *ends, *mesh.z[:: mesh.order].tolist()]
-    z = _lines([place for place in places if place <= top], *zip(*sized, strict=True))
+    z = _lines([one for one in places if one <= top], [place for place, _ in sized], [size for _, size in sized])
 
     def across(span: Sequence[float]) -> FloatArray:
         slack = 1e-9 * (high - low)
@@ -216,14 +227,14 @@ def _section(
     sizes = [corner] * len(corners)
     if part:
         corners, sizes = [bore, *corners], [edge, *sizes]
-    blocks = [Block(_lines([inner, interface], corners, sizes), across(rim))]
+    blocks = [Block(_lines([inner, interface], corners, sizes, widest), across(rim))]
     for web, through in zip(reversed(webs), reversed(bends), strict=True):
-        radii, lines = _lines(through, corners, sizes), across(web[-1, 1:].tolist())
+        radii, lines = _lines(through, corners, sizes, widest), across(web[-1, 1:].tolist())
         at = np.stack([np.interp(radii, web[:, 0], web[:, side]) for side in (1, 2)], axis=1)
         tapered = np.stack([moved(lines, web[-1, 1:], one) for one in at])
         blocks.append(Block(radii, tapered if np.ptp(at, axis=0).any() else lines))
         z = moved(z, web[-1, 1:], web[0, 1:])
-    blocks.append(Block(_lines([bore, blank.hub_radius_mm], corners, sizes), across(hub)))
+    blocks.append(Block(_lines([bore, blank.hub_radius_mm], corners, sizes, widest), across(hub)))
     return tuple(reversed(blocks))
 
 
@@ -240,15 +251,21 @@ def _bends(web: FloatArray) -> list[float]:
     return [float(web[0, 0]), *web[1:-1, 0][bent].tolist(), float(web[-1, 0])]
 
 
-def _lines(places: Sequence[float], corners: Sequence[float], sizes: Sequence[float]) -> FloatArray:
-    """Lines between elements through all places; elements have their sizes at corners and grow away from there."""
+def _lines(
+    places: Sequence[float], corners: Sequence[float], sizes: Sequence[float], widest: float | None = None
+) -> FloatArray:
+    """Lines between elements through all places; elements have their sizes at corners and grow away from there.
+
+    Of radii two that follow each other have the ratio `widest` at most.
+    """
     through = np.unique(places)
     through = through[np.append(True, np.diff(through) > 1e-6 * (through[-1] - through[0]))]
     found = [through[:1]]
     for first, last in zip(through[:-1], through[1:], strict=True):
         fine = np.linspace(first, last, 201)
         apart = np.abs(fine[:, None] - np.asarray(corners))
-        crowd = 1.0 / (np.asarray(sizes) + GROWTH * apart).min(axis=1)
+        grown = (np.asarray(sizes) + GROWTH * apart).min(axis=1)
+        crowd = 1.0 / (grown if widest is None else np.minimum(grown, math.log(widest) * fine))
         passed = np.append(0.0, np.cumsum(0.5 * (crowd[1:] + crowd[:-1]) * np.diff(fine)))
         count = max(1, math.ceil(passed[-1] - 0.5))
         inner = np.interp(np.arange(1, count) / count * passed[-1], passed, fine)
