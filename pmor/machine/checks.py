@@ -207,6 +207,23 @@ class GearboxReader(Reader):
             rule = f"adds up to {total:.4g}, and must to 1: correct one of them, or write hours"
             self.refuse("[[loads]]: fraction", rule)
 
+    def check_gears(self, model: GearboxModel) -> None:
+        """Refuse a gear in several meshes: each would be solved without what the others' forces do to its teeth."""
+        ends = [
+            (mesh.name, gear, 0.5 * model.pairs[mesh.name].common_width)
+            for mesh in model.sections.meshes
+            for gear in (mesh.pinion, mesh.wheel)
+        ]
+        for (name, one, half), (other_name, other, other_half) in combinations(ends, 2):
+            apart = abs(one.at_mm - other.at_mm)
+            if one.shaft == other.shaft and apart < half + other_half - ROUNDED_MM:
+                self.refuse(
+                    f'[[meshes]] "{name}" and "{other_name}": shaft "{one.shaft}"',
+                    f"gears at {one.at_mm:g} and {other.at_mm:g} mm are one gear, or overlap: a gear of a gearbox has "
+                    "one mesh, as meshes are not coupled through its body here; solve one that has several as a set "
+                    "with [[gears]], or correct at_mm of two that are beside each other",
+                )
+
     def check_turned(self, model: GearboxModel, cases: dict[str, Case]) -> None:
         """Refuse loads of both senses on a pair that differs from end to end: z of its case turns with the torque."""
         senses = [pinion_senses(model, load) for load in model.sections.loads]

@@ -84,6 +84,7 @@ def load(path: Path | str) -> GearboxFile:
     inside = [mesh for mesh in said.meshes if mesh.case is None and torques[mesh.name] > 0.0]
     cases |= {mesh.name: _placed(_case(reader, mesh, torques[mesh.name]), reader, mesh, said) for mesh in inside}
     texts = [text, *(case.text for case in cases.values()), *(one.whole_text for one in sets.values())]
+    reader.check_gears(model)
     reader.check_turned(model, cases)
     if (housing := said.housing.stiffness) is not None:
         model = replace(model, housing=read_seats(reader, "housing", housing, model.seats, "bearing to the housing"))
@@ -155,6 +156,7 @@ def _of_rexs(path: Path, reader: GearboxReader) -> GearboxFile:
     model = replace(_model(said, cases, sets), housing=found.housing)
     housing = [] if found.housing is None else found.housing.tolist()
     texts = repr(said), *(case.text for case in cases.values()), *(one.text for one in sets.values()), repr(housing)
+    reader.check_gears(model)
     reader.check_turned(model, cases)
     of_sets = [f"{name}: {note}" for name, one in sets.items() for note in (*one.changed, *one.notes)]
     return GearboxFile(printable(path.stem), "\n".join(texts), model, cases, (path,), (*found.notes, *of_sets))

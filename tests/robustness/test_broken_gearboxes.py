@@ -47,6 +47,20 @@ BROKEN = {
         'case = "small.toml"\ncontact = { scheme = "direct" }',
         "a gearbox takes",
     ),
+    "a gear in two meshes": (
+        "[[bearings]]",
+        """[[shafts]]
+name = "idle"
+at_mm = [-62.2, 0.0]
+sections = [{ length_mm = 80.0, outer_mm = 28.0 }]
+[[meshes]]
+name = "other"
+case = "small.toml"
+pinion = { shaft = "input", at_mm = 35.0 }
+wheel = { shaft = "idle", at_mm = 35.0 }
+[[bearings]]""",
+        '"other" and "mesh": shaft "input": gears at 35 and 35 mm are one gear',
+    ),
     "too few balls": ("balls = 9", "balls = 2", "balls = 2"),
     "flat grooves": ("balls = 9", "balls = 9, inner_osculation = 0.500001", "inner_osculation = 0.500001"),
     "balls that overlap": ("balls = 9", "balls = 20", "overlap: so many have room on that circle up to"),
