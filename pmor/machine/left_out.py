@@ -14,6 +14,7 @@ NEVER = (
     ("centrifugal loads of rolling elements", "bearings stand still after ISO/TS 16281"),
     ("losses of bearings, seals, churning", "losses are those of the line loads"),
     ("contact of coast flanks", "each mesh is driven by its mean force"),
+    ("the error bar of the mesh", "runs of pairs have it: `pmor run` of a mesh's own case"),
     ("damage", "the load spectrum is listed, no life is summed up"),
 )
 

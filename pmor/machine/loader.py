@@ -96,6 +96,10 @@ def load(path: Path | str) -> GearboxFile:
 def _case(reader: GearboxReader, mesh: Mesh, torque_Nm: float = 1.0) -> Case:
     """Return the case that a mesh names, with its changes; without one that of its own sections, under a torque."""
     assert reader.folder is not None
+    # That of a case file is for its runs, which have one.
+    if mesh.sections.get("mesh", {}).get("error_bar") is True:
+        rule = "a gearbox has no error bar of the mesh: leave it out, and run the pair's own case to see it"
+        reader.refuse(f'[[meshes]] "{mesh.name}": mesh.error_bar = true', rule)
     if mesh.case is not None:
         case = load_case(reader.folder / mesh.case)
         return change_case(case, **mesh.sections) if mesh.sections else case

@@ -321,6 +321,9 @@ class _Reader(Reader):
                 if inner in keys:
                     document[f"{role}.{inner}"] = keys.pop(inner)
             document[role] = keys
+        if said.members.get("mesh", {}).get("error_bar") is True:
+            rule = "a set has no error bar of the mesh: leave it out, and solve it on more elements to see their error"
+            self.refuse("[mesh] error_bar = true", rule)
         whole = {"width": "whole"} if share.whole_width else {}
         document["mesh"] = {"error_bar": False, **said.members.get("mesh", {}), **whole}
         document["contact"] = dict(said.members.get("contact", {}))

@@ -47,6 +47,11 @@ BROKEN = {
         'case = "small.toml"\ncontact = { scheme = "direct" }',
         "a gearbox takes",
     ),
+    "an error bar": (
+        'case = "small.toml"',
+        'case = "small.toml"\nmesh = { error_bar = true }',
+        "mesh.error_bar = true: a gearbox has no error bar",
+    ),
     "a gear in two meshes": (
         "[[bearings]]",
         """[[shafts]]
