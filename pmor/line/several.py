@@ -16,17 +16,11 @@ from pmor.body.support import carried_shapes, support_flexibility
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.line.hubs import HUB, hub_rows
+from pmor.line.kernels.coupling import Gathered, couple, gather
 from pmor.line.kernels.flexibility import Flexibility, make_all_ready
+from pmor.line.kernels.movements import Levers
 from pmor.line.kernels.places import Lines, line_deviations
-from pmor.line.kernels.several import (
-    Gathered,
-    Levers,
-    SeveralResults,
-    couple,
-    differentiate_meshes,
-    gather,
-    solve_meshes,
-)
+from pmor.line.kernels.several import SeveralResults, differentiate_meshes, solve_meshes
 from pmor.line.kernels.tip_corner import Corner, LineLaw
 from pmor.line.layered_pair import place_sections
 from pmor.line.pair import LinePair, section_patterns
@@ -276,7 +270,7 @@ class PlacedTrain:
         grid = len(loads), angles
         results = SeveralResults(
             np.zeros((*grid, loads.shape[1])), np.zeros(grid, dtype=np.int64), np.zeros(grid, dtype=bool),
-            np.zeros((*grid, size)),
+            np.zeros((*grid, size)), np.full(grid, -1),
         )  # fmt: skip
         gap = lines.gap + deviation if deviation.size else lines.gap
         # Those of this solution alone, so that it does not depend on what was solved before.
@@ -291,9 +285,9 @@ class PlacedTrain:
             missing = self._closed(gap, at_supports, results) & ~ready
             if not missing.any():
                 break
-            ready |= missing
+            ready |= missing.any(axis=0)
         else:
-            results.converged[:] = False
+            results.converged[missing.any(axis=2)] = False
         return results
 
     def differentiate(
@@ -336,14 +330,14 @@ class PlacedTrain:
         return likely
 
     def _closed(self, gap: FloatArray, at_supports: FloatArray, results: SeveralResults) -> BoolArray:
-        """Sections whose flanks would overlap, but for the deflection of their own mesh."""
+        """Sections whose flanks would overlap, but for the deflection of their own mesh, (D, A, N)."""
         rigid = gap + np.einsum("ank,dak->dan", self.levers.rows, results.movement)
         rigid += np.einsum(
             "anr,dar->dan", self._support_rows, np.einsum("anr,dan->dar", self._support_rows, results.force)
         )
         if at_supports.size:
             rigid += np.einsum("anm,dam->dan", at_supports, results.force)
-        return np.asarray((rigid < 0.0).any(axis=0))
+        return np.asarray(rigid < 0.0)
 
     @cached_property
     def _support_rows(self) -> FloatArray:

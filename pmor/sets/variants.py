@@ -181,14 +181,13 @@ class SetVariants:
         by_force : ndarray, shape (D, A, N)
             By the forces of the sections, per N.
         """
-        rates, (movement, steps, converged, force) = np.zeros(by_force.shape), variant.solution.found
-        before = 0
+        rates, before = np.zeros(by_force.shape), 0
         for block, phi in enumerate(self._blocks):
             with self._lent(block) as placed:
                 for number, pitch in enumerate(self._starts):
                     first = number * len(self.placed.phi) + before
                     part = slice(first, first + len(phi))
-                    states = SeveralResults(movement[:, part], steps[:, part], converged[:, part], force[:, part])
+                    states = SeveralResults(*(values[:, part] for values in variant.solution.found))
                     rates[:, part] = placed.differentiate(
                         states, by_movement[:, part], by_force[:, part], variant.deviation[number][block], pitch
                     )

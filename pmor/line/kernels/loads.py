@@ -393,12 +393,25 @@ def touch(lines, flexibility, i, nearby, round_off, count, width, compliance, fo
             continue
         if not flexibility.ready[i, n]:
             make_ready(lines, flexibility, i, n, compliance, len(width))
-        gap, line = workspace.rigid[n], flexibility.between[i, n]
-        for a in range(count):
-            gap += line[workspace.active[a]] * force[workspace.active[a]]
-        if gap < -round_off:
-            workspace.carries[n], settled = True, False
-            force[n] = BEGINNING * lines.law[i, n, LEAST] * width[n % len(width)]
+        if gap_of(flexibility, i, n, count, force, workspace) < -round_off:
+            begin(lines, i, n, width, force, workspace)
+            settled = False
             if single:
                 break
     return settled
+
+
+@inlined
+def gap_of(flexibility, i, n, count, force, workspace):
+    """Return the gap of a section that does not carry: without deflection, and by all that carry."""
+    gap, line = workspace.rigid[n], flexibility.between[i, n]
+    for a in range(count):
+        gap += line[workspace.active[a]] * force[workspace.active[a]]
+    return gap
+
+
+@inlined
+def begin(lines, i, n, width, force, workspace):
+    """Let a section begin to carry."""
+    workspace.carries[n] = True
+    force[n] = BEGINNING * lines.law[i, n, LEAST] * width[n % len(width)]
