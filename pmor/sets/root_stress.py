@@ -190,7 +190,7 @@ def _blocks(
     cycles = found.converged.shape[1] // angles
     for cycle in range(cycles):
         at = slice(cycle * angles, (cycle + 1) * angles)
-        own = SeveralResults(*(values[:, at] for values in found))
+        own = SeveralResults._make(values[:, at] for values in found)
         later = np.rint(placed.train.mesh_cycles(cycle * pitches // cycles)).astype(int).tolist()
         loads = [_loads(placed, one, own, number) for number, one in enumerate(meshes)]
         for start in range(0, angles, ANGLES_PER_BLOCK):

@@ -187,7 +187,7 @@ class SetVariants:
                 for number, pitch in enumerate(self._starts):
                     first = number * len(self.placed.phi) + before
                     part = slice(first, first + len(phi))
-                    states = SeveralResults(*(values[:, part] for values in variant.solution.found))
+                    states = SeveralResults._make(values[:, part] for values in variant.solution.found)
                     rates[:, part] = placed.differentiate(
                         states, by_movement[:, part], by_force[:, part], variant.deviation[number][block], pitch
                     )
