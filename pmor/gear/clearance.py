@@ -3,7 +3,7 @@
 Everything is transverse, of the unloaded pair with its working flanks in contact, and holds for the other flanks as
 well: backlash only moves these apart. Sources: ISO 21771:2007 (tip clearance, tip land); Litvin & Fuentes, Gear
 Geometry and Applied Theory (2004), ch. 6 (the fillet that the rack leaves). The tip corner is followed on its way
-through the mate's tooth space, since no circle says where a fillet is.
+through the mate's tooth space, since no circle says where a fillet is; of a chamfered or rounded tip its ends are.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import GeometryError
 from pmor.gear.pair import GearPair
+from pmor.gear.tip_edge import TipEdge
 from pmor.gear.tooth import Tooth, angle_from_centre_line
 
 # In modules. Less tip clearance than this is unusual (rack of ISO 53: 0.25), and a narrower tip land breaks off when
@@ -121,7 +122,7 @@ def below_form_circle(pair: GearPair, gear: int) -> float:
 
 
 def corner_clearance(pair: GearPair, gear: int) -> float:
-    """Return the smallest gap between a gear's tip corner and the mate's flank and fillet, mm.
+    """Return the smallest gap between a gear's tip corner, or its edge, and the mate's flank and fillet, mm.
 
     Negative where the corner cuts into the mate. The corner passes the mate's flank at a gap of 0 where the path of
     contact ends at the tip.
@@ -142,21 +143,37 @@ def form_radius(tooth: Tooth) -> float:
 def _least_gap(pair: GearPair, gear: int) -> tuple[float, float]:
     """Smallest gap between a gear's tip corner and the mate, and the mate's signed radius at which it is, mm."""
     own, mate = _own_and_mate(pair, gear)
-    corner = own.tip_radius * np.exp(1j * (0.5 * math.pi + own.half_thickness_angle(own.tip_roll_angle)))
     # Within the mate's tip circle the corner is no further than this from the line of centres.
     cosine = own.tip_radius**2 + pair.centre_distance**2 - mate.tip_radius**2
     widest = math.acos(min(1.0, cosine / (2.0 * own.tip_radius * pair.centre_distance)))
     profile = _profile(mate)
-    middle, half = 0.0, widest
     smallest = math.inf, 0.0
-    for _ in range(REFINEMENTS + 1):
-        angle = np.linspace(middle - half, middle + half, POSITIONS)
-        place = _in_mate(pair, gear, corner, angle)
-        gaps = _gaps(place, *profile)
-        lowest = int(np.argmin(gaps))
-        smallest = min(smallest, (float(gaps[lowest]), float(place[0, lowest])))
-        middle, half = float(angle[lowest]), 2.0 * half / (POSITIONS - 1)
+    for corner in _tip_corners(own, pair.tip_edges[gear]):
+        middle, half = 0.0, widest
+        for _ in range(REFINEMENTS + 1):
+            angle = np.linspace(middle - half, middle + half, POSITIONS)
+            place = _in_mate(pair, gear, corner, angle)
+            gaps = _gaps(place, *profile)
+            lowest = int(np.argmin(gaps))
+            smallest = min(smallest, (float(gaps[lowest]), float(place[0, lowest])))
+            middle, half = float(angle[lowest]), 2.0 * half / (POSITIONS - 1)
     return smallest
+
+
+def _tip_corners(tooth: Tooth, edge: TipEdge) -> list[complex]:
+    """What of a tooth's tip can touch the mate: its corner, both ends of a chamfer, ends and middle of a rounding."""
+    end, tip = complex(*tooth.flank_section(np.array(edge.roll_angle))), tooth.tip_radius
+    if edge.radius > 0.0:
+        normal = complex(*tooth.flank_normal(np.array(edge.roll_angle), np.array(0.0))[:2])
+        centre = end - edge.radius * normal / abs(normal)
+        land = centre * abs(tip) / abs(centre)
+        middle = end + land - 2.0 * centre
+        return [end, centre + edge.radius * middle / abs(middle), land]
+    if edge.roll_angle == tooth.tip_roll_angle:
+        return [end]
+    height = abs(tip) - abs(end)
+    land_angle = tooth.half_thickness_angle(tooth.tip_roll_angle) - abs(height) / tip
+    return [end, complex(tip * np.exp(1j * (0.5 * math.pi + land_angle)))]
 
 
 def _own_and_mate(pair: GearPair, gear: int) -> tuple[Tooth, Tooth]:

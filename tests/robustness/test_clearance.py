@@ -3,6 +3,7 @@
 import math
 import re
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from pmor.gear.clearance import (
     tip_land,
 )
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
+from pmor.gear.tip_edge import tip_edge
 from pmor.gear.tooth import Tooth
 from pmor.pair.model import gear_pair as pair_of_case
 from tests.support.gear_models import gear_pair, tooth
@@ -180,3 +182,23 @@ def test_an_ordinary_pair_is_not_worth_a_word_and_unusual_ones_are_named_with_th
     assert re.match(r"tip land of the pinion is \S+ mm, 0.11 modules, below the 0.2", narrow[0])
     short = clearance_warnings(gear_pair(tooth(10), tooth(30)))
     assert re.match(r"the wheel's tip reaches 4.95 mm .* beyond the pinion's form circle.* contact ratio of", short[0])
+
+
+PLANET = {"module_mm": 4.0, "face_width_mm": 20.0, "torque_Nm": 100.0,
+          "pinion": {"teeth": 22, "bore_radius_mm": 15.0, "rack_tip_radius": 0.25}}  # fmt: skip
+RING = {"teeth": 61, "internal": True, "rim_thickness_mm": 20.0}
+
+
+def test_a_tip_that_is_chamfered_or_rounded_clears_what_its_sharp_corner_would_cut():
+    """A planet's fillet, of the rack 1.25 and 0.25, under tips of addendum 1: 12.5 um of the sharp ones."""
+    with pytest.raises(GeometryError, match="the wheel's tip cuts 0.0125 mm into the pinion's fillet"):
+        pair_of_case(make_case("sharp", **PLANET, wheel=RING))
+    shorter = pair_of_case(make_case("short", **PLANET, wheel=RING | {"addendum": 0.9}))
+    bare = replace(shorter, wheel=replace(shorter.wheel, addendum=1.0), wheel_edge=None)
+    sharp = corner_clearance(bare, 1)
+    for edge in ("rounding", "chamfer"):
+        gaps = [corner_clearance(replace(bare, wheel_edge=tip_edge(bare.wheel, **{edge: size})), 1)
+                for size in (1e-7, 0.01, 0.02, 0.5)]  # fmt: skip
+        assert_allclose(gaps[0], sharp, atol=1e-6)  # that of the sharp corner as it vanishes
+        assert sharp < gaps[1] < gaps[2] < 0.0 <= gaps[3] < 1e-7, edge  # at the end of the path
+        pair_of_case(make_case(edge, **PLANET, wheel=RING | {f"tip_{edge}_mm": 0.5}, contact={"scheme": "line"}))

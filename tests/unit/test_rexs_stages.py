@@ -177,8 +177,8 @@ def test_a_shift_of_which_nothing_is_said_is_none_and_said_so(tmp_path):
     assert any("neither its profile shift nor the distance" in note for note in found.notes)
 
 
-def planets(ring_said=None):
-    """Sun, planet and ring of a wind turbine, 19/35/89, m 18, 7.35 deg, 500 mm; the sun's shift is said alone."""
+def planets(**on_planet):
+    """Sun, planet and ring of a wind turbine, 19/35/89, m 18, 7.35 deg, 500 mm; of shifts the sun's is said alone."""
 
     def part(number, kind, **values):
         return Component(number, kind, "", {k: (v, "") for k, v in values.items()}, "made")
@@ -187,9 +187,9 @@ def planets(ring_said=None):
     parts, relations = [], []
     for number, (kind, teeth, helix) in enumerate(kinds, start=1):
         basic = {"number_of_teeth": teeth, "normal_module": 18.0, "helix_angle_reference_diameter": helix}
-        shift = {1: 0.35, 3: ring_said}.get(number)
-        parts.append(part(number, kind, **basic))
-        flank = {"normal_pressure_angle": 20.0} | ({} if shift is None else {SHIFT: shift})
+        more = {1: {SHIFT: 0.35}, 2: on_planet}.get(number, {})
+        parts.append(part(number, kind, **basic, **{key: value for key, value in more.items() if key == TIP}))
+        flank = {"normal_pressure_angle": 20.0} | {key: value for key, value in more.items() if key == SHIFT}
         parts.append(part(10 + number, "cylindrical_gear_flank", **flank))
         relations.append(Relation("flank", (("gear", number), ("left", 10 + number))))
     for number, pair in ((20, (2, 3)), (21, (1, 2))):
@@ -204,6 +204,14 @@ def test_the_shift_of_a_planet_goes_on_from_its_mesh_with_the_sun_to_that_with_t
     np.testing.assert_allclose(found[2].coefficient, 0.24329683455342277, atol=1e-12)
     np.testing.assert_allclose(found[3].coefficient, -0.8365936691068455, atol=1e-12)
     assert (found[1].how, "of cylindrical_gear 1" in found[2].how) == ("", True)
+
+
+@pytest.mark.parametrize(("tip", "shift"), [(679.978, 0.24329683455342277), (671.22, 0.0), (None, 0.0)])
+def test_a_shift_is_outvoted_by_distance_and_tip_circle_together_alone(tip, shift):
+    """A 0 for a shift that was never given: tips of addendum 1 have the shift that 500 mm asks for."""
+    found = profile_shifts(planets(**{SHIFT: 0.0}, **({} if tip is None else {TIP: tip})))
+    np.testing.assert_allclose(found[2].coefficient, shift, atol=1e-12)
+    assert ("tip_diameter = 679.978 mm: 0 fits neither" in found[2].how) == (shift > 0.0)
 
 
 def test_a_shift_that_contradicts_the_centre_distance_is_taken_and_said_with_both_values(tmp_path):

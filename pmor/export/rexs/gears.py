@@ -85,10 +85,10 @@ class GearInFile:
         self.notes.append(f"{self.gear.label}: {sentence}")
 
     def _shift(self) -> float:
-        """Profile shift coefficient: that of the flank that carries, else of the gear."""
-        if (said := said_shift(self.gear, [self.flank])) is not None:
-            return said
+        """Profile shift coefficient: as the flank that carries says it, else as the file says it another way."""
         found = profile_shifts(self.gearbox)[self.gear.number]
+        if not found.how and (said := said_shift(self.gear, [self.flank])) is not None:
+            return said
         if abs(found.coefficient) > MOST_SHIFT:
             rule = f"must be between {-MOST_SHIFT:g} and {MOST_SHIFT:g}: check teeth, module and distance of the stage"
             raise CaseError(f"{self.where}: {self.gear.label}: {found.how}: {rule}")

@@ -16,6 +16,8 @@ from pmor.gear.pair import tight_distance, tight_shift, transverse_backlash
 EQUAL = "equal_addendum_modification_coefficients"
 # Rules that a file asks for, by which we split as well.
 KNOWN_RULES = ("according_to_DIN_3992", EQUAL)
+# By which a shift contradicts a distance, and tips that are not shortened may differ from addendum 1; in modules.
+CONTRADICTS, ROUNDED_TIP = 0.03, 0.01
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,8 @@ def profile_shifts(gearbox: Gearbox) -> dict[int, Shift]:
     for gear in {gear.number: gear for pair in pairs.values() for gear in pair}.values():
         if (said := said_shift(gear, gearbox.beside(gear.number, "cylindrical_gear_flank", "flank"))) is not None:
             found[gear.number] = Shift(said)
+    for number, pair in pairs.items():
+        found |= _outvoted(gearbox, pair, sums[number], found)
 
     def first(number: int) -> tuple[bool, bool, bool]:
         """What leaves no choice comes first; a rule for two gears outside before one for a ring."""
@@ -114,6 +118,28 @@ def profile_shifts(gearbox: Gearbox) -> dict[int, Shift]:
         number = min(waiting, key=first)
         found |= _open_shifts(gearbox, number, pairs[number], sums[number], found)
     return found
+
+
+def _outvoted(
+    gearbox: Gearbox, pair: tuple[Component, Component], said: tuple[float | None, str], found: dict[int, Shift]
+) -> dict[int, Shift]:
+    """A shift that contradicts both distance and tip circle, which agree on another one; none where none does.
+
+    Programs write 0 for shifts that were never given.
+    """
+    (total, by), rack = said, rack_of(gearbox, pair)
+    if total is None or rack is None or any(gear.number not in found for gear in pair):
+        return {}
+    shifts = [found[gear.number].coefficient for gear in pair]
+    off, theirs = total - sum(shifts), dict[int, Shift]()
+    for gear, teeth, shift in zip(pair, rack.teeth, shifts, strict=True):
+        if abs(off) > CONTRADICTS and (tip := gear.number_of("tip_diameter")) is not None:
+            reference = abs(teeth) * rack.module / math.cos(rack.helix_angle)
+            above = math.copysign(0.5, teeth) * (abs(tip) - reference) / rack.module
+            if abs(above - shift - off - 1.0) < ROUNDED_TIP:
+                by_both = f"{by} and its tip_diameter = {tip:g} mm: {shift:g} fits neither"
+                theirs[gear.number] = Shift(shift + off, f"profile shift {shift + off:.6g}, from {by_both}")
+    return theirs if len(theirs) == 1 else {}
 
 
 def _open_shifts(
