@@ -20,6 +20,8 @@ from pmor.gear.condition import Misalignment
 
 # A length below this many modules is a slip: a gear so thin, or a hole so small, cannot be meshed sensibly.
 SMALLEST_LENGTH = 0.05
+# Face over the product of module and teeth above which it is a slip: shafts would twist, not gears mesh.
+WIDEST_FACE = 5.0
 # Contact points of a flank beyond which a search takes minutes and gigabytes, without any gain.
 MOST_CONTACT_POINTS = 1_000_000
 # Angles of a sweep beyond which its results fill a computer's memory.
@@ -123,7 +125,15 @@ def _check_faces(pair: PairCase, where: str) -> None:
     for name, gear in (("pinion", pair.pinion), ("wheel", pair.wheel)):
         if gear.face_width_mm is not None:
             _check_length(gear.face_width_mm, pair.module_mm, f"{where}: [{name}] face_width_mm")
-        faces.append(gear.face(pair.face_width_mm))
+        low, high = face = gear.face(pair.face_width_mm)
+        faces.append(face)
+        widest_mm = WIDEST_FACE * pair.module_mm * gear.teeth
+        if high - low > widest_mm:
+            key = f"[{name}] face_width_mm" if gear.face_width_mm is not None else "[pair] face_width_mm"
+            raise CaseError(
+                f"{where}: {key} = {high - low:g}: must be at most {widest_mm:g} mm, {WIDEST_FACE:g} times module and "
+                f"teeth of the {name}: lower it"
+            )
     common_mm = min(high for _, high in faces) - max(low for low, _ in faces)
     if common_mm < SMALLEST_LENGTH * pair.module_mm:
         spans = " and ".join(f"{low:g} to {high:g}" for low, high in faces)

@@ -16,6 +16,8 @@ from pmor.gear.modification import Modification
 
 # Angles of lugs that are equal.
 SAME_DEG = 1e-9
+# Helix angles below this, degrees, are rare, and usual in radians.
+LEAST_HELIX = 0.8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -260,7 +262,7 @@ class PairCase:
 
     module_mm: Annotated[float, Range(0.05, 100.0, "mm", mistaken_for=(METRES,))]
     pressure_angle_deg: Annotated[float, Range(10.0, 35.0, "deg", mistaken_for=(RADIANS,))] = 20.0
-    helix_angle_deg: Annotated[float, Range(-60.0, 60.0, "deg")] = 0.0
+    helix_angle_deg: Annotated[float, Range(-60.0, 60.0, "deg", mistaken_for=(RADIANS,), least=LEAST_HELIX)] = 0.0
     face_width_mm: Length
     centre_distance_mm: Length | None = None
     pinion: GearCase

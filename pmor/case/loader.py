@@ -17,11 +17,14 @@ from pmor.case.schema import SECTIONS, Case, ConditionCase
 from pmor.case.values import NO_LOAD, toml_text
 from pmor.core.errors import CaseError, printable
 from pmor.gear.modification import Modification, other_places
+from pmor.gear.tooth import largest_rack_tip_radius
 
 # Torques of a stage when the case file gives none, as multiples of the nominal torque.
 OFFLINE_TORQUES = (0.2, 0.7, 1.8)
 ONLINE_TORQUES = (1.0,)
 COMPARE_TORQUES = (0.3, 1.0, 1.6)
+# Line loads were trained at no torque: none beyond the nominal one is asked for.
+COMPARED_LOADS = (0.3, 1.0)
 HARRIS_TORQUES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 DYNAMICS_TORQUES = (1.0,)
 # Of the section of a blank: no key of a gear.
@@ -101,13 +104,13 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     ]
     contact = section("contact")
     usual = {"torque_Nm": -torque_Nm if coast else torque_Nm, **vars(misalignment)}
-    pair = section("pair", {"pinion": pinion, "wheel": wheel})
+    pair = _with_rack_tips(section("pair", {"pinion": pinion, "wheel": wheel}), document)
     across: dict[str, Any] = {"width_elements": _elements_across(pair)} if contact.kind == "line" else {}
     conditions = _read_conditions(reader, document.get(CONDITION, []), usual, modifications, others)
     reduction = section("reduction", shapes=DEFAULT_SHAPES.get(contact.scheme, OTHER_SHAPES))
     compared: dict[str, Any] = {"torques_Nm": _multiples(torque_Nm, COMPARE_TORQUES)}
     if reduction.shapes == "line_loads" and set(section("compare", **compared).models or ()) <= {"line"}:
-        compared["angles"] = EXACT_ANGLES
+        compared = {"torques_Nm": _multiples(torque_Nm, COMPARED_LOADS), "angles": EXACT_ANGLES}
     swept = [(others if coast else modifications), *((one.pinion, one.wheel) for one in conditions)]
     case = Case(
         name=name, title=title, torque_Nm=torque_Nm, speed_rpm=load.speed_rpm, pair=pair,
@@ -185,6 +188,17 @@ def _with_blank(
     if key == MESH:
         return replace(gear, blank=None, body=reader.section(table, BodyCase, name))
     return replace(gear, blank=None, body=reader.section(table, MatrixCase, name))
+
+
+def _with_rack_tips(pair: PairCase, document: Mapping[str, Any]) -> PairCase:
+    """Return the pair with the tip radii of racks that the file leaves out as large as the racks have room for."""
+    gears: dict[str, Any] = {}
+    for name, gear in zip(GEARS, (pair.pinion, pair.wheel), strict=True):
+        written = document.get(name, document.get(GEARS[0], {}))
+        room = largest_rack_tip_radius(math.radians(pair.pressure_angle_deg), gear.dedendum)
+        if "rack_tip_radius" not in written and not gear.internal and 0.0 <= room < gear.rack_tip_radius:
+            gears[name] = replace(gear, rack_tip_radius=room)
+    return replace(pair, **gears)
 
 
 def _keys_in(table: Mapping[str, Any], section: str) -> list[str]:

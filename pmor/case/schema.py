@@ -309,14 +309,20 @@ class Case:
         return self.pair.repeats_with([(self.pinion_modification, self.wheel_modification), *listed])
 
     @property
-    def swept_torques_Nm(self) -> tuple[float, ...]:
-        """All torques that training, sweeps, comparison and motion ask for, N m."""
-        listed = (abs(condition.torque_Nm) for condition in self.conditions)
-        of_lines = (*self.results.harris_torques_Nm, *self.dynamics.torques_Nm) if self.contact.kind == "line" else ()
-        return (
-            self.torque_Nm, *self.offline.torques_Nm, *self.online.torques_Nm, *self.compare.torques_Nm, *listed,
-            *of_lines,
-        )  # fmt: skip
+    def asked_torques_Nm(self) -> dict[str, tuple[float, ...]]:
+        """All torques that training, sweeps, comparison and motion ask for, N m, by the key that says them."""
+        asked = {
+            "[load] torque_Nm": (self.torque_Nm,), "[online] torques_Nm": self.online.torques_Nm,
+            "[compare] torques_Nm": self.compare.torques_Nm,
+        }  # fmt: skip
+        if self.reduction.trained:
+            asked["[offline] torques_Nm"] = self.offline.torques_Nm
+        if self.conditions:
+            asked["[[condition]] torque_Nm"] = tuple(abs(condition.torque_Nm) for condition in self.conditions)
+        if self.contact.kind == "line":
+            asked["[results] harris_torques_Nm"] = self.results.harris_torques_Nm
+            asked["[dynamics] torques_Nm"] = self.dynamics.torques_Nm
+        return asked
 
     @property
     def root_stress(self) -> bool:

@@ -29,7 +29,8 @@ class WrongUnit:
 class Range:
     """Allowed range of a number, or of each number of a list; the ends belong to it unless said otherwise.
 
-    A list is sorted, and has no number twice, unless its numbers stand `in_order`.
+    A list is sorted, and has no number twice, unless its numbers stand `in_order`. A number other than 0 but smaller
+    than `least` is allowed, and likely one in a unit of `mistaken_for` (`pmor.case.slips`).
     """
 
     low: float
@@ -39,6 +40,7 @@ class Range:
     high_excluded: bool = False
     mistaken_for: tuple[WrongUnit, ...] = ()
     in_order: bool = False
+    least: float = 0.0
 
     def contains(self, value: float) -> bool:
         """Whether `value` lies in the range; never true for nan."""
@@ -48,11 +50,21 @@ class Range:
 
 
 METRES = WrongUnit("metres", "m", 1e3)
+MILLIMETRES = WrongUnit("millimetres", "mm", 1e3)
 RADIANS = WrongUnit("radians", "rad", math.degrees(1.0))
 SHARE = WrongUnit("a share", "of 1", 100.0)
 TAKEN_OFF = WrongUnit("what is taken off", "um", -1.0)
 PASCALS = (WrongUnit("MPa", "MPa", 1e-3), WrongUnit("Pa", "Pa", 1e-9))
 GRAMS_PER_CM3 = WrongUnit("g/cm3", "g/cm3", 1e3)
+
+# Deviations below this, um, are less than any machine tool makes or measures.
+LEAST_DEVIATION = 0.05
+
+
+def micrometres(low: float, high: float, *, in_order: bool = False) -> Range:
+    """Return the range of a deviation of flanks, axes or pins, um."""
+    return Range(low, high, "um", mistaken_for=(MILLIMETRES,), in_order=in_order, least=LEAST_DEVIATION)
+
 
 Length = Annotated[float, Range(1e-3, 1e5, "mm", mistaken_for=(METRES,))]
 Torque = Annotated[float, Range(0.0, 1e12, "N m", low_excluded=True)]

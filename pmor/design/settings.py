@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, fields
 from typing import Annotated, Literal, get_args
 
-from pmor.core.ranges import Range
+from pmor.core.ranges import Range, micrometres
 
 AmountKey = Literal[
     "tip_relief_um", "root_relief_um", "profile_crowning_um", "profile_slope_um", "helix_crowning_um",
@@ -34,7 +34,7 @@ OBJECTIVES_OF_SETS, RESULTS_OF_SETS = ("k_h_beta", "k_gamma"), ("k_gamma",)
 Bounds = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, in_order=True)]
 Torques = Annotated[tuple[float, ...], Range(0.0, 1e12, "N m", low_excluded=True, in_order=True)]
 Weights = Annotated[tuple[float, ...], Range(0.0, 1e6, in_order=True)]
-Deviation = Annotated[float, Range(0.0, 200.0, "um")]
+Deviation = Annotated[float, micrometres(0.0, 200.0)]
 Angle = Annotated[float, Range(0.0, 10.0, "deg")]
 Step = Annotated[float, Range(0.0, 1000.0, low_excluded=True)]
 

@@ -9,6 +9,8 @@ through the mate's tooth space, since no circle says where a fillet is; of a cha
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,6 +25,10 @@ from pmor.gear.tooth import Tooth, angle_from_centre_line
 USUAL_TIP_CLEARANCE, USUAL_TIP_LAND = 0.1, 0.2
 # Depth in modules below which teeth count as just touching: round-off, and chords of the fillet.
 TOUCHING = 1e-7
+# Depth in mm below which a cut comes of rounded dimensions: drawings and files give lengths to a tenth of a micrometre.
+ROUNDED = 1e-4
+# Steps in modules in which a remedy is looked for, most of them, what of one is round-off; the least that is proposed.
+REMEDY_STEP, MOST_STEPS, SAME_STEP, LEAST_ADDENDUM = 0.01, 64, 1e-6, 0.5
 FILLET_POINTS, POSITIONS, REFINEMENTS, CUTTER_POSITIONS = 4001, 201, 3, 2001
 NAMES = "pinion", "wheel"
 
@@ -36,30 +42,85 @@ def refuse_interference(pair: GearPair) -> None:
         Also where the tips of a pinion and a ring pass through each other beyond the path of contact, and where the
         ring's shaper trims its tips so.
     """
-    inside = pair.wheel.internal
-    if inside:
+    if pair.wheel.internal:
         _refuse_trimming(pair.wheel)
-    for gear, (name, mate) in enumerate((NAMES, NAMES[::-1])):
-        clearance = tip_clearance(pair, gear)
-        if clearance < 0.0:
-            raise GeometryError(
-                f"the {name}'s tip circle reaches {-clearance:.4g} mm below the {mate}'s root circle, the tip "
-                f"clearance must not be below 0: reduce [{name}] addendum or raise [{mate}] dedendum or "
-                f"{'lower ' * inside}centre_distance_mm"
-            )
-        gap, at = _least_gap(pair, gear)
-        if -gap <= TOUCHING * pair.pinion.module:
-            continue
-        if at > form_radius(_own_and_mate(pair, gear)[1]):
-            raise GeometryError(
-                f"the {name}'s tips pass through those of the {mate} by {-gap:.3g} mm beside the path of contact, more "
-                f"than 0: reduce [{name}] addendum or [{mate}] addendum, or raise [wheel] teeth"
-            )
-        raise GeometryError(
-            f"the {name}'s tip cuts {-gap:.3g} mm into the {mate}'s fillet, more than 0: reduce [{name}] addendum "
-            f"or {'lower' if inside else 'raise'} centre_distance_mm, {'raise ' * inside}[{mate}] dedendum or "
-            "profile_shift"
-        )
+    for gear in range(2):
+        fault = _fault(pair, gear)
+        if fault is not None:
+            raise GeometryError(f"{fault.text}: {_remedies(pair, gear, fault.depth)}")
+
+
+class _Fault(NamedTuple):
+    """What a tip meets, and by how much, mm."""
+
+    text: str
+    depth: float
+
+
+def _fault(pair: GearPair, gear: int) -> _Fault | None:
+    """Return what the tip of a gear meets; None where it is clear."""
+    name, mate = NAMES[gear], NAMES[1 - gear]
+    clearance = tip_clearance(pair, gear)
+    if clearance < -ROUNDED:
+        below = f"{-clearance:.4g} mm below the {mate}'s root circle, the tip clearance must not be below 0"
+        return _Fault(f"the {name}'s tip circle reaches {below}", -clearance)
+    gap, at = _least_gap(pair, gear)
+    if gap >= -ROUNDED:
+        return None
+    if at > form_radius(_own_and_mate(pair, gear)[1]):
+        beside = f"by {-gap:.3g} mm beside the path of contact, more than 0"
+        return _Fault(f"the {name}'s tips pass through those of the {mate} {beside}", -gap)
+    return _Fault(f"the {name}'s tip cuts {-gap:.3g} mm into the {mate}'s fillet, more than 0", -gap)
+
+
+def _remedies(pair: GearPair, gear: int, depth: float) -> str:
+    """Return the changes of one key each after which nothing is met any more, in steps of `REMEDY_STEP`."""
+    found, first = [], math.ceil(depth / (REMEDY_STEP * pair.pinion.module))
+    for key, sign, whose in (("addendum", -1, gear), ("addendum", -1, 1 - gear), ("dedendum", 1, 1 - gear)):
+        steps = _least_steps(pair, (whose,), key, sign, first)
+        if steps:
+            value = _stepped((pair.pinion, pair.wheel)[whose], key, sign * steps)
+            found.append(f"{'reduce' if sign < 0 else 'raise'} [{NAMES[whose]}] {key} to {value:.4g}")
+    if not found and (steps := _least_steps(pair, (0, 1), "addendum", -1, first)):
+        values = [_stepped(tooth, "addendum", -steps) for tooth in (pair.pinion, pair.wheel)]
+        found.append(f"reduce [pinion] addendum to {values[0]:.4g} and [wheel] addendum to {values[1]:.4g}")
+    distance = f"{'lower' if pair.wheel.internal else 'raise'} centre_distance_mm"
+    return ", or ".join(found) or f"{distance}, or change teeth or profile_shift"
+
+
+def _least_steps(pair: GearPair, whose: tuple[int, ...], key: str, sign: int, first: int) -> int:
+    """Return how many steps of a key of one or both gears clear the teeth; 0 where none do. The first try is given."""
+    near, far = 0, first
+    while not _clears(pair, whose, key, sign * far):
+        near, far = far, 2 * far
+        if far > MOST_STEPS:
+            return 0
+    while far - near > 1:
+        middle = (near + far) // 2
+        near, far = (near, middle) if _clears(pair, whose, key, sign * middle) else (middle, far)
+    return far
+
+
+def _stepped(tooth: Tooth, key: str, steps: int) -> float:
+    """Return an addendum or dedendum so many steps away, on the grid of steps."""
+    own = getattr(tooth, key) / REMEDY_STEP
+    return REMEDY_STEP * (steps + (math.ceil(own - SAME_STEP) if steps < 0 else math.floor(own + SAME_STEP)))
+
+
+def _clears(pair: GearPair, whose: tuple[int, ...], key: str, steps: int) -> bool:
+    """Whether nothing of a pair is met with another addendum or dedendum."""
+    changed: dict[str, Any] = {}
+    try:
+        for gear in whose:
+            tooth = (pair.pinion, pair.wheel)[gear]
+            value: dict[str, Any] = {key: _stepped(tooth, key, steps)}
+            if value[key] < LEAST_ADDENDUM:
+                return False
+            changed |= {NAMES[gear]: replace(tooth, **value), f"{NAMES[gear]}_edge": None}
+        other = replace(pair, **changed)
+        return all(_fault(other, gear) is None for gear in range(2))
+    except GeometryError:
+        return False
 
 
 def _refuse_trimming(ring: Tooth) -> None:

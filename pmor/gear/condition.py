@@ -12,13 +12,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, TypeVar
 
-from pmor.core.ranges import Range
+from pmor.core.ranges import micrometres
 from pmor.core.shown import brief
 from pmor.core.wording import suggesting
 from pmor.gear.modification import UNMODIFIED, Modification
 
 T = TypeVar("T")
-Deviation = Annotated[float, Range(-1000.0, 1000.0, "um")]
+Deviation = Annotated[float, micrometres(-1000.0, 1000.0)]
 
 
 @brief

@@ -6,13 +6,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
-from pmor.core.ranges import METRES, RADIANS, SHARE, Length, Range
+from pmor.core.ranges import METRES, RADIANS, SHARE, Length, Range, micrometres
 from pmor.core.shown import brief
 from pmor.core.wording import suggesting
 from pmor.gear.topography import Topography
 
-Amount = Annotated[float, Range(-1000.0, 1000.0, "um")]
-Amounts = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, "um", in_order=True)]
+Amount = Annotated[float, micrometres(-1000.0, 1000.0)]
+Amounts = Annotated[tuple[float, ...], micrometres(-1000.0, 1000.0, in_order=True)]
 RollAngle = Annotated[float, Range(0.0, 180.0, "deg", mistaken_for=(RADIANS,))]
 Percent = Annotated[float, Range(1.0, 100.0, "%", mistaken_for=(SHARE,))]
 ReliefShape = Literal["linear", "parabolic"]

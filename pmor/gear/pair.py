@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.errors import GeometryError
 from pmor.gear.involute import inverse_involute, involute_function
 from pmor.gear.tip_edge import TipEdge, tip_edge
@@ -25,6 +25,8 @@ ROUNDING = 1e-4
 # Pitches by which tooth pairs are counted beyond where they can touch: more than round-off of `touching_pairs`, and of
 # the kernel that cuts windows, can add.
 ROUND_OFF_PITCHES = 1e-9
+# Hundredths of a module by which addenda are thought raised, to find how much a contact ratio lacks.
+MOST_RAISED = 100
 
 
 @dataclass(frozen=True)
@@ -93,8 +95,21 @@ class GearPair:
         if self.contact_ratio <= 0.0 or self.total_contact_ratio < 1.0:
             raise GeometryError(
                 f"contact ratio {min(self.contact_ratio, self.total_contact_ratio):.3f} is below 1: "
-                f"{'raise' if inside else 'reduce'} centre_distance_mm or raise the addenda"
+                f"{self._longer_path()}"
             )
+
+    def _longer_path(self) -> str:
+        """Return what lengthens the path of contact to a contact ratio of 1."""
+        raised = np.arange(1, MOST_RAISED + 1) * 0.01
+        reached = -self.action_length
+        for tooth in (self.pinion, self.wheel):
+            tips = tooth.tip_radius + raised * tooth.module
+            reached = reached + np.copysign(np.sqrt(np.maximum(tips**2 - tooth.base_radius**2, 0.0)), tooth.base_radius)
+        enough: BoolArray = reached / self.pinion.base_pitch + self.overlap_ratio >= 1.0
+        nearer = f"{'raise' if self.wheel.internal else 'reduce'} centre_distance_mm, "
+        tight = abs(self.centre_distance - self.least_centre_distance) <= ROUNDING * self.pinion.module
+        by = f" by {raised[enough][0]:.2g} or more" if enough.any() else ""
+        return f"{'' if tight else nearer}raise [pinion] addendum and [wheel] addendum{by}"
 
     @property
     def base_distance(self) -> float:

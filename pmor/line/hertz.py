@@ -64,7 +64,7 @@ from pmor.line.layered_pair import LayeredPair, SurfaceLayer
 WIDEST = 0.5
 TOO_WIDE = (
     "overloads a section, whose contact is wider than half the depth of the layer that line contact stands on: lower "
-    'the torque, relieve the edges, raise [contact] layer_depth, or choose scheme = "direct"'
+    'the torque, relieve the edges, raise [contact] layer_depth, or, of external gears, choose scheme = "direct"'
 )
 
 
@@ -157,8 +157,8 @@ def check_half_width(
         for gear, rows, layer in zip((pair.pinion, pair.wheel), rolls, layers, strict=True)
     )
     if half_width > WIDEST * depth:
+        other = "" if pair.wheel.internal else ', or choose scheme = "direct"'
         raise GeometryError(
             f"torque {torque * 1e-3:g} N m: makes the contact {half_width:.3g} mm half-wide, more than half the depth "
-            f"{depth:.3g} mm of the layer that line contact stands on; lower it, raise [contact] layer_depth, or "
-            'choose scheme = "direct"'
+            f"{depth:.3g} mm of the layer that line contact stands on; lower it, raise [contact] layer_depth{other}"
         )

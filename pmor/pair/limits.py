@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable
 
 from pmor.case import Case
+from pmor.case.slips import case_slips
+from pmor.case.values import wrong_unit_text
 from pmor.core.errors import CaseError
 from pmor.gear.clearance import clearance_warnings
 from pmor.gear.pair import GearPair
@@ -37,20 +39,27 @@ def refuse_impossible_load(case: Case, approach_mm: float) -> None:
     approach_mm : float
         Of the flanks, to expect under the nominal torque, mm.
     """
-    torque = max(case.swept_torques_Nm)
+    torque, key = largest_torque(case)
     in_modules = approach_mm * torque / case.torque_Nm / case.pair.module_mm
     if in_modules > LARGEST_APPROACH:
-        allowed = torque * LARGEST_APPROACH / in_modules
+        remedy = f"stay below {torque * LARGEST_APPROACH / in_modules:.3g} N m"
+        if in_modules < 1e3 * LARGE_APPROACH:
+            remedy = wrong_unit_text(torque, "newton millimetres", "N mm", 1e-3 * torque, "N m")
         raise CaseError(
-            f"torque of {torque:g} N m: the flanks would approach by {in_modules:.3g} modules, more than the "
-            f"{LARGEST_APPROACH:g} that teeth have room for: stay below {allowed:.3g} N m ([load] torque_Nm, "
-            "torques_Nm of [offline], [online], [compare] and [dynamics]), widen the face or raise youngs_modulus_GPa"
+            f"torque of {torque:g} N m ({key}): the flanks would approach by {in_modules:.3g} modules, more than the "
+            f"{LARGEST_APPROACH:g} that teeth have room for: {remedy}, widen the face or raise youngs_modulus_GPa"
         )
+
+
+def largest_torque(case: Case) -> tuple[float, str]:
+    """Return the largest torque that a case asks for, N m, and the key that says it."""
+    key, torques = max(case.asked_torques_Nm.items(), key=lambda one: max(one[1]))
+    return max(torques), key
 
 
 def refuse_bent_blank(case: Case, pair: GearPair, held_mm: tuple[float, float]) -> None:
     """Raise CaseError when helical flanks would bend a blank outside its held radius as no linear body bends."""
-    torque = max(case.swept_torques_Nm)
+    torque, _ = largest_torque(case)
     force = 1e3 * torque / pair.pinion.base_radius * math.tan(abs(pair.base_helix_angle))
     gears = (("pinion", case.pair.pinion, pair.pinion), ("wheel", case.pair.wheel, pair.wheel))
     for (name, gear, tooth), (low, high), radius in zip(gears, pair.faces, held_mm, strict=True):
@@ -73,14 +82,14 @@ def refuse_lost_load(case: Case, round_off_at: Callable[[float], float]) -> None
     round_off_at : callable
         Round-off of the coordinates over the approach of the flanks under a torque (N mm).
     """
-    torque = min(case.swept_torques_Nm)
+    key, torques = min(case.asked_torques_Nm.items(), key=lambda one: min(one[1]))
+    torque = min(torques)
     round_off = round_off_at(1e3 * torque)
     if round_off > MOST_ROUND_OFF:
         raise CaseError(
-            f"torque of {torque:g} N m: the flanks approach by so little that round-off of the coordinates is "
+            f"torque of {torque:g} N m ({key}): the flanks approach by so little that round-off of the coordinates is "
             f"{round_off:.2g} of it, more than {MOST_ROUND_OFF:g}: stay above "
-            f"{torque * round_off / MOST_ROUND_OFF:.2g} N m ([load] torque_Nm, torques_Nm of [offline], [online], "
-            "[compare] and [dynamics], harris_torques_Nm of [results])"
+            f"{torque * round_off / MOST_ROUND_OFF:.2g} N m"
         )
 
 
@@ -97,7 +106,7 @@ def range_warnings(case: Case, pair: GearPair, approach_mm: float) -> tuple[str,
     tuple of str
         Each with the number, the usual range and the consequence; empty for an ordinary case.
     """
-    warnings = list(clearance_warnings(pair))
+    warnings = [*clearance_warnings(pair), *case_slips(case)]
     stiffest = max(case.pair.pinion.poisson_ratio, case.pair.wheel.poisson_ratio)
     if case.mesh.element == "hex8" and stiffest > LOCKING_POISSON_RATIO:
         warnings.append(

@@ -32,7 +32,7 @@ from pmor.line.hertz import approach_constants, check_half_width, line_complianc
 from pmor.line.layered_pair import LayeredPair, SurfaceLayer, layers_of
 from pmor.pair.blank import interface_radius, stands_on_blank
 from pmor.pair.conditions import misalignments_of
-from pmor.pair.limits import refuse_bent_blank, refuse_impossible_load, refuse_lost_load
+from pmor.pair.limits import largest_torque, refuse_bent_blank, refuse_impossible_load, refuse_lost_load
 from pmor.pair.modifications import refuse_modifications_off_the_flank
 from pmor.penalty.elasticity import full_elasticity
 from pmor.penalty.equilibrium import round_off_residual
@@ -256,7 +256,7 @@ def refuse_loads(case: Case, meshed: MeshedPair) -> None:
     if isinstance(meshed, LayeredPair):
         refuse_lost_load(case, meshed.round_off)
         rolls = meshed.pinion.roll_angle, meshed.wheel.roll_angle
-        check_half_width(meshed.pair, meshed.layers, rolls, 1e3 * max(case.swept_torques_Nm))
+        check_half_width(meshed.pair, meshed.layers, rolls, 1e3 * largest_torque(case)[0])
 
 
 def refuse_loads_unmeshed(case: Case) -> None:
@@ -269,7 +269,7 @@ def refuse_loads_unmeshed(case: Case) -> None:
             tooth_outline(tooth, mesh.profile_elements, mesh.spacing, mesh.order).flank_roll_angle
             for tooth in (pair.pinion, pair.wheel)
         ]
-        check_half_width(pair, surface_layers(case, pair), rolls, 1e3 * max(case.swept_torques_Nm))
+        check_half_width(pair, surface_layers(case, pair), rolls, 1e3 * largest_torque(case)[0])
 
 
 def assemble_pair(

@@ -27,8 +27,8 @@ from pmor.sets.settings import Planets, SetSections
 from pmor.sets.shafts import onto_bodies
 from pmor.sets.supports import ROTATION, gives, standing
 
-# Of a whole number: positions of planets that can be assembled.
-ASSEMBLED = 1e-6
+# Degrees by which positions of planets may be rounded: each stands where its teeth meet those of both members.
+ASSEMBLED_DEG = 4e-4
 # Of the forces of meshes: loads that they do not hold.
 UNBALANCED = 1e-9
 
@@ -246,17 +246,16 @@ def planet_positions(planets: Planets, teeth: tuple[int, int], stepped: tuple[in
     if first != second:
         sums = f"teeth meet at {teeth[0]} x {second} + {teeth[1]} x {first} = {meet} places of a turn"
     places = planets.positions_deg or tuple(360.0 * n / planets.count for n in range(planets.count))
-    for number, place in enumerate(places, start=1):
-        step = (place - places[0]) / 360.0 * meet
-        if abs(step - round(step)) > ASSEMBLED * meet:
-            near = [places[0] + 360.0 * whole / meet for whole in (math.floor(step), math.ceil(step))]
-            rule = f"{sums}, which is no multiple of {planets.count} planets: "
+    steps = [(place - places[0]) / 360.0 * meet for place in places]
+    assembled = [places[0] + 360.0 * round(step) / meet for step in steps]
+    for number, (place, near) in enumerate(zip(places, assembled, strict=True), start=1):
+        if abs(place - near) > ASSEMBLED_DEG:
+            rule = "" if planets.positions_deg else f"{sums}, which is no multiple of {planets.count} planets: "
             raise GeometryError(
-                f"[planets] planet {number} at {place:.6g} deg: cannot be assembled: "
-                f"{'' if planets.positions_deg else rule}write positions_deg, next to {near[0]:.6g} or {near[1]:.6g} "
-                "deg, or change tooth numbers"
+                f"[planets] planet {number} at {place:.6g} deg: cannot be assembled: {rule}write positions_deg = "
+                f"[{', '.join(f'{one:.6g}' for one in assembled)}], or change tooth numbers"
             )
-    return [math.radians(place) for place in places]
+    return [math.radians(place) for place in assembled]
 
 
 def _refuse_neighbours(bodies: Sequence[SetBody], tip_radius: float) -> None:

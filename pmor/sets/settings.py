@@ -14,11 +14,11 @@ from typing import Annotated, Literal
 
 from pmor.case.reader import Sections
 from pmor.case.training import Positions
-from pmor.core.ranges import METRES, PASCALS, Length, Range, Stiffness, TiltStiffness, Torques
+from pmor.core.ranges import METRES, PASCALS, Length, Range, Stiffness, TiltStiffness, Torques, micrometres
 
-Deviations = Annotated[tuple[float, ...], Range(-1e4, 1e4, "um", in_order=True)]
-Amount = Annotated[float, Range(0.0, 1e4, "um")]
-Amounts = Annotated[tuple[float, ...], Range(0.0, 1e4, "um", in_order=True)]
+Deviations = Annotated[tuple[float, ...], micrometres(-1e4, 1e4, in_order=True)]
+Amount = Annotated[float, micrometres(0.0, 1e4)]
+Amounts = Annotated[tuple[float, ...], micrometres(0.0, 1e4, in_order=True)]
 Angle = Annotated[float, Range(-100.0, 100.0, "mrad")]
 Angles = Annotated[tuple[float, ...], Range(-100.0, 100.0, "mrad", in_order=True)]
 Direction = Annotated[float, Range(-360.0, 360.0, "deg")]

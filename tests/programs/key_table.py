@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Sequence
 from dataclasses import MISSING, fields, is_dataclass
 from inspect import getdoc
 from pathlib import Path
@@ -21,6 +22,7 @@ from pmor.case.body import MatrixCase
 from pmor.case.document import COAST, CONDITION
 from pmor.case.loader import (
     COMPARE_TORQUES,
+    COMPARED_LOADS,
     DEFAULT_SHAPES,
     DYNAMICS_TORQUES,
     ELEMENTS_TO_AXIAL_PITCH,
@@ -55,6 +57,7 @@ MULTIPLES = {
 CHANGED = {
     ("mesh", "width_elements"): f"; of helical pairs with line contact {ELEMENTS_TO_AXIAL_PITCH:g} to an axial pitch",
     ("compare", "angles"): f"; `{EXACT_ANGLES}` of exact line loads alone",
+    ("pinion", "rack_tip_radius"): "; less where the rack tooth has no room for it",
 }
 
 
@@ -171,7 +174,8 @@ def _default(section: str, key: str, default: Any) -> str:
     if key == "title":
         return "name of the file"
     if default is MISSING and section in MULTIPLES and key.endswith("torques_Nm"):
-        return "load × " + ", ".join(f"{factor:g}" for factor in MULTIPLES[section])
+        alone = f"; {_shares(COMPARED_LOADS)} of exact line loads alone" if section == "compare" else ""
+        return f"load × {_shares(MULTIPLES[section])}{alone}"
     if default is MISSING and section == CONDITION:
         return "its number" if key == "name" else "that of the case"
     if default is MISSING and key == "shapes":
@@ -180,6 +184,10 @@ def _default(section: str, key: str, default: Any) -> str:
         return "**required**"
     usual = "left out" if default in (None, ()) else f"`{toml_text(default)}`"
     return usual + CHANGED.get((section, key), "")
+
+
+def _shares(factors: Sequence[float]) -> str:
+    return ", ".join(f"{factor:g}" for factor in factors)
 
 
 def main(path: Path) -> None:
