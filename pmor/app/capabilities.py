@@ -163,6 +163,7 @@ def plan_set(file: Place | SetFile) -> str:
     return plan(load(file) if isinstance(file, str | Path) else file)
 
 
+@suggesting
 def study(
     file: Place | Study, folder: Place | None = None, *, quick: bool = False, executor: Executor | None = None,
     progress: Steps | None = None, overwrite: bool = False,
@@ -245,6 +246,7 @@ def bench(
     return found
 
 
+@suggesting
 def write_design_case(
     file: Place | PairDesign | SetDesign, folder: Place, variant: int, *, overwrite: bool = False
 ) -> Path:
@@ -256,6 +258,7 @@ def write_design_case(
     return write_variant(settings, Path(folder), variant, overwrite=overwrite)
 
 
+@suggesting
 def write_campaign_case(file: Place | Campaign, folder: Place, number: int, *, overwrite: bool = False) -> Path:
     """Write the case file of a design of a campaign into a folder, and return its path; numbers start at 1."""
     from pmor.campaigns.loader import load

@@ -10,6 +10,7 @@ from pmor.case.capability import refuse_beyond
 from pmor.case.reader import Reader
 from pmor.core.errors import CaseError, OutputError, printable
 from pmor.core.ranges import Torque
+from pmor.core.wording import suggesting
 from pmor.storage.atomic import atomic_path, ensure_folder, refuse_existing
 from pmor.storage.results_folder import refuse_in_the_way, results_folder
 
@@ -34,6 +35,7 @@ TAKEN_BY = {"stage": "case", "torque_Nm": "fmu"}
 _LOG = logging.getLogger("pmor.export")
 
 
+@suggesting
 def export_file(
     source: Path | str, to: str, target: Path | str | None = None, *, stage: int | None = None,
     torque_Nm: float | None = None, overwrite: bool = False,
@@ -124,6 +126,7 @@ def export_sweep(sweep: SteSweep, pair: GearPair, source: str, folder: Path, ove
     _write_tables(sweep_entries(sweep, pair), source, folder, overwrite, ())
 
 
+@suggesting
 def import_rexs(path: Path | str, *, stage: int | None = None) -> Case:
     """Make a case of a cylindrical stage of a gearbox in a REXS file (1.0 to 2.0).
 

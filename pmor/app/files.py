@@ -10,6 +10,7 @@ from pmor.campaigns.describe import folder_text
 from pmor.core.errors import FileFormatError
 from pmor.core.progress import Progress, Steps, quietly
 from pmor.core.shown import brief
+from pmor.core.wording import suggesting
 from pmor.export.sweep_tables import file_entries
 from pmor.export.tables import ResultArray
 from pmor.storage.basis_file import read_basis
@@ -40,6 +41,7 @@ class Verification:
         return checks_text(self.checks)
 
 
+@suggesting
 def load_results(path: Path | str) -> dict[str, ResultArray]:
     """Read the file with all results of a run, `results.h5`; xarray reads it too, group by group.
 
@@ -56,6 +58,7 @@ def load_results(path: Path | str) -> dict[str, ResultArray]:
     return file_entries(Path(path))
 
 
+@suggesting
 def info(path: Path | str) -> str:
     """Return the content of an HDF5 file of pmor, or of the folder of a campaign, as text.
 
@@ -70,6 +73,7 @@ def info(path: Path | str) -> str:
     return folder_text(source) if source.is_dir() else file_text(source)
 
 
+@suggesting
 def verify(path: Path | str, full: FullModel | None = None, *, progress: Steps = quietly) -> Verification:
     """Verify a basis file against full FE of its case, as `pmor info --verify` does.
 

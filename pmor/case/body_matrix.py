@@ -20,6 +20,7 @@ from pmor.case.body import UNITS, BodyMatrix, MatrixCase
 from pmor.case.seats import refuse_half
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
+from pmor.core.reading import read_bytes
 
 #: newtons in the unit of force beside each unit of length
 FORCES = {"mm": 1.0, "m": 1.0, "in": 4.4482216152605}
@@ -83,7 +84,7 @@ def _sha(path: Path) -> str:
     digest = hashlib.sha256()
     for file in _files(path):
         try:
-            digest.update(file.read_bytes())
+            digest.update(read_bytes(file))
         except FileNotFoundError:
             raise CaseError(f"{file.name}: there is no such file: check the path") from None
         except OSError as error:

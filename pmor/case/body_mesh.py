@@ -21,6 +21,7 @@ import numpy as np
 from pmor.case.body import UNITS, BodyCase, BodyMesh
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.errors import CaseError
+from pmor.core.reading import read_bytes
 
 #: readers of meshio by suffix
 READERS = {
@@ -108,7 +109,7 @@ def body_volume(body: BodyCase) -> BodyVolume:
 
 def _bytes(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        return read_bytes(path)
     except FileNotFoundError:
         raise CaseError(f"{path.name}: there is no such mesh: check the path") from None
     except OSError as error:

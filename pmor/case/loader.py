@@ -16,6 +16,7 @@ from pmor.case.reader import NOTHING, Reader, parse_toml, read_text
 from pmor.case.schema import SECTIONS, Case, ConditionCase
 from pmor.case.values import NO_LOAD, toml_text
 from pmor.core.errors import CaseError, printable
+from pmor.core.wording import suggesting
 from pmor.gear.modification import Modification, other_places
 from pmor.gear.tooth import largest_rack_tip_radius
 
@@ -41,6 +42,7 @@ ANGLES_OF_MANY = 32
 ELEMENTS_TO_AXIAL_PITCH, FEWEST_ELEMENTS, MOST_ELEMENTS = 6.0, 4, 16
 
 
+@suggesting
 def load_case(path: Path | str) -> Case:
     """Read and check a case file.
 

@@ -19,6 +19,7 @@ from typing import Annotated, Any, Literal, NoReturn, TypeVar, get_args, get_ori
 
 from pmor.case.values import REMOVED, Refused, convert, toml_text
 from pmor.core.errors import CaseError
+from pmor.core.reading import MOST_TEXT, read_bytes
 from pmor.core.wording import did_you_mean
 from pmor.gear.topography import Topography, read_topography
 
@@ -44,7 +45,7 @@ def read_text(path: Path, what: str, place: str = "") -> str:
     """
     place = place or str(path)
     try:
-        return path.read_text(encoding="utf-8-sig")  # some editors put a byte order mark in front
+        return read_bytes(path, MOST_TEXT).decode("utf-8-sig")  # some editors put a byte order mark in front
     except FileNotFoundError:
         near = _files_in(path.parent, path.suffix) if path.parent.is_dir() else ""
         raise CaseError(f"{place}: there is no such {what}: check the path{near}") from None
@@ -57,7 +58,8 @@ def read_text(path: Path, what: str, place: str = "") -> str:
             raise CaseError(f"{place}: is no {what} but an HDF5 file: a model is read by pmor.load_model") from None
         raise CaseError(f"{place}: cannot be read, is not UTF-8 text: save it as plain text in UTF-8") from None
     except (OSError, ValueError) as error:
-        raise CaseError(f"{place}: cannot be read ({error}): name a readable {what}") from None
+        why = getattr(error, "strerror", None) or error
+        raise CaseError(f"{place}: cannot be read ({why}): name a readable {what}") from None
 
 
 def parse_toml(text: str, where: str) -> dict[str, Any]:

@@ -14,12 +14,19 @@ from inspect import Parameter, signature
 from os import PathLike
 from typing import Any, TypeVar
 
+from pmor.core.errors import CaseError, printable
+
 Thing = TypeVar("Thing", bound=Callable[..., Any])
 # Words of which at least so many letters belong to a longer one: "width" to face_width_mm.
 LONG_ENOUGH = 4
 MOST_SHOWN = 24
-# Functions that make the arguments of these names from a file.
-READERS = {"case": "load_case", "model": "load_model"}
+# What the first argument of these names is, and what to pass.
+TAKES = {
+    "case": ("a case", "pass pmor.load_case({})"), "model": ("a model", "pass pmor.load_model({})"),
+    "file": ("the name of a file, or what its reader returned", 'write it as text, such as "gearbox.toml"'),
+    "source": ("a model or the name of a file", "pass pmor.load_model({})"),
+    "path": ("the name of a file", 'write it as text, such as "pair.toml"'),
+}  # fmt: skip
 OPTIONS = {
     "pass overwrite=True": "add --overwrite",
     "pass stage=": "choose one with --stage ",
@@ -30,6 +37,10 @@ OPTIONS = {
     "pmor.run_design": "'pmor design'",
     "pmor.campaign": "'pmor campaign'",
 }
+# Arguments that may be names of files.
+NAMING = ("file", "path", "source")
+# Modules whose objects are no case, model or settings.
+PLAIN = ("builtins", "numpy")
 _VALUE = r"""("[^"]*"|\[[^\]]*\]|\.\.\.|[^\s:,;]+)"""
 _SECTION = r"\[+([a-z]+(?:\.[a-z]+)*)\]+"
 
@@ -87,7 +98,8 @@ def _literal(value: str) -> str:
 def suggesting(thing: Thing) -> Thing:
     """Let a function, or the making of a class, name the closest of its keywords where it is given one that it lacks.
 
-    A file in the place of the case or the model that is made from it is refused with the function that reads it.
+    A first argument of another kind is refused: a file in the place of the case or the model that is made from it with
+    the function that reads it, a list or a number in the place of a file.
 
     Raises
     ------
@@ -99,19 +111,37 @@ def suggesting(thing: Thing) -> Thing:
     parameters = list(signature(function).parameters.values())
     open_end = any(one.kind is Parameter.VAR_KEYWORD for one in parameters)
     names = [one.name for one in parameters if one.name != "self" and one.kind is not Parameter.VAR_KEYWORD]
-    known, reader = frozenset(names), READERS.get(names[0]) if names else None
+    bound = len(parameters) > 0 and parameters[0].name == "self"
+    known, first = frozenset(names), names[0] if names else ""
 
     @wraps(function)
     def checked(*given: Any, **keywords: Any) -> Any:
         if not (open_end or keywords.keys() <= known):
             wrong = next(key for key in keywords if key not in known)
             raise TypeError(f"{thing.__name__}() has no keyword {wrong}: {did_you_mean(wrong, names)}")
-        if reader and given and isinstance(given[0], str | PathLike):
-            place = repr(str(given[0]))
-            raise TypeError(f"{thing.__name__}({place}): takes a {names[0]}: pass pmor.{reader}({place})")
+        if first in TAKES and (len(given) > bound or first in keywords):
+            _check_first(thing.__name__, first, given[bound] if len(given) > bound else keywords[first])
         return function(*given, **keywords)
 
     if not makes:
         return checked  # type: ignore[return-value]
     thing.__init__ = checked  # type: ignore[method-assign]
     return thing
+
+
+def _check_first(function: str, name: str, value: Any) -> None:
+    """Raise TypeError where the first argument of a function is plainly not what its name says.
+
+    CaseError where it is the name of a file that no file can have.
+    """
+    named = isinstance(value, str | PathLike)
+    ours = type(value).__module__.split(".")[0] not in PLAIN
+    if named and name in NAMING:
+        if "\0" in str(value):
+            raise CaseError(f"{printable(str(value))}: cannot be read, the name holds a null byte: check the path")
+        return
+    if ours and not named and name != "path":
+        return
+    shown = repr(str(value)) if named else f"{value!r:.40}"
+    kind, remedy = TAKES[name]
+    raise TypeError(f"{function}({shown}): takes {kind}: {remedy.format(shown if named else '...')}")

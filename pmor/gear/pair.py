@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.errors import GeometryError
 from pmor.gear.involute import inverse_involute, involute_function
 from pmor.gear.tip_edge import TipEdge, tip_edge
@@ -101,11 +101,11 @@ class GearPair:
     def _longer_path(self) -> str:
         """Return what lengthens the path of contact to a contact ratio of 1."""
         raised = np.arange(1, MOST_RAISED + 1) * 0.01
-        reached = -self.action_length
+        reached = np.full(MOST_RAISED, -self.action_length)
         for tooth in (self.pinion, self.wheel):
             tips = tooth.tip_radius + raised * tooth.module
             reached = reached + np.copysign(np.sqrt(np.maximum(tips**2 - tooth.base_radius**2, 0.0)), tooth.base_radius)
-        enough: BoolArray = reached / self.pinion.base_pitch + self.overlap_ratio >= 1.0
+        enough = np.asarray(reached / self.pinion.base_pitch + self.overlap_ratio) >= 1.0
         nearer = f"{'raise' if self.wheel.internal else 'reduce'} centre_distance_mm, "
         tight = abs(self.centre_distance - self.least_centre_distance) <= ROUNDING * self.pinion.module
         by = f" by {raised[enough][0]:.2g} or more" if enough.any() else ""

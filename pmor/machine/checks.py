@@ -180,6 +180,9 @@ class GearboxReader(Reader):
         for train in _trains(said):
             torques = [torque for torque in load.torques if torque.shaft in train]
             held = [torque for torque in torques if torque.torque_Nm == "balance"]
+            if not torques and len(train) == 1:
+                rule = f'nothing holds the rotation of shaft "{train[0]}": add a torque with torque_Nm = "balance"'
+                self.refuse(f'[[loads]] "{load.name}"', rule)
             if len(held) != 1:
                 names = ", ".join(f'"{name}"' for name in train)
                 found = "no torque" if not held else f"{len(held)} torques"
@@ -188,6 +191,8 @@ class GearboxReader(Reader):
                     f'{found} of the train of shafts {names} hold against the others: write torque_Nm = "balance" at '
                     "one place",
                 )
+            if len(train) == 1 and len(torques) == 1:
+                continue  # an axle, under forces alone
             if len(torques) < 2 or all(torque.torque_Nm in ("balance", 0.0) for torque in torques):
                 rule = f'has no torque to carry in the train of shaft "{train[0]}": add one'
                 self.refuse(f'[[loads]] "{load.name}"', rule)

@@ -44,10 +44,10 @@ def refuse_impossible_load(case: Case, approach_mm: float) -> None:
     if in_modules > LARGEST_APPROACH:
         remedy = f"stay below {torque * LARGEST_APPROACH / in_modules:.3g} N m"
         if in_modules < 1e3 * LARGE_APPROACH:
-            remedy = wrong_unit_text(torque, "newton millimetres", "N mm", 1e-3 * torque, "N m")
+            remedy += f", or {wrong_unit_text(torque, 'newton millimetres', 'N mm', 1e-3 * torque, 'N m')}"
         raise CaseError(
             f"torque of {torque:g} N m ({key}): the flanks would approach by {in_modules:.3g} modules, more than the "
-            f"{LARGEST_APPROACH:g} that teeth have room for: {remedy}, widen the face or raise youngs_modulus_GPa"
+            f"{LARGEST_APPROACH:g} that teeth have room for: {remedy}; or widen the face"
         )
 
 

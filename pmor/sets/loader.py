@@ -15,6 +15,7 @@ from pmor.case.change import case_of_settings
 from pmor.case.document import BLANK, COAST, MODIFICATION
 from pmor.case.reader import Reader, parse_toml, read_text, sections_in
 from pmor.case.seats import read_seats
+from pmor.case.slips import case_slips, slips
 from pmor.case.width import meshed_width, whole_width
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, GeometryError, PmorError, printable
@@ -111,6 +112,14 @@ class SetFile:
     def torques_Nm(self) -> list[float]:
         """Amounts of the torque that are solved, rising: of the nominal one, and of those of the sweep."""
         return sorted({self.plan.nominal_Nm, *self.sections.sweep.torques_Nm})
+
+    @property
+    def slips(self) -> list[str]:
+        """A sentence for each value that is likely one in another unit."""
+        said = self.sections
+        own = {"planets": said.planets, "eccentricity": said.eccentricity, "tolerances": said.tolerances}
+        of_meshes = (f"mesh {name}: {text}" for name, case in self.cases.items() for text in case_slips(case))
+        return [*slips({name: section for name, section in own.items() if section is not None}), *of_meshes]
 
     @property
     def whole_text(self) -> str:
@@ -251,6 +260,12 @@ class _Reader(Reader):
             self.refuse(f"[planets] missing = {list(planets.missing)}", f"there are planets 1 to {planets.count}")
         if len(planets.missing) >= planets.count:
             self.refuse(f"[planets] missing = {list(planets.missing)}", "leaves no planet: take one out of the list")
+        if planets.count - len(planets.missing) == 1:
+            for member in ("sun", "ring"):
+                key = f"{member}_radial_N_per_mm"
+                if getattr(said.supports, key) == "free":
+                    rule = f"one planet alone pushes the {member} aside: give it a stiffness, or add planets"
+                    self.refuse(f'[supports] {key} = "free"', rule)
         check_supports(said, self.refuse)
         check_stepped(said, self.refuse)
 

@@ -205,11 +205,8 @@ def _tables(data: Data) -> list[Table]:
 
 
 def _warnings(file: SetFile, solved: SetSolution, data: Data) -> list[str]:
-    said = [
-        *data["failures"],
-        *data["bounds"],
-        *(f"Changed, as these gears would not run as filed: {sentence}" for sentence in file.changed),
-    ]
+    changed = (f"Changed, as these gears would not run as filed: {sentence}" for sentence in file.changed)
+    said = [*data["failures"], *data["bounds"], *file.slips, *changed]
     if not solved.repeats:
         said.append(
             f"{solved.pitches} pitches of the first gear are solved, and all meshes stand as before after "

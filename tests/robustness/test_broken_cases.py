@@ -33,6 +33,10 @@ BROKEN = {
         )
         for key, value in IN_METRES.items()
     },
+    "a face of a metre": (
+        replaced("face_width_mm = 20.0", "face_width_mm = 1000.0"),
+        ["[pair] face_width_mm = 1000: must be at most 420 mm", "lower it"],
+    ),
     "typo in a key": (replaced("module_mm", "modul_mm"), ["[pair] modul_mm", "did you mean module_mm?"]),
     "key in wrong case": (replaced("teeth", "TEETH"), ["[pinion] TEETH", "did you mean teeth?"]),
     "key like no other": (replaced(PAIR, PAIR + "\nqqq = 1"), ["[pair] qqq", "valid are", "face_width_mm"]),
@@ -170,12 +174,13 @@ def test_all_commands_refuse_alike(command, tmp_path):
         ("no/case.toml", ["case.toml", "no such", "check the path"]),
         ("", ["is a folder", "name a case file"]),
         ("there.toml/case.toml", ["cannot be read", "name a readable"]),
+        ("/dev/zero", ["/dev/zero: cannot be read (is a device, no file)", "name a readable"]),
     ],
-    ids=["no file", "no folder", "folder for file", "file for folder"],
+    ids=["no file", "no folder", "folder for file", "file for folder", "a device that never ends"],
 )
 def test_what_is_no_file_is_refused(place, words, tmp_path):
     (tmp_path / "there.toml").touch()
-    refused("run", tmp_path / place, words=[str(tmp_path), *words])
+    refused("run", tmp_path / place, words=[str((tmp_path / place).parent), *words])
 
 
 def test_null_byte_in_path():
@@ -196,7 +201,7 @@ def test_unreadable_file(tmp_path, monkeypatch):
     def refuse(*_args, **_kwargs):  # permissions do not stop a test that runs as root
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "read_text", refuse)
+    monkeypatch.setattr(Path, "open", refuse)
     refused("run", str(path), words=[str(path), "may not be read", "permissions"])
 
 

@@ -148,6 +148,20 @@ def test_gears_that_cannot_run_are_refused_with_number_limit_and_remedy(pair, me
         refuse_interference(pair())
 
 
+def test_a_rack_without_room_for_the_usual_tip_radius_gets_the_largest_and_no_larger_one_is_taken():
+    settings = {"teeth": 21, "bore_radius_mm": 20.0, "module_mm": 4.0, "face_width_mm": 20.0, "torque_Nm": 100.0}
+    case = make_case(**settings, pressure_angle_deg=25.0)
+    radius = case.pair.pinion.rack_tip_radius
+    # The rounding touches both flanks of the rack tooth and its tip: all of it lies on a circle in the middle.
+    sine, cosine = math.sin(math.radians(25.0)), math.cos(math.radians(25.0))
+    half_space = 0.25 * math.pi - (1.25 - radius * (1.0 - sine)) * sine / cosine
+    assert_allclose(half_space, radius * cosine, atol=1e-4)
+    pair_of_case(case)
+    assert make_case(**settings).pair.pinion.rack_tip_radius == 0.38
+    with pytest.raises(GeometryError, match=f"rack_tip_radius = 0.32: .* write at most {radius}"):
+        pair_of_case(make_case(**settings, pressure_angle_deg=25.0, rack_tip_radius=0.32))
+
+
 def test_a_case_of_gears_that_cannot_run_is_refused():
     case = make_case(teeth=21, addendum=1.3, bore_radius_mm=20.0, module_mm=4.0, face_width_mm=20.0, torque_Nm=100.0)
     with pytest.raises(GeometryError, match="tip circle reaches"):

@@ -12,6 +12,8 @@ from pmor.pair.limits import LARGEST_APPROACH, hertz_pressure, range_warnings, r
 from pmor.pair.model import approach_estimate, gear_pair, mesh_model
 from tests.support.small_case import case_text
 
+QUICK = {"teeth": 21, "bore_radius_mm": 20.0, "module_mm": 4.0, "face_width_mm": 20.0}
+
 
 def case(torque):
     load = {"torques_Nm": [torque]}
@@ -48,15 +50,40 @@ def test_heavy_loads_are_named_with_pressure_then_deflection():
 
 
 def test_a_load_that_bends_teeth_through_their_neighbours_is_refused_with_what_is_allowed():
-    with pytest.raises(CaseError, match=r"100000 N m: .* 2\.25 modules, .* stay below 2\.22e\+04 N m"):
+    with pytest.raises(CaseError, match=r"100000 N m .* 2\.25 modules, .* stay below 2\.22e\+04 N m"):
         mesh_model(case(1e5))
     mesh_model(case(2.2e4))
 
 
-def test_the_heaviest_trained_load_counts():
+def test_the_heaviest_trained_load_counts_and_its_key_is_named():
     loaded = parse_case(case_text(offline={"torques_Nm": [100.0, 1e5]}), "c", "c")
-    with pytest.raises(CaseError, match="torque of 100000 N m"):
+    with pytest.raises(CaseError, match=r"torque of 100000 N m \(\[offline\] torques_Nm\)"):
         refuse_impossible_load(loaded, 0.01 * LARGEST_APPROACH * 4.0)
+
+
+def test_line_loads_are_held_against_no_torque_that_nobody_wrote():
+    loaded = make_case(**QUICK, torque_Nm=180000.0)
+    assert max(map(max, loaded.asked_torques_Nm.values())) == 180000.0
+    with pytest.raises(CaseError, match=r"180000 N m \(\[load\] torque_Nm\): .* = 180 N m, write 180\.0"):
+        mesh_model(loaded)
+
+
+@pytest.mark.parametrize(
+    ("settings", "hint"),
+    [
+        ({"helix_angle_deg": 0.2618},
+         "[pair] helix_angle_deg = 0.2618: is below 0.8 deg: looks like radians: 0.2618 rad = 15 deg, write 15.0"),
+        ({"pinion": {"modification": {"helix_crowning_um": 0.008}}},
+         "[pinion.modification] helix_crowning_um = 0.008: is below 0.05 um: looks like millimetres: 0.008 mm = 8 um, "
+         "write 8.0"),
+        ({"wheel": {"modification": {"pitch_deviations_um": [0.004] + [0.0] * 20}}}, "[wheel.modification] pitch_dev"),
+        ({"misalignment": {"in_plane_um": -0.01}}, "[misalignment] in_plane_um = -0.01: is below 0.05 um"),
+    ],
+)  # fmt: skip
+def test_values_that_are_likely_ones_in_another_unit_are_named(settings, hint):
+    slip = make_case(**QUICK, torque_Nm=100.0, **settings)
+    (named,) = (text for text in range_warnings(slip, gear_pair(slip), 0.01) if "looks like" in text)
+    assert named.startswith(hint)
 
 
 @pytest.mark.parametrize(("scheme", "allowed"), [("direct", "4.1e-07"), ("paper", "4.1e-07"), ("line", "2.1e-09")])
@@ -65,7 +92,7 @@ def test_a_torque_whose_approach_is_lost_in_round_off_is_refused_with_what_is_al
         text = case_text(contact=None) + f'[contact]\nscheme = "{scheme}"\n'
         return replace(parse_case(text, "c", "c"), online=replace(case(100.0).online, torques_Nm=(torque, 100.0)))
 
-    with pytest.raises(CaseError, match=f"torque of 1e-09 N m: .* round-off .* stay above {allowed} N m"):
+    with pytest.raises(CaseError, match=f"torque of 1e-09 N m .* round-off .* stay above {allowed} N m"):
         mesh_model(loaded(1e-9))
     mesh_model(loaded(1.1 * float(allowed)))
 

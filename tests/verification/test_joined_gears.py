@@ -1,6 +1,7 @@
 """Gears that share a shaft: stepped planets, two stages, power splits; by identities, springs, pairs by themselves."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -180,6 +181,21 @@ def test_planets_can_be_assembled_where_their_lattice_says(teeth):
         planet_positions(Planets(count=2, positions_deg=(0.0, 360.0 * step / lattice)), (sun, ring), (first, second))
     with pytest.raises(GeometryError, match="cannot be assembled"):
         planet_positions(Planets(count=2, positions_deg=(0.0, 180.0 / lattice)), (sun, ring), (first, second))
+
+
+@pytest.mark.parametrize(
+    ("count", "teeth", "stepped"), [(4, (17, 49), (1, 1)), (7, (23, 57), (1, 1)), (5, (18, 54), (18, 17))]
+)
+def test_positions_that_a_refusal_proposes_can_be_assembled_and_are_taken_for_the_exact_ones(count, teeth, stepped):
+    with pytest.raises(GeometryError, match="cannot be assembled") as refused:
+        planet_positions(Planets(count=count), teeth, stepped)
+    proposed = re.search(r"positions_deg = \[(.*?)\]", str(refused.value))[1]
+    places = tuple(map(float, proposed.split(", ")))
+    found = planet_positions(Planets(count=count, positions_deg=places), teeth, stepped)
+    first, second = (one // math.gcd(*stepped) for one in stepped)
+    steps = np.array(found) * (teeth[0] * second + teeth[1] * first) / (2.0 * math.pi)
+    assert_allclose(steps, np.round(steps), atol=1e-9)
+    assert np.diff(found).min() > 0.0
 
 
 def test_equal_paths_share_evenly_and_one_ahead_takes_its_stiffness_times_that(tmp_path):

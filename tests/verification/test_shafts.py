@@ -8,10 +8,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.body.beam import NODE, Beam, CircularSection, ShaftMaterial
+from pmor.core.errors import CaseError
+from pmor.machine.loader import load
 from pmor.machine.model import loaded
 from pmor.machine.readings import bearing_data, f_beta_um
 from pmor.machine.settings import ShaftForce, ShaftMoment
-from tests.support.gearboxes import drive, fva_box
+from tests.support.gearboxes import SMALL, drive, fva_box, written
 
 STEEL = ShaftMaterial(210e3, 0.3)
 SOLID, HOLLOW = CircularSection(50.0), CircularSection(70.0, 58.0)
@@ -130,6 +132,36 @@ def test_bearings_carry_what_meshes_and_torques_ask_for():
     loads = {"in": high[0], "mid": high[1] + low[0], "out": low[1]}
     for name, force in loads.items():
         assert_allclose(reactions[name], -force, atol=1e-6 * np.abs(force).max())
+
+
+def test_an_axle_under_forces_alone_is_a_shaft_whose_rotation_is_held(tmp_path):
+    axle = """[[shafts]]
+name = "axle"
+at_mm = [0.0, 200.0]
+sections = [{ length_mm = 80.0, outer_mm = 20.0 }]
+[[bearings]]
+name = "E"
+shaft = "axle"
+at_mm = 10.0
+axial_N_per_mm = 1e5
+radial_N_per_mm = 2e5
+[[bearings]]
+name = "F"
+shaft = "axle"
+at_mm = 70.0
+radial_N_per_mm = 2e5
+[[loads]]
+"""
+    held = '\n    { shaft = "axle", at_mm = 0.0, torque_Nm = "balance" },\n]\n'
+    force = 'forces = [{ shaft = "axle", at_mm = 25.0, z_N = 800.0 }]\n'
+    text = SMALL.replace("[[loads]]\n", axle).replace("\n]\n", held + force)
+    box = load(written(tmp_path, text))
+    gearbox = loaded(box.model, box.model.sections.loads[0])
+    found = gearbox.solve()
+    bearings = {b["name"]: b for b in bearing_data(type("Solved", (), {"gearbox": gearbox, "equilibrium": found}))}
+    assert_allclose([abs(bearings[name]["force_N"][2]) for name in "EF"], [600.0, 200.0], rtol=1e-9)
+    with pytest.raises(CaseError, match='nothing holds the rotation of shaft "axle": add a torque'):
+        load(written(tmp_path, text.replace(held, "\n]\n")))
 
 
 def bearing_displacements(box):

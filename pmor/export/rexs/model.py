@@ -22,6 +22,7 @@ from xml.parsers import expat
 import numpy as np
 
 from pmor.core.errors import FileFormatError
+from pmor.core.reading import read_bytes
 from pmor.export.rexs.units import factor_of
 
 #: in 1.x: in 2.0
@@ -207,7 +208,8 @@ def read_rexs(path: Path | str) -> Gearbox:
     except FileNotFoundError:
         raise FileFormatError(f"{path}: there is no such file: check the path") from None
     except UNREADABLE as error:
-        raise FileFormatError(f"{path}: cannot be read as REXS ({error}): {REMEDY}") from None
+        why = getattr(error, "strerror", None) or error
+        raise FileFormatError(f"{path}: cannot be read as REXS ({why}): {REMEDY}") from None
     return _gearbox(root, path)
 
 
@@ -219,8 +221,7 @@ def _unpacked(path: Path) -> bytes:
                 raise ValueError(f"{len(inside)} .rexs files in the archive, instead of one")
             _refuse_large(inside[0].file_size)
             return archive.read(inside[0])
-    _refuse_large(path.stat().st_size)
-    return path.read_bytes()
+    return read_bytes(path, LARGEST_BYTES)
 
 
 def _refuse_large(size: int) -> None:
