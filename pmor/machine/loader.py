@@ -10,6 +10,7 @@ from pmor.case import Case, change_case, changed_text, load_case, parse_case, wi
 from pmor.case.capability import refuse_beyond
 from pmor.case.reader import parse_toml, read_text, sections_in
 from pmor.case.seats import read_seats
+from pmor.case.slips import case_slips
 from pmor.core.errors import GeometryError, printable
 from pmor.export.rexs.model import ENDINGS
 from pmor.machine.checks import ROUNDED_MM, GearboxReader
@@ -52,6 +53,12 @@ class GearboxFile:
     cases: dict[str, Case]
     inputs: tuple[Path, ...]
     notes: tuple[str, ...] = ()
+
+    @property
+    def slips(self) -> list[str]:
+        """A sentence for each value that is likely one in another unit."""
+        of_meshes = (f"mesh {name}: {text}" for name, case in self.cases.items() for text in case_slips(case))
+        return [*of_meshes, *(f"set {name}: {text}" for name, one in self.model.sets.items() for text in one.slips)]
 
 
 def is_gearbox(path: Path) -> bool:

@@ -184,13 +184,14 @@ def gearbox_data(
 ) -> Data:
     """Return the content of `gearbox.json`."""
     entries = [load_data(file.model, file.cases, solved) for solved in loads]
+    bounds = [text for pair in zip(loads, entries, strict=True) for text in named_bounds(file.cases, *pair)]
     return {
         "title": file.model.sections.title,
         "loads": entries,
         "duty": duty_data(file.model, entries),
         "fits": [asdict(fit) for fit in fits],
         "failures": list(failures),
-        "bounds": [text for pair in zip(loads, entries, strict=True) for text in named_bounds(file.cases, *pair)],
+        "bounds": [*bounds, *file.slips],
         "left_out": [f"{what}: {why}" for what, why in left_out(file)],
         "assumptions": list(file.notes),
     }

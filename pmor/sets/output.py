@@ -206,7 +206,7 @@ def _tables(data: Data) -> list[Table]:
 
 def _warnings(file: SetFile, solved: SetSolution, data: Data) -> list[str]:
     changed = (f"Changed, as these gears would not run as filed: {sentence}" for sentence in file.changed)
-    said = [*data["failures"], *data["bounds"], *file.slips, *changed]
+    said = [*data["failures"], *data["bounds"], *changed]
     if not solved.repeats:
         said.append(
             f"{solved.pitches} pitches of the first gear are solved, and all meshes stand as before after "

@@ -42,7 +42,7 @@ def set_data(file: SetFile, solved: SetSolution, samples: Samples | None, failur
         "torques": rows,
         "tolerances": sample_data(samples, solved, [row["torque_Nm"] for row in rows]) if samples else None,
         "failures": list(failures),
-        "bounds": bounds(file, solved, samples),
+        "bounds": [*bounds(file, solved, samples), *file.slips],
         "changed": list(file.changed),
         "assumptions": list(file.notes),
     }
