@@ -19,6 +19,7 @@ from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition
+from pmor.gear.pair import GearPair
 from pmor.line.hubs import HUB, Hubs, mean_wrench
 from pmor.line.several import GearTrain
 from pmor.machine.coupled_sets import SolvedSet, mean_wrenches, solved_sets
@@ -198,8 +199,21 @@ def _mean_wrench(reduced: ReducedPair, mesh: Meshing, force: float, hubs: Hubs) 
     found = placed.solve(np.array([condition.torque]), False, placed.deviation(condition.assembly))
     if not found.converged.all():
         raise ConvergenceError(f"mesh {mesh.settings.name}: {condition.load_text}: contact was not found", [])
-    mean = mean_wrench(placed.hub_rows, found.force[0])
-    return np.asarray((_turned(mesh.frame).T @ mean).reshape(2, HUB) / force)
+    mean = mean_wrench(placed.hub_rows, found.force[0]) / force
+    _close_torques(mean, mesh.pair)
+    return np.asarray((_turned(mesh.frame).T @ mean).reshape(2, HUB))
+
+
+def _close_torques(mean: FloatArray, pair: GearPair) -> None:
+    """Give the mean wrench of a unit force, in axes of the pair (12,), the torques that energy asks for.
+
+    Under a constant torque a mesh hands on over its cycle what work it takes: torques are in the ratio of the tooth
+    numbers, and the force across the line of centres holds both. Rows of sections, whose levers stand where a tip
+    corner turns them, and few angles miss that by some 1e-4.
+    """
+    mean[[ABOUT_AXIS + 2, HUB + ABOUT_AXIS + 2]] = -pair.pinion.base_radius, -pair.wheel.base_radius
+    across = pair.base_distance / pair.centre_distance
+    mean[[0, HUB]] = across, -across
 
 
 def _swept(
