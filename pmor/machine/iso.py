@@ -1,7 +1,7 @@
 """The misalignment of a mesh after ISO 6336-1, method C, where its formula knows the arrangement of the shaft.
 
-It knows a pinion between two bearings, through one of which all torque of the shaft enters. Deviations of flanks and
-axes (f_ma) are none, as in the gearbox itself.
+It knows a pinion between two bearings, through one of which all torque of the shaft enters, and one overhung to which
+torque comes past both bearings. Deviations of flanks and axes (f_ma) are none, as in the gearbox itself.
 """
 
 from __future__ import annotations
@@ -12,7 +12,13 @@ from typing import NamedTuple
 
 from pmor.case import Case
 from pmor.gear.classical.formulas import iso_stiffness
-from pmor.gear.classical.iso6336_face_load import LARGEST_OFFSET, face_load_factor, running_in, shaft_misalignment
+from pmor.gear.classical.iso6336_face_load import (
+    LARGEST_OFFSET,
+    LARGEST_OVERHANG,
+    face_load_factor,
+    running_in,
+    shaft_misalignment,
+)
 from pmor.machine.coupled import SolvedMesh
 from pmor.machine.model import GearboxModel
 from pmor.machine.settings import LoadCase, Mesh, ShaftSection
@@ -33,11 +39,12 @@ class CrudeMisalignment(NamedTuple):
 
 
 class Arrangement(NamedTuple):
-    """Section below the pinion, span of its bearings, and its offset towards the torque, mm."""
+    """Section below the pinion, span of its bearings, and its offset towards the torque, or its overhang, mm."""
 
     section: ShaftSection
     span: float
     offset: float
+    overhung: bool
 
 
 def crude_misalignment(model: GearboxModel, load: LoadCase, mesh: SolvedMesh, case: Case) -> CrudeMisalignment | None:
@@ -50,7 +57,7 @@ def crude_misalignment(model: GearboxModel, load: LoadCase, mesh: SolvedMesh, ca
     line_load = mesh.torque / pair.pinion.reference_radius / pair.common_width
     f_sh = shaft_misalignment(
         line_load, pair.common_width, 2.0 * tooth.reference_radius, arranged.section.outer_mm, arranged.span,
-        arranged.offset,
+        arranged.offset, arranged.overhung,
     )  # fmt: skip
     misalignment = 1.33 * f_sh
     moduli = [1e3 * gear.youngs_modulus_GPa for gear in (case.pair.pinion, case.pair.wheel)]
@@ -84,24 +91,30 @@ def arrangement(model: GearboxModel, mesh: Mesh, load: LoadCase) -> Arrangement 
     if len(radial) != 2:
         return f"{own} has {len(radial)} radial bearings, and the formula knows two"
     low, high = sorted(bearing.at_mm for bearing in radial)
-    if not low < gear.at_mm < high:
-        return f"the smaller gear stands beside the bearings of {own}, not between them"
     gears = [place for other in said.meshes for place in (other.pinion, other.wheel) if place.shaft == gear.shaft]
     places = [one.at_mm for one in gears if one.at_mm != gear.at_mm]
     places += [one.at_mm for of in said.sets for one in of.members.values() if one.shaft == gear.shaft]
     places += [torque.at_mm for torque in load.torques if torque.shaft == gear.shaft and torque.torque_Nm != 0.0]
     sides = {-1.0 if place <= low else 1.0 if place >= high else 0.0 for place in places}
+    # Of the bearings the gear is between, or past which it is.
+    beside = -1.0 if gear.at_mm <= low else 1.0 if gear.at_mm >= high else 0.0
+    if beside and sides != {-beside}:
+        return f"torque of {own} does not come to its overhung gear past both bearings alone"
     if sides not in ({-1.0}, {1.0}):
         return f"torque of {own} does not enter through one of its bearings alone"
     section = _section_at(model, gear.shaft, gear.at_mm)
     if section.inner_mm > LARGEST_BORE * section.outer_mm:
         return f"{own} is bored by more than half of its diameter below the smaller gear"
     span, offset = high - low, min(sides) * (gear.at_mm - 0.5 * (low + high))
-    if abs(offset) >= LARGEST_OFFSET * span:
+    from_where, largest = "their middle", LARGEST_OFFSET
+    if beside:
+        offset, from_where, largest = abs(offset) - 0.5 * span, "the one beside it", LARGEST_OVERHANG
+    if abs(offset) >= largest * span:
         return (
-            f"the smaller gear stands {abs(offset) / span:.2g} of the bearings' span off their middle: below 0.3 alone"
+            f"the smaller gear stands {abs(offset) / span:.2g} of the bearings' span off {from_where}: below "
+            f"{largest:g} alone"
         )
-    return Arrangement(section, span, offset)
+    return Arrangement(section, span, offset, bool(beside))
 
 
 def _smaller(model: GearboxModel, mesh: Mesh) -> int:

@@ -35,7 +35,11 @@ LOOSE = SMALL.replace('name = "drive"', 'name = "light"').split("[[loads]]")[1].
 ARRANGEMENTS = {
     "torque through one bearing": ("at_mm = 0.0", "at_mm = 5.0", ""),
     "torque between the bearings": ("at_mm = 0.0", "at_mm = 20.0", "does not enter through one of its bearings"),
-    "overhung": ("at_mm = 70.0", "at_mm = 20.0", "stands beside the bearings"),
+    "overhung by more than its bearings are apart": ("at_mm = 70.0", "at_mm = 20.0", "1.5 of the bearings' span off"),
+    "overhung": ('at_mm = 10.0\naxial_N_per_mm = 1e5\nradial_N_per_mm = 2e5\n[[bearings]]\nname = "B"\n'
+                 'shaft = "input"\nat_mm = 70.0', 'at_mm = 2.0\naxial_N_per_mm = 1e5\nradial_N_per_mm = 2e5\n'
+                 '[[bearings]]\nname = "B"\nshaft = "input"\nat_mm = 30.0', ""),
+    "overhung on the side of its torque": ("at_mm = 10.0", "at_mm = 40.0", "does not come to its overhung gear"),
     "off the middle": ("at_mm = 10.0", "at_mm = 30.0", "of the bearings' span off their middle"),
     "bored": ("outer_mm = 20.0", "outer_mm = 20.0, inner_mm = 12.0", "bored by more than half"),
     "three bearings": (

@@ -46,6 +46,21 @@ def test_bending_in_f_sh_is_that_of_a_beam():
     assert_allclose(with_offset - without, by_beam, rtol=0.1)
 
 
+def test_bending_in_f_sh_of_an_overhung_pinion_is_that_of_a_beam_of_small_overhang():
+    """K' = 1.33 is rounded down, and the slope grows with the square of the overhang: 10 to 20 % below the beam."""
+    diameter, span, overhang, force, width = 40.0, 400.0, 12.0, 1000.0, 20.0
+    beam = Beam(np.array([0.0, span, span + overhang]), [CircularSection(diameter)] * 2, ShaftMaterial(206e3, 0.3))
+    free = [i for i in range(18) if i not in (0, 1, 2, 3, 7, 8)]
+    load = np.zeros(18)
+    load[13] = force / np.cos(np.radians(20.0))
+    moved = np.zeros(18)
+    moved[free] = np.linalg.solve(beam.stiffness()[np.ix_(free, free)], load[free])
+    of_formula = [
+        shaft_misalignment(force / width, width, diameter, diameter, span, s, overhung=True) for s in (overhang, 0.0)
+    ]
+    assert 0.8 < (of_formula[0] - of_formula[1]) / (1e3 * width * abs(moved[17])) < 0.9
+
+
 def test_torsion_and_bending_load_the_same_end_or_take_each_other_away():
     values = [shaft_misalignment(100.0, 40.0, 60.0, 55.0, 200.0, s) for s in (30.0, 0.0, -30.0)]
     assert values[0] > values[1]

@@ -3,7 +3,8 @@
     f_sh = F_m / b 0.023 (|B* + K' l s / d_1^2 (d_1 / d_sh)^4 - 0.3| + 0.3) (b / d_1)^2,    F_bx = 1.33 f_sh + f_ma
 
 with B* = 1 of spur and single helical gears, l the span of the bearings and s the distance of the pinion from its
-middle. Bearings and housing are rigid, and the mate's shaft is in the factor 1.33.
+middle, of an overhung pinion from the bearing beside it; K' after figure 13. Bearings and housing are rigid, and the
+mate's shaft is in the factor 1.33.
 """
 
 from __future__ import annotations
@@ -12,16 +13,19 @@ import math
 
 # K' of a pinion between two bearings, without and with stiffening by its own body, where d_1 / d_sh reaches this.
 PLAIN, STIFFENED, STIFFENING_RATIO = 0.8, 0.48, 1.15
-# s / l below which they hold.
-LARGEST_OFFSET = 0.3
+# Of an overhung pinion, to which torque comes past both bearings.
+OVERHUNG = 1.33
+# s / l below which they hold, between two bearings and of overhung pinions.
+LARGEST_OFFSET, LARGEST_OVERHANG = 0.3, 0.5
 # Of case-hardened flanks, um.
 RUNNING_IN, MOST_RUNNING_IN = 0.15, 6.0
 
 
 def shaft_misalignment(
-    line_load: float, width: float, diameter: float, shaft_diameter: float, span: float, offset: float
-) -> float:
-    """Return f_sh of a pinion between two bearings, um.
+    line_load: float, width: float, diameter: float, shaft_diameter: float, span: float, offset: float,
+    overhung: bool = False,
+) -> float:  # fmt: skip
+    """Return f_sh of a pinion on two bearings, um.
 
     Parameters
     ----------
@@ -31,9 +35,11 @@ def shaft_misalignment(
         b, d_1, d_sh, l, mm.
     offset : float
         s, mm: positive where the pinion stands nearer to the bearing at whose side torque enters, so that torsion and
-        bending load the same end of the face (K' > 0).
+        bending load the same end of the face (K' > 0); of an overhung pinion from the bearing beside it.
+    overhung : bool
+        Whether it stands beside the bearings; torque comes past both of them.
     """
-    constant = STIFFENED if diameter / shaft_diameter >= STIFFENING_RATIO else PLAIN
+    constant = OVERHUNG if overhung else STIFFENED if diameter / shaft_diameter >= STIFFENING_RATIO else PLAIN
     bent = constant * span * offset / diameter**2 * (diameter / shaft_diameter) ** 4
     return 0.023 * line_load * (abs(1.0 + bent - 0.3) + 0.3) * (width / diameter) ** 2
 
