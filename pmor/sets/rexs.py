@@ -34,6 +34,8 @@ PLAIN = {"profile_crowning_um": 0.0}
 ONE_WAY = ("face_offset_mm", "helix_slope_um", "twist_um", "topography", "end_relief_um")
 # Of the angles of planets that are equally spaced, deg.
 EVENLY = 1e-6
+# Of places of planets that a file rounds: from angles where teeth fit, deg; of sizes that follow from them, relative.
+ROUNDED_DEG, ROUNDED = 1e-3, 1e-4
 DIGITS = 9
 
 
@@ -163,7 +165,7 @@ class PlanetaryStage:
             others = self.mesh(sun, sense, self.sun), self.mesh(ring, -sense, planet)
             for one, other in zip((inner, outer), others, strict=True):
                 alike = [tomllib.loads(found.case.text) | {"title": ""} for found in (one, other)]
-                if alike[0] != alike[1]:
+                if not _alike(*alike):
                     raise self.refuse(planet, f"differs from {self.planets[0].label}: only equal planets are solved")
 
     def gears(self, inner: dict[str, Any], outer: dict[str, Any]) -> dict[str, Any]:
@@ -183,6 +185,9 @@ class PlanetaryStage:
                     )
         distance = pair.get("centre_distance_mm", outer["pair"].get("centre_distance_mm"))
         planet, ring = inner["wheel"], outer["wheel"]
+        # Tips of a planet that the file leaves open clear both of its mates.
+        if addenda := [keys["addendum"] for keys in (planet, outer["pinion"]) if "addendum" in keys]:
+            planet["addendum"] = min(addenda)
         # The ring meshes with the other flanks of the planet, its own coast flanks as they are drawn.
         flanks = {
             f"sun.{MODIFICATION}": inner["pinion"].pop(MODIFICATION, {}),
@@ -274,8 +279,10 @@ class PlanetaryStage:
         axis, offset = np.array(axis_of(self.sun)), places[1] - places[0]
         first = self.planets[0].numbers_of("support_vector") - places[0]
         first -= axis * (first @ axis)
-        angle = sense * math.atan2(offset @ np.cross(axis, first), offset @ first)
-        return round(math.degrees(angle) % 360.0, DIGITS) % 360.0
+        angle = math.degrees(sense * math.atan2(offset @ np.cross(axis, first), offset @ first))
+        step = 360.0 / sum(int(gear.number_of("number_of_teeth") or 0) for gear in (self.sun, self.ring))
+        fits = step * round(angle / step)
+        return round((fits if abs(angle - fits) < ROUNDED_DEG else angle) % 360.0, DIGITS) % 360.0
 
     def pin_errors(self, sense: int) -> dict[str, Any]:
         """Return by how much pins are off their places, where the file says so by the name of ours."""
@@ -293,3 +300,12 @@ class PlanetaryStage:
             return {"count": len(angles)}
         turned = [round((angle + sense * first) % 360.0, DIGITS) for angle in angles]
         return {"count": len(angles), "positions_deg": turned}
+
+
+def _alike(one: Any, other: Any) -> bool:
+    """Whether sections of two cases are the same but for what rounded places leave."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(_alike(one[key], other[key]) for key in one)
+    if isinstance(one, float) and isinstance(other, float):
+        return math.isclose(one, other, rel_tol=ROUNDED, abs_tol=ROUNDED)
+    return bool(one == other)

@@ -24,6 +24,8 @@ from pmor.sets.pins import planet_on_bearings
 from pmor.sets.settings import PinBearing
 
 DIGITS = 9
+# Stiffness across below which a sun floats: that of couplings which programs write so as not to divide by 0, N/mm.
+FLOATS = 1e-3
 ENDS = {math.inf: "clamped", 0.0: "supported"}
 
 
@@ -81,8 +83,10 @@ class RexsSupports:
             self.notes.append(f"{shaft.label}: fewer than two bearings: the sun floats")
             return "free"
         gives = float(bent.flexibility[0, 0])
-        self.notes.append(f"{gear.label}: on {shaft.label} and its bearings: {_shown(gives)}")
-        return _stiffness(gives, RIGID)
+        floats = gives * FLOATS > 1.0
+        said = f"{_shown(gives)}{', and so it floats' if floats else ''}"
+        self.notes.append(f"{gear.label}: on {shaft.label} and its bearings: {said}")
+        return "free" if floats else _stiffness(gives, RIGID)
 
     def pins(self, planet: Component) -> dict[str, Any]:
         """Return keys of `[pins]`, or the stiffness across of a planet on a pin that they do not describe."""
@@ -222,7 +226,9 @@ class RexsSupports:
         for part in sorted(parts, key=lambda part: part.number_of("u_coordinate_on_shaft") or 0.0):
             ends = [[part.number_of(f"{side}_diameter_{end}") or 0.0 for end in ("begin", "end")]
                     for side in ("outer", "inner")]  # fmt: skip
-            borders.append(borders[-1] + (part.number_of("length") or 0.0))
+            if (length := part.number_of("length")) is None:
+                raise self.refuse(part, "length is missing: the file must say it")
+            borders.append(borders[-1] + length)
             sections.append(CircularSection(*(0.5 * sum(end) for end in ends)))
         if not sections or min(section.outer - section.inner for section in sections) <= 0.0:
             raise self.refuse(shaft, "has no sections with diameters: the file must say them")

@@ -300,3 +300,23 @@ def test_the_addendum_of_the_rack_is_that_of_a_gear_without_a_tip_circle(tmp_pat
     found = read_stage(file_of(tmp_path, said=said, without=TIPS))
     assert (found.case.pair.pinion.addendum, found.case.pair.wheel.addendum) == (0.9, 1.0)
     assert [note for note in found.notes if "assumed" in note and "pinion" in note] == []
+
+
+def test_a_crowning_whose_other_end_is_not_said_is_as_large_there_and_said_so(tmp_path):
+    crowned = {"pinion.modification": {"helix_crowning_um": 6.0, "profile_crowning_um": 4.0}}
+    without = [("helix_crowning", "helix_crowning_amount_non_datum_face")]
+    without.append(("profile_crowning", "profile_crowning_at_root"))
+    found = read_stage(file_of(tmp_path, **crowned, without=without))
+    flank = found.case.pinion_modification
+    assert (flank.helix_crowning_um, flank.profile_crowning_um) == (6.0, 4.0)
+    assert (flank.helix_slope_um, flank.profile_slope_um) == (0.0, 0.0)
+    assert sum("as much as at the other end" in note for note in found.notes) == 2
+
+
+def test_what_a_file_does_not_say_of_a_cutter_is_assumed_and_said(tmp_path):
+    wheel = {"teeth": 70, **RING, "shaper": {"teeth": 24, "addendum": 1.25}}
+    without = [("Tool of the wheel", f"{name}_reference_profile") for name in (
+        "tip_corner_radius_factor", "addendum_coefficient")] + [("Tool of the wheel", SHIFT)]  # fmt: skip
+    found = read_stage(file_of(tmp_path, wheel=wheel, without=without))
+    assert (found.case.pair.wheel.shaper.addendum, found.case.pair.wheel.shaper.tip_radius_mm) == (1.25, 0.0)
+    assert any("addendum 1.25, sharp corners, profile shift 0 assumed" in note for note in found.notes)

@@ -14,7 +14,8 @@ import pytest
 
 import pmor
 from pmor.case import make_case
-from pmor.core.errors import CaseError
+from pmor.core.errors import CaseError, ConvergenceError
+from pmor.export.rexs import results as rexs_results
 from pmor.export.rexs.read import read_stage
 from pmor.export.rexs.results import stage_results
 from pmor.export.rexs.write import rexs_text
@@ -187,6 +188,20 @@ def test_results_in_a_rexs_file_are_those_of_the_sweep():
     rho = 1.0 / (1.0 / radii[:, 0] + 1.0 / radii[:, 1])
     half = np.sqrt(4.0 * results.point_load_N_per_mm * rho * 2.0 * (1.0 - 0.3**2) / 210e3 / math.pi)
     np.testing.assert_allclose(results.pressure_MPa, 2.0 * results.point_load_N_per_mm / (math.pi * half), rtol=1e-12)
+
+
+def test_a_position_without_equilibrium_leaves_no_results(monkeypatch):
+    reduced, _ = small_results()
+    swept = rexs_results.sweep_reduced_pair
+
+    def failed(*args, **keywords):
+        sweep = swept(*args, **keywords)
+        sweep.converged[0, 3] = False
+        return sweep
+
+    monkeypatch.setattr(rexs_results, "sweep_reduced_pair", failed)
+    with pytest.raises(ConvergenceError, match="1 of 16 positions under 100 N m have no equilibrium"):
+        stage_results(reduced)
 
 
 def attributes(text, kind, name="", case=None):

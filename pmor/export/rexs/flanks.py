@@ -150,7 +150,7 @@ def _profile_crowning(component: Component, profile: FileFlank, found: Found) ->
                f"length_where_profile_crowning_{end}_is_specified", profile, sign, usual) or usual
         for end, sign, usual in (("root", 1.0, low), ("tip", -1.0, high))
     ]  # fmt: skip
-    amounts = [component.number_of(f"profile_crowning_at_{end}") or 0.0 for end in ("root", "tip")]
+    amounts = _both(component, [f"profile_crowning_at_{end}" for end in ("root", "tip")], found)
     top = component.number_of("profile_highest_point")
     middle = 0.5 * sum(ends) if top is None else profile.at(top)
     if not min(ends) < middle < max(ends):  # roll angles of a ring fall towards its tips
@@ -181,10 +181,19 @@ def _helix_crowning(component: Component, profile: FileFlank, found: Found) -> N
     if not low < middle < high:
         found.notes.append(f"{component.label}: its highest point is not between its ends: left out")
         return
-    datum, other = (component.number_of(f"helix_crowning_amount_{face}_face") or 0.0 for face in ("datum", "non_datum"))
+    datum, other = _both(component, [f"helix_crowning_amount_{face}_face" for face in ("datum", "non_datum")], found)
     points = tuple((profile.z_at(c), UM * a) for c, a in ((low, datum), (middle, 0.0), (high, other)))
     crowning, slope = _quadratic(points, (-0.5 * width, 0.5 * width))
     _add_crowning(component, "helix", crowning, slope, found)
+
+
+def _both(component: Component, names: list[str], found: Found) -> list[float]:
+    """Amounts at both ends of a crowning; one that is not said is that of the other end."""
+    said = [component.number_of(name) for name in names]
+    known = [amount for amount in said if amount is not None]
+    if len(known) == 1:
+        found.notes.append(f"{component.label}: no {names[said.index(None)]}: as much as at the other end")
+    return [known[0] if amount is None else amount for amount in said] if known else [0.0, 0.0]
 
 
 def _add_crowning(component: Component, along: str, crowning: float, slope: float, found: Found) -> None:

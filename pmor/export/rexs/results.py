@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError
 from pmor.pair.conditions import conditions_of
 from pmor.results.load_distribution import face_load_factor, line_states, over_the_whole_face
 from pmor.results.sweep import mesh_stiffness
@@ -52,10 +53,19 @@ class StageResults:
 
 
 def stage_results(reduced: ReducedPair) -> StageResults:
-    """Sweep a reduced pair with line loads over the angles of its case under the nominal torque."""
+    """Sweep a reduced pair with line loads over the angles of its case under the nominal torque.
+
+    Raises
+    ------
+    ConvergenceError
+        When a position has no equilibrium: a file has no number for it.
+    """
     case, pair = reduced.basis.case, reduced.meshed.pair
     phi = sweep_angles(case)
     sweep = sweep_reduced_pair(reduced, phi, conditions_of(case, [case.torque_Nm]), recorded=True)
+    if not sweep.converged.all():
+        failed = f"{np.count_nonzero(~sweep.converged)} of {sweep.converged.size} positions"
+        raise ConvergenceError(f"{case.name}: {failed} under {case.torque_Nm:g} N m have no equilibrium")
     stiffness = mesh_stiffness(sweep, pair.pinion.base_radius, pair.common_width).secant[0]
     lines = line_states(sweep)
     load, pressure = lines.load_N_per_mm[0], lines.pressure_MPa[0]

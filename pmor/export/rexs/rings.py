@@ -41,7 +41,8 @@ def ring_keys(
     notes = [f"{gear.label}: its profile shift counts towards the tip, as by ISO 21771"] if shift else []
     root = gear.number_of("root_diameter")
     if cutters and (cutter := cutters[-1]).number_of("number_of_teeth"):
-        keys["shaper"] = _shaper(cutter, module)
+        keys["shaper"], said = _shaper(cutter, module)
+        notes += said
     else:
         if own := gear.number_of("custom_pmor_dedendum"):
             keys["dedendum"] = own
@@ -83,16 +84,19 @@ def ring_attributes(said: GearCase, tooth: Tooth) -> dict[str, Value]:
     return found if said.shaper else found | own
 
 
-def _shaper(cutter: Component, module: float) -> dict[str, Any]:
-    keys: dict[str, Any] = {"teeth": cutter.whole_number_of("number_of_teeth")}
-    if (addendum := cutter.number_of("addendum_coefficient_reference_profile")) is None:
-        length = cutter.number_of("addendum_reference_profile")
-        addendum = 1.25 if length is None else length / module
-    factor = cutter.number_of("tip_corner_radius_factor_reference_profile") or 0.0
+def _shaper(cutter: Component, module: float) -> tuple[dict[str, Any], list[str]]:
+    """Keys of a cutter wheel, and a note on those that the file does not say: those of a new one with sharp corners."""
+    addendum = cutter.number_of("addendum_coefficient_reference_profile")
+    if addendum is None and (length := cutter.number_of("addendum_reference_profile")) is not None:
+        addendum = length / module
     rounding = cutter.number_of("tip_corner_radius_reference_profile", "tip_corner_radius_cutter")
-    shift = cutter.number_of("addendum_modification_coefficient") or 0.0
-    keys |= {
-        "addendum": rounded(addendum),
-        "tip_radius_mm": rounded(factor * module if rounding is None else rounding),
-    }
-    return keys | ({"profile_shift": rounded(shift)} if shift else {})
+    if rounding is None and (factor := cutter.number_of("tip_corner_radius_factor_reference_profile")) is not None:
+        rounding = factor * module
+    shift = cutter.number_of("addendum_modification_coefficient")
+    said = {"addendum 1.25": addendum, "sharp corners": rounding, "profile shift 0": shift}
+    assumed = [words for words, value in said.items() if value is None]
+    keys: dict[str, Any] = {
+        "teeth": cutter.whole_number_of("number_of_teeth"), "addendum": rounded(1.25 if addendum is None else addendum),
+        "tip_radius_mm": rounded(rounding or 0.0), **({"profile_shift": rounded(shift)} if shift else {}),
+    }  # fmt: skip
+    return keys, [f"{cutter.label}: {', '.join(assumed)} assumed"] if assumed else []

@@ -1,0 +1,99 @@
+"""What a REXS file of a planetary stage determines: shifts of planets and ring, whose hands, whose tips."""
+
+import math
+from xml.etree import ElementTree
+
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.core.errors import CaseError
+from pmor.export.rexs.shifts import Rack
+from pmor.sets.loader import parse_set
+from pmor.sets.rexs import read_set
+from pmor.sets.to_rexs import set_rexs
+from tests.support.small_sets import MODIFIED_SET, SMALL_SET
+
+DATE = "2026-01-01T00:00:00+00:00"
+OUTSIDE, INSIDE = (Rack(teeth, 4.0, math.radians(20.0), 0.0) for teeth in ((18, 18), (18, -54)))
+DISTANCE = OUTSIDE.distance_of(0.3)
+SHIFTS = {"sun": 0.2, "planet": 0.1, "ring": INSIDE.shifts_at(DISTANCE) - 0.1}
+
+
+def shifted():
+    """The small set with shifts on all of its gears."""
+    text = SMALL_SET.replace("tangential_um = [10.0, 0.0, 0.0]\n", "")
+    for member, shift in SHIFTS.items():
+        text = text.replace(f"[{member}]\n", f"[{member}]\nprofile_shift = {shift!r}\n")
+    return text.replace("addendum = 0.8", "addendum = 0.7")
+
+
+def model_of(text):
+    return ElementTree.fromstring(set_rexs(parse_set(text, "planets", "planets"), None, DATE))
+
+
+def without(model, kinds, *names):
+    """Take attributes from the components of some kinds, or whose names end so."""
+    for component in model.iter("component"):
+        if component.get("type") in kinds or component.get("name", "").endswith(kinds):
+            for attribute in [one for one in component if one.get("id") in names]:
+                component.remove(attribute)
+
+
+def read(tmp_path, model):
+    (tmp_path / "planets.rexs").write_bytes(ElementTree.tostring(model))
+    found = read_set(tmp_path / "planets.rexs")
+    return found, parse_set(found.text, "planets", "back").sections.members
+
+
+@pytest.mark.parametrize("by_axes", [False, True])
+def test_shifts_of_planets_and_ring_follow_from_that_of_the_sun_by_distance_or_by_rounded_places(tmp_path, by_axes):
+    """The planet meets twice: its shift from the mesh with the sun makes that of the ring."""
+    model = model_of(shifted())
+    for name in ("planet 1", "planet 2", "planet 3", "ring"):
+        without(model, (f"flank of the {name}",), "addendum_modification_coefficient")
+    if by_axes:
+        without(model, ("cylindrical_stage",), "center_distance")
+        for place in model.iterfind(".//attribute[@id='support_vector']//c"):
+            place.text = f"{float(place.text):.4f}"
+    found, members = read(tmp_path, model)
+    for member, shift in SHIFTS.items():
+        assert_allclose(members[member]["profile_shift"], shift, atol=1e-4 if by_axes else 1e-10, err_msg=member)
+    assert sum("profile shift" in note and "from " in note for note in found.notes) == 2
+
+
+def test_planets_that_differ_by_more_than_rounded_places_are_refused(tmp_path):
+    model = model_of(shifted())
+    without(model, ("flank of the planet 2",), "addendum_modification_coefficient")
+    for flank in model.iterfind(".//component[@type='cylindrical_gear_flank']"):
+        if flank.get("name").endswith("planet 2"):
+            ElementTree.SubElement(flank, "attribute", id="addendum_modification_coefficient").text = "0.101"
+    with pytest.raises(CaseError, match="only equal planets are solved"):
+        read(tmp_path, model)
+
+
+def test_tips_of_planets_that_are_open_clear_sun_and_ring(tmp_path):
+    """Each mate is cut no deeper than for 0.88 and 0.84: the planet's tips clear both."""
+    text = shifted().replace("[sun]\n", "[sun]\ndedendum = 1.0\n").replace("[planet]\n", "[planet]\naddendum = 0.8\n")
+    model = model_of(text)
+    without(model, ("planet 1", "planet 2", "planet 3"), "tip_diameter")
+    found, members = read(tmp_path, model)
+    assert 0.8 <= members["planet"]["addendum"] < 1.0
+    assert any("addendum shortened to" in change for change in found.changed)
+
+
+def test_a_helical_set_goes_out_with_the_signs_of_public_files():
+    model = model_of(MODIFIED_SET)
+    said = {gear.get("name"): float(gear.find("attribute[@id='helix_angle_reference_diameter']").text)
+            for gear in model.find("components") if gear.get("type") in ("cylindrical_gear", "ring_gear")}  # fmt: skip
+    assert said == {"sun": 10.0, "ring": 10.0, "planet 1": -10.0, "planet 2": -10.0, "planet 3": -10.0}
+
+
+def test_a_sun_on_next_to_nothing_floats_and_the_file_says_how_soft_it_stands(tmp_path):
+    """On two couplings of 1e-5 N/mm each, as programs write them so as not to divide by 0."""
+    model = model_of(shifted().replace("[load]\n", "[supports]\nsun_radial_N_per_mm = 1e6\n[load]\n"))
+    for bearing in model.iterfind(".//component[@name='Sun']"):
+        bearing.find("attribute[@id='radial_stiffness']").text = "1e-2"
+        bearing.find("attribute[@id='bending_stiffness']").text = "1e20"
+    found, _ = read(tmp_path, model)
+    assert 'sun_radial_N_per_mm = "free"' in found.text
+    assert any("1e-05 N/mm across, and so it floats" in note for note in found.notes)
