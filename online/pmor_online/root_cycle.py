@@ -1,16 +1,21 @@
-"""Range of the root stress of each tooth over its load cycle, while all teeth in mesh bend the rim below it."""
+"""Range of the root stress of each tooth over its load cycle, while all teeth in mesh bend the rim below it.
+
+Where it is largest is found between the points at which stresses are known, by the largest and the least ones at each.
+These do not come at one time: the range is that of the stress at this place, followed over the cycle once more.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from pmor.body.root_stress import RootStressShapes
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.threads import one_thread
 from pmor.gear.condition import Condition, Misalignment, common_misalignment
 from pmor.gear.tooth import Tooth
@@ -22,9 +27,9 @@ from pmor_online.root_stress import (
     ANGLES_PER_BLOCK,
     LoadedTeeth,
     amplitudes_by_flank,
-    largest_on_fillet,
     loaded_teeth,
     patterns_of_stress,
+    place_on_fillet,
     root_stress_of,
     tooth_by_tooth,
 )
@@ -73,17 +78,39 @@ def load_cycles(
     pairs = np.arange(loads.pair.min(), loads.pair.max() + 1)
     teeth = pair.pinion, pair.wheel
     normal = [across_the_root(shape, tooth) for shape, tooth in zip(shapes, teeth, strict=True)]
-    unlike = [math.gcd(abs(tooth.teeth), pitches) for tooth in teeth]
-    most, least = [np.array(-np.inf)] * 2, [np.array(np.inf)] * 2
-    for start in range(0, len(phi), ANGLES_PER_BLOCK):
-        block = slice(start, min(start + ANGLES_PER_BLOCK, len(phi)))
-        for gear, one in enumerate(loaded_teeth(reduced.lines, phi, misalignment, loads, block, pairs, shapes)):
-            stress = stress_of_all_teeth((one,), (normal[gear],), abs(teeth[gear].teeth))
-            alike = stress.reshape(*stress.shape[:2], -1, unlike[gear], *stress.shape[3:])
-            most[gear] = np.maximum(most[gear], alike.max(axis=(1, 2)))
-            least[gear] = np.minimum(least[gear], alike.min(axis=(1, 2)))
-    pinion, wheel = map(load_cycle, shapes, most, least)
-    return pinion, wheel
+    counts = [abs(tooth.teeth) for tooth in teeth]
+    everywhere, there = ([Extremes(math.gcd(count, pitches)) for count in counts] for _ in range(2))
+
+    def blocks() -> Iterator[tuple[int, LoadedTeeth]]:
+        for start in range(0, len(phi), ANGLES_PER_BLOCK):
+            block = slice(start, min(start + ANGLES_PER_BLOCK, len(phi)))
+            yield from enumerate(loaded_teeth(reduced.lines, phi, misalignment, loads, block, pairs, shapes))
+
+    for gear, one in blocks():
+        everywhere[gear].add(stress_of_all_teeth((one,), (normal[gear],), counts[gear]))
+    places = [*map(places_of_ranges, shapes, everywhere)]
+    for gear, one in blocks():
+        there[gear].add(stress_at_places((one,), (normal[gear],), places[gear].weights, counts[gear]))
+    return places[0].cycle(there[0]), places[1].cycle(there[1])
+
+
+class Extremes:
+    """Largest and least of what comes in, over angles and teeth that repeat each other.
+
+    Parameters
+    ----------
+    unlike : int
+        Teeth that differ.
+    """
+
+    def __init__(self, unlike: int) -> None:
+        self.unlike, self.most, self.least = unlike, np.array(-np.inf), np.array(np.inf)
+
+    def add(self, stress: FloatArray) -> None:
+        """Take stresses (D, A, T, ...)."""
+        alike = stress.reshape(*stress.shape[:2], -1, self.unlike, *stress.shape[3:])
+        self.most = np.maximum(self.most, alike.max(axis=(1, 2)))
+        self.least = np.minimum(self.least, alike.min(axis=(1, 2)))
 
 
 def stress_of_all_teeth(loaded: Sequence[LoadedTeeth], normal: Sequence[FloatArray], teeth: int) -> FloatArray:
@@ -98,9 +125,7 @@ def stress_of_all_teeth(loaded: Sequence[LoadedTeeth], normal: Sequence[FloatArr
     teeth : int
         Of the gear.
     """
-    reach = max(max(one.shapes.neighbours, one.shapes.rim_moved.shape[1] // 2) for one in loaded)
-    numbers = np.concatenate([one.teeth for one in loaded])
-    felt = np.unique((numbers[:, None] + np.arange(-reach, reach + 1)) % teeth)
+    felt = _felt(loaded, teeth)
     rows = {id(one.shapes): own for one, own in zip(loaded, normal, strict=True)}
     stress = np.sum([
         amplitudes @ rows[id(shapes)].reshape(-1, amplitudes.shape[3]).T
@@ -142,11 +167,62 @@ def across_the_root(shapes: RootStressShapes, tooth: Tooth) -> FloatArray:
     return np.asarray(np.einsum("spctm,pt->spcm", patterns_of_stress(shapes), shares))
 
 
-def load_cycle(shapes: RootStressShapes, most: FloatArray, least: FloatArray) -> LoadCycle:
-    """Return the range where it is largest on each tooth and side: of stresses (D, T, 2, p, c)."""
-    outer, (points, columns) = most.shape[:3], most.shape[3:]
-    span = (most - least).reshape(-1, 2, points, columns)
-    found, radius, z = largest_on_fillet(shapes, span)
-    place = span.reshape(*outer, -1).argmax(axis=-1)[..., None]
-    high, low = (np.take_along_axis(s.reshape(*outer, -1), place, axis=-1)[..., 0] for s in (most, least))
-    return LoadCycle(found.reshape(outer), high, low, radius.reshape(outer), z.reshape(outer))
+class Places(NamedTuple):
+    """Where the range of the stress across the root is largest: D torques, U teeth that differ, both fillets.
+
+    Attributes
+    ----------
+    weights : ndarray, shape (D, U, 2, p, c)
+        Of the points of a fillet.
+    radius, z : ndarray, shape (D, U, 2)
+        mm.
+    """
+
+    weights: FloatArray
+    radius: FloatArray
+    z: FloatArray
+
+    def cycle(self, extremes: Extremes) -> LoadCycle:
+        """Return the load cycle between stresses at these places."""
+        return LoadCycle(extremes.most - extremes.least, extremes.most, extremes.least, self.radius, self.z)
+
+
+def places_of_ranges(shapes: RootStressShapes, extremes: Extremes) -> Places:
+    """Return where ranges of stresses at all points are largest on each fillet."""
+    span = extremes.most - extremes.least
+    found = place_on_fillet(shapes, span.reshape(-1, *span.shape[2:]))
+    weights, radius, z = (values.reshape(*span.shape[:2], *values.shape[1:]) for values in found)
+    return Places(weights, radius, z)
+
+
+def stress_at_places(
+    loaded: Sequence[LoadedTeeth], normal: Sequence[FloatArray], weights: FloatArray, teeth: int
+) -> FloatArray:
+    """Return the stress that `stress_of_all_teeth` has, at one place of each fillet, (D, A, T, 2), MPa.
+
+    Parameters
+    ----------
+    weights : ndarray, shape (D, U, 2, p, c)
+        As in `Places`: of the teeth that differ, which the others repeat.
+    """
+    felt = _felt(loaded, teeth)
+    which, nearest = felt % weights.shape[1], np.abs(weights).reshape(*weights.shape[:3], -1).argmax(axis=3)
+    rows = {
+        id(one.shapes): np.einsum("duepc,epcs->dues", weights, own) for one, own in zip(loaded, normal, strict=True)
+    }
+    stress = np.sum([
+        np.einsum("dafs,dfes->dafe", amplitudes, rows[id(shapes)][:, which], optimize=True)
+        for shapes, amplitudes in amplitudes_by_flank(loaded, felt, teeth)
+    ], axis=0)  # fmt: skip
+    hidden = tooth_by_tooth(felt, [(one.teeth % teeth, one.hidden) for one in loaded])
+    there = np.take_along_axis(hidden.reshape(*hidden.shape[:3], -1), nearest[:, None, which], axis=3)
+    total = np.zeros((*stress.shape[:2], teeth, 2))
+    total[:, :, felt] = np.where(there, 0.0, stress)
+    return total
+
+
+def _felt(loaded: Sequence[LoadedTeeth], teeth: int) -> IntArray:
+    """Teeth that any of the loaded ones reach."""
+    reach = max(max(one.shapes.neighbours, one.shapes.rim_moved.shape[1] // 2) for one in loaded)
+    numbers = np.concatenate([one.teeth for one in loaded])
+    return np.unique((numbers[:, None] + np.arange(-reach, reach + 1)) % teeth)

@@ -23,6 +23,7 @@ from pmor.line.kernels.loads import LineResults
 from pmor.line.kernels.places import Lines
 from pmor.line.layered_pair import LayeredPair
 from pmor.line.pair import PlacedSections
+from pmor.results.load_distribution import largest_pressure
 from pmor_online.line_sweep import loads_and_patches
 from pmor_online.model import ReducedPair, on_hubs
 
@@ -47,7 +48,7 @@ class VariantState:
     edge_load_N_per_mm : (D, A)
         Largest line load of those sections in which the edge at a tip is in contact; 0 where there is none.
     pressure_MPa : (D, A)
-        Largest of the sections; sections whose sharp edge carries, where it has no bound, do not count.
+        Largest of the sections, as `pmor.results.load_distribution.largest_pressure` has it.
     sensitivity : (D, A, P, S) or None
         Derivative of the STE by the deviation of the section, um/um.
     roll_rad : (A, P, S, 2)
@@ -190,7 +191,7 @@ def largest_of(load: FloatArray, patches: FloatArray) -> tuple[FloatArray, Float
     Loads and patches are those of `pmor_online.line_sweep.loads_and_patches`.
     """
     at_edge = np.abs(patches[..., 1]) > OFF_MIDDLE
-    return np.nan_to_num(patches[..., 2]).max(axis=(2, 3)), np.where(at_edge, load, 0.0).max(axis=(2, 3))
+    return largest_pressure(patches[..., 2], (2, 3)), np.where(at_edge, load, 0.0).max(axis=(2, 3))
 
 
 def _as_flexible(one: LayeredPair, other: LayeredPair) -> bool:

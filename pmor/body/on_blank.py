@@ -15,7 +15,7 @@ import scipy.sparse as sp
 
 from pmor.body.blank import LEFT_OUT, Blank, Ring, signed_teeth
 from pmor.body.far_compliance import FaceResponse
-from pmor.body.rim_stress import REACH, RimStress, face_patterns, rim_stress
+from pmor.body.rim_stress import RimStress, face_patterns, rim_stress
 from pmor.body.support import (
     Change,
     Support,
@@ -58,16 +58,19 @@ class OnBlank(NamedTuple):
 
 def on_blank(
     mesh: SectorMesh, blank: Blank, of_nodes: FloatArray, held: FloatArray, own: FloatArray, neighbours: int,
-    with_stress: bool,
+    stressed: int,
 ) -> OnBlank:  # fmt: skip
-    """Put a sector on a blank, with as many harmonics as it needs: loads on faces under forces on the flanks."""
+    """Put a sector on a blank, with as many harmonics as it needs: loads on faces under forces on the flanks.
+
+    Stress in fillets is asked for in so many teeth on either side of a loaded one: `stressed`, 0 without.
+    """
     lines, sides = _line_loads(mesh), side_coordinates(mesh)
     while True:
         to = sp.block_diag([sides, blank.coordinates(mesh)], format="csr")
         of_faces, stiffness, patterns, reach = to @ of_nodes, turned(to, held, to), None, 0
         load = of_faces[:, : len(own)]
-        if with_stress or blank.stress:
-            patterns, reach = face_patterns(load), min(mesh.teeth // 2, REACH) if with_stress else 0
+        if stressed or blank.stress:
+            patterns, reach = face_patterns(load), min(mesh.teeth // 2, stressed)
         ring = blank.ring(mesh, stiffness, load, neighbours, lines, patterns, reach)
         change, added = blank.change(mesh.twist_per_length), ring.added
         if blank.web is not None and change is not None:
@@ -140,7 +143,7 @@ def stress_by_the_rim(
     forces = np.zeros((0, 1, patterns.shape[1]), dtype=complex)
     if on.change is not None:
         forces = forces_of_holes(ring.felt, ring.flexibility, on.change[0], signed_teeth(mesh), on.change[1], patterns)
-    found = rim_stress(bent, shape, ring, patterns, forces, signed_teeth(mesh))
+    found = rim_stress(bent, shape, ring.far, patterns, ring.pressed, forces, signed_teeth(mesh))
     return replace(found, rows=np.asarray(onto_all_nodes(mesh, back) @ found.rows))
 
 

@@ -1,4 +1,4 @@
-"""Stress at the feet of all teeth by the bending of the rim below them: around the whole gear, and by holes.
+"""Stress at the feet of all teeth by the bending of what is below them: around the whole gear, and by holes.
 
 The stress in a fillet is a linear function of the displacement of its sector's flank, side faces and interface
 (`pmor.body.fillet_stress`): H u by the displacement u of side faces and interface where its own flank is free. On a
@@ -9,7 +9,8 @@ of `pmor.body.support`,
 
     sigma_m = Re sum_n H P_n e^(2 pi i n m / z) g_ni,    g_i = M Y_i f.                                              (1)
 
-Both are smooth along a fillet: few patterns of stress, and few of forces, are enough.
+Of a gear on its bore u is that of the ring of sectors alone. All are smooth along a fillet: few patterns of stress, and
+few of forces, are enough.
 """
 
 from __future__ import annotations
@@ -18,13 +19,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.body.blank import Ring
 from pmor.core.arrays import ComplexArray, FloatArray
 
 # Teeth on either side of a loaded one whose fillets feel it through their sectors. *Measured*, helical pair with three
 # teeth in mesh: those next to it 5 %, those beyond 0.6 % of the stress in its own.
 NEIGHBOURS = 1
-# Teeth on either side that feel a loaded one through the rim.
+# Teeth on either side that feel a loaded one through the rim, in a gear with one mesh.
 REACH = 24
 # Singular values, over the largest, of patterns of forces by what they do to the faces of their sector, and of patterns
 # of stress, that are left out.
@@ -57,8 +57,9 @@ def face_patterns(load: FloatArray) -> FloatArray:
 
 
 def rim_stress(
-    functions: FloatArray, shape: tuple[int, int, int], ring: Ring, rows: FloatArray, forces: ComplexArray, teeth: int
-) -> RimStress:
+    functions: FloatArray, shape: tuple[int, int, int], far: FloatArray, rows: FloatArray, pressed: ComplexArray,
+    forces: ComplexArray, teeth: int,
+) -> RimStress:  # fmt: skip
     """Return the stress by the rim.
 
     Parameters
@@ -67,26 +68,28 @@ def rim_stress(
         H: stress over the displacement of a sector's faces, its flank free, MPa/mm.
     shape : (int, int, int)
         p, c, 3.
-    ring : Ring
-        With its faces under the patterns of forces, and under loads on the web's circles.
+    far : ndarray, shape (2 R + 1, m, q)
+        Displacement of the faces of teeth -R ... R under patterns of forces, mm.
     rows : ndarray, shape (n, q)
-        Patterns of forces.
+        These patterns.
+    pressed : ndarray, shape (m, 2 N + 1, c)
+        Faces of tooth 0 under loads on the web's circles, as in `pmor.body.blank.Ring`.
     forces : ndarray, shape (s, t, q)
         g under them on teeth 0 ... t - 1, N, or of lugs the displacements; no rows without either, and one tooth.
     teeth : int
         Negative where they follow each other clockwise.
     """
-    reach = len(ring.far) // 2
+    reach = len(far) // 2
     near = np.abs(np.arange(-reach, reach + 1)) <= NEIGHBOURS
-    by_rim = functions @ np.where(near[:, None, None], 0.0, ring.far)
-    pressed = functions @ ring.pressed.reshape(functions.shape[1], -1)
+    by_rim = functions @ np.where(near[:, None, None], 0.0, far)
+    harmonics = (np.arange(pressed.shape[1]) - pressed.shape[1] // 2).repeat(pressed.shape[2])
+    pressed = functions @ pressed.reshape(functions.shape[1], -1)
     scaled = pressed * np.sqrt((np.abs(forces) ** 2).mean(axis=(1, 2)) if forces.size else 0.0)
     every = np.concatenate([by_rim.transpose(1, 0, 2).reshape(len(functions), -1), scaled.real, scaled.imag], axis=1)
     patterns = leading(every, LEAST_STRESS)
     moved = np.broadcast_to(patterns.T @ by_rim, (forces.shape[1], len(by_rim), patterns.shape[1], rows.shape[1]))
     if forces.size:
-        harmonics = np.arange(ring.pressed.shape[1]) - ring.pressed.shape[1] // 2
-        moved = moved + _by_holes(patterns.T @ pressed, harmonics.repeat(ring.pressed.shape[2]), forces, teeth, reach)
+        moved = moved + _by_holes(patterns.T @ pressed, harmonics, forces, teeth, reach)
     felt = leading(moved.reshape(-1, rows.shape[1]).T, LEAST_STRESS)
     return RimStress(patterns.reshape(2, *shape, -1), rows @ felt, moved @ felt)
 
@@ -103,5 +106,8 @@ def _by_holes(pressed: ComplexArray, harmonics: np.ndarray, forces: ComplexArray
 
 def leading(matrix: FloatArray, least: float) -> FloatArray:
     """Return orthonormal columns that span those of a matrix but for singular values below a share of the largest."""
-    energy, columns = np.linalg.eigh(matrix @ matrix.T)
-    return np.ascontiguousarray(columns[:, energy > least**2 * energy[-1]][:, ::-1])
+    tall = len(matrix) > matrix.shape[1]
+    energy, columns = np.linalg.eigh(matrix.T @ matrix if tall else matrix @ matrix.T)
+    kept = energy > least**2 * energy[-1] if len(energy) else energy > 0.0
+    columns = matrix @ columns[:, kept] / np.sqrt(energy[kept]) if tall else columns[:, kept]
+    return np.ascontiguousarray(columns[:, ::-1])

@@ -9,7 +9,12 @@ from pmor.campaigns.peaks import settled_peaks
 from pmor.core.arrays import FloatArray
 from pmor.pair.conditions import conditions_of
 from pmor.pair.drawn import gear_inertias
-from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
+from pmor.results.load_distribution import (
+    effective_contact_ratio,
+    face_load_factor,
+    largest_pressure,
+    line_states,
+)
 from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep, mesh_orders, mesh_stiffness, peak_to_peak_um, ste_mean_um
 from pmor_online.model import ReducedPair, online_angles
@@ -68,7 +73,7 @@ def figures_of(reduced: ReducedPair, sweep: SteSweep, stress: RootStress | None)
         "ste_mesh_error_percent": None if mesh_error is None else mesh_error[i],
         "mesh_stiffness_mean_N_per_mm_um": _mean(secant),
         "mesh_stiffness_tangent_mean_N_per_mm_um": None if tangent is None else _mean(tangent[i] / pair.common_width),
-        "flank_pressure_max_MPa": _largest(lines.pressure_MPa[i]),
+        "flank_pressure_max_MPa": float(largest_pressure(lines.pressure_MPa[i], (0, 1, 2))),
         "k_h_beta": face_load_factor(lines)[i],
         "root_stress_pinion_MPa": None if roots[0] is None else roots[0].max_principal_MPa,
         "root_stress_wheel_MPa": None if roots[1] is None else roots[1].max_principal_MPa,
@@ -104,11 +109,6 @@ def peaks_of(reduced: ReducedPair) -> dict[str, float]:
 def _mean(values: FloatArray) -> float | None:
     known = values[np.isfinite(values)]
     return float(known.mean()) if len(known) else None
-
-
-def _largest(values: FloatArray) -> float | None:
-    known = values[np.isfinite(values)]
-    return float(known.max()) if len(known) else None
 
 
 def known(value: float | None) -> float | None:

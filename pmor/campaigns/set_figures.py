@@ -107,7 +107,8 @@ def _stresses(file: SetFile, data: Data) -> dict[str, float | None]:
         f"root_stress_{member}_MPa": _largest(row["max_principal_MPa"] for row in rows.get(member, []))
         for member in ("sun", "planet", "ring")
     }
-    return found | {"root_stress_range_planet_MPa": _largest(row["range_MPa"] for row in rows.get("planet", []))}
+    ranges = (row[key] for row in rows.get("planet", []) for key in ("range_MPa", "range_other_side_MPa"))
+    return found | {"root_stress_range_planet_MPa": _largest(ranges)}
 
 
 def _sizes(file: SetFile) -> dict[str, float | None]:

@@ -17,7 +17,7 @@ from pmor.gear.condition import Assembly
 from pmor.gear.deviation_rates import deviation_rates
 from pmor.line.hubs import Hubs
 from pmor.pair.conditions import conditions_of_assembly
-from pmor.results.load_distribution import face_load_factor
+from pmor.results.load_distribution import face_load_factor, largest_pressure
 from pmor_online.model import ReducedPair, online_angles
 from pmor_online.root_stress import root_stress
 from pmor_online.variants import VariantSolver, VariantState
@@ -139,7 +139,7 @@ class PairJudge(Judge[Assembly, VariantState]):
     def result(self, key: str, state: VariantState, built: Assembly) -> FloatArray:
         """Return one result, none of the STE, under each torque, (T,)."""
         if key == "pressure_MPa":
-            return np.asarray(state.pressure_MPa.max(axis=1))
+            return largest_pressure(state.pressure_MPa, 1)
         if key == "tip_edge_load_N_per_mm":
             return np.asarray(state.edge_load_N_per_mm.max(axis=1))
         if key == "k_h_beta":

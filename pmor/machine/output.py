@@ -18,6 +18,7 @@ from pmor.machine.readings import Data, load_data
 from pmor.machine.view import machine_figure
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Table
+from pmor.results.load_distribution import PRESSURE
 from pmor.sets.figures import set_figure, share_figure
 from pmor.sets.output import MESH_COLUMNS as MESHES_OF_SET
 from pmor.sets.output import PLANET_COLUMNS, PLANETS
@@ -48,9 +49,9 @@ MESH_COLUMNS: Columns = {
     "mesh": "name",
     "STE mean [µm]": "ste_mean_um",
     "STE p-p [µm]": "ste_peak_to_peak_um",
-    "rigid [µm]": "rigid_ste_peak_to_peak_um",
+    "STE p-p, rigid [µm]": "rigid_ste_peak_to_peak_um",
     "K_Hβ": "k_h_beta",
-    "rigid": "rigid_k_h_beta",
+    "K_Hβ, rigid": "rigid_k_h_beta",
     "pressure [MPa]": "flank_pressure_max_MPa",
 }
 UNKNOWN = (None, None)
@@ -77,13 +78,13 @@ SET_COLUMNS: Columns = {
     "torque on the sun [N m]": lambda row: row["torques_Nm"]["sun"],
     "STE mean [µm]": "ste_mean_um",
     "STE p-p [µm]": "ste_peak_to_peak_um",
-    "rigid [µm]": "rigid_ste_peak_to_peak_um",
+    "STE p-p, rigid [µm]": "rigid_ste_peak_to_peak_um",
     "K_γ": "k_gamma",
-    "rigid": "rigid_k_gamma",
+    "K_γ, rigid": "rigid_k_gamma",
     "losses [W]": "losses_W",
 }
 OF_SET: Columns = {"load": "load", "set": "set"}
-SET_MESH_COLUMNS: Columns = {**OF_SET, **MESHES_OF_SET, "rigid": "rigid_k_h_beta"}
+SET_MESH_COLUMNS: Columns = {**OF_SET, **MESHES_OF_SET, "K_Hβ, rigid": "rigid_k_h_beta"}
 LOSS_COLUMNS: Columns = {
     "load": "load",
     "mesh": "name",
@@ -172,10 +173,16 @@ SETS = (
     "By how much the sun runs ahead along its line of action, the rotations of shafts left out. Rigid: the same set "
     "with the hubs of sun, carrier and ring held."
 )
-SET_MESHES = "Phase: where in its mesh cycle each mesh is at angle 0. K_Hβ: over all mesh cycles."
+SET_MESHES = (
+    "Phase: where in its mesh cycle each mesh is at angle 0. K_Hβ: over all mesh cycles; rigid: with the hubs of sun, "
+    f"carrier and ring held. Pressure: {PRESSURE}."
+)
 POWER = "What enters, and what the meshes lose."
 DUTY = "All: means by time, the efficiency that of the work."
-SPECTRUM = "What each mesh carries, and how often: revolutions of both gears. A list, without any damage."
+SPECTRUM = (
+    "What each mesh carries, and how often: revolutions of both gears. A list, without any damage. Pressure: "
+    f"{PRESSURE}."
+)
 LOSSES = "Load-dependent, of the line loads; formulas of friction differ by up to a factor of two. Without churning."
 
 
@@ -286,7 +293,7 @@ def _tables(data: Data) -> list[Table]:
 
     meshes, sets, found = rows("meshes"), rows("sets"), list[Table]()
     if meshes:
-        words = "Rigid: the same pair on rigid supports."
+        words = f"Rigid: the same pair on rigid supports. Pressure: {PRESSURE}."
         found += [
             table("Misalignment of the meshes", MISALIGNMENT_COLUMNS, meshes, MISALIGNMENT),
             table("Transmission error and load", MESH_COLUMNS, meshes, words),

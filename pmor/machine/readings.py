@@ -19,7 +19,7 @@ from pmor.machine.model import ABOUT_AXIS, GearboxModel, Supported, speeds_rpm
 from pmor.machine.rolling_bearing import BearingState
 from pmor.machine.set_readings import set_entry
 from pmor.machine.settings import LoadCase, Lubricant
-from pmor.results.load_distribution import face_load_factor, line_states
+from pmor.results.load_distribution import face_load_factor, largest_pressure, line_states
 from pmor.results.sweep import SteSweep, mesh_orders, peak_to_peak_um, ste_mean_um
 
 Data = dict[str, Any]
@@ -110,14 +110,14 @@ def sweep_data(sweep: SteSweep, row: int, root_stress: RootStresses) -> Data:
     lines = line_states(sweep)
     whole = bool(sweep.converged[row].all())
     carries = lines.load_N_per_mm[row].sum(axis=(0, 1)) > 0.0
-    pressure = np.nan_to_num(lines.pressure_MPa[row])
+    pressure = float(largest_pressure(lines.pressure_MPa[row], (0, 1, 2)))
     return {
         "ste_mean_um": _number(ste_mean_um(sweep)[row], whole),
         "ste_peak_to_peak_um": _number(peak_to_peak_um(sweep)[row], whole),
         "ste_harmonics_um": [float(a) for a in mesh_orders(sweep, row, HARMONICS)] if whole else None,
         "k_h_beta": _number(face_load_factor(lines)[row], whole),
         "carrying_face_percent": _number(100.0 * lines.width_mm[carries].sum() / lines.width_mm.sum(), whole),
-        "flank_pressure_max_MPa": _number(pressure.max(), whole),
+        "flank_pressure_max_MPa": _number(pressure, whole and not math.isnan(pressure)),
         "root_stress_max_MPa": list(root_stress) if whole and root_stress else None,
     }
 

@@ -29,7 +29,7 @@ from pmor.report.results_data import HARRIS, RESULTS, write_results_data
 from pmor.report.table import Cell, format_cell
 from pmor.report.torque_table import CAUSES, shaft_order_rows, shaft_orders_of, torque_row, torque_rows
 from pmor.report.web_stress_rows import web_stress_figures, web_stress_rows, web_stress_table
-from pmor.results.load_distribution import line_states
+from pmor.results.load_distribution import PRESSURE, line_states
 from pmor.results.root_stress import GEARS, SIDES, LoadCycle
 from pmor.results.sweep import (
     MIN_RIPPLE_POINTS,
@@ -128,10 +128,16 @@ def root_stress_figures(result: OnlineResult) -> dict[str, Any]:
 
 
 def _range_figures(cycles: tuple[LoadCycle, LoadCycle] | None, torque: int) -> dict[str, Any]:
-    """Ranges of the root stress of pinion and wheel; of the tooth whose range is least too."""
+    """Ranges of the root stress of pinion and wheel, their limits; the range of the tooth whose range is least too."""
     ranges = [cycle.range_MPa[torque] for cycle in cycles or ()]
-    found = {f"range_{side}_MPa": [float(one[:, s].max()) for one in ranges] for s, side in enumerate(SIDES)}
-    found |= {f"range_{side}_least_MPa": [float(one[:, s].min()) for one in ranges] for s, side in enumerate(SIDES)}
+    found = dict[str, list[Any]]()
+    for s, side in enumerate(SIDES):
+        found[f"range_{side}_MPa"] = [float(one[:, s].max()) for one in ranges]
+        found[f"range_{side}_least_MPa"] = [float(one[:, s].min()) for one in ranges]
+        found[f"range_{side}_limits_MPa"] = [
+            [float(ends[torque, one[:, s].argmax(), s]) for ends in (cycle.least_MPa, cycle.most_MPa)]
+            for cycle, one in zip(cycles or (), ranges, strict=True)
+        ]
     return {f"root_stress_{key}": values or None for key, values in found.items()}
 
 
@@ -210,8 +216,8 @@ def _readings_rows(s: dict[str, Any], result: OnlineResult) -> list[Row]:
         _known("K_Hβ", s["k_h_beta"], "", "largest over mean line load of the face, over the cycle", lacks),
         _known("contact ratio, loaded", s["effective_contact_ratio"], "",
                _unloaded_contact_ratio(result.reduced.meshed.pair), lacks),
-        _known("flank pressure, max", s["flank_pressure_max_MPa"], "MPa", "of Hertz"
-               + ("; without the positions at which a sharp tip edge carries" if edges else ""), lacks),
+        _known("flank pressure, max", s["flank_pressure_max_MPa"], "MPa", PRESSURE if edges else "of Hertz",
+               "a sharp tip edge carries all" if edges else lacks),
     ]  # fmt: skip
 
 
@@ -246,13 +252,13 @@ def _root_stress_rows(result: OnlineResult) -> list[Row]:
 def _range_words(cycle: LoadCycle, torque: int) -> tuple[float, str, str]:
     """Range on the side of the loaded flank, its unit, and all else in words."""
     tension, other = cycle.range_MPa[torque].T
-    tooth = int(tension.argmax())
-    low, high = cycle.least_MPa[torque, tooth, 0], cycle.most_MPa[torque, tooth, 0]
-    note = f"across the root over a load cycle, {low:.3g} to {high:.3g} MPa; other side {other.max():.4g} MPa"
+    of_sides = zip((tension, other), cycle.least_MPa[torque].T, cycle.most_MPa[torque].T, strict=True)
+    own, beside = (f"{low[t := int(span.argmax())]:.4g} to {high[t]:.4g} MPa" for span, low, high in of_sides)
+    note = f"across the root over a load cycle, {own}; other side {other.max():.4g} MPa, {beside}"
     if len(tension) > 1:
         both = [f"{values.min():.4g} to {values.max():.4g}" for values in (tension, other)]
         note += f"; teeth differ: {both[0]}, {both[1]} MPa"
-    return float(tension[tooth]), "MPa", note
+    return float(tension.max()), "MPa", note
 
 
 def _no_mesh_error(case: Case) -> str:

@@ -12,10 +12,10 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.report.condition_table import N_ORDERS, order_columns, sweep_row
 from pmor.report.table import Table
-from pmor.results.load_distribution import line_states
+from pmor.results.load_distribution import PRESSURE, largest_pressure, line_states
 from pmor.results.root_stress import GEARS
 from pmor.results.shaft_orders import ShaftOrder, shaft_orders
-from pmor.results.sweep import mesh_stiffness
+from pmor.results.sweep import SteSweep, mesh_stiffness
 from pmor_online.run import OnlineResult
 
 # Orders of each torque in the file.
@@ -44,7 +44,7 @@ def torque_row(result: OnlineResult, t: int) -> dict[str, Any]:
         "mesh_stiffness_tangent_mean_N_per_mm_um": None if tangent is None else _mean(tangent),
         "k_h_beta": None if readings is None else float(readings.face_load_factor[t]),
         "effective_contact_ratio": None if readings is None else float(readings.effective_contact_ratio[t]),
-        "flank_pressure_max_MPa": None if readings is None else _most(line_states(sweep).pressure_MPa[t]),
+        "flank_pressure_max_MPa": None if readings is None else _pressure(sweep, t),
         **{f"root_stress_{name}_MPa": None if one is None else one.max_principal_MPa
            for name, one in zip(GEARS, largest, strict=True)},
         "n_positions_failed": int(np.count_nonzero(~sweep.converged[t])),
@@ -108,7 +108,7 @@ def load_table(result: OnlineResult, rows: list[dict[str, Any]]) -> Table:
         note += (
             " K_Hβ: largest over mean line load of the face, added up over the cycle (ISO 6336-1's w_max / w_m). "
             "Forces of the mesh on a gear across the plane of the axes, along the line of centres, along the axes: "
-            "largest over the cycle."
+            f"largest over the cycle. Flank pressure: {PRESSURE}."
         )
     return Table("Stiffness, load distribution, stresses and forces at each torque", names, cells, note, folded=True)
 
@@ -130,6 +130,6 @@ def _mean(values: FloatArray) -> float:
     return float(known.mean()) if len(known) else math.nan
 
 
-def _most(values: FloatArray) -> float:
-    """Largest of the finite values; NaN without any."""
-    return float(np.nanmax(values)) if np.isfinite(values).any() else math.nan
+def _pressure(sweep: SteSweep, t: int) -> float | None:
+    found = float(largest_pressure(line_states(sweep).pressure_MPa[t], (0, 1, 2)))
+    return None if math.isnan(found) else found

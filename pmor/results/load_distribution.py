@@ -64,6 +64,19 @@ def effective_contact_ratio(sweep: SteSweep) -> FloatArray:
     return np.divide(total, count, out=np.full(count.shape, np.nan), where=count > 0)
 
 
+#: what the largest pressure is, wherever it is told
+PRESSURE = "largest of Hertz over flanks and mesh cycle, where no sharp tip edge carries: there it has no bound"
+
+
+def largest_pressure(pressure: FloatArray, axis: int | tuple[int, ...]) -> FloatArray:
+    """Return the largest of pressures as `LineStates` has them over some axes, MPa.
+
+    Sections in which a sharp edge carries do not count. NaN where these carry alone, 0 where nothing carries.
+    """
+    found = np.nan_to_num(pressure).max(axis=axis)
+    return np.where((found == 0.0) & np.isnan(pressure).any(axis=axis), np.nan, found)
+
+
 def over_the_whole_face(lines: LineStates, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return places over the whole face (mm) and values there, the sections along the last axis.
 

@@ -76,7 +76,7 @@ class LoadCycle:
     Attributes
     ----------
     range_MPa, most_MPa, least_MPa : (D, T, 2)
-        Largest range on each fillet, and the largest and the least stress at the point nearest to it.
+        Largest range on each fillet, and the largest and the least stress there, whose difference it is.
     radius_mm, z_mm : (D, T, 2)
         Where.
     """

@@ -8,6 +8,7 @@ import numpy as np
 
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Table
+from pmor.results.load_distribution import PRESSURE
 from pmor.sets.figures import (
     face_load_figure,
     path_figure,
@@ -69,14 +70,16 @@ MESH_COLUMNS: Columns = {
     "p-p [N]": "force_peak_to_peak_N",
     "line load, largest [N/mm]": "line_load_max_N_per_mm",
     "K_Hβ": "k_h_beta",
+    "pressure [MPa]": "flank_pressure_max_MPa",
 }
 STRESS_COLUMNS: Columns = {
     "gear": "name",
     "largest principal [MPa]": "max_principal_MPa",
     "on the side of the": "loaded_by",
     "range [MPa]": "range_MPa",
-    "most [MPa]": "range_most_MPa",
-    "least [MPa]": "range_least_MPa",
+    "from, to [MPa]": lambda row: _limits(row, "range"),
+    "range on the other side [MPa]": "range_other_side_MPa",
+    "from, to there [MPa]": lambda row: _limits(row, "range_other_side"),
 }
 ORDER_COLUMNS: Columns = {
     "order of the mesh": "mesh_order",
@@ -94,12 +97,14 @@ PINS = (
 )
 MESHES = (
     "At the nominal torque. Phase: where in its mesh cycle each mesh is at angle 0. Share: in the torque of all meshes "
-    "that one gear drives, or that drive it. K_Hβ: over the mesh cycle."
+    "that one gear drives, or that drive it. K_Hβ: over the mesh cycle. Pressure: "
+    f"{PRESSURE}."
 )
 STRESS = (
     "At the nominal torque, of all teeth over the mesh cycle, with the loads of both flanks added up. Range: of the "
-    "stress across the root of one tooth over a turn of the gear, on the same side, at the point where it "
-    "is largest, and the limits between which it changes there. Side: of the flank that this mate loads; –: no mate."
+    "stress across the root of one tooth over a turn of the gear, on the same side and on the other one, each at the "
+    "point where it is largest, and the limits between which it changes there. Side: of the flank that this mate "
+    "loads; –: no mate."
 )
 SHAFT_ORDERS = (
     "Of the transmission error between the orders of the first mesh, at the nominal torque; turns of the members "
@@ -236,6 +241,12 @@ def _times(order: Data) -> str:
 def _whole(named: Mapping[str, float], kind: str) -> str:
     whole = {name: round(times) for name, times in named.items() if abs(times % 1.0 - 0.5) > 0.4999}
     return ", ".join(f"{times} of the {kind}{name}" for name, times in whole.items())
+
+
+def _limits(row: Data, name: str) -> str | None:
+    """Limits of a range."""
+    ends = [row[f"{name}_{end}_MPa"] for end in ("least", "most")]
+    return None if None in ends else ", ".join(f"{end:.4g}" for end in ends)
 
 
 def _percent(value: float | None) -> float | None:

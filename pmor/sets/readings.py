@@ -13,6 +13,7 @@ from pmor.sets.bounds import named_bounds
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import SetFile
 from pmor.sets.plan import SetPlan
+from pmor.sets.root_stress import GearStress
 from pmor.sets.solution import SetSolution
 from pmor.sets.tolerances import Samples, sample_bounds
 
@@ -219,25 +220,34 @@ def _mesh_data(solved: SetSolution, number: int, mesh: int) -> Data:
         "flank_pressure_max_MPa": plain(solved.flank_pressure_MPa(mesh)[number]),
         "carrying_face_percent": plain(solved.carrying_face_percent(mesh)[number]),
         "k_h_beta": plain(solved.k_h_beta(mesh)[number]),
+        "flank_pressure_max_MPa": plain(solved.flank_pressure_MPa[number, mesh]),
     }
 
 
 def _stress_data(solved: SetSolution, number: int, body: int) -> Data:
     found = solved.root_stress[body]
-    top, cycle = int(np.argmax(found.max_principal_MPa[number])), found.cycle
+    top = int(np.argmax(found.max_principal_MPa[number]))
     side = int(found.side[number, top])
-    tooth = found.worst_tooth(number, side)
     return {
         "name": solved.plan.bodies[body].name,
         "max_principal_MPa": plain(found.max_principal_MPa[number, top]),
         "loaded_by": loaded_by(solved, body, side),
         "radius_mm": plain(found.radius_mm[number, top]),
         "z_mm": plain(found.z_mm[number, top]),
-        "range_MPa": plain(cycle.range_MPa[number, tooth, side]),
-        "range_most_MPa": plain(cycle.most_MPa[number, tooth, side]),
-        "range_least_MPa": plain(cycle.least_MPa[number, tooth, side]),
-        "range_radius_mm": plain(cycle.radius_mm[number, tooth, side]),
-        "range_z_mm": plain(cycle.z_mm[number, tooth, side]),
+        **_range_data(found, number, side, "range"),
+        **_range_data(found, number, 1 - side, "range_other_side"),
+    }
+
+
+def _range_data(found: GearStress, number: int, side: int, name: str) -> Data:
+    """Range on a side of the tooth where it is largest there, its limits and its place."""
+    cycle, at = found.cycle, (number, found.worst_tooth(number, side), side)
+    return {
+        f"{name}_MPa": plain(cycle.range_MPa[at]),
+        f"{name}_most_MPa": plain(cycle.most_MPa[at]),
+        f"{name}_least_MPa": plain(cycle.least_MPa[at]),
+        f"{name}_radius_mm": plain(cycle.radius_mm[at]),
+        f"{name}_z_mm": plain(cycle.z_mm[at]),
     }
 
 

@@ -22,7 +22,7 @@ from pmor.line.several import LATER, WHOLE, PlacedMesh, PlacedTrain
 from pmor.results.loads import ContactLoads
 from pmor.results.root_stress import LoadCycle
 from pmor_online.line_sweep import contact_loads, levers_of
-from pmor_online.root_cycle import across_the_root, load_cycle, stress_of_all_teeth
+from pmor_online.root_cycle import Extremes, across_the_root, places_of_ranges, stress_at_places, stress_of_all_teeth
 from pmor_online.root_stress import (
     ANGLES_PER_BLOCK,
     SENSE,
@@ -54,7 +54,7 @@ class GearStress:
         Of the gear, after which a tooth meets the same again.
     over_turns_MPa : ndarray, shape (D, n)
         Stress across the root of the tooth with the largest range, over these turns: on the side of the largest
-        principal stress, where the range is largest.
+        principal stress, where the range is largest, between the limits of it.
     """
 
     mates: tuple[tuple[int, ...], tuple[int, ...]]
@@ -107,15 +107,6 @@ class _Gear(NamedTuple):
         return self.teeth // self.unlike
 
 
-class _Place(NamedTuple):
-    """Where a range is largest: the tooth, among those that differ, the side, and the point of the fillet."""
-
-    tooth: int
-    side: slice
-    point: slice
-    column: slice
-
-
 @one_thread()
 def root_stress_of_set(placed: PlacedTrain, found: SeveralResults, pitches: int) -> tuple[GearStress, ...]:
     """Find the root stress of all bodies of a train; none without shapes.
@@ -134,21 +125,27 @@ def root_stress_of_set(placed: PlacedTrain, found: SeveralResults, pitches: int)
     flanks: dict[tuple[int, bool], RootStressShapes] = {}
     meshes = [_mesh(placed, one, flanks) for one in placed.placed]
     gears = [_gear(placed, meshes, number, pitches) for number in range(len(placed.train.bodies))]
-    most, least = [np.array(-np.inf)] * len(gears), [np.array(np.inf)] * len(gears)
+    everywhere, there = ([Extremes(gear.unlike) for gear in gears] for _ in range(2))
     tops: list[list[FloatArray]] = [[] for _ in gears]
     for loaded in _blocks(placed, meshes, found, pitches):
         for number, gear in enumerate(gears):
             own = [loaded[mesh][place] for mesh, place in gear.uses]
             tops[number].append(_tops(gear, own))
-            stress = stress_of_all_teeth(own, gear.normal, gear.teeth)
-            alike = stress.reshape(*stress.shape[:2], gear.spans, gear.unlike, *stress.shape[3:])
-            most[number] = np.maximum(most[number], alike.max(axis=(1, 2)))
-            least[number] = np.minimum(least[number], alike.min(axis=(1, 2)))
-    joined = [np.concatenate(parts, axis=2) for parts in tops]
-    worst = [_worst(high - low, top) for high, low, top in zip(most, least, joined, strict=True)]
-    turns = _over_turns(_blocks(placed, meshes, found, pitches), gears, worst)
-    parts = zip(gears, joined, most, least, turns, strict=True)
-    return tuple(_gear_stress(meshes, found.converged, *part) for part in parts)
+            everywhere[number].add(stress_of_all_teeth(own, gear.normal, gear.teeth))
+    places = [places_of_ranges(gear.shapes, of) for gear, of in zip(gears, everywhere, strict=True)]
+    passed: list[list[FloatArray]] = [[] for _ in gears]
+    for loaded in _blocks(placed, meshes, found, pitches):
+        for number, gear in enumerate(gears):
+            own = [loaded[mesh][place] for mesh, place in gear.uses]
+            stress = stress_at_places(own, gear.normal, places[number].weights, gear.teeth)
+            there[number].add(stress)
+            passed[number].append(stress)
+    return tuple(
+        _gear_stress(
+            meshes, found.converged, gear, np.concatenate(top, axis=2), np.concatenate(stress, axis=1), place.cycle(of)
+        )
+        for gear, top, stress, place, of in zip(gears, tops, passed, places, there, strict=True)
+    )
 
 
 def _mesh(placed: PlacedTrain, one: PlacedMesh, flanks: dict[tuple[int, bool], RootStressShapes]) -> _Mesh:
@@ -226,52 +223,34 @@ def _tops(gear: _Gear, loaded: Sequence[LoadedTeeth]) -> FloatArray:
     return np.stack([np.take_along_axis(value, best, axis=-1)[..., 0] for value in flat])
 
 
-def _worst(span: FloatArray, tops: FloatArray) -> list[_Place]:
-    """Where a range (D, T, 2, p, c) is largest on the side of the largest principal stress under each torque."""
+def _over_turns(gear: _Gear, tops: FloatArray, stress: FloatArray, cycle: LoadCycle) -> FloatArray:
+    """Stress until a tooth meets the same again, of that with the largest range on a side under each torque, (D, n).
+
+    The side is that of the largest principal stress, the place that of the range.
+    """
     found = []
-    for values, (principal, sides) in zip(span, tops[:2].swapaxes(0, 1), strict=True):
+    for of_torque, ranges, (principal, sides) in zip(stress, cycle.range_MPa, tops[:2].swapaxes(0, 1), strict=True):
         side = int(sides[principal.argmax()])
-        tooth, point, column = (int(n) for n in np.unravel_index(values[:, side].argmax(), values[:, side].shape))
-        found.append(_Place(tooth, *(slice(n, n + 1) for n in (side, point, column))))
-    return found
-
-
-def _over_turns(
-    blocks: Iterator[list[tuple[LoadedTeeth, ...]]], gears: Sequence[_Gear], worst: Sequence[Sequence[_Place]]
-) -> list[FloatArray]:
-    """Stress of one tooth of each gear at one place under each torque until it meets the same again, (D, n)."""
-    found: list[list[FloatArray]] = [[] for _ in gears]
-    for loaded in blocks:
-        for number, gear in enumerate(gears):
-            of_torques = []
-            for torque, (tooth, side, point, column) in enumerate(worst[number]):
-                own = [
-                    one._replace(force=one.force[torque, None], hidden=one.hidden[torque, None, ..., point, column])
-                    for one in (loaded[mesh][place] for mesh, place in gear.uses)
-                ]
-                normal = [rows[side, point, column] for rows in gear.normal]
-                # What a tooth meets then, the one in the same place meets now.
-                numbers = (tooth - gear.later * np.arange(gear.spans)) % gear.teeth
-                of_torques.append(stress_of_all_teeth(own, normal, gear.teeth)[0, :, numbers, 0, 0, 0].T)
-            found[number].append(np.stack(of_torques))
-    joined = [np.concatenate(parts, axis=1) for parts in found]
-    return [values.transpose(0, 2, 1).reshape(len(values), -1) for values in joined]
+        # What a tooth meets then, the one in the same place meets now.
+        numbers = (ranges[:, side].argmax() - gear.later * np.arange(gear.spans)) % gear.teeth
+        found.append(of_torque[:, numbers, side].T.ravel())
+    return np.stack(found)
 
 
 def _gear_stress(
-    meshes: Sequence[_Mesh], converged: BoolArray, gear: _Gear, tops: FloatArray, most: FloatArray, least: FloatArray,
-    turns: FloatArray,
+    meshes: Sequence[_Mesh], converged: BoolArray, gear: _Gear, tops: FloatArray, stress: FloatArray, cycle: LoadCycle,
 ) -> GearStress:  # fmt: skip
     """Put the results of a gear together; NaN where not converged."""
     mates: tuple[list[int], list[int]] = ([], [])
     for mesh, place in gear.uses:
         mates[meshes[mesh].flipped[place]].append(meshes[mesh].placed.mesh.bodies[1 - place])
-    unknown = ~np.all(converged, axis=1)
-    most[unknown] = least[unknown] = np.nan
+    turns = _over_turns(gear, tops, stress, cycle)
+    known = np.all(converged, axis=1)[:, None, None]
+    cycle = LoadCycle(**{name: np.where(known, values, np.nan) for name, values in vars(cycle).items()})
     principal, side, radius, z = tops
     principal = np.where(converged, principal, np.nan)
     turns = np.where(np.tile(converged, gear.spans), turns, np.nan)
     return GearStress(
         (tuple(mates[0]), tuple(mates[1])), principal, side.astype(np.int64), radius, z,
-        load_cycle(gear.shapes, most, least), max(abs(gear.later) // gear.unlike, 1), turns,
+        cycle, max(abs(gear.later) // gear.unlike, 1), turns,
     )  # fmt: skip

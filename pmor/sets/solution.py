@@ -13,12 +13,13 @@ from pmor.line.hubs import HUB
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
 from pmor.line.kernels.several import SeveralResults
 from pmor.line.several import NONE, GearTrain, PlacedTrain
-from pmor.results.load_distribution import face_load_factor
+from pmor.results.load_distribution import face_load_factor, largest_pressure
 from pmor.results.orders import Orders, orders
 from pmor.sets.plan import SetPlan
 from pmor.sets.ring import RingDeflection, ring_deflection
 from pmor.sets.root_stress import GearStress, root_stress_of_set
 from pmor.sets.shafts import at_place, shaft_of
+from pmor_online.line_sweep import loads_and_patches
 
 # Mean force of a mesh, over that of the one that carries most.
 NOTHING = 1e-9
@@ -234,6 +235,18 @@ class SetSolution:
         force = self.found.force[..., one.part].reshape(*self.converged.shape, -1, len(meshed.width))
         roll = one.lines.roll.reshape(len(one.lines.roll), *force.shape[2:], 2)
         return FaceLoads(force / meshed.width, meshed.width, np.tile(roll, (self.cycles, 1, 1, 1)))
+
+    def patches(self, mesh: int) -> tuple[FloatArray, FloatArray]:
+        """Line loads and patches of contact of a mesh by its number, as `loads_and_patches` gives them."""
+        one = self.placed.placed[mesh]
+        law = np.tile(one.lines.law, (self.cycles, 1, 1))
+        return loads_and_patches(law, self.found.force[..., one.part], self.converged, one.mesh.pair.meshed.width)
+
+    @cached_property
+    def flank_pressure_MPa(self) -> FloatArray:
+        """Of each mesh, as `pmor.results.load_distribution.largest_pressure` has it, (D, M)."""
+        meshes = range(len(self.placed.placed))
+        return np.stack([largest_pressure(self.patches(n)[1][..., 2], (1, 2, 3)) for n in meshes], axis=1)
 
     def face_line(self, torque: int, mesh: int) -> tuple[FloatArray, FloatArray]:
         """Places over the face of a mesh, mm from mid width, and the mean over the mesh cycle of its line load, N/mm.

@@ -21,11 +21,11 @@ from pmor.gear.modification import Modification
 from pmor.line.kernels.several import SeveralResults
 from pmor.line.several import GearTrain, PlacedMesh, PlacedTrain
 from pmor.pair.conditions import assembly_of
+from pmor.results.load_distribution import largest_pressure
 from pmor.sets.loader import SetFile
 from pmor.sets.plan import SetPlan
 from pmor.sets.run import train_of
 from pmor.sets.solution import SetSolution, errors_of, solve_placed
-from pmor_online.line_sweep import loads_and_patches
 from pmor_online.variants import largest_of
 
 # Memory of places that are kept from one variant to the next.
@@ -77,7 +77,7 @@ class SetVariant:
 
     @cached_property
     def pressure_MPa(self) -> FloatArray:
-        """Largest of all meshes; sections whose sharp edge carries do not count, (D,)."""
+        """Largest of all meshes, as `pmor.results.load_distribution.largest_pressure` has it, (D,)."""
         return self._edges[0]
 
     @cached_property
@@ -98,12 +98,10 @@ class SetVariant:
     @cached_property
     def _edges(self) -> tuple[FloatArray, FloatArray]:
         solved, largest = self.solution, list[tuple[FloatArray, FloatArray]]()
-        for one in solved.placed.placed:
-            law = np.tile(one.lines.law, (solved.cycles, 1, 1))
-            force = solved.found.force[..., one.part]
-            found = largest_of(*loads_and_patches(law, force, solved.converged, one.mesh.pair.meshed.width))
-            largest.append((found[0].max(axis=1), found[1].max(axis=1)))
-        return np.max([of[0] for of in largest], axis=0), np.max([of[1] for of in largest], axis=0)
+        for mesh in range(len(solved.placed.placed)):
+            found = largest_of(*solved.patches(mesh))
+            largest.append((largest_pressure(found[0], 1), found[1].max(axis=1)))
+        return largest_pressure(np.array([of[0] for of in largest]), 0), np.max([of[1] for of in largest], axis=0)
 
 
 @dataclass(frozen=True)

@@ -200,6 +200,25 @@ def test_an_error_leaves_no_older_numbers_in_sight(page):
     assert page.evaluate("document.getElementById('live-marker').hidden")
 
 
+def test_a_value_that_is_not_allowed_leaves_no_older_numbers_in_sight(page):
+    """It is named with what is allowed, and the TOML of another setting is not given either."""
+    page.evaluate("document.getElementById('live-reset').click()")
+    numbers = "document.getElementById('live-numbers').children.length"
+    page.wait_for(f"!!{RESULT} && {numbers} > 0")
+    for value in ("99999", ""):
+        page.evaluate(f"""(field => {{ field.value = "{value}"; field.dispatchEvent(new Event("input")); }})(
+          document.querySelector('[data-key="in_plane_um"] input[type=number]'))""")
+        page.wait_for(f"{numbers} === 0")
+        said = page.evaluate("document.getElementById('live-marker').textContent")
+        assert "in-plane misalignment" in said
+        assert "must be a number from" in said
+        page.evaluate("document.getElementById('live-toml').click()")
+        assert page.evaluate("document.getElementById('live-text').hidden")
+        page.evaluate("document.getElementById('live-reset').click()")
+        page.wait_for(f"{numbers} > 0")
+        assert page.evaluate("document.getElementById('live-marker').hidden")
+
+
 @pytest.mark.parametrize(
     ("broken", "said"),
     [("DecompressionStream = undefined", "needs DecompressionStream"),

@@ -185,11 +185,13 @@ def test_the_largest_stress_is_found_between_columns_wherever_it_is(model):
     over = np.exp(-(((shapes.z - middle[:, None]) / 8.0) ** 2))
     along = 1.0 - ((arc - arc.mean()) / np.ptp(arc)) ** 2
     values = np.repeat((100.0 * over[:, None] * along[:, None])[:, None], 2, axis=1)
-    peak, place, z = _peaks(shapes, values)
+    weights, place, z = _peaks(shapes, values)
+    peak = (weights * values).sum(axis=(2, 3))
     assert_allclose(peak, 100.0, rtol=0.01)
     assert_allclose(z, middle[:, None] * [1.0, 1.0], atol=0.4)
     assert_allclose(place, arc.mean(), rtol=1e-9)
     assert np.ptp(values.max(axis=(2, 3))) > 4.0
+    assert_allclose((weights * shapes.z).sum(axis=(2, 3)), z, rtol=1e-9, atol=1e-9)
 
 
 def test_the_table_has_a_line_for_each_side_of_each_loaded_tooth(stress, tmp_path):

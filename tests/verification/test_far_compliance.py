@@ -9,6 +9,9 @@ from numpy.testing import assert_allclose
 
 from pmor.body.elastic_gear import elastic_gear
 from pmor.body.far_compliance import LEFT_OUT, FarTeeth
+from pmor.body.fillet_stress import sector_stress
+from pmor.body.root_stress import root_stress_shapes
+from pmor.fe.fillet import build_fillet
 from pmor.fe.sector import build_sector
 from pmor.gear.tooth import Tooth
 from tests.support.whole_gear import whole_gear_displacement
@@ -18,13 +21,16 @@ OFFSETS = (4, 8, 9, 12)
 IMAGE = np.array([-1.0, 1.0, 1.0])
 # Of the largest movement of a far tooth; several shapes are left out.
 FOLLOWED = 20.0 * LEFT_OUT
+# Of the largest stress in a far tooth: patterns of forces and of stress are left out below 1e-4 each.
+STRESSED = 2e-3
 
 
 @cache
 def gear(helix_deg, element, order):
     tooth = Tooth(TEETH, 4.0, math.radians(20.0), helix_angle=math.radians(helix_deg))
     mesh = build_sector(tooth, 20.0, 20.0, 2, 2, "arc_length", "whole", 0.0, order)
-    return mesh, elastic_gear(mesh, *STEEL, element, far=FarTeeth(OFFSETS, OFFSETS, OFFSETS))
+    far, fillet = FarTeeth(OFFSETS, OFFSETS, OFFSETS), build_fillet(tooth, mesh)
+    return mesh, elastic_gear(mesh, *STEEL, element, far=far, fillet=fillet), fillet
 
 
 def forces(mesh, parts, rng):
@@ -35,8 +41,9 @@ def forces(mesh, parts, rng):
 
 
 @pytest.mark.parametrize(("helix_deg", "element", "order"), [(0.0, "hex8i", 1), (15.0, "hex20", 2)])
-def test_far_flanks_and_other_flanks_move_as_in_the_whole_gear(helix_deg, element, order):
-    mesh, body = gear(helix_deg, element, order)
+def test_far_flanks_and_roots_of_far_teeth_give_way_as_in_the_whole_gear(helix_deg, element, order):
+    """Other flanks and both fillets too: the stress there is that of the displacement of each sector."""
+    mesh, body, fillet = gear(helix_deg, element, order)
     parts, shapes = 2 if helix_deg == 0.0 else 3, body.far.shapes
     load = forces(mesh, parts, np.random.default_rng(4))
     moved = whole_gear_displacement(mesh, *STEEL, element, load.reshape(-1, 2)).reshape(TEETH, -1, 3, 2)
@@ -47,14 +54,22 @@ def test_far_flanks_and_other_flanks_move_as_in_the_whole_gear(helix_deg, elemen
         assert_allclose(shapes @ (body.far.flanks[k] @ onto), there, rtol=0.0, atol=FOLLOWED * size)
         there = (moved[k][mesh.back.ravel()] * IMAGE[:, None])[:, :parts].reshape(-1, 2)
         assert_allclose(shapes @ (body.far.backs[k] @ onto), there, rtol=0.0, atol=FOLLOWED * size)
+    _, both = sector_stress(fillet, mesh, *STEEL)
+    functions = np.concatenate([side.over(np.arange(3 * len(mesh.nodes))) for side in both])
+    rim, every = root_stress_shapes(body.fillet, 3), np.arange(-(TEETH // 2), TEETH // 2 + 1)
+    far = every[np.abs(every) > 1]
+    expected = np.stack([functions @ moved[k].reshape(-1, 2) for k in far.tolist()])
+    amplitudes = rim.rim_moved[0][far + TEETH // 2] @ (rim.rim_pattern @ load.reshape(-1, 2))
+    found = np.einsum("spcta,kam->kspctm", rim.rim_stress, amplitudes).reshape(expected.shape)
+    assert_allclose(found, expected, rtol=0.0, atol=STRESSED * np.abs(expected).max())
 
 
 def test_the_other_flank_is_an_image_of_the_flank():
     """Of spur gears the compliance is the same there; of helical ones it is that of the other hand."""
-    _, spur = gear(0.0, "hex8i", 1)
+    _, spur, _ = gear(0.0, "hex8i", 1)
     for k in OFFSETS:
         assert_allclose(spur.far.images[k], spur.far.flanks[k], rtol=0.0, atol=1e-9 * np.abs(spur.far.flanks[4]).max())
-    (mesh, left), (_, right) = gear(15.0, "hex20", 2), gear(-15.0, "hex20", 2)
+    (mesh, left, _), (_, right, _) = gear(15.0, "hex20", 2), gear(-15.0, "hex20", 2)
     load = forces(mesh, 3, np.random.default_rng(5)).reshape(-1, 2)
     for k in OFFSETS:
         by_image, by_hand = (
@@ -65,13 +80,13 @@ def test_the_other_flank_is_an_image_of_the_flank():
 
 
 def test_what_was_not_asked_for_is_not_made_up():
-    _, body = gear(0.0, "hex8i", 1)
+    _, body, _ = gear(0.0, "hex8i", 1)
     assert np.isnan(body.far.flanks[6]).all()
     assert np.isfinite(body.far.flanks[-4]).all()
     assert np.isnan(body.far.backs[-12 + 1]).all()
 
 
 def test_the_flank_itself_yields_as_it_does_without_the_other_one():
-    mesh, body = gear(15.0, "hex20", 2)
+    mesh, body, _ = gear(15.0, "hex20", 2)
     alone = elastic_gear(mesh, *STEEL, "hex20")
     assert_allclose(body.compliance, alone.compliance, rtol=0.0, atol=1e-12 * np.abs(alone.compliance).max())

@@ -48,7 +48,7 @@ def held_against_the_pair(found, case):
             assert_allclose(getattr(own.cycle, name), getattr(cycle, name), rtol=SOLVED)
         at = 0, own.worst_tooth(0, 0), 0
         ends = own.cycle.most_MPa[at], own.cycle.least_MPa[at]
-        assert_allclose((own.over_turns_MPa[0].max(), own.over_turns_MPa[0].min()), ends, rtol=1e-2, atol=1e-6)
+        assert_allclose((own.over_turns_MPa[0].max(), own.over_turns_MPa[0].min()), ends, rtol=SOLVED)
     return found.solution.root_stress
 
 
@@ -153,7 +153,7 @@ def test_a_turn_passes_through_both_ends_of_the_range_once_for_each_planet(plane
         side = int(gear.side[0, gear.max_principal_MPa[0].argmax()])
         turn = gear.over_turns_MPa[0]
         most, least = gear.cycle.most_MPa[0, 0, side], gear.cycle.least_MPa[0, 0, side]
-        assert_allclose([turn.max(), turn.min()], [most, least], rtol=1e-2)
+        assert_allclose([turn.max(), turn.min()], [most, least], rtol=SOLVED)
         high = turn > 0.5 * most
         assert (high & ~np.roll(high, 1)).sum() == (3 if number < 2 else 1)
 

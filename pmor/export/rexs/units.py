@@ -89,9 +89,11 @@ FACTORS = {
     "N": {"N": 1.0, "kN": 1e3},
     "N mm / rad": {"Nmm/rad": 1.0, "Nm/rad": 1e3},
     "kW": {"kW": 1.0, "W": 1e-3, "MW": 1e3},
+    "N / rad": {"N/rad": 1.0, "kN/rad": 1e3},
     "1 / min": {"1/min": 1.0, "rpm": 1.0, "1/s": 60.0, "Hz": 60.0},
     "%": {"%": 1.0},
     "h": {"h": 1.0, "min": 1.0 / 60.0, "s": 1.0 / 3600.0},
+    "W": {"W": 1.0, "kW": 1e3, "MW": 1e6},
     "none": {"none": 1.0, "-": 1.0, "1": 1.0},
 }  # fmt: skip
 
@@ -105,7 +107,7 @@ def factor_of(attribute: str, unit: str) -> float:
         When the unit is unknown, or of another quantity.
     """
     standard = UNITS.get(attribute, "none")
-    known = next(factors for factors in FACTORS.values() if _plain(standard) in factors)
+    known = FACTORS.get(standard) or next(factors for factors in FACTORS.values() if _plain(standard) in factors)
     factor = known.get(_plain(unit or standard))
     if factor is None:
         raise ValueError(f"unit = {unit!r}: must be one of {', '.join(known)}")

@@ -47,9 +47,9 @@ async function startLive(root, data) {
   root.querySelector("#live-angle").addEventListener("input", show);
   root.querySelector("#live-reset").addEventListener("click", () => { reset(root, controls); soon(); });
   const toml = () => showToml(root, data, settingOf(data, controls), chosen ? chosen.selectedIndex : 0);
-  root.querySelector("#live-toml").addEventListener("click", () => giveToml(toml()));
+  root.querySelector("#live-toml").addEventListener("click", () => guarded(() => giveToml(toml())));
   window.addEventListener("resize", show);
-  window.addEventListener("beforeprint", toml);
+  window.addEventListener("beforeprint", () => guarded(toml));
   reset(root, controls);
   document.getElementById("live-missing").hidden = true;
   root.hidden = false;
@@ -91,8 +91,15 @@ function slide({ slider, logarithmic }, value) {
 
 function valueOf(control) {
   if (control.choice) return control.choice.value;
-  const { field } = control;
-  return Number(field.value !== "" && field.checkValidity() ? field.value : slid(control));
+  const { field, row } = control;
+  if (!isValid(field)) {
+    throw new Error(`${row.querySelector("label").textContent}: must be a number from ${field.min} to ${field.max}`);
+  }
+  return Number(field.value);
+}
+
+function isValid(field) {
+  return field.value !== "" && field.checkValidity();
 }
 
 function setControl(control, value) {
@@ -110,8 +117,7 @@ function wire(root, controls, changed) {
     }
     control.slider.addEventListener("input", () => { control.field.value = slid(control); follow(); });
     control.field.addEventListener("input", () => {
-      if (control.field.value === "" || !control.field.checkValidity()) return;
-      slide(control, control.field.value);
+      if (isValid(control.field)) slide(control, control.field.value);
       follow();
     });
   }
@@ -124,11 +130,13 @@ function wire(root, controls, changed) {
   }
 }
 
-// Both gears alike: the wheel takes the pinion's amounts, and places on its profile in the same proportion.
+// Both gears alike: the wheel takes the pinion's amounts, and places on its profile in the same proportion. What is not
+// allowed stays with the pinion, where it is named.
 function mirror(controls, control) {
   if (control.group !== "pinion" || !control.part.querySelector(".same").checked) return;
   const other = controls.find(c => c.part === control.part && c.group === "wheel" && c.key === control.key);
   if (control.choice) { other.choice.value = control.choice.value; return; }
+  if (!isValid(control.field)) return;
   const of = control.field, to = other.field, share = (Number(of.value) - of.min) / (of.max - of.min);
   const alike = of.min === to.min && of.max === to.max;
   setControl(other, alike ? of.value : Number((Number(to.min) + share * (to.max - to.min)).toFixed(3)));
@@ -174,16 +182,19 @@ function lineLoads(model, state) {
   return found;
 }
 
-// Largest pressure over all positions, sharp edges left out, and gears whose tip edges carry.
+// Largest pressure over all positions (pmor.results.load_distribution.largest_pressure), gears whose tip edges carry.
 function findingsOf(model, result) {
-  let pressure = 0;
+  let pressure = 0, sharp = false;
   const corners = new Set();
   for (const state of result.states) {
     for (const load of lineLoads(model, state)) {
-      pressure = Math.max(pressure, pressureUnder(load.load, load.law) || 0);
+      const here = pressureUnder(load.load, load.law);
+      if (Number.isNaN(here)) sharp = true;
+      else pressure = Math.max(pressure, here);
       model.gears.forEach((gear, g) => { if (atTip(gear, load.roll[g])) corners.add(["pinion", "wheel"][g]); });
     }
   }
+  if (sharp && !pressure) pressure = NaN;
   return { pressure, corners: corners.size ? [...corners].sort().join(", ") : "no" };
 }
 
@@ -230,7 +241,7 @@ function draw(root, data, models, result) {
     ...machine,
     ["STE mean, µm", number(result.mean), number(before.mean)],
     ["STE peak-to-peak, µm", number(result.peakToPeak), number(before.peakToPeak)],
-    ["highest Hertz pressure, MPa", number(now.pressure), number(was.pressure)],
+    ["flank pressure of Hertz, largest where no sharp tip edge carries, MPa", number(now.pressure), number(was.pressure)],
     ["tip edge carries load", now.corners, was.corners],
     ["face load factor K_Hβ", ...[result, before].map(r => number(faceLoadFactor(model, r.states)))],
     ["largest over mean line load, at the chosen angle", ...concentrations.map(number)],
