@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from pmor.penalty.pair import as_penalty
 from pmor.penalty.position import Position
 from pmor.penalty.search import Contact
 from pmor.penalty.solve import solve_position
+from pmor.results.load_distribution import largest_pressure
 from pmor_online.model import ReducedPair
 
 # Cells over the profile in which the pressure of exact flanks is given, and how far they go beyond the contact.
@@ -43,6 +44,9 @@ class ContactPattern:
         Edges of the cells over the face width, from face to face, mm.
     pressure : ndarray, shape (n, m)
         Mean over each cell, MPa.
+    largest : float
+        Of line contact Hertz's, as `pmor.results.load_distribution.largest_pressure` has it: NaN where a sharp edge
+        carries all. Of other models the largest mean over a cell.
     base_helix_angle : float
         rad.
     """
@@ -53,7 +57,13 @@ class ContactPattern:
     roll_angle: FloatArray
     width: FloatArray
     pressure: FloatArray
+    largest: float
     base_helix_angle: float = 0.0
+
+    @property
+    def at_edge(self) -> bool:
+        """Whether cells have more than the largest pressure: those at a sharp edge, where it has no bound."""
+        return not float(self.pressure.max()) <= self.largest
 
     @property
     def force(self) -> FloatArray:
@@ -94,7 +104,8 @@ def _pattern(meshed: MeshedPair, position: Position, contact: Contact, p: int, s
     roll, width, force = _nodal_forces(meshed, position, contact, gear, mine)
     # Where points of both gears carry load (two-pass), each side has a part of it.
     force *= contact.force[of_pair].sum() / force.sum()
-    return _on_whole_face(meshed, gear, share, roll, width, force)
+    found = _on_whole_face(meshed, gear, share, roll, width, force)
+    return replace(found, largest=float(found.pressure.max()))
 
 
 def _on_whole_face(
@@ -107,7 +118,7 @@ def _on_whole_face(
         width, pressure = np.append(width[:-1], -width[-2::-1]), np.append(pressure, pressure[:, -2::-1], axis=1)
     else:
         pressure = force / _areas(radius, helix, roll, width)
-    return ContactPattern(gear, radius, share, roll, width, pressure, helix)
+    return ContactPattern(gear, radius, share, roll, width, pressure, np.nan, helix)
 
 
 def _nodal_forces(
@@ -137,7 +148,7 @@ def _line_pattern(meshed: LayeredPair, state: LineState, pair: int) -> ContactPa
     At a tip corner the ellipse has the length of contact, which there is carried more towards the corner.
     """
     mine, sections, tooth = state.pair == pair, meshed.sections, meshed.pair.pinion
-    half_width, offset, _ = state.patches()[mine].T
+    half_width, offset, pressure = state.patches()[mine].T
     section, roll, load = state.section[mine], state.roll[mine, 0], state.force[mine]
     inclined = tooth.twist_per_length != 0.0
     strips = STRIPS if inclined else 1
@@ -156,9 +167,9 @@ def _line_pattern(meshed: LayeredPair, state: LineState, pair: int) -> ContactPa
     force[:, section] = np.diff(below, axis=0) * (load / strips)[:, None]
     force *= load.sum() / force.sum() / np.cos(meshed.pair.base_helix_angle)  # loads are in the transverse plane
     share = float(state.torque[mine].sum() / state.torque.sum())
-    return _on_whole_face(
-        meshed, 0, share, np.sqrt(2.0 * edges / tooth.base_radius), across, force.reshape(len(force), -1)
-    )
+    roll_edges = np.sqrt(2.0 * edges / tooth.base_radius)
+    found = _on_whole_face(meshed, 0, share, roll_edges, across, force.reshape(len(force), -1))
+    return replace(found, largest=float(largest_pressure(pressure, 0)))
 
 
 def _inclined(z: FloatArray, roll: FloatArray, places: FloatArray, tooth: Tooth) -> FloatArray:

@@ -21,18 +21,23 @@ def contact_pattern_figure(patterns: Sequence[ContactPattern]) -> Figure:
     if n == 0:
         raise ValueError("no tooth pair to show a contact pattern for")
     with panels(n, 1.6 + 3.0 * n, 4.2, sharey=True) as (figure, columns):
-        top = max(float(pattern.pressure.max()) for pattern in patterns)
+        top = float(np.nanmax([1.0, *(pattern.largest for pattern in patterns)]))
         for panel, pattern in zip(columns, patterns, strict=True):
             loaded = np.ma.masked_less_equal(pattern.pressure, 0.0)
             image = panel.pcolormesh(
-                pattern.width, np.degrees(pattern.roll_angle), loaded, vmin=0.0, vmax=top or 1.0, edgecolors="none"
+                pattern.width, np.degrees(pattern.roll_angle), loaded, vmin=0.0, vmax=top, edgecolors="none"
             )
             panel.set_facecolor("#f4f4f4")
             panel.grid(False)
-            peak = float(pattern.pressure.max())
             title = f"{GEARS[pattern.gear].capitalize()} flank, {100 * pattern.share:.0f} % of torque\n"
-            panel.set(title=title + (f"peak {peak:.0f} MPa" if peak else "no contact"),
-                      xlabel="Position over face width [mm]")  # fmt: skip
+            at_most = "a sharp edge carries all" if np.isnan(pattern.largest) else f"largest {pattern.largest:.0f} MPa"
+            title += at_most if pattern.pressure.any() else "no contact"
+            panel.set(title=title, xlabel="Position over face width [mm]")
         columns[0].set_ylabel("Roll angle along the profile [deg]\n(root to tip)")
-        figure.colorbar(image, ax=columns, label="Contact pressure [MPa]", shrink=0.9)
+        at_edge = any(pattern.at_edge for pattern in patterns)
+        extend = "max" if at_edge else "neither"
+        figure.colorbar(image, ax=columns, label="Contact pressure [MPa]", shrink=0.9, extend=extend)
+        if at_edge:
+            words = "Beyond the scale: a sharp tip edge carries, at which the pressure has no bound"
+            figure.supxlabel(words, fontsize=9)
     return figure

@@ -43,7 +43,10 @@ def readings_pictures(result: OnlineResult) -> list[Picture]:
         found.append(Picture("harris.png", caption, figure))
     if readings.light is not None:
         maps, light = readings.maps[result.nominal], readings.light
-        caption = "Largest pressure and line load on the flanks over a mesh cycle at nominal torque."
+        caption = (
+            "Largest pressure and line load on the flanks over a mesh cycle at nominal torque. Cells over which a "
+            "sharp tip edge passes have no largest pressure."
+        )
         found.append(Picture("flank_maps.png", caption, flank_maps_figure(maps)))
         if min(one.contact_share for one in light) < WHOLE:
             caption = (

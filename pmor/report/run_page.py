@@ -137,7 +137,7 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
     # A spur pair's lines of contact are straight across the face: its flank maps say more.
     patterns = _patterns(result) if helical else []
     if patterns:
-        caption = f"Contact pressure on the unrolled flanks at {nominal:g} N m{_places(result)}."
+        caption = f"Contact pressure on the unrolled flanks at {nominal:g} N m{_places(result)}; mean over each cell."
         pictures.append(Picture("contact_pattern.png", caption, contact_pattern_figure(patterns)))
     pictures += _root_stress(result)
     if (blanks := blank_figure(result.case, pair)) is not None:

@@ -70,7 +70,8 @@ def sector():
 def pattern(pressure=400.0):
     cells = np.zeros((12, 5))
     cells[4:6] = pressure
-    return ContactPattern(0, 40.0, 0.5, np.radians(np.linspace(10, 30, 13)), np.linspace(-10, 10, 6), cells)
+    roll, z = np.radians(np.linspace(10, 30, 13)), np.linspace(-10, 10, 6)
+    return ContactPattern(0, 40.0, 0.5, roll, z, cells, largest=cells.max())
 
 
 def all_figures():
@@ -227,10 +228,19 @@ def test_contact_pattern_uses_one_scale_and_states_the_peaks():
     figure = contact_pattern_figure([pattern(), pattern(0.0)])
     draw(figure)
     first, second, _ = figure.axes
-    assert first.get_title() == "Pinion flank, 50 % of torque\npeak 400 MPa"
+    assert first.get_title() == "Pinion flank, 50 % of torque\nlargest 400 MPa"
     assert second.get_title() == "Pinion flank, 50 % of torque\nno contact"
     assert first.collections[0].get_clim() == second.collections[0].get_clim() == (0.0, 400.0)
     assert_allclose(first.get_xlim(), [-10.0, 10.0])
+
+
+def test_a_contact_pattern_at_a_sharp_edge_tells_no_larger_pressure_than_the_table():
+    figure = contact_pattern_figure([replace(pattern(1300.0), largest=650.0), replace(pattern(), largest=np.nan)])
+    draw(figure)
+    first, second, _ = figure.axes
+    assert first.get_title().endswith("largest 650 MPa")
+    assert second.get_title().endswith("a sharp edge carries all")
+    assert first.collections[0].get_clim() == (0.0, 650.0)
 
 
 def test_contact_pattern_of_nothing_is_refused():
