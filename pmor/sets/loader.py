@@ -22,6 +22,7 @@ from pmor.core.errors import CaseError, GeometryError, PmorError, printable
 from pmor.core.wording import did_you_mean
 from pmor.export.rexs.model import ENDINGS
 from pmor.gear.pair import GearPair
+from pmor.pair.conditions import assembly_of
 from pmor.pair.model import gear_pair, refuse_loads_unmeshed
 from pmor.sets.bounds import refuse_draws, refuse_errors
 from pmor.sets.draws import drawn
@@ -38,6 +39,8 @@ ANY = 1.0
 MOST_ANGLES = 200_000
 # Angles of a cycle of all meshes, all of which are placed.
 MOST_PLACED = 20_000
+# Key of flanks that planets may have each of their own.
+PITCH = "pitch_deviations_um"
 # Of a module: centre distances of two meshes that are one.
 SAME_DISTANCE = 1e-4
 
@@ -191,7 +194,9 @@ def _checked(
         raise type(error)(f"{reader.where}: {str(error).removeprefix(f'{reader.where}: ')}") from None
     most = max((plan.nominal_Nm, *said.sweep.torques_Nm)) / plan.nominal_Nm
     most = most if shafts is None or shafts.most_Nm is None else shafts.most_Nm / plan.torque_Nm
-    cases = reader.cases(said, layout, {key: most * torque for key, torque in plan.mesh_torques_Nm.items()})
+    torques_Nm = {key: most * torque for key, torque in plan.mesh_torques_Nm.items()}
+    cases = reader.cases(said, layout, torques_Nm)
+    plan = reader.own_teeth(said, layout, plan, torques_Nm)
     reader.check_errors(said, plan, cases, pairs)
     check_cheeks(said, plan, cases, reader.refuse)
     pitches = reader.pitches(said, plan, cases), reader.sample_pitches(said, plan, cases)
@@ -319,8 +324,27 @@ class _Reader(Reader):
             found = {name: whole_width(case) for name, case in found.items()}
         return found
 
-    def case(self, said: SetSections, share: Share, torque_Nm: float) -> Case:
-        """Return the case of a mesh; a torque that turns its pinion clockwise makes the case of the image."""
+    def own_teeth(self, said: SetSections, layout: Layout, plan: SetPlan, torques_Nm: Mapping[str, float]) -> SetPlan:
+        """Return the plan with the pitch deviations of each planet in its meshes, where a member lists them so."""
+        shares, meshes = {share.name: share for share in layout.shares}, []
+        listed = {member for share in layout.shares for member in share.members if _by_planet(said.members[member])}
+        there = [number for number in range(said.planets.count) if number + 1 not in said.planets.missing]
+        for mesh in plan.meshes:
+            own = [body for body in (mesh.pinion, mesh.wheel) if plan.bodies[body].member in listed]
+            for number in own:
+                on = plan.bodies[number].on
+                planet = there[plan.planets.index(number if on is None else on)]
+                with self.named(shares[mesh.case]):
+                    case = self.case(said, shares[mesh.case], torques_Nm[mesh.case], planet)
+                mesh = replace(mesh, assembly=assembly_of(case))
+            meshes.append(mesh)
+        return replace(plan, meshes=tuple(meshes))
+
+    def case(self, said: SetSections, share: Share, torque_Nm: float, planet: int | None = None) -> Case:
+        """Return the case of a mesh; a torque that turns its pinion clockwise makes the case of the image.
+
+        `planet` is the one whose pitch deviations count where they differ: else any that has some.
+        """
         document: dict[str, Any] = {"load": {"torque_Nm": share.sense * torque_Nm}}
         pair = dict(said.members[PAIR]) | dict(said.members[share.section])
         if share.distance_mm is not None:
@@ -334,7 +358,7 @@ class _Reader(Reader):
             keys = dict(said.members[member])
             for inner in (MODIFICATION, COAST, BLANK):
                 if inner in keys:
-                    document[f"{role}.{inner}"] = keys.pop(inner)
+                    document[f"{role}.{inner}"] = self.of_planet(said, f"{member}.{inner}", keys.pop(inner), planet)
             document[role] = keys
         if said.members.get("mesh", {}).get("error_bar") is True:
             rule = "a set has no error bar of the mesh: leave it out, and solve it on more elements to see their error"
@@ -349,6 +373,20 @@ class _Reader(Reader):
         case = case_of_settings(document, share.name, self.folder)
         refuse_beyond(case, "set", f"{self.where}: mesh {share.name}")
         return case
+
+    def of_planet(self, said: SetSections, place: str, keys: Mapping[str, Any], planet: int | None) -> dict[str, Any]:
+        """Return the keys of flanks with the pitch deviations of a planet by its number, from 0 on."""
+        given: Any = keys.get(PITCH)
+        if not _is_nested(given):
+            return dict(keys)
+        if place.split(".")[0] not in ("planet", SECOND_PLANET) or said.gears:
+            rule = "is a list of lists, which planets alone have: write one number for each tooth"
+            self.refuse(f"[{place}] {PITCH}", rule)
+        if len(given) != said.planets.count or not all(isinstance(one, list) for one in given):
+            rule = f"must be one list for each of the {said.planets.count} planets, or one list for all of them"
+            self.refuse(f"[{place}] {PITCH} with {len(given)} lists and numbers", rule)
+        uneven = next((number for number, one in enumerate(given) if any(one)), 0)
+        return {**keys, PITCH: given[uneven if planet is None else planet]}
 
     @contextmanager
     def named(self, share: Share) -> Iterator[None]:
@@ -422,3 +460,12 @@ class _Reader(Reader):
                 f"{self.where}: without backlash sun and planet are {apart[0]:.6g} mm apart, planet and ring "
                 f"{apart[1]:.6g} mm: give [pair] centre_distance_mm, or correct tooth numbers and profile shifts"
             )
+
+
+def _is_nested(given: Any) -> bool:
+    return isinstance(given, list) and any(isinstance(one, list) for one in given)
+
+
+def _by_planet(keys: Mapping[str, Any]) -> bool:
+    """Whether a member lists pitch deviations planet by planet."""
+    return any(_is_nested(keys.get(inner, {}).get(PITCH)) for inner in (MODIFICATION, COAST))

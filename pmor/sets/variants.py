@@ -245,7 +245,8 @@ class SetVariants:
 def train_of_variants(file: SetFile, executor: Executor | None = None) -> GearTrain:
     """Solve the finite elements of a set, and put its train together without modifications but pitch deviations."""
     meshes = tuple(
-        replace(mesh, assembly=_as_generated(assembly_of(file.cases[mesh.case]))) for mesh in file.plan.meshes
+        replace(mesh, assembly=_as_generated(mesh.assembly or assembly_of(file.cases[mesh.case])))
+        for mesh in file.plan.meshes
     )
     return train_of(replace(file, plan=replace(file.plan, meshes=meshes)), executor=executor)
 

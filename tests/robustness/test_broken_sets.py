@@ -114,6 +114,21 @@ SETS = {
         "[sun.modification]\npitch_deviations_um = [1.0]\n[planet]",
         "1 numbers for 18 teeth",
     ),
+    "pitch deviations of fewer planets": (
+        "[ring]",
+        "[planet.modification]\npitch_deviations_um = [[1.0], [2.0]]\n[ring]",
+        "one list for each of the 3 planets",
+    ),
+    "pitch deviations of fewer teeth of a planet": (
+        "[ring]",
+        "[planet.modification]\npitch_deviations_um = [[1.0], [2.0], [3.0]]\n[ring]",
+        "1 numbers for 18 teeth",
+    ),
+    "pitch deviations by planet of a sun": (
+        "[planet]",
+        "[sun.modification]\npitch_deviations_um = [[1.0], [2.0], [3.0]]\n[planet]",
+        "planets alone",
+    ),
     "eccentricities of other planets": (
         "[load]",
         "[eccentricity]\nplanets_um = [5.0]\n[load]",

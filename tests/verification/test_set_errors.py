@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 import pmor
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.gear.modification import Modification
+from pmor.pair.conditions import assembly_of
 from pmor.sets.draws import drawn
 from pmor.sets.loader import load
 from pmor.sets.run import run
@@ -189,3 +190,22 @@ def test_the_same_seed_draws_the_same_sets_and_a_further_error_leaves_the_others
         for more in ((1, ""), (1, "sun_eccentricity_um = 5.0\n"), (2, ""))
     ]
     assert pins[0] == pins[1] != pins[2]
+
+
+def test_pitch_deviations_by_planet_are_those_of_each_planet(tmp_path):
+    """Equal lists are one list; a thick tooth of one planet loads it as that of the next one loads the next one."""
+    plain = THREE.replace("angles_per_pitch = 6", "angles_per_pitch = 4\npitches = 6")
+    thick, none = [-8.0] + [0.0] * 17, [0.0] * 18
+
+    def with_lists(deviations):
+        flanks = f"[planet.modification]\npitch_deviations_um = {deviations}\n"
+        return load(written_set(tmp_path, f"{plain}{flanks}[results]\nroot_stress = false\n"))
+
+    alike, one_list = with_lists([thick, thick, thick]), with_lists(thick)
+    assert alike.pitches == one_list.pitches
+    for mesh in alike.plan.meshes:
+        assert mesh.assembly == assembly_of(one_list.cases[mesh.case])
+    first, second = (run(with_lists(lists)).planet_share[0] for lists in ([thick, none, none], [none, thick, none]))
+    assert np.ptp(first, axis=1).max() > 0.05
+    # Planets are in phase: turned by a third of a turn the set is itself.
+    assert_allclose(np.roll(first, 1, axis=1), second, atol=1e-6)
