@@ -43,7 +43,7 @@ def _bearing(entry: Data) -> Iterator[str]:
 
 
 def _set(one: SolvedSet) -> Iterator[str]:
-    yield from (f"{mesh}: {bound.text}" for mesh, bound in set_bounds(one.meshing.file, one.solution, 0))
+    yield from (f"{place}: {bound.text}" for place, bound in set_bounds(one.meshing.file, one.solution, 0))
 
 
 def _mesh(case: Case, mesh: SolvedMesh, entry: Data) -> Iterator[str]:

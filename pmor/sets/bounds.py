@@ -22,19 +22,24 @@ if TYPE_CHECKING:
     from pmor.sets.solution import SetSolution
 
 
+# Of an equal share of the load, below which a planet is named.
+LITTLE = 0.1
+
+
 def named_bounds(file: SetFile, solved: SetSolution, torques_Nm: list[float]) -> tuple[str, ...]:
     """Return what leaves its bounds under all torques, which are those of the member that the file names."""
     return tuple(
-        f"{torque:g} N m, mesh {mesh}: {bound.text}"
+        f"{torque:g} N m, {place}: {bound.text}"
         for number, torque in enumerate(torques_Nm)
-        for mesh, bound in set_bounds(file, solved, number)
+        for place, bound in set_bounds(file, solved, number)
     )
 
 
 def set_bounds(file: SetFile, solved: SetSolution, number: int) -> Iterator[tuple[str, Bound]]:
     """Yield what leaves its bounds under a torque by its number: of meshes alike, which leave the same, the worst.
 
-    With it its mesh, by the names of the gears, and of how many meshes it is.
+    With it its place: the mesh, by the names of the gears, and of how many meshes it is; or the planet, or the mesh of
+    a path, that carries little.
     """
     found: dict[tuple[str, str], list[tuple[str, Bound]]] = {}
     for mesh, one in enumerate(solved.plan.meshes):
@@ -43,7 +48,29 @@ def set_bounds(file: SetFile, solved: SetSolution, number: int) -> Iterator[tupl
             found.setdefault((one.case, bound.kind), []).append((name, bound))
     for those in found.values():
         name, worst = max(those, key=lambda pair: pair[1].size)
-        yield (f"{name}, worst of {len(those)}" if len(those) > 1 else name), worst
+        yield f"mesh {name}, worst of {len(those)}" if len(those) > 1 else f"mesh {name}", worst
+    yield from _light(solved, number)
+
+
+def _light(solved: SetSolution, number: int) -> Iterator[tuple[str, Bound]]:
+    """Planets, or paths of a train, that carry little of an equal share of the load."""
+    bodies, at = solved.train.bodies, solved.converged[number]
+    shares = solved.planet_share if solved.plan.planets else solved.mesh_share
+    if solved.plan.planets:
+        names = [solved.plan.bodies[planet].name for planet in solved.plan.planets]
+        beside = [len(names)] * len(names)
+    else:
+        names = ["mesh " + " - ".join(bodies[body].name for body in mesh.bodies) for mesh in solved.train.meshes]
+        beside = [len(meshes) for meshes in solved.beside]
+    for place, (name, count) in enumerate(zip(names, beside, strict=True)):
+        known = shares[number, at, place]
+        mean = float(known[np.isfinite(known)].mean()) if np.isfinite(known).any() else math.nan
+        if count > 1 and mean < LITTLE / count:
+            text = (
+                f"carries {100.0 * mean:.2g} % of the load on average, less than a tenth of an equal share, "
+                f"{100.0 / count:.3g} %: the others carry it"
+            )
+            yield name, Bound("a path of the load carries little", -mean, text)
 
 
 def _bounds(file: SetFile, solved: SetSolution, number: int, mesh: int) -> Iterator[Bound]:

@@ -220,7 +220,6 @@ def _mesh_data(solved: SetSolution, number: int, mesh: int) -> Data:
         "flank_pressure_max_MPa": plain(solved.flank_pressure_MPa(mesh)[number]),
         "carrying_face_percent": plain(solved.carrying_face_percent(mesh)[number]),
         "k_h_beta": plain(solved.k_h_beta(mesh)[number]),
-        "flank_pressure_max_MPa": plain(solved.flank_pressure_MPa[number, mesh]),
     }
 
 

@@ -10,7 +10,6 @@ import numpy as np
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.line.hertz import width_limit
 from pmor.line.hubs import HUB
-from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
 from pmor.line.kernels.several import SeveralResults
 from pmor.line.several import NONE, GearTrain, PlacedTrain
 from pmor.results.load_distribution import face_load_factor, largest_pressure
@@ -242,12 +241,6 @@ class SetSolution:
         law = np.tile(one.lines.law, (self.cycles, 1, 1))
         return loads_and_patches(law, self.found.force[..., one.part], self.converged, one.mesh.pair.meshed.width)
 
-    @cached_property
-    def flank_pressure_MPa(self) -> FloatArray:
-        """Of each mesh, as `pmor.results.load_distribution.largest_pressure` has it, (D, M)."""
-        meshes = range(len(self.placed.placed))
-        return np.stack([largest_pressure(self.patches(n)[1][..., 2], (1, 2, 3)) for n in meshes], axis=1)
-
     def face_line(self, torque: int, mesh: int) -> tuple[FloatArray, FloatArray]:
         """Places over the face of a mesh, mm from mid width, and the mean over the mesh cycle of its line load, N/mm.
 
@@ -261,11 +254,8 @@ class SetSolution:
         return np.concatenate([z, -z[inside][::-1]]), np.concatenate([load, load[inside][::-1]])
 
     def flank_pressure_MPa(self, mesh: int) -> FloatArray:
-        """Largest pressure in a mesh under each torque, (D,); that at sharp edges, which has no bound, left out."""
-        one, load = self.placed.placed[mesh], self.face_loads(mesh).load_N_per_mm
-        patches = np.empty((len(load) * self.cycles, one.lines.gap.size, PATCH_FIELDS))
-        line_patches(one.lines.law.reshape(-1, one.lines.law.shape[2]), load.reshape(len(patches), -1), patches)
-        return np.asarray(np.nan_to_num(patches[..., -1]).reshape(len(load), -1).max(axis=1))
+        """Largest pressure in a mesh under each torque, (D,), as `largest_pressure` has it."""
+        return largest_pressure(self.patches(mesh)[1][..., 2], (1, 2, 3))
 
     def carrying_face_percent(self, mesh: int) -> FloatArray:
         """Share of the face of a mesh that carries anywhere in the mesh cycle under each torque, (D,)."""

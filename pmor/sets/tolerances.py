@@ -34,7 +34,7 @@ class Samples:
     pitches : int
         Mesh cycles over which each sample is solved.
     bounds : tuple of tuple of (int, str, Bound)
-        Under each torque the samples that leave their bounds, by number, with mesh and bound.
+        Under each torque the samples that leave their bounds, by number, with place and bound.
     """
 
     sections: tuple[SetSections, ...]
@@ -60,7 +60,7 @@ def solve_samples(file: SetFile, solved: SetSolution) -> Samples | None:
         found = solve_on(with_errors(file.plan, said), solved.placed, solved.torque_Nm, file.sample_pitches)
         k_gamma[number], peak_to_peak[number] = found.k_gamma, np.ptp(found.ste_um, axis=1)
         for torque, of_torque in enumerate(left):
-            of_torque += [(number, mesh, bound) for mesh, bound in set_bounds(file, found, torque)]
+            of_torque += [(number, place, bound) for place, bound in set_bounds(file, found, torque)]
     return Samples(sections, k_gamma, peak_to_peak, file.sample_pitches, tuple(map(tuple, left)))
 
 
@@ -70,11 +70,11 @@ def sample_bounds(samples: Samples, torques_Nm: Sequence[float]) -> tuple[str, .
     for torque, left in zip(torques_Nm, samples.bounds, strict=True):
         for kind in dict.fromkeys(bound.kind for *_, bound in left):
             those = [one for one in left if one[2].kind == kind]
-            number, mesh, worst = max(those, key=lambda one: one[2].size)
+            number, place, worst = max(those, key=lambda one: one[2].size)
             count = len({sample for sample, *_ in those})
             found.append(
                 f"{torque:g} N m, {count} of {len(samples.sections)} sets within tolerances: {kind}; the worst is "
-                f"sample {number}, mesh {mesh}: {worst.text}"
+                f"sample {number}, {place}: {worst.text}"
             )
     return tuple(found)
 

@@ -158,6 +158,18 @@ def test_a_turn_passes_through_both_ends_of_the_range_once_for_each_planet(plane
         assert (high & ~np.roll(high, 1)).sum() == (3 if number < 2 else 1)
 
 
+def test_both_sides_of_the_teeth_are_told_each_with_limits_that_add_up(planets):
+    """A planet is bent from both sides; a sun is pressed on the side that carries no flank."""
+    for number, row in enumerate(planets.data["root_stress"]):
+        cycle = planets.solution.root_stress[number].cycle
+        told = [row[f"{name}_MPa"] for name in ("range", "range_other_side")]
+        assert_allclose(sorted(told), np.sort(cycle.range_MPa[0].max(axis=0)), rtol=1e-12)
+        for name in ("range", "range_other_side"):
+            limits = row[f"{name}_most_MPa"] - row[f"{name}_least_MPa"]
+            assert_allclose(limits, row[f"{name}_MPa"], rtol=1e-12)
+            assert limits > 30.0
+
+
 def test_positions_that_do_not_converge_have_no_root_stress(planets):
     solved = planets.solution
     converged = solved.converged.copy()
@@ -170,8 +182,12 @@ def test_positions_that_do_not_converge_have_no_root_stress(planets):
 
 def test_a_planet_without_load_has_no_root_stress(tmp_path):
     text = SMALL_SET.replace("[10.0, 0.0, 0.0]", "[200.0, 0.0, 0.0]").replace("torques_Nm = [100.0]", "")
-    first, *_ = (gear for gear in pmor.gear_set(written_set(tmp_path, text)).data["root_stress"][2:])
+    found = pmor.gear_set(written_set(tmp_path, text))
+    first = found.data["root_stress"][2]
     assert (first["name"], first["max_principal_MPa"], first["range_MPa"]) == ("planet 1", 0.0, 0.0)
+    (named,) = (text for text in found.data["bounds"] if "of the load on average" in text)
+    assert named.startswith("300 N m, planet 1: carries 0 % of the load on average")
+    assert named in str(found), "on the screen"
 
 
 def test_a_set_can_leave_root_stress_out(tmp_path):
