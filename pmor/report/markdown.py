@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.table import Table, format_cell
 from pmor.storage.atomic import atomic_path
+
+# Where HTML begins, or a link goes on.
+MARKUP = re.compile(r"<(?=[A-Za-z/!?])|&(?=#?\w+;)|(?<=\])\(")
+ENTITIES = {"<": "&lt;", "&": "&amp;", "(": "\\("}
 
 
 def write_markdown(path: Path, title: str, blocks: Iterable[Block]) -> None:
@@ -18,28 +23,34 @@ def write_markdown(path: Path, title: str, blocks: Iterable[Block]) -> None:
 
 def page_markdown(title: str, blocks: Iterable[Block]) -> str:
     """Return the page as text; pictures are referred to by their file names."""
-    return "\n\n".join([f"# {title}", *filter(None, map(_markdown, blocks))]) + "\n"
+    return "\n\n".join(filter(None, [f"# {_plain(title)}", *map(_markdown, blocks)])) + "\n"
 
 
 def _markdown(block: Block) -> str:
     if isinstance(block, Heading):
-        return f"## {block.text}"
+        return f"## {_plain(block.text)}"
     if isinstance(block, Warning):
-        return f"> **Warning:** {block.text}"
+        return f"> **Warning:** {_plain(block.text)}"
     if isinstance(block, Table):
         return _table_markdown(block)
     if isinstance(block, Picture):
-        return f"![{block.caption}]({block.file_name})\n\n*{block.caption}*"
-    return block
+        caption = _plain(block.caption)
+        return f"![{caption}]({block.file_name})\n\n*{caption}*"
+    return _plain(block)
 
 
 def _table_markdown(table: Table) -> str:
     if not table.rows:
         return ""
-    lines = [f"### {table.title}", "", _line(table.columns), _line(["---"] * len(table.columns))]
+    lines = [f"### {_plain(table.title)}", "", _line(table.columns), _line(["---"] * len(table.columns))]
     lines += [_line([format_cell(cell) for cell in row]) for row in table.rows]
-    return "\n".join([*lines, *(["", table.note] if table.note else [])])
+    return "\n".join([*lines, *(["", _plain(table.note)] if table.note else [])])
 
 
 def _line(cells: Sequence[str]) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+    return "| " + " | ".join(_plain(cell).replace("|", "\\|") for cell in cells) + " |"
+
+
+def _plain(text: str) -> str:
+    """Text in which names that look like tags, entities or links stay what they are."""
+    return MARKUP.sub(lambda found: ENTITIES[found[0]], text)

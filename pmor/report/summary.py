@@ -27,7 +27,14 @@ from pmor.report.data_sheet import sheet_of
 from pmor.report.iso_blank_rows import iso_blank_figures, iso_blank_rows, iso_root_stress
 from pmor.report.results_data import HARRIS, RESULTS, write_results_data
 from pmor.report.table import Cell, format_cell
-from pmor.report.torque_table import CAUSES, shaft_order_rows, shaft_orders_of, torque_row, torque_rows
+from pmor.report.torque_table import (
+    CAUSES,
+    SHAFT_ORDER_COLUMNS,
+    shaft_order_rows,
+    shaft_orders_of,
+    torque_row,
+    torque_rows,
+)
 from pmor.report.web_stress_rows import web_stress_figures, web_stress_rows, web_stress_table
 from pmor.results.load_distribution import PRESSURE, line_states
 from pmor.results.root_stress import GEARS, SIDES, LoadCycle
@@ -307,9 +314,14 @@ def write_results(result: OnlineResult, out: Path) -> None:
     if any(result.web_stress):
         write_table_csv(out / WEB_STRESS, web_stress_table(result))
     if sweep.pitches > 1:
-        write_table_csv(out / ORDERS, shaft_order_rows(result))
+        write_orders(result, out)
     if result.conditions:
         write_table_csv(out / CONDITIONS, [row for listed in result.conditions for row in condition_rows(listed)])
+
+
+def write_orders(result: OnlineResult, out: Path) -> None:
+    """Write the orders at all torques at which no position is missing."""
+    write_table_csv(out / ORDERS, shaft_order_rows(result), SHAFT_ORDER_COLUMNS)
 
 
 def write_summary(result: OnlineResult, out: Path) -> None:

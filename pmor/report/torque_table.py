@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,8 @@ from pmor_online.run import OnlineResult
 
 # Orders of each torque in the file.
 MOST_ROWS = 200
+#: of the table of orders, which has no row where a position is missing at every torque
+SHAFT_ORDER_COLUMNS = ("torque_Nm", *(field.name for field in fields(ShaftOrder)))
 #: root stress without some of its causes, by key of the summary
 CAUSES = {
     "root_stress_nominal_flanks_MPa": "nominal flanks on aligned axes",

@@ -17,7 +17,7 @@ from numpy.testing import assert_array_equal
 import pmor.report.page
 from pmor.report.data_files import write_ste_csv, write_summary_json
 from pmor.report.explorer import Column, Designs
-from pmor.report.markdown import write_markdown
+from pmor.report.markdown import page_markdown, write_markdown
 from pmor.report.page import Heading, Picture, Warning, page_html, write_page
 from pmor.report.style import data_uri, picture_bytes
 from pmor.report.summary import summary_text
@@ -176,10 +176,20 @@ def test_markdown_says_the_same_and_refers_to_the_pictures(tmp_path):
         ],
     )
     assert (tmp_path / "study.md").read_text(encoding="utf-8") == (
-        "# Study\n\n## Run <times>\n\n> **Warning:** cell 8@1 did not converge\n\nOne position is one angle.\n\n"
+        "# Study\n\n## Run &lt;times>\n\n> **Warning:** cell 8@1 did not converge\n\nOne position is one angle.\n\n"
         "### Seconds\n\n| cell | s\\|ms |\n| --- | --- |\n| 8@1 | 0.25 |\n| 64@1 | – |\n\nof the machine below\n\n"
         "![Cost & error](cost.png)\n\n*Cost & error*\n"
     )
+
+
+def test_names_in_markdown_are_no_markup():
+    """A tag, an entity or a link that is a name is shown as it was written."""
+    name = '<img src=x onerror="f()"> &lt; [a](http://b) <!-- > 5 < 6 & 7'
+    shown = page_markdown(name, [Heading(name), Warning(name), name, Table(name, (name,), [(name,)], name)])
+    for markup in ("<img", " &lt; [", "](", "<!--"):
+        assert markup not in shown, markup
+    assert shown.count("&lt;img") == 7
+    assert "5 < 6 & 7" in shown
 
 
 @pytest.mark.parametrize(

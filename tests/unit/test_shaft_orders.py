@@ -1,11 +1,14 @@
 """Orders over the pitches of a sweep, named by mesh and holes."""
 
+from dataclasses import replace
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from pmor.report.shaft_order_figures import revolution_figure, waterfall_figure
+from pmor.report.summary import ORDERS, write_orders
 from pmor.results.shaft_orders import order_name, shaft_orders
 from tests.support.sweeps import PITCH, made_up_sweep
 
@@ -65,3 +68,17 @@ def test_pictures_of_orders_mark_those_of_the_mesh():
     assert (sides, mesh) == ([8, 49, 65, 106], [57])
     assert waterfall_figure(sweep, TEETH, HOLES) is not None
     assert waterfall_figure(sweep_of((1.0, 2.0)), TEETH, HOLES) is None
+
+
+@pytest.mark.parametrize("missing", [False, True])
+def test_orders_that_no_torque_has_leave_their_table_without_rows(missing, tmp_path):
+    sweep = sweep_of()
+    if missing:
+        ste = sweep.ste_um.copy()
+        ste[:, 3] = np.nan
+        sweep = replace(sweep, ste_um=ste, converged=np.isfinite(ste))
+    gears = SimpleNamespace(pinion=SimpleNamespace(teeth=21), wheel=SimpleNamespace(teeth=57), holes=HOLES)
+    write_orders(SimpleNamespace(sweep=sweep, case=SimpleNamespace(pair=gears)), tmp_path)
+    head, *rows = (tmp_path / ORDERS).read_text().splitlines()
+    assert head == "torque_Nm,name,mesh_order,pinion_order,wheel_order,amplitude_um"
+    assert bool(rows) == (not missing)
