@@ -17,6 +17,7 @@ from pmor.design.settings import Goal
 from pmor.design.supports import CASE, InGearbox
 from pmor.design.variables import limits
 from pmor.report.panels import panels, plot_share_below
+from pmor.report.parameter_words import parameter_words
 from pmor.report.style import COLOURS, legend_label, new_figure, plot_style
 
 if TYPE_CHECKING:
@@ -43,8 +44,6 @@ ELLIPSE = math.sqrt(-2.0 * math.log(0.05))
 # Torques of the curves over torque, and how far below and above the design's they go.
 TORQUES, BELOW, ABOVE = 33, 0.5, 1.2
 GREY = "#555555"
-# Ends of names of members of a set.
-FLANKS = ("drive", "coast")
 
 
 def front_figure(found: Found) -> Figure:
@@ -121,8 +120,8 @@ def _contour(axes: Axes, found: Found, judge: Judge[Any, Any], best: FloatArray,
         axes.plot(best[first] + ELLIPSE * sizes[0] * np.cos(angle), best[second] + ELLIPSE * sizes[1] * np.sin(angle),
                   color=COLOURS[1], lw=1.4, ls="--", label="95 % of the gears made")  # fmt: skip
     axes.set(xlim=(low[first], high[first]), ylim=(low[second], high[second]),
-             xlabel=variable_words(design.variables[first].name),
-             ylabel=variable_words(design.variables[second].name))  # fmt: skip
+             xlabel=parameter_words(design.variables[first].name),
+             ylabel=parameter_words(design.variables[second].name))  # fmt: skip
     axes.grid(False)
 
 
@@ -142,7 +141,7 @@ def torque_figure(found: Found, chosen: Mapping[str, FloatArray | None]) -> Figu
                 over, judge.results(assembly)[:, column], color=COLOURS[number % len(COLOURS)], label=name, **wide
             )
         for torque in torques:
-            axes.axvline(torque, color=GREY, lw=0.6, ls=":")
+            axes.axvline(torque, color=GREY, lw=1.0, ls=":")
         axes.set(xlabel=f"{found.file.words.torque} [N m]; dotted: those of the design",
                  ylabel=WORDS["peak_to_peak_um"], ylim=(0.0, None))  # fmt: skip
         figure.legend(loc="outside lower center", ncols=4)
@@ -186,10 +185,11 @@ def sensitivity_figure(rates: Mapping[str, float], objective: Goal) -> Figure:
     with plot_style():
         figure = new_figure(7.2, 0.9 + 0.24 * len(names))
         axes = figure.subplots()
-        axes.barh(names, [rates[name] for name in names], color=COLOURS[0], height=0.7)
+        words = [parameter_words(name) for name in names]
+        axes.barh(words, [rates[name] for name in names], color=COLOURS[0], height=0.7)
         axes.axvline(0.0, color=GREY, lw=0.8)
-        unit, words = objective.unit or "1", WORDS[objective.minimise].partition(" [")[0]
-        axes.set_xlabel(f"d objective / d parameter [{unit} per µm, °, mm or %]; {words}", fontsize=9)
+        unit, goal = objective.unit or "1", WORDS[objective.minimise].partition(" [")[0]
+        axes.set_xlabel(f"d objective / d parameter [{unit} per µm, °, mm or %]; {goal}", fontsize=9)
         axes.tick_params(axis="y", labelsize=8)
     return figure
 
@@ -216,23 +216,11 @@ def scatter_figure(objectives: Mapping[str, FloatArray], design_words: str, made
         axes = figure.subplots()
         for number, (name, values) in enumerate(objectives.items()):
             plot_share_below(axes, values, COLOURS[number % len(COLOURS)], name)
-        axes.axhline(95.0, color=GREY, lw=0.6, ls=":")
+        axes.axhline(95.0, color=GREY, lw=1.0, ls=":")
         axes.set(xlabel=f"{design_words}, mean over torques; dashed: 95 % stay below",
                  ylabel=f"{made.capitalize()} made that stay below [%]", ylim=(0.0, 100.0))  # fmt: skip
         figure.legend(loc="outside lower center", ncols=3)
     return figure
-
-
-def variable_words(name: str) -> str:
-    """Return the label of a variable along an axis: words, and the unit."""
-    gear, _, key = name.rpartition(".")
-    if (of := gear.rpartition("."))[0] and of[2] in FLANKS:
-        gear = f"{of[0]}, {of[2]} flanks"
-    for ending, unit in (("_um", "µm"), ("_roll_deg", "° of roll"), ("_mm", "mm"), ("_percent", "% of the path")):
-        if key.endswith(ending):
-            words = key.removesuffix(ending).replace("_", " ")
-            return f"{words.capitalize()}{f' of the {gear}' if gear else ''} [{unit}]"
-    return name
 
 
 def _limit_to_bulk(axes: Axes, x: FloatArray, y: FloatArray) -> None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from pmor.design.figures import variable_words
 from pmor.design.settings import Variable
 from pmor.design.supports import COMPARED, InGearbox
 from pmor.gear.condition import Assembly
+from pmor.report.parameter_words import parameter_words
 from pmor.report.table import Cell, Table
 
 # Results of flanks beside each other, and their words.
@@ -68,7 +68,7 @@ def gearbox_tables(box: InGearbox) -> list[Table]:
         [f"{one} over {other}", *[None] * len(variables), *(box.ratio(key, (one, other)) for key in RESULTS), None]
         for one, other in COMPARED
     ]
-    heads = ("flanks", *(variable_words(v.name) for v in variables), "mean p-p, µm", "largest K_Hβ", "pressure, MPa")
+    heads = ("flanks", *(parameter_words(v.name) for v in variables), "mean p-p, µm", "largest K_Hβ", "pressure, MPa")
     note = (
         "The whole gearbox solved anew with these flanks, all other meshes as they are; mean by the weights of the "
         f"loads, on {box.flanks[0].ste_um.shape[1]} angles to a pitch."

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pmor.design import figures
-from pmor.design.figures import WORDS, variable_words
+from pmor.design.figures import WORDS
 from pmor.design.files import PairDesign
 from pmor.design.gearbox_tables import gearbox_data, gearbox_sentences, gearbox_tables
 from pmor.design.readings import FRESH, Readings, percentile_95
@@ -20,6 +20,7 @@ from pmor.design.variants import stored
 from pmor.report.data_files import write_table_csv
 from pmor.report.explorer import Column, Designs
 from pmor.report.page import Block, Heading, Picture, Warning
+from pmor.report.parameter_words import parameter_words
 from pmor.report.table import Cell, Table
 from pmor.storage.design_file import DesignResults, write_design_file
 from pmor.work.results import Report
@@ -144,7 +145,7 @@ def _designs(found: Found) -> Designs:
     variants, design, load = found.variants, found.design, found.design.load
     order = np.argsort(np.where(found.kept, variants.objective, np.inf), kind="stable")
     shown = np.sort(np.union1d(order[: MOST_ON_PAGE - len(found.front)], found.front))
-    columns = [Column(v.name, variable_words(v.name).partition(" [")[0], _unit(v.name), variants.x[shown, n], "input")
+    columns = [Column(v.name, parameter_words(v.name).partition(" [")[0], _unit(v.name), variants.x[shown, n], "input")
                for n, v in enumerate(design.variables)]  # fmt: skip
     goal = design.objective
     columns.append(Column(goal.column, "Objective", goal.unit, variants.objective[shown], "result"))
@@ -173,7 +174,7 @@ def _reason(found: Found, n: int) -> str:
 
 
 def _unit(name: str) -> str:
-    return variable_words(name).rstrip("]").partition(" [")[2]
+    return parameter_words(name).rstrip("]").partition(" [")[2]
 
 
 def _blocks(found: Found, read: Readings) -> list[Block]:
@@ -182,8 +183,10 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
     pictures = [
         ("front.png", "The objective against the other result, and the Pareto front of all variants.",
          figures.front_figure(found)),
-        ("contour.png", "The objective of the nominal gears over each two variables, all others as in the best; within "
-         "the dashed ellipse are 95 % of the gears that are made.", figures.contour_figure(found)),
+        ("contour.png", "The objective of the nominal gears over each two variables, all others as in the best" + (
+            "; within the dashed ellipse are 95 % of the gears that are made."
+            if any(design.scatter.modifications.get(variable.key) for variable in design.variables) else "."
+         ), figures.contour_figure(found)),
         ("torque.png", "Peak-to-peak STE over torque. A design for one torque has its valley there and climbs on both "
          "sides; the best for all of them lies between.",
          None if found.judge.moving_supports else figures.torque_figure(found, {words.base: None, **chosen})),
@@ -211,7 +214,7 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
 
 def _count_words(found: Found) -> str:
     design, words = found.design, found.file.words
-    names = ", ".join(variable_words(v.name) for v in design.variables)
+    names = ", ".join(parameter_words(v.name) for v in design.variables)
     loads = ", ".join(design.load.labels)
     spent = ", ".join(f"{count:,} of {stage}" for stage, count in found.evaluations.items())
     value = {"nominal": "nominal", "expected": "expected over scatter",
@@ -230,7 +233,7 @@ def _count_words(found: Found) -> str:
 
 def _tables(found: Found, read: Readings) -> list[Table]:
     design, variants = found.design, found.variants
-    names = [variable_words(v.name) for v in design.variables]
+    names = [parameter_words(v.name) for v in design.variables]
     torques = [f"p-p at {label}, µm" for label in design.load.labels]
     column = design.results.index("peak_to_peak_um")
     against = design.results.index(design.pareto.against)

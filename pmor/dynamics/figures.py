@@ -134,7 +134,7 @@ def _mark_modes(axes: Axes, found: Data, colour: str) -> None:
         frequency = mode["natural_frequency_Hz"]
         if lowest <= frequency <= highest:
             strong = frequency == found["natural_frequency_Hz"]
-            axes.axvline(1e-3 * frequency, color=colour, lw=0.9 if strong else 0.5, ls=":")
+            axes.axvline(1e-3 * frequency, color=colour, lw=1.2 if strong else 0.8, ls=":")
 
 
 def _number_modes(axes: Axes, responses: Sequence[Data]) -> None:
@@ -196,5 +196,5 @@ def _legend(figure: Figure, responses: Sequence[Data], runs: bool, branches: boo
     if runs:
         handles += [Line2D([], [], ls="", marker=mark, mfc="none", label=name, **grey) for mark, name in RUNS.values()]
     if iso:
-        handles.append(Line2D([], [], ls="-.", lw=0.9, label="K_v, ISO 6336-1 method B", **grey))
+        handles.append(Line2D([], [], ls="-.", lw=0.9, label="K_v, ISO 6336-1:2006 method B", **grey))
     figure.legend(handles=handles, loc="outside lower center", ncols=4)

@@ -89,7 +89,8 @@ def _blocks(found: Dynamics) -> list[Block]:
             Picture("response.png", "Response over the mesh frequency; dotted: natural frequencies with the mean "
                     "stiffness, numbered as in the table of modes; one excited by order k of the mesh peaks at a k-th "
                     "of it. Between jump frequencies motion is unstable; the marks are the runs, which jump there. "
-                    f"Dash-dotted below: K_v of ISO 6336-1, method B, tolerance class {case.dynamics.accuracy_grade}.",
+                    "Dash-dotted below: K_v of ISO 6336-1:2006, method B, tolerance class "
+                    f"{case.dynamics.accuracy_grade}.",
                     response_figure(responses, factors)),
             _peaks(responses),
             _modes(responses),
@@ -251,8 +252,8 @@ def _ratings(found: Dynamics) -> Table:
     }
     note = (
         "Largest of each range: of stable motion (where it jumps, the motion when running down), and K_v of "
-        "ISO 6336-1, method B. K_v takes the mean mesh stiffness of this pair and its masses on rigid bearings, a "
-        f"damping that is built into its formulas, and deviations within ISO 1328-1, class {grade} ([dynamics] "
+        "ISO 6336-1:2006, method B. K_v takes the mean mesh stiffness of this pair and its masses on rigid bearings, a "
+        f"damping that is built into its formulas, and deviations within ISO 1328-1:2013, class {grade} ([dynamics] "
         "accuracy_grade), not run in. Motion is that of the flanks of the case: compare it with K_v without "
         "deviations."
     )

@@ -38,7 +38,7 @@ def _bearing(entry: Data) -> Iterator[str]:
     if safety is not None and safety < 1.0:
         yield (
             f"overloaded, contact pressure {entry['contact_pressure_max_MPa']:.4g} MPa, static safety {safety:.2g} by "
-            "ISO 76, below 1"
+            "ISO 76:2006, below 1"
         )
 
 

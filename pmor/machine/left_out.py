@@ -23,7 +23,7 @@ def left_out(file: GearboxFile) -> list[tuple[str, str]]:
     """Return what results leave out of this gearbox beside that: what, and why."""
     model, found = file.model, list[tuple[str, str]]()
     for name, why in unknown_arrangements(model):
-        found.append((f"f_sh of ISO 6336-1, {name}", why))
+        found.append((f"f_sh of ISO 6336-1:2006, {name}", why))
     for name, case in file.cases.items():
         if not case.root_stress:
             found.append((f"root stress, {name}", "[results] root_stress is off"))

@@ -48,6 +48,9 @@ MESH_COLUMNS: Columns = {
     "load": "load",
     "mesh": "name",
     "STE mean [µm]": "ste_mean_um",
+    "of teeth [µm]": "ste_of_teeth_um",
+    "of shafts [µm]": "ste_of_shafts_um",
+    "of bearings [µm]": "ste_of_bearings_um",
     "STE p-p [µm]": "ste_peak_to_peak_um",
     "STE p-p, rigid [µm]": "rigid_ste_peak_to_peak_um",
     "K_Hβ": "k_h_beta",
@@ -66,7 +69,7 @@ STRESS_COLUMNS: Columns = {
 ISO_COLUMNS: Columns = {
     "load": "load",
     "mesh": "name",
-    "F_β [µm]": lambda row: abs(row["f_beta_um"]),
+    "amount of F_β [µm]": lambda row: abs(row["f_beta_um"]),
     "F_βx, ISO [µm]": "iso_f_beta_um",
     "f_sh, ISO [µm]": "iso_f_sh_um",
     "K_Hβ": "k_h_beta",
@@ -153,8 +156,9 @@ FIT = (
     "most; the gearbox is solved anew with them. Tolerances ask for more crowning."
 )
 ISO = (
-    "ISO 6336-1, method C: f_sh of the smaller gear's shaft on rigid bearings, F_βx = 1.33 f_sh without deviations "
-    "(f_ma = 0), K_Hβ after running-in of 0.15 F_βx. Crude, and without a sign."
+    "ISO 6336-1:2006, method C: f_sh of the smaller gear's shaft on rigid bearings, F_βx = 1.33 f_sh without "
+    "deviations (f_ma = 0), K_Hβ after running-in of 0.15 F_βx. Crude, and without a sign: beside it stands the amount "
+    "of F_β, whose sign the table of misalignment has."
 )
 SET_MODEL = (
     "A planetary set is solved with all its meshes at once, seen from its carrier, on the compliance of shafts, "
@@ -166,8 +170,8 @@ SET_MODEL = (
 STRESS = "Largest principal stress along both fillets over the mesh cycle. Rigid: the same pair on rigid supports."
 BEARINGS = "Of the shaft against what it stands in."
 ROLLING = (
-    "Of bearings by inner geometry. Static safety: C_0 / P_0 by the pressure of the most loaded element; at C_0 ISO 76 "
-    "has 4,200 MPa of balls, 4,000 MPa of rollers."
+    "Of bearings by inner geometry. Static safety: C_0 / P_0 by the pressure of the most loaded element; at C_0 "
+    "ISO 76:2006 has 4,200 MPa of balls, 4,000 MPa of rollers."
 )
 SETS = (
     "By how much the sun runs ahead along its line of action, the rotations of shafts left out. Rigid: the same set "
@@ -293,7 +297,10 @@ def _tables(data: Data) -> list[Table]:
 
     meshes, sets, found = rows("meshes"), rows("sets"), list[Table]()
     if meshes:
-        words = f"Rigid: the same pair on rigid supports. Pressure: {PRESSURE}."
+        words = (
+            "STE mean by its parts: bearings with what they stand in, shafts that bend between them (their twist left "
+            f"out), and what is left, of teeth. Rigid: the same pair on rigid supports. Pressure: {PRESSURE}."
+        )
         found += [
             table("Misalignment of the meshes", MISALIGNMENT_COLUMNS, meshes, MISALIGNMENT),
             table("Transmission error and load", MESH_COLUMNS, meshes, words),
@@ -309,7 +316,7 @@ def _tables(data: Data) -> list[Table]:
     if stressed := [mesh for mesh in meshes if mesh["root_stress_max_MPa"]]:
         found.append(table("Root stress", STRESS_COLUMNS, stressed, STRESS))
     if crude := [mesh for mesh in meshes if mesh["iso_f_sh_um"] is not None]:
-        found.append(table("Beside ISO 6336-1", ISO_COLUMNS, crude, ISO))
+        found.append(table("Beside ISO 6336-1:2006", ISO_COLUMNS, crude, ISO))
     joints = [*meshes, *({**mesh, "name": f"{mesh['set']}: {mesh['name']}"} for mesh in of_sets("meshes"))]
     if any(mesh["losses_W"] is not None for mesh in joints):
         found += [table("Losses of the meshes", LOSS_COLUMNS, joints, LOSSES), _power_table(data)]

@@ -19,6 +19,7 @@ from pmor.machine.model import ABOUT_AXIS, GearboxModel, Supported, speeds_rpm
 from pmor.machine.rolling_bearing import BearingState
 from pmor.machine.set_readings import set_entry
 from pmor.machine.settings import LoadCase, Lubricant
+from pmor.machine.ste_parts import SteParts, ste_parts
 from pmor.results.load_distribution import face_load_factor, largest_pressure, line_states
 from pmor.results.sweep import SteSweep, mesh_orders, peak_to_peak_um, ste_mean_um
 
@@ -30,7 +31,7 @@ def load_data(model: GearboxModel, cases: Mapping[str, Case], solved: SolvedLoad
     """Return the entry of a load case."""
     speeds = speeds_rpm(model, solved.load)
     meshes = [
-        mesh_data(mesh, rigid)
+        mesh_data(solved, mesh, rigid)
         | _iso(crude_misalignment(model, solved.load, mesh, cases[mesh.meshing.settings.name]))
         | losses(mesh, speeds.get(mesh.meshing.settings.pinion.shaft), model.sections.lubricant)
         for mesh, rigid in zip(solved.meshes, solved.rigid, strict=True)
@@ -64,11 +65,12 @@ def _power(load: LoadCase, speeds: Mapping[str, float], held: Sequence[Data]) ->
     return sum(max(torque * per_second(speeds[shaft]), 0.0) for shaft, torque in all_torques)
 
 
-def mesh_data(mesh: SolvedMesh, rigid: RigidMesh) -> Data:
+def mesh_data(solved: SolvedLoad, mesh: SolvedMesh, rigid: RigidMesh) -> Data:
     """Return what a mesh does, beside the same pair on rigid supports."""
     pair, frame = mesh.meshing.pair, mesh.meshing.frame
     relative = mesh.displacement[1] - mesh.displacement[0]
     width = pair.face_width
+    swept = sweep_data(mesh.sweep, 0, mesh.root_stress)
     return {
         "name": mesh.meshing.settings.name,
         "torque_Nm": 1e-3 * mesh.torque,
@@ -78,9 +80,18 @@ def mesh_data(mesh: SolvedMesh, rigid: RigidMesh) -> Data:
         "out_of_plane_um": 1e3 * width * float(relative[4]),
         "centre_distance_um": 1e3 * float(relative[1]),
         "converged": bool(mesh.sweep.converged.all()),
-        **sweep_data(mesh.sweep, 0, mesh.root_stress),
+        **swept,
+        **_parts(ste_parts(solved.gearbox, solved.equilibrium.displacement, mesh.meshing), swept["ste_mean_um"]),
         **{f"rigid_{key}": value for key, value in sweep_data(*rigid).items()},
     }
+
+
+def _parts(parts: SteParts, ste_mean_um: float | None) -> Data:
+    """Mean transmission error by its parts, of which that of the teeth is what is left."""
+    of_teeth = None if ste_mean_um is None else ste_mean_um - parts.shafts_um - parts.bearings_um
+    return {
+        "ste_of_teeth_um": of_teeth, "ste_of_shafts_um": parts.shafts_um, "ste_of_bearings_um": parts.bearings_um
+    }  # fmt: skip
 
 
 def _iso(found: CrudeMisalignment | None) -> Data:

@@ -12,7 +12,7 @@ from pmor.machine.bodies import Body, Detail, bodies
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.figures import exaggeration
 from pmor.machine.model import GearboxModel
-from pmor.report.style import new_figure, plot_style
+from pmor.report.style import COLOURS, new_figure, plot_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,9 +69,10 @@ def machine_figure(model: GearboxModel, solved: SolvedLoad) -> Figure:
                 list(corners[order, :, :2]), facecolors=colours[order], edgecolors=colours[order], linewidths=0.3
             )
         )
-        for exaggerated, style in ((0.0, "dashdot"), (factor, "solid")):
+        # Where a shaft hardly moves both lie on each other: dashes of one colour would be a solid line.
+        for exaggerated, style, colour in ((factor, "solid", INK), (0.0, "dashdot", COLOURS[1])):
             lines = _shaft_axes(solved, model, exaggerated, camera)
-            axes.add_collection(LineCollection(lines, colors=INK, linewidths=0.9, linestyles=style, zorder=3))
+            axes.add_collection(LineCollection(lines, colors=colour, linewidths=1.1, linestyles=style, zorder=3))
         axes.set_aspect("equal")
         axes.autoscale_view()
         axes.axis("off")

@@ -60,16 +60,18 @@ def iso_blank_rows(result: OnlineResult, figures: dict[str, Any]) -> list[tuple[
         words = f"b_s/b = {blank.web_over_width:.3g}, s_R/m_n = {blank.rim_in_modules:.3g}"
         if not blank.in_range:
             words += f", beyond its range: {WEB[0]:g} to {WEB[1]:g}, {LEAST_RIM:g} at least"
-        words += f"; with it c_γα = {theirs:.4g} N/(mm um), finite elements, with the twist of web and hub, "
-        words += _beside(ours, theirs)
-        rows.append((f"C_R of ISO 6336-1, {name}", blank.stiffness, "", words))
+        words += (
+            f"; with it c_γα = {theirs:.4g} N/(mm um); finite elements {ours:.4g}, another quantity: in it web and hub "
+            "twist, which C_R leaves out"
+        )
+        rows.append((f"C_R of ISO 6336-1:2006, {name}", blank.stiffness, "", words))
         words = f"s_R/h_t = {blank.rim_over_height:.3g}"
         if blank.root_stress is None:
-            words += f": ISO 6336-3 has no factor below {THINNEST:g}"
+            words += f": ISO 6336-3:2019 has no factor below {THINNEST:g}"
         elif figures["root_stress_max_MPa"] and (nominal := figures["root_stress_iso6336_MPa"][place]) is not None:
             beside = _beside(figures["root_stress_max_MPa"][place], nominal)
             words += f"; with it σ_F0 = {nominal:.4g} MPa, finite elements {beside}"
-        rows.append((f"Y_B of ISO 6336-3, {name}", blank.root_stress, "", words))
+        rows.append((f"Y_B of ISO 6336-3:2019, {name}", blank.root_stress, "", words))
     return rows
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pmor.case import Case
 from pmor.report.flank_figures import flank_maps_figure, flank_pattern_figure, load_distribution_figure
 from pmor.report.page import Picture
+from pmor.report.parameter_words import parameter_words
 from pmor.report.table import Table
 from pmor.report.torque_figures import harris_figure
 from pmor.results.sweep import peak_to_peak_um
@@ -64,7 +65,7 @@ def sensitivities_table(result: OnlineResult) -> list[Table]:
         return []
     found, i = result.readings.sensitivities, result.nominal
     rows = [
-        (name, RATES[name.rpartition("_")[2]], float(mean), float(span))
+        (parameter_words(name), RATES[name.rpartition("_")[2]], float(mean), float(span))
         for name, mean, span in zip(found.parameter, found.mean[:, i], found.peak_to_peak[:, i], strict=True)
     ]
     columns = ["parameter", "unit", "mean STE", "peak-to-peak STE"]

@@ -36,9 +36,10 @@ def fillet_figure(stress: RootStress, torque: int, nominal_MPa: tuple[float | No
             compression.plot(envelope.arc_mm, pressed, **look)
             if (nominal := nominal_MPa[gear]) is not None:
                 tension.axhline(nominal, color=COLOURS[gear], ls=":", lw=1.0)
+        dotted = "" if nominal_MPa == (None, None) else "\n(dotted: ISO 6336-3:2019, nominal)"
         along = "Along the fillet, from the involute [mm]"
         tension.set(title="Tension side: largest principal stress", xlabel=along,
-                    ylabel="Root stress [MPa]\n(dotted: ISO 6336-3 nominal)")  # fmt: skip
+                    ylabel="Root stress [MPa]" + dotted)  # fmt: skip
         compression.set(title="Compression side: von Mises stress", xlabel=along)
         tension.set_ylim(bottom=0.0)
         figure.suptitle(f"{stress.torque_Nm[torque]:g} N m", fontsize=10)

@@ -246,7 +246,7 @@ def _root_stress_rows(result: OnlineResult) -> list[Row]:
         note = f"largest principal, at r = {radius:.4g} mm, z = {z:.3g} mm, {math.degrees(phi):.3g} deg"
         nominal = s["root_stress_iso6336_MPa"][gear]
         if nominal is not None:
-            note += f"; ISO 6336-3: {nominal:.3g} MPa"
+            note += f"; ISO 6336-3:2019: {nominal:.3g} MPa"
         if s["root_stress_nominal_flanks_MPa"]:
             note += f"; nominal flanks on aligned axes: {s['root_stress_nominal_flanks_MPa'][gear]:.4g} MPa"
         rows.append((f"root stress, {name}", s["root_stress_max_MPa"][gear], "MPa", note))

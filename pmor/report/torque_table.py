@@ -108,7 +108,7 @@ def load_table(result: OnlineResult, rows: list[dict[str, Any]]) -> Table:
         for found, forces in zip(cells, result.readings.forces.force_N[:, :, 0], strict=True):
             found += [float(value) for value in np.abs(forces).max(axis=0)]
         note += (
-            " K_Hβ: largest over mean line load of the face, added up over the cycle (ISO 6336-1's w_max / w_m). "
+            " K_Hβ: largest over mean line load of the face, added up over the cycle (ISO 6336-1:2006's w_max / w_m). "
             "Forces of the mesh on a gear across the plane of the axes, along the line of centres, along the axes: "
             f"largest over the cycle. Flank pressure: {PRESSURE}."
         )
@@ -119,7 +119,7 @@ def causes_table(figures: Mapping[str, Any]) -> list[Table]:
     """Return the root stress at nominal torque with and without modifications and misalignment, where it has any."""
     if not any(figures[key] for key in CAUSES):
         return []
-    lines = {"ISO 6336-3, method B, without factors of load": "root_stress_iso6336_MPa"}
+    lines = {"ISO 6336-3:2019, method B, without factors of load": "root_stress_iso6336_MPa"}
     lines |= {words: key for key, words in CAUSES.items()} | {"flanks and axes of the case": "root_stress_max_MPa"}
     rows = [(words, *figures[key]) for words, key in lines.items() if figures[key] and None not in figures[key]]
     note = f"Largest principal stress over cycle, fillet and face at {figures['torque_Nm']:g} N m."

@@ -188,7 +188,7 @@ def test_names_in_markdown_are_no_markup():
     shown = page_markdown(name, [Heading(name), Warning(name), name, Table(name, (name,), [(name,)], name)])
     for markup in ("<img", " &lt; [", "](", "<!--"):
         assert markup not in shown, markup
-    assert shown.count("&lt;img") == 7
+    assert shown.count("&lt;img") == 8
     assert "5 < 6 & 7" in shown
 
 

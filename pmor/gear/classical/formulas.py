@@ -288,7 +288,7 @@ def _iso_result(
     notes += ["steel on steel: E as in the standard" if ratio == 1.0 else f"scaled with E/E_steel = {ratio:.3f}"]
     notes += [f"lowered for the specific load of {specific_load:.0f} N/mm"] if specific_load < 100.0 else []
     notes += [str(w.message) for w in caught]
-    return ClassicalResult("ISO 6336-1 method B", mesh, load_N_per_mm / mesh, None, "; ".join(notes))
+    return ClassicalResult("ISO 6336-1:2006 method B", mesh, load_N_per_mm / mesh, None, "; ".join(notes))
 
 
 def _cycle_result(

@@ -76,7 +76,7 @@ def mesh_stiffness(single_stiffness_N_per_mm_um: float, contact_ratio: float) ->
     """
     if contact_ratio < 1.2:
         warnings.warn(
-            f"ISO 6336-1: c_gamma is up to 10 % too high at a contact ratio of {contact_ratio:.3f} (below 1.2)",
+            f"ISO 6336-1:2006: c_gamma is up to 10 % too high at a contact ratio of {contact_ratio:.3f} (below 1.2)",
             stacklevel=2,
         )
     return single_stiffness_N_per_mm_um * (0.75 * contact_ratio + 0.25)
@@ -99,4 +99,4 @@ def _warn_outside_range(x_1: float, x_2: float, helix_angle_rad: float, specific
     if specific_load is not None and specific_load > 1600.0:
         outside.append(f"specific load {specific_load:.0f} N/mm is above 1600 N/mm")
     if outside:
-        warnings.warn("ISO 6336-1 method B used outside its range: " + "; ".join(outside), stacklevel=3)
+        warnings.warn("ISO 6336-1:2006 method B used outside its range: " + "; ".join(outside), stacklevel=3)

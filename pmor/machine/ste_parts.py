@@ -1,0 +1,65 @@
+"""Transmission error on shafts by its parts: bearings with what they stand in, the shafts themselves, the teeth.
+
+A hub moves with its shaft as a rigid body that its bearings carry along, and by how much the shaft bends, twists and is
+pressed together between them. Along the mean wrench of the mesh on both hubs either part opens the gap of the flanks;
+rotations about the axes are left out, as in the transmission error. What is left of this is that of the teeth, on axes
+that tilt.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pmor.body.beam import NODE
+from pmor.core.arrays import FloatArray
+from pmor.machine.model import ABOUT_AXIS, LoadedGearbox, Meshing, Supported
+
+
+class SteParts(NamedTuple):
+    """Mean transmission error by bearings and by shafts, um."""
+
+    bearings_um: float
+    shafts_um: float
+
+
+def ste_parts(gearbox: LoadedGearbox, displacement: FloatArray, mesh: Meshing) -> SteParts:
+    """Return what a displacement of the system (n,) adds to the mean transmission error of a mesh."""
+    bearings, whole = 0.0, 0.0
+    for hub, gear, wrench in zip(mesh.hubs, (mesh.settings.pinion, mesh.settings.wheel), mesh.wrenches, strict=True):
+        moved = displacement[hub : hub + NODE].copy()
+        moved[ABOUT_AXIS] = 0.0
+        whole += float(wrench @ moved)
+        bearings += float(wrench @ _carried_along(gearbox, displacement, gear.shaft, gear.at_mm))
+    return SteParts(1e3 * bearings, 1e3 * (whole - bearings))
+
+
+def _carried_along(gearbox: LoadedGearbox, displacement: FloatArray, shaft: str, at_mm: float) -> FloatArray:
+    """Displacement and rotation of a place on a shaft that is rigid between its bearings, (6,), mm and rad."""
+    found, beam, first = np.zeros(NODE), gearbox.beams[shaft], gearbox.first[shaft]
+    across, along = list[tuple[float, FloatArray]](), list[FloatArray]()
+    for bearing in gearbox.bearings:
+        rows = bearing.rows[:, first : first + NODE * len(beam.stations)]
+        for node in np.unique(np.nonzero(rows)[1] // NODE).tolist():
+            moved = displacement[first + NODE * node : first + NODE * (node + 1)]
+            if _holds(bearing, 0):
+                along.append(moved)
+            if _holds(bearing, 1) or _holds(bearing, 2):
+                across.append((float(beam.stations[node]), moved))
+    if along:
+        found[0] = np.mean(along, axis=0)[0]
+    if not across:
+        return found
+    places, moved = np.array([place for place, _ in across]), np.stack([moved for _, moved in across])
+    if np.ptp(places) > 0.0:
+        (slope_y, slope_z), (y, z) = np.polyfit(places - at_mm, moved[:, 1:3], 1)
+    else:
+        slope_z, slope_y = -moved[0, ABOUT_AXIS + 1], moved[0, ABOUT_AXIS + 2]
+        y, z = moved[0, 1:3] + (at_mm - places[0]) * np.array([slope_y, slope_z])
+    found[[1, 2, ABOUT_AXIS + 1, ABOUT_AXIS + 2]] = y, z, -slope_z, slope_y
+    return found
+
+
+def _holds(bearing: Supported, direction: int) -> bool:
+    return bearing.inner is not None or direction in bearing.rigid or bearing.springs[direction] > 0.0
