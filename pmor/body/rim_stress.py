@@ -109,5 +109,7 @@ def leading(matrix: FloatArray, least: float) -> FloatArray:
     tall = len(matrix) > matrix.shape[1]
     energy, columns = np.linalg.eigh(matrix.T @ matrix if tall else matrix @ matrix.T)
     kept = energy > least**2 * energy[-1] if len(energy) else energy > 0.0
-    columns = matrix @ columns[:, kept] / np.sqrt(energy[kept]) if tall else columns[:, kept]
-    return np.ascontiguousarray(columns[:, ::-1])
+    if not tall:
+        return np.ascontiguousarray(columns[:, kept][:, ::-1])
+    # Those of small values come out less orthogonal, by round-off over the square of these.
+    return np.linalg.qr(matrix @ (columns[:, kept] / np.sqrt(energy[kept]))[:, ::-1])[0]
