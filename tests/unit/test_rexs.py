@@ -15,6 +15,7 @@ from pmor.core.errors import CaseError, FileFormatError
 from pmor.export.rexs.model import Component, Gearbox, Relation, read_rexs
 from pmor.export.rexs.read import read_stage
 from pmor.export.rexs.stage import find_stage
+from pmor.export.rexs.units import UNITS, factor_of
 from pmor.export.rexs.write import rexs_text
 from pmor.gear.modification import Modification
 from pmor.gear.topography import Topography
@@ -180,6 +181,14 @@ def test_what_is_no_gearbox_is_refused_in_one_line(tmp_path, text, message):
     assert "\n" not in str(caught.value)
     with pytest.raises(FileFormatError, match="no such file"):
         read_stage(tmp_path / "b.rexs")
+
+
+def test_every_attribute_has_its_own_unit():
+    """Here are millimetres and degrees: where the standard has others, they are converted."""
+    converted = {"mum": 1e-3, "N / m": 1e-3, "rad": 180.0 / math.pi}
+    for attribute, unit in UNITS.items():
+        assert factor_of(attribute, unit) == converted.get(unit, 1.0), attribute
+    assert factor_of("custom_pmor_losses", "kW") == 1e3
 
 
 @pytest.mark.parametrize(
