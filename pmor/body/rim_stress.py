@@ -91,7 +91,8 @@ def rim_stress(
     if forces.size:
         moved = moved + _by_holes(patterns.T @ pressed, harmonics, forces, teeth, reach)
     felt = leading(moved.reshape(-1, rows.shape[1]).T, LEAST_STRESS)
-    return RimStress(patterns.reshape(2, *shape, -1), rows @ felt, moved @ felt)
+    # In the order in which files have them, so that a gear that is read answers as the one that was solved.
+    return RimStress(patterns.reshape(2, *shape, -1), rows @ felt, np.ascontiguousarray(moved @ felt))
 
 
 def _by_holes(pressed: ComplexArray, harmonics: np.ndarray, forces: ComplexArray, teeth: int, reach: int) -> FloatArray:
@@ -112,4 +113,4 @@ def leading(matrix: FloatArray, least: float) -> FloatArray:
     if not tall:
         return np.ascontiguousarray(columns[:, kept][:, ::-1])
     # Those of small values come out less orthogonal, by round-off over the square of these.
-    return np.linalg.qr(matrix @ (columns[:, kept] / np.sqrt(energy[kept]))[:, ::-1])[0]
+    return np.ascontiguousarray(np.linalg.qr(matrix @ (columns[:, kept] / np.sqrt(energy[kept]))[:, ::-1])[0])
