@@ -157,12 +157,15 @@ def test_tolerances_leave_their_files_and_differ_no_other(tmp_path, job):
     data, plain = (json.loads((out / "set.json").read_text()) for out in (tmp_path / "out", job[1]))
     drawn = data.pop("tolerances")
     assert plain.pop("tolerances") is None
-    assert plain.pop("bounds") == []
-    for torque, of_samples in zip((100, 300), data.pop("bounds"), strict=True):
+    (light,) = plain.pop("bounds")
+    assert light.startswith("100 N m, planet 1: carries 0 % of the load on average"), "its pin is 10 um ahead"
+    own, *of_samples = data.pop("bounds")
+    assert own == light
+    for torque in (100, 300):
         words = (
             rf"{torque} N m, \d of 8 sets within tolerances: coast flanks would overlap; the worst is sample \d, mesh"
         )
-        assert re.match(words, of_samples)
+        assert any(re.match(words, text) for text in of_samples)
     assert data == plain
     assert (drawn["samples"], drawn["pitches"]) == (8, 18)
     for row in drawn["torques"]:
