@@ -150,9 +150,10 @@ class Constraint:
     Parameters
     ----------
     result : str
-        `pressure_MPa`: largest pressure of contact. `k_h_beta`: face load factor. `tip_edge_load_N_per_mm`: largest
-        line load where the edge of a tip is in contact; 0 keeps it clear. `root_stress_MPa`: largest principal stress
-        at the roots. `k_gamma`: mesh load factor of a set. Or an objective. Figures of meshes are the largest of a set.
+        `pressure_MPa`: largest pressure of Hertz where no sharp tip edge carries. `k_h_beta`: face load factor.
+        `tip_edge_load_N_per_mm`: largest line load where the edge of a tip is in contact; 0 keeps it clear.
+        `root_stress_MPa`: largest principal stress at the roots. `k_gamma`: mesh load factor of a set. Or an objective.
+        Figures of meshes are the largest of a set.
     at_most : float
         In the unit of the result.
     """
