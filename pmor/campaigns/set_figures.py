@@ -142,7 +142,7 @@ def peaks_of(file: SetFile, train: GearTrain) -> dict[str, float]:
     ------
     ConvergenceError
     """
-    torques, few = first_torques_Nm(file), file.sections.sweep.angles_per_pitch
+    torques, few = first_torques_Nm(file), file.angles_per_pitch
 
     def spans(angles: int) -> FloatArray:
         return np.asarray(np.ptp(solve_set(file.plan, train, torques, angles, file.pitches).ste_um, axis=1))

@@ -126,12 +126,15 @@ def mean_layer_constant(meshed: LayeredPair) -> float:
 
 def width_limit(meshed: LayeredPair, law: FloatArray) -> WidthLimit:
     """Return the limit of sections from their laws (`LineLaw`), shape (A, N, 12)."""
-    fields = map(LineLaw._fields.index, ("compliance", "opening", "curvature"))
-    compliance, opening, curvature = (law[..., field] for field in fields)
+    fields = map(LineLaw._fields.index, ("compliance", "opening", "curvature", "angle", "edge_curvature"))
+    compliance, opening, curvature, angle, edge = (law[..., field] for field in fields)
     depth = 0.5 * np.exp(
         opening - mean_layer_constant(meshed)
     )  # both layers' in the logarithmic mean, as the approach has it
-    allowed = 0.5 * curvature * (WIDEST * depth) ** 2
+    # As `pmor.line.kernels.law.load_at`.
+    half_width = WIDEST * depth
+    wedge = np.where(edge > 0.0, np.minimum(angle, edge * half_width), angle)
+    allowed = 0.5 * half_width * np.maximum(curvature * half_width, wedge)
     width = np.tile(meshed.width, law.shape[1] // len(meshed.width))
     return WidthLimit(compliance / width, allowed)
 

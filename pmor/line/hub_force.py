@@ -34,7 +34,7 @@ def contact_of(pair: LinePair, assembly: Assembly) -> Contact:
         axes_of(meshed.pair), meshed.kinematics(assembly.misalignment), meshed.gears, meshed.kernel_layers,
         meshed.deviations(assembly), assembly.modified, meshed.sections.z, meshed.width, meshed.tooth_pair_count,
         pair.components, meshed.expected_approach(1.0), pair.compliance, meshed.corners,
-        0.25 * WIDEST**2 * math.exp(1.0 - 2.0 * mean_layer_constant(meshed)),
+        0.5 * WIDEST * math.exp(-mean_layer_constant(meshed)),
     )  # fmt: skip
 
 

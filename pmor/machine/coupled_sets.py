@@ -138,7 +138,7 @@ def solved_sets(
     for number, one in enumerate(gearbox.sets if trains else ()):
         torque = set_torque(gearbox, equilibrium, number)
         on = _supported(gearbox, equilibrium, one, torque, trains[one.settings.name])
-        angles = one.file.sections.sweep.angles_per_pitch
+        angles = one.file.angles_per_pitch
         solution = solve_set(on.plan, on.train, np.array([1e-3 * torque]), angles, on.pitches)
         found.append(SolvedSet(one, torque, solution, on.uneven))
     return tuple(found)
@@ -148,7 +148,7 @@ def sets_on_rigid_supports(sets: Sequence[SolvedSet], train: GearTrain) -> tuple
     """Return a set under all its loads, compared with the same one on rigid supports."""
     file = sets[0].meshing.file
     torques = np.array([1e-3 * one.torque for one in sets])
-    rigid = solve_set(file.plan, train, torques, file.sections.sweep.angles_per_pitch, file.pitches)
+    rigid = solve_set(file.plan, train, torques, file.angles_per_pitch, file.pitches)
     return tuple(one._replace(rigid=rigid, row=row) for row, one in enumerate(sets))
 
 

@@ -135,7 +135,7 @@ def _cost(file: GearboxFile) -> Iterator[str]:
             elif stage.name.startswith(FINITE_ELEMENTS):
                 found.append(replace(stage, name=f"{stage.name}, {name}"))
             elif stage.name == SWEEP:
-                rounds = ROUNDS * MEAN_PLACES * MEAN_ANGLES / one.sections.sweep.angles_per_pitch
+                rounds = ROUNDS * MEAN_PLACES * MEAN_ANGLES / one.angles_per_pitch
                 times = (one.housed_pitches + rounds) / one.pitches
                 more.append((f"{loads} loads, {name}", loads * times * stage.seconds))
     rows = [(stage.name, memory_text(stage.memory), stage.seconds) for stage in found]

@@ -18,6 +18,7 @@ from pmor.machine.loader import GearboxFile
 from pmor.machine.output import FILES, set_files
 from pmor.machine.result import GearboxResult
 from pmor.pair.model import elastic_model
+from pmor.sets.lost import lost_positions
 from pmor.sets.run import gear_files, kept_in_folder, train_of
 from pmor.storage.basis_file import read_basis
 from pmor.storage.results_folder import results_folder
@@ -65,11 +66,8 @@ def run(
                 for mesh in solved.meshes
                 if not mesh.sweep.converged.all()
             ]
-            failures += [
-                f"load {load.name}, set {one.meshing.settings.name}: positions did not converge"
-                for one in solved.sets
-                if not one.solution.converged.all()
-            ]
+            for one in solved.sets:
+                failures += lost_positions(one.solution, [f"load {load.name}, set {one.meshing.settings.name}"])
         step(1)
     with _timed(seconds, "rigid supports, root stress"):
         compared = with_rigid_supports(loads, pairs, trains, angles)

@@ -106,6 +106,20 @@ class SetFile:
         return inner.pinion.teeth, outer.wheel.teeth * inner.wheel.teeth / outer.pinion.teeth
 
     @property
+    def angles_per_pitch(self) -> int:
+        """Positions to a mesh cycle: as many as the file says, or more until planets that are equal pass the same ones.
+
+        Sun and ring meet planets in N equal places by z / N of a pitch after each other.
+        """
+        asked, planets = self.sections.sweep.angles_per_pitch, self.sections.planets
+        if not self.plan.planets or planets.positions_deg:
+            return asked
+        inner, outer = (case.pair for case in self.cases.values())
+        teeth = inner.pinion.teeth, outer.wheel.teeth
+        step = math.lcm(*(planets.count // math.gcd(planets.count, count) for count in teeth))
+        return -(-asked // step) * step
+
+    @property
     def held(self) -> Member:
         """Member of a planetary set that stands still."""
         assert self.sections.load is not None

@@ -212,6 +212,12 @@ def _tables(data: Data) -> list[Table]:
 def _warnings(file: SetFile, solved: SetSolution, data: Data) -> list[str]:
     changed = (f"Changed, as these gears would not run as filed: {sentence}" for sentence in file.changed)
     said = [*data["failures"], *data["bounds"], *changed]
+    asked = file.sections.sweep.angles_per_pitch
+    if file.angles_per_pitch != asked:
+        said.append(
+            f"[sweep] angles_per_pitch = {asked}: {file.angles_per_pitch} are solved, so that all planets pass the "
+            "same positions."
+        )
     if not solved.repeats:
         said.append(
             f"{solved.pitches} pitches of the first gear are solved, and all meshes stand as before after "

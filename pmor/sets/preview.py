@@ -114,12 +114,12 @@ def _meshes(file: SetFile) -> Iterator[str]:
 
 def _loads(file: SetFile) -> Iterator[str]:
     amounts = file.torques_Nm
-    angles = file.pitches * file.sections.sweep.angles_per_pitch
+    angles = file.pitches * file.angles_per_pitch
     yield f"Positions: {angles} angles x {len(amounts)} torques: {', '.join(f'{amount:g}' for amount in amounts)} N m"
     if file.plan.cycle > 1:
         yield f"Mesh cycles differ: all meshes stand as before after {file.plan.cycle} pitches of the first gear"
     if file.sections.tolerances is not None:
-        angles = file.sample_pitches * file.sections.sweep.angles_per_pitch
+        angles = file.sample_pitches * file.angles_per_pitch
         yield f"Tolerances: {file.sections.tolerances.samples} sets x {angles} angles x {len(amounts)} torques"
 
 
@@ -146,7 +146,7 @@ def stages_of_set(file: SetFile) -> list[Stage]:
         elements = case.mesh.width_elements / (2 if meshed_width(case) == "half" else 1)
         sections += pairs[mesh.case].total_contact_ratio * (case.mesh.order * elements + 1)
     meshes, torques = len(file.plan.meshes), len(file.torques_Nm)
-    in_a_pitch = torques * file.sections.sweep.angles_per_pitch
+    in_a_pitch = torques * file.angles_per_pitch
     a_pitch = in_a_pitch * (POSITION_S * meshes + SECTIONS_S * sections**3)
     found.append(Stage(SWEEP, 0, file.pitches * a_pitch))
     if all(case.results.root_stress for case in file.cases.values()):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
+from pmor.core.arrays import FloatArray
 from pmor.sets.bounds import named_bounds
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import SetFile
@@ -77,8 +78,8 @@ def torque_data(file: SetFile, solved: SetSolution, number: int) -> Data:
     data: Data = {
         "torque_Nm": plain(solved.torque_Nm[number] * plan.nominal_Nm / plan.torque_Nm),
         "first_gear_torque_Nm": plain(solved.torque_Nm[number]),
-        "ste_mean_um": plain(np.mean(ste)),
-        "ste_peak_to_peak_um": plain(np.ptp(ste)),
+        "ste_mean_um": plain(known(np.mean, ste)),
+        "ste_peak_to_peak_um": plain(known(np.ptp, ste)),
         "ste_harmonics_um": [plain(value) for value in found],
         "shaft_orders": shaft_orders(solved, number),
         "ste_um": [plain(value) for value in ste],
@@ -97,7 +98,7 @@ def torque_data(file: SetFile, solved: SetSolution, number: int) -> Data:
     if plan.planets:
         orbit = 1e3 * solved.hub_displacement[number, :, 0, :2]
         wound = file.sections.carrier.windup_Nmm_per_rad != "rigid"
-        data["carrier_windup_mrad"] = plain(1e3 * np.mean(solved.windup_rad[number])) if wound else None
+        data["carrier_windup_mrad"] = plain(1e3 * known(np.mean, solved.windup_rad[number])) if wound else None
         data["sun_orbit_um"] = [[plain(value) for value in point] for point in orbit]
     return data
 
@@ -149,17 +150,17 @@ def combined_orders(plan: SetPlan, order: Fraction) -> dict[str, int]:
 
 def sample_data(samples: Samples, solved: SetSolution, torques_Nm: Sequence[float]) -> dict[str, Any]:
     """Return percentiles under each torque as plain data, beside those of the set without tolerances."""
-    alone = {"k_gamma": solved.k_gamma, "ste_peak_to_peak_um": np.ptp(solved.ste_um, axis=1)}
+    alone = {"k_gamma": solved.k_gamma, "ste_peak_to_peak_um": np.array([known(np.ptp, ste) for ste in solved.ste_um])}
     drawn = {"k_gamma": samples.k_gamma, "ste_peak_to_peak_um": samples.ste_peak_to_peak_um}
     rows = []
     for number, torque in enumerate(torques_Nm):
         row: dict[str, Any] = {"torque_Nm": torque, "missing": int(samples.missing[number])}
         for name, values in drawn.items():
-            known = values[:, number][np.isfinite(values[:, number])]
-            found = np.percentile(known, PERCENT) if len(known) else np.full(len(PERCENT), np.nan)
+            there = values[:, number][np.isfinite(values[:, number])]
+            found = np.percentile(there, PERCENT) if len(there) else np.full(len(PERCENT), np.nan)
             row[name] = {
                 "as_filed": plain(alone[name][number]),
-                "mean": plain(np.mean(known) if len(known) else np.nan),
+                "mean": plain(known(np.mean, values[:, number])),
             }
             row[name] |= {f"percentile_{percent:g}": plain(v) for percent, v in zip(PERCENT, found, strict=True)}
         rows.append(row)
@@ -169,16 +170,16 @@ def sample_data(samples: Samples, solved: SetSolution, torques_Nm: Sequence[floa
 def _planet_data(solved: SetSolution, number: int, place: int) -> Data:
     share, force = solved.planet_share[number, :, place], solved.pin_force_N[number, :, place]
     moved, tilt = (
-        1e3 * values[number, :, place].mean(axis=0)
+        1e3 * np.array([known(np.mean, along) for along in values[number, :, place].T])
         for values in (solved.planet_displacement_mm, solved.planet_tilt_rad)
     )
     return {
         "name": solved.plan.bodies[solved.plan.planets[place]].name,
-        "share_mean": plain(np.mean(share)),
-        "share_max": plain(np.max(share)),
+        "share_mean": plain(known(np.mean, share)),
+        "share_max": plain(known(np.max, share)),
         "share": [plain(value) for value in share],
-        "pin_force_mean_N": plain(np.mean(force)),
-        "pin_force_max_N": plain(np.max(force)),
+        "pin_force_mean_N": plain(known(np.mean, force)),
+        "pin_force_max_N": plain(known(np.max, force)),
         "outwards_um": plain(moved[0]),
         "around_um": plain(moved[1]),
         "outwards_tilt_mrad": plain(round(tilt[0], TILT_DIGITS) + 0.0),
@@ -194,8 +195,8 @@ def _bearing_data(solved: SetSolution, number: int, place: int) -> list[Data]:
     forces, moments = np.linalg.norm(loads[..., :2], axis=2).T, np.linalg.norm(loads[..., 2:], axis=2).T
     return [
         {
-            "at_mm": at, "force_mean_N": plain(np.mean(force)), "force_max_N": plain(np.max(force)),
-            "moment_max_Nm": plain(1e-3 * np.max(moment)),
+            "at_mm": at, "force_mean_N": plain(known(np.mean, force)), "force_max_N": plain(known(np.max, force)),
+            "moment_max_Nm": plain(1e-3 * known(np.max, moment)),
         }
         for at, force, moment in zip(solved.plan.on_pins.pin.bearings_mm, forces, moments, strict=True)
     ]  # fmt: skip
@@ -210,13 +211,13 @@ def _mesh_data(solved: SetSolution, number: int, mesh: int) -> Data:
         "contact_ratio": plain(pair.contact_ratio),
         "cycles_per_pitch": plain(solved.plan.rates[mesh]),
         "phase_pitches": plain(round(one.start / pair.pitch, 9) % 1.0),
-        "share_mean": plain(np.mean(solved.mesh_share[number, :, mesh])),
-        "share_max": plain(np.max(solved.mesh_share[number, :, mesh])),
-        "force_mean_N": plain(np.mean(force)),
-        "force_peak_to_peak_N": plain(np.ptp(force)),
-        "pinion_torque_Nm": plain(1e-3 * radius * np.mean(force)),
-        "wheel_torque_Nm": plain(1e-3 * abs(pair.wheel.base_radius) * np.mean(force)),
-        "line_load_max_N_per_mm": plain(loads.max()),
+        "share_mean": plain(known(np.mean, solved.mesh_share[number, :, mesh])),
+        "share_max": plain(known(np.max, solved.mesh_share[number, :, mesh])),
+        "force_mean_N": plain(known(np.mean, force)),
+        "force_peak_to_peak_N": plain(known(np.ptp, force)),
+        "pinion_torque_Nm": plain(1e-3 * radius * known(np.mean, force)),
+        "wheel_torque_Nm": plain(1e-3 * abs(pair.wheel.base_radius) * known(np.mean, force)),
+        "line_load_max_N_per_mm": plain(known(np.max, loads)),
         "flank_pressure_max_MPa": plain(solved.flank_pressure_MPa(mesh)[number]),
         "carrying_face_percent": plain(solved.carrying_face_percent(mesh)[number]),
         "k_h_beta": plain(solved.k_h_beta(mesh)[number]),
@@ -254,6 +255,12 @@ def loaded_by(solved: SetSolution, body: int, side: int) -> str | None:
     """Return the member whose teeth press on the flanks of a side of a body's teeth; None where there is none."""
     mates = solved.root_stress[body].mates[side]
     return "/".join(dict.fromkeys(solved.plan.bodies[mate].member for mate in mates)) or None
+
+
+def known(figure: Callable[[FloatArray], Any], values: FloatArray) -> float:
+    """Return a figure of the positions that have a solution; NaN where none has."""
+    there = values[np.isfinite(values)]
+    return float(figure(there)) if there.size else math.nan
 
 
 def plain(value: Any) -> float | None:

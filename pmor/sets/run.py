@@ -14,6 +14,7 @@ from pmor.core.arrays import FloatArray
 from pmor.core.progress import quietly, stage
 from pmor.line.several import GearTrain
 from pmor.sets.loader import SetFile
+from pmor.sets.lost import lost_positions
 from pmor.sets.model import build_train
 from pmor.sets.output import FILES, PIN_FILES, REXS_FILES, SAMPLE_FILES
 from pmor.sets.result import SetResult
@@ -53,14 +54,10 @@ def solved(
     """Solve a set as `run`, its members from where they are kept as in `train_of`."""
     train = train_of(file, kept, executor)
     step(1)
-    found = solve_set(file.plan, train, first_torques_Nm(file), file.sections.sweep.angles_per_pitch, file.pitches)
+    found = solve_set(file.plan, train, first_torques_Nm(file), file.angles_per_pitch, file.pitches)
     samples = solve_samples(file, found)
     step(1)
-    failures = tuple(
-        f"{amount:g} N m: {int((~row).sum())} of {len(row)} positions did not converge"
-        for amount, row in zip(file.torques_Nm, found.converged, strict=True)
-        if not row.all()
-    )
+    failures = tuple(lost_positions(found, [f"{amount:g} N m" for amount in file.torques_Nm]))
     if samples is not None:
         failures += tuple(
             f"{amount:g} N m: {count} of {len(samples.sections)} sets within tolerances did not converge: left out"

@@ -220,12 +220,15 @@ class SetSolution:
     def k_gamma(self) -> FloatArray:
         """Mesh load factor: largest mean load of a planet in a mesh cycle over the mean of all, (D,).
 
-        NaN without planets.
+        Of the positions that have a solution; NaN without planets.
         """
         if not self.plan.planets:
             return np.full(len(self.torque_Nm), np.nan)
         share = self.planet_share.reshape(len(self.torque_Nm), self.pitches, -1, len(self.plan.planets))
-        return np.asarray(len(self.plan.planets) * share.mean(axis=2).max(axis=(1, 2)))
+        there = np.isfinite(share)
+        total, count = np.where(there, share, 0.0).sum(axis=2), there.sum(axis=2)
+        mean = np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0)
+        return np.asarray(len(self.plan.planets) * np.fmax.reduce(mean.reshape(len(mean), -1), axis=1))
 
     def face_loads(self, mesh: int) -> FaceLoads:
         """Line loads of a mesh by its number."""
@@ -266,7 +269,7 @@ class SetSolution:
     @property
     def carrying(self) -> BoolArray:
         """Whether each mesh carries anything, (D, M): what is left of one that does not is round-off."""
-        mean = self.mesh_force_N.mean(axis=1)
+        mean = np.nan_to_num(self.mesh_force_N).mean(axis=1)
         return np.asarray(~(mean <= NOTHING * mean.max(axis=1, keepdims=True)))
 
     def first_pair(self, mesh: int) -> IntArray:
@@ -277,7 +280,10 @@ class SetSolution:
 
     def k_h_beta(self, mesh: int) -> FloatArray:
         """Face load factor of a mesh under each torque, (D,); NaN where it carries nothing."""
-        return np.where(self.carrying[:, mesh], face_load_factor(self.face_loads(mesh)), np.nan)
+        loads = self.face_loads(mesh)
+        # Positions without a solution have no part in the mean over the mesh cycle.
+        there = replace(loads, load_N_per_mm=np.nan_to_num(loads.load_N_per_mm))
+        return np.where(self.carrying[:, mesh], face_load_factor(there), np.nan)
 
     @cached_property
     def root_stress(self) -> tuple[GearStress, ...]:

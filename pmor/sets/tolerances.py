@@ -58,7 +58,8 @@ def solve_samples(file: SetFile, solved: SetSolution) -> Samples | None:
     left: list[list[tuple[int, str, Bound]]] = [[] for _ in solved.torque_Nm]
     for number, said in enumerate(sections):
         found = solve_on(with_errors(file.plan, said), solved.placed, solved.torque_Nm, file.sample_pitches)
-        k_gamma[number], peak_to_peak[number] = found.k_gamma, np.ptp(found.ste_um, axis=1)
+        peak_to_peak[number] = np.ptp(found.ste_um, axis=1)
+        k_gamma[number] = np.where(np.isnan(peak_to_peak[number]), np.nan, found.k_gamma)
         for torque, of_torque in enumerate(left):
             of_torque += [(number, place, bound) for place, bound in set_bounds(file, found, torque)]
     return Samples(sections, k_gamma, peak_to_peak, file.sample_pitches, tuple(map(tuple, left)))

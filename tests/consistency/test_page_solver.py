@@ -162,11 +162,12 @@ TRANSCRIBED = {
         "line_deviations": "de61c616",
     },
     "pmor/line/kernels/law.py": {
-        "_smooth_approach": "32be204d", "widest_load": "4d03e551", "approach_of": "e1528084", "line_law": "89dff05c",
-        "_corner": "46d88f0f", "_from_corner": "b2efd556", "_law_near_corner": "6ebc4515", "sections_alike": "df9f3b46",
+        "_smooth_approach": "32be204d", "load_at": "c4554bcd", "widest_load": "728ecad9", "approach_of": "e1528084",
+        "line_law": "f0da3a83", "_corner": "46d88f0f", "_from_corner": "b2efd556", "_law_near_corner": "6ebc4515",
+        "sections_alike": "df9f3b46",
     },
     "pmor/line/kernels/pressure.py": {"edge_pressure": "3b2d980f", "_patch": "ad6241b4"},
-    "pmor/line/hertz.py": {"mean_layer_constant": "d90b7b6e", "width_limit": "8bcc2135"},
+    "pmor/line/hertz.py": {"mean_layer_constant": "d90b7b6e", "width_limit": "88aad769"},
     "pmor/line/kernels/tip_corner.py": {
         "_hertz": "5174cf36", "_cut_off": "afc00315", "_across": "a9f710c5", "contact_patch": "a60b4c7e",
         "_spread_part": "de89416b", "single_mean": "8b032f55", "_felt": "4ba65c97", "_layer_end": "2bd060bf",
@@ -175,7 +176,7 @@ TRANSCRIBED = {
     "pmor/line/kernels/loads.py": {
         "_start": "09f0db4b", "_solve": "407e33a6", "turning": "c9a30d8d", "_linearise_at": "16c4c3d6",
         "linearise": "c6d330dd", "_newton_step": "561bb450", "accept": "cedca0ae", "_touch_at": "8e41e2b4",
-        "touch": "2b5aa738",
+        "touch": "a12910b6", "gap_of": "45ca2d2d", "begin": "61bce2e3",
     },
     "pmor/line/kernels/flexibility.py": {
         "_product": "102734b1", "_bilinear": "ab6dc26c", "_between": "c8b73726", "make_ready": "df9941fd",

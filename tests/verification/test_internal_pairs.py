@@ -19,8 +19,9 @@ from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.ring_root import Shaper
 from pmor.gear.tip_edge import tip_edge
 from pmor.gear.tooth import Tooth
+from pmor.line.hertz import width_limit
 from pmor.line.hubs import hub_rows
-from pmor.line.layered_pair import place_sections
+from pmor.line.layered_pair import as_layered, place_sections
 from pmor.line.unloaded import unloaded_ste_um
 from pmor.pair.model import elastic_model, gear_pair, mesh_model
 from tests.support.internal_pairs import ALPHA, internal_pair, ring
@@ -164,6 +165,26 @@ def test_moved_hubs_open_the_gaps_of_a_ring_as_moved_axes_do(helix_deg):
         there, back = (place_sections(meshed, phi, Misalignment(**{key: sign * step})).gap for sign in (1.0, -1.0))
         slope = (there[on_path] - back[on_path]) / (2e-3 * step)
         assert_allclose(rows[on_path, place] * moved, slope, rtol=0.0, atol=DIFFERENCES * np.abs(slope).max())
+
+
+def test_a_tip_past_the_path_of_a_ring_that_is_more_curved_there_has_a_law():
+    """17/54 at a working angle of 6.6 deg: the ring's curvature at the planet's tip rises above the tip's own."""
+    case = case_of()
+    ring_of = {"teeth": 54, "profile_shift": 0.7316, "root_fillet_mm": 0.3}
+    planet = {"teeth": 17, "bore_radius_mm": 8.0}
+    case = change_case(case, pair={"centre_distance_mm": 35.0}, pinion=planet, wheel=ring_of)
+    meshed = as_layered(mesh_model(case).meshed)
+    pair = meshed.pair
+    assert_allclose(math.degrees(pair.working_pressure_angle), 6.6, atol=0.05)
+    lines = place_sections(meshed, pair.pitch * np.arange(40) / 40)
+    placed = np.isfinite(lines.gap)
+    radii = np.array([pair.pinion.base_radius, pair.wheel.base_radius]) * lines.roll
+    assert (placed & ((1.0 / np.where(placed[..., None], radii, 1.0)).sum(axis=2) < -0.01)).any()
+    limit = width_limit(meshed, lines.law)
+    assert (limit.approach[placed] > 0.0).all()
+    assert not limit.exceeded(np.zeros((1, *lines.gap.shape))).any()
+    # The wedge between tip and ring carries as the flanks beside the pitch point do.
+    assert limit.approach[placed].min() > 0.05 * np.median(limit.approach[placed])
 
 
 def test_a_rounded_tip_of_a_ring_touches_flank_and_tip_circle():

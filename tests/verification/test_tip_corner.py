@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 
 from pmor.gear.condition import PLAIN
 from pmor.line.hertz import bonded_layer_constant
-from pmor.line.kernels.law import approach_of, widest_load
+from pmor.line.kernels.law import approach_of, load_at, widest_load
 from pmor.line.kernels.places import place_lines
 from pmor.line.kernels.pressure import edge_pressure
 from pmor.line.kernels.tip_corner import LineLaw, contact_patch, corner_approach, single_mean
@@ -144,6 +144,17 @@ def test_peak_pressure_and_length_at_a_rounded_edge_are_those_of_strips(angle, r
     # Pressure and length are those of half-planes: on the wedge the patch is 1 to 3 % longer, its peak 1 to 4 % lower.
     assert_allclose(edge_pressure(patch, law), pressure.max(), rtol=0.05)
     assert_allclose(2.0 * patch.length, np.ptp(place[pressure > 0.0]), rtol=0.04)
+
+
+@pytest.mark.parametrize("rounding", ROUNDINGS)
+@pytest.mark.parametrize("angle", ANGLES_DEG)
+def test_no_patch_is_longer_than_the_load_allows(angle, rounding):
+    _, law = law_at(angle, rounding)
+    for half_length in (0.01, 0.1, 0.5):
+        size = law.compliance * load_at(half_length, law)
+        patch = contact_patch(size, law.angle, law.curvature, law.edge_curvature)
+        assert patch.length <= half_length * (1.0 + 1e-12)
+        assert patch.length > 0.3 * half_length or rounding > 0.0  # an arc that carries alone is far shorter
 
 
 @pytest.mark.parametrize("rounding", ROUNDINGS)

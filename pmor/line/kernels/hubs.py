@@ -11,7 +11,7 @@ from pmor.core.compiling import allocating, compiled
 from pmor.gear.kernels.deviation import Deviation
 from pmor.gear.kernels.types import Gear, Kinematics
 from pmor.line.kernels.flexibility import Flexibility
-from pmor.line.kernels.law import widest_load
+from pmor.line.kernels.law import load_at
 from pmor.line.kernels.loads import LineResults, solve_lines
 from pmor.line.kernels.places import Lines, fill_lines, line_deviations
 from pmor.line.kernels.tip_corner import Corner, stored_law
@@ -45,7 +45,7 @@ class Contact(NamedTuple):
     pair_count, components, rate, compliance, corners
         As in `place_lines` and `solve_lines`.
     widest : float
-        Line load beyond which contact is too wide for the layer, over `widest_load`.
+        Half-width beyond which contact is too wide for the layer, over exp(opening) of a law.
     """
 
     axes: Axes
@@ -165,8 +165,8 @@ def contact_of_hubs(contact, placed, phi, advance, displacement):
     for n in range(size):
         load = force[0, 0, n]
         if load > 0.0:
-            limit = contact.widest * widest_load(stored_law(lines.law[0, n]))
-            overloaded |= load > limit * contact.width[n % sections]
+            law = stored_law(lines.law[0, n])
+            overloaded |= load > load_at(contact.widest * np.exp(law.opening), law) * contact.width[n % sections]
             for k in range(ROWS):
                 wrench[k] += load * rows[n, k]
     # Under a corner the lever turns with the advance.

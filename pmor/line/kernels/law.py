@@ -8,6 +8,10 @@ from pmor.core.compiling import compiled
 from pmor.line.kernels.contact_point import roll_of
 from pmor.line.kernels.tip_corner import NEAREST, SHORT, LineLaw, corner_approach, single_mean
 
+# Least relative curvature, over the curvatures of both flanks. A tip far beyond the path meets a ring where the ring is
+# more curved than the tip: within the patch the wedge between them counts, and not that they would meet further inside.
+FLATTEST = 0.01
+
 
 @compiled
 def _smooth_approach(load, law, corners):
@@ -19,9 +23,21 @@ def _smooth_approach(load, law, corners):
 
 
 @compiled
+def load_at(half_length, law):
+    """Return the line load (N/mm) that a patch of some half-length (mm) needs at least.
+
+    Hertz's on flank or arc, or that of a wedge: (4) of `pmor.line.kernels.tip_corner`, Q >= kappa / 2 and Q >= P / 2.
+    """
+    wedge = law.angle
+    if law.edge_curvature > 0.0:
+        wedge = min(wedge, law.edge_curvature * half_length)
+    return 0.5 * half_length * max(law.curvature * half_length, wedge) / law.compliance
+
+
+@compiled
 def widest_load(law):
-    """Line load at which Hertz's half-width comes near the depth of the layer: A - ln(w) / 2 = 1, N/mm."""
-    return 0.5 * law.curvature / law.compliance * np.exp(2.0 * law.opening - 1.0)
+    """Line load at which the half-width comes near the depth of the layer: A - ln(w) / 2 = 1, N/mm."""
+    return load_at(np.exp(law.opening - 0.5), law)
 
 
 @compiled
@@ -48,7 +64,7 @@ def line_law(gears, layers, contact_point, carriers):
     Of helical flanks along the transverse line of action: the approach normal to the flanks over the cosine of the base
     helix angle, at the curvature and the depth of the layer normal to them.
     """
-    compliance, constant, curvature = 0.0, 0.0, 0.0
+    compliance, constant, curvature, bent = 0.0, 0.0, 0.0, 0.0
     cosine = 1.0 / np.sqrt(1.0 + (gears[0].twist * gears[0].base_radius) ** 2)
     near, nearest, inside = -1, 1.0, 0.0
     for number in range(4):
@@ -67,7 +83,9 @@ def line_law(gears, layers, contact_point, carriers):
                 value += single_mean(corner, max((corner.place + distance) / influence_length, NEAREST))
         compliance += layer.compliance
         constant += layer.compliance * value
-        curvature += 1.0 / (flank.base_radius * max(roll, 1e-3))
+        own = 1.0 / (flank.base_radius * max(roll, 1e-3))
+        curvature, bent = curvature + own, bent + abs(own)
+    curvature = max(curvature, FLATTEST * bent)
     constant = constant / compliance + np.log(cosine)
     least = 1e-9 / (compliance * curvature * cosine)
     law = LineLaw(

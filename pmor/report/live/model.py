@@ -11,7 +11,7 @@ from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.tooth import Tooth
 from pmor.line import hertz
 from pmor.line.hertz import mean_layer_constant
-from pmor.line.kernels import contact_point, loads, places, pressure, tip_corner
+from pmor.line.kernels import contact_point, law, loads, places, pressure, tip_corner
 from pmor.line.kernels.tip_corner import Corner
 from pmor.line.layered_pair import LayeredPair
 from pmor.report.live.compliance import packed_compliance
@@ -27,7 +27,7 @@ CONSTANTS = {
     for module, names in (
         (loads, ("MAX_STEPS", "PATIENCE", "TOLERANCE", "NEARBY", "ROUND_OFF", "LAST_DIGITS", "BEGINNING")),
         (tip_corner, ("SHORT", "LONGEST", "NEAREST")), (contact_point, ("CORNER", "LEAST_ROLL")),
-        (places, ("LEAST_LEVER",)), (hertz, ("WIDEST",)), (pressure, ("PRESSURES",)),
+        (places, ("LEAST_LEVER",)), (hertz, ("WIDEST",)), (pressure, ("PRESSURES",)), (law, ("FLATTEST",)),
     ) for name in names
 }  # fmt: skip
 

@@ -152,6 +152,12 @@ function pressureUnder(load, law) {
   return per / Math.PI ** 2 * most;
 }
 
+// Line load (N/mm) that a patch of contact of some half-length (mm) needs at least.
+function loadAt(halfLength, law) {
+  const wedge = law.edgeCurvature > 0 ? Math.min(law.angle, law.edgeCurvature * halfLength) : law.angle;
+  return 0.5 * halfLength * Math.max(law.curvature * halfLength, wedge) / law.compliance;
+}
+
 // Approach of the flanks under a line load (N/mm), mm, and its derivative.
 function approachOf(load, law, gears) {
   if (load <= law.least) {
@@ -159,7 +165,7 @@ function approachOf(load, law, gears) {
     return [slope * load, slope];
   }
   if (load > law.plain) {
-    const widest = 0.5 * law.curvature / law.compliance * Math.exp(2 * law.opening - 1);
+    const widest = loadAt(Math.exp(law.opening - 0.5), law);
     if (load > widest) {
       const [approach, slope] = smoothApproach(widest, law, gears);
       return [approach + slope * (load - widest), slope];
@@ -187,7 +193,7 @@ function fromCorner(gears, contactPoint, number, cosine) {
 // The law at a contact point; `carriers` are the rows of nodes and their weights on either gear.
 function lineLaw(gears, contactPoint, carriers) {
   const cosine = 1 / Math.sqrt(1 + (gears[0].twist * gears[0].base_radius) ** 2);
-  let near = -1, nearest = 1, inside = 0, compliance = 0, constant = 0, curvature = 0;
+  let near = -1, nearest = 1, inside = 0, compliance = 0, constant = 0, curvature = 0, bent = 0;
   for (let n = 0; n < 4; n++) {
     const [distance, influence_length] = fromCorner(gears, contactPoint, n, cosine);
     if (distance < nearest * influence_length) { near = n; nearest = distance / influence_length; inside = distance; }
@@ -203,8 +209,11 @@ function lineLaw(gears, contactPoint, carriers) {
     }
     compliance += gear.line_compliance;
     constant += gear.line_compliance * value;
-    curvature += 1 / (gear.base_radius * Math.max(roll, 1e-3));
+    const own = 1 / (gear.base_radius * Math.max(roll, 1e-3));
+    curvature += own;
+    bent += Math.abs(own);
   }
+  curvature = Math.max(curvature, FLATTEST * bent);
   constant = constant / compliance + Math.log(cosine);
   const law = {
     compliance: compliance / cosine, constant: constant - 0.5 * Math.log(2 * compliance / (cosine * curvature)),

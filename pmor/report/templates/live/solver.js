@@ -164,7 +164,7 @@ function isOverloaded(model, place, force) {
   return place.sections.some(({ section, law }, n) => {
     if (!(force[n] > 0)) return false;
     const depth = 0.5 * Math.exp(law.opening - model.layer_constant);
-    return force[n] * law.compliance / model.sections.width[section] > 0.5 * law.curvature * (WIDEST * depth) ** 2;
+    return force[n] / model.sections.width[section] > loadAt(WIDEST * depth, law);
   });
 }
 
