@@ -14,6 +14,7 @@ from pmor.case import change_case
 from pmor.core.errors import FileFormatError, GeometryError
 from pmor.gear.modification import Modification
 from pmor.pair.model import refuse_loads
+from pmor.report.parameter_words import parameter_words
 from pmor.report.readings_blocks import readings_picture_names, readings_pictures, sensitivities_table
 from pmor.report.results_data import HARRIS, RESULTS
 from pmor.report.run_page import page_files, run_pictures
@@ -149,7 +150,9 @@ def test_page_has_a_picture_and_a_table_for_each(run):
     assert {picture.file_name for picture in pictures} <= set(page_files(run.case))
     over_torque, (derivatives,) = load_table(run, torque_rows(run)), sensitivities_table(run)
     assert [row[0] for row in over_torque.rows] == TORQUES
-    assert [row[0] for row in derivatives.rows] == list(run.readings.sensitivities.parameter)
+    names = run.readings.sensitivities.parameter
+    assert [row[0] for row in derivatives.rows] == [parameter_words(name) for name in names], "in words, no keys"
+    assert not {row[0] for row in derivatives.rows} & set(names)
 
 
 def test_a_contact_pattern_that_covers_the_flanks_is_not_drawn(run):
