@@ -162,8 +162,9 @@ COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
     ),
     "export": (
         "a basis, a gearbox, a set or results in the formats of other programs",
-        _option("source", metavar="FILE", type=_path, help="a basis, or a REXS file for --to case"),
-        _option("--to", choices=("case", "csv", "fmu", "rexs", "vtkhdf"), required=True, help="format to write"),
+        _option("source", metavar="FILE", type=_path, help="a basis, or a REXS file for --to case and gearbox"),
+        _option("--to", choices=("case", "csv", "fmu", "gearbox", "rexs", "vtkhdf"), required=True,
+                help="format to write"),
         _option("-o", dest="target", metavar="PATH", type=_path,
                 help="file to write, or folder for tables (default: named after FILE, in the current folder)"),
         _option("--stage", metavar="ID", type=_positive, help="stage of a REXS file that has several"),

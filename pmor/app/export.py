@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pmor_online.model import ReducedPair
 
 #: formats, and what their files end with; tables are files in a folder
-ENDINGS = {"case": ".toml", "csv": "_tables", "fmu": ".fmu", "rexs": ".rexs", "vtkhdf": ".vtkhdf"}
+ENDINGS = {"case": ".toml", "csv": "_tables", "fmu": ".fmu", "gearbox": ".toml", "rexs": ".rexs", "vtkhdf": ".vtkhdf"}
 # What answers, and what a set leaves in place of a basis, which it has none of.
 TAKEN = {
     "csv": "takes a basis or results.h5; pmor set leaves results.h5 of a set",
@@ -47,9 +47,11 @@ def export_file(
     Parameters
     ----------
     source : Path or str
-        A basis; a REXS file for a case; a file of results for tables; a gearbox or set file for REXS, without results.
-    to : {"case", "csv", "fmu", "rexs", "vtkhdf"}
-        A case; tables of a sweep or of results; a unit for co-simulation; the pair with results as REXS; an animation.
+        A basis; a REXS file for a case or a gearbox; a file of results for tables; a gearbox or set file for REXS,
+        without results.
+    to : {"case", "csv", "fmu", "gearbox", "rexs", "vtkhdf"}
+        A case; tables of a sweep or of results; a unit for co-simulation; a gearbox file with its cases beside it; the
+        pair with results as REXS; an animation.
     target : Path or str, optional
         File to write, or folder for tables; named after the source in the current folder by default.
     stage : int, optional
@@ -85,6 +87,8 @@ def export_file(
     ensure_folder(path.parent)
     if to == "case":
         _case(source, path, overwrite, stage)
+    elif to == "gearbox":
+        _gearbox(source, path, overwrite)
     elif to == "vtkhdf":
         from pmor.export.vtkhdf import export
         from pmor.work.cost import refuse_beyond_memory
@@ -112,10 +116,11 @@ def export_model(model: ReducedPair, to: str, path: Path, overwrite: bool, torqu
             _LOG.info("no compiler here: the unit holds its source, and no binary")
         return
     from pmor.export.rexs.results import stage_results
-    from pmor.export.rexs.write import write_rexs
+    from pmor.export.rexs.write import not_written, write_rexs
 
     case = model.basis.case
     refuse_beyond(case, "rexs")
+    _LOG.info("%s", not_written(case))
     write_rexs(case, model.meshed.pair, path, stage_results(model), overwrite)
 
 
@@ -158,6 +163,21 @@ def _case(source: Path, path: Path, overwrite: bool, stage: int | None) -> None:
     case = import_rexs(source, stage=stage)
     with atomic_path(path, overwrite) as temporary:
         temporary.write_text(case.text, encoding="utf-8")
+
+
+def _gearbox(source: Path, path: Path, overwrite: bool) -> None:
+    """Write a gearbox in REXS as a gearbox file."""
+    from pmor.export.rexs.model import ENDINGS as REXS
+    from pmor.machine.loader import load
+    from pmor.machine.to_toml import write_gearbox_toml
+
+    if source.suffix.lower() not in REXS:
+        raise CaseError(f"{source}: --to gearbox takes a gearbox in REXS ({', '.join(REXS)})")
+    file = load(source)
+    for note in file.notes:
+        _LOG.info("%s", note)
+    _, *beside = write_gearbox_toml(file, path, overwrite)
+    _LOG.info("beside it: %s", ", ".join(one.name for one in beside))
 
 
 def _machine(source: Path, path: Path, overwrite: bool) -> None:

@@ -108,7 +108,7 @@ class GearboxReader(Reader):
                 f'{where}: to = "{bearing.to}"', f'has another axis than "{bearing.shaft}": correct at_mm of one'
             )
         place = bearing.at_mm + one.start_mm - other.start_mm
-        if not -ROUNDED_MM <= place <= other.length + ROUNDED_MM:
+        if not bearing.couples and not -ROUNDED_MM <= place <= other.length + ROUNDED_MM:
             rule = f'is {place:g} mm from the beginning of "{bearing.to}", which has {other.length:g} mm: correct it'
             self.refuse(f"{where}: at_mm = {bearing.at_mm:g}", rule)
 

@@ -16,6 +16,7 @@ from pmor.export.rexs.model import ENDINGS
 from pmor.machine.checks import ROUNDED_MM, GearboxReader
 from pmor.machine.model import GearboxModel, pinion_senses, pinion_torques, set_torques
 from pmor.machine.rexs import read_gearbox
+from pmor.machine.rexs_follows import other_results, with_estimates
 from pmor.machine.rexs_sets import StageOnShafts
 from pmor.machine.settings import GearboxSections, Mesh, PlanetarySet
 from pmor.pair.model import gear_pair
@@ -164,13 +165,15 @@ def _of_rexs(path: Path, reader: GearboxReader) -> GearboxFile:
     for name, offsets in found.face_offsets.items():
         pinion, wheel = (round(senses[name] * offset, OFFSET_DIGITS) for offset in offsets)
         cases[name] = change_case(cases[name], pinion={"face_offset_mm": pinion}, wheel={"face_offset_mm": wheel})
-    model = replace(_model(said, cases, sets), housing=found.housing)
+    model, estimated = with_estimates(replace(_model(said, cases, sets), housing=found.housing), found.estimated)
+    said = model.sections
     housing = [] if found.housing is None else found.housing.tolist()
     texts = repr(said), *(case.text for case in cases.values()), *(one.text for one in sets.values()), repr(housing)
     reader.check_gears(model)
     reader.check_turned(model, cases)
     of_sets = [f"{name}: {note}" for name, one in sets.items() for note in (*one.changed, *one.notes)]
-    return GearboxFile(printable(path.stem), "\n".join(texts), model, cases, (path,), (*found.notes, *of_sets))
+    notes = (*found.notes, *estimated, *other_results(model, found.results), *of_sets)
+    return GearboxFile(printable(path.stem), "\n".join(texts), model, cases, (path,), notes)
 
 
 def _stage(path: Path, stage: StageOnShafts, on_sun_Nm: float) -> SetFile:

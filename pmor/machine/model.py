@@ -162,10 +162,11 @@ class GearboxModel:
         gears += [member for one in said.sets for member in one.members.values()]
         loads = [place for load in said.loads for place in load.places]
         bearings = [one for one in said.bearings if one.shaft == name]
-        carried = [one for one in said.bearings if one.to == name]
+        carried = [seat_on(shafts[name], one.at_mm + shafts[one.shaft].start_mm)[0] for one in said.bearings
+                   if one.to == name]  # fmt: skip
         found = [gear.at_mm for gear in gears if gear.shaft == name] + [bearing.at_mm for bearing in bearings]
         found += [place for shaft, place in loads if shaft == name]
-        return found + [one.at_mm + shafts[one.shaft].start_mm - shafts[name].start_mm for one in carried]
+        return found + carried
 
 
 @dataclass(frozen=True)
@@ -259,8 +260,8 @@ def loaded(model: GearboxModel, load: LoadCase) -> LoadedGearbox:
             rows[:, seat + np.arange(NODE)] -= np.eye(NODE)
             seat += NODE
         elif bearing.to != HOUSING:
-            place = bearing.at_mm + shafts[bearing.shaft].start_mm - shafts[bearing.to].start_mm
-            rows[:, node(bearing.to, place) + np.arange(NODE)] -= np.eye(NODE)
+            place, reach = seat_on(shafts[bearing.to], bearing.at_mm + shafts[bearing.shaft].start_mm)
+            rows[:, node(bearing.to, place) + np.arange(NODE)] -= _arm(reach)
         bearings.append(_supported(bearing, rows))
     torques = set_torques(model, load)
     sets = tuple(
@@ -272,6 +273,19 @@ def loaded(model: GearboxModel, load: LoadCase) -> LoadedGearbox:
         pinion, wheel = (node(gear.shaft, gear.at_mm) for gear in (mesh.pinion, mesh.wheel))
         meshes.append(_meshing(mesh, model, (pinion, wheel), senses[mesh.name]))
     return LoadedGearbox(beams, first, tuple(bearings), tuple(meshes), sets, tuple(balances), force, housing)
+
+
+def seat_on(shaft: Shaft, x: float) -> tuple[float, float]:
+    """Return the place on a shaft that holds a joint at x, mm, and by how much a coupling reaches from there."""
+    place = min(max(x - shaft.start_mm, 0.0), shaft.length)
+    return place, x - shaft.start_mm - place
+
+
+def _arm(reach: float) -> FloatArray:
+    """What a rigid arm along the axis makes of the displacement of a node."""
+    moved = np.eye(NODE)
+    moved[1, 5], moved[2, 4] = reach, -reach
+    return moved
 
 
 def speeds_rpm(model: GearboxModel, load: LoadCase) -> dict[str, float]:
@@ -322,6 +336,17 @@ def joint_torques(model: GearboxModel, load: LoadCase) -> list[float]:
 
     Without losses, from the balance of each shaft; least squares where power is split, of which the signs alone count.
     """
+    return _balanced(model, load)[0]
+
+
+def held_torques(model: GearboxModel, load: LoadCase) -> dict[str, float]:
+    """Return the torques about x that hold shafts against the others, by shaft, N m, as `joint_torques`."""
+    held = [torque.shaft for torque in load.torques if torque.torque_Nm == "balance"]
+    return dict(zip(held, _balanced(model, load)[1], strict=True))
+
+
+def _balanced(model: GearboxModel, load: LoadCase) -> tuple[list[float], list[float]]:
+    """Torques of all joints, and those that hold."""
     said = model.sections
     couplings = [bearing for bearing in said.bearings if bearing.couples]
     joints = len(said.meshes) + len(said.sets) + len(couplings)
@@ -347,7 +372,7 @@ def joint_torques(model: GearboxModel, load: LoadCase) -> list[float]:
         if torque.torque_Nm != "balance":
             given[rows[torque.shaft]] += torque.torque_Nm
     found = np.linalg.lstsq(matrix, -given, rcond=None)[0]
-    return [float(torque) for torque in found[:joints]]
+    return [float(torque) for torque in found[:joints]], [float(torque) for torque in found[joints:]]
 
 
 def _meshing(mesh: Mesh, model: GearboxModel, hubs: tuple[int, int], sense: float) -> Meshing:

@@ -15,11 +15,12 @@ from pmor.gear.pair import GearPair
 from pmor.machine.coupled import RigidMesh, RootStresses, SolvedLoad, SolvedMesh
 from pmor.machine.iso import CrudeMisalignment, crude_misalignment
 from pmor.machine.mesh_losses import mesh_losses, per_second
-from pmor.machine.model import ABOUT_AXIS, GearboxModel, Supported, speeds_rpm
+from pmor.machine.model import ABOUT_AXIS, GearboxModel, LoadedGearbox, Supported, speeds_rpm
 from pmor.machine.rolling_bearing import BearingState
 from pmor.machine.set_readings import set_entry
 from pmor.machine.settings import LoadCase, Lubricant
 from pmor.machine.ste_parts import SteParts, ste_parts
+from pmor.machine.system import Equilibrium
 from pmor.results.load_distribution import face_load_factor, largest_pressure, line_states
 from pmor.results.sweep import SteSweep, mesh_orders, peak_to_peak_um, ste_mean_um
 
@@ -135,18 +136,23 @@ def sweep_data(sweep: SteSweep, row: int, root_stress: RootStresses) -> Data:
 
 def bearing_data(solved: SolvedLoad) -> list[Data]:
     """Return force, displacement and tilt of each bearing, of its shaft against what it stands on."""
+    return carried(solved.gearbox, solved.equilibrium)
+
+
+def carried(gearbox: LoadedGearbox, equilibrium: Equilibrium) -> list[Data]:
+    """Return what `bearing_data` does, of a gearbox in equilibrium."""
     found, constraint, seat = [], 0, 0
-    displacement = solved.equilibrium.displacement
-    for bearing in solved.gearbox.bearings:
+    displacement = equilibrium.displacement
+    for bearing in gearbox.bearings:
         moved = bearing.rows @ displacement
         moved[list(bearing.rigid)] = 0.0
         force = bearing.springs * moved + 0.0
         state = None
         for direction in bearing.rigid:
-            force[direction] -= solved.equilibrium.reactions[constraint]
+            force[direction] -= equilibrium.reactions[constraint]
             constraint += 1
         if bearing.inner is not None:
-            state = solved.equilibrium.bearings[seat]
+            state = equilibrium.bearings[seat]
             force[[0, 1, 2, 4, 5]] += state.force
             seat += 1
         found.append(_bearing(bearing, moved, force, state))

@@ -15,8 +15,15 @@ from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
 from pmor.export.rexs.joints import axis_of
 from pmor.export.rexs.model import Component, Gearbox
-from pmor.machine.rolling_bearing import LAMINAE, BallBearing, RollerBearing
+from pmor.machine.rolling_bearing import LAMINAE, BallBearing, RollerBearing, impossible
 
+# Types of bearings whose inner geometry is solved, and whether they have balls; others are taken by their stiffness.
+KINDS = {
+    "angular_contact_ball_bearing": True, "radial_grooved_ball_bearing": True, "radial_needle_roller_bearing": False,
+    "radial_roller_bearing": False, "radial_tapered_roller_bearing": False,
+}  # fmt: skip
+# Those that have a contact angle.
+ANGLED = ("angular_contact_ball_bearing", "radial_tapered_roller_bearing")
 MATRIX = "reduced_static_stiffness_matrix"
 CLEARANCES = ("operating_radial_bearing_clearance", "mounted_radial_bearing_clearance", "radial_bearing_clearance")
 
@@ -37,14 +44,19 @@ def inner_geometry(
         if elements:
             note(f"{bearing.label}: {len(rows)} rows of rolling elements, and one is solved: by its stiffness")
         return None
-    (row,), element = rows, elements[0]
-    ball = "ball" in bearing.text_of("bearing_type")
+    (row,), element, kind = rows, elements[0], bearing.text_of("bearing_type")
+    if kind not in KINDS:
+        said = f"bearing_type {kind}" if kind else "without bearing_type"
+        note(f"{bearing.label}: {said}: its inner geometry is not solved: by its stiffness")
+        return None
+    ball = KINDS[kind]
     length = row.number_of("significant_contact_length_inner_ring") or element.number_of("length_of_rolling_element")
     needed = {
         "number_of_rolling_elements": row.whole_number_of("number_of_rolling_elements"),
-        "reference_diameter_rolling_bearing": row.number_of("reference_diameter_rolling_bearing"),
+        "reference_diameter_rolling_bearing": row.number_of("reference_diameter_rolling_bearing", "reference_diameter"),
         "diameter_of_rolling_element": element.number_of("diameter_of_rolling_element"),
         **({} if ball else {"length_of_rolling_element": length}),
+        **({"pressure_angle": row.number_of("pressure_angle")} if kind in ANGLED else {}),
     }
     if missing := [name for name, value in needed.items() if not value]:
         note(f"{bearing.label}: {', '.join(missing)} missing: by its stiffness")
@@ -64,7 +76,7 @@ def inner_geometry(
             pitch_diameter_mm=pitch, clearance_mm=clearance or 0.0, contact_angle_deg=angle, first_roller_deg=first,
             laminae=laminae or LAMINAE, logarithmic_profile=profile != "false",
         )  # fmt: skip
-        return checked(roller, RollerBearing, where, "roller")
+        return _possible(checked(roller, RollerBearing, where, "roller"), bearing, note)
     grooves = [row.number_of(f"raceway_radius_of_{ring}_ring") for ring in ("inner", "outer")]
     usual = 0.52, 0.53
     if None in grooves:
@@ -80,7 +92,17 @@ def inner_geometry(
         contact_angle_deg=angle, first_ball_deg=first, inner_osculation=osculation[0], outer_osculation=osculation[1],
         **steel,
     )  # fmt: skip
-    return checked(found, BallBearing, where, "ball")
+    return _possible(checked(found, BallBearing, where, "ball"), bearing, note)
+
+
+def _possible(
+    found: BallBearing | RollerBearing, bearing: Component, note: Callable[[str], None]
+) -> BallBearing | RollerBearing | None:
+    """None of a bearing that cannot be made, with a note."""
+    if (fault := impossible(found)) is None:
+        return found
+    note(f"{bearing.label}: {fault[0]} cannot be: {fault[1]}; by its stiffness")
+    return None
 
 
 def read_housing_matrix(

@@ -10,7 +10,7 @@ from pmor.core.errors import CaseError
 from pmor.export.rexs.joints import joints
 from pmor.export.rexs.model import BEARINGS, Component, Gearbox
 from pmor.sets.rexs import STAGE, PlanetaryStage
-from pmor.sets.rexs_supports import RexsSupports, cheek_of
+from pmor.sets.rexs_supports import RexsSupports, cheek_of, on_casing
 from pmor.sets.settings import Member
 
 
@@ -26,11 +26,14 @@ class StageOnShafts:
         Of the members that turn: their shafts, and places along these, mm.
     own : set of int
         Shafts that are parts of the stage: of planets, pins, the member that is held; of the carrier, without bearings.
+    bridges : tuple of (Component, float, Component)
+        Further shafts of a carrier that stands on several: the shaft, the place of its cheek, mm, and the first shaft.
     """
 
     stage: PlanetaryStage
     seats: dict[Member, tuple[Component, float]]
     own: set[int]
+    bridges: tuple[tuple[Component, float, Component], ...] = ()
 
     @property
     def name(self) -> str:
@@ -44,7 +47,7 @@ def stages_on_shafts(gearbox: Gearbox, path: Path, note: Callable[[str], None]) 
     Raises
     ------
     CaseError
-        When the file does not say enough of one, or has a carrier on two shafts.
+        When the file does not say enough of one.
     """
     return [_on_shafts(PlanetaryStage(gearbox, path, part), note) for part in gearbox.of_kind(STAGE)]
 
@@ -57,34 +60,38 @@ def _on_shafts(stage: PlanetaryStage, note: Callable[[str], None]) -> StageOnSha
     own |= {shaft.number for shaft in shafts[held]}
     along = RexsSupports(gearbox, stage.path, [], 1).along
     seats: dict[Member, tuple[Component, float]] = {}
+    bridges = list[tuple[Component, float, Component]]()
     gears: dict[Member, Component] = {"sun": stage.sun, "ring": stage.ring}
     for member, gear in gears.items():
         if member != held:
             seats[member] = shafts[member][0], along(gear, shafts[member][0])
     if held != "carrier":
-        carrier, cheek = _carrier(stage, shafts["carrier"])
-        seats["carrier"] = carrier, along(cheek, carrier)
-        bare = [shaft for shaft in shafts["carrier"] if shaft is not carrier]
+        borne, cheeks = _carrier(stage, shafts["carrier"])
+        seats["carrier"] = borne[0], along(cheeks[0], borne[0])
+        bridges = [(shaft, along(cheek, shaft), borne[0]) for shaft, cheek in zip(borne[1:], cheeks[1:], strict=True)]
+        for shaft, _, first in bridges:
+            note(f"{shaft.label} and {first.label}: the carrier between them is rigid")
+        bare = [shaft for shaft in shafts["carrier"] if shaft not in borne]
         between = {other for shaft in shafts["carrier"] for _, other in joints(gearbox, shaft)}
         bare += [gearbox.components[n] for n in between if n in gearbox.components and not _borne(gearbox, n)]
         for part in bare:
             if part.kind == "shaft":
                 own.add(part.number)
                 note(f"{part.label}: without bearings: a part of the carrier, which is rigid but for its wind-up")
-    return StageOnShafts(stage, seats, own)
+    return StageOnShafts(stage, seats, own, tuple(bridges))
 
 
-def _carrier(stage: PlanetaryStage, shafts: list[Component]) -> tuple[Component, Component]:
-    """Return the shaft that the carrier stands on, and what joins its cheek to it."""
-    borne = [shaft for shaft in shafts if _borne(stage.gearbox, shaft.number)]
-    if len(borne) != 1:
-        count = "no shaft of its carrier has" if not borne else "both shafts of its carrier have"
-        rule = f"{count} bearings: it is read where one has: write a gearbox file with [[sets]]"
+def _carrier(stage: PlanetaryStage, shafts: list[Component]) -> tuple[list[Component], list[Component]]:
+    """Return the shafts in bearings that the carrier stands on, and what joins its cheeks to them."""
+    on = {shaft.number: len(on_casing(stage.gearbox, shaft)) for shaft in shafts}
+    borne = sorted((shaft for shaft in shafts if _borne(stage.gearbox, shaft.number)), key=lambda one: -on[one.number])
+    if not borne:
+        rule = "no shaft of its carrier has bearings: write a gearbox file with [[sets]], which names one"
         raise stage.refuse(stage.stage, rule)
-    cheek = cheek_of(stage.gearbox, borne[0])
-    if cheek is None:
-        raise stage.refuse(borne[0], "is joined to no side_plate: where is the carrier on it?")
-    return borne[0], cheek
+    cheeks = [cheek_of(stage.gearbox, shaft) for shaft in borne]
+    if None in cheeks:
+        raise stage.refuse(borne[cheeks.index(None)], "is joined to no side_plate: where is the carrier on it?")
+    return borne, [cheek for cheek in cheeks if cheek is not None]
 
 
 def _borne(gearbox: Gearbox, number: int) -> bool:
@@ -92,7 +99,7 @@ def _borne(gearbox: Gearbox, number: int) -> bool:
     return any(joint.kind in BEARINGS for joint, _ in joints(gearbox, gearbox.components[number]))
 
 
-def refuse_bearing(path: Path, bearing: Component) -> CaseError:
+def refuse_bearing(bearing: Component) -> CaseError:
     """Return the error of a bearing in a part of a stage that is no shaft of its own."""
     rule = "stands in a part of the carrier that is no shaft of its own: write a gearbox file with [[sets]]"
-    return CaseError(f"{path}: {bearing.label}: {rule}")
+    return CaseError(f"{bearing.file}: {bearing.label}: {rule}")

@@ -83,7 +83,8 @@ class Bearing:
     radial_N_per_mm, axial_N_per_mm, tilt_Nmm_per_rad : float, "rigid" or "free"
         Of a bearing by its stiffness.
     torsion_Nmm_per_rad : float, "rigid" or "free"
-        About the axis, of a coupling, a key, a spline or a press fit between two shafts: it carries torque.
+        About the axis, of a coupling, a key, a spline or a press fit between two shafts: it carries torque. A coupling
+        reaches rigidly from `at_mm` to the end of the other shaft.
     ball, roller : BallBearing, RollerBearing
         Of a bearing by its inner geometry.
     """

@@ -13,13 +13,15 @@ from pathlib import Path
 import numpy as np
 
 from pmor.export.rexs.document import Attributes, Document, Value
-from pmor.export.rexs.springs import springs
-from pmor.export.rexs.write import ACROSS, ALONG, add_gear, stage_attributes
+from pmor.export.rexs.springs import springs, torsion
+from pmor.export.rexs.write import ACROSS, ALONG, add_gear, misaligned, stage_attributes
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.duty import shares
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import pinion_senses
 from pmor.machine.readings import Data
+from pmor.machine.rexs_loads import LOAD_NAME
+from pmor.machine.rexs_lubricant import lubricant_attributes
 from pmor.machine.rexs_results import GEARS, Numbers, found_attributes
 from pmor.machine.rolling_bearing import STEEL_MODULUS, STEEL_RATIO, BallBearing, RollerBearing
 from pmor.machine.settings import HOUSING, Bearing, LoadCase, Mesh, Shaft
@@ -107,6 +109,8 @@ def _add_bearings(draft: _Draft) -> None:
     document, model = draft.document, draft.file.model
     casing = document.add("gear_casing", "Housing")
     document.relate("assembly", assembly=draft.unit, part=casing)
+    oil = document.add("lubricant", "", **lubricant_attributes(model.sections.lubricant))
+    document.relate("reference", origin=casing, referenced=oil)
     group = None
     if model.housing is not None:
         group = document.add(
@@ -124,7 +128,9 @@ def _add_bearings(draft: _Draft) -> None:
         number = _add_rolling(document, bearing, at)
         if number is None:
             stiffness = springs(bearing.radial_N_per_mm, bearing.axial_N_per_mm, bearing.tilt_Nmm_per_rad)
-            number = document.add("concept_bearing", bearing.name, **at, **stiffness)
+            kind = "coupling" if bearing.couples else "concept_bearing"
+            about = torsion(bearing.torsion_Nmm_per_rad) if bearing.couples else {}
+            number = document.add(kind, bearing.name, **at, **stiffness, **about)
         draft.bearings[bearing.name] = number
         outer = casing if bearing.to == HOUSING else draft.shafts[bearing.to]
         document.relate("side", assembly=number, inner_part=draft.shafts[bearing.shaft], outer_part=outer)
@@ -191,7 +197,7 @@ def _add_mesh(draft: _Draft, mesh: Mesh, sense: float) -> None:
     """Add a stage with its gears; z of the case looks along `sense` x under the first load."""
     document, model = draft.document, draft.file.model
     pair, case = model.pairs[mesh.name], draft.file.cases[mesh.name]
-    stage = document.add("cylindrical_stage", mesh.name, **stage_attributes(pair))
+    stage = document.add("cylindrical_stage", mesh.name, **stage_attributes(pair), **misaligned(case.misalignment))
     document.relate("assembly", assembly=draft.unit, part=stage)
     draft.stages[mesh.name] = stage
     for number, (name, place) in enumerate(zip(GEARS, (mesh.pinion, mesh.wheel), strict=True)):
@@ -230,8 +236,9 @@ def _add_loads(draft: _Draft, load: LoadCase) -> None:
 
 
 def _given(draft: _Draft, load: LoadCase, part: float | None, senses: Mapping[str, float]) -> dict[int, Attributes]:
-    """What is given of a load case: its time, speed and loads, and the flanks that carry."""
-    case: dict[int, Attributes] = {} if part is None else {draft.unit: {"operating_time_fraction": 100.0 * part}}
+    """What is given of a load case: its name, time, speed and loads, and the flanks that carry."""
+    share: Attributes = {} if part is None else {"operating_time_fraction": 100.0 * part}
+    case: dict[int, Attributes] = {draft.unit: {LOAD_NAME: load.name, **share}}
     if load.speed_rpm is not None:
         case[draft.shafts[load.torques[0].shaft]] = {"rotational_speed": load.speed_rpm}
     case |= {number: {"torque_around_u_axis": 0.0} for (_, _, kind), number in draft.acting.items() if kind == "torque"}

@@ -156,7 +156,7 @@ class PlanetaryStage:
         datum = 1 if pinion.text_of("datum_face_orientation") == "positive" else -1
         loaded = "left" if sense * datum > 0 else "right"
         found = replace(found, torques_Nm=(1.0,), loaded=loaded, loaded_known=True, notes=())
-        return stage_case(self.path, self.gearbox, found, f"{self.path}, stage {number}")
+        return stage_case(self.path, self.gearbox, found, f"{self.path}, stage {number}", both_flanks=False)
 
     def refuse_unequal(self, inner: Imported, outer: Imported, sense: int) -> None:
         """Refuse planets that differ: one is solved for all of them."""

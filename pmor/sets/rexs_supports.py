@@ -20,6 +20,7 @@ from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
 from pmor.export.rexs.joints import FITS, axis_of, joints, shafts_of
 from pmor.export.rexs.model import RIGID, RIGID_TILT, Component, Gearbox
+from pmor.export.rexs.shafts import elastic_constants, sections_of
 from pmor.sets.pins import planet_on_bearings
 from pmor.sets.settings import PinBearing
 
@@ -221,31 +222,17 @@ class RexsSupports:
 
     def beam(self, shaft: Component, places: Sequence[float]) -> Beam:
         """Return a shaft as a beam with stations at places along it; its diameters are means over its sections."""
-        borders, sections = [0.0], list[CircularSection]()
-        parts = self.gearbox.beside(shaft.number, "shaft_section", "assembly")
-        for part in sorted(parts, key=lambda part: part.number_of("u_coordinate_on_shaft") or 0.0):
-            ends = [[part.number_of(f"{side}_diameter_{end}") or 0.0 for end in ("begin", "end")]
-                    for side in ("outer", "inner")]  # fmt: skip
-            if (length := part.number_of("length")) is None:
-                raise self.refuse(part, "length is missing: the file must say it")
-            borders.append(borders[-1] + length)
-            sections.append(CircularSection(*(0.5 * sum(end) for end in ends)))
-        if not sections or min(section.outer - section.inner for section in sections) <= 0.0:
-            raise self.refuse(shaft, "has no sections with diameters: the file must say them")
+        parts = sections_of(self.gearbox, shaft, self.notes.append)
+        borders = [0.0, *np.cumsum([part.length for part in parts]).tolist()]
+        sections = [CircularSection(part.outer, part.inner) for part in parts]
+        if min(section.outer - section.inner for section in sections) <= 0.0:
+            raise self.refuse(shaft, "has a bore that leaves no material: correct its diameters")
         if min(places, default=borders[0]) < borders[0] or max(places, default=borders[-1]) > borders[-1]:
             raise self.refuse(shaft, f"is {borders[-1]:g} mm long, and parts stand beyond its ends")
         stations = stations_of(np.array(borders), places)
         at = np.searchsorted(borders, 0.5 * (stations[1:] + stations[:-1])) - 1
-        return Beam(stations, [sections[number] for number in at], self.material(shaft))
-
-    def material(self, shaft: Component) -> ShaftMaterial:
-        """Return the elastic constants of a shaft."""
-        for material in self.gearbox.beside(shaft.number, "material"):
-            modulus, ratio = material.number_of("elastic_modulus"), material.number_of("poisson_ratio")
-            if modulus and ratio is not None:
-                return ShaftMaterial(modulus, ratio)
-        self.notes.append(f"{shaft.label}: refers to no elastic constants: steel assumed, 210 GPa and 0.3")
-        return ShaftMaterial(210e3, 0.3)
+        material = ShaftMaterial(*elastic_constants(self.gearbox, shaft, self.notes.append))
+        return Beam(stations, [sections[number] for number in at], material)
 
 
 def on_casing(gearbox: Gearbox, shaft: Component) -> list[Component]:

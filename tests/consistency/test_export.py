@@ -12,6 +12,7 @@ from pmor.app.cli import main
 from pmor.dynamics.fmu import law
 from pmor.dynamics.force_table import tabulate
 from pmor.export.rexs.model import read_rexs
+from pmor.export.rexs.read import read_stage
 from tests.support.stored_files import rows_of
 
 pytestmark = pytest.mark.jit  # sweeps and force laws of whole models
@@ -41,7 +42,8 @@ def test_a_gearbox_becomes_a_case_file_and_what_is_left_out_is_said(tmp_path, ca
     assert export(GEARBOX, "--to", "case", "-o", tmp_path / "new" / "gears.toml") == 0
     said = capsys.readouterr()
     assert said.out == f"{tmp_path / 'new' / 'gears.toml'}: written\n"
-    assert said.err == "pmor: triangular_tip_relief 19: a case has no such modification: left out\n"
+    assert said.err == "".join(f"pmor: {note}\n" for note in read_stage(GEARBOX).notes)
+    assert "pmor: triangular_tip_relief 19: a case has no such modification: left out\n" in said.err
     assert pmor.load_case(tmp_path / "new" / "gears.toml").pair == pmor.import_rexs(GEARBOX).pair
 
 

@@ -74,7 +74,6 @@ def test_what_is_not_understood_is_listed_and_stands_in_the_text_of_the_case():
 @pytest.mark.parametrize(
     ("old", "new", "note"),
     [
-        ('<attribute id="inner_diameter" unit="mm">30.0</attribute>', "", "nothing says its bore"),
         ('<attribute id="inner_diameter" unit="mm">30.0', '<attribute id="inner_diameter" unit="mm">60.0', "no rim"),
         ('unit="mm">77.4', 'unit="mm">1.0', "tip_diameter = 1 mm is below its teeth"),
         ('<attribute id="torque_around_u_axis"', '<attribute id="custom_torque"', "its own into [load] torque_Nm"),
@@ -89,6 +88,14 @@ def test_what_is_not_understood_is_listed_and_stands_in_the_text_of_the_case():
 def test_what_is_missing_or_odd_is_assumed_and_said(tmp_path, old, new, note):
     notes = read_stage(changed(tmp_path, (old, new))).notes
     assert any(note in line for line in notes), notes
+
+
+def test_a_bore_is_that_of_the_shaft_and_is_assumed_where_nothing_says_it(tmp_path):
+    bore = ('<attribute id="inner_diameter" unit="mm">30.0</attribute>', "")
+    section = ('outer_diameter_begin" unit="mm">30.0', 'outer_diameter_begin" unit="mm">28.0')
+    assert read_stage(changed(tmp_path, bore, section)).case.pair.pinion.bore_radius_mm < 15.0
+    notes = read_stage(changed(tmp_path, bore, ('type="shaft_section"', 'type="part"'))).notes
+    assert any("nothing says its bore" in note for note in notes)
 
 
 def test_gears_of_no_said_modulus_are_of_the_steel_of_a_case(tmp_path):
@@ -553,3 +560,24 @@ def test_a_housing_that_moves_away_at_its_feet_is_refused(tmp_path):
     matrix[:, 6:12] = matrix[6:12] = 0.0
     with pytest.raises(CaseError, match="hold the housing at its feet"):
         housing_file(tmp_path, matrix, points=(10.0, 500.0, 70.0))
+
+
+def test_both_flanks_the_misalignment_the_speed_and_the_torques_go_out_and_come_in(tmp_path):
+    case = make_case(
+        "out", module_mm=4.0, face_width_mm=20.0, torque_Nm=100.0, mesh={"width": "whole"},
+        load={"speed_rpm": 1500.0}, online={"torques_Nm": [40.0, 100.0]},
+        misalignment={"in_plane_um": 5.0, "out_of_plane_um": -12.0, "centre_distance_um": 30.0},
+        pinion={"teeth": 21, "bore_radius_mm": 20.0},
+        **{"pinion.modification": {"tip_relief_um": 20.0, "tip_relief_start_roll_deg": 25.0, "helix_crowning_um": 4.0},
+           "pinion.coast_modification": {"tip_relief_um": 0.0, "helix_crowning_um": 9.0},
+           "wheel.coast_modification": {"helix_slope_um": 6.0}},
+    )  # fmt: skip
+    (tmp_path / "out.rexs").write_bytes(rexs_text(case, gear_pair(case), None, DATE))
+    again = read_stage(tmp_path / "out.rexs").case
+    assert again.misalignment == case.misalignment
+    assert (again.speed_rpm, again.torque_Nm, again.online.torques_Nm) == (1500.0, 100.0, (40.0, 100.0))
+    for one, other in zip(again.other_flanks, case.other_flanks, strict=True):
+        for key in ("tip_relief_um", "helix_crowning_um", "helix_slope_um"):
+            assert getattr(one, key) == pytest.approx(getattr(other, key), abs=1e-9)
+    text = rexs_text(again, gear_pair(again), None, DATE)
+    assert text.count(b"component") == (tmp_path / "out.rexs").read_bytes().count(b"component")

@@ -57,7 +57,9 @@ def turning_together(gearbox: Gearbox) -> dict[int, int]:
 
 
 def is_engaged(gearbox: Gearbox, joint: Component) -> bool:
-    """Return whether a coupling is engaged in the gear of the gearbox that its file is for: it has a word of each."""
+    """Return whether a coupling is engaged in the gear that the file is for: it has a word of each gear."""
+    if joint.number_of("rotational_stiffness") == 0.0:
+        return False
     value, _ = joint.values.get("is_engaged", ("true", ""))
     words = value if isinstance(value, list) else [value]
     unit = next(iter(gearbox.of_kind("gear_unit")), None)

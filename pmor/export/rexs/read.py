@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pmor.case import Case, make_case, parse_case
+from pmor.case.document import COAST, MODIFICATION
 from pmor.core.errors import CaseError, GeometryError, printable
-from pmor.export.rexs.flanks import READERS, FileFlank, read_flank
+from pmor.export.rexs.drive import shaft_speeds
+from pmor.export.rexs.flanks import READERS, FileFlank, Found, read_flank
 from pmor.export.rexs.gears import GearInFile, tools_of
-from pmor.export.rexs.joints import RING, axis_of
+from pmor.export.rexs.joints import RING, axis_of, shafts_of
 from pmor.export.rexs.model import Component, Gearbox, read_rexs
 from pmor.export.rexs.shifts import Rack
-from pmor.export.rexs.stage import Stage, axes_apart, face_middle, find_stage
+from pmor.export.rexs.stage import OFF_PLACE, Stage, axes_apart, face_middle, find_stage
 from pmor.export.rexs.tips import clear_tips
 from pmor.export.rexs.units import rounded
+from pmor.gear.condition import Misalignment
+from pmor.gear.modification import Modification
 from pmor.gear.pair import ROUNDING, GearPair
 from pmor.pair.model import gear_pair
 
@@ -27,7 +31,11 @@ LINE_LOAD = 100.0
 SAME_DISTANCE, SAME_PLACE = 1e-10, 2e-3
 # Modules of backlash from which on a note says it.
 NOTED_BACKLASH = 0.02
-SIDES = ("left", "right")
+SIDES, GEARS = ("left", "right"), ("pinion", "wheel")
+PITCHES = "pitch_deviations_um"
+# Amounts of a modification, which are 0 on a flank without it.
+AMOUNTS = [item.name for item in fields(Modification) if item.name.endswith("_um") and item.name != PITCHES]
+MISALIGNED = [item.name for item in fields(Misalignment)]
 T = TypeVar("T")
 UNDERSTOOD = (*READERS, "end_relief_datum_face", "end_relief_non_datum_face")
 # Attributes of a part: drawing data and name.
@@ -64,14 +72,18 @@ def read_stage(path: Path, stage: int | None = None) -> Imported:
     return stage_case(path, gearbox, find_stage(gearbox, stage, str(path)), where)
 
 
-def stage_case(path: Path, gearbox: Gearbox, found: Stage, where: str) -> Imported:
-    """Make a case of a stage that was found."""
+def stage_case(path: Path, gearbox: Gearbox, found: Stage, where: str, both_flanks: bool = True) -> Imported:
+    """Make a case of a stage that was found; `both_flanks` takes the flanks that do not carry as well."""
     draft = _Draft(gearbox, found, where)
     sections = draft.sections()
     pair = draft.checked(lambda: gear_pair(make_case(path.stem, **sections)))
-    for gear, keys in zip(("pinion", "wheel"), draft.modifications(pair), strict=True):
+    carrying, others = list(draft.modifications(pair)), list(draft.others(pair) if both_flanks else ())
+    for gear, keys in zip(GEARS, carrying, strict=True):
         if keys:
-            sections[f"{gear}.modification"] = keys
+            sections[f"{gear}.{MODIFICATION}"] = keys
+    for gear, keys, other in zip(GEARS, carrying, others, strict=bool(others)):
+        if other is not None and other != {key: value for key, value in keys.items() if key != PITCHES}:
+            sections[f"{gear}.{COAST}"] = {**dict.fromkeys((key for key in keys if key in AMOUNTS), 0.0), **other}
     draft.note_unread()
     if _uneven(sections):
         sections["mesh"] = {"width": "whole"}
@@ -131,9 +143,11 @@ class _Draft:
         self.changed += said
         torques = self.stage.torques_Nm or (self._assumed_torque(rack, faces[0][2]),)
         sections: dict[str, Any] = {
-            "title": self._title(), "load": {"torque_Nm": torques[-1]}, "pair": _present(pair),
+            "title": self._title(), "load": {"torque_Nm": torques[-1], **self._speed()}, "pair": _present(pair),
             "pinion": tooth[0], "wheel": tooth[1],
         }  # fmt: skip
+        if off := {key: value for key in MISALIGNED if (value := self.stage.component.number_of(f"{OFF_PLACE}{key}"))}:
+            sections["misalignment"] = {key: rounded(1e3 * value) for key, value in off.items()}
         if len(torques) > 1:
             sections["online"] = {"torques_Nm": list(torques)}
         return sections
@@ -174,21 +188,40 @@ class _Draft:
         self.notes.append(f"no {attribute} of either gear: spur gears assumed")
         return [0.0, 0.0]
 
+    def _speed(self) -> dict[str, float]:
+        """Speed of the pinion, where all load cases have the same one."""
+        shaft, cases = next(iter(shafts_of(self.gearbox, self.gears[0])), None), self.gearbox.load_cases or ({},)
+        speeds = {shaft_speeds(self.gearbox, case).get(shaft.number) for case in cases} if shaft else set()
+        (speed,) = speeds if len(speeds) == 1 else (None,)
+        return {"speed_rpm": rounded(abs(speed))} if speed else {}
+
     def modifications(self, pair: GearPair) -> Iterator[dict[str, Any]]:
         """Return the keys of the modifications of both gears."""
-        for number, (gear, flank) in enumerate(zip(self.gears, self.flanks, strict=True)):
-            tooth = (pair.pinion, pair.wheel)[number]
-            low, high = pair.faces[number]
-            along = sum(a * b for a, b in zip(axis_of(gear), self.along, strict=True))
-            profile = FileFlank(
-                tooth.base_radius, *pair.active_rolls[number], tooth.tip_roll_angle, high - low,
-                self.datum[number] * (1 if along >= 0.0 else -1),
-            )  # fmt: skip
-            found = read_flank([part for part in self._referenced(flank) if part.kind != "material"], profile)
+        for number, flank in enumerate(self.flanks):
+            found = self._modification(number, flank, pair)
             self.notes += found.notes
-            if deviations := flank.numbers_of("custom_pmor_pitch_deviations"):
-                found.keys["pitch_deviations_um"] = [rounded(1e3 * deviation) for deviation in deviations]
             yield found.keys
+
+    def others(self, pair: GearPair) -> Iterator[dict[str, Any] | None]:
+        """Return the keys of the flanks that do not carry; None of a gear that has none in the file."""
+        for number, (gear, flank) in enumerate(zip(self.gears, self.flanks, strict=True)):
+            roles = [one for one in self.gearbox.relations if one.kind == "flank" and one.role("gear") == gear.number]
+            both = [self.gearbox.components.get(one.role(side) or -1) for one in roles for side in SIDES]
+            other = next((one for one in both if one is not None and one is not flank), None)
+            yield None if other is None else self._modification(number, other, pair).keys
+
+    def _modification(self, number: int, flank: Component, pair: GearPair) -> Found:
+        """What a flank of a gear is modified by."""
+        tooth, (low, high) = (pair.pinion, pair.wheel)[number], pair.faces[number]
+        along = sum(a * b for a, b in zip(axis_of(self.gears[number]), self.along, strict=True))
+        profile = FileFlank(
+            tooth.base_radius, *pair.active_rolls[number], tooth.tip_roll_angle, high - low,
+            self.datum[number] * (1 if along >= 0.0 else -1),
+        )  # fmt: skip
+        found = read_flank([part for part in self._referenced(flank) if part.kind != "material"], profile)
+        if deviations := flank.numbers_of("custom_pmor_pitch_deviations"):
+            found.keys[PITCHES] = [rounded(1e3 * deviation) for deviation in deviations]
+        return found
 
     def note_unread(self) -> None:
         """Note the attributes of gears, flanks, tools and modifications without a counterpart in a case."""
@@ -323,5 +356,5 @@ def _present(keys: dict[str, Any]) -> dict[str, Any]:
 
 def _uneven(sections: dict[str, Any]) -> bool:
     """Whether flanks differ between the halves of a spur pair, which is meshed in halves by default."""
-    keys = [sections.get(f"{gear}.modification", {}) for gear in ("pinion", "wheel")]
+    keys = [sections.get(f"{gear}.{name}", {}) for gear in GEARS for name in (MODIFICATION, COAST)]
     return any(name in one for one in keys for name in ("helix_slope_um", "twist_um", "topography"))

@@ -19,5 +19,10 @@ def springs(radial_N_per_mm: float | str, axial_N_per_mm: float | str, tilt_Nmm_
     }
 
 
+def torsion(about_axis_Nmm_per_rad: float | str) -> Attributes:
+    """Return what a coupling has about its axis."""
+    return {"rotational_stiffness": _number(about_axis_Nmm_per_rad, 1.0)}
+
+
 def _number(value: float | str, unit: float) -> float:
     return STIFF if value == "rigid" else 0.0 if value == "free" else unit * float(value)

@@ -15,6 +15,10 @@ from pmor.export.rexs.model import Component, Gearbox
 PARALLEL = 1e-6
 
 
+# Of a stage whose wheel is off its place: names of ours, with a key of the case.
+OFF_PLACE = "custom_pmor_misalignment_"
+
+
 @dataclass(frozen=True)
 class Stage:
     """A stage with two cylindrical gears, of which one may be a ring: then that is the wheel, whichever drives.

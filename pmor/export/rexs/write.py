@@ -19,8 +19,10 @@ from pmor.export.rexs.gears import LEAST_RIM
 from pmor.export.rexs.joints import RING
 from pmor.export.rexs.results import StageResults
 from pmor.export.rexs.rings import CUTTER, cutter_attributes, ring_attributes
+from pmor.export.rexs.stage import OFF_PLACE
 from pmor.export.rexs.units import rounded
-from pmor.gear.modification import UNMODIFIED, Modification
+from pmor.gear.condition import Misalignment
+from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.profile import profiles
 from pmor.gear.tooth import Tooth
@@ -51,7 +53,9 @@ def rexs_text(case: Case, pair: GearPair, results: StageResults | None, date: st
     """Return the text of the file; see `write_rexs`."""
     document = Document()
     unit = document.add("gear_unit", case.title, model_name=case.name)
-    stage = document.add("cylindrical_stage", f"Stage of {case.name}", **stage_attributes(pair))
+    stage = document.add(
+        "cylindrical_stage", f"Stage of {case.name}", **stage_attributes(pair), **misaligned(case.misalignment)
+    )
     document.relate("assembly", assembly=unit, part=stage)
     start = min(low for low, _ in pair.faces)
     gears, data, flanks = list[int](), list[int](), list[int]()
@@ -59,6 +63,7 @@ def rexs_text(case: Case, pair: GearPair, results: StageResults | None, date: st
         shaft = document.add(
             "shaft", f"Shaft of the {name}", support_vector=[start, 0.0, number * pair.centre_distance],
             u_axis_vector=ALONG, w_axis_vector=ACROSS,
+            **({} if number or case.speed_rpm is None else {"rotational_speed": case.speed_rpm}),
         )  # fmt: skip
         document.relate("assembly", assembly=unit, part=shaft)
         gear, flank = add_gear(document, case, pair, number, name, pair.faces[number][0] - start)
@@ -69,14 +74,34 @@ def rexs_text(case: Case, pair: GearPair, results: StageResults | None, date: st
         document.relate("stage_gear_data", stage=stage, gear=gear, stage_gear_data=data[-1])
     document.relate("stage", stage=stage, gear_1=gears[0], gear_2=gears[1])
     ratio = pair.wheel.teeth / pair.pinion.teeth
-    loads = dict[int, Attributes]()
-    document.cases.append(loads)
-    for number, torque in enumerate((case.torque_Nm, -case.torque_Nm * ratio)):
-        loads[data[number]] = {"torque": rounded(torque), "loaded_tooth_flank": "left"}
+    for nominal in torques_of(case):
+        document.cases.append({
+            data[number]: {"torque": rounded(torque), "loaded_tooth_flank": "left"}
+            for number, torque in enumerate((nominal, -nominal * ratio))
+        })  # fmt: skip
+    loads = document.cases[0]
     if results is not None:
         loads[stage] = _found(results)
         loads |= _points(document, pair, flanks[0], results)
     return document.text(date)
+
+
+def torques_of(case: Case) -> tuple[float, ...]:
+    """Return the torques of the load cases, N m: the nominal one, and those of the sweep below it, ascending."""
+    return case.torque_Nm, *sorted({torque for torque in case.online.torques_Nm if torque < case.torque_Nm})
+
+
+def not_written(case: Case) -> str:
+    """Return in one line which settings of a case its file does not hold; empty where it holds all."""
+    lost = ["[[condition]]"] if case.conditions else []
+    lost += ["torques above the nominal one"] if max(case.online.torques_Nm, default=0.0) > case.torque_Nm else []
+    lost += ["[mesh], [contact], [reduction] and the training, which are those of a new case when it is read"]
+    return f"not in the REXS file: {', '.join(lost)}"
+
+
+def misaligned(misalignment: Misalignment) -> dict[str, Value]:
+    """Return the attributes of a stage whose wheel is off its place; names of ours."""
+    return {f"{OFF_PLACE}{key}": value for key, value in vars(misalignment).items() if value}
 
 
 def stage_attributes(pair: GearPair) -> dict[str, Value]:
@@ -105,7 +130,7 @@ def add_gear(
     image : bool
         Whether the gear is the image, x to -x, of that of the case: of the other hand, loaded on the right flank.
     back : (Modification, GearPair), optional
-        Of the flank that is not loaded, and the pair in which it is the pinion's; unmodified without.
+        Of the flank that is not loaded, and the pair in which it is the pinion's; without, as the case has it.
     **more : str, float or sequence
         Further attributes of the gear.
     """
@@ -139,7 +164,9 @@ def add_gear(
     sides = "left", "right"
     loaded, other = sides[::-1] if image else sides
     modified = {loaded: profiles(pair)[number].in_roll_angles(own)}
-    if back is not None:
+    if back is None:
+        modified[other] = profiles(pair)[number].in_roll_angles(case.other_flanks[number])
+    else:
         modified[other] = profiles(back[1])[0].in_roll_angles(back[0])
     flanks = {}
     for side in sides:
@@ -151,7 +178,7 @@ def add_gear(
             keys["custom_pmor_tip_rounding"] = said.tip_rounding_mm
         if said.tooth_thickness_allowance_um:
             keys["custom_pmor_tooth_thickness_allowances"] = said.tooth_thickness_allowance_um
-        modification = modified.get(side, UNMODIFIED)
+        modification = modified[side]
         if modification.pitch_deviations_um:
             keys["custom_pmor_pitch_deviations"] = modification.pitch_deviations_um
         flanks[side] = document.add("cylindrical_gear_flank", f"{side} flank of the {name}", **keys)

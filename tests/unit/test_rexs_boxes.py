@@ -1,0 +1,286 @@
+"""Gearboxes in REXS as other programs write them: joints, axes, bearings and torques say another way what ours say."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.app.export import export_file
+from pmor.core.errors import CaseError, OutputError
+from pmor.machine.bearing_estimate import CatalogueBearing
+from pmor.machine.loader import load
+from pmor.machine.model import loaded, pinion_torques, speeds_rpm
+from pmor.machine.readings import carried
+from pmor.machine.rolling_bearing import BallBearing
+from pmor.machine.to_rexs import gearbox_rexs
+from pmor.sets.loader import parse_set
+from pmor.sets.to_rexs import set_rexs
+from tests.support.gearboxes import SMALL, written
+from tests.support.rexs_file import RexsFile
+from tests.support.set_gearboxes import EVEN_SET
+
+GEARBOX = Path(__file__).parents[2] / "cases" / "gearbox.rexs"
+DATE = "2026-01-01T00:00:00+00:00"
+CONCEPT, DETAILED, CATALOGUE = (
+    "concept_bearing", "rolling_bearing_with_detailed_geometry", "rolling_bearing_with_catalog_geometry",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def text(tmp_path_factory):
+    """The small box as a file, its input at 1,200 rpm."""
+    said = SMALL.replace('name = "drive"', 'name = "drive"\nspeed_rpm = 1200.0')
+    return gearbox_rexs(load(written(tmp_path_factory.mktemp("box"), said)), (), (), DATE)
+
+
+@pytest.fixture
+def box(text):
+    return RexsFile(text)
+
+
+def read(box, tmp_path):
+    return load(box.write(tmp_path / "box.rexs"))
+
+
+def forces(file):
+    """Of all bearings under the first load, N, by name."""
+    gearbox = loaded(file.model, file.model.sections.loads[0])
+    return {one["name"]: np.array(one["force_N"]) for one in carried(gearbox, gearbox.solve())}
+
+
+def in_load_case(box, kind):
+    """Components of a kind in the load case."""
+    return [one for one in box.root.find("load_spectrum/load_case") if one.get("type") == kind]
+
+
+@pytest.mark.parametrize("fit", ["cylindrical_interference_fit", "feather_key_connection"])
+def test_a_gear_by_a_fit_stands_where_it_stood(box, tmp_path, fit):
+    before = forces(read(box, tmp_path))
+    for gear in box.ids("cylindrical_gear"):
+        (roles,) = box.part_from("assembly", gear)
+        box.relate("side", assembly=box.add(fit), inner_part=roles["assembly"], outer_part=gear)
+    after = forces(read(box, tmp_path))
+    for name, force in before.items():
+        assert_allclose(after[name], force, rtol=1e-9, atol=1e-9 * np.abs(force).max())
+
+
+def test_power_is_the_torque_that_it_makes_at_the_speed_of_the_shaft(box, tmp_path):
+    (torque,) = (one for one in in_load_case(box, "external_load") if len(one))
+    box.say(torque, torque_around_u_axis=None, power=60.0 * 2.0 * math.pi * 20.0 / 1e3)
+    file = read(box, tmp_path)
+    assert file.model.sections.loads[0].torques[0].torque_Nm == pytest.approx(60.0)
+    assert any("60 N m of 7.53982 kW at 1200 rpm" in note for note in file.notes)
+
+
+def test_a_coupling_carries_the_torque_of_a_motor_shaft(box, tmp_path):
+    motor = box.add("shaft", support_vector=[-40.0, 0.0, 0.0])
+    section = box.add("shaft_section", u_coordinate_on_shaft=0.0, length=40.0, outer_diameter_begin=20.0,
+                      outer_diameter_end=20.0)  # fmt: skip
+    box.relate("assembly", assembly=motor, part=section)
+    entering = box.of_kind("external_load")[0]
+    box.part_from("assembly", int(entering.get("id")))
+    box.relate("assembly", assembly=motor, part=entering.get("id"))
+    joint = box.add("coupling", u_coordinate_on_shaft_inner_side=40.0, radial_stiffness=1e20, axial_stiffness=1e20,
+                    bending_stiffness=1e20, rotational_stiffness=1e20)  # fmt: skip
+    box.relate("side", assembly=joint, inner_part=motor, outer_part=box.ids("shaft")[0])
+    file = read(box, tmp_path)
+    (load_case,) = file.model.sections.loads
+    assert pinion_torques(file.model, load_case)["stage_" + str(box.ids("cylindrical_stage")[0])] == pytest.approx(60.0)
+    assert len(speeds_rpm(file.model, load_case)) == 3
+    (coupled,) = (one for one in file.model.sections.bearings if one.couples)
+    assert (coupled.to, coupled.torsion_Nmm_per_rad, coupled.radial_N_per_mm) == ("input", "rigid", "rigid")
+    gearbox = loaded(file.model, load_case)
+    (moved,) = (one for one in carried(gearbox, gearbox.solve()) if "torque_Nm" in one)
+    assert abs(moved["torque_Nm"]) == pytest.approx(60.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(("result", "differs"), [(-91.6, False), (-180.0, True)])
+def test_a_torque_that_is_a_result_is_compared_and_not_applied(box, tmp_path, result, differs):
+    """60 N m x 29 / 19 = 91.58 N m hold the output."""
+    held = box.of_kind("external_load")[1]
+    box.say(held, defines_torque=None)
+    case = in_load_case(box, "gear_unit")[0]
+    parent = box.root.find("load_spectrum/load_case")
+    said = case.makeelement("component", {"id": held.get("id"), "type": "external_load"})
+    parent.append(said)
+    box.say(said, torque_around_u_axis=-result)
+    file = read(box, tmp_path)
+    assert [torque.torque_Nm for torque in file.model.sections.loads[0].torques] == [60.0, "balance"]
+    assert any("N m on output as a result: 91.5789 N m hold it here" in note for note in file.notes) == differs
+
+
+@pytest.mark.parametrize("axes", [
+    [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [[0.6, 0.8, 0.0], [-0.8, 0.6, 0.0], [0.0, 0.0, 1.0]],
+], ids=["along y", "askew"])  # fmt: skip
+def test_shafts_that_lie_along_another_axis_are_the_same_machine(box, tmp_path, axes):
+    before = forces(read(box, tmp_path))
+    for component in box.components:
+        for name in ("support_vector", "u_axis_vector", "w_axis_vector"):
+            if (found := component.find(f"attribute[@id='{name}']")) is not None:
+                box.say(component, **{name: (np.array(axes) @ [float(c.text) for c in found.iter("c")]).tolist()})
+    file = read(box, tmp_path)
+    assert any("x is there in what follows" in note for note in file.notes)
+    after = forces(file)
+    for name, force in before.items():
+        # Across the axis the machine is turned as a whole.
+        assert_allclose([after[name][0], np.hypot(*after[name][1:])], [force[0], np.hypot(*force[1:])], rtol=1e-6,
+                        atol=1e-6 * np.abs(force).max())  # fmt: skip
+
+
+def test_axes_that_cross_are_refused_with_the_stage_between_them(box, tmp_path):
+    box.say(box.of_kind("shaft")[1], u_axis_vector=[0.0, 0.0, 1.0])
+    box.add("bevel_stage")
+    with pytest.raises(CaseError, match=r"not parallel to that of the first shaft.*bevel_stage \d+: bevel, hypoid"):
+        read(box, tmp_path)
+
+
+@pytest.mark.parametrize("kind", [
+    "radial_self_aligning_roller_bearing", "four_point_contact_ball_bearing", "radial_spherical_roller_bearing",
+    "axial_tapered_roller_bearing",
+])  # fmt: skip
+def test_bearings_of_kinds_that_are_not_solved_are_taken_by_their_stiffness_and_said(box, tmp_path, kind):
+    one = box.of_kind(DETAILED)[0]
+    box.say(one, bearing_type=kind, radial_stiffness=3e8)
+    file = read(box, tmp_path)
+    found = next(bearing for bearing in file.model.sections.bearings if bearing.name == "C")
+    assert (found.ball, found.roller, found.radial_N_per_mm) == (None, None, 3e5)
+    assert any(f"bearing_type {kind}: its inner geometry is not solved: by its stiffness" in n for n in file.notes)
+
+
+@pytest.mark.parametrize(("kind", "rolling"), [
+    ("radial_grooved_ball_bearing", "ball"), ("radial_tapered_roller_bearing", "roller"),
+    ("radial_needle_roller_bearing", "needle"), ("radial_self_aligning_roller_bearing", "roller"),
+])  # fmt: skip
+def test_a_bearing_by_its_catalogue_number_has_the_stiffness_of_its_type_bore_and_load(box, tmp_path, kind, rolling):
+    """Its bore is the diameter of its shaft; its load that of the equilibrium with this stiffness."""
+    for one in box.of_kind(CONCEPT)[:2]:
+        one.set("type", CATALOGUE)
+        box.say(one, bearing_type=kind, radial_stiffness=None, bending_stiffness=None)
+    file = read(box, tmp_path)
+    by_name = {bearing.name: bearing for bearing in file.model.sections.bearings}
+    for name in ("A", "B"):
+        force = np.hypot(*forces(file)[name][1:])
+        expected = CatalogueBearing(rolling, 20.0).radial_N_per_mm(force)
+        assert by_name[name].radial_N_per_mm == pytest.approx(expected, rel=0.01)
+        assert any(note.startswith(f"{name}: neither stiffness nor inner geometry") for note in file.notes)
+
+
+def test_a_bearing_of_which_nothing_is_known_is_demanded(box, tmp_path):
+    one = box.of_kind(CONCEPT)[0]
+    one.set("type", CATALOGUE)
+    box.say(one, radial_stiffness=None)
+    with pytest.raises(CaseError, match=r"catalog_geometry \d+ \(A\): neither .* nor bearing_type: write radial_stiff"):
+        read(box, tmp_path)
+
+
+def test_estimates_are_those_of_their_sources():
+    """A 6210 by inner geometry with the usual osculation; Schaeffler's formula by hand; two rows share the load."""
+    inner = BallBearing(balls=10, ball_diameter_mm=12.7, pitch_diameter_mm=70.0)
+    moved = 0.03
+    for _ in range(20):
+        state = inner.state(np.array([0.0, moved, 0.0, 0.0, 0.0]))
+        moved -= (state.force[1] - 9906.0) / state.stiffness[1, 1]
+    estimate = CatalogueBearing("ball", 50.0, 90.0).radial_N_per_mm(9906.0)
+    assert 0.6 < estimate / (9906.0 / moved) < 1.3
+    deflection_um = 1e4**0.84 / (11.1 * 50.0**0.65)
+    assert CatalogueBearing("roller", 50.0).radial_N_per_mm(1e4) == pytest.approx(1e7 / deflection_um, rel=5e-3)
+    for kind in ("ball", "roller"):
+        one, two = (CatalogueBearing(kind, 50.0, 90.0, rows).radial_N_per_mm(rows * 4e3) for rows in (1, 2))
+        assert two == pytest.approx(2.0 * one, rel=1e-2)
+
+
+def test_preload_and_places_off_the_axis_that_are_left_out_are_said(box, tmp_path):
+    box.say(box.of_kind(DETAILED)[0], preload_distance=12.0, misalignment_in_v_direction=5.0)
+    notes = read(box, tmp_path).notes
+    assert any("(C): preload_distance = 0.012, misalignment_in_v_direction = 0.005: left out" in note for note in notes)
+
+
+def test_a_row_by_the_older_name_of_its_diameter_is_read(box, tmp_path):
+    before = read(box, tmp_path).model.sections.bearings
+    for row in box.of_kind("rolling_bearing_row"):
+        diameter = row.findtext("attribute[@id='reference_diameter_rolling_bearing']")
+        box.say(row, reference_diameter_rolling_bearing=None, reference_diameter=diameter)
+    assert read(box, tmp_path).model.sections.bearings == before
+
+
+@pytest.mark.parametrize(("values", "words"), [
+    ({"length": None}, "length or outer_diameter_begin is missing"),
+    ({"outer_diameter_begin": None, "outer_diameter_end": None}, "length or outer_diameter_begin is missing"),
+    ({"u_coordinate_on_shaft": -30.0}, "begins at -30 mm, where the one before it ends at 0 mm"),
+], ids=["length", "diameter", "overlap"])  # fmt: skip
+def test_sections_that_lack_a_size_are_refused(box, tmp_path, values, words):
+    box.say(box.of_kind("shaft_section")[0], **values)
+    with pytest.raises(CaseError, match=rf"shaft_section \d+: {words}"):
+        read(box, tmp_path)
+
+
+def test_a_carrier_on_two_shafts_turns_with_both_and_is_held_by_the_bearings_of_both(tmp_path):
+    """The second shaft leads its torque on: the sun's 300 N m times 1 + ring / sun."""
+    box = RexsFile(set_rexs(parse_set(EVEN_SET, "small", "small"), None, DATE))
+    casing, (stage,) = box.ids("gear_casing")[0], box.ids("planetary_stage")
+    plates = box.of_kind("side_plate")
+    x = [float(next(one.find("attribute[@id='support_vector']").iter("c")).text) for one in plates]
+    shafts = {one.get("name"): int(one.get("id")) for one in box.of_kind("shaft")}
+    carrier, sun = shafts["Shaft of carrier"], shafts["Shaft of sun"]
+    box.part_from("planet_carrier_shaft", carrier)
+    box.components.remove(next(one for one in box.of_kind("shaft") if int(one.get("id")) == carrier))
+    made = []
+    for number, (plate, begins) in enumerate(zip(plates, (x[0] - 100.0, x[1]), strict=True)):
+        shaft = box.add("shaft", support_vector=[begins, 0.0, 0.0])
+        section = box.add("shaft_section", u_coordinate_on_shaft=0.0, length=100.0, outer_diameter_begin=50.0,
+                          outer_diameter_end=50.0, inner_diameter_begin=40.0, inner_diameter_end=40.0)  # fmt: skip
+        box.relate("assembly", assembly=shaft, part=section)
+        box.relate("planet_carrier_shaft", planetary_stage=stage, shaft=shaft)
+        joint = box.add("coupling", support_vector=[x[number], 0.0, 0.0], radial_stiffness=1e20, bending_stiffness=1e20)
+        box.relate("side", assembly=joint, inner_part=shaft, outer_part=int(plate.get("id")))
+        for place in (20.0, 80.0):
+            seat = box.add("concept_bearing", u_coordinate_on_shaft_inner_side=place, radial_stiffness=1e9,
+                           support_vector=[begins + place, 0.0, 0.0],
+                           axial_force_absorption="both_directions", axial_stiffness=1e9)  # fmt: skip
+            box.relate("side", assembly=seat, inner_part=shaft, outer_part=casing)
+        made.append(shaft)
+    seat = box.add("concept_bearing", u_coordinate_on_shaft_inner_side=1.0, radial_stiffness=1e9,
+                   bending_stiffness=1e12, support_vector=[0.0, 0.0, 0.0],
+                   axial_force_absorption="both_directions", axial_stiffness=1e9)  # fmt: skip
+    box.relate("side", assembly=seat, inner_part=sun, outer_part=casing)
+    out = box.add("external_load", u_coordinate_on_shaft=100.0, transmits_torque=True, defines_torque=False)
+    box.relate("assembly", assembly=made[1], part=out)
+    file = read(box, tmp_path)
+    said = file.model.sections
+    (bridge,) = (one for one in said.bearings if one.couples)
+    assert bridge.name.endswith("carrier")
+    assert {bridge.shaft, bridge.to} == {str(number) for number in made}
+    gearbox = loaded(file.model, said.loads[0])
+    found = gearbox.solve()
+    places = {one.name: gearbox.first[one.name] for one in said.shafts}
+    turned = [found.displacement[places[str(number)] + 3 :: 6][:3] for number in made]
+    carried_on = [entry["torque_Nm"] for entry in carried(gearbox, found) if "torque_Nm" in entry]
+    teeth = file.model.sets[f"stage_{stage}"].teeth
+    assert abs(carried_on[0]) in (pytest.approx(0.0, abs=1e-6), pytest.approx(300.0 * (1.0 + teeth[1] / teeth[0])))
+    assert all(np.isfinite(one).all() for one in turned)
+    assert any("the carrier between them is rigid" in note for note in file.notes)
+
+
+def test_a_gearbox_as_toml_reads_back_as_the_same_machine(text, tmp_path):
+    """Shafts, bearings, loads, lubricant; the pair with the bearings that are then there to be softened."""
+    source = RexsFile(text).write(tmp_path / "box.rexs")
+    made = export_file(source, "gearbox", tmp_path / "made" / "again.toml")
+    one, other = load(source), load(made)
+    assert replace(other.model.sections, meshes=()) == replace(one.model.sections, meshes=())
+    assert other.model.pairs == one.model.pairs
+    assert [case.text for case in other.cases.values()] == [case.text for case in one.cases.values()]
+    assert made.read_text().startswith("title") or made.read_text().startswith("#")
+    with pytest.raises(OutputError, match="again.toml"):
+        export_file(source, "gearbox", made)
+    with pytest.raises(CaseError, match="--to gearbox takes a gearbox in REXS"):
+        export_file(made, "gearbox", tmp_path / "no.toml")
+
+
+def test_the_example_gearbox_is_a_gearbox():
+    file = load(GEARBOX)
+    assert [len(part) for part in (file.model.sections.shafts, file.model.sections.bearings, file.cases)] == [2, 4, 1]
+    assert [load_case.torques[0].torque_Nm for load_case in file.model.sections.loads] == [80.0, 120.0]
+    assert {name: round(abs(force[0])) for name, force in forces(file).items()} == dict.fromkeys(forces(file), 0)
