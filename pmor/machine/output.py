@@ -240,7 +240,7 @@ def _mesh_pictures(loads: Sequence[SolvedLoad]) -> list[Picture]:
     return [
         Picture("face_load.png", "Line load over the face, added up over tooth pairs; dotted: on rigid supports.",
                 face_load_figure(loads), "svg"),
-        Picture("ste.png", "Static transmission error over a pitch about its mean; dotted: on rigid supports.",
+        Picture("ste.png", "Static transmission error over all pitches about its mean; dotted: on rigid supports.",
                 ste_figure(loads), "svg"),
     ]  # fmt: skip
 

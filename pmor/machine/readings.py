@@ -81,6 +81,7 @@ def mesh_data(solved: SolvedLoad, mesh: SolvedMesh, rigid: RigidMesh) -> Data:
         "out_of_plane_um": 1e3 * width * float(relative[4]),
         "centre_distance_um": 1e3 * float(relative[1]),
         "converged": bool(mesh.sweep.converged.all()),
+        "pitches": mesh.sweep.pitches,
         **swept,
         **_parts(ste_parts(solved.gearbox, solved.equilibrium.displacement, mesh.meshing), swept["ste_mean_um"]),
         **{f"rigid_{key}": value for key, value in sweep_data(*rigid).items()},

@@ -102,7 +102,7 @@ def _bearing(solved: SolvedLoad, bearing: Supported, entry: Data, state: Bearing
 
 
 def _stage(mesh: SolvedMesh, entry: Data) -> Attributes:
-    """Load over the face from its beginning along x, stiffness and transmission error over a pitch, misalignment."""
+    """Load over the face from its beginning along x, stiffness, transmission error over all pitches, misalignment."""
     pair, lines, along = mesh.meshing.pair, line_states(mesh.sweep), int(mesh.meshing.frame.along)
     crude = entry["iso_f_beta_um"]
     found: dict[str, Value | None] = {

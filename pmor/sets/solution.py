@@ -264,7 +264,7 @@ class SetSolution:
         """Share of the face of a mesh that carries anywhere in the mesh cycle under each torque, (D,)."""
         loads = self.face_loads(mesh)
         carries = (loads.load_N_per_mm > 0.0).any(axis=(1, 2))
-        return np.asarray(100.0 * carries @ loads.width_mm / loads.width_mm.sum())
+        return np.asarray(100.0 * (carries * loads.width_mm).sum(axis=1) / loads.width_mm.sum())
 
     @property
     def carrying(self) -> BoolArray:
