@@ -101,8 +101,8 @@ def smooth_rows(pair: GearPair, direction: float = 0.0, image: bool = False, coa
     force = np.array([side * math.cos(alpha), -math.sin(alpha), side * math.tan(pair.base_helix_angle)])
     radius, rows = pair.pinion.base_radius / math.cos(alpha), []
     for sign, arm in ((1.0, radius), (-1.0, radius - pair.centre_distance)):
-        wrench = np.concatenate([sign * force, np.cross([0.0, arm, 0.0], sign * force)])
-        rows.append(to_train(direction, image) @ wrench)
+        moment = arm * force[2], 0.0, -arm * force[0]
+        rows.append(to_train(direction, image) @ (sign * np.array([*force, *moment])))
     return np.stack(rows)
 
 

@@ -218,8 +218,8 @@ def _mesh_data(solved: SetSolution, number: int, mesh: int) -> Data:
         "pinion_torque_Nm": plain(1e-3 * radius * known(np.mean, force)),
         "wheel_torque_Nm": plain(1e-3 * abs(pair.wheel.base_radius) * known(np.mean, force)),
         "line_load_max_N_per_mm": plain(known(np.max, loads)),
-        "flank_pressure_max_MPa": plain(solved.flank_pressure_MPa(mesh)[number]),
-        "carrying_face_percent": plain(solved.carrying_face_percent(mesh)[number]),
+        "flank_pressure_max_MPa": plain(solved.flank_pressure_MPa[number, mesh]),
+        "carrying_face_percent": plain(solved.carrying_face_percent[number, mesh]),
         "k_h_beta": plain(solved.k_h_beta(mesh)[number]),
     }
 

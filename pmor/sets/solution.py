@@ -141,9 +141,12 @@ class SetSolution:
 
     def mesh_displacement(self, mesh: int) -> FloatArray:
         """Of both hubs of a mesh from where the drawing has them, errors too, in axes of its pair, (D, A, 2, 6)."""
-        one, bodies = self.train.meshes[mesh], list(self.train.meshes[mesh].bodies)
-        errors = _hubs_off(self.plan, self.plan.displacement, self.train.rates, self.phi_rad)
-        return np.asarray((self.hub_displacement + errors)[:, :, bodies] @ one.to_train)
+        one = self.train.meshes[mesh]
+        return np.asarray(self._from_the_drawing[:, :, list(one.bodies)] @ one.to_train)
+
+    @cached_property
+    def _from_the_drawing(self) -> FloatArray:
+        return self.hub_displacement + _hubs_off(self.plan, self.plan.displacement, self.train.rates, self.phi_rad)
 
     @cached_property
     def planet_share(self) -> FloatArray:
@@ -256,15 +259,21 @@ class SetSolution:
         inside = z < 0.0
         return np.concatenate([z, -z[inside][::-1]]), np.concatenate([load, load[inside][::-1]])
 
-    def flank_pressure_MPa(self, mesh: int) -> FloatArray:
-        """Largest pressure in a mesh under each torque, (D,), as `largest_pressure` has it."""
-        return largest_pressure(self.patches(mesh)[1][..., 2], (1, 2, 3))
+    @cached_property
+    def flank_pressure_MPa(self) -> FloatArray:
+        """Largest pressure in each mesh under each torque, (D, M), as `largest_pressure` has it."""
+        meshes = range(len(self.placed.placed))
+        return np.stack([largest_pressure(self.patches(mesh)[1][..., 2], (1, 2, 3)) for mesh in meshes], axis=1)
 
-    def carrying_face_percent(self, mesh: int) -> FloatArray:
-        """Share of the face of a mesh that carries anywhere in the mesh cycle under each torque, (D,)."""
-        loads = self.face_loads(mesh)
-        carries = (loads.load_N_per_mm > 0.0).any(axis=(1, 2))
-        return np.asarray(100.0 * (carries * loads.width_mm).sum(axis=1) / loads.width_mm.sum())
+    @cached_property
+    def carrying_face_percent(self) -> FloatArray:
+        """Share of the face of each mesh that carries anywhere in the mesh cycle under each torque, (D, M)."""
+        found = np.empty((len(self.torque_Nm), len(self.placed.placed)))
+        for mesh, one in enumerate(self.placed.placed):
+            width = one.mesh.pair.meshed.width
+            carries = (self.found.force[..., one.part] > 0.0).any(axis=1).reshape(len(found), -1, len(width))
+            found[:, mesh] = 100.0 * (carries.any(axis=1) * width).sum(axis=1) / width.sum()
+        return found
 
     @property
     def carrying(self) -> BoolArray:
