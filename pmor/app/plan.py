@@ -19,7 +19,7 @@ from pmor.pair.conditions import full_solves, misalignments, torques_of
 from pmor.pair.drawn import drawn_gears
 from pmor.pair.model import gear_pair, refuse_loads_unmeshed
 from pmor.report.blank_figure import section_text
-from pmor.work.cost import refuse_beyond_memory, stages
+from pmor.work.cost import refuse_beyond_memory, stages, whole
 
 NOT_WRITTEN = {
     "compare.models": "the case's own alone",
@@ -176,8 +176,7 @@ def _training_text(case: Case) -> str:
 
 def _cost(case: Case) -> list[str]:
     found = stages(case)
-    rows = [(stage.name, memory_text(stage.memory), format_time(stage.seconds)) for stage in found]
-    rows.append(("in all", memory_text(max(s.memory for s in found)), format_time(sum(s.seconds for s in found))))
+    rows = [(s.name, memory_text(s.memory), format_time(s.seconds)) for s in (*found, whole(found))]
     lines = ["Stages: peak memory and time of one core, within a factor of two"]
     return [*lines, *(f"  {name:<30} {memory:>8}  {seconds:>12}" for name, memory, seconds in rows)]
 

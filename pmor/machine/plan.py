@@ -18,7 +18,18 @@ from pmor.machine.loader import GearboxFile
 from pmor.machine.model import loaded, pinion_torques, set_torques
 from pmor.machine.settings import Bearing
 from pmor.sets.preview import SWEEP, refuse_large_set, stages_of_set
-from pmor.work.cost import COMPILING, FINITE_ELEMENTS, START, Stage, refuse_beyond_memory, stages
+from pmor.work.cost import (
+    COMPILING,
+    FINITE_ELEMENTS,
+    KERNEL_BYTES,
+    PAGE_BYTES,
+    START,
+    Stage,
+    loaded_bytes,
+    refuse_beyond_memory,
+    stages,
+    whole,
+)
 
 TRAINING = "training"
 # *Measured*, seconds: of a position, of two sections in contact in it; rounds in which mean forces settle; positions
@@ -116,33 +127,37 @@ def _loads(file: GearboxFile) -> Iterator[str]:
 
 
 def _cost(file: GearboxFile) -> Iterator[str]:
-    loads = len(file.model.sections.loads)
+    loads, held = len(file.model.sections.loads), 0  # bases that are there are held to the end
     found, more = list[Stage](), list[tuple[str, float]]()
     for name, case in file.cases.items():
         for stage in stages(_alone(case)):
             if stage.name in (COMPILING, START) and stage.name not in [one.name for one in found]:
                 found.append(stage)
             elif stage.name in (FINITE_ELEMENTS, TRAINING):
-                found.append(replace(stage, name=f"{stage.name}, {name}"))
+                found.append(replace(stage, name=f"{stage.name}, {name}", memory=stage.memory + held))
+        held += loaded_bytes(case)
         seconds = _position_seconds(file.model.pairs[name], case)
         positions = case.repeats_after * (case.online.angles_per_pitch + ROUNDS * MEAN_ANGLES)
         more.append((f"{loads} loads, {name}", loads * positions * seconds))
         more.append((f"the flank that fits, {name}", loads * FIT_POSITIONS * seconds))
+    of_sets = 0
     for name, one in file.model.sets.items():
         for stage in stages_of_set(one):
             if stage.name in (COMPILING, START) and stage.name not in [each.name for each in found]:
                 found.append(stage)
             elif stage.name.startswith(FINITE_ELEMENTS):
-                found.append(replace(stage, name=f"{stage.name}, {name}"))
+                found.append(replace(stage, name=f"{stage.name}, {name}", memory=stage.memory + held))
             elif stage.name == SWEEP:
+                of_sets += stage.memory - KERNEL_BYTES
                 rounds = ROUNDS * MEAN_PLACES * MEAN_ANGLES / one.angles_per_pitch
                 times = (one.housed_pitches + rounds) / one.pitches
                 more.append((f"{loads} loads, {name}", loads * times * stage.seconds))
-    rows = [(stage.name, memory_text(stage.memory), stage.seconds) for stage in found]
-    rows += [(name, "", seconds) for name, seconds in (*more, ("page", PAGE_S))]
+    held += of_sets + KERNEL_BYTES
+    found += [Stage(name, held, seconds) for name, seconds in more]
+    found.append(Stage("page", held + PAGE_BYTES, PAGE_S))
     yield "Stages: peak memory and time of one core, within a factor of two; bases that are there take none"
-    for name, memory, seconds in (*rows, ("in all", "", sum(seconds for _, _, seconds in rows))):
-        yield f"  {name:<34} {memory:>8}  {format_time(seconds):>12}"
+    for stage in (*found, whole(found)):
+        yield f"  {stage.name:<34} {memory_text(stage.memory):>8}  {format_time(stage.seconds):>12}"
 
 
 def _position_seconds(pair: GearPair, case: Case) -> float:

@@ -15,7 +15,19 @@ from pmor.sets.loader import SetFile
 from pmor.sets.pins import PlanetsOnPins
 from pmor.sets.settings import SetSections
 from pmor.sets.to_rexs import why_no_rexs
-from pmor.work.cost import COMPILING, FINITE_ELEMENTS, START, Stage, refuse_beyond_memory, stages
+from pmor.work.cost import (
+    COMPILING,
+    FINITE_ELEMENTS,
+    KERNEL_BYTES,
+    PAGE_BYTES,
+    START,
+    Stage,
+    refuse_beyond_memory,
+    stages,
+    whole,
+)
+from pmor.work.finite_element_cost import held_bytes
+from pmor.work.sizes import pair_size
 
 # *Measured*, seconds: of a mesh in a position, of the sections in contact in it to the third power; root stress of both
 # gears of a mesh in a position; page and pictures.
@@ -126,20 +138,24 @@ def _loads(file: SetFile) -> Iterator[str]:
 def _cost(file: SetFile) -> Iterator[str]:
     found = stages_of_set(file)
     yield "Stages: peak memory and time of one core, within a factor of two"
-    for stage in (*found, Stage("in all", 0, sum(stage.seconds for stage in found))):
-        memory = memory_text(stage.memory) if stage.memory else ""
-        yield f"  {stage.name:<34} {memory:>8}  {format_time(stage.seconds):>12}"
+    for stage in (*found, whole(found)):
+        yield f"  {stage.name:<34} {memory_text(stage.memory):>8}  {format_time(stage.seconds):>12}"
 
 
 def stages_of_set(file: SetFile) -> list[Stage]:
-    """Return the stages of a set: finite elements of each mesh, the sweep, tolerances, page."""
-    found = list[Stage]()
+    """Return the stages of a set: finite elements of each mesh, the sweep, tolerances, page.
+
+    All bodies stay in memory to the end.
+    """
+    found, held = list[Stage](), 0
     for name, case in file.cases.items():
         for stage in stages(case):
             if stage.name in (COMPILING, START) and stage.name not in [one.name for one in found]:
                 found.append(stage)
             elif stage.name == FINITE_ELEMENTS:
-                found.append(replace(stage, name=f"{stage.name}, {name}"))
+                found.append(replace(stage, name=f"{stage.name}, {name}", memory=stage.memory + held))
+        held += held_bytes(pair_size(case, gear_pair(case)))
+    held += KERNEL_BYTES
     pairs, sections = pairs_of(file), 0.0
     for mesh in file.plan.meshes:
         case = file.cases[mesh.case]
@@ -148,12 +164,12 @@ def stages_of_set(file: SetFile) -> list[Stage]:
     meshes, torques = len(file.plan.meshes), len(file.torques_Nm)
     in_a_pitch = torques * file.angles_per_pitch
     a_pitch = in_a_pitch * (POSITION_S * meshes + SECTIONS_S * sections**3)
-    found.append(Stage(SWEEP, 0, file.pitches * a_pitch))
+    found.append(Stage(SWEEP, held, file.pitches * a_pitch))
     if all(case.results.root_stress for case in file.cases.values()):
-        found.append(Stage("root stress", 0, file.pitches * in_a_pitch * STRESS_S * meshes))
+        found.append(Stage("root stress", held, file.pitches * in_a_pitch * STRESS_S * meshes))
     if file.sections.tolerances is not None:
-        found.append(Stage("tolerances", 0, file.sections.tolerances.samples * file.sample_pitches * a_pitch))
-    return [*found, Stage(PAGE, 0, PAGE_S)]
+        found.append(Stage("tolerances", held, file.sections.tolerances.samples * file.sample_pitches * a_pitch))
+    return [*found, Stage(PAGE, held + PAGE_BYTES, PAGE_S)]
 
 
 def _left_out(file: SetFile) -> Iterator[str]:

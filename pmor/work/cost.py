@@ -29,7 +29,7 @@ from pmor.work.sizes import PairSize, pair_size
 MIB = 2**20
 # Measured on Linux with Python 3.11: interpreter and libraries; with those of the solver; with compiled kernels; a page
 # on top of that; and all of it while kernels are compiled.
-START_BYTES, SOLVER_BYTES, KERNEL_BYTES, PAGE_BYTES, COMPILING_BYTES = (n * MIB for n in (130, 175, 195, 65, 800))
+START_BYTES, SOLVER_BYTES, KERNEL_BYTES, PAGE_BYTES, COMPILING_BYTES = (n * MIB for n in (155, 175, 240, 40, 800))
 # Patterns of forces that the stress along the fillets takes, over the flank's unknowns.
 PATTERNS = 0.25
 # Measured in sweeps: of a position, a tooth pair in it, a recorded section in it; of a torque, an assembly.
@@ -46,8 +46,11 @@ FINITE_ELEMENTS = "finite elements"
 # Seconds on the reference computer (`pmor.work.finite_element_cost.FLOPS`).
 SOLVER_S = 0.15
 FULL_S, FULL_ENTRY_S, POSITION_S = 5e-3, 30e-9, 8e-3
+# Full FE of line contact, over the square of the unknowns of a flank: of a position, and so many more before the first.
+# What is read off line loads beside the sweep.
+LINE_ENTRY_S, LINE_START, READINGS_S = 1.1e-7, 6, 1.4
 REDUCED_S, REDUCED_MEMBER_S, SWEEP_S = 30e-6, 1.5e-8, 0.2
-START_S, BASIS_S, RESULTS_S, PICTURES_S, PAGE_S = 0.8, 0.2, 0.15, 1.6, 0.15
+START_S, BASIS_S, RESULTS_S, PICTURES_S, PAGE_S = 0.8, 0.7, 0.3, 3.2, 0.4
 # Of line loads with the full FE of line contact, and of trained shapes with that of their scheme.
 LINES_COMPILING_S, SHAPES_COMPILING_S = 30.0, 60.0
 # States at which a greedy sampling estimates errors, per solve.
@@ -69,6 +72,11 @@ class Stage:
     name: str
     memory: int
     seconds: float
+
+
+def whole(found: Sequence[Stage]) -> Stage:
+    """Return all stages as one."""
+    return Stage("in all", max(one.memory for one in found), sum(one.seconds for one in found))
 
 
 def _compiling_seconds(cases: Iterable[Case]) -> float:
@@ -120,26 +128,30 @@ def _stages_of(case: Case, pair: GearPair) -> tuple[Stage, ...]:
     training = kept + 2 * basis + size.solves * size.pairs * 3 * size.flank * 2 * DOUBLE
     reduced = 1.0 + size.active_shapes
     full_s, reduced_s = FULL_S + FULL_ENTRY_S * size.window**2, REDUCED_S + REDUCED_MEMBER_S * reduced**2.2
-    online = kept + 2 * basis + _sweep_bytes(sweep, size.pairs)
+    solved, window, read_s, online = compared * full_s, 3 * DOUBLE * size.window**2, 0.0, kept + 2 * basis
+    if case.contact.kind == "line":
+        solved, window = (compared + LINE_START) * LINE_ENTRY_S * size.flank**2, 0
+        read_s, online = READINGS_S, kept + UNPACKED * basis
+    online += _sweep_bytes(sweep, size.pairs)
     searched = GREEDY_STATES * size.solves if case.offline.sampling == "greedy" else 0
     coarse = coarser(case)
     coarse_size = pair_size(coarse, pair) if coarse else None
     if coarse_size:
-        training = max(training, kept + SOLVER_BYTES + solving_bytes(coarse_size))
+        training = max(training, kept + solving_bytes(coarse_size))
     coarse_s = solving_seconds(coarse_size) if coarse_size else 0.0
     trained_s = coarse_s + size.solves * full_s + size.positions * POSITION_S + searched * reduced_s + BASIS_S
     drawn = set(case.output.format if case.output.plots else ())
     drawn |= {case.output.shown_as} if case.output.report else set()
     whole_size = pair_size(case_of_page(case), pair) if takes_whole_width(case) else None
     if whole_size:
-        training = max(training, kept + basis + SOLVER_BYTES + solving_bytes(whole_size))
+        training = max(training, kept + basis + solving_bytes(whole_size))
         trained_s += solving_seconds(whole_size)
     page = PAGE_BYTES * bool(drawn)
     return (
         Stage(FINITE_ELEMENTS, SOLVER_BYTES + solving_bytes(size), solving_seconds(size) + SOLVER_S),
         Stage("training", KERNEL_BYTES + training, trained_s),
-        Stage("sweep", KERNEL_BYTES + online, sweep * reduced_s + SWEEP_S + RESULTS_S),
-        Stage("comparison", KERNEL_BYTES + online + 3 * DOUBLE * size.window**2, compared * (full_s + reduced_s)),
+        Stage("sweep", KERNEL_BYTES + online, sweep * reduced_s + SWEEP_S + read_s + RESULTS_S),
+        Stage("comparison", KERNEL_BYTES + online + window, solved + compared * reduced_s),
         Stage("pictures", KERNEL_BYTES + online + page, PICTURES_S * len(drawn)),
         Stage("report", KERNEL_BYTES + online + page, PAGE_S * bool(drawn)),
     )
@@ -224,6 +236,11 @@ def _refuse(what: str, memory: int, smaller: str, limits: Sequence[MemoryLimit] 
                 f"{what}: takes about {memory_text(needed)} of {'addresses' if limit.of_addresses else 'memory'}, and "
                 f"{limit.source} {memory_text(limit.size)}: {limit.remedy}{smaller}"
             )
+
+
+def loaded_bytes(case: Case) -> int:
+    """Bytes of the basis of a case once it is read, unpacked, and made ready for sweeps."""
+    return UNPACKED * _basis(pair_size(case, gear_pair(case)))
 
 
 def _basis(size: PairSize) -> int:
