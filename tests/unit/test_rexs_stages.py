@@ -320,3 +320,9 @@ def test_what_a_file_does_not_say_of_a_cutter_is_assumed_and_said(tmp_path):
     found = read_stage(file_of(tmp_path, wheel=wheel, without=without))
     assert (found.case.pair.wheel.shaper.addendum, found.case.pair.wheel.shaper.tip_radius_mm) == (1.25, 0.0)
     assert any("addendum 1.25, sharp corners, profile shift 0 assumed" in note for note in found.notes)
+
+
+def test_a_generated_shift_is_not_read_and_named(tmp_path):
+    said = [("cylindrical_gear_manufacturing_settings", "generated_addendum_modification_coefficient", "none", -0.02)]
+    notes = read_stage(file_of(tmp_path, said=said)).notes
+    assert sum("not read: generated_addendum_modification_coefficient" in note for note in notes) == 2

@@ -228,6 +228,7 @@ class _Draft:
         parts = [*self.gears, *self.flanks]
         for gear, flank in zip(self.gears, self.flanks, strict=True):
             parts += tools_of(self.gearbox, gear, flank)
+            parts += self.gearbox.beside(flank.number, "cylindrical_gear_manufacturing_settings", "manufacturing_step")
             parts += [part for part in self._referenced(flank) if part.kind in UNDERSTOOD]
         for part in {part.number: part for part in parts}.values():
             if unread := sorted(set(part.values) - part.used - WITHOUT_MEANING):
