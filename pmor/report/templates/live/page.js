@@ -61,6 +61,7 @@ function showFailure(root, error) {
   for (const id of ["numbers", "time", "ste", "orders", "load", "flank"]) {
     root.querySelector(`#live-${id}`).replaceChildren();
   }
+  root.querySelector("#live-text").hidden = true;
   showWarnings(root, [`This setting could not be solved (${error.message}). Change it, or go back to the case.`]);
 }
 
