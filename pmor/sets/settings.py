@@ -321,7 +321,7 @@ class SetSweep:
     Parameters
     ----------
     angles_per_pitch : int
-        Positions to a mesh cycle.
+        Positions to a mesh cycle; rounded up until equal planets pass the same ones.
     torques_Nm : tuple of float
         Amounts of the torque of `[load]`, or of the first gear, in N m, increasing; the nominal one is among them.
     pitches : int or None
