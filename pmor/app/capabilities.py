@@ -67,18 +67,19 @@ def run_dynamics(
 @suggesting
 def run_design(
     file: Place | PairDesign | SetDesign, folder: Place | None = None, *, executor: Executor | None = None,
-    progress: Steps | None = None, overwrite: bool = False,
+    progress: Steps | None = None, overwrite: bool = False, asked: Callable[[DesignResult], None] | None = None,
 ) -> DesignResult:  # fmt: skip
     """Search the flank modifications that a design file asks for, as `pmor design`; the executor is one of threads.
 
     The file names a case, or a gearbox and one of its meshes, which is then searched on its supports under each load,
-    or a set, all of whose meshes are then solved at once.
+    or a set, all of whose meshes are then solved at once. `asked` is called with the first result, the best of few
+    samples, once its page is in the folder.
     """
     from pmor.design.loader import load
     from pmor.design.run import run
 
     settings = load(Path(file)) if isinstance(file, str | Path) else file
-    return _run(run, settings, folder, overwrite, executor=executor, progress=progress)
+    return _run(run, settings, folder, overwrite, executor=executor, progress=progress, asked=asked)
 
 
 @suggesting

@@ -5,6 +5,7 @@ Imports of heavy libraries and of stages stand inside the functions, so that `pm
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,11 +13,12 @@ from typing import TYPE_CHECKING
 from pmor.app import capabilities
 from pmor.core.errors import ConvergenceError, FileFormatError, printable
 from pmor.core.progress import Progress
-from pmor.core.threads import processes, threads
+from pmor.core.threads import cores, processes, threads
 from pmor.storage.results_folder import default_folder
 
 if TYPE_CHECKING:
     from pmor.app.run import RunResult
+    from pmor.design.result import DesignResult
 
 POSITIONS = "positions failed"
 
@@ -147,8 +149,9 @@ def _of_case(
 
 
 def design(
-    design_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False, variant: int | None = None
-) -> None:
+    design_path: Path, out: Path | None = None, jobs: int | None = None, overwrite: bool = False,
+    variant: int | None = None,
+) -> None:  # fmt: skip
     """Search the flank modifications that a design file asks for, or write one variant as a case file."""
     from pmor.design.loader import load
 
@@ -157,8 +160,14 @@ def design(
     if variant is not None:
         _say(f"{capabilities.write_design_case(settings, folder, variant, overwrite=overwrite)}: written")
         return
-    with threads(jobs) as executor:
-        found = capabilities.run_design(settings, folder, overwrite=overwrite, executor=executor)
+
+    def say_first(first: DesignResult) -> None:
+        print(first)
+        _say(f"  so far in {folder}; the search goes on")
+        sys.stdout.flush()
+
+    with threads(jobs or cores()) as executor:
+        found = capabilities.run_design(settings, folder, overwrite=overwrite, executor=executor, asked=say_first)
     _finish(found, folder, found.failures, "did not converge")
 
 

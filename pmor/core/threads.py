@@ -76,6 +76,11 @@ def one_thread() -> Iterator[None]:
         _LIMIT.release()
 
 
+def cores() -> int:
+    """Return how many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def in_order(
     work: Callable[[Item], Result],
     items: Iterable[Item],

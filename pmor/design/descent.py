@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,10 +23,10 @@ SLACK = 1e-6
 
 
 class Descent:
-    """One way downhill."""
+    """One way downhill; `step` is called after each judgement, for progress."""
 
-    def __init__(self, judge: Judge[Any, Any]) -> None:
-        self.judge, self.evaluations = judge, 0
+    def __init__(self, judge: Judge[Any, Any], step: Callable[[], None] = lambda: None) -> None:
+        self.judge, self.evaluations, self._step = judge, 0, step
         self.low, high = limits(judge.design.variables)
         self.span = high - self.low
 
@@ -48,8 +48,12 @@ class Descent:
         return ranked([first, *map(self._judge, around)], self.judge.design.constraints)
 
     def _judge(self, x: FloatArray) -> Verdict:
-        self.evaluations += 1
+        self._count()
         return self.judge.verdict(x)
+
+    def _count(self) -> None:
+        self.evaluations += 1
+        self._step()
 
     def _minimise(self, z: FloatArray, sharpness: float) -> tuple[FloatArray, float]:
         """Return where the smooth objective is least near `z`, in shares of the ranges, and its value."""
@@ -62,7 +66,7 @@ class Descent:
             # The optimiser asks for objective and constraints one after the other.
             key = z.tobytes()
             if key not in known:
-                self.evaluations += 1
+                self._count()
                 known[key] = self.judge.smooth(self.low + z * self.span, sharpness)
             return known[key]
 
@@ -93,7 +97,7 @@ class Descent:
         for n in range(len(z)):
             further = z.copy()
             further[n] += DIFFERENCE if z[n] + DIFFERENCE <= 1.0 else -DIFFERENCE
-            self.evaluations += 1
+            self._count()
             there = slack(constraints, self.judge.limits(self.low + further * self.span))
             columns.append((there - here) / (further[n] - z[n]))
         return np.stack(columns, axis=1)

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import combinations
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.design.found import Found
 from pmor.design.harris import HarrisRule
-from pmor.design.judge import Judge, nominal
-from pmor.design.search import Found
+from pmor.design.readings import Contour
 from pmor.design.settings import Goal
 from pmor.design.supports import CASE, InGearbox
 from pmor.design.variables import limits
@@ -37,12 +36,10 @@ WORDS = {
     "k_gamma": "Mesh load factor K_γ [-]",
 }
 VALUES = {"nominal": "", "expected": "expected ", "percentile_95": "95 % below: "}
-# Points along each axis of a contour; most variables drawn in pairs; contour levels.
-CONTOUR, MOST_PAIRED, LEVELS = 25, 4, 16
+# Contour levels.
+LEVELS = 16
 # Of the two-dimensional normal distribution: within so many standard deviations are 95 % of the gears made.
 ELLIPSE = math.sqrt(-2.0 * math.log(0.05))
-# Torques of the curves over torque, and how far below and above the design's they go.
-TORQUES, BELOW, ABOVE = 33, 0.5, 1.2
 GREY = "#555555"
 
 
@@ -67,21 +64,17 @@ def front_figure(found: Found) -> Figure:
     return figure
 
 
-def contour_figure(found: Found) -> Figure | None:
+def contour_figure(found: Found, contours: Sequence[Contour]) -> Figure:
     """The objective as drawn over each two variables about the best, with the ellipse of 95 % of the gears made."""
-    if found.best is None or len(found.design.variables) < 2:
-        return None
-    design, best = found.design, found.variants.x[found.best]
-    judge = found.judge.alike(nominal(design))
-    pairs = list(combinations(range(min(len(design.variables), MOST_PAIRED)), 2))
-    columns = min(3, len(pairs))
-    rows = -(-len(pairs) // columns)
+    assert found.best is not None
+    best, columns = found.variants.x[found.best], min(3, len(contours))
+    rows = -(-len(contours) // columns)
     with plot_style():
         figure = new_figure(4.2 * columns + (1.6 if columns == 1 else 0.6), 3.7 * rows + (0.6 if rows == 1 else 0.0))
         places = list(np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).flat)
-        for axes, (first, second) in zip(places, pairs, strict=False):
-            _contour(axes, found, judge, best, first, second)
-        for axes in places[len(pairs) :]:
+        for axes, contour in zip(places, contours, strict=False):
+            _contour(axes, found, contour, best)
+        for axes in places[len(contours) :]:
             axes.set_visible(False)
         shown = {
             label: handle for axes in places for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
@@ -90,17 +83,10 @@ def contour_figure(found: Found) -> Figure | None:
     return figure
 
 
-def _contour(axes: Axes, found: Found, judge: Judge[Any, Any], best: FloatArray, first: int, second: int) -> None:
-    design = found.design
+def _contour(axes: Axes, found: Found, contour: Contour, best: FloatArray) -> None:
+    design, first, second = found.design, contour.first, contour.second
+    along, across, values = contour.along, contour.across, contour.objective
     low, high = limits(design.variables)
-    along, across = (np.linspace(low[n], high[n], CONTOUR) for n in (first, second))
-    column = design.results.index(design.objective.minimise)
-    values = np.empty((CONTOUR, CONTOUR))
-    for i, q in enumerate(across):
-        for k, p in enumerate(along):
-            x = best.copy()
-            x[first], x[second] = p, q
-            values[i, k] = judge.results(judge.assembly(x))[:, column] @ judge.weights
     # Even steps would all lie on the slopes, and none in the valley.
     known = values[np.isfinite(values)] if np.isfinite(values).any() else np.zeros(1)
     levels = np.geomspace(max(float(known.min()), 1e-3), max(float(known.max()), 2e-3), LEVELS)
@@ -125,22 +111,16 @@ def _contour(axes: Axes, found: Found, judge: Judge[Any, Any], best: FloatArray,
     axes.grid(False)
 
 
-def torque_figure(found: Found, chosen: Mapping[str, FloatArray | None]) -> Figure:
-    """Peak-to-peak STE over torque of chosen variants; None stands for the base case."""
-    design, torques = found.design, np.array(found.design.load.torques_Nm)
-    over = np.linspace(BELOW * torques.min(), ABOVE * torques.max(), TORQUES)
+def torque_figure(found: Found, torques_Nm: FloatArray, curves: Mapping[str, FloatArray]) -> Figure:
+    """Peak-to-peak STE over torque of the flanks of the file and of chosen variants."""
+    base = found.file.words.base
     with plot_style():
         figure = new_figure(7.2, 4.6)
         axes = figure.subplots()
-        judge = found.judge.at_torques(over).on_angles(int(found.angles.max()))
-        column = design.results.index("peak_to_peak_um")
-        for number, (name, x) in enumerate(chosen.items()):
-            assembly = found.judge.base if x is None else judge.assembly(x)
-            wide = {"lw": 2.6} if name == "best" else {"lw": 1.2, "ls": "--" if x is None else "-"}
-            axes.plot(
-                over, judge.results(assembly)[:, column], color=COLOURS[number % len(COLOURS)], label=name, **wide
-            )
-        for torque in torques:
+        for number, (name, curve) in enumerate(curves.items()):
+            wide = {"lw": 2.6} if name == "best" else {"lw": 1.2, "ls": "--" if name == base else "-"}
+            axes.plot(torques_Nm, curve, color=COLOURS[number % len(COLOURS)], label=name, **wide)
+        for torque in found.design.load.torques_Nm:
             axes.axvline(torque, color=GREY, lw=1.0, ls=":")
         axes.set(xlabel=f"{found.file.words.torque} [N m]; dotted: those of the design",
                  ylabel=WORDS["peak_to_peak_um"], ylim=(0.0, None))  # fmt: skip

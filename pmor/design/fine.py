@@ -23,15 +23,21 @@ FEWEST, MOST, DRAWN = 512, 8192, 2
 SETTLED, NOISE = 3e-3, 1e-3
 
 
-def judged_finely(judge: Judge[Any, Any], x: FloatArray) -> tuple[Verdict, int]:
-    """Judge a variant on finer and finer angles; return the verdict, and the angles per pitch of the pair as drawn.
+def judged_finely(judge: Judge[Any, Any], x: FloatArray | None) -> tuple[Verdict, int]:
+    """Judge a variant, or what the file has, on finer and finer angles.
+
+    Returns
+    -------
+    Verdict
+    int
+        Angles per pitch of the pair as drawn.
 
     Raises
     ------
     ConvergenceError
         Where a position did not converge, or the results still move on the finest angles.
     """
-    design, few = judge.design, judge.design.search.angles
+    design, few, first = judge.design, judge.design.search.angles, _first(judge)
     asked = {
         "peak_to_peak_um",
         design.objective.minimise,
@@ -41,7 +47,6 @@ def judged_finely(judge: Judge[Any, Any], x: FloatArray) -> tuple[Verdict, int]:
     columns = [k for k, key in enumerate(design.results) if key in asked]
     bounds: dict[str, float] = {c.result: c.at_most for c in design.constraints}
     sizes = np.array([bounds.get(design.results[k], 0.0) for k in columns])
-    first = few * 2 ** max(0, int(np.ceil(np.log2(FEWEST / few))))
     nominal, angles = _settled(
         judge, first, lambda fine: fine.results(fine.assembly(x)), lambda table: table[:, columns], sizes
     )
@@ -52,6 +57,22 @@ def judged_finely(judge: Judge[Any, Any], x: FloatArray) -> tuple[Verdict, int]:
         judge, DRAWN * few, lambda fine: fine.scattered(x), lambda table: _value_of(judge, x, table), sizes
     )
     return judge.verdict_of(x, nominal, over), angles
+
+
+def judged_once(judge: Judge[Any, Any], x: FloatArray) -> tuple[Verdict, int]:
+    """Judge a variant on the fewest of the fine angles, as `judged_finely` begins; ConvergenceError as there."""
+    few, first = judge.design.search.angles, _first(judge)
+    fine = judge.on_angles(first)
+    nominal = fine.results(fine.assembly(x))
+    over = judge.on_angles(DRAWN * few).scattered(x) if judge.design.scatters else nominal[None]
+    if not np.isfinite(over[:, :, 0]).all():
+        raise ConvergenceError(f"a position on {first} angles per pitch did not converge", [])
+    return judge.verdict_of(x, nominal, over), first
+
+
+def _first(judge: Judge[Any, Any]) -> int:
+    few = judge.design.search.angles
+    return int(few * 2 ** max(0, int(np.ceil(np.log2(FEWEST / few)))))
 
 
 def best_finely(judge: Judge[Any, Any], verdicts: Sequence[Verdict]) -> Verdict:
@@ -66,7 +87,7 @@ def best_finely(judge: Judge[Any, Any], verdicts: Sequence[Verdict]) -> Verdict:
     return best
 
 
-def _value_of(judge: Judge[Any, Any], x: FloatArray, over: FloatArray) -> FloatArray:
+def _value_of(judge: Judge[Any, Any], x: FloatArray | None, over: FloatArray) -> FloatArray:
     verdict = judge.verdict_of(x, over[0], over)
     return np.append(verdict.limits, verdict.objective)
 

@@ -20,7 +20,7 @@ from pmor.design.variables import SEED
 class Verdict:
     """Results of a variant; NaN where a position did not converge."""
 
-    x: FloatArray  # shape (n,): Values of the variables
+    x: FloatArray  # shape (n,): Values of the variables; NaN of what the file has
     results: FloatArray  # shape (T, R): Nominal, under each torque, in the order of `Design.results`
     objective: float  # Over scatter where the design asks for it
     limits: FloatArray  # shape (C,): Constrained results, the largest over the torques, of the same kind
@@ -77,8 +77,8 @@ class Judge(ABC, Generic[Built, Solved]):
         """Return by how much so many of those that are made are off; none where nothing scatters."""
 
     @abstractmethod
-    def assembly(self, x: Sequence[float] | FloatArray, draw: Any = None) -> Built:
-        """Return what is built at some values of the variables, off by a draw."""
+    def assembly(self, x: Sequence[float] | FloatArray | None, draw: Any = None) -> Built:
+        """Return what is built at some values of the variables, or with the flanks of the file, off by a draw."""
 
     @abstractmethod
     def solve(self, built: Built, differentiated: bool = False) -> Solved:
@@ -113,22 +113,23 @@ class Judge(ABC, Generic[Built, Solved]):
         table[~state.converged.all(axis=1)] = np.nan
         return table
 
-    def verdict(self, x: FloatArray) -> Verdict:
-        """Judge one variant."""
+    def verdict(self, x: FloatArray | None) -> Verdict:
+        """Judge one variant; None is what the file has."""
         nominal = self.results(self.assembly(x))
         return self.verdict_of(x, nominal, self.scattered(x) if self.design.scatters else nominal[None])
 
-    def scattered(self, x: FloatArray) -> FloatArray:
+    def scattered(self, x: FloatArray | None) -> FloatArray:
         """Return all results of each draw, (draws, T, R)."""
         return np.stack([self.results(self.assembly(x, draw)) for draw in self.draws])
 
-    def verdict_of(self, x: FloatArray, nominal: FloatArray, over: FloatArray) -> Verdict:
+    def verdict_of(self, x: FloatArray | None, nominal: FloatArray, over: FloatArray) -> Verdict:
         """Return the verdict on a variant by its results as drawn, (T, R), and over scatter, (draws, T, R)."""
         design, keys = self.design, self.design.results
         objective = over[:, :, keys.index(design.objective.minimise)] @ self.weights
         limited = [over[:, :, keys.index(c.result)].max(axis=1) for c in design.constraints]
         limits = np.array([self._value(values) for values in limited])
-        return Verdict(np.asarray(x, dtype=float), nominal, self._value(objective), limits)
+        values = np.full(len(design.variables), np.nan) if x is None else np.asarray(x, dtype=float)
+        return Verdict(values, nominal, self._value(objective), limits)
 
     def _value(self, values: FloatArray) -> float:
         """Return the mean or percentile of the values of all draws, as the design asks; NaN where one is."""

@@ -12,9 +12,9 @@ import numpy as np
 from pmor.design import figures
 from pmor.design.figures import WORDS
 from pmor.design.files import PairDesign
+from pmor.design.found import AGREE, Found
 from pmor.design.gearbox_tables import gearbox_data, gearbox_sentences, gearbox_tables
 from pmor.design.readings import FRESH, Readings, percentile_95
-from pmor.design.search import Found
 from pmor.design.settings import RESULTS, Design
 from pmor.design.variants import stored
 from pmor.report.data_files import write_table_csv
@@ -30,6 +30,8 @@ from pmor.work.table import text_lines
 PICTURES = ("front.png", "contour.png", "torque.png", "ste.png", "sensitivity.png", "scatter.png", "harris.png",
             "face_load.png")  # fmt: skip
 FILES = ("design.h5", "design.csv", "design.json", "design.md", "report.html", *PICTURES)
+# Of the first result.
+WAITING = "The first result: the search goes on, and this page is replaced at its end."
 # Most rows of a table of the front.
 MOST_ROWS = 12
 # Variants that a page carries: more make it slow, and the CSV has them all.
@@ -61,9 +63,16 @@ def design_data(found: Found, read: Readings) -> dict[str, Any]:
         "variants": len(found.variants),
         "kept": int(found.kept.sum()),
         "failed": int((~np.isfinite(found.variants.objective)).sum()),
+        "first": read.first,
         "evaluations": dict(found.evaluations),
+        "ends_of_halves": [float(end) for end in found.ends],
+        "halves_apart": found.apart,
         "seconds": found.seconds,
-        "base": {key: read.base[:, n].tolist() for n, key in enumerate(design.results)},
+        "base": {
+            **_objective(design, "objective", read.base.objective),
+            **_objective(design, "objective_searched", read.base_searched),
+            **{key: read.base.results[:, n].tolist() for n, key in enumerate(design.results)},
+        },
         "best": None if found.best is None else _entry(found, found.best),
         "pareto": [_entry(found, int(n)) for n in found.front],
         "chosen": {name: _entry(found, n) for name, n in read.chosen.items()},
@@ -83,6 +92,7 @@ def design_data(found: Found, read: Readings) -> dict[str, Any]:
 def design_text(found: Found, read: Readings) -> str:
     """Return the tables for the screen."""
     said = [*([] if read.gearbox is None else gearbox_sentences(read.gearbox)), _count_words(found)]
+    said += [WAITING] if read.first else certainty_words(found)
     lines = [f"Design: {found.design.title}", *(f"  {sentence}" for sentence in said)]
     for shown in (*_tables(found, read), *([] if read.gearbox is None else gearbox_tables(read.gearbox))):
         if shown.rows:
@@ -178,18 +188,31 @@ def _unit(name: str) -> str:
 
 
 def _blocks(found: Found, read: Readings) -> list[Block]:
+    blocks: list[Block] = [_count_words(found), *([WAITING] if read.first else certainty_words(found))]
+    if found.best is None:
+        blocks.append(Warning("No variant keeps all constraints."))
+    blocks += [Warning(sentence) for sentence in (*read.failures, *found.failures[:MOST_ROWS])]
+    if read.first:
+        return [*blocks, *_tables(found, read)]
+    if read.gearbox is not None:
+        face_load = Picture("face_load.png", "Line load over the face, added up over tooth pairs; the whole gearbox "
+                            "solved anew with each flank.", figures.face_load_figure(read.gearbox))  # fmt: skip
+        blocks = [*gearbox_sentences(read.gearbox), *blocks, *gearbox_tables(read.gearbox), face_load]
+    return [*blocks, *_pictures(found, read), *_tables(found, read)]
+
+
+def _pictures(found: Found, read: Readings) -> list[Block]:
     design, words = found.design, found.file.words
-    chosen = {name: found.variants.x[n] for name, n in read.chosen.items()}
     pictures = [
         ("front.png", "The objective against the other result, and the Pareto front of all variants.",
          figures.front_figure(found)),
         ("contour.png", "The objective of the nominal gears over each two variables, all others as in the best" + (
             "; within the dashed ellipse are 95 % of the gears that are made."
             if any(design.scatter.modifications.get(variable.key) for variable in design.variables) else "."
-         ), figures.contour_figure(found)),
+         ), figures.contour_figure(found, read.contours) if read.contours else None),
         ("torque.png", "Peak-to-peak STE over torque. A design for one torque has its valley there and climbs on both "
          "sides; the best for all of them lies between.",
-         None if found.judge.moving_supports else figures.torque_figure(found, {words.base: None, **chosen})),
+         figures.torque_figure(found, read.torques_Nm, read.over_torque) if read.over_torque else None),
         ("ste.png", "STE of the nominal gears under each torque.", figures.ste_figure(found, read.curves)),
         ("sensitivity.png", "Sensitivity of the nominal objective, about the best: exact derivatives, also by "
          "parameters that are no variables.",
@@ -200,16 +223,22 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
          "relief differs between single and double contact.",
          figures.harris_figure(read.harris) if read.harris else None),
     ]  # fmt: skip
-    blocks: list[Block] = [_count_words(found)]
-    if found.best is None:
-        blocks.append(Warning("No variant keeps all constraints."))
-    blocks += [Warning(sentence) for sentence in (*read.failures, *found.failures[:MOST_ROWS])]
-    if read.gearbox is not None:
-        face_load = Picture("face_load.png", "Line load over the face, added up over tooth pairs; the whole gearbox "
-                            "solved anew with each flank.", figures.face_load_figure(read.gearbox))  # fmt: skip
-        blocks = [*gearbox_sentences(read.gearbox), *blocks, *gearbox_tables(read.gearbox), face_load]
-    blocks += [Picture(name, caption, figure) for name, caption, figure in pictures if figure is not None]
-    return [*blocks, *_tables(found, read)]
+    return [Picture(name, caption, figure) for name, caption, figure in pictures if figure is not None]
+
+
+def certainty_words(found: Found) -> list[str]:
+    """Return how sure the best is, by the two halves of the search; empty without both."""
+    if found.apart is None:
+        return []
+    unit, few = found.design.objective.unit and f" {found.design.objective.unit}", found.design.search.angles
+    first, second = found.ends
+    said = (
+        f"How sure the best is: descents from either half of the samples, which know nothing of each other, end at "
+        f"{first:.4g} and {second:.4g}{unit} on {few} angles, {100.0 * found.apart:.2g} % apart."
+    )
+    if found.apart > AGREE:
+        said += " There may be a better one: raise samples and descents of [search]."
+    return [said]
 
 
 def _count_words(found: Found) -> str:
@@ -246,9 +275,8 @@ def _tables(found: Found, read: Readings) -> list[Table]:
     unit = f", {goal.unit}" if goal.unit else ""
     few = f"objective on {design.search.angles} angles{unit}"
     heads = ("which", "variant", *names, few, f"objective{unit}", *torques, WORDS[design.pareto.against])
-    base: list[Cell] = [words.base, None, *[None] * (len(names) + 1),
-                        float(read.base[:, design.results.index(goal.minimise)] @ found.judge.weights),
-                        *read.base[:, column].tolist(), float(read.base[:, against].max())]  # fmt: skip
+    base: list[Cell] = [words.base, None, *[None] * len(names), read.base_searched, read.base.objective,
+                        *read.base.results[:, column].tolist(), float(read.base.results[:, against].max())]  # fmt: skip
     front = found.front[:: max(1, -(-len(found.front) // MOST_ROWS))]
     tables = [
         Table("Chosen variants", heads, [base, *(row(name, n) for name, n in read.chosen.items())]),

@@ -97,8 +97,10 @@ class PairJudge(Judge[Assembly, VariantState]):
         """Return by how much the flanks and axes of so many pairs are off; none where nothing scatters."""
         return drawn(self.design.scatter, count, seed)
 
-    def assembly(self, x: Sequence[float] | FloatArray, draw: Draw | None = None) -> Assembly:
-        """Return the pair at some values of the variables, off by a draw."""
+    def assembly(self, x: Sequence[float] | FloatArray | None, draw: Draw | None = None) -> Assembly:
+        """Return the pair at some values of the variables, or with the flanks of its file, off by a draw."""
+        if x is None:
+            return assembly_at(self.base, (), (), draw or AS_DRAWN)
         return assembly_at(self.base, self.design.variables, x, draw or AS_DRAWN)
 
     def solve(self, built: Assembly, differentiated: bool = False) -> VariantState:

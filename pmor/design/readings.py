@@ -2,33 +2,45 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from concurrent.futures import Executor
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
+from pmor.core.progress import stage
+from pmor.core.threads import in_order
+from pmor.design.fine import FEWEST, judged_finely
+from pmor.design.found import Found
 from pmor.design.harris import HarrisRule, harris_rule, obeys
-from pmor.design.judge import Judge
+from pmor.design.judge import Judge, Verdict, nominal
 from pmor.design.pair_judge import PairJudge
-from pmor.design.search import Found
 from pmor.design.supports import InGearbox, Supports, judged_by_the_gearbox
-from pmor.design.variables import SEED
+from pmor.design.variables import SEED, limits
 
-# Pairs that are drawn anew to see how chosen variants stand scatter: other ones than those of the search.
-FRESH, FRESH_SEED = 1000, SEED + 1
+# Pairs that are drawn anew to see how chosen variants stand scatter: other ones than those of the search, as many as
+# a Sobol sequence is even for.
+FRESH, FRESH_SEED = 512, SEED + 1
 # Their angles, over those of the search.
-FINER = 4
+FINER = 2
+# Most points along each axis of a contour, and in all of them; most variables drawn in pairs.
+CONTOUR, MOST_CONTOURED, MOST_PAIRED = 25, 1250, 4
+# Torques of the curves over torque, and how far below and above the design's they go.
+TORQUES, BELOW, ABOVE = 33, 0.5, 1.2
 
 
 @dataclass(frozen=True)
 class Readings:
     """Content of a page beside the variants."""
 
-    base: FloatArray  # shape (T, R): Results of the case as it is
+    base: Verdict  # The flanks of the file, by the same objective as the variants
+    base_searched: float  # Its objective on the angles of the search
     chosen: Mapping[str, int]  # Numbers of chosen variants by name: "best", "best without scatter", "best at 170 N m"
     curves: Mapping[str, FloatArray]  # shape (T, A): Their STE, um, after that of the base
     # Derivative of the nominal objective at the best by each parameter of the modifications; empty without a best
@@ -36,29 +48,70 @@ class Readings:
     # shape (m,): Objective of fresh draws of chosen variants, full solutions; empty without scatter
     fresh: Mapping[str, FloatArray]
     harris: tuple[HarrisRule, ...]  # Under each torque, of spur pairs whose tip relief is designed
+    contours: tuple[Contour, ...]
+    # Torques (m,), N m, and peak-to-peak STE over them (m,), um, of the file's flanks and of chosen variants
+    torques_Nm: FloatArray
+    over_torque: Mapping[str, FloatArray]
     failures: tuple[str, ...]  # Readings that did not converge
     gearbox: InGearbox | None = None  # Of a mesh of a gearbox
+    first: bool = False  # Of the first result, while the search goes on: tables alone
 
 
-def read_off(found: Found) -> Readings:
-    """Read all of it off a search."""
+@dataclass(frozen=True)
+class Contour:
+    """The nominal objective over two variables about the best."""
+
+    first: int
+    second: int
+    along: FloatArray  # shape (m,): Values of the first
+    across: FloatArray  # shape (m,): Values of the second
+    objective: FloatArray  # shape (m, m): Rows over the second
+
+
+def read_first(found: Found) -> Readings:
+    """Read off what the first result shows."""
+    failures, nothing = list[str](), np.zeros(0)
+    base, searched = _of_base(found, failures), found.judge.verdict(None).objective
+    chosen = {} if found.best is None else {"best": found.best}
+    fine = found.fine
+    curves = {found.file.words.base: fine.solve(fine.base).ste_um}
+    return Readings(base, searched, chosen, curves, {}, {}, (), (), nothing, {}, tuple(failures), first=True)
+
+
+def read_off(found: Found, executor: Executor | None = None) -> Readings:
+    """Read all of it off a search; threads share out what is solved for it."""
     judge, x, chosen = found.fine, found.variants.x, found.chosen
     curves = {found.file.words.base: judge.solve(judge.base).ste_um}
     curves |= {name: judge.solve(judge.assembly(x[n])).ste_um for name, n in chosen.items()}
     best = found.best
-    fresh = _fresh(found.judge, {name: x[n] for name, n in chosen.items() if name in ("best", "best without scatter")})
+    robust = {name: x[n] for name, n in chosen.items() if name in ("best", "best without scatter")}
+    with stage(f"{FRESH} {found.file.words.made} drawn anew") if found.file.scattered else nullcontext():
+        fresh = _fresh(found.judge, robust, executor)
     made = found.file.words.made
     failures = [f"{name}: {lost} of {len(values)} {made} drawn anew did not converge"
                 for name, values in fresh.items() if (lost := int(np.isnan(values).sum()))]  # fmt: skip
     return Readings(
-        base=judge.results(judge.base),
+        base=_of_base(found, failures),
+        base_searched=found.judge.verdict(None).objective,
         chosen=chosen,
         curves=curves,
         rates={} if best is None else judge.objective_rates(x[best]),
         fresh=fresh,
-        harris=_harris(found, failures),
+        harris=_harris(found, failures, executor),
+        contours=_contours(found, executor),
+        torques_Nm=(torques := _torques(found)),
+        over_torque=_over_torque(found, torques, executor),
         failures=tuple(failures),
     )
+
+
+def _of_base(found: Found, failures: list[str]) -> Verdict:
+    """Return the verdict on the flanks of the file, judged as the variants that are chosen."""
+    try:
+        return judged_finely(found.judge, None)[0]
+    except ConvergenceError as error:
+        failures.append(f"{found.file.words.base}: {error}")
+        return found.judge.verdict(None)
 
 
 def with_gearbox(
@@ -70,27 +123,73 @@ def with_gearbox(
     return replace(read, gearbox=box, failures=read.failures + further)
 
 
-def _fresh(judge: Judge[Any, Any], chosen: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+def _fresh(
+    judge: Judge[Any, Any], chosen: Mapping[str, FloatArray], executor: Executor | None
+) -> dict[str, FloatArray]:
     draws, fine = judge.drawn(FRESH, FRESH_SEED), judge.on_angles(FINER * judge.design.search.angles)
     if not draws:
         return {}
-    return {name: fine.objective_of(x, draws) for name, x in chosen.items()}
+
+    def objectives(x: FloatArray) -> FloatArray:
+        return np.array(list(in_order(lambda draw: fine.objective_of(x, [draw])[0], draws, executor)))
+
+    return {name: objectives(x) for name, x in chosen.items()}
 
 
-def _harris(found: Found, failures: list[str]) -> tuple[HarrisRule, ...]:
+def _contours(found: Found, executor: Executor | None) -> tuple[Contour, ...]:
+    if found.best is None or len(found.design.variables) < 2:
+        return ()
+    design, best = found.design, found.variants.x[found.best]
+    judge, column = found.judge.alike(nominal(design)), design.results.index(design.objective.minimise)
+    low, high = limits(design.variables)
+    pairs = list(combinations(range(min(len(design.variables), MOST_PAIRED)), 2))
+    count = min(CONTOUR, int(math.sqrt(MOST_CONTOURED / len(pairs))))
+    contours = []
+    for first, second in pairs:
+        along, across = (np.linspace(low[n], high[n], count) for n in (first, second))
+        x = np.tile(best, (count * count, 1))
+        x[:, first], x[:, second] = np.tile(along, count), np.repeat(across, count)
+        values = in_order(lambda one: judge.results(judge.assembly(one))[:, column] @ judge.weights, x, executor)
+        contours.append(Contour(first, second, along, across, np.array(list(values)).reshape(count, count)))
+    return tuple(contours)
+
+
+def _torques(found: Found) -> FloatArray:
+    """Torques of the curves over torque; none on supports that go with the loads."""
+    torques = np.array(found.design.load.torques_Nm)
+    if found.judge.moving_supports:
+        return np.zeros(0)
+    return np.linspace(BELOW * torques.min(), ABOVE * torques.max(), TORQUES)
+
+
+def _over_torque(found: Found, torques: FloatArray, executor: Executor | None) -> dict[str, FloatArray]:
+    if not len(torques):
+        return {}
+    judge = found.judge.at_torques(torques).on_angles(max(FEWEST, found.design.search.angles))
+    column = found.design.results.index("peak_to_peak_um")
+    flanks: dict[str, FloatArray | None] = {found.file.words.base: None}
+    flanks |= {name: found.variants.x[n] for name, n in found.chosen.items()}
+    curves = in_order(lambda x: judge.results(judge.assembly(x))[:, column], flanks.values(), executor)
+    return dict(zip(flanks, curves, strict=True))
+
+
+def _harris(found: Found, failures: list[str], executor: Executor | None) -> tuple[HarrisRule, ...]:
     judge, design = found.judge, found.design
     relieved = {gear for v in design.variables if v.key == "tip_relief_um" for gear in v.gears}
     if not isinstance(judge, PairJudge) or judge.moving_supports or relieved != {"pinion", "wheel"}:
         return ()
     if not obeys(judge.reduced.meshed.pair):
         return ()
-    rules = []
-    for torque in design.load.torques_Nm:
+
+    def rule(torque: float) -> HarrisRule | str:
         try:
-            rules.append(harris_rule(judge.reduced, torque))
+            return harris_rule(judge.reduced, torque)
         except ConvergenceError as error:
-            failures.append(str(error))
-    return tuple(rules)
+            return str(error)
+
+    rules = list(in_order(rule, design.load.torques_Nm, executor))
+    failures += [one for one in rules if isinstance(one, str)]
+    return tuple(one for one in rules if not isinstance(one, str))
 
 
 def percentile_95(values: FloatArray) -> float:

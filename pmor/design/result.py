@@ -11,9 +11,9 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.shown import Columns, Tabular
+from pmor.design.found import Found
 from pmor.design.output import FILES, design_data, design_text, write_design
 from pmor.design.readings import Readings
-from pmor.design.search import Found
 from pmor.work.results import writing_results
 
 
@@ -80,7 +80,11 @@ class DesignResult(Tabular):
         with writing_results(
             folder, FILES, file.text, inputs=file.inputs, overwrite=overwrite, complete=complete
         ) as out:
-            write_design(self.found, self.read, out)
+            self.write_into(out)
+
+    def write_into(self, folder: Path) -> None:
+        """Write the files into a folder that this process holds; OutputError where that fails."""
+        write_design(self.found, self.read, folder)
 
     def columns(self) -> Columns:
         """All of it by the names of columns, for `to_dataframe`: a value for each variant."""

@@ -13,14 +13,14 @@ from pmor.core.threads import one_thread, refuse_processes
 from pmor.design.files import PairDesign, SetDesign
 from pmor.design.output import FILES
 from pmor.design.pair_judge import PairJudge
-from pmor.design.readings import read_off, with_gearbox
+from pmor.design.readings import read_first, read_off, with_gearbox
 from pmor.design.result import DesignResult
-from pmor.design.search import run_design, trained_pair
+from pmor.design.search import Search, trained_pair
 from pmor.design.set_judge import SetJudge
 from pmor.design.supports import supports_of
 from pmor.pair.model import refuse_loads
 from pmor.sets.variants import train_of_variants
-from pmor.storage.results_folder import working_folder
+from pmor.storage.results_folder import start_results, working_folder
 from pmor.work.cost import refuse_large_sweep
 from pmor.work.results import pieces_folder
 from pmor_online.model import ReducedPair
@@ -33,6 +33,7 @@ ALIGNED = "aligned"
 def run(
     settings: PairDesign | SetDesign, *, reduced: ReducedPair | None = None, folder: Path | str | None = None,
     overwrite: bool = False, executor: Executor | None = None, progress: Callable[[int], None] | None = None,
+    asked: Callable[[DesignResult], None] | None = None,
 ) -> DesignResult:  # fmt: skip
     """Search flank modifications over ranges, with tolerances; variants without a solution are in `failures`.
 
@@ -45,6 +46,8 @@ def run(
         Reduced model of the pair, by line loads; by default it is made. None of a set.
     folder, overwrite, executor, progress
         As in `pmor.app.capabilities`; the executor is one of threads, and the number of pieces grows with each stage.
+    asked : callable, optional
+        Called with the first result, the best of few samples beside what the file has, once its page is in the folder.
 
     Raises
     ------
@@ -56,7 +59,7 @@ def run(
     """
     refuse_processes(executor)
     if isinstance(settings, SetDesign):
-        return _run_set(settings, folder, overwrite, executor, progress)
+        return _run_set(settings, folder, overwrite, executor, progress, asked)
     supports = None if settings.box is None else supports_of(settings)
     if supports is not None:
         settings, reduced = supports.file, supports.reduced
@@ -68,27 +71,49 @@ def run(
     angles = design.search.angles * settings.pitches
     refuse_large_sweep(settings.name, reduced.meshed, angles, len(design.load.torques_Nm))
     with pieces_folder(folder, FILES, inputs=settings.inputs, overwrite=overwrite) as pieces:
-        search = partial(run_design, settings, executor=executor, progress=progress)
+        search = partial(Search, settings, executor=executor, progress=progress)
         alone = PairJudge(reduced, design, settings.base)
         if supports is None:
-            found = search(alone, pieces)
-            return DesignResult(found, read_off(found))
+            return _searched(search(alone, pieces), folder, asked)
         assert settings.box is not None
-        aligned = search(alone, working_folder(pieces) / ALIGNED, best_alone=True)
-        also = [] if aligned.best is None else [aligned.variants.x[aligned.best]]
         judge = PairJudge(reduced, design, settings.base, hubs=supports.hubs)
-        found = search(judge, pieces, around=settings.box.text, also=also)
-        return DesignResult(found, with_gearbox(read_off(found), supports, found, aligned, executor))
+        in_box = search(judge, pieces, around=settings.box.text)
+        _tell_first(in_box, folder, asked)
+        aligned = search(alone, working_folder(pieces) / ALIGNED).found(best_alone=True)
+        also = [] if aligned.best is None else [aligned.variants.x[aligned.best]]
+        found = in_box.found(also)
+        return DesignResult(found, with_gearbox(read_off(found, executor), supports, found, aligned, executor))
 
 
 def _run_set(
     file: SetDesign, folder: Path | str | None, overwrite: bool, executor: Executor | None,
-    progress: Callable[[int], None] | None,
+    progress: Callable[[int], None] | None, asked: Callable[[DesignResult], None] | None,
 ) -> DesignResult:  # fmt: skip
     with pieces_folder(folder, FILES, inputs=file.inputs, overwrite=overwrite) as pieces:
         judge = SetJudge(file, train_of_variants(file.set, executor), file.design)
-        found = run_design(file, judge, pieces, around=file.set.whole_text, executor=executor, progress=progress)
-        return DesignResult(found, read_off(found))
+        search = Search(file, judge, pieces, around=file.set.whole_text, executor=executor, progress=progress)
+        return _searched(search, folder, asked)
+
+
+def _searched(search: Search, folder: Path | str | None, asked: Callable[[DesignResult], None] | None) -> DesignResult:
+    _tell_first(search, folder, asked)
+    found = search.found()
+    return DesignResult(found, read_off(found, search.executor))
+
+
+def _tell_first(search: Search, folder: Path | str | None, asked: Callable[[DesignResult], None] | None) -> None:
+    """Write the page of the first result, and tell of it, where somebody waits for either."""
+    if folder is None and asked is None:
+        return
+    found = search.first()
+    if found is None:
+        return
+    first = DesignResult(found, read_first(found))
+    if folder is not None:
+        start_results(Path(folder), search.file.text)
+        first.write_into(Path(folder))
+    if asked is not None:
+        asked(first)
 
 
 def _refuse_unfit(file: PairDesign, reduced: ReducedPair) -> None:

@@ -70,11 +70,11 @@ class SetJudge(Judge[BuiltSet, SetVariant]):
         """Return by how much the flanks and pins of so many sets are off; none where nothing scatters."""
         return drawn_sets(self.file, self.design.scatter, count, seed)
 
-    def assembly(self, x: Sequence[float] | FloatArray, draw: SetDraw | None = None) -> BuiltSet:
-        """Return the set at some values of the variables, off by a draw."""
+    def assembly(self, x: Sequence[float] | FloatArray | None, draw: SetDraw | None = None) -> BuiltSet:
+        """Return the set at some values of the variables, or with the flanks of its file, off by a draw."""
         off = (AS_DRAWN,) * len(self.base.flanks) if draw is None else draw.flanks
         flanks = tuple(
-            flanks_at(base, self._variables[mesh.case], x, of_mesh)
+            flanks_at(base, {} if x is None else self._variables[mesh.case], () if x is None else x, of_mesh)
             for mesh, base, of_mesh in zip(self.file.set.plan.meshes, self.base.flanks, off, strict=True)
         )
         displacement = self.base.displacement if draw is None else draw.displacement

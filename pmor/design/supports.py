@@ -19,8 +19,9 @@ from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.core.threads import in_order
 from pmor.design.files import PairDesign
+from pmor.design.found import Found
 from pmor.design.pair_judge import PairJudge
-from pmor.design.search import Found, trained_pair
+from pmor.design.search import trained_pair
 from pmor.gear.condition import Assembly
 from pmor.line.hubs import Hubs
 from pmor.machine.coupled import MEAN_ANGLES, SolvedLoad, SolvedMesh, solve_load

@@ -8,11 +8,16 @@ from itertools import product
 
 import numpy as np
 
+from pmor.case.flanks import EXTENTS
 from pmor.core.arrays import FloatArray
 from pmor.design.settings import Scatter, Variable
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.gear.modification import Modification
 
+# Of samples and draws: a run is the same every time.
+SEED = 19
+# Of the range of a variable without steps, how far its neighbours are.
+NEAR = 0.01
 # Decimals to which values are rounded: further digits are noise of the steps.
 DECIMALS = 9
 
@@ -48,8 +53,18 @@ def assembly_at(
 
 def _modified(modification: Modification, values: Mapping[str, float], off: Mapping[str, float]) -> Modification:
     chosen = modification.changed(values)
-    moved = {key: (getattr(chosen, key) or 0.0) + by for key, by in off.items()}
+    absent = _absent(chosen)
+    moved = {key: (getattr(chosen, key) or 0.0) + by for key, by in off.items() if key not in absent}
     return replace(chosen, **moved) if moved else chosen  # type: ignore[arg-type]
+
+
+def _absent(flank: Modification) -> set[str]:
+    """Keys of reliefs that nothing says the extent of: a flank as filed may have none that scatters."""
+    found = set[str]()
+    for amount, extents, _ in EXTENTS:
+        missing = {key for key in extents if getattr(flank, key) is None}
+        found |= missing | ({amount} if len(missing) == len(extents) else set())
+    return found
 
 
 def corners(variables: Sequence[Variable]) -> Iterator[tuple[float, ...]]:
@@ -86,19 +101,33 @@ def steps_around(variables: Sequence[Variable], x: FloatArray) -> FloatArray:
     return np.unique(to_steps(variables, np.array(list(product(*choices)))), axis=0)
 
 
-def spread_evenly(variables: Sequence[Variable], count: int) -> FloatArray:
-    """Return `count` values (count, n) of a Sobol sequence over the ranges, moved to steps; the same every time."""
+def neighbours(variables: Sequence[Variable], x: FloatArray) -> FloatArray:
+    """Return the values (m, n) next to some x (n,): one step further either way, of two variables in each combination.
+
+    A variable without steps moves by a hundredth of its range.
+    """
+    low, high = limits(variables)
+    steps = np.array([v.step or NEAR * (v.range[1] - v.range[0]) for v in variables])
+    count = len(variables)
+    ways = np.array(list(product((-1.0, 0.0, 1.0), repeat=count))) if count < 3 else np.vstack(
+        [np.eye(count), -np.eye(count)]
+    )
+    moved = to_steps(variables, np.clip(x + ways * steps, low, high))
+    return np.unique(moved[(moved != x).any(axis=1)], axis=0)
+
+
+def spread_evenly(variables: Sequence[Variable], count: int, seed: int = SEED) -> FloatArray:
+    """Return `count` values (count, n) of a Sobol sequence over the ranges, moved to steps; the same every time.
+
+    Another seed gives other ones.
+    """
     from scipy.stats import qmc
 
     low, high = limits(variables)
-    sequence = qmc.Sobol(len(variables), scramble=True, seed=SEED)
+    sequence = qmc.Sobol(len(variables), scramble=True, seed=seed)
     power = int(np.ceil(np.log2(count)))
     points = sequence.random_base2(power)[:count]
     return to_steps(variables, low + points * (high - low))
-
-
-# Of samples and draws: a run is the same every time.
-SEED = 19
 
 
 def normal_points(dimensions: int, count: int, seed: int) -> FloatArray:

@@ -52,7 +52,11 @@ def _text(file: PairDesign | SetDesign, results: Path, number: int) -> str:
     base = load_case(file.inputs[1]) if file.box is None else file.box.cases[file.mesh]
     assembly = assembly_at(file.base, file.design.variables, found.arrays["x"][number])
     sections = {"pinion.modification": assembly.pinion, "wheel.modification": assembly.wheel}
-    changes = {name: {k: v for k, v in vars(m).items() if v is not None} for name, m in sections.items()}
+    changes: dict[str, Any] = {
+        name: {k: v for k, v in vars(m).items() if v is not None} for name, m in sections.items()
+    }
+    torques = sorted({base.torque_Nm, *found.arrays["torque"].tolist()})
+    changes["online"] = {"angles_per_pitch": int(found.arrays["angles"][number]), "torques_Nm": torques}
     changed = change_case(base, title=f"{base.title}, variant {number} of {file.design.title}", **changes)
     return head + text_of(changed)
 

@@ -13,7 +13,7 @@ from pmor.design.measures import (
     smooth_peak_to_peak,
 )
 from pmor.design.settings import Scatter, Variable
-from pmor.design.variables import AS_DRAWN, Draw, assembly_at, drawn, spread_evenly, steps_around, to_steps
+from pmor.design.variables import AS_DRAWN, Draw, assembly_at, drawn, neighbours, spread_evenly, steps_around, to_steps
 from pmor.gear.condition import PLAIN, Assembly, Misalignment
 from pmor.work.front import pareto_front
 from tests.support.gear_models import gear_pair, tooth
@@ -70,6 +70,26 @@ def test_nothing_beats_what_is_on_the_front(rng):
     assert pareto_front(np.array([[1.0, 2.0], [1.0, 2.0], [np.nan, 0.0]])).tolist() == [0]
 
 
+def test_points_that_differ_by_round_off_are_one_point_of_a_front():
+    values = np.array([[1.0, 828.7], [1.1, 828.7 - 1e-9], [1.2, 828.0], [3.0, 816.2]])
+    assert pareto_front(values).tolist() == [0, 3], "0.7 of 828.7 is less than values are told to"
+
+
+def test_neighbours_are_one_step_away_within_the_ranges():
+    assert neighbours((RELIEF,), np.array([10.0])).tolist() == [[8.0]]
+    near = neighbours((RELIEF, START), np.array([4.0, 22.0]))
+    assert_allclose(np.abs(near - [4.0, 22.0]).max(axis=0), [2.0, 0.04])
+    assert len(near) == 8
+    assert len(neighbours((RELIEF, START, RELIEF), np.array([4.0, 22.0, 4.0]))) == 6
+
+
+def test_flanks_as_filed_have_no_relief_that_scatters_where_none_is_said_to_begin():
+    (draw,) = drawn(Scatter(tip_relief_um=2.0, tip_relief_start_roll_deg=0.1, profile_slope_um=1.0), 1)
+    plain = assembly_at(PLAIN, (), (), draw).pinion
+    assert (plain.tip_relief_um, plain.tip_relief_start_roll_deg) == (0.0, None)
+    assert plain.profile_slope_um == draw.pinion["profile_slope_um"]
+
+
 def test_values_keep_to_the_steps_of_manufacture():
     variables = (RELIEF, START)
     moved = to_steps(variables, np.array([[2.9, 21.234], [9.9, 30.0], [-3.0, 20.0]]))
@@ -99,7 +119,8 @@ def test_draws_have_the_deviations_that_are_asked_for():
         assert abs(values.mean()) < 0.01 * deviation
     # Independent of each other: 1,024 of a Sobol sequence leave a correlation of less than 0.01.
     assert np.abs(np.corrcoef([of_pinion, of_wheel, in_plane]) - np.eye(3)).max() < 0.03
-    assembly = assembly_at(PLAIN, (RELIEF,), (4.0,), draws[0])
+    begun = Variable(key="tip_relief_start_roll_deg", range=(20.0, 24.0))
+    assembly = assembly_at(PLAIN, (RELIEF, begun), (4.0, 22.0), draws[0])
     assert assembly.pinion.tip_relief_um == 4.0 + of_pinion[0]
     assert assembly.misalignment.in_plane_um == in_plane[0]
     assert assembly_at(PLAIN, (), ()) == assembly_at(PLAIN, (), (), AS_DRAWN) == PLAIN
