@@ -10,6 +10,7 @@ import logging
 import math
 import signal
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -260,14 +261,21 @@ def _spoken_log() -> Iterator[None]:
     handler.setFormatter(_Line())
     # matplotlib complains in three lines where a user has no folder for its settings; nothing here depends on them.
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
-    level = log.level
+    level, shown = log.level, warnings.showwarning
     log.addHandler(handler)
     log.setLevel(logging.INFO)
+    # What libraries warn of is for developers: states are judged by their own residuals, and flagged where they fail.
+    warnings.showwarning = _keep_quiet
     try:
         yield
     finally:
+        warnings.showwarning = shown
         log.removeHandler(handler)
         log.setLevel(level)
+
+
+def _keep_quiet(message: Warning | str, category: type[Warning], *place: object, **more: object) -> None:
+    logging.getLogger("pmor").debug("%s: %s", category.__name__, message)
 
 
 class _Line(logging.Formatter):

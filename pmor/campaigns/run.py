@@ -17,7 +17,7 @@ from pmor.campaigns.kind import ANGLES, PEAKS
 from pmor.campaigns.output import FILES, refuse_changed_cases
 from pmor.campaigns.result import CampaignResult, gathered
 from pmor.campaigns.rows import Answer, Keys, Row, Task
-from pmor.campaigns.store import Store, open_store, refuse_foreign_store
+from pmor.campaigns.store import Store, open_store, refuse_foreign_store, remove_unfinished
 from pmor.campaigns.submit import submit_all
 from pmor.campaigns.supervise import LocalProcesses, Order, lost_answer, solve_order
 from pmor.campaigns.table import designs_of, different_designs
@@ -70,7 +70,8 @@ def _solved(campaign: Campaign, parts: Path, executor: Executor, progress: Calla
     numbers, places = different_designs(campaign)
     chunks = chunks_of(len(numbers), expected_seconds(campaign, table))
     store = campaign.sections.store
-    task = task_of(campaign, open_store(Path(store.folder), store.limit_GiB))
+    kept = open_store(Path(store.folder), store.limit_GiB)
+    task = task_of(campaign, kept)
     files = ChunkFiles(parts, key_of_campaign(campaign), chunks, Keys(campaign.columns, campaign.results))
     files.begin(campaign.name)
     known = {chunk.number for chunk, _ in files.finished()}
@@ -96,7 +97,10 @@ def _solved(campaign: Campaign, parts: Path, executor: Executor, progress: Calla
         pace.tell()
 
     started = time.perf_counter()
-    submit_all(executor, solve_order, map(order_of, missing.values()), keep, lost_answer)
+    try:
+        submit_all(executor, solve_order, map(order_of, missing.values()), keep, lost_answer)
+    finally:
+        remove_unfinished(kept)
     effort = Effort(
         n_chunks=len(chunks), resumed=resumed, solving_s=solving, wall_s=time.perf_counter() - started,
         workers=executor.jobs if isinstance(executor, LocalProcesses) else None,

@@ -14,30 +14,34 @@ from pmor.campaigns.settings import SetCampaign, SetRelations
 from pmor.campaigns.store import Store
 from pmor.core.errors import CaseError
 from pmor.sets.layout import SECOND_PLANET
-from pmor.sets.loader import SetFile, load, parse_set
+from pmor.sets.loader import SetFile, load, parse_set, read_sections
 from pmor.sets.preview import PAGE, refuse_large_set, stages_of_set
 from pmor.sets.run import solved, train_of
 from pmor.work.cost import CASELESS
 
 
 def _base_text(base: Path, relations: SetRelations, fixed: Mapping[str, Any], place: str) -> str:
-    file = load(base)
+    # Relations may make gears fit that do not as the file has them: designs are put together with these alone.
+    text, said = read_sections(base) if relations != SetRelations() else ("", None)
+    if said is None:
+        file = load(base)
+        text, said = file.text, file.sections
 
     def refuse(what: str, rule: str) -> NoReturn:
         raise CaseError(f"{place}: {what}: {rule}")
 
-    if not file.plan.planets:
+    if said.gears:
         refuse(str(base), "is a train on fixed axes, and a campaign takes planetary sets: name one")
-    if file.sections.carrier.stiffness is not None:
+    if said.carrier.stiffness is not None:
         rule = "a matrix is of one number of planets and one centre distance: leave it out there"
         refuse(f"{base}: [carrier] stiffness", rule)
     if relations.centre_distance_mm is not None and relations.solve is not None:
         rule = "with centre_distance_mm the shifts of sun and ring are found both: leave it out"
         refuse(f'[relations] solve = "{relations.solve}"', rule)
-    for key in ("planet_teeth_fewer", "ring_diameter_mm") if SECOND_PLANET in file.sections.members else ():
+    for key in ("planet_teeth_fewer", "ring_diameter_mm") if SECOND_PLANET in said.members else ():
         if getattr(relations, key) is not None:
             refuse(f"[relations] {key}", f"is of planets with one gear, and {base} has stepped ones: leave it out")
-    return text_of_design(file.text, fixed)
+    return text_of_design(text, fixed)
 
 
 def _file(text: str, name: str) -> SetFile:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pmor.core.errors import FileFormatError, OutputError
-from pmor.storage.atomic import ensure_folder, output_errors
+from pmor.storage.atomic import ensure_folder, output_errors, remove_abandoned
 from pmor.storage.compliance_file import SolvedGear, read_compliance, write_compliance
 
 # One of it means the folder is a store, and its entries may go.
@@ -72,6 +72,13 @@ def open_store(folder: Path, limit_gib: float) -> Store:
 def is_store(folder: Path) -> bool:
     """Whether a folder is a store of compliances."""
     return (folder / MARKER).is_file()
+
+
+def remove_unfinished(store: Store) -> None:
+    """Remove what solving processes that were ended left half written; on machines beside, one at work writes anew."""
+    for part in PARTS if store.limit_bytes else ():
+        with suppress(OSError):  # not there yet, or no rights
+            remove_abandoned(store.folder / part)
 
 
 def entries(folder: Path) -> list[Path]:

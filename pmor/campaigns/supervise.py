@@ -31,7 +31,8 @@ TRIES = 2
 START_LIMIT_S = 300.0
 # For a process to end that answers no more.
 PATIENCE_S = 5.0
-COMMAND = (sys.executable, "-P", "-m", "pmor.campaigns.solver")
+# Warnings of libraries are none for the error stream of a command (`pmor.app.cli`).
+COMMAND = (sys.executable, "-P", "-W", "ignore", "-m", "pmor.campaigns.solver")
 _OWN = threading.local()
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import threading
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
@@ -164,7 +165,9 @@ def processes(count: int) -> Iterator[Executor | None]:
     if _checked(count) == 1:
         yield None
         return
-    with ProcessPoolExecutor(count, multiprocessing.get_context("spawn")) as executor:
+    # Warnings of libraries are none for the error stream of a command (`pmor.app.cli`).
+    quiet = partial(warnings.simplefilter, "ignore")
+    with ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), initializer=quiet) as executor:
         yield executor
 
 

@@ -287,15 +287,17 @@ class Search:
         found = Found(
             self.file, self.judge, variants, angles, settled, variants.objective.copy(), {}, 0.0, (), final=False
         )
+        seen = set[int]()
         while tried < MOST_FINE:
             best = [] if found.best is None else [found.best]
             wanted = best if best_alone else sorted({*found.front.tolist(), *found.chosen.values()})
             missing = [n for n in wanted if not settled[n]]
-            seen = [n for n in missing if angles[n] == few] or missing
-            if not seen:
+            now = [n for n in missing if n not in seen] or missing
+            if not now:
                 break
-            tried += len(seen)
-            self._judge_finely(found, seen, settle=seen is missing)
+            tried += len(now)
+            self._judge_finely(found, now, settle=now is missing)
+            seen.update(now)
         return replace(found, final=True)
 
     def _judge_finely(self, found: Found, numbers: Sequence[int], settle: bool) -> None:

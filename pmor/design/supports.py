@@ -154,6 +154,8 @@ def judged_by_the_gearbox(
     for answer in in_order(lambda item: _judged(supports, found, *item), flanks.items(), executor):
         if isinstance(answer, str):
             failures.append(answer)
+        elif answer is None:
+            continue
         else:
             judged.append(answer)
             if not np.isfinite(answer.results).all():
@@ -162,14 +164,16 @@ def judged_by_the_gearbox(
     return InGearbox(supports, helix, tuple(judged), found.judge.weights, searched, tuple(failures))
 
 
-def _judged(supports: Supports, found: Found, name: str, assembly: Assembly) -> JudgedFlank | str:
-    """Return a flank judged, or why it is not."""
+def _judged(supports: Supports, found: Found, name: str, assembly: Assembly) -> JudgedFlank | str | None:
+    """Return a flank judged, or why it is not; None of one that levels the load and leaves the mesh without contact."""
     assert supports.file.box is not None
     meshes = supports.meshes
     try:
         if name != CASE:
             meshes = solved_anew(supports.file.box.model, supports.loads, supports.pairs, supports.number, assembly)
     except ConvergenceError as error:
+        if name in (LEVEL, LEVEL_ALIGNED):
+            return None
         return f"in the gearbox, {name}: {error}"
     fine = found.fine
     assert isinstance(fine, PairJudge)

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from pmor.core.arrays import FloatArray
+from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Assembly
 from pmor.gear.modification import Modification
 from pmor.machine.coupled import MEAN_ANGLES, SolvedLoad, SolvedMesh, solve_load
@@ -66,10 +67,7 @@ class Fit:
 def fit_meshes(model: GearboxModel, loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair]) -> tuple[Fit, ...]:
     """Return the flank that fits each mesh, one mesh at a time; none where nothing was solved.
 
-    Raises
-    ------
-    ConvergenceError
-        When the machine has no equilibrium with a flank that was found.
+    One with which the machine has no equilibrium is no better than that of the case.
     """
     return tuple(_fit(model, loads, pairs, number) for number in range(len(model.sections.meshes) if loads else 0))
 
@@ -81,13 +79,20 @@ def _fit(model: GearboxModel, loads: Sequence[SolvedLoad], pairs: Mapping[str, R
     meshes = [load.meshes[number] for load in alike]
     helix, assembly = level(pairs[name], meshes), assembly_of(pairs[name].basis.case)
     fitted = replace(assembly, pinion=helix.on(assembly.pinion))
-    before, after = (
-        max(float(face_load_factor(line_states(mesh.sweep))[0]) for mesh in found)
-        for found in (meshes, solved_anew(model, alike, pairs, number, fitted))
-    )
+    before = _worst(meshes)
+    try:
+        after = _worst(solved_anew(model, alike, pairs, number, fitted))
+    except ConvergenceError:  # parallel meshes may leave this one without contact: a trial that is no better
+        after = before
     if after >= before:  # a level load: what is left is that fewer angles are solved with the flank that was found
         helix, after = Helix(0.0, 0.0), before
     return Fit(name, tuple(load.load.name for load in alike), *helix, before, after)
+
+
+def _worst(meshes: Sequence[SolvedMesh]) -> float:
+    """The largest K_Hbeta; infinite where one carries nothing."""
+    found = [float(face_load_factor(line_states(mesh.sweep))[0]) for mesh in meshes]
+    return float(np.nan_to_num(found, nan=np.inf).max())
 
 
 def level(reduced: ReducedPair, meshes: Sequence[SolvedMesh], aligned: bool = False) -> Helix:
@@ -108,7 +113,8 @@ def level(reduced: ReducedPair, meshes: Sequence[SolvedMesh], aligned: bool = Fa
 
     def factors(solver: VariantSolver, amounts: FloatArray) -> FloatArray:
         state = solver.solve(replace(assembly, pinion=Helix(*map(float, amounts)).on(assembly.pinion)))
-        return np.where(state.converged.all(axis=1), face_load_factor(state), np.inf)
+        found = face_load_factor(state)
+        return np.where(state.converged.all(axis=1) & np.isfinite(found), found, np.inf)
 
     # The slope that would level rigid flanks, either way, and a little crowning.
     size = max(abs(_misalignment_um(mesh)) for mesh in meshes) + 1.0
@@ -119,11 +125,12 @@ def level(reduced: ReducedPair, meshes: Sequence[SolvedMesh], aligned: bool = Fa
     while (worst := int(np.argmax(factors(whole, place)))) not in deciding:
         deciding.append(worst)
         few = solver([meshes[number] for number in deciding])
+        simplex = place + size * np.array([[0.0, 0.0], [0.5, 0.0], [0.0, 0.3]])
         found = minimize(
             lambda amounts, few=few: float(factors(few, amounts).max()), place, method="Nelder-Mead",
             bounds=[(-MOST_UM, MOST_UM), (0.0, MOST_UM)],
             options={
-                "initial_simplex": place + size * np.array([[0.0, 0.0], [0.5, 0.0], [0.0, 0.3]]),
+                "initial_simplex": np.clip(simplex, (-MOST_UM, 0.0), (MOST_UM, MOST_UM)),
                 "xatol": RESOLUTION_UM, "fatol": 1e-5, "maxfev": 300,
             },
         )  # fmt: skip

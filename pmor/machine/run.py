@@ -10,10 +10,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from pmor.core.errors import ConvergenceError
-from pmor.core.progress import quietly
+from pmor.core.progress import quietly, stage
 from pmor.machine.compared import with_rigid_supports
 from pmor.machine.coupled import SolvedLoad, solve_load
-from pmor.machine.fit import Fit, fit_meshes
+from pmor.machine.fit import fit_meshes
 from pmor.machine.loader import GearboxFile
 from pmor.machine.output import FILES, set_files
 from pmor.machine.result import GearboxResult
@@ -71,12 +71,8 @@ def run(
         step(1)
     with _timed(seconds, "rigid supports, root stress"):
         compared = with_rigid_supports(loads, pairs, trains, angles)
-    fits: tuple[Fit, ...] = ()
-    try:
-        with _timed(seconds, "flanks that fit"):
-            fits = fit_meshes(file.model, loads, pairs)
-    except ConvergenceError as error:
-        failures.append(f"flanks that fit: {error}")
+    with _timed(seconds, "flanks that fit"), stage("flanks that fit"):
+        fits = fit_meshes(file.model, loads, pairs)
     return GearboxResult(file, compared, tuple(failures), fits, trained, seconds)
 
 
@@ -118,7 +114,8 @@ def _trained(file: GearboxFile, name: str, folder: Path, overwrite: bool, execut
     case, path = file.cases[name], folder / basis_name(name)
     basis = None if overwrite else valid_basis(path, case)
     if basis is None:
-        model = elastic_model(case, meshed_within_memory(case))
+        with stage(f"finite elements of {name}"):
+            model = elastic_model(case, meshed_within_memory(case))
         run_offline(case, model, path, executor=executor, resume=not overwrite, overwrite=True)
         basis = read_basis(path)
     return reduced_pair(basis)

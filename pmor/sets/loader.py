@@ -172,6 +172,18 @@ def load(path: Path | str, shafts: OnShafts | None = None) -> SetFile:
     return parse_set(read_text(path, "set file"), name, str(path), (path,), shafts=shafts)
 
 
+def read_sections(path: Path) -> tuple[str, SetSections]:
+    """Return the text of a set file, or of what a REXS file says, and its sections: gears are not put together yet.
+
+    Raises
+    ------
+    CaseError, GeometryError, FileFormatError
+    """
+    text = read_set(path).text if path.suffix.lower() in ENDINGS else read_text(path, "set file")
+    reader = _Reader(str(path), sections_in(SetSections), path.parent)
+    return text, reader.section(parse_toml(text, str(path)), SetSections, filled={"title": printable(path.stem)})
+
+
 def parse_set(
     text: str, name: str, where: str, inputs: tuple[Path, ...] = (), notes: tuple[str, ...] = (),
     changed: tuple[str, ...] = (), shafts: OnShafts | None = None,

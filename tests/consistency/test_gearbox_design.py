@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import pmor
 from pmor.app.cli import main
 from pmor.case import load_case
-from pmor.design import figures
+from pmor.design import readings
 from pmor.design.loader import load
 from pmor.design.output import FILES
 from pmor.design.pair_judge import PairJudge
@@ -35,7 +35,7 @@ def job(tmp_path_factory):
     folder = tmp_path_factory.mktemp("design")
     path = written_design(folder)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(figures, "CONTOUR", 4)
+        patch.setattr(readings, "CONTOUR", 4)
         assert main(["design", str(path), "--out", str(folder / "out"), "--jobs", "2"]) == 0
     return path, folder / "out", json.loads((folder / "out" / "design.json").read_text())
 
@@ -153,7 +153,7 @@ def test_loads_on_equal_supports_share_their_flexibilities_and_change_no_result(
 
 
 def test_a_flank_without_an_equilibrium_is_named_and_the_rest_is_written(tmp_path, monkeypatch):
-    monkeypatch.setattr(figures, "CONTOUR", 4)
+    monkeypatch.setattr(readings, "CONTOUR", 4)
     quick = DESIGN.replace("samples = 32", "samples = 4")
     path = written_design(tmp_path, quick)
 

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 import pmor
 from pmor.app.cli import main
-from pmor.design import figures, fine
+from pmor.design import fine, readings
 from pmor.design.loader import load
 from pmor.design.output import FILES
 from pmor.design.set_flanks import flanks_at, members_at, of_case
@@ -28,8 +28,9 @@ def job(tmp_path_factory):
     folder = tmp_path_factory.mktemp("set_design")
     path, out = written_design(folder), folder / "out"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(figures, "CONTOUR", 3)
+        patch.setattr(readings, "CONTOUR", 3)
         patch.setattr(fine, "FEWEST", 16)
+        patch.setattr(readings, "FEWEST", 16)
         patch.setattr(fine, "SETTLED", 0.1)
         assert main(["design", str(path), "--out", str(out)]) == 0
     return path, out
@@ -97,7 +98,7 @@ def test_variables_are_the_sections_of_members_that_carry(tmp_path, torque):
 
 
 def test_a_train_on_fixed_axes_is_designed_too(tmp_path, monkeypatch):
-    monkeypatch.setattr(figures, "CONTOUR", 2)
+    monkeypatch.setattr(readings, "CONTOUR", 2)
     monkeypatch.setattr(fine, "FEWEST", 8)
     monkeypatch.setattr(fine, "SETTLED", 1.0)
     text = """

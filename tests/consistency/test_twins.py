@@ -12,7 +12,7 @@ import pytest
 
 import pmor
 from pmor.app.cli import main
-from pmor.design import figures, readings
+from pmor.design import readings
 from pmor.dynamics import law
 from pmor.lab import bench
 from pmor.lab.comparison import run as comparison
@@ -250,7 +250,7 @@ def test_dynamics(tmp_path, monkeypatch):
 @pytest.mark.slow
 def test_design(tmp_path, monkeypatch):
     monkeypatch.setattr(readings, "FRESH", 64)
-    monkeypatch.setattr(figures, "CONTOUR", 4)
+    monkeypatch.setattr(readings, "CONTOUR", 4)
     path = written(tmp_path, DESIGN.replace("descents = 2", "descents = 1").replace("points = 2", "points = 1"))
     assert both("design", pmor.run_design, path).failures == ()
     assert main(["design", str(path), "--out", str(tmp_path / "command"), "--case", "0"]) == 0

@@ -8,7 +8,7 @@ import pytest
 import pmor.campaigns.store as store_module
 from pmor.body.support import Support
 from pmor.campaigns.describe import folder_text
-from pmor.campaigns.store import GIB, PARTS, entries, open_store
+from pmor.campaigns.store import GIB, PARTS, entries, open_store, remove_unfinished
 from pmor.core.errors import OutputError
 from pmor.storage.compliance_file import SolvedGear
 from pmor.storage.content_key import key_of
@@ -41,6 +41,18 @@ def test_an_entry_keeps_what_holes_add(tmp_path):
     again = store.get(key("a", 2), unsolvable)
     np.testing.assert_array_equal(again.support.rows, holes.rows)
     np.testing.assert_array_equal(again.support.compliance, holes.compliance)
+
+
+def test_what_killed_processes_left_half_written_goes_and_what_others_write_stays(tmp_path):
+    store = open_store(tmp_path / "store", 1.0)
+    store.get(key("a", 1), lambda: ONE)
+    never, always = 99_999_999, 1  # processes: beyond the largest number, and the first of all
+    left, at_work = (store.folder / "a" / f".x.h5.pmor-{number}-01234567.tmp" for number in (never, always))
+    left.touch(), at_work.touch()
+    remove_unfinished(store)
+    assert not left.exists()
+    assert at_work.exists()
+    assert len(entries(store.folder)) == 1
 
 
 def test_keys_tell_contents_apart():

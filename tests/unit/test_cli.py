@@ -1,5 +1,6 @@
 import errno
 import pickle
+import warnings
 from pathlib import Path
 
 import pytest
@@ -125,6 +126,19 @@ def test_defects_keep_their_traceback(error, monkeypatch):
     fail_with(error, monkeypatch)
     with pytest.raises(type(error)):
         main(["plan", "c.toml"])
+
+
+def test_warnings_of_libraries_do_not_reach_the_error_stream(monkeypatch, capsys):
+    def warns(**options):
+        warnings.warn("invalid value encountered in divide", RuntimeWarning, stacklevel=1)
+
+    monkeypatch.setattr(commands, "info", warns)
+    before = warnings.showwarning
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")  # errors in the tests
+        assert main(["info", "basis.h5"]) == 0
+    assert capsys.readouterr().err == ""
+    assert warnings.showwarning is before
 
 
 def test_convergence_error_survives_the_way_between_processes():

@@ -50,6 +50,15 @@ def test_stepped_planets_mesh_without_backlash_at_one_distance_too(relations):
     assert tight == pytest.approx([relations.get("centre_distance_mm", 0.5 * 38 * 3.95)] * 2, rel=SHIFTS)
 
 
+def test_a_base_set_that_fits_by_relations_alone_is_taken(tmp_path):
+    path = written(tmp_path)
+    (tmp_path / "set.toml").write_text(BASE.replace("teeth = 54", "teeth = 55"))
+    assert load(path).count == 4
+    path.write_text(DESIGNS)
+    with pytest.raises(GeometryError, match="set.toml"):
+        load(path)
+
+
 def test_a_ring_that_leaves_a_planet_no_teeth_is_refused():
     for sun in (20, 30, 54):
         with pytest.raises(GeometryError, match=f"sun and ring of {sun} and 20 teeth leave a planet none"):

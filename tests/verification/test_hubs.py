@@ -8,6 +8,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from pmor.case import change_case, parse_case
+from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import ALIGNED, Assembly, Misalignment, at_torques
 from pmor.gear.modification import Modification
 from pmor.line.hubs import Hubs, hub_rows
@@ -273,6 +274,19 @@ def test_derivatives_of_the_transmission_error_go_through_the_supports(helix):
     assert_allclose(found, expected, rtol=1e-5, atol=DERIVATIVE * np.abs(expected).max())
     rigid = reduced.lines.place(angles(reduced, 8), ALIGNED).solve(torque, False, 0.0 * direction, True).sensitivity[0]
     assert np.abs(rigid - rate).max() > 1e-2 * np.abs(rate).max()
+
+
+def test_a_flank_with_which_the_machine_has_no_equilibrium_is_no_better_than_that_of_the_case(monkeypatch):
+    """All loads are solved: parallel meshes may leave one without contact where its flank alone is changed."""
+    model, pairs, found = solved()
+
+    def fails(*arguments):
+        raise ConvergenceError("no contact", [])
+
+    monkeypatch.setattr("pmor.machine.fit.solved_anew", fails)
+    for fit in fit_meshes(model, [found], pairs):
+        assert (fit.helix_slope_um, fit.helix_crowning_um) == (0.0, 0.0)
+        assert fit.after == fit.before
 
 
 def test_the_flank_that_fits_levels_the_load_of_the_machine_solved_anew():
