@@ -18,7 +18,7 @@ from pmor.machine.rolling_bearing import BallBearing
 from pmor.machine.to_rexs import gearbox_rexs
 from pmor.sets.loader import parse_set
 from pmor.sets.to_rexs import set_rexs
-from tests.support.gearboxes import SMALL, written
+from tests.support.gearboxes import SMALL, SMALL_CASE, written
 from tests.support.rexs_file import RexsFile
 from tests.support.set_gearboxes import EVEN_SET
 
@@ -284,3 +284,35 @@ def test_the_example_gearbox_is_a_gearbox():
     assert [len(part) for part in (file.model.sections.shafts, file.model.sections.bearings, file.cases)] == [2, 4, 1]
     assert [load_case.torques[0].torque_Nm for load_case in file.model.sections.loads] == [80.0, 120.0]
     assert {name: round(abs(force[0])) for name, force in forces(file).items()} == dict.fromkeys(forces(file), 0)
+
+
+def test_lubricant_names_of_loads_flanks_and_misalignment_go_out_and_come_in(tmp_path):
+    """And a second time, the same numbers."""
+    more = "[lubricant]\nviscosity_mPas = 35.0\nroughness_um = 0.6\nlubricant_factor = 0.8\n"
+    path = written(tmp_path, SMALL + more)
+    (tmp_path / "small.toml").write_text(
+        f"{SMALL_CASE}[misalignment]\nout_of_plane_um = 15.0\n[pinion.modification]\nhelix_crowning_um = 5.0\n"
+        "[pinion.coast_modification]\nhelix_crowning_um = 9.0\n"
+    )
+    one = load(path)
+    (tmp_path / "box.rexs").write_bytes(gearbox_rexs(one, (), (), DATE))
+    two = load(tmp_path / "box.rexs")
+    (tmp_path / "again.rexs").write_bytes(gearbox_rexs(two, (), (), DATE))
+    three = load(tmp_path / "again.rexs")
+    for other in (two, three):
+        assert other.model.sections.lubricant == one.model.sections.lubricant
+        assert [load_case.name for load_case in other.model.sections.loads] == ["drive"]
+        for (a,), (b,) in ((one.cases.values(), other.cases.values()),):
+            assert (b.misalignment, b.pinion_modification) == (a.misalignment, a.pinion_modification)
+            assert b.other_flanks[0].helix_crowning_um == 9.0
+
+
+def test_the_viscosity_of_the_oil_follows_from_its_grade_and_temperature(box, tmp_path):
+    """ISO VG 100, 100 and 11.1 mm^2/s: some 27 mm^2/s at 70 deg C, 0.845 kg/dm^3."""
+    (oil,) = box.of_kind("lubricant")
+    box.say(oil, **dict.fromkeys([a.get("id") for a in oil]), viscosity_at_40_degree_celsius=100.0,
+            viscosity_at_100_degree_celsius=11.1, density_at_15_degree_celsius=0.88)  # fmt: skip
+    box.say(box.of_kind("cylindrical_stage")[0], temperature_lubricant=70.0)
+    file = read(box, tmp_path)
+    assert file.model.sections.lubricant.viscosity_mPas == pytest.approx(27.0 * 0.844, rel=0.02)
+    assert any("by ASTM D341" in note for note in file.notes)
