@@ -215,14 +215,15 @@ def attributes(text, kind, name="", case=None):
 
 
 def test_a_gearbox_in_rexs_reads_back_as_itself(box, tmp_path):
-    """Shafts, bearings by stiffness and inner geometry, housing, loads and the pair; parts have other names."""
+    """Shafts, bearings by stiffness and inner geometry, housing, lubricant, loads and the pair, with their names."""
     found, text = box
     (tmp_path / "box.rexs").write_bytes(text)
     back = load(tmp_path / "box.rexs")
     said, read = found.file.model.sections, back.model.sections
-    assert [note for note in back.notes if "units of reduced_static_stiffness_matrix" not in note] == []
-    for one, other in zip(said.shafts, read.shafts, strict=True):
-        assert replace(other, name=one.name) == one
+    # Its axes leave 0.06 mm of backlash, which is said.
+    known = "units of reduced_static_stiffness_matrix", "0.0591 mm of it"
+    assert [note for note in back.notes if not any(words in note for words in known)] == []
+    assert (read.shafts, read.lubricant, read.loads[0].name) == (said.shafts, said.lubricant, said.loads[0].name)
     by_name = {bearing.name.split(" [")[0]: bearing for bearing in read.bearings}
     for bearing in said.bearings:
         other = by_name[bearing.name]
