@@ -15,7 +15,7 @@ from pmor.design.settings import Design, Variable
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair
 from pmor.sets.preview import SWEEP, stages_of_set
-from pmor.work.cost import FINITE_ELEMENTS, stages
+from pmor.work.cost import FINITE_ELEMENTS, START_S, stages
 
 VARIABLES = "variables"
 # *Measured*, seconds: of a position, and of the sections in contact in it to the second power; of the page.
@@ -76,13 +76,14 @@ def _work(file: DesignFile) -> list[str]:
     ]
     judgements, seconds = _judgements(file), _seconds_of_variant(file) * draws
     elements = sum(_seconds(case) for case in file.cases.values())
-    whole = elements + PAGE_S
+    begin = START_S + elements
+    whole = begin + PAGE_S
     boxed = isinstance(file, PairDesign) and file.box is not None
     lines += [
         f"  judgements          about {judgements:,} of a variant, {format_time(judgements * seconds)}",
         f"  in all              {format_time(whole + (1 + boxed) * judgements * seconds)} of one processor, within a "
         "factor of two; all processors share the search",
-        f"  first result        after about {format_time(elements + _first(file) * seconds)}",
+        f"  first result        after about {format_time(begin + _first(file) * seconds)}",
     ]
     if boxed:
         lines.append("  for comparison      a search on aligned axes; the gearbox solved anew with the best of both")
