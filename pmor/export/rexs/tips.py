@@ -30,21 +30,30 @@ def clear_tips(pair: dict[str, Any], teeth: Sequence[dict[str, Any]], labels: Se
     """
     begun = [keys.get("addendum", 1.0) for keys in teeth]
     steps, why = [0, 0], ["", ""]
-    while any(labels) and max(steps) < MOST_STEPS:
-        both = {"pinion": teeth[0], "wheel": teeth[1], "load": {"torque_Nm": 1.0}}
+
+    def stopped(gear: int, by: int) -> int | None:
+        """The gear whose tips stop the pair with those of a gear shorter by so many steps."""
+        steps[gear] = by
+        if by:
+            teeth[gear]["addendum"] = float(f"{begun[gear] - STEP * by:.12g}")
         try:
-            gear_pair(make_case("pair", pair=pair, **both))
+            gear_pair(make_case("pair", pair=pair, pinion=teeth[0], wheel=teeth[1], load={"torque_Nm": 1.0}))
         except CaseError:
-            break
+            return None
         except GeometryError as error:
-            gear = _to_shorten(str(error), labels)
-            if gear is None:
-                break
-            steps[gear] += 1
-            teeth[gear]["addendum"] = float(f"{begun[gear] - STEP * steps[gear]:.12g}")
-            why[gear] = why[gear] or _shown(str(error), gear)
-        else:
-            break
+            found = _to_shorten(str(error), labels)
+            if found is not None:
+                why[found] = why[found] or _shown(str(error), found)
+            return found
+        return None
+
+    gear = stopped(0, 0) if any(labels) else None
+    while gear is not None and steps[gear] < MOST_STEPS:
+        near, far = steps[gear], MOST_STEPS
+        while far - near > 1:
+            middle = (near + far) // 2
+            near, far = (middle, far) if stopped(gear, middle) == gear else (near, middle)
+        gear = stopped(gear, far)
     return [
         f"{label}: addendum shortened to {teeth[gear]['addendum']:.2f}, k = {-STEP * steps[gear]:.2f}: with "
         f"{begun[gear]:g}, which a file without tip_diameter leaves, {why[gear]}"
