@@ -9,6 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.linalg import expm
 
+import pmor
 import pmor.fe.sector
 from pmor.body.elastic_gear import elastic_gear
 from pmor.case import make_case
@@ -18,9 +19,7 @@ from pmor.gear.tooth import Tooth
 from pmor.pair.blank import blank_below
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import gear_pair, sector_meshes
-from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
-from pmor_online.model import reduced_pair
 
 E, NU = 210e3, 0.3
 SHEAR = 0.5 * E / (1.0 + NU)
@@ -98,8 +97,7 @@ def case_of(pinion, wheel, **others):
 
 
 def ste(case):
-    reduced = reduced_pair(train(case).basis)
-    return sweep_line_loads(reduced, np.linspace(0.0, 0.3, 4), [nominal_condition(case)]).ste_um[0]
+    return sweep_line_loads(pmor.train(case).reduced, np.linspace(0.0, 0.3, 4), [nominal_condition(case)]).ste_um[0]
 
 
 @contextmanager
