@@ -313,6 +313,18 @@ def test_a_crowning_whose_other_end_is_not_said_is_as_large_there_and_said_so(tm
     assert sum("as much as at the other end" in note for note in found.notes) == 2
 
 
+@pytest.mark.parametrize(("places", "origin"), [((-10.0, 10.0), "middle"), ((0.0, 20.0), "datum face")])
+def test_coordinates_over_the_width_count_from_the_middle_of_the_face_or_are_said_not_to(tmp_path, places, origin):
+    """A crowning between both ends has no slope: as all public files write it, and as some programs may."""
+    crowned = {"pinion.modification": {"helix_crowning_um": 6.0}}
+    names = (f"coordinate_where_helix_crowning_is_specified_{face}_face" for face in ("datum", "non_datum"))
+    said = [("helix_crowning", name, "mm", place) for name, place in zip(names, places, strict=True)]
+    found = read_stage(file_of(tmp_path, **crowned, said=said))
+    flank = found.case.pinion_modification
+    assert (flank.helix_crowning_um, flank.helix_slope_um) == (pytest.approx(6.0), pytest.approx(0.0, abs=1e-9))
+    assert any("taken from the datum face on" in note for note in found.notes) == (origin == "datum face")
+
+
 def test_what_a_file_does_not_say_of_a_cutter_is_assumed_and_said(tmp_path):
     wheel = {"teeth": 70, **RING, "shaper": {"teeth": 24, "addendum": 1.25}}
     without = [("Tool of the wheel", f"{name}_reference_profile") for name in (

@@ -1,14 +1,14 @@
 """Flank modifications of a REXS gear, as those of a case.
 
 Both count amounts along the transverse line of action (ISO 21771). REXS says places on the profile as diameters or
-lengths on that line, places over the width from the datum face; a case says roll angles, and z from the middle of the
-face. Quadratics over profile and width are exact for any range; a note names each modification without a key.
+lengths on that line, places over the width from the middle of the face, away from the datum face; a case says roll
+angles, and z. Quadratics over profile and width are exact for any range; a note names each modification without a key.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -20,6 +20,8 @@ SHAPES = {"": "linear", "linear": "linear", "parabolic": "parabolic"}
 UM = 1e3  # per mm
 # Amounts that are left where two cancel, um.
 ROUND_OFF = 1e-9
+# Of half a face: coordinates are rounded.
+ROUNDED = 1e-3
 
 
 @dataclass(frozen=True)
@@ -42,8 +44,17 @@ class FileFlank(Profile):
         return self.roll_at("diameter_mm", diameter)
 
     def z_at(self, coordinate: float) -> float:
-        """Return z of a coordinate from the datum face, mm from the middle of the face."""
-        return self.datum * (0.5 * self.face_width - coordinate)
+        """Return z of a coordinate over the width, mm: both count from the middle of the face."""
+        return -self.datum * coordinate
+
+    def origin(self, coordinates: Sequence[float | None], component: Component, found: Found) -> float:
+        """Return where coordinates over the width count from, mm from the middle: some programs take the datum face."""
+        known, half = [one for one in coordinates if one is not None], 0.5 * self.face_width
+        slack = ROUNDED * half
+        if not known or min(known) < -slack or max(known) <= half + slack:
+            return 0.0
+        found.notes.append(f"{component.label}: coordinates up to {max(known):g} mm: taken from the datum face on")
+        return -half
 
 
 @dataclass
@@ -173,17 +184,19 @@ def _profile_slope(component: Component, profile: FileFlank, found: Found) -> No
 
 
 def _helix_crowning(component: Component, profile: FileFlank, found: Found) -> None:
-    width = profile.face_width
-    low = component.number_of("coordinate_where_helix_crowning_is_specified_datum_face") or 0.0
-    high = component.number_of("coordinate_where_helix_crowning_is_specified_non_datum_face") or width
-    top = component.number_of("helix_highest_point")
+    half = 0.5 * profile.face_width
+    ends = (f"coordinate_where_helix_crowning_is_specified_{face}_face" for face in ("datum", "non_datum"))
+    said = [component.number_of(name) for name in (*ends, "helix_highest_point")]
+    origin = profile.origin(said, component, found)
+    low, high, top = (None if one is None else one + origin for one in said)
+    low, high = -half if low is None else low, half if high is None else high
     middle = 0.5 * (low + high) if top is None else top
     if not low < middle < high:
         found.notes.append(f"{component.label}: its highest point is not between its ends: left out")
         return
     datum, other = _both(component, [f"helix_crowning_amount_{face}_face" for face in ("datum", "non_datum")], found)
     points = tuple((profile.z_at(c), UM * a) for c, a in ((low, datum), (middle, 0.0), (high, other)))
-    crowning, slope = _quadratic(points, (-0.5 * width, 0.5 * width))
+    crowning, slope = _quadratic(points, (-half, half))
     _add_crowning(component, "helix", crowning, slope, found)
 
 
@@ -251,13 +264,14 @@ def _topography(component: Component, profile: FileFlank, found: Found) -> None:
             "topographical_modification_amounts",
         )
     )  # fmt: skip
+    origin = profile.origin(coordinates, component, found)
     if len(amounts) == len(diameters) * len(coordinates):
         places = [(d, c) for d in diameters for c in coordinates]
     elif len(amounts) == len(diameters) == len(coordinates):
         places = list(zip(diameters, coordinates, strict=True))
     else:
         places = []
-    grid = {(profile.at(d), profile.z_at(c)): UM * a for (d, c), a in zip(places, amounts, strict=False)}
+    grid = {(profile.at(d), profile.z_at(c + origin)): UM * a for (d, c), a in zip(places, amounts, strict=False)}
     rolls, columns = (sorted({place[i] for place in grid}) for i in (0, 1))
     if min(len(rolls), len(columns)) < 2 or len(grid) != len(rolls) * len(columns) or "topography" in found.keys:
         found.notes.append(f"{component.label}: is no grid of diameters and coordinates, or the second one: left out")

@@ -183,14 +183,14 @@ def add_gear(
             keys["custom_pmor_pitch_deviations"] = modification.pitch_deviations_um
         flanks[side] = document.add("cylindrical_gear_flank", f"{side} flank of the {name}", **keys)
         document.relate("manufacturing_step", workpiece=flanks[side], tool=tool, manufacturing_settings=settings)
-        for kind, attributes in _modifications(modification, tooth, high - low):
+        for kind, attributes in _modifications(modification, tooth):
             part = document.add(kind, "", **attributes)
             document.relate("reference", origin=flanks[side], referenced=part)
     document.relate("flank", gear=gear, **flanks)
     return gear, flanks[loaded]
 
 
-def _modifications(one: Modification, tooth: Tooth, width: float) -> list[tuple[str, Mapping[str, Value]]]:
+def _modifications(one: Modification, tooth: Tooth) -> list[tuple[str, Mapping[str, Value]]]:
     """List the modifications as components; the datum face has the larger z."""
     found: list[tuple[str, Mapping[str, Value]]] = []
 
@@ -227,7 +227,7 @@ def _modifications(one: Modification, tooth: Tooth, width: float) -> list[tuple[
     if (grid := one.topography) is not None:
         found.append(("topographical_modification", {
             "diameters_of_topographical_modification": [diameter(roll) for roll in grid.roll_deg],
-            "coordinates_of_topographical_modification": [0.5 * width - z for z in grid.z_mm],
+            "coordinates_of_topographical_modification": [-z + 0.0 for z in grid.z_mm],
             "topographical_modification_amounts": [_mm(a) for row in grid.amount_um for a in row],
             "type_of_interpolation_topographical_modification": "spline",
         }))  # fmt: skip
