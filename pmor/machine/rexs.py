@@ -103,8 +103,9 @@ class _Draft:
         meshes, cases = self.meshes()
         bearings = RexsBearings(self.gearbox, self.shafts, self.own, self.name, self.notes.append)
         loads = RexsLoads(self.gearbox, str(self.path), self.shafts, self.name, self.notes.append)
+        title = next((unit.name for unit in self.gearbox.of_kind("gear_unit") if unit.name), "")
         sections = GearboxSections(
-            title=printable(self.path.stem), shafts=tuple(map(self.shaft, self.shafts.values())),
+            title=printable(title or self.path.stem), shafts=tuple(map(self.shaft, self.shafts.values())),
             bearings=(*bearings.read(), *self.carriers()), meshes=meshes, sets=tuple(map(self.planetary, self.stages)),
             loads=loads.read(), lubricant=read_lubricant(self.gearbox, self.notes.append),
         )  # fmt: skip

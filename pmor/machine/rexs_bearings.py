@@ -94,10 +94,12 @@ class RexsBearings:
         if lost := [f"{name} = {value:g}" for name in OFF_PLACE if (value := bearing.number_of(name))]:
             self.note(f"{bearing.label}: {', '.join(lost)}: left out: it stands on its place, without preload")
         radial, holds = bearing.number_of("radial_stiffness"), bearing.text_of("radial_force_absorption") != "false"
-        # Inner geometry of a catalogue bearing is what another program made of its number: stiffness goes before it.
-        taken = bearing.kind == CATALOGUE and radial
-        inner = None if taken else inner_geometry(self.gearbox, bearing, self.note)
+        inner = inner_geometry(self.gearbox, bearing, self.note)
         if inner is not None:
+            # A stiffness is force by deflection at one load. It does not know that thrust and moments follow from
+            # forces across in tapered bearings, and in ball bearings under thrust.
+            if radial:
+                self.note(f"{bearing.label}: radial_stiffness is not taken: inner geometry goes before it")
             at["ball" if isinstance(inner, BallBearing) else "roller"] = inner
             return Bearing(**at)
         across = stiffness(radial, RIGID, "free")

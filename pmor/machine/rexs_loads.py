@@ -45,6 +45,8 @@ class RexsLoads:
         """Return the load cases."""
         cases = self.gearbox.load_cases or ({},)
         names = self.names(cases)
+        if any(unit.text_of("account_for_gravity") == "true" for unit in self.gearbox.of_kind("gear_unit")):
+            self.note("account_for_gravity = true: weights are left out")
         found = [self.load(name, case) for name, case in zip(names, cases, strict=True)]
         times = self.times(cases)
         return tuple(replace(load, fraction=f, hours=h) for load, (f, h) in zip(found, times, strict=True))

@@ -1,5 +1,6 @@
 """REXS files of tests: parts that are made up, and files that were written, changed as other programs write them."""
 
+import re
 from xml.etree import ElementTree
 
 from pmor.export.rexs.model import Component, Gearbox, Relation
@@ -14,6 +15,13 @@ def made(parts, *relations, cases=()):
     """A gearbox of parts; relations are (kind, roles)."""
     found = tuple(Relation(kind, tuple(roles.items())) for kind, roles in relations)
     return Gearbox("2.0.0", "", {one.number: one for one in parts}, found, tuple(cases))
+
+
+def numbers_and_words(text):
+    """All attributes and relations of a file that was written, numbers to eleven digits: its canonical form."""
+    return ElementTree.canonicalize(
+        re.sub(rb"(?<=>)-?\d+\.\d+(e[+-]\d+)?(?=<)", lambda found: b"%.11g" % float(found[0]), text).decode()
+    )  # fmt: skip
 
 
 class RexsFile:

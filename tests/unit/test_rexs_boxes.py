@@ -19,7 +19,7 @@ from pmor.machine.to_rexs import gearbox_rexs
 from pmor.sets.loader import parse_set
 from pmor.sets.to_rexs import set_rexs
 from tests.support.gearboxes import SMALL, SMALL_CASE, written
-from tests.support.rexs_file import RexsFile
+from tests.support.rexs_file import RexsFile, numbers_and_words
 from tests.support.set_gearboxes import EVEN_SET
 
 GEARBOX = Path(__file__).parents[2] / "cases" / "gearbox.rexs"
@@ -168,6 +168,18 @@ def test_a_bearing_by_its_catalogue_number_has_the_stiffness_of_its_type_bore_an
         assert any(note.startswith(f"{name}: neither stiffness nor inner geometry") for note in file.notes)
 
 
+@pytest.mark.parametrize("kind", [CATALOGUE, DETAILED])
+def test_inner_geometry_goes_before_the_stiffness_that_follows_from_it_at_one_load(box, tmp_path, kind):
+    before = read(box, tmp_path).model.sections.bearings
+    for one in box.of_kind(DETAILED):
+        one.set("type", kind)
+        box.say(one, radial_stiffness=3e8)
+    file = read(box, tmp_path)
+    by_name = {bearing.name: bearing for bearing in file.model.sections.bearings}
+    assert [by_name[bearing.name] for bearing in before] == list(before)
+    assert sum("radial_stiffness is not taken" in note for note in file.notes) == 2
+
+
 def test_a_bearing_of_which_nothing_is_known_is_demanded(box, tmp_path):
     one = box.of_kind(CONCEPT)[0]
     one.set("type", CATALOGUE)
@@ -192,9 +204,11 @@ def test_estimates_are_those_of_their_sources():
         assert two == pytest.approx(2.0 * one, rel=1e-2)
 
 
-def test_preload_and_places_off_the_axis_that_are_left_out_are_said(box, tmp_path):
+def test_preload_places_off_the_axis_and_weights_that_are_left_out_are_said(box, tmp_path):
     box.say(box.of_kind(DETAILED)[0], preload_distance=12.0, misalignment_in_v_direction=5.0)
+    box.say(box.of_kind("gear_unit")[0], account_for_gravity=True)
     notes = read(box, tmp_path).notes
+    assert "account_for_gravity = true: weights are left out" in notes
     assert any("(C): preload_distance = 0.012, misalignment_in_v_direction = 0.005: left out" in note for note in notes)
 
 
@@ -305,6 +319,39 @@ def test_lubricant_names_of_loads_flanks_and_misalignment_go_out_and_come_in(tmp
         for (a,), (b,) in ((one.cases.values(), other.cases.values()),):
             assert (b.misalignment, b.pinion_modification) == (a.misalignment, a.pinion_modification)
             assert b.other_flanks[0].helix_crowning_um == 9.0
+
+
+def test_tapered_and_angular_contact_bearings_and_a_blank_are_the_same_in_what_is_written_again(tmp_path):
+    """Cones and balls that look both ways, and a wheel with a web: the second file is the first."""
+    cone = 'roller = { rollers = 18, roller_diameter_mm = 7.0, effective_length_mm = 11.0, pitch_diameter_mm = 50.0, '
+    ball = 'ball = { balls = 9, ball_diameter_mm = 9.0, pitch_diameter_mm = 44.0, '
+    kinds = {
+        "A": f"{cone}contact_angle_deg = 15.0 }}", "B": f"{cone}contact_angle_deg = -12.0, clearance_mm = -0.01 }}",
+        "C": f"{ball}contact_angle_deg = 25.0 }}", "D": f"{ball}contact_angle_deg = -25.0 }}",
+    }  # fmt: skip
+    shafts, *bearings = SMALL.split("[[bearings]]\n")
+    bearings[-1], rest = bearings[-1].split("[[meshes]]", 1)
+    for place, (name, inner) in enumerate(kinds.items()):
+        lines = [line for line in bearings[place].splitlines() if line.startswith(("name", "shaft", "at_mm"))]
+        assert lines[0] == f'name = "{name}"'
+        bearings[place] = "\n".join((*lines, inner, ""))
+    path = written(tmp_path, "[[bearings]]\n".join((shafts, *bearings)) + f"[[meshes]]{rest}")
+    blank = "blank = { rim_thickness_mm = 4.0, web_thickness_mm = 6.0, web_offset_mm = -1.0, hub_radius_mm = 20.0 }"
+    (tmp_path / "small.toml").write_text(
+        SMALL_CASE.replace("bore_radius_mm = 14.0", f"bore_radius_mm = 14.0\n{blank}")
+    )
+    one = load(path)
+    first = gearbox_rexs(one, (), (), DATE)
+    (tmp_path / "box.rexs").write_bytes(first)
+    two = load(tmp_path / "box.rexs")
+    assert {bearing.name: (bearing.ball, bearing.roller) for bearing in two.model.sections.bearings} == {
+        bearing.name: (bearing.ball, bearing.roller) for bearing in one.model.sections.bearings
+    }
+    assert [case.pair for case in two.cases.values()] == [case.pair for case in one.cases.values()]
+    # Stages are named by their numbers in the file.
+    ((named, _),) = two.cases.items()
+    again = gearbox_rexs(two, (), (), DATE).replace(named.encode(), b"mesh")
+    assert numbers_and_words(again) == numbers_and_words(first)
 
 
 def test_the_viscosity_of_the_oil_follows_from_its_grade_and_temperature(box, tmp_path):

@@ -11,6 +11,7 @@ from pmor.export.rexs.shifts import Rack
 from pmor.sets.loader import parse_set
 from pmor.sets.rexs import read_set
 from pmor.sets.to_rexs import set_rexs
+from tests.support.rexs_file import numbers_and_words
 from tests.support.small_sets import MODIFIED_SET, SMALL_SET
 
 DATE = "2026-01-01T00:00:00+00:00"
@@ -86,6 +87,23 @@ def test_a_helical_set_goes_out_with_the_signs_of_public_files():
     said = {gear.get("name"): float(gear.find("attribute[@id='helix_angle_reference_diameter']").text)
             for gear in model.find("components") if gear.get("type") in ("cylindrical_gear", "ring_gear")}  # fmt: skip
     assert said == {"sun": 10.0, "ring": 10.0, "planet 1": -10.0, "planet 2": -10.0, "planet 3": -10.0}
+
+
+def test_a_helical_set_with_blanks_on_pins_is_the_same_in_what_is_written_again(tmp_path):
+    """Written, read, written: one file; and the same members, pins, supports and loads."""
+    blank = {"rim_thickness_mm": 3.0, "web_thickness_mm": 8.0, "web_offset_mm": -1.0, "hub_radius_mm": 22.0,
+             "hub_width_mm": 16.0, "held_length_mm": 9.0, "held_offset_mm": -1.0}  # fmt: skip
+    keys = "\n".join(f"{key} = {value}" for key, value in blank.items())
+    one = parse_set(MODIFIED_SET.replace("[planet.mod", f"[planet.blank]\n{keys}\n[planet.mod"), "planets", "planets")
+    first = set_rexs(one, None, DATE)
+    (tmp_path / "planets.rexs").write_bytes(first)
+    two = parse_set(read_set(tmp_path / "planets.rexs").text, "planets", "planets")
+    assert numbers_and_words(set_rexs(two, None, DATE)) == numbers_and_words(first)
+    assert two.sections.members["planet"]["blank"] == blank
+    for name in ("planets", "supports", "pins", "load", "carrier"):
+        assert getattr(two.sections, name) == getattr(one.sections, name), name
+    assert [case.pair for case in two.cases.values()] == [case.pair for case in one.cases.values()]
+    assert two.torques_Nm == one.torques_Nm
 
 
 def test_a_sun_on_next_to_nothing_floats_and_the_file_says_how_soft_it_stands(tmp_path):
