@@ -95,7 +95,7 @@ def load_cycles(
 
 
 class Extremes:
-    """Largest and least of what comes in, over angles and teeth that repeat each other.
+    """Largest and least of what comes in, over angles and teeth that repeat each other; NaN does not count.
 
     Parameters
     ----------
@@ -104,13 +104,13 @@ class Extremes:
     """
 
     def __init__(self, unlike: int) -> None:
-        self.unlike, self.most, self.least = unlike, np.array(-np.inf), np.array(np.inf)
+        self.unlike, self.most, self.least = unlike, np.array(np.nan), np.array(np.nan)
 
     def add(self, stress: FloatArray) -> None:
         """Take stresses (D, A, T, ...)."""
         alike = stress.reshape(*stress.shape[:2], -1, self.unlike, *stress.shape[3:])
-        self.most = np.maximum(self.most, alike.max(axis=(1, 2)))
-        self.least = np.minimum(self.least, alike.min(axis=(1, 2)))
+        self.most = np.fmax(self.most, np.fmax.reduce(alike, axis=(1, 2)))
+        self.least = np.fmin(self.least, np.fmin.reduce(alike, axis=(1, 2)))
 
 
 def stress_of_all_teeth(loaded: Sequence[LoadedTeeth], normal: Sequence[FloatArray], teeth: int) -> FloatArray:

@@ -43,6 +43,8 @@ class VariantState:
     ste_um : (D, A)
         NaN where not converged.
     converged : (D, A) bool
+    overloaded : (D, A) bool
+        Whether a section is beyond the range of contact: those did not converge.
     load_N_per_mm : (D, A, P, S)
         Line load of each section; 0 where nothing is carried, or the position did not converge.
     edge_load_N_per_mm : (D, A)
@@ -63,6 +65,7 @@ class VariantState:
 
     ste_um: FloatArray
     converged: BoolArray
+    overloaded: BoolArray
     load_N_per_mm: FloatArray
     edge_load_N_per_mm: FloatArray
     pressure_MPa: FloatArray
@@ -127,15 +130,16 @@ class VariantSolver:
             ]
         found = parts[0] if len(parts) == 1 else LineResults(*map(np.concatenate, zip(*parts, strict=True)))
         wide = first.width_limit.exceeded(found.force)
-        return self._state(first.lines, found._replace(converged=found.converged & ~wide))
+        return self._state(first.lines, found._replace(converged=found.converged & ~wide), wide)
 
-    def _state(self, lines: Lines, found: LineResults) -> VariantState:
+    def _state(self, lines: Lines, found: LineResults, wide: BoolArray) -> VariantState:
         meshed, sections = self.reduced.layered, self.reduced.layered.sections
         load, patches = loads_and_patches(lines.law, found.force, found.converged, meshed.width)
         pressure, edge_load = largest_of(load, patches)
         radius = meshed.pair.pinion.base_radius
         return VariantState(
             ste_um=np.where(found.converged, 1e3 * radius * found.advance, np.nan), converged=found.converged,
+            overloaded=wide,
             load_N_per_mm=load, edge_load_N_per_mm=edge_load, pressure_MPa=pressure,
             sensitivity=radius * found.sensitivity.reshape(load.shape) if found.sensitivity.size else None,
             roll_rad=lines.roll.reshape(*load.shape[1:], 2), pair=lines.first_pair[:, None] + np.arange(load.shape[2]),

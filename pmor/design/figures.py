@@ -18,6 +18,7 @@ from pmor.design.variables import limits
 from pmor.report.panels import panels, plot_share_below
 from pmor.report.parameter_words import parameter_words
 from pmor.report.style import COLOURS, legend_label, new_figure, plot_style
+from pmor.sets.readings import known
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -134,8 +135,9 @@ def ste_figure(found: Found, curves: Mapping[str, FloatArray]) -> Figure:
     with panels(len(curves), 2.7 * len(curves) + 0.8, 3.6, legend=6, sharey=True) as (figure, axes):
         for place, (name, ste) in zip(axes, curves.items(), strict=True):
             for number, (label, curve) in enumerate(zip(found.design.load.labels, ste, strict=True)):
-                place.plot(pitches * np.arange(len(curve) + 1) / len(curve), np.append(curve, curve[0]) - curve.mean(),
-                           color=COLOURS[number % len(COLOURS)], label=legend_label(label))  # fmt: skip
+                whole = np.append(curve, curve[0]) - known(np.mean, curve)
+                place.plot(pitches * np.arange(len(whole)) / len(curve), whole, color=COLOURS[number % len(COLOURS)],
+                           label=legend_label(label))  # fmt: skip
             place.set(title=name, xlabel=found.file.words.angle)
         axes[0].set_ylabel("STE about its mean [µm]")
     return figure

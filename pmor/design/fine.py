@@ -70,6 +70,16 @@ def judged_once(judge: Judge[Any, Any], x: FloatArray) -> tuple[Verdict, int]:
     return judge.verdict_of(x, nominal, over), first
 
 
+def judged_on_what_is_left(judge: Judge[Any, Any], x: FloatArray | None) -> tuple[Verdict, list[str]]:
+    """Judge a variant as `judged_once`, by the positions that converged; say under which torques others did not."""
+    fine = judge.on_angles(_first(judge))
+    built = fine.assembly(x)
+    state = fine.solve(built)
+    nominal = fine.results_of(state, built, left=True)
+    over = judge.scattered(x, left=True) if judge.design.scatters else nominal[None]
+    return judge.verdict_of(x, nominal, over), fine.lost(state)
+
+
 def _first(judge: Judge[Any, Any]) -> int:
     few = judge.design.search.angles
     return int(few * 2 ** max(0, int(np.ceil(np.log2(FEWEST / few)))))

@@ -19,7 +19,6 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
-from pmor.design.measures import peak_to_peak
 from pmor.gear.condition import Assembly
 from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
@@ -66,7 +65,7 @@ def harris_rule(reduced: ReducedPair, torque_Nm: float) -> HarrisRule:
             Modification(tip_relief_um=float(amount), tip_relief_start_roll_deg=math.degrees(start))
             for start in highest_single_contact(pair)
         )
-        return float(peak_to_peak(solver.solve(Assembly(misalignment, pinion, wheel)).ste_um)[0])
+        return float(np.ptp(solver.solve(Assembly(misalignment, pinion, wheel)).ste_um[0]))
 
     amounts = np.linspace(0.0, LARGEST_RATIO * rule, AMOUNTS)
     values = np.array([spread(amount) for amount in amounts])

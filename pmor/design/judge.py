@@ -85,6 +85,10 @@ class Judge(ABC, Generic[Built, Solved]):
         """Return the state of what is built in one way; with derivatives where `measured` is to be asked of it."""
 
     @abstractmethod
+    def lost(self, state: Solved) -> list[str]:
+        """Return a sentence for each torque under which positions have no solution: why, and what to do."""
+
+    @abstractmethod
     def measured(self, state: Solved, built: Built, sharpness: float) -> tuple[FloatArray, FloatArray]:
         """Return the objective made smooth under each torque, (T,), and the derivatives of its mean, (n,)."""
 
@@ -102,25 +106,29 @@ class Judge(ABC, Generic[Built, Solved]):
         load = replace(self.design.load, torques_Nm=torques, weights=(1.0,) * len(torques))
         return self.alike(replace(nominal(self.design), load=load))
 
-    def results(self, built: Built) -> FloatArray:
-        """Return all results of what is built under each torque, (T, R)."""
-        return self.results_of(self.solve(built), built)
+    def results(self, built: Built, left: bool = False) -> FloatArray:
+        """Return all results of what is built under each torque, (T, R), as `results_of` does."""
+        return self.results_of(self.solve(built), built, left)
 
-    def results_of(self, state: Solved, built: Built) -> FloatArray:
-        """Return all results of a state, (T, R)."""
+    def results_of(self, state: Solved, built: Built, left: bool = False) -> FloatArray:
+        """Return all results of a state, (T, R).
+
+        NaN under torques with a position that did not converge; where `left`, those of the positions that did.
+        """
         found = [self._result(key, state, built) for key in self.design.results]
         table = np.stack(found, axis=1)
-        table[~state.converged.all(axis=1)] = np.nan
+        there = state.converged.any(axis=1) if left else state.converged.all(axis=1)
+        table[~there] = np.nan
         return table
 
-    def verdict(self, x: FloatArray | None) -> Verdict:
-        """Judge one variant; None is what the file has."""
-        nominal = self.results(self.assembly(x))
-        return self.verdict_of(x, nominal, self.scattered(x) if self.design.scatters else nominal[None])
+    def verdict(self, x: FloatArray | None, left: bool = False) -> Verdict:
+        """Judge one variant, None is what the file has; of the positions that converged where `left`."""
+        nominal = self.results(self.assembly(x), left)
+        return self.verdict_of(x, nominal, self.scattered(x, left) if self.design.scatters else nominal[None])
 
-    def scattered(self, x: FloatArray | None) -> FloatArray:
-        """Return all results of each draw, (draws, T, R)."""
-        return np.stack([self.results(self.assembly(x, draw)) for draw in self.draws])
+    def scattered(self, x: FloatArray | None, left: bool = False) -> FloatArray:
+        """Return all results of each draw, (draws, T, R), as `results_of` does."""
+        return np.stack([self.results(self.assembly(x, draw), left) for draw in self.draws])
 
     def verdict_of(self, x: FloatArray | None, nominal: FloatArray, over: FloatArray) -> Verdict:
         """Return the verdict on a variant by its results as drawn, (T, R), and over scatter, (draws, T, R)."""

@@ -23,8 +23,8 @@ PERCENTILE = 0.95
 
 
 def peak_to_peak(ste_um: FloatArray) -> FloatArray:
-    """Largest minus smallest over the last axis; NaN where one is missing."""
-    return np.asarray(ste_um.max(axis=-1) - ste_um.min(axis=-1))
+    """Largest minus smallest of the known ones over the last axis; NaN without any."""
+    return np.asarray(np.fmax.reduce(ste_um, axis=-1) - np.fmin.reduce(ste_um, axis=-1))
 
 
 def smooth_peak_to_peak(ste_um: FloatArray, sharpness: float) -> tuple[FloatArray, FloatArray]:

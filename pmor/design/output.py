@@ -15,6 +15,7 @@ from pmor.design.files import PairDesign
 from pmor.design.found import AGREE, Found
 from pmor.design.gearbox_tables import gearbox_data, gearbox_sentences, gearbox_tables
 from pmor.design.readings import FRESH, Readings, percentile_95
+from pmor.design.search import MOST_SAID
 from pmor.design.settings import RESULTS, Design
 from pmor.design.variants import stored
 from pmor.report.data_files import write_table_csv
@@ -86,6 +87,7 @@ def design_data(found: Found, read: Readings) -> dict[str, Any]:
         },
         "harris": [{"torque_Nm": h.torque_Nm, "rule_um": h.rule_um, "found_um": h.found_um} for h in read.harris],
         "gearbox": None if read.gearbox is None else gearbox_data(read.gearbox),
+        "failures": [*read.failures, *found.failures],
     }
 
 
@@ -99,7 +101,14 @@ def design_text(found: Found, read: Readings) -> str:
             lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
     if found.best is None:
         lines.append("  ! no variant keeps all constraints")
-    return "\n".join([*lines, *(f"  ! {sentence}" for sentence in (*read.failures, *found.failures[:MOST_ROWS]))])
+    return "\n".join([*lines, *(f"  ! {sentence}" for sentence in _failures(found, read))])
+
+
+def _failures(found: Found, read: Readings) -> list[str]:
+    """Return what did not converge; of many variants the first ones, and how many more there are."""
+    more = len(found.failures) - MOST_SAID
+    rest = [f"{more} further ones: design.json"] if more > 0 else []
+    return [*read.failures, *found.failures[:MOST_SAID], *rest]
 
 
 def _entry(found: Found, n: int) -> dict[str, Any]:
@@ -191,7 +200,7 @@ def _blocks(found: Found, read: Readings) -> list[Block]:
     blocks: list[Block] = [_count_words(found), *([WAITING] if read.first else certainty_words(found))]
     if found.best is None:
         blocks.append(Warning("No variant keeps all constraints."))
-    blocks += [Warning(sentence) for sentence in (*read.failures, *found.failures[:MOST_ROWS])]
+    blocks += [Warning(sentence) for sentence in _failures(found, read)]
     if read.first:
         return [*blocks, *_tables(found, read)]
     if read.gearbox is not None:

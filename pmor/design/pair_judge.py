@@ -16,6 +16,7 @@ from pmor.design.variables import AS_DRAWN, SEED, Draw, assembly_at, drawn
 from pmor.gear.condition import Assembly
 from pmor.gear.deviation_rates import deviation_rates
 from pmor.line.hubs import Hubs
+from pmor.line.lost import lost_of_pair
 from pmor.pair.conditions import conditions_of_assembly
 from pmor.results.load_distribution import face_load_factor, largest_pressure
 from pmor_online.model import ReducedPair, online_angles
@@ -25,8 +26,8 @@ from pmor_online.variants import VariantSolver, VariantState
 # Angles whose flexibilities are in memory together.
 BLOCK = 256
 # Fields of a state by the axis that counts angles.
-ANGLE_AXIS = {"ste_um": 1, "converged": 1, "load_N_per_mm": 1, "edge_load_N_per_mm": 1, "pressure_MPa": 1,
-              "sensitivity": 1, "roll_rad": 0, "pair": 0}  # fmt: skip
+ANGLE_AXIS = {"ste_um": 1, "converged": 1, "overloaded": 1, "load_N_per_mm": 1, "edge_load_N_per_mm": 1,
+              "pressure_MPa": 1, "sensitivity": 1, "roll_rad": 0, "pair": 0}  # fmt: skip
 
 
 class BlockSolver(VariantSolver):
@@ -106,6 +107,10 @@ class PairJudge(Judge[Assembly, VariantState]):
     def solve(self, built: Assembly, differentiated: bool = False) -> VariantState:
         """Return the state of a pair."""
         return self.solver.solve(built, differentiated)
+
+    def lost(self, state: VariantState) -> list[str]:
+        """Return a sentence for each torque under which positions have no solution."""
+        return lost_of_pair(self.design.load.labels, state.converged, state.overloaded)
 
     def measured(self, state: VariantState, built: Assembly, sharpness: float) -> tuple[FloatArray, FloatArray]:
         """Return the objective made smooth under each torque, (T,), and the derivatives of its mean, (n,)."""

@@ -16,7 +16,7 @@ from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.core.progress import stage
 from pmor.core.threads import in_order
-from pmor.design.fine import FEWEST, judged_finely
+from pmor.design.fine import FEWEST, judged_finely, judged_on_what_is_left
 from pmor.design.found import Found
 from pmor.design.harris import HarrisRule, harris_rule, obeys
 from pmor.design.judge import Judge, Verdict, nominal
@@ -71,7 +71,7 @@ class Contour:
 def read_first(found: Found) -> Readings:
     """Read off what the first result shows."""
     failures, nothing = list[str](), np.zeros(0)
-    base, searched = _of_base(found, failures), found.judge.verdict(None).objective
+    base, searched = _of_base(found, failures)
     chosen = {} if found.best is None else {"best": found.best}
     fine = found.fine
     curves = {found.file.words.base: fine.solve(fine.base).ste_um}
@@ -90,9 +90,10 @@ def read_off(found: Found, executor: Executor | None = None) -> Readings:
     made = found.file.words.made
     failures = [f"{name}: {lost} of {len(values)} {made} drawn anew did not converge"
                 for name, values in fresh.items() if (lost := int(np.isnan(values).sum()))]  # fmt: skip
+    base, searched = _of_base(found, failures)
     return Readings(
-        base=_of_base(found, failures),
-        base_searched=found.judge.verdict(None).objective,
+        base=base,
+        base_searched=searched,
         chosen=chosen,
         curves=curves,
         rates={} if best is None else judge.objective_rates(x[best]),
@@ -105,13 +106,20 @@ def read_off(found: Found, executor: Executor | None = None) -> Readings:
     )
 
 
-def _of_base(found: Found, failures: list[str]) -> Verdict:
-    """Return the verdict on the flanks of the file, judged as the variants that are chosen."""
+def _of_base(found: Found, failures: list[str]) -> tuple[Verdict, float]:
+    """Return the verdict on the flanks of the file, judged as the variants that are chosen, and as in the search.
+
+    Of the positions that converged; which ones did not is added to the failures.
+    """
+    name, judge = found.file.words.base, found.judge
     try:
-        return judged_finely(found.judge, None)[0]
+        verdict = judged_finely(judge, None)[0]
     except ConvergenceError as error:
-        failures.append(f"{found.file.words.base}: {error}")
-        return found.judge.verdict(None)
+        verdict, lost = judged_on_what_is_left(judge, None)
+        failures += [f"{name}, {sentence}" for sentence in lost] or [f"{name}: {error}"]
+    few = judge.lost(judge.solve(judge.base))
+    failures += [f"{name}, on the angles of the search, {sentence}" for sentence in few]
+    return verdict, judge.verdict(None, left=True).objective
 
 
 def with_gearbox(

@@ -49,6 +49,8 @@ FIRST_SHARE, MOST_FIRST = 0.125, 64
 MOST_FURTHER = 2
 # So many times the variants next to the best are judged at most.
 MOST_AROUND = 4
+# Most variants without a value that a page names.
+MOST_SAID = 12
 # Seconds between two lines on judgements.
 EVERY_S = 5.0
 # Descents start at least so far apart where they can, over the ranges: near ones end in one valley.
@@ -64,13 +66,16 @@ def trained_pair(case: Case, torques_Nm: tuple[float, ...] = ()) -> ReducedPair:
         return reduced_pair(train(case, elastic_model(case, mesh)).basis)
 
 
-def _lost(variants: Variants, file: DesignFile) -> tuple[str, ...]:
-    names = [v.name for v in file.design.variables]
-    return tuple(
-        f"variant {n} ({', '.join(f'{name} = {value:g}' for name, value in zip(names, variants.x[n], strict=True))}) "
-        "has a position that did not converge"
-        for n in np.flatnonzero(~np.isfinite(variants.objective))
-    )
+def _lost(variants: Variants, judge: Judge[Any, Any]) -> tuple[str, ...]:
+    """Name variants without a value; of the first ones, which a page has room for, why, where it shows as drawn."""
+    names, found = [v.name for v in judge.design.variables], []
+    for count, n in enumerate(np.flatnonzero(~np.isfinite(variants.objective)).tolist()):
+        x = variants.x[n]
+        values = ", ".join(f"{name} = {value:g}" for name, value in zip(names, x, strict=True))
+        why = judge.lost(judge.solve(judge.assembly(x))) if count < MOST_SAID else []
+        said = f"variant {n} ({values}) has a position that did not converge"
+        found.append(f"{said}: {'; '.join(why)}" if why else said)
+    return tuple(found)
 
 
 class Search:
@@ -146,7 +151,7 @@ class Search:
             found = self.judged_finely(pool, best_alone)
             if found.best == before:
                 break
-        failures = (*self._stopped.values(), *_lost(found.variants, self.file))
+        failures = (*self._stopped.values(), *_lost(found.variants, self.judge))
         seconds, evaluations = time.perf_counter() - self._begin, dict(self.evaluations)
         return replace(found, seconds=seconds, failures=failures, ends=self._ends, evaluations=evaluations)
 

@@ -22,6 +22,7 @@ from pmor.design.set_scatter import SetDraw, drawn_sets
 from pmor.design.settings import Design
 from pmor.design.variables import AS_DRAWN, SEED
 from pmor.line.several import GearTrain
+from pmor.sets.lost import lost_positions
 from pmor.sets.variants import BuiltSet, SetVariant, SetVariants
 
 Parameters = Mapping[str, Mapping[str, float]]
@@ -83,6 +84,10 @@ class SetJudge(Judge[BuiltSet, SetVariant]):
     def solve(self, built: BuiltSet, differentiated: bool = False) -> SetVariant:
         """Return the set as it is built in one way."""
         return self.solver.solve(built)
+
+    def lost(self, state: SetVariant) -> list[str]:
+        """Return a sentence for each torque under which positions have no solution."""
+        return lost_positions(state.solution, self.design.load.labels)
 
     def measured(self, state: SetVariant, built: BuiltSet, sharpness: float) -> tuple[FloatArray, FloatArray]:
         """Return the objective made smooth under each torque, (T,), and the derivatives of its mean, (n,)."""

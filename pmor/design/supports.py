@@ -76,7 +76,8 @@ class JudgedFlank:
     assembly: Assembly
     results: FloatArray  # shape (L, R)
     ste_um: FloatArray  # shape (L, A)
-    face_load_N_per_mm: FloatArray  # shape (L, S): Added up over tooth pairs, mean over the angles
+    face_load_N_per_mm: FloatArray  # shape (L, S): Added up over tooth pairs, mean over the angles that converged
+    lost: tuple[str, ...]  # Loads under which positions did not converge, and why
 
 
 @dataclass(frozen=True)
@@ -158,8 +159,7 @@ def judged_by_the_gearbox(
             continue
         else:
             judged.append(answer)
-            if not np.isfinite(answer.results).all():
-                failures.append(f"in the gearbox, {answer.name}: positions did not converge")
+            failures += [f"in the gearbox, {answer.name}, {sentence}" for sentence in answer.lost]
     searched = None if found.best is None else found.variants.results[found.best]
     return InGearbox(supports, helix, tuple(judged), found.judge.weights, searched, tuple(failures))
 
@@ -179,8 +179,9 @@ def _judged(supports: Supports, found: Found, name: str, assembly: Assembly) -> 
     assert isinstance(fine, PairJudge)
     judge = _on(fine, meshes)
     state = judge.solve(assembly)
-    load = state.load_N_per_mm.sum(axis=2).mean(axis=1)
-    return JudgedFlank(name, assembly, judge.results_of(state, assembly), state.ste_um, load)
+    load = state.load_N_per_mm.sum(axis=(1, 2)) / np.maximum(state.converged.sum(axis=1), 1)[:, None]
+    results = judge.results_of(state, assembly, left=True)
+    return JudgedFlank(name, assembly, results, state.ste_um, load, tuple(judge.lost(state)))
 
 
 def _on(judge: PairJudge, meshes: Sequence[SolvedMesh]) -> PairJudge:

@@ -16,6 +16,7 @@ from pmor.pair.model import gear_pair
 from pmor.report.panels import panels
 from pmor.report.style import COLOURS, legend_label, new_figure, plot_style
 from pmor.results.load_distribution import line_states
+from pmor.sets.readings import known
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -109,12 +110,13 @@ def set_ste_figure(loads: Sequence[SolvedLoad], number: int) -> Figure:
             one = solved.sets[number]
             assert one.rigid is not None
             ste = one.solution.ste_um[0].reshape(one.solution.pitches, -1)
-            pitches, middle = np.arange(ste.shape[1]) / ste.shape[1], np.nanmean(ste)
-            curve.fill_between(pitches, np.nanmin(ste, axis=0) - middle, np.nanmax(ste, axis=0) - middle, color=colour,
+            pitches, middle = np.arange(ste.shape[1]) / ste.shape[1], known(np.mean, ste)
+            curve.fill_between(pitches, np.fmin.reduce(ste) - middle, np.fmax.reduce(ste) - middle, color=colour,
                                alpha=0.3, lw=0)  # fmt: skip
-            curve.plot(pitches, ste.mean(axis=0) - middle, color=colour, label=legend_label(solved.load.name))
+            mean = np.array([known(np.mean, of_angle) for of_angle in ste.T])
+            curve.plot(pitches, mean - middle, color=colour, label=legend_label(solved.load.name))
             rigid = one.rigid.ste_um[one.row].reshape(one.rigid.pitches, -1).mean(axis=0)
-            curve.plot(pitches, rigid - np.nanmean(rigid), ":", color=colour)
+            curve.plot(pitches, rigid - known(np.mean, rigid), ":", color=colour)
             found = one.solution.mesh_orders(0)[:SET_ORDERS]
             at = np.arange(1, len(found) + 1) + width * place - 0.4
             spectrum.bar(at, found, width, color=colour, align="edge")
@@ -133,7 +135,7 @@ def _ste(axes: Axes, solved: SolvedLoad, number: int, colour: str) -> None:
     mesh, rigid = solved.meshes[number], solved.rigid[number]
     for sweep, row, style in ((mesh.sweep, 0, "-"), (rigid.sweep, rigid.row, ":")):
         ste = sweep.ste_um[row]
-        axes.plot(sweep.phi_rad / sweep.pitch_rad, ste - np.nanmean(ste), style, color=colour,
+        axes.plot(sweep.phi_rad / sweep.pitch_rad, ste - known(np.mean, ste), style, color=colour,
                   label=legend_label(solved.load.name) if style == "-" else None)  # fmt: skip
 
 

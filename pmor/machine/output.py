@@ -196,13 +196,14 @@ def gearbox_data(
     """Return the content of `gearbox.json`."""
     entries = [load_data(file.model, file.cases, solved) for solved in loads]
     bounds = [text for pair in zip(loads, entries, strict=True) for text in named_bounds(file.cases, *pair)]
+    rounded = [f"set {name}: {text}" for name, one in file.model.sets.items() for text in one.rounded]
     return {
         "title": file.model.sections.title,
         "loads": entries,
         "duty": duty_data(file.model, entries),
         "fits": [asdict(fit) for fit in fits],
         "failures": list(failures),
-        "bounds": [*bounds, *file.slips],
+        "bounds": [*bounds, *file.slips, *rounded],
         "left_out": [f"{what}: {why}" for what, why in left_out(file)],
         "assumptions": list(file.notes),
     }

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from pmor.core.errors import ConvergenceError
 from pmor.core.progress import quietly, stage
+from pmor.line.lost import lost_of_pair
 from pmor.machine.compared import with_rigid_supports
 from pmor.machine.coupled import SolvedLoad, solve_load
 from pmor.machine.fit import fit_meshes
@@ -61,11 +62,9 @@ def run(
             failures.append(f"load {load.name}: {error}")
         else:
             loads.append(solved)
-            failures += [
-                f"load {load.name}, mesh {mesh.meshing.settings.name}: positions did not converge"
-                for mesh in solved.meshes
-                if not mesh.sweep.converged.all()
-            ]
+            for mesh in solved.meshes:
+                name = f"load {load.name}, mesh {mesh.meshing.settings.name}"
+                failures += lost_of_pair([name], mesh.sweep.converged, mesh.sweep.overloaded)
             for one in solved.sets:
                 failures += lost_positions(one.solution, [f"load {load.name}, set {one.meshing.settings.name}"])
         step(1)

@@ -12,7 +12,7 @@ from pmor.machine.mesh_losses import mesh_losses
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.settings import Lubricant
 from pmor.sets.kinematics import torque_ratios
-from pmor.sets.readings import mesh_frequency_Hz, torque_data
+from pmor.sets.readings import known, mesh_frequency_Hz, torque_data
 from pmor.sets.settings import Member
 
 Data = dict[str, Any]
@@ -68,6 +68,6 @@ def _mesh(one: SolvedSet, number: int, entry: Data, speeds: Mapping[str, float] 
     mesh, rpm = train.meshes[number], None
     if speeds is not None:
         rpm = abs(speeds["sun"] - speeds["carrier"]) * abs(float(train.rates[mesh.bodies[0]]))
-    force = float(np.mean(one.solution.mesh_force_N[0, :, number]))
+    force = known(np.mean, one.solution.mesh_force_N[0, :, number])
     pair = mesh.pair.meshed.pair
     return {**entry, **mesh_losses(pair, one.solution.face_loads(number), force, rpm, lubricant)}

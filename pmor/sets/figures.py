@@ -15,6 +15,7 @@ from pmor.report.blank_figure import hole_outline
 from pmor.report.panels import panels, plot_share_below
 from pmor.report.style import COLOURS, legend_label
 from pmor.sets.pins import pin_shapes
+from pmor.sets.readings import known
 from pmor.sets.root_stress import GearStress
 from pmor.sets.settings import Pins
 from pmor.sets.shafts import shaft_of
@@ -75,7 +76,7 @@ def ste_figure(solved: SetSolution, shown_Nm: FloatArray) -> Figure:
             ste = solved.ste_um[number]
             colour = COLOURS[number % len(COLOURS)]
             pitches, lw = solved.phi_rad / solved.pitch_rad, 1.5 if solved.pitches <= FEW else 0.7
-            curve.plot(pitches, ste - np.nanmean(ste), color=colour, label=f"{torque:g} N m", lw=lw)
+            curve.plot(pitches, ste - known(np.mean, ste), color=colour, label=f"{torque:g} N m", lw=lw)
             if not solved.repeats:
                 continue
             if solved.pitches > 1:
@@ -134,9 +135,13 @@ def pin_figure(pins: Pins, solved: SetSolution, torque: int) -> Figure:
     inner, outer = (mesh.pair.meshed.pair for mesh in solved.train.meshes[:2])
     faces = np.array([inner.faces[1], np.add(outer.faces[0], plan.bodies[plan.meshes[1].pinion].z)])
     face = np.array([faces.min(), faces.max()])  # of both gears where the planets are stepped
-    shapes = np.mean([pin_shapes(pins, plan.on_pins, wrench, z) for wrench in solved.planet_wrench[torque]], axis=0)
+    there = solved.left(torque)
+    wrenches = solved.planet_wrench[torque, there]
+    shapes = np.mean([pin_shapes(pins, plan.on_pins, wrench, z) for wrench in wrenches], axis=0)
     bent = solved.outwards_and_around(shapes.transpose(2, 0, 1))
-    middle, slope = (values[torque].mean(axis=0) for values in (solved.planet_displacement_mm, solved.planet_tilt_rad))
+    middle, slope = (
+        values[torque, there].mean(axis=0) for values in (solved.planet_displacement_mm, solved.planet_tilt_rad)
+    )
     bearings = np.sort(plan.on_pins.pin.bearings_mm)
     with panels(2, 9.2, 4.2, legend=4, sharey=True) as (figure, each):
         for way, (axes, name) in enumerate(zip(each, ("Outwards", "In the sense of the sun's torque"), strict=True)):
@@ -211,7 +216,7 @@ def _worst_turn(stress: GearStress, torque: int) -> FloatArray:
     over = stress.over_turns_MPa[torque]
     ends = np.rint(np.linspace(0.0, len(over), stress.turns + 1)).astype(int)
     turns = [over[first:last] for first, last in pairwise(ends)]
-    return max(turns, key=lambda turn: float(np.ptp(turn)))
+    return max(turns, key=lambda turn: known(np.ptp, turn))
 
 
 def _members(solved: SetSolution) -> list[str]:

@@ -120,6 +120,17 @@ class SetFile:
         return -(-asked // step) * step
 
     @property
+    def rounded(self) -> list[str]:
+        """A sentence where more angles are solved than the file says."""
+        asked = self.sections.sweep.angles_per_pitch
+        if self.angles_per_pitch == asked:
+            return []
+        return [
+            f"[sweep] angles_per_pitch = {asked}: {self.angles_per_pitch} are solved, so that all planets pass the "
+            "same positions."
+        ]
+
+    @property
     def held(self) -> Member:
         """Member of a planetary set that stands still."""
         assert self.sections.load is not None

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from pmor.core.arrays import IntArray
-from pmor.line.hertz import TOO_WIDE
 from pmor.line.hubs import HUB
 from pmor.line.kernels.several import MOST_SINGLE_STEPS
+from pmor.line.lost import NOT_FOUND, OVERLOADED, left_out
 from pmor.sets.plan import SetPlan
 from pmor.sets.solution import SetSolution
 from pmor.sets.supports import ROTATION
@@ -22,8 +22,7 @@ def lost_positions(solved: SetSolution, names: Sequence[str]) -> list[str]:
         lost = ~solved.converged[number]
         if lost.any():
             loose, steps = solved.found.loose[number, lost], solved.found.steps[number, lost]
-            text = f"{name}: {int(lost.sum())} of {len(lost)} positions did not converge and are left out"
-            found.append(f"{text}: {'; '.join(_reasons(solved.plan, loose, steps))}")
+            found.append(left_out(name, lost, _reasons(solved.plan, loose, steps)))
     return found
 
 
@@ -34,9 +33,9 @@ def _reasons(plan: SetPlan, loose: IntArray, steps: IntArray) -> list[str]:
         found.append(f"{what}: check [planets], or hold it in [supports] by a number instead of \"free\"")
     circling = (loose < 0) & (steps >= MOST_SINGLE_STEPS)
     if circling.any():
-        found.append("which sections carry was not found: another angles_per_pitch moves the positions")
+        found.append(NOT_FOUND)
     if ((loose < 0) & ~circling).any():
-        found.append(f"the torque {TOO_WIDE}")
+        found.append(OVERLOADED)
     return found
 
 

@@ -159,7 +159,9 @@ def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, fail
         blocks.append(Picture("root_stress.png", "Stress across the root of a tooth of each member, on the side of its "
                               "largest principal stress, where the range is largest, at the nominal torque.",
                               root_stress_figure(solved, nominal), "svg"))  # fmt: skip
-    if solved.ring_deflection is not None:
+    if solved.ring_deflection is not None and not solved.converged[nominal, 0]:
+        blocks.append("ring.png is left out: angle 0 did not converge.")
+    elif solved.ring_deflection is not None:
         blocks.append(Picture("ring.png", "Displacement of the ring's root between its teeth at angle 0, mean over the "
                               "width, beyond that of its hub, at the nominal torque; lines: planets.",
                               ring_figure(solved, nominal), "svg"))  # fmt: skip
@@ -212,12 +214,6 @@ def _tables(data: Data) -> list[Table]:
 def _warnings(file: SetFile, solved: SetSolution, data: Data) -> list[str]:
     changed = (f"Changed, as these gears would not run as filed: {sentence}" for sentence in file.changed)
     said = [*data["failures"], *data["bounds"], *changed]
-    asked = file.sections.sweep.angles_per_pitch
-    if file.angles_per_pitch != asked:
-        said.append(
-            f"[sweep] angles_per_pitch = {asked}: {file.angles_per_pitch} are solved, so that all planets pass the "
-            "same positions."
-        )
     if not solved.repeats:
         said.append(
             f"{solved.pitches} pitches of the first gear are solved, and all meshes stand as before after "
@@ -232,9 +228,10 @@ def _wound(data: Data) -> str:
     return PINS if wound is None else f"{PINS} Cheeks of the carrier turn against each other by {wound:.4g} mrad."
 
 
-def _forces(bearings: Sequence[Data]) -> str:
+def _forces(bearings: Sequence[Data]) -> str | None:
     ordered = sorted(bearings, key=lambda bearing: float(bearing["at_mm"]))
-    return " / ".join(f"{bearing['force_mean_N']:.4g}" for bearing in ordered)
+    forces = [bearing["force_mean_N"] for bearing in ordered]
+    return None if None in forces else " / ".join(f"{force:.4g}" for force in forces)
 
 
 def _times(order: Data) -> str:

@@ -44,7 +44,7 @@ def set_data(file: SetFile, solved: SetSolution, samples: Samples | None, failur
         "torques": rows,
         "tolerances": sample_data(samples, solved, [row["torque_Nm"] for row in rows]) if samples else None,
         "failures": list(failures),
-        "bounds": [*bounds(file, solved, samples), *file.slips],
+        "bounds": [*bounds(file, solved, samples), *file.slips, *file.rounded],
         "changed": list(file.changed),
         "assumptions": list(file.notes),
     }
@@ -226,7 +226,7 @@ def _mesh_data(solved: SetSolution, number: int, mesh: int) -> Data:
 
 def _stress_data(solved: SetSolution, number: int, body: int) -> Data:
     found = solved.root_stress[body]
-    top = int(np.argmax(found.max_principal_MPa[number]))
+    top = int(np.argmax(np.nan_to_num(found.max_principal_MPa[number])))
     side = int(found.side[number, top])
     return {
         "name": solved.plan.bodies[body].name,

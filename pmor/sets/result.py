@@ -24,7 +24,7 @@ from pmor.sets.figures import (
 )
 from pmor.sets.loader import SetFile
 from pmor.sets.output import FILES, PIN_FILES, REXS_FILES, SAMPLE_FILES, nominal_torque, set_report, set_text
-from pmor.sets.readings import Data, set_data
+from pmor.sets.readings import Data, known, set_data
 from pmor.sets.results_data import set_columns, write_set_results
 from pmor.sets.solution import SetSolution
 from pmor.sets.to_rexs import why_no_rexs, write_set_rexs
@@ -143,7 +143,7 @@ class SetResult(Tabular):
         return set_columns(self.solution, self._torques_Nm)
 
     def _shown(self) -> Columns:
-        mean, span = self.ste_um.mean(axis=1), np.ptp(self.ste_um, axis=1)
+        mean, span = (np.array([known(of, ste) for ste in self.ste_um]) for of in (np.mean, np.ptp))
         columns = {"torque, N m": self._torques_Nm, "STE mean, um": mean, "peak-to-peak, um": span}
         return columns | ({"K_γ": self.k_gamma} if self.solution.plan.planets else {})
 

@@ -73,10 +73,9 @@ def _arrays(solved: SetSolution, torque_Nm: FloatArray) -> Arrays:
             "planets/gear": np.array(solved.plan.planets), "planets/share": solved.planet_share,
             "planets/pin_force": solved.pin_force_N,
         }  # fmt: skip
-    if solved.converged.all():
-        orders = [solved.ste_orders(row) for row in range(len(torque_Nm))]
-        found["orders/order"] = orders[0].order
-        found |= {f"orders/{name}": np.stack([getattr(o, name) for o in orders]) for name in ("amplitude", "phase")}
+    orders = [solved.ste_orders(row) for row in range(len(torque_Nm))]
+    found["orders/order"] = orders[0].order
+    found |= {f"orders/{name}": np.stack([getattr(o, name) for o in orders]) for name in ("amplitude", "phase")}
     return found
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pmor.export.rexs.document import Attributes
+from pmor.sets.readings import known
 from pmor.sets.solution import SetSolution
 
 # Axes of the set as they lie along u, v and w.
@@ -12,11 +13,12 @@ UVW = dict(zip("uvw", (2, 0, 1), strict=True))
 
 
 def stage_results(solved: SetSolution, torque: int) -> Attributes:
-    """Transmission error of the sun over a mesh cycle."""
+    """Transmission error of the sun over a mesh cycle, where positions converged."""
+    there = solved.converged[torque]
     return {
-        "custom_pmor_pinion_angle": np.degrees(solved.phi_rad),
-        "custom_pmor_transmission_error": solved.ste_um[torque],
-        "custom_pmor_transmission_error_peak_to_peak": float(np.ptp(solved.ste_um[torque])),
+        "custom_pmor_pinion_angle": np.degrees(solved.phi_rad[there]),
+        "custom_pmor_transmission_error": solved.ste_um[torque, there],
+        "custom_pmor_transmission_error_peak_to_peak": known(np.ptp, solved.ste_um[torque]),
     }
 
 
@@ -27,8 +29,8 @@ def mesh_attributes(solved: SetSolution, torque: int, mesh: int) -> Attributes:
     found: dict[str, float] = {
         "face_load_factor_contact_stress": float(solved.k_h_beta(mesh)[torque]),
         "mesh_load_factor_iso_6336_2019": float(solved.k_gamma[torque]),
-        "nominal_tangential_force_at_base_diameter": float(solved.mesh_force_N[torque, :, mesh].mean()),
-        "custom_pmor_share": float(solved.mesh_share[torque, :, mesh].mean()),
+        "nominal_tangential_force_at_base_diameter": known(np.mean, solved.mesh_force_N[torque, :, mesh]),
+        "custom_pmor_share": known(np.mean, solved.mesh_share[torque, :, mesh]),
     }
     return {
         **{name: value for name, value in found.items() if np.isfinite(value)},
@@ -38,7 +40,7 @@ def mesh_attributes(solved: SetSolution, torque: int, mesh: int) -> Attributes:
 
 def shaft_force(solved: SetSolution, torque: int, body: int) -> Attributes:
     """Force and moment of the meshes on a gear, mean over the mesh cycle, seen from the carrier."""
-    wrench = solved.hub_wrench[torque, :, body].mean(axis=0)
+    wrench = solved.hub_wrench[torque, solved.converged[torque], body].mean(axis=0)
     return {
         **{f"force_acting_on_shaft_{way}": float(wrench[axis]) for way, axis in UVW.items()},
         **{f"torque_acting_on_shaft_{way}": 1e-3 * float(wrench[3 + axis]) for way, axis in UVW.items()},

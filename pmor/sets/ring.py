@@ -28,7 +28,7 @@ class RingDeflection:
     displacement_um : ndarray, shape (D, z, 2)
         Outwards and counter-clockwise at angle 0.
     most_um, least_um : ndarray, shape (D,)
-        Radial ones at all places and angles: limits.
+        Radial ones at all places, and angles that converged: limits.
     """
 
     place_deg: FloatArray
@@ -40,7 +40,7 @@ class RingDeflection:
 def ring_deflection(placed: PlacedTrain, found: SeveralResults, pitches: int, clockwise: bool) -> RingDeflection | None:
     """Return the deflection of the first ring of a train that meshes at several places; None without one.
 
-    NaN where positions did not converge.
+    NaN at places where angle 0 did not converge.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def ring_deflection(placed: PlacedTrain, found: SeveralResults, pitches: int, cl
     rim, meshes = body.rim_motion, [(n, one) for n, one in enumerate(placed.placed) if one.mesh.bodies[1] == number]
     uses = [(n, one, section_patterns(one.mesh.pair.meshed, one.lines, 1, rim.rows)) for n, one in meshes]
     (torques, count), angles, first = found.converged.shape, len(placed.phi), np.empty(0)
-    most, least = np.full(torques, -np.inf), np.full(torques, np.inf)
+    most, least = np.full(torques, np.nan), np.full(torques, np.nan)
     for start in range(0, count, angles):
         later = placed.train.mesh_cycles(start * pitches // count)
         for low in range(0, angles, TOGETHER):
@@ -66,8 +66,8 @@ def ring_deflection(placed: PlacedTrain, found: SeveralResults, pitches: int, cl
             parts = [_under(rim, one, rows, force, block, round(float(later[n]))) for n, one, rows in uses]
             moved = 1e3 * np.sum(parts, axis=0)
             first = first if first.size else moved[:, 0]
-            most = np.maximum(most, moved[..., 0].max(axis=(1, 2)))
-            least = np.minimum(least, moved[..., 0].min(axis=(1, 2)))
+            most = np.fmax(most, np.fmax.reduce(moved[..., 0], axis=(1, 2)))
+            least = np.fmin(least, np.fmin.reduce(moved[..., 0], axis=(1, 2)))
     side, image = -1.0 if clockwise else 1.0, -1.0 if meshes[0][1].mesh.image else 1.0
     places = np.degrees(side * _places(meshes[0][1], float(placed.phi[0]))) % 360.0
     order = np.argsort(places)

@@ -49,7 +49,8 @@ class GearStress:
     radius_mm, z_mm : ndarray, shape (D, A)
         Where.
     cycle : LoadCycle
-        Of the teeth that differ, (D, T, 2): those that a set without errors repeats with are one.
+        Of the teeth that differ, (D, T, 2): those that a set without errors repeats with are one. Of the positions that
+        converged; NaN where none did.
     turns : int
         Of the gear, after which a tooth meets the same again.
     over_turns_MPa : ndarray, shape (D, n)
@@ -127,17 +128,17 @@ def root_stress_of_set(placed: PlacedTrain, found: SeveralResults, pitches: int)
     gears = [_gear(placed, meshes, number, pitches) for number in range(len(placed.train.bodies))]
     everywhere, there = ([Extremes(gear.unlike) for gear in gears] for _ in range(2))
     tops: list[list[FloatArray]] = [[] for _ in gears]
-    for loaded in _blocks(placed, meshes, found, pitches):
+    for lost, loaded in _blocks(placed, meshes, found, pitches):
         for number, gear in enumerate(gears):
             own = [loaded[mesh][place] for mesh, place in gear.uses]
             tops[number].append(_tops(gear, own))
-            everywhere[number].add(stress_of_all_teeth(own, gear.normal, gear.teeth))
+            everywhere[number].add(_without(lost, stress_of_all_teeth(own, gear.normal, gear.teeth)))
     places = [places_of_ranges(gear.shapes, of) for gear, of in zip(gears, everywhere, strict=True)]
     passed: list[list[FloatArray]] = [[] for _ in gears]
-    for loaded in _blocks(placed, meshes, found, pitches):
+    for lost, loaded in _blocks(placed, meshes, found, pitches):
         for number, gear in enumerate(gears):
             own = [loaded[mesh][place] for mesh, place in gear.uses]
-            stress = stress_at_places(own, gear.normal, places[number].weights, gear.teeth)
+            stress = _without(lost, stress_at_places(own, gear.normal, places[number].weights, gear.teeth))
             there[number].add(stress)
             passed[number].append(stress)
     return tuple(
@@ -181,8 +182,12 @@ def _gear(placed: PlacedTrain, meshes: Sequence[_Mesh], number: int, pitches: in
 
 def _blocks(
     placed: PlacedTrain, meshes: Sequence[_Mesh], found: SeveralResults, pitches: int
-) -> Iterator[list[tuple[LoadedTeeth, ...]]]:
-    """Teeth of both gears of each mesh, by the numbers of their bodies, for blocks of all angles."""
+) -> Iterator[tuple[BoolArray, list[tuple[LoadedTeeth, ...]]]]:
+    """Teeth of both gears of each mesh, by the numbers of their bodies, for blocks of all angles.
+
+    Before them which states did not converge, (D, a), of torques that have others.
+    """
+    lost = ~found.converged & found.converged.any(axis=1, keepdims=True)
     angles = len(placed.phi)
     cycles = found.converged.shape[1] // angles
     for cycle in range(cycles):
@@ -197,7 +202,13 @@ def _blocks(
                 both.append(
                     tuple(side._replace(teeth=one.teeth(gear, pairs, shift)) for gear, side in enumerate(sides))
                 )
-            yield both
+            yield lost[:, at][:, block], both
+
+
+def _without(lost: BoolArray, stress: FloatArray) -> FloatArray:
+    """Make stresses (D, a, ...) NaN where there is no solution: no load is none there."""
+    stress[lost] = np.nan
+    return stress
 
 
 def _loads(placed: PlacedTrain, one: _Mesh, found: SeveralResults, number: int) -> tuple[ContactLoads, IntArray]:
@@ -245,7 +256,7 @@ def _gear_stress(
     for mesh, place in gear.uses:
         mates[meshes[mesh].flipped[place]].append(meshes[mesh].placed.mesh.bodies[1 - place])
     turns = _over_turns(gear, tops, stress, cycle)
-    known = np.all(converged, axis=1)[:, None, None]
+    known = np.any(converged, axis=1)[:, None, None]
     cycle = LoadCycle(**{name: np.where(known, values, np.nan) for name, values in vars(cycle).items()})
     principal, side, radius, z = tops
     principal = np.where(converged, principal, np.nan)

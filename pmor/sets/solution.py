@@ -91,6 +91,11 @@ class SetSolution:
         """(D, A)."""
         return self.found.converged
 
+    def left(self, torque: int) -> BoolArray:
+        """Positions that have a solution under a torque by its number, (A,); where none has, all of them, NaN."""
+        there = self.converged[torque]
+        return there if there.any() else ~there
+
     @cached_property
     def ste_um(self) -> FloatArray:
         """By how much the first gear runs ahead along its line of action, all held members at rest, (D, A), um."""
@@ -253,7 +258,8 @@ class SetSolution:
         That is added up over tooth pairs, under a torque by its number.
         """
         meshed = self.placed.placed[mesh].mesh.pair.meshed
-        z, load = meshed.sections.z, self.face_loads(mesh).load_N_per_mm[torque].sum(axis=1).mean(axis=0)
+        there = self.left(torque)
+        z, load = meshed.sections.z, self.face_loads(mesh).load_N_per_mm[torque, there].sum(axis=1).mean(axis=0)
         if not meshed.mirrored:
             return z, load
         inside = z < 0.0

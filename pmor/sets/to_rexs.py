@@ -248,7 +248,7 @@ class _Draft:
         sign = -1.0 if load.torque_Nm < 0.0 else 1.0
         for place, torque in enumerate(self.file.torques_Nm):
             case: dict[int, Attributes] = {number: {"torque_around_u_axis": sign * torque}}
-            if solved is not None and solved.converged[place].all():
+            if solved is not None and solved.converged[place].any():
                 case[self.stage] = stage_results(solved, place)
                 case |= {mesh: mesh_attributes(solved, place, n) for n, mesh in enumerate(self.meshes)}
                 case |= {gear: shaft_force(solved, place, n) for n, gear in enumerate(self.gears)}

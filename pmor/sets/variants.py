@@ -93,7 +93,7 @@ class SetVariant:
     @property
     def root_stress_MPa(self) -> FloatArray:
         """Largest principal stress at the roots of all gears, (D,)."""
-        return np.max([gear.max_principal_MPa.max(axis=1) for gear in self.solution.root_stress], axis=0)
+        return np.fmax.reduce([np.fmax.reduce(gear.max_principal_MPa, axis=1) for gear in self.solution.root_stress])
 
     @cached_property
     def _edges(self) -> tuple[FloatArray, FloatArray]:

@@ -18,8 +18,9 @@ from pmor.design.descent import Descent, kept
 from pmor.design.found import apart
 from pmor.design.harris import harris_rule
 from pmor.design.loader import load
-from pmor.design.output import FILES
+from pmor.design.output import FILES, design_text
 from pmor.design.pair_judge import PairJudge
+from pmor.design.result import DesignResult
 from pmor.design.search import Search, trained_pair
 from pmor.design.variables import drawn, neighbours
 from pmor.design.variants import STORE
@@ -160,10 +161,10 @@ def test_variants_without_a_solution_are_named_and_the_rest_is_written(tmp_path,
     monkeypatch.setattr(readings, "CONTOUR", 4)
     genuine, count = VariantSolver._state, iter(range(10**6))
 
-    def lost(self, lines, found):
+    def lost(self, lines, found, wide):
         few = len(lines.first_pair) <= 12
         converged = found.converged & bool(next(count) % every if few or every == 1 else True)
-        return genuine(self, lines, found._replace(converged=converged))
+        return genuine(self, lines, found._replace(converged=converged), wide)
 
     monkeypatch.setattr(VariantSolver, "_state", lost)
     scattered = SCATTER.replace("percentile_95", "nominal")
@@ -173,10 +174,36 @@ def test_variants_without_a_solution_are_named_and_the_rest_is_written(tmp_path,
     assert re.search(r"did not converge, first: variant \d+ \(tip_relief_um = ", captured.err)
     if every == 1:
         assert "! Harris's rule at 60 N m: a position did not converge" in captured.out
+        assert re.search(r"position that did not converge: 60 N m: 12 of 12 positions .* was not found", captured.err)
     data = json.loads((out / "design.json").read_text())
     assert data["failed"] > 0
     assert (data["best"] is None) == (every == 1)
     assert (out / "report.html").exists()
+
+
+def test_the_flanks_as_filed_stay_with_the_positions_that_converged(found, monkeypatch):
+    """Under the second torque one position in three overloads a section; under the first all are there."""
+    genuine = PairJudge.solve
+
+    def loses(judge, built, differentiated=False):
+        state = genuine(judge, built, differentiated)
+        wide = np.outer([False, built == judge.base], np.arange(len(judge.phi)) % 3 == 1)
+        return replace(state, converged=~wide, overloaded=wide, ste_um=np.where(wide, np.nan, state.ste_um))
+
+    whole = readings.read_first(found)
+    monkeypatch.setattr(PairJudge, "solve", loses)
+    read = readings.read_first(found)
+    assert_array_equal(read.base.results[0], found.judge.on_angles(768).results(found.judge.base)[0])
+    assert 0.9 * whole.base.results[1, 0] < read.base.results[1, 0] <= whole.base.results[1, 0]
+    assert np.isfinite([read.base.objective, read.base_searched]).all()
+    few, fine = "4 of 12 positions did not converge", "256 of 768 positions did not converge"
+    assert [sentence.split(" and are left out")[0] for sentence in read.failures] == [
+        f"base case, 100 N m: {fine}", f"base case, on the angles of the search, 100 N m: {few}",
+    ]  # fmt: skip
+    assert all("overloads a section" in sentence and "lower the torque" in sentence for sentence in read.failures)
+    assert DesignResult(found, read).failures[-2:] == read.failures
+    page = design_text(found, read)
+    assert all(f"! {sentence}" in page for sentence in read.failures)
 
 
 def test_a_search_whose_pieces_all_fail_says_so(file, reduced, tmp_path, monkeypatch):

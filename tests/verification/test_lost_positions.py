@@ -2,17 +2,28 @@
 
 from dataclasses import replace
 
+import h5py
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.design import fine
+from pmor.design.loader import load as load_design
+from pmor.design.set_judge import SetJudge
 from pmor.line.kernels.several import MOST_SINGLE_STEPS
+from pmor.machine.loader import load as load_gearbox
+from pmor.machine.output import gearbox_data
 from pmor.sets.loader import load
 from pmor.sets.lost import lost_positions
+from pmor.sets.output import set_report
 from pmor.sets.readings import torque_data
+from pmor.sets.results_data import write_set_results
 from pmor.sets.run import run
+from pmor.sets.to_rexs import write_set_rexs
+from pmor_online.root_cycle import Extremes
+from tests.support.set_gearboxes import one_stage, written_reducer
 from tests.support.set_variants import BASE, teeth
-from tests.support.small_sets import SMALL_SET, written_set
+from tests.support.small_sets import SMALL_DESIGN, SMALL_SET, written_design, written_set
 
 FREE = SMALL_SET.replace("torques_Nm = [100.0]", "") + '[supports]\nsun_radial_N_per_mm = "free"\n'
 LOST = 2
@@ -23,11 +34,11 @@ def result(tmp_path_factory):
     return run(load(written_set(tmp_path_factory.mktemp("set"), FREE)))
 
 
-def without(solution, loose=-1, steps=5):
-    """The solution without one position."""
+def without(solution, loose=-1, steps=5, lost=LOST, torque=0):
+    """The solution without one position, or several, under a torque by its number."""
     found = solution.found._replace(**{name: values.copy() for name, values in solution.found._asdict().items()})
-    found.converged[0, LOST], found.loose[0, LOST], found.steps[0, LOST] = False, loose, steps
-    found.force[0, LOST], found.movement[0, LOST] = np.nan, np.nan
+    found.converged[torque, lost], found.loose[torque, lost], found.steps[torque, lost] = False, loose, steps
+    found.force[torque, lost], found.movement[torque, lost] = np.nan, np.nan
     return replace(solution, found=found)
 
 
@@ -48,11 +59,38 @@ def test_why_a_position_is_left_out_is_said(result):
     solution = result.solution
     across = int(np.flatnonzero(solution.plan.free[:, 0])[0])
     for loose, steps, words in (
-        (across, 5, "1 of 6 positions did not converge and are left out: sun: nothing holds it across its axis"),
+        (across, 5, "1 of 6 positions did not converge and are left out"),
+        (across, 5, ": sun: nothing holds it across its axis"),
         (-1, MOST_SINGLE_STEPS + 20, "which sections carry was not found"), (-1, 5, "overloads a section"),
     ):  # fmt: skip
         assert words in lost_positions(without(solution, loose, steps), ["300 N m"])[0]
     assert lost_positions(solution, ["300 N m"]) == []
+
+
+def test_a_set_as_filed_stays_in_a_design_with_the_positions_that_converged(result, tmp_path, monkeypatch):
+    """The sun hangs loose at two positions of eight under the second torque, and at none under the first."""
+    text = SMALL_DESIGN.replace("torques_Nm = [300.0]", "torques_Nm = [400.0, 300.0]")
+    design = load_design(written_design(tmp_path, text, FREE))
+    judge = SetJudge(design, result.solution.train, design.design)
+    whole, genuine = judge.verdict(None), SetJudge.solve
+    across = int(np.flatnonzero(result.solution.plan.free[:, 0])[0])
+
+    def loses(judge, built, differentiated=False):
+        state = genuine(judge, built)
+        return replace(state, solution=without(state.solution, across, lost=[0, LOST], torque=1))
+
+    monkeypatch.setattr(SetJudge, "solve", loses)
+    monkeypatch.setattr(fine, "FEWEST", 8)
+    left, said = fine.judged_on_what_is_left(judge, None)
+    assert np.isnan(judge.verdict(None).results[1]).all()
+    assert_allclose(left.results[0], whole.results[0], rtol=1e-12)
+    keys = design.design.results
+    known = [keys.index(key) for key in ("peak_to_peak_um", "pressure_MPa", "k_h_beta", "k_gamma")]
+    assert_allclose(left.results[1, known], whole.results[1, known], rtol=0.3)
+    assert left.results[1, 0] <= whole.results[1, 0]
+    (sentence,) = said
+    assert sentence.startswith("300 N m: 2 of 8 positions did not converge and are left out")
+    assert "sun: nothing holds it across its axis: check [planets]" in sentence
 
 
 def test_angles_are_rounded_up_until_equal_planets_pass_the_same_positions(tmp_path):
@@ -64,4 +102,57 @@ def test_angles_are_rounded_up_until_equal_planets_pass_the_same_positions(tmp_p
     assert (file.sections.sweep.angles_per_pitch, file.angles_per_pitch) == (4, 6)
     found = run(file)
     assert_allclose(found.k_gamma, 1.0, rtol=1e-9)
-    assert "[sweep] angles_per_pitch = 4: 6 are solved" in str(found)
+    (rounded,) = file.rounded
+    assert "[sweep] angles_per_pitch = 4: 6 are solved" in rounded
+    assert rounded in str(found)
+    box = load_gearbox(written_reducer(tmp_path, one_stage(), text))
+    assert f"set stage: {rounded}" in gearbox_data(box, (), ())["bounds"]
+
+
+def test_stress_and_deflection_are_those_of_the_positions_that_are_left(result):
+    """A position without a solution is not one without load: of a tooth at its peak the range stays above it."""
+    whole, one = result.solution, without(result.solution)
+    there = np.delete(np.arange(6), LOST)
+    for before, after in zip(whole.root_stress, one.root_stress, strict=True):
+        assert_allclose(after.max_principal_MPa[0, there], before.max_principal_MPa[0, there], rtol=1e-12)
+        assert (after.cycle.range_MPa[0] <= before.cycle.range_MPa[0] * (1.0 + 1e-12)).all()
+        assert (after.cycle.range_MPa[0] > 0.5 * before.cycle.range_MPa[0]).all()
+    stress = torque_data(result.file, one, 0)["root_stress"][0]
+    assert stress["max_principal_MPa"] == np.nanmax(one.root_stress[0].max_principal_MPa[0])
+    assert_allclose(one.ring_deflection.displacement_um, whole.ring_deflection.displacement_um, rtol=1e-12)
+    assert 0.0 < one.ring_deflection.most_um[0] <= whole.ring_deflection.most_um[0]
+
+
+def test_extremes_leave_out_what_is_not_known():
+    """Of stresses that never fall to 0, a position without a solution must not count as 0."""
+    found = Extremes(1)
+    for block in ([3.0, np.nan], [np.nan, np.nan], [5.0, 4.0]):
+        found.add(np.array(block).reshape(1, 2, 1))
+    assert (found.most.item(), found.least.item()) == (5.0, 3.0)
+
+
+@pytest.mark.parametrize("lost", [[0], list(range(6))], ids=["the first", "all"])
+def test_all_that_is_told_leaves_out_the_positions_that_are_lost(result, tmp_path, lost):
+    """Angle 0 alone has the deflection of the ring; a torque without any position has nulls throughout."""
+    file, solution, known = result.file, without(result.solution, lost=lost), len(lost) < 6
+    failures = tuple(lost_positions(solution, ["300 N m"]))
+    page = set_report(file, solution, None, failures)
+    assert f"{len(lost)} of 6 positions did not converge and are left out, and orders with them" in str(
+        replace(result, solution=solution, failures=failures)
+    )
+    assert set(page.data["ste_harmonics_um"]) == {None}
+    assert all((entry["range_MPa"] is not None) == known for entry in page.data["root_stress"])
+    assert page.data["ring"]["radial_um"][0] is None
+    assert "ring.png is left out: angle 0 did not converge." in page.blocks
+    write_set_results(file, solution, solution.torque_Nm, tmp_path / "results.h5")
+    with h5py.File(tmp_path / "results.h5") as results:
+        assert np.isnan(results["orders/amplitude"][0]).all()
+    write_set_rexs(file, solution, tmp_path / "set.rexs", overwrite=False)
+    assert ("transmission_error_peak_to_peak" in (tmp_path / "set.rexs").read_text()) == known
+
+
+@pytest.mark.slow
+def test_all_files_are_written_without_a_position_that_is_lost(result, tmp_path):
+    solution = without(result.solution)
+    replace(result, solution=solution, failures=tuple(lost_positions(solution, ["300 N m"]))).write(tmp_path / "out")
+    assert {"set.rexs", "ring.png", "set.vtkhdf"} <= {path.name for path in (tmp_path / "out").iterdir()}

@@ -176,7 +176,7 @@ def test_positions_that_do_not_converge_have_no_root_stress(planets):
     converged[0, 2] = False
     gear = replace(solved, found=solved.found._replace(converged=converged)).root_stress[0]
     assert np.isnan(gear.max_principal_MPa[0]).nonzero()[0].tolist() == [2]
-    assert np.isnan(gear.cycle.range_MPa).all()
+    assert (gear.cycle.range_MPa <= solved.root_stress[0].cycle.range_MPa).all()
     assert np.isnan(gear.over_turns_MPa).sum() == 18
 
 
