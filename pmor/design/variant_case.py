@@ -55,7 +55,8 @@ def _text(file: PairDesign | SetDesign, results: Path, number: int) -> str:
     changes: dict[str, Any] = {
         name: {k: v for k, v in vars(m).items() if v is not None} for name, m in sections.items()
     }
-    torques = sorted({base.torque_Nm, *found.arrays["torque"].tolist()})
+    # Those of a gearbox are off by round-off; cases have twelve digits of a torque.
+    torques = sorted({base.torque_Nm, *(float(f"{torque:.12g}") for torque in found.arrays["torque"])})
     changes["online"] = {"angles_per_pitch": int(found.arrays["angles"][number]), "torques_Nm": torques}
     changed = change_case(base, title=f"{base.title}, variant {number} of {file.design.title}", **changes)
     return head + text_of(changed)

@@ -64,6 +64,7 @@ def run(
             loads.append(solved)
             for mesh in solved.meshes:
                 name = f"load {load.name}, mesh {mesh.meshing.settings.name}"
+                assert mesh.sweep.overloaded is not None, "of line loads"
                 failures += lost_of_pair([name], mesh.sweep.converged, mesh.sweep.overloaded)
             for one in solved.sets:
                 failures += lost_positions(one.solution, [f"load {load.name}, set {one.meshing.settings.name}"])
