@@ -174,9 +174,9 @@ TRANSCRIBED = {
         "corner_approach": "c061e786",
     },
     "pmor/line/kernels/loads.py": {
-        "_start": "09f0db4b", "_solve": "407e33a6", "turning": "c9a30d8d", "_linearise_at": "16c4c3d6",
-        "linearise": "c6d330dd", "_newton_step": "561bb450", "accept": "cedca0ae", "_touch_at": "8e41e2b4",
-        "touch": "a12910b6", "gap_of": "45ca2d2d", "begin": "61bce2e3",
+        "_start": "09f0db4b", "_solve": "5b1df793", "_balanced": "a0d95f9e", "turning": "c9a30d8d",
+        "_linearise_at": "16c4c3d6", "linearise": "c6d330dd", "_newton_step": "561bb450", "accept": "cedca0ae",
+        "_touch_at": "8e41e2b4", "touch": "a12910b6", "gap_of": "45ca2d2d", "begin": "61bce2e3",
     },
     "pmor/line/kernels/flexibility.py": {
         "_product": "102734b1", "_bilinear": "ab6dc26c", "_between": "c8b73726", "make_ready": "df9941fd",

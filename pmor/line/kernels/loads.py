@@ -41,6 +41,8 @@ from pmor.line.kernels.tip_corner import LineLaw, stored_law
 MAX_STEPS, PATIENCE = 60, 20
 # The change of the forces by the last step, squared, over the force and the largest one: the law is quadratic in it.
 TOLERANCE = 1e-11
+# Of the torque, what forces may leave over: they may settle in the step that brings a corner into contact.
+BALANCED = 1e-8
 # Sections are looked at that stand off by less than this share of the approach, were the flanks rigid.
 NEARBY = 0.2
 # Gaps below this share of that distance have no sign, nor have those below a share of the flanks' own way.
@@ -269,6 +271,7 @@ def _solve(lines, flexibility, i, load, held, rate, width, compliance, corners, 
         count = _linearise_at(lines, flexibility, i, advance, force, width, compliance, corners, workspace)
         if count == 0:
             return advance, step, 0 if held else -1, 0.0
+        before = advance
         advance, stiffness = _newton_step(lines, i, load, held, advance, force, count, workspace)
         settled, error = accept(lines, i, count, width, force, workspace)
         single = step > PATIENCE
@@ -277,9 +280,27 @@ def _solve(lines, flexibility, i, load, held, rate, width, compliance, corners, 
                 _touch_at(lines, flexibility, i, advance, nearby, count, width, compliance, force, single, workspace)
                 and settled
             )
-        if settled and error <= TOLERANCE:
+        if settled and error <= TOLERANCE and (
+            held or _balanced(lines, i, load, before, advance, force, count, workspace)
+        ):
             return advance, step, count, stiffness
     return advance, MAX_STEPS, -1, 0.0
+
+
+@compiled
+def _balanced(lines, i, load, before, advance, force, count, workspace):
+    """Return whether levers at an advance are those that were linearised before it, so that forces balance the torque.
+
+    They are, but for corners that came into contact or left it; round-off of light loads has no part in it.
+    """
+    left = 0.0
+    for a in range(count):
+        n = workspace.active[a]
+        further, turn = turning(lines, i, n, before)
+        expected = turn * (further + advance - before)
+        further, turn = turning(lines, i, n, advance)
+        left += (turn * further - expected) * force[n]
+    return abs(left) <= BALANCED * abs(load)
 
 
 @compiled

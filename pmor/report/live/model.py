@@ -25,7 +25,7 @@ ALIKE = 1e-9
 CONSTANTS = {
     name: getattr(module, name)
     for module, names in (
-        (loads, ("MAX_STEPS", "PATIENCE", "TOLERANCE", "NEARBY", "ROUND_OFF", "LAST_DIGITS", "BEGINNING")),
+        (loads, ("MAX_STEPS", "PATIENCE", "TOLERANCE", "BALANCED", "NEARBY", "ROUND_OFF", "LAST_DIGITS", "BEGINNING")),
         (tip_corner, ("SHORT", "LONGEST", "NEAREST")), (contact_point, ("CORNER", "LEAST_ROLL")),
         (places, ("LEAST_LEVER",)), (hertz, ("WIDEST",)), (pressure, ("PRESSURES",)), (law, ("FLATTEST",)),
     ) for name in names

@@ -220,6 +220,7 @@ function newton(model, place, removed, torque, before) {
       rest -= levers[a] * loaded[a] + bent * advance;
       give += levers[a] * levered[a] - bent;
     }
+    const earlier = advance;
     advance = rest / give;
     let settled = true, error = 0, largest = 0;
     for (let a = 0; a < count; a++) {
@@ -256,7 +257,13 @@ function newton(model, place, removed, torque, before) {
         }
       }
     }
-    if (settled && error <= TOLERANCE) return { advance, force, steps: step, converged: true };
+    let left = 0;
+    for (let a = 0; a < count; a++) {
+      const n = active[a], was = leverAt(sections[n], earlier), now = leverAt(sections[n], advance);
+      left += (now.turning * now.further - was.turning * (was.further + advance - earlier)) * force[n];
+    }
+    const balanced = Math.abs(left) <= BALANCED * Math.abs(torque);
+    if (settled && error <= TOLERANCE && balanced) return { advance, force, steps: step, converged: true };
   }
   return { advance, force, steps: MAX_STEPS, converged: false };
 }
