@@ -12,7 +12,7 @@ from pmor.storage.condition_table import CONDITIONS, NAME, read_conditions, writ
 from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all, write_all
 from pmor.storage.layout import Field, require
 
-SNAPSHOT_SCHEMA = Schema("pmor-snapshots", 5, "delete it; pmor.train makes it anew")
+SNAPSHOT_SCHEMA = Schema("pmor-snapshots", 6, "delete it; pmor.train makes it anew")
 
 # Tooth pairs are numbered from the one at the line of centres; far beyond all in mesh.
 FARTHEST_PAIR = 1000

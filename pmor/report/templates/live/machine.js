@@ -138,8 +138,16 @@ function meanWrench(model, places, removed, { torque, hubs, force }, axes) {
       if (f > 0) for (let r = 0; r < 12; r++) mean[r] += f * place.rows[12 * n + r] / (force * places.length);
     });
   }
+  closeTorques(model, mean);
   const turned = axes[0].map((_, i) => axes.map(row => row[i]));
   return inPair(turned, mean);
+}
+
+// What a mesh hands on over its cycle: _close_torques of pmor/machine/coupled.py.
+function closeTorques({ gears, kinematics }, mean) {
+  [mean[5], mean[11]] = gears.map(gear => -gear.base_radius);
+  const across = (gears[0].base_radius + gears[1].base_radius) / kinematics.centre_distance;
+  [mean[0], mean[6]] = [across, -across];
 }
 
 // Torque and hubs of all meshes under a setting; `places` are the positions at which the mean force of each is found.
