@@ -95,7 +95,7 @@ class Settings(TypedDict, total=False):
     solves: int
     tolerance_percent: float
     # [online]
-    pitches: int | Literal["revolution", "hunting"] | None
+    pitches: int | Literal["revolution", "hunting"]
     extrapolate: bool
     # [compare]
     angles: int

@@ -202,8 +202,8 @@ def test_every_way_in_refuses_axes_on_which_a_pair_does_not_mesh(way, name, tmp_
 
 
 @pytest.mark.parametrize(
-    ("distance", "words"), [("95.5", "contact ratio 0.588 is below 1"), ("60", "base circles touch"),
-                            ("99", "tip circles touch"), ("-91.5", "must be between"), ("1e9", "must be between")]
+    ("distance", "words"), [("95.5", "contact ratio 0.588 is below 1"), ("99", "tip circles touch"),
+                            ("1e9", "must be between")]
 )  # fmt: skip
 def test_a_gearbox_whose_gears_do_not_mesh_at_its_centre_distance_is_refused_by_its_name(distance, words, tmp_path):
     told, said = (f'"center_distance" unit="mm">{value}<' for value in (distance, "91.5"))
@@ -212,6 +212,18 @@ def test_a_gearbox_whose_gears_do_not_mesh_at_its_centre_distance_is_refused_by_
     (tmp_path / "gears.rexs").write_text(text.replace(said, told))
     with pytest.raises(pmor.PmorError, match=f"gears.rexs: .*{words}"):
         pmor.import_rexs(tmp_path / "gears.rexs")
+
+
+@pytest.mark.parametrize("distance", ["60", "-91.5"])
+def test_a_gearbox_whose_gears_jam_at_its_centre_distance_stands_without_backlash_and_says_so(
+    distance, tmp_path, caplog
+):
+    text = GEARBOX.read_text().replace('"center_distance" unit="mm">91.5<', f'"center_distance" unit="mm">{distance}<')
+    (tmp_path / "gears.rexs").write_text(text)
+    with caplog.at_level("INFO", logger="pmor"):
+        case = pmor.import_rexs(tmp_path / "gears.rexs")
+    assert f"center_distance = {distance} mm: too small for the profile shifts 0.3 and 0.2" in caplog.text
+    assert gear_pair(case).backlash == 0.0
 
 
 TRAINED = {"stability", "reductions"}  # Of penalty contact

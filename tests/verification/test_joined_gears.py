@@ -29,6 +29,8 @@ from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, line_case, written_
 
 # Of the same equations, put together otherwise.
 SAME = 1e-11
+# Of the root stress of a planet: the load of its other mesh, which a gear of its own does not feel.
+OTHER_MESH = 2e-3
 PLANETS = SMALL_SET.replace("torques_Nm = [100.0]", "").replace("tangential_um = [10.0, 0.0, 0.0]", "")
 EQUAL = PLANETS.replace("[ring]", "[second_planet]\nteeth = 18\nbore_radius_mm = 18.0\n[ring]")
 # 18 x 15 + 57 x 24 = 3 x 546: teeth of three planets meet.
@@ -103,7 +105,7 @@ def test_two_equal_gears_of_a_planet_are_one_whose_flanks_do_not_feel_each_other
         assert_allclose(own[gear].cycle.range_MPa, expected[gear].cycle.range_MPa, rtol=1e-9)
     for planet in range(2, 5):
         both = np.maximum(own[planet].max_principal_MPa, own[planet + 3].max_principal_MPa)
-        assert_allclose(both, expected[planet].max_principal_MPa, rtol=1e-9)
+        assert_allclose(both, expected[planet].max_principal_MPa, rtol=OTHER_MESH)
 
 
 def test_two_equal_gears_on_a_shaft_are_an_idler_whose_flanks_do_not_feel_each_other(tmp_path):
