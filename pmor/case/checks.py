@@ -21,7 +21,7 @@ from pmor.gear.condition import Misalignment
 # A length below this many modules is a slip: a gear so thin, or a hole so small, cannot be meshed sensibly.
 SMALLEST_LENGTH = 0.05
 # Face over the product of module and teeth above which it is a slip: shafts would twist, not gears mesh.
-WIDEST_FACE = 10.0
+WIDEST_FACE = 8.0
 # Contact points of a flank beyond which a search takes minutes and gigabytes, without any gain.
 MOST_CONTACT_POINTS = 1_000_000
 # Angles of a sweep beyond which its results fill a computer's memory.

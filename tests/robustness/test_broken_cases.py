@@ -35,7 +35,7 @@ BROKEN = {
     },
     "a face of a metre": (
         replaced("face_width_mm = 20.0", "face_width_mm = 1000.0"),
-        ["[pair] face_width_mm = 1000: must be at most 840 mm", "lower it"],
+        ["[pair] face_width_mm = 1000: must be at most 672 mm", "lower it"],
     ),
     "typo in a key": (replaced("module_mm", "modul_mm"), ["[pair] modul_mm", "did you mean module_mm?"]),
     "key in wrong case": (replaced("teeth", "TEETH"), ["[pinion] TEETH", "did you mean teeth?"]),

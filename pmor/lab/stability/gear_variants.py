@@ -17,7 +17,7 @@ def gear_variants(case: Case) -> list[Variant]:
     width, torque = case.pair.face_width_mm, case.torque_Nm
     widths: dict[str, Any] = {
         f"face width {mm:g} mm": merged({"pair": {"face_width_mm": mm}}, load(torque * mm / width))
-        for mm in (0.5, 5.0, 500.0)
+        for mm in (0.5, 5.0, 300.0)
     }
     rims: dict[str, Any] = {f"rim of {rim:g} modules": _rim(case, rim) for rim in (3.0, 1.0, 0.51)}
     rims["rim of 0.5 modules"] = _rim(case, 0.5), {"against": "nothing"}
