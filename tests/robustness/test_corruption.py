@@ -111,7 +111,7 @@ def test_foreign_files_are_refused(tmp_path, original):
     [
         (1, "is pmor-basis version 1, written by an older pmor; this one reads version 14; make it anew"),
         (4, "is pmor-basis version 4, written by an older pmor"),
-        (14, "is pmor-basis version 14, written by a newer pmor"),
+        (15, "is pmor-basis version 15, written by a newer pmor"),
         (2**40, "newer"),
         (-1, "older"),
         ("5", "'5' is no version"),
