@@ -5,7 +5,7 @@ import tomllib
 
 import pytest
 
-import pmor.sets.loader as loader_module
+import pmor.sets.reader as reader_module
 from pmor.campaigns.chunks import INFEASIBLE_S, expected_seconds
 from pmor.campaigns.loader import load
 from pmor.campaigns.plan import plan, why_not
@@ -122,7 +122,7 @@ def test_a_design_is_refused_by_its_condition_in_plan_and_row_alike(name, tmp_pa
         def asked(*arguments):
             raise AssertionError("tooth numbers suffice")
 
-        monkeypatch.setattr(loader_module, "gear_pair", asked)
+        monkeypatch.setattr(reader_module, "gear_pair", asked)
     design, store = designs_of(campaign)(0), Store(tmp_path, 0.0)
     row = row_of(task_of(campaign, store), 1, design, store)
     assert row["status"] == "infeasible"
