@@ -4,9 +4,10 @@
     python -m tests.programs.same_numbers compare BEFORE AFTER
 
 `collect` runs the cases, a small pair with each contact scheme and each reduction, misaligned and plane-strain pairs,
-the short study, the stability matrix, designs, a campaign and pairs in motion through the command line, so that it
-works with any version. `compare` checks STE, shares, error estimates and Newton steps; STE to 1e-10, relative. The
-datum of the STE may move by one constant per sweep of misaligned axes.
+the short study, the stability matrix, sets, gearboxes, designs, campaigns, pairs in motion and files of other formats
+through the command line, so that it works with any version. `compare` checks STE, shares, error estimates and Newton
+steps; STE to 1e-10, relative. The datum of the STE may move by one constant per sweep of misaligned axes. Numbers of
+sets and gearboxes hold to 1e-10 of the largest one of their key, those of designs, campaigns and motion to 1e-6.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -32,11 +34,27 @@ SHIPPED = (
     "small_spur", "unequal_pair", "paper_spur", "paper_hermite", "paper_64", "paper_misaligned", "paper_relief",
     "osu_spur", "helical", "fva_high_speed",
 )  # fmt: skip
-# Commands of the products, and the numbers that they leave.
+SETS = ("planetary_stage", "stepped_planets", "power_split", "idler_chain", "nrel_5mw_second_stage")
+GEARBOXES = ("two_stage_gearbox", "wind_turbine_gearbox")
+# Files of the products, and of their numbers that hold to their own tolerances.
+ANSWERS = dict.fromkeys(SETS, "set.json") | dict.fromkeys((*GEARBOXES, "gearbox_rexs"), "gearbox.json")
 PRODUCTS = {
     "osu_design": ("design", "design.json"),
+    "helical_design": ("design", "design.json"),
+    "planetary_design": ("design", "design.json"),
+    "two_stage_design": ("design", "design.json"),
     "osu_dynamics": ("dynamics", "dynamics.json"),
+    "helical_dynamics": ("dynamics", "dynamics.json"),
     "campaign": ("campaign", "campaign.json"),
+    "planetary_campaign": ("campaign", "campaign.json"),
+}
+# Sources of exports below `collect`'s folder or the cases, formats, targets; text that must stay to the letter.
+EXPORTS = {
+    "small_spur.csv": ("small_spur/basis.h5", "csv"),
+    "small_spur.rexs": ("small_spur/basis.h5", "rexs"),
+    "gearbox.toml": ("gearbox.rexs", "gearbox"),
+    "planetary_stage.rexs": ("planetary_stage.toml", "rexs"),
+    "two_stage_gearbox.rexs": ("two_stage_gearbox.toml", "rexs"),
 }
 # Endings of keys of run times and machines.
 UNCOMPARED = ("seconds", "_ms", "_s", "_mib", "machine", "version", "created")
@@ -89,6 +107,14 @@ def collect(folder: Path, pmor: list[str]) -> None:
     run([*pmor, "stability", str(CASES / "paper_spur.toml"), "--out", str(folder / "stability"), "--jobs", "2"])
     for name, (command, _) in PRODUCTS.items():
         run([*pmor, command, str(CASES / f"{name}.toml"), "--out", str(folder / name)])
+    known = subprocess.run([*pmor, "--help"], capture_output=True, text=True, check=True).stdout.split()
+    for names, command in ((SETS, "set"), (GEARBOXES, "gearbox"), (("gearbox_rexs",), "gearbox")):
+        for name in names:
+            file = CASES / f"{name.replace('_rexs', '.rexs') if '_rexs' in name else name + '.toml'}"
+            run([*pmor, command if command in known else "run", str(file), "--out", str(folder / name)])
+    for target, (source, form) in EXPORTS.items():
+        path = folder / source if "/" in source else CASES / source
+        run([*pmor, "export", str(path), "--to", form, "-o", str(folder / "exports" / target)])
 
 
 def run(command: list[str]) -> None:
@@ -131,8 +157,11 @@ def compare(before: Path, after: Path) -> int:
         problems += file_differences(file, before, after, TABLE_TOLERANCE, lambda content, rows=rows, keys=keys: {
             row.get("name", str(i)): {key: row.get(key) for key in keys} for i, row in enumerate(content[rows])
         })  # fmt: skip
+    for name, file in ANSWERS.items():
+        problems += file_differences(f"{name}/{file}", before, after, STE_TOLERANCE, lambda content: content)
     for name, (_, file) in PRODUCTS.items():
         problems += file_differences(f"{name}/{file}", before, after, PRODUCT_TOLERANCE, lambda content: content)
+    problems += text_differences(before / "exports", after / "exports")
     print("\n".join(problems) or "the same")
     return len(problems)
 
@@ -186,23 +215,51 @@ def file_differences(
         yield f"{file}: not there on both sides"
         return
     one, other = (wanted(json.loads(path.read_text(encoding="utf-8"))) for path in paths)
-    found = list(differences(one, other, "", tolerance))
+    found = list(differences(one, other, "", tolerance, largest(one)))
     print(f"{file:32s} {len(found)} numbers differ")
     yield from (f"{file}: {text}" for text in found[:20])
 
 
-def differences(one: Any, other: Any, place: str, tolerance: float) -> Iterator[str]:
+def differences(
+    one: Any, other: Any, place: str, tolerance: float, scales: Mapping[str, float], key: str = ""
+) -> Iterator[str]:
     """Name the places at which two trees of plain data differ; keys may have been added."""
     if isinstance(one, dict) and isinstance(other, dict):
-        for key, value in one.items():
-            if not key.endswith(UNCOMPARED):
-                yield from differences(value, other.get(key), f"{place}/{key}", tolerance)
+        for name, value in one.items():
+            if not name.endswith(UNCOMPARED):
+                yield from differences(value, other.get(name), f"{place}/{name}", tolerance, scales, name)
     elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
         for number, (a, b) in enumerate(zip(one, other, strict=True)):
-            yield from differences(a, b, f"{place}/{number}", tolerance)
-    elif not (one == other or (isinstance(one, float) and isinstance(other, float)
-                               and math.isclose(one, other, rel_tol=tolerance, abs_tol=0.1 * tolerance))):  # fmt: skip
+            yield from differences(a, b, f"{place}/{number}", tolerance, scales, key)
+    elif one != other:
+        numbers = isinstance(one, float) and isinstance(other, int | float)
+        if numbers and math.isclose(one, other, rel_tol=tolerance, abs_tol=tolerance * scales[key]):
+            return
         yield f"{place} = {one}, now {other}"
+
+
+def largest(content: Any, key: str = "", found: dict[str, float] | None = None) -> dict[str, float]:
+    """Return the largest amount of the numbers of each key: what a rest of round-off is measured by."""
+    found = {} if found is None else found
+    below = content.items() if isinstance(content, dict) else [(key, one) for one in content]
+    for name, value in below:
+        if isinstance(value, dict | list):
+            largest(value, name, found)
+        elif isinstance(value, int | float):
+            found[name] = max(found.get(name, 0.0), abs(value))
+    return found
+
+
+def text_differences(before: Path, after: Path) -> Iterator[str]:
+    """Name the first line at which files of other formats differ, but for times and versions."""
+    for path in sorted(one for one in before.rglob("*") if one.is_file()):
+        name = path.relative_to(before)
+        if not (after / name).exists():
+            yield f"exports/{name}: not there any more"
+            continue
+        lines, others = ((folder / name).read_text(encoding="utf-8").splitlines() for folder in (before, after))
+        pairs = ((a, b) for a, b in zip_longest(lines, others, fillvalue="") if a != b)
+        yield from (f"exports/{name}: {a.strip()[:100]}, now {b.strip()[:100]}" for a, b in list(pairs)[:3])
 
 
 def read(path: Path) -> list[dict[str, str]]:
