@@ -102,6 +102,24 @@ class Beam:
             total[rows, rows] += element_stiffness(section, float(length), self.material)
         return total
 
+    def dead_load(self, force_density: FloatArray) -> FloatArray:
+        """Return the forces on the nodes of a load that is even over the volume, shape (6 n,).
+
+        Those that hold the ends of an element, q L / 2 and the moments q L^2 / 12, with or without shear.
+
+        Parameters
+        ----------
+        force_density : ndarray, shape (3,)
+            N/mm^3.
+        """
+        found = np.zeros((len(self.stations), NODE))
+        for first, (section, length) in enumerate(zip(self.sections, np.diff(self.stations), strict=True)):
+            q = section.area * np.asarray(force_density)
+            for node, sign in ((first, 1.0), (first + 1, -1.0)):
+                found[node, :3] += 0.5 * length * q
+                found[node, 4:] += sign * length**2 / 12.0 * np.array([-q[2], q[1]])
+        return found.ravel()
+
 
 def element_stiffness(section: CircularSection, length: float, material: ShaftMaterial) -> FloatArray:
     """Return the stiffness of an element between two nodes, shape (12, 12).

@@ -153,7 +153,7 @@ def bodies(model: GearboxModel, gearbox: LoadedGearbox, detail: Detail) -> list[
             there.add((gear.shaft, gear.at_mm))
             shaft, node = shafts[gear.shaft], mesh.hubs[number]
             centre = np.array([shaft.start_mm + gear.at_mm, *shaft.at_mm])
-            bore = 0.5 * section_at(shaft, gear.at_mm)[0]
+            bore = 0.5 * shaft.section_at(gear.at_mm).outer_mm
             rings, teeth = _gear(mesh.pair, number, mesh.frame, bore, detail)
             rings, nodes = rings + centre, np.full(len(rings), node)
             of_mesh = Teeth(gear.shaft, gear.at_mm, mesh.frame.along, *teeth)
@@ -166,13 +166,6 @@ def bodies(model: GearboxModel, gearbox: LoadedGearbox, detail: Detail) -> list[
             nodes = np.full(len(part.rings), len(gearbox.load) if hub is None else hub)
             found.append(Body(name, "gear", part.rings, nodes, np.tile(places[part.member], (len(nodes), 1))))
     return found
-
-
-def section_at(shaft: Shaft, place: float) -> tuple[float, float]:
-    """Return outer and inner diameter of a shaft at a place along it, mm."""
-    ends = np.cumsum([section.length_mm for section in shaft.sections])
-    section = shaft.sections[min(int(np.searchsorted(ends, place)), len(ends) - 1)]
-    return section.outer_mm, section.inner_mm
 
 
 def _revolved(profile: Sequence[tuple[float, float]], points: int) -> FloatArray:
@@ -202,7 +195,7 @@ def _shaft(shaft: Shaft, beam: Beam, first: int, detail: Detail) -> Body:
 def _bearing(model: GearboxModel, gearbox: LoadedGearbox, bearing: Supported, detail: Detail) -> Body:
     said, shafts = bearing.settings, model.shafts
     shaft = shafts[said.shaft]
-    inner = 0.5 * section_at(shaft, said.at_mm)[0]
+    inner = 0.5 * shaft.section_at(said.at_mm).outer_mm
     width, outer = WIDTH * 2.0 * inner, OUTER * inner
     if said.ball is not None:
         size, pitch = said.ball.ball_diameter_mm, said.ball.pitch_diameter_mm
@@ -211,7 +204,8 @@ def _bearing(model: GearboxModel, gearbox: LoadedGearbox, bearing: Supported, de
         size, pitch = said.roller.roller_diameter_mm, said.roller.pitch_diameter_mm
         width, outer = RINGS_ALONG * said.roller.effective_length_mm, 0.5 * pitch + RINGS_ACROSS * size
     if said.to in shafts:
-        hollow = 0.5 * section_at(shafts[said.to], said.at_mm + shaft.start_mm - shafts[said.to].start_mm)[1]
+        around = shafts[said.to]
+        hollow = 0.5 * around.section_at(said.at_mm + shaft.start_mm - around.start_mm).inner_mm
         outer = hollow if hollow > inner else outer
     profile = [(x, max(radius, inner)) for x, radius in
                ((-width, inner), (-width, outer), (width, outer), (width, inner), (-width, inner))]  # fmt: skip

@@ -129,7 +129,7 @@ class GearboxReader(Reader):
 
     def check_name(self, what: str, name: str) -> None:
         """Refuse a name that is none for the files of a mesh or a set."""
-        if len(name) > LONGEST_NAME or name.startswith(".") or set(name) & set(NO_FILE_NAME):
+        if not names_a_file(name):
             rule = f"names a file: at most {LONGEST_NAME} characters, without {NO_FILE_NAME} and no point in front"
             self.refuse(f'[[{what}]] name = "{name:.60}"', rule)
 
@@ -251,6 +251,11 @@ class GearboxReader(Reader):
                     f'[[loads]]: they turn the set "{name}" both ways, and it is not the same seen from both ends',
                     "write a gearbox file for each sense",
                 )
+
+
+def names_a_file(name: str) -> bool:
+    """Return whether the files of a mesh or a set may have a name."""
+    return 0 < len(name) <= LONGEST_NAME and not name.startswith(".") and not set(name) & set(NO_FILE_NAME)
 
 
 def _set_alike(file: SetFile) -> bool:

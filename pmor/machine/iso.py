@@ -6,7 +6,6 @@ torque comes past both bearings. Deviations of flanks and axes (f_ma) are none, 
 
 from __future__ import annotations
 
-import math
 import warnings
 from typing import NamedTuple
 
@@ -102,7 +101,7 @@ def arrangement(model: GearboxModel, mesh: Mesh, load: LoadCase) -> Arrangement 
         return f"torque of {own} does not come to its overhung gear past both bearings alone"
     if sides not in ({-1.0}, {1.0}):
         return f"torque of {own} does not enter through one of its bearings alone"
-    section = _section_at(model, gear.shaft, gear.at_mm)
+    section = model.shafts[gear.shaft].section_at(gear.at_mm)
     if section.inner_mm > LARGEST_BORE * section.outer_mm:
         return f"{own} is bored by more than half of its diameter below the smaller gear"
     span, offset = high - low, min(sides) * (gear.at_mm - 0.5 * (low + high))
@@ -120,12 +119,3 @@ def arrangement(model: GearboxModel, mesh: Mesh, load: LoadCase) -> Arrangement 
 def _smaller(model: GearboxModel, mesh: Mesh) -> int:
     pair = model.pairs[mesh.name]
     return int(pair.wheel.teeth < pair.pinion.teeth)
-
-
-def _section_at(model: GearboxModel, shaft: str, place: float) -> ShaftSection:
-    end, sections = 0.0, model.shafts[shaft].sections
-    for section in sections:
-        end += section.length_mm
-        if place < end or math.isclose(place, end):
-            return section
-    return sections[-1]

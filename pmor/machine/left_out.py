@@ -30,6 +30,8 @@ def left_out(file: GearboxFile) -> list[tuple[str, str]]:
     for name, one in model.sets.items():
         if one.held != "carrier":
             found.append((f"unevenness of supports, {name}", "they turn against the carrier: their mean is taken"))
+        if any(model.sections.gravity.vector):
+            found.append((f"weight of the carrier, {name}", "its body is not known, but by the sections of its shaft"))
     for load in model.sections.loads:
         if not speeds_rpm(model, load):
             found.append((f"losses, {load.name}", "the load has no speed_rpm"))

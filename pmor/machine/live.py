@@ -83,9 +83,9 @@ def machine_data(loads: Sequence[SolvedLoad]) -> dict[str, Any]:
         `stiffness`: of shafts and housing, the upper triangle of (m, m). `bearings`: `rows`, for each direction the
         displacement of the shaft and that of what it stands on, -1 where this stands still; the directions `held`;
         whether all that it bears is `rigid`, and the keys that it `gives` then. `meshes`: `hubs`, the displacements of
-        both, and the numbers of their `shafts`; `turned`: a rotation about the axis of each shaft. `loads`: `force` on
-        all displacements; rotations `held` by a torque; of each bearing its `stiffness` (6 x 6) and its `force` at
-        displacement 0; of each mesh its `axes` and the mean `wrench` on its hubs by a unit force.
+        both, and the numbers of their `shafts`; `turned`: a rotation about the axis of each shaft. `loads`: `force` and
+        `weight` on all displacements; rotations `held` by a torque; of each bearing its `stiffness` (6 x 6) and its
+        `force` at displacement 0; of each mesh its `axes` and the mean `wrench` on its hubs by a unit force.
     """
     gearbox = loads[0].gearbox
     kept, whole = _kept(loads), gearbox.structure
@@ -162,13 +162,16 @@ def _load(solved: SolvedLoad, kept: BoolArray, inside: FloatArray, place: IntArr
             stiffness[np.ix_(BEARING_ROWS, BEARING_ROWS)] = state.stiffness
             force[list(BEARING_ROWS)] = state.force - state.stiffness @ moved
         bearings.append({"stiffness": stiffness.ravel().tolist(), "force": force.tolist()})
-    force = gearbox.load[kept] - inside.T @ gearbox.load[~kept]
+    force, weight = (acting[kept] - inside.T @ acting[~kept] for acting in (gearbox.load, gearbox.weight))
     meshes = [
         {"axes": mesh.meshing.frame.axes.tolist(), "wrench": mesh.meshing.wrenches.ravel().tolist()}
         for mesh in solved.meshes
     ]
     held = [int(place[row.argmax()]) for row in gearbox.balances]
-    return {"name": solved.load.name, "force": force.tolist(), "held": held, "bearings": bearings, "meshes": meshes}
+    return {
+        "name": solved.load.name, "force": force.tolist(), "weight": weight.tolist(), "held": held,
+        "bearings": bearings, "meshes": meshes,
+    }  # fmt: skip
 
 
 def _controls(loads: Sequence[SolvedLoad], machine: Mapping[str, Any]) -> Iterator[Control]:

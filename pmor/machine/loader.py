@@ -19,6 +19,7 @@ from pmor.machine.rexs import read_gearbox
 from pmor.machine.rexs_follows import other_results, with_estimates
 from pmor.machine.rexs_sets import StageOnShafts
 from pmor.machine.settings import GearboxSections, Mesh, PlanetarySet
+from pmor.machine.weights import gear_masses
 from pmor.pair.model import gear_pair
 from pmor.sets.loader import OnShafts, SetFile, parse_set
 from pmor.sets.loader import load as load_set
@@ -185,4 +186,7 @@ def _stage(path: Path, stage: StageOnShafts, on_sun_Nm: float) -> SetFile:
 
 
 def _model(said: GearboxSections, cases: dict[str, Case], sets: dict[str, SetFile]) -> GearboxModel:
-    return GearboxModel(said, {name: gear_pair(case) for name, case in cases.items()}, sets=sets)
+    pairs, shafts = {name: gear_pair(case) for name, case in cases.items()}, {one.name: one for one in said.shafts}
+    heavy = said.meshes if any(said.gravity.vector) else ()
+    masses = {mesh.name: gear_masses(cases[mesh.name], pairs[mesh.name], mesh, shafts) for mesh in heavy}
+    return GearboxModel(said, pairs, sets=sets, masses_kg=masses)

@@ -28,6 +28,7 @@ from pmor.machine.settings import (
     Shaft,
 )
 from pmor.machine.system import Equilibrium, Seat, System, solve_system
+from pmor.machine.weights import gear_weight, set_weights, shaft_weight
 from pmor.sets.kinematics import member_speeds, torque_ratios
 from pmor.sets.loader import SetFile
 
@@ -125,12 +126,15 @@ class GearboxModel:
         Stiffness of the seats of the h bearings to the housing; rigid by default.
     sets : mapping of str to SetFile
         Of the planetary sets, by name.
+    masses_kg : mapping of str to (float, float)
+        Of pinion and wheel of the meshes, by name: of gears that are heavy.
     """
 
     sections: GearboxSections
     pairs: Mapping[str, GearPair]
     housing: FloatArray | None = None
     sets: Mapping[str, SetFile] = field(default_factory=dict)
+    masses_kg: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def shafts(self) -> dict[str, Shaft]:
@@ -181,6 +185,8 @@ class LoadedGearbox:
     balances : tuple of ndarray, shape (n,)
         Rows of the rotations that are held.
     load : ndarray, shape (n,)
+        Of torques, forces and moments.
+    weight : ndarray, shape (n,)
     housing : ndarray, shape (6 h, 6 h)
         Stiffness of the seats, whose displacements are the last ones; empty of a rigid housing.
     """
@@ -192,6 +198,7 @@ class LoadedGearbox:
     sets: tuple[SetMeshing, ...]
     balances: tuple[FloatArray, ...]
     load: FloatArray
+    weight: FloatArray
     housing: FloatArray
 
     @cached_property
@@ -226,7 +233,7 @@ class LoadedGearbox:
 
     def solve(self) -> Equilibrium:
         """Solve the equilibrium."""
-        return solve_system(self.system, self.load)
+        return solve_system(self.system, self.load + self.weight)
 
 
 def loaded(model: GearboxModel, load: LoadCase) -> LoadedGearbox:
@@ -272,7 +279,29 @@ def loaded(model: GearboxModel, load: LoadCase) -> LoadedGearbox:
     for mesh in model.sections.meshes:
         pinion, wheel = (node(gear.shaft, gear.at_mm) for gear in (mesh.pinion, mesh.wheel))
         meshes.append(_meshing(mesh, model, (pinion, wheel), senses[mesh.name]))
-    return LoadedGearbox(beams, first, tuple(bearings), tuple(meshes), sets, tuple(balances), force, housing)
+    weight = _weights(model, beams, first, meshes, sets, size)
+    return LoadedGearbox(beams, first, tuple(bearings), tuple(meshes), sets, tuple(balances), force, weight, housing)
+
+
+def _weights(
+    model: GearboxModel, beams: Mapping[str, Beam], first: Mapping[str, int], meshes: Sequence[Meshing],
+    sets: Sequence[SetMeshing], size: int,
+) -> FloatArray:  # fmt: skip
+    """Weights of shafts and gears on all displacements, (n,)."""
+    gravity, found = model.sections.gravity.vector, np.zeros(size)
+    if not any(gravity):
+        return found
+    for name, shaft in model.shafts.items():
+        own = shaft_weight(shaft, beams[name], gravity)
+        found[first[name] : first[name] + len(own)] += own
+    for mesh in meshes:
+        for hub, mass, face in zip(mesh.hubs, model.masses_kg[mesh.settings.name], mesh.pair.faces, strict=True):
+            found[hub : hub + NODE] += gear_weight(mass, face, mesh.frame, gravity)
+    for one in sets:
+        sun = one.settings.members.get("sun")
+        filled = 0.0 if sun is None else 0.5 * model.shafts[sun.shaft].section_at(sun.at_mm).outer_mm
+        found += _row(one.hubs, set_weights(one.file, one.frame, filled, gravity), size)
+    return found
 
 
 def seat_on(shaft: Shaft, x: float) -> tuple[float, float]:

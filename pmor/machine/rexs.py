@@ -17,14 +17,15 @@ from pmor.core.errors import CaseError, printable
 from pmor.export.rexs.joints import COUPLINGS, FITS, RING, axis_of, shafts_of, stages
 from pmor.export.rexs.model import BEARINGS, Component, Gearbox, read_rexs
 from pmor.export.rexs.read import stage_case
-from pmor.export.rexs.shafts import PARALLEL, along_x, elastic_constants, sections_of
+from pmor.export.rexs.shafts import PARALLEL, along_x, density_of, elastic_constants, sections_of
 from pmor.export.rexs.stage import face_middle, find_stage
+from pmor.export.rexs.units import rounded
 from pmor.machine.bearing_estimate import CatalogueBearing
 from pmor.machine.rexs_bearings import RexsBearings
-from pmor.machine.rexs_loads import RexsLoads
+from pmor.machine.rexs_loads import RexsLoads, read_gravity
 from pmor.machine.rexs_lubricant import read_lubricant
 from pmor.machine.rexs_parts import read_housing_matrix
-from pmor.machine.rexs_sets import StageOnShafts, stages_on_shafts
+from pmor.machine.rexs_sets import StageOnShafts, stage_names, stages_on_shafts
 from pmor.machine.settings import (
     HOUSING,
     Bearing,
@@ -95,6 +96,7 @@ class _Draft:
         kinds = ("shaft", *BEARINGS, *COUPLINGS, *FITS)
         self.names = Counter(one.name for one in gearbox.components.values() if one.kind in kinds)
         self.face_offsets: dict[str, tuple[float, float]] = {}
+        self.gravity = read_gravity(gearbox, self.notes.append)
         self.stages = stages_on_shafts(gearbox, path, self.notes.append)
         self.own = {number for stage in self.stages for number in stage.own}
         self.shafts = {shaft.number: shaft for shaft in gearbox.of_kind("shaft") if shaft.number not in self.own}
@@ -107,7 +109,7 @@ class _Draft:
         sections = GearboxSections(
             title=printable(title or self.path.stem), shafts=tuple(map(self.shaft, self.shafts.values())),
             bearings=(*bearings.read(), *self.carriers()), meshes=meshes, sets=tuple(map(self.planetary, self.stages)),
-            loads=loads.read(), lubricant=read_lubricant(self.gearbox, self.notes.append),
+            loads=loads.read(), gravity=self.gravity, lubricant=read_lubricant(self.gearbox, self.notes.append),
         )  # fmt: skip
         housing = read_housing_matrix(self.gearbox, bearings.seats, self.notes.append)
         notes = tuple(dict.fromkeys(self.notes))
@@ -162,14 +164,19 @@ class _Draft:
             for part in sections_of(self.gearbox, shaft, self.notes.append)
         ]
         modulus, ratio = elastic_constants(self.gearbox, shaft, self.notes.append)
+        density = density_of(self.gearbox, shaft)
+        if density is None and any(self.gravity.vector):
+            self.notes.append(f"{shaft.label}: no density of its material: {Shaft.density_kg_m3:g} kg/m3 assumed")
         return Shaft(
             name=self.name(shaft), at_mm=(y, z), start_mm=x, sections=tuple(sections),
             youngs_modulus_GPa=1e-3 * modulus, poisson_ratio=ratio,
+            density_kg_m3=rounded(density) if density else Shaft.density_kg_m3,
         )  # fmt: skip
 
     def meshes(self) -> tuple[tuple[Mesh, ...], dict[str, Case]]:
         found, cases = list[Mesh](), dict[str, Case]()
         inside = {number for one in self.stages for number in one.stage.meshes}
+        names = stage_names(self.gearbox)
         for number, gears in sorted(stages(self.gearbox).items()):
             if number in inside:
                 continue
@@ -178,7 +185,7 @@ class _Draft:
                 raise self.refuse(ring, rule)
             stage = find_stage(self.gearbox, number, str(self.path))
             read = stage_case(self.path, self.gearbox, stage, f"{self.path}, stage {number}")
-            name = f"stage_{number}"
+            name = names[number]
             self.notes += [f"{name}: {note}" for note in read.notes]
             faces = [self.face(gear, stage.component) for gear in (stage.pinion, stage.wheel)]
             low, high = max(face[0] for face in faces), min(face[1] for face in faces)

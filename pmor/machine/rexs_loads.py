@@ -12,9 +12,11 @@ from pmor.core.errors import CaseError
 from pmor.export.rexs.drive import drives, said, shaft_speeds
 from pmor.export.rexs.joints import COUPLINGS, axis_of, joints
 from pmor.export.rexs.model import Component, Gearbox
+from pmor.export.rexs.units import rounded
 from pmor.machine.checks import ROUNDED_SHARE
-from pmor.machine.settings import LoadCase, ShaftForce, ShaftMoment, ShaftTorque
+from pmor.machine.settings import Gravity, LoadCase, ShaftForce, ShaftMoment, ShaftTorque
 
+STANDARD_GRAVITY = 9.80665
 LOAD_NAME = "custom_pmor_load_name"
 FORCES = [*(f"force_{way}_direction" for way in "uvw"), *(f"torque_around_{way}_axis" for way in "vw")]
 
@@ -45,8 +47,6 @@ class RexsLoads:
         """Return the load cases."""
         cases = self.gearbox.load_cases or ({},)
         names = self.names(cases)
-        if any(unit.text_of("account_for_gravity") == "true" for unit in self.gearbox.of_kind("gear_unit")):
-            self.note("account_for_gravity = true: weights are left out")
         found = [self.load(name, case) for name, case in zip(names, cases, strict=True)]
         times = self.times(cases)
         return tuple(replace(load, fraction=f, hours=h) for load, (f, h) in zip(found, times, strict=True))
@@ -132,6 +132,25 @@ class RexsLoads:
         if (hours := unit.number_of("operating_time")) is not None:
             return [(None, hours * part / sum(parts)) for part in parts]
         return [(part / sum(parts), None) for part in parts]
+
+
+def read_gravity(gearbox: Gearbox, note: Callable[[str], None]) -> Gravity:
+    """Return by what shafts and gears are heavy: by nothing where the file does not account for it."""
+    for unit in gearbox.of_kind("gear_unit"):
+        if unit.text_of("account_for_gravity") != "true":
+            continue
+        down = np.array([unit.number_of(f"direction_vector_gravity_{way}") or 0.0 for way in "uvw"])
+        if not down.any():
+            note(f"{unit.label}: account_for_gravity = true, and no direction of it is said: weights are left out")
+            continue
+        size = unit.number_of("gravitational_acceleration")
+        if size is None:
+            note(f"{unit.label}: no gravitational_acceleration: {STANDARD_GRAVITY:g} m/s2 assumed")
+            size = STANDARD_GRAVITY
+        along = size * down / np.linalg.norm(down)
+        x, y, z = (rounded(part) for part in _turned(unit, along.tolist()))
+        return Gravity(x_m_s2=x, y_m_s2=y, z_m_s2=z)
+    return Gravity()
 
 
 def _turned(shaft: Component, values: Sequence[float]) -> list[float]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from pmor.core.errors import CaseError
-from pmor.export.rexs.joints import joints
+from pmor.core.errors import CaseError, printable
+from pmor.export.rexs.joints import joints, stages
 from pmor.export.rexs.model import BEARINGS, Component, Gearbox
+from pmor.machine.checks import names_a_file
 from pmor.sets.rexs import STAGE, PlanetaryStage
 from pmor.sets.rexs_supports import RexsSupports, cheek_of, on_casing
 from pmor.sets.settings import Member
@@ -20,6 +22,8 @@ class StageOnShafts:
 
     Parameters
     ----------
+    name : str
+        Of the set.
     stage : PlanetaryStage
         With its gears; each of its texts is read anew.
     seats : mapping of str to (Component, float)
@@ -30,15 +34,26 @@ class StageOnShafts:
         Further shafts of a carrier that stands on several: the shaft, the place of its cheek, mm, and the first shaft.
     """
 
+    name: str
     stage: PlanetaryStage
     seats: dict[Member, tuple[Component, float]]
     own: set[int]
     bridges: tuple[tuple[Component, float, Component], ...] = ()
 
-    @property
-    def name(self) -> str:
-        """Of the set."""
-        return f"stage_{self.stage.stage.number}"
+
+def stage_names(gearbox: Gearbox) -> dict[int, str]:
+    """Return what meshes and sets of a gearbox are called, by the numbers of their stages.
+
+    The name of the stage, where files may have it, no other stage has it, and it says more than kind and number.
+    """
+    found = [*(gearbox.components[number] for number in stages(gearbox)), *gearbox.of_kind(STAGE)]
+    by_number, names = {one.number: f"stage_{one.number}" for one in found}, Counter(one.name for one in found)
+    own = {
+        one.number: one.name for one in found
+        if names_a_file(one.name) and printable(one.name) == one.name and names[one.name] == 1
+        and f"[{one.number}]" not in one.name and one.name not in by_number.values()
+    }  # fmt: skip
+    return by_number | own
 
 
 def stages_on_shafts(gearbox: Gearbox, path: Path, note: Callable[[str], None]) -> list[StageOnShafts]:
@@ -49,10 +64,13 @@ def stages_on_shafts(gearbox: Gearbox, path: Path, note: Callable[[str], None]) 
     CaseError
         When the file does not say enough of one.
     """
-    return [_on_shafts(PlanetaryStage(gearbox, path, part), note) for part in gearbox.of_kind(STAGE)]
+    names = stage_names(gearbox)
+    return [
+        _on_shafts(names[part.number], PlanetaryStage(gearbox, path, part), note) for part in gearbox.of_kind(STAGE)
+    ]
 
 
-def _on_shafts(stage: PlanetaryStage, note: Callable[[str], None]) -> StageOnShafts:
+def _on_shafts(name: str, stage: PlanetaryStage, note: Callable[[str], None]) -> StageOnShafts:
     gearbox, shafts, held = stage.gearbox, stage.member_shafts(), stage.held()
     own = {shaft.number for planet in stage.planets for shaft in stage.shafts(planet)}
     own |= {relation.role("shaft") or 0 for relation in gearbox.relations
@@ -78,7 +96,7 @@ def _on_shafts(stage: PlanetaryStage, note: Callable[[str], None]) -> StageOnSha
             if part.kind == "shaft":
                 own.add(part.number)
                 note(f"{part.label}: without bearings: a part of the carrier, which is rigid but for its wind-up")
-    return StageOnShafts(stage, seats, own, tuple(bridges))
+    return StageOnShafts(name, stage, seats, own, tuple(bridges))
 
 
 def _carrier(stage: PlanetaryStage, shafts: list[Component]) -> tuple[list[Component], list[Component]]:

@@ -5,12 +5,13 @@ Axes of shafts are x, as in REXS; y and z are across. Places along a shaft count
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
 
 from pmor.case.reader import Keys, Sections
-from pmor.core.ranges import METRES, PASCALS, Length, Range, Stiffness, TiltStiffness
+from pmor.core.ranges import GRAMS_PER_CM3, METRES, PASCALS, Length, Range, Stiffness, TiltStiffness
 from pmor.machine.rolling_bearing import BallBearing, RollerBearing
 from pmor.sets.settings import Member
 
@@ -19,6 +20,7 @@ Diameter = Annotated[float, Range(0.0, 1e5, "mm", mistaken_for=(METRES,))]
 AnyTorque = Annotated[float, Range(-1e12, 1e12, "N m")] | Literal["balance"]
 Force = Annotated[float, Range(-1e12, 1e12, "N")]
 Moment = Annotated[float, Range(-1e12, 1e12, "N m")]
+Acceleration = Annotated[float, Range(-1e4, 1e4, "m/s2")]
 HOUSING = "housing"
 
 
@@ -53,6 +55,8 @@ class Shaft:
         From its beginning on.
     youngs_modulus_GPa, poisson_ratio : float
         Of the shaft, usually steel.
+    density_kg_m3 : float
+        Of the shaft, for its weight.
     """
 
     name: str
@@ -61,11 +65,21 @@ class Shaft:
     sections: tuple[ShaftSection, ...]
     youngs_modulus_GPa: Annotated[float, Range(1e-3, 1e4, "GPa", mistaken_for=PASCALS)] = 210.0
     poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
+    density_kg_m3: Annotated[float, Range(100.0, 3e4, "kg/m3", mistaken_for=(GRAMS_PER_CM3,))] = 7810.0
 
     @property
     def length(self) -> float:
         """mm."""
         return sum(section.length_mm for section in self.sections)
+
+    def section_at(self, place: float) -> ShaftSection:
+        """Return the section at a place along the shaft, mm: where two meet the first one."""
+        end = 0.0
+        for section in self.sections:
+            end += section.length_mm
+            if place < end or math.isclose(place, end):
+                return section
+        return self.sections[-1]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -297,6 +311,28 @@ class LoadCase:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Gravity:
+    """By what shafts and gears are heavy (section `[gravity]`); without it they have no weight.
+
+    Weights of gears are those of their drawing, of `density_kg_m3` in `[dynamics]` of their case.
+
+    Parameters
+    ----------
+    x_m_s2, y_m_s2, z_m_s2 : float
+        Acceleration along the axes of the machine: -9.81 along the one that points upwards.
+    """
+
+    x_m_s2: Acceleration = 0.0
+    y_m_s2: Acceleration = 0.0
+    z_m_s2: Acceleration = 0.0
+
+    @property
+    def vector(self) -> tuple[float, float, float]:
+        """m/s2."""
+        return self.x_m_s2, self.y_m_s2, self.z_m_s2
+
+
+@dataclass(frozen=True, kw_only=True)
 class Lubricant:
     """What friction in the meshes depends on (section `[lubricant]`).
 
@@ -346,6 +382,7 @@ class GearboxSections:
     meshes : tuple of Mesh
     sets : tuple of PlanetarySet
     loads : tuple of LoadCase
+    gravity : Gravity
     lubricant : Lubricant
     housing : Housing
     """
@@ -356,5 +393,6 @@ class GearboxSections:
     meshes: tuple[Mesh, ...] = ()
     sets: tuple[PlanetarySet, ...] = ()
     loads: tuple[LoadCase, ...]
+    gravity: Gravity = Gravity()
     lubricant: Lubricant = Lubricant()
     housing: Housing = Housing()

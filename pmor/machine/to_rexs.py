@@ -5,6 +5,7 @@ Names of parts are kept, their numbers are not.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -24,7 +25,7 @@ from pmor.machine.rexs_loads import LOAD_NAME
 from pmor.machine.rexs_lubricant import lubricant_attributes
 from pmor.machine.rexs_results import GEARS, Numbers, found_attributes
 from pmor.machine.rolling_bearing import STEEL_MODULUS, STEEL_RATIO, BallBearing, RollerBearing
-from pmor.machine.settings import HOUSING, Bearing, LoadCase, Mesh, Shaft
+from pmor.machine.settings import HOUSING, Bearing, Gravity, LoadCase, Mesh, Shaft
 from pmor.storage.atomic import atomic_path
 
 
@@ -64,7 +65,8 @@ def gearbox_rexs(file: GearboxFile, loads: Sequence[SolvedLoad], entries: Sequen
     said = file.model.sections
     hours = [load.hours for load in said.loads]
     time: Attributes = {"operating_time": sum(h for h in hours if h)} if all(hours) else {}
-    draft.unit = draft.document.add("gear_unit", said.title, model_name=file.name, **time)
+    heavy = _gravity(said.gravity)
+    draft.unit = draft.document.add("gear_unit", said.title, model_name=file.name, **time, **heavy)
     for shaft in said.shafts:
         _add_shaft(draft, shaft)
     _add_bearings(draft)
@@ -83,6 +85,17 @@ def gearbox_rexs(file: GearboxFile, loads: Sequence[SolvedLoad], entries: Sequen
     return draft.document.text(date)
 
 
+def _gravity(gravity: Gravity) -> Attributes:
+    size = math.hypot(*gravity.vector)
+    if not size:
+        return {}
+    down = {f"direction_vector_gravity_{way}": part / size for way, part in zip("uvw", gravity.vector, strict=True)}
+    return {
+        "account_for_gravity": True, "gravitational_acceleration": size, "u_axis_vector": ALONG,
+        "w_axis_vector": ACROSS, **down,
+    }  # fmt: skip
+
+
 def _add_shaft(draft: _Draft, shaft: Shaft) -> None:
     document = draft.document
     number = document.add(
@@ -91,8 +104,9 @@ def _add_shaft(draft: _Draft, shaft: Shaft) -> None:
     draft.shafts[shaft.name] = number
     document.relate("assembly", assembly=draft.unit, part=number)
     material = document.add(
-        "material", "", elastic_modulus=1e3 * shaft.youngs_modulus_GPa, poisson_ratio=shaft.poisson_ratio
-    )
+        "material", "", elastic_modulus=1e3 * shaft.youngs_modulus_GPa, poisson_ratio=shaft.poisson_ratio,
+        density=1e-3 * shaft.density_kg_m3,
+    )  # fmt: skip
     document.relate("reference", origin=number, referenced=material)
     place = 0.0
     for section in shaft.sections:

@@ -44,7 +44,7 @@ def gearbox_texts(file: GearboxFile, stem: str) -> dict[str, str]:
         rows = [",".join(map(repr, row)) for row in file.model.housing.tolist()]
         housing[f"{stem}_housing.csv"] = "\n".join(rows) + "\n"
     lines = [*(f"# {printable(note)}" for note in file.notes), f"title = {_value(said.title)}", *_tables(said, stem)]
-    lines += _table("lubricant", _keys(said.lubricant))
+    lines += _table("gravity", _keys(said.gravity)) + _table("lubricant", _keys(said.lubricant))
     lines += _table("housing", dict.fromkeys(["stiffness"] if housing else [], f"{stem}_housing.csv"))
     return {"": "\n".join(lines) + "\n", **beside, **housing}
 

@@ -51,6 +51,7 @@ def two_stages():
         text += bearing.format(name, 10, 2e5) + "axial_N_per_mm = 1e5\n" + bearing.format(name, 110, 1.5e5)
     text += mesh.format("first", 15.0) + places.format("in", 30.0, "mid", 30.0)
     text += mesh.format("second", -15.0) + places.format("mid", 85.0, "out", 85.0)
+    text += "[gravity]\nx_m_s2 = 3.0\nz_m_s2 = -9.81\n"
     return text + load_case.format("drive", 60.0) + load_case.format("back", -50.0)
 
 

@@ -15,6 +15,7 @@ from pmor.machine.loader import load
 from pmor.machine.model import loaded, pinion_torques, speeds_rpm
 from pmor.machine.readings import carried
 from pmor.machine.rolling_bearing import BallBearing
+from pmor.machine.settings import Gravity
 from pmor.machine.to_rexs import gearbox_rexs
 from pmor.sets.loader import parse_set
 from pmor.sets.to_rexs import set_rexs
@@ -56,6 +57,15 @@ def in_load_case(box, kind):
     return [one for one in box.root.find("load_spectrum/load_case") if one.get("type") == kind]
 
 
+@pytest.mark.parametrize(("said", "name"), [
+    ("mesh", "mesh"), ("Cylindrical stage [{}]", "stage_{}"), ("", "stage_{}"), ("1/2", "stage_{}"), (".x", "stage_{}"),
+])  # fmt: skip
+def test_a_mesh_is_called_as_its_stage_where_files_may_have_the_name(box, tmp_path, said, name):
+    (stage,) = box.of_kind("cylindrical_stage")
+    stage.set("name", said.format(stage.get("id")))
+    assert list(read(box, tmp_path).cases) == [name.format(stage.get("id"))]
+
+
 @pytest.mark.parametrize("fit", ["cylindrical_interference_fit", "feather_key_connection"])
 def test_a_gear_by_a_fit_stands_where_it_stood(box, tmp_path, fit):
     before = forces(read(box, tmp_path))
@@ -88,7 +98,7 @@ def test_a_coupling_carries_the_torque_of_a_motor_shaft(box, tmp_path):
     box.relate("side", assembly=joint, inner_part=motor, outer_part=box.ids("shaft")[0])
     file = read(box, tmp_path)
     (load_case,) = file.model.sections.loads
-    assert pinion_torques(file.model, load_case)["stage_" + str(box.ids("cylindrical_stage")[0])] == pytest.approx(60.0)
+    assert pinion_torques(file.model, load_case)["mesh"] == pytest.approx(60.0)
     assert len(speeds_rpm(file.model, load_case)) == 3
     (coupled,) = (one for one in file.model.sections.bearings if one.couples)
     assert (coupled.to, coupled.torsion_Nmm_per_rad, coupled.radial_N_per_mm) == ("input", "rigid", "rigid")
@@ -204,11 +214,33 @@ def test_estimates_are_those_of_their_sources():
         assert two == pytest.approx(2.0 * one, rel=1e-2)
 
 
-def test_preload_places_off_the_axis_and_weights_that_are_left_out_are_said(box, tmp_path):
+def test_weights_are_those_of_the_file_in_the_axes_of_the_gear_unit(box, tmp_path):
+    """Where it accounts for them: v is w x u. Densities are those of the materials."""
+    unit, light = box.of_kind("gear_unit")[0], read(box, tmp_path)
+    assert light.model.sections.gravity == Gravity()
+    down = dict(zip((f"direction_vector_gravity_{way}" for way in "uvw"), (0.0, 2.0, 0.0), strict=True))
+    box.say(unit, account_for_gravity=True, w_axis_vector=[0.0, 1.0, 0.0], **down)
+    for material in box.of_kind("material"):
+        box.say(material, density=7.2)
+    file = read(box, tmp_path)
+    assert file.model.sections.gravity == Gravity(z_m_s2=-9.80665)
+    assert any("no gravitational_acceleration: 9.80665 m/s2 assumed" in note for note in file.notes)
+    assert {shaft.density_kg_m3 for shaft in file.model.sections.shafts} == {7200.0}
+    assert next(iter(file.cases.values())).dynamics.density_kg_m3 == 7200.0
+    box.say(unit, gravitational_acceleration=9.81)
+    for material in box.of_kind("material"):
+        box.say(material, density=None)
+    file = read(box, tmp_path)
+    assert file.model.sections.gravity == Gravity(z_m_s2=-9.81)
+    assert sum("no density of its material: 7810 kg/m3 assumed" in note for note in file.notes) == 2
+
+
+def test_preload_places_off_the_axis_and_weights_without_a_direction_are_said(box, tmp_path):
     box.say(box.of_kind(DETAILED)[0], preload_distance=12.0, misalignment_in_v_direction=5.0)
     box.say(box.of_kind("gear_unit")[0], account_for_gravity=True)
-    notes = read(box, tmp_path).notes
-    assert "account_for_gravity = true: weights are left out" in notes
+    file = read(box, tmp_path)
+    notes = file.notes
+    assert any("no direction of it is said: weights are left out" in note for note in notes)
     assert any("(C): preload_distance = 0.012, misalignment_in_v_direction = 0.005: left out" in note for note in notes)
 
 
@@ -272,7 +304,8 @@ def test_a_carrier_on_two_shafts_turns_with_both_and_is_held_by_the_bearings_of_
     places = {one.name: gearbox.first[one.name] for one in said.shafts}
     turned = [found.displacement[places[str(number)] + 3 :: 6][:3] for number in made]
     carried_on = [entry["torque_Nm"] for entry in carried(gearbox, found) if "torque_Nm" in entry]
-    teeth = file.model.sets[f"stage_{stage}"].teeth
+    (one,) = file.model.sets.values()
+    teeth = one.teeth
     assert abs(carried_on[0]) in (pytest.approx(0.0, abs=1e-6), pytest.approx(300.0 * (1.0 + teeth[1] / teeth[0])))
     assert all(np.isfinite(one).all() for one in turned)
     assert any("the carrier between them is rigid" in note for note in file.notes)
@@ -303,9 +336,11 @@ def test_the_example_gearbox_is_a_gearbox():
 def test_lubricant_names_of_loads_flanks_and_misalignment_go_out_and_come_in(tmp_path):
     """And a second time, the same numbers."""
     more = "[lubricant]\nviscosity_mPas = 35.0\nroughness_um = 0.6\nlubricant_factor = 0.8\n"
-    path = written(tmp_path, SMALL + more)
+    more += "[gravity]\nx_m_s2 = 2.0\nz_m_s2 = -9.81\n"
+    path = written(tmp_path, SMALL.replace('name = "input"', 'name = "input"\ndensity_kg_m3 = 7850.0') + more)
     (tmp_path / "small.toml").write_text(
-        f"{SMALL_CASE}[misalignment]\nout_of_plane_um = 15.0\n[pinion.modification]\nhelix_crowning_um = 5.0\n"
+        f"{SMALL_CASE}[dynamics]\ndensity_kg_m3 = 7200.0\n[misalignment]\nout_of_plane_um = 15.0\n"
+        "[pinion.modification]\nhelix_crowning_um = 5.0\n"
         "[pinion.coast_modification]\nhelix_crowning_um = 9.0\n"
     )
     one = load(path)
@@ -315,6 +350,9 @@ def test_lubricant_names_of_loads_flanks_and_misalignment_go_out_and_come_in(tmp
     three = load(tmp_path / "again.rexs")
     for other in (two, three):
         assert other.model.sections.lubricant == one.model.sections.lubricant
+        assert other.model.sections.gravity == one.model.sections.gravity
+        assert [shaft.density_kg_m3 for shaft in other.model.sections.shafts] == [7850.0, 7810.0]
+        assert other.model.masses_kg["mesh"] == pytest.approx(one.model.masses_kg["mesh"], rel=1e-12)
         assert [load_case.name for load_case in other.model.sections.loads] == ["drive"]
         for (a,), (b,) in ((one.cases.values(), other.cases.values()),):
             assert (b.misalignment, b.pinion_modification) == (a.misalignment, a.pinion_modification)

@@ -10,12 +10,14 @@ from typing import Any, TypeVar
 
 from pmor.case import Case, make_case, parse_case
 from pmor.case.document import COAST, MODIFICATION
+from pmor.case.dynamics import DynamicsCase
 from pmor.core.errors import CaseError, GeometryError, printable
 from pmor.export.rexs.drive import shaft_speeds
 from pmor.export.rexs.flanks import READERS, FileFlank, Found, read_flank
 from pmor.export.rexs.gears import GearInFile, tools_of
 from pmor.export.rexs.joints import RING, axis_of, shafts_of
 from pmor.export.rexs.model import Component, Gearbox, read_rexs
+from pmor.export.rexs.shafts import density_of
 from pmor.export.rexs.shifts import Rack
 from pmor.export.rexs.stage import OFF_PLACE, Stage, axes_apart, face_middle, find_stage
 from pmor.export.rexs.tips import clear_tips
@@ -148,6 +150,8 @@ class _Draft:
         }  # fmt: skip
         if off := {key: value for key in MISALIGNED if (value := self.stage.component.number_of(f"{OFF_PLACE}{key}"))}:
             sections["misalignment"] = {key: rounded(1e3 * value) for key, value in off.items()}
+        if (density := self._density()) is not None:
+            sections["dynamics"] = {"density_kg_m3": density}
         if len(torques) > 1:
             sections["online"] = {"torques_Nm": list(torques)}
         return sections
@@ -194,6 +198,14 @@ class _Draft:
         speeds = {shaft_speeds(self.gearbox, case).get(shaft.number) for case in cases} if shaft else set()
         (speed,) = speeds if len(speeds) == 1 else (None,)
         return {"speed_rpm": rounded(abs(speed))} if speed else {}
+
+    def _density(self) -> float | None:
+        """Density of both gears, kg/m^3; None where neither material says it, or it is that of a case."""
+        said = [density for gear in self.gears if (density := density_of(self.gearbox, gear)) is not None]
+        if len(set(said)) > 1:
+            self.notes.append(f"densities {said[0]:g} and {said[1]:g} kg/m3: a case has one, their mean taken")
+        mean = rounded(sum(said) / len(said)) if said else DynamicsCase.density_kg_m3
+        return None if mean == DynamicsCase.density_kg_m3 else mean
 
     def modifications(self, pair: GearPair) -> Iterator[dict[str, Any]]:
         """Return the keys of the modifications of both gears."""

@@ -86,6 +86,12 @@ def elastic_constants(gearbox: Gearbox, shaft: Component, note: Note) -> tuple[f
     return STEEL
 
 
+def density_of(gearbox: Gearbox, part: Component) -> float | None:
+    """Return the density of a part's material, kg/m^3; None where the file does not say it."""
+    said = (material.number_of("density") for material in gearbox.beside(part.number, "material"))
+    return next((1e3 * density for density in said if density), None)
+
+
 def along_x(gearbox: Gearbox, note: Note) -> Gearbox:
     """Return a gearbox turned so that its first shaft lies along x; as it is, where it does."""
     shafts = gearbox.of_kind("shaft")

@@ -150,7 +150,7 @@ def add_gear(
     )  # fmt: skip
     material = document.add(
         "material", f"Material of the {name}", elastic_modulus=rounded(1e3 * said.youngs_modulus_GPa),
-        poisson_ratio=said.poisson_ratio,
+        poisson_ratio=said.poisson_ratio, density=rounded(1e-3 * case.dynamics.density_kg_m3),
     )  # fmt: skip
     document.relate("reference", origin=gear, referenced=material)
     cuts: dict[str, Value] = {

@@ -34,7 +34,7 @@ function standOn(model, place, hubs) {
 // Stiffness of all displacements with the bearings as set, the forces on them, and the rows in which bearings hold them.
 function machineMatrix(machine, load, setting) {
   const { size, arm } = machine, stiffness = new Float64Array(size * size), held = [];
-  const force = load.force.map(f => setting.share * f);
+  const force = load.force.map((f, i) => setting.share * f + load.weight[i]);
   for (let i = 0, next = 0; i < size; i++) {
     for (let k = i; k < size; k++) stiffness[i * size + k] = stiffness[k * size + i] = machine.stiffness[next++];
   }

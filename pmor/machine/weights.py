@@ -1,0 +1,85 @@
+"""Weights of a gearbox: of shafts along their sections, of gears in the middle of their faces.
+
+Planets hang on their carrier. Bodies of carriers are known by the shafts that they stand on alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from pmor.body.beam import NODE, Beam
+from pmor.case import Case
+from pmor.core.arrays import FloatArray
+from pmor.gear.inertia import disc
+from pmor.gear.pair import GearPair
+from pmor.machine.mesh_force import MeshFrame
+from pmor.machine.set_frame import SetFrame
+from pmor.machine.settings import Mesh, Shaft
+from pmor.pair.drawn import DrawnGear, drawn_gears
+from pmor.pair.model import gear_pair
+from pmor.sets.loader import SetFile
+
+# Cubic metres of a cubic millimetre.
+M3_OF_MM3 = 1e-9
+
+
+def shaft_weight(shaft: Shaft, beam: Beam, gravity: Sequence[float]) -> FloatArray:
+    """Return the weight of a shaft on the nodes of its beam, shape (6 n,), N and N mm.
+
+    Parameters
+    ----------
+    gravity : sequence of float, length 3
+        Acceleration along the axes of the machine, m/s^2; so below.
+    """
+    return beam.dead_load(M3_OF_MM3 * shaft.density_kg_m3 * np.asarray(gravity))
+
+
+def gear_masses(case: Case, pair: GearPair, mesh: Mesh, shafts: Mapping[str, Shaft]) -> tuple[float, float]:
+    """Return the masses of pinion and wheel as drawn, kg; what a shaft fills of its gear counts as shaft."""
+    pinion, wheel = (
+        _mass(drawn, case, 0.5 * shafts[place.shaft].section_at(place.at_mm).outer_mm)
+        for place, drawn in zip((mesh.pinion, mesh.wheel), drawn_gears(case, pair), strict=True)
+    )
+    return pinion, wheel
+
+
+def _mass(drawn: DrawnGear, case: Case, shaft_mm: float) -> float:
+    """Mass of a gear outside of a radius that its shaft fills, kg."""
+    density, inmost = case.dynamics.density_kg_m3, drawn.rings[-1]
+    mass, filled = drawn.inertia(density).mass_kg, min(shaft_mm, inmost.outer)
+    if filled > inmost.inner:
+        mass -= disc(filled, inmost.inner, inmost.high - inmost.low, density).mass_kg
+    return mass
+
+
+def gear_weight(mass_kg: float, face: tuple[float, float], frame: MeshFrame, gravity: Sequence[float]) -> FloatArray:
+    """Return the weight of a gear on its hub, in the middle of the common face: shape (6,), N and N mm.
+
+    Parameters
+    ----------
+    face : (float, float)
+        Where the gear begins and ends along z of its pair, mm.
+    """
+    force, arm = mass_kg * np.asarray(gravity), np.array([frame.along * 0.5 * sum(face), 0.0, 0.0])
+    return np.concatenate([force, np.cross(arm, force)])
+
+
+def set_weights(file: SetFile, frame: SetFrame, sun_shaft_mm: float, gravity: Sequence[float]) -> FloatArray:
+    """Return the weights of the gears of a set on the hubs of sun, carrier and ring, in axes of the machine, (3, 6).
+
+    Parameters
+    ----------
+    sun_shaft_mm : float
+        Radius of the shaft of the sun, which fills it; 0 of a sun in the housing.
+    """
+    along = frame.turn[:3, :3].T @ np.asarray(gravity)
+    bodies, found = file.plan.bodies, np.zeros((len(file.plan.bodies), NODE))
+    for name, case in file.cases.items():
+        gears = drawn_gears(case, gear_pair(case))
+        for mesh in (mesh for mesh in file.plan.meshes if mesh.case == name):
+            for body, drawn in zip((mesh.pinion, mesh.wheel), gears, strict=True):
+                filled = sun_shaft_mm if bodies[body].member == "sun" else 0.0
+                found[body, :3] = _mass(drawn, case, filled) * along
+    return frame.in_machine(found.ravel() @ frame.carried)
