@@ -1,13 +1,17 @@
-"""Stiffness of a rolling bearing across by its type, bore and load, where a file says no more of it.
+"""Stiffness of a rolling bearing across by its type, sizes and load, where a file says no more of it.
 
-Balls: deflection of the most loaded ball after Palmgren (1959), as in Harris, Rolling Bearing Analysis (1991), with the
-load that Stribeck's formula gives it in a bearing without clearance; balls of 0.3 of the height between bore and outer
-diameter, 2.9 (D + d) / (D - d) of them in a row, the usual proportions of deep-groove ball bearings.
+The deflection is that of the most loaded element, Q = 4.37 F / (Z cos alpha) of balls and 4.08 F / Z of rollers in a
+bearing without clearance (Stribeck; NSK, Technical Report CAT. E728g, section 5.1, eq. 4 and 5):
 
-Rollers: Schaeffler, Rolling Bearings, catalogue HR 1, "Rigidity": delta = F^0.84 / (K_c d^0.65), in um, N and mm. K_c
-is that of cylindrical roller bearings with cage, NJ2, or of needle roller bearings, NA49.
+    balls, mm and N (Palmgren 1959, as in Harris, Rolling Bearing Analysis, 1991):
+        4.36e-4 Q^(2/3) / (D_w^(1/3) cos alpha)
+    rollers (ISO/TS 16281:2008, eq. 19): (Q / (35,948 L^(8/9)))^(9/10)
 
-Both hold without clearance, preload and misalignment, and are no better than a factor of two.
+Number and size of the elements are those of usual proportions: balls have 0.3 of the height between bore and outer
+diameter, rollers 0.27, needles half of it; rollers are 0.74 of the width long, and they fill 0.8 of their circle,
+needles 0.65 (tapered bearings 33012, 33014, 33016 and needle cage K50x58x25 as a public REXS file has them).
+
+It holds without clearance, preload and misalignment, and is no better than a factor of two.
 """
 
 from __future__ import annotations
@@ -15,19 +19,21 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
-# Of the height between bore and outer diameter; of Z = 2.9 (D + d) / (D - d).
-BALL_SHARE, BALL_COUNT = 0.3, 2.9
-# D / d of the light series (02), where the outer diameter is not said.
-LIGHT_SERIES = 1.8
-# Palmgren, mm and N; Stribeck, of point contacts.
-BALL_DEFLECTION, STRIBECK = 4.36e-4, 4.37
-# Schaeffler, HR 1: K_c, and exponents of load and bore.
-RIGIDITY = {"roller": 11.1, "needle": 23.5}
-LOAD_EXPONENT, BORE_EXPONENT = 0.84, 0.65
+from pmor.machine.rolling_bearing import LINE, RollerBearing
 
-SOURCES = {
-    "ball": "Palmgren (1959)", "roller": "Schaeffler HR 1, K_c = 11.1", "needle": "Schaeffler HR 1, K_c = 23.5",
-}  # fmt: skip
+BALL_DEFLECTION = 4.36e-4
+# Of the most loaded element over the mean one of all.
+STRIBECK = {"ball": 4.37, "roller": 4.08, "needle": 4.08}
+# Of the height between bore and outer diameter, of the circle of the elements' centres, and of the width.
+SHARE = {"ball": 0.3, "roller": 0.27, "needle": 0.5}
+FILLED = {"ball": 0.55, "roller": 0.8, "needle": 0.65}
+LENGTH = 0.74
+# Of the outer diameter over the bore, where it is not said: the light series 02, and needle bearings 49.
+OUTER = {"ball": 1.8, "roller": 1.8, "needle": 1.4}
+# Of the width over the height between bore and outer diameter, where it is not said.
+WIDTH = {"ball": 0.5, "roller": 0.5, "needle": 1.1}
+
+SOURCES = {"ball": "Palmgren (1959)", "roller": "ISO/TS 16281", "needle": "ISO/TS 16281"}
 
 
 class CatalogueBearing(NamedTuple):
@@ -38,11 +44,13 @@ class CatalogueBearing(NamedTuple):
     kind : {"ball", "roller", "needle"}
     bore_mm : float
     outer_mm : float or None
-        Outer diameter; that of the light series without.
+        Outer diameter; that of a light series without.
     rows : int
         Of rolling elements.
     contact_angle_deg : float
         Of balls.
+    width_mm : float or None
+        Of the whole bearing; that of a light series without.
     """
 
     kind: Literal["ball", "roller", "needle"]
@@ -50,28 +58,28 @@ class CatalogueBearing(NamedTuple):
     outer_mm: float | None = None
     rows: int = 1
     contact_angle_deg: float = 0.0
+    width_mm: float | None = None
 
     def radial_N_per_mm(self, load_N: float) -> float:
         """Return load over deflection under a radial load, to three digits."""
-        load = load_N / self.rows
+        outer = self.outer_mm or OUTER[self.kind] * self.bore_mm
+        height, pitch = outer - self.bore_mm, 0.5 * (outer + self.bore_mm)
+        diameter, cosine = SHARE[self.kind] * height, math.cos(math.radians(self.contact_angle_deg))
+        count = FILLED[self.kind] * math.pi * pitch / diameter
+        most = STRIBECK[self.kind] * load_N / (self.rows * count * cosine)
         if self.kind == "ball":
-            outer = self.outer_mm or LIGHT_SERIES * self.bore_mm
-            diameter = BALL_SHARE * (outer - self.bore_mm)
-            count, cosine = BALL_COUNT * (outer + self.bore_mm) / (outer - self.bore_mm), self._cosine
-            deflection = BALL_DEFLECTION * (STRIBECK * load / (count * cosine)) ** (2.0 / 3.0)
-            deflection /= diameter ** (1.0 / 3.0) * cosine
+            deflection = BALL_DEFLECTION * most ** (2.0 / 3.0) / (diameter ** (1.0 / 3.0) * cosine)
         else:
-            deflection = 1e-3 * load**LOAD_EXPONENT / (RIGIDITY[self.kind] * self.bore_mm**BORE_EXPONENT)
+            length = LENGTH * (self.width_mm or self.rows * WIDTH[self.kind] * height) / self.rows
+            roller = RollerBearing(rollers=round(count), roller_diameter_mm=diameter, effective_length_mm=length,
+                                   pitch_diameter_mm=pitch)  # fmt: skip
+            deflection = (most / roller.stiffness_constant) ** (1.0 / LINE)
         return float(f"{load_N / deflection:.3g}")
-
-    @property
-    def _cosine(self) -> float:
-        return math.cos(math.radians(self.contact_angle_deg))
 
     @property
     def source(self) -> str:
         """What the estimate is after, and from."""
-        sizes = f"bore {self.bore_mm:g} mm"
-        if self.kind == "ball":
-            sizes += f", D {self.outer_mm:g} mm" if self.outer_mm else f", D {LIGHT_SERIES:g} of it assumed"
-        return f"{SOURCES[self.kind]}, {self.kind} bearing, {sizes}"
+        outer = f"D {self.outer_mm:g} mm" if self.outer_mm else f"D {OUTER[self.kind]:g} of it assumed"
+        width = "" if self.kind == "ball" else f", width {self.width_mm:g} mm" if self.width_mm else ", usual width"
+        sizes = f"bore {self.bore_mm:g} mm, {outer}{width}"
+        return f"{SOURCES[self.kind]} and usual proportions, {self.kind} bearing, {sizes}"

@@ -134,7 +134,8 @@ class RexsBearings:
             self.note(f"{bearing.label}: {kind}: taken by the stiffness of a {rolling} bearing")
         angles = [row.number_of("pressure_angle") for row in self.gearbox.beside(bearing.number, "rolling_bearing_row")]
         angle = next((abs(one) for one in angles if one), 0.0) if rolling == "ball" else 0.0
-        return CatalogueBearing(rolling, bore, outer if outer and outer > bore else None, rows, angle)  # type: ignore[arg-type]
+        outer, width = outer if outer and outer > bore else None, bearing.number_of("width")
+        return CatalogueBearing(rolling, bore, outer, rows, angle, width or None)  # type: ignore[arg-type]
 
     def diameter(self, shaft: Component, place: float) -> float | None:
         """Of the section of a shaft at a place, mm."""

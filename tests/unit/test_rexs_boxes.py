@@ -14,7 +14,7 @@ from pmor.machine.bearing_estimate import CatalogueBearing
 from pmor.machine.loader import load
 from pmor.machine.model import loaded, pinion_torques, speeds_rpm
 from pmor.machine.readings import carried
-from pmor.machine.rolling_bearing import BallBearing
+from pmor.machine.rolling_bearing import BallBearing, RollerBearing
 from pmor.machine.settings import Gravity
 from pmor.machine.to_rexs import gearbox_rexs
 from pmor.sets.loader import parse_set
@@ -199,17 +199,22 @@ def test_a_bearing_of_which_nothing_is_known_is_demanded(box, tmp_path):
 
 
 def test_estimates_are_those_of_their_sources():
-    """A 6210 by inner geometry with the usual osculation; Schaeffler's formula by hand; two rows share the load."""
-    inner = BallBearing(balls=10, ball_diameter_mm=12.7, pitch_diameter_mm=70.0)
-    moved = 0.03
-    for _ in range(20):
-        state = inner.state(np.array([0.0, moved, 0.0, 0.0, 0.0]))
-        moved -= (state.force[1] - 9906.0) / state.stiffness[1, 1]
-    estimate = CatalogueBearing("ball", 50.0, 90.0).radial_N_per_mm(9906.0)
-    assert 0.6 < estimate / (9906.0 / moved) < 1.3
-    deflection_um = 1e4**0.84 / (11.1 * 50.0**0.65)
-    assert CatalogueBearing("roller", 50.0).radial_N_per_mm(1e4) == pytest.approx(1e7 / deflection_um, rel=5e-3)
-    for kind in ("ball", "roller"):
+    """6210, 33016 without its taper and K50x58x25 by inner geometry, rollers without profile; rows share the load."""
+    rollers = {"clearance_mm": 0.0, "logarithmic_profile": False}
+    bearings = (
+        (BallBearing(balls=10, ball_diameter_mm=12.7, pitch_diameter_mm=70.0), ("ball", 50.0, 90.0), 0.6, 1.3),
+        (RollerBearing(rollers=24, roller_diameter_mm=11.586, effective_length_mm=26.7, pitch_diameter_mm=102.5,
+                       **rollers), ("roller", 80.0, 125.0, 1, 0.0, 36.0), 0.85, 1.15),
+        (RollerBearing(rollers=27, roller_diameter_mm=4.0, effective_length_mm=18.28, pitch_diameter_mm=54.0,
+                       **rollers), ("needle", 50.0, 58.0, 1, 0.0, 25.0), 0.85, 1.15),
+    )  # fmt: skip
+    for inner, catalogue, low, high in bearings:
+        moved = 0.02
+        for _ in range(30):
+            state = inner.state(np.array([0.0, moved, 0.0, 0.0, 0.0]))
+            moved -= (state.force[1] - 9906.0) / state.stiffness[1, 1]
+        assert low < CatalogueBearing(*catalogue).radial_N_per_mm(9906.0) / (9906.0 / moved) < high
+    for kind in ("ball", "roller", "needle"):
         one, two = (CatalogueBearing(kind, 50.0, 90.0, rows).radial_N_per_mm(rows * 4e3) for rows in (1, 2))
         assert two == pytest.approx(2.0 * one, rel=1e-2)
 

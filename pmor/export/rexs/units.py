@@ -31,7 +31,7 @@ UNITS = {
         "tip_relief_depth", "tip_relief_evaluation_reference", "tip_relief_evaluation_reference_length",
         "tooth_tip_chamfer", "tooth_tip_height", "topographical_modification_amounts", "u_axis_vector",
         "diameter_of_rolling_element", "length_of_rolling_element", "raceway_radius_of_inner_ring",
-        "outer_diameter", "raceway_radius_of_outer_ring",
+        "outer_diameter", "raceway_radius_of_outer_ring", "width",
         "reference_diameter", "reference_diameter_rolling_bearing", "significant_contact_length_inner_ring",
         "u_coordinate_on_shaft", "u_coordinate_on_shaft_inner_side", "u_coordinates_of_beam_nodes", "w_axis_vector",
     ), "mm"),

@@ -3,7 +3,8 @@
     f_sh = F_m / b 0.023 (|B* + K' l s / d_1^2 (d_1 / d_sh)^4 - 0.3| + 0.3) (b / d_1)^2,    F_bx = 1.33 f_sh + f_ma
 
 with B* = 1 of spur and single helical gears, l the span of the bearings and s the distance of the pinion from its
-middle, of an overhung pinion from the bearing beside it; K' after figure 13. Bearings and housing are rigid, and the
+middle, of an overhung pinion from the bearing beside it; K' after figure 13, which DIN 3990-11:1989 has as figure 3.2:
+0.48 and 0.8 (a, b), 1.33 of an overhung pinion with and without stiffening (c). Bearings and housing are rigid, and the
 mate's shaft is in the factor 1.33.
 """
 
