@@ -215,15 +215,18 @@ def test_a_gearbox_whose_gears_do_not_mesh_at_its_centre_distance_is_refused_by_
 
 
 @pytest.mark.parametrize("distance", ["60", "-91.5"])
-def test_a_gearbox_whose_gears_jam_at_its_centre_distance_stands_without_backlash_and_says_so(
-    distance, tmp_path, caplog
+@pytest.mark.parametrize("placed", [True, False])
+def test_gears_that_jam_at_their_centre_distance_stand_at_that_of_their_axes_or_without_backlash_and_say_so(
+    distance, placed, tmp_path, caplog
 ):
     text = GEARBOX.read_text().replace('"center_distance" unit="mm">91.5<', f'"center_distance" unit="mm">{distance}<')
-    (tmp_path / "gears.rexs").write_text(text)
+    (tmp_path / "gears.rexs").write_text(text if placed else text.replace('id="support_vector"', 'id="part_number"'))
     with caplog.at_level("INFO", logger="pmor"):
         case = pmor.import_rexs(tmp_path / "gears.rexs")
     assert f"center_distance = {distance} mm: too small for the profile shifts 0.3 and 0.2" in caplog.text
-    assert gear_pair(case).backlash == 0.0
+    assert ("that of the axes taken, 91.5 mm" in caplog.text) == placed
+    assert case.pair.centre_distance_mm == (91.5 if placed else None)
+    assert (gear_pair(case).backlash > 0.0) == placed
 
 
 TRAINED = {"stability", "reductions"}  # Of penalty contact

@@ -131,6 +131,15 @@ OTHER_PROGRAM = 0.1628301985916763
 WHEEL = {"teeth": 51, "bore_radius_mm": 40.0, "profile_shift": OTHER_PROGRAM}
 
 
+@pytest.mark.parametrize("asked", [60.0, -190.0])
+def test_a_shift_follows_from_the_axes_where_no_teeth_reach_over_the_centre_distance(tmp_path, asked):
+    said = [("cylindrical_stage", "center_distance", "mm", asked)]
+    found = read_stage(file_of(tmp_path, **HELICAL, wheel=WHEEL, said=said, without=[*OPEN_WHEEL, *TIPS]))
+    assert found.case.pair.wheel.profile_shift == pytest.approx(OTHER_PROGRAM, abs=1e-9)
+    assert any("from axes 190 mm apart" in note for note in found.notes)
+    assert gear_pair(found.case).centre_distance == pytest.approx(190.0, abs=1e-9)
+
+
 @pytest.mark.parametrize("by_axes", [False, True])
 def test_a_shift_that_is_not_said_follows_from_the_centre_distance(tmp_path, by_axes):
     """Of the other program, but for the tip circle: addendum 1 on both gears."""

@@ -270,19 +270,29 @@ class _Draft:
     def _distance(self, rack: Rack, teeth: list[dict[str, Any]]) -> float | None:
         """The centre distance; None where it is the one without backlash, or too small for the shifts."""
         said, between = self.stage.component.number_of("center_distance"), axes_apart(self.gearbox, self.gears)
-        distance = between if said is None else said
+        distance, by_axes = (between, True) if said is None else (said, False)
         if distance is None:
             return None
-        named = f"axes {distance:.6g} mm apart" if said is None else f"center_distance = {said:g} mm"
-        if said and between and abs(said - between) > SAME_PLACE:
-            self.notes.append(f"{named}, but the axes of the gears are {between:.6g} mm apart: the former taken")
+        named, axes = f"center_distance = {distance:g} mm", f"axes {between or 0.0:.6g} mm apart"
         shifts = [keys.get("profile_shift", 0.0) for keys in teeth]
         tight = self.checked(lambda: rack.distance_of(sum(shifts)))
         least = self.checked(lambda: rack.distance_of(sum(shifts) + sum(_thinned(keys, rack) for keys in teeth)))
-        if abs(distance - tight) <= (SAME_PLACE if said is None else SAME_DISTANCE * distance):
-            return None
         size, both = "small" if rack.bases > 0.0 else "large", f"{shifts[0]:.6g} and {shifts[1]:.6g}"
-        if math.copysign(1.0, rack.bases) * (distance - least) < -ROUNDING * rack.module:
+
+        def jams(distance: float) -> bool:
+            return math.copysign(1.0, rack.bases) * (distance - least) < -ROUNDING * rack.module
+
+        if not by_axes and between and jams(distance) and not jams(between):
+            note = f"{named}: too {size} for the profile shifts {both}: that of the axes taken, {between:.6g} mm"
+            self.notes.append(note)
+            self.changed.append(note)
+            distance, by_axes = between, True
+        elif not by_axes and between and abs(distance - between) > SAME_PLACE:
+            self.notes.append(f"{named}, but the axes of the gears are {between:.6g} mm apart: the former taken")
+        named = axes if by_axes else named
+        if abs(distance - tight) <= (SAME_PLACE if by_axes else SAME_DISTANCE * distance):
+            return None
+        if jams(distance):
             note = f"{named}: too {size} for the profile shifts {both}, without backlash at {tight:.6g} mm: that taken"
             self.notes.append(note)
             self.changed.append(note)

@@ -173,14 +173,16 @@ def _open_shifts(
 def _sum_of_shifts(gearbox: Gearbox, number: int, pair: tuple[Component, Component]) -> tuple[float | None, str]:
     """The sum of the shifts of a stage without backlash, and what says it; None where nothing does."""
     stage, rack = gearbox.components[number], rack_of(gearbox, pair)
-    distance, by = stage.number_of("center_distance"), "center_distance = {:g} mm"
+    distance = stage.number_of("center_distance")
     if distance is None:
         said = stage.number_of("sum_of_addendum_modification_coefficients")
         if said is not None:
             return said, f"sum_of_addendum_modification_coefficients = {said:g}"
-        distance, by = axes_apart(gearbox, pair), "axes {:.6g} mm apart"
-    total = rack.shifts_at(distance) if rack and distance else None
-    return total, by.format(distance) if distance else ""
+    for value, by in ((distance, "center_distance = {:g} mm"), (axes_apart(gearbox, pair), "axes {:.6g} mm apart")):
+        total = rack.shifts_at(value) if rack and value else None
+        if total is not None:
+            return total, by.format(value)
+    return None, ""
 
 
 def rack_of(gearbox: Gearbox, pair: tuple[Component, Component]) -> Rack | None:
