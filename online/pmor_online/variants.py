@@ -96,8 +96,6 @@ class VariantSolver:
     ) -> None:
         self.reduced, self.phi = reduced, np.ascontiguousarray(phi, dtype=float)
         self.torques_Nm, self.hubs = tuple(torques_Nm), tuple(hubs)
-        # Found once: where active profiles begin and end takes as long as a position.
-        self._active = reduced.layered.pair.active_rolls
         # For each thread that was on the same axes, one for each of `supported`; the axes used last at the end.
         self._idle: OrderedDict[Misalignment, list[list[PlacedSections]]] = OrderedDict()
         self._idle_bytes = 0

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from pmor.case.width import meshed_width
 from pmor.core.arrays import FloatArray
+from pmor.design.fine_solver import FineSolver
 from pmor.design.judge import Judge
 from pmor.design.settings import Design
 from pmor.design.variables import AS_DRAWN, SEED, Draw, assembly_at, drawn
@@ -22,29 +22,6 @@ from pmor.results.load_distribution import face_load_factor, largest_pressure
 from pmor_online.model import ReducedPair, online_angles
 from pmor_online.root_stress import root_stress
 from pmor_online.variants import VariantSolver, VariantState
-
-# Angles whose flexibilities are in memory together.
-BLOCK = 256
-# Fields of a state by the axis that counts angles.
-ANGLE_AXIS = {"ste_um": 1, "converged": 1, "overloaded": 1, "load_N_per_mm": 1, "edge_load_N_per_mm": 1,
-              "pressure_MPa": 1, "sensitivity": 1, "roll_rad": 0, "pair": 0}  # fmt: skip
-
-
-class BlockSolver(VariantSolver):
-    """Solves variants on many angles, block by block."""
-
-    def solve(self, assembly: Assembly, differentiated: bool = False) -> VariantState:
-        """Return the state of the pair as it is built in one way; see `VariantSolver.solve`."""
-        blocks = [self.phi[i : i + BLOCK] for i in range(0, len(self.phi), BLOCK)]
-        parts = [
-            VariantSolver(self.reduced, phi, self.torques_Nm, self.hubs).solve(assembly, differentiated)
-            for phi in blocks
-        ]
-        fields = {name: axis for name, axis in ANGLE_AXIS.items() if getattr(parts[0], name) is not None}
-        joined: dict[str, Any] = {
-            name: np.concatenate([getattr(part, name) for part in parts], axis=axis) for name, axis in fields.items()
-        }
-        return replace(parts[0], **joined)
 
 
 class PairJudge(Judge[Assembly, VariantState]):
@@ -60,11 +37,13 @@ class PairJudge(Judge[Assembly, VariantState]):
         Of the same pair, angles and loads, where there is one: it keeps sections that are placed.
     hubs : sequence of Hubs
         What the hubs stand on under each load; empty: they are held.
+    fine : dict of int to FineSolver, optional
+        Of the same pair and loads, by the angles to a pitch.
     """
 
     def __init__(
         self, reduced: ReducedPair, design: Design, base: Assembly, solver: VariantSolver | None = None,
-        hubs: Sequence[Hubs] = (),
+        hubs: Sequence[Hubs] = (), fine: dict[int, FineSolver] | None = None,
     ) -> None:  # fmt: skip
         # After which holes, and teeth that differ, stand to the mesh as before.
         pitches = reduced.basis.case.pair.repeats_with([(base.pinion, base.wheel)])
@@ -72,6 +51,7 @@ class PairJudge(Judge[Assembly, VariantState]):
         super().__init__(design, base, phi, pitches)
         self.reduced = reduced
         self.solver = solver or VariantSolver(reduced, phi, design.load.torques_Nm, hubs)
+        self._fine: dict[int, FineSolver] = {} if fine is None else fine
         self._over_width = meshed_width(reduced.basis.case) != "plane_strain"
 
     @property
@@ -83,16 +63,19 @@ class PairJudge(Judge[Assembly, VariantState]):
         """Return the judge of another design of the same pair with as many angles."""
         own, load = self.design.load, design.load
         if (load.torques_Nm, load.names) == (own.torques_Nm, own.names):
-            return PairJudge(self.reduced, design, self.base, self.solver)
+            return PairJudge(self.reduced, design, self.base, self.solver, fine=self._fine)
         hubs = [self.solver.hubs[own.names.index(name)] for name in load.names if self.solver.hubs]
         return PairJudge(self.reduced, design, self.base, hubs=hubs)
 
     def on_angles(self, angles: int) -> PairJudge:
-        """Return the judge of the same design on so many angles per pitch; it keeps nothing between variants."""
+        """Return the judge of the same design on so many angles per pitch."""
         design = replace(self.design, search=replace(self.design.search, angles=angles))
-        phi = online_angles(self.reduced.meshed.pair.pitch, angles, self.pitches)
-        solver = BlockSolver(self.reduced, phi, self.solver.torques_Nm, self.solver.hubs)
-        return PairJudge(self.reduced, design, self.base, solver)
+        if angles not in self._fine:
+            phi = online_angles(self.reduced.meshed.pair.pitch, angles, self.pitches)
+            half = None if angles % 2 else self._fine.get(angles // 2)
+            solver = FineSolver(self.reduced, phi, self.solver.torques_Nm, self.solver.hubs, half)
+            self._fine.setdefault(angles, solver)  # threads share the first one
+        return PairJudge(self.reduced, design, self.base, self._fine[angles], fine=self._fine)
 
     def drawn(self, count: int, seed: int = SEED) -> tuple[Draw, ...]:
         """Return by how much the flanks and axes of so many pairs are off; none where nothing scatters."""

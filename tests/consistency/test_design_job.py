@@ -13,7 +13,7 @@ from pmor.app.cli import main
 from pmor.case import load_case
 from pmor.core.errors import ConvergenceError
 from pmor.core.threads import threads
-from pmor.design import fine, pair_judge, readings, run, search, variants
+from pmor.design import fine, fine_solver, readings, run, search, variants
 from pmor.design.descent import Descent, kept
 from pmor.design.found import apart
 from pmor.design.harris import harris_rule
@@ -130,11 +130,25 @@ def test_a_constraint_holds_under_the_torque_at_which_its_result_is_largest(foun
     assert limits == [results[:, keys.index("tip_edge_load_N_per_mm")].max()]
 
 
-def test_blocks_of_angles_are_solved_as_all_of_them_together(found, monkeypatch):
-    monkeypatch.setattr(pair_judge, "BLOCK", 7)
-    judge, assembly = found.judge.on_angles(24), found.judge.assembly(found.variants.x[0])
-    whole = VariantSolver(judge.reduced, judge.solver.phi, judge.solver.torques_Nm).solve(assembly, differentiated=True)
-    parts = judge.solver.solve(assembly, differentiated=True)
+@pytest.mark.parametrize("stay", [0, 1 << 26])
+def test_angles_in_blocks_and_on_those_that_are_known_are_solved_as_all_of_them_together(found, monkeypatch, stay):
+    """Twice as many angles take as many new positions, and angles that were solved take none, to the last bit."""
+    monkeypatch.setattr(fine_solver, "BLOCK", 7)
+    monkeypatch.setattr(fine_solver, "MOST_PLACED_BYTES", stay)
+    judge = PairJudge(found.judge.reduced, found.design, found.judge.base)
+    solved, genuine = [], VariantSolver._state
+    monkeypatch.setattr(
+        VariantSolver, "_state", lambda self, lines, *rest: solved.append(len(self.phi)) or genuine(self, lines, *rest)
+    )
+    assembly, positions = judge.assembly(found.variants.x[0]), []
+    for angles in (12, 24, 48, 24):
+        fine, solved[:] = judge.on_angles(angles), []
+        fine.solve(assembly)
+        positions.append(sum(solved))
+    assert positions == [12, 12, 24, 0]
+    whole = VariantSolver(judge.reduced, fine.phi, judge.solver.torques_Nm).solve(assembly, differentiated=True)
+    assert_array_equal(fine.solve(assembly).load_N_per_mm, whole.load_N_per_mm)
+    parts = fine.solve(assembly, differentiated=True)
     for field in fields(whole):
         assert_array_equal(getattr(parts, field.name), getattr(whole, field.name))
 
