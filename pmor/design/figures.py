@@ -18,7 +18,7 @@ from pmor.design.variables import limits
 from pmor.report.panels import panels, plot_share_below
 from pmor.report.parameter_words import parameter_words
 from pmor.report.style import COLOURS, legend_label, new_figure, plot_style
-from pmor.sets.readings import known
+from pmor.sets.lost import known
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

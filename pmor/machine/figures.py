@@ -16,7 +16,7 @@ from pmor.pair.model import gear_pair
 from pmor.report.panels import panels
 from pmor.report.style import COLOURS, legend_label, new_figure, plot_style
 from pmor.results.load_distribution import line_states
-from pmor.sets.readings import known
+from pmor.sets.lost import known
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -62,18 +62,25 @@ def run(
             failures.append(f"load {load.name}: {error}")
         else:
             loads.append(solved)
-            for mesh in solved.meshes:
-                name = f"load {load.name}, mesh {mesh.meshing.settings.name}"
-                assert mesh.sweep.overloaded is not None, "of line loads"
-                failures += lost_of_pair([name], mesh.sweep.converged, mesh.sweep.overloaded)
-            for one in solved.sets:
-                failures += lost_positions(one.solution, [f"load {load.name}, set {one.meshing.settings.name}"])
+            failures += lost_of_load(solved)
         step(1)
     with _timed(seconds, "rigid supports, root stress"):
         compared = with_rigid_supports(loads, pairs, trains, angles)
     with _timed(seconds, "flanks that fit"), stage("flanks that fit"):
         fits = fit_meshes(file.model, loads, pairs)
     return GearboxResult(file, compared, tuple(failures), fits, trained, seconds)
+
+
+def lost_of_load(solved: SolvedLoad) -> list[str]:
+    """Return a sentence for each mesh and set with positions that have no solution under a load."""
+    found, load = list[str](), f"load {solved.load.name}"
+    for mesh in solved.meshes:
+        assert mesh.sweep.overloaded is not None, "of line loads"
+        name = f"{load}, mesh {mesh.meshing.settings.name}"
+        found += lost_of_pair([name], mesh.sweep.converged, mesh.sweep.overloaded)
+    for one in solved.sets:
+        found += lost_positions(one.solution, [f"{load}, set {one.meshing.settings.name}"])
+    return found
 
 
 @contextmanager

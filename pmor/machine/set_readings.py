@@ -12,7 +12,8 @@ from pmor.machine.mesh_losses import mesh_losses
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.settings import Lubricant
 from pmor.sets.kinematics import torque_ratios
-from pmor.sets.readings import known, mesh_frequency_Hz, torque_data
+from pmor.sets.lost import known
+from pmor.sets.readings import mesh_frequency_Hz, torque_data
 from pmor.sets.settings import Member
 
 Data = dict[str, Any]

@@ -14,8 +14,8 @@ from pmor.gear.tooth import Tooth
 from pmor.report.blank_figure import hole_outline
 from pmor.report.panels import panels, plot_share_below
 from pmor.report.style import COLOURS, legend_label
+from pmor.sets.lost import known
 from pmor.sets.pins import pin_shapes
-from pmor.sets.readings import known
 from pmor.sets.root_stress import GearStress
 from pmor.sets.settings import Pins
 from pmor.sets.shafts import shaft_of

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
-from pmor.core.arrays import IntArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.line.hubs import HUB
 from pmor.line.kernels.several import MOST_SINGLE_STEPS
 from pmor.line.lost import NOT_FOUND, OVERLOADED, left_out
@@ -24,6 +26,12 @@ def lost_positions(solved: SetSolution, names: Sequence[str]) -> list[str]:
             loose, steps = solved.found.loose[number, lost], solved.found.steps[number, lost]
             found.append(left_out(name, lost, _reasons(solved.plan, loose, steps)))
     return found
+
+
+def known(figure: Callable[[FloatArray], Any], values: FloatArray) -> float:
+    """Return a figure of the positions that have a solution; NaN where none has."""
+    there = values[np.isfinite(values)]
+    return float(figure(there)) if there.size else math.nan
 
 
 def _reasons(plan: SetPlan, loose: IntArray, steps: IntArray) -> list[str]:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray
 from pmor.sets.bounds import named_bounds
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import SetFile
+from pmor.sets.lost import known
 from pmor.sets.plan import SetPlan
 from pmor.sets.root_stress import GearStress
 from pmor.sets.solution import SetSolution
@@ -154,7 +154,8 @@ def sample_data(samples: Samples, solved: SetSolution, torques_Nm: Sequence[floa
     drawn = {"k_gamma": samples.k_gamma, "ste_peak_to_peak_um": samples.ste_peak_to_peak_um}
     rows = []
     for number, torque in enumerate(torques_Nm):
-        row: dict[str, Any] = {"torque_Nm": torque, "missing": int(samples.missing[number])}
+        row: dict[str, Any] = {"torque_Nm": torque, "missing": int(samples.missing[number]),
+                               "incomplete": int(samples.incomplete[number])}  # fmt: skip
         for name, values in drawn.items():
             there = values[:, number][np.isfinite(values[:, number])]
             found = np.percentile(there, PERCENT) if len(there) else np.full(len(PERCENT), np.nan)
@@ -255,12 +256,6 @@ def loaded_by(solved: SetSolution, body: int, side: int) -> str | None:
     """Return the member whose teeth press on the flanks of a side of a body's teeth; None where there is none."""
     mates = solved.root_stress[body].mates[side]
     return "/".join(dict.fromkeys(solved.plan.bodies[mate].member for mate in mates)) or None
-
-
-def known(figure: Callable[[FloatArray], Any], values: FloatArray) -> float:
-    """Return a figure of the positions that have a solution; NaN where none has."""
-    there = values[np.isfinite(values)]
-    return float(figure(there)) if there.size else math.nan
 
 
 def plain(value: Any) -> float | None:

@@ -23,8 +23,9 @@ from pmor.sets.figures import (
     tolerance_figure,
 )
 from pmor.sets.loader import SetFile
+from pmor.sets.lost import known
 from pmor.sets.output import FILES, PIN_FILES, REXS_FILES, SAMPLE_FILES, nominal_torque, set_report, set_text
-from pmor.sets.readings import Data, known, set_data
+from pmor.sets.readings import Data, set_data
 from pmor.sets.results_data import set_columns, write_set_results
 from pmor.sets.solution import SetSolution
 from pmor.sets.to_rexs import why_no_rexs, write_set_rexs

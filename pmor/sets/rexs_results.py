@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pmor.export.rexs.document import Attributes
-from pmor.sets.readings import known
+from pmor.sets.lost import known
 from pmor.sets.solution import SetSolution
 
 # Axes of the set as they lie along u, v and w.

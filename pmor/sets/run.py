@@ -19,7 +19,7 @@ from pmor.sets.model import build_train
 from pmor.sets.output import FILES, PIN_FILES, REXS_FILES, SAMPLE_FILES
 from pmor.sets.result import SetResult
 from pmor.sets.solution import solve_set
-from pmor.sets.tolerances import solve_samples
+from pmor.sets.tolerances import lost_samples, solve_samples
 from pmor.storage.compliance_file import KeptGear
 from pmor.storage.results_folder import results_folder
 from pmor.work.line_gear import kept_in_file, not_kept
@@ -59,11 +59,7 @@ def solved(
     step(1)
     failures = tuple(lost_positions(found, [f"{amount:g} N m" for amount in file.torques_Nm]))
     if samples is not None:
-        failures += tuple(
-            f"{amount:g} N m: {count} of {len(samples.sections)} sets within tolerances did not converge: left out"
-            for amount, count in zip(file.torques_Nm, samples.missing, strict=True)
-            if count
-        )
+        failures += lost_samples(samples, file.torques_Nm)
     return SetResult(file, found, samples, failures)
 
 

@@ -11,11 +11,12 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.pair.bounds import Bound
 from pmor.sets.bounds import set_bounds
 from pmor.sets.draws import drawn
 from pmor.sets.loader import SetFile
+from pmor.sets.lost import known
 from pmor.sets.plan import with_errors
 from pmor.sets.settings import SetSections
 from pmor.sets.solution import SetSolution, solve_on
@@ -30,7 +31,9 @@ class Samples:
     sections : tuple of SetSections
         Each sample as a set file says it.
     k_gamma, ste_peak_to_peak_um : ndarray, shape (n, D)
-        NaN where a position did not converge.
+        Of the positions that have a solution; NaN where none has.
+    lost : ndarray of int, shape (n, D)
+        Positions without a solution.
     pitches : int
         Mesh cycles over which each sample is solved.
     bounds : tuple of tuple of (int, str, Bound)
@@ -40,13 +43,19 @@ class Samples:
     sections: tuple[SetSections, ...]
     k_gamma: FloatArray
     ste_peak_to_peak_um: FloatArray
+    lost: IntArray
     pitches: int
     bounds: tuple[tuple[tuple[int, str, Bound], ...], ...]
 
     @property
-    def missing(self) -> FloatArray:
+    def missing(self) -> IntArray:
         """Number of samples without a result under each torque, (D,)."""
         return np.asarray(np.isnan(self.ste_peak_to_peak_um).sum(axis=0))
+
+    @property
+    def incomplete(self) -> IntArray:
+        """Number of samples under each torque that have positions with and without a solution, (D,)."""
+        return np.asarray((self.lost > 0).sum(axis=0)) - self.missing
 
 
 def solve_samples(file: SetFile, solved: SetSolution) -> Samples | None:
@@ -55,14 +64,27 @@ def solve_samples(file: SetFile, solved: SetSolution) -> Samples | None:
         return None
     sections = tuple(drawn(file.sections))
     k_gamma, peak_to_peak = np.empty((2, len(sections), len(solved.torque_Nm)))
+    lost = np.empty(k_gamma.shape, dtype=np.int64)
     left: list[list[tuple[int, str, Bound]]] = [[] for _ in solved.torque_Nm]
     for number, said in enumerate(sections):
         found = solve_on(with_errors(file.plan, said), solved.placed, solved.torque_Nm, file.sample_pitches)
-        peak_to_peak[number] = np.ptp(found.ste_um, axis=1)
-        k_gamma[number] = np.where(np.isnan(peak_to_peak[number]), np.nan, found.k_gamma)
+        peak_to_peak[number] = [known(np.ptp, ste) for ste in found.ste_um]
+        k_gamma[number], lost[number] = found.k_gamma, (~found.converged).sum(axis=1)
         for torque, of_torque in enumerate(left):
             of_torque += [(number, place, bound) for place, bound in set_bounds(file, found, torque)]
-    return Samples(sections, k_gamma, peak_to_peak, file.sample_pitches, tuple(map(tuple, left)))
+    return Samples(sections, k_gamma, peak_to_peak, lost, file.sample_pitches, tuple(map(tuple, left)))
+
+
+def lost_samples(samples: Samples, torques_Nm: Sequence[float]) -> tuple[str, ...]:
+    """Return a sentence under each torque on samples that lack some of their positions, and on those that lack all."""
+    found, whole = list[str](), len(samples.sections)
+    for torque, some, none in zip(torques_Nm, samples.incomplete, samples.missing, strict=True):
+        if some:
+            rule = "have positions that did not converge: their figures are of the others"
+            found.append(f"{torque:g} N m: {some} of {whole} sets within tolerances {rule}")
+        if none:
+            found.append(f"{torque:g} N m: {none} of {whole} sets within tolerances did not converge: left out")
+    return tuple(found)
 
 
 def sample_bounds(samples: Samples, torques_Nm: Sequence[float]) -> tuple[str, ...]:
@@ -95,5 +117,7 @@ def sample_rows(samples: Samples, torques_Nm: FloatArray) -> list[dict[str, floa
         for place, torque in enumerate(torques_Nm.tolist()):
             row[f"k_gamma_{torque:g}_Nm"] = float(samples.k_gamma[number, place])
             row[f"ste_peak_to_peak_um_{torque:g}_Nm"] = float(samples.ste_peak_to_peak_um[number, place])
+            if samples.lost.any():
+                row[f"lost_positions_{torque:g}_Nm"] = float(samples.lost[number, place])
         rows.append(row)
     return rows

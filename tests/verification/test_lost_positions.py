@@ -1,6 +1,7 @@
 """A position of a set without a solution: the others are told, and why it is left out."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -13,13 +14,16 @@ from pmor.design.set_judge import SetJudge
 from pmor.line.kernels.several import MOST_SINGLE_STEPS
 from pmor.machine.loader import load as load_gearbox
 from pmor.machine.output import gearbox_data
+from pmor.machine.run import lost_of_load
 from pmor.sets.loader import load
 from pmor.sets.lost import lost_positions
 from pmor.sets.output import set_report
 from pmor.sets.readings import torque_data
 from pmor.sets.results_data import write_set_results
 from pmor.sets.run import run
+from pmor.sets.solution import solve_on
 from pmor.sets.to_rexs import write_set_rexs
+from pmor.sets.tolerances import lost_samples, sample_rows, solve_samples
 from pmor_online.root_cycle import Extremes
 from tests.support.set_gearboxes import one_stage, written_reducer
 from tests.support.set_variants import BASE, teeth
@@ -40,6 +44,11 @@ def without(solution, loose=-1, steps=5, lost=LOST, torque=0):
     found.converged[torque, lost], found.loose[torque, lost], found.steps[torque, lost] = False, loose, steps
     found.force[torque, lost], found.movement[torque, lost] = np.nan, np.nan
     return replace(solution, found=found)
+
+
+def replace_all(sweep):
+    """A sweep all of whose positions converged."""
+    return SimpleNamespace(converged=sweep.converged | True, overloaded=sweep.overloaded & False)
 
 
 def test_figures_are_those_of_the_positions_that_are_left(result):
@@ -129,6 +138,41 @@ def test_extremes_leave_out_what_is_not_known():
     for block in ([3.0, np.nan], [np.nan, np.nan], [5.0, 4.0]):
         found.add(np.array(block).reshape(1, 2, 1))
     assert (found.most.item(), found.least.item()) == (5.0, 3.0)
+
+
+def test_samples_keep_the_positions_that_converged_and_say_so(result, tmp_path, monkeypatch):
+    """Of eight sets the second lacks a position, the third all of them."""
+    sizes = "[tolerances]\npins_tangential_um = 5.0\nsamples = 8\n"
+    file, solved = load(written_set(tmp_path, FREE + sizes)), []
+
+    def solve(*its):
+        solved.append(solve_on(*its))
+        return without(solved[-1], lost={2: [LOST], 3: slice(None)}.get(len(solved), []))
+
+    monkeypatch.setattr("pmor.sets.tolerances.solve_on", solve)
+    samples = solve_samples(file, result.solution)
+    assert samples.lost[:, 0].tolist() == [0, 1, solved[2].converged.shape[1], *5 * [0]]
+    there = np.delete(solved[1].ste_um[0], LOST)
+    assert_allclose(samples.ste_peak_to_peak_um[1, 0], np.ptp(there), rtol=1e-12)
+    assert_allclose(samples.k_gamma[1], without(solved[1]).k_gamma, rtol=1e-12)
+    assert np.isnan([samples.ste_peak_to_peak_um[2, 0], samples.k_gamma[2, 0]]).all()
+    assert (samples.incomplete, samples.missing) == (1, 1)
+    some, none = lost_samples(samples, [300.0])
+    assert some.startswith("300 N m: 1 of 8 sets within tolerances have positions that did not converge")
+    assert none == "300 N m: 1 of 8 sets within tolerances did not converge: left out"
+    rows = sample_rows(samples, np.array([300.0]))
+    assert [row["lost_positions_300_Nm"] for row in rows] == samples.lost[:, 0].tolist()
+
+
+@pytest.mark.parametrize(("wide", "why"), [(True, "overloads a section"), (False, "carry was not found")])
+def test_a_mesh_of_a_gearbox_says_which_positions_it_lacks_and_why(wide, why):
+    converged = np.array([[True, False, True, True]])
+    sweep = SimpleNamespace(converged=converged, overloaded=wide & ~converged)
+    meshes = [SimpleNamespace(meshing=SimpleNamespace(settings=SimpleNamespace(name=name)), sweep=one)
+              for name, one in (("first", replace_all(sweep)), ("second", sweep))]  # fmt: skip
+    (said,) = lost_of_load(SimpleNamespace(load=SimpleNamespace(name="drive"), meshes=meshes, sets=()))
+    assert said.startswith("load drive, mesh second: 1 of 4 positions did not converge and are left out")
+    assert why in said
 
 
 @pytest.mark.parametrize("lost", [[0], list(range(6))], ids=["the first", "all"])
