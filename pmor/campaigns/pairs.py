@@ -8,14 +8,16 @@ from typing import Any
 
 from pmor.body.flank_compliance import FlankCompliance
 from pmor.campaigns.figures import FIGURES, FIRST, figures_of, known, peaks_of
+from pmor.campaigns.keys import split
 from pmor.campaigns.kind import Kind, Solved
 from pmor.campaigns.relations import text_of_design, why_infeasible, with_relations
 from pmor.campaigns.relief import best_relief
 from pmor.campaigns.settings import OF_RELIEF, PairCampaign, Relations
 from pmor.campaigns.store import Store
-from pmor.case import Case, GearCase, change_case, load_case, parse_case, text_of
+from pmor.case import Case, GearCase, change_case, changed_text, parse_case, text_of
 from pmor.case.capability import why_not
 from pmor.case.coarser import coarser
+from pmor.case.reader import parse_toml, read_text
 from pmor.case.schema import SECTIONS
 from pmor.core.errors import CaseError, MeshError
 from pmor.fe.sector import SectorMesh
@@ -34,12 +36,23 @@ SWEEP = "sweep"
 
 
 def _base_text(base: Path, relations: Relations, fixed: Mapping[str, Any], place: str) -> str:
-    case = load_case(base)
+    case = parse_case(_freed(base, relations), base.stem, str(base), base.parent)
     if case.compare.models is not None:
         case = change_case(case, compare={"models": None})
     text = text_of_design(text_of(case), fixed)
     if reason := why_not(parse_case(text, case.name, f"{place}: {base}"), "campaign"):
         raise CaseError(f"{place}: {base}: {reason} there, or with their sections below [designs]")
+    return text
+
+
+def _freed(base: Path, relations: Relations) -> str:
+    """Text of a base case without the keys that give way to relations, which may make gears fit that do not there."""
+    text = read_text(base, "case file")
+    for name in relations.frees:
+        section, key = split(name)
+        said = parse_toml(text, str(base)).get(section)
+        if isinstance(said, Mapping) and key in said:
+            text = changed_text(text, {section: {key: None}})
     return text
 
 

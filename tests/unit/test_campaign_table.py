@@ -9,8 +9,8 @@ from pmor.campaigns.loader import load
 from pmor.campaigns.relations import case_of, text_of_design, why_infeasible, with_relations
 from pmor.campaigns.settings import Relations
 from pmor.campaigns.table import designs_of, different_designs
-from pmor.case import parse_case
-from pmor.core.errors import GeometryError
+from pmor.case import changed_text, parse_case
+from pmor.core.errors import CaseError, GeometryError
 from pmor.gear.pair import zero_backlash_centre_distance
 from pmor.pair.model import gear_pair
 from tests.support.small_case import case_text
@@ -35,6 +35,19 @@ def test_a_grid_has_every_value_with_every_other_once(tmp_path):
                           "pair.module_mm = { from = 3.0, to = 4.0, steps = 3 }\n")  # fmt: skip
     expected = [(z, m) for z in (19, 20) for m in (3.0, 3.5, 4.0)]
     assert [(d["pinion.teeth"], d["pair.module_mm"]) for d in designs] == expected
+
+
+def test_a_base_case_fits_with_the_centre_distance_of_the_relations_alone(tmp_path):
+    """As filed its tips do not reach each other; without the relation it is refused."""
+    grid = '[designs]\nmethod = "grid"\npinion.teeth = [19, 20]\n'
+    (tmp_path / "base.toml").write_text(changed_text(BASE, {"pair": {"centre_distance_mm": 200.0}}))
+    path = tmp_path / "campaign.toml"
+    path.write_text(f'case = "base.toml"\n{grid}[relations]\ncentre_distance_mm = 86.5\n')
+    found = load(path)
+    assert case_of(found.base_text, {}, "one").pair.centre_distance_mm is None
+    path.write_text(f'case = "base.toml"\n{grid}')
+    with pytest.raises(CaseError, match="base.toml: .*centre_distance_mm = 200.*tip circles touch"):
+        load(path)
 
 
 def test_a_list_takes_one_value_of_each(tmp_path):
