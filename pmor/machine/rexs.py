@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from pmor.body.bearing_estimate import CatalogueBearing
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, printable
@@ -20,7 +21,6 @@ from pmor.export.rexs.read import stage_case
 from pmor.export.rexs.shafts import PARALLEL, along_x, density_of, elastic_constants, sections_of
 from pmor.export.rexs.stage import face_middle, find_stage
 from pmor.export.rexs.units import rounded
-from pmor.machine.bearing_estimate import CatalogueBearing
 from pmor.machine.rexs_bearings import RexsBearings
 from pmor.machine.rexs_loads import RexsLoads, read_gravity
 from pmor.machine.rexs_lubricant import read_lubricant

@@ -6,19 +6,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from pmor.body.bearing_estimate import CatalogueBearing
 from pmor.core.errors import CaseError
+from pmor.export.rexs.bearings import catalogue_bearing
 from pmor.export.rexs.joints import COUPLINGS, FITS, shaft_joints
-from pmor.export.rexs.model import BEARINGS, RIGID, RIGID_TILT, Component, Gearbox
+from pmor.export.rexs.model import BEARINGS, CONCEPT, RIGID, RIGID_TILT, Component, Gearbox
 from pmor.export.rexs.shafts import sections_of
-from pmor.machine.bearing_estimate import CatalogueBearing
-from pmor.machine.rexs_parts import KINDS, inner_geometry
+from pmor.machine.rexs_parts import inner_geometry
 from pmor.machine.rexs_sets import refuse_bearing
 from pmor.machine.rolling_bearing import BallBearing
 from pmor.machine.settings import HOUSING, Bearing
 
 # Until the loads are known, N.
 FIRST_LOAD_N = 1e3
-CONCEPT, CATALOGUE = "concept_bearing", "rolling_bearing_with_catalog_geometry"
 # Of a bearing: what moves it off its place, which is not read.
 OFF_PLACE = (
     "preload_distance", "preload_force", "misalignment_in_v_direction", "misalignment_in_w_direction",
@@ -115,35 +115,9 @@ class RexsBearings:
         if bearing.kind == CONCEPT:
             self.note(f"{bearing.label}: neither stiffness nor inner geometry: radially rigid, as a concept")
             return "rigid"
-        found = self.catalogue(bearing, shaft, place)
+        found = catalogue_bearing(self.gearbox, bearing, shaft, place, self.note)
         self.estimated[self.name(bearing)] = found
         return found.radial_N_per_mm(FIRST_LOAD_N)
-
-    def catalogue(self, bearing: Component, shaft: Component, place: float) -> CatalogueBearing:
-        """Return what a bearing is by its type, and its bore, which is its shaft's diameter where none is said."""
-        kind = bearing.text_of("bearing_type")
-        if not kind:
-            rule = "neither stiffness, inner geometry nor bearing_type: write radial_stiffness, or its type"
-            raise _refuse(bearing, rule)
-        bore = bearing.number_of("inner_diameter") or self.diameter(shaft, place)
-        if not bore:
-            raise _refuse(bearing, "inner_diameter is missing: write it, or radial_stiffness")
-        outer, rows = bearing.number_of("outer_diameter"), bearing.whole_number_of("number_of_bearing_rows") or 1
-        rolling = "ball" if "ball" in kind else "needle" if "needle" in kind else "roller"
-        if kind not in KINDS:
-            self.note(f"{bearing.label}: {kind}: taken by the stiffness of a {rolling} bearing")
-        angles = [row.number_of("pressure_angle") for row in self.gearbox.beside(bearing.number, "rolling_bearing_row")]
-        angle = next((abs(one) for one in angles if one), 0.0) if rolling == "ball" else 0.0
-        outer, width = outer if outer and outer > bore else None, bearing.number_of("width")
-        return CatalogueBearing(rolling, bore, outer, rows, angle, width or None)  # type: ignore[arg-type]
-
-    def diameter(self, shaft: Component, place: float) -> float | None:
-        """Of the section of a shaft at a place, mm."""
-        for part in self.gearbox.beside(shaft.number, "shaft_section", "assembly"):
-            start, length = part.number_of("u_coordinate_on_shaft"), part.number_of("length")
-            if start is not None and length and start <= place <= start + length:
-                return part.number_of("outer_diameter_begin", "outer_diameter_end")
-        return None
 
     def axial(self, bearing: Component, shaft: int) -> Any:
         """Stiffness along the axis; of bearings that take thrust without one, the first of a shaft holds it."""

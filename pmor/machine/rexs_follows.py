@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from pmor.body.bearing_estimate import CatalogueBearing
 from pmor.core.errors import PmorError
-from pmor.machine.bearing_estimate import CatalogueBearing
 from pmor.machine.model import GearboxModel, held_torques, loaded
 from pmor.machine.readings import carried
 

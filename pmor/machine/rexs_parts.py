@@ -13,15 +13,11 @@ from pmor.case.reader import checked
 from pmor.case.seats import checked_stiffness, refuse_half
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
+from pmor.export.rexs.bearings import KINDS
 from pmor.export.rexs.joints import axis_of
 from pmor.export.rexs.model import Component, Gearbox
 from pmor.machine.rolling_bearing import LAMINAE, BallBearing, RollerBearing, impossible
 
-# Types of bearings whose inner geometry is solved, and whether they have balls; others are taken by their stiffness.
-KINDS = {
-    "angular_contact_ball_bearing": True, "radial_grooved_ball_bearing": True, "radial_needle_roller_bearing": False,
-    "radial_roller_bearing": False, "radial_tapered_roller_bearing": False,
-}  # fmt: skip
 # Those that have a contact angle.
 ANGLED = ("angular_contact_ball_bearing", "radial_tapered_roller_bearing")
 MATRIX = "reduced_static_stiffness_matrix"

@@ -28,14 +28,13 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
+from pmor.body.bearing_estimate import LINE, LINE_LENGTH_EXPONENT, LINE_STIFFNESS
 from pmor.core.arrays import FloatArray
 from pmor.core.ranges import Length, Range
 
 DOF = 5
 LAMINAE = 41
-POINT, LINE = 1.5, 10.0 / 9.0
-# ISO/TS 16281, 5.3: stiffness of a roller of steel, N/mm^(10/9) for lengths in mm.
-LINE_STIFFNESS, LINE_LENGTH_EXPONENT = 35948.0, 8.0 / 9.0
+POINT = 1.5
 # ISO/TS 16281, 5.4: logarithmic profile of cylindrical and tapered rollers.
 PROFILE = 0.00035
 # ISO/TS 16281 has its stiffness of rollers for steel; its modulus, MPa.

@@ -23,6 +23,7 @@ from pmor.export.rexs.joints import COUPLINGS, RING, axis_of, shafts_of, stages,
 from pmor.export.rexs.model import Component, Gearbox, read_rexs
 from pmor.export.rexs.read import Imported, stage_case
 from pmor.export.rexs.stage import find_stage
+from pmor.sets.kinematics import torque_ratios
 from pmor.sets.rexs_supports import RexsSupports, on_casing
 from pmor.sets.settings import Member
 
@@ -132,9 +133,8 @@ class PlanetaryStage:
         outer = self.mesh(self.outer[first.number], -sense, first)
         self.refuse_unequal(inner, outer, sense)
         said = tomllib.loads(inner.case.text), tomllib.loads(outer.case.text)
-        supports = RexsSupports(
-            self.gearbox, self.path, self.notes, sense, bool(said[0]["pair"].get("helix_angle_deg")), alone
-        )
+        helical, force = bool(said[0]["pair"].get("helix_angle_deg")), self.mesh_force(load, *said)
+        supports = RexsSupports(self.gearbox, self.path, self.notes, sense, helical, alone, force)
         document: dict[str, Any] = {
             "title": printable(self.stage.name or self.path.stem), "load": load, **self.gears(*said),
             "planets": self.places([angles[planet.number] for planet in self.planets], sense) | self.pin_errors(sense),
@@ -147,6 +147,14 @@ class PlanetaryStage:
         if alone:
             self.notes.append("ring's shaft: rigid; tilt and twist of the sun's shaft are left out")
         return ReadSet(document_text(document), tuple(dict.fromkeys(self.notes)), tuple(self.changed))
+
+    def mesh_force(self, load: dict[str, Any], inner: dict[str, Any], outer: dict[str, Any]) -> float:
+        """Return the force of a mesh at the reference circle of the sun, N, where planets share the load."""
+        ratios = torque_ratios((inner["pinion"]["teeth"], outer["wheel"]["teeth"]))
+        on_sun = 1e3 * abs(load["torque_Nm"] * ratios["sun"] / ratios[load["on"]])
+        helix = math.radians(inner["pair"].get("helix_angle_deg", 0.0))
+        radius = 0.5 * inner["pair"]["module_mm"] * inner["pinion"]["teeth"] / math.cos(helix)
+        return on_sun / (radius * len(self.planets))
 
     def mesh(self, number: int, sense: int, pinion: Component) -> Imported:
         """Return the case of a mesh, whose pinion is loaded in a sense about its axis."""

@@ -18,8 +18,9 @@ from pmor.body.beam import Beam, CircularSection, ShaftMaterial, stations_of
 from pmor.body.seated_beam import BeamSeat, seated_beam
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
+from pmor.export.rexs.bearings import catalogue_bearing
 from pmor.export.rexs.joints import FITS, axis_of, joints, shafts_of
-from pmor.export.rexs.model import RIGID, RIGID_TILT, Component, Gearbox
+from pmor.export.rexs.model import BEARINGS, CONCEPT, RIGID, RIGID_TILT, Component, Gearbox
 from pmor.export.rexs.shafts import elastic_constants, sections_of
 from pmor.sets.pins import planet_on_bearings
 from pmor.sets.settings import PinBearing
@@ -45,6 +46,8 @@ class RexsSupports:
         take the whole face width for next to nothing.
     alone : bool
         Whether shafts and bearings of sun and carrier are condensed; those of a part of a gearbox are solved there.
+    mesh_N : float
+        Force of a mesh, under which bearings that are known by their catalogue number alone are as stiff as estimated.
     """
 
     gearbox: Gearbox
@@ -53,6 +56,7 @@ class RexsSupports:
     side: int
     helical: bool = False
     alone: bool = True
+    mesh_N: float = 0.0
 
     def refuse(self, component: Component, rule: str) -> CaseError:
         """Return the error of a component that the file does not say enough of."""
@@ -104,7 +108,7 @@ class RexsSupports:
         bearings = [
             PinBearing(at_mm=self.side * (seat.place - middle), radial_N_per_mm=_or_word(seat.radial, "rigid"),
                        tilt_Nmm_per_rad=_or_word(seat.tilt, "free"))
-            for seat in self.seats(pin, [joint for joint, _ in found])
+            for seat in self.seats(pin, [joint for joint, _ in found], 2.0 * self.mesh_N / len(found))
         ]  # fmt: skip
         places = [middle + self.side * bearing.at_mm for bearing in bearings]
         beam = self.beam(pin, [*(seat.place for seat in seats), *places])
@@ -198,16 +202,28 @@ class RexsSupports:
         """Shafts that carry a gear."""
         return shafts_of(self.gearbox, gear)
 
-    def seats(self, shaft: Component, at: Sequence[Component]) -> list[BeamSeat]:
-        """Return what bearings and couplings do to a shaft."""
+    def estimated(self, joint: Component, shaft: Component, load_N: float) -> float:
+        """Return the stiffness across of a joint of which the file says none, N/mm: of a bearing as estimated."""
+        if joint.kind not in BEARINGS or joint.kind == CONCEPT:
+            self.notes.append(f"{joint.label}: no radial_stiffness: radially rigid")
+            return RIGID
+        bearing = catalogue_bearing(self.gearbox, joint, shaft, self.along(joint, shaft), self.notes.append)
+        radial = bearing.radial_N_per_mm(load_N)
+        self.notes.append(
+            f"{joint.label}: no radial_stiffness: {radial:.3g} N/mm across under {load_N:.3g} N estimated after "
+            f"{bearing.source}: good to a factor of two"
+        )
+        return radial
+
+    def seats(self, shaft: Component, at: Sequence[Component], load_N: float = 0.0) -> list[BeamSeat]:
+        """Return what bearings and couplings do to a shaft; those carry a load each, by default that of a mesh."""
         found = []
         for joint in at:
             radial, tilt = joint.number_of("radial_stiffness"), joint.number_of("bending_stiffness")
             if joint.kind in FITS:
                 radial, tilt = RIGID, RIGID_TILT
             if radial is None and joint.text_of("radial_force_absorption") != "false":
-                self.notes.append(f"{joint.label}: no radial_stiffness: radially rigid")
-                radial = RIGID
+                radial = self.estimated(joint, shaft, load_N or self.mesh_N)
             springs = (math.inf if (value or 0.0) >= rigid else value or 0.0
                        for value, rigid in ((radial, RIGID), (tilt, RIGID_TILT)))  # fmt: skip
             found.append(BeamSeat(self.along(joint, shaft), *springs))

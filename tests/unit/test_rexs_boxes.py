@@ -9,8 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.app.export import export_file
+from pmor.body.bearing_estimate import CatalogueBearing
 from pmor.core.errors import CaseError, OutputError
-from pmor.machine.bearing_estimate import CatalogueBearing
 from pmor.machine.loader import load
 from pmor.machine.model import loaded, pinion_torques, speeds_rpm
 from pmor.machine.readings import carried

@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.body.bearing_estimate import CatalogueBearing
 from pmor.core.errors import CaseError
 from pmor.export.rexs.shifts import Rack
 from pmor.sets.loader import parse_set
@@ -104,6 +105,26 @@ def test_a_helical_set_with_blanks_on_pins_is_the_same_in_what_is_written_again(
         assert getattr(two.sections, name) == getattr(one.sections, name), name
     assert [case.pair for case in two.cases.values()] == [case.pair for case in one.cases.values()]
     assert two.torques_Nm == one.torques_Nm
+
+
+def test_a_bearing_by_its_catalogue_number_is_as_stiff_as_estimated_under_the_force_of_a_mesh(tmp_path):
+    """300 N m on a sun of 18 teeth and three planets; as in a gearbox one without a type is demanded."""
+    model = model_of(shifted().replace("[load]\n", "[supports]\nsun_radial_N_per_mm = 1e6\n[load]\n"))
+    bearings = model.findall(".//component[@name='Sun'][@type='concept_bearing']")
+    for bearing in bearings:
+        bearing.set("type", "rolling_bearing_with_catalog_geometry")
+        bearing.remove(bearing.find("attribute[@id='radial_stiffness']"))
+    with pytest.raises(CaseError, match="neither stiffness, inner geometry nor bearing_type"):
+        read(tmp_path, model)
+    for bearing in bearings:
+        for name, value in (("bearing_type", "radial_roller_bearing"), ("inner_diameter", "20.0")):
+            ElementTree.SubElement(bearing, "attribute", id=name, unit="").text = value
+    force = 300e3 / (3.0 * 36.0)
+    expected = CatalogueBearing("roller", 20.0).radial_N_per_mm(force)
+    found, _ = read(tmp_path, model)
+    assert any(f"{expected:.3g} N/mm across under {force:.3g} N estimated" in note for note in found.notes)
+    (said,) = (line for line in found.text.splitlines() if line.startswith("sun_radial_N_per_mm"))
+    assert float(said.split(" = ")[1]) == pytest.approx(len(bearings) * expected, rel=0.05)
 
 
 def test_a_sun_on_next_to_nothing_floats_and_the_file_says_how_soft_it_stands(tmp_path):

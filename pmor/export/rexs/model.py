@@ -38,7 +38,8 @@ ATTRIBUTE_NAMES = {
 CODES = {"int32": "<i4", "float32": "<f4", "float64": "<f8"}
 #: endings of files
 ENDINGS = (".rexs", ".rexsz", ".rexsj")
-BEARINGS = ("rolling_bearing_with_catalog_geometry", "rolling_bearing_with_detailed_geometry", "concept_bearing")
+CONCEPT, CATALOGUE = "concept_bearing", "rolling_bearing_with_catalog_geometry"
+BEARINGS = (CATALOGUE, "rolling_bearing_with_detailed_geometry", CONCEPT)
 # Stiffnesses from here on stand for rigid, N/mm and N mm/rad.
 RIGID, RIGID_TILT = 1e10, 1e13
 # Largest unpacked size: an archive may hold anything.
