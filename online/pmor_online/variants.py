@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -77,6 +78,13 @@ class VariantState:
     mirrored: bool
 
 
+class Placed(NamedTuple):
+    """Sections on some axes, on each support, and the memory that they take."""
+
+    sections: list[PlacedSections]
+    nbytes: int
+
+
 class VariantSolver:
     """Solves variants of a pair at fixed angles and torques; threads may share it.
 
@@ -97,7 +105,7 @@ class VariantSolver:
         self.reduced, self.phi = reduced, np.ascontiguousarray(phi, dtype=float)
         self.torques_Nm, self.hubs = tuple(torques_Nm), tuple(hubs)
         # For each thread that was on the same axes, one for each of `supported`; the axes used last at the end.
-        self._idle: OrderedDict[Misalignment, list[list[PlacedSections]]] = OrderedDict()
+        self._idle: OrderedDict[Misalignment, list[Placed]] = OrderedDict()
         self._idle_bytes = 0
         self._lock = threading.Lock()
 
@@ -119,7 +127,7 @@ class VariantSolver:
         differentiated : bool
             With the derivatives of the STE.
         """
-        with self._placed(assembly.misalignment) as placed:
+        with self._placed(assembly.misalignment) as (placed, _):
             first = placed[0]
             deviation = first.deviation(assembly)
             parts = [
@@ -145,7 +153,7 @@ class VariantSolver:
         )  # fmt: skip
 
     @contextmanager
-    def _placed(self, misalignment: Misalignment) -> Iterator[list[PlacedSections]]:
+    def _placed(self, misalignment: Misalignment) -> Iterator[Placed]:
         """Lend the sections on some axes, on each support.
 
         Solving makes flexibilities ready in them, which is for one at a time.
@@ -153,7 +161,8 @@ class VariantSolver:
         with self._lock:
             placed = self._take(misalignment)
         if placed is None:
-            placed = self._place(misalignment)
+            made = self._place(misalignment)
+            placed = Placed(made, _size(made))
         try:
             yield placed
         finally:
@@ -169,22 +178,22 @@ class VariantSolver:
             found.append(pair.lines.place(self.phi, misalignment) if one is None else one.on(pair.lines))
         return found
 
-    def _take(self, misalignment: Misalignment) -> list[PlacedSections] | None:
+    def _take(self, misalignment: Misalignment) -> Placed | None:
         alike = self._idle.get(misalignment)
         if not alike:
             return None
         placed = alike.pop()
-        self._idle_bytes -= _size(placed)
+        self._idle_bytes -= placed.nbytes
         return placed
 
-    def _keep(self, misalignment: Misalignment, placed: list[PlacedSections]) -> None:
+    def _keep(self, misalignment: Misalignment, placed: Placed) -> None:
         """Keep the sections for the next variant on these axes; the axes not used for longest go."""
         self._idle.setdefault(misalignment, []).append(placed)
         self._idle.move_to_end(misalignment)
-        self._idle_bytes += _size(placed)
+        self._idle_bytes += placed.nbytes
         while len(self._idle) > 1 and self._idle_bytes > MOST_IDLE_BYTES:
             _, longest = self._idle.popitem(last=False)
-            self._idle_bytes -= sum(map(_size, longest))
+            self._idle_bytes -= sum(placed.nbytes for placed in longest)
 
 
 def largest_of(load: FloatArray, patches: FloatArray) -> tuple[FloatArray, FloatArray]:

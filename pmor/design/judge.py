@@ -11,7 +11,14 @@ from typing import Any, Generic, Protocol, Self, TypeVar
 import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray
-from pmor.design.measures import draw_weights, order_amplitude, order_of, peak_to_peak, smooth_peak_to_peak
+from pmor.design.measures import (
+    draw_weights,
+    order_amplitude,
+    order_of,
+    order_rates,
+    peak_to_peak,
+    smooth_peak_to_peak,
+)
 from pmor.design.settings import Design
 from pmor.design.variables import SEED
 
@@ -121,6 +128,11 @@ class Judge(ABC, Generic[Built, Solved]):
         table[~there] = np.nan
         return table
 
+    def figure(self, key: str, built: Built) -> FloatArray:
+        """Return one result of what is built under each torque, (T,), as `results` has it; others are not found."""
+        state = self.solve(built)
+        return np.where(state.converged.all(axis=1), self._result(key, state, built), np.nan)
+
     def verdict(self, x: FloatArray | None, left: bool = False) -> Verdict:
         """Judge one variant, None is what the file has; of the positions that converged where `left`."""
         nominal = self.results(self.assembly(x), left)
@@ -145,8 +157,8 @@ class Judge(ABC, Generic[Built, Solved]):
 
     def objective_of(self, x: FloatArray, draws: Sequence[Any]) -> FloatArray:
         """Return the objective of each of some draws, (m,)."""
-        column = self.design.results.index(self.design.objective.minimise)
-        return np.array([self.results(self.assembly(x, draw))[:, column] @ self.weights for draw in draws])
+        key = self.design.objective.minimise
+        return np.array([self.figure(key, self.assembly(x, draw)) @ self.weights for draw in draws])
 
     def smooth(self, x: FloatArray, sharpness: float) -> tuple[float, FloatArray, FloatArray]:
         """Return the objective made smooth, its exact derivative by each variable, and the limits (C,).
@@ -184,7 +196,7 @@ class Judge(ABC, Generic[Built, Solved]):
         """Return one result under each torque, (T,)."""
         order = self._order(key)
         if order is not None:
-            return order_amplitude(state.ste_um, order)[0]
+            return order_amplitude(state.ste_um, order)
         return peak_to_peak(state.ste_um) if key == "peak_to_peak_um" else self.result(key, state, built)
 
     def _order(self, key: str) -> int | None:
@@ -195,7 +207,7 @@ class Judge(ABC, Generic[Built, Solved]):
     def _of_ste(self, state: Solved, sharpness: float) -> tuple[FloatArray, FloatArray]:
         """Return a smooth figure of the STE under each torque, (T,), and its derivatives by the STE, (T, A)."""
         order = self._order(self.design.objective.minimise)
-        return smooth_peak_to_peak(state.ste_um, sharpness) if order is None else order_amplitude(state.ste_um, order)
+        return smooth_peak_to_peak(state.ste_um, sharpness) if order is None else order_rates(state.ste_um, order)
 
 
 def nominal(design: Design) -> Design:

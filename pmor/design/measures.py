@@ -15,9 +15,11 @@ weights of a beta distribution, steadier than one of them, and with a derivative
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import ComplexArray, FloatArray
 
 PERCENTILE = 0.95
 
@@ -45,17 +47,26 @@ def smooth_top(values: FloatArray, sharpness: float) -> tuple[FloatArray, FloatA
     return most[..., 0] + np.log(mean) / sharpness, powers / (mean[..., None] * values.shape[-1])
 
 
-def order_amplitude(ste_um: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
-    """Return the amplitude (...,), zero to peak, of an order of curves (..., n) over their period, and its derivative.
+def order_amplitude(ste_um: FloatArray, order: int) -> FloatArray:
+    """Return the amplitude (...,), zero to peak, of an order of curves (..., n) over their period."""
+    return np.asarray(np.abs(ste_um @ _wave(ste_um.shape[-1], order)))
+
+
+def order_rates(ste_um: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:
+    """Return the amplitude of an order as `order_amplitude` does, and its derivatives (..., n).
 
     At amplitude 0 it has a kink: the derivative there is returned as 0.
     """
-    n = ste_um.shape[-1]
-    wave = 2.0 / n * np.exp(-2j * np.pi * order * np.arange(n) / n)
+    wave = _wave(ste_um.shape[-1], order)
     spectrum = ste_um @ wave
     amplitude = np.abs(spectrum)
     direction = np.divide(spectrum, amplitude, out=np.zeros_like(spectrum), where=amplitude > 0.0)
     return np.asarray(amplitude), np.asarray((np.conj(direction)[..., None] * wave).real)
+
+
+@lru_cache(64)
+def _wave(count: int, order: int) -> ComplexArray:
+    return np.asarray(2.0 / count * np.exp(-2j * np.pi * order * np.arange(count) / count))
 
 
 def order_of(result: str) -> int | None:

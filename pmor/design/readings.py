@@ -148,7 +148,7 @@ def _contours(found: Found, executor: Executor | None) -> tuple[Contour, ...]:
     if found.best is None or len(found.design.variables) < 2:
         return ()
     design, best = found.design, found.variants.x[found.best]
-    judge, column = found.judge.alike(nominal(design)), design.results.index(design.objective.minimise)
+    judge, key = found.judge.alike(nominal(design)), design.objective.minimise
     low, high = limits(design.variables)
     pairs = list(combinations(range(min(len(design.variables), MOST_PAIRED)), 2))
     count = min(CONTOUR, int(math.sqrt(MOST_CONTOURED / len(pairs))))
@@ -157,7 +157,7 @@ def _contours(found: Found, executor: Executor | None) -> tuple[Contour, ...]:
         along, across = (np.linspace(low[n], high[n], count) for n in (first, second))
         x = np.tile(best, (count * count, 1))
         x[:, first], x[:, second] = np.tile(along, count), np.repeat(across, count)
-        values = in_order(lambda one: judge.results(judge.assembly(one))[:, column] @ judge.weights, x, executor)
+        values = in_order(lambda one: judge.figure(key, judge.assembly(one)) @ judge.weights, x, executor)
         contours.append(Contour(first, second, along, across, np.array(list(values)).reshape(count, count)))
     return tuple(contours)
 
@@ -174,10 +174,9 @@ def _over_torque(found: Found, torques: FloatArray, executor: Executor | None) -
     if not len(torques):
         return {}
     judge = found.judge.at_torques(torques).on_angles(max(FEWEST, found.design.search.angles))
-    column = found.design.results.index("peak_to_peak_um")
     flanks: dict[str, FloatArray | None] = {found.file.words.base: None}
     flanks |= {name: found.variants.x[n] for name, n in found.chosen.items()}
-    curves = in_order(lambda x: judge.results(judge.assembly(x))[:, column], flanks.values(), executor)
+    curves = in_order(lambda x: judge.figure("peak_to_peak_um", judge.assembly(x)), flanks.values(), executor)
     return dict(zip(flanks, curves, strict=True))
 
 

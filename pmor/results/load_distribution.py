@@ -73,8 +73,10 @@ def largest_pressure(pressure: FloatArray, axis: int | tuple[int, ...]) -> Float
 
     Sections in which a sharp edge carries do not count. NaN where these carry alone, 0 where nothing carries.
     """
-    found = np.nan_to_num(pressure).max(axis=axis)
-    return np.where((found == 0.0) & np.isnan(pressure).any(axis=axis), np.nan, found)
+    found = np.fmax.reduce(pressure, axis=axis)
+    if (nothing := found == 0.0).any():
+        found = np.where(nothing & np.isnan(pressure).any(axis=axis), np.nan, found)
+    return np.asarray(found)
 
 
 def over_the_whole_face(lines: LineStates, values: FloatArray) -> tuple[FloatArray, FloatArray]:
