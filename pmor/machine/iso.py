@@ -1,4 +1,6 @@
-"""The misalignment of a mesh after ISO 6336-1, method C, where its formula knows the arrangement of the shaft.
+"""Face load factors as standards and other programs have them: by slices, and by method C of ISO 6336-1.
+
+Method C is told where its formula knows the arrangement of the shaft.
 
 It knows a pinion between two bearings, through one of which all torque of the shaft enters, and one overhung to which
 torque comes past both bearings. Deviations of flanks and axes (f_ma) are none, as in the gearbox itself.
@@ -6,8 +8,11 @@ torque comes past both bearings. Deviations of flanks and axes (f_ma) are none, 
 
 from __future__ import annotations
 
+import math
 import warnings
 from typing import NamedTuple
+
+import numpy as np
 
 from pmor.case import Case
 from pmor.gear.classical.formulas import iso_stiffness
@@ -17,16 +22,23 @@ from pmor.gear.classical.iso6336_face_load import (
     face_load_factor,
     running_in,
     shaft_misalignment,
+    sliced_face_load_factor,
 )
+from pmor.gear.flank_deviation import kernel_deviation
+from pmor.gear.kernels.deviation import deviations_at
 from pmor.machine.coupled import SolvedMesh
+from pmor.machine.mesh_force import f_beta_um
 from pmor.machine.model import GearboxModel
 from pmor.machine.settings import LoadCase, Mesh, ShaftSection
+from pmor.pair.conditions import assembly_of
 from pmor.pair.iso_blank import blank_factor
 
 # Bore of a hollow shaft over its diameter, from which the formula no longer holds.
 LARGEST_BORE = 0.5
 # c_gamma,beta over c_gamma,alpha (ISO 6336-1, 9.3.3).
 STIFFNESS_RATIO = 0.85
+# Over the face: kinks of end relief lie between them to a thousandth of K_Hbeta.
+SLICES = 400
 
 
 class CrudeMisalignment(NamedTuple):
@@ -67,6 +79,27 @@ def crude_misalignment(model: GearboxModel, load: LoadCase, mesh: SolvedMesh, ca
         )
     after = misalignment - running_in(misalignment)
     return CrudeMisalignment(f_sh, misalignment, face_load_factor(after, STIFFNESS_RATIO * stiffness, line_load))
+
+
+def sliced_k_h_beta(mesh: SolvedMesh, case: Case) -> float:
+    """Return K_Hbeta of a mesh by slices that do not feel each other, as other programs have it.
+
+    Their gap is that of shafts, axes and flanks at the pitch point; their stiffness that of DIN 3990, not of the teeth.
+    """
+    pair, assembly = mesh.meshing.pair, assembly_of(case)
+    low, high = max(face[0] for face in pair.faces), min(face[1] for face in pair.faces)
+    z = low + (high - low) * (np.arange(SLICES) + 0.5) / SLICES
+    angle, off = pair.working_pressure_angle, case.misalignment
+    slope = f_beta_um(pair, mesh.displacement)
+    slope += math.cos(angle) * off.out_of_plane_um - math.sin(angle) * off.in_plane_um
+    overlap = slope / pair.face_width * z
+    gears = (assembly.pinion, pair.pinion), (assembly.wheel, pair.wheel)
+    for (modification, tooth), active, face in zip(gears, pair.active_rolls, pair.faces, strict=True):
+        removed = np.empty(SLICES)
+        flank = kernel_deviation(modification, tooth, active, face)
+        deviations_at(flank, np.full(SLICES, math.tan(angle)), z, np.zeros(SLICES, dtype=np.int64), removed)
+        overlap -= 1e3 * removed
+    return sliced_face_load_factor(overlap, mesh.force / pair.common_width)
 
 
 def unknown_arrangements(model: GearboxModel) -> list[tuple[str, str]]:

@@ -11,11 +11,11 @@ import numpy as np
 from pmor.body.beam import NODE
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
-from pmor.gear.pair import GearPair
 from pmor.machine.coupled import RigidMesh, RootStresses, SolvedLoad, SolvedMesh
-from pmor.machine.iso import CrudeMisalignment, crude_misalignment
+from pmor.machine.iso import CrudeMisalignment, crude_misalignment, sliced_k_h_beta
+from pmor.machine.mesh_force import f_beta_um
 from pmor.machine.mesh_losses import mesh_losses, per_second
-from pmor.machine.model import ABOUT_AXIS, GearboxModel, LoadedGearbox, Supported, speeds_rpm
+from pmor.machine.model import GearboxModel, LoadedGearbox, Supported, speeds_rpm
 from pmor.machine.rolling_bearing import BearingState
 from pmor.machine.set_readings import set_entry
 from pmor.machine.settings import LoadCase, Lubricant
@@ -33,6 +33,7 @@ def load_data(model: GearboxModel, cases: Mapping[str, Case], solved: SolvedLoad
     speeds = speeds_rpm(model, solved.load)
     meshes = [
         mesh_data(solved, mesh, rigid)
+        | {"sliced_k_h_beta": sliced_k_h_beta(mesh, cases[mesh.meshing.settings.name])}
         | _iso(crude_misalignment(model, solved.load, mesh, cases[mesh.meshing.settings.name]))
         | losses(mesh, speeds.get(mesh.meshing.settings.pinion.shaft), model.sections.lubricant)
         for mesh, rigid in zip(solved.meshes, solved.rigid, strict=True)
@@ -105,17 +106,6 @@ def losses(mesh: SolvedMesh, pinion_rpm: float | None, lubricant: Lubricant) -> 
     """Return loss factor, friction and power lost in a mesh; null without a speed, or at rest."""
     pair = mesh.meshing.pair
     return mesh_losses(pair, line_states(mesh.sweep), mesh.force, pinion_rpm, lubricant)
-
-
-def f_beta_um(pair: GearPair, displacement: FloatArray) -> float:
-    """Return the misalignment F_beta: by how much more the flanks overlap at the end with the larger z, um.
-
-    It is the face width times the difference of the slopes of both hubs along the transverse line of action, shafts
-    alone: without deviations of the flanks, and before these adapt.
-    """
-    angle = pair.working_pressure_angle
-    slopes = [-math.cos(angle) * about[1] - math.sin(angle) * about[0] for about in displacement[:, ABOUT_AXIS:]]
-    return float(1e3 * pair.face_width * (slopes[0] - slopes[1]))
 
 
 def sweep_data(sweep: SteSweep, row: int, root_stress: RootStresses) -> Data:

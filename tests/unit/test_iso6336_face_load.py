@@ -1,11 +1,23 @@
 """Misalignment and face load factor after ISO 6336-1, method C."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from pmor.body.beam import Beam, CircularSection, ShaftMaterial
-from pmor.gear.classical.iso6336_face_load import face_load_factor, running_in, shaft_misalignment
+from pmor.case import change_case, parse_case
+from pmor.gear.classical.iso6336_face_load import (
+    face_load_factor,
+    running_in,
+    shaft_misalignment,
+    sliced_face_load_factor,
+)
+from pmor.machine.iso import sliced_k_h_beta
+from pmor.machine.mesh_force import f_beta_um
+from pmor.pair.model import gear_pair
+from tests.support.gearboxes import SMALL_CASE
 
 EXACT = [(4 / 3, 1.66667), (2.0, 2.0), (8 / 3, 2.30940), (16 / 3, 3.26599), (32 / 3, 4.61880)]
 
@@ -14,6 +26,39 @@ EXACT = [(4 / 3, 1.66667), (2.0, 2.0), (8 / 3, 2.30940), (16 / 3, 3.26599), (32 
 def test_face_load_factor_is_that_of_slices_that_are_not_coupled(size, factor):
     """Thin slices of stiffness c under F_by c / w, exactly: partly lifted off from 2 on."""
     assert_allclose(face_load_factor(size * 150.0 / 20.0, 20.0, 150.0), factor, rtol=1e-5)
+
+
+@pytest.mark.parametrize(("size", "factor"), EXACT)
+@pytest.mark.parametrize("turned", [1.0, -1.0])
+def test_slices_over_any_gap_have_the_exact_factor_of_a_tilt(size, factor, turned):
+    """The largest is half a slice from the end."""
+    z = (np.arange(4000) + 0.5) / 4000
+    overlap = 7.0 + turned * size * 150.0 / 20.0 * z
+    assert_allclose(sliced_face_load_factor(overlap, 150.0), factor, rtol=2e-3)
+    assert_allclose(sliced_face_load_factor(np.full(7, -3.0), 150.0), 1.0, rtol=1e-12)
+
+
+def test_slices_with_a_crowning_carry_in_their_middle():
+    """w = w_m + c C (1/3 - s^2) over s from -1 to 1 while all of the face carries."""
+    s = np.linspace(-1.0, 1.0, 2001)
+    assert_allclose(sliced_face_load_factor(-4.0 * s**2, 150.0, 10.0), 1.0 + 40.0 / 3.0 / 150.0, rtol=1e-3)
+
+
+def test_slices_of_a_mesh_see_its_shafts_its_axes_and_its_flanks():
+    """A tilt of the hubs alone; levelled by a helix slope of either gear, or by the axes of the case."""
+    case = parse_case(SMALL_CASE, "small", "small")
+    pair, moved = gear_pair(case), np.zeros((2, 6))
+    moved[:, 3:5] = [[1.5e-4, -4e-4], [-2e-4, 3e-4]]
+    mesh = SimpleNamespace(meshing=SimpleNamespace(pair=pair), displacement=moved, force=4000.0)
+    tilt, line_load = f_beta_um(pair, moved), 4000.0 / pair.common_width
+    expected = face_load_factor(abs(tilt), 20.0, line_load)
+    assert expected > 1.2
+    assert_allclose(sliced_k_h_beta(mesh, case), expected, rtol=3e-3)
+    relative = 1e3 * pair.face_width * (moved[1] - moved[0])
+    axes = {"in_plane_um": relative[3], "out_of_plane_um": -relative[4]}
+    flanks = ({f"{gear}.modification": {"helix_slope_um": tilt}} for gear in ("pinion", "wheel"))
+    for change in ({"misalignment": axes}, *flanks):
+        assert_allclose(sliced_k_h_beta(mesh, change_case(case, **change)), 1.0, atol=1e-6)
 
 
 def test_f_sh_worked_by_hand():

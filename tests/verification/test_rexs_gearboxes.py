@@ -8,8 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.machine.loader import load
+from pmor.machine.mesh_force import f_beta_um
 from pmor.machine.model import loaded, pinion_senses, set_torques, speeds_rpm
-from pmor.machine.readings import f_beta_um
 
 SHARED = Path(__file__).parents[3] / "shared" / "rexs"
 TWO_STAGES, THREE_STAGES, PLANETS = (
@@ -56,8 +56,10 @@ def test_the_two_stage_box_as_filed_deflects_as_calculated_independently():
 def test_faces_that_are_not_centred_lie_where_the_file_has_them():
     file = load(THREE_STAGES)
     senses = pinion_senses(file.model, file.model.sections.loads[0])
-    offset = file.cases["stage_6"].pair.pinion.face_offset_mm
-    assert offset == pytest.approx(-2.5 * senses["stage_6"])
+    # Its name is the stage's own; the two other stages have one name together.
+    assert list(file.cases) == ["Stirnradstufe", "stage_37", "stage_55"]
+    offset = file.cases["Stirnradstufe"].pair.pinion.face_offset_mm
+    assert offset == pytest.approx(-2.5 * senses["Stirnradstufe"])
     assert [len(file.model.sections.bearings), len(file.model.sections.meshes)] == [9, 3]
     assert any("refers to no elastic constants: steel assumed" in note for note in file.notes)
 

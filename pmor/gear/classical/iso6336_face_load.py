@@ -12,12 +12,18 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from pmor.core.arrays import FloatArray
+
 # K' of a pinion between two bearings, without and with stiffening by its own body, where d_1 / d_sh reaches this.
 PLAIN, STIFFENED, STIFFENING_RATIO = 0.8, 0.48, 1.15
 # Of an overhung pinion, to which torque comes past both bearings.
 OVERHUNG = 1.33
 # s / l below which they hold, between two bearings and of overhung pinions.
 LARGEST_OFFSET, LARGEST_OVERHANG = 0.3, 0.5
+# c_gamma of steel gears, N/(mm um), for want of a better one (DIN 3990-11:1989, 3.4.3.1).
+SLICE_STIFFNESS = 20.0
 # Of case-hardened flanks, um.
 RUNNING_IN, MOST_RUNNING_IN = 0.15, 6.0
 
@@ -64,3 +70,22 @@ def face_load_factor(misalignment: float, stiffness: float, line_load: float) ->
     """
     size = misalignment * stiffness / line_load
     return 1.0 + 0.5 * size if size <= 2.0 else math.sqrt(2.0 * size)
+
+
+def sliced_face_load_factor(overlap: FloatArray, line_load: float, stiffness: float = SLICE_STIFFNESS) -> float:
+    """Return K_Hbeta of slices that do not feel each other, under any misalignment and flanks.
+
+    Parameters
+    ----------
+    overlap : ndarray, shape (n,)
+        By how much the flanks overlap in the middles of equal slices where they just carry, um, from any level on.
+    line_load : float
+        Mean over the face, N/mm.
+    stiffness : float
+        Of a slice, N/(mm um).
+    """
+    # The k highest slices carry, down to the level at which they take the load.
+    high = np.sort(overlap)[::-1]
+    level = (np.cumsum(high) - len(high) * line_load / stiffness) / np.arange(1, len(high) + 1)
+    carrying = int((high > level).sum())
+    return float(stiffness * (high[0] - level[carrying - 1]) / line_load)
