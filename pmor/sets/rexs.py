@@ -31,8 +31,10 @@ STAGE = "planetary_stage"
 SHARED = ("module_mm", "pressure_angle_deg", "face_width_mm")
 # Of the back flank of a planet whose front is modified: without keys it would be like that.
 PLAIN = {"profile_crowning_um": 0.0}
-# Keys of flanks and gears that differ from end to end: the two meshes of a planet are seen from opposite ends.
-ONE_WAY = ("face_offset_mm", "helix_slope_um", "twist_um", "topography", "end_relief_um")
+# Keys of gears and flanks that differ from end to end and are not read.
+ONE_WAY = ("face_offset_mm", "topography")
+# Amounts of flanks that have the other sign from the other end: the two meshes of a planet are seen from opposite ends.
+SIGNED = ("helix_slope_um", "twist_um")
 # Of the angles of planets that are equally spaced, deg.
 EVENLY = 1e-6
 # Of places of planets that a file rounds: from angles where teeth fit, deg; of sizes that follow from them, relative.
@@ -200,8 +202,8 @@ class PlanetaryStage:
         flanks = {
             f"sun.{MODIFICATION}": inner["pinion"].pop(MODIFICATION, {}),
             f"planet.{MODIFICATION}": planet.pop(MODIFICATION, {}),
-            f"planet.{COAST}": PLAIN | outer["pinion"].pop(MODIFICATION, {}),
-            f"ring.{COAST}": ring.pop(MODIFICATION, {}),
+            f"planet.{COAST}": PLAIN | _from_the_other_end(outer["pinion"].pop(MODIFICATION, {})),
+            f"ring.{COAST}": _from_the_other_end(ring.pop(MODIFICATION, {})),
         }
         if flanks[f"planet.{MODIFICATION}"] == {} and flanks[f"planet.{COAST}"] == PLAIN:
             del flanks[f"planet.{COAST}"]
@@ -308,6 +310,11 @@ class PlanetaryStage:
             return {"count": len(angles)}
         turned = [round((angle + sense * first) % 360.0, DIGITS) for angle in angles]
         return {"count": len(angles), "positions_deg": turned}
+
+
+def _from_the_other_end(modification: dict[str, Any]) -> dict[str, Any]:
+    """Return the keys of a flank that is seen from the other end of its gear."""
+    return {key: -value if key in SIGNED else value for key, value in modification.items()}
 
 
 def _alike(one: Any, other: Any) -> bool:

@@ -170,13 +170,34 @@ def test_a_set_goes_out_and_comes_back_as_it_is(change, tmp_path):
         assert_allclose(getattr(back.plan, name), expected, rtol=1e-8, atol=1e-12 * np.abs(expected).max())
 
 
+def test_flanks_that_lean_towards_one_end_do_so_from_whichever_end_their_mesh_is_seen(tmp_path):
+    """REXS counts slopes of all flanks from the datum face, here at +z: positive where less is left at -z."""
+    leaning = {"sun.modification": (6.0, -2.0), "planet.modification": (5.0, 1.0),
+               "planet.coast_modification": (5.0, 1.0), "ring.coast_modification": (-3.0, 4.0)}  # fmt: skip
+    text = SMALL_SET + "".join(
+        f"[{flank}]\nhelix_slope_um = {slope}\ntwist_um = {twist}\nend_relief_um = 2.0\nend_relief_length_mm = 1.5\n"
+        for flank, (slope, twist) in leaning.items()
+    )
+    file = parse_set(text, "small", "small")
+    out = set_rexs(file, None, "2026-01-01T00:00:00+00:00")
+    (tmp_path / "small.rexs").write_bytes(out)
+    slopes = [float(value) for value in re.findall(r'id="helix_slope"[^>]*>([^<]*)<', out.decode())]
+    assert_allclose(slopes, [-6e-3, -6e-3, 3e-3, *[-5e-3] * 6], rtol=1e-9)  # sun twice, ring, planets
+    for case, back in zip(file.cases.values(), load(tmp_path / "small.rexs").cases.values(), strict=True):
+        for name in ("pinion_modification", "wheel_modification"):
+            expected, found = getattr(case, name), getattr(back, name)
+            for key in ("helix_slope_um", "twist_um", "end_relief_um"):
+                assert getattr(found, key) == pytest.approx(getattr(expected, key), rel=1e-9), (name, key)
+
+
 @pytest.mark.parametrize(("text", "words"), [
     (SMALL_CHAIN, "not trains on fixed axes"),
     (SMALL_SET.replace("torque_Nm = 300.0", "torque_Nm = -300.0"), "counter-clockwise: give it the other sign"),
     (f"{SMALL_SET}[supports]\nring_radial_N_per_mm = 1e5\n", "across alone: leave the others out"),
     (f"{SMALL_SET}[carrier]\nradial_N_per_mm = 1e5\n", "leave \\[carrier\\] out"),
     (f"{SMALL_SET}[eccentricity]\nsun_um = 5.0\n", "leave \\[eccentricity\\] out"),
-    (f"{SMALL_SET}[ring.coast_modification]\nhelix_slope_um = 5.0\n", "alike from both ends.*no helix_slope_um"),
+    (SMALL_SET.replace("[planet]", "[planet]\nface_width_mm = 18.0\nface_offset_mm = 1.0"),
+     "alike from both ends.*no face_offset_mm"),
     (SMALL_SET.replace("rim_thickness_mm = 12.0",
                        "rim_thickness_mm = 12.0\nheld = {lugs = 4, lug_deg = 10.0}"), "leave held and seats out"),
 ], ids=["train", "clockwise", "ring", "carrier", "eccentric", "one way", "lugs"])  # fmt: skip
