@@ -34,6 +34,7 @@ def box():
             bearing["axial_N_per_mm"] = 6e4
         bearing["radial_N_per_mm"] = {"A": 2e5, "B": 1.5e5, "C": 3e5, "D": 2.5e5}[bearing["name"]]
     found["loads"][0]["forces"] = [{"shaft": "output", "at_mm": 55.0, "x_N": 90.0, "y_N": 250.0, "z_N": -400.0}]
+    found["gravity"] = {"x_m_s2": 20.0, "y_m_s2": -50.0, "z_m_s2": 30.0}
     return found
 
 
@@ -66,6 +67,8 @@ def test_a_gearbox_turned_in_space_is_the_same(plain, tmp_path):
         shaft["at_mm"] = (turn @ shaft.get("at_mm", [0.0, 0.0])).tolist()
     for force in turned["loads"][0]["forces"]:
         force["y_N"], force["z_N"] = (turn @ [force["y_N"], force["z_N"]]).tolist()
+    gravity = turned["gravity"]
+    gravity["y_m_s2"], gravity["z_m_s2"] = (turn @ [gravity["y_m_s2"], gravity["z_m_s2"]]).tolist()
     found, of_bearings = loaded(tmp_path, turned)
     same(found, scalars)
     for name, vectors in bearings.items():
@@ -84,6 +87,7 @@ def test_a_gearbox_in_a_mirror_is_the_same(plain, tmp_path):
             torque["torque_Nm"] *= -1.0
     for force in image["loads"][0]["forces"]:
         force["z_N"] *= -1.0
+    image["gravity"]["z_m_s2"] *= -1.0
     found, of_bearings = loaded(tmp_path, image)
     same(found, scalars)
     for name, vectors in bearings.items():
@@ -119,6 +123,8 @@ def test_a_gearbox_scales_with_its_lengths_and_with_the_cube_of_its_torques(plai
     scale, larger = 1.7, box()
     for part in (*larger["shafts"], *larger["bearings"], *larger["meshes"], *larger["loads"]):
         _scale(part, scale)
+    for key in larger["gravity"]:  # weights grow with the square of lengths, as all forces
+        larger["gravity"][key] /= scale
     found, _ = loaded(tmp_path, larger)
     powers = {"f_beta_um": 1, "ste_mean_um": 1, "ste_peak_to_peak_um": 1, "centre_distance_um": 1, "force_N": 2}
     same(found, {key: value * scale ** powers.get(key, 0) for key, value in scalars.items()})
