@@ -123,7 +123,7 @@ def _over_a_turn(one: SetMeshing, found: _Supported, torque: float) -> FloatArra
                 f"set {one.settings.name}: {1e-3 * torque:.6g} N m: contact was not found: {rule}", []
             )
         wrench = part.hub_wrench[0].reshape(len(part.phi_rad), -1) @ one.frame.carried
-        means.append(_turned(wrench, -place - rate * part.phi_rad).mean(axis=0))
+        means.append(turned(wrench, -place - rate * part.phi_rad).mean(axis=0))
     mean = np.asarray(np.mean(means, axis=0))
     if one.turns and not unlike and plan.in_housing is None:  # what there is turns with the carrier
         mean[ACROSS] = 0.0
@@ -162,7 +162,7 @@ def _supported(
     compliance = turn.T @ compliance_below(gearbox, equilibrium, hubs) @ turn
     uneven = _uneven(compliance)
     if one.turns:
-        compliance = np.mean([_turned(_turned(compliance, angle).T, angle) for angle in QUARTERS], axis=0)
+        compliance = np.mean([turned(turned(compliance, angle).T, angle) for angle in QUARTERS], axis=0)
     moved = np.zeros((len(MEMBERS), HUB))
     for member, hub in enumerate(one.hubs):
         if hub is not None:
@@ -185,11 +185,11 @@ def _supported(
     return _Supported(replace(plan, displacement=plan.displacement + carried @ offset), train, pitches, uneven)
 
 
-def _turned(values: FloatArray, angle: FloatArray | float) -> FloatArray:
-    """Wrenches on the hubs of the members, (..., 18), turned counter-clockwise about the axis by angles (...), rad."""
+def turned(values: FloatArray, angle: FloatArray | float) -> FloatArray:
+    """Return wrenches on the hubs of the members, (..., 18), turned counter-clockwise by angles (...), rad."""
     found, of_hubs = values.copy(), (*values.shape[:-1], -1)
-    turned = values[..., ACROSS].reshape(*of_hubs, 2) @ [1.0, 1j] * np.exp(1j * np.asarray(angle))[..., None]
-    found[..., ACROSS] = np.stack([turned.real, turned.imag], axis=-1).reshape(of_hubs)
+    across = values[..., ACROSS].reshape(*of_hubs, 2) @ [1.0, 1j] * np.exp(1j * np.asarray(angle))[..., None]
+    found[..., ACROSS] = np.stack([across.real, across.imag], axis=-1).reshape(of_hubs)
     return found
 
 

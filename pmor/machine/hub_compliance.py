@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from pmor.body.beam import NODE
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.machine.model import ABOUT_AXIS, LoadedGearbox
 from pmor.machine.system import ARM, Equilibrium, tangent_of
 
@@ -24,6 +24,12 @@ def compliance_below(gearbox: LoadedGearbox, equilibrium: Equilibrium, hubs: Seq
     hubs : sequence of int, length n
         First displacements of their nodes.
     """
+    compliance = fields_below(gearbox, equilibrium, hubs)[_places(hubs)]
+    return np.asarray(0.5 * (compliance + compliance.T))
+
+
+def fields_below(gearbox: LoadedGearbox, equilibrium: Equilibrium, hubs: Sequence[int]) -> FloatArray:
+    """Return the displacements of all nodes under unit wrenches on hubs, (n, 6 h), as of `compliance_below`."""
     size, system = len(gearbox.load), gearbox.system
     held = [row for bearing in gearbox.bearings for row in bearing.rows[list(bearing.rigid)]]
     turned = {start: start + ABOUT_AXIS for start in gearbox.first.values()}
@@ -33,6 +39,9 @@ def compliance_below(gearbox: LoadedGearbox, equilibrium: Equilibrium, hubs: Seq
     scale = np.where(system.rotations, 1.0 / ARM, 1.0)
     basis = scale[:, None] * null_space(np.array(held) * scale)
     tangent = tangent_of(system, equilibrium.bearings)
-    at_hubs = basis[np.concatenate([hub + np.arange(NODE) for hub in hubs])]
-    compliance = at_hubs @ np.linalg.solve(basis.T @ tangent @ basis, at_hubs.T)
-    return np.asarray(0.5 * (compliance + compliance.T))
+    return np.asarray(basis @ np.linalg.solve(basis.T @ tangent @ basis, basis[_places(hubs)].T))
+
+
+def _places(hubs: Sequence[int]) -> IntArray:
+    """Displacements of hubs."""
+    return np.concatenate([hub + np.arange(NODE) for hub in hubs])

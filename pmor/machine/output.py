@@ -82,6 +82,9 @@ SET_COLUMNS: Columns = {
     "set": "name",
     "torque on the sun [N m]": lambda row: row["torques_Nm"]["sun"],
     "STE mean [µm]": "ste_mean_um",
+    "of teeth [µm]": "ste_of_teeth_um",
+    "of shafts [µm]": "ste_of_shafts_um",
+    "of bearings [µm]": "ste_of_bearings_um",
     "STE p-p [µm]": "ste_peak_to_peak_um",
     "STE p-p, rigid [µm]": "rigid_ste_peak_to_peak_um",
     "K_γ": "k_gamma",
@@ -176,8 +179,9 @@ ROLLING = (
     "ISO 76:2006 has 4,200 MPa of balls, 4,000 MPa of rollers."
 )
 SETS = (
-    "By how much the sun runs ahead along its line of action, the rotations of shafts left out. Rigid: the same set "
-    "with the hubs of sun, carrier and ring held."
+    "By how much the sun runs ahead along its line of action, the rotations of shafts left out. Its mean by "
+    "its parts: bearings with what they stand in, shafts that bend between them, and teeth with pins and wind-up. "
+    "Rigid: the same set with the hubs of sun, carrier and ring held."
 )
 SET_MESHES = (
     "Phase: where in its mesh cycle each mesh is at angle 0. K_Hβ: over all mesh cycles; rigid: with the hubs of sun, "

@@ -18,8 +18,9 @@ from pmor.machine.mesh_losses import mesh_losses, per_second
 from pmor.machine.model import GearboxModel, LoadedGearbox, Supported, speeds_rpm
 from pmor.machine.rolling_bearing import BearingState
 from pmor.machine.set_readings import set_entry
+from pmor.machine.set_ste_parts import set_ste_parts
 from pmor.machine.settings import LoadCase, Lubricant
-from pmor.machine.ste_parts import SteParts, ste_parts
+from pmor.machine.ste_parts import parts_data, ste_parts
 from pmor.machine.system import Equilibrium
 from pmor.results.load_distribution import face_load_factor, largest_pressure, line_states
 from pmor.results.sweep import SteSweep, mesh_orders, peak_to_peak_um, ste_mean_um
@@ -38,7 +39,10 @@ def load_data(model: GearboxModel, cases: Mapping[str, Case], solved: SolvedLoad
         | losses(mesh, speeds.get(mesh.meshing.settings.pinion.shaft), model.sections.lubricant)
         for mesh, rigid in zip(solved.meshes, solved.rigid, strict=True)
     ]
-    sets = [set_entry(one, speeds, model.sections.lubricant) for one in solved.sets]
+    lubricant = model.sections.lubricant
+    sets = [
+        set_entry(one, speeds, lubricant, set_ste_parts(solved.gearbox, solved.equilibrium, one)) for one in solved.sets
+    ]
     joints = [*meshes, *sets]
     known = [one["losses_W"] for one in joints if one["losses_W"] is not None]
     lost = sum(known) if len(known) == len(joints) else None
@@ -84,17 +88,9 @@ def mesh_data(solved: SolvedLoad, mesh: SolvedMesh, rigid: RigidMesh) -> Data:
         "converged": bool(mesh.sweep.converged.all()),
         "pitches": mesh.sweep.pitches,
         **swept,
-        **_parts(ste_parts(solved.gearbox, solved.equilibrium.displacement, mesh.meshing), swept["ste_mean_um"]),
+        **parts_data(ste_parts(solved.gearbox, solved.equilibrium.displacement, mesh.meshing), swept["ste_mean_um"]),
         **{f"rigid_{key}": value for key, value in sweep_data(*rigid).items()},
     }
-
-
-def _parts(parts: SteParts, ste_mean_um: float | None) -> Data:
-    """Mean transmission error by its parts, of which that of the teeth is what is left."""
-    of_teeth = None if ste_mean_um is None else ste_mean_um - parts.shafts_um - parts.bearings_um
-    return {
-        "ste_of_teeth_um": of_teeth, "ste_of_shafts_um": parts.shafts_um, "ste_of_bearings_um": parts.bearings_um
-    }  # fmt: skip
 
 
 def _iso(found: CrudeMisalignment | None) -> Data:

@@ -11,6 +11,7 @@ from pmor.machine.coupled_sets import SolvedSet
 from pmor.machine.mesh_losses import mesh_losses
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.settings import Lubricant
+from pmor.machine.ste_parts import SteParts, parts_data
 from pmor.sets.kinematics import torque_ratios
 from pmor.sets.lost import known
 from pmor.sets.readings import mesh_frequency_Hz, torque_data
@@ -22,7 +23,9 @@ SERIES = ("torque_Nm", "first_gear_torque_Nm", "ste_um", "sun_orbit_um")
 COMPARED = ("ste_mean_um", "ste_peak_to_peak_um", "ste_harmonics_um", "k_gamma")
 
 
-def set_entry(one: SolvedSet, speeds_rpm: Mapping[str, float], lubricant: Lubricant) -> Data:
+def set_entry(
+    one: SolvedSet, speeds_rpm: Mapping[str, float], lubricant: Lubricant, parts: SteParts | None
+) -> Data:  # fmt: skip
     """Return the entry of a set under a load, with the keys of `set.json` and the same on rigid supports."""
     assert one.rigid is not None
     file, solution = one.meshing.file, one.solution
@@ -41,6 +44,7 @@ def set_entry(one: SolvedSet, speeds_rpm: Mapping[str, float], lubricant: Lubric
         "converged": bool(solution.converged.all()),
         "pitches": solution.pitches,
         **{key: value for key, value in own.items() if key not in SERIES},
+        **parts_data(parts, own["ste_mean_um"]),
         "planets": planets,
         "meshes": meshes,
         **{f"rigid_{key}": rigid[key] for key in COMPARED},

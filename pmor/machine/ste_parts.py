@@ -31,12 +31,22 @@ def ste_parts(gearbox: LoadedGearbox, displacement: FloatArray, mesh: Meshing) -
         moved = displacement[hub : hub + NODE].copy()
         moved[ABOUT_AXIS] = 0.0
         whole += float(wrench @ moved)
-        bearings += float(wrench @ _carried_along(gearbox, displacement, gear.shaft, gear.at_mm))
+        bearings += float(wrench @ carried_along(gearbox, displacement, gear.shaft, gear.at_mm))
     return SteParts(1e3 * bearings, 1e3 * (whole - bearings))
 
 
-def _carried_along(gearbox: LoadedGearbox, displacement: FloatArray, shaft: str, at_mm: float) -> FloatArray:
-    """Displacement and rotation of a place on a shaft that is rigid between its bearings, (6,), mm and rad."""
+def parts_data(parts: SteParts | None, ste_mean_um: float | None) -> dict[str, float | None]:
+    """Return the mean transmission error by its parts as plain data, of which that of the teeth is what is left."""
+    if parts is None:
+        return dict.fromkeys(("ste_of_teeth_um", "ste_of_shafts_um", "ste_of_bearings_um"))
+    of_teeth = None if ste_mean_um is None else ste_mean_um - parts.shafts_um - parts.bearings_um
+    return {
+        "ste_of_teeth_um": of_teeth, "ste_of_shafts_um": parts.shafts_um, "ste_of_bearings_um": parts.bearings_um
+    }  # fmt: skip
+
+
+def carried_along(gearbox: LoadedGearbox, displacement: FloatArray, shaft: str, at_mm: float) -> FloatArray:
+    """Return displacement and rotation of a place on a shaft that is rigid between its bearings, (6,), mm and rad."""
     found, beam, first = np.zeros(NODE), gearbox.beams[shaft], gearbox.first[shaft]
     across, along = list[tuple[float, FloatArray]](), list[FloatArray]()
     for bearing in gearbox.bearings:
