@@ -20,7 +20,7 @@ Diameter = Annotated[float, Range(0.0, 1e5, "mm", mistaken_for=(METRES,))]
 AnyTorque = Annotated[float, Range(-1e12, 1e12, "N m")] | Literal["balance"]
 Force = Annotated[float, Range(-1e12, 1e12, "N")]
 Moment = Annotated[float, Range(-1e12, 1e12, "N m")]
-Acceleration = Annotated[float, Range(-1e4, 1e4, "m/s2")]
+Acceleration = Annotated[float, Range(-1e3, 1e3, "m/s2")]
 HOUSING = "housing"
 
 
