@@ -8,9 +8,11 @@ from numpy.testing import assert_allclose
 
 from pmor.body.beam import NODE, Beam, CircularSection, ShaftMaterial
 from pmor.machine.loader import load
+from pmor.machine.mesh_force import mesh_frame
 from pmor.machine.model import loaded
 from pmor.machine.readings import carried
-from tests.support.gearboxes import SMALL, written
+from pmor.machine.weights import gear_weight
+from tests.support.gearboxes import SMALL, SMALL_CASE, written
 from tests.support.set_gearboxes import one_stage, written_reducer
 
 STEEL, SECTION = ShaftMaterial(210e3, 0.3), CircularSection(50.0, 20.0)
@@ -60,6 +62,26 @@ def test_bearings_carry_shafts_and_gears(tmp_path):
     masses = ring(20.0, 0.0, 80.0) + pinion, ring(28.0, 8.0, 80.0) + wheel
     for names, mass in zip(("AB", "CD"), masses, strict=True):
         assert_allclose(sum(found[name] for name in names), [0.0, 30.0 * mass, -40.0 * mass], atol=BALANCED_N)
+
+
+def test_what_a_shaft_fills_of_its_gear_weighs_once(tmp_path):
+    """A pinion held within its shaft, as one that is cut from it."""
+    def narrow(folder, text):
+        path = written(folder, text)
+        (folder / "small.toml").write_text(SMALL_CASE.replace("bore_radius_mm = 10.0", "bore_radius_mm = 6.0"))
+        return path
+
+    found, expected = (by_weight(tmp_path, SMALL, write) for write in (narrow, written))
+    for name, force in expected.items():
+        assert_allclose(found[name], force, atol=BALANCED_N)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_gear_that_is_not_centred_weighs_in_the_middle_of_its_own_face(sense):
+    """4 to 14 mm along z of its pair, which looks along x or against it: 9 mm from its hub."""
+    frame = mesh_frame(np.zeros(2), np.array([60.0, 0.0]), sense)
+    found = gear_weight(2.0, (4.0, 14.0), frame, (0.0, 3.0, -5.0))
+    assert_allclose(found, [0.0, 6.0, -10.0, 0.0, sense * 9.0 * 10.0, sense * 9.0 * 6.0], atol=1e-12)
 
 
 def test_a_weight_stands_on_linear_bearings_where_statics_puts_it(tmp_path):
