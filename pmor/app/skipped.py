@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pmor.case import Case, beyond_training, other_models
-from pmor.case.coarser import coarser
+from pmor.case.coarser import coarser, halved
 from pmor.case.width import meshed_width, mirrors_without_tilt
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.completion import nodes_of_elements
@@ -156,7 +156,7 @@ def _of_training(scene: Scene) -> Iterator[Skipped]:
         what = "training of the case's own model" if others else "the training"
         why = f'shapes = "{case.reduction.shapes}": {WHY_UNTRAINED[case.reduction.shapes]}'
         yield Skipped(what, why, f"{saved} full solves, those of [offline]")
-    asked = coarser(replace(case, mesh=replace(case.mesh, error_bar=True)))
+    asked = halved(case)
     if asked is not None and not case.mesh.error_bar:
         saving = f"finite elements on {_elements(asked)} elements"
         yield Skipped("the error bar of the mesh", "[mesh] error_bar is off", saving)

@@ -11,6 +11,11 @@ LEAST_ELEMENTS = 8
 
 
 def coarser(case: Case) -> Case | None:
+    """Return a case with half as many elements, as `halved`; None where no error bar of the mesh is asked for."""
+    return halved(case) if case.mesh.error_bar else None
+
+
+def halved(case: Case) -> Case | None:
     """Return a case with half as many elements over profile and width.
 
     One or two elements over the width are not halved: there are four times as many, which loads that vary over it need.
@@ -18,11 +23,11 @@ def coarser(case: Case) -> Case | None:
     Returns
     -------
     Case or None
-        None where no error bar of the mesh is asked for, or where there is none: in penalty contact the local
-        compliance is the mesh's own, and does not converge with it.
+        None where the difference says nothing: of a coarse mesh, or in penalty contact, where the local compliance is
+        the mesh's own and does not converge with it.
     """
     mesh = case.mesh
-    if not mesh.error_bar or case.contact.kind != "line" or mesh.profile_elements < LEAST_ELEMENTS:
+    if case.contact.kind != "line" or mesh.profile_elements < LEAST_ELEMENTS:
         return None
     # An even number stays even: the halves of the width remain halves.
     step = 2 if mesh.width_elements % 2 == 0 else 1

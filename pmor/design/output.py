@@ -33,6 +33,9 @@ PICTURES = ("front.png", "contour.png", "torque.png", "ste.png", "sensitivity.pn
 FILES = ("design.h5", "design.csv", "design.json", "design.md", "report.html", *PICTURES)
 # Of the first result.
 WAITING = "The first result: the search goes on, and this page is replaced at its end."
+COARSE = (
+    "It is of half as many elements over profile and width: the finite elements of the search itself are being solved."
+)
 # Most rows of a table of the front.
 MOST_ROWS = 12
 # Variants that a page carries: more make it slow, and the CSV has them all.
@@ -65,6 +68,7 @@ def design_data(found: Found, read: Readings) -> dict[str, Any]:
         "kept": int(found.kept.sum()),
         "failed": int((~np.isfinite(found.variants.objective)).sum()),
         "first": read.first,
+        "coarse": read.coarse,
         "evaluations": dict(found.evaluations),
         "ends_of_halves": [float(end) for end in found.ends],
         "halves_apart": found.apart,
@@ -94,7 +98,7 @@ def design_data(found: Found, read: Readings) -> dict[str, Any]:
 def design_text(found: Found, read: Readings) -> str:
     """Return the tables for the screen."""
     said = [*([] if read.gearbox is None else gearbox_sentences(read.gearbox)), _count_words(found)]
-    said += [WAITING] if read.first else certainty_words(found)
+    said += _waiting(read) or certainty_words(found)
     lines = [f"Design: {found.design.title}", *(f"  {sentence}" for sentence in said)]
     for shown in (*_tables(found, read), *([] if read.gearbox is None else gearbox_tables(read.gearbox))):
         if shown.rows:
@@ -102,6 +106,10 @@ def design_text(found: Found, read: Readings) -> str:
     if found.best is None:
         lines.append("  ! no variant keeps all constraints")
     return "\n".join([*lines, *(f"  ! {sentence}" for sentence in _failures(found, read))])
+
+
+def _waiting(read: Readings) -> list[str]:
+    return ([WAITING] if read.first else []) + ([COARSE] if read.coarse else [])
 
 
 def _failures(found: Found, read: Readings) -> list[str]:
@@ -197,7 +205,7 @@ def _unit(name: str) -> str:
 
 
 def _blocks(found: Found, read: Readings) -> list[Block]:
-    blocks: list[Block] = [_count_words(found), *([WAITING] if read.first else certainty_words(found))]
+    blocks: list[Block] = [_count_words(found), *(_waiting(read) or certainty_words(found))]
     if found.best is None:
         blocks.append(Warning("No variant keeps all constraints."))
     blocks += [Warning(sentence) for sentence in _failures(found, read)]

@@ -55,6 +55,7 @@ class Readings:
     failures: tuple[str, ...]  # Readings that did not converge
     gearbox: InGearbox | None = None  # Of a mesh of a gearbox
     first: bool = False  # Of the first result, while the search goes on: tables alone
+    coarse: bool = False  # On half as many elements, while those of the search are solved
 
 
 @dataclass(frozen=True)

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
-from pmor.core.errors import CaseError
+from pmor.core.errors import CaseError, ConvergenceError, GeometryError, MeshError
 from pmor.core.threads import one_thread, refuse_processes
 from pmor.design.files import PairDesign, SetDesign
+from pmor.design.judge import Judge
 from pmor.design.output import FILES
 from pmor.design.pair_judge import PairJudge
+from pmor.design.plan import coarse_first
 from pmor.design.readings import read_first, read_off, with_gearbox
 from pmor.design.result import DesignResult
 from pmor.design.search import Search, trained_pair
 from pmor.design.set_judge import SetJudge
-from pmor.design.supports import supports_of
+from pmor.design.supports import Supports, supports_of
 from pmor.pair.model import refuse_loads
 from pmor.sets.variants import train_of_variants
 from pmor.storage.results_folder import start_results, working_folder
@@ -25,8 +28,8 @@ from pmor.work.cost import refuse_large_sweep
 from pmor.work.results import pieces_folder
 from pmor_online.model import ReducedPair
 
-# Folder of the pieces of the search on aligned axes, inside of that of the others.
-ALIGNED = "aligned"
+# Folders of the pieces of searches on aligned axes, and on half as many elements, inside of that of the others.
+ALIGNED, COARSE = "aligned", "coarse"
 
 
 @one_thread()
@@ -58,57 +61,79 @@ def run(
     OutputError
     """
     refuse_processes(executor)
-    if isinstance(settings, SetDesign):
-        return _run_set(settings, folder, overwrite, executor, progress, asked)
-    supports = None if settings.box is None else supports_of(settings)
-    if supports is not None:
-        settings, reduced = supports.file, supports.reduced
-    if reduced is None:
-        reduced = trained_pair(settings.case, settings.design.load.torques_Nm)
-    else:
-        _refuse_unfit(settings, reduced)
-    design = settings.design
-    angles = design.search.angles * settings.pitches
-    refuse_large_sweep(settings.name, reduced.meshed, angles, len(design.load.torques_Nm))
     with pieces_folder(folder, FILES, inputs=settings.inputs, overwrite=overwrite) as pieces:
-        search = partial(Search, settings, executor=executor, progress=progress)
-        alone = PairJudge(reduced, design, settings.base)
-        if supports is None:
-            return _searched(search(alone, pieces), folder, asked)
-        assert settings.box is not None
-        judge = PairJudge(reduced, design, settings.base, hubs=supports.hubs)
-        in_box = search(judge, pieces, around=settings.box.text)
-        _tell_first(in_box, folder, asked)
-        aligned = search(alone, working_folder(pieces) / ALIGNED).found(best_alone=True)
-        also = [] if aligned.best is None else [aligned.variants.x[aligned.best]]
-        found = in_box.found(also)
-        return DesignResult(found, with_gearbox(read_off(found, executor), supports, found, aligned, executor))
+        search = partial(Search, executor=executor, progress=progress)
+        tell = partial(_tell_first, folder=folder, asked=asked)
+        waited = folder is not None or asked is not None
+        told = waited and reduced is None and _told_coarsely(settings, search, pieces, executor, tell)
+        built = _built(settings, reduced, executor)
+        whole = search(built.file, built.judge, pieces, around=built.around)
+        if waited and not told:
+            tell(whole)
+        if built.alone is None or built.supports is None:
+            found = whole.found()
+            return DesignResult(found, read_off(found, executor))
+        aligned = search(built.file, built.alone, working_folder(pieces) / ALIGNED).found(best_alone=True)
+        found = whole.found([] if aligned.best is None else [aligned.variants.x[aligned.best]])
+        read = with_gearbox(read_off(found, executor), built.supports, found, aligned, executor)
+        return DesignResult(found, read)
 
 
-def _run_set(
-    file: SetDesign, folder: Path | str | None, overwrite: bool, executor: Executor | None,
-    progress: Callable[[int], None] | None, asked: Callable[[DesignResult], None] | None,
-) -> DesignResult:  # fmt: skip
-    with pieces_folder(folder, FILES, inputs=file.inputs, overwrite=overwrite) as pieces:
-        judge = SetJudge(file, train_of_variants(file.set, executor), file.design)
-        search = Search(file, judge, pieces, around=file.set.whole_text, executor=executor, progress=progress)
-        return _searched(search, folder, asked)
+@dataclass(frozen=True)
+class _Built:
+    """A design whose finite elements are solved; of a mesh of a gearbox with its judge on aligned axes."""
+
+    file: PairDesign | SetDesign
+    judge: Judge[Any, Any]
+    around: str = ""
+    alone: PairJudge | None = None
+    supports: Supports | None = None
 
 
-def _searched(search: Search, folder: Path | str | None, asked: Callable[[DesignResult], None] | None) -> DesignResult:
-    _tell_first(search, folder, asked)
-    found = search.found()
-    return DesignResult(found, read_off(found, search.executor))
+def _built(file: PairDesign | SetDesign, reduced: ReducedPair | None, executor: Executor | None) -> _Built:
+    if isinstance(file, SetDesign):
+        return _Built(file, SetJudge(file, train_of_variants(file.set, executor), file.design), file.set.whole_text)
+    supports = None if file.box is None else supports_of(file, executor)
+    if supports is not None:
+        file, reduced = supports.file, supports.reduced
+    if reduced is None:
+        reduced = trained_pair(file.case, file.design.load.torques_Nm)
+    else:
+        _refuse_unfit(file, reduced)
+    design = file.design
+    angles = design.search.angles * file.pitches
+    refuse_large_sweep(file.name, reduced.meshed, angles, len(design.load.torques_Nm))
+    alone = PairJudge(reduced, design, file.base)
+    if supports is None or file.box is None:
+        return _Built(file, alone)
+    judge = PairJudge(reduced, design, file.base, hubs=supports.hubs)
+    return _Built(file, judge, file.box.text, alone, supports)
 
 
-def _tell_first(search: Search, folder: Path | str | None, asked: Callable[[DesignResult], None] | None) -> None:
-    """Write the page of the first result, and tell of it, where somebody waits for either."""
-    if folder is None and asked is None:
-        return
+def _told_coarsely(
+    file: PairDesign | SetDesign, search: Callable[..., Search], pieces: Path, executor: Executor | None,
+    tell: Callable[..., None],
+) -> bool:  # fmt: skip
+    """Tell of a first result on half as many elements, where all of them take much of the time; whether it was told."""
+    coarse = coarse_first(file)
+    if coarse is None:
+        return False
+    try:
+        built = _built(coarse, None, executor)
+        tell(search(built.file, built.judge, working_folder(pieces) / COARSE, around=built.around), coarse=True)
+    except (ConvergenceError, GeometryError, MeshError, CaseError):  # it may hold on the elements of the search
+        return False
+    return True
+
+
+def _tell_first(
+    search: Search, folder: Path | str | None, asked: Callable[[DesignResult], None] | None, coarse: bool = False
+) -> None:
+    """Write the page of the first result, and tell of it."""
     found = search.first()
     if found is None:
         return
-    first = DesignResult(found, read_first(found))
+    first = DesignResult(found, replace(read_first(found), coarse=coarse))
     if folder is not None:
         start_results(Path(folder), search.file.text)
         first.write_into(Path(folder))

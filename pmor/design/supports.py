@@ -119,8 +119,8 @@ LEVEL_ALIGNED, LEVEL = "load levelled on aligned axes", "load levelled in the ge
 COMPARED = ((ALIGNED, BEST), (LEVEL_ALIGNED, LEVEL))
 
 
-def supports_of(file: PairDesign) -> Supports:
-    """Train all meshes of the gearbox of a design, and solve it under the loads of the design.
+def supports_of(file: PairDesign, executor: Executor | None = None) -> Supports:
+    """Train all meshes of the gearbox of a design on threads, and solve it under the loads of the design.
 
     Raises
     ------
@@ -128,7 +128,7 @@ def supports_of(file: PairDesign) -> Supports:
     """
     assert file.box is not None
     cases = {name: without_models(case) for name, case in file.box.cases.items()} | {file.mesh: file.case}
-    pairs = {name: trained_pair(case) for name, case in cases.items()}
+    pairs = dict(zip(cases, in_order(trained_pair, cases.values(), executor), strict=True))
     model, names = file.box.model, file.design.load.names
     by_name = {load.name: load for load in model.sections.loads}
     trains = {name: train_of(one) for name, one in model.sets.items()}

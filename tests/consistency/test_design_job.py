@@ -10,10 +10,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import pmor
 from pmor.app.cli import main
-from pmor.case import load_case
+from pmor.case import change_case, load_case
 from pmor.core.errors import ConvergenceError
 from pmor.core.threads import threads
-from pmor.design import fine, fine_solver, readings, run, search, variants
+from pmor.design import fine, fine_solver, plan, readings, run, search, variants
 from pmor.design.descent import Descent, kept
 from pmor.design.found import apart
 from pmor.design.harris import harris_rule
@@ -346,6 +346,30 @@ def test_pieces_are_taken_over_and_threads_change_nothing(file, reduced, found, 
     assert sum(steps) == 2 * pieces, "also those of an earlier run count"
     assert_array_equal(again.variants.objective, found.variants.objective)
     assert again.evaluations == parallel.evaluations
+
+
+def test_where_finite_elements_take_long_the_first_result_is_of_half_as_many(file, reduced, tmp_path, monkeypatch):
+    """Told, and on its page, before those of the search are solved."""
+    fine = replace(file, case=change_case(file.case, mesh={"profile_elements": 8, "width_elements": 4}))
+    trained, told = [], []
+
+    def solved(case, torques):
+        trained.append((case.mesh.profile_elements, case.mesh.width_elements))
+        if len(trained) == 2:
+            raise ConvergenceError("the search itself is another test's")
+        return reduced
+
+    monkeypatch.setattr(run, "trained_pair", solved)
+    monkeypatch.setattr(plan, "COARSE_SHARE", 0.0)
+    with pytest.raises(ConvergenceError, match="another test's"):
+        run.run(fine, folder=tmp_path, asked=lambda first: told.append((len(trained), str(first))))
+    assert trained == [(4, 2), (8, 4)]
+    ((solved_before, said),) = told
+    assert solved_before == 1
+    assert "half as many elements" in said
+    page = json.loads((tmp_path / "design.json").read_text())
+    assert (page["first"], page["coarse"], page["best"] is None) == (True, True, False)
+    assert "on half as many elements" in plan.plan(fine)
 
 
 def test_a_variant_without_a_solution_is_named_and_leaves_the_others(reduced, file, monkeypatch, tmp_path):
