@@ -61,7 +61,7 @@ def test_plan_into_head_leaves_no_traceback():
     assert done.stdout.startswith("Case small_spur")
 
 
-@pytest.mark.parametrize("closed", ["2>&-", "<&- 2>&-"])
+@pytest.mark.parametrize("closed", [pytest.param("2>&-", marks=pytest.mark.slow), "<&- 2>&-"])
 def test_an_error_is_said_on_the_output_when_the_error_stream_is_closed(closed):
     done = shell(f"pmor plan missing.toml {closed}")
     assert done.returncode == 2

@@ -130,12 +130,19 @@ def write_and_die(path, basis, lines):
 
 
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
-@pytest.mark.parametrize("there", [True, False], ids=["replaced", "new"])
-def test_a_kill_at_any_line_leaves_the_old_basis_or_the_whole_new_one(there, tmp_path, small_basis, small_basis_path):
+@pytest.mark.parametrize(
+    ("there", "every"),
+    [
+        pytest.param(True, 8, id="replaced, every eighth line"),
+        pytest.param(True, 1, id="replaced", marks=pytest.mark.slow),
+        pytest.param(False, 1, id="new", marks=pytest.mark.slow),
+    ],
+)
+def test_a_kill_at_any_line_leaves_the_old_basis_or_the_whole_new_one(there, every, tmp_path, small_basis, small_basis_path):
     path = tmp_path / "basis.h5"
     old = small_basis_path.read_bytes()
     ends = {"old": 0, "new": 0}
-    for lines in range(1, 1000):
+    for lines in range(1, 1000, every):
         path.unlink(missing_ok=True)
         if there:
             path.write_bytes(old)

@@ -31,8 +31,15 @@ def paper(**changes):
     return change_case(without_models(load_case(CASES / "paper_spur.toml")), **changes)
 
 
-@pytest.mark.parametrize("command", ["plan", "run"])
-@pytest.mark.parametrize("profile_elements", [16, 64])
+@pytest.mark.parametrize(
+    ("profile_elements", "command"),
+    [
+        (16, "run"),
+        (64, "plan"),
+        pytest.param(16, "plan", marks=pytest.mark.slow),
+        pytest.param(64, "run", marks=pytest.mark.slow),
+    ],
+)
 def test_half_the_addresses_end_in_one_line(command, profile_elements, tmp_path):
     """Of a case that the libraries alone would not leave any to, and of one that is refused for its size."""
     case = paper(mesh={"profile_elements": profile_elements, "width_elements": 16, "width": "whole"})

@@ -32,7 +32,7 @@ def refused_by_online(path, words):
 
 
 @pytest.mark.parametrize("name", ["../../..", "/tmp/elsewhere"])
-def test_the_name_in_a_basis_is_no_path(name, basis, tmp_path, monkeypatch, capsys):
+def test_the_name_in_a_basis_is_no_path(name, basis, tmp_path, undrawn, monkeypatch, capsys):
     inner = tmp_path / "one" / "two"
     inner.mkdir(parents=True)
     monkeypatch.chdir(inner)
@@ -163,7 +163,7 @@ def test_a_basis_that_does_not_answer_as_it_did_is_refused(change, of_line_loads
         read_basis(path)
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize("value", [np.nan, pytest.param(np.inf, marks=pytest.mark.slow)])
 def test_values_that_are_not_finite_are_refused_even_with_valid_checksums(value, basis):
     with h5py.File(basis) as file:
         # Where full FE did not converge; what online does not read.

@@ -670,7 +670,7 @@ AT = {"radius_mm": 0.9, "on_radius_mm": 9.75}
     ("count", "changes"),
     [
         (8, {}),
-        (12, {"radius_mm": 0.7}),
+        pytest.param(12, {"radius_mm": 0.7}, marks=pytest.mark.slow),
         pytest.param(3, {"length_deg": 60.0}, marks=pytest.mark.slow),
         pytest.param(3, {}, marks=pytest.mark.slow),
     ],

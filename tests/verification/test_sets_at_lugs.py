@@ -37,7 +37,11 @@ def over_a_turn(teeth, lugs, floating=False, **mesh):
 
 @pytest.mark.parametrize(
     ("teeth", "count"),
-    [("in phase", 4), ("in phase", 9), pytest.param("one after the other", 5, marks=pytest.mark.slow)],
+    [
+        ("in phase", 4),
+        pytest.param("in phase", 9, marks=pytest.mark.slow),
+        pytest.param("one after the other", 5, marks=pytest.mark.slow),
+    ],
 )
 def test_orders_over_the_turn_of_the_carrier_are_those_that_lugs_teeth_and_planets_share(teeth, count):
     """Planets feel lugs and teeth: multiples of gcd(lugs, teeth); what all of them move, of their number too."""
@@ -171,6 +175,7 @@ def test_a_ring_on_soft_seats_moves_as_its_springs_say(tmp_path):
         assert_allclose(found["around_um"], moved @ around + turned, atol=0.1 * largest)
 
 
+@pytest.mark.slow
 def test_lugs_of_a_file_count_from_the_y_axis_counter_clockwise(tmp_path):
     """Of 54 teeth and lugs that repeat twice all stands as before after 27 pitches; an image has their image."""
     first = from_file(tmp_path, 7.0)
