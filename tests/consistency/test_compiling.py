@@ -101,6 +101,7 @@ def kernels(tmp_path):
     return tmp_path / "pmor" / "gear" / "kernels"
 
 
+@pytest.mark.slow
 @pytest.mark.jit
 def test_a_cache_of_types_that_are_no_more_is_passed_over(tmp_path, kernels):
     """As after an upgrade: the kept index names a type that stands elsewhere now."""

@@ -29,7 +29,10 @@ DYNAMICS = {"torques_Nm": [60.0, 100.0], "mesh_frequency_ratio": [0.8, 1.2], "ru
 
 
 def text(**dynamics):
-    return case_text(mesh=MESH, contact={"scheme": "line"}, reduction=None, dynamics=DYNAMICS | dynamics)
+    results = {"root_stress": False}
+    return case_text(
+        mesh=MESH, contact={"scheme": "line"}, reduction=None, results=results, dynamics=DYNAMICS | dynamics
+    )
 
 
 @pytest.fixture(autouse=True)
@@ -204,7 +207,7 @@ def test_a_torque_without_a_response_is_named_and_leaves_the_others(model, monke
     assert (tmp_path / PARTS).exists(), "the next run takes over what there is"
 
 
-def test_what_is_lost_of_a_response_is_a_failure_and_exit_code_3(tmp_path, monkeypatch, capsys):
+def test_what_is_lost_of_a_response_is_a_failure_and_exit_code_3(tmp_path, undrawn, monkeypatch, capsys):
     def without_a_fold(task, part):
         return {**solve(task, part), "lost": ["jump near mesh frequency 2000 Hz: made to fail"]}
 

@@ -63,6 +63,7 @@ def rotor(sense=1.0):
     return BodyOfExudyn("1D", np.zeros(1), ORIGIN, sense * ALONG_Z)
 
 
+@pytest.mark.slow
 def test_rotors_move_as_our_own_transient_does():
     """Two rotors under the forces of the connector, by the midpoint rule: no part of exudyn, nor of our integration."""
     reduced = small_pair()

@@ -153,7 +153,7 @@ def test_a_mesh_with_the_sections_of_its_case_is_that_of_the_case_file(tmp_path)
     assert changed.cases["mesh"].pair.wheel.teeth == 29
 
 
-def test_a_duty_cycle_is_the_mean_over_its_time(job, tmp_path):
+def test_a_duty_cycle_is_the_mean_over_its_time(job, undrawn, tmp_path):
     path, out = job
     timed = path.read_text().replace("[[loads]]", "[[loads]]\nspeed_rpm = 1000.0\nhours = 300.0", 1)
     timed = timed.replace('name = "light"', 'name = "light"\nspeed_rpm = -2000.0\nhours = 700.0')
@@ -228,7 +228,7 @@ def test_python_finds_what_the_command_found(job):
         assert figure.axes
 
 
-def test_a_second_run_solves_no_finite_elements(job, capsys, monkeypatch):
+def test_a_second_run_solves_no_finite_elements(job, undrawn, capsys, monkeypatch):
     path, out = job
     before = (out / basis_name("mesh")).stat().st_mtime_ns
     path.write_text(path.read_text().replace("torque_Nm = 60.0", "torque_Nm = 50.0"))
@@ -252,7 +252,9 @@ def test_forces_in_bearings_balance_the_mesh(job):
         assert np.linalg.norm(force["input"]) > entry["meshes"][0]["force_N"]
 
 
-def test_a_load_without_an_equilibrium_is_named_and_the_others_are_written(job, tmp_path, monkeypatch, capsys):
+def test_a_load_without_an_equilibrium_is_named_and_the_others_are_written(
+    job, undrawn, tmp_path, monkeypatch, capsys
+):
     import pmor.machine.coupled as coupled
 
     path, solve = job[0], coupled.LoadedGearbox.solve

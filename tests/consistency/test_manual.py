@@ -2,19 +2,21 @@
 
 A block of TOML names its file in its first line, ``# pair.toml``. The lines of a block of ``sh`` are commands of pmor.
 Those of ``output`` are among what the block before printed. A comment ``<!-- needs MODULE -->`` before a block leaves
-it out where that module is missing, ``<!-- takes seconds -->`` but among slow tests. All pages share one folder, in
-this order.
+it out where that module is missing. All pages share one folder, in this order. To run them takes a minute and more:
+usually they are only read.
 """
 
 import importlib.util
 import json
 import re
 import shlex
+import tomllib
 from pathlib import Path
 
 import pytest
 
-from pmor.app.cli import main
+import pmor
+from pmor.app.cli import build_parser, main
 
 MANUAL = Path(__file__).parents[2] / "cases" / "manual"
 PAGES = ("ten_minutes.md", "ten_minutes.ipynb", "recipes.md")
@@ -32,14 +34,13 @@ def desk(tmp_path_factory):
 
 
 def blocks_of(page):
-    """Language, text, needed module of each block, and whether it takes seconds."""
+    """Language, text and needed module of each block."""
     text = (MANUAL / page).read_text(encoding="utf-8")
     if page.endswith(".ipynb"):
         cells = [cell for cell in json.loads(text)["cells"] if cell["cell_type"] == "code"]
-        return [("python", "".join(cell["source"]), None, False) for cell in cells]
-    before = r"(?:<!-- needs (\w+) -->\n)?(<!-- takes seconds -->\n)?"
-    found = re.findall(before + r"```(\w+)\n(.*?)```", text, re.DOTALL)
-    return [(language, code, needed, bool(slow)) for needed, slow, language, code in found if language in RUN]
+        return [("python", "".join(cell["source"]), None) for cell in cells]
+    found = re.findall(r"(?:<!-- needs (\w+) -->\n)?```(\w+)\n(.*?)```", text, re.DOTALL)
+    return [(language, code, needed) for needed, language, code in found if language in RUN]
 
 
 def run_block(language, code, names, where, printed):
@@ -58,13 +59,29 @@ def run_block(language, code, names, where, printed):
             assert " ".join(line.split()) in lines, f"{where}: {line!r} is not among\n{printed}"
 
 
-@pytest.mark.parametrize("slow", [False, pytest.param(True, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("page", PAGES)
-def test_every_block_of_a_page_runs(page, slow, desk, monkeypatch, capsys):
+def test_every_block_of_a_page_can_be_read(page):
+    """TOML, the arguments of commands, Python and the names that it takes from pmor."""
+    blocks = blocks_of(page)
+    assert blocks
+    for language, code, _ in blocks:
+        if language == "toml":
+            tomllib.loads(code)
+        elif language == "sh":
+            for line in code.splitlines():
+                build_parser().parse_args(shlex.split(line, comments=True)[1:] or ["info", "pair.toml"])
+        elif language == "python":
+            compile(code, page, "exec")
+            assert [name for name in re.findall(r"\bpmor\.(\w+)", code) if not hasattr(pmor, name)] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", PAGES)
+def test_every_block_of_a_page_runs(page, desk, monkeypatch, capsys):
     monkeypatch.chdir(desk)
     names, printed = {"__name__": "__main__"}, ""
-    for number, (language, code, needed, takes_seconds) in enumerate(blocks_of(page), start=1):
-        if (takes_seconds and not slow) or (needed and importlib.util.find_spec(needed) is None):
+    for number, (language, code, needed) in enumerate(blocks_of(page), start=1):
+        if needed and importlib.util.find_spec(needed) is None:
             continue
         run_block(language, code, names, f"{page}, block {number}", printed)
         printed = capsys.readouterr().out if language != "output" else printed

@@ -127,7 +127,9 @@ def fail_facets(monkeypatch, angles):
     monkeypatch.setattr("pmor_offline.snapshots.solve_position", failing)
 
 
-def test_a_model_that_cannot_be_trained_is_named_and_the_others_have_their_results(out, tmp_path, monkeypatch, capsys):
+def test_a_model_that_cannot_be_trained_is_named_and_the_others_have_their_results(
+    out, undrawn, tmp_path, monkeypatch, capsys
+):
     """In tables, on the page with its pictures, on the screen."""
     (out / "basis_paper.h5").unlink()
     fail_facets(monkeypatch, angles=99)

@@ -104,7 +104,7 @@ class Tables(HTMLParser):
 def found(request, tmp_path_factory):
     """Folder, tables of the page, and sweep and root stress of a model in Python."""
     folder = tmp_path_factory.mktemp("run")
-    basis = models(request.param, width="whole")[1].basis
+    basis = models(request.param, width="whole", root_stress=True)[1].basis
     basis = replace(basis, case=change_case(basis.case, **ASKED, output={"plots": False, "report": True}))
     (folder / "basis.h5").write_bytes(b"its size is told")
     run = run_online(reduced_pair(basis), folder / "basis.h5")

@@ -36,7 +36,7 @@ TORQUES = [40.0, 100.0]
 
 def model_of(name, width="whole", **changes):
     """The reduced model of a small pair of line loads, asked for two torques and a Harris map of three."""
-    basis = models(name, width=width)[1].basis
+    basis = models(name, width=width, root_stress=True)[1].basis
     asked = {"online": {"torques_Nm": TORQUES, "angles_per_pitch": 12}, "pinion.modification": RELIEF} | changes
     asked = {"results": {"harris_torques_Nm": [20.0, 60.0, 100.0]}} | asked
     return ReducedModel(replace(basis, case=change_case(basis.case, **asked)))

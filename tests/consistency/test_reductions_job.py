@@ -155,6 +155,7 @@ def test_the_beginning_of_a_greedy_training_is_one_with_fewer_solves(case, model
             assert_array_equal(own.displacement, other.displacement)
 
 
+@pytest.mark.slow
 def test_states_that_do_not_converge_are_named_and_end_with_exit_code_3(case_path, capsys, monkeypatch, model, undrawn):
     few = load_case(case_path)
     states = unseen_states(few.offline, model.mesh.meshed.pair, FEWEST["states"])

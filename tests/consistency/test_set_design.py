@@ -17,7 +17,7 @@ from pmor.design.settings import Variable
 from pmor.pair.conditions import assembly_of
 from pmor.sets.loader import load as load_set
 from pmor.sets.loader import with_sections
-from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, written_design, written_set
+from tests.support.small_sets import NO_STRESS, SMALL_CHAIN, SMALL_SET, written_design, written_set
 
 # The same equations on the same numbers, but for the order in which gaps are added up.
 SAME = 1e-9
@@ -26,7 +26,7 @@ SAME = 1e-9
 @pytest.fixture(scope="module")
 def job(tmp_path_factory):
     folder = tmp_path_factory.mktemp("set_design")
-    path, out = written_design(folder), folder / "out"
+    path, out = written_design(folder, base=SMALL_SET + NO_STRESS), folder / "out"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(readings, "CONTOUR", 3)
         patch.setattr(fine, "FEWEST", 16)

@@ -19,7 +19,7 @@ from pmor.sets.output import FILES, PIN_FILES, SAMPLE_FILES
 from pmor.sets.results_data import write_set_results
 from pmor.storage.set_results_layout import SET_LAYOUT
 from tests.support.broken_files import flip_bit_of
-from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, written_set
+from tests.support.small_sets import NO_STRESS, SMALL_CHAIN, SMALL_SET, written_set
 
 CASES = Path(__file__).parents[2] / "cases"
 # Solutions by Newton's method, to its tolerance.
@@ -148,7 +148,7 @@ def test_another_body_and_a_damaged_file_are_solved_anew_and_no_other(job, count
         pmor.gear_set(path, folder)
 
 
-def test_tolerances_leave_their_files_and_differ_no_other(tmp_path, job):
+def test_tolerances_leave_their_files_and_differ_no_other(tmp_path, job, undrawn):
     text = f"{SMALL_SET}[tolerances]\npins_radial_um = 5.0\nsun_eccentricity_um = 5.0\nsamples = 8\n"
     path = written_set(tmp_path, text)
     assert "Tolerances: 8 sets x 108 angles x 2 torques" in pmor.plan_set(path)
@@ -171,17 +171,17 @@ def test_tolerances_leave_their_files_and_differ_no_other(tmp_path, job):
     for row in drawn["torques"]:
         values = row["k_gamma"]
         assert 1.0 < values["percentile_5"] < values["percentile_50"] <= values["percentile_95"] <= 3.0 + SOLVED
-    found = pmor.gear_set(path)
+    found = pmor.gear_set(path, tmp_path / "out")
     assert len(found.plot_tolerances().axes) == 2
     assert "Tolerances" in str(found)
     with pytest.raises(pmor.PmorError, match="add \\[tolerances\\]"):
-        pmor.gear_set(job[0]).plot_tolerances()
+        pmor.gear_set(job[0], shutil.copytree(job[1], tmp_path / "plain")).plot_tolerances()
 
 
-def test_pins_leave_their_picture_and_the_forces_of_their_bearings(tmp_path, job):
+def test_pins_leave_their_picture_and_the_forces_of_their_bearings(tmp_path, job, undrawn):
     pins = "[pins]\ndiameter_mm = 30.0\nlength_mm = 30.0\nbearings = [{at_mm = -6.0}, {at_mm = 6.0}]\n"
     carrier = '[carrier]\nwindup_Nmm_per_rad = 1e10\ntorque_at = "-z"\n'
-    path = written_set(tmp_path, SMALL_SET + pins + carrier)
+    path = written_set(tmp_path, SMALL_SET + NO_STRESS + pins + carrier)
     text = pmor.plan_set(path)
     assert "d 30 x 30 mm, clamped in both cheeks" in text
     assert "1e+10 N mm/rad, torque out at -z" in text
@@ -198,14 +198,14 @@ def test_pins_leave_their_picture_and_the_forces_of_their_bearings(tmp_path, job
     assert len(found.plot_pins().axes) == 2
     assert "Planets on their pins" in str(found)
     with pytest.raises(pmor.PmorError, match="add \\[pins\\]"):
-        pmor.gear_set(job[0]).plot_pins()
+        pmor.gear_set(job[0], shutil.copytree(job[1], tmp_path / "plain")).plot_pins()
 
 
 @pytest.mark.parametrize(("on", "torque_Nm"), [("ring", 900.0), ("carrier", -1200.0)])
 def test_the_same_torque_on_another_member_is_the_same_state(on, torque_Nm, job, tmp_path):
     held = "sun" if on == "ring" else "ring"
     text = SMALL_SET.replace("torque_Nm = 300.0", f'torque_Nm = {torque_Nm}\non = "{on}"\nheld = "{held}"')
-    found = pmor.gear_set(written_set(tmp_path, text.replace("torques_Nm = [100.0]", "")))
+    found = pmor.gear_set(written_set(tmp_path, text.replace("torques_Nm = [100.0]", "") + NO_STRESS))
     expected = json.loads((job[1] / "set.json").read_text())
     assert_allclose(found.data["ste_um"], expected["ste_um"], rtol=SOLVED)
 
@@ -228,18 +228,18 @@ def test_a_planet_that_is_missing_leaves_its_load_to_the_others(tmp_path):
 
 def test_springs_below_the_sun_lie_between_rigid_and_free(tmp_path):
     gammas = []
-    for stiffness in ('"rigid"', "1e6", "1e5", '"free"'):
-        text = f"{SMALL_SET}[supports]\nsun_radial_N_per_mm = {stiffness}\n"
+    for stiffness in ('"rigid"', "1e5", '"free"'):
+        text = f"{SMALL_SET}{NO_STRESS}[supports]\nsun_radial_N_per_mm = {stiffness}\n"
         gammas.append(pmor.gear_set(written_set(tmp_path, text)).k_gamma[1])
     assert gammas == sorted(gammas, reverse=True)
     assert gammas[0] > 1.05
-    assert_allclose(gammas[3], 1.0, atol=0.005)
+    assert_allclose(gammas[2], 1.0, atol=0.005)
 
 
 def test_soft_supports_are_free_ones_in_the_limit(tmp_path):
     """A compliance in the flexibility of the sections, and a movement of its own, are two ways to say the same."""
     found = [
-        pmor.gear_set(written_set(tmp_path, f"{SMALL_SET}[supports]\nsun_radial_N_per_mm = {stiffness}\n"))
+        pmor.gear_set(written_set(tmp_path, f"{SMALL_SET}{NO_STRESS}[supports]\nsun_radial_N_per_mm = {stiffness}\n"))
         for stiffness in ("1.0", '"free"')
     ]
     assert_allclose(found[0].ste_um, found[1].ste_um, rtol=1e-4)

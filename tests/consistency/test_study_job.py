@@ -179,6 +179,7 @@ def test_parts_of_other_settings_are_not_taken_over(folder, finished, started, t
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.jit
 def test_failed_positions_are_named_and_empty(folder, tmp_path, monkeypatch, capsys, undrawn):
     angle = {}

@@ -152,7 +152,7 @@ def test_export(run, tmp_path, to):
         assert (tmp_path / "command").stat().st_size == (tmp_path / "python").stat().st_size > 1000
 
 
-def test_online(run, model, tmp_path):
+def test_online(run, model, undrawn, tmp_path):
     path, folder = run
     assert main(["online", str(folder / "basis.h5"), "-o", str(tmp_path / "command")]) == 0
     result = model.report(tmp_path / "python", compare=False)
@@ -216,6 +216,7 @@ def test_stability(tmp_path):
     both("stability", pmor.stability, write_case(tmp_path), only="torque zero")
 
 
+@pytest.mark.slow
 def test_convergence(tmp_path, monkeypatch, capsys):
     """A ladder of three coarse meshes."""
     monkeypatch.setitem(convergence.run.__kwdefaults__, "profile_elements", (2, 4, 8))
@@ -223,6 +224,7 @@ def test_convergence(tmp_path, monkeypatch, capsys):
     assert len(capsys.readouterr().out.splitlines()) == len(str(found).splitlines()) + 1
 
 
+@pytest.mark.slow
 def test_study(tmp_path):
     write_case(tmp_path)
     (tmp_path / "study.toml").write_text(STUDY)
@@ -258,6 +260,7 @@ def test_design(tmp_path, monkeypatch):
     assert (tmp_path / "command" / case.name).read_text() == case.read_text()
 
 
+@pytest.mark.slow
 def test_campaign(tmp_path):
     (tmp_path / "base.toml").write_text(case_text(**LINES, results={"root_stress": False, "maps": False}))
     path = tmp_path / "campaign.toml"

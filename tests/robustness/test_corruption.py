@@ -14,7 +14,7 @@ from tests.support.broken_files import edit, flip_bit
 from tests.support.refusals import end_of, refused, time_limit
 from tests.support.small_case import case_text
 
-FLIPS, SECTORS, LENGTHS = 40, 12, 15
+FLIPS, SECTORS, LENGTHS = 16, 5, 8
 
 
 def some_snapshots(rng):

@@ -138,7 +138,9 @@ def write_and_die(path, basis, lines):
         pytest.param(False, 1, id="new", marks=pytest.mark.slow),
     ],
 )
-def test_a_kill_at_any_line_leaves_the_old_basis_or_the_whole_new_one(there, every, tmp_path, small_basis, small_basis_path):
+def test_a_kill_at_any_line_leaves_the_old_basis_or_the_whole_new_one(
+    there, every, tmp_path, small_basis, small_basis_path
+):
     path = tmp_path / "basis.h5"
     old = small_basis_path.read_bytes()
     ends = {"old": 0, "new": 0}

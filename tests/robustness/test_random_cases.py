@@ -1,6 +1,6 @@
 """Random case files: a result or one clear line, never a traceback, a hang or NaN.
 
-pytest -s tests/robustness/test_random_cases.py                             # 150, to the mesh
+pytest -s tests/robustness/test_random_cases.py                             # 60, to the mesh
 pytest -s -m slow tests/robustness/test_random_cases.py -k ten_thousand     # 10,000, to the mesh
 pytest -s -m slow tests/robustness/test_random_cases.py -k whole            # hundreds, offline and online
 """
@@ -96,11 +96,11 @@ def run_examples(count, strategy, ended):
 
 
 def test_case_files_give_a_mesh_or_one_line(tmp_path):
-    tally = run_examples(150, case_bytes(), lambda data: plan_and_mesh(data, tmp_path / "random.toml"))
+    tally = run_examples(60, case_bytes(), lambda data: plan_and_mesh(data, tmp_path / "random.toml"))
     # That the examples reach all of these: the more keys a case has, the more are stopped by one that is wrong.
-    assert tally["meshed"] > 20
-    assert tally["refused by the case rules"] > 20
-    assert tally["refused as GeometryError"] > 5
+    assert tally["meshed"] > 8
+    assert tally["refused by the case rules"] > 8
+    assert tally["refused as GeometryError"] > 2
 
 
 @pytest.mark.slow
@@ -110,7 +110,7 @@ def test_ten_thousand_case_files_give_a_mesh_or_one_line(tmp_path):
     assert tally["meshed"] > 1000
 
 
-@examples(300)
+@examples(100)
 @given(st.binary(max_size=60))
 def test_any_bytes_at_all_are_refused_in_one_line(tmp_path_factory, data):
     path = tmp_path_factory.getbasetemp() / "bytes.toml"

@@ -12,6 +12,7 @@ from pmor_online.model import reduced_pair
 from tests.support.small_case import case_text
 
 TORQUE = 1e5  # N mm
+LINES = {"contact": {"scheme": "line"}, "reduction": {"shapes": "line_loads"}}
 PAIRS = {
     "spur": {},
     "unequal": {"wheel": {"teeth": 31, "bore_radius_mm": 25.0, "face_width_mm": 16.0, "face_offset_mm": 1.0}},
@@ -42,13 +43,13 @@ PAIRS |= {
 
 
 @cache
-def models(name, hand=1.0, width="whole"):
-    """Full FE and the reduced pair of its line loads."""
+def models(name, hand=1.0, width="whole", root_stress=False):
+    """Full FE and the reduced pair of its line loads; root stress doubles what it costs."""
     changes = {section: dict(keys) for section, keys in PAIRS[name].items()}
     if "pair" in changes:
         changes["pair"]["helix_angle_deg"] *= hand
     mesh = {"profile_elements": 5, "width_elements": 4, "width": width} | changes.pop("mesh", {})
-    text = case_text(**changes, mesh=mesh, contact={"scheme": "line"}, reduction={"shapes": "line_loads"})
+    text = case_text(**changes, mesh=mesh, results={"root_stress": root_stress}, **LINES)
     return _solved(text)
 
 
@@ -82,5 +83,4 @@ def random_modification(rng, active):
 @cache
 def small_pair():
     mesh = {"profile_elements": 5, "width_elements": 2}
-    text = case_text(mesh=mesh, contact={"scheme": "line"}, reduction={"shapes": "line_loads"})
-    return _solved(text)[1]
+    return _solved(case_text(mesh=mesh, results={"root_stress": False}, **LINES))[1]

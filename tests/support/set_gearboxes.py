@@ -1,10 +1,11 @@
 """Gearboxes with a small planetary set on shafts of their own: a reducer of one stage, and one of two."""
 
 from tests.support.gearboxes import SMALL_CASE
-from tests.support.small_sets import SMALL_SET
+from tests.support.small_sets import NO_STRESS, SMALL_SET
 
 # Ring held, planets equal: errors of single tests come on top.
 EVEN_SET = SMALL_SET.replace("tangential_um = [10.0, 0.0, 0.0]\n", "").replace("torques_Nm = [100.0]\n", "")
+EVEN_SET += NO_STRESS
 BEARING = """
 [[bearings]]
 name = "{name}"

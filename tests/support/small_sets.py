@@ -126,6 +126,8 @@ torques_Nm = [100.0]
 profile_elements = 3
 width_elements = 2
 """
+# Of a set: half of what its finite elements cost.
+NO_STRESS = "[results]\nroot_stress = false\n"
 
 # Positions and mesh of sets, and one with all that a file of another program says of a set.
 SOLVED_SET = """[mesh]

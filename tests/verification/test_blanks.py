@@ -705,6 +705,7 @@ def test_holes_of_no_size_leave_the_plain_web():
     assert_allclose(smaller.mean(), 0.25 * larger.mean(), rtol=0.1)  # as their area
 
 
+@pytest.mark.slow
 def test_motion_and_designs_go_on_over_all_cycles_until_holes_stand_as_before():
     reduced, ste = holed_wheel(count=4, **AT)
     assert reduced.basis.case.pair.repeats_after == TEETH // 4

@@ -56,7 +56,7 @@ def test_a_web_beside_the_middle_takes_the_whole_width_of_all_meshes(tmp_path):
     assert_allclose(ahead, behind, rtol=1e-8)
 
 
-@pytest.mark.parametrize(("helix", "angles"), [(0.0, 12), (15.0, 48)])
+@pytest.mark.parametrize(("helix", "angles"), [(0.0, 12), pytest.param(15.0, 48, marks=pytest.mark.slow)])
 def test_a_light_idler_between_equal_gears_bends_alike_on_both_sides(helix, angles, tmp_path):
     distance = float(92.0 / np.cos(np.radians(helix)))
     text = SMALL_CHAIN.replace("[0.0, 92.0]", f"[0.0, {distance!r}]").replace(

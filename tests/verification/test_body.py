@@ -93,7 +93,7 @@ def flexibility_of_all_nodes(reduced, supports, lines, angle):
     return total
 
 
-@pytest.mark.parametrize("name", ["spur", "helical"])
+@pytest.mark.parametrize("name", [pytest.param("spur", marks=pytest.mark.slow), "helical"])
 def test_a_part_of_low_rank_is_the_compliance_of_all_rows_together(name, monkeypatch):
     rng, reduced = np.random.default_rng(25), models({"spur": "holes", "helical": "helical holes"}[name])[1]
     rigid, supports = without_holes(reduced), reduced.flank_compliance.supports

@@ -232,7 +232,7 @@ def test_a_finer_mesh_comes_to_the_blank_by_dimensions(tmp_path):
     assert_allclose(found, ste_by_dimensions()[0], rtol=2e-3)
 
 
-@pytest.mark.parametrize("helix", [0.0, 18.0])
+@pytest.mark.parametrize("helix", [pytest.param(0.0, marks=pytest.mark.slow), 18.0])
 def test_sectors_on_a_body_that_changes_around_its_axis_are_the_whole_gear_in_one_matrix(helix, tmp_path, monkeypatch):
     monkeypatch.setattr(pmor.body.support, "LEAST_MOVED", 1e-12)
     case = case_on(

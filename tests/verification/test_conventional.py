@@ -52,7 +52,7 @@ def angle(pair, share):
     return geometry.roll_position_range[0] + share * geometry.pitch
 
 
-@pytest.mark.parametrize(("share", "loaded"), [(ONE_PAIR, 1), (TWO_PAIRS, 2)])
+@pytest.mark.parametrize(("share", "loaded"), [pytest.param(ONE_PAIR, 1, marks=pytest.mark.slow), (TWO_PAIRS, 2)])
 def test_conventional_solution_is_the_condensed_one(pair, share, loaded):
     condensed, whole = pair
     phi = angle(whole, share)
@@ -67,6 +67,7 @@ def test_conventional_solution_is_the_condensed_one(pair, share, loaded):
     assert 0.0 < found.factor_seconds < found.seconds
 
 
+@pytest.mark.slow
 def test_windows_too_small_grow_as_those_of_the_condensed_model(monkeypatch):
     condensed, whole = both_ways(SMALL_WINDOWS)  # those of facets allow for their sagitta and suffice
     monkeypatch.setattr("pmor.penalty.solve.WINDOW_MARGIN", 0.05)

@@ -19,7 +19,8 @@ def model(helix_deg=0.0, wheel_width=20.0, wheel_offset=0.0):
     wheel = {"teeth": 21, "bore_radius_mm": 20.0, "face_width_mm": wheel_width, "face_offset_mm": wheel_offset}
     case = pmor.make_case(
         teeth=21, bore_radius_mm=20.0, module_mm=4.0, face_width_mm=20.0, torque_Nm=100.0, scheme="line",
-        profile_elements=5, width_elements=4, width="whole", results={"root_stress": False}, pair={"helix_angle_deg": helix_deg}, wheel=wheel,
+        profile_elements=5, width_elements=4, width="whole", results={"root_stress": False},
+        pair={"helix_angle_deg": helix_deg}, wheel=wheel,
     )  # fmt: skip
     return pmor.train(case)
 

@@ -31,7 +31,6 @@ CYCLE = 1e-9
 PANELS, PARTS, ROUNDS = 96, 4, 4
 # Of differences over the angle, rad.
 STEP = 1e-6
-SUPPORTED = ["spur", "helical"]
 
 pytestmark = pytest.mark.jit
 
@@ -111,7 +110,7 @@ def angle_leg(reduced, start, end, torque):
     return total
 
 
-@pytest.mark.parametrize("name", SUPPORTED)
+@pytest.mark.parametrize("name", ["spur", pytest.param("helical", marks=pytest.mark.slow)])
 def test_the_work_of_the_torque_is_stored_in_contact_gears_and_supports(name):
     """From no load on, at angles of a whole pitch: int T ds, against the energy in each of the three."""
     reduced = supported(name)
@@ -128,7 +127,7 @@ def test_the_work_of_the_torque_is_stored_in_contact_gears_and_supports(name):
         assert_allclose(TORQUE * found.advance[0, i] - area[i], stored.sum(), rtol=STORED)
 
 
-@pytest.mark.parametrize("name", SUPPORTED)
+@pytest.mark.parametrize("name", [pytest.param("spur", marks=pytest.mark.slow), "helical"])
 def test_a_closed_cycle_of_torque_and_angle_takes_no_work(name):
     """Loaded, turned under the torque while a tip corner begins to carry, relieved, turned back under a fifth of it."""
     reduced, torques = supported(name), (0.2 * TORQUE, TORQUE)

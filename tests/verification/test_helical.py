@@ -174,6 +174,7 @@ def model_of(helix_deg, **sections):
         "wheel": {"teeth": 31, "bore_radius_mm": 25.0},
         "mesh": {"profile_elements": 5, "width_elements": 4, "width": "whole"},
         "contact": {"scheme": "line"},
+        "results": {"root_stress": False},
     }
     return full_fe(case_with(**merged(given, sections)))
 

@@ -31,7 +31,13 @@ TORQUE = 1e5  # N mm
 # pitch point; at 0.3 and 0.45 two pairs share the load.
 POSITIONS = {"two pairs": 0.3, "two pairs, one near its exit": 0.45, "one pair": 0.8}
 
-every_position = pytest.mark.parametrize("share", POSITIONS.values(), ids=POSITIONS.keys())
+every_position = pytest.mark.parametrize(
+    "share",
+    [
+        pytest.param(share, id=name, marks=() if name == "two pairs, one near its exit" else pytest.mark.slow)
+        for name, share in POSITIONS.items()
+    ],
+)
 # The program takes its time, and what it covers is covered by others.
 pytestmark = pytest.mark.jit
 needs_calculix = pytest.mark.skipif(not calculix_available(), reason=f"CalculiX ({PROGRAM}) is not installed")
@@ -82,6 +88,7 @@ def test_the_other_gear_as_slave_at_a_hundredth_of_the_load(coarse):
     assert_allclose(coarse.ste_um(0.3, 0.01 * TORQUE, slave="wheel"), expected, rtol=SAME_MECHANICS)
 
 
+@pytest.mark.slow
 @needs_calculix
 def test_incompatible_modes_give_the_ste_of_calculix():
     pair = Pair(paper_case(6, 1, "hex8i"))
@@ -103,7 +110,9 @@ def fine():
 
 @needs_calculix
 @pytest.mark.jit
-@pytest.mark.parametrize("share", [POSITIONS["two pairs"], POSITIONS["one pair"]])
+@pytest.mark.parametrize(
+    "share", [POSITIONS["two pairs"], pytest.param(POSITIONS["one pair"], marks=pytest.mark.slow)]
+)
 def test_subdivided_facets_give_the_ste_of_integrated_pressure(share):
     """A thin rim, so that rings can be cut beside the contact: measured 6e-4."""
     pair = Pair(paper_case(16, 1, pinion={"teeth": 21, "bore_radius_mm": 33.5}))

@@ -26,7 +26,7 @@ from pmor.sets.solution import solve_set
 from pmor.sets.tolerances import sample_rows, solve_samples
 from pmor_online.root_cycle import root_stress_and_cycles
 from tests.support.set_gearboxes import one_stage, written_reducer
-from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, line_case, written_set
+from tests.support.small_sets import NO_STRESS, SMALL_CHAIN, SMALL_SET, line_case, written_set
 
 # Of the same equations, put together otherwise.
 SAME = 1e-11
@@ -74,7 +74,7 @@ def power_split(timing_mrad=0.0, right_deg=0.0):
         gears.append((f"{side}_pinion", places[side], f'shaft = "{side}"', *more))
     gears.append(("output", (0, 0), 'torque_Nm = "balance"'))
     meshes = [("input", "left_wheel"), ("input", "right_wheel"), ("left_pinion", "output"), ("right_pinion", "output")]
-    return train(gears, meshes, (18, 24, 18, 24, 18, 24))
+    return train(gears, meshes, (18, 24, 18, 24, 18, 24), NO_STRESS)
 
 
 def solved(folder, text):
@@ -244,12 +244,12 @@ def test_a_double_helical_pair_is_a_helical_one_with_half_the_torque(tmp_path):
     ]
     slanted = "[pair]\nhelix_angle_deg = {}"
     meshes = [("input", "output"), ("input_2", "output_2", 'pair = "other_hand"')]
-    other = slanted.format(-12.0).replace("pair", "other_hand") + "\n"
+    other = slanted.format(-12.0).replace("pair", "other_hand") + "\n" + NO_STRESS
     apart = repr(2.0 * (21 + 25) / math.cos(math.radians(12.0)))
     both = train(gears, meshes, (21, 21, 25, 25), other).replace("[pair]", slanted.format(12.0)).replace("96.0", apart)
     one = train(
         [("input", (0, 0), "torque_Nm = 100.0"), ("output", (0, 96), 'torque_Nm = "balance"')], [("input", "output")],
-        (21, 25),
+        (21, 25), NO_STRESS,
     ).replace("[pair]", slanted.format(12.0)).replace("96.0", apart)  # fmt: skip
     found, half = solved(tmp_path, both), solved(tmp_path, one)
     assert_allclose(found.ste_um, half.ste_um, rtol=1e-9)
@@ -261,7 +261,8 @@ def test_a_double_helical_pair_is_a_helical_one_with_half_the_torque(tmp_path):
 def test_three_stepped_planets_share_evenly_about_a_floating_sun_whatever_their_timing(stepped, tmp_path):
     errors = STEPPED.replace("count = 3", "count = 3\ntiming_mrad = [0.3, 0.0, 0.0]")
     held, floating = (
-        solved(tmp_path, f'{errors}[supports]\nsun_radial_N_per_mm = "{sun}"\n').k_gamma[0] for sun in ("rigid", "free")
+        solved(tmp_path, f'{errors}{NO_STRESS}[supports]\nsun_radial_N_per_mm = "{sun}"\n').k_gamma[0]
+        for sun in ("rigid", "free")
     )
     assert held > 1.1
     assert_allclose(floating, 1.0, atol=0.005)
@@ -366,7 +367,7 @@ def test_a_span_that_is_cut_off_says_so(stepped, tmp_path):
         load(written_set(tmp_path, long))
 
 
-@pytest.mark.parametrize("torque", [300.0, -300.0])
+@pytest.mark.parametrize("torque", [pytest.param(300.0, marks=pytest.mark.slow), -300.0])
 def test_stepped_planets_in_a_gearbox_are_those_of_their_own_file(torque, tmp_path):
     """On shafts that do not give way, but for a soft bearing of the sun: as on supports of that stiffness."""
     of_set = STEPPED.replace("count = 3", "count = 3\ntiming_mrad = [0.2, 0.0, 0.0]")

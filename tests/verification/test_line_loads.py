@@ -203,7 +203,7 @@ def closing_um(meshed, phi, assembly, z):
     return 1e3 * meshed.pair.pinion.base_radius * low
 
 
-@pytest.mark.parametrize("name", ["helical", "quadratic"])
+@pytest.mark.parametrize("name", [pytest.param("helical", marks=pytest.mark.slow), "quadratic"])
 def test_unloaded_flanks_of_helical_pairs_touch_on_a_smooth_envelope(name):
     """Against 4,000 sections; with those of the line loads alone a staircase, off by 1.9 um."""
     meshed = models(name)[1].meshed

@@ -154,7 +154,7 @@ def solved_at_once(matrix, held, seats, mesh, rows_of, teeth):
     bordered = sp.block_array([[matrix, held.conj().T], [held, -sp.diags_array(seats)]]).tocsc()
     load = np.zeros((bordered.shape[0], full.shape[0]), dtype=complex)
     load[rows_of(0, own)] = full.T.toarray()
-    solved = spla.splu(bordered).solve(load)
+    solved = spla.splu(bordered, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(load)
     root, share, found = mesh.left[: len(mesh.z)], tributary_widths(mesh.z, mesh.order) / np.ptp(mesh.z), []
     x, y = mesh.nodes[root, :2].T / np.linalg.norm(mesh.nodes[root, :2], axis=1)
     for k in teeth:

@@ -10,7 +10,7 @@ from pmor.design.loader import load
 from pmor.design.set_judge import SetJudge
 from pmor.sets.variants import train_of_variants
 from tests.support.small_set_campaign import STEPPED
-from tests.support.small_sets import SMALL_DESIGN, SMALL_SET, written_design
+from tests.support.small_sets import NO_STRESS, SMALL_DESIGN, SMALL_SET, written_design
 
 # Of the largest derivative: round-off and curvature of quotients with steps of 1e-4 um, deg or %.
 QUOTIENT, STEP = 1e-6, 1e-4
@@ -43,7 +43,7 @@ def judge_of(folder, base=SMALL_SET, more="", renamed=("", "")):
     text = SMALL_DESIGN.replace(*renamed).replace(
         "torques_Nm = [300.0]", "torques_Nm = [100.0, 300.0]\nweights = [1.0, 2.0]"
     )
-    file = load(written_design(folder, text.replace("[load]", f"{MORE}{more}[load]"), base))
+    file = load(written_design(folder, text.replace("[load]", f"{MORE}{more}[load]"), base + NO_STRESS))
     return SetJudge(file, train_of_variants(file.set), file.design)
 
 

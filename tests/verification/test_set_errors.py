@@ -15,14 +15,15 @@ from pmor.sets.draws import drawn
 from pmor.sets.loader import load
 from pmor.sets.run import run
 from pmor.sets.solution import solve_placed
-from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, chain, written_set
+from tests.support.small_sets import NO_STRESS, SMALL_CHAIN, SMALL_SET, chain, written_set
 
 # Solutions by Newton's method, to its tolerance.
 SOLVED = 1e-8
 # mm, and of the order that it makes: teeth that carry at their corners meet off the line of action.
 E_UM, OFF_LINE = 20.0, 2e-3
 ONE = SMALL_SET.replace("torques_Nm = [100.0]", "").replace("tangential_um = [10.0, 0.0, 0.0]", "missing = [2, 3]")
-THREE = SMALL_SET.replace("torques_Nm = [100.0]", "").replace("tangential_um = [10.0, 0.0, 0.0]", "")
+ONE += NO_STRESS
+THREE = SMALL_SET.replace("torques_Nm = [100.0]", "").replace("tangential_um = [10.0, 0.0, 0.0]", "") + NO_STRESS
 
 
 def solved(folder, text):
@@ -137,7 +138,7 @@ def test_a_set_with_pitch_deviations_of_the_sun_repeats_with_its_turn(tmp_path):
     assert {row["per_turn"]["input"] for row in found.data["shaft_orders"]} <= set(map(float, range(1, 60)))
 
 
-def test_a_sample_is_the_set_that_a_file_with_its_errors_says(tmp_path):
+def test_a_sample_is_the_set_that_a_file_with_its_errors_says(tmp_path, undrawn):
     """By the columns of the table, which are the keys of a file; in the frame of the image, too."""
     sizes = "pins_radial_um = 5.0\npins_tangential_um = 10.0\nsun_eccentricity_um = 5.0\nplanets_eccentricity_um = 3.0"
     text = f"{THREE}[tolerances]\n{sizes}\nsamples = 8\nseed = 3\n"
@@ -167,6 +168,7 @@ def test_a_sample_is_the_set_that_a_file_with_its_errors_says(tmp_path):
     assert again.k_gamma[0] > 1.01
 
 
+@pytest.mark.slow
 def test_percentiles_of_one_pin_are_those_of_its_normal_distribution(tmp_path):
     """Two planets on a fixed sun, off by little: K_gamma - 1 goes with the amount of the difference of two draws."""
     text = THREE.replace("count = 3", "count = 2").replace("angles_per_pitch = 6", "angles_per_pitch = 4")

@@ -112,7 +112,7 @@ def test_holes_of_no_size_leave_the_plain_web(tmp_path):
     assert_allclose(smaller.mean(), 0.25 * larger.mean(), rtol=0.1)  # as their area
 
 
-@pytest.mark.parametrize("which", [0, 1])
+@pytest.mark.parametrize("which", [pytest.param(0, marks=pytest.mark.slow), 1])
 def test_a_single_mesh_is_the_pair_with_holes(which):
     """Wherever the gears stand to the y axis, which holes of gears on fixed axes count from."""
     teeth, first, bend_deg, cycles = (18, 18), 23.0, 50.0, 6
@@ -167,6 +167,7 @@ def test_an_idler_with_holes_between_equal_gears_is_stressed_alike_on_both_flank
         assert np.ptp(one) > 1e-3 * np.abs(one).mean()
 
 
+@pytest.mark.slow
 def test_a_web_beside_the_middle_of_a_helical_idler_stresses_the_one_flank_as_one_on_the_other_side_the_other(tmp_path):
     ahead, behind = (of_an_idler(tmp_path, 12.0, f"web_offset_mm = {side}") for side in (4.0, -4.0))
     for values, turned in zip(ahead, behind, strict=True):

@@ -54,6 +54,7 @@ def case_of(sections, width="plane_strain", torque=50.0, profile=4, across=1, sc
     torques = {"torques_Nm": [torque]}
     mesh = {"element": "hex20", "profile_elements": profile, "width_elements": across, "width": width}
     reduction = {"shapes": "line_loads"} if scheme == "line" else {"shapes": "flank_lines"}
+    sections |= {"results": {"root_stress": False}}
     text = case_text(**sections, mesh=mesh, load={"torque_Nm": torque}, contact={"scheme": scheme},
                      reduction=reduction, offline=torques, online=torques, compare=torques)  # fmt: skip
     return parse_case(text, "undercut", "undercut")

@@ -12,7 +12,7 @@ from pmor.validation.check import Check
 
 pytestmark = pytest.mark.jit
 SHOWN = Path(__file__).parents[2] / PAGE
-SLOW = {"public pairs"}  # 17 s of finite elements
+SLOW = {"public pairs", "motion"}  # 17 s of finite elements, 3 s of motion
 THEMES = [pytest.param(theme, marks=pytest.mark.slow) if theme in SLOW else theme for theme in page.THEMES]
 
 

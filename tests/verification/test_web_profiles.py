@@ -35,7 +35,7 @@ def compliance_of(case):
     return elastic_model(case, mesh_model(case)).pinion.compliance
 
 
-@pytest.mark.parametrize("helix", [0.0, 18.0])
+@pytest.mark.parametrize("helix", [0.0, pytest.param(18.0, marks=pytest.mark.slow)])
 def test_stations_of_a_straight_web_are_the_plain_web(helix):
     held = {"held_length_mm": 5.0, "hub_width_mm": 11.0}
     plain = compliance_of(case_of(helix, web_thickness_mm=4.0, web_offset_mm=1.0, **held))

@@ -47,7 +47,7 @@ def stress_by(web, force):
     return np.einsum("pia,ca->cpi", web.stress, web.moved[0] @ (web.pattern @ force))
 
 
-@pytest.mark.parametrize(("helix", "offset"), [(0.0, 0.0), (0.0, 1.5), (15.0, 0.0)])
+@pytest.mark.parametrize(("helix", "offset"), [(0.0, 0.0), (0.0, 1.5), pytest.param(15.0, 0.0, marks=pytest.mark.slow)])
 def test_the_mean_shear_of_a_web_carries_the_torque(helix, offset):
     """T / (2 pi r^2 t) where the ends of the web are some thicknesses away."""
     sector, web = solved(helix, web_offset_mm=offset, web_thickness_mm=0.5)
