@@ -39,7 +39,7 @@ def test_a_saved_model_answers_as_before(tmp_path, model):
 
 @pytest.mark.parametrize("fate", ["overwritten", "removed", "left by chdir"])
 def test_a_loaded_model_is_saved_and_reported_as_it_was_read_whatever_became_of_its_file(
-    fate, tmp_path, model, case, full, monkeypatch
+    fate, tmp_path, model, case, full, undrawn, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
     model.save("a.h5")
@@ -62,7 +62,7 @@ def test_a_loaded_model_is_saved_and_reported_as_it_was_read_whatever_became_of_
     assert report.page.exists()
 
 
-def test_a_report_leaves_the_model_that_was_read_not_the_file_that_is_there_now(tmp_path, model, case, full):
+def test_a_report_leaves_the_model_that_was_read_not_the_file_that_is_there_now(tmp_path, model, case, full, undrawn):
     model.save(tmp_path / "basis.h5")
     before, loaded = stored(tmp_path / "basis.h5"), pmor.load_model(tmp_path / "basis.h5")
     fewer = pmor.change_case(case, offline={"angles_per_pitch": 4})

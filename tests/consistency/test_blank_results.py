@@ -154,7 +154,7 @@ def test_ranges_are_in_the_summary(light):
     assert "over a load cycle" in notes["root stress range, wheel"]
 
 
-@pytest.mark.parametrize("helix", [-20.0, 20.0])
+@pytest.mark.parametrize("helix", [pytest.param(-20.0, marks=pytest.mark.slow), 20.0])
 def test_across_the_root_is_where_helical_teeth_are_stressed_most(helix):
     """Across the root it is 0.9998 of the principal stress, as measured, and 0.967 in the transverse section."""
     case = change_case(CASE, helix_angle_deg=helix)

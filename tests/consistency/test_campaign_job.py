@@ -247,7 +247,7 @@ def test_processes_may_end_while_all_of_them_are_ended(monkeypatch):
     assert len(ended) == 5
 
 
-@pytest.mark.parametrize("kind", [ThreadPoolExecutor, ProcessPoolExecutor])
+@pytest.mark.parametrize("kind", [pytest.param(ThreadPoolExecutor, marks=pytest.mark.slow), ProcessPoolExecutor])
 def test_any_executor_gives_the_same_bytes(folder, faulty, kind):
     plain = pmor.campaign("campaign.toml", "plain")
     assert list(plain.columns()["design"]) == list(range(1, len(plain.codes) + 1))
@@ -356,7 +356,7 @@ def malformed_chunks(first, rows, key):
     ]
 
 
-@pytest.mark.parametrize("half", [slice(6), slice(6, 12)])
+@pytest.mark.parametrize("half", [pytest.param(slice(6), marks=pytest.mark.slow), slice(6, 12)])
 def test_malformed_chunks_are_solved_again_and_malformed_plans_written_anew(half, folder, faulty, monkeypatch, capsys):
     assert main(["campaign", "campaign.toml", "--out", "plain"]) == 0
     keep = chunks_module.ChunkFiles.write

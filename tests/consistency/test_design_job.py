@@ -168,7 +168,7 @@ def test_a_narrow_peak_far_below_its_bound_settles(found, monkeypatch):
     assert (settled, angles) == (4.13, 1536)
 
 
-@pytest.mark.parametrize("every", [1, 5])
+@pytest.mark.parametrize("every", [1, pytest.param(5, marks=pytest.mark.slow)])
 def test_variants_without_a_solution_are_named_and_the_rest_is_written(tmp_path, capsys, undrawn, monkeypatch, every):
     """With 1 no variant has a solution: no best one, no rule of Harris, no draws; with 5 four of five on few angles."""
     monkeypatch.setattr(readings, "FRESH", 8)

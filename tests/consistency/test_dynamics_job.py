@@ -150,6 +150,7 @@ def test_teeth_alone_are_as_stiff_where_one_pair_carries_and_stiffer_where_two_d
     assert "| 60 | thin slices |" in (tmp_path / "slices.md").read_text()
 
 
+@pytest.mark.slow
 def test_the_page_says_whether_backs_of_teeth_are_struck(model, tmp_path):
     result = model.dynamics(torques_Nm=[80.0], run_cycles=0, mesh_frequency_ratio=[0.8, 0.95], backlash_um=4.0)
     assert {"branch_1"} <= set(result.columns()["curve"]) <= {"branch_1", "branch_2"}

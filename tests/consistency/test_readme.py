@@ -51,6 +51,7 @@ def test_the_smallest_case_is_one():
     assert pmor.Case is type(case)
 
 
+@pytest.mark.slow
 def test_the_main_command_prints_what_the_readme_says(checkout, undrawn, capsys):
     """Labels, units and what depends on neither machine nor load; the figures of STE to the digits that are shown."""
     (command,) = [line for line in INDENTED if "pmor run" in line]

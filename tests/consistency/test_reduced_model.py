@@ -169,6 +169,7 @@ def unseen_sweep(model, count=60):
     return phi, full
 
 
+@pytest.mark.slow
 @pytest.mark.jit
 def test_error_falls_with_the_number_of_training_angles(tmp_path):
     """The median over the pitch: linear interpolation is of second order inside, where most positions are.
@@ -192,7 +193,10 @@ def test_error_falls_with_the_number_of_training_angles(tmp_path):
 @pytest.mark.jit
 @pytest.mark.parametrize(
     ("name", "changes", "most", "rms_most"),
-    [("paper_spur", {}, 2e-4, 5e-5), ("paper_hermite", {"reduction": {"shapes": "positions"}}, 3e-3, 1e-3)],
+    [
+        ("paper_spur", {}, 2e-4, 5e-5),
+        pytest.param("paper_hermite", {"reduction": {"shapes": "positions"}}, 3e-3, 1e-3, marks=pytest.mark.slow),
+    ],
 )
 def test_paper_case_reduced_against_full_at_unseen_positions(name, changes, most, rms_most, tmp_path):
     case = change_case(load_case(CASES / f"{name}.toml"), **changes)

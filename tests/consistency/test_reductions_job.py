@@ -63,7 +63,8 @@ def finished(tmp_path_factory):
 
     with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(said):
         patch.setattr(pmor.lab.comparison.run, "run", comparing)
-        assert main(["reductions", str(folder / "tiny.toml"), "--out", str(folder / "out"), "--jobs", "2"]) == 0
+        patch.setattr("pmor.report.page.picture_bytes", lambda figure, picture_format: b"")
+        assert main(["reductions", str(folder / "tiny.toml"), "--out", str(folder / "out")]) == 0
     return folder / "out", said.getvalue(), kept[0]
 
 
@@ -144,7 +145,7 @@ def test_counted_solves_are_those_of_the_offline_stage(case, model, compared, tm
 
 def test_the_beginning_of_a_greedy_training_is_one_with_fewer_solves(case, model, tmp_path):
     whole = greedy_training(changed(case, {"sampling": "greedy"}), model)
-    for solves in (5, 7):
+    for solves in (5,):
         fewer = changed(case, {"sampling": "greedy", "solves": solves})
         path = tmp_path / f"{solves}.h5"
         run_offline(fewer, model, path)

@@ -29,6 +29,7 @@ def job(tmp_path_factory):
     path, out = written_design(folder, base=SMALL_SET + NO_STRESS), folder / "out"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(readings, "CONTOUR", 3)
+        patch.setattr("pmor.report.page.picture_bytes", lambda figure, picture_format: b"")
         patch.setattr(fine, "FEWEST", 16)
         patch.setattr(readings, "FEWEST", 16)
         patch.setattr(fine, "SETTLED", 0.1)

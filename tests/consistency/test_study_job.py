@@ -69,6 +69,7 @@ def run(folder, out, *more, study="tiny.toml"):
     with pytest.MonkeyPatch.context() as patch:
         # Whether the independent solver is installed must not change what is tested.
         patch.setattr(pmor.lab.study.run, "calculix_available", lambda: False)
+        patch.setattr("pmor.report.page.picture_bytes", lambda figure, picture_format: b"")
         return main(["study", str(folder / study), "--out", str(folder / out), *more])
 
 

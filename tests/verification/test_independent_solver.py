@@ -82,6 +82,7 @@ def test_penalty_at_the_nodes_gives_the_ste_of_calculix(coarse, share):
     assert_allclose(coarse.ste_um(share), coarse.calculix_um(share), rtol=SAME_MECHANICS)
 
 
+@pytest.mark.slow
 @needs_calculix
 def test_the_other_gear_as_slave_at_a_hundredth_of_the_load(coarse):
     expected = coarse.calculix_um(0.3, 0.01 * TORQUE, slave="wheel")

@@ -114,6 +114,7 @@ def test_a_shaft_that_nothing_holds_has_no_flexibility():
     assert_allclose(rigid.carried, [[1.0, 50.0], [0.0, 1.0], [1.0, 100.0], [0.0, 1.0]], rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.slow
 @beside
 def test_a_load_in_the_other_sense_sees_the_planets_from_the_other_end(tmp_path):
     """One planet one place of 78 off its third of the turn."""

@@ -276,7 +276,7 @@ def test_seats_lie_between_lugs_as_they_are_and_a_ring_that_floats():
 
     held = swept(5, pitches=1)[1].mean()
     assert_allclose(mean(1e12), held, rtol=1e-4)
-    means = [held, *(mean(k) for k in (1e7, 1e6, 1e5))]
+    means = [held, *(mean(k) for k in (1e6, 1e5))]
     assert (np.diff(means) > 0.0).all()
     assert_allclose(mean(1e5, 8, 44.99), swept(pitches=1, **seats(8e5))[1].mean(), rtol=2e-3)
 

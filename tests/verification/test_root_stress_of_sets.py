@@ -14,7 +14,10 @@ from tests.support.small_sets import SMALL_CHAIN, SMALL_SET, written_set
 
 # Solutions by two ways of Newton's method, to its tolerance.
 SOLVED = 1e-9
-WAYS = pytest.mark.parametrize(("helix", "distance"), [(0.0, 92.0), (15.0, 92.0 / np.cos(np.radians(15.0)))])
+WAYS = pytest.mark.parametrize(
+    ("helix", "distance"),
+    [pytest.param(0.0, 92.0, marks=pytest.mark.slow), (15.0, 92.0 / np.cos(np.radians(15.0)))],
+)
 
 
 def solved_chain(folder, helix, distance, gears, more="", angles=12):

@@ -70,6 +70,7 @@ def test_gradients_are_difference_quotients(judge, minimise, rng):
     assert np.count_nonzero(exact) == len(exact)
 
 
+@pytest.mark.slow
 def test_gradients_know_all_mesh_cycles(tmp_path, rng):
     """Over two of the cycles that an eccentric sun makes differ."""
     wobbling = SMALL_SET.replace("angles_per_pitch = 6", "angles_per_pitch = 6\npitches = 2")

@@ -99,6 +99,7 @@ def test_finer_meshes_around_a_hole_change_its_stress_little(length, monkeypatch
     assert_allclose(found[0], found[1], rtol=TWO_MESHES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("helix", "offset"), [(0.0, 0.0), pytest.param(15.0, 1.5, marks=pytest.mark.slow)])
 def test_a_web_with_tiny_holes_has_the_stress_of_the_plain_one(helix, offset):
     """By two meshes and two expansions, at the same angles in the gear; beside hub and rim they differ by 10 %."""
