@@ -48,7 +48,7 @@ def test_meshes_that_take_too_long_are_left_out_and_named(case, tmp_path, monkey
     assert not (tmp_path / "convergence.png").exists()
 
 
-def test_a_mesh_that_does_not_converge_is_named_and_leaves_the_others(tmp_path, monkeypatch, capsys):
+def test_a_mesh_that_does_not_converge_is_named_and_leaves_the_others(tmp_path, undrawn, monkeypatch, capsys):
     genuine = run._solve
 
     def sometimes(case):

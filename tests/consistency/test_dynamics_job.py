@@ -137,6 +137,7 @@ def test_backs_of_teeth_are_those_of_the_drawing_unless_the_case_has_its_own(cha
         np.testing.assert_allclose(1e3 * found, backlash_um, rtol=0.01)
 
 
+@pytest.mark.slow
 def test_teeth_alone_are_as_stiff_where_one_pair_carries_and_stiffer_where_two_do(model, monkeypatch, tmp_path):
     monkeypatch.setattr(slices, "DAMPING_RATIOS", (0.2,))
     case = change_case(model.case, dynamics={"torques_Nm": [60.0]})

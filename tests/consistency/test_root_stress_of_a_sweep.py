@@ -239,7 +239,7 @@ def test_a_case_that_wants_none_has_none(tmp_path):
         pmor.load_model(tmp_path / "basis.h5").root_stress()
 
 
-def test_online_writes_table_summary_and_pictures(model, tmp_path, capsys):
+def test_online_writes_table_summary_and_pictures(model, tmp_path, undrawn, capsys):
     model.save(tmp_path / "basis.h5")
     case = tmp_path / "root.toml"
     case.write_text(line_case(output={"plots": True, "report": True}).text)

@@ -156,7 +156,7 @@ def test_an_empty_name_is_no_folder(arguments, tmp_path, monkeypatch, capsys):
 
 
 @pytest.fixture
-def finished(tmp_path, capsys):
+def finished(tmp_path, undrawn, capsys):
     """A whole run; its case file and its folder."""
     path, out = tmp_path / "tiny.toml", tmp_path / "out"
     path.write_text(case_text())

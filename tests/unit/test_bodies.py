@@ -22,6 +22,8 @@ ROUND_OFF = 1e-12
 # Central differences over a millionth.
 DIFFERENCE = 1e-7
 PITCH, RADIUS, MATE = 0.2, 40.0, 60.0
+# To compile the kernels takes twenty seconds; those of exudyn's bodies are all that needs them.
+pytestmark = pytest.mark.slow
 
 
 def coordinates_of(kind, rotation):

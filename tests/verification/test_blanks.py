@@ -476,7 +476,8 @@ def test_sectors_on_a_blank_are_the_whole_gear_in_one_matrix(helix, holes, eleme
         assert_allclose(found, expected, rtol=0.0, atol=1e-8 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize(("helix", "holes"), [(0.0, HOLES), pytest.param(18.0, HOLES, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("helix", "holes"), [(0.0, HOLES), (18.0, HOLES)])
 def test_both_flanks_of_a_thin_rimmed_planet_are_the_whole_gear_in_one_matrix(helix, holes, monkeypatch):
     """Of the flank and of the other one of all teeth, under forces on the flank of one, through rim, web and holes."""
     monkeypatch.setattr(pmor.body.far_compliance, "LEFT_OUT", 1e-12)
