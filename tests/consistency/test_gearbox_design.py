@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import pmor
 from pmor.app.cli import main
 from pmor.case import load_case
-from pmor.design import readings
+from pmor.design import fine, readings
 from pmor.design.loader import load
 from pmor.design.output import FILES
 from pmor.design.pair_judge import PairJudge
@@ -36,6 +36,8 @@ def job(tmp_path_factory):
     path = written_design(folder)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(readings, "CONTOUR", 4)
+        patch.setattr(fine, "FEWEST", 64)
+        patch.setattr(readings, "FEWEST", 64)
         patch.setattr("pmor.report.page.picture_bytes", lambda figure, picture_format: b"")
         assert main(["design", str(path), "--out", str(folder / "out")]) == 0
     return path, folder / "out", json.loads((folder / "out" / "design.json").read_text())
