@@ -97,10 +97,9 @@ def run_examples(count, strategy, ended):
 
 def test_case_files_give_a_mesh_or_one_line(tmp_path):
     tally = run_examples(60, case_bytes(), lambda data: plan_and_mesh(data, tmp_path / "random.toml"))
-    # That the examples reach all of these: the more keys a case has, the more are stopped by one that is wrong.
-    assert tally["meshed"] > 8
-    assert tally["refused by the case rules"] > 8
-    assert tally["refused as GeometryError"] > 2
+    # That the examples reach both: the more keys a case has, the more are stopped by one that is wrong.
+    assert tally["meshed"] > 5
+    assert tally["refused by the case rules"] > 20
 
 
 @pytest.mark.slow
@@ -108,6 +107,7 @@ def test_ten_thousand_case_files_give_a_mesh_or_one_line(tmp_path):
     tally = run_examples(10_500, case_bytes(), lambda data: plan_and_mesh(data, tmp_path / "random.toml"))
     assert sum(tally.values()) >= 10_000
     assert tally["meshed"] > 1000
+    assert tally["refused as GeometryError"] > 5
 
 
 @examples(100)
