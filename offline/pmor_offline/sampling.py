@@ -16,6 +16,7 @@ import numpy as np
 
 from pmor.case import Case, OfflineCase
 from pmor.core.arrays import FloatArray
+from pmor.core.sobol import sobol_points
 from pmor.gear.condition import Condition
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.pair import GearPair
@@ -74,12 +75,10 @@ def sobol_positions(offline: OfflineCase, pair: GearPair, count: int, seed: int 
     offline : OfflineCase
         Its lists span the ranges; a list of one value is no dimension.
     """
-    from scipy.stats import qmc  # takes half a second, which only this sampling shall cost
-
     values = training_values(offline)
     low, high = np.array([v[0] for v in values]), np.array([v[-1] for v in values])
     free = np.flatnonzero(high > low)
-    points = qmc.Sobol(1 + len(free), seed=seed).random_base2(math.ceil(math.log2(max(count, 2))))[:count]
+    points = sobol_points(1 + len(free), math.ceil(math.log2(max(count, 2))), seed)[:count]
     states = np.tile(low, (count, 1))
     states[:, free] += points[:, 1:] * (high - low)[free]
     angles = pair.meshing_range[0] + pair.pitch * points[:, 0]

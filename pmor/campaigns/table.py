@@ -9,6 +9,7 @@ import numpy as np
 from pmor.campaigns.campaign import Campaign, Span, Variable
 from pmor.campaigns.kind import Design, Number
 from pmor.core.arrays import IntArray
+from pmor.core.sobol import sobol_points
 
 # Digits that a value keeps: those of a step over a range, without its rounding.
 DIGITS = 12
@@ -56,10 +57,8 @@ def _sobol_points(dimensions: int, count: int) -> np.ndarray:
 
     Without scrambling, so that they are the same with every version of scipy.
     """
-    from scipy.stats import qmc
-
     power = max(count - 1, 1).bit_length()
-    points = qmc.Sobol(dimensions, scramble=False).random_base2(power)[:count]
+    points = sobol_points(dimensions, power)[:count]
     return np.asarray(points + 0.5 ** (power + 1))
 
 

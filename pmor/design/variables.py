@@ -10,6 +10,7 @@ import numpy as np
 
 from pmor.case.flanks import EXTENTS
 from pmor.core.arrays import FloatArray
+from pmor.core.sobol import sobol_points
 from pmor.design.settings import Scatter, Variable
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.gear.modification import Modification
@@ -121,12 +122,8 @@ def spread_evenly(variables: Sequence[Variable], count: int, seed: int = SEED) -
 
     Another seed gives other ones.
     """
-    from scipy.stats import qmc
-
     low, high = limits(variables)
-    sequence = qmc.Sobol(len(variables), scramble=True, seed=seed)
-    power = int(np.ceil(np.log2(count)))
-    points = sequence.random_base2(power)[:count]
+    points = sobol_points(len(variables), int(np.ceil(np.log2(count))), seed)[:count]
     return to_steps(variables, low + points * (high - low))
 
 
@@ -135,12 +132,11 @@ def normal_points(dimensions: int, count: int, seed: int) -> FloatArray:
 
     Of no dimension there are none.
     """
-    from scipy.stats import norm, qmc
+    from scipy.special import ndtri
 
     if not dimensions:
         return np.zeros((0, 0))
-    sequence = qmc.Sobol(dimensions, scramble=True, seed=seed)
-    return np.asarray(norm.ppf(sequence.random_base2(int(np.ceil(np.log2(count)))))[:count])
+    return np.asarray(ndtri(sobol_points(dimensions, int(np.ceil(np.log2(count))), seed)[:count]))
 
 
 def drawn(scatter: Scatter, count: int, seed: int = SEED) -> tuple[Draw, ...]:
