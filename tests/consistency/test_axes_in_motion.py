@@ -134,6 +134,7 @@ def test_the_law_of_a_revolution_is_solved_where_cycles_differ_and_true_everywhe
     assert np.ptp(differ) > 0.1 * max(differ)
 
 
+@pytest.mark.slow
 def test_motion_with_a_tooth_out_of_its_place_is_that_of_runs(tmp_path, undrawn, monkeypatch):
     monkeypatch.setattr(law, "TOLERANCE", 2e-3)
     monkeypatch.setattr(law, "STATIC_TOLERANCE", 1e-2)

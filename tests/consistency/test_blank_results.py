@@ -91,6 +91,7 @@ def with_holes():
     return holed(11.0)
 
 
+@pytest.mark.slow
 def test_holes_turned_by_a_tooth_turn_the_range_of_the_root_stress_by_one(with_holes):
     _, stress = with_holes
     ranges, turned = stress.cycle[1].range_MPa[0], holed(11.0 + 360.0 / 12)[1].cycle[1].range_MPa[0]

@@ -129,6 +129,7 @@ def test_the_relief_that_suits_a_design_is_worth_what_its_row_says(tmp_path):
     assert best < 0.6 * plain
 
 
+@pytest.mark.slow
 def test_the_best_design_is_worth_on_3200_angles_what_is_printed(folder, capsys):
     (folder / "campaign.toml").write_text(
         'case = "base.toml"\n[designs]\nmethod = "grid"\npinion.teeth = [20, 21]\n'
@@ -189,6 +190,7 @@ def test_a_design_that_fails_twice_has_a_row_that_says_so_and_costs_no_other(fol
         assert reason in text
 
 
+@pytest.mark.slow
 def test_an_order_that_broke_off_leaves_no_answers_to_the_next_one(folder, faulty, monkeypatch):
     """A thread to watch over a process may be refused at any answer: ulimit -v, or a limit on threads."""
     assert main(["campaign", "campaign.toml", "--out", "plain"]) == 0

@@ -290,6 +290,7 @@ def test_results_of_a_variant_are_those_of_a_sweep(found):
     assert_allclose(found.variants.objective[n], own("peak_to_peak_um") @ [0.25, 0.75], rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_api_gives_what_the_command_finds(file, found):
     model = pmor.train(file.case)
     sections = {"variables": [{"key": "tip_relief_um", "range": [0.0, 30.0]},
@@ -372,6 +373,7 @@ def test_where_finite_elements_take_long_the_first_result_is_of_half_as_many(fil
     assert "on half as many elements" in plan.plan(fine)
 
 
+@pytest.mark.slow
 def test_a_variant_without_a_solution_is_named_and_leaves_the_others(reduced, file, monkeypatch, tmp_path):
     judged = search._judged
 

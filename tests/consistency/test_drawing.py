@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+import pytest
+
 CODE = """
 import os
 from pmor.report import drawing
@@ -39,6 +41,7 @@ assert all(set(p.drawn) == set(formats) for p in alone)
 """
 
 
+@pytest.mark.slow
 def test_pictures_of_a_copy_are_the_same_and_this_process_draws_what_a_copy_cannot():
     done = subprocess.run([sys.executable, "-c", CODE], capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")

@@ -194,6 +194,7 @@ def test_the_api_asks_for_what_the_case_does_not(model):
         model.dynamics(degrees_of_freedom=2)
 
 
+@pytest.mark.slow
 def test_a_torque_without_a_response_is_named_and_leaves_the_others(model, monkeypatch, tmp_path):
     def borne(task, part):
         if task.torque_Nm == 100.0:

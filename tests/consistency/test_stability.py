@@ -163,7 +163,9 @@ PICKED = (
     "a kink on a row of nodes", "crowning of 0.5 mm both ways, helical", "topography: a step over the profile",
     "one tooth stands out by 0.1 mm", "relief and crowning, helical, direct",
 )  # fmt: skip
-DEAR = ("helix angle 60 deg", "crowning of 0.5 mm both ways, helical")
+DEAR = (
+    "helix angle 60 deg", "crowning of 0.5 mm both ways, helical", "faces that share 0.1 of their width, helical",
+)  # fmt: skip
 
 
 def test_helices_and_flanks_have_forty_entries_and_more(base):

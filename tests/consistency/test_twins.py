@@ -152,6 +152,7 @@ def test_export(run, tmp_path, to):
         assert (tmp_path / "command").stat().st_size == (tmp_path / "python").stat().st_size > 1000
 
 
+@pytest.mark.slow
 def test_online(run, model, undrawn, tmp_path):
     path, folder = run
     assert main(["online", str(folder / "basis.h5"), "-o", str(tmp_path / "command")]) == 0

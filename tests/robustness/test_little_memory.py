@@ -35,9 +35,7 @@ def paper(**changes):
     ("profile_elements", "command"),
     [
         (16, "run"),
-        (64, "plan"),
-        pytest.param(16, "plan", marks=pytest.mark.slow),
-        pytest.param(64, "run", marks=pytest.mark.slow),
+        *(pytest.param(*other, marks=pytest.mark.slow) for other in ((64, "plan"), (16, "plan"), (64, "run"))),
     ],
 )
 def test_half_the_addresses_end_in_one_line(command, profile_elements, tmp_path):

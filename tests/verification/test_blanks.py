@@ -309,6 +309,7 @@ def test_slots_of_no_length_are_round_holes():
     assert_allclose(twist_of(8, 12.0, length=np.radians(0.005))[1], twist_of(8, 12.0)[1], rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_slots_soften_a_web_the_more_the_longer_they_are_up_to_the_beams_between_them():
     """Rings and the feet of beams give too, by less as beams get thinner: 5.6, 3.7 and 1.8 mm."""
     lengths = np.radians([0.0, 20.0, 45.0, 47.0, 49.0])

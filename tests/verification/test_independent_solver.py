@@ -96,6 +96,7 @@ def test_incompatible_modes_give_the_ste_of_calculix():
     assert_allclose(pair.ste_um(0.3), pair.calculix_um(0.3), rtol=ALIKE)
 
 
+@pytest.mark.slow
 @needs_calculix
 def test_gears_of_unequal_size_and_material():
     pinion = {"teeth": 17, "profile_shift": 0.3, "bore_radius_mm": 15.0}

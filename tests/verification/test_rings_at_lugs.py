@@ -262,6 +262,7 @@ def test_a_tooth_at_a_lug_gives_less_than_one_between_two():
     assert middle < 0.9 * between
 
 
+@pytest.mark.slow
 def test_fewer_and_narrower_lugs_give_more_and_lugs_all_around_as_little_as_all_of_the_outside():
     means = [swept(*lugs)[1].mean() for lugs in ((8, 44.99), (8, 20.0), (8, 8.0), (5, 8.0), (3, 8.0))]
     assert (np.diff(means) > 0.0).all()

@@ -35,12 +35,13 @@ def over_a_turn(teeth, lugs, floating=False, **mesh):
     return 1e3 * pair.pinion.base_radius * found.movement[0, :, 0], forces
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("teeth", "count"),
     [
         ("in phase", 4),
-        pytest.param("in phase", 9, marks=pytest.mark.slow),
-        pytest.param("one after the other", 5, marks=pytest.mark.slow),
+        ("in phase", 9),
+        ("one after the other", 5),
     ],
 )
 def test_orders_over_the_turn_of_the_carrier_are_those_that_lugs_teeth_and_planets_share(teeth, count):
