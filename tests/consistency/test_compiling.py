@@ -170,6 +170,7 @@ def test_compilation_is_announced_once_with_how_long_it_takes(caplog, monkeypatc
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.jit
 def test_an_edit_two_files_down_is_noticed(tmp_path, kernels):
     # A file below the one below that of the function that is called.
@@ -193,6 +194,7 @@ def test_an_edit_two_files_down_is_noticed(tmp_path, kernels):
 # --- a second process ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_what_the_second_process_does_works_for_full_fe_and_for_trained_shapes(monkeypatch):
     monkeypatch.setattr(beside, "is_kept", lambda _kernel: False)
     monkeypatch.setattr(beside, "kernels_folder", Path)

@@ -42,6 +42,7 @@ def test_the_force_law_at_the_advance_under_a_torque_is_that_torque():
         np.testing.assert_allclose(pair.pinion.base_radius * found, torque, rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_slow_motion_of_a_pair_is_its_static_transmission_error():
     """Moved so slowly, the pair is at rest under its torque at each phase, where the torque-driven solution has it."""
     reduced, torque = small_pair(), 1e5

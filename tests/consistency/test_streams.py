@@ -92,6 +92,7 @@ def test_letters_that_a_stream_does_not_have_are_escaped(pipe, monkeypatch):
     assert received.read(100) == b"\\u03a9-Ritzel \\udcff\n"
 
 
+@pytest.mark.slow
 def test_a_greek_title_is_told_in_the_c_locale(tmp_path):
     case = tmp_path / "greek.toml"
     text = (ROOT / "cases" / "small_spur.toml").read_text(encoding="utf-8")

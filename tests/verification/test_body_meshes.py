@@ -145,8 +145,9 @@ def test_rigid_motions_cost_no_force_at_the_interface(kind):
     assert np.abs(between).max() > 1e-3 * np.abs(own).max(), "a slot couples harmonics"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("helix", "kind"), [pytest.param(0.0, "tetra10", marks=pytest.mark.slow), (18.0, "hexahedron20")]
+    ("helix", "kind"), [(0.0, "tetra10"), (18.0, "hexahedron20")]
 )
 def test_a_wheel_as_a_mesh_gives_what_the_same_blank_by_dimensions_gives(helix, kind, tmp_path):
     grown = 2.5 * TEETH / 2.0 * (1.0 / np.cos(np.radians(helix)) - 1.0)  # the root circle of a helical gear

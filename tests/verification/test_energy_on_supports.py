@@ -127,7 +127,8 @@ def test_the_work_of_the_torque_is_stored_in_contact_gears_and_supports(name):
         assert_allclose(TORQUE * found.advance[0, i] - area[i], stored.sum(), rtol=STORED)
 
 
-@pytest.mark.parametrize("name", [pytest.param("spur", marks=pytest.mark.slow), "helical"])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["spur", "helical"])
 def test_a_closed_cycle_of_torque_and_angle_takes_no_work(name):
     """Loaded, turned under the torque while a tip corner begins to carry, relieved, turned back under a fifth of it."""
     reduced, torques = supported(name), (0.2 * TORQUE, TORQUE)

@@ -110,11 +110,10 @@ def fine():
     return Pair(paper_case(16, 1))
 
 
+@pytest.mark.slow
 @needs_calculix
 @pytest.mark.jit
-@pytest.mark.parametrize(
-    "share", [POSITIONS["two pairs"], pytest.param(POSITIONS["one pair"], marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("share", [POSITIONS["two pairs"], POSITIONS["one pair"]])
 def test_subdivided_facets_give_the_ste_of_integrated_pressure(share):
     """A thin rim, so that rings can be cut beside the contact: measured 6e-4."""
     pair = Pair(paper_case(16, 1, pinion={"teeth": 21, "bore_radius_mm": 33.5}))
