@@ -134,7 +134,7 @@ def write_part(path: Path, key: str, result: Result) -> dict[str, Any]:
 
     OutputError where that fails.
     """
-    write_summary_json(path, {"key": key, "result": result}, overwrite=True)
+    write_summary_json(path, {"key": key, "result": result}, overwrite=True, indent=None)
     found = read_part(path, key)
     assert found is not None
     return found
