@@ -171,7 +171,8 @@ def sensitivity_figure(rates: Mapping[str, float], objective: Goal) -> Figure:
         axes.barh(words, [rates[name] for name in names], color=COLOURS[0], height=0.7)
         axes.axvline(0.0, color=GREY, lw=0.8)
         unit, goal = objective.unit or "1", WORDS[objective.minimise].partition(" [")[0]
-        axes.set_xlabel(f"d objective / d parameter [{unit} per µm, °, mm or %]; {goal}", fontsize=9)
+        # Below the whole picture: long names of parameters leave the axes narrower than this.
+        figure.supxlabel(f"d objective / d parameter [{unit} per µm, °, mm or %]; {goal}", fontsize=9)
         axes.tick_params(axis="y", labelsize=8)
     return figure
 
