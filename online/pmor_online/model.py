@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from pmor.body.flank_compliance import FlankCompliance
-from pmor.body.section_compliance import section_compliance
 from pmor.case import Case
 from pmor.case.width import mirrors_at_mid_width
 from pmor.core.arrays import FloatArray
@@ -20,7 +19,7 @@ from pmor.gear.condition import Assembly
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.line.hubs import Hubs
 from pmor.line.layered_pair import LayeredPair, as_layered
-from pmor.line.pair import LinePair
+from pmor.line.pair import LinePair, line_compliance_between
 from pmor.pair.model import assemble_pair, gear_pair
 from pmor.penalty.elasticity import ReducedElasticity, shape_elasticity
 from pmor.penalty.kernels.state import Family
@@ -86,7 +85,7 @@ class ReducedPair:
     @cached_property
     def section_compliance(self) -> tuple[FloatArray, FloatArray]:
         """Compliance between sections, for the kernels of line loads."""
-        return section_compliance(self.flank_compliance.gears, self.components, *self.layered.carriers)
+        return line_compliance_between(self.layered, self.flank_compliance.gears, self.components)
 
     @cached_property
     def lines(self) -> LinePair:

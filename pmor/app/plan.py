@@ -11,7 +11,7 @@ from pmor.case import Case, condition_words, describe, model_names, other_models
 from pmor.case.capability import why_not
 from pmor.case.document import GEARS
 from pmor.case.live_page import asks_for_live_page, takes_whole_width
-from pmor.case.width import intervals_across, meshed_width
+from pmor.case.width import intervals_across, meshed_width, sections_across
 from pmor.core.memory import memory_text
 from pmor.core.progress import format_time
 from pmor.core.wording import suggesting
@@ -116,7 +116,8 @@ def _sizes(case: Case) -> list[str]:
         f"(LoDM {contact.lodm_profile} over the profile, {contact.lodm_width} over the width)"
     )
     if contact.kind == "line":
-        contact_points = f"  {f'sections over {width}':<30} {across + 1:>8}  (a line load each, on exact flanks)"
+        sections = sections_across(case)
+        contact_points = f"  {f'sections over {width}':<30} {sections:>8}  (a line load each, on exact flanks)"
     return [
         "Sizes", f"  flank nodes per tooth          {flank_nodes:>8}  ({grid})",
         f"  flank unknowns per tooth       {3 * flank_nodes:>8}", contact_points

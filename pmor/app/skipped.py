@@ -12,7 +12,7 @@ import numpy as np
 
 from pmor.case import Case, beyond_training, other_models
 from pmor.case.coarser import coarser, halved
-from pmor.case.width import meshed_width, mirrors_without_tilt
+from pmor.case.width import meshed_width, mirrors_without_tilt, sections_across
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.completion import nodes_of_elements
 from pmor.fe.fillet import build_fillet
@@ -182,7 +182,7 @@ def _of_contact(scene: Scene) -> Iterator[Skipped]:
     if meshed_width(case) != "whole":
         yield _width(scene)
     if contact.scheme == "line":
-        saving = f"all but one load on each of {scene.columns} sections of a tooth pair, whatever the mesh"
+        saving = f"all but one load on each of {sections_across(case)} sections of a tooth pair, whatever the mesh"
         yield Skipped("contact points and penalty", 'scheme = "line": exact flanks', saving)
     if contact.lodm_width < contact.lodm_profile and contact.kind == "nodal":
         points = (scene.lines - 1) * contact.lodm_profile + 1

@@ -41,6 +41,18 @@ def intervals_across(case: Case) -> int:
     return case.mesh.order * elements_across(case)
 
 
+def sections_across(case: Case) -> int:
+    """Return the number of sections over the width that is meshed, of line contact; of helical gears about.
+
+    Columns of nodes, and two more elements of sections where the ends of the whole width are split
+    (`pmor.line.sections`).
+    """
+    mesh, pair = case.mesh, case.pair
+    element, depth = pair.face_width_mm / mesh.width_elements, case.contact.layer_depth * pair.module_mm
+    split = meshed_width(case) == "whole" and pair.helix_angle_deg == 0.0 and element > depth
+    return intervals_across(case) + 1 + (2 * mesh.order if split else 0)
+
+
 def _mirrors_with_parallel_axes(case: Case) -> bool:
     mesh, pair = case.mesh, case.pair
     symmetric = pair.helix_angle_deg == pair.pinion.face_offset_mm == pair.wheel.face_offset_mm == 0.0

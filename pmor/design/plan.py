@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pmor.case import Case
 from pmor.case.reader import parse_toml, read_text
-from pmor.case.width import intervals_across
+from pmor.case.width import sections_across
 from pmor.core.progress import format_time
 from pmor.design.coarse import coarse_design
 from pmor.design.files import DesignFile, PairDesign, SetDesign
@@ -145,4 +145,4 @@ def _seconds_of_variant(file: DesignFile) -> float:
 
 
 def _position_seconds(pair: GearPair, case: Case) -> float:
-    return POSITION_S + SECTIONS_S * (pair.total_contact_ratio * (intervals_across(case) + 1)) ** 2
+    return POSITION_S + SECTIONS_S * (pair.total_contact_ratio * sections_across(case)) ** 2

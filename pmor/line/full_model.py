@@ -23,7 +23,7 @@ from pmor.line.kernels.places import line_deviations
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
 from pmor.line.kernels.tip_corner import LineLaw
 from pmor.line.layered_pair import LayeredPair, place_sections
-from pmor.line.pair import on_supports
+from pmor.line.pair import on_supports, row_normals
 
 MAX_STEPS, PATIENCE, TOLERANCE = 100, 20, 1e-12
 # Sections whose rigid flanks overlap by more than minus this share of the deepest overlap may carry.
@@ -226,7 +226,22 @@ class _Flanks:
                 moved = self.moved(gear, np.array([b]), weights[None, of_b].transpose(0, 2, 1), pairs)
                 for k, a in enumerate(pairs):
                     total[np.ix_(pair == a, of_b)] += weights[pair == a] @ moved[k]
+            if self.meshed.free_ends:
+                total += np.where(pair[:, None] == pair, self.coupling(gear, candidates), 0.0)
         return total
+
+    def coupling(self, gear: int, candidates: IntArray) -> FloatArray:
+        """What the layer of a gear adds to plane strain between sections, were they all on one tooth, mm/N."""
+        normals = row_normals(self.meshed, gear, self.components)
+        pressed = np.zeros((len(candidates), len(normals)))
+        gradient = self.lines.gradient[0, candidates, gear].reshape(-1, 4, self.components)
+        for force, own, first in zip(pressed, gradient, self.lines.row[0, candidates, gear], strict=True):
+            normal = normals[first : first + 4]
+            force[first : first + 4] = np.einsum("ai,ai->a", own[: len(normal)], normal)
+        section = candidates % self.sections
+        added = self.meshed.layer_coupling[gear][:, section[:, None], section]
+        found = np.einsum("nr,rnm,m->nm", pressed, added, pressed.sum(axis=1))
+        return np.asarray(0.5 * (found + found.T))
 
     def solve(self, condition: Condition, start: float | None = None) -> LineState:
         """Solve one condition; ConvergenceError where that fails."""

@@ -10,10 +10,9 @@ compliance of all is C, and, exactly, by static condensation,
 
 T the forces that the held inner face receives from loads on the flank, C_inner the compliance of the inner face. That
 difference is the part without the local dent: the displacement below the layer, averaged as the layer spreads the load.
-It takes the place of C. Of spur gears C_layer is that of the layer in plane strain, so that its three-dimensional part,
-where loads change or end along the width, is not taken out (`pmor.fe.surface_layer`). The layer itself is put back in
-closed form: an elastic layer bonded to a rigid base, in plane strain, under the line load w with Hertz's
-pressure over the half-width b << d. At the middle of the load it gives
+It takes the place of C, and is smooth (`pmor.fe.surface_layer`). The layer itself is put back in closed form: an
+elastic layer bonded to a rigid base, in plane strain, under the line load w with Hertz's pressure over the half-width b
+<< d. At the middle of the load it gives
 
     delta = c w [ln(2 d / b) + 1/2 + a(nu)],      c = 2 (1 - nu^2) / (pi E),                                        (1)
 
@@ -39,19 +38,20 @@ state in which it is wider in some section counts as not converged (`WidthLimit`
 tip, and where its edge carries, the law is that of `pmor.line.kernels.tip_corner`, to second order in the gap, of
 flanks without deviations: a relief that runs out at the tip turns the corner away from the mate, which is left out.
 *Root*: in the fillet the layer ends at a held face, (1) does not; where contact begins, 0.8 to 1.2 depths from there,
-(1) is too large by 0.03 to 0.006 c w, 0.3 % at most. *Face ends*: the softer end of a layer at a free face, and the
-coupling of sections through it, are known as well as the mesh resolves a depth; of the paper's pair they make the STE
-0.2 % larger. Bricks that resolve contact and end give 0.3 % more, and the largest load of a tilted face, about half a
-depth inside, is 1 to 2 % larger: from there to the face, where line loads fall to 0.6 of it, the law is too stiff
-(tests/verification/test_face_ends.py). *Helical faces*: on helical flanks the layer keeps plane strain up to the face,
-and sections are coupled through the material below it alone: load must not change much over the width within one depth.
+(1) is too large by 0.03 to 0.006 c w, 0.3 % at most. *Along the width*: how sections press each other down through the
+layer, and how it gives way at its free ends, is added by `pmor.line.face_ends` to what plane strain knows, of spur
+gears. Against bricks that resolve contact and end the largest load of a tilted face, about half a depth inside, is 0.9
+% low, and falls to 0.6 of it at the face as theirs does; the displacement is 0.2 % low. Tilts that leave part of the
+face without load have it 1.5 to 3 % low: what falls over half a millimetre is not resolved by sections half a depth
+wide (tests/verification/test_face_ends.py). *Helical faces*: on helical flanks the layer keeps plane strain up to the
+face, and sections are coupled through the material below it alone: load must not change much over the width within one
+depth.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -59,11 +59,10 @@ import numpy as np
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.core.errors import GeometryError
 from pmor.gear.pair import GearPair
+from pmor.line.bonded_layer import WIDEST, bonded_layer_constant
 from pmor.line.kernels.tip_corner import LineLaw
 from pmor.line.layered_pair import LayeredPair, SurfaceLayer
 
-# Half-width over the depth of the layer, beyond which the closed form is refused.
-WIDEST = 0.5
 TOO_WIDE = (
     "overloads a section, whose contact is wider than half the depth of the layer that line contact stands on: lower "
     'the torque, relieve the edges, raise [contact] layer_depth, or, of external gears, choose scheme = "direct"'
@@ -73,23 +72,6 @@ TOO_WIDE = (
 def line_compliance(youngs_modulus: float, poisson_ratio: float) -> float:
     """Return c = 2 (1 - nu^2) / (pi E), mm^2/N; E in MPa."""
     return 2.0 * (1.0 - poisson_ratio**2) / (math.pi * youngs_modulus)
-
-
-@cache
-def bonded_layer_constant(poisson_ratio: float) -> float:
-    """Return the constant a(nu) of a line load on a layer bonded to a rigid base (module docstring, eq. 2)."""
-    kappa = 3.0 - 4.0 * poisson_ratio
-    abscissas, weights = np.polynomial.legendre.leggauss(60)
-
-    def transform(y: FloatArray) -> FloatArray:
-        numerator = 2.0 * kappa * np.sinh(2.0 * y) - 4.0 * y
-        return np.asarray(numerator / (2.0 * kappa * np.cosh(2.0 * y) + 4.0 * y**2 + 1.0 + kappa**2))
-
-    near = 0.5 + 0.5 * abscissas
-    below = float(np.sum(0.5 * weights * transform(near) / near))
-    far = 1.0 + 10.0 * (1.0 + abscissas)  # beyond y = 21 the transform is 1 to sixteen digits
-    above = float(np.sum(10.0 * weights * (transform(far) - 1.0) / far))
-    return below + above - float(np.euler_gamma)
 
 
 def approach_constants(depth: FloatArray, poisson_ratio: float) -> FloatArray:

@@ -11,7 +11,8 @@ import math
 import numpy as np
 
 from pmor.gear.condition import Assembly
-from pmor.line.hertz import WIDEST, mean_layer_constant
+from pmor.line.bonded_layer import WIDEST
+from pmor.line.hertz import mean_layer_constant
 from pmor.line.hubs import axes_of
 from pmor.line.kernels.flexibility import Flexibility
 from pmor.line.kernels.hubs import ROWS, Contact, Placed

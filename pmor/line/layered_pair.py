@@ -13,6 +13,7 @@ from pmor.gear.condition import ALIGNED, Misalignment
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.tip_edge import TipEdge
 from pmor.gear.tooth import Tooth
+from pmor.line.face_ends import layer_coupling
 from pmor.line.hubs import Hubs
 from pmor.line.kernels.places import Lines, Places, place_flanks, place_lines
 from pmor.line.kernels.tip_corner import Corner
@@ -52,11 +53,14 @@ class LayeredPair(MeshedPair):
     ----------
     layers : two SurfaceLayer
         Of pinion and wheel.
+    plane_strain : bool
+        All sections deform alike: the face has no ends.
     hubs : Hubs, optional
         What the hubs stand on; by default they are held.
     """
 
     layers: tuple[SurfaceLayer, SurfaceLayer]
+    plane_strain: bool = False
     hubs: Hubs | None = None
 
     def __post_init__(self) -> None:
@@ -90,6 +94,31 @@ class LayeredPair(MeshedPair):
         """Return the relative error below which a state under a pinion torque (N mm) is round-off of coordinates."""
         return float(np.finfo(float).eps * self.pair.centre_distance / self.expected_approach(torque))
 
+    @property
+    def free_ends(self) -> bool:
+        """Whether the layers end freely, at right angles to the lines of contact, and this is known (`face_ends`)."""
+        return not self.plane_strain and self.pair.pinion.helix_angle == 0.0
+
+    @cached_property
+    def layer_coupling(self) -> tuple[FloatArray, FloatArray]:
+        """What the layers of pinion and wheel, n deep, add between sections of a tooth pair, two of (n, S, S), mm/N."""
+        pinion, wheel = (self._layer_coupling(*one) for one in zip(self.layers, self.pair.faces, strict=True))
+        return pinion, wheel
+
+    def _layer_coupling(self, layer: SurfaceLayer, face: tuple[float, float]) -> FloatArray:
+        width = self.sections.width
+        if not self.free_ends:
+            return np.zeros((len(layer.depth), len(width), len(width)))
+        edges = self.pair.common_face[0] + np.append(0.0, np.cumsum(width))
+        known = face, layer.depth, layer.compliance, layer.poisson_ratio
+        if not self.mirrored:
+            return layer_coupling(edges, *known)
+        # A section in the plane of symmetry is one with its image.
+        inside = len(edges) - int(self.sections.z[-1] + 0.25 * width[-1] > edges[-1])
+        found = layer_coupling(np.append(edges[:inside], -edges[-2::-1]), *known)[:, : len(width)]
+        # Half of a force is in the image.
+        return 0.5 * (found[..., : len(width)] + found[..., ::-1][..., : len(width)])
+
     @cached_property
     def kernel_layers(self) -> tuple[Layer, Layer]:
         """Layers of pinion and wheel for the kernels."""
@@ -119,8 +148,10 @@ def layers_of(meshed: MeshedPair) -> tuple[SurfaceLayer, ...]:
 
 def sections_of(meshed: MeshedPair) -> Sections:
     """Return where line contact of a pair is evaluated."""
-    helical = meshed.pair.pinion.helix_angle != 0.0
-    return flank_sections(meshed.pinion.nodes[0, :, 2], meshed.wheel.nodes[0, :, 2], helical, meshed.order)
+    helical, depth = meshed.pair.pinion.helix_angle != 0.0, math.inf
+    if isinstance(meshed, LayeredPair) and meshed.free_ends and not meshed.mirrored:
+        depth = min(float(layer.depth[len(layer.depth) // 2]) for layer in meshed.layers)
+    return flank_sections(meshed.pinion.nodes[0, :, 2], meshed.wheel.nodes[0, :, 2], helical, meshed.order, depth)
 
 
 def place_flanks_of(

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from pmor.body.section_compliance import section_compliance
 from pmor.body.support import Support, carried_rows, support_flexibility
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Assembly, Misalignment
@@ -27,7 +28,7 @@ class LinePair:
     Parameters
     ----------
     compliance : two ndarrays, shape (neighbours + 1, S, S, r c, r c)
-        Between sections of the flanks of teeth 0, 1, ... apart, of pinion and wheel, mm/N (`section_compliance`).
+        Between sections of the flanks of teeth 0, 1, ... apart, of pinion and wheel, mm/N (`line_compliance_between`).
     components : int
         c, of displacement: 2 without, 3 with those along the axis.
     supports : two Support or None
@@ -189,6 +190,40 @@ def on_supports(
             by_pair = np.split(section_patterns(meshed, lines, gear, support.rows), meshed.tooth_pair_count, axis=1)
             total += support_flexibility(support, abs(gears[gear].teeth), by_pair, [sense * pair for pair in pairs])
     return lines, total
+
+
+def line_compliance_between(
+    meshed: LayeredPair, gears: tuple[FloatArray, FloatArray], components: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return the compliance between the sections of flanks, with what their layers add to plane strain.
+
+    Parameters
+    ----------
+    gears, components
+        As in `pmor.body.flank_compliance.FlankCompliance`.
+
+    Returns
+    -------
+    two ndarrays, shape (neighbours + 1, S, S, r c, r c)
+        As `section_compliance` returns them.
+    """
+    found = section_compliance(gears, components, *meshed.carriers)
+    if not meshed.free_ends:
+        return found
+    for gear, between in enumerate(found[: 1 if found[0] is found[1] else 2]):
+        added, normals = meshed.layer_coupling[gear], row_normals(meshed, gear, components)
+        size = normals.size
+        by_rows = 0.5 * (added[:, None] + added)  # rows, rows, sections, sections
+        pressed = np.einsum("ri,rqst,qj->striqj", normals, by_rows, normals)
+        between[0, :, :, :size, :size] += pressed.reshape(*between.shape[1:3], size, size)
+    return found
+
+
+def row_normals(meshed: LayeredPair, gear: int, components: int) -> FloatArray:
+    """Return the normals of the rows of nodes on a spur flank, shape (n, c)."""
+    known = meshed.gears[gear]
+    angle = known.half_angle - known.roll
+    return np.stack([np.cos(angle), np.sin(angle), np.zeros(len(angle))], axis=-1)[:, :components]
 
 
 def section_patterns(meshed: LayeredPair, lines: Lines, gear: int, patterns: FloatArray) -> FloatArray:

@@ -50,10 +50,10 @@ def corner_coefficients(angle: float, poisson_ratio: float) -> FloatArray:
         Between flank and tip land, rad; held inside the range of the table.
     """
     within = min(max(math.degrees(angle), ANGLES_DEG[0]), ANGLES_DEG[-1])
-    by_angle = np.tensordot(_lagrange(ANGLES_DEG, within), _table(), axes=1)
-    return np.asarray(np.tensordot(_lagrange(RATIOS, min(poisson_ratio, RATIOS[-1])), by_angle, axes=1))
+    by_angle = np.tensordot(interpolation_weights(ANGLES_DEG, within), _table(), axes=1)
+    return np.asarray(np.tensordot(interpolation_weights(RATIOS, min(poisson_ratio, RATIOS[-1])), by_angle, axes=1))
 
 
-def _lagrange(nodes: tuple[float, ...], at: float) -> FloatArray:
-    """Weights of the polynomial through values at all nodes."""
+def interpolation_weights(nodes: tuple[float, ...], at: float) -> FloatArray:
+    """Return the weights of values at all nodes in the polynomial through them."""
     return np.array([math.prod((at - other) / (node - other) for other in nodes if other != node) for node in nodes])

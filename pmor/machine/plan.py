@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from pmor.case import Case
+from pmor.case.width import sections_across, whole_width
 from pmor.core.errors import ConvergenceError
 from pmor.core.memory import memory_text
 from pmor.core.progress import format_time
@@ -161,7 +162,7 @@ def _cost(file: GearboxFile) -> Iterator[str]:
 
 
 def _position_seconds(pair: GearPair, case: Case) -> float:
-    sections = case.mesh.order * case.mesh.width_elements + 1
+    sections = sections_across(whole_width(case))  # hubs tilt
     return POSITION_S + SECTIONS_S * (pair.total_contact_ratio * sections) ** 2
 
 

@@ -300,7 +300,8 @@ def assemble_pair(
     )
     common = pair, pinion, wheel, stiffness_estimate(case, pair), mirrored, case.mesh.order
     if case.contact.kind == "line":
-        return LayeredPair(*common, layers=(layers[0], layers[1]))
+        plane_strain = case.mesh.width == "plane_strain"
+        return LayeredPair(*common, layers=(layers[0], layers[1]), plane_strain=plane_strain)
     return PenaltyPair(*common, scheme=contact_scheme(case))
 
 

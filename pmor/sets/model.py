@@ -12,7 +12,6 @@ import numpy as np
 
 from pmor.body.far_compliance import FarTeeth
 from pmor.body.root_stress import other_hand
-from pmor.body.section_compliance import section_compliance
 from pmor.case import Case, GearCase
 from pmor.case.blank import HolesCase
 from pmor.core.arrays import FloatArray
@@ -20,7 +19,7 @@ from pmor.core.threads import in_order
 from pmor.fe.sector import SectorMesh
 from pmor.gear.condition import Assembly
 from pmor.line.layered_pair import LayeredPair, as_layered
-from pmor.line.pair import LinePair
+from pmor.line.pair import LinePair, line_compliance_between
 from pmor.line.sections import loaded_components
 from pmor.line.several import GearTrain
 from pmor.line.train import TrainBody, TrainMesh
@@ -193,7 +192,7 @@ def _gears_of(case: str, uses: Mapping[str, Sequence[_Use]]) -> list[tuple[str, 
 def _line_pair(meshed: LayeredPair, gears: tuple[FloatArray, FloatArray]) -> LinePair:
     """Prepare a pair for line loads from the compliance of its flanks."""
     components = loaded_components(True, meshed.pair.pinion.helix_angle != 0.0)
-    return LinePair(meshed, section_compliance(gears, components, *meshed.carriers), components)
+    return LinePair(meshed, line_compliance_between(meshed, gears, components), components)
 
 
 def _near(solved: SolvedGear, sector: SectorMesh, flipped: bool) -> FloatArray:

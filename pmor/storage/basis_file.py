@@ -49,7 +49,7 @@ from pmor.storage.layout import check_layout, require
 from pmor.storage.manifest import of_no_origin
 from pmor.storage.structure import items_of
 
-BASIS_SCHEMA = Schema("pmor-basis", 14, "make it anew with pmor.train")
+BASIS_SCHEMA = Schema("pmor-basis", 15, "make it anew with pmor.train")
 # Not read for a basis: kept for checks and for later enrichment.
 KEPT = "training/force"
 

@@ -21,7 +21,7 @@ from pmor.storage.basis_layout import ANSWERED, ANSWERS, COMPLIANCE, FIXED_SIZES
 from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all, write_all
 from pmor.storage.layout import Field
 
-COMPLIANCE_SCHEMA = Schema("pmor-compliance", 7, "remove it: the gear is solved again")
+COMPLIANCE_SCHEMA = Schema("pmor-compliance", 8, "remove it: the gear is solved again")
 FAR_BLOCKS = "tooth, shape, shape"
 FAR = {
     "shapes": Field("1", "loaded unknown, shape", "shapes in which far teeth move, over the unknowns of a flank"),

@@ -19,6 +19,7 @@ from pmor.storage.basis_file import read_basis
 from pmor_online.conditions import sweep_assemblies, sweep_listed
 from pmor_online.model import reduced_pair
 from pmor_online.run import OnlineResult
+from tests.support.line_pairs import sections_on_columns
 from tests.support.small_case import case_text
 from tests.support.stored_files import rows_of, summary_of
 
@@ -184,7 +185,9 @@ def test_conditions_in_python_are_refused_by_their_number_with_the_remedy(model)
 
 def test_a_model_of_half_the_width_answers_what_differs_between_the_halves(model, full_half, half):
     """By the whole width, which is solved once, when it is first asked for."""
-    assert_allclose(half.sweep_conditions(BUILT[:1]).ste_um, model.sweep_conditions(BUILT[:1]).ste_um, rtol=1e-8)
+    with sections_on_columns():  # there are more at the ends of the whole
+        even = replace(model).sweep_conditions(BUILT[:1])
+    assert_allclose(half.sweep_conditions(BUILT[:1]).ste_um, even.ste_um, rtol=1e-8)
     assert "whole" not in vars(half), "symmetric flanks need no more"
     for uneven in BUILT[1:]:
         asked = {"misalignment": uneven.misalignment, "wheel": uneven.wheel, "angles": 4}

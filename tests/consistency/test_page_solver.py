@@ -61,8 +61,8 @@ def compare_solver(result, pair, count, angles=8):
         found = solver.sweep(setting, numbers)
         phi = online_angles(pair.meshed.pair.pitch, total)[numbers]
         expected = sweep_line_loads(pair, phi, [condition_of(values, result.case)])
-        assert expected.converged.all()
-        scale = np.abs(expected.ste_um[0]).max()
+        assert (expected.converged | expected.overloaded).all()
+        scale = np.nanmax(np.abs(expected.ste_um[0]))
         assert_allclose(np.array(found["ste"], dtype=float), expected.ste_um[0], rtol=0.0, atol=STE * scale)
         # The same way to the solution: a rounded compliance changes a step now and then.
         assert np.mean(found["steps"] == expected.newton_steps[0]) >= 0.7
@@ -162,11 +162,12 @@ TRANSCRIBED = {
         "line_deviations": "de61c616",
     },
     "pmor/line/kernels/law.py": {
-        "_smooth_approach": "32be204d", "load_at": "c4554bcd", "widest_load": "728ecad9", "approach_of": "e1528084",
+        "_smooth_approach": "4e145825", "load_at": "c4554bcd", "widest_load": "d84dfccb", "approach_of": "e1528084",
         "line_law": "f0da3a83", "_corner": "46d88f0f", "_from_corner": "b2efd556", "_law_near_corner": "6ebc4515",
         "sections_alike": "df9f3b46",
     },
     "pmor/line/kernels/pressure.py": {"edge_pressure": "3b2d980f", "_patch": "ad6241b4"},
+    "pmor/line/pair.py": {"line_compliance_between": "9854e29e"},
     "pmor/line/hertz.py": {"mean_layer_constant": "d90b7b6e", "width_limit": "88aad769"},
     "pmor/line/kernels/tip_corner.py": {
         "_hertz": "5174cf36", "_cut_off": "afc00315", "_across": "a9f710c5", "contact_patch": "a60b4c7e",

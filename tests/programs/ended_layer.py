@@ -43,7 +43,7 @@ from scipy.interpolate import CubicSpline, RectBivariateSpline
 
 from pmor.core.arrays import FloatArray
 from pmor.fe.assembly import added_up
-from pmor.line.hertz import bonded_layer_constant
+from pmor.line.bonded_layer import bonded_layer_constant
 from pmor.line.tip_corner import ANGLES_DEG, INFLUENCE_LENGTH, POWERS, RATIOS, SPREADS, TABLE, wedge_softness
 
 # H of distances from the corner, an array of each.

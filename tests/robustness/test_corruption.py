@@ -109,9 +109,9 @@ def test_foreign_files_are_refused(tmp_path, original):
 @pytest.mark.parametrize(
     ("version", "words"),
     [
-        (1, "is pmor-basis version 1, written by an older pmor; this one reads version 14; make it anew"),
+        (1, "is pmor-basis version 1, written by an older pmor; this one reads version 15; make it anew"),
         (4, "is pmor-basis version 4, written by an older pmor"),
-        (15, "is pmor-basis version 15, written by a newer pmor"),
+        (16, "is pmor-basis version 16, written by a newer pmor"),
         (2**40, "newer"),
         (-1, "older"),
         ("5", "'5' is no version"),

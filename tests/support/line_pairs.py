@@ -1,14 +1,19 @@
 """Small pairs in line contact, solved for their line loads, and random modifications of their flanks."""
 
+from contextlib import contextmanager
+from dataclasses import replace
 from functools import cache
+from unittest.mock import patch
 
 import numpy as np
 
 from pmor.case import parse_case
 from pmor.gear.modification import Modification
+from pmor.line import layered_pair
+from pmor.line.sections import flank_sections
 from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.train import train
-from pmor_online.model import reduced_pair
+from pmor_online.model import ReducedPair, reduced_pair
 from tests.support.small_case import case_text
 
 TORQUE = 1e5  # N mm
@@ -57,6 +62,21 @@ def _solved(text):
     case = parse_case(text, "small", "small case")
     full = elastic_model(case, mesh_model(case))
     return full, reduced_pair(train(case, full).basis)
+
+
+def on_columns(reduced):
+    """The pair with a section at each column of nodes, as half the width has them; the whole has more at its ends."""
+    found = ReducedPair(reduced.basis, replace(reduced.meshed))
+    z = found.meshed.pinion.nodes[0, :, 2]
+    vars(found.meshed)["sections"] = flank_sections(z, z, False, found.meshed.order)
+    return found
+
+
+@contextmanager
+def sections_on_columns():
+    """Of all pairs whose sections are placed within."""
+    with patch.object(layered_pair, "flank_sections", lambda *known: flank_sections(*known[:4])):
+        yield
 
 
 # Of the steps of parameters: the second derivative does not count yet, and 1e-12 of the STE no more.

@@ -38,6 +38,7 @@ from pmor.pair.model import elastic_model, gear_pair, mesh_model, sector_meshes,
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair
+from tests.support.line_pairs import on_columns
 from tests.support.mesh_cycles import check_design, check_force_law
 
 E, NU = 206_000.0, 0.3
@@ -604,7 +605,7 @@ def test_what_one_tooth_does_to_another_the_other_does_to_it(helix, monkeypatch)
 
 def loads_of(case):
     model = elastic_model(case, mesh_model(case))
-    reduced = reduced_pair(train(case, model).basis)
+    reduced = on_columns(reduced_pair(train(case, model).basis))
     phi = np.linspace(0.0, reduced.meshed.pair.pitch, 5, endpoint=False)
     return sweep_line_loads(reduced, phi, [nominal_condition(case)], recorded=True)
 

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 import scipy.sparse.linalg as spla
 from numpy.testing import assert_allclose
+from scipy.integrate import quad
+from scipy.special import j0
 
+from pmor.body.section_compliance import section_shares
 from pmor.core.errors import GeometryError
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.completion import completion
@@ -15,8 +18,11 @@ from pmor.fe.element import tributary_widths
 from pmor.fe.layer import surface_layer
 from pmor.fe.sector import build_sector
 from pmor.fe.surface_layer import layer_compliance
+from pmor.line.bonded_layer import layer_transform
+from pmor.line.face_ends import layer_coupling
 from pmor.line.hertz import approach_constants, line_compliance
-from pmor.line.kernels.law import approach_of
+from pmor.line.kernels.law import LEAST_SLOPE, approach_of
+from pmor.line.sections import flank_sections
 from pmor.pair.model import mesh_model
 from tests.support.gear_models import MODULE, POISSON, YOUNG, tooth
 from tests.support.line_laws import NO_CORNERS, plain_law
@@ -67,10 +73,12 @@ def test_approach_is_that_of_a_bonded_layer_under_hertz_pressure(poisson, half_w
     assert abs(closed / layer_approach(half_width, poisson) - 1.0) < bound
 
 
-@pytest.mark.parametrize("load", [1e-12, 1e-6, 1.0, 300.0])
+# The largest is beyond the widest contact that the law knows.
+@pytest.mark.parametrize("load", [1e-12, 1e-6, 1.0, 300.0, 1e7])
 def test_slope_of_the_approach_is_its_derivative(load):
     approach, slope = approach_of(load, PLAIN, NO_CORNERS)
-    if load > PLAIN.least:
+    assert slope >= LEAST_SLOPE * PLAIN.compliance
+    if PLAIN.least < load < 1e6:
         assert_allclose(PLAIN.compliance * load * (PLAIN.constant - 0.5 * math.log(load)), approach, rtol=1e-13)
     step = 1e-6 * load
     ends = [approach_of(load + s * step, PLAIN, NO_CORNERS)[0] for s in (-1.0, 1.0)]
@@ -78,8 +86,9 @@ def test_slope_of_the_approach_is_its_derivative(load):
     assert ends[0] < approach < ends[1]
 
 
-def test_approach_is_continuous_at_the_least_load():
-    below, above = (approach_of(PLAIN.least * f, PLAIN, NO_CORNERS)[0] for f in (1.0 - 1e-9, 1.0 + 1e-9))
+@pytest.mark.parametrize("border", [PLAIN.least, math.exp(2.0 * (PLAIN.constant - 0.5 - LEAST_SLOPE))])
+def test_approach_is_continuous_at_the_least_load_and_at_the_widest(border):
+    below, above = (approach_of(border * f, PLAIN, NO_CORNERS)[0] for f in (1.0 - 1e-9, 1.0 + 1e-9))
     assert_allclose(below, above, rtol=1e-8)
 
 
@@ -107,34 +116,83 @@ def whole_layer(mesh, columns, element):
     return forces.T @ dense @ forces
 
 
-# Of 80 mm the middle is in plane strain: measured 4e-4 of the dent, 1e-3 of quadratic elements.
 @pytest.mark.parametrize("element", ["hex8i", pytest.param("hex20", marks=pytest.mark.slow)])
-def test_under_even_loads_the_layer_amid_the_face_deforms_as_one_section_does(element):
+def test_the_layer_is_taken_out_with_everything_below_it_held(element):
     order, gear = 2 if element == "hex20" else 1, tooth(21)
-    mesh = build_sector(gear, 20.0, 80.0, 4, 16 // order, "arc_length", order=order)
-    stiffness = sector_stiffness(mesh, YOUNG, POISSON, element)
-    alike = layer_compliance(mesh, 2, stiffness)
-    assert_allclose(alike, alike.T, rtol=0.0, atol=ROUND_OFF * alike.max())
-    force = np.zeros((*mesh.flank.shape, 3))
-    force[2] = tributary_widths(mesh.z, order)[:, None] * np.array([1.0, 0.0, 0.0])
-    middle, dent = len(mesh.z) // 2, (alike @ force.ravel()).reshape(force.shape)[2]
-    found = (whole_layer(mesh, 2, element) @ force.ravel()).reshape(force.shape)[2]
-    assert_allclose(found[middle, :2], dent[middle, :2], rtol=0.0, atol=2e-3 * np.abs(dent[middle]).max())
-    assert found[0, 0] > 1.05 * dent[0, 0], "at its face it is softer"
+    mesh = build_sector(gear, 20.0, 20.0, 4, 4 // order, "arc_length", order=order)
+    layer = layer_compliance(mesh, 2, sector_stiffness(mesh, YOUNG, POISSON, element))
+    assert_allclose(layer, layer.T, rtol=0.0, atol=ROUND_OFF * layer.max())
+    assert_allclose(layer, whole_layer(mesh, 2, element), rtol=0.0, atol=1e-9 * layer.max())
 
 
-@pytest.mark.parametrize(("elements", "across"), [(5, 2), (8, 2), (3, 32), (16, 2)])
-def test_line_loads_have_one_solution_also_where_columns_are_nearer_than_contact_is_wide(elements, across):
-    """What is left of the compliance, with the least slope of the law, is positive definite."""
-    model = line_model(elements, across)
-    gear, layer = model.pinion, model.mesh.meshed.layers[0]
+# --- along the width -----------------------------------------------------------------------------------------------
+
+DEPTH = 1.6
+
+
+def coupling(edges, poisson=POISSON):
+    """Between sections of a face with these edges, mm, in units of c / depth."""
+    face = edges[0], edges[-1]
+    return layer_coupling(edges, face, np.array([DEPTH]), 1.0, poisson)[0] * DEPTH
+
+
+def test_even_loads_deform_the_layer_as_plane_strain_has_it_but_for_the_ends():
+    edges = DEPTH * np.linspace(0.0, 24.0, 49)
+    moved = coupling(edges) @ np.diff(edges)
+    assert abs(moved[len(moved) // 2]) < 1e-6
+    assert moved[0] > 0.4, "at its ends the layer is softer"
+    assert_allclose(moved, moved[::-1], rtol=0.0, atol=1e-9)
+    # Without transverse contraction there is no axial stress to be released.
+    assert_allclose(coupling(edges, 0.0) @ np.diff(edges), 0.0, atol=1e-6)
+
+
+def test_sections_press_each_other_down_as_the_layer_s_transform_has_it():
+    """Equation (1) of `pmor.line.face_ends` by quadrature, between sections two and more depths apart."""
+    edges = 2.0 * DEPTH * np.arange(21)
+    points, weights = np.polynomial.legendre.leggauss(8)
+    found = coupling(edges)[10]
+    for other in (12, 13):
+        apart = 2.0 * (other - 10) + points[:, None] - points
+        rest = [quad(lambda k, z=z: (layer_transform(k, POISSON) - 1.0) * j0(k * z), 0.0, 12.0)[0] for z in apart.flat]
+        by_point = 0.5 * (1.0 / apart + np.reshape(rest, apart.shape))
+        assert_allclose(found[other], 0.25 * weights @ by_point @ weights, rtol=0.0, atol=1e-5)
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])
+@pytest.mark.parametrize("seed", range(4))
+def test_line_loads_have_one_solution_also_where_sections_are_shorter_than_contact_is_wide(seed, poisson):
+    """What sections of a layer do to each other is positive definite, with the least slope of the law."""
+    random = np.random.default_rng(seed)
+    edges = DEPTH * np.append(0.0, np.cumsum(10.0 ** random.uniform(-2.5, 0.5, 30)))
+    for deepest in (1.0, 1.5, 2.5):
+        depths = np.array([DEPTH, DEPTH / deepest])
+        for depth, coupled in zip(
+            depths, layer_coupling(edges, (edges[0], edges[-1]), depths, 1.0, poisson), strict=True
+        ):
+            assert np.linalg.eigvalsh(coupled + np.diag(LEAST_SLOPE / np.diff(edges)))[0] > 0.0, depth
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("elements", [1, 2, 4, 16])
+def test_even_loads_on_sections_are_the_consistent_ones_on_columns(elements, order):
+    """Also where end elements are split for sections alone: those longer than a layer is deep."""
+    z = np.linspace(-10.0, 10.0, order * elements + 1)
+    sections = flank_sections(z, z, False, order, DEPTH)
+    assert len(sections.z) == len(z) + (2 * order if elements < 16 else 0)
+    shares = section_shares(sections.column[0], sections.share[0], len(z))
+    assert_allclose(sections.width @ shares, tributary_widths(z, order), rtol=0.0, atol=1e-13)
+    assert_allclose(shares @ z, sections.z, rtol=0.0, atol=1e-13)
+    if 1 < elements < 16:
+        assert_allclose(sections.z[order], DEPTH - 10.0, rtol=1e-13)
+
+
+@pytest.mark.parametrize(("elements", "across"), [(5, 2), (16, 2)])
+def test_what_is_left_of_the_compliance_has_no_direction_in_which_it_is_negative(elements, across):
+    gear = line_model(elements, across).pinion
     left, normal = gear.tooth_compliance(0), normals(gear.mesh)
     by_normal = np.einsum("nf,fg,mg->nm", normal, left, normal)
     assert_allclose(left, left.T, rtol=0.0, atol=ROUND_OFF * np.abs(left).max())
-    # The widest contact that is not refused: ln(2 d / b) is ln 4, and the slope of the approach is by 1 less.
-    slope = layer.compliance * (layer.constant - np.log(layer.depth) - math.log(0.5) - 1.0)
-    law = np.repeat(slope, len(gear.mesh.z)) / np.tile(2.0 * tributary_widths(gear.mesh.z, 1), len(slope))
-    assert np.linalg.eigvalsh(by_normal + np.diag(law))[0] > 0.0
+    assert np.linalg.eigvalsh(by_normal)[0] > -ROUND_OFF * by_normal.max()
 
 
 def normals(mesh):

@@ -11,7 +11,8 @@ from pmor.gear.condition import PLAIN, Assembly, Condition, Misalignment, at_tor
 from pmor.gear.kernels.types import Motion
 from pmor.gear.modification import Modification
 from pmor.gear.topography import Topography
-from pmor.line.hertz import WIDEST, check_half_width, width_limit
+from pmor.line.bonded_layer import WIDEST
+from pmor.line.hertz import check_half_width, width_limit
 from pmor.line.hubs import Hubs
 from pmor.line.kernels.contact_point import closest_approach
 from pmor.line.kernels.places import line_deviations

@@ -14,15 +14,17 @@ from pmor.results.load_distribution import effective_contact_ratio, face_load_fa
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import online_angles
 from pmor_online.readings import forces_on_gears
-from tests.support.line_pairs import models
+from tests.support.line_pairs import models, on_columns
 
 # --- on real pairs ---------------------------------------------------------------------------------------------------
 
 FLANK = Modification(tip_relief_um=8.0, tip_relief_start_roll_deg=26.0, helix_crowning_um=6.0)
 
 
-def recorded(name, width="whole", misalignment=ALIGNED, flank=FLANK, torques=(30.0, 100.0), angles=24, hand=1.0):
+def recorded(name, width="whole", misalignment=ALIGNED, flank=FLANK, torques=(30.0, 100.0), angles=24, hand=1.0,
+             columns=False):  # fmt: skip
     _, reduced = models(name, hand, width)
+    reduced = on_columns(reduced) if columns else reduced
     phi = online_angles(reduced.meshed.pair.pitch, angles)
     return reduced, sweep_line_loads(
         reduced, phi, conditions_of_assembly(Assembly(misalignment, flank), torques), recorded=True
@@ -117,12 +119,11 @@ def test_the_axial_force_moves_the_transverse_one_along_the_face():
 
 
 def test_half_the_width_gives_what_the_whole_gives():
-    (_, half), (_, whole) = (recorded("spur", width=width) for width in ("half", "whole"))
+    (_, half), (_, whole) = both = [recorded("spur", width=width, columns=True) for width in ("half", "whole")]
     z, load = over_the_whole_face(half.states.lines, half.states.lines.load_N_per_mm)
     assert_allclose(z, whole.states.lines.z_mm, atol=1e-12)
     # The condensations differ.
     assert_allclose(load, whole.states.lines.load_N_per_mm, rtol=1e-6, atol=1e-6)
     assert_allclose(*(face_load_factor(sweep.states.lines) for sweep in (half, whole)), rtol=1e-7)
-    both = [recorded("spur", width=width)[0].meshed for width in ("half", "whole")]
-    forces = [forces_on_gears(meshed, sweep) for meshed, sweep in zip(both, (half, whole), strict=True)]
+    forces = [forces_on_gears(reduced.meshed, sweep) for reduced, sweep in both]
     assert_allclose(forces[0].moment_Nm, forces[1].moment_Nm, rtol=1e-6, atol=1e-6)

@@ -237,7 +237,7 @@ def test_a_mesh_that_cannot_be_halved_or_a_case_that_asks_for_none_has_no_error_
 
 @pytest.mark.parametrize(("across", "slope_um"), [(1, 0.0), (2, 0.0), pytest.param(2, 30.0, marks=pytest.mark.slow)])
 def test_error_bar_knows_the_width_that_one_or_two_elements_miss(across, slope_um):
-    """Crowning or a slope of 30 um: 14.06 um on two elements, where sixteen give 12.79; the bar was 0.3 %."""
+    """Crowning or a slope of 30 um: crowned 14.19 um on two elements, where eight give 12.70; the bar was 0.3 %."""
     gears = {"pinion.modification": {"helix_slope_um": slope_um} if slope_um else {"helix_crowning_um": 30.0}}
     gears |= {"offline": None, "online": None, "compare": None}
     found, truth = (
@@ -245,7 +245,7 @@ def test_error_bar_knows_the_width_that_one_or_two_elements_miss(across, slope_u
     )
     mean = truth.ste_um[0].mean()
     error = 100.0 * np.sqrt(np.mean((found.ste_um[0] - truth.ste_um[0]) ** 2)) / mean
-    assert error > 5.0
+    assert error > 3.0
     assert LEAST < found.mesh_error_percent[0] / error < MOST
 
 

@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 from pmor.gear.condition import ALIGNED, Assembly, Condition, Misalignment
 from pmor.gear.kernels.types import Motion
 from pmor.line.kernels.contact_point import closest_approach
+from pmor.line.layered_pair import sections_of
 from pmor.pair.model import mesh_model
 from pmor.penalty.position import active_patches, relative_motion
 from pmor.penalty.search import search_contact
@@ -129,7 +130,8 @@ def test_the_mirrored_tilt_mirrors_the_load_that_carries_the_torque(scheme):
     tilt = Misalignment(in_plane_um=10.0, out_of_plane_um=15.0)
     back = Misalignment(in_plane_um=-10.0, out_of_plane_um=-15.0)
     states = [states_at(full, 0.05, under_torque(misalignment))[0] for misalignment in (tilt, back)]
-    (one, torque), (other, _) = (forces(state, 5) for state in states)
+    size = len(sections_of(full.mesh.meshed).z)
+    (one, torque), (other, _) = (forces(state, size) for state in states)
     assert_allclose(torque, TORQUE, rtol=1e-8)
     assert_allclose(states[0].advance, states[1].advance, rtol=1e-8)
     assert_allclose(one, other[::-1], rtol=1e-6, atol=1e-6 * one.max())

@@ -90,7 +90,8 @@ def test_the_other_sense_is_the_image(tmp_path):
     )
     expected = solved(tmp_path, other)
     assert_allclose(back.ste_um, expected.ste_um, rtol=SOLVED)
-    assert_allclose(np.stack([first, third, second]), expected.planet_share[0].T, rtol=SOLVED)
+    # A planet that carries nothing in one may just touch in the other.
+    assert_allclose(np.stack([first, third, second]), expected.planet_share[0].T, rtol=SOLVED, atol=1e-15)
     assert not np.allclose(found.ste_um, expected.ste_um, rtol=1e-5)
 
 

@@ -67,6 +67,13 @@ def alone(folder, trains, changes=""):
     return solve_set(plan, train, np.array([plan.torque_Nm]), file.sections.sweep.angles_per_pitch, file.pitches)
 
 
+def whole_set(folder, of_set=EVEN_SET):
+    """A set of its own file, on all of the width as on shafts, which tilt."""
+    path = folder / "whole.toml"
+    path.write_text(of_set.replace("[mesh]", '[mesh]\nwidth = "whole"'))
+    return load_set(path)
+
+
 def same(found, expected, rtol):
     assert found.converged.all()
     assert_allclose(found.ste_um[0], expected.ste_um[0], rtol=rtol)
@@ -77,7 +84,7 @@ def same(found, expected, rtol):
 
 def test_on_shafts_that_do_not_give_way_a_set_is_that_of_its_own_file(folder):
     (found,) = run(load(written_reducer(folder, one_stage()))).loads[0].sets
-    plain = load_set(folder / "small.toml")
+    plain = whole_set(folder)
     expected = solve_set(plain.plan, train_of(plain), np.array([300.0]), 6)
     same(found.solution, expected, ROUND_OFF)
     same(found.rigid, expected, ROUND_OFF)
@@ -207,7 +214,7 @@ def test_stepped_planets_hand_on_the_torque_that_their_meshes_make(folder):
     train = train_of(file.model.sets["stage"])
     solved = solve_load(file.model, file.model.sections.loads[0], {}, 0, trains={"stage": train})
     (one,) = solved.sets
-    plain = load_set(folder / "small.toml")
+    plain = whole_set(folder, of_set)
     expected = solve_set(plain.plan, train_of(plain), np.array([300.0]), 6, plain.pitches)
     assert one.solution.pitches == expected.pitches
     same(one.solution, expected, ROUND_OFF)

@@ -13,7 +13,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.gear.condition import PLAIN
-from pmor.line.hertz import bonded_layer_constant
+from pmor.line.bonded_layer import bonded_layer_constant
 from pmor.line.kernels.law import approach_of, load_at, widest_load
 from pmor.line.kernels.places import place_lines
 from pmor.line.kernels.pressure import edge_pressure

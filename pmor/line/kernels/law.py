@@ -11,6 +11,9 @@ from pmor.line.kernels.tip_corner import NEAREST, SHORT, LineLaw, corner_approac
 # Least relative curvature, over the curvatures of both flanks. A tip far beyond the path meets a ring where the ring is
 # more curved than the tip: within the patch the wedge between them counts, and not that they would meet further inside.
 FLATTEST = 0.01
+# Least slope of the approach, over the compliance. Where the half-width comes near the depth of the layer the law would
+# be flatter, and end; it goes on straight, so that the energy is convex on the way to any solution.
+LEAST_SLOPE = 0.5
 
 
 @compiled
@@ -18,6 +21,9 @@ def _smooth_approach(load, law, corners):
     """Approach of the flanks under a line load above the least one, and its derivative."""
     if load <= law.plain:
         shape = law.constant - 0.5 * np.log(load)
+        if shape < 0.5 + LEAST_SLOPE:
+            widest = np.exp(2.0 * (law.constant - 0.5 - LEAST_SLOPE))
+            return law.compliance * (LEAST_SLOPE * load + 0.5 * widest), LEAST_SLOPE * law.compliance
         return law.compliance * load * shape, law.compliance * (shape - 0.5)
     return corner_approach(load, law, corners[int(law.corner)])
 
@@ -36,16 +42,13 @@ def load_at(half_length, law):
 
 @compiled
 def widest_load(law):
-    """Line load at which the half-width comes near the depth of the layer: A - ln(w) / 2 = 1, N/mm."""
-    return load_at(np.exp(law.opening - 0.5), law)
+    """Line load where the half-width comes near the depth of the layer, N/mm: A - ln(w) / 2 is 1/2 + `LEAST_SLOPE`."""
+    return load_at(np.exp(law.opening - LEAST_SLOPE), law)
 
 
 @compiled
 def approach_of(load, law, corners):
-    """Approach of the flanks under a line load (N/mm) and its derivative; linear below the least load.
-
-    At a corner also beyond the widest, where there is no table.
-    """
+    """Approach of the flanks under a line load (N/mm) and its derivative; linear below the least, past the widest."""
     if load <= law.least:
         slope = _smooth_approach(law.least, law, corners)[0] / law.least
         return slope * load, slope

@@ -9,7 +9,7 @@ g_0 between the undeformed flanks in their kinematic position, e the deviations 
 shares and directions by which nodes carry the sections, C the compliance between flank nodes, delta the approach of
 `pmor.line.hertz`. (Under a pinion's corner l turns with the advance, and so little that nothing below depends on it.)
 Sought are F > 0 with g = 0, and g >= 0 elsewhere, in balance with the torque, -l F = T, or under a given advance. delta
-rises with the load, and D with its slopes is symmetric and positive definite (`pmor.fe.surface_layer`): it is the
+rises with the load, and D with its slopes is symmetric and positive definite (`pmor.line.face_ends`): it is the
 minimum of a strictly convex energy, so there is one solution, and Newton with an active set finds it (Johnson, Contact
 Mechanics 1985, ch. 4; Portugal, Judice & Vicente, Math. Comp. 63 (1994) 625). Neither D nor g_0 depends on torque or
 deviations.

@@ -4,7 +4,7 @@ A contact force acts along the line of action: in the frame of a node, turned wi
 flank's normal there, the more so the nearer the node. So the displacements of a node are taken along its normal (on
 helical flanks with the axial part that goes with it), at right angles to it in the transverse plane, which counts for
 little, and of helical flanks along the axis, without the axial part that turns with the normal, which counts for less.
-Each is scaled by its largest contribution, and all entries are rounded to one step, 2^-20 of the largest: as integers,
+Each is scaled by its largest contribution, and all entries are rounded to one step, 2^-21 of the largest: as integers,
 as differences and deflated, they take a tenth of the bytes of double precision. Between teeth compliance is
 smooth and of low rank: sums of products of a few vectors.
 """
@@ -21,7 +21,7 @@ from pmor.core.arrays import FloatArray
 from pmor.gear.kernels.types import Gear
 
 # Steps to the largest entry.
-STEPS = 2**20
+STEPS = 2**21
 # A block between teeth has fewer vectors than this; they are rounded to a part of a step.
 MOST_VECTORS, FINER = 64, 4.0
 # Rotation of the normal between a node and the contact that it carries, over the distance of the nodes, and at the tip,
@@ -60,6 +60,19 @@ def packed_compliance(blocks: FloatArray, gear: Gear) -> dict[str, Any]:
         "own": packed_integers(_differences(scaled[0] / step)[np.triu_indices(len(scale))]),
         "neighbours": [_products(block, step) for block in scaled[1:]],
     }
+
+
+def packed_coupling(added: FloatArray) -> dict[str, Any]:
+    """Pack what the layer of a gear adds between sections (`LayeredPair.layer_coupling`), (n, S, S).
+
+    Returns
+    -------
+    dict
+        `step`, mm/N; `added`, the upper triangle between sections of each row of nodes as packed integers.
+    """
+    step = float(np.abs(added).max()) / STEPS
+    upper = np.triu_indices(added.shape[1])
+    return {"step": step, "added": packed_integers(np.round(added[:, upper[0], upper[1]] / step))}
 
 
 def _local(blocks: FloatArray, gear: Gear) -> FloatArray:

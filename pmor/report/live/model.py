@@ -9,12 +9,12 @@ import numpy as np
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.tooth import Tooth
-from pmor.line import hertz
+from pmor.line import bonded_layer
 from pmor.line.hertz import mean_layer_constant
 from pmor.line.kernels import contact_point, law, loads, places, pressure, tip_corner
 from pmor.line.kernels.tip_corner import Corner
 from pmor.line.layered_pair import LayeredPair
-from pmor.report.live.compliance import packed_compliance
+from pmor.report.live.compliance import packed_compliance, packed_coupling
 from pmor_online.model import ReducedPair
 
 # Round-off of finite elements, over the largest compliance: bodies that differ by less are mirror images.
@@ -27,7 +27,8 @@ CONSTANTS = {
     for module, names in (
         (loads, ("MAX_STEPS", "PATIENCE", "TOLERANCE", "BALANCED", "NEARBY", "ROUND_OFF", "LAST_DIGITS", "BEGINNING")),
         (tip_corner, ("SHORT", "LONGEST", "NEAREST")), (contact_point, ("CORNER", "LEAST_ROLL")),
-        (places, ("LEAST_LEVER",)), (hertz, ("WIDEST",)), (pressure, ("PRESSURES",)), (law, ("FLATTEST",)),
+        (places, ("LEAST_LEVER",)), (bonded_layer, ("WIDEST",)), (pressure, ("PRESSURES",)),
+        (law, ("FLATTEST", "LEAST_SLOPE")),
     ) for name in names
 }  # fmt: skip
 
@@ -68,6 +69,7 @@ def live_model(reduced: ReducedPair, assembly: Assembly, angles: int) -> dict[st
             "share": sections.share.tolist(),
         },
         "gears": [_gear(meshed, assembly, gear) for gear in range(2)],
+        "layer_coupling": [packed_coupling(added) for added in meshed.layer_coupling] if meshed.free_ends else None,
     }
     return {"model": model, "bodies": bodies, "body_of": body_of}
 

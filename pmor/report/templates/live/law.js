@@ -128,6 +128,10 @@ function cornerApproach(load, law, corner) {
 function smoothApproach(load, law, gears) {
   if (load <= law.plain) {
     const shape = law.constant - 0.5 * Math.log(load);
+    if (shape < 0.5 + LEAST_SLOPE) {
+      const widest = Math.exp(2 * (law.constant - 0.5 - LEAST_SLOPE));
+      return [law.compliance * (LEAST_SLOPE * load + 0.5 * widest), LEAST_SLOPE * law.compliance];
+    }
     return [law.compliance * load * shape, law.compliance * (shape - 0.5)];
   }
   return cornerApproach(load, law, cornerOf(gears, law.corner));
@@ -165,7 +169,7 @@ function approachOf(load, law, gears) {
     return [slope * load, slope];
   }
   if (load > law.plain) {
-    const widest = loadAt(Math.exp(law.opening - 0.5), law);
+    const widest = loadAt(Math.exp(law.opening - LEAST_SLOPE), law);
     if (load > widest) {
       const [approach, slope] = smoothApproach(widest, law, gears);
       return [approach + slope * (load - widest), slope];

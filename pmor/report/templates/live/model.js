@@ -34,9 +34,15 @@ async function unpackBody({ step, scale, own: packed, neighbours: teeth }) {
   return { size, scale, own, neighbours };
 }
 
-// The same between the sections of a gear's flanks: `own`, a block for each two sections, and the vectors of the
+// What the layer of a gear adds to plane strain between the sections of a tooth, at each row of nodes, mm/N: the upper
+// triangles, see pmor/report/live/compliance.py.
+async function unpackCoupling({ step, added }) {
+  return Float64Array.from(await unpackIntegers(added), value => step * value);
+}
+
+// Compliance between the sections of a gear's flanks: `own`, a block for each two sections, and the vectors of the
 // neighbours, (section, unknown, rank). A section has for each row of nodes as many unknowns as a node.
-function betweenSections(model, gear, body, mirrored) {
+function betweenSections(model, gear, body, mirrored, added) {
   const { column, share, z } = model.sections, { twist, roll, column_z: columnZ } = model.gears[gear];
   const rows = roll.length, columns = columnZ.length, nodes = rows * columns, parts = body.size / nodes;
   const size = parts * Math.max(rows, 4), count = z.length, full = count * size;
@@ -72,6 +78,21 @@ function betweenSections(model, gear, body, mirrored) {
     const s = Math.floor(k / size), i = k % size;
     for (let t = 0; t < count; t++) own.set(line.subarray(t * size, (t + 1) * size), ((s * count + t) * size + i) * size);
   }
+  if (added) {
+    const pairs = count * (count + 1) / 2;
+    for (let s = 0, at = 0; s < count; s++) {
+      for (let t = s; t < count; t++, at++) {
+        // Along the normals of the rows, half of what each of the two has.
+        for (let row = 0; row < rows; row++) {
+          for (let other = 0; other < rows; other++) {
+            const value = 0.5 * (added[row * pairs + at] + added[other * pairs + at]);
+            own[((s * count + t) * size + parts * row) * size + parts * other] += value;
+            if (t > s) own[((t * count + s) * size + parts * row) * size + parts * other] += value;
+          }
+        }
+      }
+    }
+  }
   const neighbours = body.neighbours.map(({ rank, factors, sides }) => sides.map((vectors, side) => {
     const found = new Float64Array(full * rank), local = new Float64Array(body.size);
     for (let r = 0; r < rank; r++) {
@@ -89,7 +110,8 @@ async function unpackModel(data) {
   for (const packed of data.bodies) bodies.push(await unpackBody(packed));
   for (let gear = 0; gear < 2; gear++) {
     const { body, mirrored } = data.body_of[gear];
-    model.between.push(betweenSections(model, gear, bodies[body], mirrored));
+    const added = model.layer_coupling && await unpackCoupling(model.layer_coupling[gear]);
+    model.between.push(betweenSections(model, gear, bodies[body], mirrored, added));
   }
   return model;
 }
