@@ -9,8 +9,10 @@
 
 Cases
     `load_case`: reads a case file. `make_case`: makes a `Case` from keywords. `change_case`: changes one by keywords.
-    `import_rexs`: makes one of a stage in a gearbox file. `plan`: work of a case, its memory and time. `geometry`: the
-    data sheet of its gears, a `Geometry`.
+    `import_rexs`: makes one of a stage in a gearbox file. `geometry`: the data sheet of its gears, a `Geometry`.
+Files of any kind
+    `load`: reads a case, a planetary set, a gearbox, a design, a campaign or a study. `plan`: its work, memory and
+    time. `run`: all that it asks for, with its files.
 Models
     `train`: solves full FE over the training of a case; a `ReducedModel`, with `sweep`, `sweep_conditions`,
     `root_stress`, `report`, `export`, `dynamics`, `design`. `load_model`: reads one from a file. `full_model`: full FE
@@ -26,8 +28,6 @@ Capabilities and experiments, with their files where a folder is given
     models. `convergence`: finer and finer meshes. `stability`: extreme variants. `reductions`: reductions and
     samplings. `bench`: run times.
     `write_design_case`, `write_campaign_case`: one of many designs as a case file.
-    `plan_campaign`: designs of a campaign that cannot be made, and the time of all. `plan_design`, `plan_gearbox`,
-    `plan_set`: what is searched or solved.
 Conditions
     `Misalignment`: position of the wheel's axis. `Modification`: deviation of a gear's flanks; `Topography`: on a grid.
     `Assembly`: misalignment and both modifications.
@@ -62,11 +62,10 @@ if TYPE_CHECKING:
         convergence,
         gear_set,
         gearbox,
-        plan_campaign,
-        plan_design,
-        plan_gearbox,
-        plan_set,
+        load,
+        plan,
         reductions,
+        run,
         run_design,
         run_dynamics,
         stability,
@@ -81,7 +80,6 @@ if TYPE_CHECKING:
     from pmor.app.full import FullModel, full_model
     from pmor.app.geometry import Geometry, geometry
     from pmor.app.model import ReducedModel
-    from pmor.app.plan import plan
     from pmor.app.result import ConditionsResult, SweepResult
     from pmor.app.run import RunResult, run_case
     from pmor.app.training import compare, load_model, train
@@ -116,12 +114,10 @@ _HOMES = {
     "pmor.app.files": ("Verification", "info", "load_results", "verify"),
     "pmor.app.full": ("FullModel", "full_model"),
     "pmor.app.geometry": ("Geometry", "geometry"),
-    "pmor.app.plan": ("plan",),
     "pmor.app.model": ("ReducedModel",),
     "pmor.app.capabilities": (
-        "bench", "campaign", "convergence", "gear_set", "gearbox", "plan_campaign", "plan_design", "plan_gearbox",
-        "plan_set", "reductions", "run_design", "run_dynamics", "stability", "study", "write_campaign_case",
-        "write_design_case",
+        "bench", "campaign", "convergence", "gear_set", "gearbox", "load", "plan", "reductions", "run", "run_design",
+        "run_dynamics", "stability", "study", "write_campaign_case", "write_design_case",
     ),
     "pmor.app.run": ("RunResult", "run_case"),
     "pmor.app.training": ("compare", "load_model", "train"),
@@ -148,11 +144,11 @@ __all__ = [
     "Assembly", "CampaignResult", "Case", "CaseError", "Comparison", "ConditionsResult", "ConvergenceError",
     "DesignResult", "DynamicsResult", "ExternalProgramError", "FileFormatError", "FullModel", "GearboxResult",
     "Geometry", "GeometryError", "MeshError", "Misalignment", "Modification", "OutputError", "PmorError",
-    "ReducedModel", "ResultArray", "RootStress", "RunResult", "SetResult", "SweepResult", "Topography", "Verification",
-    "bench", "campaign", "change_case", "compare", "convergence", "export_file", "exudyn_mesh", "full_model",
-    "gear_set", "gearbox", "geometry", "import_rexs", "info", "load_case", "load_model", "load_results", "make_case",
-    "plan", "plan_campaign", "plan_design", "plan_gearbox", "plan_set", "reductions", "run_case", "run_design",
-    "run_dynamics", "stability", "study", "train", "verify", "write_campaign_case", "write_design_case", "__version__",
+    "ReducedModel", "ResultArray", "RootStress", "RunResult", "SetResult", "SweepResult", "Topography",
+    "Verification", "bench", "campaign", "change_case", "compare", "convergence", "export_file", "exudyn_mesh",
+    "full_model", "gear_set", "gearbox", "geometry", "import_rexs", "info", "load", "load_case", "load_model",
+    "load_results", "make_case", "plan", "reductions", "run", "run_case", "run_design", "run_dynamics",
+    "stability", "study", "train", "verify", "write_campaign_case", "write_design_case", "__version__",
 ]  # fmt: skip
 
 

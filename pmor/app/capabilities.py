@@ -20,8 +20,9 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
-from pmor.core.errors import OutputError
-from pmor.core.progress import Steps
+from pmor.app.kinds import KINDS, QUESTIONS, called, kind_of, kind_of_settings
+from pmor.core.errors import CaseError, OutputError
+from pmor.core.progress import Steps, quietly
 from pmor.core.threads import one_thread
 from pmor.core.wording import suggesting
 
@@ -54,14 +55,82 @@ _Found = TypeVar("_Found", bound=_Result)
 
 
 @suggesting
+def load(file: Place) -> Any:
+    """Read and check a file that describes a machine, or asks about one: TOML, or a gearbox or set in REXS.
+
+    Returns
+    -------
+    Case, SetFile, GearboxFile, PairDesign, SetDesign, Campaign or Study
+        By what the file says; `run` and `plan` take it.
+
+    Raises
+    ------
+    CaseError, GeometryError, FileFormatError
+        One line with file, place, rule and remedy.
+    """
+    path = Path(file)
+    return called(KINDS[kind_of(path)].load)(path)
+
+
+@suggesting
+def plan(file: Any) -> str:
+    """Return what a file asks for, how much work and time it is, and what is left out, as `pmor plan` prints it.
+
+    Parameters
+    ----------
+    file : Path, str, or what `load` or `make_case` returned
+
+    Raises
+    ------
+    CaseError
+        When it takes more memory than there is, or nothing tells its work beforehand.
+    GeometryError, MeshError
+        When there is no such gear, pair or mesh.
+    """
+    settings = load(file) if isinstance(file, str | Path) else file
+    kind = KINDS[kind_of_settings(settings)]
+    if not kind.plan:
+        raise CaseError(f"{settings.name}: the work of {kind.words} is not told beforehand: use pmor {kind.command}")
+    found: str = called(kind.plan)(settings)
+    return found
+
+
+@suggesting
+def run(
+    file: Any, folder: Place | None = None, *, executor: Executor | None = None, progress: Steps | None = None,
+    overwrite: bool = False,
+) -> Any:  # fmt: skip
+    """Answer what a file asks for, as `pmor run` does.
+
+    Parameters
+    ----------
+    file : Path, str, or what `load` or `make_case` returned
+
+    Returns
+    -------
+    RunResult, SetResult, GearboxResult, DesignResult, CampaignResult or StudyResult
+
+    Raises
+    ------
+    CaseError, GeometryError, MeshError, OutputError, ConvergenceError
+    """
+    settings = load(file) if isinstance(file, str | Path) else file
+    kind = kind_of_settings(settings)
+    if kind == "case":
+        if folder is None:
+            raise CaseError(f"{settings.name}: a case leaves a basis: pass a folder, or use pmor.train(case).sweep()")
+        return called(KINDS[kind].run)(settings, folder, executor=executor, progress=progress or quietly,
+                                       overwrite=overwrite)  # fmt: skip
+    return _run(called(KINDS[kind].run), settings, folder, overwrite, executor=executor, progress=progress)
+
+
+@suggesting
 def run_dynamics(
     case: Case, folder: Place | None = None, *, executor: Executor | None = None, progress: Steps | None = None,
     overwrite: bool = False,
 ) -> DynamicsResult:  # fmt: skip
     """Find the motion of a pair over its speed, as `pmor dynamics`; the executor is one of processes."""
-    from pmor.dynamics.run import run
-
-    return _run(run, case, folder, overwrite, executor=executor, progress=progress)
+    return answered("dynamics", case, folder, overwrite, executor=executor, progress=progress)
 
 
 @suggesting
@@ -80,15 +149,6 @@ def run_design(
 
     settings = load(Path(file)) if isinstance(file, str | Path) else file
     return _run(run, settings, folder, overwrite, executor=executor, progress=progress, asked=asked)
-
-
-@suggesting
-def plan_design(file: Place | PairDesign | SetDesign) -> str:
-    """Return what a design searches, on what, and how much work it is, as `pmor plan` prints it."""
-    from pmor.design.loader import load
-    from pmor.design.plan import plan
-
-    return plan(load(Path(file)) if isinstance(file, str | Path) else file)
 
 
 @suggesting
@@ -138,33 +198,6 @@ def campaign(
 
 
 @suggesting
-def plan_campaign(file: Place | Campaign) -> str:
-    """Return which designs of a campaign cannot be made and why, and how long all take, as `pmor plan` prints it."""
-    from pmor.campaigns.loader import load
-    from pmor.campaigns.plan import plan
-
-    return plan(load(file) if isinstance(file, str | Path) else file)
-
-
-@suggesting
-def plan_gearbox(file: Place | GearboxFile) -> str:
-    """Return what a gearbox file has solved, how long it takes, and what is left out, as `pmor plan` prints it."""
-    from pmor.machine.loader import load
-    from pmor.machine.plan import plan
-
-    return plan(load(file) if isinstance(file, str | Path) else file)
-
-
-@suggesting
-def plan_set(file: Place | SetFile) -> str:
-    """Return what a set file has solved, how long it takes, and what is left out, as `pmor plan` prints it."""
-    from pmor.sets.loader import load
-    from pmor.sets.preview import plan
-
-    return plan(load(file) if isinstance(file, str | Path) else file)
-
-
-@suggesting
 def study(
     file: Place | Study, folder: Place | None = None, *, quick: bool = False, executor: Executor | None = None,
     progress: Steps | None = None, overwrite: bool = False,
@@ -183,9 +216,7 @@ def convergence(
     overwrite: bool = False,
 ) -> ConvergenceResult:  # fmt: skip
     """Solve a case on finer and finer meshes of each element, as `pmor convergence`."""
-    from pmor.lab.convergence.run import run
-
-    return _run(run, case, folder, overwrite, executor=executor, progress=progress)
+    return answered("convergence", case, folder, overwrite, executor=executor, progress=progress)
 
 
 @suggesting
@@ -194,9 +225,7 @@ def stability(
     progress: Steps | None = None, overwrite: bool = False,
 ) -> StabilityResult:  # fmt: skip
     """Run stiff and extreme variants of a case, those with a text in name or group, as `pmor stability`."""
-    from pmor.lab.stability.run import run
-
-    return _run(run, case, folder, overwrite, only=only, executor=executor, progress=progress)
+    return answered("stability", case, folder, overwrite, only=only, executor=executor, progress=progress)
 
 
 @suggesting
@@ -205,9 +234,7 @@ def reductions(
     overwrite: bool = False,
 ) -> ReductionsResult:  # fmt: skip
     """Compare the reductions, and the samplings of their training, over the ranges of a case, as `pmor reductions`."""
-    from pmor.lab.comparison.run import run
-
-    return _run(run, case, folder, overwrite, executor=executor, progress=progress)
+    return answered("reductions", case, folder, overwrite, executor=executor, progress=progress)
 
 
 @suggesting
@@ -267,6 +294,11 @@ def write_campaign_case(file: Place | Campaign, folder: Place, number: int, *, o
 
     settings = load(file) if isinstance(file, str | Path) else file
     return write_design(settings, number, Path(folder), overwrite)
+
+
+def answered(name: str, case: Case, folder: Place | None, overwrite: bool, **options: Any) -> Any:
+    """Answer a question of `pmor.app.kinds.QUESTIONS` about a case."""
+    return _run(called(QUESTIONS[name].run), case, folder, overwrite, **options)
 
 
 @one_thread()

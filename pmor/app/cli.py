@@ -22,7 +22,7 @@ from pmor.core.errors import OutputError, PmorError, printable
 from pmor.core.memory import memory_limits, memory_text
 from pmor.core.threads import use_one_thread
 from pmor.core.version import __version__
-from pmor.core.wording import in_command
+from pmor.core.wording import did_you_mean, in_command
 
 INTERRUPTED = 130
 # Results have messages of their own (pmor.storage.atomic); this is for the files that libraries write.
@@ -83,10 +83,17 @@ CASE = _option("case_path", metavar="CASE", type=_path, help="case file (TOML)")
 OVERWRITE = _option("--overwrite", action="store_true", help="replace results that are there, whoever wrote them")
 # Purpose and options of each command: arguments of the function of its name in `pmor.app.commands`.
 COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
-    "run": ("everything the case asks for: basis, sweep, comparison, report", CASE, _out(), _jobs(), OVERWRITE),
+    "run": (
+        "everything a file asks for: of a pair, a planetary set, a gearbox; a design, a campaign, a study",
+        _option("file_path", metavar="FILE", type=_path, help="file of any kind (TOML, or REXS)"),
+        _out(usual="out/<name of the file>"),
+        _option("--jobs", metavar="N", type=_positive, default=None, help="pieces solved at a time (default: 1; of a "
+                "design as many as there are processors)"),
+        OVERWRITE,
+    ),
     "plan": (
         "show what will run and all settings; runs nothing",
-        _option("case_path", metavar="CASE", type=_path, help="case, campaign, design, gearbox, set file (TOML, REXS)"),
+        _option("file_path", metavar="FILE", type=_path, help="case, campaign, design, gearbox, set file (TOML, REXS)"),
     ),
     "offline": (
         "generate the reduced basis only", CASE,
@@ -136,13 +143,13 @@ COMMANDS: dict[str, tuple[str, *tuple[Option, ...]]] = {
     ),
     "gearbox": (
         "shafts, bearings and several meshes together: misalignment, transmission error and load of each",
-        _option("gearbox_path", metavar="GEARBOX", type=_path, help="gearbox file (TOML or REXS)"),
+        _option("file_path", metavar="GEARBOX", type=_path, help="gearbox file (TOML or REXS)"),
         _out(usual="out/<name of the gearbox file>"), _jobs("angles"),
         OVERWRITE,
     ),
     "set": (
         "planetary sets, idlers and stars: transmission error, and how planets share the load",
-        _option("set_path", metavar="SET", type=_path, help="set file (TOML), or REXS with a planetary stage"),
+        _option("file_path", metavar="SET", type=_path, help="set file (TOML), or REXS with a planetary stage"),
         _out(usual="out/<name of the set file>"), _jobs("members"), OVERWRITE,
     ),
     "campaign": (
@@ -193,6 +200,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         Arguments without the program's name; those of the process by default.
     """
     with usable_streams(), _spoken_log():
+        _refuse_unknown(sys.argv[1:] if argv is None else argv)
         arguments = vars(build_parser().parse_args(argv))
         return _run(arguments.pop("command"), arguments)
 
@@ -222,6 +230,14 @@ def _run(name: str, arguments: dict[str, Any]) -> int:
         print(f"{start}pmor: interrupted: {RESUME_HINTS.get(name, USUAL_HINT)}", file=sys.stderr)
         return INTERRUPTED
     return 0
+
+
+def _refuse_unknown(argv: Sequence[str]) -> None:
+    """Exit with 2 where the first word is no command, with the one that is meant."""
+    if argv and not argv[0].startswith("-") and argv[0] not in COMMANDS:
+        rule = "is no command: to run a file, write pmor run FILE" if Path(argv[0]).suffix else "is no command"
+        print(f"pmor: error: {printable(argv[0])} {rule}: {did_you_mean(argv[0], list(COMMANDS))}", file=sys.stderr)
+        raise SystemExit(PmorError.exit_code)
 
 
 def build_parser() -> argparse.ArgumentParser:

@@ -6,34 +6,40 @@ Imports of heavy libraries and of stages stand inside the functions, so that `pm
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pmor.app import capabilities
+from pmor.app.kinds import KINDS, QUESTIONS, called, kind_of, kind_of_settings, refuse_other_kinds
 from pmor.core.errors import ConvergenceError, FileFormatError, printable
 from pmor.core.progress import Progress
-from pmor.core.threads import cores, processes, threads
+from pmor.core.threads import cores, threads
 from pmor.storage.results_folder import default_folder
 
 if TYPE_CHECKING:
     from pmor.app.run import RunResult
     from pmor.design.result import DesignResult
 
-POSITIONS = "positions failed"
 
-
-def run(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
-    """Do everything that the case asks for: offline if there is no valid basis, sweep, comparison, report."""
-    _run_case(case_path, out, jobs, overwrite, pages=True)
+def run(file_path: Path, out: Path | None = None, jobs: int | None = None, overwrite: bool = False) -> None:
+    """Do everything that a file asks for, whatever kind it is."""
+    kind = kind_of(file_path)
+    if KINDS[kind].command != "run":
+        print(f"{printable(file_path.name)}: {KINDS[kind].words}, as pmor {KINDS[kind].command}", file=sys.stderr)
+    answers: dict[str, Callable[..., None]] = {
+        "case": _case, "design": design, "campaign": campaign, "study": study,
+    }  # fmt: skip
+    answers.get(kind, _machine)(file_path, out, overwrite=overwrite, **({} if jobs is None else {"jobs": jobs}))
 
 
 def compare(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Compare the reduced with the full model: error and run time."""
-    _run_case(case_path, out, jobs, overwrite, pages=False)
+    refuse_other_kinds(case_path, "compare", "case")
+    _case(case_path, out, jobs, overwrite, pages=False)
 
 
-def _run_case(case_path: Path, out: Path | None, jobs: int, overwrite: bool, pages: bool) -> None:
+def _case(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False, pages: bool = True) -> None:
     from pmor.app.run import run_case
     from pmor.case import load_case
     from pmor.report.screen import proof_text
@@ -44,31 +50,29 @@ def _run_case(case_path: Path, out: Path | None, jobs: int, overwrite: bool, pag
         found = run_case(
             case, folder, pages=pages, overwrite=overwrite, executor=executor, inputs=(case_path,), asked=_say_asked
         )
-    _finish(proof_text(found.found), folder, found.failures, POSITIONS)
+    _finish(proof_text(found.found), folder, found.failures, KINDS["case"].failed)
 
 
-def plan(case_path: Path) -> None:
+def _machine(
+    file_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False, kind: str | None = None
+) -> None:
+    """Solve a gearbox or a set."""
+    settings = called(KINDS[kind or kind_of(file_path)].load)(file_path)
+    folder = out or default_folder(settings.name)
+    with threads(jobs) as executor:
+        found = capabilities.run(settings, folder, overwrite=overwrite, executor=executor)
+    _finish(found, folder, found.failures, KINDS["gearbox"].failed)
+
+
+def plan(file_path: Path) -> None:
     """Print what will run, and how much of it; runs nothing."""
     from pmor.app.plan import plan_parts
-    from pmor.campaigns.loader import is_campaign
-    from pmor.case import load_case
-    from pmor.design.plan import is_design
-    from pmor.machine.loader import is_gearbox
-    from pmor.sets.loader import is_set
 
-    if is_set(case_path):
-        print(capabilities.plan_set(case_path))
+    settings = capabilities.load(file_path)
+    if kind_of_settings(settings) != "case":
+        print(capabilities.plan(settings))
         return
-    if is_gearbox(case_path):
-        print(capabilities.plan_gearbox(case_path))
-        return
-    if is_campaign(case_path):
-        print(capabilities.plan_campaign(case_path))
-        return
-    if is_design(case_path):
-        print(capabilities.plan_design(case_path))
-        return
-    for number, part in enumerate(plan_parts(load_case(case_path))):
+    for number, part in enumerate(plan_parts(settings)):  # the first ones stand where there is too little memory
         print("\n" * (number > 0) + part)
 
 
@@ -99,7 +103,7 @@ def online(
         found = model.report(
             folder, compare=False, overwrite=overwrite, executor=executor, inputs=inputs, asked=_say_asked
         )
-    _finish(proof_text(found.found), folder, found.failures, POSITIONS)
+    _finish(proof_text(found.found), folder, found.failures, KINDS["case"].failed)
 
 
 def study(
@@ -117,35 +121,32 @@ def study(
 
 def convergence(case_path: Path, out: Path | None = None, overwrite: bool = False) -> None:
     """Solve a case on finer and finer meshes of each element."""
-    _of_case("convergence", case_path, out, 1, overwrite, "meshes did not converge")
+    _asked("convergence", case_path, out, 1, overwrite)
 
 
 def stability(case_path: Path, out: Path | None = None, jobs: int = 1, only: str = "", overwrite: bool = False) -> None:
     """Run stiff and extreme variants of a case."""
-    _of_case("stability", case_path, out, jobs, overwrite, "variants failed", only=only)
+    _asked("stability", case_path, out, jobs, overwrite, only=only)
 
 
 def reductions(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Compare the reductions and the samplings of their training over the ranges of a case."""
-    _of_case("reductions", case_path, out, jobs, overwrite, "states did not converge")
+    _asked("reductions", case_path, out, jobs, overwrite)
 
 
 def dynamics(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Find the motion of a pair over its speed: frequency response, run-up and run-down under each torque."""
-    _of_case("run_dynamics", case_path, out, jobs, overwrite, "parts of responses are missing")
+    _asked("dynamics", case_path, out, jobs, overwrite)
 
 
-def _of_case(
-    name: str, case_path: Path, out: Path | None, jobs: int, overwrite: bool, what_failed: str, **options: str
-) -> None:
-    """Call a function of `pmor.app.capabilities` with a case, and leave its files."""
-    from pmor.case import load_case
-
-    case = load_case(case_path)
-    folder = out or default_folder(case.name, f"_{name.removeprefix('run_')}")
-    with (processes if name == "run_dynamics" else threads)(jobs) as executor:
-        found = getattr(capabilities, name)(case, folder, overwrite=overwrite, executor=executor, **options)
-    _finish(found, folder, found.failures, what_failed)
+def _asked(name: str, case_path: Path, out: Path | None, jobs: int, overwrite: bool, **options: str) -> None:
+    """Answer a question of `QUESTIONS` about a case, and leave its files."""
+    refuse_other_kinds(case_path, name, "case")
+    case, question = capabilities.load(case_path), QUESTIONS[name]
+    folder = out or default_folder(case.name, f"_{name}")
+    with question.executor(jobs) as executor:
+        found = capabilities.answered(name, case, folder, overwrite, executor=executor, **options)
+    _finish(found, folder, found.failures, question.failed)
 
 
 def design(
@@ -171,26 +172,16 @@ def design(
     _finish(found, folder, found.failures, "did not converge")
 
 
-def gearbox(gearbox_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
+def gearbox(file_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Solve shafts, bearings and all meshes of a gearbox together: misalignment, transmission error, loads."""
-    from pmor.machine.loader import load
-
-    settings = load(gearbox_path)
-    folder = out or default_folder(settings.name)
-    with threads(jobs) as executor:
-        found = capabilities.gearbox(settings, folder, overwrite=overwrite, executor=executor)
-    _finish(found, folder, found.failures, "did not converge")
+    refuse_other_kinds(file_path, "gearbox", "gearbox")
+    _machine(file_path, out, jobs, overwrite, "gearbox")
 
 
-def set(set_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
+def set(file_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Solve all meshes of a planetary set, an idler chain or a star at once: transmission error, load sharing."""
-    from pmor.sets.loader import load
-
-    settings = load(set_path)
-    folder = out or default_folder(settings.name)
-    with threads(jobs) as executor:
-        found = capabilities.gear_set(settings, folder, overwrite=overwrite, executor=executor)
-    _finish(found, folder, found.failures, "did not converge")
+    refuse_other_kinds(file_path, "set", "set")
+    _machine(file_path, out, jobs, overwrite, "set")
 
 
 def campaign(

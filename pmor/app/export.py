@@ -6,6 +6,7 @@ import logging
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pmor.app.kinds import kind_of
 from pmor.case.capability import refuse_beyond
 from pmor.case.reader import Reader
 from pmor.core.errors import CaseError, OutputError, printable
@@ -184,11 +185,10 @@ def _machine(source: Path, path: Path, overwrite: bool) -> None:
     """Write a set or a gearbox as REXS, without results."""
     from pmor.machine.loader import load
     from pmor.machine.to_rexs import write_gearbox_rexs
-    from pmor.sets.loader import is_set
     from pmor.sets.loader import load as load_set
     from pmor.sets.to_rexs import write_set_rexs
 
-    if is_set(source):
+    if kind_of(source) == "set":
         write_set_rexs(load_set(source), None, path, overwrite)
         return
     file = load(source)

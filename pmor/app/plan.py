@@ -14,7 +14,6 @@ from pmor.case.live_page import asks_for_live_page, takes_whole_width
 from pmor.case.width import intervals_across, meshed_width, sections_across
 from pmor.core.memory import memory_text
 from pmor.core.progress import format_time
-from pmor.core.wording import suggesting
 from pmor.pair.conditions import full_solves, misalignments, torques_of
 from pmor.pair.drawn import drawn_gears
 from pmor.pair.model import gear_pair, refuse_loads_unmeshed
@@ -58,9 +57,8 @@ def plan_parts(case: Case) -> Iterator[str]:
             yield "\n".join(lines)
 
 
-@suggesting
-def plan(case: Case) -> str:
-    """Return the plan of a case, with sizes, peak memory and time, as `pmor plan` prints it.
+def plan_case(case: Case) -> str:
+    """Return the plan of a case, with sizes, peak memory and time.
 
     Raises
     ------

@@ -26,11 +26,6 @@ DESIGNS = "designs"
 RANGE_KEYS = ("from", "to", "steps")
 
 
-def is_campaign(path: Path) -> bool:
-    """Return whether a file has designs; CaseError when it cannot be read."""
-    return DESIGNS in parse_toml(read_text(path, "case file"), str(path))
-
-
 def load(path: Path | str) -> Campaign:
     """Read and check a campaign file.
 

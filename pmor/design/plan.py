@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from pmor.case import Case
-from pmor.case.reader import parse_toml, read_text
 from pmor.case.width import sections_across
 from pmor.core.progress import format_time
 from pmor.design.coarse import coarse_design
@@ -26,11 +23,6 @@ COARSE_SHARE = 0.1
 # *Measured*: judgements of a descent, of one under a bound more, beside those by which each variable moves constraints;
 # fine judgements, in those of the search, as drawn and over scatter.
 DESCENT, BOUND, CONSTRAINED, FINE, FINE_SCATTERED = 50, 20, 12, 600, 200
-
-
-def is_design(path: Path) -> bool:
-    """Return whether a file has variables of a design; CaseError when it cannot be read."""
-    return VARIABLES in parse_toml(read_text(path, "case file"), str(path))
 
 
 def coarse_first(file: PairDesign | SetDesign) -> PairDesign | SetDesign | None:

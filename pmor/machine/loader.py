@@ -63,11 +63,6 @@ class GearboxFile:
         return [*of_meshes, *(f"set {name}: {text}" for name, one in self.model.sets.items() for text in one.slips)]
 
 
-def is_gearbox(path: Path) -> bool:
-    """Return whether a file has shafts, or is one of REXS; CaseError when it cannot be read."""
-    return path.suffix.lower() in ENDINGS or SHAFTS in parse_toml(read_text(path, "case file"), str(path))
-
-
 def load(path: Path | str) -> GearboxFile:
     """Read and check a gearbox file, TOML or REXS, and the cases of its meshes.
 

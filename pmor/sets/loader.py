@@ -14,7 +14,7 @@ from pmor.core.errors import CaseError, GeometryError, printable
 from pmor.export.rexs.model import ENDINGS
 from pmor.sets.plan import SetPlan, set_plan
 from pmor.sets.reader import SetReader
-from pmor.sets.rexs import is_one_set, read_set
+from pmor.sets.rexs import read_set
 from pmor.sets.settings import Carrier, Member, SetSections, Supports
 from pmor.sets.support_checks import check_cheeks
 
@@ -127,13 +127,6 @@ class SetFile:
     def whole_text(self) -> str:
         """Text of the set file and of those that it names."""
         return "\n".join([self.text, *(path.read_text(encoding="utf-8-sig") for path in self.inputs[1:])])
-
-
-def is_set(path: Path) -> bool:
-    """Return whether a file is a set file, or a REXS file of one planetary stage; CaseError if it cannot be read."""
-    if path.suffix.lower() in ENDINGS:
-        return is_one_set(path)
-    return bool({"sun", "gears"} & set(parse_toml(read_text(path, "case file"), str(path))))
 
 
 def load(path: Path | str, shafts: OnShafts | None = None) -> SetFile:

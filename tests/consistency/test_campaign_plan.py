@@ -28,7 +28,7 @@ def path(tmp_path):
 def test_a_plan_counts_designs_and_says_by_which_relation_they_cannot_be_made(path, capsys):
     assert main(["plan", str(path)]) == 0
     text = capsys.readouterr().out
-    assert text == f"{pmor.plan_campaign(path)}\n" == f"{pmor.plan_campaign(load(path))}\n"
+    assert text == f"{pmor.plan(path)}\n" == f"{pmor.plan(load(path))}\n"
     lines = text.splitlines()
     assert lines[:4] == [
         "Campaign many: many", "  9 designs of the case base.toml, grid", "  pair.module_mm  2.25, 4, 4.1",

@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import pmor
 from pmor.app.cli import main
-from pmor.app.plan import plan
+from pmor.app.plan import plan_case as plan
 from pmor.case import parse_case
 from pmor.report.screen import result_text
 from pmor.report.summary import summary

@@ -178,7 +178,7 @@ def test_a_plan_says_what_is_searched_and_solves_nothing(tmp_path, capsys, monke
     path = written_design(tmp_path)
     assert main(["plan", str(path)]) == 0
     text = capsys.readouterr().out
-    assert text == f"{pmor.plan_design(path)}\n"
+    assert text == f"{pmor.plan(path)}\n"
     assert "gearbox             box: mesh mesh" in text
     assert "loads (weights)     drive (1), light (2)" in text
     assert "variable            pinion.helix_slope_um from -20 to 60" in text

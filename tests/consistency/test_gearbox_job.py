@@ -182,7 +182,7 @@ def test_the_plan_says_what_is_solved_and_left_out(job, capsys):
     path, out = job
     assert main(["plan", str(path)]) == 0
     text = capsys.readouterr().out
-    assert text == f"{pmor.plan_gearbox(path)}\n" == f"{pmor.plan_gearbox(load(path))}\n"
+    assert text == f"{pmor.plan(path)}\n" == f"{pmor.plan(load(path))}\n"
     for words in (
         "shaft output", "12 rollers, ISO/TS 16281", "19/29 teeth, m 2.5 mm, 15 deg", "drive",
         "finite elements, mesh", "2 loads, mesh", "the flank that fits, mesh", "in all",
@@ -195,7 +195,7 @@ def test_the_plan_says_what_is_solved_and_left_out(job, capsys):
 
 def test_the_plan_names_a_load_without_an_equilibrium(tmp_path, monkeypatch):
     monkeypatch.setattr("pmor.machine.model.LoadedGearbox.solve", lambda self: _fail())
-    assert "! no equilibrium" in pmor.plan_gearbox(written(tmp_path))
+    assert "! no equilibrium" in pmor.plan(written(tmp_path))
 
 
 def test_all_that_gearbox_json_has_is_documented(job):

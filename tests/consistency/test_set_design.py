@@ -67,7 +67,7 @@ def test_the_command_leaves_what_scripts_rely_on(job):
     names = ["sun.tip_relief_um", "sun.tip_relief_start_percent", "planet.coast.profile_crowning_um",
              "planet.helix_crowning_um"]  # fmt: skip
     assert sorted(data["best"]["parameters"]) == sorted(names)
-    assert "6, all solved at once" in pmor.plan_design(path)
+    assert "6, all solved at once" in pmor.plan(path)
 
 
 @pytest.mark.parametrize("torque", [300.0, -300.0])

@@ -151,7 +151,7 @@ def test_another_body_and_a_damaged_file_are_solved_anew_and_no_other(job, count
 def test_tolerances_leave_their_files_and_differ_no_other(tmp_path, job, undrawn):
     text = f"{SMALL_SET}[tolerances]\npins_radial_um = 5.0\nsun_eccentricity_um = 5.0\nsamples = 8\n"
     path = written_set(tmp_path, text)
-    assert "Tolerances: 8 sets x 108 angles x 2 torques" in pmor.plan_set(path)
+    assert "Tolerances: 8 sets x 108 angles x 2 torques" in pmor.plan(path)
     assert main(["set", str(path), "--out", str(tmp_path / "out")]) == 0
     assert set(SAMPLE_FILES) <= {path.name for path in (tmp_path / "out").iterdir()}
     data, plain = (json.loads((out / "set.json").read_text()) for out in (tmp_path / "out", job[1]))
@@ -182,7 +182,7 @@ def test_pins_leave_their_picture_and_the_forces_of_their_bearings(tmp_path, job
     pins = "[pins]\ndiameter_mm = 30.0\nlength_mm = 30.0\nbearings = [{at_mm = -6.0}, {at_mm = 6.0}]\n"
     carrier = '[carrier]\nwindup_Nmm_per_rad = 1e10\ntorque_at = "-z"\n'
     path = written_set(tmp_path, SMALL_SET + NO_STRESS + pins + carrier)
-    text = pmor.plan_set(path)
+    text = pmor.plan(path)
     assert "d 30 x 30 mm, clamped in both cheeks" in text
     assert "1e+10 N mm/rad, torque out at -z" in text
     found = pmor.gear_set(path)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import pmor.pair.model
-from pmor.app.plan import plan
+from pmor.app.plan import plan_case as plan
 from pmor.app.skipped import computed, scene, skipped, unknowns
 from pmor.case import change_case, load_case
 from pmor.fe.assembly import degrees_of_freedom

@@ -17,7 +17,8 @@ PAPER = ROOT / "cases" / "paper_spur.toml"
 
 
 # What follows when a line does not say it.
-RUN = {"case_path": Path("c.toml"), "out": None, "jobs": 1, "overwrite": False}
+RUN = {"file_path": Path("c.toml"), "out": None, "jobs": None, "overwrite": False}
+COMPARE = {"case_path": Path("c.toml"), "jobs": 1, "out": None, "overwrite": False}
 ONLINE = {"basis_path": Path("b.h5"), "out": None, "case_path": None, "jobs": 1, "overwrite": False}
 EXPORT = {"target": None, "stage": None, "torque_Nm": None, "overwrite": False}
 
@@ -27,14 +28,14 @@ EXPORT = {"target": None, "stage": None, "torque_Nm": None, "overwrite": False}
     [
         ("run c.toml", RUN),
         ("run c.toml --out d --jobs 2 --overwrite", RUN | {"out": Path("d"), "jobs": 2, "overwrite": True}),
-        ("plan c.toml", {"case_path": Path("c.toml")}),
+        ("plan c.toml", {"file_path": Path("c.toml")}),
         (
             "offline c.toml -o b.h5 --resume --jobs 2 --overwrite",
             {"case_path": Path("c.toml"), "basis_path": Path("b.h5"), "resume": True, "jobs": 2, "overwrite": True},
         ),
         ("online b.h5 -o d", ONLINE | {"out": Path("d")}),
         ("online b.h5 --case c.toml --jobs 2", ONLINE | {"case_path": Path("c.toml"), "jobs": 2}),
-        ("compare c.toml --out d", RUN | {"out": Path("d")}),
+        ("compare c.toml --out d", COMPARE | {"out": Path("d")}),
         (
             "export b.h5 --to fmu -o m.fmu --torque 12.5",
             EXPORT | {"source": Path("b.h5"), "to": "fmu", "target": Path("m.fmu"), "torque_Nm": 12.5},

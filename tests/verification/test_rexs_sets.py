@@ -8,10 +8,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 import pmor
+from pmor.app.kinds import kind_of
 from pmor.body.beam import Beam, CircularSection, ShaftMaterial
 from pmor.body.seated_beam import BeamSeat, seated_beam
 from pmor.core.errors import CaseError
-from pmor.sets.loader import is_set, load, parse_set
+from pmor.sets.loader import load, parse_set
 from pmor.sets.rexs_supports import RexsSupports
 from pmor.sets.to_rexs import set_rexs, why_no_rexs
 from tests.support.small_sets import SMALL_CHAIN, SMALL_SET
@@ -141,8 +142,8 @@ def test_a_file_that_does_not_say_enough_is_refused(change, words, tmp_path):
 
 @beside
 def test_a_plan_has_gears_meshes_cost_and_assumptions():
-    assert is_set(PLANETS)
-    text = pmor.plan_set(PLANETS)
+    assert kind_of(PLANETS) == "set"
+    text = pmor.plan(PLANETS)
     for words in ("planet 3", "3 x 22/61 teeth", "finite elements, sun-planet", "in all", "! ring_gear 58"):
         assert words in text
 

@@ -141,7 +141,7 @@ def test_a_set_whose_ring_gives_way_all_around_shares_equally_and_comes_to_one_t
     stress = [one.data["root_stress"][1]["range_MPa"] for one in found]
     assert stress[0] == pytest.approx(stress[1], rel=5e-3)
     assert stress[2] > 1.1 * stress[0]
-    assert "1e+07 N/mm radially, 1e+07 N/mm around" in pmor.plan_set(tmp_path / "small.toml")
+    assert "1e+07 N/mm radially, 1e+07 N/mm around" in pmor.plan(tmp_path / "small.toml")
 
 
 def from_file(folder, first_deg, change=("", ""), side=1.0):

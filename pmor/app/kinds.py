@@ -1,0 +1,144 @@
+"""Kinds of files, and what the program does with each: the one table from which commands and Python take it.
+
+Functions are named "module:function" and imported when they are called, so that ``pmor --help`` stays instant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from pmor.core.errors import CaseError, printable
+from pmor.core.threads import processes, threads
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of file that describes a machine, or asks a question about one.
+
+    Parameters
+    ----------
+    words : str
+        What a file is taken for.
+    command : str
+        That answers it.
+    sections : tuple of str
+        Of a file in TOML: one of them tells the kind. Empty of the kind that is left.
+    types : tuple of str
+        Names of the classes of what `load` returns.
+    load, run, plan : str
+        Reads a file; answers it, into a folder where one is given; tells how much work that is. Empty where there is
+        none.
+    failed : str
+        What the failures of a result are.
+    """
+
+    words: str
+    command: str
+    sections: tuple[str, ...]
+    types: tuple[str, ...]
+    load: str
+    run: str
+    plan: str
+    failed: str = "did not converge"
+
+
+# In the order in which they are told from each other: what asks about a machine before what describes one.
+KINDS: Mapping[str, Kind] = {
+    "study": Kind(
+        "a study", "study", ("grid", "variant", "rung"), ("Study",), "pmor.lab.study.loader:load",
+        "pmor.lab.study.run:run", "",
+    ),
+    "campaign": Kind(
+        "a campaign", "campaign", ("designs",), ("Campaign",), "pmor.campaigns.loader:load", "pmor.campaigns.run:run",
+        "pmor.campaigns.plan:plan", "designs have no results",
+    ),
+    "design": Kind(
+        "a design", "design", ("variables",), ("PairDesign", "SetDesign"), "pmor.design.loader:load",
+        "pmor.design.run:run", "pmor.design.plan:plan",
+    ),
+    "gearbox": Kind(
+        "a gearbox", "run", ("shafts",), ("GearboxFile",), "pmor.machine.loader:load", "pmor.machine.run:run",
+        "pmor.machine.plan:plan",
+    ),
+    "set": Kind(
+        "a planetary set or a train of gears", "run", ("sun", "gears"), ("SetFile",), "pmor.sets.loader:load",
+        "pmor.sets.run:run", "pmor.sets.preview:plan",
+    ),
+    "case": Kind(
+        "a case of one pair", "run", (), ("Case",), "pmor.case:load_case", "pmor.app.run:run_case",
+        "pmor.app.plan:plan_case", "positions failed",
+    ),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Question:
+    """A question asked of a case, with files of its own: `run` and `failed` as of a `Kind`.
+
+    Parameters
+    ----------
+    executor : callable
+        Makes one from a number of jobs.
+    """
+
+    run: str
+    failed: str
+    executor: Callable[[int], AbstractContextManager[Executor | None]] = threads
+
+
+QUESTIONS: Mapping[str, Question] = {
+    "dynamics": Question("pmor.dynamics.run:run", "parts of responses are missing", processes),
+    "convergence": Question("pmor.lab.convergence.run:run", "meshes did not converge"),
+    "stability": Question("pmor.lab.stability.run:run", "variants failed"),
+    "reductions": Question("pmor.lab.comparison.run:run", "states did not converge"),
+}
+
+
+def called(place: str) -> Callable[..., Any]:
+    """Return the function at "module:function"."""
+    module, _, name = place.partition(":")
+    found: Callable[..., Any] = getattr(import_module(module), name)
+    return found
+
+
+def kind_of(path: Path) -> str:
+    """Return what kind of file it is: a key of `KINDS`.
+
+    Raises
+    ------
+    CaseError, FileFormatError
+        Where it cannot be read.
+    """
+    from pmor.case.reader import parse_toml, read_text
+    from pmor.export.rexs.model import ENDINGS
+    from pmor.sets.rexs import is_one_set
+
+    if path.suffix.lower() in ENDINGS:
+        return "set" if is_one_set(path) else "gearbox"
+    written = parse_toml(read_text(path, "case file"), str(path)).keys()
+    return next(name for name, kind in KINDS.items() if not kind.sections or written & set(kind.sections))
+
+
+def kind_of_settings(settings: object) -> str:
+    """Return the kind of what a reader returned; TypeError for anything else."""
+    name = type(settings).__name__
+    for kind, record in KINDS.items():
+        if name in record.types:
+            return kind
+    raise TypeError(f"{settings!r:.60}: must be the name of a file, or what pmor.load() returned")
+
+
+def refuse_other_kinds(path: Path, command: str, wanted: str) -> None:
+    """Raise CaseError, with the right command, where a file is of another kind than a command takes."""
+    kind = kind_of(path)
+    if {kind, wanted} == {"set", "gearbox"} and path.suffix != ".toml":
+        return  # a planetary stage of a REXS file is both: with its shafts or alone
+    if kind != wanted:
+        rule = f"is {KINDS[kind].words}, and pmor {command} takes {KINDS[wanted].words}: use pmor {KINDS[kind].command}"
+        raise CaseError(f"{printable(str(path))}: {rule}")
