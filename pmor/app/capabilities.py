@@ -130,7 +130,7 @@ def run_dynamics(
     overwrite: bool = False,
 ) -> DynamicsResult:  # fmt: skip
     """Find the motion of a pair over its speed, as `pmor dynamics`; the executor is one of processes."""
-    return answered("dynamics", case, folder, overwrite, executor=executor, progress=progress)
+    return _run(called(QUESTIONS["dynamics"].run), case, folder, overwrite, executor=executor, progress=progress)
 
 
 @suggesting
@@ -216,7 +216,7 @@ def convergence(
     overwrite: bool = False,
 ) -> ConvergenceResult:  # fmt: skip
     """Solve a case on finer and finer meshes of each element, as `pmor convergence`."""
-    return answered("convergence", case, folder, overwrite, executor=executor, progress=progress)
+    return _run(called(QUESTIONS["convergence"].run), case, folder, overwrite, executor=executor, progress=progress)
 
 
 @suggesting
@@ -225,7 +225,9 @@ def stability(
     progress: Steps | None = None, overwrite: bool = False,
 ) -> StabilityResult:  # fmt: skip
     """Run stiff and extreme variants of a case, those with a text in name or group, as `pmor stability`."""
-    return answered("stability", case, folder, overwrite, only=only, executor=executor, progress=progress)
+    return _run(
+        called(QUESTIONS["stability"].run), case, folder, overwrite, only=only, executor=executor, progress=progress
+    )
 
 
 @suggesting
@@ -234,7 +236,7 @@ def reductions(
     overwrite: bool = False,
 ) -> ReductionsResult:  # fmt: skip
     """Compare the reductions, and the samplings of their training, over the ranges of a case, as `pmor reductions`."""
-    return answered("reductions", case, folder, overwrite, executor=executor, progress=progress)
+    return _run(called(QUESTIONS["reductions"].run), case, folder, overwrite, executor=executor, progress=progress)
 
 
 @suggesting
@@ -294,11 +296,6 @@ def write_campaign_case(file: Place | Campaign, folder: Place, number: int, *, o
 
     settings = load(file) if isinstance(file, str | Path) else file
     return write_design(settings, number, Path(folder), overwrite)
-
-
-def answered(name: str, case: Case, folder: Place | None, overwrite: bool, **options: Any) -> Any:
-    """Answer a question of `pmor.app.kinds.QUESTIONS` about a case."""
-    return _run(called(QUESTIONS[name].run), case, folder, overwrite, **options)
 
 
 @one_thread()

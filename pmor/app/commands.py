@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pmor.app import capabilities
 from pmor.app.kinds import KINDS, QUESTIONS, called, kind_of, kind_of_settings, refuse_other_kinds
 from pmor.core.errors import ConvergenceError, FileFormatError, printable
 from pmor.core.progress import Progress
-from pmor.core.threads import cores, threads
+from pmor.core.threads import cores, one_thread, threads
 from pmor.storage.results_folder import default_folder
 
 if TYPE_CHECKING:
@@ -57,11 +59,11 @@ def _machine(
     file_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False, kind: str | None = None
 ) -> None:
     """Solve a gearbox or a set."""
-    settings = called(KINDS[kind or kind_of(file_path)].load)(file_path)
+    record = KINDS[kind or kind_of(file_path)]
+    settings = called(record.load)(file_path)
     folder = out or default_folder(settings.name)
-    with threads(jobs) as executor:
-        found = capabilities.run(settings, folder, overwrite=overwrite, executor=executor)
-    _finish(found, folder, found.failures, KINDS["gearbox"].failed)
+    found = _written(record.run, settings, folder, overwrite, threads(jobs))
+    _finish(found, folder, found.failures, record.failed)
 
 
 def plan(file_path: Path) -> None:
@@ -114,8 +116,7 @@ def study(
 
     settings = load(study_path, quick=quick)
     folder = out or default_folder(settings.name, "_quick" * quick)
-    with threads(jobs) as executor:
-        found = capabilities.study(settings, folder, overwrite=overwrite, executor=executor)
+    found = _written(KINDS["study"].run, settings, folder, overwrite, threads(jobs))
     _finish(found, folder, found.failures, "did not converge")
 
 
@@ -144,8 +145,7 @@ def _asked(name: str, case_path: Path, out: Path | None, jobs: int, overwrite: b
     refuse_other_kinds(case_path, name, "case")
     case, question = capabilities.load(case_path), QUESTIONS[name]
     folder = out or default_folder(case.name, f"_{name}")
-    with question.executor(jobs) as executor:
-        found = capabilities.answered(name, case, folder, overwrite, executor=executor, **options)
+    found = _written(question.run, case, folder, overwrite, question.executor(jobs), **options)
     _finish(found, folder, found.failures, question.failed)
 
 
@@ -167,8 +167,7 @@ def design(
         _say(f"  so far in {folder}; the search goes on")
         sys.stdout.flush()
 
-    with threads(jobs or cores()) as executor:
-        found = capabilities.run_design(settings, folder, overwrite=overwrite, executor=executor, asked=say_first)
+    found = _written(KINDS["design"].run, settings, folder, overwrite, threads(jobs or cores()), asked=say_first)
     _finish(found, folder, found.failures, "did not converge")
 
 
@@ -198,8 +197,9 @@ def campaign(
         _say(f"{capabilities.write_campaign_case(settings, out or Path(), case_number, overwrite=overwrite)}: written")
         return
     folder = out or default_folder(settings.name)
-    with dask_executor(dask) if dask else LocalProcesses(jobs) as executor, Progress(settings.count, "designs") as bar:
-        found = capabilities.campaign(settings, folder, executor=executor, progress=bar.step, overwrite=overwrite)
+    workers = dask_executor(dask) if dask else LocalProcesses(jobs)
+    with Progress(settings.count, "designs") as bar:
+        found = _written(KINDS["campaign"].run, settings, folder, overwrite, workers, progress=bar.step)
     _finish(found, folder, found.failures, "designs have no results")
 
 
@@ -233,6 +233,18 @@ def info(path: Path, verify: bool = False) -> None:
             raise FileFormatError(
                 f"{path}: does not obey its own laws: {', '.join(found.failures)}; {BASIS_SCHEMA.remedy}"
             )
+
+
+@one_thread()
+def _written(
+    run: str, settings: object, folder: Path, overwrite: bool, workers: AbstractContextManager[Executor | None],
+    **options: object,
+) -> Any:  # fmt: skip
+    """Answer what settings ask for, and write it once the threads have ended: beside them no other process draws."""
+    with workers as executor:
+        found = called(run)(settings, folder=folder, overwrite=overwrite, executor=executor, **options)
+    found.write(folder, overwrite=overwrite)
+    return found
 
 
 def _say_asked(found: RunResult) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 
 from pmor.case import Case
 from pmor.report.data_files import write_summary_json
+from pmor.report.drawing import draw
 from pmor.report.markdown import write_markdown
 from pmor.report.page import Block, Picture, write_page
 from pmor.report.provenance import provenance
@@ -53,9 +54,10 @@ class Report:
     def write(self, folder: Path) -> None:
         """Write ``<name>.json``, ``<name>.md``, the pictures and the page; OutputError where that fails."""
         write_summary_json(folder / f"{self.name}.json", self.data)
-        for block in self.blocks:
-            if isinstance(block, Picture):
-                write_picture(block.content("png"), folder / block.file_name)
+        pictures = [block for block in self.blocks if isinstance(block, Picture)]
+        draw(pictures, sorted({"png", *(picture.shown_as for picture in pictures)}))
+        for picture in pictures:
+            write_picture(picture.content("png"), folder / picture.file_name)
         last = provenance(self.case, self.measured_on)
         write_page(folder / self.page, self.title, [*self.blocks, *self.page_only, *last])
         write_markdown(folder / f"{self.name}.md", self.title, [*self.blocks, *last])
