@@ -63,12 +63,12 @@ KINDS: Mapping[str, Kind] = {
         "pmor.design.run:run", "pmor.design.plan:plan",
     ),
     "gearbox": Kind(
-        "a gearbox", "run", ("shafts",), ("GearboxFile",), "pmor.machine.loader:load", "pmor.machine.run:run",
-        "pmor.machine.plan:plan",
+        "a gearbox", "run", ("shafts", "bearings"), ("GearboxFile",), "pmor.machine.loader:load",
+        "pmor.machine.run:run", "pmor.machine.plan:plan",
     ),
     "set": Kind(
-        "a planetary set or a train of gears", "run", ("sun", "gears"), ("SetFile",), "pmor.sets.loader:load",
-        "pmor.sets.run:run", "pmor.sets.preview:plan",
+        "a planetary set or a train of gears", "run", ("sun", "planet", "planets", "ring", "gears"), ("SetFile",),
+        "pmor.sets.loader:load", "pmor.sets.run:run", "pmor.sets.preview:plan",
     ),
     "case": Kind(
         "a case of one pair", "run", (), ("Case",), "pmor.case:load_case", "pmor.app.run:run_case",
@@ -139,6 +139,7 @@ def refuse_other_kinds(path: Path, command: str, wanted: str) -> None:
     kind = kind_of(path)
     if {kind, wanted} == {"set", "gearbox"} and path.suffix != ".toml":
         return  # a planetary stage of a REXS file is both: with its shafts or alone
-    if kind != wanted:
+    untold = kind == "case" and KINDS[wanted].sections  # a case is what nothing tells: readers say what is missing
+    if kind != wanted and not untold:
         rule = f"is {KINDS[kind].words}, and pmor {command} takes {KINDS[wanted].words}: use pmor {KINDS[kind].command}"
         raise CaseError(f"{printable(str(path))}: {rule}")
