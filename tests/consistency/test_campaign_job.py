@@ -178,6 +178,7 @@ def test_two_identical_campaigns_differ_in_no_byte_whatever_befell_their_process
     assert len(list((folder / "plain" / "cases").glob("*.toml"))) == DESIGNS
 
 
+@pytest.mark.slow
 def test_a_design_that_fails_twice_has_a_row_that_says_so_and_costs_no_other(folder, faulty, capsys):
     faulty(d4=("hang", 2), d5=("die", 9), d10=("memory", 9), d11=("defect", 9))
     assert main(["campaign", "campaign.toml", "--out", "out", "--jobs", "2"]) == 3

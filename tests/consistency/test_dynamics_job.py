@@ -210,6 +210,7 @@ def test_a_torque_without_a_response_is_named_and_leaves_the_others(model, monke
     assert (tmp_path / PARTS).exists(), "the next run takes over what there is"
 
 
+@pytest.mark.slow
 def test_what_is_lost_of_a_response_is_a_failure_and_exit_code_3(tmp_path, undrawn, monkeypatch, capsys):
     def without_a_fold(task, part):
         return {**solve(task, part), "lost": ["jump near mesh frequency 2000 Hz: made to fail"]}

@@ -47,6 +47,7 @@ def flank(data, name):
     return next(one for one in data["gearbox"]["flanks"] if one["name"] == name)
 
 
+@pytest.mark.slow
 def test_the_best_for_the_gearbox_beats_the_best_for_aligned_axes_in_the_gearbox_solved_anew(job):
     """Measured 1.44 in p-p, 1.17 in K_Hbeta; flanks that level the load 1.70 in K_Hbeta."""
     data = job[2]
@@ -60,6 +61,7 @@ def test_the_best_for_the_gearbox_beats_the_best_for_aligned_axes_in_the_gearbox
     assert data["gearbox"]["helix_slope_um"] > 10.0
 
 
+@pytest.mark.slow
 def test_a_search_on_fixed_supports_is_off_by_what_nonlinear_bearings_make_of_the_flanks(job):
     """A ball bearing and a roller bearing: 0.3 %."""
     data = job[2]
@@ -70,6 +72,7 @@ def test_a_search_on_fixed_supports_is_off_by_what_nonlinear_bearings_make_of_th
     assert_allclose(off["k_h_beta"], np.abs(found / anew - 1.0).max(), rtol=ALIKE)
 
 
+@pytest.mark.slow
 def test_the_variant_as_a_case_gives_the_gearbox_what_the_design_said(job, tmp_path):
     """`pmor gearbox` with the case that `--case` writes, on the angles of the page: the most of a chosen variant."""
     path, out, data = job
@@ -90,6 +93,7 @@ def test_the_variant_as_a_case_gives_the_gearbox_what_the_design_said(job, tmp_p
     assert_allclose([mesh["ste_peak_to_peak_um"] for mesh in meshes], said["peak_to_peak_um"], rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_the_command_leaves_its_files_and_says_what_the_gearbox_asks_for(job):
     path, out, data = job
     left = {file.name for file in out.iterdir()}

@@ -82,6 +82,7 @@ def case_path(tmp_path, monkeypatch):
     return path
 
 
+@pytest.mark.slow
 def test_the_command_leaves_numbers_page_and_pictures(finished):
     out, text, _ = finished
     pictures = {"error_run_time.png", "decay.png", "estimate.png"}
@@ -96,6 +97,7 @@ def test_the_command_leaves_numbers_page_and_pictures(finished):
         assert entry["solves"] <= 24
 
 
+@pytest.mark.slow
 def test_the_json_holds_what_was_measured(finished, compared):
     found = json.loads((finished[0] / "reductions.json").read_text())
     assert compared.failures == ()

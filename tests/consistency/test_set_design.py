@@ -37,6 +37,7 @@ def job(tmp_path_factory):
     return path, out
 
 
+@pytest.mark.slow
 def test_the_best_of_a_design_is_what_pmor_set_finds_of_its_file(job):
     path, out = job
     data = json.loads((out / "design.json").read_text())
@@ -51,6 +52,7 @@ def test_the_best_of_a_design_is_what_pmor_set_finds_of_its_file(job):
     assert best["objective_um"] == best["objective"] == best["peak_to_peak_um"][0]
 
 
+@pytest.mark.slow
 def test_the_design_beats_the_flanks_as_filed(job):
     """Measured 3.46 against 4.09 um, with two pins of three in place."""
     data = json.loads((job[1] / "design.json").read_text())
@@ -58,6 +60,7 @@ def test_the_design_beats_the_flanks_as_filed(job):
     assert data["failed"] == 0
 
 
+@pytest.mark.slow
 def test_the_command_leaves_what_scripts_rely_on(job):
     path, out = job
     left_out = {"scatter.png", "harris.png", "face_load.png"}

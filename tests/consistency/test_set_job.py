@@ -148,6 +148,7 @@ def test_another_body_and_a_damaged_file_are_solved_anew_and_no_other(job, count
         pmor.gear_set(path, folder)
 
 
+@pytest.mark.slow
 def test_tolerances_leave_their_files_and_differ_no_other(tmp_path, job, undrawn):
     text = f"{SMALL_SET}[tolerances]\npins_radial_um = 5.0\nsun_eccentricity_um = 5.0\nsamples = 8\n"
     path = written_set(tmp_path, text)

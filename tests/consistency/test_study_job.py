@@ -98,6 +98,7 @@ def table_of(out):
     return json.loads((out / "study.json").read_text())
 
 
+@pytest.mark.slow
 def test_everything_is_there(finished):
     names = results_in(finished)
     assert {"study.json", "study.md", "report.html", "parts"} | PICTURES == names <= {*FILES, "parts"}
@@ -122,12 +123,14 @@ def test_everything_is_there(finished):
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_conventional_and_condensed_agree(finished):
     row = next(r for r in table_of(finished)["rows"] if r["model"] == "conventional" and r["cell"] == "6@2")
     assert 0.0 <= row["conventional_vs_condensed_ste_max_rel"] < SAME_EQUATIONS
     assert row["n_positions_solved"] == 1
 
 
+@pytest.mark.slow
 def test_break_even_and_ratio_come_from_the_times(finished):
     rows = {(r["cell"], r["model"]): r for r in table_of(finished)["rows"]}
     fast = rows["6@2", "reduced"]
@@ -139,6 +142,7 @@ def test_break_even_and_ratio_come_from_the_times(finished):
         assert fast[f"time_break_even_positions_{name}"] == expected
 
 
+@pytest.mark.slow
 def test_the_page_and_the_markdown_show_all_pictures(finished):
     html = (finished / "report.html").read_text()
     assert html.count("data:image/png;base64,") == len(PICTURES)
@@ -162,6 +166,7 @@ def test_finished_parts_are_taken_over_and_the_rest_is_done(folder, finished, st
     assert untimed(after) == untimed(before)
 
 
+@pytest.mark.slow
 def test_parts_of_other_settings_are_not_taken_over(folder, finished, started, tmp_path, monkeypatch):
     def not_now(*arguments):
         raise ConvergenceError("not now", [])

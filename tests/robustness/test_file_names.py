@@ -25,6 +25,7 @@ def case_file(tmp_path, monkeypatch):
     return NAME
 
 
+@pytest.mark.slow
 def test_a_case_of_any_file_name_is_run_and_exported(case_file, undrawn, tmp_path, capsys):
     assert main(["run", case_file]) == 0
     (folder,) = (tmp_path / "out").iterdir()

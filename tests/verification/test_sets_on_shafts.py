@@ -177,6 +177,7 @@ def test_a_planetary_stage_and_a_pair_hand_on_torques_speeds_and_losses(folder):
     assert {path.name for path in target.iterdir()} >= {"set_stage_gears.png", "set_stage_gears.vtkhdf", "ste.png"}
 
 
+@pytest.mark.slow
 def test_two_sets_that_push_each_other_on_one_shaft_settle_and_hand_on_the_torque(folder, trains):
     file = load(written_reducer(folder, two_sets(push_N=200.0)))
     both = dict.fromkeys(("first", "second"), trains["stage"])
