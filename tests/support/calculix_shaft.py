@@ -153,7 +153,7 @@ def _sectors(case, pair, gear, touching, fine, reach, layers):
         with ExitStack() as patches:
             patches.enter_context(flank_rows(roll, fillet))
             patches.enter_context(patch.object(sector, "_through_thickness", lambda *_: columns))
-            patches.enter_context(patch.object(sector, "_graded", lambda *_: depth))
+            patches.enter_context(patch.object(sector, "_rows_to_bore", lambda *_: depth))
             rows = (len(roll) - 1) // 2
             return sector.build_sector(tooth, made_of.bore_radius_mm, high - low, rows, layers, order=2)
 
