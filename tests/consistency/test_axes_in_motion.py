@@ -63,6 +63,7 @@ def test_a_load_pushes_the_axes_apart_by_what_the_bearings_give_way(case):
     assert found.centre_distance_um == pytest.approx(1e3 * (force / 1e5 + force / 5e4))
 
 
+@pytest.mark.slow
 def test_motion_that_leaves_the_axes_where_they_are_leaves_nothing_out(case):
     reduced = small_pair()
     pair = reduced.meshed.pair

@@ -164,6 +164,7 @@ def test_the_same_gear_is_solved_once_and_a_row_from_the_store_is_the_same(tmp_p
     assert alike.compliance.gears[0] is alike.compliance.gears[1]
 
 
+@pytest.mark.slow
 def test_two_identical_campaigns_differ_in_no_byte_whatever_befell_their_processes(folder, faulty, capsys):
     assert main(["campaign", "campaign.toml", "--out", "plain", "--jobs", "2"]) == 0
     faulty(d2=("die", 1), d5=("hang", 1), d8=("leave", 1), d13=("memory", 1), d14=("die", 1), d24=("defect", 1))

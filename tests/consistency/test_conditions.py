@@ -121,6 +121,7 @@ def test_conditions_are_taken_in_portions_that_memory_holds(model, monkeypatch):
         assert_array_equal(sweep.torque_Nm, there)
 
 
+@pytest.mark.slow
 def test_each_condition_is_swept_at_the_torques_of_the_case_and_at_its_own(finished):
     rows = rows_of(finished / "conditions.csv")
     assert [(row["condition"], float(row["torque_Nm"])) for row in rows] == [

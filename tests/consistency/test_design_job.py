@@ -68,6 +68,7 @@ def test_variants_of_teeth_that_differ_are_judged_until_they_stand_as_before(fil
     assert replace(file, case=replace(file.case, pinion_modification=uneven)).pitches == 21
 
 
+@pytest.mark.slow
 def test_what_is_chosen_is_worth_on_3200_angles_what_is_told_of_it(found):
     """On the 12 angles of the search some of it looks better by more than that."""
     judge, few = found.judge.on_angles(3200), []

@@ -78,6 +78,7 @@ def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys):
     assert "Jump frequencies" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_motion_that_overloads_a_section_is_named_with_its_speeds(model):
     """The torque at rest is within the law of line contact, its resonance is not."""
     found = model.dynamics(torques_Nm=[4000.0, 6000.0], run_cycles=200)

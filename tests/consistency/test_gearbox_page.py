@@ -93,6 +93,7 @@ def test_each_load_is_that_of_the_program(box, number):
     assert_page_agrees(box, setting_of(box, load=number), box.loads[number])
 
 
+@pytest.mark.slow
 def test_other_bearings_loads_and_flanks_are_what_the_program_solves_anew(box):
     """Flanks of the first mesh move its force, and with it the hubs of the second."""
     sections, factors = box.file.model.sections, [0.2, 3.0, 0.5, 1.0, 5.0, 0.8]

@@ -145,6 +145,7 @@ def test_counted_solves_are_those_of_the_offline_stage(case, model, compared, tm
     assert not checked
 
 
+@pytest.mark.slow
 def test_the_beginning_of_a_greedy_training_is_one_with_fewer_solves(case, model, tmp_path):
     whole = greedy_training(changed(case, {"sampling": "greedy"}), model)
     for solves in (5,):

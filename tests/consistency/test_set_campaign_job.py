@@ -40,6 +40,7 @@ def of_mates(data, key):
 
 
 @pytest.mark.parametrize("number", [1, 4])
+@pytest.mark.slow
 def test_the_row_of_a_set_is_what_its_file_gives(number, folder, rows):
     row = rows[number - 1]
     path = pmor.write_campaign_case(folder / "sets.toml", folder, number, overwrite=True)

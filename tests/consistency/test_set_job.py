@@ -179,6 +179,7 @@ def test_tolerances_leave_their_files_and_differ_no_other(tmp_path, job, undrawn
         pmor.gear_set(job[0], shutil.copytree(job[1], tmp_path / "plain")).plot_tolerances()
 
 
+@pytest.mark.slow
 def test_pins_leave_their_picture_and_the_forces_of_their_bearings(tmp_path, job, undrawn):
     pins = "[pins]\ndiameter_mm = 30.0\nlength_mm = 30.0\nbearings = [{at_mm = -6.0}, {at_mm = 6.0}]\n"
     carrier = '[carrier]\nwindup_Nmm_per_rad = 1e10\ntorque_at = "-z"\n'

@@ -258,6 +258,7 @@ def test_a_text_that_no_variant_has_is_refused(case_path, capsys):
 
 
 @pytest.mark.jit
+@pytest.mark.slow
 def test_reduced_bases_of_all_trainings_hold(case_path, capsys):
     code, out = run(case_path, "--only", "reduced basis")
     assert code == 0, capsys.readouterr().out

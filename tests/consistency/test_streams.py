@@ -68,6 +68,7 @@ def test_an_error_is_said_on_the_output_when_the_error_stream_is_closed(closed):
     assert done.stdout.startswith("pmor: error: missing.toml: there is no such case file")
 
 
+@pytest.mark.slow
 def test_a_closed_output_leaves_exit_code_and_error():
     done = shell("pmor plan missing.toml >&-")
     assert done.returncode == 2

@@ -97,6 +97,7 @@ def test_every_column_and_key_that_a_run_leaves_is_documented(run):
     assert {name for name in names if f"`{name}`" not in documented} == set()
 
 
+@pytest.mark.slow
 def test_a_report_of_a_model_is_that_of_a_run(run, tmp_path):
     """With K_Hβ, pressure, root stress, all models and the live page."""
     path, folder = run

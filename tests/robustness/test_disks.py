@@ -84,6 +84,7 @@ def test_a_read_only_folder_is_named_before_the_work(name, read_only, case_file,
     assert (read_only / "basis.h5.parts" / "angle_00000.h5").read_text() == "work of an hour"
 
 
+@pytest.mark.slow
 def test_a_limit_on_the_size_of_files_is_named(tmp_path, small_basis_path):
     code = """
 import resource, sys

@@ -37,6 +37,7 @@ def test_a_changed_number_in_any_dataset_is_refused(small_basis_path, basis, ori
             end_of(basis, original, words)
 
 
+@pytest.mark.slow
 def test_a_changed_or_removed_attribute_is_refused(small_basis_path, basis, original):
     own = {"schema": "is", "schema_version": "is"}
     with h5py.File(basis) as file:

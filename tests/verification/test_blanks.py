@@ -523,6 +523,7 @@ def test_both_flanks_of_a_thin_rimmed_planet_are_the_whole_gear_in_one_matrix(he
         pytest.param(18.0, HOLES, "hex20", marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_stress_at_the_feet_of_all_teeth_is_that_of_the_whole_gear_in_one_matrix(helix, holes, element, monkeypatch):
     """Rim of 0.64 modules: what is beyond the teeth next to the loaded one, and what holes add, is of all patterns."""
     for name in ("LEAST_FORCE", "LEAST_STRESS"):

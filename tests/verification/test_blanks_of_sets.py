@@ -50,6 +50,7 @@ def test_lighter_planets_give_way_more_and_sun_and_ring_the_more_together(bored,
     assert means[-1] > 1.1 * means[0]
 
 
+@pytest.mark.slow
 def test_a_web_beside_the_middle_takes_the_whole_width_of_all_meshes(tmp_path):
     """A web ahead of the middle and one behind it are images of each other, as spur planets are."""
     ahead, behind = (solved(tmp_path, more=f"web_offset_mm = {side}\n").ste_um for side in (4.0, -4.0))

@@ -132,6 +132,7 @@ def test_a_branch_whose_stability_is_unknown_is_named_and_leaves_the_others(monk
     assert found.lost == ("branch from the upper limit: made to fail",)
 
 
+@pytest.mark.slow
 def test_motion_inside_the_instability_has_twice_the_period():
     found = response(along_line_of_action(1.0, 0.04, 1.0), BENCHMARK, (1.7, 2.3))
     assert [branch.balance.cycles for branch in found.branches] == [1, 2, 2]

@@ -166,6 +166,7 @@ def solved(radial=2e5, torque_Nm=500.0):
     return box.model, pairs(), solve_load(box.model, drive("load", torque_Nm), pairs(), 12)
 
 
+@pytest.mark.slow
 def test_mesh_and_machine_agree_on_where_the_hubs_stand():
     """The displacements that line loads find on S are those of all shafts under the forces of these line loads."""
     model, _, found = solved()

@@ -209,6 +209,7 @@ def sets(tmp_path_factory):
     return found
 
 
+@pytest.mark.slow
 def test_very_stiff_pins_are_a_set_without_pins(sets):
     assert_allclose(sets["stiff"].ste_um, sets["held"].ste_um, rtol=1e-6)
     assert (sets["pins"].ste_um > sets["held"].ste_um).all()

@@ -64,6 +64,7 @@ def test_faces_that_are_not_centred_lie_where_the_file_has_them():
     assert any("refers to no elastic constants: steel assumed" in note for note in file.notes)
 
 
+@pytest.mark.slow
 def test_a_planetary_stage_stands_on_the_shafts_of_its_sun_and_its_carrier():
     model = load(PLANETS).model
     said, (one,) = model.sections, model.sections.sets

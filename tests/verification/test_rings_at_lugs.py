@@ -270,6 +270,7 @@ def test_fewer_and_narrower_lugs_give_more_and_lugs_all_around_as_little_as_all_
     assert_allclose(means[0], swept()[1].mean(), rtol=0.02)
 
 
+@pytest.mark.slow
 def test_seats_lie_between_lugs_as_they_are_and_a_ring_that_floats():
     """Lugs all around on soft seats are a bedding all around."""
 

@@ -139,6 +139,7 @@ def test_a_set_with_pitch_deviations_of_the_sun_repeats_with_its_turn(tmp_path):
     assert {row["per_turn"]["input"] for row in found.data["shaft_orders"]} <= set(map(float, range(1, 60)))
 
 
+@pytest.mark.slow
 def test_a_sample_is_the_set_that_a_file_with_its_errors_says(tmp_path, undrawn):
     """By the columns of the table, which are the keys of a file; in the frame of the image, too."""
     sizes = "pins_radial_um = 5.0\npins_tangential_um = 10.0\nsun_eccentricity_um = 5.0\nplanets_eccentricity_um = 3.0"

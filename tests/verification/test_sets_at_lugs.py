@@ -128,6 +128,7 @@ def test_a_pitch_later_a_set_is_as_it_is_where_it_is_placed():
         assert_allclose(later.movement[..., 0], there.movement[..., 0], rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_a_set_whose_ring_gives_way_all_around_shares_equally_and_comes_to_one_that_is_held(tmp_path):
     text = SMALL_SET.replace("[10.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]").replace("torques_Nm = [100.0]", "")
     found = []
