@@ -121,7 +121,7 @@ def run(
             raise CaseError(f"{settings.name}: a case leaves a basis: pass a folder, or use pmor.train(case).sweep()")
         return called(KINDS[kind].run)(settings, folder, executor=executor, progress=progress or quietly,
                                        overwrite=overwrite)  # fmt: skip
-    return _run(called(KINDS[kind].run), settings, folder, overwrite, executor=executor, progress=progress)
+    return _answered(kind, settings, folder, overwrite, executor=executor, progress=progress)
 
 
 @suggesting
@@ -144,11 +144,7 @@ def run_design(
     or a set, all of whose meshes are then solved at once. `asked` is called with the first result, the best of few
     samples, once its page is in the folder.
     """
-    from pmor.design.loader import load
-    from pmor.design.run import run
-
-    settings = load(Path(file)) if isinstance(file, str | Path) else file
-    return _run(run, settings, folder, overwrite, executor=executor, progress=progress, asked=asked)
+    return _answered("design", file, folder, overwrite, executor=executor, progress=progress, asked=asked)
 
 
 @suggesting
@@ -157,11 +153,7 @@ def gearbox(
     progress: Steps | None = None, overwrite: bool = False,
 ) -> GearboxResult:  # fmt: skip
     """Solve shafts, bearings and all meshes of a gearbox file, as `pmor gearbox`; the executor is one of threads."""
-    from pmor.machine.loader import load
-    from pmor.machine.run import run
-
-    settings = load(file) if isinstance(file, str | Path) else file
-    return _run(run, settings, folder, overwrite, executor=executor, progress=progress)
+    return _answered("gearbox", file, folder, overwrite, executor=executor, progress=progress)
 
 
 @suggesting
@@ -173,11 +165,7 @@ def gear_set(
 
     The folder keeps the finite elements of each member for the next solution there.
     """
-    from pmor.sets.loader import load
-    from pmor.sets.run import run
-
-    settings = load(file) if isinstance(file, str | Path) else file
-    return _run(run, settings, folder, overwrite, executor=executor, progress=progress)
+    return _answered("set", file, folder, overwrite, executor=executor, progress=progress)
 
 
 @suggesting
@@ -190,11 +178,7 @@ def campaign(
     The executor may be one of threads, processes or a cluster: it hands out chunks of designs, and each of its threads
     has a process of its own that solves. The results are the same to the last bit.
     """
-    from pmor.campaigns.loader import load
-    from pmor.campaigns.run import run
-
-    settings = load(file) if isinstance(file, str | Path) else file
-    return _run(run, settings, folder, overwrite, executor=executor, progress=progress)
+    return _answered("campaign", file, folder, overwrite, executor=executor, progress=progress)
 
 
 @suggesting
@@ -296,6 +280,12 @@ def write_campaign_case(file: Place | Campaign, folder: Place, number: int, *, o
 
     settings = load(file) if isinstance(file, str | Path) else file
     return write_design(settings, number, Path(folder), overwrite)
+
+
+def _answered(kind: str, file: Any, folder: Place | None, overwrite: bool, **options: Any) -> Any:
+    """Answer a file of a kind, or what its reader returned."""
+    settings = called(KINDS[kind].load)(Path(file)) if isinstance(file, str | Path) else file
+    return _run(called(KINDS[kind].run), settings, folder, overwrite, **options)
 
 
 @one_thread()

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pmor.app import capabilities
-from pmor.app.kinds import KINDS, QUESTIONS, called, kind_of, kind_of_settings, refuse_other_kinds
+from pmor.app.kinds import KINDS, QUESTIONS, called, kind_of, kind_of_settings, load_as
 from pmor.core.errors import ConvergenceError, FileFormatError, printable
 from pmor.core.progress import Progress
 from pmor.core.threads import cores, one_thread, threads
@@ -21,6 +21,7 @@ from pmor.storage.results_folder import default_folder
 
 if TYPE_CHECKING:
     from pmor.app.run import RunResult
+    from pmor.case import Case
     from pmor.design.result import DesignResult
 
 
@@ -32,21 +33,26 @@ def run(file_path: Path, out: Path | None = None, jobs: int | None = None, overw
     answers: dict[str, Callable[..., None]] = {
         "case": _case, "design": design, "campaign": campaign, "study": study,
     }  # fmt: skip
-    answers.get(kind, _machine)(file_path, out, overwrite=overwrite, **({} if jobs is None else {"jobs": jobs}))
+    given = {} if jobs is None else {"jobs": jobs}
+    if kind in answers:
+        answers[kind](file_path, out, overwrite=overwrite, **given)
+    else:
+        _machine(called(KINDS[kind].load)(file_path), out, overwrite=overwrite, **given)
 
 
 def compare(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Compare the reduced with the full model: error and run time."""
-    refuse_other_kinds(case_path, "compare", "case")
-    _case(case_path, out, jobs, overwrite, pages=False)
+    _answer_case(load_as(case_path, "compare", "case"), case_path, out, jobs, overwrite, pages=False)
 
 
-def _case(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False, pages: bool = True) -> None:
+def _case(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
+    _answer_case(called(KINDS["case"].load)(case_path), case_path, out, jobs, overwrite, pages=True)
+
+
+def _answer_case(case: Case, case_path: Path, out: Path | None, jobs: int, overwrite: bool, pages: bool) -> None:
     from pmor.app.run import run_case
-    from pmor.case import load_case
     from pmor.report.screen import proof_text
 
-    case = load_case(case_path)
     folder = out or default_folder(case.name)
     with threads(jobs) as executor:
         found = run_case(
@@ -55,12 +61,9 @@ def _case(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bo
     _finish(proof_text(found.found), folder, found.failures, KINDS["case"].failed)
 
 
-def _machine(
-    file_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False, kind: str | None = None
-) -> None:
+def _machine(settings: Any, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Solve a gearbox or a set."""
-    record = KINDS[kind or kind_of(file_path)]
-    settings = called(record.load)(file_path)
+    record = KINDS[kind_of_settings(settings)]
     folder = out or default_folder(settings.name)
     found = _written(record.run, settings, folder, overwrite, threads(jobs))
     _finish(found, folder, found.failures, record.failed)
@@ -142,8 +145,7 @@ def dynamics(case_path: Path, out: Path | None = None, jobs: int = 1, overwrite:
 
 def _asked(name: str, case_path: Path, out: Path | None, jobs: int, overwrite: bool, **options: str) -> None:
     """Answer a question of `QUESTIONS` about a case, and leave its files."""
-    refuse_other_kinds(case_path, name, "case")
-    case, question = capabilities.load(case_path), QUESTIONS[name]
+    case, question = load_as(case_path, name, "case"), QUESTIONS[name]
     folder = out or default_folder(case.name, f"_{name}")
     found = _written(question.run, case, folder, overwrite, question.executor(jobs), **options)
     _finish(found, folder, found.failures, question.failed)
@@ -173,14 +175,12 @@ def design(
 
 def gearbox(file_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Solve shafts, bearings and all meshes of a gearbox together: misalignment, transmission error, loads."""
-    refuse_other_kinds(file_path, "gearbox", "gearbox")
-    _machine(file_path, out, jobs, overwrite, "gearbox")
+    _machine(load_as(file_path, "gearbox", "gearbox"), out, jobs, overwrite)
 
 
 def set(file_path: Path, out: Path | None = None, jobs: int = 1, overwrite: bool = False) -> None:
     """Solve all meshes of a planetary set, an idler chain or a star at once: transmission error, load sharing."""
-    refuse_other_kinds(file_path, "set", "set")
-    _machine(file_path, out, jobs, overwrite, "set")
+    _machine(load_as(file_path, "set", "set"), out, jobs, overwrite)
 
 
 def campaign(

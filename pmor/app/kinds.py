@@ -116,10 +116,10 @@ def kind_of(path: Path) -> str:
         Where it cannot be read.
     """
     from pmor.case.reader import parse_toml, read_text
-    from pmor.export.rexs.model import ENDINGS
-    from pmor.sets.rexs import is_one_set
 
-    if path.suffix.lower() in ENDINGS:
+    if _is_rexs(path):
+        from pmor.sets.rexs import is_one_set
+
         return "set" if is_one_set(path) else "gearbox"
     written = parse_toml(read_text(path, "case file"), str(path)).keys()
     return next(name for name, kind in KINDS.items() if not kind.sections or written & set(kind.sections))
@@ -134,11 +134,28 @@ def kind_of_settings(settings: object) -> str:
     raise TypeError(f"{settings!r:.60}: must be the name of a file, or what pmor.load() returned")
 
 
-def refuse_other_kinds(path: Path, command: str, wanted: str) -> None:
-    """Raise CaseError, with the right command, where a file is of another kind than a command takes."""
+def load_as(path: Path, command: str, wanted: str) -> Any:
+    """Read a file as the kind that a command takes.
+
+    Raises
+    ------
+    CaseError, GeometryError, FileFormatError
+        As its reader does; with the right command where the file is of another kind.
+    """
+    # A planetary stage of a REXS file is a set and a gearbox: alone or with its shafts.
+    if not (_is_rexs(path) and wanted in ("set", "gearbox")):
+        _refuse_other_kinds(path, command, wanted)
+    return called(KINDS[wanted].load)(path)
+
+
+def _is_rexs(path: Path) -> bool:
+    from pmor.export.rexs.model import ENDINGS
+
+    return path.suffix.lower() in ENDINGS
+
+
+def _refuse_other_kinds(path: Path, command: str, wanted: str) -> None:
     kind = kind_of(path)
-    if {kind, wanted} == {"set", "gearbox"} and path.suffix != ".toml":
-        return  # a planetary stage of a REXS file is both: with its shafts or alone
     untold = kind == "case" and KINDS[wanted].sections  # a case is what nothing tells: readers say what is missing
     if kind != wanted and not untold:
         rule = f"is {KINDS[kind].words}, and pmor {command} takes {KINDS[wanted].words}: use pmor {KINDS[kind].command}"

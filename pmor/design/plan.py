@@ -15,7 +15,6 @@ from pmor.pair.model import gear_pair
 from pmor.sets.preview import SWEEP, stages_of_set
 from pmor.work.cost import FINITE_ELEMENTS, START_S, stages
 
-VARIABLES = "variables"
 # *Measured*, seconds: of a position, and of the sections in contact in it to the second power; of the page.
 POSITION_S, SECTIONS_S, PAGE_S = 6e-6, 1.2e-7, 3.0
 # Share of the finite elements in the whole from which on the first result is found on half as many elements.

@@ -25,7 +25,6 @@ from pmor.sets.loader import OnShafts, SetFile, parse_set
 from pmor.sets.loader import load as load_set
 from pmor.sets.rexs import PlanetaryStage
 
-SHAFTS = "shafts"
 OFFSET_DIGITS = 9
 # Of a torque that follows from the loads.
 TORQUE_DIGITS = 6

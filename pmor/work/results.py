@@ -55,7 +55,7 @@ class Report:
         """Write ``<name>.json``, ``<name>.md``, the pictures and the page; OutputError where that fails."""
         write_summary_json(folder / f"{self.name}.json", self.data)
         pictures = [block for block in self.blocks if isinstance(block, Picture)]
-        draw(pictures, sorted({"png", *(picture.shown_as for picture in pictures)}))
+        draw(pictures, ("png",))
         for picture in pictures:
             write_picture(picture.content("png"), folder / picture.file_name)
         last = provenance(self.case, self.measured_on)

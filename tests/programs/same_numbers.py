@@ -49,8 +49,9 @@ PRODUCTS = {
     "campaign": ("campaign", "campaign.json"),
     "planetary_campaign": ("campaign", "campaign.json"),
 }
-# Sources of exports below `collect`'s folder or the cases, formats, targets; text that must stay to the letter.
+# Of files of other formats: what may differ.
 DATED = re.compile(r'(date|applicationVersion)="[^"]*"|pmor \d[\w.]*')
+# Sources of exports below `collect`'s folder or the cases, formats, targets; text that must stay to the letter.
 EXPORTS = {
     "small_spur.csv": ("small_spur/basis.h5", "csv"),
     "small_spur.rexs": ("small_spur/basis.h5", "rexs"),
