@@ -8,6 +8,7 @@ from pathlib import Path
 from pmor.core.version import __version__
 from pmor.report.markdown import write_markdown
 from pmor.report.page import Block
+from pmor.validation.bodies import BODIES
 from pmor.validation.calculix import root_stress, transmission_error
 from pmor.validation.check import Check
 from pmor.validation.drawings import geometry, standards
@@ -58,8 +59,7 @@ BESIDE = (
     "Identities, limits and twins that have no published figure (patch tests, symmetry, balance of forces and energy, "
     "Hertz's law, strips on a wedge, flank coordinates against py_gearworks, exact derivatives) are tests in "
     "`tests/verification`. The claims of Cosco et al. (ISMA 2016) about their own method are judged by [a study]"
-    "(../results/study/study.md). Thin slices beside full finite elements: [cases/README.md]"
-    "(../README.md#helical-pairs-beside-thin-slices)."
+    "(../results/study/study.md)."
 )
 
 
@@ -70,10 +70,10 @@ def digits_of(value: float) -> int:
 
 def write_page(path: Path) -> list[Check]:
     """Compute all rows, write the page, and return the rows."""
-    found = {name: theme() for name, theme in THEMES.items()}
-    checks = [check for theme in found.values() for check in theme]
+    themes = {name: rows() for name, rows in THEMES.items()}
+    checks = [check for rows in themes.values() for check in rows]
     blocks: list[Block] = [
-        WORDS, table("By theme", SUMMARY, found.items()), table("All figures", COLUMNS, checks), BESIDE,
+        WORDS, table("By theme", SUMMARY, themes.items()), table("All figures", COLUMNS, checks), *BODIES, BESIDE,
     ]  # fmt: skip
     write_markdown(path, "Validation", blocks)
     return checks

@@ -24,7 +24,7 @@ from pmor.machine.run import basis_name
 from pmor_online.model import with_flanks
 from tests.support.gearboxes import INLINE, SMALL, written
 
-README = Path(__file__).parents[2] / "cases" / "README.md"
+PAGE = Path(__file__).parents[2] / "cases" / "manual" / "machines.md"
 # Newton's method ends so close, from whichever start.
 SOLVED = 1e-9
 # Work of a mesh, with corners in contact: as far as mesh forces settle.
@@ -200,7 +200,7 @@ def test_the_plan_names_a_load_without_an_equilibrium(tmp_path, monkeypatch):
 
 def test_all_that_gearbox_json_has_is_documented(job):
     data = json.loads((job[1] / "gearbox.json").read_text())
-    told = README.read_text(encoding="utf-8").split("## Gears in their machine")[1].split("\n## ")[0]
+    told = PAGE.read_text(encoding="utf-8").split("## Gears in their machine")[1].split("\n## ")[0]
     duty = {"duty": {"hours": None, "spectrum": [dict.fromkeys(_spectrum_keys())], "meshes": []}}
     for entry in data["loads"]:
         entry["speeds_rpm"] = {}  # by the names of shafts

@@ -86,7 +86,7 @@ def test_run(run, tmp_path):
 
 
 def test_every_column_and_key_that_a_run_leaves_is_documented(run):
-    documented = (Path(__file__).parents[2] / "cases" / "README.md").read_text(encoding="utf-8")
+    documented = (Path(__file__).parents[2] / "cases" / "manual" / "results.md").read_text(encoding="utf-8")
     found = json.loads((run[1] / "summary.json").read_text())
     names = {*found, *(key for part in ("models", "conditions") for entry in found[part] for key in entry)}
     for path in run[1].glob("*.csv"):

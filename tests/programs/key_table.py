@@ -1,8 +1,9 @@
 """Tables of all keys of case, study, design, campaign, gearbox and set files, as Markdown, from the dataclasses.
 
-    python -m tests.programs.key_table cases/README.md
+    python -m tests.programs.key_table cases/manual/keys.md
 
-puts them between the markers of that file.
+writes that page. A section that stands at several places is told once, under all its headings; keys that have range,
+default and meaning in common are one row.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from pmor.case.loader import (
 )
 from pmor.case.reader import keys_of, sections_in
 from pmor.case.schema import SECTIONS
-from pmor.case.values import range_text, toml_text
+from pmor.case.values import toml_text
 from pmor.core.ranges import Range
 from pmor.design.settings import Design
 from pmor.gear.condition import Misalignment
@@ -44,10 +45,19 @@ from pmor.machine.settings import GearboxSections
 from pmor.sets.settings import SetSections
 from pmor.storage.atomic import atomic_path
 
-BEGIN, END = "<!-- keys: made by `python -m tests.programs.key_table cases/README.md` -->", "<!-- end of keys -->"
-NUMBERS = {
-    int: "whole number", float: "number", tuple[float, ...]: "list of numbers", tuple[int, ...]: "list of whole numbers"
-}  # fmt: skip
+HEAD = """# All keys
+
+`python -m tests.programs.key_table cases/manual/keys.md` made this page from the program itself. `pmor plan FILE` shows
+the keys of a file with their defaults. Units stand in the names of the keys. *list* is a list of such values, `> 0`
+excludes the end, a dash is a key that may be left out; `[[name]]` may stand several times. How a gear is cut and made
+is told under `[pinion]`: `[wheel]` of a case, `[sun]`, `[planet]`, `[ring]` and gears by their names of a set,
+and the sections of a mesh of a gearbox have these keys and sections too.
+"""
+NUMBERS = {int: "whole", float: "", tuple[float, ...]: "list", tuple[int, ...]: "list, whole"}
+# Units that stand in the name of the key.
+UNIT_WORDS = re.compile(
+    r",? in (mm|um|degrees|GPa|N m|N/mm3|N/um|N s/mm|kN m/rad|kg m2|kg/m3|kg|rpm|Hz)\b(?=[.,;:) ])|, um(?=[.:])"
+)
 # Defaults that are multiples of the load.
 MULTIPLES = {
     "offline": OFFLINE_TORQUES, "online": ONLINE_TORQUES, "compare": COMPARE_TORQUES, "results": HARRIS_TORQUES,
@@ -65,7 +75,8 @@ def formats() -> dict[str, dict[str, type]]:
     """Return the sections of each format by their headings; empty is what stands above the sections."""
     # Sections with the keys of another one: the wheel's, and those of coast flanks.
     case = {f"[{name}]": kind for name, kind in SECTIONS.items() if not name.startswith("wheel") and COAST not in name}
-    case |= {f"[{name}]": kind for name, kind in sections_in(SECTIONS["wheel"], "wheel").items()}
+    case |= {f"[{name}]": kind for name, kind in sections_in(SECTIONS["wheel"], "wheel").items()
+             if kind not in case.values()}
     case["[wheel.blank] mesh"] = case.pop("[wheel.body]")  # the same section with other keys
     case["[wheel.blank] matrix"] = MatrixCase
     others = {
@@ -83,26 +94,17 @@ def formats() -> dict[str, dict[str, type]]:
     }  # fmt: skip
 
 
-def key_tables() -> str:
-    """Return headings and a table for each section: key, what is allowed, default, meaning."""
-    return "\n\n".join(
-        "\n\n".join([f"### Keys of a {name} file", *(_section(heading, kind) for heading, kind in sections.items())])
-        for name, sections in formats().items()
-    )
-
-
-def with_key_tables(text: str) -> str:
-    """Return a Markdown text with the tables between its markers.
-
-    Raises
-    ------
-    ValueError
-        When it has no markers.
-    """
-    if BEGIN not in text or END not in text:
-        raise ValueError(f"the text lacks the lines {BEGIN!r} and {END!r}")
-    before, after = text.split(BEGIN)[0], text.split(END)[1]
-    return f"{before}{BEGIN}\n\n{key_tables()}\n\n{END}{after}"
+def key_page() -> str:
+    """Return the page: for each kind of file a table of its keys, section by section."""
+    parts = [HEAD.rstrip()]
+    for name, sections in formats().items():
+        places: dict[type, list[str]] = {}
+        for heading, kind in sections.items():
+            places.setdefault(kind, []).append(heading)
+        rows = [row for kind, headings in places.items() for row in _rows(headings, kind)]
+        head = f"## Keys of a {name} file", "", "| key | allowed | default | meaning |", "|---|---|---|---|"
+        parts.append("\n".join([*head, *rows]))
+    return "\n\n".join(parts) + "\n"
 
 
 def keys_in_file(kind: type) -> dict[str, Any]:
@@ -121,16 +123,16 @@ def _brackets(section: str, root: type) -> str:
     return f"[[{section}]]" if section in lists else f"[{section}]"
 
 
-def _section(heading: str, kind: type) -> str:
+def _rows(headings: Sequence[str], kind: type) -> list[str]:
     summary, meanings = _documented(kind)
-    head = [f"#### `{heading}`", "", summary] if heading else []
-    lines = [*head, "", "| key | allowed | default | meaning |", "| --- | --- | --- | --- |"]
     defaults = {item.name: item.default for item in fields(kind)}
+    told: dict[tuple[str, str, str], list[str]] = {}
     for key, annotation in keys_in_file(kind).items():
-        default = _default(heading.strip("[]"), key, defaults.get(key, MISSING))
-        cells = f"`{key}`", _allowed(annotation), default, meanings[key]
-        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-    return "\n".join(lines[0 if heading else 1 :])
+        default = _default(headings[0].strip("[]"), key, defaults.get(key, MISSING))
+        told.setdefault((_allowed(annotation), default, meanings[key]), []).append(f"`{key}`")
+    sections = [(", ".join(f"**{heading}**" for heading in headings), "", "", summary)] if headings[0] else []
+    cells = [*sections, *((", ".join(keys), *row) for row, keys in told.items())]
+    return ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in cells]
 
 
 def _documented(kind: type) -> tuple[str, dict[str, str]]:
@@ -142,8 +144,10 @@ def _documented(kind: type) -> tuple[str, dict[str, str]]:
     meanings: dict[str, str] = {}
     for entry in re.split(r"\n(?=\S)", parameters.split("\n\n")[0]):
         names, _, meaning = entry.partition(" : ")
-        described = " ".join(line.strip() for line in meaning.split("\n")[1:]).replace("None is", "left out:")
-        meanings |= dict.fromkeys(names.split(", "), described)
+        described = " ".join(line.strip() for line in meaning.split("\n")[1:])
+        described = re.sub(r"[;,] (None is|by default) left out", "", described).replace("None is", "left out:")
+        described = UNIT_WORDS.sub("", described)
+        meanings |= dict.fromkeys(names.split(", "), described[:1].upper() + described[1:])
     inside = Misalignment if kind is ConditionCase else None
     return summary, meanings if inside is None else meanings | _documented(inside)[1]
 
@@ -152,22 +156,28 @@ def _allowed(annotation: Any) -> str:
     if get_origin(annotation) in (UnionType, Union):
         return ", ".join(_allowed(choice) for choice in get_args(annotation) if choice is not NoneType)
     if annotation is Topography:
-        return "name of a CSV file"
+        return "CSV file"
     if get_origin(annotation) is Literal:
         return ", ".join(f"`{toml_text(choice)}`" for choice in get_args(annotation))
     if hasattr(annotation, "from_toml"):
         return "such as `" + re.search("``(.*)``", annotation.from_toml.__doc__)[1] + "`"  # type: ignore[index]
     if get_origin(annotation) is tuple:
         item = get_args(annotation)[0]
-        return f"{_allowed(item)}, or a list of them" if get_origin(item) is Literal else f"list of: {_allowed(item)}"
+        return f"{_allowed(item)}, or a list" if get_origin(item) is Literal else f"list: {_allowed(item)}"
     if get_origin(annotation) is Annotated:
         kind, allowed = get_args(annotation)
         assert isinstance(allowed, Range)
-        words = NUMBERS[kind]
-        return f"{words}, {range_text(allowed)}"
+        return ", ".join(filter(None, [NUMBERS[kind], _range(allowed)]))
     if is_dataclass(annotation):
-        return "or the section of its name"
-    return "`true`, `false`" if annotation is bool else "text"
+        return "or its section"
+    return "true, false" if annotation is bool else "text"
+
+
+def _range(allowed: Range) -> str:
+    ends = (f"{end:g}".replace("100000", "1e+05") for end in (allowed.low, allowed.high))
+    low, high = (re.sub(r"e\+0?", "e", end) for end in ends)
+    unit = "" if allowed.unit != "modules" else " modules"
+    return f"{'> ' * allowed.low_excluded}{low} to {'< ' * allowed.high_excluded}{high}{unit}"
 
 
 def _default(section: str, key: str, default: Any) -> str:
@@ -181,8 +191,9 @@ def _default(section: str, key: str, default: Any) -> str:
     if default is MISSING and key == "shapes":
         return " or ".join(f"`{toml_text(shapes)}`" for shapes in (DEFAULT_SHAPES["line"], OTHER_SHAPES))
     if default is MISSING:
-        return "**required**"
-    usual = "left out" if default in (None, ()) else f"`{toml_text(default)}`"
+        return "required"
+    usual = "–" if default in (None, ()) else toml_text(default)
+    usual = f"`{usual}`" if isinstance(default, str) else usual
     return usual + CHANGED.get((section, key), "")
 
 
@@ -191,10 +202,9 @@ def _shares(factors: Sequence[float]) -> str:
 
 
 def main(path: Path) -> None:
-    """Put the tables into a file."""
-    text = with_key_tables(path.read_text(encoding="utf-8"))
+    """Write the page."""
     with atomic_path(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_text(key_page(), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -10,7 +10,8 @@ path of contact alone. What full FE has beside that is switched off here, one th
 * *sections*: each section moves as under a load that is even over the width, whatever its neighbours carry;
 * *tip contact*: corners that meet the mate beyond the path of contact carry nothing.
 
-Slow, and prints the table of cases/README.md: ``pytest -n 0 -m slow tests/verification/test_thin_slices.py -s``.
+Slow, and prints the table of cases/manual/validation.md:
+``pytest -n 0 -m slow tests/verification/test_thin_slices.py -s``.
 """
 
 import math
