@@ -23,8 +23,7 @@ from pmor.core.threads import in_order
 from pmor.gear.condition import Condition
 from pmor.pair.conditions import training_values
 from pmor.pair.model import ElasticModel
-from pmor.reduction.basis import Basis
-from pmor.reduction.snapshots import Snapshots
+from pmor.reduction.basis import Basis, Snapshots
 from pmor_offline.gather import make_basis
 from pmor_offline.sampling import SEED, TrainingPosition, first_positions, on_flanks_of, sobol_positions
 from pmor_offline.snapshots import solve_snapshots

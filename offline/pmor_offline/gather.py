@@ -14,9 +14,8 @@ from pmor.core.arrays import FloatArray
 from pmor.line.layered_pair import LayeredPair, layers_of
 from pmor.line.sections import loaded_components
 from pmor.pair.model import ElasticModel
-from pmor.reduction.basis import Basis, Training, untrained
+from pmor.reduction.basis import Basis, Snapshots, Training, untrained
 from pmor.reduction.build import build_shapes
-from pmor.reduction.snapshots import Snapshots
 from pmor_offline.sampling import roll_position_grid
 
 

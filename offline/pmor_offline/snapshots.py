@@ -10,7 +10,7 @@ from pmor.core.arrays import FloatArray
 from pmor.pair.model import ElasticModel
 from pmor.penalty.pair import as_penalty
 from pmor.penalty.solve import SolvedPosition, solve_position
-from pmor.reduction.snapshots import Snapshots
+from pmor.reduction.basis import Snapshots
 from pmor_offline.sampling import TrainingPosition
 
 

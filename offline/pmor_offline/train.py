@@ -14,8 +14,7 @@ from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError, MeshError
 from pmor.core.threads import in_order, one_thread
 from pmor.pair.model import ElasticModel, elastic_model, mesh_model
-from pmor.reduction.basis import Basis
-from pmor.reduction.snapshots import Snapshots
+from pmor.reduction.basis import Basis, Snapshots
 from pmor_offline.adaptive import ErrorEstimate, greedy_snapshots
 from pmor_offline.gather import make_basis
 from pmor_offline.sampling import on_flanks_of, planned_positions

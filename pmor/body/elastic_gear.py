@@ -24,8 +24,18 @@ from pmor.body.on_blank import (
     support_on_blank,
     turned,
 )
-from pmor.body.rim_motion import LEAST_MOVED, RimMotion, even_on_the_cut, rim_motion
-from pmor.body.rim_stress import NEIGHBOURS, REACH, RimStress, face_patterns, leading, rim_stress
+from pmor.body.rim_stress import (
+    LEAST_MOVED,
+    NEIGHBOURS,
+    REACH,
+    RimMotion,
+    RimStress,
+    even_on_the_cut,
+    face_patterns,
+    leading,
+    rim_motion,
+    rim_stress,
+)
 from pmor.body.root_stress import other_hand
 from pmor.body.support import (
     Support,

@@ -31,12 +31,11 @@ from pmor.core.errors import MeshError
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.carried_functions import CarriedFunctions
 from pmor.fe.condensation import uncouple
-from pmor.fe.element import QUADRATIC_NODES
+from pmor.fe.element import QUADRATIC_NODES, law_in_surface, surface_strain
 from pmor.fe.elimination import condense
 from pmor.fe.fillet import FilletMesh
 from pmor.fe.hexahedron import element_stiffness, shape_functions, shape_gradient
 from pmor.fe.sector import SectorMesh
-from pmor.fe.surface import law_in_surface, surface_strain
 
 # Of an element's local coordinates, which go from -1 to 1: how far outside of it points may lie, as those on the true
 # flank do where elements are flat.

@@ -28,7 +28,7 @@ from itertools import pairwise
 import numpy as np
 import scipy.linalg as la
 
-from pmor.body.section_compliance import ROWS, section_shares
+from pmor.body.far_compliance import ROWS, section_shares
 from pmor.core.arrays import ComplexArray, FloatArray, IntArray
 from pmor.fe.lugs import Lugs
 

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
-from pmor.fe.surface import law_in_surface
+from pmor.fe.element import law_in_surface
 
 # Real of spur gears, complex of helical ones.
 Amplitudes = NDArray[np.inexact[Any]]

@@ -21,10 +21,9 @@ from pmor.case.blank import CLEAR
 from pmor.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.carried_functions import CarriedFunctions
-from pmor.fe.element import QUADRATIC_NODES, node_places
+from pmor.fe.element import QUADRATIC_NODES, law_in_surface, node_places, surface_strain
 from pmor.fe.hexahedron import shape_functions, shape_gradient
 from pmor.fe.perforated_web import PerforatedWeb, WebMesh, by_amplitudes, condensed_sector, web_mesh
-from pmor.fe.surface import law_in_surface, surface_strain
 
 
 class Surfaces(NamedTuple):

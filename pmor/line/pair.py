@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pmor.body.section_compliance import section_compliance
+from pmor.body.far_compliance import section_compliance
 from pmor.body.support import Support, carried_rows, support_flexibility
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Assembly, Misalignment

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pmor.body.section_compliance import ROWS
+from pmor.body.far_compliance import ROWS
 from pmor.body.support import carried_shapes, support_flexibility
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.gear.condition import ALIGNED, Assembly

@@ -16,11 +16,11 @@ from pmor.case.width import meshed_width
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import GeometryError, MeshError
 from pmor.core.threads import one_thread
+from pmor.fe.element import MeshQuality, mesh_quality
 from pmor.fe.fillet import build_fillet
-from pmor.fe.layer import surface_layer
 from pmor.fe.outline import tooth_outline
-from pmor.fe.quality import MeshQuality, mesh_quality
 from pmor.fe.sector import SectorMesh, build_sector
+from pmor.fe.surface_layer import surface_layer
 from pmor.gear.clearance import refuse_interference
 from pmor.gear.meshed_pair import Flank, MeshedPair
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance

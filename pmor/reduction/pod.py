@@ -23,17 +23,102 @@ Two ways, when to use them:
   contact that moves is not a sum of a few products of a shape and an amplitude (it is *linearly inseparable*; Blockmans
   et al., IJNME 102 (2015) 1162), so that the basis grows with the path of contact. *Measured*, same pair and tolerance
   1e-6: 43 modes where a position needs 3, and 22 where it needs 2 in line contact, which has no dent in its elements.
+
+Alignment of the modes of neighbouring positions, so that they may be interpolated one by one.
+
+A POD basis spans a subspace; signs, order and rotation of its modes are accidents of the eigenvalue solver and jump
+from one position to the next. Interpolated as they come, they would cancel. The orthogonal Procrustes problem
+(Schoenemann, Psychometrika 31 (1966) 1) turns the modes Y_1 of one position within their subspace to be as near as can
+be, in energy, to the modes Y_0 of its neighbour:
+
+    min |Y_1 R - Y_0|  over R^T R = I:      R = V U^T  with  Y_0^T C Y_1 = U S V^T,
+
+after which Y_0^T C Y_1 R = U S U^T is symmetric and not negative.
+
+The energy inner product of force fields: <f, g> = f^T C g, the work of one on the displacements of the other.
+
+In it a basis is orthonormal when unit amplitudes store unit energy (twice over), each by itself.
 """
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pmor.body.elastic_gear import ElasticGear
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.errors import ConvergenceError
-from pmor.reduction.alignment import align_along_grid
-from pmor.reduction.energy import own_displacement, principal_energies
+
+if TYPE_CHECKING:
+    from pmor.body.elastic_gear import ElasticGear
+
+
+def procrustes(products: FloatArray) -> FloatArray:
+    """Return the rotation of modes that brings the first of them next to their neighbours.
+
+    Parameters
+    ----------
+    products : ndarray, shape (n, m)
+        Products in energy of n <= m neighbours (rows) with the m modes.
+
+    Returns
+    -------
+    ndarray, shape (m, m)
+        The first n of the modes times it are aligned; the others are at right angles to all neighbours.
+    """
+    left, _, right = np.linalg.svd(products)
+    rotation = right.T.copy()
+    rotation[:, : len(left)] = rotation[:, : len(left)] @ left.T
+    return rotation
+
+
+def align_along_grid(force: FloatArray, moved: FloatArray, count: IntArray) -> FloatArray:
+    """Turn the modes of each position next to those of the position before, from the middle outwards.
+
+    Parameters
+    ----------
+    force : ndarray, shape (M, r, g)
+        Force fields of the modes, orthonormal in energy; those that do not exist are zero.
+    moved : ndarray, shape (M, r, g)
+        Their displacements.
+    count : ndarray of int, shape (M,)
+        Modes that exist at each position, the first ones.
+
+    Returns
+    -------
+    ndarray, shape (M, r, g)
+        Force fields of the aligned modes, which span the same.
+    """
+    aligned = force.copy()
+    complete = np.flatnonzero(count == count.max())
+    middle = int(complete[len(complete) // 2])
+    for path in (range(middle + 1, len(count)), range(middle - 1, -1, -1)):
+        before = middle
+        for k in path:
+            if not count[k]:
+                continue
+            own, shared = slice(count[k]), slice(min(count[k], count[before]))
+            rotation = procrustes(aligned[before, shared] @ moved[k, own].T)
+            aligned[k, own] = rotation.T @ force[k, own]
+            before = k
+    return aligned
+
+
+# Directions of a Gram matrix below this fraction of the largest are dependent to working precision.
+DEPENDENCE_TOLERANCE = 1e-10
+
+
+def own_displacement(bodies: tuple[ElasticGear, ElasticGear], force: FloatArray) -> FloatArray:
+    """Return the displacement of the loaded teeth under forces on pinion and wheel, shape (..., 2, f), mm."""
+    return np.stack([force[..., g, :] @ body.tooth_compliance(0).T for g, body in enumerate(bodies)], axis=-2)
+
+
+def principal_energies(gram: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the energies of the independent principal directions of a Gram matrix, falling, and these as columns."""
+    values, vectors = np.linalg.eigh(gram)
+    kept = np.flatnonzero(values > DEPENDENCE_TOLERANCE * values.max(initial=0.0))[::-1]
+    return values[kept], vectors[:, kept]
 
 
 def local_modes(bodies: tuple[ElasticGear, ElasticGear], force: FloatArray, tolerance: float) -> FloatArray:

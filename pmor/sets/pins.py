@@ -25,8 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.body.beam import Beam, CircularSection, ShaftMaterial, stations_of
-from pmor.body.seated_beam import BeamSeat, SeatedBeam, seated_beam
+from pmor.body.beam import Beam, BeamSeat, CircularSection, SeatedBeam, ShaftMaterial, seated_beam, stations_of
 from pmor.core.arrays import FloatArray
 from pmor.line.hubs import HUB
 from pmor.sets.settings import PinBearing, Pins

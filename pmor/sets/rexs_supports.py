@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from pmor.body.beam import Beam, CircularSection, ShaftMaterial, stations_of
-from pmor.body.seated_beam import BeamSeat, seated_beam
+from pmor.body.beam import Beam, BeamSeat, CircularSection, ShaftMaterial, seated_beam, stations_of
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
 from pmor.export.rexs.bearings import catalogue_bearing

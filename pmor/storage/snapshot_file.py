@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from pmor.core.errors import FileFormatError
-from pmor.reduction.snapshots import Snapshots
+from pmor.reduction.basis import Snapshots
 from pmor.storage.condition_table import CONDITIONS, NAME, read_conditions, write_conditions
 from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all, write_all
 from pmor.storage.layout import Field, require

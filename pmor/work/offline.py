@@ -13,8 +13,7 @@ from pmor.case import Case, basis_key
 from pmor.core.progress import Progress, Steps, quietly, stage
 from pmor.pair.conditions import on_trained_flanks
 from pmor.pair.model import ElasticModel
-from pmor.reduction.basis import Basis
-from pmor.reduction.snapshots import Snapshots
+from pmor.reduction.basis import Basis, Snapshots
 from pmor.storage.atomic import ensure_folder, refuse_existing, remove_abandoned
 from pmor.storage.basis_file import write_basis
 from pmor.storage.lock import only_writer_of_file

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pmor.gear.condition import at_torques
-from pmor.reduction.snapshots import Snapshots
+from pmor.reduction.basis import Snapshots
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots
 from tests.support.broken_files import edit, flip_bit
 from tests.support.refusals import end_of, refused, time_limit

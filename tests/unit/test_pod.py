@@ -5,9 +5,14 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.core.errors import ConvergenceError
-from pmor.reduction.alignment import procrustes
-from pmor.reduction.energy import own_displacement
-from pmor.reduction.pod import global_modes, local_modes, modes_needed, principal_combinations
+from pmor.reduction.pod import (
+    global_modes,
+    local_modes,
+    modes_needed,
+    own_displacement,
+    principal_combinations,
+    procrustes,
+)
 
 ROUND_OFF = 1e-11  # of numbers near 1: products of a few dozen terms, two eigenvalue decompositions
 UNKNOWNS, POSITIONS, STATES = 9, 6, 4

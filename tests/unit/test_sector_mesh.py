@@ -8,10 +8,9 @@ from numpy.testing import assert_allclose
 
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import MeshError
-from pmor.fe.element import node_places
+from pmor.fe.element import mesh_quality, node_places
 from pmor.fe.hexahedron import shape_gradient
 from pmor.fe.outline import tooth_outline
-from pmor.fe.quality import mesh_quality
 from pmor.fe.sector import build_sector
 from pmor.gear.tooth import Tooth
 from tests.support.gear_models import tooth

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pmor.core.errors import FileFormatError
-from pmor.reduction.snapshots import Snapshots
+from pmor.reduction.basis import Snapshots
 from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text
 from pmor.storage.snapshot_file import read_snapshots, write_snapshots

@@ -19,17 +19,16 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from pmor.body.section_compliance import section_shares
+from pmor.body.far_compliance import section_shares
 from pmor.fe import sector
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.condensation import sector_stiffness
 from pmor.fe.element import tributary_widths
 from pmor.fe.elimination import condense, inverse
-from pmor.fe.layer import surface_layer
 from pmor.fe.nested_dissection import element_places
 from pmor.fe.outline import tooth_outline
 from pmor.fe.sector import build_sector
-from pmor.fe.surface_layer import layer_compliance
+from pmor.fe.surface_layer import layer_compliance, surface_layer
 from pmor.line.bonded_layer import bonded_layer_constant
 from pmor.line.face_ends import layer_coupling
 from pmor.line.hertz import line_compliance

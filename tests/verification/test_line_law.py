@@ -9,15 +9,14 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad
 from scipy.special import j0
 
-from pmor.body.section_compliance import section_shares
+from pmor.body.far_compliance import section_shares
 from pmor.core.errors import GeometryError
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.completion import completion
 from pmor.fe.condensation import sector_stiffness
 from pmor.fe.element import tributary_widths
-from pmor.fe.layer import surface_layer
 from pmor.fe.sector import build_sector
-from pmor.fe.surface_layer import layer_compliance
+from pmor.fe.surface_layer import layer_compliance, surface_layer
 from pmor.line.bonded_layer import layer_transform
 from pmor.line.face_ends import layer_coupling
 from pmor.line.hertz import approach_constants, line_compliance

@@ -9,8 +9,7 @@ from numpy.testing import assert_allclose
 
 import pmor
 from pmor.app.kinds import kind_of
-from pmor.body.beam import Beam, CircularSection, ShaftMaterial
-from pmor.body.seated_beam import BeamSeat, seated_beam
+from pmor.body.beam import Beam, BeamSeat, CircularSection, ShaftMaterial, seated_beam
 from pmor.core.errors import CaseError
 from pmor.sets.loader import load, parse_set
 from pmor.sets.rexs_supports import RexsSupports

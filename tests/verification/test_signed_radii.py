@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.core.conventions import rotation_z
-from pmor.fe.quality import mesh_quality
+from pmor.fe.element import mesh_quality
 from pmor.fe.sector import build_sector
 from pmor.fe.whole_gear import whole_gear_mesh
 from pmor.gear.condition import ALIGNED, Assembly, Misalignment

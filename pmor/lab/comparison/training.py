@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from pmor.case import Case
 from pmor.pair.model import ElasticModel
-from pmor.reduction.snapshots import Snapshots
+from pmor.reduction.basis import Snapshots
 from pmor_offline.adaptive import greedy_snapshots
 from pmor_offline.sampling import TrainingPosition, grid_positions, sobol_positions
 from pmor_offline.snapshots import solve_snapshots
