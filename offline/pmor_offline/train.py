@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from pmor.case import Case
-from pmor.case.coarser import coarser
+from pmor.case.models import coarser
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError, MeshError
 from pmor.core.threads import in_order, one_thread

@@ -127,7 +127,7 @@ def export_model(model: ReducedPair, to: str, path: Path, overwrite: bool, torqu
 
 def export_sweep(sweep: SteSweep, pair: GearPair, source: str, folder: Path, overwrite: bool) -> None:
     """Write the tables of a sweep into a folder."""
-    from pmor.export.sweep_tables import sweep_entries
+    from pmor.export.tables import sweep_entries
 
     _write_tables(sweep_entries(sweep, pair), source, folder, overwrite, ())
 
@@ -215,7 +215,7 @@ def _reduced(source: Path, to: str) -> ReducedPair:
 
 
 def _tables(source: Path, folder: Path, overwrite: bool) -> None:
-    from pmor.export.sweep_tables import file_entries
+    from pmor.export.tables import file_entries
     from pmor.storage.hdf5 import schema_name
     from pmor.storage.results_file import RESULTS_KINDS
     from pmor.work.cost import refuse_large_sweep_of

@@ -11,8 +11,7 @@ from pmor.core.errors import FileFormatError
 from pmor.core.progress import Progress, Steps, quietly
 from pmor.core.shown import brief
 from pmor.core.wording import suggesting
-from pmor.export.sweep_tables import file_entries
-from pmor.export.tables import ResultArray
+from pmor.export.tables import ResultArray, file_entries
 from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text
 from pmor.work.verify import UNSEEN_STATES, Check, checks_text, verify_basis

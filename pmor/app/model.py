@@ -222,7 +222,7 @@ class ReducedModel:
         Parameters
         ----------
         folder, executor, progress
-            As in `pmor.dynamics.run.run`: an executor of processes.
+            As in `pmor.dynamics.solution.run`: an executor of processes.
         **settings
             Keys of the section `[dynamics]` of a case, such as ``torques_Nm=[100.0], damping_ratio=0.03``; those of
             the case by default.

@@ -10,8 +10,7 @@ from pmor.app.skipped import computed, remarks, scene, skipped
 from pmor.case import Case, condition_words, describe, model_names, other_models, short_list
 from pmor.case.capability import why_not
 from pmor.case.document import GEARS
-from pmor.case.live_page import asks_for_live_page, takes_whole_width
-from pmor.case.width import intervals_across, meshed_width, sections_across
+from pmor.case.width import asks_for_live_page, intervals_across, meshed_width, sections_across, takes_whole_width
 from pmor.core.memory import memory_text
 from pmor.core.progress import format_time
 from pmor.pair.conditions import full_solves, misalignments, torques_of

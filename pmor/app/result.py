@@ -14,9 +14,8 @@ from pmor.gear.condition import PLAIN, Assembly
 from pmor.gear.pair import GearPair
 from pmor.report.data_files import ste_columns, write_ste_csv
 from pmor.report.flank_figures import flank_maps_figure
-from pmor.report.shaft_order_figures import revolution_figure
 from pmor.report.sweep_figures import load_sharing_figure, spectrum_figure, ste_figure
-from pmor.report.torque_figures import harris_figure
+from pmor.report.torque_figures import harris_figure, revolution_figure
 from pmor.results.flank_maps import FlankMap
 from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
 from pmor.results.loads import LineStates

@@ -14,7 +14,7 @@ from typing import Any
 from pmor.app.full import solve_bodies
 from pmor.app.result import SweepResult
 from pmor.case import Case, text_of
-from pmor.case.live_page import case_of_page, takes_whole_width
+from pmor.case.width import case_of_page, takes_whole_width
 from pmor.core.progress import Steps, quietly, stage
 from pmor.core.shown import Columns, Tabular
 from pmor.core.threads import one_thread, refuse_processes

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pmor.case import Case, beyond_training, other_models
-from pmor.case.coarser import coarser, halved
+from pmor.case.models import coarser, halved
 from pmor.case.width import meshed_width, mirrors_without_tilt, sections_across
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.completion import nodes_of_elements

@@ -24,7 +24,7 @@ from pmor.body.on_blank import (
     support_on_blank,
     turned,
 )
-from pmor.body.rim_stress import (
+from pmor.body.rim import (
     LEAST_MOVED,
     NEIGHBOURS,
     REACH,

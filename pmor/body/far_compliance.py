@@ -9,7 +9,7 @@ tooth or two but that of a rigid body and some bending (Saint-Venant): with U a 
 The other flank of a tooth is the image of the loaded one, in the plane through the tooth's middle and the axis. It is
 seen in that image, x to -x, where it is a flank as any other, teeth count clockwise, and the shapes are the same U.
 
-Compliance between the sections of flanks, for line loads: that of the flank nodes, interpolated over the width.
+The compliance between sections of flanks, for line loads, is that of the flank nodes, interpolated over the width.
 """
 
 from __future__ import annotations

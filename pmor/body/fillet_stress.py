@@ -24,7 +24,7 @@ import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 
-from pmor.body.rim_stress import RimStress
+from pmor.body.rim import RimStress
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import MeshError

@@ -11,7 +11,7 @@ from pmor.core.arrays import FloatArray, IntArray
 
 if TYPE_CHECKING:
     from pmor.body.elastic_gear import ElasticGear
-    from pmor.body.rim_stress import RimMotion
+    from pmor.body.rim import RimMotion
     from pmor.body.support import Support
 
 

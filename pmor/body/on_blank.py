@@ -15,7 +15,7 @@ import scipy.sparse as sp
 
 from pmor.body.blank import LEFT_OUT, Blank, Ring, signed_teeth
 from pmor.body.far_compliance import FaceResponse
-from pmor.body.rim_stress import RimStress, face_patterns, rim_stress
+from pmor.body.rim import RimStress, face_patterns, rim_stress
 from pmor.body.support import (
     Change,
     Support,

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.linalg as la
 
-from pmor.body.rim_stress import LEAST_STRESS, leading
+from pmor.body.rim import LEAST_STRESS, leading
 from pmor.core.arrays import BoolArray, ComplexArray, FloatArray
 from pmor.fe.perforated_web import PerforatedWeb
 from pmor.fe.web_surfaces import surface_stress

@@ -22,8 +22,7 @@ from pmor.campaigns.table import designs_of
 from pmor.core.errors import CaseError
 from pmor.core.progress import format_time
 from pmor.report.data_files import write_summary_json
-from pmor.report.page import write_page
-from pmor.report.provenance import machine
+from pmor.report.page import machine, write_page
 from pmor.storage.atomic import atomic_path, ensure_folder, refuse_existing
 from pmor.storage.campaign_file import NUMBER, STATUS, write_campaign_file
 from pmor.storage.results_folder import refuse_in_the_way

@@ -16,7 +16,7 @@ from pmor.campaigns.settings import OF_RELIEF, PairCampaign, Relations
 from pmor.campaigns.store import Store
 from pmor.case import Case, GearCase, change_case, changed_text, parse_case, text_of
 from pmor.case.capability import why_not
-from pmor.case.coarser import coarser
+from pmor.case.models import coarser
 from pmor.case.reader import parse_toml, read_text
 from pmor.case.schema import SECTIONS
 from pmor.core.errors import CaseError, MeshError

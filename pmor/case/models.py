@@ -1,4 +1,5 @@
-"""The reduced models that a case compares: each a contact scheme, with the reduction that goes with it."""
+"""Cases beside a case: its reduced models, each with its contact scheme, and the same case on a coarser mesh.
+"""
 
 from __future__ import annotations
 
@@ -48,3 +49,38 @@ def of_linear_elements(mesh: MeshCase) -> MeshCase:
         return mesh
     along, across = mesh.order * mesh.profile_elements, mesh.order * mesh.width_elements
     return replace(mesh, element="hex8i", profile_elements=along, width_elements=across)
+
+
+# Over the profile: half of fewer is too coarse to go by; two quadratic ones are three times as good as their rate.
+LEAST_ELEMENTS = 8
+
+
+def coarser(case: Case) -> Case | None:
+    """Return a case with half as many elements, as `halved`; None where no error bar of the mesh is asked for."""
+    return halved(case) if case.mesh.error_bar else None
+
+
+def halved(case: Case) -> Case | None:
+    """Return a case with half as many elements over profile and width.
+
+    One or two elements over the width are not halved: there are four times as many, which loads that vary over it need.
+
+    Returns
+    -------
+    Case or None
+        None where the difference says nothing: of a coarse mesh, or in penalty contact, where the local compliance is
+        the mesh's own and does not converge with it.
+    """
+    mesh = case.mesh
+    if case.contact.kind != "line" or mesh.profile_elements < LEAST_ELEMENTS:
+        return None
+    # An even number stays even: the halves of the width remain halves.
+    step = 2 if mesh.width_elements % 2 == 0 else 1
+    across = step * -(-mesh.width_elements // (2 * step))
+    if across == mesh.width_elements and mesh.width != "plane_strain":
+        across *= 4
+    along = mesh.profile_elements // 2
+    return replace(
+        case.without_stress(),
+        mesh=replace(mesh, profile_elements=along, width_elements=across, error_bar=False),
+    )

@@ -209,9 +209,7 @@ class Reader:
             self.refuse(name, f"must be a list of sections: write [[{name}]], brackets doubled")
         return list(tables)
 
-    def _field(
-        self, table: Mapping[str, Any], slot: _Slot, section: str, filled: Mapping[str, Any]
-    ) -> dict[str, Any]:
+    def _field(self, table: Mapping[str, Any], slot: _Slot, section: str, filled: Mapping[str, Any]) -> dict[str, Any]:
         """Read the content of a key: a section, a list of sections, or a value; empty where there is a default."""
         key, inner = slot.key, slot.inner
         if key not in table and key not in filled and slot.has_default:

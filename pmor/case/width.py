@@ -4,12 +4,15 @@ Deformation and contact of a spur pair with parallel axes, and faces and webs wi
 width. Half the width then stands for the whole: the plane at mid width keeps its nodes (u_z = 0), and what acts on a
 node counts together with what acts on its image. In plane strain all sections deform alike, each in its own plane, and
 one layer of elements is the whole.
+
+The live page of a case: whether it is asked for, and on which mesh it solves the case.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+from pmor.case.capability import why_not
 from pmor.case.schema import Case, Width
 
 
@@ -79,3 +82,22 @@ def _uneven(case: Case) -> bool:
 def whole_width(case: Case) -> Case:
     """Return a case in which the whole width is meshed."""
     return replace(case, mesh=replace(case.mesh, width="whole"))
+
+
+def asks_for_live_page(case: Case) -> bool:
+    """Return whether a case asks for a page that solves it."""
+    return case.output.report and case.output.live_page
+
+
+def takes_whole_width(case: Case) -> bool:
+    """Return whether the finite elements of the whole width are solved for the page alone.
+
+    Half of it cannot represent differences between the halves, such as tilted axes and sloped flanks.
+    """
+    asked = asks_for_live_page(case) and not why_not(case, "page")
+    return asked and case.mesh.width != "plane_strain" and mirrors_at_mid_width(case)
+
+
+def case_of_page(case: Case) -> Case:
+    """Return the case whose finite elements the page takes: of the whole width, without error bar and stress."""
+    return whole_width(replace(case.without_stress(), mesh=replace(case.mesh, error_bar=False)))

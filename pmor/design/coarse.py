@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from pmor.case import Case
-from pmor.case.coarser import halved
+from pmor.case.models import halved
 from pmor.case.width import elements_across
 from pmor.design.files import PairDesign, SetDesign
 

@@ -15,9 +15,8 @@ from pmor.design.readings import Contour
 from pmor.design.settings import Goal
 from pmor.design.supports import CASE, InGearbox
 from pmor.design.variables import limits
-from pmor.report.panels import panels, plot_share_below
 from pmor.report.parameter_words import parameter_words
-from pmor.report.style import COLOURS, legend_label, new_figure, plot_style
+from pmor.report.style import COLOURS, legend_label, new_figure, panels, plot_share_below, plot_style
 from pmor.sets.lost import known
 
 if TYPE_CHECKING:

@@ -110,8 +110,10 @@ def neighbours(variables: Sequence[Variable], x: FloatArray) -> FloatArray:
     low, high = limits(variables)
     steps = np.array([v.step or NEAR * (v.range[1] - v.range[0]) for v in variables])
     count = len(variables)
-    ways = np.array(list(product((-1.0, 0.0, 1.0), repeat=count))) if count < 3 else np.vstack(
-        [np.eye(count), -np.eye(count)]
+    ways = (
+        np.array(list(product((-1.0, 0.0, 1.0), repeat=count)))
+        if count < 3
+        else np.vstack([np.eye(count), -np.eye(count)])
     )
     moved = to_steps(variables, np.clip(x + ways * steps, low, high))
     return np.unique(moved[(moved != x).any(axis=1)], axis=0)

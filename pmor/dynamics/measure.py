@@ -1,6 +1,7 @@
 """The motion of a pair under one torque, as plain data: branches and folds, run-up, run-down, each by itself.
 
 A task can go to another process: it holds numbers alone.
+Speeds of the pinion, rpm, stand beside the mesh frequencies, Hz.
 """
 
 from __future__ import annotations
@@ -15,14 +16,13 @@ import numpy as np
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.continuation import Branch
-from pmor.dynamics.force_law import SolvedLaw, cycles_of
+from pmor.dynamics.force_law import SolvedLaw, cycles_of, mean_stiffness, static_displacement
 from pmor.dynamics.gear_model import GearModel, NaturalModes, natural_modes
 from pmor.dynamics.harmonic_balance import SAMPLES, in_Hz, rms
 from pmor.dynamics.integration import SAMPLES as RUN_SAMPLES
 from pmor.dynamics.integration import Motion, integrate, run_through
 from pmor.dynamics.kernels.laws import ForceTable
 from pmor.dynamics.load_limit import LoadLimit
-from pmor.dynamics.operating import mean_stiffness, static_displacement
 from pmor.dynamics.oscillator import Oscillator, position_under
 from pmor.dynamics.quantities import UM, cycle_of, quantities
 from pmor.dynamics.response import HARMONICS, Response, response
@@ -338,3 +338,38 @@ def _phases(law: ForceTable) -> FloatArray:
 
 def _hz(speed: Any) -> float:
     return float(HZ * speed)
+
+
+#: keys of the speed, by those of the frequency: at a natural speed the mesh has the natural frequency
+SPEEDS = {
+    "mesh_frequency_Hz": "speed_rpm",
+    "mesh_frequencies_Hz": "speeds_rpm",
+    "natural_frequency_Hz": "natural_speed_rpm",
+    "natural_frequencies_Hz": "natural_speeds_rpm",
+    "period_doublings_Hz": "period_doublings_rpm",
+    "resonance_Hz": "resonance_rpm",
+}
+
+
+def rpm(frequency_Hz: float, teeth: int) -> float:
+    """Return the speed in rpm at which a pinion with so many teeth has a mesh frequency."""
+    return 60.0 * frequency_Hz / teeth
+
+
+def mesh_Hz(speed_rpm: float, teeth: int) -> float:
+    """Return the mesh frequency in Hz of a pinion with so many teeth at a speed."""
+    return speed_rpm * teeth / 60.0
+
+
+def with_speeds(data: Any, teeth: int) -> Any:
+    """Return plain data with the speed of the pinion in rpm beside each frequency in it with a key of `SPEEDS`."""
+    if isinstance(data, list | tuple):
+        return [with_speeds(value, teeth) for value in data]
+    if not isinstance(data, dict):
+        return data
+    found = {}
+    for key, value in data.items():
+        found[key] = with_speeds(value, teeth)
+        if key in SPEEDS:
+            found[SPEEDS[key]] = [rpm(f, teeth) for f in value] if isinstance(value, list) else rpm(value, teeth)
+    return found

@@ -9,10 +9,9 @@ from pmor.case import Case
 from pmor.dynamics.figures import contact_figure, motion_figure, response_figure, waterfall_figure
 from pmor.dynamics.force_law import cycles_of
 from pmor.dynamics.law import MeshLaw
-from pmor.dynamics.measure import Data
+from pmor.dynamics.measure import Data, rpm, with_speeds
 from pmor.dynamics.rating import by_range, rated
 from pmor.dynamics.solution import Dynamics
-from pmor.dynamics.speeds import rpm, with_speeds
 from pmor.pair.conditions import backs_mirror_flanks
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Table

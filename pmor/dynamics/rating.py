@@ -10,7 +10,7 @@ import numpy as np
 
 from pmor.case import Case
 from pmor.dynamics.measure import HZ, Data
-from pmor.gear.classical.iso6336_dynamic import (
+from pmor.gear.classical.iso6336 import (
     COARSE_GRADE,
     RANGES,
     DynamicFactor,

@@ -12,8 +12,7 @@ from pmor.dynamics.continuation import Branch, Fold, Follower, Point, first_poin
 from pmor.dynamics.force_law import ForceLaw
 from pmor.dynamics.harmonic_balance import Balance, in_Hz, quasi_static, rest, solve_at
 from pmor.dynamics.oscillator import Oscillator
-from pmor.dynamics.period_doubling import doubled_branch, doublings
-from pmor.dynamics.stability import monodromy, stability_of
+from pmor.dynamics.stability import doubled_branch, doublings, monodromy, stability_of
 
 # Harmonics of the mesh frequency: on the benchmark the last quarter of them makes 4e-5 of the motion where it is
 # largest, 3.6 times the displacement under the mean load.

@@ -14,10 +14,9 @@ from pmor.dynamics.force_law import Shifted, shifted
 from pmor.dynamics.gear_model import GearModel, gear_model
 from pmor.dynamics.kernels.laws import ForceTable
 from pmor.dynamics.law import MeshLaw, backlash_of, cycles_of, mesh_laws
-from pmor.dynamics.measure import BRANCHES, RUNS, Data, Task, joined, solve
+from pmor.dynamics.measure import BRANCHES, RUNS, Data, Task, joined, mesh_Hz, solve, with_speeds
 from pmor.dynamics.moved_axes import model_error
 from pmor.dynamics.peaks import peaks_of
-from pmor.dynamics.speeds import mesh_Hz, with_speeds
 from pmor.gear.pair import GearPair
 from pmor.pair.model import elastic_model, gear_pair
 from pmor.work.cost import meshed_within_memory

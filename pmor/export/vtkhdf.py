@@ -25,7 +25,7 @@ from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import CaseError, ConvergenceError
 from pmor.core.version import __version__
-from pmor.export.vtkhdf_grid import HEXAHEDRON, QUADRATIC_HEXAHEDRON, Grid, hat_functions, write_grid
+from pmor.export.gear_surface import HEXAHEDRON, QUADRATIC_HEXAHEDRON, Grid, hat_functions, write_grid
 from pmor.fe.element import QUADRATIC_NODES
 from pmor.fe.sector import SectorMesh
 from pmor.line.full_model import solve_angle

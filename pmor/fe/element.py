@@ -1,9 +1,4 @@
-"""Places of the nodes of a hexahedron, in VTK's order, and the widths that columns of nodes carry.
-
-Strain and stress in a surface: two directions at right angles in its tangent plane, and their shear.
-
-Quality of a hexahedral mesh: are all elements the right way out, and how far from bricks are they.
-"""
+"""Hexahedra: places of the nodes in VTK's order, widths of columns of nodes, strain in a surface, quality of a mesh."""
 
 from __future__ import annotations
 

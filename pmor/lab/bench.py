@@ -32,7 +32,7 @@ from pmor.pair.conditions import conditions_of, nominal_condition
 from pmor.pair.model import elastic_model, neighbouring_teeth
 from pmor.report.data_files import write_summary_json
 from pmor.report.markdown import write_markdown
-from pmor.report.provenance import machine
+from pmor.report.page import machine
 from pmor.report.table import Table
 from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
 from pmor.results.sweep import SteSweep

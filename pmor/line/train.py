@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from pmor.body.far_compliance import FarCompliance
-from pmor.body.rim_stress import RimMotion
+from pmor.body.rim import RimMotion
 from pmor.body.root_stress import RootStressShapes
 from pmor.body.support import Support
 from pmor.case.blank import HolesCase

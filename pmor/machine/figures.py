@@ -13,8 +13,7 @@ from pmor.machine.coupled import SolvedLoad
 from pmor.machine.model import GearboxModel
 from pmor.machine.settings import PlanetarySet
 from pmor.pair.model import gear_pair
-from pmor.report.panels import panels
-from pmor.report.style import COLOURS, legend_label, new_figure, plot_style
+from pmor.report.style import COLOURS, legend_label, new_figure, panels, plot_style
 from pmor.results.load_distribution import line_states
 from pmor.sets.lost import known
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from pmor.case import Case
 from pmor.gear.classical.formulas import iso_stiffness
-from pmor.gear.classical.iso6336_face_load import (
+from pmor.gear.classical.iso6336 import (
     LARGEST_OFFSET,
     LARGEST_OVERHANG,
     face_load_factor,

@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from pmor.gear.classical.iso6336_face_load import SLICE_STIFFNESS
+from pmor.gear.classical.iso6336 import SLICE_STIFFNESS
 from pmor.machine.bounds import named_bounds
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.duty import duty_data

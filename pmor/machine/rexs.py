@@ -114,7 +114,13 @@ class _Draft:
         housing = read_housing_matrix(self.gearbox, bearings.seats, self.notes.append)
         notes = tuple(dict.fromkeys(self.notes))
         return ReadGearbox(
-            sections, cases, self.face_offsets, tuple(self.stages), notes, housing, bearings.estimated,
+            sections,
+            cases,
+            self.face_offsets,
+            tuple(self.stages),
+            notes,
+            housing,
+            bearings.estimated,
             tuple(loads.results),
         )
 

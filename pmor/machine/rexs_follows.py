@@ -18,9 +18,7 @@ LEAST_SHARE = 0.05
 DIFFERS = 0.01
 
 
-def with_estimates(
-    model: GearboxModel, estimated: Mapping[str, CatalogueBearing]
-) -> tuple[GearboxModel, list[str]]:
+def with_estimates(model: GearboxModel, estimated: Mapping[str, CatalogueBearing]) -> tuple[GearboxModel, list[str]]:
     """Return a model whose catalogue bearings have the stiffness that belongs to their largest load; and notes.
 
     Their loads are those of the shafts under mean forces of the meshes. Where nothing holds a shaft, the first guess

@@ -58,7 +58,7 @@ def _viscosity(gearbox: Gearbox, found: list[Component], note: Callable[[str], N
         (x, y), (u, v) = ((math.log10(t + KELVIN), math.log10(math.log10(nu + ADDED)))
                           for t, nu in ((40.0, low), (100.0, high)))  # fmt: skip
         at = y + (v - y) / (u - x) * (math.log10(temperature + KELVIN) - x)
-        kinematic = 10.0 ** 10.0**at - ADDED
+        kinematic = 10.0**10.0**at - ADDED
         dynamic = float(f"{kinematic * (density - EXPANSION * (temperature - 15.0)):.4g}")
         note(f"{one.label}: {dynamic:g} mPa s at {temperature:g} deg C, by ASTM D341 from its viscosities")
         return dynamic

@@ -15,7 +15,7 @@ import numpy as np
 from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
 from pmor.export.rexs.document import Attributes, Value
-from pmor.gear.classical.iso6336_face_load import running_in
+from pmor.gear.classical.iso6336 import running_in
 from pmor.gear.pair import GearPair
 from pmor.machine.coupled import SolvedLoad, SolvedMesh
 from pmor.machine.model import BEARING_ROWS, Supported

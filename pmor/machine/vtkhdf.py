@@ -13,7 +13,7 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.core.version import __version__
-from pmor.export.vtkhdf_grid import QUADRILATERAL, Grid, write_grid
+from pmor.export.gear_surface import QUADRILATERAL, Grid, write_grid
 from pmor.machine.bodies import Body, Detail, bodies
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.model import GearboxModel

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pmor.case import Case
-from pmor.gear.classical.iso6336_blank import LEAST_RIM, WEB, rim_factor, web_factor
+from pmor.gear.classical.iso6336 import LEAST_RIM, WEB, rim_factor, web_factor
 from pmor.gear.pair import GearPair
 
 

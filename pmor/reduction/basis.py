@@ -1,7 +1,4 @@
-"""The basis: result of the offline stage, input of the online stage.
-
-Snapshots: solutions of full FE at a pinion angle, from which a basis is made.
-"""
+"""The basis: result of the offline stage, input of the online stage; made from snapshots, solutions of full FE."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 from pmor.pair.drawn import DrawnGear, drawn_gears
-from pmor.report.panels import panels
+from pmor.report.style import panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

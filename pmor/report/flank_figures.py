@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.report.panels import panels
-from pmor.report.style import COLOURS
+from pmor.report.style import COLOURS, panels
 from pmor.results.flank_maps import FlankMap, cell_edges
 from pmor.results.root_stress import GEARS
 

@@ -6,7 +6,7 @@ import warnings
 from typing import Any
 
 from pmor.gear.classical.formulas import iso_stiffness
-from pmor.gear.classical.iso6336_blank import LEAST_RIM, THINNEST, WEB
+from pmor.gear.classical.iso6336 import LEAST_RIM, THINNEST, WEB
 from pmor.gear.classical.iso6336_root import nominal_root_stress
 from pmor.pair.iso_blank import IsoBlank, blank_factor, iso_blanks
 from pmor.results.root_stress import GEARS

@@ -2,25 +2,37 @@
 
 Styles are inline and pictures are data URIs: a page can be mailed, archived and printed without anything beside it.
 The layout is in `templates`.
+
+The section of provenance names machine and software of a run, and allows to repeat it.
 """
 
 from __future__ import annotations
 
 import base64
 import hashlib
+import json
+import os
+import platform
 import re
-from collections.abc import Iterable
+import sys
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from pmor.case import Case
+from pmor.core.threads import linear_algebra_threads
+from pmor.core.version import __version__
 from pmor.report.live.section import LiveSection
-from pmor.report.style import picture_bytes
-from pmor.report.table import Table
-from pmor.report.template import html_template
+from pmor.report.style import data_uri, picture_bytes
+from pmor.report.table import Table, format_cell
 from pmor.storage.atomic import atomic_path
 
 if TYPE_CHECKING:
+    from jinja2 import Template
     from matplotlib.figure import Figure
 
     from pmor.report.explorer import Designs
@@ -83,3 +95,58 @@ def page_html(title: str, blocks: Iterable[Block | LiveSection | Designs]) -> st
     hashes = {base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in SCRIPT.findall(page)}
     allowed = " ".join(f"'sha256-{value}'" for value in sorted(hashes)) or "'none'"
     return page.replace("SCRIPTS", allowed, 1)
+
+
+def html_template(name: str) -> Template:
+    """Return a template of `pmor/report/templates`; values are escaped."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("pmor.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True, keep_trailing_newline=True,
+    )  # fmt: skip
+    environment.filters.update(format_cell=format_cell, data_uri=data_uri, json_text=_json_text)
+    return environment.get_template(name)
+
+
+def _json_text(data: object) -> str:
+    """Data for a script: no tag ends or begins in it."""
+    text = json.dumps(data, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c")
+
+
+def machine() -> dict[str, Any]:
+    """Return names of processor, system and software, and the number of threads of linear algebra."""
+    import h5py
+    import numba
+    import scipy
+
+    return {
+        "cpu": _cpu_model(), "cores": os.cpu_count(), "system": f"{platform.system()} {platform.machine()}",
+        "python": sys.version.split()[0], "linear_algebra_threads": linear_algebra_threads(), "pmor": __version__,
+        "numpy": np.__version__, "scipy": scipy.__version__, "numba": numba.__version__, "h5py": h5py.__version__
+    }  # fmt: skip
+
+
+def provenance(case: Case | None = None, measured_on: Mapping[str, Any] | None = None) -> list[Block]:
+    """Return the section of a page: date, machine, software and case.
+
+    Parameters
+    ----------
+    measured_on : mapping, optional
+        Result of `machine` on the machine that measured the run times; by default this machine.
+    """
+    rows: list[tuple[str, Any]] = [("date", datetime.now(UTC).isoformat(timespec="seconds"))]
+    rows += (machine() if measured_on is None else measured_on).items()
+    if case is not None:
+        rows.append(("case file, SHA-256", hashlib.sha256(case.text.encode()).hexdigest()))
+    return [Heading("Provenance"), Table("Machine and software", ("item", "value"), rows, folded=True)]
+
+
+def _cpu_model() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()

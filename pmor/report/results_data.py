@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pmor.case import text_of
-from pmor.export.sweep_tables import sweep_arrays
+from pmor.export.tables import sweep_arrays
 from pmor.report.data_files import write_table_csv
 from pmor.results.flank_maps import FlankMap
 from pmor.results.load_distribution import line_states

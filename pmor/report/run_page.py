@@ -17,21 +17,22 @@ from pmor.gear.classical.formulas import GearBody, classical_results
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.iso_blank import blank_factor
 from pmor.report.blank_figure import blank_figure
-from pmor.report.condition_figure import conditions_figure
-from pmor.report.condition_table import condition_table
 from pmor.report.data_sheet import sheet_of, sheet_tables
 from pmor.report.drawing import draw
 from pmor.report.iso_blank_rows import iso_root_stress
 from pmor.report.live.section import LiveSection, live_section
-from pmor.report.mesh_figure import mesh_figure
-from pmor.report.model_figures import MODEL_PICTURES, model_pictures
-from pmor.report.models import advice, model_table
-from pmor.report.page import Block, Heading, Picture, Warning, write_page
-from pmor.report.pattern_figure import contact_pattern_figure
-from pmor.report.provenance import provenance
+from pmor.report.page import Block, Heading, Picture, Warning, provenance, write_page
 from pmor.report.readings_blocks import readings_picture_names, readings_pictures, sensitivities_table
-from pmor.report.root_stress_figures import cycle_figure, fillet_figure
-from pmor.report.shaft_order_figures import revolution_figure, waterfall_figure
+from pmor.report.run_figures import (
+    MODEL_PICTURES,
+    conditions_figure,
+    contact_pattern_figure,
+    cycle_figure,
+    fillet_figure,
+    mesh_figure,
+    model_pictures,
+)
+from pmor.report.screen import advice, model_table
 from pmor.report.style import write_picture
 from pmor.report.summary import (
     COUNTS_FROM,
@@ -53,7 +54,16 @@ from pmor.report.sweep_figures import (
     stiffness_figure,
 )
 from pmor.report.table import Table
-from pmor.report.torque_table import causes_table, load_table, shaft_order_table, ste_table, torque_row, torque_rows
+from pmor.report.torque_figures import revolution_figure, waterfall_figure
+from pmor.report.torque_table import (
+    causes_table,
+    condition_table,
+    load_table,
+    shaft_order_table,
+    ste_table,
+    torque_row,
+    torque_rows,
+)
 from pmor.results.sweep import SteSweep, mesh_stiffness, single_pair_zone
 from pmor_online.contact_pattern import ContactPattern, contact_patterns
 from pmor_online.model import ReducedPair

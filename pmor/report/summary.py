@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 
 from pmor.case import Case, beyond_training
-from pmor.case.coarser import LEAST_ELEMENTS
+from pmor.case.models import LEAST_ELEMENTS
 from pmor.gear.pair import GearPair
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate
-from pmor.report.condition_table import condition_rows
 from pmor.report.data_files import (
     write_ste_csv,
     write_stiffness_csv,
@@ -30,6 +29,7 @@ from pmor.report.table import Cell, format_cell
 from pmor.report.torque_table import (
     CAUSES,
     SHAFT_ORDER_COLUMNS,
+    condition_rows,
     shaft_order_rows,
     shaft_orders_of,
     torque_row,

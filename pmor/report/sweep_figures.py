@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pmor.core.arrays import FloatArray, IntArray
-from pmor.report.panels import log_ticks, panels
-from pmor.report.style import COLOURS
+from pmor.report.style import COLOURS, log_ticks, panels
 from pmor.results.sweep import MeshStiffness, SteSweep, mesh_orders
 
 if TYPE_CHECKING:

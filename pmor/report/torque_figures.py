@@ -1,19 +1,21 @@
-"""Picture over the torque: Harris map, peak-to-peak and first orders of the mesh."""
+"""Pictures over the torque (Harris map, peak-to-peak, orders), and over a revolution of gears whose teeth differ."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.report.panels import panels
-from pmor.report.style import COLOURS
+from pmor.report.style import COLOURS, log_ticks, panels
 from pmor.report.sweep_figures import UNLOADED, angle_axes, periodic, spread
-from pmor.results.sweep import SteSweep, mesh_orders, peak_to_peak_um
+from pmor.results.shaft_orders import ShaftOrder, shaft_orders
+from pmor.results.sweep import SteSweep, mesh_orders, orders_of, peak_to_peak_um
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # Orders of the mesh that are drawn over the torque.
@@ -96,3 +98,91 @@ def _name_curves(axes: Any, end: float, torque: FloatArray, at_end: FloatArray) 
                 annotation_clip=False,
             )  # fmt: skip
             last = ste
+
+
+# Orders of the mesh that pictures reach to, decades of amplitudes below the largest, sidebands that are named,
+# and orders of a spectrum.
+LAST_MESH_ORDER, DECADES, NAMED, MOST_DRAWN = 3.5, 4, 6, 1000
+MESH, SIDE = COLOURS[0], COLOURS[1]
+# Least torques of a waterfall.
+LEAST_TORQUES = 3
+
+
+def revolution_figure(sweep: SteSweep, torque_index: int, teeth: tuple[int, int], holes: tuple[int, int]) -> Figure:
+    """Draw STE, mean and extremes of each mesh cycle over the pitches, and below it the spectrum over shaft orders."""
+    with panels(1, 8.6, 6.6, rows=2) as (figure, (curve, spectrum)):
+        _over_the_pitches(curve, sweep, torque_index)
+        _spectrum(spectrum, sweep, shaft_orders(sweep, torque_index, teeth, holes, MOST_DRAWN), _slow_gear(holes))
+    return figure
+
+
+def waterfall_figure(sweep: SteSweep, teeth: tuple[int, int], holes: tuple[int, int]) -> Figure | None:
+    """Draw the orders over the torque, a spectrum each, one behind the other; None of few torques."""
+    rows = [row for row in np.argsort(sweep.torque_Nm) if np.isfinite(sweep.ste_um[row]).all()]
+    if len(rows) < LEAST_TORQUES:
+        return None
+    place = _slow_gear(holes)
+    amplitudes = np.stack([orders_of(sweep, int(row)).amplitude for row in rows])
+    kept = np.arange(1, amplitudes.shape[1] + 1) <= LAST_MESH_ORDER * sweep.pitches
+    order = np.arange(1, amplitudes.shape[1] + 1)[kept] * teeth[place] / sweep.pitches
+    amplitudes, torque = amplitudes[:, kept], sweep.torque_Nm[rows]
+    floor = amplitudes.max() * 10.0**-DECADES
+    levels = np.log10(np.maximum(amplitudes, floor) / floor) / DECADES
+    step = float(np.diff(torque).min())
+    with panels(1, 8.6, 4.8) as (figure, (axes,)):
+        of_mesh = np.arange(1, amplitudes.shape[1] + 1) % sweep.pitches == 0
+        for level, base in list(zip(levels, torque, strict=True))[::-1]:
+            top = base + 0.85 * step * level
+            for places, colour in ((~of_mesh, SIDE), (of_mesh, MESH)):
+                seen = places & (level > 0.0)
+                axes.vlines(order[seen], base, top[seen], color=colour, lw=1.6)
+            axes.axhline(base, color="#999999", lw=0.6)
+        for colour, name in ((MESH, "orders of the mesh"), (SIDE, "others, sidebands")):
+            axes.plot([], [], color=colour, label=name)
+        axes.set(xlabel=f"Order of the {('pinion', 'wheel')[place]} shaft [-]", ylabel="Pinion torque [N m]",
+                 xlim=(0.0, LAST_MESH_ORDER * teeth[place]), yticks=torque)  # fmt: skip
+        axes.grid(False)
+        figure.legend(loc="outside upper right", ncols=2)
+    return figure
+
+
+def _over_the_pitches(axes: Axes, sweep: SteSweep, row: int) -> None:
+    ste = sweep.ste_um[row]
+    axes.plot(*periodic(sweep, ste), color=MESH, lw=0.9, label="STE")
+    if len(ste) % sweep.pitches == 0:
+        cycles = ste.reshape(sweep.pitches, -1)
+        phi = np.degrees(sweep.phi_rad).reshape(sweep.pitches, -1).mean(axis=1)
+        named = ("mean of each mesh cycle", SIDE, "-", 1.8), ("largest and smallest of each", "#555555", "--", 1.0)
+        for values, (name, colour, line, width) in zip(
+            (cycles.mean(axis=1), cycles.max(axis=1), cycles.min(axis=1)), (*named, ("", *named[1][1:])), strict=True
+        ):
+            axes.plot(phi, values, line, color=colour, lw=width, label=name)
+    axes.set_ylabel(f"STE at {sweep.torque_Nm[row]:g} N m [µm]")
+    angle_axes(axes, sweep)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.17), ncols=3)
+
+
+def _spectrum(axes: Axes, sweep: SteSweep, found: Sequence[ShaftOrder], place: int) -> None:
+    shown = [one for one in found if one.mesh_order <= LAST_MESH_ORDER]
+    top = max((one.amplitude_um for one in shown), default=1.0)
+    floor = top * 10.0**-DECADES
+    for of_mesh, colour, name in ((False, SIDE, "others, sidebands"), (True, MESH, "orders of the mesh")):
+        ones = [one for one in shown if one.of_mesh is of_mesh and one.amplitude_um > floor]
+        orders = [(one.pinion_order, one.wheel_order)[place] for one in ones]
+        axes.vlines(orders, floor, [one.amplitude_um for one in ones], color=colour, lw=2.0, label=name)
+    sides = [one for one in shown if not one.of_mesh and one.amplitude_um > floor][:NAMED]
+    for one in sides:
+        order = (one.pinion_order, one.wheel_order)[place]
+        axes.annotate(f"{order:.6g}", (order, one.amplitude_um), (0, 2), textcoords="offset points", ha="center",
+                      va="bottom", fontsize=8, color=SIDE)  # fmt: skip
+    axes.set(yscale="log", ylim=(floor, 3.0 * top), xlabel=f"Order of the {('pinion', 'wheel')[place]} shaft [-]",
+             ylabel="STE amplitude, zero to peak [µm]")  # fmt: skip
+    axes.set_xlim(left=0.0)
+    log_ticks(axes.yaxis)
+    axes.grid(False, axis="x")
+    axes.legend(loc="upper right", ncols=2)
+
+
+def _slow_gear(holes: tuple[int, int]) -> int:
+    """Gear whose shaft orders count: the wheel where that has holes."""
+    return 1 if holes[1] else 0

@@ -12,8 +12,7 @@ from pmor.core.errors import MeshError
 from pmor.fe.outline import tooth_outline
 from pmor.gear.tooth import Tooth
 from pmor.report.blank_figure import hole_outline
-from pmor.report.panels import panels, plot_share_below
-from pmor.report.style import COLOURS, legend_label
+from pmor.report.style import COLOURS, legend_label, panels, plot_share_below
 from pmor.sets.lost import known
 from pmor.sets.pins import pin_shapes
 from pmor.sets.root_stress import GearStress

@@ -38,7 +38,7 @@ def _reasons(plan: SetPlan, loose: IntArray, steps: IntArray) -> list[str]:
     found = []
     for movement in np.unique(loose[loose >= 0]).tolist():
         what = _moved(plan, movement)
-        found.append(f"{what}: check [planets], or hold it in [supports] by a number instead of \"free\"")
+        found.append(f'{what}: check [planets], or hold it in [supports] by a number instead of "free"')
     circling = (loose < 0) & (steps >= MOST_SINGLE_STEPS)
     if circling.any():
         found.append(NOT_FOUND)

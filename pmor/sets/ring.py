@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.body.rim_stress import RimMotion
+from pmor.body.rim import RimMotion
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.line.kernels.several import SeveralResults
 from pmor.line.pair import section_patterns

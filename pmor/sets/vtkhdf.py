@@ -18,8 +18,16 @@ from pmor.case import Case
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.conventions import rotation_z
 from pmor.core.version import __version__
-from pmor.export.gear_surface import BEFORE, flank_columns, gear_rings, quads_between
-from pmor.export.vtkhdf_grid import QUADRILATERAL, Grid, hat_functions, write_grid
+from pmor.export.gear_surface import (
+    BEFORE,
+    QUADRILATERAL,
+    Grid,
+    flank_columns,
+    gear_rings,
+    hat_functions,
+    quads_between,
+    write_grid,
+)
 from pmor.fe.element import tributary_widths
 from pmor.gear.tooth import Tooth
 from pmor.line.layered_pair import LayeredPair

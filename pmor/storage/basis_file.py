@@ -15,9 +15,8 @@ from pmor.body.root_stress import RootStressShapes
 from pmor.body.support import Support
 from pmor.body.web_stress import WebStress
 from pmor.case import Case, basis_key, basis_settings, parse_case, text_of
-from pmor.case.coarser import coarser
-from pmor.case.live_page import case_of_page
-from pmor.case.width import mirrors_at_mid_width
+from pmor.case.models import coarser
+from pmor.case.width import case_of_page, mirrors_at_mid_width
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import FileFormatError
 from pmor.line.layered_pair import SurfaceLayer

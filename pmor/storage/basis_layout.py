@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from pmor.body.rim_stress import NEIGHBOURS
+from pmor.body.rim import NEIGHBOURS
 from pmor.case import Case
 from pmor.case.width import intervals_across
 from pmor.gear.pair import GearPair

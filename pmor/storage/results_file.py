@@ -1,7 +1,7 @@
 """The results file of a run or a set, for other programs: arrays with unit, axes and description.
 
 Groups stand by themselves, each with the axes that it needs; those that were not asked for are left out. A new kind of
-result is further lines of `RESULTS_LAYOUT`, and the arrays that fill them (`pmor.export.sweep_tables`,
+result is further lines of `RESULTS_LAYOUT`, and the arrays that fill them (`pmor.export.tables`,
 `pmor.report.results_data`); of a set of `SET_LAYOUT` and `pmor.sets.results_data`.
 
 Each axis is a dimension scale of HDF5, so that readers of netCDF have named dimensions with their coordinates:

@@ -12,9 +12,8 @@ from pmor.dynamics.continuation import Branch, Follower, Point, first_point, fol
 from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
 from pmor.dynamics.kernels.laws import VaryingStiffness
 from pmor.dynamics.oscillator import Oscillator
-from pmor.dynamics.period_doubling import doublings
 from pmor.dynamics.response import HARMONICS
-from pmor.dynamics.stability import monodromy
+from pmor.dynamics.stability import doublings, monodromy
 from pmor.validation.check import Check
 
 BENCHMARK = VaryingStiffness(stiffness=1.0, variation=0.2, pulls=False)

@@ -11,9 +11,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pmor.case import Case, other_models
-from pmor.case.coarser import coarser
-from pmor.case.live_page import case_of_page, takes_whole_width
-from pmor.case.width import meshed_width
+from pmor.case.models import coarser
+from pmor.case.width import case_of_page, meshed_width, takes_whole_width
 from pmor.core.errors import InsufficientMemoryError
 from pmor.core.keeping import is_kept
 from pmor.core.memory import MemoryLimit, memory_limits, memory_text

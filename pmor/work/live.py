@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pmor.case.capability import why_not
-from pmor.case.live_page import asks_for_live_page, case_of_page, takes_whole_width
+from pmor.case.width import asks_for_live_page, case_of_page, takes_whole_width
 from pmor.core.progress import stage
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.reduction.basis import Basis

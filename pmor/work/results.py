@@ -13,8 +13,7 @@ from pmor.case import Case
 from pmor.report.data_files import write_summary_json
 from pmor.report.drawing import draw
 from pmor.report.markdown import write_markdown
-from pmor.report.page import Block, Picture, write_page
-from pmor.report.provenance import provenance
+from pmor.report.page import Block, Picture, provenance, write_page
 from pmor.report.style import write_picture
 from pmor.storage.results_folder import remove_working_folder, results_folder, start_results
 from pmor.work.pieces import PARTS
@@ -35,7 +34,7 @@ class Report:
     case : Case, optional
         Case named in the provenance.
     measured_on : mapping, optional
-        As in `pmor.report.provenance.provenance`.
+        As in `pmor.report.page.provenance`.
     page : str
         File name of the page.
     page_only : sequence of blocks

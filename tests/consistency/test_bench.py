@@ -22,7 +22,7 @@ from pmor.lab.bench import (
 )
 from pmor.lab.core import stages
 from pmor.pair.model import mesh_model
-from pmor.report.provenance import machine
+from pmor.report.page import machine
 from pmor.work.cost import Stage
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import largest_size

@@ -13,9 +13,9 @@ from pmor.case import change_case, parse_case
 from pmor.core.errors import ConvergenceError
 from pmor.core.threads import processes
 from pmor.dynamics import law, run, solution
+from pmor.dynamics.force_law import static_displacement
 from pmor.dynamics.force_table import tabulate
 from pmor.dynamics.measure import BRANCHES, RUNS, at_rest, joined, needed_harmonics, solve, speeds_of
-from pmor.dynamics.operating import static_displacement
 from pmor.dynamics.output import FILES
 from pmor.lab.slices import run as slices
 from pmor.lab.slices.page import write_slices

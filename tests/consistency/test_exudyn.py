@@ -15,12 +15,12 @@ import pytest
 import pmor
 from pmor.app.model import ReducedModel
 from pmor.dynamics.exudyn_mesh import BodyOfExudyn, connector
+from pmor.dynamics.force_law import mean_stiffness, static_displacement
 from pmor.dynamics.force_table import tabulate
 from pmor.dynamics.gear_model import gear_model
 from pmor.dynamics.integration import SAMPLES, integrate
 from pmor.dynamics.law import mesh_laws
 from pmor.dynamics.measure import at_rest as rest_of
-from pmor.dynamics.operating import mean_stiffness, static_displacement
 from pmor.dynamics.oscillator import position_under
 from pmor.dynamics.solution import task_of
 from pmor.pair.conditions import assembly_of

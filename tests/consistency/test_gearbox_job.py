@@ -36,9 +36,13 @@ ARRANGEMENTS = {
     "torque through one bearing": ("at_mm = 0.0", "at_mm = 5.0", ""),
     "torque between the bearings": ("at_mm = 0.0", "at_mm = 20.0", "does not enter through one of its bearings"),
     "overhung by more than its bearings are apart": ("at_mm = 70.0", "at_mm = 20.0", "1.5 of the bearings' span off"),
-    "overhung": ('at_mm = 10.0\naxial_N_per_mm = 1e5\nradial_N_per_mm = 2e5\n[[bearings]]\nname = "B"\n'
-                 'shaft = "input"\nat_mm = 70.0', 'at_mm = 2.0\naxial_N_per_mm = 1e5\nradial_N_per_mm = 2e5\n'
-                 '[[bearings]]\nname = "B"\nshaft = "input"\nat_mm = 30.0', ""),
+    "overhung": (
+        'at_mm = 10.0\naxial_N_per_mm = 1e5\nradial_N_per_mm = 2e5\n[[bearings]]\nname = "B"\n'
+        'shaft = "input"\nat_mm = 70.0',
+        "at_mm = 2.0\naxial_N_per_mm = 1e5\nradial_N_per_mm = 2e5\n"
+        '[[bearings]]\nname = "B"\nshaft = "input"\nat_mm = 30.0',
+        "",
+    ),
     "overhung on the side of its torque": ("at_mm = 10.0", "at_mm = 40.0", "does not come to its overhung gear"),
     "off the middle": ("at_mm = 10.0", "at_mm = 30.0", "of the bearings' span off their middle"),
     "bored": ("outer_mm = 20.0", "outer_mm = 20.0, inner_mm = 12.0", "bored by more than half"),
@@ -252,9 +256,7 @@ def test_forces_in_bearings_balance_the_mesh(job):
         assert np.linalg.norm(force["input"]) > entry["meshes"][0]["force_N"]
 
 
-def test_a_load_without_an_equilibrium_is_named_and_the_others_are_written(
-    job, undrawn, tmp_path, monkeypatch, capsys
-):
+def test_a_load_without_an_equilibrium_is_named_and_the_others_are_written(job, undrawn, tmp_path, monkeypatch, capsys):
     import pmor.machine.coupled as coupled
 
     path, solve = job[0], coupled.LoadedGearbox.solve

@@ -13,7 +13,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import load_case
-from pmor.case.live_page import case_of_page
+from pmor.case.width import case_of_page
 from pmor.gear.condition import Condition, Misalignment
 from pmor.gear.modification import Modification
 from pmor.report.live.compliance import packed_compliance

@@ -10,8 +10,7 @@ import pmor.report.run_page
 from pmor.app.skipped import scene, skipped
 from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition
-from pmor.report.page import Picture
-from pmor.report.provenance import provenance
+from pmor.report.page import Picture, provenance
 from pmor.report.run_page import page_files, run_blocks, run_pictures, write_pages
 from pmor.report.screen import result_text
 from pmor.report.summary import accuracy_rows, summary, summary_rows, write_results

@@ -142,7 +142,8 @@ SETS = {
     ),
     "an overload": ("torque_Nm = 300.0", "torque_Nm = 300000.0", "mesh sun-planet"),
     "a floating sun with one planet": (
-        "count = 3\ntangential_um = [10.0, 0.0, 0.0]", "count = 1\n[supports]\nsun_radial_N_per_mm = 'free'",
+        "count = 3\ntangential_um = [10.0, 0.0, 0.0]",
+        "count = 1\n[supports]\nsun_radial_N_per_mm = 'free'",
         "one planet alone pushes the sun aside",
     ),  # fmt: skip
     "a word for a stiffness": ("[load]", '[supports]\nsun_radial_N_per_mm = "soft"\n[load]', "rigid"),

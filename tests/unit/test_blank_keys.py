@@ -7,8 +7,8 @@ import pytest
 
 from pmor.case import basis_key, change_case, describe, make_case, parse_case, text_of
 from pmor.case.capability import why_not
-from pmor.case.coarser import coarser
 from pmor.case.coast import other_flank
+from pmor.case.models import coarser
 from pmor.case.width import meshed_width
 from pmor.core.errors import CaseError
 from tests.support.small_case import case_with

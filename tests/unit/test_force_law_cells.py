@@ -5,9 +5,8 @@ import pytest
 
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics import force_table
-from pmor.dynamics.force_law import forces_at
+from pmor.dynamics.force_law import forces_at, static_displacement
 from pmor.dynamics.force_table import Watched, table_error, tabulate
-from pmor.dynamics.operating import static_displacement
 
 TURN = 2.0 * np.pi
 

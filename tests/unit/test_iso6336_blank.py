@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.gear.classical.iso6336_blank import rim_factor, web_factor
+from pmor.gear.classical.iso6336 import rim_factor, web_factor
 
 # Half of the fourth digit.
 DIGITS = 5.001e-5

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pmor.dynamics.rating import iso_factor
-from pmor.gear.classical.iso6336_dynamic import DynamicFactor, single_from_mesh_stiffness, tolerances_um
+from pmor.gear.classical.iso6336 import DynamicFactor, single_from_mesh_stiffness, tolerances_um
 from pmor.pair.model import gear_pair
 from tests.support.small_case import case_with
 

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from pmor.body.beam import Beam, CircularSection, ShaftMaterial
 from pmor.case import change_case, parse_case
-from pmor.gear.classical.iso6336_face_load import (
+from pmor.gear.classical.iso6336 import (
     face_load_factor,
     running_in,
     shaft_misalignment,

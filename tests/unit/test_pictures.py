@@ -10,11 +10,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.gear.condition import Assembly
-from pmor.report.condition_figure import conditions_figure
-from pmor.report.mesh_figure import LOADED_FLANK_COLOUR, mesh_figure
-from pmor.report.panels import log_log, panels
-from pmor.report.pattern_figure import contact_pattern_figure
-from pmor.report.style import COLOURS, picture_bytes, write_picture
+from pmor.report.run_figures import LOADED_FLANK_COLOUR, conditions_figure, contact_pattern_figure, mesh_figure
+from pmor.report.style import COLOURS, log_log, panels, picture_bytes, write_picture
 from pmor.report.sweep_figures import (
     MOST_TORQUES,
     SHARE_COLOURS,

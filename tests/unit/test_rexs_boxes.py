@@ -366,8 +366,8 @@ def test_lubricant_names_of_loads_flanks_and_misalignment_go_out_and_come_in(tmp
 
 def test_tapered_and_angular_contact_bearings_and_a_blank_are_the_same_in_what_is_written_again(tmp_path):
     """Cones and balls that look both ways, and a wheel with a web: the second file is the first."""
-    cone = 'roller = { rollers = 18, roller_diameter_mm = 7.0, effective_length_mm = 11.0, pitch_diameter_mm = 50.0, '
-    ball = 'ball = { balls = 9, ball_diameter_mm = 9.0, pitch_diameter_mm = 44.0, '
+    cone = "roller = { rollers = 18, roller_diameter_mm = 7.0, effective_length_mm = 11.0, pitch_diameter_mm = 50.0, "
+    ball = "ball = { balls = 9, ball_diameter_mm = 9.0, pitch_diameter_mm = 44.0, "
     kinds = {
         "A": f"{cone}contact_angle_deg = 15.0 }}", "B": f"{cone}contact_angle_deg = -12.0, clearance_mm = -0.01 }}",
         "C": f"{ball}contact_angle_deg = 25.0 }}", "D": f"{ball}contact_angle_deg = -25.0 }}",
@@ -380,9 +380,7 @@ def test_tapered_and_angular_contact_bearings_and_a_blank_are_the_same_in_what_i
         bearings[place] = "\n".join((*lines, inner, ""))
     path = written(tmp_path, "[[bearings]]\n".join((shafts, *bearings)) + f"[[meshes]]{rest}")
     blank = "blank = { rim_thickness_mm = 4.0, web_thickness_mm = 6.0, web_offset_mm = -1.0, hub_radius_mm = 20.0 }"
-    (tmp_path / "small.toml").write_text(
-        SMALL_CASE.replace("bore_radius_mm = 14.0", f"bore_radius_mm = 14.0\n{blank}")
-    )
+    (tmp_path / "small.toml").write_text(SMALL_CASE.replace("bore_radius_mm = 14.0", f"bore_radius_mm = 14.0\n{blank}"))
     one = load(path)
     first = gearbox_rexs(one, (), (), DATE)
     (tmp_path / "box.rexs").write_bytes(first)

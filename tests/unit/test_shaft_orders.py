@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pmor.report.shaft_order_figures import revolution_figure, waterfall_figure
 from pmor.report.summary import ORDERS, write_orders
+from pmor.report.torque_figures import revolution_figure, waterfall_figure
 from pmor.results.shaft_orders import order_name, shaft_orders
 from tests.support.sweeps import PITCH, made_up_sweep
 

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 import pmor.body.elastic_gear
 import pmor.body.far_compliance
 import pmor.body.on_blank
-import pmor.body.rim_stress
+import pmor.body.rim
 import pmor.body.support
 import pmor.fe.perforated_web
 import pmor.pair.blank
@@ -527,7 +527,7 @@ def test_both_flanks_of_a_thin_rimmed_planet_are_the_whole_gear_in_one_matrix(he
 def test_stress_at_the_feet_of_all_teeth_is_that_of_the_whole_gear_in_one_matrix(helix, holes, element, monkeypatch):
     """Rim of 0.64 modules: what is beyond the teeth next to the loaded one, and what holes add, is of all patterns."""
     for name in ("LEAST_FORCE", "LEAST_STRESS"):
-        monkeypatch.setattr(pmor.body.rim_stress, name, 1e-7)
+        monkeypatch.setattr(pmor.body.rim, name, 1e-7)
     monkeypatch.setattr(pmor.body.on_blank, "LEFT_OUT", np.inf)  # with the harmonics that it begins with
     case = case_of(helix, web_offset_mm=3.0, holes=holes)
     across = 2 if element == "hex8i" else 1

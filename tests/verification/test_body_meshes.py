@@ -146,9 +146,7 @@ def test_rigid_motions_cost_no_force_at_the_interface(kind):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("helix", "kind"), [(0.0, "tetra10"), (18.0, "hexahedron20")]
-)
+@pytest.mark.parametrize(("helix", "kind"), [(0.0, "tetra10"), (18.0, "hexahedron20")])
 def test_a_wheel_as_a_mesh_gives_what_the_same_blank_by_dimensions_gives(helix, kind, tmp_path):
     grown = 2.5 * TEETH / 2.0 * (1.0 / np.cos(np.radians(helix)) - 1.0)  # the root circle of a helical gear
     radii = [r if r < 17.0 else r + grown for r in RADII]

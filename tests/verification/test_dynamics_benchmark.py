@@ -9,9 +9,8 @@ from pmor.core.errors import ConvergenceError
 from pmor.dynamics.continuation import Follower
 from pmor.dynamics.harmonic_balance import rest, rms, solution_of, solve_at
 from pmor.dynamics.integration import integrate, run_through
-from pmor.dynamics.period_doubling import between_orders, doublings
 from pmor.dynamics.response import response
-from pmor.dynamics.stability import monodromy, stability_of
+from pmor.dynamics.stability import between_orders, doublings, monodromy, stability_of
 from pmor.validation.motion import BENCHMARK, DIGITS, followed
 from tests.support.motion import along_line_of_action, monodromies, multipliers, state_of
 

@@ -5,12 +5,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from pmor.core.errors import ConvergenceError
-from pmor.dynamics.force_law import forces_at
+from pmor.dynamics.force_law import forces_at, static_displacement
 from pmor.dynamics.force_table import table_error, tabulate
 from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
 from pmor.dynamics.integration import integrate
 from pmor.dynamics.kernels.laws import VaryingStiffness
-from pmor.dynamics.operating import static_displacement
 from pmor.dynamics.oscillator import Oscillator, static_stiffness_of
 from pmor.dynamics.response import response
 from pmor.dynamics.stability import monodromy

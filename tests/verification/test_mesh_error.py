@@ -15,7 +15,7 @@ import pmor.fe.perforated_web
 import pmor.pair.blank
 import pmor_online.mesh_error
 from pmor.case import change_case
-from pmor.case.coarser import coarser
+from pmor.case.models import coarser
 from pmor.core.errors import FileFormatError, PmorError
 from pmor.pair.conditions import conditions_of
 from pmor.storage.basis_file import read_basis, write_basis

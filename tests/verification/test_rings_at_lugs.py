@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 
 import pmor.body.elastic_gear
 import pmor.body.far_compliance
-import pmor.body.rim_stress
+import pmor.body.rim
 import pmor.body.support
 from pmor.body.blank import blank_response
 from pmor.body.elastic_gear import elastic_gear
@@ -217,7 +217,7 @@ def whole_ring(mesh, blank, element, teeth):
 def test_a_ring_at_lugs_is_the_whole_ring_in_one_matrix(helix, element, monkeypatch):
     monkeypatch.setattr(pmor.body.support, "LEAST_MOVED", 1e-12)
     monkeypatch.setattr(pmor.body.far_compliance, "LEFT_OUT", 1e-12)
-    for module in (pmor.body.rim_stress, pmor.body.elastic_gear):
+    for module in (pmor.body.rim, pmor.body.elastic_gear):
         monkeypatch.setattr(module, "LEAST_MOVED", 1e-8)
     lugs = {"at_deg": [0.0, 60.0, 150.0, 222.0, 290.0], "lug_deg": 14.0, "first_deg": 7.0}
     mesh, blank, element = small_ring(helix, lugs, element=element, width_elements=1)

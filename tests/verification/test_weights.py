@@ -66,6 +66,7 @@ def test_bearings_carry_shafts_and_gears(tmp_path):
 
 def test_what_a_shaft_fills_of_its_gear_weighs_once(tmp_path):
     """A pinion held within its shaft, as one that is cut from it."""
+
     def narrow(folder, text):
         path = written(folder, text)
         (folder / "small.toml").write_text(SMALL_CASE.replace("bore_radius_mm = 10.0", "bore_radius_mm = 6.0"))

@@ -165,8 +165,7 @@ def _open_shifts(
     asked = f", where the file asks for {rule}" if rule.startswith("equal_") and rule not in KNOWN_RULES else ""
     how = f"of {total:.6g} in all, from {by}, split by a rule: {name}{asked}"
     return {
-        gear.number: Shift(shift, f"profile shift {shift:.6g} {how}")
-        for gear, shift in zip(pair, shifts, strict=True)
+        gear.number: Shift(shift, f"profile shift {shift:.6g} {how}") for gear, shift in zip(pair, shifts, strict=True)
     }
 
 

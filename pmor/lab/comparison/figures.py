@@ -10,8 +10,7 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.lab.comparison.curves import SAMPLINGS, Curves
 from pmor.lab.comparison.measure import WANTED_EFFECTIVITY, Row
-from pmor.report.panels import log_log, name_points, panels
-from pmor.report.style import COLOURS
+from pmor.report.style import COLOURS, log_log, name_points, panels
 from pmor.work.states import SMALLEST_ERROR_UM
 
 if TYPE_CHECKING:

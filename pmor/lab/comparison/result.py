@@ -14,8 +14,7 @@ from pmor.lab.comparison.curves import SAMPLINGS, Curves
 from pmor.lab.comparison.figures import SAMPLING_NAMES, decay_figure, estimate_figure, run_time_figure
 from pmor.lab.comparison.measure import WANTED_EFFECTIVITY, Row, Truth
 from pmor.lab.comparison.variants import PARAMETERS
-from pmor.report.page import Block, Heading, Picture, Warning
-from pmor.report.provenance import machine
+from pmor.report.page import Block, Heading, Picture, Warning, machine
 from pmor.work.results import Report, writing_results
 from pmor.work.states import SMALLEST_ERROR_UM, state_text
 from pmor.work.table import Columns, table, text_lines

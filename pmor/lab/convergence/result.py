@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 from pmor.case import Case
 from pmor.core.shown import brief
 from pmor.report.page import Block, Picture, Warning
-from pmor.report.panels import log_log, panels
-from pmor.report.style import COLOURS
+from pmor.report.style import COLOURS, log_log, panels
 from pmor.report.table import Table
 from pmor.work.results import Report, writing_results
 from pmor.work.table import Columns, table, text_lines, two_digits

@@ -11,8 +11,7 @@ import numpy as np
 from pmor.case import Case, text_of
 from pmor.dynamics.measure import Data
 from pmor.report.page import Block, Picture
-from pmor.report.panels import panels
-from pmor.report.style import COLOURS
+from pmor.report.style import COLOURS, panels
 from pmor.work.results import Report, writing_results
 from pmor.work.table import Columns, table
 

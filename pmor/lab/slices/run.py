@@ -16,12 +16,11 @@ from pmor.body.flank_compliance import FlankCompliance
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, ConvergenceError
-from pmor.dynamics.force_law import forces_at
+from pmor.dynamics.force_law import PHASES, forces_at, static_displacement
 from pmor.dynamics.gear_model import gear_model
 from pmor.dynamics.harmonic_balance import rms
 from pmor.dynamics.law import cycles_of, force_law
 from pmor.dynamics.measure import HZ, Data, Task, at_rest, needed_harmonics, speeds_of
-from pmor.dynamics.operating import PHASES, static_displacement
 from pmor.dynamics.quantities import UM
 from pmor.dynamics.response import response
 from pmor.dynamics.solution import reduced_of, task_of

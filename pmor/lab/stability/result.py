@@ -16,8 +16,7 @@ from pmor.lab.stability.matrix import matrix
 from pmor.lab.stability.measure import MOST_STEPS, Entry
 from pmor.lab.stability.variants import REFERENCES
 from pmor.report.page import Block, Heading, Picture, Warning
-from pmor.report.panels import log_log
-from pmor.report.style import COLOURS, new_figure, plot_style
+from pmor.report.style import COLOURS, log_log, new_figure, plot_style
 from pmor.report.table import Table
 from pmor.work.results import Report, writing_results
 from pmor.work.table import Columns, table, two_digits

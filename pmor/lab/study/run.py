@@ -17,7 +17,7 @@ from pmor.lab.study.cells import StudyCases, StudyParts, study_cases
 from pmor.lab.study.result import FILES, StudyResult
 from pmor.lab.study.settings import Cell, Study
 from pmor.lab.study.table import study_table
-from pmor.report.provenance import machine
+from pmor.report.page import machine
 from pmor.storage.results_folder import working_folder
 from pmor.work.cost import refuse_beyond_memory
 from pmor.work.pieces import Piece, Result, file_name, run_pieces

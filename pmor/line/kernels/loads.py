@@ -280,8 +280,10 @@ def _solve(lines, flexibility, i, load, held, rate, width, compliance, corners, 
                 _touch_at(lines, flexibility, i, advance, nearby, count, width, compliance, force, single, workspace)
                 and settled
             )
-        if settled and error <= TOLERANCE and (
-            held or _balanced(lines, i, load, before, advance, force, count, workspace)
+        if (
+            settled
+            and error <= TOLERANCE
+            and (held or _balanced(lines, i, load, before, advance, force, count, workspace))
         ):
             return advance, step, count, stiffness
     return advance, MAX_STEPS, -1, 0.0
