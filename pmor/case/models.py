@@ -1,5 +1,4 @@
-"""Cases beside a case: its reduced models, each with its contact scheme, and the same case on a coarser mesh.
-"""
+"""Cases beside a case: its reduced models, each with its contact scheme, and the same case on a coarser mesh."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """ISO 6336-1, method B: tooth stiffness, light blanks, dynamic factor, face load factor.
 
-Tooth stiffness: a regression on c' of one tooth pair and c_gamma of the mesh. Source: ISO 6336-1:2006,
-clause 9 (in the 2019 edition likewise): q' is Linke's and Schäfer's series for the minimum flexibility of a tooth pair; constants C1 to C9 as printed there.
+Tooth stiffness: a regression on c' of one tooth pair and c_gamma of the mesh. Source: ISO 6336-1:2006, clause 9 (in the
+2019 edition likewise): q' is Linke's and Schäfer's series for the minimum flexibility of a tooth pair; constants C1 to
+C9 as printed there.
 
 A light blank: factors of stiffness and of root stress for a web and a thin rim.
 
