@@ -66,7 +66,7 @@ class CircularSection:
 
     @property
     def second_moment(self) -> float:
-        """Of area about a diameter, mm^4."""
+        """Second moment of area about a diameter, mm^4."""
         return math.pi / 64.0 * (self.outer**4 - self.inner**4)
 
     def shear_coefficient(self, poisson_ratio: float) -> float:

@@ -65,7 +65,7 @@ class FilletPoints:
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Of the stress in the surface: points, columns, components."""
+        """Shape of the stress in the surface: points, columns, components."""
         return len(self.section), len(self.z), 3
 
 

@@ -72,7 +72,7 @@ def _lugs(case: Case) -> str:
     return rule if case.pair.wheel.rim_gives else ""
 
 
-# What capabilities take, of cases that they do not take; empty of others.
+# A rule says which cases its capabilities take, for a case that they do not take; of others it is empty.
 LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
     (_shapes, ("campaign", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set")),
     (_coast, ("campaign", "design", "exudyn", "fmu", "gearbox", "page", "rexs", "vtkhdf")),

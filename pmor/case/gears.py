@@ -177,7 +177,7 @@ class GearCase:
 
     @property
     def sign(self) -> int:
-        """Of tooth number, radii and centre distance by ISO 21771: -1 of a ring."""
+        """Sign of tooth number, radii and centre distance by ISO 21771: -1 of a ring."""
         return -1 if self.internal else 1
 
     @property

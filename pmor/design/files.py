@@ -192,7 +192,7 @@ class SetDesign(DesignFile):
 
     @property
     def cases(self) -> Mapping[str, Case]:
-        """Of all meshes that differ."""
+        """Cases of all meshes that differ."""
         return self.set.cases
 
     searched = cases

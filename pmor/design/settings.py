@@ -134,12 +134,12 @@ class Goal:
 
     @property
     def unit(self) -> str:
-        """Of the objective, as pages write it; empty of a factor."""
+        """Unit of the objective, as pages write it; empty of a factor."""
         return "µm" if self.minimise.endswith("_um") else ""
 
     @property
     def column(self) -> str:
-        """Of the objective in tables and plain data."""
+        """Key of the objective in tables and plain data."""
         return "objective_um" if self.unit else "objective"
 
 

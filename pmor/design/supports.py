@@ -54,7 +54,7 @@ class Supports:
 
     @property
     def number(self) -> int:
-        """Of the mesh that is designed."""
+        """Number of the mesh that is designed."""
         return list(self.pairs).index(self.file.mesh)
 
     @property

@@ -195,10 +195,10 @@ def cycles_of(case: Case, pair: GearPair) -> int:
 
 
 def alike_cycles(reduced: ReducedPair, assembly: Assembly) -> tuple[int, ...]:
-    """Return of each mesh cycle after which a force law repeats the number of its kind, as they first come.
+    """Return the kind of each mesh cycle of the period of a force law; kinds are numbered as they first come.
 
-    Cycles are of a kind where the teeth that can touch are out of their places alike, and in the cycles beside them,
-    and holes stand alike.
+    Two cycles are of one kind where the teeth that can touch have the same pitch deviations, those of the neighbouring
+    cycles too, and holes stand alike.
     """
     meshed, holes = reduced.meshed, reduced.basis.case.pair.repeats_after
     pinion, wheel = (flank.pitch_deviations_um for flank in (assembly.pinion, assembly.wheel))

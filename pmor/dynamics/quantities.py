@@ -32,7 +32,7 @@ class Cycle:
 
 @dataclass(frozen=True)
 class PointQuantities:
-    """Of a point of a branch."""
+    """Quantities of a point of a branch."""
 
     # Dynamic transmission error about its mean
     dte_rms_um: float

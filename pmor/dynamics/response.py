@@ -38,7 +38,7 @@ class Response:
 
     @property
     def folds(self) -> tuple[Fold, ...]:
-        """Of motion that repeats with the mesh, by rising frequency."""
+        """Folds of motion that repeats with the mesh, by rising frequency."""
         found = [fold for branch in self.branches if branch.balance.cycles == 1 for fold in branch.folds]
         return tuple(sorted(found, key=lambda fold: fold.point.speed))
 
@@ -69,7 +69,10 @@ def response(
 
 
 def _from_above(balance: Balance, high: float) -> tuple[Follower, Point]:
-    """Return the motion at the upper limit, headed downwards; amid a resonance come to from above."""
+    """Return the motion at the upper limit, headed downwards.
+
+    Where the limit lies within a resonance the branch is begun above it, and followed down to the limit.
+    """
     speed = high
     while True:
         try:

@@ -61,7 +61,7 @@ class Block:
 
     @property
     def nodes_z(self) -> FloatArray:
-        """Of the columns of nodes: lines and the middles between them, mm."""
+        """Place z of the columns of nodes: lines and the middles between them, mm."""
         return with_middles(self.z)
 
 

@@ -87,7 +87,7 @@ class PerforatedWeb:
 
     @property
     def thickness(self) -> float:
-        """Of the whole web, mm."""
+        """Thickness of the whole web, mm."""
         return (self.z[1] - self.z[0]) * (2.0 if self.mirrored else 1.0)
 
     @property
@@ -163,7 +163,7 @@ class PerforatedWeb:
 
     @property
     def phase(self) -> ComplexArray:
-        """Of amplitudes in the frame of the first hole, over those in the frame of tooth 0."""
+        """Phase of amplitudes in the frame of the first hole against those in the frame of tooth 0."""
         n = np.arange(-self.largest, self.largest + 1)
         return np.asarray(np.exp(1j * n * self.first).repeat(2 * len(self.parts)))
 

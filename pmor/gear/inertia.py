@@ -11,7 +11,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Inertia:
-    """Of a gear with all parts that move with it; those of parts about common axes add."""
+    """Inertia of a gear with all parts that move with it; those of parts about common axes add."""
 
     mass_kg: float
     polar_kg_m2: float  # About its axis

@@ -46,7 +46,7 @@ class LinePair:
 
     @property
     def base_radius(self) -> float:
-        """Of the pinion, mm."""
+        """Base radius of the pinion, mm."""
         return self.meshed.pair.pinion.base_radius
 
     def place(self, phi: FloatArray, misalignment: Misalignment) -> PlacedSections:
@@ -114,7 +114,7 @@ class PlacedSections:
 
     @property
     def arrays(self) -> tuple[np.ndarray, ...]:
-        """Of the sections and their flexibilities."""
+        """Arrays of the sections and their flexibilities."""
         return (*self.lines, *self.flexibility)
 
     @cached_property

@@ -38,7 +38,7 @@ WHOLE = 1e-6
 # Approach of flanks, over the one to expect, up to which sections are made ready first.
 REACH = 2.0
 MOST_ROUNDS = 8
-# Of flexibilities that are held at a time.
+# Memory of the flexibilities that are held at a time.
 MOST_BYTES = 2**28
 
 
@@ -224,7 +224,7 @@ class PlacedTrain:
 
     @cached_property
     def width(self) -> FloatArray:
-        """Of all sections, mm."""
+        """Width of all sections, mm."""
         of_meshes = (one.mesh.pair.meshed for one in self.placed)
         return np.concatenate([np.tile(meshed.width, meshed.tooth_pair_count) for meshed in of_meshes])
 

@@ -1,6 +1,7 @@
-"""Where a solved gearbox leaves what its equations, or its parts, stand for: loads lifted off, overloads, large angles.
+"""Warnings about a solved gearbox: bearings without load or overloaded, faces that lift off, angles that are too large.
 
-Sentences with load, part, value and rule; the numbers themselves are results as they are.
+A warning is a sentence with load, part, value and rule. It says where a state is outside the range of the equations;
+the results themselves are not changed.
 """
 
 from __future__ import annotations

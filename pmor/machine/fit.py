@@ -121,7 +121,7 @@ def level(reduced: ReducedPair, meshes: Sequence[SolvedMesh], aligned: bool = Fa
     starts = [np.array([slope, 0.1 * size]) for slope in (-0.5 * size, 0.5 * size)]
     whole, deciding = solver(meshes), list[int]()
     place = min(starts, key=lambda amounts: float(factors(whole, amounts).max()))
-    # Few loads decide: they are joined by those that are worse where they leave the amounts.
+    # Few loads decide. The amounts are searched under these; where another load is then worse, it joins them.
     while (worst := int(np.argmax(factors(whole, place)))) not in deciding:
         deciding.append(worst)
         few = solver([meshes[number] for number in deciding])

@@ -52,7 +52,7 @@ class RexsLoads:
         return tuple(replace(load, fraction=f, hours=h) for load, (f, h) in zip(found, times, strict=True))
 
     def names(self, cases: Sequence[dict[int, Component]]) -> list[str]:
-        """Of the load cases: those by the name of ours, else their numbers."""
+        """Names of the load cases: those by the name of ours, else their numbers."""
         unit = next(iter(self.gearbox.of_kind("gear_unit")), None)
         said = [case[unit.number].text_of(LOAD_NAME) if unit and unit.number in case else "" for case in cases]
         numbers = [f"load case {number}" for number in range(1, len(cases) + 1)]

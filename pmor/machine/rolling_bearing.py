@@ -146,7 +146,7 @@ class BallBearing:
 
     @cached_property
     def contacts(self) -> tuple[PointContact, PointContact]:
-        """Of a ball with the inner and the outer raceway."""
+        """Contacts of a ball with the inner and the outer raceway."""
         gamma = self.ball_diameter_mm * math.cos(math.radians(self.contact_angle_deg)) / self.pitch_diameter_mm
         inner = _point_contact(self.ball_diameter_mm, gamma / (1.0 - gamma), self.inner_osculation)
         return inner, _point_contact(self.ball_diameter_mm, -gamma / (1.0 + gamma), self.outer_osculation)

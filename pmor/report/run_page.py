@@ -160,7 +160,7 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
 
 
 def _over_pitches(result: OnlineResult) -> list[Picture]:
-    """Of a sweep whose teeth may differ."""
+    """Pictures of a sweep whose teeth may differ."""
     sweep, pair = result.sweep, result.case.pair
     teeth = pair.pinion.teeth, pair.wheel.teeth
     caption = (

@@ -42,7 +42,7 @@ class Share:
 
     @property
     def name(self) -> str:
-        """Of the case."""
+        """Name of the case."""
         return "-".join(self.members)
 
 

@@ -75,7 +75,7 @@ class SetFile:
 
     @property
     def teeth(self) -> tuple[float, float]:
-        """Of sun and ring, as `pmor.sets.kinematics.member_speeds` takes them."""
+        """Teeth of sun and ring, as `pmor.sets.kinematics.member_speeds` takes them."""
         inner, outer = (case.pair for case in self.cases.values())
         return inner.pinion.teeth, outer.wheel.teeth * inner.wheel.teeth / outer.pinion.teeth
 

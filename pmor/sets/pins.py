@@ -88,12 +88,12 @@ class PlanetsOnPins:
 
     @property
     def count(self) -> int:
-        """Of planets."""
+        """Number of planets."""
         return len(self.turned) // self.pin.carried.shape[1]
 
     @cached_property
     def compliance(self) -> FloatArray:
-        """Of the hubs of all planets, equation (2), (6 N, 6 N)."""
+        """Compliance of the hubs of all planets, equation (2), (6 N, 6 N)."""
         each = np.eye(self.count)
         carried = np.kron(each, self.pin.carried)
         return np.asarray(np.kron(each, self.pin.compliance) + carried @ self._seats_give @ carried.T)

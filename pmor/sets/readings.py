@@ -190,7 +190,7 @@ def _planet_data(solved: SetSolution, number: int, place: int) -> Data:
 
 
 def _bearing_data(solved: SetSolution, number: int, place: int) -> list[Data]:
-    """Of a planet on its pin; none where it has no pin."""
+    """Data of the bearings of a planet on its pin."""
     assert solved.plan.on_pins is not None
     loads = solved.bearing_loads[number, :, place]
     forces, moments = np.linalg.norm(loads[..., :2], axis=2).T, np.linalg.norm(loads[..., 2:], axis=2).T

@@ -177,7 +177,7 @@ class SetResult(Tabular):
 
     @property
     def _torques_Nm(self) -> FloatArray:
-        """Of the member that the file names."""
+        """Torques of the member that the file names."""
         return np.asarray(self.solution.torque_Nm * self.file.plan.nominal_Nm / self.file.plan.torque_Nm)
 
     def __repr__(self) -> str:

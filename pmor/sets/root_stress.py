@@ -183,9 +183,10 @@ def _gear(placed: PlacedTrain, meshes: Sequence[_Mesh], number: int, pitches: in
 def _blocks(
     placed: PlacedTrain, meshes: Sequence[_Mesh], found: SeveralResults, pitches: int
 ) -> Iterator[tuple[BoolArray, list[tuple[LoadedTeeth, ...]]]]:
-    """Teeth of both gears of each mesh, by the numbers of their bodies, for blocks of all angles.
+    """Yield for blocks of angles which states are lost, (D, a), and the loaded teeth of both gears of each mesh.
 
-    Before them which states did not converge, (D, a), of torques that have others.
+    A state is lost where it did not converge under a torque under which others did. Teeth have the numbers of their
+    bodies.
     """
     lost = ~found.converged & found.converged.any(axis=1, keepdims=True)
     angles = len(placed.phi)

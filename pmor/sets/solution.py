@@ -73,7 +73,7 @@ class SetSolution:
 
     @property
     def angles_per_pitch(self) -> int:
-        """Of the first gear."""
+        """Angles to a pitch of the first gear."""
         return self.converged.shape[1] // self.pitches
 
     @property
@@ -83,7 +83,7 @@ class SetSolution:
 
     @property
     def pitch_rad(self) -> float:
-        """Of the first gear."""
+        """Pitch of the first gear."""
         return self.train.meshes[0].pair.meshed.pair.pitch
 
     @property
@@ -138,14 +138,14 @@ class SetSolution:
 
     @cached_property
     def hub_displacement(self) -> FloatArray:
-        """Of all hubs from where a set without load has them, (D, A, B, 6), mm and rad."""
+        """Displacement of all hubs from where a set without load has them, (D, A, B, 6), mm and rad."""
         grid = *self.converged.shape, len(self.train.bodies), HUB
         wrench = self.hub_wrench.reshape(*grid[:2], -1)
         moved = wrench @ self.train.compliance + self.found.movement @ self.train.free
         return np.asarray(moved.reshape(grid))
 
     def mesh_displacement(self, mesh: int) -> FloatArray:
-        """Of both hubs of a mesh from where the drawing has them, errors too, in axes of its pair, (D, A, 2, 6)."""
+        """Displacement of both hubs of a mesh from the drawing, errors too, in axes of its pair, (D, A, 2, 6)."""
         one = self.train.meshes[mesh]
         return np.asarray(self._from_the_drawing[:, :, list(one.bodies)] @ one.to_train)
 
@@ -196,7 +196,7 @@ class SetSolution:
 
     @cached_property
     def planet_displacement_mm(self) -> FloatArray:
-        """Of the middle of each planet, outwards and in the sense in which the torque turns the sun, (D, A, N, 2)."""
+        """Displacement of each planet's middle, outwards and as the torque turns the sun, (D, A, N, 2)."""
         return self.outwards_and_around(self.hub_displacement[:, :, list(self.plan.planets), :2])
 
     @cached_property
@@ -207,7 +207,7 @@ class SetSolution:
 
     @cached_property
     def bearing_loads(self) -> FloatArray:
-        """Of the b bearings of each planet on its pin, as in `pmor.sets.pins.PlanetOnPin`, (D, A, N, b, 4)."""
+        """Loads on the b bearings of each planet, as in `pmor.sets.pins.PlanetOnPin`, (D, A, N, b, 4)."""
         assert self.plan.on_pins is not None, "of a planetary set"
         return self.plan.on_pins.on_bearings(self.planet_wrench)
 
@@ -302,12 +302,12 @@ class SetSolution:
 
     @cached_property
     def root_stress(self) -> tuple[GearStress, ...]:
-        """Of all bodies; none where it was not asked for."""
+        """Root stress of all bodies; none where it was not asked for."""
         return root_stress_of_set(self.placed, self.found, self.pitches)
 
     @cached_property
     def ring_deflection(self) -> RingDeflection | None:
-        """Of a ring with several meshes."""
+        """Deflection of a ring with several meshes."""
         return ring_deflection(self.placed, self.found, self.pitches, self.plan.clockwise)
 
     def ste_orders(self, torque: int) -> Orders:

@@ -142,7 +142,7 @@ class _Draft:
 
     @property
     def widths(self) -> list[float]:
-        """Of the faces of sun, planets and ring."""
+        """Face widths of sun, planets and ring."""
         return [gear.face_width_mm or case.pair.face_width_mm for case in self.file.cases.values()
                 for gear in (case.pair.pinion, case.pair.wheel)]  # fmt: skip
 

@@ -129,7 +129,7 @@ def _points(solved: SetSolution, one: _Surface, steps: IntArray) -> FloatArray:
 
 
 def _side(solved: SetSolution) -> FloatArray:
-    """Of a plan that is the image, x to -x, of the set."""
+    """Signs of x, y, z: a plan on coast flanks has x the other way."""
     return np.array([-1.0 if solved.plan.clockwise else 1.0, 1.0, 1.0])
 
 

@@ -103,7 +103,7 @@ def test_an_arrangement_that_the_standard_does_not_know_is_said(name, job, tmp_p
 
 
 def test_bounds_are_named_with_load_part_and_value(job):
-    """Of the solved box with entries made up: a bearing without load, one overloaded, a face half of which carries."""
+    """The solved box with entries made up: a bearing without load, one overloaded, a face half of which carries."""
     path, _ = job
     found = pmor.gearbox(path)
     solved, entry = found.loads[0], found.data["loads"][0]

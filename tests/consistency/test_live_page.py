@@ -271,7 +271,7 @@ def test_half_the_width_gets_the_whole_one_for_its_page(spur):
 
 
 def test_the_compliance_is_rounded_to_one_step(spur):
-    """Of a node, in row 9 of column 2: how it moves along its normal, and how the same node of the next tooth does."""
+    """The node in row 9 of column 2: how it moves along its normal, and how that of the next tooth does."""
     _, pair = spur
     blocks, gear = pair.flank_compliance.gears[0], pair.meshed.gears[0]
     rows, columns = gear.nodes.shape[:2]

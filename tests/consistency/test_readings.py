@@ -127,7 +127,7 @@ def test_harris_table_begins_with_the_rigid_flanks(run, tmp_path):
 
 
 def test_harris_map_and_light_pattern_see_all_teeth_that_the_sweep_sees(tmp_path):
-    """Of teeth with pitch deviations the first pitch shows a part of the peak-to-peak alone: a turn is the default."""
+    """With pitch deviations the first pitch shows a part of the peak-to-peak alone: a turn is the default."""
     online = {"torques_Nm": TORQUES, "angles_per_pitch": 6}
     deviations = [12.0 * math.sin(2.0 * math.pi * tooth / 21) for tooth in range(21)]
     model = model_of("spur", online=online, **{"pinion.modification": {"pitch_deviations_um": deviations}})

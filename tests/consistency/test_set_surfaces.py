@@ -70,7 +70,7 @@ def test_gears_touch_where_they_carry(solved):
 
 
 def test_the_integral_of_the_line_loads_shown_is_the_force(solved):
-    """Of each gear, all its meshes together, over the transverse sections of its surface."""
+    """Forces of each gear, all its meshes together, over the transverse sections of its surface."""
     found, _, _, points, cells, gear, fields = solved
     torque = nominal_torque(found.file, found.solution)
     for number in range(len(found.solution.plan.bodies)):

@@ -169,7 +169,7 @@ def test_training_states_that_are_not_those_of_the_basis(basis, model):
 
 @pytest.mark.parametrize("factor", [100.0, 0.01])
 def test_an_error_bar_that_is_far_from_the_error(factor, basis, model, monkeypatch):
-    """Of a basis with errors of 0.1 %, and bars a hundred times as long, or as short."""
+    """A basis has errors of 0.1 %, and bars a hundred times as long, or as short."""
 
     def wrong(*arguments):
         ste, _ = estimate_errors(*arguments)

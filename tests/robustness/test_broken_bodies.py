@@ -301,7 +301,7 @@ def half():
 
 
 def turning(stiffness):
-    """Of a body that turns about its axis without force."""
+    """Stiffness matrix of a body that turns about its axis without force."""
     x, y, _ = condensed()[0].T
     turn = np.stack([-y, x, np.zeros_like(x)], axis=1).ravel()
     force = stiffness @ turn

@@ -39,7 +39,7 @@ def paper(**changes):
     ],
 )
 def test_half_the_addresses_end_in_one_line(command, profile_elements, tmp_path):
-    """Of a case that the libraries alone would not leave any to, and of one that is refused for its size."""
+    """One case gets no memory beside the libraries, the other is refused for its size."""
     case = paper(mesh={"profile_elements": profile_elements, "width_elements": 16, "width": "whole"})
     needed = max(stage.memory for stage in stages(case)) + RESERVED_BYTES
     path = tmp_path / "case.toml"

@@ -74,7 +74,7 @@ def on_columns(reduced):
 
 @contextmanager
 def sections_on_columns():
-    """Of all pairs whose sections are placed within."""
+    """Within, pairs are placed with sections on the columns of their nodes."""
     with patch.object(layered_pair, "flank_sections", lambda *known: flank_sections(*known[:4])):
         yield
 

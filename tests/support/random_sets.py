@@ -28,7 +28,7 @@ ANGLES = 2
 
 @dataclass(frozen=True)
 class Balance:
-    """Of sets, (n, A): whether they converged, what is out of balance over the forces; mesh load factors, (n,)."""
+    """Balance of sets, (n, A): whether they converged, what is out of balance over the forces; load factors, (n,)."""
 
     converged: np.ndarray
     left: np.ndarray

@@ -47,7 +47,7 @@ def read(box, tmp_path):
 
 
 def forces(file):
-    """Of all bearings under the first load, N, by name."""
+    """Forces of all bearings under the first load, N, by name."""
     gearbox = loaded(file.model, file.model.sections.loads[0])
     return {one["name"]: np.array(one["force_N"]) for one in carried(gearbox, gearbox.solve())}
 

@@ -142,7 +142,7 @@ def test_a_shift_follows_from_the_axes_where_no_teeth_reach_over_the_centre_dist
 
 @pytest.mark.parametrize("by_axes", [False, True])
 def test_a_shift_that_is_not_said_follows_from_the_centre_distance(tmp_path, by_axes):
-    """Of the other program, but for the tip circle: addendum 1 on both gears."""
+    """The other program has the same shifts, but for the tip circle: addendum 1 on both gears."""
     without = [*OPEN_WHEEL, *TIPS, *([("cylindrical_stage", "center_distance")] if by_axes else [])]
     found = read_stage(file_of(tmp_path, **HELICAL, wheel=WHEEL, without=without))
     pair = gear_pair(found.case)

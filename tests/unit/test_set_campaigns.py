@@ -79,7 +79,7 @@ def test_module_and_bores_follow_from_the_diameter_of_the_ring():
                      ("sun", "ring", "carrier") if held != on]
 )  # fmt: skip
 def test_the_ratio_is_that_of_the_driven_member_whichever_drives(on, held):
-    """Of 18 and 54 teeth sun, ring and carrier turn as 18 s + 54 r = 72 c says."""
+    """With 18 and 54 teeth sun, ring and carrier turn as 18 s + 54 r = 72 c says."""
     ratios = {("sun", "ring"): 4.0, ("sun", "carrier"): 3.0, ("ring", "sun"): 4.0 / 3.0, ("ring", "carrier"): 1.0 / 3.0,
               ("carrier", "ring"): 0.25, ("carrier", "sun"): 0.75}  # fmt: skip
     base = BASE.replace("torque_Nm = 300.0", f'torque_Nm = 300.0\non = "{on}"\nheld = "{held}"')

@@ -481,7 +481,7 @@ def test_sectors_on_a_blank_are_the_whole_gear_in_one_matrix(helix, holes, eleme
 @pytest.mark.slow
 @pytest.mark.parametrize(("helix", "holes"), [(0.0, HOLES), (18.0, HOLES)])
 def test_both_flanks_of_a_thin_rimmed_planet_are_the_whole_gear_in_one_matrix(helix, holes, monkeypatch):
-    """Of the flank and of the other one of all teeth, under forces on the flank of one, through rim, web and holes."""
+    """Displacement of both flanks of all teeth, under forces on the flank of one, through rim, web and holes."""
     monkeypatch.setattr(pmor.body.far_compliance, "LEFT_OUT", 1e-12)
     monkeypatch.setattr(pmor.body.support, "LEAST_MOVED", 1e-12)
     monkeypatch.setattr(pmor.body.on_blank, "LEFT_OUT", np.inf)  # with the harmonics that it begins with

@@ -68,7 +68,7 @@ def test_a_narrow_wheel_aside_advances_by_what_the_axes_are_apart_there():
 
 
 def test_under_ever_less_load_the_transmission_error_is_that_without():
-    """Of spur flanks; helical ones touch between sections too (`test_line_loads`)."""
+    """Flanks are spur ones; helical ones touch between sections too (`test_line_loads`)."""
     tilt = pmor.Misalignment(in_plane_um=15.0, out_of_plane_um=-20.0, centre_distance_um=10.0)
     light = swept(model(), tilt, 1e-4)
     assert_allclose(light.ste_um[0], light.unloaded_um, rtol=0.0, atol=0.02)

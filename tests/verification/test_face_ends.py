@@ -84,7 +84,7 @@ def bricks(roll):
 
 
 def flank_compliance(mesh, stiffness, rows):
-    """Of rows of flank nodes, shape (rows, columns, 3, rows, columns, 3), mm/N."""
+    """Compliance of rows of flank nodes, shape (rows, columns, 3, rows, columns, 3), mm/N."""
     held = np.unique(np.concatenate([mesh.bore, mesh.left, mesh.right]))
     nodes = mesh.flank[rows]
     own = nodes_of_elements(mesh, nodes)

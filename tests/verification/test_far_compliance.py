@@ -65,7 +65,7 @@ def test_far_flanks_and_roots_of_far_teeth_give_way_as_in_the_whole_gear(helix_d
 
 
 def test_the_other_flank_is_an_image_of_the_flank():
-    """Of spur gears the compliance is the same there; of helical ones it is that of the other hand."""
+    """Spur gears have the same compliance there, helical ones that of the other hand."""
     _, spur, _ = gear(0.0, "hex8i", 1)
     for k in OFFSETS:
         assert_allclose(spur.far.images[k], spur.far.flanks[k], rtol=0.0, atol=1e-9 * np.abs(spur.far.flanks[4]).max())

@@ -53,7 +53,7 @@ def model(request):
 
 
 def test_contact_ratios_of_the_fva_planetary_stage_are_the_published_ones():
-    """Of the tip circles: roots that are cut sharply leave all of the flanks."""
+    """They count between the tip circles: roots that are cut sharply leave all of the flanks."""
     planet, sun = (Tooth(teeth, 4.0, ALPHA, rack_tip_radius=0.0) for teeth in (22, 17))
     inner = internal_pair(planet, ring(61, 4.0, shaper=Shaper(23)))
     assert_allclose(inner.centre_distance, -78.0, rtol=1e-12)

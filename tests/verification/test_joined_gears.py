@@ -120,7 +120,7 @@ def test_two_equal_gears_of_a_planet_are_one_whose_flanks_do_not_feel_each_other
 
 
 def test_two_equal_gears_on_a_shaft_are_an_idler_whose_flanks_do_not_feel_each_other(tmp_path):
-    """Of helical gears, in a bent chain; the second pinion has the hand of the wheel beside it."""
+    """Helical gears, in a bent chain; the second pinion has the hand of the wheel beside it."""
     teeth, distance = (21, 25, 25, 19), [2.0 * (21 + 25), 2.0 * (25 + 19)]
     slanted = "[pair]\nhelix_angle_deg = 15.0"
     text = two_stages(teeth=teeth).replace("[pair]", slanted)

@@ -288,7 +288,7 @@ def test_a_flank_that_screws_along_itself_opens_no_gap(z, place):
 
 
 def test_nodal_forces_on_both_gears_balance_each_other():
-    """Of all tooth pairs; the axial one is F_t tan(beta_b). Moments of sections: test_helical."""
+    """Forces of all tooth pairs; the axial one is F_t tan(beta_b). Moments of sections: test_helical."""
     full, _ = models("helical")
     pair = full.mesh.meshed.pair
     phi, total = 0.1 * pair.pitch, np.zeros((2, 3))

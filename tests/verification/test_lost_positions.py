@@ -133,7 +133,7 @@ def test_stress_and_deflection_are_those_of_the_positions_that_are_left(result):
 
 
 def test_extremes_leave_out_what_is_not_known():
-    """Of stresses that never fall to 0, a position without a solution must not count as 0."""
+    """Where stresses never fall to 0, a position without a solution must not count as 0."""
     found = Extremes(1)
     for block in ([3.0, np.nan], [np.nan, np.nan], [5.0, 4.0]):
         found.add(np.array(block).reshape(1, 2, 1))
@@ -141,7 +141,7 @@ def test_extremes_leave_out_what_is_not_known():
 
 
 def test_samples_keep_the_positions_that_converged_and_say_so(result, tmp_path, monkeypatch):
-    """Of eight sets the second lacks a position, the third all of them."""
+    """The second of eight sets lacks a position, the third all of them."""
     sizes = "[tolerances]\npins_tangential_um = 5.0\nsamples = 8\n"
     file, solved = load(written_set(tmp_path, FREE + sizes)), []
 

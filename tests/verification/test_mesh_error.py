@@ -87,7 +87,7 @@ def bar_over_error(case, times=4, finer=nullcontext):
 
 
 def test_error_bar_of_the_mesh_is_as_long_as_the_error():
-    """Of the paper's pair in plane strain, eight quadratic elements, eight and sixteen linear ones.
+    """The paper's pair in plane strain, eight quadratic elements, eight and sixteen linear ones.
 
     The quadratic ones have small bores: both meshes had the same rows there, and the bar did not see what these miss.
     """

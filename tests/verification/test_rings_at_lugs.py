@@ -98,7 +98,7 @@ def test_a_thin_ring_closes_under_opposite_loads_as_the_closed_form_says():
 
 
 def test_a_thin_ring_on_a_bedding_gives_as_the_closed_form_says():
-    """Of n waves, without stretching: E I (n^2 - 1)^2 / R^4 beside the bedding, which sections turn against."""
+    """n waves without stretching: E I (n^2 - 1)^2 / R^4 beside the bedding, which sections turn against."""
     radius, height, width, radial, along = 68.0, 2.0, 10.0, 3.0, 8.0
     block = Block(radius + 0.5 * height * np.linspace(1.0, -1.0, 3), 0.5 * width * np.linspace(-1.0, 1.0, 5))
     n = np.arange(2, 7)
@@ -115,7 +115,7 @@ def test_a_thin_ring_on_a_bedding_gives_as_the_closed_form_says():
 
 
 def test_seats_store_what_a_bedding_stores_that_is_spread_evenly_over_lugs():
-    """Of a few waves, that polynomials over a lug follow; a compliance c of the whole seat, so that 1 / (c A) below."""
+    """Polynomials over a lug follow a few waves; a seat of compliance c is a bedding of 1 / (c A)."""
     rng, most, gives = np.random.default_rng(3), 60, (2e-6, 5e-6)
     lugs = Lugs(50.0, (-6.0, 6.0), np.array([0.4, 2.0]), 1, 0.3, False, most, 7, gives)
     amplitudes = np.zeros((2 * most + 1, len(lugs.parts)), dtype=complex)

@@ -128,7 +128,7 @@ def test_stress_of_unit_forces_is_that_of_the_displacement_that_they_cause(kind)
 
 @pytest.mark.parametrize("helix_deg", [0.0, 20.0])
 def test_an_even_strain_makes_the_stress_of_a_free_surface(helix_deg):
-    """Of its tangent plane: whatever the third strain is, no traction acts across."""
+    """Stress in its tangent plane: whatever the third strain is, no traction acts across."""
     gear = tooth(21, helix_deg=helix_deg)
     mesh, around = meshed(gear, across=4, width="whole", face=WIDTH)
     slope = np.random.default_rng(5).normal(size=(3, 3))

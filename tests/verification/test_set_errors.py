@@ -70,7 +70,7 @@ def test_a_floating_sun_moves_out_of_the_way_of_its_eccentricity(tmp_path):
 
 
 def test_three_planets_average_an_eccentric_sun_in_its_bearings(tmp_path):
-    """Of equal planets the first order cancels but for what stiffness over the mesh cycle leaves; shares feel it."""
+    """With equal planets the first order cancels but for what stiffness over the mesh cycle leaves; shares feel it."""
     found = solved(tmp_path, f"{THREE}[eccentricity]\nsun_um = 20.0\n")
     assert order(found, 1, 18) < 0.02 * E_UM
     assert found.k_gamma[0] > 1.05

@@ -180,7 +180,7 @@ def test_a_ring_on_soft_seats_moves_as_its_springs_say(torque, side, tmp_path):
 
 @pytest.mark.slow
 def test_lugs_of_a_file_count_from_the_y_axis_counter_clockwise(tmp_path):
-    """Of 54 teeth and lugs that repeat twice all stands as before after 27 pitches; an image has their image."""
+    """With 54 teeth and lugs that repeat twice all stands as before after 27 pitches; coast flanks mirror it."""
     first = from_file(tmp_path, 7.0)
     assert first.data["pitches"] == 27
     image = from_file(tmp_path, -7.0, ("torque_Nm = 300.0", "torque_Nm = -300.0"), -1.0)

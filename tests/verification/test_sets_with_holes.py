@@ -56,7 +56,7 @@ def four(tmp_path_factory):
 
 
 def test_all_is_as_before_when_holes_stand_to_the_teeth_as_before(four):
-    """Of 18 teeth and 4 holes after 9 pitches; planets that stand alike to sun and ring carry alike at any angle."""
+    """18 teeth and 4 holes repeat after 9 pitches; planets alike to sun and ring carry alike at any angle."""
     assert four.data["pitches"] == PLANET // math.gcd(PLANET, 4)
     assert_allclose(four.planet_share, 1.0 / 3.0, rtol=SOLVED)
     ste = four.ste_um[0]

@@ -42,7 +42,7 @@ def ring(outer, inner, length):
 
 
 def forces(file):
-    """Of all bearings, N: bearing by bearing."""
+    """Forces of all bearings, N: bearing by bearing."""
     gearbox = loaded(file.model, file.model.sections.loads[0])
     return {one["name"]: np.array(one["force_N"]) for one in carried(gearbox, gearbox.solve())}
 
@@ -94,7 +94,7 @@ def test_a_weight_stands_on_linear_bearings_where_statics_puts_it(tmp_path):
 
 
 def test_the_carrier_carries_its_planets(tmp_path):
-    """Of a set seen from its other end too."""
+    """A set seen from its other end has it too."""
     for torque in (300.0, -300.0):
         file = load(written_reducer(tmp_path, one_stage(torque=torque)))
         teeth = file.model.sets["stage"].cases.values()

@@ -92,7 +92,7 @@ def test_whole_gears_are_made_of_the_whole_width_only():
 
 
 def shared(compliance):
-    """Of a whole gear, shape (k, lines, columns, 3, lines, columns, 3): forces shared by nodes and their images."""
+    """Compliance of a whole gear, (k, lines, columns, 3, lines, columns, 3): nodes and their images share forces."""
     mirrored = compliance[..., ::-1, :] * MIRROR
     half = compliance.shape[2] // 2 + 1
     return 0.5 * (compliance + mirrored)[:, :, :half, :, :, :half]

@@ -43,7 +43,7 @@ def catalogue_bearing(
 
 
 def _diameter(gearbox: Gearbox, shaft: Component, place: float) -> float | None:
-    """Of the section of a shaft at a place, mm."""
+    """Diameter of the section of a shaft at a place, mm."""
     for part in gearbox.beside(shaft.number, "shaft_section", "assembly"):
         start, length = part.number_of("u_coordinate_on_shaft"), part.number_of("length")
         if start is not None and length and start <= place <= start + length:

@@ -247,7 +247,7 @@ class _Draft:
                 self.notes.append(f"{part.label}: not read: {', '.join(unread)}")
 
     def _faces(self) -> list[tuple[float, float, float]]:
-        """Of each gear: offset from the middle of the common face, own face width, common face width; mm."""
+        """Faces of both gears: offset from the middle of the common face, own face width, common face width; mm."""
         widths = [self._face_width(gear) for gear in self.gears]
         middles = [face_middle(self.gearbox, gear, self.along) for gear in self.gears]
         if middles[0] is None or middles[1] is None:
