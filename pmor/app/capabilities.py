@@ -187,8 +187,8 @@ def study(
     progress: Steps | None = None, overwrite: bool = False,
 ) -> StudyResult:  # fmt: skip
     """Solve the grid of meshes, refinements and models of a study file, or its quick variant, as `pmor study`."""
-    from pmor.lab.study.loader import load
     from pmor.lab.study.run import run
+    from pmor.lab.study.settings import load
 
     settings = load(Path(file), quick=quick) if isinstance(file, str | Path) else file
     return _run(run, settings, folder, overwrite, executor=executor, progress=progress)

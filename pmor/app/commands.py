@@ -115,7 +115,7 @@ def study(
     study_path: Path, out: Path | None = None, jobs: int = 1, quick: bool = False, overwrite: bool = False
 ) -> None:
     """Run a study: a grid of meshes and refinements, three models, error against run time, one report."""
-    from pmor.lab.study.loader import load
+    from pmor.lab.study.settings import load
 
     settings = load(study_path, quick=quick)
     folder = out or default_folder(settings.name, "_quick" * quick)

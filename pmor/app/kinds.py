@@ -51,7 +51,7 @@ class Kind:
 # In the order in which they are told from each other: what asks about a machine before what describes one.
 KINDS: Mapping[str, Kind] = {
     "study": Kind(
-        "a study", "study", ("grid", "variant", "rung"), ("Study",), "pmor.lab.study.loader:load",
+        "a study", "study", ("grid", "variant", "rung"), ("Study",), "pmor.lab.study.settings:load",
         "pmor.lab.study.run:run", "",
     ),
     "campaign": Kind(

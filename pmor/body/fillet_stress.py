@@ -4,7 +4,7 @@ The sector's mesh resolves how a tooth bends, not the notch at its foot. So the 
 mesh of its own (`pmor.fe.fillet`), whose cut follows the displacement of the sector, and the strain along the surface
 is taken from the displacement of the surface itself. No traction acts there: two strains and a shear in the surface are
 all that is needed (plane stress in the tangent plane). The stresses, as functions of the sector's displacement, are
-carried through its elimination (`pmor.fe.carried_functions`), whatever the number of forces on flanks.
+carried through its elimination (`pmor.fe.elimination`), whatever the number of forces on flanks.
 
 *Measured*, paper's pair in plane strain, a line load at the outer point of single contact: 86.72 MPa, and 86.84 MPa by
 CalculiX on elements of 0.015 modules; 33 elements around the fillet, and 451 give 86.78. With 8 elements on the flank
@@ -29,10 +29,9 @@ from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import MeshError
 from pmor.fe.assembly import degrees_of_freedom
-from pmor.fe.carried_functions import CarriedFunctions
 from pmor.fe.condensation import uncouple
 from pmor.fe.element import QUADRATIC_NODES, law_in_surface, surface_strain
-from pmor.fe.elimination import condense
+from pmor.fe.elimination import CarriedFunctions, condense
 from pmor.fe.fillet import FilletMesh
 from pmor.fe.hexahedron import element_stiffness, shape_functions, shape_gradient
 from pmor.fe.sector import SectorMesh

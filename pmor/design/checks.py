@@ -12,10 +12,10 @@ from pmor.case.values import toml_text
 from pmor.core.errors import CaseError, GeometryError
 from pmor.design.settings import AMOUNT_KEYS, MISALIGNMENT_KEYS, Design
 from pmor.design.variables import assembly_at, corners, drawn
+from pmor.gear.clearance import refuse_working_geometry
 from pmor.gear.condition import Assembly
 from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
-from pmor.gear.working import refuse_working_geometry
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import gear_pair
 from pmor.pair.modifications import refuse_modifications_off_the_flank

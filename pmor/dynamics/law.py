@@ -12,11 +12,10 @@ import numpy as np
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, ConvergenceError
-from pmor.dynamics.force_law import shifted, static_displacement
+from pmor.dynamics.force_law import LoadLimit, load_limit, shifted, static_displacement
 from pmor.dynamics.force_table import TableError, Watched, range_under, table_error, tabulate
 from pmor.dynamics.gear_model import GearModel
 from pmor.dynamics.kernels.laws import ForceTable
-from pmor.dynamics.load_limit import LoadLimit, load_limit
 from pmor.dynamics.moved_axes import assembly_under, shift_of
 from pmor.gear.condition import Assembly, at_torques
 from pmor.gear.pair import ROUNDING, GearPair

@@ -16,13 +16,12 @@ import numpy as np
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.continuation import Branch
-from pmor.dynamics.force_law import SolvedLaw, cycles_of, mean_stiffness, static_displacement
+from pmor.dynamics.force_law import LoadLimit, SolvedLaw, cycles_of, mean_stiffness, static_displacement
 from pmor.dynamics.gear_model import GearModel, NaturalModes, natural_modes
 from pmor.dynamics.harmonic_balance import SAMPLES, in_Hz, rms
 from pmor.dynamics.integration import SAMPLES as RUN_SAMPLES
 from pmor.dynamics.integration import Motion, integrate, run_through
 from pmor.dynamics.kernels.laws import ForceTable
-from pmor.dynamics.load_limit import LoadLimit
 from pmor.dynamics.oscillator import Oscillator, position_under
 from pmor.dynamics.quantities import UM, cycle_of, quantities
 from pmor.dynamics.response import HARMONICS, Response, response

@@ -16,10 +16,9 @@ import scipy.linalg as la
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.fe.assembly import degrees_of_freedom
-from pmor.fe.carried_functions import CarriedFunctions
 from pmor.fe.completion import nodes_of_elements
 from pmor.fe.element import QUADRATIC_NODES
-from pmor.fe.elimination import EliminatedPart, condense
+from pmor.fe.elimination import CarriedFunctions, EliminatedPart, condense
 from pmor.fe.hexahedron import element_stiffness
 from pmor.fe.nested_dissection import element_places
 from pmor.fe.sector import SectorMesh

@@ -28,9 +28,8 @@ import scipy.linalg as la
 from pmor.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.blank_section import Loads, with_middles
-from pmor.fe.carried_functions import CarriedFunctions
 from pmor.fe.element import QUADRATIC_NODES, node_places, tributary_widths
-from pmor.fe.elimination import condense
+from pmor.fe.elimination import CarriedFunctions, condense
 from pmor.fe.hexahedron import element_stiffness
 
 # Rows of elements from a hole's edge to the circles, and from the core of its filling to the edge.

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import TypeVar
 
 from pmor.core.arrays import FloatArray
+from pmor.gear.clearance import refuse_working_geometry
 from pmor.gear.condition import ALIGNED, Assembly, Misalignment
 from pmor.gear.flank_deviation import kernel_deviation
 from pmor.gear.kernels.deviation import Deviation
@@ -18,7 +19,6 @@ from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.tip_edge import TipEdge
 from pmor.gear.tooth import Tooth
-from pmor.gear.working import refuse_working_geometry
 
 K = TypeVar("K")
 V = TypeVar("V")

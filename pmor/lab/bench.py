@@ -25,8 +25,8 @@ from pmor.core.threads import threads
 from pmor.fe.condensation import condense_sector, sector_stiffness
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.gear.modification import Modification
+from pmor.lab.core.measures import ms_per_position, times_in_turn
 from pmor.lab.core.stages import measure_stages
-from pmor.lab.core.timing import ms_per_position, times_in_turn
 from pmor.line.layered_pair import layers_of
 from pmor.pair.conditions import conditions_of, nominal_condition
 from pmor.pair.model import elastic_model, neighbouring_teeth

@@ -21,13 +21,12 @@ from pmor.fe.fillet import build_fillet
 from pmor.fe.outline import tooth_outline
 from pmor.fe.sector import SectorMesh, build_sector
 from pmor.fe.surface_layer import surface_layer
-from pmor.gear.clearance import refuse_interference
+from pmor.gear.clearance import refuse_interference, refuse_working_geometry
 from pmor.gear.meshed_pair import Flank, MeshedPair
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.ring_root import Shaper
 from pmor.gear.tip_edge import TipEdge, tip_edge
 from pmor.gear.tooth import Tooth
-from pmor.gear.working import refuse_working_geometry
 from pmor.line.hertz import approach_constants, check_half_width, line_compliance
 from pmor.line.layered_pair import LayeredPair, SurfaceLayer, layers_of
 from pmor.pair.blank import interface_radius, stands_on_blank

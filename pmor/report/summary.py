@@ -23,7 +23,14 @@ from pmor.report.data_files import (
     write_table_csv,
 )
 from pmor.report.data_sheet import sheet_of
-from pmor.report.iso_blank_rows import iso_blank_figures, iso_blank_rows, iso_root_stress
+from pmor.report.iso_blank_rows import (
+    iso_blank_figures,
+    iso_blank_rows,
+    iso_root_stress,
+    web_stress_figures,
+    web_stress_rows,
+    web_stress_table,
+)
 from pmor.report.results_data import HARRIS, RESULTS, write_results_data
 from pmor.report.table import Cell, format_cell
 from pmor.report.torque_table import (
@@ -35,7 +42,6 @@ from pmor.report.torque_table import (
     torque_row,
     torque_rows,
 )
-from pmor.report.web_stress_rows import web_stress_figures, web_stress_rows, web_stress_table
 from pmor.results.load_distribution import PRESSURE, line_states
 from pmor.results.root_stress import GEARS, SIDES, LoadCycle
 from pmor.results.sweep import (

@@ -22,8 +22,8 @@ from pmor.gear.tooth import Tooth
 from pmor.pair.model import ElasticModel
 from pmor.results.root_stress import arc_lengths
 from pmor.validation.check import Check
-from pmor.validation.drawings import PAPER
-from pmor.validation.pairs import after_entry, drawn, full, ste_um
+from pmor.validation.machines import after_entry, drawn, full, ste_um
+from pmor.validation.sheets import PAPER
 
 #: width of the pairs that torques are named for, mm; 1 mm of it is solved in plane strain
 WIDTH = 20.0

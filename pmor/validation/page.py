@@ -11,12 +11,10 @@ from pmor.report.page import Block
 from pmor.validation.bodies import BODIES
 from pmor.validation.calculix import root_stress, transmission_error
 from pmor.validation.check import Check
-from pmor.validation.drawings import geometry, standards
 from pmor.validation.machines import bearings, losses
 from pmor.validation.motion import benchmark
-from pmor.validation.programs import public_pairs
-from pmor.validation.sheets import data_sheets
-from pmor.validation.slices import load_over_the_face, relief_without_load
+from pmor.validation.programs import load_over_the_face, public_pairs, relief_without_load
+from pmor.validation.sheets import data_sheets, geometry, standards
 from pmor.work.table import Columns, table
 
 #: themes of the table, each with what makes its rows

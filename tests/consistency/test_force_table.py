@@ -8,11 +8,10 @@ import pytest
 
 import pmor
 from pmor.case import load_case
-from pmor.dynamics.force_law import mean_stiffness, static_displacement
+from pmor.dynamics.force_law import load_limit, mean_stiffness, static_displacement
 from pmor.dynamics.force_table import Watched, table_error, tabulate
 from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
 from pmor.dynamics.integration import integrate
-from pmor.dynamics.load_limit import load_limit
 from pmor.gear.condition import PLAIN, Assembly, Misalignment, at_torques
 from pmor.pair.conditions import assembly_of
 from pmor_online.line_sweep import sweep_line_loads

@@ -16,7 +16,7 @@ from pmor.case import load_case
 from pmor.case.width import case_of_page
 from pmor.gear.condition import Condition, Misalignment
 from pmor.gear.modification import Modification
-from pmor.report.live.compliance import packed_compliance
+from pmor.report.live.model import packed_compliance
 from pmor.report.live.section import live_section
 from pmor.report.page import page_html
 from pmor.report.run_page import run_blocks

@@ -12,13 +12,12 @@ from pmor.case import change_case, changed_text, load_case, parse_case
 from pmor.core.errors import PmorError
 from pmor.gear.condition import at_torques
 from pmor.lab.core.models import ModelStore
-from pmor.lab.stability.balances import newton_condition, torque_imbalance
 from pmor.lab.stability.flank_variants import flank_variants
 from pmor.lab.stability.matrix import base_case, matrix
-from pmor.lab.stability.measure import measure
-from pmor.lab.stability.places import pinion_angles
+from pmor.lab.stability.measure import measure, pinion_angles
 from pmor.lab.stability.result import FILES
 from pmor.lab.stability.run import penalty_law
+from pmor.lab.stability.solve import newton_condition, torque_imbalance
 from pmor.lab.stability.variants import REFERENCES, Variant
 from pmor.penalty.elasticity import FullElasticity, ReducedElasticity
 from pmor.penalty.solve import solve_position

@@ -13,8 +13,8 @@ import pmor.lab.study.run
 from pmor.app.cli import main
 from pmor.core.errors import ConvergenceError
 from pmor.lab.core.models import ModelStore
-from pmor.lab.study.loader import load
 from pmor.lab.study.result import FILES
+from pmor.lab.study.settings import load
 from pmor.lab.study.solve import grid_cell
 from tests.support.small_case import case_text, case_with, fail_where
 from tests.support.stored_files import results_in, untimed

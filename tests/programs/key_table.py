@@ -75,8 +75,9 @@ def formats() -> dict[str, dict[str, type]]:
     """Return the sections of each format by their headings; empty is what stands above the sections."""
     # Sections with the keys of another one: the wheel's, and those of coast flanks.
     case = {f"[{name}]": kind for name, kind in SECTIONS.items() if not name.startswith("wheel") and COAST not in name}
-    case |= {f"[{name}]": kind for name, kind in sections_in(SECTIONS["wheel"], "wheel").items()
-             if kind not in case.values()}
+    case |= {
+        f"[{name}]": kind for name, kind in sections_in(SECTIONS["wheel"], "wheel").items() if kind not in case.values()
+    }
     case["[wheel.blank] mesh"] = case.pop("[wheel.body]")  # the same section with other keys
     case["[wheel.blank] matrix"] = MatrixCase
     others = {

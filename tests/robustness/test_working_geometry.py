@@ -15,10 +15,10 @@ from pmor.campaigns.store import Store
 from pmor.campaigns.table import designs_of
 from pmor.case import parse_case
 from pmor.core.errors import GeometryError
+from pmor.gear.clearance import refuse_working_geometry, section_distance
 from pmor.gear.condition import Misalignment
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
-from pmor.gear.working import refuse_working_geometry, section_distance
 from pmor.pair.model import gear_pair
 from tests.support.small_case import case_text
 from tests.support.small_design import DESIGN

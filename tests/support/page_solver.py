@@ -31,7 +31,7 @@ NO_CODE = tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.ENCODING, to
 
 
 def unpacked(text):
-    """Whole numbers as `pmor.report.live.compliance.packed_integers` packs them."""
+    """Whole numbers as `pmor.report.live.model.packed_integers` packs them."""
     planes = np.frombuffer(zlib.decompress(base64.b64decode(text)), np.uint8).astype(np.int64).reshape(3, -1)
     unsigned = planes[0] + 256 * planes[1] + 65536 * planes[2]
     return np.where(unsigned % 2 == 0, unsigned // 2, -(unsigned // 2) - 1)

@@ -16,8 +16,8 @@ from pmor.case import change_case, load_case, without_models
 from pmor.core.errors import CaseError
 from pmor.core.memory import MemoryLimit
 from pmor.lab.core.models import ModelStore
-from pmor.lab.study.loader import load as load_study
 from pmor.lab.study.run import run as run_study
+from pmor.lab.study.settings import load as load_study
 from pmor.line.kernels.loads import solve_lines
 from pmor.pair.model import gear_pair, sector_meshes
 from pmor.work.cost import RESERVED_BYTES, refuse_beyond_memory, stages

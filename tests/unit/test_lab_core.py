@@ -12,8 +12,7 @@ import pytest
 
 from pmor.case import change_case, parse_case
 from pmor.core.errors import ConvergenceError
-from pmor.lab.core.timing import times_in_turn
-from pmor.lab.core.variants import merged
+from pmor.lab.core.measures import merged, times_in_turn
 from pmor.work.pace import Pace
 from pmor.work.pieces import Piece, run_pieces
 from pmor.work.table import percent, table, text_lines

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pmor.dynamics.measure import with_speeds
-from pmor.dynamics.peaks import PROMINENCE, peaks_of
+from pmor.dynamics.solution import PROMINENCE, peaks_of
 
 MODES = [
     {"natural_frequency_Hz": 400.0, "mesh_strain_energy_share": 1e-4},

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from pmor.lab.study.loader import parse_study
 from pmor.lab.study.paper import checked_claims, checked_time_claims
+from pmor.lab.study.settings import parse_study
 
 STUDY = """
 base = "base.toml"

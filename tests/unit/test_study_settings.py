@@ -5,9 +5,8 @@ from pathlib import Path
 import pytest
 
 from pmor.core.errors import CaseError
-from pmor.lab.study.cells import study_cases
-from pmor.lab.study.loader import load, parse_study
-from pmor.lab.study.settings import Cell, ReferenceMesh, quick_study
+from pmor.lab.study.measures import study_cases
+from pmor.lab.study.settings import Cell, ReferenceMesh, load, parse_study, quick_study
 from tests.support.refusals import refused
 from tests.support.small_case import case_text
 

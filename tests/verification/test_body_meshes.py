@@ -13,9 +13,8 @@ from pmor.body.far_compliance import FarTeeth
 from pmor.case import change_case, make_case, parse_case, text_of
 from pmor.case.body_mesh import BodyVolume, body_volume
 from pmor.case.coast import as_drawn, other_flank
-from pmor.fe.body_condensation import condensed_nodes, onto_harmonics
+from pmor.fe.body_condensation import condensed_nodes, onto_harmonics, tetrahedron_stiffness
 from pmor.fe.perforated_web import PerforatedWeb
-from pmor.fe.tetrahedron import tetrahedron_stiffness
 from pmor.pair.blank import blank_below
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.drawn import gear_inertias

@@ -18,7 +18,7 @@ import pmor
 from pmor.case import make_case
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available
 from pmor.pair.conditions import nominal_condition
-from pmor.validation.pairs import after_entry
+from pmor.validation.machines import after_entry
 from pmor_online.line_sweep import sweep_line_loads
 from tests.support.calculix_blank import BlankMesh, blank_ste_um
 

@@ -19,7 +19,7 @@ from pmor.case import make_case
 from pmor.gear.condition import Condition
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available
 from pmor.validation.calculix import CORNER_RTOL, CORNERS, INSIDE, PLANE, WIDTH, corner_angle, inside_rtol, plane
-from pmor.validation.pairs import after_entry, full
+from pmor.validation.machines import after_entry, full
 from tests.support.calculix_plane import plane_ste_um
 from tests.support.states import states_at
 

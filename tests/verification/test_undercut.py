@@ -22,7 +22,7 @@ from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, gear_pair, mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor.validation import calculix
-from pmor.validation.pairs import after_entry
+from pmor.validation.machines import after_entry
 from pmor_offline.train import train
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair

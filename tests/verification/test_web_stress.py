@@ -6,9 +6,9 @@ from numpy.testing import assert_allclose
 from scipy.interpolate import CubicSpline
 
 import pmor.fe.perforated_web
+from pmor.body.web_stress import surface_stress
 from pmor.case import make_case
 from pmor.fe.perforated_web import PerforatedWeb
-from pmor.fe.web_surfaces import surface_stress
 from pmor.pair.model import elastic_model, mesh_model
 
 E, NU = 206_000.0, 0.3

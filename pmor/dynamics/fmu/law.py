@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from pmor.case import Case
 from pmor.case.capability import refuse_beyond
 from pmor.core.errors import ConvergenceError
+from pmor.dynamics.force_law import load_limit
 from pmor.dynamics.force_table import TOLERANCE, tabulate
 from pmor.dynamics.kernels.laws import ForceTable
-from pmor.dynamics.load_limit import load_limit
 from pmor.gear.condition import Assembly, at_torques
 from pmor.gear.pair import GearPair
 from pmor.line.hertz import TOO_WIDE

@@ -16,8 +16,7 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.lab.comparison.training import TrainingSet
 from pmor.lab.comparison.variants import Variant
-from pmor.lab.core.measures import max_and_rms
-from pmor.lab.core.timing import ms_per_position, times_in_turn
+from pmor.lab.core.measures import max_and_rms, ms_per_position, times_in_turn
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import ElasticModel
 from pmor.reduction.basis import Basis

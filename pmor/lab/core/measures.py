@@ -1,13 +1,19 @@
-"""Measures of errors and of run times that more than one laboratory needs."""
+"""Measures of errors and of run times, and changes of a case, that more than one laboratory needs.
+
+Run times that compare are measured in turn, so that all see the same machine.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 
+from pmor.case.reader import Sections
 from pmor.core.arrays import FloatArray
+from pmor.results.sweep import SteSweep
 
 
 def statistic(values: FloatArray, of: Callable[[FloatArray], float]) -> float:
@@ -28,3 +34,39 @@ def fitted_exponent(x: Sequence[float], y: Sequence[float]) -> float:
         return math.nan
     log_x, log_y = np.log(np.array(known)).T
     return float(np.polynomial.Polynomial.fit(log_x, log_y, deg=1).convert().coef[1])
+
+
+Key = TypeVar("Key")
+
+
+def times_in_turn(
+    work: Mapping[Key, Callable[[], float]], repeats: int, longest: float = math.inf
+) -> dict[Key, list[float]]:
+    """Measure pieces of work in rounds, after one that warms up; return the times of all rounds by key.
+
+    Every other round goes through the work backwards, so that neither neighbour has the warmer cache. Work whose times
+    add up to more than `longest` has no further rounds.
+    """
+    found: dict[Key, list[float]] = {key: [] for key in work}
+    for run in work.values():
+        run()
+    for repeat in range(repeats):
+        for key in list(work)[:: -1 if repeat % 2 else 1]:
+            if not repeat or sum(found[key]) <= longest:
+                found[key].append(work[key]())
+    return found
+
+
+def ms_per_position(solve: Callable[[], SteSweep]) -> float:
+    """Do a sweep and return its time per position, ms."""
+    sweep = solve()
+    return 1e3 * sweep.seconds / sweep.ste_um.size
+
+
+def merged(*changes: Sections) -> dict[str, dict[str, Any]]:
+    """Return all changes in one; where they name the same key the last one counts."""
+    result: dict[str, dict[str, Any]] = {}
+    for sections in changes:
+        for name, keys in sections.items():
+            result.setdefault(name, {}).update(keys)
+    return result

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from pmor.case import Case
-from pmor.lab.core.variants import Sections, merged
+from pmor.lab.core.measures import Sections, merged
 from pmor.lab.stability.variants import Variant, load, rows, short
 
 # Penalties are those of contact points.

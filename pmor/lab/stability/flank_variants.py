@@ -8,7 +8,7 @@ from typing import Any
 from pmor.case import Case, change_case
 from pmor.gear.pair import GearPair
 from pmor.gear.topography import Topography
-from pmor.lab.core.variants import Sections, merged
+from pmor.lab.core.measures import Sections, merged
 from pmor.lab.stability.variants import Variant, both_flanks, load, modified, roll_deg, rows, wheel
 from pmor.pair.model import gear_pair
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from pmor.case import Case, change_case, of_linear_elements, without_models
-from pmor.lab.core.variants import merged
+from pmor.lab.core.measures import merged
 from pmor.lab.stability.contact_variants import DIRECT, basis_variants, contact_variants
 from pmor.lab.stability.flank_variants import flank_variants
-from pmor.lab.stability.gear_variants import gear_variants
-from pmor.lab.stability.variants import Variant, load
+from pmor.lab.stability.variants import Variant, gear_variants, load
 
 # A mesh on which a position takes milliseconds: the question is whether the program holds, not the last digit.
 MOST_PROFILE_ELEMENTS = 16

@@ -1,4 +1,4 @@
-"""From a variant to its entry: solve, hold against the reference, judge."""
+"""From a variant to its entry: solve, hold against the reference, judge; angles over the pitch, poor and redundant trainings."""
 
 from __future__ import annotations
 
@@ -13,15 +13,98 @@ import numpy as np
 from pmor.case import Case, change_case
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, GeometryError, MeshError
+from pmor.gear.condition import at_torques
+from pmor.gear.meshed_pair import MeshedPair
+from pmor.gear.pair import GearPair
 from pmor.lab.core.models import ModelStore
-from pmor.lab.stability.places import NEIGHBOUR, mirrored_angles, pinion_angles
-from pmor.lab.stability.reduced import train
 from pmor.lab.stability.solve import OTHER_LOAD, Solved, solve_variant, ste_only
 from pmor.lab.stability.variants import Variant
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import ElasticModel, approach_estimate, mesh_model
+from pmor_offline.gather import make_basis
+from pmor_offline.sampling import TrainingPosition, training_angles
+from pmor_offline.snapshots import solve_snapshots
+from pmor_offline.train import train as train_basis
+from pmor_online.model import ReducedPair, reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
+
+# Distance of the neighbours that a special position is held against, in pitches.
+NEIGHBOUR = 1e-4
+
+
+def pinion_angles(meshed: MeshedPair, places: str) -> FloatArray:
+    """Return the pinion angles of a variant, rad.
+
+    ``usual``: eight positions from entry to entry, with exact entry and exit, in between with one pair more and one
+    less; ``borders``: a pair's contact exactly on rows of nodes of either flank; ``ends``: exact entry and exit alone;
+    ``hunting``: eight positions over the period after which the same teeth meet again.
+    """
+    pair = meshed.pair
+    if places == "borders":
+        return _borders(meshed)
+    more, inside = pair.total_contact_ratio % 1.0, np.array([0.25, 0.5, 0.75])
+    shares = {
+        "usual": np.concatenate([[0.0], more * inside, [more], more + (1.0 - more) * inside]),
+        "ends": np.array([0.0, more]),
+        "hunting": math.lcm(pair.pinion.teeth, pair.wheel.teeth) * (np.arange(8) + 0.3) / 8.0,
+    }
+    return np.asarray(pair.meshing_range[0] + shares[places] * pair.pitch)
+
+
+def mirrored_angles(pair: GearPair, phi: FloatArray, exchanged: GearPair) -> FloatArray:
+    """Return the angles at which a pair with its gears exchanged stands as this one at `phi`, seen in the mirror.
+
+    The contact then is as far from the end of the path as it was from the beginning.
+    """
+    share = (phi - pair.meshing_range[0]) / pair.pitch
+    return np.asarray(exchanged.meshing_range[0] + (pair.total_contact_ratio - share) * exchanged.pitch)
+
+
+def _borders(meshed: MeshedPair) -> FloatArray:
+    pair = meshed.pair
+    first, last = pair.meshing_range
+    found = []
+    for gear, flank in enumerate((meshed.pinion, meshed.wheel)):
+        roll = flank.roll_angle
+        if gear == 1:  # along the line of action, seen from the pinion
+            roll = (pair.action_length - roll * pair.wheel.base_radius) / pair.pinion.base_radius
+        angles = np.array([pair.roll_position(float(u)) for u in roll])
+        angles = angles[(angles > first) & (angles < last)]
+        found.append(angles[:: max(1, math.ceil(len(angles) / 4))])
+    return np.concatenate(found)
+
+
+ANGLES = 8
+# Trained loads over the nominal one. Nearly dependent: forces that differ in the seventh digit.
+LOADS = {
+    "usual": (0.5, 1.0, 1.8),
+    "one_load": (1.0,),
+    "single_angle": (1.0,),
+    "duplicated": (1.0,),
+    "nearly_dependent": (1.0, 1.0 + 1e-7),
+    "border": (0.5, 1.0),
+}
+
+
+def train(case: Case, model: ElasticModel, way: str) -> ReducedPair:
+    """Train flank lines in memory, or gather the compliance for line loads; `way` is "line_loads" or one of `LOADS`.
+
+    "single_angle" trains at one position alone, "duplicated" takes every solution three times.
+    """
+    if way == "line_loads":
+        return reduced_pair(train_basis(case, model).basis)
+    meshed = model.mesh.meshed
+    angles = training_angles(meshed.pair, ANGLES)[: 1 if way == "single_angle" else ANGLES]
+    conditions = at_torques(1e3 * case.torque_Nm * load for load in LOADS[way])
+    snapshots = [solve_snapshots(model, TrainingPosition(float(phi), conditions)) for phi in angles]
+    if way == "duplicated":
+        snapshots *= 3
+    lines = replace(case.reduction, shapes="flank_lines")
+    scattered = replace(case.offline, sampling="sobol")
+    basis, _ = make_basis(replace(case, reduction=lines, offline=scattered), model, snapshots)
+    return reduced_pair(basis)
+
 
 MOST_STEPS = 12
 # Allowed imbalance of the torque, relative.
@@ -43,7 +126,7 @@ class Entry:
     condition: float | None = None  # Largest estimate for the Newton matrix
     # Largest difference of the STE to the reference, over the mean of the reference
     difference_rel: float | None = None
-    torque_balance_rel: float | None = None  # `pmor.lab.stability.balances`
+    torque_balance_rel: float | None = None  # `pmor.lab.stability.solve`
     ste_mean_um: float | None = None
     ste_um: tuple[float, ...] | None = None  # At each position
     seconds: float = 0.0

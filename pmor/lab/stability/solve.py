@@ -1,4 +1,7 @@
-"""Solve the positions of a variant by full FE, or by the general solver on a reduced model, and measure them."""
+"""Solve the positions of a variant by full FE, or by the general solver on a reduced model, and measure them.
+
+A solved position is checked by the balance of its torque and the condition of its equations.
+"""
 
 from __future__ import annotations
 
@@ -7,18 +10,71 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy.linalg as la
 
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition
 from pmor.gear.meshed_pair import MeshedPair
-from pmor.lab.stability.balances import line_torque_imbalance, newton_condition, torque_imbalance
-from pmor.line.full_model import ToothCompliance, solve_angle
+from pmor.line.full_model import LineState, ToothCompliance, solve_angle
 from pmor.line.layered_pair import LayeredPair
 from pmor.pair.sweep import sweep_ste
-from pmor.penalty.equilibrium import solve_equilibrium
+from pmor.penalty.elasticity import Elasticity, FullElasticity
+from pmor.penalty.equilibrium import Equilibrium, solve_equilibrium
 from pmor.penalty.pair import as_penalty
+from pmor.penalty.position import Position
 from pmor.penalty.solve import solve_position
+
+
+def torque_imbalance(position: Position, elasticity: Elasticity, equilibrium: Equilibrium, torque: float) -> float:
+    """Return the residual of the moment of the nodal forces about the pinion's axis, over the torque (N mm).
+
+    The solver balances the forces at contact points; here the forces have gone to the nodes, at their deformed places.
+    """
+    forces = equilibrium.contact.nodal_forces(equilibrium.contact.force, len(position.nodes))
+    places = position.nodes + elasticity.displacement(equilibrium.coordinates)
+    own = np.concatenate([np.arange(*position.window_slice(p, 0).indices(len(places)))
+                          for p in range(len(position.pair_index))])  # fmt: skip
+    moment = places[own, 0] @ forces[own, 1] - places[own, 1] @ forces[own, 0]
+    return float(abs(moment + torque) / torque)
+
+
+def line_torque_imbalance(meshed: LayeredPair, state: LineState, torque: float) -> float:
+    """Return the same residual of line contact.
+
+    Forces go to the nodes where flanks meet undeformed, and the levers of a pinion's corner turn with it.
+    """
+    places, forces = meshed.pinion.nodes, state.nodal_force[0]
+    moment = float(np.sum(places[..., 0] * forces[..., 1] - places[..., 1] * forces[..., 0]))
+    return abs(moment + float(state.force @ state.lever_change) + torque) / torque
+
+
+def newton_condition(elasticity: Elasticity, equilibrium: Equilibrium) -> float:
+    """Estimate the condition number (1-norm) of the matrix that a Newton step factors.
+
+    Full FE factors the flexibility of the loaded points, ``W C W^T + K^-1``; the reduced model the stiffness of its
+    amplitudes, ``I + Phi^T K Phi``.
+    """
+    contact = equilibrium.contact
+    points = np.eye(len(contact.gap))
+    columns = np.stack([elasticity.coordinates_of(contact, point) for point in points])
+    if isinstance(elasticity, FullElasticity):
+        used = columns.any(axis=0)
+        matrix = columns[:, used] @ elasticity.compliance[np.ix_(used, used)] @ columns[:, used].T
+        matrix[np.diag_indices(len(matrix))] += 1.0 / contact.stiffness
+    else:
+        matrix = columns.T * contact.stiffness @ columns
+        matrix[np.diag_indices(len(matrix))] += 1.0
+    return _condition(matrix)
+
+
+def _condition(matrix: FloatArray) -> float:
+    factor, info = la.lapack.dpotrf(matrix)
+    if info != 0:
+        return float("inf")
+    reciprocal, _ = la.lapack.dpocon(factor, np.linalg.norm(matrix, 1))
+    return float(1.0 / reciprocal) if reciprocal > 0.0 else float("inf")
+
 
 # Load of the start of another way to the same state, over the nominal one.
 OTHER_LOAD = 0.5
@@ -30,7 +86,7 @@ class Solved:
 
     ste_um: FloatArray  # shape (n,): NaN where a position did not converge
     steps: int  # Largest number of Newton steps
-    # Largest estimate of the condition, largest imbalance (`pmor.lab.stability.balances`); NaN without any position
+    # Largest estimate of the condition, largest imbalance (`pmor.lab.stability.solve`); NaN without any position
     condition: float
     torque: float
     failures: tuple[str, ...]

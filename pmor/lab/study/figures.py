@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pmor.lab.study.cells import StudyParts
+from pmor.lab.study.measures import StudyParts
 from pmor.lab.study.paper import MODELS
 from pmor.lab.study.settings import Cell
 from pmor.lab.study.table import Row, StudyTable

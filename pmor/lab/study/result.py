@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from pmor.core.shown import brief
-from pmor.lab.study.cells import StudyParts
 from pmor.lab.study.figures import study_pictures
+from pmor.lab.study.measures import StudyParts
 from pmor.lab.study.page import study_blocks
 from pmor.lab.study.table import StudyTable
 from pmor.work.results import Report, writing_results

@@ -13,7 +13,7 @@ from pmor.core.threads import refuse_processes
 from pmor.lab.core.models import ModelStore
 from pmor.lab.rivals.calculix import calculix_available
 from pmor.lab.study import rivals, solve
-from pmor.lab.study.cells import StudyCases, StudyParts, study_cases
+from pmor.lab.study.measures import StudyCases, StudyParts, study_cases
 from pmor.lab.study.result import FILES, StudyResult
 from pmor.lab.study.settings import Cell, Study
 from pmor.lab.study.table import study_table

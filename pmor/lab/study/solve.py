@@ -18,9 +18,8 @@ from pmor.core.arrays import FloatArray
 from pmor.core.threads import threads
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.gear.condition import Condition
-from pmor.lab.core.measures import max_and_rms
+from pmor.lab.core.measures import max_and_rms, ms_per_position, times_in_turn
 from pmor.lab.core.models import ModelStore
-from pmor.lab.core.timing import ms_per_position, times_in_turn
 from pmor.lab.study.settings import Cell, Study
 from pmor.pair.conditions import conditions_of, nominal_condition
 from pmor.pair.model import ElasticModel, MeshModel, elastic_model, mesh_model

@@ -11,8 +11,7 @@ import numpy as np
 
 from pmor.lab.core.measures import max_and_rms
 from pmor.lab.study import measures
-from pmor.lab.study.cells import StudyParts
-from pmor.lab.study.measures import Curve
+from pmor.lab.study.measures import Curve, StudyParts
 from pmor.lab.study.paper import checked_claims, checked_time_claims
 from pmor.lab.study.settings import Cell
 from pmor.pair.model import gear_pair

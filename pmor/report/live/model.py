@@ -1,12 +1,25 @@
-"""Data of a pair for the solver on the page: numbers by the names that they have here."""
+"""Data of a pair for the solver on the page, the flanks' compliance in as few bytes as a page can spare.
+
+A contact force acts along the line of action: in the frame of a node, turned with the tooth's twist, nearly along the
+flank's normal there, the more so the nearer the node. So the displacements of a node are taken along its normal (on
+helical flanks with the axial part that goes with it), at right angles to it in the transverse plane, which counts for
+little, and of helical flanks along the axis, without the axial part that turns with the normal, which counts for less.
+Each is scaled by its largest contribution, and all entries are rounded to one step, 2^-21 of the largest: as integers,
+as differences and deflated, they take a tenth of the bytes of double precision. Between teeth compliance is
+smooth and of low rank: sums of products of a few vectors.
+"""
 
 from __future__ import annotations
 
+import base64
+import zlib
 from typing import Any
 
 import numpy as np
 
+from pmor.core.arrays import FloatArray
 from pmor.gear.condition import ALIGNED, Assembly
+from pmor.gear.kernels.types import Gear
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.tooth import Tooth
 from pmor.line import bonded_layer
@@ -14,8 +27,121 @@ from pmor.line.hertz import mean_layer_constant
 from pmor.line.kernels import contact_point, law, loads, places, pressure, tip_corner
 from pmor.line.kernels.tip_corner import Corner
 from pmor.line.layered_pair import LayeredPair
-from pmor.report.live.compliance import packed_compliance, packed_coupling
 from pmor_online.model import ReducedPair
+
+# Steps to the largest entry.
+STEPS = 2**21
+# A block between teeth has fewer vectors than this; they are rounded to a part of a step.
+MOST_VECTORS, FINER = 64, 4.0
+# Rotation of the normal between a node and the contact that it carries, over the distance of the nodes, and at the tip,
+# where a corner meets the mate's flank at an angle, rad; the axial part as a share of the square of the former, since
+# the shares of four nodes nearly cancel.
+TURN, CORNER_TURN, AXIAL = 1.0, 0.1, 0.2
+
+
+def packed_compliance(blocks: FloatArray, gear: Gear) -> dict[str, Any]:
+    """Pack the compliance of a gear's flanks.
+
+    Parameters
+    ----------
+    blocks : ndarray, shape (neighbours + 1, n, n)
+        Of teeth 0, 1, ... apart (`pmor.body.flank_compliance.FlankCompliance`), mm/N.
+
+    Returns
+    -------
+    dict
+        `step`, mm/N; `scale` of each displacement: along the normals of the nodes, at right angles to them, and of
+        helical flanks along the axis; `own`, the upper triangle as packed integers; `neighbours`: for each tooth
+        `rank`, `factors` and the packed vectors `left` and `right`. Nodes go column by column.
+    """
+    columns = gear.nodes.shape[1]
+    local = _local(blocks, gear)
+    turns = TURN * np.gradient(gear.roll)
+    axial = AXIAL * turns**2
+    turns[-1], axial[-1] = CORNER_TURN, 0.5 * CORNER_TURN**2
+    parts = [np.ones_like(turns), turns, axial]
+    scale = np.concatenate([np.tile(part, columns) for part in parts])[: local.shape[1]]
+    scaled = local * scale[:, None] * scale
+    step = float(np.abs(scaled[0]).max()) / STEPS
+    return {
+        "step": step,
+        "scale": scale.tolist(),
+        "own": packed_integers(_differences(scaled[0] / step)[np.triu_indices(len(scale))]),
+        "neighbours": [_products(block, step) for block in scaled[1:]],
+    }
+
+
+def packed_coupling(added: FloatArray) -> dict[str, Any]:
+    """Pack what the layer of a gear adds between sections (`LayeredPair.layer_coupling`), (n, S, S).
+
+    Returns
+    -------
+    dict
+        `step`, mm/N; `added`, the upper triangle between sections of each row of nodes as packed integers.
+    """
+    step = float(np.abs(added).max()) / STEPS
+    upper = np.triu_indices(added.shape[1])
+    return {"step": step, "added": packed_integers(np.round(added[:, upper[0], upper[1]] / step))}
+
+
+def _local(blocks: FloatArray, gear: Gear) -> FloatArray:
+    """Compliance in the nodes' own directions: (teeth, n, n)."""
+    rows, columns = gear.nodes.shape[:2]
+    nodes, components = rows * columns, blocks.shape[1] // (rows * columns)
+    angle = (gear.half_angle - gear.roll[:, None] + gear.twist * gear.nodes[0, :, 2]).T.ravel()
+    cosine, sine, axial = np.cos(angle)[:, None], np.sin(angle)[:, None], gear.twist * gear.base_radius
+    by_column = components * np.arange(nodes).reshape(rows, columns).T.ravel()
+
+    def along(array: FloatArray) -> FloatArray:
+        """Take displacements, the first axis, in the nodes' own directions."""
+        x, y = array[by_column], array[by_column + 1]
+        normal, tangential = cosine * x + sine * y, cosine * y - sine * x
+        if components == 2:
+            return np.concatenate([normal, tangential])
+        z = axial * array[by_column + 2]
+        return np.concatenate([normal + z, tangential, z])
+
+    return np.stack([along(along(block).T).T for block in blocks])
+
+
+def _products(block: FloatArray, step: float) -> dict[str, Any]:
+    """A smooth block as a sum of products of vectors, each rounded according to its contribution."""
+    left, size, right = _leading_vectors(block)
+    kept = size > step
+    largest = np.abs(left).max(axis=0), np.abs(right).max(axis=1)
+    levels = np.ceil(FINER * size * largest[0] * largest[1] / step)[kept]
+    factors = (size * largest[0] * largest[1])[kept] / levels**2
+    return {
+        "rank": int(np.count_nonzero(kept)),
+        "factors": factors.tolist(),
+        "left": packed_integers(np.round((left / largest[0]).T[kept] * levels[:, None])),
+        "right": packed_integers(np.round((right / largest[1][:, None])[kept] * levels[:, None])),
+    }
+
+
+def _leading_vectors(block: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Singular vectors of a smooth matrix, from its products with a few random ones (Halko et al., SIAM Rev. 53)."""
+    samples = np.random.default_rng(2011).standard_normal((len(block), min(len(block), MOST_VECTORS)))
+    range_of, _ = np.linalg.qr(block @ (block.T @ (block @ samples)))
+    left, size, right = np.linalg.svd(range_of.T @ block, full_matrices=False)
+    return range_of @ left, size, right
+
+
+def _differences(matrix: FloatArray) -> FloatArray:
+    """Differences of the rounded entries along both axes, which the one before the first is 0 of."""
+    rounded = np.round(matrix)
+    for axis in range(2):
+        rounded = np.diff(rounded, axis=axis, prepend=0.0)
+    return np.asarray(rounded)
+
+
+def packed_integers(numbers: FloatArray) -> str:
+    """Pack whole numbers of up to 23 bits, most of them small: the sign last, bytes apart, deflated, in base64."""
+    whole = np.ravel(numbers).astype("<i4")
+    unsigned = np.where(whole >= 0, 2 * whole, -2 * whole - 1).astype("<i4")
+    planes = unsigned.view(np.uint8).reshape(-1, 4)[:, :3].T
+    return base64.b64encode(zlib.compress(planes.tobytes(), 9)).decode("ascii")
+
 
 # Round-off of finite elements, over the largest compliance: bodies that differ by less are mirror images.
 ALIKE = 1e-9

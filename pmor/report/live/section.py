@@ -12,12 +12,12 @@ import numpy as np
 
 from pmor.case import Case
 from pmor.core.errors import GeometryError
+from pmor.gear.clearance import refuse_working_geometry
 from pmor.gear.condition import ALIGNED, Misalignment
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.modification import UNMODIFIED, Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.profile import profiles
-from pmor.gear.working import refuse_working_geometry
 from pmor.pair.conditions import assembly_of
 from pmor.pair.limits import LARGE_APPROACH, PRESSURE_OVER_MODULUS, hertz_pressure
 from pmor.report.live.model import CONSTANTS, live_model
