@@ -1,4 +1,4 @@
-"""From a variant to its entry: solve, hold against the reference, judge; angles over the pitch, poor and redundant trainings."""
+"""From a variant to its entry: solve, hold against the reference, judge; poor and redundant trainings."""
 
 from __future__ import annotations
 
