@@ -62,12 +62,6 @@ def case_of(helix=0.0, **blank):
     return make_case(**SMALL, helix_angle_deg=helix, pinion={"blank": blank})
 
 
-@cache
-def gear_of(helix=0.0, **blank):
-    case = case_of(helix, **blank)
-    return case, elastic_model(case, mesh_model(case)).pinion
-
-
 def sector_of(case):
     """Arguments of `elastic_gear` for the pinion of a case, without a layer taken out; all but its blank."""
     return sector_meshes(case, gear_pair(case))[0], 210_000.0, 0.3, case.mesh.element
@@ -107,20 +101,6 @@ def test_rigid_motions_cost_nothing(twist):
             force = stiffness @ moved
             # The twisted phase is no parabola.
             assert np.abs(force).max() < (1e-10 if twist == 0.0 else 2e-4) * np.abs(stiffness).max() * r.max()
-
-
-def test_half_a_section_is_the_whole_one_where_it_mirrors():
-    radii, harmonics = np.linspace(10.0, 16.0, 3), np.array([0, 1, 5])
-    whole = ring_stiffness((Block(radii, np.array([-4.0, -1.0, 0.0, 1.0, 4.0])),), E, NU, harmonics, False)
-    half = ring_stiffness((Block(radii, np.array([-4.0, -1.0, 0.0])),), E, NU, harmonics, True)
-    nodes, image = 9, np.array([0, 1, 2, 3, 4, 3, 2, 1, 0])
-    onto = np.zeros((27, 15))
-    for node in range(nodes):
-        for part in range(3):
-            onto[3 * node + part, 3 * image[node] + part] = -1.0 if part == 2 and node > 4 else 1.0
-    kept = np.delete(np.arange(15), 14)
-    assert_allclose(half[:, kept][:, :, kept], (onto.T @ whole @ onto)[:, kept][:, :, kept],
-                    rtol=0.0, atol=ROUND_OFF * np.abs(half).max())  # fmt: skip
 
 
 @pytest.mark.parametrize("twist", [0.0, 0.02])
@@ -356,13 +336,6 @@ def test_holes_take_nothing_off_rigid_motions(count, mirrored, length):
 # --- the gear on its blank ------------------------------------------------------------------------------------------
 
 
-def test_a_blank_that_fills_the_face_is_the_bored_gear():
-    solid = make_case(**SMALL)
-    full = case_of(web_thickness_mm=12.0)
-    both = [elastic_model(case, mesh_model(case)).pinion.compliance for case in (solid, full)]
-    assert_allclose(*both, rtol=0.0, atol=0.0)
-
-
 @pytest.mark.parametrize("helix", [0.0, 18.0])
 def test_harmonics_below_an_interface_are_the_elements_of_a_bored_gear(helix, monkeypatch):
     bored = make_case(**SMALL, helix_angle_deg=helix)
@@ -595,15 +568,6 @@ def test_as_many_harmonics_are_taken_as_it_needs(holes, monkeypatch):
     assert (few < expected * (1.0 - LEFT_OUT)).all()
 
 
-@pytest.mark.parametrize("helix", [0.0, 18.0])
-def test_what_one_tooth_does_to_another_the_other_does_to_it(helix, monkeypatch):
-    monkeypatch.setattr(pmor.body.elastic_gear, "_reciprocal", lambda compliance: compliance)
-    case = case_of(helix, web_offset_mm=3.0)
-    compliance = elastic_model(case, mesh_model(case)).pinion.compliance
-    largest = np.abs(compliance).max()
-    assert_allclose(compliance, compliance[::-1].transpose(0, 2, 1), rtol=0.0, atol=1e-12 * largest)
-
-
 def loads_of(case):
     model = elastic_model(case, mesh_model(case))
     reduced = on_columns(reduced_pair(train(case, model).basis))
@@ -632,12 +596,6 @@ def test_a_bore_that_is_of_one_piece_with_its_shaft_gives_more_than_a_rigid_one(
     )
     assert_allclose(half, whole, rtol=1e-8)
     assert half > 1.02 * rigid
-
-
-def test_thinner_webs_give_more_and_a_web_as_wide_as_the_face_nearly_as_little_as_none():
-    means = [loads_of(case_of(web_thickness_mm=web)).ste_um.mean() for web in (2.0, 4.0, 8.0, 11.99, 12.0)]
-    assert (np.diff(means) < 0.0).all()
-    assert_allclose(means[-2], means[-1], rtol=2e-3)  # beside the coarse rows of a bored gear's sectors
 
 
 def test_the_stress_in_the_fillets_of_a_thick_rim_is_that_of_the_bored_gear(monkeypatch):
@@ -695,14 +653,6 @@ def test_as_many_holes_as_teeth_leave_the_gear_cyclic():
     assert_allclose(support.between(5, 4), support.between(1, 0))
 
 
-@pytest.mark.slow
-def test_holes_turned_by_a_tooth_shift_the_transmission_error_by_a_pitch():
-    one, turned = (holed_wheel(count=5, first_deg=first, **AT)[1] for first in (11.0, 11.0 + 360.0 / TEETH))
-    # The wheel turns clockwise.
-    assert_allclose(turned, np.roll(one, ANGLES), rtol=ROUND_OFF)
-    assert np.abs(turned - one).max() > 1e-4 * one.mean()
-
-
 def test_holes_of_no_size_leave_the_plain_web():
     plain = holed_wheel()[1]
     larger, smaller = (holed_wheel(count=5, **AT | {"radius_mm": radius})[1] - plain for radius in (0.1, 0.05))
@@ -739,15 +689,6 @@ def test_what_a_tooth_does_to_another_through_holes_the_other_does_to_it():
         for k in range(1, TEETH):
             back = found.compliance[(i + k) % TEETH, TEETH - k]
             assert_allclose(found.compliance[i, k], back.T, rtol=0.0, atol=1e-12 * largest)
-
-
-@pytest.mark.slow
-def test_half_the_width_stands_for_the_whole_also_with_holes():
-    blank = WEB | {"holes": HOLES}
-    half, whole = (
-        loads_of(make_case(**SMALL | {"width": width}, pinion={"blank": blank})) for width in ("half", "whole")
-    )
-    assert_allclose(half.ste_um, whole.ste_um, rtol=2e-4)  # as parabolas over the thickness go
 
 
 # --- the volume of sectors on a blank -------------------------------------------------------------------------------

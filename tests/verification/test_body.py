@@ -189,14 +189,6 @@ def stored(tmp_path):
     return path
 
 
-def test_holes_come_back_bit_for_bit(stored):
-    compliances = holed("spur")[1].basis.compliance, read_basis(stored).compliance
-    (written, read), of_wheels = zip(*(compliance.supports for compliance in compliances), strict=True)
-    for found, expected in zip(vars(read).values(), vars(written).values(), strict=True):
-        np.testing.assert_array_equal(found, expected)
-    assert of_wheels == (None, None)
-
-
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [

@@ -87,16 +87,6 @@ def test_too_few_steps_raise_with_the_history(pair):
     assert len(error.value.history) == 2
 
 
-def test_pair_has_all_free_unknowns_and_the_rotation(pair):
-    condensed, whole = pair
-    free = 0
-    for mesh in (condensed.mesh.pinion, condensed.mesh.wheel):
-        nodes, _, numbers = whole_gear_mesh(mesh)
-        free += 3 * (len(nodes) - len(np.unique(numbers[:, np.concatenate([mesh.bore, mesh.middles])])))
-    assert whole.unknowns == free + 1
-    assert whole.stiffness[-1:].nnz == whole.stiffness[:, -1:].nnz == 0
-
-
 # --- order of elimination -------------------------------------------------------------------------------------------
 
 

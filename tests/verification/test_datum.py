@@ -72,11 +72,3 @@ def test_under_ever_less_load_the_transmission_error_is_that_without():
     tilt = pmor.Misalignment(in_plane_um=15.0, out_of_plane_um=-20.0, centre_distance_um=10.0)
     light = swept(model(), tilt, 1e-4)
     assert_allclose(light.ste_um[0], light.unloaded_um, rtol=0.0, atol=0.02)
-
-
-def test_tilted_axes_change_places_of_helical_flanks_by_a_constant_gap():
-    """The mean over the cycle of what a tilt about mid width opens is small beside what it opens at the faces."""
-    sweep = swept(model(20.0), pmor.Misalignment(out_of_plane_um=TILT_UM))
-    least, most = sweep.unloaded_um.min(), sweep.unloaded_um.max()
-    assert sweep.sweep.first_touch_um[0] == least
-    assert least < 0.0 < most - least

@@ -53,14 +53,6 @@ def test_integration_over_time_is_that_of_another_program():
     np.testing.assert_allclose(motion.states, slow.y.T, atol=1e-7)  # steps at tolerances of 1e-10 and 1e-11
 
 
-def test_the_speed_rises_evenly_over_time_and_the_phase_with_it():
-    motion = integrate(on_bearings(3.0), LAW, np.array([1.5, 0.0, 0.0, 0.0, 0.0, 0.0]), (0.5, 2.0), 5)
-    time = (motion.speed - 0.5) / 1.5 * (4.0 * np.pi * 5 / 2.5)
-    np.testing.assert_allclose(motion.speed[-1], 2.0, rtol=1e-12)
-    exact = 0.5 * time + 0.5 * 1.5 / time[-1] * time**2
-    np.testing.assert_allclose(motion.phase, exact, rtol=1e-12)
-
-
 def test_newton_steps_have_the_derivatives_of_their_residual(rng):
     balance = Balance(on_bearings(3.0), tabulate(curved, -0.2, 3.0, tolerance=1e-4), cycles=2, harmonics=5)
     unknowns, way, speed, step = 0.05 * rng.normal(size=balance.size), rng.normal(size=balance.size), 0.7, 1e-6

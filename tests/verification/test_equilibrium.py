@@ -8,13 +8,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.core.conventions import rotation_z
-from pmor.gear.condition import Condition, at_torques
+from pmor.gear.condition import Condition
 from pmor.penalty.elasticity import ReducedElasticity
 from pmor.penalty.equilibrium import solve_equilibrium
 from pmor.penalty.position import active_patches
 from pmor.penalty.search import search_contact
 from pmor.penalty.solve import surface_error
-from tests.support.loaded_pair import DEPTH, PAIRS, SAME_STATE, TORQUE, Model, every_pair
+from tests.support.loaded_pair import PAIRS, SAME_STATE, TORQUE, Model, every_pair
 
 FORCE_BALANCE = 1e-10  # of the load; both gears get the same nodal forces with opposite signs
 # Of the torque; bilinear transfer puts a force where the facet under the patch is, up to a few um off its line.
@@ -101,27 +101,6 @@ def test_identity_basis_is_the_full_model(share):
     assert_allclose(reduced.energy_norm(primal.coordinates), full.energy_norm(dual.coordinates), rtol=SAME_STATE)
 
 
-def test_compliance_of_the_windows_is_symmetric_and_couples_neighbouring_teeth():
-    model = Model(PAIRS["unequal"])
-    position = active_patches(model.meshed, model.phi(0.2), DEPTH)
-    compliance = model.elasticity(position).compliance
-    assert len(position.pair_index) == 2
-    assert_allclose(compliance, compliance.T, rtol=0, atol=1e-12 * np.abs(compliance).max())
-    blocks = [[position.window_slice(p, gear) for gear in (0, 1)] for p in (0, 1)]
-
-    def block(a, b):
-        return compliance[3 * a.start : 3 * a.stop, 3 * b.start : 3 * b.stop]
-
-    for p in (0, 1):
-        for q in (0, 1):
-            assert np.abs(block(blocks[p][0], blocks[q][1])).max() == 0.0  # the gears do not touch elastically
-    # Pinion tooth j + 1 is one tooth counter-clockwise, wheel tooth j + 1 one tooth clockwise.
-    for gear, sign in ((0, 1), (1, -1)):
-        dofs = [(3 * position.flank_nodes[p][gear][:, None] + np.arange(3)).ravel() for p in (0, 1)]
-        expected = model.bodies[gear].tooth_compliance(sign)[np.ix_(dofs[1], dofs[0])]
-        assert_allclose(block(blocks[1][gear], blocks[0][gear]), expected)
-
-
 @pytest.mark.parametrize("start_mm", [1.0, -1.0])
 @pytest.mark.parametrize("share", [0.3, 0.9])
 def test_a_start_a_millimetre_off_converges_to_the_same_state(start_mm, share):
@@ -131,21 +110,6 @@ def test_a_start_a_millimetre_off_converges_to_the_same_state(start_mm, share):
     found = solve_equilibrium(model.meshed, position, elasticity, Condition(torque=TORQUE), start)
     assert_allclose(found.advance, expected.advance, rtol=SAME_STATE)
     assert np.array_equal(found.contact.place, expected.contact.place)
-
-
-def test_warm_starts_need_fewer_steps():
-    model = Model(PAIRS["paper"])
-    cold_steps = warm_steps = 0
-    for share in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9):
-        position, elasticity, cold = model.solve(model.phi(share))
-        usual, more = at_torques([TORQUE, 1.02 * TORQUE])
-        start = cold.scaled_start(1.02, position.kernel_pair.kinematics.first_touch)
-        warm = solve_equilibrium(model.meshed, position, elasticity, more, start)
-        cold_steps, warm_steps = cold_steps + cold.steps, warm_steps + warm.steps
-        again = solve_equilibrium(model.meshed, position, elasticity, usual, (cold.coordinates, cold.advance))
-        assert again.steps == 0
-        assert again.advance == cold.advance
-    assert warm_steps < cold_steps
 
 
 @pytest.mark.parametrize(

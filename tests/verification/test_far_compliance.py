@@ -77,16 +77,3 @@ def test_the_other_flank_is_an_image_of_the_flank():
             for gear, blocks in ((left, left.far.images), (right, right.far.flanks))
         )
         assert_allclose(by_image, by_hand, rtol=0.0, atol=FOLLOWED * np.abs(by_hand).max() * 100)
-
-
-def test_what_was_not_asked_for_is_not_made_up():
-    _, body, _ = gear(0.0, "hex8i", 1)
-    assert np.isnan(body.far.flanks[6]).all()
-    assert np.isfinite(body.far.flanks[-4]).all()
-    assert np.isnan(body.far.backs[-12 + 1]).all()
-
-
-def test_the_flank_itself_yields_as_it_does_without_the_other_one():
-    mesh, body, _ = gear(15.0, "hex20", 2)
-    alone = elastic_gear(mesh, *STEEL, "hex20")
-    assert_allclose(body.compliance, alone.compliance, rtol=0.0, atol=1e-12 * np.abs(alone.compliance).max())

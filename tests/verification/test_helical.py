@@ -11,7 +11,6 @@ from numpy.testing import assert_allclose
 from pmor.core.conventions import rotation_z
 from pmor.gear.condition import PLAIN, at_torques
 from pmor.gear.kernels.types import Motion
-from pmor.gear.modification import UNMODIFIED, Modification
 from pmor.line.kernels.contact_point import closest_approach
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate, gear_pair
@@ -21,9 +20,7 @@ from pmor_offline.train import train
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 from tests.support.small_case import case_with, full_fe
-from tests.support.states import states_at
 
-MIRROR = 1e-10  # relative to the largest entry: the same sums in another order
 SAME = 1e-7  # relative; the same state in turned coordinates, each to Newton's tolerance and the feet's
 # Of the mean, reduced against full FE at unseen angles: 2.0e-4 at 25 deg, and no more at 10 and 35.
 REDUCED = 3e-4
@@ -135,18 +132,6 @@ def test_contact_stays_on_the_common_face_of_unequal_gears():
             assert (place < high + 0.5 * step + 1e-9).all()
 
 
-def test_a_narrow_wheel_is_loaded_like_the_pair_of_its_width_but_stiffer_on_the_wide_pinion():
-    wide = case_of(0.0, wheel={"face_width_mm": 20.0})
-    narrow = case_of(0.0, pair={"face_width_mm": 20.0})
-    found = []
-    for case in (wide, narrow):
-        model = full_fe(case)
-        found.append(solved(model, angles(model.mesh.meshed.pair, 3)).ste_um)
-    # The pinion's teeth go on beyond the contact and help to carry it; the wheel and the contact are the same.
-    assert np.all(found[0] < found[1])
-    assert np.all(found[0] > 0.75 * found[1])
-
-
 # --- what is said about it -----------------------------------------------------------------------------------------
 
 
@@ -163,9 +148,8 @@ def test_facets_warn_of_the_bulge_that_they_cut_off():
 
 # --- line contact ----------------------------------------------------------------------------------------------------
 
-TORQUE = 1e5  # N mm
+
 BALANCE = 1e-9
-RELIEVED = Modification(tip_relief_um=20.0, tip_relief_start_roll_deg=25.0)
 
 
 def model_of(helix_deg, **sections):
@@ -182,13 +166,6 @@ def model_of(helix_deg, **sections):
 @cache
 def model(helix_deg):
     return model_of(helix_deg)
-
-
-@cache
-def narrow_model(helix_deg):
-    """Layers of 1.25 mm, on as little a face as shows it."""
-    return model_of(helix_deg, pair={"face_width_mm": 10.0}, wheel={"teeth": 21, "bore_radius_mm": 20.0},
-                    mesh={"profile_elements": 4, "width_elements": 8})  # fmt: skip
 
 
 def in_space(meshed, roll_position, gear):
@@ -231,21 +208,3 @@ def test_rigid_motions_of_both_gears_open_no_gap_and_displacements_along_the_fla
                 assert abs(axis @ (one + other)) < BALANCE
                 opened = np.cross(axis, here) @ one + np.cross(axis, there) @ other
                 assert abs(opened) < BALANCE * meshed.pair.centre_distance
-
-
-@pytest.mark.parametrize("flank", [UNMODIFIED, RELIEVED], ids=["plain", "relieved"])
-def test_a_helix_of_a_tenth_of_a_degree_is_as_good_as_none(flank):
-    """Spur sections are the columns of nodes, helical ones lie between them: on layers this thin both are enough."""
-    found = []
-    for helix_deg in (0.0, 0.1):
-        full = narrow_model(helix_deg)
-        meshed = full.mesh.meshed
-        advances, pressures = [], []
-        for share in np.arange(4) / 4.0:
-            (state,) = states_at(full, share * meshed.pair.pitch, at_torques([TORQUE], pinion=flank, wheel=flank))
-            advances.append(state.advance * meshed.pair.pinion.base_radius)
-            on_flank = np.abs(state.lever + meshed.pair.pinion.base_radius) < 1e-9
-            pressures.append(state.patches()[on_flank, 2].max())
-        found.append((np.mean(advances), max(pressures)))
-    assert_allclose(found[1][0], found[0][0], rtol=5e-3)
-    assert_allclose(found[1][1], found[0][1], rtol=2e-2)

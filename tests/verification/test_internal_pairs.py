@@ -13,7 +13,6 @@ from pmor.export.rexs.read import read_stage
 from pmor.export.rexs.write import rexs_text
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.sector import build_sector
-from pmor.gear.classical import iso6336
 from pmor.gear.condition import Assembly, Condition, Misalignment
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.ring_root import Shaper
@@ -74,12 +73,6 @@ def test_profile_shifts_of_published_rings_count_towards_the_tip(teeth, module, 
     assert_allclose(found, -distance, atol=1e-3 * module)
 
 
-def test_curvatures_count_against_each_other_at_the_pitch_point():
-    pair = internal_pair(Tooth(20, 2.0, ALPHA), ring(60))
-    inner, outer = (0.5 * 2.0 * teeth * math.sin(ALPHA) for teeth in (20, 60))
-    assert_allclose(pair.pitch_point_radius, 1.0 / (1.0 / inner - 1.0 / outer), rtol=1e-12)
-
-
 def test_conjugate_flanks_have_no_error_without_load(model):
     meshed = model.mesh.meshed
     phi = np.linspace(-0.4, 0.4, 25)
@@ -128,12 +121,6 @@ def test_mesh_stiffness_of_the_planetary_stage_is_about_that_of_iso_6336():
         stiffness = (1e-3 * load.torque / pair.pinion.base_radius / 50.0 / found).mean()
         print(stiffness, standard, pair.contact_ratio)  # noqa: T201
         assert_allclose(stiffness, standard, rtol=0.15)
-
-
-def test_iso_6336_takes_a_ring_for_a_rack():
-    single = iso6336.single_stiffness(22.0, math.inf)
-    assert_allclose(single, 14.365, atol=5e-4)
-    assert_allclose(iso6336.mesh_stiffness(single, 1.9572), ISO_RING, atol=2e-3)
 
 
 @pytest.mark.parametrize("keys", [{"shaper": {"teeth": 23, "tip_radius_mm": 0.4}}, {"root_fillet_mm": 1.1}])

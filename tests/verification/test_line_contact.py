@@ -9,7 +9,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import changed_text, load_case, parse_case
-from pmor.core.conventions import rotation_z
 from pmor.gear.condition import ALIGNED, at_torques
 from pmor.gear.kernels.types import Motion
 from pmor.line.kernels.contact_point import closest_approach, cubic_rows, involute_foot, roll_of
@@ -17,7 +16,6 @@ from pmor.pair.sweep import sweep_ste
 from pmor.penalty.position import relative_motion
 from pmor.results.sweep import ripple_um
 from tests.support.gear_models import POISSON, YOUNG
-from tests.support.loaded_pair import line_model
 from tests.support.small_case import case_with, full_fe
 from tests.support.states import states_at
 from tests.support.stored_energy import stored_in_lines
@@ -41,19 +39,6 @@ def test_cubic_along_the_profile_reproduces_quadratics_in_the_arc_length(u, roll
     rows = np.minimum(first + np.arange(4), len(roll) - 1)
     for power in range(3):
         assert_allclose(weights @ roll[rows] ** (2 * power), u ** (2 * power), rtol=1e-12)
-
-
-def test_cubic_along_the_profile_has_no_kink_at_the_nodes(rng):
-    value, weights = rng.normal(size=len(ROLL)), np.empty(4)
-
-    def at(arc):
-        first = cubic_rows(ROLL, math.sqrt(arc), 0, len(ROLL) - 1, weights)
-        return weights @ value[np.minimum(first + np.arange(4), len(ROLL) - 1)]
-
-    for arc in ROLL[1:-1] ** 2:
-        step = 1e-6
-        slopes = (at(arc) - at(arc - step)) / step, (at(arc + step) - at(arc)) / step
-        assert abs(slopes[1] - slopes[0]) < 1e-4 * np.abs(slopes).max() + 1e-2
 
 
 @pytest.mark.parametrize("slave", [0, 1])
@@ -133,13 +118,6 @@ def test_coarse_meshes_have_the_transmission_error_of_fine_ones(elements, bound,
     assert error.std() < bound
     assert abs(error.mean()) < 0.01 * finest.ste_um.mean()
     assert ripple_um(coarse, 0) < 0.003
-
-
-@pytest.mark.parametrize("penalty", [1e5, 1e12])
-def test_no_penalty_enters(penalty):
-    contacts = {"scheme": "line"}, {"scheme": "line", "penalty_N_mm3": penalty}
-    sweeps = [curve(line_model(5, 2, contact=contact), 3).ste_um for contact in contacts]
-    assert np.array_equal(*sweeps)
 
 
 @pytest.mark.jit
@@ -263,42 +241,6 @@ def test_wheel_torque_follows_from_the_balance_of_energy(end, beside, corner, un
     # Measured 1.1e-3 at the very end of the path, where the middle of the pressure is farthest from the corner that the
     # force is taken to act at; elsewhere up to 2e-4.
     assert_allclose(expected, ratio, rtol=0.0, atol=4e-4 if beside != 0.0 else 1.5e-3)
-
-
-def test_both_gears_get_the_same_force_and_moment(unlike):
-    meshed = unlike.mesh.meshed
-    pair = meshed.pair
-    for share in (0.05, 0.5, 0.9):
-        phi = pair.roll_position_range[0] + share * pair.pitch
-        (state,) = states_at(unlike, phi, at_torques([TORQUE]))
-        resultants = []
-        for gear in (0, 1):
-            force, moment = np.zeros(3), np.zeros(3)
-            for number, index in enumerate(state.loaded_pairs):
-                own = phi + index * pair.pitch
-                angle = own + state.advance if gear == 0 else math.pi + pair.wheel_tooth_rotation(own)
-                nodal = state.nodal_force[gear][number]
-                forces = np.pad(nodal, ((0, 0), (0, 0), (0, 3 - nodal.shape[2]))).reshape(-1, 3) @ rotation_z(angle).T
-                nodes = (meshed.pinion, meshed.wheel)[gear].nodes.reshape(-1, 3)
-                places = nodes @ rotation_z(angle).T + [0.0, pair.centre_distance * gear, 0.0]
-                force, moment = force + forces.sum(axis=0), moment + np.cross(places, forces).sum(axis=0)
-            resultants.append((force, moment))
-        load = np.linalg.norm(resultants[0][0])
-        # The normals of the two flanks differ by the advance: 2e-4 rad of it is a turn of the force, not a loss.
-        assert_allclose(np.linalg.norm(resultants[1][0]), load, rtol=1e-6)
-        assert np.abs(resultants[0][0] + resultants[1][0]).max() < 5e-4 * load
-        # A cubic through six elements' nodes is off the involute by a micrometre.
-        assert np.abs(resultants[0][1] + resultants[1][1]).max() < 1e-3 * load * pair.pinion.base_radius
-
-
-def test_transmission_error_grows_less_than_the_torque(unlike):
-    """Hertz contact stiffens with the load, nothing else is nonlinear: d ln STE / d ln T a little below 1."""
-    meshed = unlike.mesh.meshed
-    phi = meshed.pair.roll_position(math.tan(meshed.pair.working_pressure_angle))
-    torques = TORQUE * np.array([0.01, 0.1, 1.0, 10.0])
-    advance = np.array([state.advance for state in states_at(unlike, phi, at_torques(torques))])
-    exponents = np.diff(np.log(advance)) / np.diff(np.log(torques))
-    assert np.all((exponents > 0.9) & (exponents < 0.99))
 
 
 @pytest.mark.jit

@@ -18,7 +18,6 @@ from pmor.line.kernels.contact_point import closest_approach
 from pmor.line.kernels.places import line_deviations
 from pmor.line.layered_pair import place_flanks_of, place_sections, sections_of
 from pmor.line.unloaded import unloaded_ste_um, with_unloaded
-from pmor.pair.model import mesh_model
 from pmor.pair.sweep import sweep_ste
 from pmor_online.compare import failed_positions
 from pmor_online.contact_pattern import contact_patterns
@@ -26,7 +25,6 @@ from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import on_hubs
 from pmor_online.variants import VariantSolver
 from tests.support.line_pairs import PAIRS, TORQUE, models
-from tests.support.small_case import case_with
 from tests.support.states import states_at
 
 # Full FE is solved to 1e-9 in its energy norm.
@@ -234,15 +232,6 @@ def test_the_loaded_transmission_error_comes_down_to_the_unloaded_one(name):
     assert with_unloaded(sweep_line_loads(reduced, phi, plain), reduced.meshed, plain).unloaded_um is None
 
 
-def test_unloaded_flanks_of_points_are_those_of_lines():
-    """Rigid involutes know no contact scheme."""
-    case = case_with(mesh={"profile_elements": 5, "width_elements": 4, "width": "whole"})
-    assembly = Assembly(Misalignment(in_plane_um=10.0), Modification(tip_relief_um=9.0, tip_relief_start_roll_deg=26.0))
-    phi = np.linspace(0.0, 0.3, 7)
-    found = [unloaded_ste_um(m, phi, [assembly]) for m in (models("spur")[1].meshed, mesh_model(case).meshed)]
-    assert_allclose(*found, rtol=0.0, atol=1e-9)
-
-
 def test_drawn_pressure_of_helical_flanks_is_that_of_hertz_and_carries_the_load_from_face_to_face():
     full, reduced = models("helical")
     pair, condition = reduced.meshed.pair, Condition(torque=TORQUE)
@@ -301,19 +290,6 @@ def test_nodal_forces_on_both_gears_balance_each_other():
     tangential = TORQUE / pair.pinion.base_radius
     assert_allclose(abs(total[0, 2]), tangential * math.tan(pair.base_helix_angle), rtol=1e-9)
     assert_allclose(state.wheel_torque / TORQUE, pair.wheel.teeth / pair.pinion.teeth, rtol=1e-9)
-
-
-def test_the_other_hand_is_the_mirror_image():
-    """Helix the other way, with all that differs over the width mirrored: tilts out of plane of the normal turn too."""
-    phi = np.linspace(0.0, 0.29, 7)
-    flank = {"tip_relief_um": 12.0, "tip_relief_start_roll_deg": 25.0, "helix_crowning_um": 5.0}
-    right = Assembly(Misalignment(20.0, -15.0), Modification(**flank, helix_slope_um=10.0, twist_um=6.0))
-    left = Assembly(Misalignment(-20.0, 15.0), Modification(**flank, helix_slope_um=-10.0, twist_um=-6.0))
-    one, other = (
-        sweep_line_loads(models("helical", hand)[1], phi, at_torques([TORQUE], b.misalignment, b.pinion)).ste_um
-        for hand, b in ((1.0, right), (-1.0, left))
-    )
-    assert_allclose(other, one, rtol=1e-10)
 
 
 # --- modifications -------------------------------------------------------------------------------------------------

@@ -10,7 +10,6 @@ from pmor.gear.condition import ALIGNED, Assembly
 from pmor.gear.modification import UNMODIFIED, Modification
 from pmor.pair.conditions import conditions_of_assembly
 from pmor.results.flank_maps import flank_map
-from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, over_the_whole_face
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import online_angles
 from pmor_online.readings import forces_on_gears
@@ -73,13 +72,6 @@ def test_flank_map_keeps_the_load_of_the_cycle():
     assert_allclose(found.load_N_per_mm.max(), lines.load_N_per_mm[1].max(), rtol=1e-3)
 
 
-def test_light_load_touches_less_of_a_crowned_flank():
-    reduced, sweep = recorded("spur", torques=(1.0, 100.0), flank=Modification(helix_crowning_um=15.0), angles=60)
-    light, loaded = (flank_map(sweep, d, 0, reduced.meshed.pair.active_rolls[0]) for d in range(2))
-    assert 0.0 < light.contact_share < 0.6 < loaded.contact_share <= 1.0
-    assert effective_contact_ratio(sweep)[0] < effective_contact_ratio(sweep)[1]
-
-
 @pytest.mark.parametrize("hand", [1.0, -1.0])
 def test_mesh_forces_balance_and_are_those_of_statics(hand):
     reduced, sweep = recorded("helical", hand=hand, flank=UNMODIFIED)
@@ -116,14 +108,3 @@ def test_the_axial_force_moves_the_transverse_one_along_the_face():
     found = forces_on_gears(reduced.meshed, sweep).moment_Nm[:, :, 0]
     # But for tip corners, whose forces are a little off the line of action.
     assert_allclose(found, expected, atol=5e-3 * np.abs(expected).max())
-
-
-def test_half_the_width_gives_what_the_whole_gives():
-    (_, half), (_, whole) = both = [recorded("spur", width=width, columns=True) for width in ("half", "whole")]
-    z, load = over_the_whole_face(half.states.lines, half.states.lines.load_N_per_mm)
-    assert_allclose(z, whole.states.lines.z_mm, atol=1e-12)
-    # The condensations differ.
-    assert_allclose(load, whole.states.lines.load_N_per_mm, rtol=1e-6, atol=1e-6)
-    assert_allclose(*(face_load_factor(sweep.states.lines) for sweep in (half, whole)), rtol=1e-7)
-    forces = [forces_on_gears(reduced.meshed, sweep) for reduced, sweep in both]
-    assert_allclose(forces[0].moment_Nm, forces[1].moment_Nm, rtol=1e-6, atol=1e-6)

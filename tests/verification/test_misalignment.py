@@ -136,19 +136,3 @@ def test_the_mirrored_tilt_mirrors_the_load_that_carries_the_torque(scheme):
     assert_allclose(states[0].advance, states[1].advance, rtol=1e-8)
     assert_allclose(one, other[::-1], rtol=1e-6, atol=1e-6 * one.max())
     assert one[-1] > 2.0 * one[0]  # the side towards which the wheel's axis leans
-
-
-@pytest.mark.parametrize("scheme", ["line", "direct"])
-def test_conditions_that_share_windows_share_their_axes(scheme):
-    with pytest.raises(ValueError, match="need the same axes and flanks, not 2"):
-        states_at(model(scheme), 0.1, [*under_torque(ALIGNED), *under_torque(TILTED)])
-
-
-@pytest.mark.parametrize("torque", [1e2, 1e4, 1e6])
-def test_expected_closing_balances_a_bed_of_springs_under_a_wedge(torque):
-    meshed = model().mesh.meshed
-    closing, spread = meshed.expected_closing(torque, TILTED), TILTED.spread
-    place = (np.arange(200_000) + 0.5) / 200_000
-    mean = np.maximum(closing - spread * place, 0.0).mean()
-    assert_allclose(mean, meshed.expected_approach(torque), rtol=1e-6)  # of the sum
-    assert meshed.expected_closing(torque, ALIGNED) == meshed.expected_approach(torque)

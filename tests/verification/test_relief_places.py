@@ -13,7 +13,6 @@ from pmor.core.errors import CaseError
 from pmor.gear.flank_deviation import kernel_deviation
 from pmor.gear.modification import RELIEF_PLACES, UNMODIFIED, Modification
 from pmor.gear.profile import ProfilePoint, profiles
-from pmor.report.readings_blocks import RATES
 from tests.support.gear_models import gear_pair, helical_pair, tooth
 from tests.support.small_case import case_text
 
@@ -40,10 +39,6 @@ def test_a_place_on_the_profile_is_found_again_from_each_measure(name, measure):
             step = 1e-5 * abs(value)
             quotient = (profile.roll_at(measure, value + step) - profile.roll_at(measure, value - step)) / (2.0 * step)
             assert_allclose(profile.roll_rate(measure, value), quotient, rtol=1e-6)
-
-
-def test_derivatives_by_every_place_have_a_unit():
-    assert {key.rpartition("_")[2] for places in RELIEF_PLACES.values() for key in places} <= set(RATES)
 
 
 def test_measures_are_those_of_the_drawing():

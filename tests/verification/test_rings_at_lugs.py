@@ -31,8 +31,6 @@ from pmor.pair.model import elastic_model, gear_pair, mesh_model, sector_meshes
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import reduced_pair
-from tests.support.line_pairs import on_columns
-from tests.support.mesh_cycles import check_design, check_force_law
 
 TEETH, ANGLES = 40, 4
 MATERIAL = 210_000.0, 0.3
@@ -251,25 +249,6 @@ def test_the_transmission_error_has_the_orders_that_teeth_and_lugs_share(count):
     assert orders[common] > 1e-4 * ste.mean()
 
 
-def test_lugs_turned_by_a_tooth_shift_the_transmission_error_by_a_pitch():
-    one, turned = (swept(5, first_deg=first)[1] for first in (3.0, 3.0 + 360.0 / TEETH))
-    # The ring turns the way its pinion does, counter-clockwise.
-    assert_allclose(turned, np.roll(one, -ANGLES), rtol=1e-9)
-    assert np.abs(turned - one).max() > 1e-2 * one.mean()
-
-
-def test_a_tooth_at_a_lug_gives_less_than_one_between_two():
-    middle, between = (swept(5, first_deg=first, pitches=1)[1].mean() for first in (0.0, 36.0))
-    assert middle < 0.9 * between
-
-
-@pytest.mark.slow
-def test_fewer_and_narrower_lugs_give_more_and_lugs_all_around_as_little_as_all_of_the_outside():
-    means = [swept(*lugs)[1].mean() for lugs in ((8, 44.99), (8, 20.0), (8, 8.0), (5, 8.0), (3, 8.0))]
-    assert (np.diff(means) > 0.0).all()
-    assert_allclose(means[0], swept()[1].mean(), rtol=0.02)
-
-
 @pytest.mark.slow
 def test_seats_lie_between_lugs_as_they_are_and_a_ring_that_floats():
     """Lugs all around on soft seats are a bedding all around."""
@@ -290,17 +269,3 @@ def test_lugs_at_listed_places_are_equal_ones_where_they_stand_so():
     for at, repeats in (((0.0, 50.0, 180.0, 230.0), 2), ((0.0, 50.0, 180.0), 1)):
         pair = case_of(held={"at_deg": list(at), "lug_deg": 8.0}).pair
         assert (pair.wheel.lugs.repeats, pair.repeats_after) == (repeats, TEETH // repeats)
-
-
-def test_motion_and_designs_go_on_over_all_cycles_until_lugs_stand_as_before():
-    reduced = swept(8)[0]
-    assert reduced.basis.case.pair.repeats_after == TEETH // 8
-    check_force_law(reduced)
-    check_design(reduced)
-
-
-def test_half_the_width_stands_for_the_whole():
-    both = [swept(5, pitches=2, width=width)[0] for width in ("half", "whole")]
-    phi, condition = both[0].meshed.pair.pitch * np.arange(2 * ANGLES) / ANGLES, nominal_condition(both[0].basis.case)
-    half, whole = (sweep_line_loads(on_columns(reduced), phi, [condition]).ste_um[0] for reduced in both)
-    assert_allclose(half, whole, rtol=1e-4)  # as the patterns that are left out, `LEAST_MOVED`

@@ -109,19 +109,6 @@ width_elements = 2
     assert np.ptp(ranges) > 1e-2 * ranges.mean()
 
 
-def test_mesh_cycles_that_are_alike_change_nothing(planets, tmp_path):
-    text = SMALL_SET.replace("[10.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]").replace("torques_Nm = [100.0]", "pitches = 3")
-    for own, one in zip(
-        pmor.gear_set(written_set(tmp_path, text)).solution.root_stress, planets.solution.root_stress, strict=True
-    ):
-        assert_allclose(own.max_principal_MPa, np.tile(one.max_principal_MPa, 3), rtol=SOLVED)
-        for name in ("range_MPa", "most_MPa", "least_MPa"):
-            expected = np.repeat(getattr(one.cycle, name), 3, axis=1)
-            assert_allclose(getattr(own.cycle, name), expected, rtol=SOLVED)
-        turn = np.resize(own.over_turns_MPa, one.over_turns_MPa.shape)
-        assert_allclose(np.ptp(turn), np.ptp(one.over_turns_MPa), rtol=SOLVED)
-
-
 @WAYS
 def test_an_idler_between_equal_gears_bends_alike_on_both_sides(helix, distance, tmp_path):
     """Half a turn about the line of centres takes the one mesh to the other, and the angles nearly to themselves."""

@@ -9,7 +9,6 @@ from numpy.testing import assert_allclose
 from pmor.design.loader import load
 from pmor.design.set_judge import SetJudge
 from pmor.sets.variants import train_of_variants
-from tests.support.small_set_campaign import STEPPED
 from tests.support.small_sets import NO_STRESS, SMALL_DESIGN, SMALL_SET, written_design
 
 # Of the largest derivative: round-off and curvature of quotients with steps of 1e-4 um, deg or %.
@@ -35,8 +34,6 @@ value = "percentile_95"
 profile_slope_um = 2.0
 draws = 8
 """
-# The gears of stepped planets carry on one side each.
-STEPS = 'gear = "planet"\nflank = "coast"', 'gear = "second_planet"'
 
 
 def judge_of(folder, base=SMALL_SET, more="", renamed=("", "")):
@@ -77,16 +74,6 @@ def test_gradients_know_all_mesh_cycles(tmp_path, rng):
     wobbling += "[eccentricity]\nsun_um = 6.0\n"
     judge = judge_of(tmp_path, wobbling)
     assert judge.phi.shape == (16,)
-    check_gradient(judge, rng)
-
-
-@pytest.mark.slow
-def test_gradients_know_stepped_planets(tmp_path, rng):
-    """Five cycles of the sun's meshes go with four of the ring's, before all stand as at first."""
-    more = SCATTER.replace("profile_slope_um", "profile_crowning_um")
-    stepped = STEPPED.replace("module_mm = 3.95", "module_mm = 4.0")
-    judge = judge_of(tmp_path, f"{stepped}[tolerances]\ntiming_mrad = 0.1\n", more, STEPS)
-    assert judge.phi.shape == (5 * 8,)
     check_gradient(judge, rng)
 
 

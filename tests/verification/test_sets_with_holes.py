@@ -84,32 +84,10 @@ def test_holes_turned_by_a_tooth_shift_all_by_a_pitch(four, tmp_path):
     assert np.abs(turned - four.ste_um[0]).max() > 1e-4 * turned.mean()
 
 
-def test_the_image_of_a_set_has_the_image_of_its_holes(four, tmp_path):
-    image = solved(tmp_path, of_holes(4, -9.0), ("torque_Nm = 300.0", "torque_Nm = -300.0"))
-    assert_allclose(image.ste_um, four.ste_um, rtol=SOLVED)
-
-
 def test_holes_of_planets_count_from_where_the_pin_lies_outwards(four, tmp_path):
     """Planets that are all turned about the sun by its pitch take their holes along."""
     turned = solved(tmp_path, of_holes(), ("count = 3", "count = 3\npositions_deg = [20, 140, 260]"))
     assert_allclose(turned.ste_um, four.ste_um, rtol=SOLVED)
-
-
-def test_as_many_holes_as_teeth_leave_all_mesh_cycles_alike(tmp_path):
-    found = solved(tmp_path, of_holes(18, radius=1.5))
-    assert found.data["pitches"] == 1
-    again = solve_set(found.file.plan, found.solution.train, found.solution.torque_Nm, ANGLES, 2)
-    assert_allclose(again.ste_um[0], np.tile(found.ste_um[0], 2), rtol=SOLVED)
-
-
-@pytest.mark.slow
-def test_holes_of_no_size_leave_the_plain_web(tmp_path):
-    plain = solved(tmp_path, "").ste_um[0]
-    larger, smaller = (
-        solved(tmp_path, of_holes(radius=radius)).ste_um[0].reshape(-1, ANGLES) - plain for radius in (0.4, 0.2)
-    )
-    assert 0.0 < larger.max() < 2e-3 * plain.mean()
-    assert_allclose(smaller.mean(), 0.25 * larger.mean(), rtol=0.1)  # as their area
 
 
 @pytest.mark.parametrize("which", [pytest.param(0, marks=pytest.mark.slow), 1])

@@ -54,16 +54,6 @@ def test_a_cantilever_bends_shears_stretches_and_twists_as_in_closed_form(sectio
     assert_allclose(found, expected, rtol=EXACT)
 
 
-def test_a_simply_supported_shaft_sags_as_in_closed_form():
-    a, b, force = 70.0, 130.0, np.zeros(18)
-    force[8] = 1000.0
-    found = held(SOLID, [a, b], [0, 1, 2, 3, 13, 14], force)[8]
-    bending = STEEL.youngs_modulus * SOLID.second_moment
-    shear = SOLID.shear_coefficient(0.3) * STEEL.shear_modulus * SOLID.area
-    expected = 1000.0 * (a**2 * b**2 / (3.0 * bending * (a + b)) + a * b / (shear * (a + b)))
-    assert_allclose(found, expected, rtol=EXACT)
-
-
 def test_shear_coefficients_are_cowper_s():
     assert_allclose(SOLID.shear_coefficient(0.3), 6.0 * 1.3 / (7.0 + 6.0 * 0.3), rtol=EXACT)
     thin = CircularSection(1.0, 1.0 - 1e-9)
@@ -199,10 +189,3 @@ def test_a_bending_moment_is_a_couple_of_forces():
     change, by_forces = ((one - solved[2])[places] for one in solved[:2])
     assert np.abs(change).max() > 1e-4
     assert_allclose(change, by_forces, rtol=0.0, atol=EXACT * np.abs(change).max())
-
-
-def test_a_stiff_housing_is_a_rigid_one():
-    box = fva_box(5e5, 5e5).model
-    _, expected, _ = bearing_displacements(box)
-    _, found, _ = bearing_displacements(replace(box, housing=1e13 * np.eye(30)))
-    assert_allclose(found[: len(expected)], expected, rtol=0.0, atol=1e-6 * np.abs(expected).max())

@@ -42,26 +42,6 @@ def test_patches_meet_along_their_edges(smooth):
                 assert_allclose(surface.at(i, k, a, 1.0)[0], surface.at(i, k + 1, a, 0.0)[0], atol=ROUND_OFF)
 
 
-@pytest.mark.parametrize("parabolic", [True, False])
-def test_all_patches_have_the_shared_normal_at_a_node(parabolic):
-    surface = Surface(saddle(), parabolic=parabolic)
-    for (i, k), s, t in product(surface.elements, (0, 1), (0, 1)):
-        assert_allclose(surface.normal(i, k, s, t), surface.normals[i + s, k + t], atol=ROUND_OFF)
-
-
-def test_kink_along_edges_of_a_doubly_curved_surface_vanishes_with_refinement():
-    """Zero twist leaves a small kink between the nodes; facets have one of first order."""
-    kinks, facet_kinks = [], []
-    for refinement in (1, 2, 4):
-        for smooth, found in ((True, kinks), (False, facet_kinks)):
-            surface = Surface(saddle(4 * refinement + 1, 5 * refinement + 1), smooth)
-            i, k = 2 * refinement, 2 * refinement
-            found.append(np.linalg.norm(surface.normal(i, k, 1.0, 0.5) - surface.normal(i + 1, k, 0.0, 0.5)))
-    assert np.all(orders(kinks) > 1.7)
-    assert np.all(orders(facet_kinks) < 1.4)
-    assert kinks[-1] < 0.02 * facet_kinks[-1]
-
-
 @pytest.mark.parametrize("smooth", [True, False])
 @pytest.mark.parametrize("place", [(0.0, 0.0), (0.3, 0.7), (1.0, 0.4), (1.2, -0.1)])
 def test_tangents_are_the_derivatives_of_the_point(smooth, place):
@@ -135,11 +115,6 @@ def off_circle(point):
     return math.hypot(point[0], point[1]) - 1.0
 
 
-def test_facets_of_a_circle_miss_it_by_the_sagitta():
-    errors = shape_errors(circle, off_circle, inside, smooth=False)
-    assert_allclose(errors, 1.0 - np.cos(0.5 / np.array([4, 8, 16])), rtol=1e-9)
-
-
 @pytest.mark.parametrize(("rows", "parabolic", "order"), [(inside, True, 4.0), (ends, True, 4.0), (ends, False, 2.0)])
 def test_patches_of_a_circle_are_fourth_order_and_with_averaged_edge_normals_second(rows, parabolic, order):
     errors = shape_errors(circle, off_circle, rows, parabolic=parabolic)
@@ -198,14 +173,6 @@ def test_averaged_normal_is_the_mean_of_the_concurrent_facets():
     partly = Surface(nodes, parabolic=True, edges=(False, True)).normals
     assert_allclose(partly[:-1, 1:-1], expected[:-1, 1:-1], atol=ROUND_OFF)
     assert np.linalg.norm(partly[-1] - expected[-1], axis=-1).min() > 1e-4
-
-
-def test_two_by_two_nodes_have_chords_for_tangents():
-    nodes = np.array([[[0.0, 0, 0], [0, 0, 1]], [[1, 0, 0], [1, 0.2, 1]]])
-    surface = Surface(nodes)
-    for i, k in ((0, 0), (0, 1), (1, 0), (1, 1)):
-        expected = np.cross(nodes[i, 1] - nodes[i, 0], nodes[1, k] - nodes[0, k])
-        assert_allclose(surface.normals[i, k], expected / np.linalg.norm(expected), atol=ROUND_OFF)
 
 
 # --- the closest point -----------------------------------------------------------------------------------------------

@@ -37,15 +37,6 @@ def test_impossible_teeth_are_refused():
         tooth_beam(12, 4.0, ALPHA, profile_shift=1.0)
 
 
-def test_line_of_action_is_tangent_to_the_base_circle():
-    """Distance from the gear's axis to the line of action is the base radius, at every contact radius."""
-    beam = paper_beam()
-    load = tooth_load(beam, np.linspace(40.0, 46.0, 7))
-    distance = load.y_mm * np.cos(load.angle_rad) - load.half_thickness_mm * np.sin(load.angle_rad)
-    assert_allclose(distance, beam.base_radius_mm, rtol=1e-12)
-    assert (np.diff(load.angle_rad) > 0).all()
-
-
 def test_contact_outside_the_involute_is_refused():
     with pytest.raises(ValueError, match="leaves the involute"):
         tooth_load(paper_beam(), [38.0])

@@ -20,7 +20,6 @@ from pmor.lab.rivals.calculix import PROGRAM, calculix_available
 from pmor.line.layered_pair import place_flanks_of, place_sections
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, gear_pair, mesh_model
-from pmor.pair.sweep import sweep_ste
 from pmor.validation import calculix
 from pmor.validation.machines import after_entry
 from pmor_offline.train import train
@@ -145,15 +144,6 @@ def turned_round(found):
 @pytest.mark.parametrize("name", ["shallow", "helical", "wheel"])
 def test_no_line_load_lies_below_the_form_circle_and_both_models_agree(name):
     assert check_pair(*known(name), 6) < SAME
-
-
-def test_load_leaves_the_edge_of_an_undercut_without_a_jump():
-    """Through the angle at which contact comes from the edge to the flank: the law is continuous there."""
-    case, full, _ = known("shallow")
-    pair = full.mesh.meshed.pair
-    phi = pair.roll_position_range[0] + np.array([-1e-7, 1e-7])
-    ste = sweep_ste(full.mesh.meshed, full.elasticity_at, phi, [nominal_condition(case)]).ste_um[0]
-    assert_allclose(ste[0], ste[1], rtol=1e-4)
 
 
 def test_a_pair_whose_tips_end_above_the_form_circles_does_not_know_of_undercut():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.case import change_case, make_case
+from pmor.case import make_case
 from pmor.fe.blank_section import Block, _law, _row_stiffness, ring_stiffness
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, mesh_model
@@ -25,7 +25,6 @@ SMALL = {
 WEB = {"rim_thickness_mm": 1.6, "hub_radius_mm": 9.5}
 # From one end of the face at the hub to the middle at the rim, with a step.
 DISH = [[9.5, -5.0, -1.0], [10.5, -4.0, 0.0], [10.5, -3.0, 0.5], [11.4, 0.0, 2.0]]
-CONE = [[9.5, -4.0, 4.0], [10.5, -2.0, 2.0]]
 
 
 def case_of(helix=0.0, **blank):
@@ -106,8 +105,3 @@ def test_a_mirrored_profile_mirrors_the_load_over_the_face():
     assert_allclose(one.ste_um, other.ste_um, rtol=ROUND_OFF)
     carried = loads.sum(axis=(0, 1, 2))
     assert abs(carried[-1] / carried[0] - 1.0) > 0.02, "else the image is none"
-
-
-def test_half_the_width_stands_for_the_whole_of_an_even_profile():
-    half, whole = (loads_of(change_case(case_of(web_profile=CONE), width=width)) for width in ("half", "whole"))
-    assert_allclose(half.ste_um, whole.ste_um, rtol=1e-8)

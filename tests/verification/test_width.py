@@ -22,7 +22,6 @@ from pmor_online.model import reduced_pair
 from pmor_online.sweep import sweep_reduced_pair
 from tests.support.gear_models import POISSON, WIDTH, YOUNG, tooth
 from tests.support.small_case import case_with, full_fe
-from tests.support.whole_gear import volume_displacement
 
 TWO_ROUTES = 1e-12  # of the largest compliance; measured 2e-14
 SAME_ANSWER = 1e-9
@@ -115,22 +114,6 @@ def test_compliance_of_half_the_width_is_that_of_the_whole_under_mirrored_forces
     )
 
 
-def test_displacements_inside_half_a_gear_are_those_of_the_whole(rng):
-    half, whole = (
-        elastic_gear(build_sector(tooth(12, 0.2), 8.0, WIDTH, 3, ACROSS, width=w), YOUNG, POISSON, "hex8i", 1, True)
-        for w in ("half", "whole")
-    )
-    force = rng.normal(size=(*half.mesh.flank.shape, 3))
-    on_all = np.concatenate([force / half.mesh.images[:, None], (0.5 * force * MIRROR)[:, -2::-1]], axis=1)
-    on_all[:, ACROSS // 2, 2] = 0.0  # a node and its image, in one place
-    for offset in (-1, 0, 1):
-        found = volume_displacement(half, offset, force.ravel()).reshape(-1, ACROSS // 2 + 1, 3)
-        expected = volume_displacement(whole, offset, on_all.ravel()).reshape(-1, ACROSS + 1, 3)
-        scale = np.abs(expected).max()
-        assert_allclose(found, expected[:, : ACROSS // 2 + 1], rtol=0.0, atol=1e-10 * scale)
-        assert not found[:, -1, 2].any(), "mid width stays in its plane"
-
-
 # --- plane strain ----------------------------------------------------------------------------------------------------
 
 
@@ -163,16 +146,6 @@ def test_plane_strain_is_what_ever_wider_gears_come_to(scheme):
     assert np.max(missing[0]) < 0.04
     assert np.max(missing[1]) < 0.025
     assert np.max(missing[2]) < 0.015
-
-
-def test_nothing_moves_along_the_axis_in_plane_strain():
-    gear = elastic_gear(
-        build_sector(tooth(12), 8.0, WIDTH, 3, ACROSS, width="plane_strain"), YOUNG, POISSON, "hex8i", 1, True
-    )
-    inside = volume_displacement(gear, 0, np.ones(gear.compliance.shape[1]))
-    assert not inside[:, 2].any()
-    pairs = inside.reshape(-1, 2, 3)
-    assert_allclose(pairs[:, 0], pairs[:, 1], rtol=0.0, atol=1e-10 * np.abs(pairs).max())
 
 
 # --- half a pair ----------------------------------------------------------------------------------------------------
