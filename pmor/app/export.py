@@ -116,8 +116,8 @@ def export_model(model: ReducedPair, to: str, path: Path, overwrite: bool, torqu
         if not write_fmu(mesh_law(model, torque_Nm), path, overwrite):
             _LOG.info("no compiler here: the unit holds its source, and no binary")
         return
-    from pmor.export.rexs.results import stage_results
-    from pmor.export.rexs.write import not_written, write_rexs
+    from pmor.rexs.results import stage_results
+    from pmor.rexs.write import not_written, write_rexs
 
     case = model.basis.case
     refuse_beyond(case, "rexs")
@@ -152,7 +152,7 @@ def import_rexs(path: Path | str, *, stage: int | None = None) -> Case:
     CaseError, GeometryError
         When there is no such stage, it is incomplete, or its teeth cannot mesh.
     """
-    from pmor.export.rexs.read import read_stage
+    from pmor.rexs.read import read_stage
 
     found = read_stage(Path(path), stage)
     for note in found.notes:
@@ -168,13 +168,13 @@ def _case(source: Path, path: Path, overwrite: bool, stage: int | None) -> None:
 
 def _gearbox(source: Path, path: Path, overwrite: bool) -> None:
     """Write a gearbox in REXS as a gearbox file."""
-    from pmor.export.rexs.model import ENDINGS as REXS
-    from pmor.machine.loader import load
-    from pmor.machine.to_toml import write_gearbox_toml
+    from pmor.rexs.files import load_gearbox
+    from pmor.rexs.model import ENDINGS as REXS
+    from pmor.rexs.to_toml import write_gearbox_toml
 
     if source.suffix.lower() not in REXS:
         raise CaseError(f"{source}: --to gearbox takes a gearbox in REXS ({', '.join(REXS)})")
-    file = load(source)
+    file = load_gearbox(source)
     for note in file.notes:
         _LOG.info("%s", note)
     _, *beside = write_gearbox_toml(file, path, overwrite)
@@ -183,15 +183,14 @@ def _gearbox(source: Path, path: Path, overwrite: bool) -> None:
 
 def _machine(source: Path, path: Path, overwrite: bool) -> None:
     """Write a set or a gearbox as REXS, without results."""
-    from pmor.machine.loader import load
-    from pmor.machine.to_rexs import write_gearbox_rexs
-    from pmor.sets.loader import load as load_set
-    from pmor.sets.to_rexs import write_set_rexs
+    from pmor.rexs.files import load_gearbox, load_set
+    from pmor.rexs.write_gearbox import write_gearbox_rexs
+    from pmor.rexs.write_set import write_set_rexs
 
     if kind_of(source) == "set":
         write_set_rexs(load_set(source), None, path, overwrite)
         return
-    file = load(source)
+    file = load_gearbox(source)
     for case in file.cases.values():
         refuse_beyond(case, "rexs")
     if file.model.sets:

@@ -63,12 +63,12 @@ KINDS: Mapping[str, Kind] = {
         "pmor.design.run:run", "pmor.design.plan:plan",
     ),
     "gearbox": Kind(
-        "a gearbox", "run", ("shafts", "bearings"), ("GearboxFile",), "pmor.machine.loader:load",
-        "pmor.machine.run:run", "pmor.machine.plan:plan",
+        "a gearbox", "run", ("shafts", "bearings"), ("GearboxFile",), "pmor.rexs.files:load_gearbox",
+        "pmor.app.machines:run_gearbox", "pmor.machine.plan:plan",
     ),
     "set": Kind(
         "a planetary set or a train of gears", "run", ("sun", "planet", "planets", "ring", "gears"), ("SetFile",),
-        "pmor.sets.loader:load", "pmor.sets.run:run", "pmor.sets.preview:plan",
+        "pmor.rexs.files:load_set", "pmor.app.machines:run_set", "pmor.sets.preview:plan",
     ),
     "case": Kind(
         "a case of one pair", "run", (), ("Case",), "pmor.case:load_case", "pmor.app.run:run_case",
@@ -116,9 +116,10 @@ def kind_of(path: Path) -> str:
         Where it cannot be read.
     """
     from pmor.case.reader import parse_toml, read_text
+    from pmor.rexs.model import is_rexs
 
-    if _is_rexs(path):
-        from pmor.sets.rexs import is_one_set
+    if is_rexs(path):
+        from pmor.rexs.sets import is_one_set
 
         return "set" if is_one_set(path) else "gearbox"
     written = parse_toml(read_text(path, "case file"), str(path)).keys()
@@ -143,15 +144,11 @@ def load_as(path: Path, command: str, wanted: str) -> Any:
         As its reader does; with the right command where the file is of another kind.
     """
     # A planetary stage of a REXS file is a set and a gearbox: alone or with its shafts.
-    if not (_is_rexs(path) and wanted in ("set", "gearbox")):
+    from pmor.rexs.model import is_rexs
+
+    if not (is_rexs(path) and wanted in ("set", "gearbox")):
         _refuse_other_kinds(path, command, wanted)
     return called(KINDS[wanted].load)(path)
-
-
-def _is_rexs(path: Path) -> bool:
-    from pmor.export.rexs.model import ENDINGS
-
-    return path.suffix.lower() in ENDINGS
 
 
 def _refuse_other_kinds(path: Path, command: str, wanted: str) -> None:

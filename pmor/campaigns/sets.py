@@ -13,8 +13,9 @@ from pmor.campaigns.set_relations import KNOWN, text_of_design, why_infeasible, 
 from pmor.campaigns.settings import SetCampaign, SetRelations
 from pmor.campaigns.store import Store
 from pmor.core.errors import CaseError
+from pmor.rexs.files import load_set, read_sections
 from pmor.sets.layout import SECOND_PLANET
-from pmor.sets.loader import SetFile, load, parse_set, read_sections
+from pmor.sets.loader import SetFile, parse_set
 from pmor.sets.preview import PAGE, refuse_large_set, stages_of_set
 from pmor.sets.run import solved, train_of
 from pmor.work.cost import CASELESS
@@ -24,7 +25,7 @@ def _base_text(base: Path, relations: SetRelations, fixed: Mapping[str, Any], pl
     # Relations may make gears fit that do not as the file has them: designs are put together with these alone.
     text, said = read_sections(base) if relations != SetRelations() else ("", None)
     if said is None:
-        file = load(base)
+        file = load_set(base)
         text, said = file.text, file.sections
 
     def refuse(what: str, rule: str) -> NoReturn:

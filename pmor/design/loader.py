@@ -20,9 +20,8 @@ from pmor.design.set_loader import set_design
 from pmor.design.settings import OBJECTIVES_OF_SETS, RESULTS_OF_SETS, Design, Load
 from pmor.machine.duty import shares
 from pmor.machine.loader import GearboxFile
-from pmor.machine.loader import load as load_gearbox
 from pmor.machine.model import pinion_senses
-from pmor.sets.loader import load as load_set
+from pmor.rexs.files import load_gearbox, load_set
 
 # Place of a design without a file, in messages.
 WHERE = "design"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,20 +13,14 @@ from pmor.case.reader import parse_toml, read_text, sections_in
 from pmor.case.seats import read_seats
 from pmor.case.slips import case_slips
 from pmor.core.errors import GeometryError, printable
-from pmor.export.rexs.model import ENDINGS
 from pmor.machine.checks import ROUNDED_MM, GearboxReader
-from pmor.machine.model import GearboxModel, pinion_senses, pinion_torques, set_torques
-from pmor.machine.rexs import read_gearbox
-from pmor.machine.rexs_follows import other_results, with_estimates
-from pmor.machine.rexs_sets import StageOnShafts
+from pmor.machine.model import GearboxModel, pinion_torques, set_torques
 from pmor.machine.settings import GearboxSections, Mesh, PlanetarySet
 from pmor.machine.weights import gear_masses
 from pmor.pair.model import gear_pair
-from pmor.sets.loader import OnShafts, SetFile, parse_set
+from pmor.sets.loader import OnShafts, SetFile
 from pmor.sets.loader import load as load_set
-from pmor.sets.rexs import PlanetaryStage
 
-OFFSET_DIGITS = 9
 # Of a torque that follows from the loads.
 TORQUE_DIGITS = 6
 
@@ -62,8 +57,13 @@ class GearboxFile:
         return [*of_meshes, *(f"set {name}: {text}" for name, one in self.model.sets.items() for text in one.slips)]
 
 
-def load(path: Path | str) -> GearboxFile:
-    """Read and check a gearbox file, TOML or REXS, and the cases of its meshes.
+def load(path: Path | str, read_set: Callable[[Path, OnShafts], SetFile] = load_set) -> GearboxFile:
+    """Read and check a gearbox file, and the cases of its meshes.
+
+    Parameters
+    ----------
+    read_set : callable
+        Reads a file that the gearbox names for a set.
 
     Raises
     ------
@@ -73,19 +73,17 @@ def load(path: Path | str) -> GearboxFile:
     path = Path(path)
     where, name = str(path), printable(path.stem)
     reader = GearboxReader(where, sections_in(GearboxSections), path.parent)
-    if path.suffix.lower() in ENDINGS:
-        return _of_rexs(path, reader)
     text = read_text(path, "gearbox file")
     said = reader.section(parse_toml(text, where), GearboxSections, filled={"title": name})
     reader.check(said)
-    cases = {mesh.name: _placed(_case(reader, mesh), reader, mesh, said) for mesh in said.meshes}
-    sets = {one.name: _set(reader, one) for one in said.sets}
-    model, inputs = _model(said, cases, sets), [path, *(path.parent / mesh.case for mesh in said.meshes if mesh.case)]
+    cases = {mesh.name: placed_case(_case(reader, mesh), reader, mesh, said) for mesh in said.meshes}
+    sets = {one.name: _set(reader, one, read_set) for one in said.sets}
+    model, inputs = model_of(said, cases, sets), [path, *(path.parent / mesh.case for mesh in said.meshes if mesh.case)]
     inputs += [path.parent / one.set for one in said.sets]
-    torques = _largest_torques(model)
-    model = replace(model, sets={one.name: _set(reader, one, torques[one.name]) for one in said.sets})
+    torques = largest_torques(model)
+    model = replace(model, sets={one.name: _set(reader, one, read_set, torques[one.name]) for one in said.sets})
     inside = [mesh for mesh in said.meshes if mesh.case is None and torques[mesh.name] > 0.0]
-    cases |= {mesh.name: _placed(_case(reader, mesh, torques[mesh.name]), reader, mesh, said) for mesh in inside}
+    cases |= {mesh.name: placed_case(_case(reader, mesh, torques[mesh.name]), reader, mesh, said) for mesh in inside}
     texts = [text, *(case.text for case in cases.values()), *(one.whole_text for one in sets.values())]
     reader.check_gears(model)
     reader.check_turned(model, cases)
@@ -110,16 +108,19 @@ def _case(reader: GearboxReader, mesh: Mesh, torque_Nm: float = 1.0) -> Case:
     return parse_case(text, mesh.name, f'{reader.where}: [[meshes]] "{mesh.name}"', reader.folder)
 
 
-def _set(reader: GearboxReader, one: PlanetarySet, most_Nm: float | None = None) -> SetFile:
+def _set(
+    reader: GearboxReader, one: PlanetarySet, read_set: Callable[[Path, OnShafts], SetFile],
+    most_Nm: float | None = None,
+) -> SetFile:  # fmt: skip
     """Return a set on its shafts, under a largest torque on its sun."""
     assert reader.folder is not None
     with reader.named(one):
-        found = load_set(reader.folder / one.set, OnShafts(tuple(one.members), most_Nm))
+        found = read_set(reader.folder / one.set, OnShafts(tuple(one.members), most_Nm))
     reader.check_set(one, found)
     return found
 
 
-def _largest_torques(model: GearboxModel) -> dict[str, float]:
+def largest_torques(model: GearboxModel) -> dict[str, float]:
     """Return the largest torques on pinions and suns over all loads, by mesh and by set, N m."""
     loads = [{**pinion_torques(model, load), **set_torques(model, load)} for load in model.sections.loads]
     names = [*model.pairs, *model.sets]
@@ -127,7 +128,7 @@ def _largest_torques(model: GearboxModel) -> dict[str, float]:
     return {name: float(f"{torque:.{TORQUE_DIGITS}g}") for name, torque in largest.items()}
 
 
-def _placed(case: Case, reader: GearboxReader, mesh: Mesh, said: GearboxSections) -> Case:
+def placed_case(case: Case, reader: GearboxReader, mesh: Mesh, said: GearboxSections) -> Case:
     """Return a case on the axes of the gearbox."""
     where = f'{reader.where}: [[meshes]] "{mesh.name}"'
     refuse_beyond(case, "gearbox", where)
@@ -144,42 +145,8 @@ def _placed(case: Case, reader: GearboxReader, mesh: Mesh, said: GearboxSections
     return change_case(bare, pair={"centre_distance_mm": given or distance})
 
 
-def _of_rexs(path: Path, reader: GearboxReader) -> GearboxFile:
-    """Take a REXS file: faces that are not centred lie in the frame of their mesh, which the first load turns."""
-    found = read_gearbox(path)
-    said = found.sections
-    reader.check(said)
-    cases = {mesh.name: _placed(found.cases[mesh.name], reader, mesh, said) for mesh in said.meshes}
-    # The sense of a torque does not change the teeth by which it is found.
-    model = _model(said, cases, {stage.name: _stage(path, stage, 1.0) for stage in found.stages})
-    senses, most = pinion_senses(model, said.loads[0]), _largest_torques(model)
-    first = set_torques(model, said.loads[0])
-    sets = {
-        stage.name: _stage(path, stage, math.copysign(most[stage.name], first[stage.name])) for stage in found.stages
-    }
-    for name, offsets in found.face_offsets.items():
-        pinion, wheel = (round(senses[name] * offset, OFFSET_DIGITS) for offset in offsets)
-        cases[name] = change_case(cases[name], pinion={"face_offset_mm": pinion}, wheel={"face_offset_mm": wheel})
-    model, estimated = with_estimates(replace(_model(said, cases, sets), housing=found.housing), found.estimated)
-    said = model.sections
-    housing = [] if found.housing is None else found.housing.tolist()
-    texts = repr(said), *(case.text for case in cases.values()), *(one.text for one in sets.values()), repr(housing)
-    reader.check_gears(model)
-    reader.check_turned(model, cases)
-    of_sets = [f"{name}: {note}" for name, one in sets.items() for note in (*one.changed, *one.notes)]
-    notes = (*found.notes, *estimated, *other_results(model, found.results), *of_sets)
-    return GearboxFile(printable(path.stem), "\n".join(texts), model, cases, (path,), notes)
-
-
-def _stage(path: Path, stage: StageOnShafts, on_sun_Nm: float) -> SetFile:
-    """Return a planetary stage of a REXS file as a set on its shafts."""
-    part = stage.stage
-    read = PlanetaryStage(part.gearbox, path, part.stage).read(on_sun_Nm)
-    where = f"{path}: {part.stage.label}"
-    return parse_set(read.text, stage.name, where, (path,), read.notes, read.changed, OnShafts(tuple(stage.seats)))
-
-
-def _model(said: GearboxSections, cases: dict[str, Case], sets: dict[str, SetFile]) -> GearboxModel:
+def model_of(said: GearboxSections, cases: dict[str, Case], sets: dict[str, SetFile]) -> GearboxModel:
+    """Return the model of a gearbox, with the pairs of its cases."""
     pairs, shafts = {name: gear_pair(case) for name, case in cases.items()}, {one.name: one for one in said.shafts}
     heavy = said.meshes if any(said.gravity.vector) else ()
     masses = {mesh.name: gear_masses(cases[mesh.name], pairs[mesh.name], mesh, shafts) for mesh in heavy}

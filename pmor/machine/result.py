@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -11,12 +11,10 @@ from typing import TYPE_CHECKING
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.figures import deflection_figure, face_load_figure, ste_figure
 from pmor.machine.fit import Fit
-from pmor.machine.left_out import rexs_reasons
 from pmor.machine.live import live_blocks
 from pmor.machine.loader import GearboxFile
 from pmor.machine.output import FILES, SET_FILES, gearbox_data, gearbox_report, gearbox_text, set_files
 from pmor.machine.readings import Data
-from pmor.machine.to_rexs import write_gearbox_rexs
 from pmor.machine.view import machine_figure
 from pmor.machine.vtkhdf import write_machine
 from pmor.sets.vtkhdf import write_set
@@ -43,6 +41,8 @@ class GearboxResult:
         Of the meshes, by name.
     seconds : mapping of str to float
         Wall time of each phase.
+    beside : mapping of str to callable
+        What `write` leaves in formats of other programs, by the names of the files.
     """
 
     file: GearboxFile
@@ -51,6 +51,7 @@ class GearboxResult:
     fits: tuple[Fit, ...]
     pairs: Mapping[str, ReducedPair]
     seconds: Mapping[str, float] = field(default_factory=dict)
+    beside: Mapping[str, Callable[[GearboxResult, Path], None]] = field(default_factory=dict)
 
     @cached_property
     def data(self) -> Data:
@@ -74,7 +75,7 @@ class GearboxResult:
         return face_load_figure(self.loads)
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
-        """Write `gearbox.json`, `gearbox.md`, `report.html`, the pictures, `machine.vtkhdf` and `gearbox.rexs`.
+        """Write `gearbox.json`, `gearbox.md`, `report.html`, the pictures, `machine.vtkhdf`; of `pmor.run` REXS too.
 
         Parameters
         ----------
@@ -95,8 +96,8 @@ class GearboxResult:
                 for one in self.loads[0].sets:
                     target = out / f"set_{one.meshing.settings.name}_{SET_FILES[-1]}"
                     write_set(one.solution, one.meshing.file.cases, 0, target)
-            if not rexs_reasons(self.file):
-                write_gearbox_rexs(self.file, self.loads, self.data["loads"], out / "gearbox.rexs", overwrite=True)
+            for name, write in self.beside.items():
+                write(self, out / name)
 
     def __repr__(self) -> str:
         meshes = len(self.file.model.sections.meshes)

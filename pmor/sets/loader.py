@@ -11,10 +11,8 @@ from pmor.case import Case
 from pmor.case.reader import parse_toml, read_text, sections_in
 from pmor.case.slips import case_slips, slips
 from pmor.core.errors import CaseError, GeometryError, printable
-from pmor.export.rexs.model import ENDINGS
 from pmor.sets.plan import SetPlan, set_plan
 from pmor.sets.reader import SetReader
-from pmor.sets.rexs import read_set
 from pmor.sets.settings import Carrier, Member, SetSections, Supports
 from pmor.sets.support_checks import check_cheeks
 
@@ -130,7 +128,7 @@ class SetFile:
 
 
 def load(path: Path | str, shafts: OnShafts | None = None) -> SetFile:
-    """Read and check a set file, TOML, or the planetary stage of a REXS file.
+    """Read and check a set file.
 
     Parameters
     ----------
@@ -144,22 +142,18 @@ def load(path: Path | str, shafts: OnShafts | None = None) -> SetFile:
     """
     path = Path(path)
     name = printable(path.stem)
-    if path.suffix.lower() in ENDINGS:
-        read = read_set(path)
-        return parse_set(read.text, name, str(path), (path,), read.notes, read.changed, shafts)
     return parse_set(read_text(path, "set file"), name, str(path), (path,), shafts=shafts)
 
 
-def read_sections(path: Path) -> tuple[str, SetSections]:
-    """Return the text of a set file, or of what a REXS file says, and its sections: gears are not put together yet.
+def sections_of(text: str, path: Path) -> SetSections:
+    """Return the sections of the text of a set file: gears are not put together yet.
 
     Raises
     ------
-    CaseError, GeometryError, FileFormatError
+    CaseError, GeometryError
     """
-    text = read_set(path).text if path.suffix.lower() in ENDINGS else read_text(path, "set file")
     reader = SetReader(str(path), sections_in(SetSections), path.parent)
-    return text, reader.section(parse_toml(text, str(path)), SetSections, filled={"title": printable(path.stem)})
+    return reader.section(parse_toml(text, str(path)), SetSections, filled={"title": printable(path.stem)})
 
 
 def parse_set(

@@ -20,10 +20,10 @@ from pmor.sets.figures import (
     ste_figure,
     tolerance_figure,
 )
+from pmor.sets.left_out import why_no_rexs
 from pmor.sets.loader import SetFile
 from pmor.sets.readings import Data, set_data
 from pmor.sets.solution import SetSolution
-from pmor.sets.to_rexs import why_no_rexs
 from pmor.sets.tolerances import Samples
 from pmor.work.results import Report
 from pmor.work.table import Columns, table, text_lines

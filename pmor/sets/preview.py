@@ -11,10 +11,10 @@ from pmor.core.memory import memory_text
 from pmor.core.progress import format_time
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair
+from pmor.sets.left_out import why_no_rexs
 from pmor.sets.loader import SetFile
 from pmor.sets.pins import PlanetsOnPins
 from pmor.sets.settings import SetSections
-from pmor.sets.to_rexs import why_no_rexs
 from pmor.work.cost import (
     COMPILING,
     FINITE_ELEMENTS,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -28,7 +29,6 @@ from pmor.sets.output import FILES, PIN_FILES, REXS_FILES, SAMPLE_FILES, nominal
 from pmor.sets.readings import Data, set_data
 from pmor.sets.results_data import set_columns, write_set_results
 from pmor.sets.solution import SetSolution
-from pmor.sets.to_rexs import why_no_rexs, write_set_rexs
 from pmor.sets.tolerances import Samples, sample_rows
 from pmor.sets.vtkhdf import write_set
 from pmor.work.results import writing_results
@@ -47,12 +47,15 @@ class SetResult(Tabular):
         Sets within the tolerances of the file.
     failures : tuple of str
         Torques with positions that did not converge.
+    beside : mapping of str to callable
+        What `write` leaves in formats of other programs, by the names of the files.
     """
 
     file: SetFile
     solution: SetSolution
     samples: Samples | None
     failures: tuple[str, ...]
+    beside: Mapping[str, Callable[[SetResult, Path], None]] = field(default_factory=dict)
 
     @property
     def data(self) -> Data:
@@ -151,7 +154,7 @@ class SetResult(Tabular):
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
         """Write `set.json`, `set.md`, `report.html`, the pictures, `ste.csv`, `results.h5` and `set.vtkhdf`.
 
-        With tolerances `tolerances.csv`, and of planetary sets that REXS has words for `set.rexs`.
+        With tolerances `tolerances.csv`; of `pmor.run`, and planetary sets that REXS has words for, `set.rexs`.
 
         Parameters
         ----------
@@ -171,8 +174,8 @@ class SetResult(Tabular):
                 write_table_csv(out / "tolerances.csv", sample_rows(self.samples, self._torques_Nm))
             self.to_csv(out / "ste.csv")
             write_set_results(self.file, self.solution, self._torques_Nm, out / "results.h5")
-            if not why_no_rexs(self.file):
-                write_set_rexs(self.file, self.solution, out / "set.rexs", overwrite=True)
+            for name, write in self.beside.items():
+                write(self, out / name)
             write_set(self.solution, self.file.cases, nominal_torque(self.file, self.solution), out / "set.vtkhdf")
 
     @property

@@ -11,8 +11,8 @@ import pmor
 from pmor.app.cli import main
 from pmor.dynamics.fmu import law
 from pmor.dynamics.force_table import tabulate
-from pmor.export.rexs.model import read_rexs
-from pmor.export.rexs.read import read_stage
+from pmor.rexs.model import read_rexs
+from pmor.rexs.read import read_stage
 from tests.support.stored_files import rows_of
 
 pytestmark = pytest.mark.jit  # sweeps and force laws of whole models

@@ -3,7 +3,7 @@
 import re
 from xml.etree import ElementTree
 
-from pmor.export.rexs.model import Component, Gearbox, Relation
+from pmor.rexs.model import Component, Gearbox, Relation
 
 
 def part(number, kind, **values):

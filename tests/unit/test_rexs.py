@@ -12,15 +12,15 @@ import pytest
 
 from pmor.case import make_case
 from pmor.core.errors import CaseError, FileFormatError
-from pmor.export.rexs.model import Component, Gearbox, Relation, read_rexs
-from pmor.export.rexs.read import read_stage
-from pmor.export.rexs.stage import find_stage
-from pmor.export.rexs.units import UNITS, factor_of
-from pmor.export.rexs.write import rexs_text
 from pmor.gear.modification import Modification
 from pmor.gear.topography import Topography
-from pmor.machine.rexs_parts import read_housing_matrix
 from pmor.pair.model import gear_pair
+from pmor.rexs.inner_geometry import read_housing_matrix
+from pmor.rexs.model import Component, Gearbox, Relation, read_rexs
+from pmor.rexs.read import read_stage
+from pmor.rexs.stage import find_stage
+from pmor.rexs.units import UNITS, factor_of
+from pmor.rexs.write import rexs_text
 
 GEARBOX = Path(__file__).parents[2] / "cases" / "gearbox.rexs"
 DATE = "2026-01-01T00:00:00+00:00"

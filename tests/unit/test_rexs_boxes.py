@@ -11,14 +11,14 @@ from numpy.testing import assert_allclose
 from pmor.app.export import export_file
 from pmor.body.bearing_estimate import CatalogueBearing
 from pmor.core.errors import CaseError, OutputError
-from pmor.machine.loader import load
 from pmor.machine.model import loaded, pinion_torques, speeds_rpm
 from pmor.machine.readings import carried
 from pmor.machine.rolling_bearing import BallBearing, RollerBearing
 from pmor.machine.settings import Gravity
-from pmor.machine.to_rexs import gearbox_rexs
+from pmor.rexs.files import load_gearbox as load
+from pmor.rexs.write_gearbox import gearbox_rexs
+from pmor.rexs.write_set import set_rexs
 from pmor.sets.loader import parse_set
-from pmor.sets.to_rexs import set_rexs
 from tests.support.gearboxes import SMALL, SMALL_CASE, written
 from tests.support.rexs_file import RexsFile, numbers_and_words
 from tests.support.set_gearboxes import EVEN_SET

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from pmor.export.rexs.drive import drives, shaft_speeds
-from pmor.export.rexs.joints import is_engaged, shafts_of
-from pmor.export.rexs.stage import find_stage
+from pmor.rexs.drive import drives, shaft_speeds
+from pmor.rexs.joints import is_engaged, shafts_of
+from pmor.rexs.stage import find_stage
 from tests.support.rexs_file import made, part
 
 # 100 kW at 1,500 rpm, N m.

@@ -8,10 +8,10 @@ from numpy.testing import assert_allclose
 
 from pmor.body.bearing_estimate import CatalogueBearing
 from pmor.core.errors import CaseError
-from pmor.export.rexs.shifts import Rack
+from pmor.rexs.sets import read_set
+from pmor.rexs.shifts import Rack
+from pmor.rexs.write_set import set_rexs
 from pmor.sets.loader import parse_set
-from pmor.sets.rexs import read_set
-from pmor.sets.to_rexs import set_rexs
 from tests.support.rexs_file import numbers_and_words
 from tests.support.small_sets import MODIFIED_SET, SMALL_SET
 

@@ -10,12 +10,12 @@ import pytest
 
 from pmor.case import change_case, make_case
 from pmor.core.errors import CaseError, GeometryError
-from pmor.export.rexs.model import Component, Gearbox, Relation, read_rexs
-from pmor.export.rexs.read import read_stage
-from pmor.export.rexs.shifts import profile_shifts
-from pmor.export.rexs.tips import STEP
-from pmor.export.rexs.write import rexs_text
 from pmor.pair.model import gear_pair
+from pmor.rexs.model import Component, Gearbox, Relation, read_rexs
+from pmor.rexs.read import read_stage
+from pmor.rexs.shifts import profile_shifts
+from pmor.rexs.tips import STEP
+from pmor.rexs.write import rexs_text
 
 DATE = "2026-01-01T00:00:00+00:00"
 RING = {"internal": True, "rim_thickness_mm": 12.0, "addendum": 0.85}

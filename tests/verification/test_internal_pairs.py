@@ -9,8 +9,6 @@ from numpy.testing import assert_allclose
 from pmor.body.elastic_gear import elastic_gear
 from pmor.case import change_case, load_case, make_case
 from pmor.core.errors import GeometryError
-from pmor.export.rexs.read import read_stage
-from pmor.export.rexs.write import rexs_text
 from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.sector import build_sector
 from pmor.gear.condition import Assembly, Condition, Misalignment
@@ -23,6 +21,8 @@ from pmor.line.hubs import hub_rows
 from pmor.line.layered_pair import as_layered, place_sections
 from pmor.line.unloaded import unloaded_ste_um
 from pmor.pair.model import elastic_model, gear_pair, mesh_model
+from pmor.rexs.read import read_stage
+from pmor.rexs.write import rexs_text
 from tests.support.internal_pairs import ALPHA, internal_pair, ring
 from tests.support.small_case import full_fe
 from tests.support.states import states_at

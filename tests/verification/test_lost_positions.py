@@ -15,6 +15,7 @@ from pmor.line.kernels.several import MOST_SINGLE_STEPS
 from pmor.machine.loader import load as load_gearbox
 from pmor.machine.output import gearbox_data
 from pmor.machine.run import lost_of_load
+from pmor.rexs.write_set import write_set_rexs
 from pmor.sets.loader import load
 from pmor.sets.lost import lost_positions
 from pmor.sets.output import set_report
@@ -22,7 +23,6 @@ from pmor.sets.readings import torque_data
 from pmor.sets.results_data import write_set_results
 from pmor.sets.run import run
 from pmor.sets.solution import solve_on
-from pmor.sets.to_rexs import write_set_rexs
 from pmor.sets.tolerances import lost_samples, sample_rows, solve_samples
 from pmor_online.root_cycle import Extremes
 from tests.support.set_gearboxes import one_stage, written_reducer

@@ -15,18 +15,18 @@ import pytest
 import pmor
 from pmor.case import make_case
 from pmor.core.errors import CaseError, ConvergenceError
-from pmor.export.rexs import results as rexs_results
-from pmor.export.rexs.read import read_stage
-from pmor.export.rexs.results import stage_results
-from pmor.export.rexs.write import rexs_text
 from pmor.gear.modification import Modification
-from pmor.machine.loader import load
-from pmor.machine.to_rexs import gearbox_rexs
 from pmor.pair.model import gear_pair
+from pmor.rexs import results as rexs_results
+from pmor.rexs.files import load_gearbox as load
+from pmor.rexs.read import read_stage
+from pmor.rexs.results import stage_results
+from pmor.rexs.sets import read_set
+from pmor.rexs.write import rexs_text
+from pmor.rexs.write_gearbox import gearbox_rexs
+from pmor.rexs.write_set import set_rexs
 from pmor.sets.loader import parse_set
-from pmor.sets.rexs import read_set
 from pmor.sets.run import solved
-from pmor.sets.to_rexs import set_rexs
 from pmor.work.line_gear import not_kept
 from tests.support.gearboxes import SMALL, written
 from tests.support.small_case import case_with

@@ -11,9 +11,10 @@ import pmor
 from pmor.app.kinds import kind_of
 from pmor.body.beam import Beam, BeamSeat, CircularSection, ShaftMaterial, seated_beam
 from pmor.core.errors import CaseError
-from pmor.sets.loader import load, parse_set
-from pmor.sets.rexs_supports import RexsSupports
-from pmor.sets.to_rexs import set_rexs, why_no_rexs
+from pmor.rexs.files import load_set as load
+from pmor.rexs.set_supports import RexsSupports
+from pmor.rexs.write_set import set_rexs, why_no_rexs
+from pmor.sets.loader import parse_set
 from tests.support.small_sets import SMALL_CHAIN, SMALL_SET
 
 PLANETS = Path(__file__).parents[3] / "shared" / "rexs" / "FVA_Planetary_stage_-_Minus_gearing_1.1.rexs"

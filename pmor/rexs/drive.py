@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.export.rexs.joints import COUPLINGS, RING, axis_of, joints, shaft_joints, shafts_of, stages
-from pmor.export.rexs.model import Component, Gearbox
+from pmor.rexs.joints import COUPLINGS, RING, axis_of, joints, shaft_joints, shafts_of, stages
+from pmor.rexs.model import Component, Gearbox
 
 PLANETARY = "planetary_stage"
 TORQUE, POWER, SPEED = "torque_around_u_axis", "power", "rotational_speed"

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from pmor.case import GearCase
-from pmor.export.rexs.document import Value
-from pmor.export.rexs.model import Component
-from pmor.export.rexs.units import rounded
 from pmor.gear.tooth import Tooth
+from pmor.rexs.document import Value
+from pmor.rexs.model import Component
+from pmor.rexs.units import rounded
 
 CUTTER = "cutter_wheel_tool"
 # Modules, of a rim of which nothing is said.

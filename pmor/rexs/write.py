@@ -13,19 +13,19 @@ from pathlib import Path
 import numpy as np
 
 from pmor.case import Case, GearCase
-from pmor.export.rexs.blanks import blank_attributes
-from pmor.export.rexs.document import Attributes, Document, Value
-from pmor.export.rexs.gears import LEAST_RIM
-from pmor.export.rexs.joints import RING
-from pmor.export.rexs.results import StageResults
-from pmor.export.rexs.rings import CUTTER, cutter_attributes, ring_attributes
-from pmor.export.rexs.stage import OFF_PLACE
-from pmor.export.rexs.units import rounded
 from pmor.gear.condition import Misalignment
 from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.profile import profiles
 from pmor.gear.tooth import Tooth
+from pmor.rexs.blanks import blank_attributes
+from pmor.rexs.document import Attributes, Document, Value
+from pmor.rexs.gears import LEAST_RIM
+from pmor.rexs.joints import RING
+from pmor.rexs.results import StageResults
+from pmor.rexs.rings import CUTTER, cutter_attributes, ring_attributes
+from pmor.rexs.stage import OFF_PLACE
+from pmor.rexs.units import rounded
 from pmor.storage.atomic import atomic_path
 
 MM = 1e-3  # per um

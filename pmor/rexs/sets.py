@@ -1,7 +1,7 @@
 """A planetary stage of a REXS file as a set file: members, planets, load, what they stand on; a note on all the rest.
 
 The set is seen with the torque turning its sun counter-clockwise. What sun, planets and carrier stand on is read in
-`pmor.sets.rexs_supports`; the shaft of the ring is rigid.
+`pmor.rexs.set_supports`; the shaft of the ring is rigid.
 """
 
 from __future__ import annotations
@@ -18,21 +18,20 @@ import numpy as np
 from pmor.case.change import document_text
 from pmor.case.document import COAST, MODIFICATION
 from pmor.core.errors import CaseError, printable
-from pmor.export.rexs.drive import drives, shaft_speeds
-from pmor.export.rexs.joints import COUPLINGS, RING, axis_of, shafts_of, stages, turning_together
-from pmor.export.rexs.model import Component, Gearbox, read_rexs
-from pmor.export.rexs.read import Imported, stage_case
-from pmor.export.rexs.stage import find_stage
+from pmor.rexs.drive import drives, shaft_speeds
+from pmor.rexs.joints import COUPLINGS, RING, axis_of, shafts_of, stages, turning_together
+from pmor.rexs.model import Component, Gearbox, read_rexs
+from pmor.rexs.read import Imported, stage_case
+from pmor.rexs.set_supports import RexsSupports, on_casing
+from pmor.rexs.stage import find_stage
 from pmor.sets.kinematics import torque_ratios
-from pmor.sets.rexs_supports import RexsSupports, on_casing
+from pmor.sets.left_out import ONE_WAY
 from pmor.sets.settings import Member
 
 STAGE = "planetary_stage"
 SHARED = ("module_mm", "pressure_angle_deg", "face_width_mm")
 # Of the back flank of a planet whose front is modified: without keys it would be like that.
 PLAIN = {"profile_crowning_um": 0.0}
-# Keys of gears and flanks that differ from end to end and are not read.
-ONE_WAY = ("face_offset_mm", "topography")
 # Amounts of flanks that have the other sign from the other end: the two meshes of a planet are seen from opposite ends.
 SIGNED = ("helix_slope_um", "twist_um")
 # Of the angles of planets that are equally spaced, deg.

@@ -8,14 +8,14 @@ from typing import Any
 
 from pmor.body.bearing_estimate import CatalogueBearing
 from pmor.core.errors import CaseError
-from pmor.export.rexs.bearings import catalogue_bearing
-from pmor.export.rexs.joints import COUPLINGS, FITS, shaft_joints
-from pmor.export.rexs.model import BEARINGS, CONCEPT, RIGID, RIGID_TILT, Component, Gearbox
-from pmor.export.rexs.shafts import sections_of
-from pmor.machine.rexs_parts import inner_geometry
-from pmor.machine.rexs_sets import refuse_bearing
 from pmor.machine.rolling_bearing import BallBearing
 from pmor.machine.settings import HOUSING, Bearing
+from pmor.rexs.bearings import catalogue_bearing
+from pmor.rexs.inner_geometry import inner_geometry
+from pmor.rexs.joints import COUPLINGS, FITS, shaft_joints
+from pmor.rexs.model import BEARINGS, CONCEPT, RIGID, RIGID_TILT, Component, Gearbox
+from pmor.rexs.sets_on_shafts import refuse_bearing
+from pmor.rexs.shafts import sections_of
 
 # Until the loads are known, N.
 FIRST_LOAD_N = 1e3

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from pmor.core.errors import CaseError
-from pmor.export.rexs.blanks import blank_keys
-from pmor.export.rexs.joints import RING, shafts_of
-from pmor.export.rexs.model import Component, Gearbox
-from pmor.export.rexs.rings import CUTTER, ring_keys
-from pmor.export.rexs.shifts import Rack, profile_shifts, said_shift
-from pmor.export.rexs.stage import middle_on_shaft
-from pmor.export.rexs.units import rounded
+from pmor.rexs.blanks import blank_keys
+from pmor.rexs.joints import RING, shafts_of
+from pmor.rexs.model import Component, Gearbox
+from pmor.rexs.rings import CUTTER, ring_keys
+from pmor.rexs.shifts import Rack, profile_shifts, said_shift
+from pmor.rexs.stage import middle_on_shaft
+from pmor.rexs.units import rounded
 
 # Bore over reference diameter where nothing says it; modules.
 BORE_SHARE, USUAL_ADDENDUM, USUAL_DEDENDUM = 0.2, 1.0, 1.25

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.core.errors import CaseError
-from pmor.export.rexs.drive import drives
-from pmor.export.rexs.joints import RING, axis_of, shafts_of, stages, turning_together
-from pmor.export.rexs.model import Component, Gearbox
+from pmor.rexs.drive import drives
+from pmor.rexs.joints import RING, axis_of, shafts_of, stages, turning_together
+from pmor.rexs.model import Component, Gearbox
 
 # Sine of the angle between axes that count as parallel.
 PARALLEL = 1e-6

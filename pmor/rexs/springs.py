@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pmor.export.rexs.document import Attributes
+from pmor.rexs.document import Attributes
 
 # What stands for rigid, N/m and N mm/rad.
 STIFF = 1e20

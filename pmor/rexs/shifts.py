@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from pmor.export.rexs.joints import RING, stages
-from pmor.export.rexs.model import Component, Gearbox
-from pmor.export.rexs.stage import axes_apart
 from pmor.gear.pair import tight_distance, tight_shift, transverse_backlash
+from pmor.rexs.joints import RING, stages
+from pmor.rexs.model import Component, Gearbox
+from pmor.rexs.stage import axes_apart
 
 EQUAL = "equal_addendum_modification_coefficients"
 # Rules that a file asks for, by which we split as well.

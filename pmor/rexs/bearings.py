@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from pmor.body.bearing_estimate import CatalogueBearing
 from pmor.core.errors import CaseError
-from pmor.export.rexs.model import Component, Gearbox
+from pmor.rexs.model import Component, Gearbox
 
 # Types of bearings whose inner geometry is solved, and whether they have balls; others are taken by their stiffness.
 KINDS = {

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from pmor.export.rexs.document import Attributes
-from pmor.export.rexs.model import Component, Gearbox
 from pmor.machine.settings import Lubricant
+from pmor.rexs.document import Attributes
+from pmor.rexs.model import Component, Gearbox
 
 # Keys of ours by the names of ours.
 OWN = {

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from pmor.core.version import __version__
-from pmor.export.rexs.units import UNITS
+from pmor.rexs.units import UNITS
 
 VERSION = "2.0.0"
 Value = str | bool | int | float | Sequence[int] | Sequence[float] | np.ndarray

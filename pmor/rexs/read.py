@@ -12,20 +12,20 @@ from pmor.case import Case, make_case, parse_case
 from pmor.case.document import COAST, MODIFICATION
 from pmor.case.dynamics import DynamicsCase
 from pmor.core.errors import CaseError, GeometryError, printable
-from pmor.export.rexs.drive import shaft_speeds
-from pmor.export.rexs.flanks import READERS, FileFlank, Found, read_flank
-from pmor.export.rexs.gears import GearInFile, tools_of
-from pmor.export.rexs.joints import RING, axis_of, shafts_of
-from pmor.export.rexs.model import Component, Gearbox, read_rexs
-from pmor.export.rexs.shafts import density_of
-from pmor.export.rexs.shifts import Rack
-from pmor.export.rexs.stage import OFF_PLACE, Stage, axes_apart, face_middle, find_stage
-from pmor.export.rexs.tips import clear_tips
-from pmor.export.rexs.units import rounded
 from pmor.gear.condition import Misalignment
 from pmor.gear.modification import Modification
 from pmor.gear.pair import ROUNDING, GearPair
 from pmor.pair.model import gear_pair
+from pmor.rexs.drive import shaft_speeds
+from pmor.rexs.flanks import READERS, FileFlank, Found, read_flank
+from pmor.rexs.gears import GearInFile, tools_of
+from pmor.rexs.joints import RING, axis_of, shafts_of
+from pmor.rexs.model import Component, Gearbox, read_rexs
+from pmor.rexs.shafts import density_of
+from pmor.rexs.shifts import Rack
+from pmor.rexs.stage import OFF_PLACE, Stage, axes_apart, face_middle, find_stage
+from pmor.rexs.tips import clear_tips
+from pmor.rexs.units import rounded
 
 # Line load for a torque that is not said, N/mm.
 LINE_LOAD = 100.0

@@ -13,19 +13,19 @@ from pathlib import Path
 
 import numpy as np
 
-from pmor.export.rexs.document import Attributes, Document, Value
-from pmor.export.rexs.springs import springs, torsion
-from pmor.export.rexs.write import ACROSS, ALONG, add_gear, misaligned, stage_attributes
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.duty import shares
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import pinion_senses
 from pmor.machine.readings import Data
-from pmor.machine.rexs_loads import LOAD_NAME
-from pmor.machine.rexs_lubricant import lubricant_attributes
-from pmor.machine.rexs_results import GEARS, Numbers, found_attributes
 from pmor.machine.rolling_bearing import STEEL_MODULUS, STEEL_RATIO, BallBearing, RollerBearing
 from pmor.machine.settings import HOUSING, Bearing, Gravity, LoadCase, Mesh, Shaft
+from pmor.rexs.document import Attributes, Document, Value
+from pmor.rexs.gearbox_results import GEARS, Numbers, found_attributes
+from pmor.rexs.loads import LOAD_NAME
+from pmor.rexs.lubricant import lubricant_attributes
+from pmor.rexs.springs import springs, torsion
+from pmor.rexs.write import ACROSS, ALONG, add_gear, misaligned, stage_attributes
 from pmor.storage.atomic import atomic_path
 
 

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pmor.core.errors import CaseError
-from pmor.export.rexs.joints import axis_of
-from pmor.export.rexs.model import Component, Gearbox
+from pmor.rexs.joints import axis_of
+from pmor.rexs.model import Component, Gearbox
 
 # What a vector is that a file does not have.
 VECTORS = {"support_vector": None, "u_axis_vector": [1.0, 0.0, 0.0], "w_axis_vector": [0.0, 0.0, 1.0]}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pmor.export.rexs.model import BEARINGS, Component, Gearbox
+from pmor.rexs.model import BEARINGS, Component, Gearbox
 
 RING = "ring_gear"
 COUPLINGS = ("coupling", "switchable_coupling")

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pmor.core.errors import CaseError, printable
-from pmor.export.rexs.joints import joints, stages
-from pmor.export.rexs.model import BEARINGS, Component, Gearbox
 from pmor.machine.checks import names_a_file
-from pmor.sets.rexs import STAGE, PlanetaryStage
-from pmor.sets.rexs_supports import RexsSupports, cheek_of, on_casing
+from pmor.rexs.joints import joints, stages
+from pmor.rexs.model import BEARINGS, Component, Gearbox
+from pmor.rexs.set_supports import RexsSupports, cheek_of, on_casing
+from pmor.rexs.sets import STAGE, PlanetaryStage
 from pmor.sets.settings import Member
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from pmor.case.blank import BlankCase
-from pmor.export.rexs.document import Value
-from pmor.export.rexs.model import Component
+from pmor.rexs.document import Value
+from pmor.rexs.model import Component
 
 # Keys of a blank and of its holes, by attribute.
 OF_BLANK = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pmor.export.rexs.document import Attributes
+from pmor.rexs.document import Attributes
 from pmor.sets.lost import known
 from pmor.sets.solution import SetSolution
 

@@ -15,17 +15,6 @@ from pmor.body.bearing_estimate import CatalogueBearing
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, printable
-from pmor.export.rexs.joints import COUPLINGS, FITS, RING, axis_of, shafts_of, stages
-from pmor.export.rexs.model import BEARINGS, Component, Gearbox, read_rexs
-from pmor.export.rexs.read import stage_case
-from pmor.export.rexs.shafts import PARALLEL, along_x, density_of, elastic_constants, sections_of
-from pmor.export.rexs.stage import face_middle, find_stage
-from pmor.export.rexs.units import rounded
-from pmor.machine.rexs_bearings import RexsBearings
-from pmor.machine.rexs_loads import RexsLoads, read_gravity
-from pmor.machine.rexs_lubricant import read_lubricant
-from pmor.machine.rexs_parts import read_housing_matrix
-from pmor.machine.rexs_sets import StageOnShafts, stage_names, stages_on_shafts
 from pmor.machine.settings import (
     HOUSING,
     Bearing,
@@ -37,6 +26,17 @@ from pmor.machine.settings import (
     Shaft,
     ShaftSection,
 )
+from pmor.rexs.gearbox_bearings import RexsBearings
+from pmor.rexs.inner_geometry import read_housing_matrix
+from pmor.rexs.joints import COUPLINGS, FITS, RING, axis_of, shafts_of, stages
+from pmor.rexs.loads import RexsLoads, read_gravity
+from pmor.rexs.lubricant import read_lubricant
+from pmor.rexs.model import BEARINGS, Component, Gearbox, read_rexs
+from pmor.rexs.read import stage_case
+from pmor.rexs.sets_on_shafts import StageOnShafts, stage_names, stages_on_shafts
+from pmor.rexs.shafts import PARALLEL, along_x, density_of, elastic_constants, sections_of
+from pmor.rexs.stage import face_middle, find_stage
+from pmor.rexs.units import rounded
 
 UNSOLVED = ("bevel_stage", "worm_stage")
 

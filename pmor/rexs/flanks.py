@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from pmor.export.rexs.model import Component
 from pmor.gear.profile import Profile
+from pmor.rexs.model import Component
 
 #: shapes of relief that a case knows, by those of REXS
 SHAPES = {"": "linear", "linear": "linear", "parabolic": "parabolic"}

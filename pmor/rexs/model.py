@@ -23,7 +23,7 @@ import numpy as np
 
 from pmor.core.errors import FileFormatError
 from pmor.core.reading import read_bytes
-from pmor.export.rexs.units import factor_of
+from pmor.rexs.units import factor_of
 
 #: in 1.x: in 2.0
 COMPONENT_NAMES = {"flank_geometry": "cylindrical_gear_flank", "stage_gear_data": "cylindrical_stage_gear_data"}
@@ -192,6 +192,11 @@ class Gearbox:
         return [
             self.components[part] for part in parts if part in self.components and self.components[part].kind == kind
         ]
+
+
+def is_rexs(path: Path) -> bool:
+    """Return whether the name of a file ends as those of REXS do."""
+    return path.suffix.lower() in ENDINGS
 
 
 def read_rexs(path: Path | str) -> Gearbox:

@@ -13,10 +13,10 @@ from pmor.case.reader import checked
 from pmor.case.seats import checked_stiffness, refuse_half
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
-from pmor.export.rexs.bearings import KINDS
-from pmor.export.rexs.joints import axis_of
-from pmor.export.rexs.model import Component, Gearbox
 from pmor.machine.rolling_bearing import LAMINAE, BallBearing, RollerBearing, impossible
+from pmor.rexs.bearings import KINDS
+from pmor.rexs.joints import axis_of
+from pmor.rexs.model import Component, Gearbox
 
 # Those that have a contact angle.
 ANGLED = ("angular_contact_ball_bearing", "radial_tapered_roller_bearing")

@@ -14,7 +14,6 @@ import numpy as np
 
 from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
-from pmor.export.rexs.document import Attributes, Value
 from pmor.gear.classical.iso6336 import running_in
 from pmor.gear.pair import GearPair
 from pmor.machine.coupled import SolvedLoad, SolvedMesh
@@ -23,6 +22,7 @@ from pmor.machine.readings import Data
 from pmor.machine.rolling_bearing import BearingState
 from pmor.results.load_distribution import line_states
 from pmor.results.sweep import mesh_stiffness
+from pmor.rexs.document import Attributes, Value
 
 GEARS = ("pinion", "wheel")
 # Rows and columns of the stiffness of a bearing; forces over displacements are in N/m there, all else as here.

@@ -17,10 +17,10 @@ import numpy as np
 from pmor.body.beam import Beam, BeamSeat, CircularSection, ShaftMaterial, seated_beam, stations_of
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
-from pmor.export.rexs.bearings import catalogue_bearing
-from pmor.export.rexs.joints import FITS, axis_of, joints, shafts_of
-from pmor.export.rexs.model import BEARINGS, CONCEPT, RIGID, RIGID_TILT, Component, Gearbox
-from pmor.export.rexs.shafts import elastic_constants, sections_of
+from pmor.rexs.bearings import catalogue_bearing
+from pmor.rexs.joints import FITS, axis_of, joints, shafts_of
+from pmor.rexs.model import BEARINGS, CONCEPT, RIGID, RIGID_TILT, Component, Gearbox
+from pmor.rexs.shafts import elastic_constants, sections_of
 from pmor.sets.pins import planet_on_bearings
 from pmor.sets.settings import PinBearing
 

@@ -1,0 +1,37 @@
+"""Sets and gearboxes solved: their results leave files in formats of other programs beside their own."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from pmor.machine.left_out import rexs_reasons
+from pmor.machine.loader import GearboxFile
+from pmor.machine.result import GearboxResult
+from pmor.machine.run import run as solve_gearbox
+from pmor.rexs.write_gearbox import write_gearbox_rexs
+from pmor.rexs.write_set import write_set_rexs
+from pmor.sets.left_out import why_no_rexs
+from pmor.sets.loader import SetFile
+from pmor.sets.result import SetResult
+from pmor.sets.run import run as solve_set
+
+
+def run_set(file: SetFile, **options: Any) -> SetResult:
+    """Solve a set as `pmor.sets.run.run`; its result leaves `set.rexs` where REXS has words for it."""
+    return replace(solve_set(file, **options), beside={} if why_no_rexs(file) else {"set.rexs": _set_rexs})
+
+
+def run_gearbox(file: GearboxFile, **options: Any) -> GearboxResult:
+    """Solve a gearbox as `pmor.machine.run.run`; its result leaves `gearbox.rexs` where REXS has words for it."""
+    beside = {} if rexs_reasons(file) else {"gearbox.rexs": _gearbox_rexs}
+    return replace(solve_gearbox(file, **options), beside=beside)
+
+
+def _set_rexs(result: SetResult, path: Path) -> None:
+    write_set_rexs(result.file, result.solution, path, overwrite=True)
+
+
+def _gearbox_rexs(result: GearboxResult, path: Path) -> None:
+    write_gearbox_rexs(result.file, result.loads, result.data["loads"], path, overwrite=True)

@@ -1,0 +1,100 @@
+"""Gearboxes and sets from their files, of whatever notation: TOML, or REXS."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+from pmor.case.change import change_case
+from pmor.case.reader import read_text
+from pmor.core.errors import printable
+from pmor.machine.checks import GearboxReader
+from pmor.machine.loader import GearboxFile, largest_torques, model_of, placed_case
+from pmor.machine.loader import load as load_toml
+from pmor.machine.model import pinion_senses, set_torques
+from pmor.rexs.follows import other_results, with_estimates
+from pmor.rexs.gearbox import read_gearbox
+from pmor.rexs.model import is_rexs
+from pmor.rexs.sets import PlanetaryStage, read_set
+from pmor.rexs.sets_on_shafts import StageOnShafts
+from pmor.sets.loader import OnShafts, SetFile, parse_set, sections_of
+from pmor.sets.loader import load as load_set_toml
+from pmor.sets.settings import SetSections
+
+OFFSET_DIGITS = 9
+
+
+def load_set(path: Path | str, shafts: OnShafts | None = None) -> SetFile:
+    """Read and check a set file, or the planetary stage of a REXS file; parameters and errors as of the former.
+
+    Raises
+    ------
+    CaseError, GeometryError, FileFormatError
+        One line with file, place, rule and remedy.
+    """
+    path = Path(path)
+    if not is_rexs(path):
+        return load_set_toml(path, shafts)
+    read = read_set(path)
+    return parse_set(read.text, printable(path.stem), str(path), (path,), read.notes, read.changed, shafts)
+
+
+def read_sections(path: Path) -> tuple[str, SetSections]:
+    """Return the text of a set file, or of what a REXS file says, and its sections: gears are not put together yet.
+
+    Raises
+    ------
+    CaseError, GeometryError, FileFormatError
+    """
+    text = read_set(path).text if is_rexs(path) else read_text(path, "set file")
+    return text, sections_of(text, path)
+
+
+def load_gearbox(path: Path | str) -> GearboxFile:
+    """Read and check a gearbox file, or a gearbox in REXS, and the cases of its meshes.
+
+    Raises
+    ------
+    CaseError, GeometryError, FileFormatError
+        One line with file, place, rule and remedy.
+    """
+    path = Path(path)
+    return _of_rexs(path) if is_rexs(path) else load_toml(path, load_set)
+
+
+def _of_rexs(path: Path) -> GearboxFile:
+    """Take a REXS file: faces that are not centred lie in the frame of their mesh, which the first load turns."""
+    found, reader = read_gearbox(path), GearboxReader(str(path))
+    said = found.sections
+    reader.check(said)
+    cases = {mesh.name: placed_case(found.cases[mesh.name], reader, mesh, said) for mesh in said.meshes}
+    # The sense of a torque does not change the teeth by which it is found.
+    model = model_of(said, cases, {stage.name: _stage(path, stage, 1.0) for stage in found.stages})
+    senses, most = pinion_senses(model, said.loads[0]), largest_torques(model)
+    first = set_torques(model, said.loads[0])
+    sets = {
+        stage.name: _stage(path, stage, math.copysign(most[stage.name], first[stage.name])) for stage in found.stages
+    }
+    for name, offsets in found.face_offsets.items():
+        pinion, wheel = (round(senses[name] * offset, OFFSET_DIGITS) for offset in offsets)
+        cases[name] = change_case(cases[name], pinion={"face_offset_mm": pinion}, wheel={"face_offset_mm": wheel})
+    model, estimated = with_estimates(replace(model_of(said, cases, sets), housing=found.housing), found.estimated)
+    said = model.sections
+    housing = [] if found.housing is None else found.housing.tolist()
+    texts = repr(said), *(case.text for case in cases.values()), *(one.text for one in sets.values()), repr(housing)
+    reader.check_gears(model)
+    reader.check_turned(model, cases)
+    of_sets = [f"{name}: {note}" for name, one in sets.items() for note in (*one.changed, *one.notes)]
+    notes = (*found.notes, *estimated, *other_results(model, found.results), *of_sets)
+    return GearboxFile(printable(path.stem), "\n".join(texts), model, cases, (path,), notes)
+
+
+def _stage(path: Path, stage: StageOnShafts, on_sun_Nm: float) -> SetFile:
+    """Return a planetary stage of a REXS file as a set on its shafts."""
+    part = stage.stage
+    read = PlanetaryStage(part.gearbox, path, part.stage).read(on_sun_Nm)
+    where = f"{path}: {part.stage.label}"
+    return parse_set(read.text, stage.name, where, (path,), read.notes, read.changed, OnShafts(tuple(stage.seats)))
+
+
