@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.app.machines import run_set as run
 from pmor.design import fine
 from pmor.design.loader import load as load_design
 from pmor.design.set_judge import SetJudge
@@ -21,7 +22,6 @@ from pmor.sets.lost import lost_positions
 from pmor.sets.output import set_report
 from pmor.sets.readings import torque_data
 from pmor.sets.results_data import write_set_results
-from pmor.sets.run import run
 from pmor.sets.solution import solve_on
 from pmor.sets.tolerances import lost_samples, sample_rows, solve_samples
 from pmor_online.root_cycle import Extremes
