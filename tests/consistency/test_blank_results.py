@@ -138,14 +138,6 @@ def test_a_range_is_that_of_all_teeth_at_all_angles(with_holes):
     assert_allclose(cycle.range_MPa[0], np.ptp(there, axis=0), rtol=1e-9)
 
 
-def test_thinner_rims_bend_more():
-    ranges = []
-    for rim in (6.0, 4.0, 2.5):
-        case = change_case(CASE, **{"wheel.blank": {"rim_thickness_mm": rim}})
-        ranges.append(pmor.train(case).root_stress().cycle[1].range_MPa[0, 0])
-    assert (np.diff(ranges, axis=0) > 0.02 * ranges[0]).all()
-
-
 def test_ranges_are_in_the_summary(light):
     figures, stress = summary(light), light.root_stress
     for s, side in enumerate(("tension", "compression")):

@@ -97,18 +97,6 @@ def test_compiled_sweep_is_its_slow_twin(reduced):
         assert_allclose(*shares, rtol=0.0, atol=1e-5)
 
 
-@pytest.mark.jit
-def test_the_last_step_leaves_next_to_nothing(reduced):
-    phi = reduced.meshed.pair.pitch * np.arange(100) / 100
-    usual, tight = (sweep_reduced_pair(reduced, phi, at_torques([60e3, 100e3]), **t) for t in ({}, {"tolerance": 1e-9}))
-    assert usual.converged.all()
-    both = tight.converged
-    assert both.mean() > 0.98, "round-off hardly ever stops Newton above 1e-9"
-    assert_allclose(usual.ste_um[both], tight.ste_um[both], rtol=LAST_STEP)
-    assert np.median(np.abs(usual.ste_um / tight.ste_um - 1.0)[both]) < 1e-7
-    assert usual.newton_steps.mean() < 0.7 * tight.newton_steps.mean(), "that is what it is for"
-
-
 def cold_sweeps(reduced, phi, torques, **options):
     """Each angle on its own."""
     return [sweep_reduced_pair(reduced, phi[i : i + 1], at_torques(torques), **options) for i in range(len(phi))]
@@ -169,13 +157,6 @@ def test_amplitudes_of_lines_are_carried_along_with_the_contact(reduced_by):
                 assert_allclose(value, amplitude_of(pair, gear, line - moved[p, gear]), rtol=1e-12)
 
 
-@pytest.mark.jit
-def test_a_start_from_the_neighbour_saves_steps(reduced):
-    phi = reduced.meshed.pair.pitch * np.arange(200) / 200
-    cold = np.mean([sweep.newton_steps for sweep in cold_sweeps(reduced, phi, [100e3])])
-    assert sweep_reduced_pair(reduced, phi, at_torques([100e3])).newton_steps.mean() < 0.95 * cold
-
-
 # --- contact forces and amplitudes -----------------------------------------------------------------------------------
 
 TORQUES = 4e4, 1e5  # N mm
@@ -225,39 +206,6 @@ def test_contact_forces_of_a_sweep_carry_the_torque_pair_by_pair(scheme, misalig
             found = [parts[loads.pair[state] == index].sum() / torque for index in sweep.pair_index]
             assert_allclose(found, sweep.pair_share[t, i], rtol=0.0, atol=SAME_STATE)
             assert_allclose(parts.sum(), torque, rtol=SAME_STATE)
-
-
-@pytest.mark.jit
-def test_contact_forces_act_where_the_slow_twin_has_them():
-    """Each at its place on both flanks: on the line of action of the pair, to the width of the contact."""
-    reduced = reduced_with("direct")
-    pair, phi = reduced.meshed.pair, angles(reduced)
-    sweep = sweep_reduced_pair(reduced, phi, at_torques(TORQUES), recorded=True, **TIGHT)
-    loads = sweep.states.loads
-    for i, angle in enumerate(phi):
-        solved = solve_position(reduced.meshed, angle, at_torques(TORQUES), reduced.elasticity_at)
-        for t, equilibrium in enumerate(solved.equilibria):
-            state, contact = points_of(loads, t, i), equilibrium.contact
-            for index in solved.position.pair_index:
-                mine = loads.pair[state] == index
-                force = loads.force_N[state][mine]
-                if force.sum() > 0.2 * contact.force.sum():
-                    rolls = pair.contact_roll_angles(np.array(angle + index * pair.pitch))
-                    inside = [np.clip(r, f.roll_angle[0], f.roll_angle[-1]) for r, f in
-                              zip(rolls, (reduced.meshed.pinion, reduced.meshed.wheel), strict=True)]  # fmt: skip
-                    assert_allclose(np.average(loads.roll_rad[state][mine], axis=0, weights=force), inside, atol=0.05)
-
-
-@pytest.mark.jit
-def test_a_plain_sweep_is_the_same_sweep_and_keeps_nothing():
-    reduced = reduced_with("direct")
-    phi = angles(reduced, 30)
-    plain, recorded = (sweep_reduced_pair(reduced, phi, at_torques(TORQUES), recorded=r) for r in (False, True))
-    assert plain.states is None
-    assert np.array_equal(plain.ste_um, recorded.ste_um)
-    assert_allclose(
-        1e3 * recorded.states.advance_rad * reduced.meshed.pair.pinion.base_radius, plain.ste_um, rtol=1e-15
-    )
 
 
 @pytest.mark.jit

@@ -3,20 +3,16 @@
 Energy products of all families: test_verify.
 """
 
-from functools import partial
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.gear.condition import at_torques
-from pmor.pair.sweep import sweep_ste
 from pmor.penalty.elasticity import full_elasticity, shape_elasticity
 from pmor.penalty.kernels.shapes import shape_weights
 from pmor.penalty.position import active_patches
-from pmor.reduction.contact_shapes import ContactShapes, contact_shapes
+from pmor.reduction.contact_shapes import ContactShapes
 
-TRAINED = 1e-6  # a trained state lies in the basis, what is left is interpolation round-off
 WHOLE_FLANK = 100.0  # mm: an approach so large that the windows hold the whole flanks
 
 
@@ -57,12 +53,6 @@ def test_basis_is_orthonormal_and_made_of_force_fields_with_their_displacements(
     assert_allclose(
         energy, np.eye(len(energy)), rtol=0.0, atol=1e-8
     )  # active shapes are nearly parallel: two digits lost
-
-
-def test_shapes_at_positions_end_idle(reduced_by):
-    loaded = reduced_by("positions").basis.shapes.loaded
-    assert not loaded[[0, -1]].any()
-    assert loaded.any(axis=0).all()
 
 
 # --- weights ---------------------------------------------------------------------------------------------------------
@@ -127,30 +117,3 @@ def test_cubic_weights_are_linear_where_one_of_the_four_is_idle(place, torque):
 
 
 # --- smaller and redundant bases -------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def by_position(reduced_by):
-    return reduced_by("positions, whole width")
-
-
-def rebuilt(whole_model, by_position, forces, torques):
-    _, model = whole_model
-    shapes = by_position.basis.shapes
-    return contact_shapes(model.pinion, model.wheel, shapes.roll_position, shapes.angles_per_pitch, forces[:, torques])
-
-
-def sweep_with(shapes, meshed, phi, torques):
-    return sweep_ste(meshed, partial(shape_elasticity, shapes.family), phi, at_torques(torques))
-
-
-def test_dependent_training_torques_are_dropped_without_harm(whole_model, forces, by_position):
-    phi, torques = np.array([0.05, 0.2]), [90e3]
-    twice = rebuilt(whole_model, by_position, forces, [0, 1, 1])
-    position = active_patches(by_position.meshed, 0.05, 0.05)
-    n = by_position.elasticity_at(position).basis.shape[2]
-    assert shape_elasticity(twice.family, position).basis.shape[2] == n
-    once = sweep_ste(by_position.meshed, by_position.elasticity_at, phi, at_torques(torques))
-    redundant = sweep_with(twice, by_position.meshed, phi, torques)
-    # What is dropped is 1e-10 of the energy, its square root of the displacement.
-    assert_allclose(redundant.ste_um, once.ste_um, rtol=1e-6)

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.case.width import whole_width
-from pmor.gear.condition import ALIGNED, Condition, Misalignment, at_torques
+from pmor.gear.condition import ALIGNED, Condition, at_torques
 from pmor.pair.sweep import sweep_ste
 from pmor.penalty.solve import solve_position
 from pmor_offline.gather import make_basis
@@ -70,17 +69,6 @@ def test_the_kernel_estimates_what_its_slow_twin_does(scheme, shapes):
             assert_allclose(sweep.ste_error_um[t, i], expected, rtol=1e-5, atol=atol)
 
 
-def test_tilted_axes_on_the_whole_width_too():
-    reduced = reduced_pair(poor_basis(tilted=True))
-    misalignment = Misalignment(10.0, -8.0)
-    sweep = sweep_reduced_pair(reduced, np.array([0.05, 0.21]), at_torques(TORQUES, misalignment), tolerance=1e-10)
-    for i, angle in enumerate(sweep.phi_rad):
-        position, elasticity, equilibria = states(reduced, float(angle), misalignment)
-        slopes = [discarded_energy_slope(reduced.basis.compliance, position, elasticity, e.contact) for e in equilibria]
-        expected = 1e3 * reduced.meshed.pair.pinion.base_radius * np.array(slopes)
-        assert_allclose(sweep.ste_error_um[:, i], expected, rtol=1e-5)
-
-
 @pytest.mark.parametrize(("tilted", "least_um"), [(False, 1e-4), (True, 2e-3)])
 def test_estimate_is_near_the_error_at_states_that_no_training_saw(tilted, least_um):
     """40 states over angle, torque and misalignment: the size, on the safe side, and the order of the states."""
@@ -120,30 +108,8 @@ def test_the_longest_bar_covers_the_largest_error_and_is_so_much_longer_at_most(
     assert np.all(bar < 40.0 * error)
 
 
-def test_a_trained_state_has_no_error_and_says_so():
-    """Shapes at positions: the trained force field itself is among them."""
-    reduced = reduced_pair(poor_basis(shapes="positions"))
-    training = reduced.basis.training
-    sweep = sweep_reduced_pair(reduced, training.phi, at_torques([1.5e5]), tolerance=1e-11)
-    assert np.abs(sweep.ste_error_um).max() < 1e-7 * sweep.ste_um.max()
-
-
 def test_without_compliance_in_the_basis_there_is_no_error_bar():
     basis = replace(poor_basis(), compliance=None)
     sweep = sweep_reduced_pair(reduced_pair(basis), np.array([0.1]), at_torques(TORQUES))
     assert sweep.ste_error_um is None
     assert np.isfinite(sweep.ste_um).all()
-
-
-def test_half_the_width_estimates_what_the_whole_width_does():
-    case, _ = setting()
-    whole = whole_width(replace(case, offline=replace(case.offline, sampling="sobol")))
-    model = full_fe(whole)
-    one = (Condition(torque=1.5e5),)
-    snapshots = [solve_snapshots(model, TrainingPosition(float(p), one)) for p in poor_basis().training.phi]
-    other = make_basis(whole, model, snapshots)[0]
-    phi = np.linspace(0.0, 0.28, 6)
-    bases = map(reduced_pair, (poor_basis(), other))
-    sweeps = [sweep_reduced_pair(reduced, phi, at_torques(TORQUES), tolerance=1e-10) for reduced in bases]
-    assert not reduced_pair(other).meshed.mirrored
-    assert_allclose(sweeps[0].ste_error_um, sweeps[1].ste_error_um, rtol=1e-4, atol=1e-7)

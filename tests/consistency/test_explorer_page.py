@@ -204,18 +204,6 @@ def test_the_front_is_what_comparing_each_with_each_finds(page, data):
     assert sorted(page.evaluate(f"{STATE}.front")) == front_by_pairs(data, rows, ("ste_um", "pressure_MPa"), (1, 1))
 
 
-def test_designs_that_are_equal_are_on_the_front_together(opened, folder):
-    n = 130
-    same = np.full(n, 2.5)
-    columns = [Column("a", "a", "", same, "result"), Column("b", "b", "", same, "result")]
-    names, none = np.array([f"d{i}" for i in range(n)]), np.full(n, "")
-    page = show(opened, folder, Designs(columns, names, none, none))
-    assert len(page.evaluate(f"{STATE}.front")) == n
-    assert page.evaluate(f"{ROOT}.querySelectorAll('.front tbody tr').length") == 100
-    assert "The first 100" in page.evaluate(f"{ROOT}.querySelector('.front-count').textContent")
-    assert said_and_asked(page) == ([], [])
-
-
 def test_all_designs_within_the_filters_are_listed_and_sorted_by_any_column(page, data):
     act(page, "")
     names = f"[...{ROOT}.querySelectorAll('.all tbody th')].map(cell => cell.textContent)"
@@ -276,28 +264,6 @@ def test_keys_alone_set_a_bound(page, data):
     page.call("Input.insertText", text="1.5")
     page.evaluate(f"(async () => {{ {DRAWN} }})()")
     assert page.evaluate(f"{STATE}.rows") == shown_by_numpy(data, {"ste_um": (-np.inf, 1.5)})
-
-
-def test_pointing_at_a_design_shows_its_values_and_a_click_keeps_them(page, data):
-    set_bounds(page, {"pressure_MPa": (1490, np.inf)})
-    choose(page, ".explorer .choices .x", ["4"])
-    choose(page, ".explorer .choices .y", ["1"])
-    left, top = corner(page, ".scatter .top")
-    i = page.evaluate(f"{STATE}.rows")[0]
-    width = page.evaluate(f"{ROOT}.querySelector('.scatter .top').clientWidth")
-    at = []
-    for column, start, length, up in ((4, 64, width - 64 - 14, False), (1, 10, 430 - 10 - 46, True)):
-        values = carried(data.columns[column])
-        low, high = np.nanmin(values), np.nanmax(values)
-        share = (values[i] - low + 0.04 * (high - low)) / (1.08 * (high - low))
-        at.append(start + length * (1 - share if up else share))
-    x, y = left + at[0], top + at[1]
-    mouse(page, [("mouseMoved", x, y, "none")])
-    text = f"{ROOT}.querySelector('.details').innerText"
-    assert data.names[i] in page.evaluate(text)
-    assert f"{carried(data.columns[4])[i]:.4g}" in page.evaluate(text)
-    mouse(page, [("mousePressed", x, y, "left"), ("mouseReleased", x, y, "left"), ("mouseMoved", left, top, "none")])
-    assert data.names[i] in page.evaluate(text)
 
 
 def test_the_file_it_saves_has_the_rows_within_the_filters(page, data, tmp_path):
@@ -375,16 +341,6 @@ def test_extremes_are_shown_without_a_word_on_the_console(opened, folder, name):
     if name == "nasty texts":
         assert page.evaluate(f"{ROOT}.querySelector('.front tbody th').textContent") == NASTY
         assert page.evaluate(f"{ROOT}.querySelector('.reasons tbody th').textContent") == NASTY
-
-
-def test_two_of_them_on_a_page_do_not_meet(opened, folder, data):
-    path = folder / "page.html"
-    path.write_text(page_html("Designs", [data, designs(7, np.random.default_rng(2), 0.0)]), encoding="utf-8")
-    opened.open(path)
-    counts = "[...document.querySelectorAll('.explorer .count')].map(count => count.textContent)"
-    opened.wait_for(f"{counts}.every(text => text)")
-    assert opened.evaluate(counts)[1] == "7 of 7 designs"
-    assert opened.evaluate(counts)[0].startswith(str((data.reasons == "").sum()))
 
 
 def test_a_phone_scrolls_it_in_one_direction_alone(page):

@@ -8,7 +8,7 @@ import pytest
 from pmor.app.cli import main
 from pmor.case import basis_key, beyond_training, parse_case
 from pmor.core.errors import CaseError
-from pmor.gear.condition import Condition, Misalignment
+from pmor.gear.condition import Condition
 from pmor.pair.sweep import sweep_ste
 from pmor.storage.basis_file import read_basis
 from pmor.work.offline import run_offline
@@ -125,17 +125,6 @@ def test_the_error_bar_at_twice_the_trained_torque_tells_the_error(shapes, tmp_p
         assert error / 5.0 < bar < 20.0 * error
 
 
-@pytest.mark.jit
-def test_the_error_bar_at_twice_the_trained_tilt_tells_the_error(tmp_path):
-    model = model_of(True)
-    run_offline(case_of(True), model, tmp_path / "b.h5")
-    basis = read_basis(tmp_path / "b.h5")
-    _, inside = error_and_bar(basis, model, Condition(torque=6e4, misalignment=Misalignment(in_plane_um=10.0)))
-    error, bar = error_and_bar(basis, model, Condition(torque=6e4, misalignment=Misalignment(in_plane_um=20.0)))
-    assert bar > 2.0 * inside
-    assert error / 5.0 < bar < 20.0 * error
-
-
 # --- the command -----------------------------------------------------------------------------------------------------
 
 
@@ -164,12 +153,6 @@ def test_a_sweep_beyond_the_training_says_so(basis_path, tmp_path, capsys):
     assert summary["extrapolated"] == [what]
     assert summary["ste_error_estimate_max_um"] > 0.0
     assert f"extrapolated: {what}" in (tmp_path / "out" / "report.html").read_text()
-
-
-def test_a_sweep_within_the_training_says_nothing(basis_path, tmp_path, capsys):
-    assert online(basis_path, tmp_path, text_of(online=QUICK | {"extrapolate": True})) == 0
-    assert "extrapolated" not in capsys.readouterr().out
-    assert summary_of(tmp_path / "out")["extrapolated"] == []
 
 
 def test_loads_beyond_the_model_stay_refused(basis_path, tmp_path, capsys):

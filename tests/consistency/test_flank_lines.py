@@ -103,18 +103,6 @@ def test_basis_of_a_position_is_orthonormal_and_made_of_line_loads_with_their_di
 # --- what the training teaches ---------------------------------------------------------------------------------------
 
 
-def test_a_distribution_that_never_changes_is_the_shape(bodies, flank_nodes, rng):
-    force = normal_loads(flank_nodes, rng)
-    made = flank_line_shapes(bodies, force, flank_nodes, TOLERANCE)
-    for number, gear in enumerate(made.gears):
-        assert np.array_equal(gear.start, np.arange(LINES + 1))
-        trained = force[0, number].reshape(LINES, -1)
-        expected = trained / np.linalg.norm(trained, axis=1, keepdims=True)
-        found = gear.force.reshape(LINES, LINES, -1)[np.arange(LINES), np.arange(LINES)]
-        # Along the forces, not against them.
-        assert_allclose(found, expected, rtol=0.0, atol=ROUND_OFF)
-
-
 @pytest.mark.parametrize(("share", "kept"), [(1.2, 2), (0.8, 1)])
 def test_a_second_distribution_is_kept_from_a_share_of_the_first_on(share, kept, bodies, flank_nodes, rng):
     one, two = np.linalg.qr(rng.normal(size=(3 * COLUMNS, 2)))[0].T

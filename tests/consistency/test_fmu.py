@@ -103,14 +103,6 @@ def test_a_unit_has_the_form_that_the_standard_asks_for(tmp_path):
     assert validation.validate_fmu(str(tmp_path / "mesh.fmu")) == []
 
 
-def test_the_same_law_gives_the_same_file(tmp_path):
-    for name in ("one.fmu", "two.fmu"):
-        write_fmu(small_law(), tmp_path / name)
-    one, two = (zipfile.ZipFile(tmp_path / name) for name in ("one.fmu", "two.fmu"))
-    assert one.namelist() == two.namelist()
-    assert all(one.read(name) == two.read(name) for name in ("modelDescription.xml", "sources/table.h"))
-
-
 def test_without_a_compiler_a_unit_is_its_source(tmp_path, monkeypatch):
     monkeypatch.setattr(shutil, "which", lambda name: None)
     assert not write_fmu(small_law(), tmp_path / "mesh.fmu")

@@ -149,16 +149,6 @@ def test_a_model_that_cannot_be_trained_is_named_and_the_others_have_their_resul
     assert {"models.png", "error_time.png"} <= set(page_files(with_models("paper")))
 
 
-def test_a_hole_in_the_training_of_a_model_is_named_with_it(out, tmp_path, monkeypatch, capsys):
-    (out / "basis_paper.h5").unlink()
-    fail_facets(monkeypatch, angles=1)
-    assert main(["compare", write_case(tmp_path, "paper"), "--out", str(out)]) == 3
-    text, error = capsys.readouterr()
-    assert "! paper: training: phi = " in text
-    assert "2 positions failed, first: paper: training: phi = " in error
-    assert [model["n_positions_failed"] for model in summary_of(out)["models"]] == [2, 0]
-
-
 # --- the case --------------------------------------------------------------------------------------------------------
 
 

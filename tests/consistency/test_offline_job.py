@@ -184,20 +184,6 @@ def test_an_interrupted_greedy_run_goes_on_to_the_same_basis(solved, greedy, gre
     assert results_in(tmp_path) == {"basis.h5"}
 
 
-@pytest.mark.jit
-def test_a_greedy_run_searches_again_from_a_damaged_part_on(greedy, greedy_whole, tmp_path, monkeypatch):
-    """What was solved after it was chosen with it in the basis."""
-    path, parts = tmp_path / "basis.h5", tmp_path / "basis.h5.parts"
-    interrupt_after(7, monkeypatch, module=pmor_offline.adaptive)
-    with pytest.raises(Interruption):
-        run_offline(*greedy, path)
-    monkeypatch.undo()
-    (parts / "angle_00004.h5").write_bytes(b"half a file")
-    done = run_offline(*greedy, path, resume=True)
-    assert (done.solved, done.resumed) == (STATES - 4, 4)
-    assert_same_basis(path, greedy_whole)
-
-
 # --- in memory -------------------------------------------------------------------------------------------------------
 
 

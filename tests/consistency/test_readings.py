@@ -155,15 +155,6 @@ def test_page_has_a_picture_and_a_table_for_each(run):
     assert not {row[0] for row in derivatives.rows} & set(names)
 
 
-def test_a_contact_pattern_that_covers_the_flanks_is_not_drawn(run):
-    whole = tuple(replace(one, load_N_per_mm=np.ones_like(one.load_N_per_mm)) for one in run.readings.light)
-    names = [
-        picture.file_name for picture in readings_pictures(replace(run, readings=replace(run.readings, light=whole)))
-    ]
-    assert "flank_pattern.png" not in names
-    assert "flank_maps.png" in names
-
-
 def test_maps_that_nobody_asks_for_are_not_made(tmp_path):
     run = run_of(model_of("spur", results={"harris_torques_Nm": [100.0], "maps": False}), tmp_path)
     assert run.readings.maps == ()

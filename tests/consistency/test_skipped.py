@@ -4,7 +4,6 @@ import h5py
 import numpy as np
 import pytest
 
-import pmor.pair.model
 from pmor.app.plan import plan_case as plan
 from pmor.app.skipped import computed, scene, skipped, unknowns
 from pmor.case import change_case, load_case
@@ -209,17 +208,6 @@ def test_as_many_states_are_solved_as_are_announced(training, tmp_path, few_cand
     assert text in line
 
 
-def test_further_torques_are_left_out_where_one_is_trained():
-    assert "training at further torques" in listed(case_with(**UNEQUAL))
-    assert "training at further torques" not in listed(case_with())
-
-
-def test_what_static_modes_save_is_the_training_that_the_case_describes():
-    left_out = listed(case_with(offline=TILT, reduction={"shapes": "static_modes"}))
-    assert left_out["the training"].saving.startswith("48 full")
-    assert "the training" not in listed(case_with())
-
-
 @pytest.mark.parametrize("changes", [{}, UNEQUAL], ids=["alike", "unequal"])
 def test_the_compliance_for_the_error_bar_is_as_large_as_announced(changes, tmp_path):
     some = case_with(**changes)
@@ -233,29 +221,3 @@ def test_the_compliance_for_the_error_bar_is_as_large_as_announced(changes, tmp_
     changes = {**changes, "reduction": {"error_estimate": False}}
     without = case_with(**changes)
     assert "compliance for the error bar" not in dict(computed(scene(without)))
-
-
-def test_the_whole_width_of_tilted_axes_is_explained():
-    """Only where half would do otherwise."""
-    even = {"width_elements": 2}
-    for some, explained in (
-        (case_with(mesh=even, offline=TILT), True),
-        (case_with(mesh=even), False),
-        (case_with(mesh=even, offline={"centre_distance_um": [0.0, 20.0]}), False),
-        (case_with(mesh={"width_elements": 3}, offline=TILT), False),
-        (case_with(mesh={"width_elements": 2, "width": "whole"}, offline=TILT), False),
-    ):
-        what = dict(computed(scene(some)))
-        assert ("  face width" in what) == explained
-        if explained:
-            assert "axes of the training tilt" in what["  face width"]
-            assert "half the face width" not in listed(some)
-
-
-def test_points_over_the_width_are_only_where_they_are_asked_for():
-    plain, asked = case_with(contact={"lodm_profile": 4}), case_with(contact={"lodm_profile": 4, "lodm_width": 4})
-    extents = [mesh_model(some).meshed.extents[0].shape for some in (plain, asked)]
-    saved = extents[1][0] * extents[1][1] - extents[0][0] * extents[0][1]
-    assert listed(plain)["contact points over the width"].saving == f"{saved} per flank"
-    assert "contact points over the width" not in listed(asked)
-    assert pmor.pair.model.contact_scheme(plain).lodm_width == 1

@@ -80,13 +80,6 @@ def test_the_decay_of_a_greedy_sampling_comes_back(tmp_path, small_basis_path):
     np.testing.assert_array_equal(read_basis(tmp_path / "basis.h5").training.estimate_percent, decay)
 
 
-def test_a_case_with_replaced_fields_writes_a_basis_that_reads_back(tmp_path, basis, force):
-    changed = replace(basis.case, mesh=replace(basis.case.mesh, spacing="roll_angle"), title="changed")
-    write_basis(tmp_path / "basis.h5", replace(basis, case=changed), force)
-    read = read_basis(tmp_path / "basis.h5").case
-    assert replace(read, text=changed.text) == changed
-
-
 def test_a_basis_without_error_estimate_has_no_compliance(tmp_path, basis, force):
     case = change_case(basis.case, error_estimate=False)
     write_basis(tmp_path / "basis.h5", replace(basis, case=case, compliance=None), force)

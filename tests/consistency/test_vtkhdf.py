@@ -21,7 +21,6 @@ from pmor.storage.basis_file import read_basis
 from pmor_online.model import reduced_pair
 from tests.support.gear_models import POISSON, YOUNG, tooth
 from tests.support.small_case import case_text
-from tests.support.whole_gear import volume_displacement
 
 STEPS = 4  # to a pitch
 # Areas are those of flat faces between corners; quadratic ones are arcs, longer by (length / radius)^2 / 24.
@@ -114,18 +113,6 @@ def test_the_mesh_is_stored_once(written):
         assert root["Connectivity"][:].max() == len(root["Points"]) - 1
 
 
-def test_pressure_on_the_flanks_carries_the_torque(basis):
-    model = pmor.load_model(basis)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(vtkhdf, "STEPS_PER_PITCH", STEPS)
-        phi = step_angles(model.reduced)
-    forces, _ = flank_forces(model.reduced, phi)
-    for gear in range(2):
-        total = np.linalg.norm(forces[gear].reshape(forces.shape[1], -1, 3, len(phi)).sum(axis=1), axis=1).sum(axis=0)
-        expected = 1e3 * model.case.torque_Nm / model.reduced.meshed.pair.pinion.base_radius
-        assert_allclose(total, expected, rtol=1e-6)
-
-
 def test_the_integral_of_the_pressure_shown_is_the_force_on_the_tooth(basis, written):
     """Over the faces of tooth 0, by the shape functions of the cells: what a viewer adds up."""
     model = pmor.load_model(basis)
@@ -197,16 +184,6 @@ def test_stress_of_an_even_strain_is_exact(order, rng):
     assert_allclose(principal[0, 0], np.linalg.eigvalsh(stress)[-1], rtol=1e-12)
     deviator = stress - np.trace(stress) / 3.0 * np.eye(3)
     assert_allclose(von_mises[0, 0], np.sqrt(1.5 * (deviator**2).sum()), rtol=1e-12)
-
-
-def test_forces_on_several_teeth_add_up_over_the_ring(rng):
-    mesh = build_sector(tooth(12, 0.2), 8.0, 10.0, 3, 1)
-    gear = elastic_gear(mesh, YOUNG, POISSON, "hex8i", 2, True)
-    force = rng.normal(size=(2, gear.compliance.shape[1], 1))
-    # Teeth 11 and 1 are two sectors on either side of sector 0; tooth 6 is too far away to be felt.
-    found = sector_displacement(gear, 0, np.array([11, 1, 6]), np.concatenate([force, force[:1]]))[..., 0]
-    expected = volume_displacement(gear, 1, force[0, :, 0]) + volume_displacement(gear, -1, force[1, :, 0])
-    assert_allclose(found, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
 
 
 def test_a_gear_without_its_surface_layer_has_no_volume():

@@ -1,6 +1,5 @@
 """Keys of blanks: read, changed, mirrored, and refused in one line where their parts do not fit into each other."""
 
-import tomllib
 from dataclasses import replace
 
 import pytest
@@ -61,12 +60,6 @@ def test_holes_are_read_in_line_as_well_as_in_a_section():
     inline = "holes = {count = 6, radius_mm = 2.0, on_radius_mm = 27.5, first_deg = 5.0}"
     text = case_of().text.replace("[pinion.blank]", f"[pinion.blank]\n{inline}")
     assert parse_case(text, "case", "case").pair == case_of(WEB | {"holes": HOLES}).pair
-
-
-def test_single_keys_of_a_blank_change_and_none_leaves_it_out():
-    case = change_case(case_of(), pinion={"blank": {"web_thickness_mm": 4.0}})
-    assert (case.pair.pinion.blank.web_thickness_mm, case.pair.pinion.blank.hub_radius_mm) == (4.0, 24.0)
-    assert change_case(case, pinion={"blank": None}).pair.pinion.blank is None
 
 
 def test_blanks_are_in_the_key_of_a_basis_and_in_the_settings_that_a_plan_shows():
@@ -232,10 +225,6 @@ def test_meshes_and_contacts_without_a_place_for_a_blank_refuse_it(blank, change
         case_of(blank, **changes)
     for word in words:
         assert word in str(refused.value)
-
-
-def test_the_text_of_a_case_with_holes_is_toml():
-    assert tomllib.loads(case_of(WEB | {"holes": HOLES}).text)["pinion"]["blank"]["holes"]["count"] == 6
 
 
 def test_a_sweep_spans_by_default_as_many_pitches_as_holes_take_to_stand_as_before():

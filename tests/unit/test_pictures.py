@@ -11,10 +11,8 @@ from numpy.testing import assert_allclose
 
 from pmor.gear.condition import Assembly
 from pmor.report.run_figures import LOADED_FLANK_COLOUR, conditions_figure, contact_pattern_figure, mesh_figure
-from pmor.report.style import COLOURS, log_log, panels, picture_bytes, write_picture
+from pmor.report.style import log_log, panels, picture_bytes, write_picture
 from pmor.report.sweep_figures import (
-    MOST_TORQUES,
-    SHARE_COLOURS,
     error_figure,
     load_sharing_figure,
     spectrum_figure,
@@ -100,13 +98,6 @@ def test_ste_figure_has_a_curve_and_markers_per_torque_in_one_colour():
     assert legend_texts(figure) == ["160 N m", "100 N m", "30 N m", "reduced", "full FE"]
 
 
-def test_ste_curve_covers_the_pitch_and_is_periodic():
-    sweep = make_sweep((100.0,))
-    x, y = ste_figure(sweep).axes[0].get_lines()[0].get_data()
-    assert_allclose(np.interp([0.0, 360 / 21], x, y), sweep.ste_um[0, 0], rtol=ROUND_OFF)
-    assert (np.diff(x) > 0.0).all()
-
-
 def test_ste_curve_goes_through_the_positions_that_are_compared():
     """Chords of a coarse sweep must not look like an error of the reduced model."""
     fine = make_sweep((30.0, 100.0), 48)
@@ -121,14 +112,6 @@ def test_ste_curve_goes_through_the_positions_that_are_compared():
         assert_allclose(np.interp(np.degrees(odd.phi_rad), *curve.get_data()), ste, rtol=ROUND_OFF)
 
 
-def test_second_axis_shows_the_fraction_of_the_pitch():
-    axes = ste_figure(make_sweep()).axes[0]
-    (fraction,) = axes.child_axes
-    assert "Fraction of a pitch" in fraction.get_xlabel()
-    fraction.figure.canvas.draw()
-    assert_allclose(fraction.get_xlim(), [0.0, 1.0], atol=1e-12)
-
-
 def test_positions_that_did_not_converge_are_gaps_and_are_counted():
     sweep = make_sweep()
     sweep.ste_um[1, 3:5] = np.nan
@@ -140,26 +123,6 @@ def test_positions_that_did_not_converge_are_gaps_and_are_counted():
     draw(error_figure(sweep.phi_rad, sweep.torque_Nm, sweep.ste_um * np.nan))
 
 
-def test_pairs_and_torques_share_no_colour():
-    assert not set(COLOURS) & set(SHARE_COLOURS)
-    torques = {line.get_color() for line in ste_figure(make_sweep()).axes[0].get_lines()}
-    pairs = {line.get_color() for axes in load_sharing_figure(make_sweep()).axes for line in axes.get_lines()}
-    assert torques
-    assert pairs
-    assert not torques & pairs
-
-
-def test_a_thousand_torques_are_drawn_as_a_few_and_the_picture_says_so():
-    many, few = make_sweep(np.linspace(1.0, 1000.0, 1000), 6), make_sweep(np.linspace(1.0, 900.0, 20), 3)
-    error = error_figure(few.phi_rad, few.torque_Nm, few.ste_um, few.ste_um)
-    sharing = load_sharing_figure(many)
-    for drawn in (ste_figure(many), ste_figure(many, few, few), sharing, spectrum_figure(many), error):
-        (legend,) = drawn.legends
-        assert re.match(r"\d+ of (1000|20) torques: 1, .*, (1000|900) N m", drawn.get_suptitle())
-        assert len(legend.get_texts()) <= 2 * MOST_TORQUES + 2
-    draw(sharing)
-
-
 def test_the_nominal_torque_is_in_every_picture_however_many_there_are():
     many = make_sweep(np.linspace(1.0, 1000.0, 1000), 6)
     stiffness = mesh_stiffness(many, 40.0, 20.0)
@@ -169,13 +132,6 @@ def test_the_nominal_torque_is_in_every_picture_however_many_there_are():
     ):  # fmt: skip
         assert ", 137, " in drawn.get_suptitle()
     assert "137 N m, nominal" in legend_texts(ste_figure(many, nominal_Nm=137.0))
-
-
-def test_curves_about_their_mean_have_none_and_their_legend_says_it():
-    figure = ste_figure(make_sweep((30.0, 100.0)), about_mean=True)
-    for line in figure.axes[0].get_lines():
-        assert_allclose(np.mean(line.get_ydata()[1:-1]), 0.0, atol=1e-12)
-    assert legend_texts(figure)[0] == f"100 N m ({make_sweep((100.0,)).ste_um.mean():.4g} µm)"
 
 
 def test_load_sharing_leaves_out_pairs_that_never_carry_and_ends_a_share_where_its_successor_began():
@@ -191,20 +147,6 @@ def test_spectrum_has_orders_per_torque_on_a_logarithmic_axis(angles, count):
     assert axes.get_yscale() == "log"
     assert [len(bars) for bars in axes.containers] == [count] * 3
     assert_allclose(axes.get_xticks(), np.arange(1, count + 1))
-
-
-def test_spectrum_of_an_incomplete_curve_says_so():
-    sweep = make_sweep((100.0,))
-    sweep.ste_um[0, 0] = np.nan
-    assert "no spectrum" in spectrum_figure(sweep).axes[0].texts[0].get_text()
-
-
-def test_error_figure_shows_magnitudes_in_per_cent_and_keeps_zeros_visible():
-    error = np.array([[1e-3, -2e-3, 0.0]])
-    axes = error_figure([0.0, 0.1, 0.2], [100.0], error).axes[0]
-    y = axes.get_lines()[0].get_ydata()
-    assert_allclose(y[:2], [0.1, 0.2])
-    assert y[2] >= axes.get_ylim()[0] > 0
 
 
 def test_mesh_figure_highlights_the_loaded_flank_and_zooms_on_it():
@@ -264,12 +206,6 @@ def test_logarithmic_axes_have_plain_numbers(top):
     assert any(labels)
     for label in filter(None, labels):
         float(label)
-
-
-def test_style_does_not_leak():
-    before = dict(matplotlib.rcParams)
-    ste_figure(make_sweep())
-    assert dict(matplotlib.rcParams) == before
 
 
 def test_pictures_look_the_same_whatever_the_users_settings():

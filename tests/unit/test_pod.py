@@ -8,10 +8,8 @@ from pmor.core.errors import ConvergenceError
 from pmor.reduction.pod import (
     global_modes,
     local_modes,
-    modes_needed,
     own_displacement,
     principal_combinations,
-    procrustes,
 )
 
 ROUND_OFF = 1e-11  # of numbers near 1: products of a few dozen terms, two eigenvalue decompositions
@@ -92,26 +90,11 @@ def test_one_mode_less_would_discard_more(tolerance, bodies, force):
     assert max(fewer) > tolerance
 
 
-def test_modes_needed_leave_the_tolerance_to_the_others():
-    energy = np.array([0.9, 0.09, 0.009, 0.001])
-    assert [modes_needed(energy, t) for t in (0.95, 0.2, 0.05, 0.0101, 0.0099, 0.0005)] == [1, 1, 2, 2, 3, 4]
-    assert modes_needed(np.zeros(0), 1e-6) == 0
-
-
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-12])
 def test_modes_are_orthonormal_in_energy(tolerance, bodies, force):
     modes = local_modes(bodies, force, tolerance)
     identity = np.broadcast_to(np.eye(modes.shape[1]), (POSITIONS, *2 * modes.shape[1:2]))
     assert_allclose(products(bodies, modes, modes), identity, rtol=0.0, atol=ROUND_OFF)
-
-
-def test_the_size_of_a_snapshot_does_not_matter(bodies, force, rng):
-    modes = local_modes(bodies, force, 1e-3)
-    scaled = local_modes(bodies, force * 10.0 ** rng.uniform(-3.0, 3.0, (POSITIONS, STATES, 1, 1)), 1e-3)
-    assert scaled.shape == modes.shape
-    for one, two in zip(modes, scaled, strict=True):
-        cosines = np.linalg.svd(products(bodies, one, two), compute_uv=False)
-        assert_allclose(cosines, 1.0, rtol=0.0, atol=ROUND_OFF)
 
 
 def test_dependent_and_idle_snapshots_give_no_modes(bodies, force):
@@ -126,16 +109,6 @@ def test_dependent_and_idle_snapshots_give_no_modes(bodies, force):
     assert (np.diff(exist.astype(int), axis=1) <= 0).all(), "the first ones exist"
 
 
-def test_idle_snapshots_have_no_share_in_the_energy(bodies, force):
-    """Twice as many, half of them idle: the tolerance means what it meant."""
-    padded = np.concatenate([force, np.zeros_like(force)], axis=1)
-    for tolerance in (1e-2, 2e-3, 1e-4, 1e-5):
-        for modes in (local_modes, global_modes):
-            assert modes(bodies, padded, tolerance).shape == modes(bodies, force, tolerance).shape
-    energy, _ = principal_combinations(products(bodies, padded[0], padded[0]))
-    assert_allclose(energy.sum(), 1.0, rtol=ROUND_OFF)
-
-
 def test_without_load_there_is_nothing_to_decompose(bodies, force):
     for modes in (local_modes, global_modes):
         with pytest.raises(ConvergenceError, match="no training state loads a flank"):
@@ -143,23 +116,6 @@ def test_without_load_there_is_nothing_to_decompose(bodies, force):
 
 
 # --- alignment -------------------------------------------------------------------------------------------------------
-
-
-def test_procrustes_is_the_nearest_of_all_rotations(rng):
-    one, two = (np.linalg.qr(rng.normal(size=(8, 3)))[0] for _ in range(2))
-    best = np.linalg.norm(two @ procrustes(one.T @ two) - one)
-    for _ in range(200):
-        turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-        assert np.linalg.norm(two @ turn - one) > best
-
-
-def test_modes_without_a_neighbour_are_at_right_angles_to_all_of_them(rng):
-    one, two = np.linalg.qr(rng.normal(size=(8, 2)))[0], np.linalg.qr(rng.normal(size=(8, 4)))[0]
-    rotation = procrustes(one.T @ two)
-    assert_allclose(rotation.T @ rotation, np.eye(4), rtol=0.0, atol=ROUND_OFF)
-    found = one.T @ two @ rotation
-    assert_allclose(found[:, 2:], 0.0, rtol=0.0, atol=ROUND_OFF)
-    assert_positive_symmetric(found[:, :2])
 
 
 def assert_positive_symmetric(matrix):

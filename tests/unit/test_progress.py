@@ -6,13 +6,11 @@ import select
 import struct
 import sys
 import termios
-import threading
 import time
 
-import numpy as np
 import pytest
 
-from pmor.core.progress import Progress, SteadyRate, format_time, stage
+from pmor.core.progress import Progress, format_time, stage
 
 
 class Terminal:
@@ -74,30 +72,6 @@ def test_a_terminal_sees_label_count_rate_and_time_left(terminal):
     assert text.endswith("\n")
 
 
-def rate_after(*waits):
-    """The rate that is told after a first step and others with so many seconds between them."""
-    times = iter(np.cumsum([100.0, *waits]))
-    rate = SteadyRate(lambda: next(times))
-    for _ in range(len(waits) + 1):
-        rate.step(1)
-    return rate.per_second
-
-
-def test_neither_the_first_step_nor_the_longest_one_counts_for_the_rate():
-    assert rate_after(0.5, 0.5) is None, "too early to tell"
-    assert rate_after(0.5, 0.5, 0.5, 0.5) == pytest.approx(2.0)
-    assert rate_after(0.5, 33.0, 0.5, 0.5) == pytest.approx(2.0), "a kernel was compiled"
-    assert rate_after(0.0, 0.0, 0.0) is None
-
-
-def test_time_left_is_not_told_before_progress_is_steady(terminal):
-    screen = terminal()
-    with Progress(40, "full FE") as progress:
-        time.sleep(0.2)
-        progress.step()
-        assert lines(screen.text())[-1].endswith("1/40 [00:00<?, ?it/s]")
-
-
 @pytest.mark.parametrize("columns", [20, 40, 200])
 def test_no_line_is_wider_than_the_terminal(columns, terminal):
     screen = terminal(columns)
@@ -108,33 +82,12 @@ def test_no_line_is_wider_than_the_terminal(columns, terminal):
     assert shown[0].startswith("full FE, unseen")
 
 
-def test_steps_of_an_earlier_run_are_done_but_not_fast(terminal):
-    screen = terminal()
-    with Progress(100, "full FE", done=90):
-        pass
-    assert "90/100 [00:00<?, ?it/s]" in lines(screen.text())[0]
-
-
 def test_the_line_is_ended_once_also_after_an_error(terminal):
     screen = terminal()
     with pytest.raises(RuntimeError), Progress(2, "steps") as progress:
         raise RuntimeError
     progress.close()
     assert screen.text().count("\n") == 1
-
-
-def test_more_steps_than_announced_and_none_at_all(terminal):
-    screen = terminal()
-    with Progress(0, "steps") as progress:
-        progress.step()
-    assert lines(screen.text())[-1].startswith("steps: ")
-
-
-def test_no_thread_runs_beside_the_work(terminal):
-    terminal()
-    before = threading.active_count()
-    with Progress(2, "steps"):
-        assert threading.active_count() == before
 
 
 @pytest.mark.parametrize(

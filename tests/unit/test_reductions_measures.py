@@ -9,9 +9,9 @@ from numpy.testing import assert_allclose
 from pmor.case import parse_case
 from pmor.core.errors import CaseError
 from pmor.lab.comparison.curves import Curves
-from pmor.lab.comparison.measure import Effectivity, effectivity, rank_correlation
+from pmor.lab.comparison.measure import effectivity
 from pmor.lab.comparison.training import TrainingSet
-from pmor.lab.comparison.variants import Grid, counts_up_to, grid_families, table_grids, variants
+from pmor.lab.comparison.variants import Grid, grid_families, table_grids, variants
 from pmor.work.states import SMALLEST_ERROR_UM
 from tests.support.small_case import case_text
 
@@ -44,22 +44,6 @@ def test_effectivity_counts_errors_that_matter_and_takes_magnitudes():
     assert found.wanted_share == 0.75
     # Ranks of the magnitudes: errors 2 3 4 5 1, estimates 2 3 1 4 5; 1 - 6 sum d^2 / (n (n^2 - 1)).
     assert_allclose(found.rank_correlation, 1.0 - 6.0 * (9.0 + 1.0 + 16.0) / (5.0 * 24.0))
-
-
-def test_where_no_error_matters_there_is_no_effectivity():
-    assert effectivity(np.full(3, 0.1 * SMALLEST_ERROR_UM), np.ones(3)) == Effectivity(0)
-    assert effectivity(np.full(3, math.nan), np.full(3, math.nan)) == Effectivity(0)
-
-
-def test_ranks_of_a_constant_mean_nothing():
-    assert rank_correlation(np.ones(3), np.arange(3.0)) is None
-
-
-def test_counts_of_solves_grow_by_a_quarter_of_an_octave_and_end_at_the_last():
-    assert counts_up_to(32) == [8, 10, 11, 13, 16, 19, 23, 27, 32]
-    assert counts_up_to(20) == [8, 10, 11, 13, 16, 19, 20]
-    assert counts_up_to(8) == [8]
-    assert counts_up_to(5) == [5]
 
 
 def test_grids_take_in_the_middle_of_one_range_after_the_other():

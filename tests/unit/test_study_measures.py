@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.lab.core.measures import fitted_exponent, max_and_rms
+from pmor.lab.core.measures import fitted_exponent
 from pmor.lab.study.measures import (
     Curve,
     break_even,
     load_share_error,
     mean_error_um,
-    peak_to_peak_error_um,
     richardson,
     shape_error_um,
 )
@@ -32,20 +31,9 @@ def shifted(curve, offset):
     return Curve(curve.ste_um + offset, curve.pair_share, curve.pair_index)
 
 
-def test_an_offset_is_all_mean_and_no_shape(curve):
-    other = shifted(curve, -0.75)
-    assert_allclose(mean_error_um(other, curve), -0.75, rtol=ROUND_OFF)
-    assert_allclose([shape_error_um(other, curve), peak_to_peak_error_um(other, curve)], 0.0, atol=ROUND_OFF)
-
-
 def test_shape_error_is_the_amplitude_of_a_ripple(curve):
     wave = 0.2 * np.sqrt(2.0) * np.sin(2.0 * np.pi * np.arange(30) / 30)
     assert_allclose(shape_error_um(shifted(curve, wave + 3.0), curve), 0.2, rtol=ROUND_OFF)
-
-
-def test_peak_to_peak_error_is_signed(curve):
-    doubled = Curve(2.0 * curve.ste_um, curve.pair_share, curve.pair_index)
-    assert_allclose(peak_to_peak_error_um(doubled, curve), curve.peak_to_peak_um, rtol=ROUND_OFF)
 
 
 def test_load_share_is_compared_pair_by_pair(curve):
@@ -67,10 +55,6 @@ def test_missing_positions_are_left_out_not_counted_as_zero(curve):
     assert math.isnan(shape_error_um(nothing, curve))
     assert math.isnan(load_share_error(nothing, curve))
     assert math.isnan(nothing.mean_um)
-
-
-def test_max_and_rms():
-    assert_allclose(max_and_rms(np.array([3.0, np.nan, -4.0])), (4.0, np.sqrt(12.5)), rtol=ROUND_OFF)
 
 
 @pytest.mark.parametrize("order", [0.7, 1.0, 1.5, 2.0])

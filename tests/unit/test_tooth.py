@@ -44,33 +44,6 @@ def half_angle(points):
 # --- circles and involute ------------------------------------------------------------------------------------------
 
 
-def test_circles_of_the_paper_gear():
-    tooth = GEARS["paper"]
-    assert_allclose(
-        [tooth.reference_radius, tooth.tip_radius, tooth.root_radius, tooth.base_radius],
-        [42.0, 46.0, 37.0, 42.0 * math.cos(ALPHA)],
-        rtol=EXACT,
-    )
-    assert_allclose(tooth.base_pitch, math.pi * MODULE * math.cos(ALPHA), rtol=EXACT)
-
-
-def test_helical_circles_use_the_transverse_module():
-    tooth, beta = GEARS["helical"], math.radians(15.0)
-    assert_allclose(tooth.reference_radius, 0.5 * 21 * MODULE / math.cos(beta), rtol=EXACT)
-    assert_allclose(math.tan(tooth.transverse_pressure_angle), math.tan(ALPHA) / math.cos(beta), rtol=EXACT)
-    # ISO 21771: sin beta_b = sin beta cos alpha_n
-    base_helix = math.atan(tooth.base_radius * tooth.twist_per_length)
-    assert_allclose(math.sin(base_helix), math.sin(beta) * math.cos(ALPHA), rtol=EXACT)
-
-
-@every_gear
-def test_tooth_thickness_on_the_reference_circle(tooth):
-    roll = tooth.roll_angle_at(tooth.reference_radius)
-    thickness = 2.0 * tooth.reference_radius * tooth.half_thickness_angle(roll)
-    normal = MODULE * (0.5 * math.pi + 2.0 * tooth.profile_shift * math.tan(ALPHA))
-    assert_allclose(thickness * math.cos(tooth.helix_angle), normal, rtol=EXACT)
-
-
 @every_gear
 def test_roll_angle_is_unwound_length_over_base_radius(tooth):
     u = rolls(tooth)
