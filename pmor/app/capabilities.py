@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from pmor.campaigns.campaign import Campaign
     from pmor.campaigns.result import CampaignResult
     from pmor.case import Case
-    from pmor.design.files import PairDesign, SetDesign
+    from pmor.design.files import DesignFile
     from pmor.design.result import DesignResult
     from pmor.dynamics.result import DynamicsResult
     from pmor.lab.bench import Bench
@@ -60,7 +60,7 @@ def load(file: Place) -> Any:
 
     Returns
     -------
-    Case, SetFile, GearboxFile, PairDesign, SetDesign, Campaign or Study
+    Case, SetFile, GearboxFile, DesignFile, Campaign or Study
         By what the file says; `run` and `plan` take it.
 
     Raises
@@ -135,13 +135,13 @@ def run_dynamics(
 
 @suggesting
 def run_design(
-    file: Place | PairDesign | SetDesign, folder: Place | None = None, *, executor: Executor | None = None,
+    file: Place | DesignFile, folder: Place | None = None, *, executor: Executor | None = None,
     progress: Steps | None = None, overwrite: bool = False, asked: Callable[[DesignResult], None] | None = None,
 ) -> DesignResult:  # fmt: skip
     """Search the flank modifications that a design file asks for, as `pmor design`; the executor is one of threads.
 
-    The file names a case, or a gearbox and one of its meshes, which is then searched on its supports under each load,
-    or a set, all of whose meshes are then solved at once. `asked` is called with the first result, the best of few
+    The file names a case, or a gearbox and those of its meshes that are searched on its supports under each load, or a
+    set, all of whose meshes are then solved at once. `asked` is called with the first result, the best of few
     samples, once its page is in the folder.
     """
     return _answered("design", file, folder, overwrite, executor=executor, progress=progress, asked=asked)
@@ -262,7 +262,7 @@ def bench(
 
 @suggesting
 def write_design_case(
-    file: Place | PairDesign | SetDesign, folder: Place, variant: int, *, overwrite: bool = False
+    file: Place | DesignFile, folder: Place, variant: int, *, overwrite: bool = False
 ) -> Path:
     """Write a variant of finished results of a design file in a folder as a case or set file, and return its path."""
     from pmor.design.loader import load

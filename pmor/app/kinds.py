@@ -59,7 +59,7 @@ KINDS: Mapping[str, Kind] = {
         "pmor.campaigns.plan:plan", "designs have no results",
     ),
     "design": Kind(
-        "a design", "design", ("variables",), ("PairDesign", "SetDesign"), "pmor.design.loader:load",
+        "a design", "design", ("variables",), ("DesignFile",), "pmor.design.loader:load",
         "pmor.design.run:run", "pmor.design.plan:plan",
     ),
     "gearbox": Kind(

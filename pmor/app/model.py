@@ -274,7 +274,8 @@ class ReducedModel:
 
         with in_keywords():
             file = settings_of(self.case, settings)
-        return run(file, reduced=self._wide_enough(file.case), folder=folder, executor=executor, progress=progress)
+        reduced = self._wide_enough(file.cases[self.case.name])
+        return run(file, reduced=reduced, folder=folder, executor=executor, progress=progress)
 
     @suggesting
     def root_stress(

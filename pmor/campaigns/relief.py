@@ -7,11 +7,12 @@ import math
 import numpy as np
 
 from pmor.design.descent import Descent, ranked
+from pmor.design.elements import Elements
+from pmor.design.files import DesignFile
 from pmor.design.fine import best_finely
-from pmor.design.pair_judge import PairJudge
+from pmor.design.judge import Judge
 from pmor.design.settings import Design, Goal, Load, Scatter, Search, Trade, Variable
 from pmor.design.variables import spread_evenly
-from pmor.pair.conditions import assembly_of
 from pmor.results.sweep import SteSweep
 from pmor_online.model import ReducedPair
 
@@ -49,7 +50,7 @@ def best_relief(reduced: ReducedPair, sweep: SteSweep) -> dict[str, float]:
         load=Load(torques_Nm=torques, weights=(1.0,) * len(torques)), objective=Goal(), constraints=(),
         scatter=Scatter(), search=Search(samples=SAMPLES, descents=1), pareto=Trade(),
     )  # fmt: skip
-    judge = PairJudge(reduced, design, assembly_of(case))
+    judge = Judge(Elements(DesignFile("", "", design, (), case, {case.name: case}), {case.name: reduced}))
     samples = ranked([judge.verdict(x) for x in spread_evenly(design.variables, SAMPLES)], ())
     best = best_finely(judge, ranked([*Descent(judge).run(samples[0].x), *samples], ()))
     amount, pinion, wheel = best.x.tolist()

@@ -10,6 +10,7 @@ from pmor.case.flanks import EXTENTS
 from pmor.case.reader import checked
 from pmor.case.values import toml_text
 from pmor.core.errors import CaseError, GeometryError
+from pmor.design.files import DesignFile
 from pmor.design.settings import AMOUNT_KEYS, MISALIGNMENT_KEYS, Design
 from pmor.design.variables import assembly_at, corners, drawn
 from pmor.gear.clearance import refuse_working_geometry
@@ -54,8 +55,6 @@ def check_ranges(design: Design, case: Case, where: str) -> None:
                 )
     for x in corners(design.variables):
         _check_corner(assembly_at(base, design.variables, x), case, pair, where)
-    if design.scatter.axes:
-        _refuse_scatter(design, base, pair, where)
     if case.mesh.width == "plane_strain" and (uneven(design) or any("helix" in v.key for v in design.variables)):
         raise CaseError(
             f'{where}: flanks or axes differ over the width, and the case has [mesh] width = "plane_strain": write '
@@ -78,12 +77,16 @@ def _check_corner(assembly: Assembly, case: Case, pair: GearPair, where: str) ->
         raise CaseError(f"{place}: {error}") from None
 
 
-def _refuse_scatter(design: Design, base: Assembly, pair: GearPair, where: str) -> None:
-    draws = drawn(design.scatter, design.scatter.draws)
-    try:
-        refuse_working_geometry(pair, [assembly_at(base, (), (), draw).misalignment for draw in draws])
-    except GeometryError as error:
-        raise GeometryError(f"{where}: [scatter] draws {error}: lower the scatter") from None
+def check_scatter(file: DesignFile, where: str) -> None:
+    """Raise GeometryError where axes scatter so far that gears do not mesh any more."""
+    draws = drawn(file, file.design.scatter, file.design.scatter.draws) if file.design.scatter.axes else ()
+    for number, name in enumerate(file.meshes if draws else ()):
+        case = file.cases[name]
+        axes = [assembly_at(assembly_of(case), (), (), draw.meshes[number]).misalignment for draw in draws]
+        try:
+            refuse_working_geometry(gear_pair(case), axes)
+        except GeometryError as error:
+            raise GeometryError(f"{where}: [scatter] draws {error}: lower the scatter") from None
 
 
 def check_together(design: Design, where: str, pins: Collection[str] = ()) -> None:
@@ -105,9 +108,12 @@ def check_together(design: Design, where: str, pins: Collection[str] = ()) -> No
             raise CaseError(
                 f"{text} step = {v.step:g}: must be at most the range of {v.range[1] - v.range[0]:g}: lower it"
             )
-    taken = [(gear, flank, v.key) for v in design.variables for gear in v.gears for flank in v.flanks]
-    for gear, flank, key in taken:
-        if taken.count((gear, flank, key)) > 1:
+    taken = [
+        (gear, flank, v.key, mesh) for v in design.variables for gear in v.gears for flank in v.flanks
+        for mesh in ([v.mesh] if v.mesh is not None else design.mesh or [None])
+    ]  # fmt: skip
+    for gear, flank, key, mesh in taken:
+        if taken.count((gear, flank, key, mesh)) > 1:
             raise CaseError(f"{where}: [[variables]] {key} of the {gear}: is there twice: remove one")
     load = design.load
     if len(load.weights) != len(load.labels) or not any(load.weights):

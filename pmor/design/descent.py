@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -25,7 +24,7 @@ SLACK = 1e-6
 class Descent:
     """One way downhill; `step` is called after each judgement, for progress."""
 
-    def __init__(self, judge: Judge[Any, Any], step: Callable[[], None] = lambda: None) -> None:
+    def __init__(self, judge: Judge, step: Callable[[], None] = lambda: None) -> None:
         self.judge, self.evaluations, self._step = judge, 0, step
         self.low, high = limits(judge.design.variables)
         self.span = high - self.low

@@ -11,9 +11,9 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.design.found import Found
 from pmor.design.harris import HarrisRule
+from pmor.design.in_gearbox import CASE, InGearbox
 from pmor.design.readings import Contour
 from pmor.design.settings import Goal
-from pmor.design.supports import CASE, InGearbox
 from pmor.design.variables import limits
 from pmor.report.parameter_words import parameter_words
 from pmor.report.style import COLOURS, legend_label, new_figure, panels, plot_share_below, plot_style
@@ -43,6 +43,12 @@ ELLIPSE = math.sqrt(-2.0 * math.log(0.05))
 GREY = "#555555"
 
 
+def words_of(key: str) -> str:
+    """Return a result in words, of a mesh with its name."""
+    mesh, _, plain = key.rpartition(".")
+    return f"{mesh}: {WORDS[plain]}" if mesh else WORDS[plain]
+
+
 def front_figure(found: Found) -> Figure:
     """All variants in the plane of the objective and the result weighed against it, and the Pareto front."""
     design, kept = found.design, found.kept
@@ -58,7 +64,7 @@ def front_figure(found: Found) -> Figure:
         if found.best is not None:
             axes.plot(objective[found.best], against[found.best], "*", color=COLOURS[1], ms=13, label="best")
         _limit_to_bulk(axes, objective, against)
-        axes.set_xlabel(VALUES[design.objective.value] + WORDS[design.objective.minimise] + ", mean over torques")
+        axes.set_xlabel(VALUES[design.objective.value] + words_of(design.objective.key) + ", mean over torques")
         axes.set_ylabel(WORDS[design.pareto.against])
         figure.legend(loc="outside lower center", ncols=4)
     return figure
@@ -92,7 +98,7 @@ def _contour(axes: Axes, found: Found, contour: Contour, best: FloatArray) -> No
     levels = np.geomspace(max(float(known.min()), 1e-3), max(float(known.max()), 2e-3), LEVELS)
     shown = axes.contourf(along, across, np.ma.masked_invalid(values), levels=levels, cmap="viridis", extend="min")
     axes.contour(along, across, np.ma.masked_invalid(values), levels=levels, colors="white", linewidths=0.3)
-    axes.figure.colorbar(shown, ax=axes, label=WORDS[design.objective.minimise] + ", mean", format="%.2g")
+    axes.figure.colorbar(shown, ax=axes, label=words_of(design.objective.key) + ", mean", format="%.2g")
     axes.plot(
         best[first], best[second], "*", color=COLOURS[1], ms=13, mec="white", label="best", clip_on=False, zorder=5
     )
@@ -128,35 +134,45 @@ def torque_figure(found: Found, torques_Nm: FloatArray, curves: Mapping[str, Flo
     return figure
 
 
-def ste_figure(found: Found, curves: Mapping[str, FloatArray]) -> Figure:
-    """STE over its period under the design's torques, (T, A) of each chosen variant, on one scale about the mean."""
-    pitches = found.judge.pitches
-    with panels(len(curves), 2.7 * len(curves) + 0.8, 3.6, legend=6, sharey=True) as (figure, axes):
-        for place, (name, ste) in zip(axes, curves.items(), strict=True):
-            for number, (label, curve) in enumerate(zip(found.design.load.labels, ste, strict=True)):
-                whole = np.append(curve, curve[0]) - known(np.mean, curve)
-                place.plot(pitches * np.arange(len(whole)) / len(curve), whole, color=COLOURS[number % len(COLOURS)],
-                           label=legend_label(label))  # fmt: skip
-            place.set(title=name, xlabel=found.file.words.angle)
-        axes[0].set_ylabel("STE about its mean [µm]")
+def ste_figure(found: Found, curves: Mapping[str, Sequence[FloatArray]]) -> Figure:
+    """STE over its period under the design's torques of each chosen variant, a row for each mesh solved by itself."""
+    solvers, count = found.judge.solvers, len(curves)
+    rows = len(solvers)
+    with panels(count, 2.7 * count + 0.8, 2.8 * rows + 0.8, legend=6, rows=rows, sharey="row") as (figure, axes):
+        for row, solver in enumerate(solvers):
+            for place, (name, of_meshes) in zip(axes[row * count :], curves.items(), strict=False):
+                for number, (label, curve) in enumerate(zip(found.design.load.labels, of_meshes[row], strict=True)):
+                    whole = np.append(curve, curve[0]) - known(np.mean, curve)
+                    place.plot(solver.pitches * np.arange(len(whole)) / len(curve), whole,
+                               color=COLOURS[number % len(COLOURS)], label=legend_label(label))  # fmt: skip
+                title = f"{name}, {solver.name}" if rows > 1 else name
+                place.set(title=title, xlabel=found.file.words.angle)
+            axes[row * count].set_ylabel("STE about its mean [µm]")
     return figure
 
 
 def face_load_figure(box: InGearbox) -> Figure:
-    """Line load over the face under each load, the gearbox solved anew with each flank."""
-    labels, z = box.supports.file.design.load.labels, box.supports.reduced.layered.sections.z
+    """Line load over the face of each mesh under each load, the gearbox solved anew with each flank."""
+    labels, meshes = box.elements.file.design.load.labels, box.elements.file.meshes
     columns = min(3, len(labels))
     rows = -(-len(labels) // columns)
-    with panels(columns, 3.0 * columns + 1.2, 2.6 * rows + 0.9, legend=4, rows=rows, sharex=True) as (figure, axes):
-        for number, (place, label) in enumerate(zip(axes, labels, strict=False)):
-            for colour, flank in zip(COLOURS, box.flanks, strict=False):
-                style = "--" if flank.name == CASE else "-"
-                place.plot(z, flank.face_load_N_per_mm[number], style, color=colour, label=flank.name)
-            place.set(title=legend_label(label), xlabel="z from mid width [mm]", ylim=(0.0, None))
-        for place in axes[len(labels) :]:
+    height = 2.6 * rows * len(meshes) + 0.9
+    with panels(columns, 3.0 * columns + 1.2, height, legend=4, rows=rows * len(meshes), sharex=len(meshes) == 1) as (
+        figure, axes,
+    ):  # fmt: skip
+        for place in axes:
             place.set_visible(False)
-        for place in axes[::columns]:
-            place.set_ylabel("Line load, mean over\nthe mesh cycle [N/mm]")
+        for first, mesh in enumerate(meshes):
+            z = box.elements.pairs[mesh].layered.sections.z
+            for number, (place, label) in enumerate(zip(axes[first * rows * columns :], labels, strict=False)):
+                place.set_visible(True)
+                for colour, flank in zip(COLOURS, box.flanks, strict=False):
+                    style = "--" if flank.name == CASE else "-"
+                    place.plot(z, flank.face_load_N_per_mm[mesh][number], style, color=colour, label=flank.name)
+                title = legend_label(label) if len(meshes) == 1 else f"{mesh}, {legend_label(label)}"
+                place.set(title=title, xlabel="z from mid width [mm]", ylim=(0.0, None))
+                if number % columns == 0:
+                    place.set_ylabel("Line load, mean over\nthe mesh cycle [N/mm]")
     return figure
 
 
@@ -169,7 +185,7 @@ def sensitivity_figure(rates: Mapping[str, float], objective: Goal) -> Figure:
         words = [parameter_words(name) for name in names]
         axes.barh(words, [rates[name] for name in names], color=COLOURS[0], height=0.7)
         axes.axvline(0.0, color=GREY, lw=0.8)
-        unit, goal = objective.unit or "1", WORDS[objective.minimise].partition(" [")[0]
+        unit, goal = objective.unit or "1", words_of(objective.key).partition(" [")[0]
         # Below the whole picture: long names of parameters leave the axes narrower than this.
         figure.supxlabel(f"d objective / d parameter [{unit} per µm, °, mm or %]; {goal}", fontsize=9)
         axes.tick_params(axis="y", labelsize=8)

@@ -1,16 +1,16 @@
-"""Design files that were read: of a pair, of a mesh of a gearbox, of a set."""
+"""A design file that was read: flanks of the meshes of a pair, a gearbox or a set that vary."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 from pmor.case import Case
-from pmor.design.set_flanks import CarryingFlank, carrying_flanks
-from pmor.design.settings import Design
+from pmor.case.document import GEARS
+from pmor.design.settings import Design, Variable
 from pmor.gear.condition import Assembly
 from pmor.machine.loader import GearboxFile
 from pmor.pair.conditions import assembly_of
@@ -20,14 +20,13 @@ from pmor.sets.loader import SetFile
 PINS = {"pins_radial_um": "radial_um", "pins_tangential_um": "tangential_um", "timing_mrad": "timing_mrad"}
 
 
-@dataclass(frozen=True)
-class Words:
+class Words(NamedTuple):
     """What is designed, in words.
 
-    Parameters
+    Attributes
     ----------
     kind, name, title : str
-        Of the file that a design starts from: a case or a set.
+        Of the file that a variant is written as: a case, a gearbox or a set.
     base : str
         Flanks as that file has them.
     torque, angle : str
@@ -46,7 +45,29 @@ class Words:
 
 
 @dataclass(frozen=True)
-class DesignFile(ABC):
+class CarryingFlank:
+    """A flank that carries: as its file has it, and as a gear of a case.
+
+    Parameters
+    ----------
+    member : str
+        The gear in the file.
+    mesh : str or None
+        Of a gearbox the mesh that the gear is of.
+    flank : {"drive", "coast"}
+    case : str
+    gear : {"pinion", "wheel"}
+    """
+
+    member: str
+    mesh: str | None
+    flank: str
+    case: str
+    gear: str
+
+
+@dataclass(frozen=True)
+class DesignFile:
     """A design file that was read.
 
     Parameters
@@ -57,162 +78,155 @@ class DesignFile(ABC):
         Of the file and of what it starts from.
     inputs : tuple of Path
         Files that were read.
+    source : Case, GearboxFile or SetFile
+        What it starts from, as it was read.
+    cases : mapping of str to Case
+        Whose finite elements are solved: of a set by the members that mesh, else by the names of meshes or of the case.
+    set : SetFile or None
+        With the torques and the angles of the design.
     """
 
     name: str
     text: str
     design: Design
     inputs: tuple[Path, ...]
+    source: Case | GearboxFile | SetFile
+    cases: Mapping[str, Case]
+    set: SetFile | None = None
 
     @property
-    @abstractmethod
+    def box(self) -> GearboxFile | None:
+        """The gearbox whose meshes are designed."""
+        return self.source if isinstance(self.source, GearboxFile) else None
+
+    @property
+    def meshes(self) -> tuple[str, ...]:
+        """Cases of the meshes that are designed, one for each mesh."""
+        if self.set is not None:
+            return tuple(mesh.case for mesh in self.set.plan.meshes)
+        return self.design.mesh or tuple(self.cases)
+
+    @property
+    def case(self) -> Case | None:
+        """The case of the only mesh that is designed."""
+        return self.cases[self.meshes[0]] if self.set is None and len(self.meshes) == 1 else None
+
+    @cached_property
+    def flanks(self) -> tuple[CarryingFlank, ...]:
+        """Flanks that carry under the loads."""
+        found = dict[CarryingFlank, None]()
+        for number, name in enumerate(self.meshes):
+            mesh = name if self.box is not None else None
+            members: Sequence[str] = GEARS
+            if self.set is not None:
+                of_set = self.set.plan.meshes[number]
+                members = [self.set.plan.bodies[body].member for body in (of_set.pinion, of_set.wheel)]
+            for gear, member in zip(GEARS, members, strict=True):
+                found[CarryingFlank(member, mesh, self.cases[name].flank, name, gear)] = None
+        return tuple(found)
+
+    @property
+    def sides(self) -> list[tuple[object, object]]:
+        """What flanks of pinion and wheel of each mesh are made with: in a set a side of a gear in all its meshes."""
+        if self.set is None:
+            return [((name, GEARS[0]), (name, GEARS[1])) for name in self.meshes]
+        meshes, cases = self.set.plan.meshes, self.set.cases
+        return [((m.pinion, cases[m.case].flank), (m.wheel, cases[m.case].flank)) for m in meshes]
+
+    @property
+    def base(self) -> dict[str, Assembly]:
+        """Flanks as they are filed, by the cases of the meshes."""
+        return {name: assembly_of(self.cases[name]) for name in self.meshes}
+
+    @property
     def words(self) -> Words:
         """What is designed, for pages and pictures."""
-
-    @property
-    @abstractmethod
-    def cases(self) -> Mapping[str, Case]:
-        """Cases whose finite elements are solved."""
-
-    @property
-    @abstractmethod
-    def searched(self) -> Mapping[str, Case]:
-        """Cases that results of variants depend on."""
-
-    @property
-    @abstractmethod
-    def pitches(self) -> int:
-        """Mesh cycles that a variant is solved over."""
-
-    @property
-    @abstractmethod
-    def scattered(self) -> tuple[str, ...]:
-        """Keys of what scatters."""
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Assumptions about what files do not say."""
-        return ()
-
-
-@dataclass(frozen=True)
-class PairDesign(DesignFile):
-    """A design of a pair.
-
-    Parameters
-    ----------
-    case : Case
-        Ready to be trained for it.
-    box : GearboxFile or None
-        That the design names in place of a case.
-    """
-
-    case: Case
-    box: GearboxFile | None = None
-
-    @property
-    def mesh(self) -> str:
-        """Name of the mesh of the gearbox."""
-        return str(self.design.mesh)
-
-    @property
-    def base(self) -> Assembly:
-        """The pair as the case builds it."""
-        return assembly_of(self.case)
-
-    @property
-    def words(self) -> Words:
-        """The case."""
-        name, title = self.case.name, self.case.title
-        return Words("case", name, title, "base case", "Torque on the pinion", "Pinion angle [pitches]", "pairs")
-
-    @property
-    def cases(self) -> Mapping[str, Case]:
-        """The case, or those of all meshes of the gearbox."""
-        return {self.case.name: self.case} if self.box is None else {**self.box.cases, self.mesh: self.case}
-
-    @property
-    def searched(self) -> Mapping[str, Case]:
-        """The case."""
-        return {"case": self.case}
+        if self.set is not None:
+            name, title, angle = self.set.name, self.set.sections.title, "Angle of the first gear [pitches]"
+            return Words("set", name, title, "as filed", "Torque of the set", angle, "sets")
+        ends = "Torque on the pinion", "Pinion angle [pitches]"
+        if self.case is not None:
+            return Words("case", self.case.name, self.case.title, "base case", *ends, "pairs")
+        assert self.box is not None
+        return Words("gearbox", self.box.name, self.box.model.sections.title, "as filed", *ends, "gearboxes")
 
     @property
     def pitches(self) -> int:
-        """Mesh cycles after which holes, and teeth that differ, stand as before."""
-        return self.case.pair.repeats_with([(self.base.pinion, self.base.wheel)])
+        """Mesh cycles that a variant is solved over, added up over the meshes that are solved one by one."""
+        if self.set is not None:
+            return self.set.pitches
+        return sum(self.repeats_after(name) for name in self.meshes)
+
+    def repeats_after(self, name: str) -> int:
+        """Return the mesh cycles after which holes, and teeth that differ, stand as before, of a mesh."""
+        base = assembly_of(self.cases[name])
+        return self.cases[name].pair.repeats_with([(base.pinion, base.wheel)])
+
+    @property
+    def pins(self) -> dict[str, float]:
+        """Standard deviations of pins, and of gears on them, by which a set file draws sets, by their keys."""
+        return pins_of(self.source)
 
     @property
     def scattered(self) -> tuple[str, ...]:
-        """Keys of flanks and axes."""
-        return (*self.design.scatter.modifications, *self.design.scatter.axes)
+        """Keys of what scatters."""
+        return (*self.design.scatter.modifications, *self.design.scatter.axes, *self.pins)
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Assumptions about what the gearbox does not say."""
+        """Assumptions about what files do not say, and what was changed of them."""
+        if self.set is not None:
+            return (*self.set.changed, *self.set.notes)
         return () if self.box is None else self.box.notes
 
+    @property
+    def around(self) -> str:
+        """Text of what results depend on beside the cases."""
+        return "" if isinstance(self.source, Case) else source_text(self.source)
 
-def pins_of(file: SetFile) -> dict[str, float]:
-    """Return the standard deviations of pins, and of gears on them, by which a set file draws sets, by their keys."""
-    sizes = file.sections.tolerances
+
+def source_text(source: Case | GearboxFile | SetFile) -> str:
+    """Return the text of what a design starts from, files that it names included."""
+    return source.whole_text if isinstance(source, SetFile) else source.text
+
+
+def pins_of(source: Case | GearboxFile | SetFile) -> dict[str, float]:
+    """Return the standard deviations of pins of a set, by their keys; empty of all else."""
+    sizes = source.sections.tolerances if isinstance(source, SetFile) else None
     found = {key: getattr(sizes, key) for key in PINS} if sizes is not None else {}
     return {key: size for key, size in found.items() if size > 0.0}
 
 
-@dataclass(frozen=True)
-class SetDesign(DesignFile):
-    """A design of a set.
+def on_flanks(variable: Variable, flanks: Sequence[CarryingFlank]) -> list[CarryingFlank]:
+    """Return the flanks that a variable changes."""
+    return [
+        flank for flank in flanks
+        if variable.gear in (flank.member, "both") and flank.flank in variable.flanks
+        and variable.mesh in (flank.mesh, None)
+    ]  # fmt: skip
 
-    Parameters
-    ----------
-    set : SetFile
-        With the torques and the angles of the design.
-    filed : SetFile
-        As it was read.
+
+def of_case(variables: Sequence[Variable], flanks: Sequence[CarryingFlank], case: str) -> dict[int, Variable]:
+    """Return the variables of a mesh as those of its case, by their numbers."""
+    found: dict[int, Variable] = {}
+    for number, variable in enumerate(variables):
+        gears = [flank.gear for flank in on_flanks(variable, flanks) if flank.case == case]
+        if gears:
+            gear = gears[0] if len(gears) == 1 else "both"
+            found[number] = replace(variable, gear=gear, mesh=None, flank="both")
+    return found
+
+
+def parameter_names(flanks: Sequence[CarryingFlank]) -> dict[tuple[str, str], str]:
+    """Return what parameters of the gears of cases, ``case, gear``, are told by: mesh, member, flank where both carry.
+
+    The mesh stands there where there are several.
     """
-
-    set: SetFile
-    filed: SetFile
-
-    @cached_property
-    def flanks(self) -> tuple[CarryingFlank, ...]:
-        """Flanks that carry."""
-        return carrying_flanks(self.set)
-
-    @property
-    def base(self) -> dict[str, Assembly]:
-        """Flanks of all meshes as the set file has them, by their cases."""
-        return {name: assembly_of(case) for name, case in self.set.cases.items()}
-
-    @property
-    def words(self) -> Words:
-        """The set."""
-        name, title, angle = self.set.name, self.set.sections.title, "Angle of the first gear [pitches]"
-        return Words("set", name, title, "as filed", "Torque of the set", angle, "sets")
-
-    @property
-    def cases(self) -> Mapping[str, Case]:
-        """Cases of all meshes that differ."""
-        return self.set.cases
-
-    searched = cases
-
-    @property
-    def pitches(self) -> int:
-        """Mesh cycles after which the set stands as before."""
-        return self.set.pitches
-
-    @property
-    def pins(self) -> dict[str, float]:
-        """Standard deviations of pins, by the keys of the set file that gives them."""
-        return pins_of(self.filed)
-
-    @property
-    def scattered(self) -> tuple[str, ...]:
-        """Keys of flanks and pins."""
-        return (*self.design.scatter.modifications, *self.pins)
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Assumptions about what the set file does not say, and what was changed of it."""
-        return (*self.set.changed, *self.set.notes)
+    sides = {(f.mesh, f.member): {g.flank for g in flanks if (g.mesh, g.member) == (f.mesh, f.member)} for f in flanks}
+    several = len({flank.mesh for flank in flanks}) > 1
+    return {
+        (f.case, f.gear): ".".join([
+            *([str(f.mesh)] if several else []), f.member, *([f.flank] if len(sides[f.mesh, f.member]) > 1 else []),
+        ])
+        for f in flanks
+    }  # fmt: skip

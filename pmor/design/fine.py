@@ -8,7 +8,6 @@ few angles than the best is on many need not be judged again.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -23,7 +22,7 @@ FEWEST, MOST, DRAWN = 512, 8192, 2
 SETTLED, NOISE = 3e-3, 1e-3
 
 
-def judged_finely(judge: Judge[Any, Any], x: FloatArray | None) -> tuple[Verdict, int]:
+def judged_finely(judge: Judge, x: FloatArray | None) -> tuple[Verdict, int]:
     """Judge a variant, or what the file has, on finer and finer angles.
 
     Returns
@@ -40,12 +39,12 @@ def judged_finely(judge: Judge[Any, Any], x: FloatArray | None) -> tuple[Verdict
     design, few, first = judge.design, judge.design.search.angles, _first(judge)
     asked = {
         "peak_to_peak_um",
-        design.objective.minimise,
+        design.objective.key,
         design.pareto.against,
-        *(c.result for c in design.constraints),
+        *(c.key for c in design.constraints),
     }
     columns = [k for k, key in enumerate(design.results) if key in asked]
-    bounds: dict[str, float] = {c.result: c.at_most for c in design.constraints}
+    bounds: dict[str, float] = {c.key: c.at_most for c in design.constraints}
     sizes = np.array([bounds.get(design.results[k], 0.0) for k in columns])
     nominal, angles = _settled(
         judge, first, lambda fine: fine.results(fine.assembly(x)), lambda table: table[:, columns], sizes
@@ -59,7 +58,7 @@ def judged_finely(judge: Judge[Any, Any], x: FloatArray | None) -> tuple[Verdict
     return judge.verdict_of(x, nominal, over), angles
 
 
-def judged_once(judge: Judge[Any, Any], x: FloatArray) -> tuple[Verdict, int]:
+def judged_once(judge: Judge, x: FloatArray) -> tuple[Verdict, int]:
     """Judge a variant on the fewest of the fine angles, as `judged_finely` begins; ConvergenceError as there."""
     few, first = judge.design.search.angles, _first(judge)
     fine = judge.on_angles(first)
@@ -70,7 +69,7 @@ def judged_once(judge: Judge[Any, Any], x: FloatArray) -> tuple[Verdict, int]:
     return judge.verdict_of(x, nominal, over), first
 
 
-def judged_on_what_is_left(judge: Judge[Any, Any], x: FloatArray | None) -> tuple[Verdict, list[str]]:
+def judged_on_what_is_left(judge: Judge, x: FloatArray | None) -> tuple[Verdict, list[str]]:
     """Judge a variant as `judged_once`, by the positions that converged; say under which torques others did not."""
     fine = judge.on_angles(_first(judge))
     built = fine.assembly(x)
@@ -80,12 +79,12 @@ def judged_on_what_is_left(judge: Judge[Any, Any], x: FloatArray | None) -> tupl
     return judge.verdict_of(x, nominal, over), fine.lost(state)
 
 
-def _first(judge: Judge[Any, Any]) -> int:
+def _first(judge: Judge) -> int:
     few = judge.design.search.angles
     return int(few * 2 ** max(0, int(np.ceil(np.log2(FEWEST / few)))))
 
 
-def best_finely(judge: Judge[Any, Any], verdicts: Sequence[Verdict]) -> Verdict:
+def best_finely(judge: Judge, verdicts: Sequence[Verdict]) -> Verdict:
     """Return the best of variants, the best on few angles first, by their objectives on fine angles."""
     best: Verdict | None = None
     for verdict in verdicts:
@@ -97,13 +96,13 @@ def best_finely(judge: Judge[Any, Any], verdicts: Sequence[Verdict]) -> Verdict:
     return best
 
 
-def _value_of(judge: Judge[Any, Any], x: FloatArray | None, over: FloatArray) -> FloatArray:
+def _value_of(judge: Judge, x: FloatArray | None, over: FloatArray) -> FloatArray:
     verdict = judge.verdict_of(x, over[0], over)
     return np.append(verdict.limits, verdict.objective)
 
 
 def _settled(
-    judge: Judge[Any, Any], angles: int, results: Callable[[Judge[Any, Any]], FloatArray],
+    judge: Judge, angles: int, results: Callable[[Judge], FloatArray],
     watched: Callable[[FloatArray], FloatArray], sizes: FloatArray,
 ) -> tuple[FloatArray, int]:  # fmt: skip
     """Return results on twice and twice as many angles, until those that are watched no longer move.

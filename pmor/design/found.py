@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -23,8 +22,7 @@ AGREE = 5e-3
 class Found:
     """All variants of a search."""
 
-    file: DesignFile
-    judge: Judge[Any, Any]  # For figures of single variants
+    judge: Judge  # For figures of single variants
     variants: Variants
     # shape (V,): Angles per pitch that results are of, whether they no longer move there, and the objective on those of
     # the search
@@ -39,9 +37,14 @@ class Found:
     final: bool = True  # Whether variants whose results still move are none to choose
 
     @property
+    def file(self) -> DesignFile:
+        """The design file."""
+        return self.judge.file
+
+    @property
     def design(self) -> Design:
         """Settings of the search."""
-        return self.file.design
+        return self.judge.design
 
     @property
     def kept(self) -> BoolArray:
@@ -59,7 +62,7 @@ class Found:
         return apart(self.ends)
 
     @property
-    def fine(self) -> Judge[Any, Any]:
+    def fine(self) -> Judge:
         """Judge on the most angles that a chosen variant took."""
         return self.judge.on_angles(int(self.angles.max()))
 
@@ -96,7 +99,7 @@ class Found:
     def best_at(self, torques: Sequence[int]) -> int | None:
         """The variant of the least objective as drawn under some of the torques that keeps all constraints."""
         weights = np.array(self.design.load.weights)[list(torques)]
-        column = self.design.results.index(self.design.objective.minimise)
+        column = self.design.results.index(self.design.objective.key)
         if not self.eligible.any() or not weights.any():
             return None
         value = self.variants.results[:, list(torques), column] @ weights

@@ -1,26 +1,26 @@
-"""The value of a variant: results under each torque, the objective with its derivatives, as drawn or over scatter."""
+"""The value of a variant: results under each load, the objective with its derivatives, as drawn or over scatter."""
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Generic, Protocol, Self, TypeVar
+from typing import Any
 
 import numpy as np
 
-from pmor.core.arrays import BoolArray, FloatArray
-from pmor.design.measures import (
-    draw_weights,
-    order_amplitude,
-    order_of,
-    order_rates,
-    peak_to_peak,
-    smooth_peak_to_peak,
-)
+from pmor.core.arrays import FloatArray
+from pmor.design.elements import Elements
+from pmor.design.files import of_case, parameter_names
+from pmor.design.measures import draw_weights, order_amplitude, order_of, peak_to_peak, smooth_top
 from pmor.design.settings import Design
-from pmor.design.variables import SEED
+from pmor.design.solvers import Built, Solver, State, Wanted
+from pmor.design.variables import AS_DRAWN, SEED, Made, assembly_at, drawn
+
+# Of the range of a variable, for the derivative of a figure that has no exact one.
+DIFFERENCE = 1e-3
+#: state of each solver
+States = tuple[Any, ...]
 
 
 @dataclass(frozen=True)
@@ -28,110 +28,131 @@ class Verdict:
     """Results of a variant; NaN where a position did not converge."""
 
     x: FloatArray  # shape (n,): Values of the variables; NaN of what the file has
-    results: FloatArray  # shape (T, R): Nominal, under each torque, in the order of `Design.results`
+    results: FloatArray  # shape (T, R): Nominal, under each load, in the order of `Design.results`
     objective: float  # Over scatter where the design asks for it
-    limits: FloatArray  # shape (C,): Constrained results, the largest over the torques, of the same kind
+    limits: FloatArray  # shape (C,): Constrained results, the largest over the loads, of the same kind
 
 
-class State(Protocol):
-    """Attributes of a solved variant that all judges need: T torques, A angles."""
-
-    @property
-    def ste_um(self) -> FloatArray: ...  # noqa: D102
-
-    @property
-    def converged(self) -> BoolArray: ...  # noqa: D102
-
-
-Built = TypeVar("Built")
-Solved = TypeVar("Solved", bound=State)
-
-
-class Judge(ABC, Generic[Built, Solved]):
+class Judge:
     """Judges variants of a design; threads may share it.
 
     Parameters
     ----------
-    base
-        What is designed, as its file builds it.
-    phi : ndarray, shape (A,)
-        Angles that are solved, rad.
-    pitches : int
-        Mesh cycles that they cover: after so many it stands as before.
+    elements : Elements
+    design : Design
+        That of the file, by default, or another one of the same gears.
+    on_supports : bool
+        As of `Elements.solvers`.
+    known : dict, optional
+        Solvers by their loads and the angles to a mesh cycle: they keep what is placed.
     """
 
-    def __init__(self, design: Design, base: Built, phi: FloatArray, pitches: int) -> None:
-        self.design, self.base, self.phi, self.pitches = design, base, phi, pitches
-        weights = np.array(design.load.weights)
+    def __init__(
+        self, elements: Elements, design: Design | None = None, on_supports: bool = True,
+        known: dict[tuple[object, ...], tuple[Solver, ...]] | None = None,
+    ) -> None:  # fmt: skip
+        self.elements, self.file, self.on_supports = elements, elements.file, on_supports
+        self.design = elements.file.design if design is None else design
+        self._known = {} if known is None else known
+        self.solvers = self._solvers()
+        weights = np.array(self.design.load.weights)
         self.weights = weights / weights.sum()
-        self.draws = self.drawn(design.scatter.draws) if design.scatters else (None,)
+        base = self.file.base
+        self.base = Built(tuple(base[name] for name in self.file.meshes))
+        self._variables = {name: of_case(self.design.variables, self.file.flanks, name) for name in base}
+        self.draws = self.drawn(self.design.scatter.draws) if self.design.scatters else (None,)
+
+    def _solvers(self) -> tuple[Solver, ...]:
+        load, angles = self.design.load, self.design.search.angles
+        loads = load.torques_Nm, load.names
+        if (loads, angles) not in self._known:
+            half = () if angles % 2 else self._known.get((loads, angles // 2), ())
+            searched = self.file.design.search.angles == angles
+            solvers = self.elements.solvers(load, angles, self.on_supports, half, searched)
+            self._known.setdefault((loads, angles), solvers)  # threads share the first ones
+        return self._known[loads, angles]
+
+    @property
+    def phi(self) -> FloatArray:
+        """Angles of the first solver, rad."""
+        return self.solvers[0].phi
+
+    @property
+    def pitches(self) -> int:
+        """Mesh cycles of the first solver: after so many it stands as before."""
+        return self.solvers[0].pitches
+
+    @property
+    def positions(self) -> int:
+        """Positions of a variant under one load."""
+        return sum(len(solver.phi) for solver in self.solvers)
 
     @property
     def moving_supports(self) -> bool:
         """Whether each load has supports of its own, so that no others can be judged."""
-        return False
+        return bool(self.elements.loads) and self.on_supports
 
-    @abstractmethod
-    def alike(self, design: Design) -> Self:
-        """Return the judge of another design of the same gears with as many angles."""
+    def alike(self, design: Design) -> Judge:
+        """Return the judge of another design of the same gears."""
+        return Judge(self.elements, design, self.on_supports, self._known)
 
-    @abstractmethod
-    def on_angles(self, angles: int) -> Self:
+    def on_angles(self, angles: int) -> Judge:
         """Return the judge of the same design on so many angles per pitch."""
+        return self.alike(replace(self.design, search=replace(self.design.search, angles=angles)))
 
-    @abstractmethod
-    def drawn(self, count: int, seed: int = SEED) -> tuple[Any, ...]:
-        """Return by how much so many of those that are made are off; none where nothing scatters."""
-
-    @abstractmethod
-    def assembly(self, x: Sequence[float] | FloatArray | None, draw: Any = None) -> Built:
-        """Return what is built at some values of the variables, or with the flanks of the file, off by a draw."""
-
-    @abstractmethod
-    def solve(self, built: Built, differentiated: bool = False) -> Solved:
-        """Return the state of what is built in one way; with derivatives where `measured` is to be asked of it."""
-
-    @abstractmethod
-    def lost(self, state: Solved) -> list[str]:
-        """Return a sentence for each torque under which positions have no solution: why, and what to do."""
-
-    @abstractmethod
-    def measured(self, state: Solved, built: Built, sharpness: float) -> tuple[FloatArray, FloatArray]:
-        """Return the objective made smooth under each torque, (T,), and the derivatives of its mean, (n,)."""
-
-    @abstractmethod
-    def rates(self, state: Solved, built: Built, sharpness: float) -> dict[str, float]:
-        """Return the derivatives of the mean of the objective by all parameters of the modifications, by name."""
-
-    @abstractmethod
-    def result(self, key: str, state: Solved, built: Built) -> FloatArray:
-        """Return one result, none of the STE, under each torque, (T,)."""
-
-    def at_torques(self, torques_Nm: Sequence[float] | FloatArray) -> Self:
+    def at_torques(self, torques_Nm: Sequence[float] | FloatArray) -> Judge:
         """Return the judge of the same design, as drawn, under other torques that count the same."""
         torques = tuple(map(float, torques_Nm))
-        load = replace(self.design.load, torques_Nm=torques, weights=(1.0,) * len(torques))
-        return self.alike(replace(nominal(self.design), load=load))
+        load = replace(self.design.load, torques_Nm=torques, names=(), weights=(1.0,) * len(torques))
+        return Judge(self.elements, replace(nominal(self.design), load=load), self.on_supports)
+
+    def drawn(self, count: int, seed: int = SEED) -> tuple[Made, ...]:
+        """Return by how much so many of those that are made are off; none where nothing scatters."""
+        return drawn(self.file, self.design.scatter, count, seed)
+
+    def assembly(self, x: Sequence[float] | FloatArray | None, draw: Made | None = None) -> Built:
+        """Return what is built at some values of the variables, or with the flanks of the file, off by a draw."""
+        off = (AS_DRAWN,) * len(self.base.flanks) if draw is None else draw.meshes
+        flanks = []
+        for name, base, of_mesh in zip(self.file.meshes, self.base.flanks, off, strict=True):
+            own = {} if x is None else self._variables[name]
+            values = [] if x is None else [x[number] for number in own]
+            flanks.append(assembly_at(base, list(own.values()), values, of_mesh))
+        return Built(tuple(flanks), None if draw is None else draw.displacement)
+
+    def solve(self, built: Built, differentiated: bool = False) -> States:
+        """Return the states of what is built in one way; with derivatives where those of a figure are asked for."""
+        return tuple(solver.solve(built, differentiated) for solver in self.solvers)
+
+    def lost(self, states: States) -> list[str]:
+        """Return a sentence for each load under which positions have no solution: why, and what to do."""
+        found = []
+        for solver, state in zip(self.solvers, states, strict=True):
+            names = [f"{solver.name}, {label}" if self.design.several else label for label in self.design.load.labels]
+            found += solver.lost(state, names)
+        return found
 
     def results(self, built: Built, left: bool = False) -> FloatArray:
-        """Return all results of what is built under each torque, (T, R), as `results_of` does."""
+        """Return all results of what is built under each load, (T, R), as `results_of` does."""
         return self.results_of(self.solve(built), built, left)
 
-    def results_of(self, state: Solved, built: Built, left: bool = False) -> FloatArray:
-        """Return all results of a state, (T, R).
+    def results_of(self, states: States, built: Built, left: bool = False) -> FloatArray:
+        """Return all results of the states, (T, R).
 
-        NaN under torques with a position that did not converge; where `left`, those of the positions that did.
+        NaN under loads with a position that did not converge; where `left`, those of the positions that did.
         """
-        found = [self._result(key, state, built) for key in self.design.results]
-        table = np.stack(found, axis=1)
-        there = state.converged.any(axis=1) if left else state.converged.all(axis=1)
-        table[~there] = np.nan
+        table = np.stack([self._result(key, states, built) for key in self.design.results], axis=1)
+        table[~self._there(states, left)] = np.nan
         return table
 
+    def _there(self, states: States, left: bool = False) -> Any:
+        there = [state.converged.any(axis=1) if left else state.converged.all(axis=1) for state in states]
+        return np.all(there, axis=0)
+
     def figure(self, key: str, built: Built) -> FloatArray:
-        """Return one result of what is built under each torque, (T,), as `results` has it; others are not found."""
-        state = self.solve(built)
-        return np.where(state.converged.all(axis=1), self._result(key, state, built), np.nan)
+        """Return one result of what is built under each load, (T,), as `results` has it; others are not found."""
+        states = self.solve(built)
+        return np.where(self._there(states), self._result(key, states, built), np.nan)
 
     def verdict(self, x: FloatArray | None, left: bool = False) -> Verdict:
         """Judge one variant, None is what the file has; of the positions that converged where `left`."""
@@ -145,8 +166,8 @@ class Judge(ABC, Generic[Built, Solved]):
     def verdict_of(self, x: FloatArray | None, nominal: FloatArray, over: FloatArray) -> Verdict:
         """Return the verdict on a variant by its results as drawn, (T, R), and over scatter, (draws, T, R)."""
         design, keys = self.design, self.design.results
-        objective = over[:, :, keys.index(design.objective.minimise)] @ self.weights
-        limited = [over[:, :, keys.index(c.result)].max(axis=1) for c in design.constraints]
+        objective = over[:, :, keys.index(design.objective.key)] @ self.weights
+        limited = [over[:, :, keys.index(c.key)].max(axis=1) for c in design.constraints]
         limits = np.array([self._value(values) for values in limited])
         values = np.full(len(design.variables), np.nan) if x is None else np.asarray(x, dtype=float)
         return Verdict(values, nominal, self._value(objective), limits)
@@ -157,57 +178,115 @@ class Judge(ABC, Generic[Built, Solved]):
 
     def objective_of(self, x: FloatArray, draws: Sequence[Any]) -> FloatArray:
         """Return the objective of each of some draws, (m,)."""
-        key = self.design.objective.minimise
+        key = self.design.objective.key
         return np.array([self.figure(key, self.assembly(x, draw)) @ self.weights for draw in draws])
 
     def smooth(self, x: FloatArray, sharpness: float) -> tuple[float, FloatArray, FloatArray]:
-        """Return the objective made smooth, its exact derivative by each variable, and the limits (C,).
+        """Return the objective made smooth, its derivative by each variable, and the limits (C,).
 
-        The sharpness, 1/um, or 1 of a factor, is that of `pmor.design.measures`.
+        The derivative is exact, but of the face load factor of meshes that are solved by themselves. The sharpness,
+        1/um, or 1 of a factor, is that of `pmor.design.measures`.
         """
+        wanted: Wanted = {
+            name: {f"{gear}.{variable.key}" for variable in own.values() for gear in variable.gears}
+            for name, own in self._variables.items() if own
+        }  # fmt: skip
         values, slopes, limited = [], [], []
         for draw in self.draws:
             built = self.assembly(x, draw)
-            state = self.solve(built, differentiated=True)
-            measure, slope = self.measured(state, built, sharpness)
-            values.append(measure @ self.weights)
-            slopes.append(slope)
-            limited.append([self._result(c.result, state, built).max() for c in self.design.constraints])
+            states = self.solve(built, differentiated=True)
+            measure, rates = self._measured(states, built, sharpness, wanted)
+            values.append(measure)
+            slopes.append(self._quotients(x, draw, sharpness) if rates is None else self._by_variables(rates))
+            limited.append([self._result(c.key, states, built).max() for c in self.design.constraints])
         found = np.array(values)
         weights = draw_weights(found, self.design.objective.value)
         limits = np.array([self._value(row) for row in np.array(limited).reshape(len(found), -1).T])
         return float(weights @ found), np.asarray(weights @ np.array(slopes)), limits
+
+    def _measured(
+        self, states: States, built: Built, sharpness: float, wanted: Wanted | None
+    ) -> tuple[float, dict[str, dict[str, float]] | None]:
+        """Return the mean of the smooth objective, and its derivatives by parameters where it has exact ones."""
+        goal = self.design.objective
+        chosen = [(solver, state) for solver, state in zip(self.solvers, states, strict=True)
+                  if goal.key == goal.minimise or solver.name == goal.meshes]  # fmt: skip
+        found = [solver.measured(goal.minimise, state, sharpness) for solver, state in chosen]
+        measures = np.array([measure for measure, _ in found])
+        total, shares = measures.sum(axis=0), np.ones(measures.shape)
+        if goal.meshes == "worst" and len(found) > 1:
+            total, by_mesh = smooth_top(measures.T, sharpness)
+            shares = by_mesh.T
+        value = float(total @ self.weights)
+        if wanted is None or any(slope is None for _, slope in found):
+            return value, None
+        rates: dict[str, dict[str, float]] = {}
+        for (solver, state), (_, slope), share in zip(chosen, found, shares, strict=True):
+            rates |= solver.rates(state, built, slope, self.weights * share, wanted)
+        return value, rates
+
+    def _by_variables(self, rates: dict[str, dict[str, float]]) -> FloatArray:
+        found = np.zeros(len(self.design.variables))
+        for name, own in self._variables.items():
+            for number, variable in own.items():
+                # By where a relief starts that there is none of yet: nothing.
+                found[number] += sum(rates.get(name, {}).get(f"{gear}.{variable.key}", 0.0) for gear in variable.gears)
+        return found
+
+    def _quotients(self, x: FloatArray, draw: Made | None, sharpness: float) -> FloatArray:
+        """Return the derivatives of the smooth objective of a draw by each variable, as quotients of differences."""
+        found = np.zeros(len(x))
+        for number, variable in enumerate(self.design.variables):
+            low, high = variable.range
+            step, ends = DIFFERENCE * (high - low), []
+            for way in (-0.5, 0.5):
+                further = np.array(x, dtype=float)
+                further[number] = min(max(x[number] + way * step, low), high)
+                built = self.assembly(further, draw)
+                ends.append((further[number], self._measured(self.solve(built), built, sharpness, None)[0]))
+            found[number] = (ends[1][1] - ends[0][1]) / (ends[1][0] - ends[0][0])
+        return found
 
     def limits(self, x: FloatArray) -> FloatArray:
         """Return the constrained results alone, (C,)."""
         found = []
         for draw in self.draws:
             built = self.assembly(x, draw)
-            state = self.solve(built)
-            found.append([self._result(c.result, state, built).max() for c in self.design.constraints])
+            states = self.solve(built)
+            found.append([self._result(c.key, states, built).max() for c in self.design.constraints])
         return np.array([self._value(values) for values in np.array(found).T])
 
     def objective_rates(self, x: FloatArray) -> dict[str, float]:
-        """Return the derivatives of the nominal objective, not smoothed, by each parameter of the modifications."""
-        built = self.assembly(x)
-        return self.rates(self.solve(built, differentiated=True), built, math.inf)
+        """Return the exact derivatives of the nominal objective by all parameters of the modifications, by name."""
+        built, names, found = self.assembly(x), parameter_names(self.file.flanks), dict[str, float]()
+        states = self.solve(built, differentiated=True)
+        rates = self._measured(states, built, math.inf, dict.fromkeys(self._variables, ()))[1]
+        for name, of_parameters in (rates or {}).items():
+            for parameter, rate in of_parameters.items():
+                gear, _, key = parameter.partition(".")
+                told = f"{names[name, gear]}.{key}"
+                found[told] = found.get(told, 0.0) + rate
+        return found
 
-    def _result(self, key: str, state: Solved, built: Built) -> FloatArray:
-        """Return one result under each torque, (T,)."""
-        order = self._order(key)
-        if order is not None:
-            return order_amplitude(state.ste_um, order)
-        return peak_to_peak(state.ste_um) if key == "peak_to_peak_um" else self.result(key, state, built)
+    def _result(self, key: str, states: States, built: Built) -> FloatArray:
+        """Return one result under each load, (T,): of one mesh, or over all of them."""
+        mesh, _, plain = key.rpartition(".")
+        found = [
+            _figure(plain, solver, state, built) for solver, state in zip(self.solvers, states, strict=True)
+            if mesh in ("", solver.name)
+        ]  # fmt: skip
+        goal = self.design.objective
+        if len(found) > 1 and key == goal.minimise and goal.meshes == "sum":
+            return np.asarray(np.sum(found, axis=0))
+        return found[0] if len(found) == 1 else np.fmax.reduce(found)
 
-    def _order(self, key: str) -> int | None:
-        """Return the order of the curve over all pitches that a result is of; None of others."""
-        order = order_of(key)
-        return None if order is None else order * self.pitches
 
-    def _of_ste(self, state: Solved, sharpness: float) -> tuple[FloatArray, FloatArray]:
-        """Return a smooth figure of the STE under each torque, (T,), and its derivatives by the STE, (T, A)."""
-        order = self._order(self.design.objective.minimise)
-        return smooth_peak_to_peak(state.ste_um, sharpness) if order is None else order_rates(state.ste_um, order)
+def _figure(key: str, solver: Solver, state: State, built: Built) -> FloatArray:
+    """Return one result of a solver under each load, (T,)."""
+    order = order_of(key)
+    if order is not None:  # of the curve over all mesh cycles
+        return order_amplitude(state.ste_um, order * solver.pitches)
+    return peak_to_peak(state.ste_um) if key == "peak_to_peak_um" else solver.result(key, state, built)
 
 
 def nominal(design: Design) -> Design:

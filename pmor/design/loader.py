@@ -1,153 +1,172 @@
-"""Read a design file: TOML -> `Design`, with the case, the gearbox and its mesh, or the set that it starts from."""
+"""Read a design file: TOML -> `Design`, with the case, the gearbox or the set that it starts from."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-from pmor.case import Case, change_case, load_case, short_list, without_models
+from pmor.case import Case, change_case, load_case, without_models
 from pmor.case.capability import refuse_beyond
-from pmor.case.document import GEARS
+from pmor.case.document import COAST, GEARS, MODIFICATION
 from pmor.case.reader import Reader, parse_toml, read_text, sections_in
 from pmor.case.values import toml_text
-from pmor.core.errors import CaseError, printable
+from pmor.core.errors import CaseError, PmorError, printable
 from pmor.core.wording import did_you_mean
-from pmor.design.checks import check_ranges, check_together, uneven
-from pmor.design.files import PairDesign, SetDesign
-from pmor.design.set_loader import set_design
-from pmor.design.settings import OBJECTIVES_OF_SETS, RESULTS_OF_SETS, Design, Load
+from pmor.design.checks import check_ranges, check_scatter, check_together, uneven
+from pmor.design.files import PINS, DesignFile, of_case, on_flanks, pins_of, source_text
+from pmor.design.settings import OVER_MESHES, RESULTS_OF_SETS, Design, Load, Variable
 from pmor.machine.duty import shares
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import pinion_senses
 from pmor.rexs.files import load_gearbox, load_set
+from pmor.sets.loader import SetFile, with_sections
+from pmor.sets.settings import SetSections
 
+Source = Case | GearboxFile | SetFile
 # Place of a design without a file, in messages.
 WHERE = "design"
+READERS: Mapping[str, Callable[[Path], Source]] = {"case": load_case, "gearbox": load_gearbox, "set": load_set}
+# Sections of flanks by their names.
+SECTIONS = {"drive": MODIFICATION, "coast": COAST}
 
 
-def load(path: Path | str) -> PairDesign | SetDesign:
+def load(path: Path | str) -> DesignFile:
     """Read and check a design file, and the case, the gearbox or the set that it names.
 
     Raises
     ------
-    CaseError
+    CaseError, GeometryError
         One line with file, section, key, rule and remedy.
     """
     path = Path(path)
-    text, where = read_text(path, "design file"), str(path)
-    said, name = _read(parse_toml(text, where), where, title=printable(path.stem)), printable(path.stem)
-    _refuse_base(said, where)
-    if said.set is not None:
-        return set_design(said, load_set(path.parent / said.set), name, text, path)
-    if said.case is not None:
-        base = path.parent / said.case
-        case = load_case(base)
-        design = _complete(said, case, where)
-        return PairDesign(name, f"{text}\n{case.text}", design, (path, base), case_of(design, case, where))
-    box = load_gearbox(path.parent / str(said.gearbox))
-    case, design = box.cases[_mesh(said, box, where)], replace(said, load=_loads(said, box, where))
-    design = _complete(design, case, where)
-    trained = case_of(design, case, where)
-    return PairDesign(name, f"{text}\n{box.text}", design, (path, *box.inputs), trained, box)
+    text, where, name = read_text(path, "design file"), str(path), printable(path.stem)
+    said = _read(parse_toml(text, where), where, title=name)
+    kind = _kind(said, where)
+    base = path.parent / getattr(said, kind)
+    source = READERS[kind](base)
+    inputs = (path, base) if isinstance(source, Case) else (path, *source.inputs)
+    return _design_file(said, source, where, name, text, inputs)
 
 
-def settings_of(case: Case, sections: Mapping[str, Any]) -> PairDesign:
+def settings_of(case: Case, sections: Mapping[str, Any]) -> DesignFile:
     """Return the settings that a design file with these sections, as TOML reads them, would give for a base case.
 
     CaseError where they give none.
     """
     said = _read(sections, WHERE, title=case.name, case=case.name)
-    _refuse_base(said, WHERE)
-    design = _complete(said, case, WHERE)
-    return PairDesign(case.name, f"{sections!r}\n{case.text}", design, (), case_of(design, case, WHERE))
+    _kind(said, WHERE)
+    return _design_file(said, case, WHERE, case.name, f"{sections!r}", ())
 
 
 def _read(document: Mapping[str, Any], where: str, **filled: str) -> Design:
     return Reader(where, sections_in(Design)).section(document, Design, filled=filled)
 
 
-def _refuse_base(said: Design, where: str) -> None:
-    """Refuse a design of none or several of a case, a gearbox and a set, and keys that go with another one."""
-    load, given = said.load, [key for key in ("case", "gearbox", "set") if getattr(said, key) is not None]
+def _kind(said: Design, where: str) -> str:
+    """Return what a design starts from; refuse none or several of them, and keys that go with another one."""
+    load, given = said.load, [key for key in READERS if getattr(said, key) is not None]
     if len(given) > 1:
         others = "one" if len(given) == 2 else "two"
         raise CaseError(f"{where}: {' and '.join(given)}: a design starts from one of them: leave {others} out")
     if not given:
-        raise CaseError(f"{where}: case: is missing: add 'case = ...' at the top, or 'set = ...', or gearbox and mesh")
-    if given != ["gearbox"]:
-        if said.mesh is not None:
-            raise CaseError(
-                f"{where}: mesh = {toml_text(said.mesh)}: is of a gearbox: leave it out, or name the gearbox"
-            )
-        if load.names:
-            rule = "load cases are of a gearbox: write torques_Nm"
-            raise CaseError(f"{where}: [load] names = {toml_text(load.names)}: {rule}")
-    elif load.torques_Nm:
+        raise CaseError(f"{where}: case: is missing: add 'case = ...' at the top, or 'set = ...', or 'gearbox = ...'")
+    named: dict[str, Any] = {"mesh": said.mesh, "[load] names": load.names, "[objective] meshes": said.objective.meshes}
+    named |= {f"[[variables]] {v.key}: mesh": v.mesh for v in said.variables}
+    named |= {f"[[constraints]] {c.result}: mesh": c.mesh for c in said.constraints}
+    for place, value in named.items() if given != ["gearbox"] else ():
+        if value and value != OVER_MESHES[0]:
+            rule = "write torques_Nm" if "load" in place else "leave it out, or name the gearbox"
+            raise CaseError(f"{where}: {place} = {toml_text(value)}: is of a gearbox: {rule}")
+    if given == ["gearbox"] and load.torques_Nm:
         rule = "torques are those of the gearbox's load cases: leave them out, or choose load cases by names"
         raise CaseError(f"{where}: [load] torques_Nm = {toml_text(load.torques_Nm)}: {rule}")
-    if given != ["set"]:
-        _refuse_keys_of_sets(said, where)
-
-
-def _refuse_keys_of_sets(said: Design, where: str) -> None:
-    for variable in said.variables:
-        if variable.gear not in (*GEARS, "both"):
-            remedy = did_you_mean(variable.gear, [*GEARS, "both"])
-            raise CaseError(f"{where}: [[variables]] gear = {toml_text(variable.gear)}: a pair has none: {remedy}")
-        if variable.flank != "both":
-            rule = "is of a set, whose planets carry on both flanks: leave it out"
-            raise CaseError(f"{where}: [[variables]] flank = {toml_text(variable.flank)}: {rule}")
-    named: list[tuple[str, str, tuple[str, ...]]] = [
-        ("[objective] minimise", said.objective.minimise, OBJECTIVES_OF_SETS),
-        ("[pareto] against", said.pareto.against, RESULTS_OF_SETS),
-        *(("[[constraints]] result", constraint.result, RESULTS_OF_SETS) for constraint in said.constraints),
-    ]
-    for place, key, of_sets in named:
-        if key in of_sets:
+    asked = [("[objective] minimise", said.objective.minimise), ("[pareto] against", said.pareto.against),
+             *(("[[constraints]] result", constraint.result) for constraint in said.constraints)]  # fmt: skip
+    for place, key in asked if given != ["set"] else ():
+        if key in RESULTS_OF_SETS:
             raise CaseError(f"{where}: {place} = {toml_text(key)}: is of a set: write one of a pair")
+    return given[0]
 
 
-def _mesh(said: Design, box: GearboxFile, where: str) -> str:
+def _design_file(
+    said: Design, source: Source, where: str, name: str, text: str, inputs: tuple[Path, ...]
+) -> DesignFile:
+    if isinstance(source, GearboxFile):
+        said = _of_meshes(said, source, where)
+    elif not said.load.torques_Nm:
+        torques = (
+            source.online.torques_Nm if isinstance(source, Case)
+            else tuple(sorted({source.plan.nominal_Nm, *source.sections.sweep.torques_Nm}))
+        )  # fmt: skip
+        said = replace(said, load=replace(said.load, torques_Nm=torques))
+    design = replace(said, load=replace(said.load, weights=said.load.weights or (1.0,) * len(said.load.labels)))
+    if isinstance(source, SetFile):
+        _refuse_runout(design, source, where)
+    check_together(design, where, pins_of(source))
+    _refuse_members(design, source, where)
+    file = _with_cases(DesignFile(name, f"{text}\n{source_text(source)}", design, inputs, source, {}), where)
+    for variable in design.variables:
+        _refuse_idle(variable, file, where)
+    for case in dict.fromkeys(file.meshes):
+        own = of_case(design.variables, file.flanks, case)
+        try:
+            check_ranges(replace(design, variables=tuple(own.values())), file.cases[case], where)
+        except PmorError as error:
+            raise _with_members(error, case, file) from None
+    check_scatter(file, where)
+    return file
+
+
+def _with_cases(file: DesignFile, where: str) -> DesignFile:
+    """Return a design file with the cases of its meshes, ready to be trained for it."""
+    design, source = file.design, file.source
+    if isinstance(source, SetFile):
+        changed = with_sections(source, sections_of(source.sections, design))
+        return replace(file, cases=changed.cases, set=changed)
+    cases = {source.name: source} if isinstance(source, Case) else source.cases
+    designed = design.mesh or tuple(cases)
+    ready = {
+        name: case_of(design, case, where) if name in designed else without_models(case) for name, case in cases.items()
+    }
+    return replace(file, cases=ready)
+
+
+def _of_meshes(said: Design, box: GearboxFile, where: str) -> Design:
+    """Return a design with the meshes of its gearbox and the load cases: all that carry on the flanks of the first."""
     names = list(box.cases)
-    if said.mesh is None:
-        raise CaseError(f"{where}: mesh: is missing: name one of {short_list(names)}")
-    if said.mesh not in names:
-        raise CaseError(
-            f"{where}: mesh = {toml_text(said.mesh)}: {box.name} has none: {did_you_mean(said.mesh, names)}"
-        )
-    return said.mesh
-
-
-def _loads(said: Design, box: GearboxFile, where: str) -> Load:
-    """Return the load cases by names: those that are asked for, or all that carry on the same flanks as the first."""
-    model = box.model
-    senses = {load.name: pinion_senses(model, load)[str(said.mesh)] for load in model.sections.loads}
-    names = said.load.names
-    for name in names:
+    named = [("mesh", mesh) for mesh in said.mesh] + [("[[variables]] mesh", v.mesh) for v in said.variables]
+    named += [("[[constraints]] mesh", constraint.mesh) for constraint in said.constraints]
+    named += [("[objective] meshes", said.objective.meshes)] if said.objective.meshes not in OVER_MESHES else []
+    for place, mesh in named:
+        known = names if place == "mesh" else list(said.mesh or names)
+        if mesh is not None and mesh not in known:
+            raise CaseError(f"{where}: {place} = {toml_text(mesh)}: {box.name} has none: {did_you_mean(mesh, known)}")
+    if not names:
+        raise CaseError(f"{where}: gearbox: {box.name} has meshes of sets alone: design these by their files")
+    meshes, model = said.mesh or tuple(names), box.model
+    if len(meshes) == 1:  # its results are those of the design
+        constraints = tuple(replace(constraint, mesh=None) for constraint in said.constraints)
+        said = replace(said, constraints=constraints, objective=replace(said.objective, meshes=OVER_MESHES[0]))
+    senses = {}
+    for load in model.sections.loads:
+        of_all = pinion_senses(model, load)
+        senses[load.name] = [of_all[mesh] for mesh in meshes]
+    chosen = said.load.names
+    for name in chosen:
         if name not in senses:
             rule = f"{box.name} has no such load case: {did_you_mean(name, list(senses))}"
             raise CaseError(f"{where}: [load] names: {toml_text(name)}: {rule}")
-    first = senses[names[0] if names else next(iter(senses))]
-    others = [name for name in names if senses[name] != first]
+    first = senses[chosen[0] if chosen else next(iter(senses))]
+    others = [name for name in chosen if senses[name] != first]
     if others:
-        rule = f"carries on other flanks than {toml_text(names[0])}: design these in a file of their own"
+        rule = f"carries on other flanks than {toml_text(chosen[0])}: design these in a file of their own"
         raise CaseError(f"{where}: [load] names: {toml_text(others[0])}: {rule}")
-    names = names or tuple(name for name, sense in senses.items() if sense == first)
+    chosen = chosen or tuple(name for name, sense in senses.items() if sense == first)
     times = dict(zip(senses, shares(model.sections.loads), strict=False))
-    return replace(said.load, names=names, weights=said.load.weights or tuple(times[name] for name in names if times))
-
-
-def _complete(design: Design, case: Case, where: str) -> Design:
-    """Return a design with the loads of its case where it has none, checked with it."""
-    load = design.load
-    if not load.names:
-        load = replace(load, torques_Nm=load.torques_Nm or case.online.torques_Nm)
-    design = replace(design, load=replace(load, weights=load.weights or (1.0,) * len(load.labels)))
-    check_together(design, where)
-    check_ranges(design, case, where)
-    return design
+    weights = said.load.weights or tuple(times[name] for name in chosen if times)
+    return replace(said, mesh=meshes, load=Load(names=chosen, weights=weights))
 
 
 def case_of(design: Design, case: Case, where: str) -> Case:
@@ -159,3 +178,75 @@ def case_of(design: Design, case: Case, where: str) -> Case:
     if "root_stress_MPa" in design.results:
         return change_case(case, mesh=mesh, compare={"models": None})
     return change_case(without_models(case), mesh=mesh)
+
+
+def sections_of(said: SetSections, design: Design) -> SetSections:
+    """Return the sections of a set file with the torques and the angles of a design, and as wide as it takes."""
+    members: dict[str, Any] = dict(said.members)
+    if uneven(design):
+        members["mesh"] = {**members.get("mesh", {}), "width": "whole"}
+    members["results"] = {"root_stress": "root_stress_MPa" in design.results}
+    torques = tuple(sorted(design.load.torques_Nm))
+    sweep = replace(said.sweep, angles_per_pitch=design.search.angles, torques_Nm=torques)
+    return replace(said, sweep=sweep, tolerances=None, members=members)
+
+
+def _refuse_members(design: Design, source: Source, where: str) -> None:
+    """Refuse gears that a pair or a set lacks, and what a design of a set does not have."""
+    of_set = isinstance(source, SetFile)
+    members = list(dict.fromkeys(b.member for b in source.plan.bodies)) if of_set else [*GEARS, "both"]  # type: ignore[union-attr]
+    for variable in design.variables:
+        if variable.gear in members:
+            continue
+        text = f"{where}: [[variables]] gear = {toml_text(variable.gear)}"
+        if not of_set:
+            raise CaseError(f"{text}: a pair has none: {did_you_mean(variable.gear, members)}")
+        rule = "name the member that it is of" if variable.gear == "both" else did_you_mean(variable.gear, members)
+        raise CaseError(f"{text}: the set has {', '.join(map(toml_text, members))}: {rule}")
+    if not isinstance(source, SetFile):
+        return
+    for key in design.scatter.axes:
+        rule = f"is of pairs: leave it out, or write pins_tangential_um below [tolerances] of {source.name}"
+        raise CaseError(f"{where}: [scatter] {key}: {rule}")
+    asked = {design.objective.minimise, design.pareto.against, *(c.result for c in design.constraints)}
+    if "k_gamma" in asked and not source.plan.planets:
+        raise CaseError(f'{where}: "k_gamma": is of planets, and {source.name} has none: choose another result')
+
+
+def _refuse_runout(design: Design, base: SetFile, where: str) -> None:
+    """Refuse eccentricities that scatter: all teeth of all gears would meet in each of the draws."""
+    sizes = base.sections.tolerances
+    if sizes is None or not design.scatters:
+        return
+    for field in fields(sizes):
+        if field.name.endswith("eccentricity_um") and getattr(sizes, field.name) > 0.0:
+            raise CaseError(
+                f'{where}: [objective] value = "{design.objective.value}": designs draw {", ".join(PINS)} of '
+                f"[tolerances], not {field.name}: leave it out of {base.name}"
+            )
+
+
+def _refuse_idle(variable: Variable, file: DesignFile, where: str) -> None:
+    """Refuse a variable of a flank that carries nothing."""
+    if on_flanks(variable, file.flanks):
+        return
+    others = on_flanks(replace(variable, flank="both"), file.flanks)
+    loads = "set" if file.set is not None else "case"
+    gear = "both gears" if variable.gear == "both" else variable.gear
+    raise CaseError(
+        f"{where}: [[variables]] {variable.name}: the {variable.flank} flanks of {gear} carry nothing under the torque "
+        f'of the {loads}: write flank = "{others[0].flank}", or leave it out'
+    )
+
+
+def _with_members(error: PmorError, case: str, file: DesignFile) -> PmorError:
+    """Return an error of a case with the names of the file that a design starts from."""
+    if file.set is None:
+        return error
+    text = str(error).replace(f" of {case}", f" of {file.set.name}")
+    for one in file.flanks:
+        if one.case == case:
+            text = text.replace(f"[{one.gear}.modification]", f"[{one.member}.{SECTIONS[one.flank]}]")
+            text = text.replace(f"[{one.gear}.", f"[{one.member}.").replace(f"the {one.gear}", f"the {one.member}")
+            text = text.replace(f"{one.gear}.", f"{one.member}.")
+    return type(error)(text)

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from pmor.design import figures
-from pmor.design.figures import WORDS
-from pmor.design.files import PairDesign
+from pmor.design.figures import WORDS, words_of
 from pmor.design.found import AGREE, Found
-from pmor.design.gearbox_tables import gearbox_data, gearbox_sentences, gearbox_tables
+from pmor.design.in_gearbox import gearbox_data, gearbox_sentences, gearbox_tables
 from pmor.design.readings import FRESH, Readings, percentile_95
 from pmor.design.search import MOST_SAID
 from pmor.design.settings import RESULTS, Design
@@ -48,8 +47,7 @@ def write_design(found: Found, read: Readings, out: Path) -> None:
     write_table_csv(out / "design.csv", _rows(found))
     title, all_variants = f"Design: {found.design.title}", [Heading("All variants"), _designs(found)]
     data, blocks = design_data(found, read), _blocks(found, read)
-    case = found.file.case if isinstance(found.file, PairDesign) else None
-    Report("design", data, title, blocks, case, page_only=all_variants).write(out)
+    Report("design", data, title, blocks, found.file.case, page_only=all_variants).write(out)
 
 
 def design_data(found: Found, read: Readings) -> dict[str, Any]:
@@ -60,6 +58,7 @@ def design_data(found: Found, read: Readings) -> dict[str, Any]:
         "case": words.name if words.kind == "case" else None,
         "set": words.name if words.kind == "set" else None,
         "minimise": design.objective.minimise,
+        "meshes": design.objective.meshes if design.several else None,
         "value": design.objective.value,
         "torques_Nm": design.load.torques_Nm,
         "loads": design.load.labels,
@@ -146,7 +145,7 @@ def _rows(found: Found) -> list[dict[str, Any]]:
         row |= {v.name: float(x) for v, x in zip(design.variables, variants.x[n], strict=True)}
         row |= {design.objective.column: float(variants.objective[n]), "angles_per_pitch": int(found.angles[n])}
         for k, key in enumerate(design.results):
-            if key == RESULTS[0]:
+            if key.endswith(RESULTS[0]):
                 for t, load in enumerate(design.load.columns):
                     row[f"{key}_at_{load}"] = float(variants.results[n, t, k])
             else:
@@ -161,10 +160,12 @@ def _stored(found: Found, read: Readings) -> DesignResults:
         "front": found.front,
         "angles": found.angles,
         "searched": found.searched,
-        "curves/phi": found.fine.phi,
-        "curves/ste": np.stack(list(read.curves.values())),
     }
-    return replace(whole, curves=tuple(read.curves), arrays=arrays)
+    names = [f"{name}, {mesh}" for name in read.curves for mesh in found.design.several] or list(read.curves)
+    curves = [curve for of_meshes in read.curves.values() for curve in of_meshes]
+    if len({curve.shape for curve in curves}) == 1:  # meshes whose teeth differ repeat after other numbers of cycles
+        arrays |= {"curves/phi": found.fine.phi, "curves/ste": np.stack(curves)}
+    return replace(whole, curves=tuple(names), arrays=arrays)
 
 
 def _designs(found: Found) -> Designs:
@@ -177,10 +178,11 @@ def _designs(found: Found) -> Designs:
     goal = design.objective
     columns.append(Column(goal.column, "Objective", goal.unit, variants.objective[shown], "result"))
     for k, key in enumerate(design.results):
-        label, _, unit = WORDS[key].rstrip("]").partition(" [")
+        label, _, unit = words_of(key).rstrip("]").partition(" [")
         unit = "" if unit == "-" else unit
-        if key == RESULTS[0]:
-            columns += [Column(f"{key}_at_{column}", f"Peak-to-peak at {label}", unit,
+        if key.endswith(RESULTS[0]):
+            mesh = key.removesuffix(RESULTS[0]).replace(".", ": ")
+            columns += [Column(f"{key}_at_{column}", f"{mesh}Peak-to-peak at {label}", unit,
                                variants.results[shown, t, k], "result")
                         for t, (column, label) in enumerate(zip(load.columns, load.labels, strict=True))]  # fmt: skip
         else:
@@ -197,7 +199,7 @@ def _reason(found: Found, n: int) -> str:
         return "a position did not converge"
     broken = [c for c, value in zip(found.design.constraints, found.variants.limits[n], strict=True)
               if not value <= c.at_most]  # fmt: skip
-    return "; ".join(f"{c.result} above {c.at_most:g}" for c in broken)
+    return "; ".join(f"{c.key} above {c.at_most:g}" for c in broken)
 
 
 def _unit(name: str) -> str:
@@ -235,7 +237,7 @@ def _pictures(found: Found, read: Readings) -> list[Block]:
          "parameters that are no variables.",
          figures.sensitivity_figure(read.rates, design.objective) if read.rates else None),
         ("scatter.png", f"{FRESH:,} {words.made} drawn anew, each solved in full.",
-         figures.scatter_figure(read.fresh, WORDS[design.objective.minimise], words.made) if read.fresh else None),
+         figures.scatter_figure(read.fresh, words_of(design.objective.key), words.made) if read.fresh else None),
         ("harris.png", "Harris's rule for tip relief, written for coupled pairs: twice by how much the STE without "
          "relief differs between single and double contact.",
          figures.harris_figure(read.harris) if read.harris else None),
@@ -266,13 +268,15 @@ def _count_words(found: Found) -> str:
     value = {"nominal": "nominal", "expected": "expected over scatter",
              "percentile_95": f"that 95 % of the {words.made} made stay below"}[design.objective.value]  # fmt: skip
     most = int(found.angles.max())
-    where = "" if design.mesh is None else f" on the supports of {design.mesh} in its gearbox"
+    where = f" on the supports of {' and '.join(design.mesh)} in the gearbox" if design.mesh else ""
+    over = {"sum": ", sum over the meshes", "worst": " of the worst mesh"}.get(design.objective.meshes, "")
+    over = over if design.several else ""
     where = where if design.set is None else f", all meshes of {words.name} solved at once"
     return (
         f"{len(found.variants):,} variants of {names} under {loads}{where}, {design.search.angles} angles to a pitch; "
         f"those that are chosen on {found.angles[found.eligible].min(initial=most)} to {most}, on which their results "
         f"no longer move; {int(found.kept.sum()):,} of them keep all constraints. Minimised: "
-        f"{WORDS[design.objective.minimise]}, {value}, weighted mean over the loads. Judgements: {spent}; "
+        f"{words_of(design.objective.key)}{over}, {value}, weighted mean over the loads. Judgements: {spent}; "
         f"{found.seconds:.3g} s."
     )
 

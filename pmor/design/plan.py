@@ -5,8 +5,8 @@ from __future__ import annotations
 from pmor.case import Case
 from pmor.case.width import sections_across
 from pmor.core.progress import format_time
-from pmor.design.coarse import coarse_design
-from pmor.design.files import DesignFile, PairDesign, SetDesign
+from pmor.design.elements import coarse_design
+from pmor.design.files import DesignFile
 from pmor.design.readings import FINER, FRESH
 from pmor.design.search import MOST_SINGLE, first_samples
 from pmor.design.settings import Design, Variable
@@ -24,34 +24,36 @@ COARSE_SHARE = 0.1
 DESCENT, BOUND, CONSTRAINED, FINE, FINE_SCATTERED = 50, 20, 12, 600, 200
 
 
-def coarse_first(file: PairDesign | SetDesign) -> PairDesign | SetDesign | None:
+def coarse_first(file: DesignFile) -> DesignFile | None:
     """Return the design on half as many elements where its first result comes from these; None where it does not."""
     share = _element_seconds(file) / _whole_seconds(file)
     return coarse_design(file) if share > COARSE_SHARE else None
 
 
-def plan(file: PairDesign | SetDesign) -> str:
+def plan(file: DesignFile) -> str:
     """Return the plan of a design."""
     return "\n\n".join("\n".join(lines) for lines in (_searched(file.design, file), _work(file)))
 
 
 def _searched(design: Design, file: DesignFile) -> list[str]:
     load, goal, words = design.load, design.objective, file.words
+    over = f", {goal.meshes} over the meshes" if design.several and goal.key == goal.minimise else ""
     weights = ", ".join(f"{label} ({weight:g})" for label, weight in zip(load.labels, load.weights, strict=True))
     lines = [
         f"Design {file.name}: {design.title}",
         f"  {words.kind:<19} {words.name}: {words.title}",
         f"  loads (weights)     {weights}",
-        f"  minimised           {goal.minimise}, {goal.value}, weighted mean over the loads",
-        *(f"  constraint          {c.result} at most {c.at_most:g}" for c in design.constraints),
+        f"  minimised           {goal.key}{over}, {goal.value}, weighted mean over the loads",
+        *(f"  constraint          {c.key} at most {c.at_most:g}" for c in design.constraints),
         *(f"  variable            {_words(v)}" for v in design.variables),
     ]
-    if isinstance(file, PairDesign) and file.box is not None:
+    if file.box is not None:
+        named = f"mesh {design.mesh[0]}" if file.case is not None else f"meshes {', '.join(design.mesh)}"
         lines[2:2] = [
-            f"  gearbox             {file.box.name}: mesh {file.mesh}, contact on its supports under each load, the "
+            f"  gearbox             {file.box.name}: {named}, contact on its supports under each load, the "
             "other meshes under their mean loads",
         ]
-    if isinstance(file, SetDesign):
+    if file.set is not None:
         lines[2:2] = [f"  meshes              {len(file.set.plan.meshes)}, all solved at once for each variant"]
     lines += [f"  assumption          {note}" for note in file.notes]
     return [*lines, f"  scatter             {', '.join(file.scattered)}"] if file.scattered else lines
@@ -63,7 +65,7 @@ def _words(variable: Variable) -> str:
     return f"{variable.name} from {low:g} to {high:g}{step}"
 
 
-def _work(file: PairDesign | SetDesign) -> list[str]:
+def _work(file: DesignFile) -> list[str]:
     design = file.design
     draws = design.scatter.draws if design.scatters else 1
     positions = len(design.load.labels) * design.search.angles * file.pitches * draws
@@ -83,19 +85,15 @@ def _work(file: PairDesign | SetDesign) -> list[str]:
         "factor of two; all processors share the search",
         f"  first result        after about {format_time(begin)}" + ", on half as many elements" * (first is not file),
     ]
-    if _is_boxed(file):
+    if file.box is not None:
         lines.append("  for comparison      a search on aligned axes; the gearbox solved anew with the best of both")
     return lines
 
 
-def _whole_seconds(file: PairDesign | SetDesign) -> float:
+def _whole_seconds(file: DesignFile) -> float:
     draws = file.design.scatter.draws if file.design.scatters else 1
     search = _judgements(file) * _seconds_of_variant(file) * draws
-    return START_S + _element_seconds(file) + PAGE_S + (1 + _is_boxed(file)) * search
-
-
-def _is_boxed(file: DesignFile) -> bool:
-    return isinstance(file, PairDesign) and file.box is not None
+    return START_S + _element_seconds(file) + PAGE_S + (1 + (file.box is not None)) * search
 
 
 def _element_seconds(file: DesignFile) -> float:
@@ -128,11 +126,11 @@ def _first(file: DesignFile) -> int:
 
 def _seconds_of_variant(file: DesignFile) -> float:
     """Seconds of one variant under all loads, as drawn."""
-    if isinstance(file, SetDesign):
+    if file.set is not None:
         return next(stage.seconds for stage in stages_of_set(file.set) if stage.name == SWEEP)
-    assert isinstance(file, PairDesign)
-    positions = len(file.design.load.labels) * file.design.search.angles * file.pitches
-    return positions * _position_seconds(gear_pair(file.case), file.case)
+    positions = len(file.design.load.labels) * file.design.search.angles
+    cases = ((file.cases[name], file.repeats_after(name)) for name in file.meshes)
+    return sum(positions * pitches * _position_seconds(gear_pair(case), case) for case, pitches in cases)
 
 
 def _position_seconds(pair: GearPair, case: Case) -> float:

@@ -8,10 +8,10 @@ from concurrent.futures import Executor
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
+from pmor.case import Case
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.core.progress import stage
@@ -19,9 +19,8 @@ from pmor.core.threads import in_order
 from pmor.design.fine import FEWEST, judged_finely, judged_on_what_is_left
 from pmor.design.found import Found
 from pmor.design.harris import HarrisRule, harris_rule, obeys
+from pmor.design.in_gearbox import InGearbox, judged_by_the_gearbox
 from pmor.design.judge import Judge, Verdict, nominal
-from pmor.design.pair_judge import PairJudge
-from pmor.design.supports import InGearbox, Supports, judged_by_the_gearbox
 from pmor.design.variables import SEED, limits
 
 # Pairs that are drawn anew to see how chosen variants stand scatter: other ones than those of the search, as many as
@@ -42,7 +41,8 @@ class Readings:
     base: Verdict  # The flanks of the file, by the same objective as the variants
     base_searched: float  # Its objective on the angles of the search
     chosen: Mapping[str, int]  # Numbers of chosen variants by name: "best", "best without scatter", "best at 170 N m"
-    curves: Mapping[str, FloatArray]  # shape (T, A): Their STE, um, after that of the base
+    # Their STE, um, after that of the base: of each mesh that is solved by itself, (T, A)
+    curves: Mapping[str, tuple[FloatArray, ...]]
     # Derivative of the nominal objective at the best by each parameter of the modifications; empty without a best
     rates: Mapping[str, float]
     # shape (m,): Objective of fresh draws of chosen variants, full solutions; empty without scatter
@@ -75,15 +75,15 @@ def read_first(found: Found) -> Readings:
     base, searched = _of_base(found, failures)
     chosen = {} if found.best is None else {"best": found.best}
     fine = found.fine
-    curves = {found.file.words.base: fine.solve(fine.base).ste_um}
+    curves = {found.file.words.base: _curves(fine, None)}
     return Readings(base, searched, chosen, curves, {}, {}, (), (), nothing, {}, tuple(failures), first=True)
 
 
 def read_off(found: Found, executor: Executor | None = None) -> Readings:
     """Read all of it off a search; threads share out what is solved for it."""
     judge, x, chosen = found.fine, found.variants.x, found.chosen
-    curves = {found.file.words.base: judge.solve(judge.base).ste_um}
-    curves |= {name: judge.solve(judge.assembly(x[n])).ste_um for name, n in chosen.items()}
+    curves = {found.file.words.base: _curves(judge, None)}
+    curves |= {name: _curves(judge, x[n]) for name, n in chosen.items()}
     best = found.best
     robust = {name: x[n] for name, n in chosen.items() if name in ("best", "best without scatter")}
     with stage(f"{FRESH} {found.file.words.made} drawn anew") if found.file.scattered else nullcontext():
@@ -107,6 +107,10 @@ def read_off(found: Found, executor: Executor | None = None) -> Readings:
     )
 
 
+def _curves(judge: Judge, x: FloatArray | None) -> tuple[FloatArray, ...]:
+    return tuple(state.ste_um for state in judge.solve(judge.assembly(x)))
+
+
 def _of_base(found: Found, failures: list[str]) -> tuple[Verdict, float]:
     """Return the verdict on the flanks of the file, judged as the variants that are chosen, and as in the search.
 
@@ -123,18 +127,14 @@ def _of_base(found: Found, failures: list[str]) -> tuple[Verdict, float]:
     return verdict, judge.verdict(None, left=True).objective
 
 
-def with_gearbox(
-    read: Readings, supports: Supports, found: Found, aligned: Found, executor: Executor | None
-) -> Readings:
+def with_gearbox(read: Readings, found: Found, aligned: Found, executor: Executor | None) -> Readings:
     """Return readings with what the gearbox makes of the best of a search on its supports, and of one without them."""
-    box = judged_by_the_gearbox(supports, found, aligned, executor)
+    box = judged_by_the_gearbox(found, aligned, executor)
     further = (*(f"on aligned axes: {sentence}" for sentence in aligned.failures), *box.failures)
     return replace(read, gearbox=box, failures=read.failures + further)
 
 
-def _fresh(
-    judge: Judge[Any, Any], chosen: Mapping[str, FloatArray], executor: Executor | None
-) -> dict[str, FloatArray]:
+def _fresh(judge: Judge, chosen: Mapping[str, FloatArray], executor: Executor | None) -> dict[str, FloatArray]:
     draws, fine = judge.drawn(FRESH, FRESH_SEED), judge.on_angles(FINER * judge.design.search.angles)
     if not draws:
         return {}
@@ -149,7 +149,7 @@ def _contours(found: Found, executor: Executor | None) -> tuple[Contour, ...]:
     if found.best is None or len(found.design.variables) < 2:
         return ()
     design, best = found.design, found.variants.x[found.best]
-    judge, key = found.judge.alike(nominal(design)), design.objective.minimise
+    judge, key = found.judge.alike(nominal(design)), design.objective.key
     low, high = limits(design.variables)
     pairs = list(combinations(range(min(len(design.variables), MOST_PAIRED)), 2))
     count = min(CONTOUR, int(math.sqrt(MOST_CONTOURED / len(pairs))))
@@ -184,14 +184,15 @@ def _over_torque(found: Found, torques: FloatArray, executor: Executor | None) -
 def _harris(found: Found, failures: list[str], executor: Executor | None) -> tuple[HarrisRule, ...]:
     judge, design = found.judge, found.design
     relieved = {gear for v in design.variables if v.key == "tip_relief_um" for gear in v.gears}
-    if not isinstance(judge, PairJudge) or judge.moving_supports or relieved != {"pinion", "wheel"}:
+    if not isinstance(found.file.source, Case) or relieved != {"pinion", "wheel"}:
         return ()
-    if not obeys(judge.reduced.meshed.pair):
+    (reduced,) = judge.elements.pairs.values()
+    if not obeys(reduced.meshed.pair):
         return ()
 
     def rule(torque: float) -> HarrisRule | str:
         try:
-            return harris_rule(judge.reduced, torque)
+            return harris_rule(reduced, torque)
         except ConvergenceError as error:
             return str(error)
 

@@ -19,7 +19,7 @@ from pmor.work.results import writing_results
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DesignResult(Tabular):
-    """Variants of the flank modifications of a pair, or of a set: V of n variables under T torques."""
+    """Variants of the flank modifications of a pair, a gearbox or a set: V of n variables under T torques."""
 
     found: Found
     read: Readings
@@ -59,8 +59,9 @@ class DesignResult(Tabular):
         return np.asarray(self.found.variants.results[:, :, self.found.design.results.index(key)])
 
     def assembly(self, variant: int) -> Any:
-        """Return the `Assembly` of a variant, for `ReducedModel.sweep_conditions`; of a set its `BuiltSet`."""
-        return self.found.judge.assembly(self.x[variant])
+        """Return the `Assembly` of a variant, for `ReducedModel.sweep_conditions`; of several meshes what is built."""
+        built = self.found.judge.assembly(self.x[variant])
+        return built.flanks[0] if len(built.flanks) == 1 else built
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
         """Write `design.h5`, `design.csv`, `design.json`, `design.md`, `report.html` and the pictures.

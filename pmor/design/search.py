@@ -15,12 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from pmor.case import Case
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
-from pmor.core.progress import stage
 from pmor.design.descent import Descent, best_first, kept
-from pmor.design.files import DesignFile
 from pmor.design.fine import judged_finely, judged_once
 from pmor.design.found import AGREE, Found, apart
 from pmor.design.judge import Judge, at_load, nominal
@@ -28,12 +25,8 @@ from pmor.design.settings import Constraint, Design
 from pmor.design.settings import Search as SearchSettings
 from pmor.design.variables import SEED, limits, neighbours, spread_evenly
 from pmor.design.variants import Store, Variants, all_kept, as_data, from_data, together
-from pmor.pair.model import elastic_model, refuse_loads
-from pmor.work.cost import meshed_within_memory
 from pmor.work.pace import LOG
 from pmor.work.pieces import Piece, Result, run_pieces
-from pmor_offline.train import train
-from pmor_online.model import ReducedPair, reduced_pair
 
 # Positions that a chunk of samples solves at least: a quarter of a second, so that threads share them out.
 POSITIONS_PER_CHUNK = 25_000
@@ -57,16 +50,7 @@ EVERY_S = 5.0
 APART = 0.15
 
 
-def trained_pair(case: Case, torques_Nm: tuple[float, ...] = ()) -> ReducedPair:
-    """Return the reduced pair of a case, by line loads; CaseError where one of the torques is beyond their range."""
-    mesh = meshed_within_memory(case)
-    if torques_Nm:
-        refuse_loads(replace(case, online=replace(case.online, torques_Nm=torques_Nm)), mesh.meshed)
-    with stage(f"finite elements of {case.name}"):
-        return reduced_pair(train(case, elastic_model(case, mesh)).basis)
-
-
-def _lost(variants: Variants, judge: Judge[Any, Any]) -> tuple[str, ...]:
+def _lost(variants: Variants, judge: Judge) -> tuple[str, ...]:
     """Name variants without a value; of the first ones, which a page has room for, why, where it shows as drawn."""
     names, found = [v.name for v in judge.design.variables], []
     for count, n in enumerate(np.flatnonzero(~np.isfinite(variants.objective)).tolist()):
@@ -87,20 +71,21 @@ class Search:
         Of the file's design.
     folder : Path
         Of finished pieces.
-    around : str
-        Text of what results depend on beside the cases: a gearbox, a set.
+    around : str, optional
+        Text of what results depend on beside the cases, by default that of the file: a gearbox, a set.
     """
 
     def __init__(
-        self, file: DesignFile, judge: Judge[Any, Any], folder: Path, *, around: str = "",
-        executor: Executor | None = None, progress: Callable[[int], None] | None = None,
+        self, judge: Judge, folder: Path, *, around: str | None = None, executor: Executor | None = None,
+        progress: Callable[[int], None] | None = None,
     ) -> None:  # fmt: skip
-        self.file, self.judge, self.design = file, judge, file.design
+        self.file, self.judge, self.design = judge.file, judge, judge.design
         self.folder, self.executor, self.progress = folder, executor, progress
         self.evaluations: dict[str, int] = {}
-        self.store = Store(file, self.folder)
+        self.store = Store(self.file, self.folder)
         # Settings that results depend on beside the cases; titles do not count, nor the names of files.
-        self.settings = asdict(replace(file.design, title="", case="", gearbox=around, set=""))
+        around = self.file.around if around is None else around
+        self.settings = asdict(replace(self.design, title="", case="", gearbox=around, set=""))
         self._begin, self._told = time.perf_counter(), Judgements()
         # Finished pieces and reasons of those that stopped, by name: a stage may ask for those of an earlier one.
         self._known: dict[str, Result] = {}
@@ -184,7 +169,7 @@ class Search:
         """Pieces of a half of the samples; the first of the first half are those of the first result."""
         search = self.design.search
         x = spread_evenly(self.design.variables, (search.samples + 1 - half) // 2, SEEDS[half])
-        positions = len(self.design.load.labels) * len(self.judge.phi) * len(self.judge.draws)
+        positions = len(self.design.load.labels) * self.judge.positions * len(self.judge.draws)
         first, size = first_samples(search), max(1, -(-POSITIONS_PER_CHUNK // positions))
         begins = [0, *range(first, len(x), size)] if half == 0 else list(range(0, len(x), size))
         return [
@@ -213,7 +198,7 @@ class Search:
         others = [("nominal", nominal(design))] if design.scatters else []
         if 1 < len(labels) <= MOST_SINGLE:
             others += [(label, at_load(design, number)) for number, label in enumerate(labels)]
-        column = design.results.index(design.objective.minimise)
+        column = design.results.index(design.objective.key)
         for name, other in others:
             chosen = [labels.index(label) for label in other.load.labels]
             weights = np.array(other.load.weights) / sum(other.load.weights)
@@ -289,9 +274,7 @@ class Search:
         few, tried = self.design.search.angles, 0
         angles, settled = np.full(len(variants), few), np.zeros(len(variants), dtype=bool)
         variants = together([variants])  # those on few angles stay with the caller
-        found = Found(
-            self.file, self.judge, variants, angles, settled, variants.objective.copy(), {}, 0.0, (), final=False
-        )
+        found = Found(self.judge, variants, angles, settled, variants.objective.copy(), {}, 0.0, (), final=False)
         seen = set[int]()
         while tried < MOST_FINE:
             best = [] if found.best is None else [found.best]
@@ -309,7 +292,7 @@ class Search:
         """Put results on fine angles in the place of those of some variants."""
         variants, what = found.variants, "fine angles" if settle else "finer angles"
         pieces = {
-            n: Piece(f"{what} {_number(variants.x[n])}", self.file.searched, [self.settings, variants.x[n].tolist()],
+            n: Piece(f"{what} {_number(variants.x[n])}", self.file.cases, [self.settings, variants.x[n].tolist()],
                      partial(_finely, self.judge, variants.x[n], settle, self._told.step)) for n in numbers
         }  # fmt: skip
         chosen = list(pieces)
@@ -325,7 +308,7 @@ class Search:
     def _judged(self, x: FloatArray, origin: str) -> Result:
         return _judged(self.judge, x, origin, self._told.step)
 
-    def _descended(self, downhill: Judge[Any, Any], start: FloatArray, origin: str) -> Result:
+    def _descended(self, downhill: Judge, start: FloatArray, origin: str) -> Result:
         return _descended(downhill, self.judge, start, origin, self._told.step)
 
     def _piece(self, name: str, start: Any, run: Callable[[], Result]) -> Piece:
@@ -336,7 +319,7 @@ class Search:
         def keep(part: Result) -> None:
             self.store.add(from_data(part, self.design))
 
-        return Piece(name, self.file.searched, [self.settings, start], run, is_whole, keep)
+        return Piece(name, self.file.cases, [self.settings, start], run, is_whole, keep)
 
     def _run(self, what: str, pieces: Sequence[Piece]) -> list[Result]:
         """Do the pieces that are not known yet; return the results of all that are there."""
@@ -387,7 +370,7 @@ def _number(x: FloatArray) -> str:
     return hashlib.sha256(x.tobytes()).hexdigest()[:12]
 
 
-def _judged(judge: Judge[Any, Any], x: FloatArray, origin: str, step: Callable[[], None]) -> Result:
+def _judged(judge: Judge, x: FloatArray, origin: str, step: Callable[[], None]) -> Result:
     verdicts = []
     for one in x:
         verdicts.append(judge.verdict(one))
@@ -395,15 +378,13 @@ def _judged(judge: Judge[Any, Any], x: FloatArray, origin: str, step: Callable[[
     return as_data(verdicts, origin, len(x))
 
 
-def _finely(judge: Judge[Any, Any], x: FloatArray, settle: bool, step: Callable[[], None]) -> Result:
+def _finely(judge: Judge, x: FloatArray, settle: bool, step: Callable[[], None]) -> Result:
     verdict, angles = judged_finely(judge, x) if settle else judged_once(judge, x)
     step()
     return {**as_data([verdict], "fine angles", 1), "angles": angles}
 
 
-def _descended(
-    downhill: Judge[Any, Any], judge: Judge[Any, Any], start: FloatArray, origin: str, step: Callable[[], None]
-) -> Result:
+def _descended(downhill: Judge, judge: Judge, start: FloatArray, origin: str, step: Callable[[], None]) -> Result:
     """Go downhill by one judge; the end is judged by another."""
     way = Descent(downhill, step)
     best = way.run(np.asarray(start))[0]

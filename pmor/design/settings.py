@@ -28,8 +28,10 @@ RESULTS: tuple[ResultKey, ...] = (
     "peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um", "pressure_MPa", "k_h_beta", "tip_edge_load_N_per_mm",
     "root_stress_MPa", "k_gamma",
 )  # fmt: skip
-# Objectives, and results, that are of sets alone.
-OBJECTIVES_OF_SETS, RESULTS_OF_SETS = ("k_h_beta", "k_gamma"), ("k_gamma",)
+# Results of sets alone.
+RESULTS_OF_SETS = ("k_gamma",)
+# What an objective is of several meshes, unless it is that of one of them.
+OVER_MESHES = ("sum", "worst")
 
 Bounds = Annotated[tuple[float, ...], Range(-1000.0, 1000.0, in_order=True)]
 Torques = Annotated[tuple[float, ...], Range(0.0, 1e12, "N m", low_excluded=True, in_order=True)]
@@ -50,9 +52,11 @@ class Variable:
     gear : str
         Gear that it is of: `pinion`, `wheel` or, the same value on both, `both`. Of a set it is a member: `sun`,
         `planet`, `ring`, or the name of a gear; all planets have the same value.
+    mesh : str or None
+        Mesh of a gearbox whose gear it is; None where one mesh is designed, or for the same value in all of them.
     flank : {"both", "drive", "coast"}
-        Of a member of a set: its section `modification`, `coast_modification`, or the same value in both. Planets carry
-        on one towards the sun, on the other towards the ring.
+        Section `modification`, `coast_modification`, or the same value in both. Planets carry on one towards the sun,
+        on the other towards the ring; a pair on those that its torque loads.
     range : tuple of float
         From the lowest to the highest value, in the unit of the key.
     step : float or None
@@ -61,14 +65,16 @@ class Variable:
 
     key: VariableKey
     gear: str = "both"
+    mesh: str | None = None
     flank: Literal["both", "drive", "coast"] = "both"
     range: Bounds
     step: Step | None = None
 
     @property
     def name(self) -> str:
-        """Key, after the gear and the flank where it is of one alone."""
-        return ".".join([*(said for said in (self.gear, self.flank) if said != "both"), self.key])
+        """Key, after mesh, gear and flank where it is of one alone."""
+        of = (part for part in (self.mesh, self.gear, self.flank) if part not in ("both", None))
+        return ".".join([*map(str, of), self.key])
 
     @property
     def gears(self) -> tuple[str, ...]:
@@ -77,7 +83,7 @@ class Variable:
 
     @property
     def flanks(self) -> tuple[str, ...]:
-        """Flanks of a member of a set that it is of."""
+        """Flanks that it is of."""
         return ("drive", "coast") if self.flank == "both" else (self.flank,)
 
 
@@ -123,14 +129,23 @@ class Goal:
     Parameters
     ----------
     minimise : {"peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um", "k_h_beta", "k_gamma"}
-        Peak-to-peak STE, or the amplitude of an order of the mesh. Of a set also `k_h_beta`, the largest face load
-        factor of its meshes, and `k_gamma`, the mesh load factor.
+        Peak-to-peak STE, the amplitude of an order of the mesh, `k_h_beta`, the largest face load factor of the meshes,
+        or `k_gamma`, the mesh load factor of a set.
+    meshes : str
+        Of several meshes of a gearbox: `sum` of the result over them, `worst`, the largest one, or that of the mesh
+        with this name. Results without a mesh are then this for the objective, and the largest for all others.
     value : {"nominal", "expected", "percentile_95"}
         Nominal, without scatter; or the mean over the scatter, or its 95 % quantile. Constraints are on the same value.
     """
 
     minimise: Objective = "peak_to_peak_um"
+    meshes: str = "sum"
     value: Literal["nominal", "expected", "percentile_95"] = "nominal"
+
+    @property
+    def key(self) -> str:
+        """The result among those of a design, which names its mesh."""
+        return self.minimise if self.meshes in OVER_MESHES else f"{self.meshes}.{self.minimise}"
 
     @property
     def unit(self) -> str:
@@ -154,12 +169,20 @@ class Constraint:
         `tip_edge_load_N_per_mm`: largest line load where the edge of a tip is in contact; 0 keeps it clear.
         `root_stress_MPa`: largest principal stress at the roots. `k_gamma`: mesh load factor of a set. Or an objective.
         Figures of meshes are the largest of a set.
+    mesh : str or None
+        Of a gearbox the mesh that it is of; None is the largest of all.
     at_most : float
         In the unit of the result.
     """
 
     result: ResultKey
+    mesh: str | None = None
     at_most: Annotated[float, Range(0.0, 1e6)]
+
+    @property
+    def key(self) -> str:
+        """The result among those of a design, which names its mesh."""
+        return self.result if self.mesh is None else f"{self.mesh}.{self.result}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -255,9 +278,10 @@ class Design:
         One line for the report; by default the name of the file.
     case : str
         Case file, relative to this one.
-    gearbox, mesh : str
-        In the place of a case: a gearbox file, TOML or REXS, relative to this one, and the mesh that is designed, on
-        what its hubs stand on under each load.
+    gearbox : str
+        In the place of a case: a gearbox file, TOML or REXS, relative to this one.
+    mesh : tuple of str
+        Meshes of the gearbox that are designed together, on what their hubs stand on under each load; without it all.
     set : str
         In the place of a case: a set file, TOML or REXS, relative to this one, whose members are designed.
     variables : tuple of Variable
@@ -268,7 +292,7 @@ class Design:
     title: str
     case: str | None = None
     gearbox: str | None = None
-    mesh: str | None = None
+    mesh: tuple[str, ...] = ()
     set: str | None = None
     variables: tuple[Variable, ...] = ()
     load: Load
@@ -285,7 +309,16 @@ class Design:
 
     @property
     def results(self) -> tuple[str, ...]:
-        """Results of each variant; root stress only if a constraint or the front needs it."""
+        """Results of each variant; root stress only if a constraint or the front needs it.
+
+        Of several meshes after those of all of them also each one's, behind the name of the mesh.
+        """
         asked = {c.result for c in self.constraints} | {self.pareto.against}
         left_out = {"root_stress_MPa", *(() if self.set else RESULTS_OF_SETS)} - asked
-        return tuple(key for key in RESULTS if key not in left_out)
+        keys = tuple(key for key in RESULTS if key not in left_out)
+        return keys + tuple(f"{mesh}.{key}" for mesh in self.several for key in keys)
+
+    @property
+    def several(self) -> tuple[str, ...]:
+        """Meshes that are designed together; empty of one, and of a set, which is solved as a whole."""
+        return self.mesh if len(self.mesh) > 1 else ()

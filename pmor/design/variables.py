@@ -1,19 +1,22 @@
-"""From numbers to a pair: the values of the variables and their scatter, as flanks and axes."""
+"""From numbers to a machine: the values of the variables and their scatter, as flanks, axes and places of pins."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 
 from pmor.case.flanks import EXTENTS
 from pmor.core.arrays import FloatArray
 from pmor.core.sobol import sobol_points
+from pmor.design.files import PINS, DesignFile
 from pmor.design.settings import Scatter, Variable
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.gear.modification import Modification
+from pmor.sets.plan import planetary_errors
 
 # Of samples and draws: a run is the same every time.
 SEED = 19
@@ -25,7 +28,7 @@ DECIMALS = 9
 
 @dataclass(frozen=True)
 class Draw:
-    """By how much one pair of those that are made is off its drawing, by the keys of a modification, and its axes."""
+    """By how much one mesh of those that are made is off its drawing, by the keys of a modification, and its axes."""
 
     pinion: Mapping[str, float] = field(default_factory=dict)
     wheel: Mapping[str, float] = field(default_factory=dict)
@@ -33,6 +36,14 @@ class Draw:
 
 
 AS_DRAWN = Draw()
+
+
+@dataclass(frozen=True, eq=False)
+class Made:
+    """By how much a machine of those that are made is off: its meshes, and hubs of a set as they stand (6 B,), mm."""
+
+    meshes: tuple[Draw, ...]
+    displacement: FloatArray | None = None
 
 
 def assembly_at(
@@ -141,21 +152,44 @@ def normal_points(dimensions: int, count: int, seed: int) -> FloatArray:
     return np.asarray(ndtri(sobol_points(dimensions, int(np.ceil(np.log2(count))), seed)[:count]))
 
 
-def drawn(scatter: Scatter, count: int, seed: int = SEED) -> tuple[Draw, ...]:
+def drawn(file: DesignFile, scatter: Scatter, count: int, seed: int = SEED) -> tuple[Made, ...]:
     """Return `count` draws of a scatter, as even as a Sobol sequence; another seed gives fresh ones.
 
-    None of a scatter of nothing.
+    What is made at once (`DesignFile.sides`) is off alike in all its meshes; axes are those of each mesh, and each
+    planet has a pin of its own. None of a scatter of nothing.
     """
-    modifications, misalignment = scatter.modifications, scatter.axes
+    sizes, axes, pins = np.array(list(scatter.modifications.values())), scatter.axes, file.pins
+    places = {side: n for n, side in enumerate(dict.fromkeys(side for both in file.sides for side in both))}
+    meshes = len(file.meshes)
+    planets = file.set.sections.planets.count if file.set is not None else 0
+    ends = np.cumsum([len(places) * len(sizes), meshes * len(axes), planets * len(pins)])
     found = []
-    for point in normal_points(2 * len(modifications) + len(misalignment), count, seed):
-        on_gears = [
-            {key: float(size * z) for (key, size), z in zip(modifications.items(), part, strict=True)}
-            for part in np.split(point[: 2 * len(modifications)], 2)
+    for point in normal_points(int(ends[-1]), count, seed):
+        on_sides, of_axes, of_pins = np.split(point, ends[:-1])
+        amounts = [
+            {key: float(value) for key, value in zip(scatter.modifications, sizes * part, strict=True)}
+            for part in on_sides.reshape(len(places), -1)
         ]
-        off = {
-            key: float(size * z)
-            for (key, size), z in zip(misalignment.items(), point[2 * len(modifications) :], strict=True)
-        }
-        found.append(Draw(on_gears[0], on_gears[1], Misalignment(**off)))
+        tilts = [
+            Misalignment(**{key: float(axes[key] * z) for key, z in zip(axes, part, strict=True)})
+            for part in of_axes.reshape(meshes, -1)
+        ]
+        draws = tuple(
+            Draw(amounts[places[pinion]], amounts[places[wheel]], tilt)
+            for (pinion, wheel), tilt in zip(file.sides, tilts, strict=True)
+        )
+        found.append(Made(draws, _displaced(file, dict(zip(pins, of_pins.reshape(len(pins), planets), strict=True)))))
     return tuple(found)
+
+
+def _displaced(file: DesignFile, moved: Mapping[str, FloatArray]) -> FloatArray | None:
+    """Hubs of a set whose pins are off by so many standard deviations, of each planet; None of no pins."""
+    if file.set is None or not moved:
+        return None
+    plan, sections = file.set.plan, file.set.sections
+    off: dict[str, Any] = {
+        PINS[key]: tuple((file.pins[key] * values + (getattr(sections.planets, PINS[key]) or 0.0)).tolist())
+        for key, values in moved.items()
+    }
+    errors = replace(sections, planets=replace(sections.planets, **off))
+    return np.asarray(planetary_errors(errors, plan.bodies, plan.clockwise)[0])

@@ -106,7 +106,7 @@ def stored(file: DesignFile, variants: Variants) -> DesignResults:
     }
     if design.constraints:
         arrays["limits"] = variants.limits
-    constraints = tuple(f"{c.result} at most {c.at_most:g}" for c in design.constraints)
+    constraints = tuple(f"{c.key} at most {c.at_most:g}" for c in design.constraints)
     return DesignResults(
         file.text, tuple(v.name for v in design.variables), design.results, constraints, origins, (), arrays
     )

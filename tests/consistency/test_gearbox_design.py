@@ -11,13 +11,14 @@ import pmor
 from pmor.app.cli import main
 from pmor.case import load_case
 from pmor.design import fine, readings
+from pmor.design.elements import elements_of
+from pmor.design.judge import Judge
 from pmor.design.loader import load
 from pmor.design.output import FILES
-from pmor.design.pair_judge import PairJudge
-from pmor.design.supports import supports_of
 from pmor.line.hubs import Hubs
 from pmor_online.variants import VariantSolver
 from tests.support.gearboxes import ASKEW, DESIGN, SMALL_CASE, written_design
+from tests.support.judges import judge_of_pair
 from tests.support.stored_files import rows_of
 
 # Of figures that files hold in full, over angles that are added in another order.
@@ -26,8 +27,8 @@ HELD = Hubs(np.zeros((12, 12)), np.zeros(12))
 
 
 @pytest.fixture(scope="module")
-def supports(tmp_path_factory):
-    return supports_of(load(written_design(tmp_path_factory.mktemp("supports"))))
+def elements(tmp_path_factory):
+    return elements_of(load(written_design(tmp_path_factory.mktemp("supports"))))
 
 
 @pytest.fixture(scope="module")
@@ -108,9 +109,9 @@ def test_the_command_leaves_its_files_and_says_what_the_gearbox_asks_for(job):
     assert "peak_to_peak_um_at_drive" in (out / "design.csv").read_text().splitlines()[0]
 
 
-def test_hubs_that_do_not_give_are_the_design_of_the_case_to_the_last_digit(supports):
-    file = supports.file
-    held, case = (PairJudge(supports.reduced, file.design, file.base, hubs=hubs) for hubs in ([HELD, HELD], []))
+def test_hubs_that_do_not_give_are_the_design_of_the_case_to_the_last_digit(elements):
+    loads = [replace(load, meshes=(load.meshes[0]._replace(hubs=HELD),)) for load in elements.loads]
+    held, case = Judge(replace(elements, loads=loads)), Judge(elements, on_supports=False)
     for x in ([0.0, 0.0], [12.0, 3.0]):
         assert_array_equal(held.verdict(np.array(x)).results, case.verdict(np.array(x)).results)
         for one, other in zip(held.smooth(np.array(x), 5.0), case.smooth(np.array(x), 5.0), strict=True):
@@ -129,7 +130,7 @@ def test_a_rigid_gearbox_gives_the_design_of_the_case(tmp_path):
     sections = file.box.model.sections
     shafts = tuple(replace(shaft, youngs_modulus_GPa=1e12) for shaft in sections.shafts)
     stiff = replace(file.box, model=replace(file.box.model, sections=replace(sections, shafts=shafts)))
-    found = supports_of(replace(file, box=stiff))
+    found = elements_of(replace(file, source=stiff))
     (tmp_path / "case.toml").write_text(
         DESIGN.replace('gearbox = "box.toml"', 'case = "small.toml"')
         .replace('mesh = "mesh"', "")
@@ -137,23 +138,21 @@ def test_a_rigid_gearbox_gives_the_design_of_the_case(tmp_path):
     )
     (tmp_path / "small.toml").write_text(SMALL_CASE.replace("helix_angle", "centre_distance_mm = 62.2\nhelix_angle"))
     case = load(tmp_path / "case.toml")
-    on_supports = PairJudge(found.reduced, found.file.design, found.file.base, hubs=found.hubs)
-    alone = PairJudge(found.reduced, case.design, case.base)
+    on_supports, alone = Judge(found), judge_of_pair(found.pairs["mesh"], case.design)
     for x in ([0.0, 0.0], [12.0, 3.0]):
         one, other = on_supports.verdict(np.array(x)).results, alone.verdict(np.array(x)).results
         assert_allclose(one, other[::-1], rtol=1e-6)
 
 
-def test_loads_on_equal_supports_share_their_flexibilities_and_change_no_result(supports):
+def test_loads_on_equal_supports_share_their_flexibilities_and_change_no_result(elements):
     """Up to the round-off of displacements that are added one after the other."""
-    mesh = supports.meshes[0]
+    mesh, reduced = elements.meshes("mesh")[0], elements.pairs["mesh"]
+    (base,) = elements.file.base.values()
     moved = replace(mesh.hubs, offset=1.3 * mesh.hubs.offset)
-    torques, phi = (60.0, 30.0), np.linspace(0.0, supports.reduced.meshed.pair.pitch, 8)
-    together = VariantSolver(supports.reduced, phi, torques, [mesh.hubs, moved]).solve(supports.file.base, True)
+    torques, phi = (60.0, 30.0), np.linspace(0.0, reduced.meshed.pair.pitch, 8)
+    together = VariantSolver(reduced, phi, torques, [mesh.hubs, moved]).solve(base, True)
     for number, hubs in enumerate((mesh.hubs, moved)):
-        alone = VariantSolver(supports.reduced, phi, torques[number : number + 1], [hubs]).solve(
-            supports.file.base, True
-        )
+        alone = VariantSolver(reduced, phi, torques[number : number + 1], [hubs]).solve(base, True)
         for field in ("ste_um", "load_N_per_mm", "sensitivity", "pressure_MPa"):
             values = getattr(alone, field)[0]
             assert_allclose(getattr(together, field)[number], values, rtol=1e-9, atol=1e-9 * np.abs(values).max())
@@ -165,10 +164,10 @@ def test_a_flank_without_an_equilibrium_is_named_and_the_rest_is_written(tmp_pat
     quick = DESIGN.replace("samples = 32", "samples = 4")
     path = written_design(tmp_path, quick)
 
-    def lost(model, loads, pairs, number, assembly):
+    def lost(elements, built):
         raise pmor.ConvergenceError("made to fail", [])
 
-    monkeypatch.setattr("pmor.design.supports.solved_anew", lost)
+    monkeypatch.setattr("pmor.design.in_gearbox.solved_anew", lost)
     found = pmor.run_design(path)
     assert "in the gearbox, best for the gearbox: made to fail" in found.failures
     (data,) = found.data["gearbox"]["flanks"]
@@ -178,7 +177,7 @@ def test_a_flank_without_an_equilibrium_is_named_and_the_rest_is_written(tmp_pat
 
 
 def test_a_plan_says_what_is_searched_and_solves_nothing(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("pmor.design.search.elastic_model", lambda *_: pytest.fail("finite elements"))
+    monkeypatch.setattr("pmor.design.elements.elastic_model", lambda *_: pytest.fail("finite elements"))
     path = written_design(tmp_path)
     assert main(["plan", str(path)]) == 0
     text = capsys.readouterr().out

@@ -10,10 +10,12 @@ from numpy.testing import assert_allclose
 import pmor
 from pmor.app.cli import main
 from pmor.design import fine, readings
+from pmor.design.files import of_case
 from pmor.design.loader import load
 from pmor.design.output import FILES
-from pmor.design.set_flanks import flanks_at, members_at, of_case
 from pmor.design.settings import Variable
+from pmor.design.variables import assembly_at
+from pmor.design.variant_case import members_at
 from pmor.pair.conditions import assembly_of
 from pmor.sets.loader import load as load_set
 from pmor.sets.loader import with_sections
@@ -86,7 +88,10 @@ def test_variables_are_the_sections_of_members_that_carry(tmp_path, torque):
         Variable(key="twist_um", gear="planet", flank="drive", range=(0.0, 9.0)),
     )  # fmt: skip
     x = [12.0, 75.0, 3.0, 2.0, 4.0, 5.0]
-    built = {case: flanks_at(base, of_case(variables, design.flanks, case), x) for case, base in design.base.items()}
+    built = {}
+    for case, base in design.base.items():
+        own = of_case(variables, design.flanks, case)
+        built[case] = assembly_at(base, list(own.values()), [x[number] for number in own])
     changed = with_sections(file, replace(file.sections, members=members_at(file, variables, x)))
     assert built == {name: assembly_of(case) for name, case in changed.cases.items()}
     towards_the_sun, towards_the_ring = changed.cases["sun-planet"], changed.cases["planet-ring"]

@@ -29,7 +29,8 @@ def text_of(document):
 BROKEN = {
     "no case": ({"case": None}, ["case: is missing", "add 'case = ...'"]),
     "case and gearbox": ({"gearbox": "box.toml"}, ["case and gearbox", "leave one out"]),
-    "mesh of a case": ({"mesh": "high speed"}, ['mesh = "high speed"', "name the gearbox"]),
+    "mesh of a case": ({"mesh": "high speed"}, ['mesh = ["high speed"]', "name the gearbox"]),
+    "objective of a mesh": ({"objective": {"meshes": "high speed"}}, ['[objective] meshes = "high', "is of a gearbox"]),
     "load cases of a case": ({"load": {"names": ["drive"]}}, ['names = ["drive"]', "write torques_Nm"]),
     "case of another name": ({"case": "smal.toml"}, ["smal.toml", "there is no such case file", "small.toml"]),
     "case without line loads": ({"case": "shapes.toml"}, ["flank_lines", "set [contact] scheme"]),
@@ -54,7 +55,7 @@ BROKEN = {
     "constraint without bound": ({"constraints": [{"result": "k_h_beta"}]}, ["at_most: is missing"]),
     "nested too deeply": ({"case": Raw("[" * 100_000)}, ["not valid TOML", "nested too deeply"]),
     "gear of a set": ({"variables": [RELIEF | {"gear": "sun"}, START]}, ['gear = "sun"', "a pair has none"]),
-    "flank of a set": ({"variables": [RELIEF | {"flank": "coast"}, START]}, ['flank = "coast"', "leave it out"]),
+    "idle flank": ({"variables": [RELIEF | {"flank": "coast"}, START]}, ["coast flanks of both", "leave it out"]),
     "factor of a set": ({"objective": {"minimise": "k_gamma"}}, ['minimise = "k_gamma"', "write one of a pair"]),
     "against itself": ({"pareto": {"against": "peak_to_peak_um"}}, ["is the objective itself"]),
 }  # fmt: skip
@@ -78,8 +79,8 @@ def test_broken_designs_are_refused_in_one_line_and_leave_nothing(name, tmp_path
 REVERSE = ASKEW[ASKEW.rindex("[[loads]]") :].replace('"light"', '"back"').replace("20.0", "-20.0")
 # name: (what stands in the design of a gearbox, what stands there instead, what the message must hold)
 OF_A_GEARBOX = {
-    "no mesh": ('mesh = "mesh"\n', "", ["mesh: is missing", "name one of mesh"]),
     "unknown mesh": ('mesh = "mesh"', 'mesh = "mush"', ['mesh = "mush"', "box has none", "did you mean mesh?"]),
+    "variable of another mesh": ('gear = "pinion"', 'gear = "pinion"\nmesh = "mush"', ["did you mean mesh?"]),
     "no such gearbox": ("box.toml", "bex.toml", ["bex.toml", "there is no such gearbox file", "box.toml"]),
     "torques of its own": (
         "[load]",

@@ -4,11 +4,11 @@ import numpy as np
 from numpy.testing import assert_allclose
 
 from pmor.design.loader import settings_of
-from pmor.design.pair_judge import PairJudge
 from pmor.dynamics.law import alike_cycles, cycles_of
 from pmor.pair.conditions import assembly_of, nominal_condition
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.mesh_force import mesh_force_of
+from tests.support.judges import judge_of_pair
 
 ROUND_OFF = 1e-9
 ANGLES = 8
@@ -38,8 +38,8 @@ def check_design(reduced):
     """A design judges the curve of all cycles, and its orders are those of the mesh; derivatives are its own."""
     case, (_, ste) = reduced.basis.case, _swept(reduced)
     asked = {"variables": [{"key": "profile_crowning_um", "range": [0.0, 10.0]}], "search": {"angles": ANGLES}}
-    judge = PairJudge(reduced, settings_of(case, asked).design, assembly_of(case))
-    found = dict(zip(judge.design.results, judge.results(assembly_of(case))[0], strict=True))
+    judge = judge_of_pair(reduced, settings_of(case, asked).design)
+    found = dict(zip(judge.design.results, judge.results(judge.base)[0], strict=True))
     assert_allclose(found["peak_to_peak_um"], np.ptp(ste), rtol=ROUND_OFF)
     order = np.abs(np.fft.rfft(ste)[case.pair.repeats_after]) * 2.0 / len(ste)
     assert_allclose(found["order_1_um"], order, rtol=1e-6)

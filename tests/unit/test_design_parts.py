@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from pmor.case import parse_case
 from pmor.design.harris import highest_single_contact
+from pmor.design.loader import settings_of
 from pmor.design.measures import (
     draw_weights,
     order_amplitude,
@@ -18,9 +20,17 @@ from pmor.design.variables import AS_DRAWN, Draw, assembly_at, drawn, neighbours
 from pmor.gear.condition import PLAIN, Assembly, Misalignment
 from pmor.work.front import pareto_front
 from tests.support.gear_models import gear_pair, tooth
+from tests.support.small_design import CASE
 
 RELIEF = Variable(key="tip_relief_um", range=(0.0, 10.0), step=2.0)
 START = Variable(key="tip_relief_start_roll_deg", gear="wheel", range=(20.0, 24.0))
+
+
+def drawn_pairs(scatter, count):
+    file = settings_of(
+        parse_case(CASE, "small", "small"), {"variables": [{"key": "profile_slope_um", "range": [0, 1]}]}
+    )
+    return [draw.meshes[0] for draw in drawn(file, scatter, count)]
 
 
 def quotient(function, x, h=1e-6):
@@ -85,7 +95,7 @@ def test_neighbours_are_one_step_away_within_the_ranges():
 
 
 def test_flanks_as_filed_have_no_relief_that_scatters_where_none_is_said_to_begin():
-    (draw,) = drawn(Scatter(tip_relief_um=2.0, tip_relief_start_roll_deg=0.1, profile_slope_um=1.0), 1)
+    (draw,) = drawn_pairs(Scatter(tip_relief_um=2.0, tip_relief_start_roll_deg=0.1, profile_slope_um=1.0), 1)
     plain = assembly_at(PLAIN, (), (), draw).pinion
     assert (plain.tip_relief_um, plain.tip_relief_start_roll_deg) == (0.0, None)
     assert plain.profile_slope_um == draw.pinion["profile_slope_um"]
@@ -112,7 +122,7 @@ def test_a_variable_of_both_gears_is_the_same_on_both():
 
 
 def test_draws_have_the_deviations_that_are_asked_for():
-    draws = drawn(Scatter(tip_relief_um=2.0, in_plane_um=10.0), 1024)
+    draws = drawn_pairs(Scatter(tip_relief_um=2.0, in_plane_um=10.0), 1024)
     of_pinion, of_wheel = (np.array([getattr(d, gear)["tip_relief_um"] for d in draws]) for gear in ("pinion", "wheel"))
     in_plane = np.array([d.misalignment.in_plane_um for d in draws])
     for values, deviation in ((of_pinion, 2.0), (of_wheel, 2.0), (in_plane, 10.0)):

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.design.pair_judge import PairJudge
 from pmor.design.settings import AMOUNT_KEYS, Design, ExtentKey, Goal, Load, Scatter, Search, Trade, Variable
+from pmor.design.solvers import Built
 from pmor.gear.condition import PLAIN, Assembly, at_torques
 from pmor.gear.deviation_rates import deviation_rates
 from pmor.gear.modification import RELIEF_PLACES, Modification
@@ -24,6 +24,7 @@ from pmor.results.sensitivity import sensitivities
 from pmor.results.sweep import mesh_stiffness
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import online_angles
+from tests.support.judges import judge_of_pair
 from tests.support.line_pairs import ABOUT_TO, NOTHING, STEP, TORQUE, models, random_modification
 
 
@@ -121,7 +122,7 @@ def judge_of(name, minimise, torque, hubs):
         objective=Goal(minimise=minimise), constraints=(), scatter=Scatter(), search=Search(angles=ANGLES),
         pareto=Trade(),
     )  # fmt: skip
-    return PairJudge(models(name)[1], design, PLAIN, hubs=hubs)
+    return judge_of_pair(models(name)[1], design, hubs)
 
 
 def kinks(judge, variable, here, moved, value):
@@ -130,16 +131,17 @@ def kinks(judge, variable, here, moved, value):
     yield "section takes up or loses its load", (np.abs(other - load) > ABOUT_TO * load).any(axis=(1, 2))
     yield "patch comes to an edge", (here.edge_load_N_per_mm[0] > 0.0) != (moved.edge_load_N_per_mm[0] > 0.0)
     if variable.key in get_args(ExtentKey):
-        yield "relief begins", relief_begins(judge.reduced, variable.gear, variable.key, value, here)
+        yield "relief begins", relief_begins(judge.solvers[0].reduced, variable.gear, variable.key, value, here)
 
 
 def of_a_sweep(judge, assembly):
     """Sensitivities as the results file of a sweep has them, in the order of the variables."""
-    phi = online_angles(judge.reduced.meshed.pair.pitch, ANGLES)
+    variants = judge.solvers[0].variants
+    phi = online_angles(variants.reduced.meshed.pair.pitch, ANGLES)
     sweep = sweep_line_loads(
-        judge.solver.supported[0][0], phi, conditions_of_assembly(assembly, judge.design.load.torques_Nm), recorded=True
+        variants.supported[0][0], phi, conditions_of_assembly(assembly, judge.design.load.torques_Nm), recorded=True
     )
-    found = sensitivities(sweep, deviation_rates(judge.reduced.meshed, assembly, sweep.states.lines))
+    found = sensitivities(sweep, deviation_rates(variants.reduced.meshed, assembly, sweep.states.lines))
     return found.ste[[found.parameter.index(f"{v.gear}.{v.key}") for v in VARIABLES], 0]
 
 
@@ -155,23 +157,25 @@ def errors_of(name, minimise, rng, named, supported):
     """Exact derivative less quotient over the largest of the curve's: of the curve (k, A), of the figure (k,)."""
     hubs = [random_hubs(rng)] if supported else []
     judge = judge_of(name, minimise, 1e-3 * TORQUE * rng.uniform(0.2, 1.5), hubs)
-    active = judge.reduced.meshed.pair.active_rolls
-    flanks = [random_modification(rng, gear) for gear in active]
-    along = profiles(judge.reduced.meshed.pair)
+    (solver,) = judge.solvers
+    pair = solver.reduced.meshed.pair
+    flanks = [random_modification(rng, gear) for gear in pair.active_rolls]
+    along = profiles(pair)
     x = np.array([value_of(flanks[v.gear == "wheel"], v.key, along[v.gear == "wheel"]) for v in VARIABLES])
     # Shapes of relief are no variables.
     base = [replace(PLAIN.pinion, tip_relief_shape=m.tip_relief_shape, root_relief_shape=m.root_relief_shape)
             for m in flanks]  # fmt: skip
-    judge.base = Assembly(PLAIN.misalignment, *base)
-    state = judge.solver.solve(judge.assembly(x), differentiated=True)
-    exact = judge.ste_rates(state, judge.assembly(x))[:, 0]
-    assert_allclose(of_a_sweep(judge, judge.assembly(x)), exact, rtol=0.0, atol=1e-9 * np.abs(exact).max())
+    judge.base = Built((Assembly(PLAIN.misalignment, *base),))
+    (state,), built = judge.solve(judge.assembly(x), differentiated=True), judge.assembly(x)
+    rates = solver.ste_rates(state, built)
+    exact = np.array([rates[f"{v.gear}.{v.key}"][0] for v in VARIABLES])
+    assert_allclose(of_a_sweep(judge, built.flanks[0]), exact, rtol=0.0, atol=1e-9 * np.abs(exact).max())
     _, figure, _ = judge.smooth(x, SHARPNESS)
     curve_errors, figure_errors = np.full(exact.shape, np.nan), np.full(len(x), np.nan)
     for k, variable in enumerate(VARIABLES):
         h = STEP[variable.key.split("_")[-1]]
         ends = [x + sign * h * (np.arange(len(x)) == k) for sign in (1.0, -1.0)]
-        states = [judge.solver.solve(judge.assembly(end)) for end in ends]
+        states = [solver.solve(judge.assembly(end)) for end in ends]
         scale = max(np.abs(exact[k]).max(), NOTHING)
         smooth = np.ones(ANGLES, dtype=bool)
         for moved in states:

@@ -10,8 +10,9 @@ from numpy.testing import assert_allclose
 
 from pmor.app.machines import run_set as run
 from pmor.design import fine
+from pmor.design.elements import Elements
+from pmor.design.judge import Judge
 from pmor.design.loader import load as load_design
-from pmor.design.set_judge import SetJudge
 from pmor.line.kernels.several import MOST_SINGLE_STEPS
 from pmor.machine.loader import load as load_gearbox
 from pmor.machine.output import gearbox_data
@@ -80,15 +81,15 @@ def test_a_set_as_filed_stays_in_a_design_with_the_positions_that_converged(resu
     """The sun hangs loose at two positions of eight under the second torque, and at none under the first."""
     text = SMALL_DESIGN.replace("torques_Nm = [300.0]", "torques_Nm = [400.0, 300.0]")
     design = load_design(written_design(tmp_path, text, FREE))
-    judge = SetJudge(design, result.solution.train, design.design)
-    whole, genuine = judge.verdict(None), SetJudge.solve
+    judge = Judge(Elements(design, train=result.solution.train))
+    whole, genuine = judge.verdict(None), Judge.solve
     across = int(np.flatnonzero(result.solution.plan.free[:, 0])[0])
 
     def loses(judge, built, differentiated=False):
-        state = genuine(judge, built)
-        return replace(state, solution=without(state.solution, across, lost=[0, LOST], torque=1))
+        (state,) = genuine(judge, built)
+        return (replace(state, solution=without(state.solution, across, lost=[0, LOST], torque=1)),)
 
-    monkeypatch.setattr(SetJudge, "solve", loses)
+    monkeypatch.setattr(Judge, "solve", loses)
     monkeypatch.setattr(fine, "FEWEST", 8)
     left, said = fine.judged_on_what_is_left(judge, None)
     assert np.isnan(judge.verdict(None).results[1]).all()

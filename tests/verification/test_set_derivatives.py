@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.design.elements import elements_of
+from pmor.design.judge import Judge
 from pmor.design.loader import load
-from pmor.design.set_judge import SetJudge
-from pmor.sets.variants import train_of_variants
 from tests.support.small_sets import NO_STRESS, SMALL_DESIGN, SMALL_SET, written_design
 
 # Of the largest derivative: round-off and curvature of quotients with steps of 1e-4 um, deg or %.
@@ -41,7 +41,7 @@ def judge_of(folder, base=SMALL_SET, more="", renamed=("", "")):
         "torques_Nm = [300.0]", "torques_Nm = [100.0, 300.0]\nweights = [1.0, 2.0]"
     )
     file = load(written_design(folder, text.replace("[load]", f"{MORE}{more}[load]"), base + NO_STRESS))
-    return SetJudge(file, train_of_variants(file.set), file.design)
+    return Judge(elements_of(file))
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +82,7 @@ def test_gradients_of_percentiles_are_difference_quotients(tmp_path, rng):
     judge = judge_of(tmp_path, f"{SMALL_SET}[tolerances]\npins_tangential_um = 8.0\n", SCATTER)
     check_gradient(judge, rng)
     draws = judge.drawn(1024)
-    slopes = np.array([[(d.pinion["profile_slope_um"], d.wheel["profile_slope_um"]) for d in draw.flanks]
+    slopes = np.array([[(d.pinion["profile_slope_um"], d.wheel["profile_slope_um"]) for d in draw.meshes]
                        for draw in draws]).reshape(1024, 3, 2, 2)  # fmt: skip
     of_sun, towards_the_sun, towards_the_ring, of_ring = np.moveaxis(slopes.reshape(1024, 3, 4), 2, 0)
     assert (of_sun == of_sun[:, :1]).all()
@@ -99,8 +99,8 @@ def test_gradients_of_percentiles_are_difference_quotients(tmp_path, rng):
 
 def test_what_was_solved_before_changes_no_digit(judge):
     x = np.array([5.0, 70.0, 2.0, 1.0, 0.5, -1.0])
-    fresh = SetJudge(judge.file, judge.train, judge.design)
-    other = judge.solve(judge.assembly(np.array([20.0, 60.0, 6.0, 4.0, 6.0, 6.0])))
-    first, second = (one.solve(one.assembly(x)).solution.found.force for one in (fresh, judge))
+    fresh = Judge(judge.elements)
+    (other,) = judge.solve(judge.assembly(np.array([20.0, 60.0, 6.0, 4.0, 6.0, 6.0])))
+    first, second = (one.solve(one.assembly(x))[0].solution.found.force for one in (fresh, judge))
     assert np.array_equal(first, second)
     assert not np.array_equal(first, other.solution.found.force)

@@ -1,0 +1,164 @@
+"""The finite elements of a design solved, and solvers of its meshes under loads.
+
+Of a gearbox meshes are searched on the compliance and the displacement of their hubs (`pmor.line.hubs`) as the gearbox
+has them with the flanks of the cases, planetary sets under their mean loads. Of linear supports that is exact but for
+what the meshes' own changes do to the places of their forces. Flanks that were found are judged by the gearbox solved
+anew with them (`pmor.design.in_gearbox`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
+
+from pmor.case import Case
+from pmor.case.coarser import halved
+from pmor.case.width import elements_across
+from pmor.core.errors import CaseError
+from pmor.core.progress import stage
+from pmor.core.threads import in_order
+from pmor.design.files import DesignFile
+from pmor.design.settings import Load
+from pmor.design.solvers import MeshSolver, Solver, TrainSolver
+from pmor.line.several import GearTrain
+from pmor.machine.coupled import MEAN_ANGLES, SolvedLoad, SolvedMesh, solve_load
+from pmor.pair.model import elastic_model, refuse_loads
+from pmor.sets.run import train_of
+from pmor.sets.variants import train_of_variants
+from pmor.work.cost import meshed_within_memory, refuse_large_sweep
+from pmor_offline.train import train
+from pmor_online.model import ReducedPair, reduced_pair
+
+
+@dataclass(frozen=True)
+class Elements:
+    """A design whose finite elements are solved.
+
+    Parameters
+    ----------
+    file : DesignFile
+        Of a gearbox with the torques of its loads on the pinion of the first mesh.
+    pairs : mapping of str to ReducedPair
+        Of all meshes, by the names of their cases; empty of a set.
+    train : GearTrain or None
+        Of a set.
+    loads : tuple of SolvedLoad
+        A gearbox in equilibrium under the loads of the design.
+    """
+
+    file: DesignFile
+    pairs: Mapping[str, ReducedPair] = field(default_factory=dict)
+    train: GearTrain | None = None
+    loads: tuple[SolvedLoad, ...] = ()
+
+    def meshes(self, name: str) -> list[SolvedMesh]:
+        """Return a mesh of the gearbox under each load."""
+        number = list(self.pairs).index(name)
+        return [load.meshes[number] for load in self.loads]
+
+    def solvers(
+        self, load: Load, angles: int, on_supports: bool = True, coarser: Sequence[Solver] = (),
+        stays: bool = False,
+    ) -> tuple[Solver, ...]:  # fmt: skip
+        """Return solvers of all that is solved by itself, under some of the loads, on so many angles to a mesh cycle.
+
+        Parameters
+        ----------
+        on_supports : bool
+            Whether hubs stand on what the gearbox makes of them under each load; else they are held.
+        coarser : sequence of Solver, optional
+            Of half as many angles.
+        stays : bool
+            As of `pmor.design.solvers.FineSolver`.
+        """
+        if self.train is not None:
+            assert self.file.set is not None
+            return (TrainSolver(self.file.set, self.train, angles, load.torques_Nm),)
+        half, found = [one.variants for one in coarser if isinstance(one, MeshSolver)], []
+        for number, name in enumerate(self.file.meshes):
+            of_loads = zip(self.loads, self.meshes(name), strict=True)
+            meshes = [mesh for one, mesh in of_loads if one.load.name in load.names]
+            torques = [1e-3 * mesh.torque for mesh in meshes] if meshes else load.torques_Nm
+            found.append(MeshSolver(
+                name, number, self.pairs[name], angles, self.file.repeats_after(name), torques,
+                [mesh.hubs for mesh in meshes if on_supports], half[number] if half else None, stays,
+            ))  # fmt: skip
+        return tuple(found)
+
+
+def elements_of(file: DesignFile, reduced: ReducedPair | None = None, executor: Executor | None = None) -> Elements:
+    """Solve the finite elements of a design on threads, and its gearbox under the loads of the design.
+
+    Parameters
+    ----------
+    reduced : ReducedPair, optional
+        Of the only mesh, by line loads; by default it is made.
+
+    Raises
+    ------
+    CaseError, ConvergenceError, GeometryError
+    """
+    if file.set is not None:
+        return Elements(file, train=train_of_variants(file.set, executor))
+    torques = () if file.box is not None else file.design.load.torques_Nm
+    if reduced is not None:
+        _refuse_unfit(file, reduced)
+        pairs = {file.meshes[0]: reduced}
+    else:
+        trained = in_order(lambda case: trained_pair(case, torques), file.cases.values(), executor)
+        pairs = dict(zip(file.cases, trained, strict=True))
+    found = Elements(file, pairs)
+    if file.box is not None:
+        found = _in_equilibrium(found)
+    for name in file.meshes:
+        angles = file.design.search.angles * file.repeats_after(name)
+        refuse_large_sweep(file.name, found.pairs[name].meshed, angles, len(file.design.load.labels))
+    return found
+
+
+def _in_equilibrium(elements: Elements) -> Elements:
+    file = elements.file
+    assert file.box is not None
+    model, by_name = file.box.model, {load.name: load for load in file.box.model.sections.loads}
+    trains = {name: train_of(one) for name, one in model.sets.items()}
+    loads = tuple(
+        solve_load(model, by_name[name], elements.pairs, MEAN_ANGLES, trains=trains) for name in file.design.load.names
+    )
+    solved = replace(elements, loads=loads)
+    torques_Nm = tuple(1e-3 * mesh.torque for mesh in solved.meshes(file.meshes[0]))
+    design = replace(file.design, load=replace(file.design.load, torques_Nm=torques_Nm))
+    return replace(solved, file=replace(file, design=design))
+
+
+def trained_pair(case: Case, torques_Nm: tuple[float, ...] = ()) -> ReducedPair:
+    """Return the reduced pair of a case, by line loads; CaseError where one of the torques is beyond their range."""
+    mesh = meshed_within_memory(case)
+    if torques_Nm:
+        refuse_loads(replace(case, online=replace(case.online, torques_Nm=torques_Nm)), mesh.meshed)
+    with stage(f"finite elements of {case.name}"):
+        return reduced_pair(train(case, elastic_model(case, mesh)).basis)
+
+
+def _refuse_unfit(file: DesignFile, reduced: ReducedPair) -> None:
+    """Raise CaseError where a model that was trained for another purpose does not suffice."""
+    case = reduced.basis.case
+    if "root_stress_MPa" in file.design.results and reduced.basis.root_stress is None:
+        raise CaseError(f"{file.name}: root_stress_MPa: the model holds none: train with [results] root_stress = true")
+    refuse_loads(replace(case, online=replace(case.online, torques_Nm=file.design.load.torques_Nm)), reduced.meshed)
+
+
+def coarse_design(file: DesignFile) -> DesignFile | None:
+    """Return a design whose gears have half as many elements over profile and width; None where there are no such.
+
+    They have no stress at the roots. Where finite elements take long, the first result does not wait for all of them.
+    """
+    if "root_stress_MPa" in file.design.results:
+        return None
+    cases = dict[str, Case]()
+    for name, case in file.cases.items():
+        fewer = halved(case)
+        if fewer is None or elements_across(fewer) > elements_across(case):
+            return None
+        cases[name] = fewer
+    return replace(file, cases=cases, set=None if file.set is None else replace(file.set, cases=cases))
