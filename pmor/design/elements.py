@@ -13,7 +13,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 
 from pmor.case import Case
-from pmor.case.coarser import halved
+from pmor.case.models import halved
 from pmor.case.width import elements_across
 from pmor.core.errors import CaseError
 from pmor.core.progress import stage
