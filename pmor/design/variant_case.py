@@ -22,7 +22,7 @@ from pmor.design.loader import SECTIONS
 from pmor.design.settings import Variable
 from pmor.design.variables import assembly_at
 from pmor.gear.modification import UNMODIFIED, Modification
-from pmor.machine.to_toml import gearbox_texts
+from pmor.rexs.to_toml import gearbox_texts
 from pmor.sets.loader import SetFile
 from pmor.storage.atomic import atomic_path
 from pmor.storage.design_file import DesignResults, read_design_file
