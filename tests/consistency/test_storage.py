@@ -170,7 +170,7 @@ def is_flipped(path):
     flip_bit_of(gram_of(path))(path)
 
 
-# What the table of contents and the case have to do with it: robustness/test_edited_files, test_corruption.
+# What the table of contents and the case have to do with it: robustness/test_corruption.
 @pytest.mark.parametrize("damage", [is_missing, is_a_folder, lacks_gram, lacks("training"), lacks_checksum, is_flipped])
 def test_a_basis_that_cannot_be_trusted_is_refused(damage, path):
     damage(path)

@@ -1,18 +1,32 @@
+"""Cases of files and of Python: defaults, checks, keys, keywords, changes."""
+
+from __future__ import annotations
+
 import re
 import tomllib
+from collections.abc import Mapping
+from dataclasses import is_dataclass, replace
+from inspect import signature
 from pathlib import Path
-from types import SimpleNamespace
+from types import NoneType, SimpleNamespace, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 import pytest
 
-from pmor.case import GearCase, basis_key, describe, load_case, parse_case
+import pmor
+import pmor.app.plan
+from pmor.app.cases import Settings
+from pmor.case import Case, GearCase, basis_key, change_case, describe, load_case, make_case, parse_case, text_of
+from pmor.case.change import changed_text
+from pmor.case.document import CONDITION
+from pmor.case.reader import keys_of
+from pmor.case.schema import SECTIONS
 from pmor.core.errors import CaseError, FileFormatError
 from pmor.pair.conditions import conditions_of
 from pmor.storage.basis_file import require_made_from
 
 CASES = Path(__file__).parents[2] / "cases"
-
 MINIMAL = """
 [load]
 torque_Nm = 50
@@ -166,3 +180,116 @@ def test_error_names_file_section_key_value_rule_and_remedy():
     with pytest.raises(CaseError) as caught:
         parse(MINIMAL.replace("module_mm = 2", "module_mm = -4.0"))
     assert str(caught.value) == ("demo.toml: [pair] module_mm = -4.0: must be between 0.05 and 100 (mm): raise it")
+
+
+SINGLE = ("title", CONDITION, *(name for name in SECTIONS if "." not in name))
+
+
+def single_keys():
+    """Keys that need no section, with their annotations in the schema."""
+    found = {}
+    for kind in SECTIONS.values():
+        for key, hint in keys_of(kind).items():
+            try:
+                pmor.make_case(**{key: object()})
+            except CaseError as error:
+                if "more than one section" not in str(error):
+                    found[key] = hint
+    return found
+
+
+def taken(hint):
+    """What a key takes in Python, of its annotation in the schema."""
+    if get_origin(hint) in (UnionType, Union):
+        return Union[tuple(taken(one) for one in get_args(hint) if one is not NoneType)]  # noqa: UP007
+    if get_origin(hint) is Annotated:
+        return taken(get_args(hint)[0])
+    if get_origin(hint) is tuple:
+        from collections.abc import Sequence
+
+        return taken(get_args(hint)[0]) | Sequence[taken(get_args(hint)[0])]
+    return Mapping[str, Any] if is_dataclass(hint) else hint
+
+
+def test_the_keywords_are_the_keys_of_the_schema_with_their_types():
+    typed = get_type_hints(Settings)
+    assert {key: hint for key, hint in typed.items() if key not in SINGLE} == {
+        key: taken(hint) for key, hint in single_keys().items()
+    }
+    assert set(SINGLE) <= typed.keys()
+
+
+@pytest.mark.parametrize(("function", "first"), [(pmor.make_case, "name"), (pmor.change_case, "case")])
+def test_a_notebook_finds_them_in_the_signature(function, first):
+    assert list(signature(function).parameters) == [first, *Settings.__annotations__]
+    element = signature(function).parameters["element"]
+    assert element.kind is element.KEYWORD_ONLY
+    assert get_args(eval(element.annotation, {"Literal": Literal})) == ("hex20", "hex8i", "hex8")
+
+
+FILES = sorted(path for path in CASES.glob("*.toml") if "[pinion]" in path.read_text())  # the others start from a case
+SMALL = {"teeth": 21, "bore_radius_mm": 20.0, "module_mm": 4.0, "face_width_mm": 20.0, "torque_Nm": 100.0}
+
+
+def test_a_case_made_by_keywords_is_the_one_of_a_file():
+    path = CASES / "paper_spur.toml"
+    read = load_case(path)
+    made = make_case("paper_spur", title=read.title, **SMALL, online={"torques_Nm": np.array(read.online.torques_Nm)})
+    assert replace(made, text=read.text, compare=read.compare, offline=read.offline) == read
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_shipped_cases_say_what_they_are_for_and_read_back_when_changed(path):
+    case = load_case(path)
+    assert case.name == path.stem
+    assert case.text.startswith("# ")
+    assert text_of(case) == case.text
+    other = replace(case, mesh=replace(case.mesh, profile_elements=9), title='"quoted" Ω')
+    text = text_of(other)
+    assert text != case.text
+    assert parse_case(text, case.name, case.name) == replace(other, text=text)
+
+
+def test_a_key_of_the_gears_changes_both_and_a_section_one():
+    case = make_case(**SMALL)
+    alike = change_case(case, teeth=30)
+    assert (alike.pair.pinion.teeth, alike.pair.wheel.teeth) == (30, 30)
+    unlike = change_case(case, wheel={"teeth": 34, "bore_radius_mm": 30.0})
+    assert (unlike.pair.pinion.teeth, unlike.pair.wheel.teeth) == (21, 34)
+    assert change_case(unlike, profile_shift=0.1).pair.wheel.profile_shift == 0.1
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"torques_Nm": [1.0]}, r"more than one section has it: write offline=\{'torques_Nm': ...\} or online="),
+        ({"profile_element": 8}, "no section has such a key: did you mean profile_elements"),
+        ({"mesh": 8}, r"is a section: write mesh=\{"),
+        ({"profile_elements": 0}, "must be between 2 and 512"),
+        ({"torque_Nm": float("nan")}, "torque_Nm"),
+    ],
+)
+def test_what_cannot_be_changed_is_named(settings, message):
+    with pytest.raises(CaseError, match=message):
+        change_case(make_case(**SMALL), **settings)
+
+
+def test_a_case_shows_itself_in_one_line():
+    case = make_case("mine", **SMALL)
+    assert isinstance(case, Case)
+    expected = "<Case 'mine': 21/21 teeth, module 4 mm, face width 20 mm, 100 N m, line, 8 x 4 elements>"
+    assert repr(case) == expected
+
+
+def test_keys_that_are_not_set_are_left_out_of_inline_tables_too():
+    text = changed_text("[pinion]", {"pinion": {"blank": {"rim_thickness_mm": 4.0, "web_offset_mm": None}}})
+    assert tomllib.loads(text) == {"pinion": {"blank": {"rim_thickness_mm": 4.0}}}
+
+
+def test_the_plan_shows_keys_that_are_not_set_also_without_words_of_their_own(monkeypatch):
+    case = make_case(**SMALL)
+    unset = [key.rpartition(".")[2] for key, value, _ in describe(case) if value is None]
+    assert "centre_distance_mm" in unset
+    monkeypatch.setattr(pmor.app.plan, "NOT_WRITTEN", {})
+    lines = [line.split() for line in pmor.app.plan.plan_case(case).splitlines()]
+    assert [words[0] for words in lines if words[1:] == ["none", "*"]] == unset

@@ -1,19 +1,23 @@
-"""Each compiled kernel of dynamics against a slow, obvious twin, and many degrees of freedom against one."""
+"""Compiled kernels of dynamics against slow twins; stability and folds of the benchmark of `pmor.validation.motion`."""
+
+import re
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 from pmor.core.errors import ConvergenceError
+from pmor.dynamics.continuation import Follower
 from pmor.dynamics.force_law import forces_at, static_displacement
 from pmor.dynamics.force_table import table_error, tabulate
-from pmor.dynamics.harmonic_balance import Balance, rest, rms, solve_at
-from pmor.dynamics.integration import integrate
+from pmor.dynamics.harmonic_balance import Balance, rest, rms, solution_of, solve_at
+from pmor.dynamics.integration import integrate, run_through
 from pmor.dynamics.kernels.laws import VaryingStiffness
 from pmor.dynamics.oscillator import Oscillator, static_stiffness_of
 from pmor.dynamics.response import response
-from pmor.dynamics.stability import monodromy
-from tests.support.motion import along_line_of_action, state_of
+from pmor.dynamics.stability import between_orders, doublings, monodromy, stability_of
+from pmor.validation.motion import BENCHMARK, DIGITS, followed
+from tests.support.motion import along_line_of_action, monodromies, multipliers, state_of
 
 LAW = VaryingStiffness(stiffness=1.0, variation=0.2, pulls=False)
 
@@ -124,3 +128,173 @@ def test_beyond_its_range_a_table_gives_no_force_and_nobody_takes_it_for_one():
         response(heavy, table, (0.5, 1.5))
     with pytest.raises(ConvergenceError, match="not borne"):
         static_displacement(table, 10.0, np.zeros(1), (-0.2, 1.9))
+
+
+def test_motion_is_stable_up_to_the_folds_and_unstable_between_them():
+    branch, _ = followed(0.05)
+    between = np.array([point.tangent[-1] > 0.0 for point in branch.points])
+    stable = stability_of(monodromies(branch))
+    clear = np.abs([point.tangent[-1] for point in branch.points]) > 2e-3  # of the folds themselves
+    assert between[clear].sum() > 10
+    np.testing.assert_array_equal(stable[clear], ~between[clear])
+
+
+def test_a_multiplier_is_one_at_a_fold():
+    branch, _ = followed(0.05)
+    for fold in branch.folds:
+        found = multipliers(branch.balance, fold.point.unknowns, fold.point.speed)
+        # Kinks of the force are sampled, in the one place and in the other; measured 1e-3.
+        np.testing.assert_allclose(found[0], 1.0, atol=3e-3)
+
+
+@pytest.mark.parametrize("low", [0.55, 0.87])
+def test_no_fold_is_lost_where_the_speeds_begin_amid_the_resonance(low):
+    """At 0.87 three motions exist: the branch from above leaves the speeds there without having turned."""
+    found = response(along_line_of_action(1.0, 0.1, 1.0), BENCHMARK, (low, 1.4))
+    assert len(found.branches) == (2 if low > 0.6 else 1)
+    run_up = [fold.point.speed for fold in found.folds if fold.kind == "run_up"]
+    np.testing.assert_allclose(run_up, [0.9069], rtol=DIGITS)
+
+
+def test_motion_not_found_at_the_upper_limit_is_come_to_from_above(monkeypatch):
+    def fails_there(balance, speed, start):
+        if speed == 1.4:
+            raise ConvergenceError("made to fail")
+        return solve_at(balance, speed, start)
+
+    monkeypatch.setattr("pmor.dynamics.response.solve_at", fails_there)
+    found = response(along_line_of_action(1.0, 0.1, 1.0), BENCHMARK, (0.55, 1.4))
+    np.testing.assert_allclose([fold.point.speed for fold in found.folds], [0.8344, 0.9069], rtol=DIGITS)
+    assert found.branches[0].speed.max() <= 1.4
+
+
+def test_the_linear_oscillator_is_unstable_where_theory_says():
+    """Limits by Hill's determinant, zeta 0.02."""
+    branch, follow = followed(0.02, BENCHMARK._replace(pulls=True), (1.7, 2.3))
+    limits = [point.speed for point in doublings(branch, follow, monodromies(branch), (1.7, 2.3), [])]
+    np.testing.assert_allclose(limits, [2.08995, 1.90679], rtol=1e-5)
+    inside = (branch.speed > limits[1]) & (branch.speed < limits[0])
+    np.testing.assert_array_equal(stability_of(monodromies(branch)), ~inside)
+
+
+def test_no_doubling_is_told_of_outside_the_speeds_that_were_asked_for():
+    branch, follow = followed(0.02, BENCHMARK._replace(pulls=True), (1.7, 2.3))
+    limits = [point.speed for point in doublings(branch, follow, monodromies(branch), (2.0, 2.3), [])]
+    np.testing.assert_allclose(limits, [2.08995], rtol=1e-5)
+
+
+@pytest.mark.parametrize("zeta", [0.5, 0.05])
+def test_slow_motion_is_quasi_static_and_stable(zeta):
+    """At 0.005 of the natural frequency x = 1 / (1 + 0.2 cos psi), to the order of the inertia, 0.005^2 x 0.2."""
+    found = response(along_line_of_action(1.0, 2.0 * zeta, 1.0), BENCHMARK, (0.005, 0.01), 320)
+    (branch,), (stable,) = found.branches, found.stable
+    assert found.lost == ()
+    assert found.doublings == ()
+    assert stable.all()
+    phase = branch.balance.phase
+    for point in branch.points[:: len(branch.points) // 2]:
+        displacement = branch.balance.displacement(point.unknowns)
+        # Of the damping, 2 zeta w dx/dpsi, at most.
+        np.testing.assert_allclose(
+            displacement, 1.0 / (1.0 + 0.2 * np.cos(phase)), atol=1e-4 + 0.7 * zeta * point.speed
+        )
+
+
+def test_quasi_static_motion_is_a_start_where_rest_is_none(monkeypatch):
+    monkeypatch.setattr("pmor.dynamics.response.rest", lambda balance: np.full(balance.size, 1e3))
+    found = response(along_line_of_action(1.0, 0.1, 1.0), BENCHMARK, (0.05, 0.06), 40)
+    assert found.lost == ()
+    assert found.stable[0].all()
+
+
+@pytest.mark.parametrize("where", ["continuation", "period_doubling"])
+def test_a_place_that_is_not_found_costs_no_branch(monkeypatch, where):
+    """In the first case the folds, in the second the doublings."""
+    genuine = Follower.refine
+
+    def refine(self, point, step, value):
+        if value.__module__ == f"pmor.dynamics.{where}":
+            raise ConvergenceError("made to fail")
+        return genuine(self, point, step, value)
+
+    monkeypatch.setattr(Follower, "refine", refine)
+    law, limits = (BENCHMARK, (0.55, 1.4)) if where == "continuation" else (BENCHMARK._replace(pulls=True), (1.7, 2.3))
+    found = response(along_line_of_action(1.0, 0.1 if where == "continuation" else 0.04, 1.0), law, limits)
+    assert len(found.branches[0].points) > 10
+    assert len(found.lost) == 2
+    assert all(
+        re.match(r"(jump|period doubling) near mesh frequency 0\.\d+ Hz: made to fail", lost) for lost in found.lost
+    )
+
+
+def test_singular_equations_are_a_failure_in_words():
+    with pytest.raises(ConvergenceError, match="singular"):
+        solution_of(np.zeros((2, 2)), np.ones(2))
+
+
+def test_a_branch_whose_stability_is_unknown_is_named_and_leaves_the_others(monkeypatch):
+    genuine = monodromy
+
+    def fails_above(balance, unknowns, speed):
+        if speed > 1.3:
+            raise ConvergenceError("made to fail")
+        return genuine(balance, unknowns, speed)
+
+    monkeypatch.setattr("pmor.dynamics.response.monodromy", fails_above)
+    found = response(along_line_of_action(1.0, 0.1, 1.0), BENCHMARK, (0.87, 1.4))
+    assert [branch.points[0].speed for branch in found.branches] == [0.87]
+    assert found.lost == ("branch from the upper limit: made to fail",)
+
+
+@pytest.mark.slow
+def test_motion_inside_the_instability_has_twice_the_period():
+    found = response(along_line_of_action(1.0, 0.04, 1.0), BENCHMARK, (1.7, 2.3))
+    assert [branch.balance.cycles for branch in found.branches] == [1, 2, 2]
+    assert found.lost == ()
+    upper, stable = found.branches[1], found.stable[1]
+    inside = (upper.speed > 1.92) & (upper.speed < 2.08)
+    assert inside.sum() > 2
+    assert stable[inside].all()
+    for point in np.array(upper.points, dtype=object)[inside][::2]:
+        assert between_orders(point.unknowns) > 0.5
+        start = state_of(upper.balance, point.unknowns, point.speed)
+        motion = integrate(upper.balance.oscillator, BENCHMARK, start, (point.speed, point.speed), 200)
+        samples = motion.displacement.reshape(100, -1)
+        np.testing.assert_allclose(samples[-1].std(), rms(point.unknowns), rtol=1e-5)  # measured 3e-7
+        assert np.ptp(samples[-1, :64] - samples[-1, 64:]) > 1.0
+
+
+def test_integration_over_time_finds_what_harmonic_balance_found_at_sixty_speeds():
+    branch, _ = followed(0.05, limits=(0.4, 1.5))
+    points = [p for p, stable in zip(branch.points, stability_of(monodromies(branch)), strict=True) if stable]
+    chosen = [points[i] for i in np.linspace(0, len(points) - 1, 60).astype(int)]
+    for point in chosen:
+        start = state_of(branch.balance, point.unknowns, point.speed)
+        motion = integrate(branch.balance.oscillator, BENCHMARK, start, (point.speed, point.speed), 60)
+        np.testing.assert_allclose(motion.rms[-1], rms(point.unknowns), rtol=5e-4)  # asked for: 5e-3; measured 1.3e-4
+
+
+@pytest.mark.parametrize(("speeds", "kind"), [((0.88, 0.93), "run_up"), ((0.86, 0.81), "run_down")])
+def test_a_slow_run_jumps_at_the_folds(speeds, kind):
+    branch, _ = followed(0.05)
+    fold = next(fold.point.speed for fold in branch.folds if fold.kind == kind)
+    balance = branch.balance
+    unknowns = solve_at(balance, 0.7 if kind == "run_up" else 1.0, rest(balance))
+    start = state_of(balance, unknowns, speeds[0])
+    settled = integrate(balance.oscillator, BENCHMARK, start, (speeds[0], speeds[0]), 200).states[-1]
+    pieces = list(run_through(balance.oscillator, BENCHMARK, settled, speeds, 10_000))
+    size, speed = (np.concatenate([getattr(p, name) for p in pieces]) for name in ("rms", "cycle_speed"))
+    jumped = size > 1.0 if kind == "run_up" else size < 1.0
+    assert not jumped[0]
+    assert jumped[-1]
+    np.testing.assert_allclose(speed[jumped.argmax()], fold, rtol=5e-3)  # late by what the speed gains meanwhile
+
+
+def test_free_vibration_with_contact_loss_keeps_its_energy():
+    free = along_line_of_action(1.0, 0.0, 1.0)
+    motion = integrate(free, BENCHMARK._replace(variation=0.0), np.array([3.0, 0.0]), (1.0, 1.0), 1000, tolerance=1e-10)
+    assert (motion.force == 0.0).mean() > 0.4
+    x, v = motion.states.T
+    energy = 0.5 * v**2 + 0.5 * np.maximum(x, 0.0) ** 2 - x
+    # Of the energy above rest, 2: steps are resolved to 1e-10 of the state; measured 5e-7.
+    assert np.abs(energy - 1.5).max() <= 1e-6 * 2.0
