@@ -81,7 +81,7 @@ def solved(count, support):
         path = Path(place) / "set.toml"
         keys |= {"deviation": DEVIATION_UM, "draws": draws}
         path.write_text(SET.format(sun=sun, planet=planet, ring=ring, support=support, **keys))
-        return pmor.gear_set(path).samples
+        return pmor.run(path).samples
 
 
 # %% [markdown]

@@ -12,7 +12,8 @@ Cases
     `import_rexs`: makes one of a stage in a gearbox file. `geometry`: the data sheet of its gears, a `Geometry`.
 Files of any kind
     `load`: reads a case, a planetary set, a gearbox, a design, a campaign or a study. `plan`: its work, memory and
-    time. `run`: all that it asks for, with its files.
+    time. `run`: all that it asks for, with its files; of a gearbox a `GearboxResult`, of a planetary set or idlers a
+    `SetResult`.
 Models
     `train`: solves full FE over the training of a case; a `ReducedModel`, with `sweep`, `sweep_conditions`,
     `root_stress`, `report`, `export`, `dynamics`, `design`. `load_model`: reads one from a file. `full_model`: full FE
@@ -23,10 +24,9 @@ Results
     assemblies. `RootStress`: along the fillets.
 Capabilities and experiments, with their files where a folder is given
     `run_dynamics`: the pair in motion, a `DynamicsResult`. `run_design`: a search for flank modifications, a
-    `DesignResult`. `gearbox`: shafts, bearings and several meshes, a `GearboxResult`. `gear_set`: planetary sets and
-    idlers, a `SetResult`. `campaign`: a table of macro-geometries, a `CampaignResult`. `study`: a grid of meshes and
-    models. `convergence`: finer and finer meshes. `stability`: extreme variants. `reductions`: reductions and
-    samplings. `bench`: run times.
+    `DesignResult`. `campaign`: a table of macro-geometries, a `CampaignResult`. `study`: a grid of meshes and models.
+    `convergence`: finer and finer meshes. `stability`: extreme variants. `reductions`: reductions and samplings.
+    `bench`: run times.
     `write_design_case`, `write_campaign_case`: one of many designs as a case file.
 Conditions
     `Misalignment`: position of the wheel's axis. `Modification`: deviation of a gear's flanks; `Topography`: on a grid.
@@ -60,8 +60,6 @@ if TYPE_CHECKING:
         bench,
         campaign,
         convergence,
-        gear_set,
-        gearbox,
         load,
         plan,
         reductions,
@@ -116,7 +114,7 @@ _HOMES = {
     "pmor.app.geometry": ("Geometry", "geometry"),
     "pmor.app.model": ("ReducedModel",),
     "pmor.app.capabilities": (
-        "bench", "campaign", "convergence", "gear_set", "gearbox", "load", "plan", "reductions", "run", "run_design",
+        "bench", "campaign", "convergence", "load", "plan", "reductions", "run", "run_design",
         "run_dynamics", "stability", "study", "write_campaign_case", "write_design_case",
     ),
     "pmor.app.run": ("RunResult", "run_case"),
@@ -139,6 +137,7 @@ _HOMES = {
     "pmor_online.compare": ("Comparison",),
 }  # fmt: skip
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
+_MOVED = {"gear_set": "run", "gearbox": "run"}
 
 __all__ = [
     "Assembly", "CampaignResult", "Case", "CaseError", "Comparison", "ConditionsResult", "ConvergenceError",
@@ -146,7 +145,7 @@ __all__ = [
     "Geometry", "GeometryError", "MeshError", "Misalignment", "Modification", "OutputError", "PmorError",
     "ReducedModel", "ResultArray", "RootStress", "RunResult", "SetResult", "SweepResult", "Topography",
     "Verification", "bench", "campaign", "change_case", "compare", "convergence", "export_file", "exudyn_mesh",
-    "full_model", "gear_set", "gearbox", "geometry", "import_rexs", "info", "load", "load_case", "load_model",
+    "full_model", "geometry", "import_rexs", "info", "load", "load_case", "load_model",
     "load_results", "make_case", "plan", "reductions", "run", "run_case", "run_design", "run_dynamics",
     "stability", "study", "train", "verify", "write_campaign_case", "write_design_case", "__version__",
 ]  # fmt: skip
@@ -156,7 +155,8 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         from pmor.core.wording import did_you_mean
 
-        raise AttributeError(f"module 'pmor' has no attribute {name!r}: {did_you_mean(name, __all__)}")
+        remedy = f"use pmor.{_MOVED[name]}" if name in _MOVED else did_you_mean(name, __all__)
+        raise AttributeError(f"module 'pmor' has no attribute {name!r}: {remedy}")
     return getattr(import_module(_HOME[name]), name)
 
 

@@ -1,6 +1,6 @@
 """Capabilities, and experiments on the program, as functions: each runs, and writes its files if asked to.
 
-All take a case or a file of settings (or the settings that its `load` returns), a folder, and by keyword:
+All take the name of a file (or what `load` returned, or a case), a folder, and by keyword:
 
 ``executor``
     A `concurrent.futures.Executor` that shares out the work; by default it is done here, one piece after the other.
@@ -17,14 +17,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
-from pmor.app.kinds import KINDS, QUESTIONS, called, kind_of, kind_of_settings
+from pmor.app.records import COMMANDS, KINDS, called, kind_of, kind_of_settings, settings_for, typed
 from pmor.core.errors import CaseError, OutputError
 from pmor.core.progress import Steps, quietly
 from pmor.core.threads import one_thread
-from pmor.core.wording import suggesting
+from pmor.core.wording import suggesting, typed_out
 
 if TYPE_CHECKING:
     from pmor.campaigns.campaign import Campaign
@@ -39,19 +40,39 @@ if TYPE_CHECKING:
     from pmor.lab.stability.result import Stability as StabilityResult
     from pmor.lab.study.result import StudyResult
     from pmor.lab.study.settings import Study
-    from pmor.machine.loader import GearboxFile
-    from pmor.machine.result import GearboxResult
-    from pmor.sets.loader import SetFile
-    from pmor.sets.result import SetResult
 
 Place = Path | str
 
 
-class _Result(Protocol):
-    def write(self, folder: Place, *, overwrite: bool = False) -> None: ...
+class Work(TypedDict, total=False):
+    """Keywords that all functions take which answer a file."""
+
+    executor: Executor | None
+    progress: Steps | None
+    overwrite: bool
 
 
-_Found = TypeVar("_Found", bound=_Result)
+WORKING = typed_out(Work, executor=None, progress=None, overwrite=False)
+
+
+@one_thread()
+def answered(
+    name: str, settings: Any, folder: Place | None, overwrite: bool, workers: AbstractContextManager[Executor | None],
+    **options: Any,
+) -> Any:  # fmt: skip
+    """Answer what a command asks of settings, and write it once the threads have ended: beside them no other draws."""
+    run = called(COMMANDS[name].answers[kind_of_settings(settings)])
+    with workers as executor:
+        result = run(settings, folder=folder, overwrite=overwrite, executor=executor, **options)
+    if folder is not None:
+        result.write(folder, overwrite=overwrite)
+    return result
+
+
+def _answer(name: str, file: Any, folder: Place | None, options: Any, **more: Any) -> Any:
+    options = {"overwrite": False, "progress": None, **options, **more}
+    workers = nullcontext(options.pop("executor", None))
+    return answered(name, settings_for(file, name), folder, workers=workers, **options)
 
 
 @suggesting
@@ -90,9 +111,9 @@ def plan(file: Any) -> str:
     settings = load(file) if isinstance(file, str | Path) else file
     kind = KINDS[kind_of_settings(settings)]
     if not kind.plan:
-        raise CaseError(f"{settings.name}: the work of {kind.words} is not told beforehand: use pmor {kind.command}")
-    found: str = called(kind.plan)(settings)
-    return found
+        raise CaseError(f"{settings.name}: the work of {kind.words} is not told beforehand: use {typed(kind.command)}")
+    text: str = called(kind.plan)(settings)
+    return text
 
 
 @suggesting
@@ -101,6 +122,8 @@ def run(
     overwrite: bool = False,
 ) -> Any:  # fmt: skip
     """Answer what a file asks for, as `pmor run` does.
+
+    The executor is one of threads, of a campaign any. The folder keeps finite elements for the next run there.
 
     Parameters
     ----------
@@ -116,27 +139,27 @@ def run(
     """
     settings = load(file) if isinstance(file, str | Path) else file
     kind = kind_of_settings(settings)
-    if kind == "case":
-        if folder is None:
-            raise CaseError(f"{settings.name}: a case leaves a basis: pass a folder, or use pmor.train(case).sweep()")
-        return called(KINDS[kind].run)(settings, folder, executor=executor, progress=progress or quietly,
-                                       overwrite=overwrite)  # fmt: skip
-    return _answered(kind, settings, folder, overwrite, executor=executor, progress=progress)
+    if kind != "case":
+        options = {"executor": executor, "progress": progress, "overwrite": overwrite}
+        return _answer(KINDS[kind].command, settings, folder, options)
+    if folder is None:
+        raise CaseError(f"{settings.name}: a case leaves a basis: pass a folder, or use pmor.train(case).sweep()")
+    run_case = called(COMMANDS["run"].answers[kind])
+    return run_case(settings, folder, executor=executor, progress=progress or quietly, overwrite=overwrite)
 
 
 @suggesting
-def run_dynamics(
-    case: Case, folder: Place | None = None, *, executor: Executor | None = None, progress: Steps | None = None,
-    overwrite: bool = False,
-) -> DynamicsResult:  # fmt: skip
+@WORKING
+def run_dynamics(file: Place | Case, folder: Place | None = None, **options: Unpack[Work]) -> DynamicsResult:
     """Find the motion of a pair over its speed, as `pmor dynamics`; the executor is one of processes."""
-    return _run(called(QUESTIONS["dynamics"].run), case, folder, overwrite, executor=executor, progress=progress)
+    return _answer("dynamics", file, folder, options)
 
 
 @suggesting
+@WORKING
 def run_design(
-    file: Place | DesignFile, folder: Place | None = None, *, executor: Executor | None = None,
-    progress: Steps | None = None, overwrite: bool = False, asked: Callable[[DesignResult], None] | None = None,
+    file: Place | DesignFile, folder: Place | None = None, *,
+    asked: Callable[[DesignResult], None] | None = None, **options: Unpack[Work],
 ) -> DesignResult:  # fmt: skip
     """Search the flank modifications that a design file asks for, as `pmor design`; the executor is one of threads.
 
@@ -144,83 +167,51 @@ def run_design(
     set, all of whose meshes are then solved at once. `asked` is called with the first result, the best of few
     samples, once its page is in the folder.
     """
-    return _answered("design", file, folder, overwrite, executor=executor, progress=progress, asked=asked)
+    return _answer("design", file, folder, options, asked=asked)
 
 
 @suggesting
-def gearbox(
-    file: Place | GearboxFile, folder: Place | None = None, *, executor: Executor | None = None,
-    progress: Steps | None = None, overwrite: bool = False,
-) -> GearboxResult:  # fmt: skip
-    """Solve shafts, bearings and all meshes of a gearbox file, as `pmor gearbox`; the executor is one of threads."""
-    return _answered("gearbox", file, folder, overwrite, executor=executor, progress=progress)
-
-
-@suggesting
-def gear_set(
-    file: Place | SetFile, folder: Place | None = None, *, executor: Executor | None = None,
-    progress: Steps | None = None, overwrite: bool = False,
-) -> SetResult:  # fmt: skip
-    """Solve all meshes of a planetary set, an idler chain or a star at once, as `pmor set`; threads share out members.
-
-    The folder keeps the finite elements of each member for the next solution there.
-    """
-    return _answered("set", file, folder, overwrite, executor=executor, progress=progress)
-
-
-@suggesting
-def campaign(
-    file: Place | Campaign, folder: Place | None = None, *, executor: Executor | None = None,
-    progress: Steps | None = None, overwrite: bool = False,
-) -> CampaignResult:  # fmt: skip
+@WORKING
+def campaign(file: Place | Campaign, folder: Place | None = None, **options: Unpack[Work]) -> CampaignResult:
     """Solve all designs of a campaign file, as `pmor campaign`.
 
     The executor may be one of threads, processes or a cluster: it hands out chunks of designs, and each of its threads
     has a process of its own that solves. The results are the same to the last bit.
     """
-    return _answered("campaign", file, folder, overwrite, executor=executor, progress=progress)
+    return _answer("campaign", file, folder, options)
 
 
 @suggesting
+@WORKING
 def study(
-    file: Place | Study, folder: Place | None = None, *, quick: bool = False, executor: Executor | None = None,
-    progress: Steps | None = None, overwrite: bool = False,
-) -> StudyResult:  # fmt: skip
-    """Solve the grid of meshes, refinements and models of a study file, or its quick variant, as `pmor study`."""
-    from pmor.lab.study.run import run
-    from pmor.lab.study.settings import load
-
-    settings = load(Path(file), quick=quick) if isinstance(file, str | Path) else file
-    return _run(run, settings, folder, overwrite, executor=executor, progress=progress)
+    file: Place | Study, folder: Place | None = None, *, quick: bool = False, **options: Unpack[Work]
+) -> StudyResult:
+    """Solve the grid of meshes, refinements and models of a study file, or its quick variant, as `pmor lab study`."""
+    settings = settings_for(file, "study", quick=quick) if isinstance(file, str | Path) else file
+    return _answer("study", settings, folder, options)
 
 
 @suggesting
-def convergence(
-    case: Case, folder: Place | None = None, *, executor: Executor | None = None, progress: Steps | None = None,
-    overwrite: bool = False,
-) -> ConvergenceResult:  # fmt: skip
-    """Solve a case on finer and finer meshes of each element, as `pmor convergence`."""
-    return _run(called(QUESTIONS["convergence"].run), case, folder, overwrite, executor=executor, progress=progress)
+@WORKING
+def convergence(file: Place | Case, folder: Place | None = None, **options: Unpack[Work]) -> ConvergenceResult:
+    """Solve a case on finer and finer meshes of each element, as `pmor lab convergence`."""
+    return _answer("convergence", file, folder, options)
 
 
 @suggesting
+@WORKING
 def stability(
-    case: Case, folder: Place | None = None, *, only: str = "", executor: Executor | None = None,
-    progress: Steps | None = None, overwrite: bool = False,
-) -> StabilityResult:  # fmt: skip
-    """Run stiff and extreme variants of a case, those with a text in name or group, as `pmor stability`."""
-    return _run(
-        called(QUESTIONS["stability"].run), case, folder, overwrite, only=only, executor=executor, progress=progress
-    )
+    file: Place | Case, folder: Place | None = None, *, only: str = "", **options: Unpack[Work]
+) -> StabilityResult:
+    """Run stiff and extreme variants of a case, those with a text in name or group, as `pmor lab stability`."""
+    return _answer("stability", file, folder, options, only=only)
 
 
 @suggesting
-def reductions(
-    case: Case, folder: Place | None = None, *, executor: Executor | None = None, progress: Steps | None = None,
-    overwrite: bool = False,
-) -> ReductionsResult:  # fmt: skip
-    """Compare the reductions, and the samplings of their training, over the ranges of a case, as `pmor reductions`."""
-    return _run(called(QUESTIONS["reductions"].run), case, folder, overwrite, executor=executor, progress=progress)
+@WORKING
+def reductions(file: Place | Case, folder: Place | None = None, **options: Unpack[Work]) -> ReductionsResult:
+    """Compare reductions, and samplings of their training, over the ranges of a case, as `pmor lab reductions`."""
+    return _answer("reductions", file, folder, options)
 
 
 @suggesting
@@ -228,7 +219,7 @@ def reductions(
 def bench(
     case: Case, file: Place | None = None, *, threads: int = 2, overwrite: bool = False, inputs: Sequence[Path] = ()
 ) -> Bench:
-    """Measure run times by phase and size, as `pmor bench`.
+    """Measure run times by phase and size, as `pmor lab bench`.
 
     Parameters
     ----------
@@ -255,9 +246,9 @@ def bench(
         raise OutputError(f"{path}: is no name for the numbers; choose one that ends in .json")
     names = path.name, path.with_suffix(".md").name
     with results_folder(path.parent, names, (), overwrite, inputs):
-        found = run(case, jobs=threads, before=read_rows(path))
-        found.write(path)
-    return found
+        measured = run(case, jobs=threads, before=read_rows(path))
+        measured.write(path)
+    return measured
 
 
 @suggesting
@@ -265,32 +256,14 @@ def write_design_case(
     file: Place | DesignFile, folder: Place, variant: int, *, overwrite: bool = False
 ) -> Path:
     """Write a variant of finished results of a design file in a folder as a case or set file, and return its path."""
-    from pmor.design.loader import load
     from pmor.design.variant_case import write_variant
 
-    settings = load(Path(file)) if isinstance(file, str | Path) else file
-    return write_variant(settings, Path(folder), variant, overwrite=overwrite)
+    return write_variant(settings_for(file, "design"), Path(folder), variant, overwrite=overwrite)
 
 
 @suggesting
 def write_campaign_case(file: Place | Campaign, folder: Place, number: int, *, overwrite: bool = False) -> Path:
     """Write the case file of a design of a campaign into a folder, and return its path; numbers start at 1."""
-    from pmor.campaigns.loader import load
     from pmor.campaigns.output import write_design
 
-    settings = load(file) if isinstance(file, str | Path) else file
-    return write_design(settings, number, Path(folder), overwrite)
-
-
-def _answered(kind: str, file: Any, folder: Place | None, overwrite: bool, **options: Any) -> Any:
-    """Answer a file of a kind, or what its reader returned."""
-    settings = called(KINDS[kind].load)(Path(file)) if isinstance(file, str | Path) else file
-    return _run(called(KINDS[kind].run), settings, folder, overwrite, **options)
-
-
-@one_thread()
-def _run(run: Callable[..., _Found], settings: Any, folder: Place | None, overwrite: bool, **options: Any) -> _Found:
-    found = run(settings, folder=folder, overwrite=overwrite, **options)
-    if folder is not None:
-        found.write(folder, overwrite=overwrite)
-    return found
+    return write_design(settings_for(file, "campaign"), number, Path(folder), overwrite)

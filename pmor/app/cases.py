@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from inspect import Parameter, signature
-from typing import Any, Literal, TypedDict, TypeVar, Unpack
+from typing import Any, Literal, TypedDict, Unpack
 
 from pmor.case import Case
 from pmor.case import change_case as changed_case
 from pmor.case import make_case as made_case
 from pmor.core.errors import CaseError
-from pmor.core.wording import in_python, suggesting
+from pmor.core.wording import in_python, suggesting, typed_out
 
-Function = TypeVar("Function", bound=Callable[..., Any])
 Section = Mapping[str, Any]
 Numbers = float | Sequence[float]
 Scheme = Literal["line", "direct", "paper", "facet"]
@@ -146,19 +144,7 @@ def in_keywords() -> Iterator[None]:
         raise type(error)(in_python(str(error))) from None
 
 
-def _typed_out(function: Function) -> Function:
-    """Show each key in the signature, where notebooks find what to complete."""
-    shown = signature(function)
-    given = [one for one in shown.parameters.values() if one.kind is not Parameter.VAR_KEYWORD]
-    keys = [
-        Parameter(key, Parameter.KEYWORD_ONLY, default=..., annotation=getattr(hint, "__forward_arg__", hint))
-        for key, hint in Settings.__annotations__.items()
-    ]
-    function.__signature__ = shown.replace(parameters=[*given, *keys])  # type: ignore[attr-defined]
-    return function
-
-
-@_typed_out
+@typed_out(Settings)
 def make_case(name: str = "case", **settings: Unpack[Settings]) -> Case:
     """Make a case without a file.
 
@@ -190,7 +176,7 @@ def make_case(name: str = "case", **settings: Unpack[Settings]) -> Case:
         return made_case(name, **settings)
 
 
-@_typed_out
+@typed_out(Settings)
 @suggesting
 def change_case(case: Case, **settings: Unpack[Settings]) -> Case:
     """Return a case with some settings changed; see `make_case`."""

@@ -6,7 +6,7 @@ import logging
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pmor.app.kinds import kind_of
+from pmor.app.records import kind_of
 from pmor.case.capability import refuse_beyond
 from pmor.case.reader import Reader
 from pmor.core.errors import CaseError, OutputError, printable
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 ENDINGS = {"case": ".toml", "csv": "_tables", "fmu": ".fmu", "gearbox": ".toml", "rexs": ".rexs", "vtkhdf": ".vtkhdf"}
 # What answers, and what a set leaves in place of a basis, which it has none of.
 TAKEN = {
-    "csv": "takes a basis or results.h5; pmor set leaves results.h5 of a set",
+    "csv": "takes a basis or results.h5; pmor run leaves results.h5 of a set",
     "fmu": "takes a basis, which a set has none of",
-    "rexs": "takes a basis, or the file of a gearbox or set; pmor set leaves set.rexs with results of a set",
-    "vtkhdf": "takes a basis; pmor set leaves set.vtkhdf of a set",
+    "rexs": "takes a basis, or the file of a gearbox or set; pmor run leaves set.rexs with results of a set",
+    "vtkhdf": "takes a basis; pmor run leaves set.vtkhdf of a set",
 }
 # Formats that arguments belong to.
 TAKEN_BY = {"stage": "case", "torque_Nm": "fmu"}

@@ -6,12 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pmor.app.full import FullModel, full_model
+from pmor.app.records import KINDS, called, kind_of, typed
 from pmor.campaigns.describe import folder_text
 from pmor.core.errors import FileFormatError
 from pmor.core.progress import Progress, Steps, quietly
 from pmor.core.shown import brief
 from pmor.core.wording import suggesting
 from pmor.export.tables import ResultArray, file_entries
+from pmor.rexs.model import is_rexs
 from pmor.storage.basis_file import read_basis
 from pmor.storage.describe import file_text
 from pmor.work.verify import UNSEEN_STATES, Check, checks_text, verify_basis
@@ -59,7 +61,7 @@ def load_results(path: Path | str) -> dict[str, ResultArray]:
 
 @suggesting
 def info(path: Path | str) -> str:
-    """Return the content of an HDF5 file of pmor, or of the folder of a campaign, as text.
+    """Return what a file is and holds, as text: HDF5 of pmor, the folder of a campaign, or the file of a machine.
 
     Raises
     ------
@@ -67,9 +69,19 @@ def info(path: Path | str) -> str:
         When the file is foreign, damaged, or of another version.
     """
     source = Path(path)
+    if source.suffix.lower() == ".toml" or is_rexs(source):
+        return _machine_text(source)
     if source.suffix == ".json":
         raise FileFormatError(f"{source}: is text, which any editor opens: name an HDF5 file, as results.h5 beside it")
     return folder_text(source) if source.is_dir() else file_text(source)
+
+
+def _machine_text(path: Path) -> str:
+    """What a file of settings is taken for once it is read, and what answers it."""
+    kind = KINDS[kind_of(path)]
+    called(kind.load)(path)
+    asked = [typed(kind.command), *(["pmor plan"] if kind.plan else [])]
+    return f"{path}: {kind.words}, for {' and '.join(asked)}"
 
 
 @suggesting

@@ -1,4 +1,4 @@
-"""The figures of a set: those of `pmor set` of its file, to the last bit, its sizes and masses."""
+"""The figures of a set: those of `pmor run` of its file, to the last bit, its sizes and masses."""
 
 from __future__ import annotations
 

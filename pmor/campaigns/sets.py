@@ -1,4 +1,4 @@
-"""Designs that are planetary sets: the figures of each are, to the last bit, those of `pmor set` of its file."""
+"""Designs that are planetary sets: the figures of each are, to the last bit, those of `pmor run` of its file."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ REMOVED = {
     "members": "was renamed: write meshes = ...",
     "grassmann": 'between subspaces was removed, no better than linear with aligned modes: write "linear"',
     "strip": 'pressure integrated over strips was removed: write "line", or "direct" for penalty contact',
-    "thin_slices": "leave it out, and run 'python -m pmor.lab.slices CASE' for this comparison",
+    "thin_slices": "leave it out, and run 'pmor lab slices CASE' for this comparison",
 }
 
 

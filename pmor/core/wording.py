@@ -129,6 +129,23 @@ def suggesting(thing: Thing) -> Thing:
     return thing
 
 
+def typed_out(keywords: Any, **defaults: Any) -> Callable[[Thing], Thing]:
+    """Show each key of a TypedDict in the signature of a function, where notebooks find what to complete."""
+
+    def shown_by(function: Thing) -> Thing:
+        shown = signature(function)
+        given = [one for one in shown.parameters.values() if one.kind is not Parameter.VAR_KEYWORD]
+        keys = [
+            Parameter(key, Parameter.KEYWORD_ONLY, default=defaults.get(key, ...),
+                      annotation=getattr(hint, "__forward_arg__", hint))
+            for key, hint in keywords.__annotations__.items()
+        ]
+        function.__signature__ = shown.replace(parameters=[*given, *keys])  # type: ignore[attr-defined]
+        return function
+
+    return shown_by
+
+
 def _check_first(function: str, name: str, value: Any) -> None:
     """Raise TypeError where the first argument of a function is plainly not what its name says.
 

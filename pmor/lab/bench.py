@@ -69,7 +69,7 @@ class Variant(NamedTuple):
 
 
 def variants(case: Case) -> list[Variant]:
-    """Return the case itself and its neighbours in mesh, scheme and refinement; `pmor reductions` compares shapes."""
+    """Return the case itself and its neighbours in mesh, scheme and refinement; shapes: `pmor lab reductions`."""
 
     def direct(**lodm: int) -> Case:
         return _changed(case, contact={"scheme": "direct", **lodm}, reduction={"shapes": "flank_lines"})

@@ -1,6 +1,6 @@
 """Planetary sets on the shafts that carry their members.
 
-A set is solved as `pmor set` solves it, seen from its carrier, with the compliance of shafts, bearings and housing
+A set is solved as `pmor run` solves it, seen from its carrier, with the compliance of shafts, bearings and housing
 condensed to the hubs of sun, carrier and ring in place of its own supports. Planets move with the carrier's hub as with
 a rigid body. The compliance is that of the loaded machine; where the carrier turns, its mean around the axis, as it
 turns against the carrier otherwise. What all other loads do to the hubs stands still in the housing: seen from the

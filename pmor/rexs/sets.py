@@ -81,7 +81,7 @@ def read_set(path: Path) -> ReadSet:
     found = gearbox.of_kind(STAGE)
     if len(found) != 1:
         count = f"has {len(found)} planetary stages" if found else "has no planetary stage"
-        raise CaseError(f"{path}: {count}: pmor set takes a file with one; pmor gearbox any number of them")
+        raise CaseError(f"{path}: {count}: a set file has one; pmor run takes it as a gearbox")
     return PlanetaryStage(gearbox, path, found[0]).read()
 
 

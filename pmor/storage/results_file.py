@@ -23,7 +23,7 @@ from pmor.storage.set_results_layout import SET_LAYOUT
 from pmor.storage.structure import items_of
 
 RESULTS_SCHEMA = Schema("pmor-results", 2, "make it anew with pmor.run_case")
-SET_RESULTS_SCHEMA = Schema("pmor-set-results", 1, "make it anew with pmor set, or pmor.gear_set and write")
+SET_RESULTS_SCHEMA = Schema("pmor-set-results", 1, "make it anew with pmor run")
 
 STATE, SECTIONS, FLANK = "torque, angle", "torque, angle, pair, section", "torque, roll, place"
 TEETH = "torque, angle, gear, pair, side"

@@ -47,7 +47,7 @@ COLUMNS: Columns = {
     "source": lambda check: check.source,
 }
 WORDS = (
-    f"`python -m pmor.validation` made this page with pmor {__version__}: each row is computed anew. *Allowed* is "
+    f"`pmor lab validation` made this page with pmor {__version__}: each row is computed anew. *Allowed* is "
     "what digits and method of the source leave open; a test asks whether each row keeps to it. An *independent "
     "script* shares no code with pmor and follows the standard or the drawing. Runs of CalculiX take minutes: their "
     "figures are recorded, and `pytest -m slow tests/verification` makes them anew. SAP, LPSTC and HPSTC: start of the "

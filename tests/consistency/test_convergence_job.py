@@ -60,7 +60,7 @@ def test_a_mesh_that_does_not_converge_is_named_and_leaves_the_others(tmp_path, 
     monkeypatch.setattr(run.run, "__kwdefaults__", run.run.__kwdefaults__ | {"profile_elements": LADDER})
     path, out = tmp_path / "small.toml", tmp_path / "out"
     path.write_text(case_text(contact={"scheme": "line"}, reduction=None))
-    assert main(["convergence", str(path), "--out", str(out)]) == 3
+    assert main(["lab", "convergence", str(path), "--out", str(out)]) == 3
     assert "meshes did not converge, first: plane_strain hex20 4: made to fail" in capsys.readouterr().err
     data = json.loads((out / "convergence.json").read_text())
     assert {level["element"] for level in data["levels"] if level["skipped"] == "did not converge"} == {
@@ -98,5 +98,5 @@ def test_other_schemes_have_no_limit(case, tmp_path, capsys):
         run.run(other)
     path = tmp_path / "small.toml"
     path.write_text(case_text())
-    assert main(["convergence", str(path), "--out", str(tmp_path / "out")]) == 2
+    assert main(["lab", "convergence", str(path), "--out", str(tmp_path / "out")]) == 2
     assert "no limit on finer meshes" in capsys.readouterr().err

@@ -18,7 +18,7 @@ from pmor.dynamics.force_table import tabulate
 from pmor.dynamics.measure import BRANCHES, RUNS, at_rest, joined, needed_harmonics, solve, speeds_of
 from pmor.dynamics.output import FILES
 from pmor.lab.slices import run as slices
-from pmor.lab.slices.page import write_slices
+from pmor.lab.slices.page import Slices
 from pmor.pair.model import gear_pair
 from pmor.work.pieces import PARTS
 from pmor_online.mesh_force import mesh_force_of
@@ -147,7 +147,7 @@ def test_teeth_alone_are_as_stiff_where_one_pair_carries_and_stiffer_where_two_d
     assert alone["mesh_stiffness_max_N_per_um"] > 1.1 * coupled["mesh_stiffness_max_N_per_um"]
     # The load is not quite even over the width; measured 1 %.
     np.testing.assert_allclose(alone["mesh_stiffness_min_N_per_um"], coupled["mesh_stiffness_min_N_per_um"], rtol=0.05)
-    write_slices(case, [found], tmp_path)
+    Slices(case, [found]).write(tmp_path)
     assert (tmp_path / "slices.png").exists()
     assert "| 60 | thin slices |" in (tmp_path / "slices.md").read_text()
 

@@ -75,7 +75,7 @@ def test_a_search_on_fixed_supports_is_off_by_what_nonlinear_bearings_make_of_th
 
 @pytest.mark.slow
 def test_the_variant_as_a_case_gives_the_gearbox_what_the_design_said(job, tmp_path):
-    """`pmor gearbox` with the case that `--case` writes, on the angles of the page: the most of a chosen variant."""
+    """`pmor run` with the case that `--case` writes, on the angles of the page: the most of a chosen variant."""
     path, out, data = job
     number = data["best"]["variant"]
     assert main(["design", str(path), "--out", str(out), "--case", str(number)]) == 0
@@ -87,7 +87,7 @@ def test_the_variant_as_a_case_gives_the_gearbox_what_the_design_said(job, tmp_p
     box.write_text(
         ASKEW.replace('case = "small.toml"', f'case = "small.toml"\nonline = {{ angles_per_pitch = {angles} }}')
     )
-    found = pmor.gearbox(box).data
+    found = pmor.run(box).data
     meshes = [load["meshes"][0] for load in found["loads"]]
     said = flank(data, "best for the gearbox")
     assert_allclose([mesh["k_h_beta"] for mesh in meshes], said["k_h_beta"], rtol=1e-6)

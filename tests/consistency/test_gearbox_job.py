@@ -58,7 +58,7 @@ ARRANGEMENTS = {
 def job(tmp_path_factory):
     folder = tmp_path_factory.mktemp("gearbox")
     path = written(folder, f"{SMALL}[[loads]]{LOOSE}")
-    assert main(["gearbox", str(path), "--out", str(folder / "out")]) == 0
+    assert main(["run", str(path), "--out", str(folder / "out")]) == 0
     return path, folder / "out"
 
 
@@ -105,7 +105,7 @@ def test_an_arrangement_that_the_standard_does_not_know_is_said(name, job, tmp_p
 def test_bounds_are_named_with_load_part_and_value(job):
     """The solved box with entries made up: a bearing without load, one overloaded, a face half of which carries."""
     path, _ = job
-    found = pmor.gearbox(path)
+    found = pmor.run(path)
     solved, entry = found.loads[0], found.data["loads"][0]
     cases = found.file.cases
     assert named_bounds(cases, solved, entry) == found.data["bounds"] == []
@@ -162,7 +162,7 @@ def test_a_duty_cycle_is_the_mean_over_its_time(job, undrawn, tmp_path):
     timed = path.read_text().replace("[[loads]]", "[[loads]]\nspeed_rpm = 1000.0\nhours = 300.0", 1)
     timed = timed.replace('name = "light"', 'name = "light"\nspeed_rpm = -2000.0\nhours = 700.0')
     path = written(tmp_path, timed.replace("torque_Nm = 20.0", "torque_Nm = -20.0"))
-    assert main(["gearbox", str(path), "--out", str(tmp_path / "out")]) == 0
+    assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 0
     data = json.loads((tmp_path / "out" / "gearbox.json").read_text())
     drive, light = data["loads"]
     duty = data["duty"]
@@ -223,7 +223,7 @@ def _spectrum_keys():
 
 def test_python_finds_what_the_command_found(job):
     path, out = job
-    found = pmor.gearbox(path)
+    found = pmor.run(path)
     assert not found.failures
     assert "drive" in str(found)
     assert "1 meshes, 2 loads" in repr(found)
@@ -237,7 +237,7 @@ def test_a_second_run_solves_no_finite_elements(job, undrawn, capsys, monkeypatc
     before = (out / basis_name("mesh")).stat().st_mtime_ns
     path.write_text(path.read_text().replace("torque_Nm = 60.0", "torque_Nm = 50.0"))
     monkeypatch.setattr("pmor.machine.run.elastic_model", lambda *_: pytest.fail("finite elements"))
-    assert main(["gearbox", str(path), "--out", str(out)]) == 0
+    assert main(["run", str(path), "--out", str(out)]) == 0
     assert (out / basis_name("mesh")).stat().st_mtime_ns == before
     assert json.loads((out / "gearbox.json").read_text())["loads"][0]["meshes"][0]["torque_Nm"] == pytest.approx(
         50.0, rel=1e-3
@@ -247,7 +247,7 @@ def test_a_second_run_solves_no_finite_elements(job, undrawn, capsys, monkeypatc
 def test_forces_in_bearings_balance_the_mesh(job):
     """Without other loads: the mesh pushes both shafts apart, and bearings hold each of them."""
     path, _ = job
-    found = pmor.gearbox(path)
+    found = pmor.run(path)
     for entry in found.data["loads"]:
         force = {name: np.zeros(3) for name in ("input", "output")}
         for bearing in entry["bearings"]:
@@ -265,7 +265,7 @@ def test_a_load_without_an_equilibrium_is_named_and_the_others_are_written(job, 
         "solve",
         lambda self: solve(self) if np.abs(self.load).max() > 3e4 else _fail(),
     )
-    assert main(["gearbox", str(path), "--out", str(tmp_path / "out")]) == 3
+    assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 3
     data = json.loads((tmp_path / "out" / "gearbox.json").read_text())
     assert [load["name"] for load in data["loads"]] == ["drive"]
     assert "load light: no equilibrium" in data["failures"][0]

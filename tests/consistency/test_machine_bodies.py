@@ -22,7 +22,7 @@ APART = math.hypot(1.0, 0.6)
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
-    return pmor.gearbox(written(tmp_path_factory.mktemp("bodies"), f"{SMALL}[[loads]]{REVERSE}"))
+    return pmor.run(written(tmp_path_factory.mktemp("bodies"), f"{SMALL}[[loads]]{REVERSE}"))
 
 
 @pytest.fixture(scope="module")

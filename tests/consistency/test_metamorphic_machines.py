@@ -42,7 +42,7 @@ def loaded(folder, document):
     """What the gearbox file tells of its load: scalars of its mesh, and force and displacement of its bearings."""
     path = folder / "box.toml"
     path.write_text(toml(document))
-    (load,) = pmor.gearbox(path).data["loads"]
+    (load,) = pmor.run(path).data["loads"]
     (mesh,) = load["meshes"]
     keys = ("ste_mean_um", "ste_peak_to_peak_um", "f_beta_um", "k_h_beta", "centre_distance_um", "force_N")
     bearings = {one["name"]: np.array([one["force_N"], one["displacement_um"]]) for one in load["bearings"]}
@@ -160,7 +160,7 @@ def planets(helix=0.0):
 def solved(folder, document):
     path = folder / "set.toml"
     path.write_text(toml(document))
-    found = pmor.gear_set(path)
+    found = pmor.run(path)
     assert found.failures == ()
     return found
 

@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 
 import pmor
-from pmor.app.cli import build_parser, main
+from pmor.app.cli import main
 from pmor.case import parse_case
+from tests.programs import command_table
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -87,12 +88,9 @@ def test_one_version_stands_in_the_citation_and_above_the_changes():
 
 
 def test_the_commands_of_the_table_are_those_of_the_program():
-    usages = re.findall(r"^\| `pmor (\w+)([^`]*)`", TEXT, re.MULTILINE)
-    (subparsers,) = [a for a in build_parser()._actions if hasattr(a, "choices") and a.choices]
-    assert [name for name, _ in usages] == list(subparsers.choices)
-    for name, usage in usages:
-        known = {flag for action in subparsers.choices[name]._actions for flag in action.option_strings}
-        assert set(re.findall(r"(?<![\w-])--?\w+", usage)) == known - {"-h", "--help"}, name
+    made = command_table.pages()
+    assert set(made) >= {ROOT / "README.md"}
+    assert [str(page) for page, text in made.items() if page.read_text(encoding="utf-8") != text] == []
 
 
 def test_the_page_of_the_interface_lists_every_public_name():

@@ -1,4 +1,4 @@
-"""`pmor reductions` from end to end on a tiny case, and what must be equal in it."""
+"""`pmor lab reductions` from end to end on a tiny case, and what must be equal in it."""
 
 import contextlib
 import io
@@ -64,7 +64,7 @@ def finished(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(said):
         patch.setattr(pmor.lab.comparison.run, "run", comparing)
         patch.setattr("pmor.report.page.picture_bytes", lambda figure, picture_format: b"")
-        assert main(["reductions", str(folder / "tiny.toml"), "--out", str(folder / "out")]) == 0
+        assert main(["lab", "reductions", str(folder / "tiny.toml"), "--out", str(folder / "out")]) == 0
     return folder / "out", said.getvalue(), kept[0]
 
 
@@ -123,7 +123,7 @@ def test_static_modes_have_the_least_error(compared):
 def test_line_contact_has_no_shapes_to_compare(tmp_path, capsys):
     path = tmp_path / "line.toml"
     path.write_text(case_text(contact={"scheme": "line"}))
-    assert main(["reductions", str(path), "--out", str(tmp_path / "out")]) == 2
+    assert main(["lab", "reductions", str(path), "--out", str(tmp_path / "out")]) == 2
     assert "no trained shapes to compare" in capsys.readouterr().err
 
 
@@ -165,7 +165,7 @@ def test_states_that_do_not_converge_are_named_and_end_with_exit_code_3(case_pat
     states = unseen_states(few.offline, model.mesh.meshed.pair, FEWEST["states"])
     out, bad = case_path.parent / "out", float(states.phi[2])
     fail_where(lambda phi, torque: phi == bad, monkeypatch)
-    assert main(["reductions", str(case_path), "--out", str(out)]) == 3
+    assert main(["lab", "reductions", str(case_path), "--out", str(out)]) == 3
     captured = capsys.readouterr()
     assert "states did not converge, first: full FE at " in captured.err
     found = json.loads((out / "reductions.json").read_text())

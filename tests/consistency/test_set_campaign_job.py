@@ -1,4 +1,4 @@
-"""A whole campaign of sets: its rows are those of `pmor set` of the files that it writes."""
+"""A whole campaign of sets: its rows are those of `pmor run` of the files that it writes."""
 
 import csv
 import json
@@ -44,7 +44,7 @@ def of_mates(data, key):
 def test_the_row_of_a_set_is_what_its_file_gives(number, folder, rows):
     row = rows[number - 1]
     path = pmor.write_campaign_case(folder / "sets.toml", folder, number, overwrite=True)
-    solved = pmor.gear_set(path)
+    solved = pmor.run(path)
     data = solved.data
     stress = {body["name"].split()[0]: body for body in data["root_stress"]}
     expected = {
@@ -86,7 +86,7 @@ def test_the_peak_to_peak_error_on_fine_angles_is_that_of_as_many_angles_in_the_
     path = pmor.write_campaign_case(folder / "sets.toml", folder, entry["design"], overwrite=True)
     text = path.read_text().replace("angles_per_pitch = 6", f"angles_per_pitch = {entry['angles_per_pitch']}")
     path.write_text(text.replace("[mesh]", "[results]\nroot_stress = false\n[mesh]"))
-    assert pmor.gear_set(path).data["ste_peak_to_peak_um"] == pytest.approx(entry["ste_peak_to_peak_um"], rel=1e-9)
+    assert pmor.run(path).data["ste_peak_to_peak_um"] == pytest.approx(entry["ste_peak_to_peak_um"], rel=1e-9)
 
 
 def test_members_come_from_the_store_and_give_the_same_row(folder, rows, monkeypatch):

@@ -45,7 +45,7 @@ def test_the_best_of_a_design_is_what_pmor_set_finds_of_its_file(job):
     data = json.loads((out / "design.json").read_text())
     best = data["best"]
     assert main(["design", str(path), "--out", str(out), "--case", str(best["variant"])]) == 0
-    found = pmor.gear_set(out / f"variant_{best['variant']}.toml").data
+    found = pmor.run(out / f"variant_{best['variant']}.toml").data
     assert found["angles_per_pitch"] == best["angles_per_pitch"] >= 32
     assert_allclose(best["peak_to_peak_um"], found["ste_peak_to_peak_um"], rtol=SAME)
     assert_allclose(best["order_2_um"], found["ste_harmonics_um"][1], rtol=SAME)

@@ -30,7 +30,7 @@ SOLVED = 1e-8
 def job(tmp_path_factory):
     folder = tmp_path_factory.mktemp("set")
     path = written_set(folder)
-    assert main(["set", str(path), "--out", str(folder / "out")]) == 0
+    assert main(["run", str(path), "--out", str(folder / "out")]) == 0
     return path, folder / "out"
 
 
@@ -55,7 +55,7 @@ def test_the_command_leaves_its_files(job):
 
 def test_python_finds_what_the_command_wrote(job):
     path, out = job
-    found = pmor.gear_set(path)
+    found = pmor.run(path)
     assert json.loads(json.dumps(found.data)) == json.loads((out / "set.json").read_text())
     assert found.ste_um.shape == (2, 6)
     assert "K_γ" in str(found)
@@ -70,7 +70,7 @@ def test_the_results_file_and_its_tables_are_in_balance(job, tmp_path):
     found = pmor.load_results(out / "results.h5")
     assert set(found) == set(SET_LAYOUT)
     values = {name: array.values for name, array in found.items()}
-    found_in_python = pmor.gear_set(path, out)
+    found_in_python = pmor.run(path, out)
     assert_allclose(values["ste/ste"], found_in_python.ste_um, rtol=SOLVED)
     force = np.nansum(values["lines/load"] * values["lines/width"][:, None], axis=(3, 4))
     assert_allclose(force, values["meshes/force"], rtol=1e-12)
@@ -89,9 +89,9 @@ def test_the_results_file_and_its_tables_are_in_balance(job, tmp_path):
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
-    (("export", "results.h5", "--to", "vtkhdf"), "pmor set leaves set.vtkhdf of a set"),
-    (("export", "results.h5", "--to", "rexs"), "pmor set leaves set.rexs"),
-    (("export", ".", "--to", "csv"), "pmor set leaves results.h5"),
+    (("export", "results.h5", "--to", "vtkhdf"), "pmor run leaves set.vtkhdf of a set"),
+    (("export", "results.h5", "--to", "rexs"), "pmor run leaves set.rexs"),
+    (("export", ".", "--to", "csv"), "pmor run leaves results.h5"),
     (("export", "set.json", "--to", "fmu"), "which a set has none of"),
     (("info", "set.json"), "name an HDF5 file, as results.h5 beside it"),
 ], ids=["animation", "rexs", "folder", "unit", "numbers"])  # fmt: skip
@@ -104,7 +104,7 @@ def test_files_of_a_set_that_are_no_basis_are_refused_with_what_to_take(argument
 def test_tooth_pairs_of_a_results_file_go_on_from_pitch_to_pitch(job, undrawn, tmp_path):
     """Pinions turn uniformly: each pair stays one pitch before the next one."""
     folder = shutil.copytree(job[1], tmp_path / "out")
-    found = pmor.gear_set(written_set(tmp_path, SMALL_SET.replace("[sweep]", "[sweep]\npitches = 3")), folder)
+    found = pmor.run(written_set(tmp_path, SMALL_SET.replace("[sweep]", "[sweep]\npitches = 3")), folder)
     write_set_results(found.file, found.solution, found.solution.torque_Nm, tmp_path / "results.h5")
     arrays = {name: array.values for name, array in pmor.load_results(tmp_path / "results.h5").items()}
     pair = arrays["lines/first_pair"][..., None] + np.arange(arrays["lines/roll"].shape[2])
@@ -129,9 +129,9 @@ def test_another_torque_support_pin_error_or_modification_takes_no_finite_elemen
     text = SMALL_SET.replace("torque_Nm = 300.0", "torque_Nm = 250.0").replace("[10.0, 0.0", "[0.0, 7.0")
     text += '[supports]\nsun_radial_N_per_mm = "free"\n[sun.modification]\nprofile_crowning_um = 4.0\n'
     path = written_set(tmp_path, text)
-    again = pmor.gear_set(path, folder)
+    again = pmor.run(path, folder)
     assert not counted
-    anew = pmor.gear_set(path)
+    anew = pmor.run(path)
     assert len(counted) == 3
     assert json.dumps(again.data) == json.dumps(anew.data)
 
@@ -140,12 +140,12 @@ def test_another_body_and_a_damaged_file_are_solved_anew_and_no_other(job, count
     folder = shutil.copytree(job[1], tmp_path / "out")
     flip_bit_of("compliance")(folder / "gear_ring.h5")
     path = written_set(tmp_path, SMALL_SET.replace("18.0\n[ring]", "17.0\n[ring]"))
-    again = pmor.gear_set(path, folder)
+    again = pmor.run(path, folder)
     assert sorted(counted) == [18, 54]
-    assert json.dumps(again.data) == json.dumps(pmor.gear_set(path).data)
+    assert json.dumps(again.data) == json.dumps(pmor.run(path).data)
     (folder / "gear_sun.h5").write_text("mine")
     with pytest.raises(pmor.PmorError, match="gear_sun.h5: has been changed since pmor wrote it"):
-        pmor.gear_set(path, folder)
+        pmor.run(path, folder)
 
 
 @pytest.mark.slow
@@ -153,7 +153,7 @@ def test_tolerances_leave_their_files_and_differ_no_other(tmp_path, job, undrawn
     text = f"{SMALL_SET}[tolerances]\npins_radial_um = 5.0\nsun_eccentricity_um = 5.0\nsamples = 8\n"
     path = written_set(tmp_path, text)
     assert "Tolerances: 8 sets x 108 angles x 2 torques" in pmor.plan(path)
-    assert main(["set", str(path), "--out", str(tmp_path / "out")]) == 0
+    assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 0
     assert set(SAMPLE_FILES) <= {path.name for path in (tmp_path / "out").iterdir()}
     data, plain = (json.loads((out / "set.json").read_text()) for out in (tmp_path / "out", job[1]))
     drawn = data.pop("tolerances")
@@ -172,11 +172,11 @@ def test_tolerances_leave_their_files_and_differ_no_other(tmp_path, job, undrawn
     for row in drawn["torques"]:
         values = row["k_gamma"]
         assert 1.0 < values["percentile_5"] < values["percentile_50"] <= values["percentile_95"] <= 3.0 + SOLVED
-    found = pmor.gear_set(path, tmp_path / "out")
+    found = pmor.run(path, tmp_path / "out")
     assert len(found.plot_tolerances().axes) == 2
     assert "Tolerances" in str(found)
     with pytest.raises(pmor.PmorError, match="add \\[tolerances\\]"):
-        pmor.gear_set(job[0], shutil.copytree(job[1], tmp_path / "plain")).plot_tolerances()
+        pmor.run(job[0], shutil.copytree(job[1], tmp_path / "plain")).plot_tolerances()
 
 
 @pytest.mark.slow
@@ -187,7 +187,7 @@ def test_pins_leave_their_picture_and_the_forces_of_their_bearings(tmp_path, job
     text = pmor.plan(path)
     assert "d 30 x 30 mm, clamped in both cheeks" in text
     assert "1e+10 N mm/rad, torque out at -z" in text
-    found = pmor.gear_set(path)
+    found = pmor.run(path)
     found.write(tmp_path / "out")
     assert set(PIN_FILES) <= {path.name for path in (tmp_path / "out").iterdir()}
     data = json.loads((tmp_path / "out" / "set.json").read_text())
@@ -200,14 +200,14 @@ def test_pins_leave_their_picture_and_the_forces_of_their_bearings(tmp_path, job
     assert len(found.plot_pins().axes) == 2
     assert "Planets on their pins" in str(found)
     with pytest.raises(pmor.PmorError, match="add \\[pins\\]"):
-        pmor.gear_set(job[0], shutil.copytree(job[1], tmp_path / "plain")).plot_pins()
+        pmor.run(job[0], shutil.copytree(job[1], tmp_path / "plain")).plot_pins()
 
 
 @pytest.mark.parametrize(("on", "torque_Nm"), [("ring", 900.0), ("carrier", -1200.0)])
 def test_the_same_torque_on_another_member_is_the_same_state(on, torque_Nm, job, tmp_path):
     held = "sun" if on == "ring" else "ring"
     text = SMALL_SET.replace("torque_Nm = 300.0", f'torque_Nm = {torque_Nm}\non = "{on}"\nheld = "{held}"')
-    found = pmor.gear_set(written_set(tmp_path, text.replace("torques_Nm = [100.0]", "") + NO_STRESS))
+    found = pmor.run(written_set(tmp_path, text.replace("torques_Nm = [100.0]", "") + NO_STRESS))
     expected = json.loads((job[1] / "set.json").read_text())
     assert_allclose(found.data["ste_um"], expected["ste_um"], rtol=SOLVED)
 
@@ -215,7 +215,7 @@ def test_the_same_torque_on_another_member_is_the_same_state(on, torque_Nm, job,
 def test_the_other_sense_is_the_image(job, tmp_path):
     """Flanks are plain: the coast flanks carry as the drive flanks do, and what is ahead is so in that sense."""
     text = SMALL_SET.replace("torque_Nm = 300.0", "torque_Nm = -300.0").replace("torques_Nm = [100.0]", "")
-    found = pmor.gear_set(written_set(tmp_path, text))
+    found = pmor.run(written_set(tmp_path, text))
     assert found.file.plan.clockwise
     expected = json.loads((job[1] / "set.json").read_text())
     assert_allclose(found.data["ste_um"], expected["ste_um"], rtol=SOLVED)
@@ -223,7 +223,7 @@ def test_the_other_sense_is_the_image(job, tmp_path):
 
 def test_a_planet_that_is_missing_leaves_its_load_to_the_others(tmp_path):
     text = SMALL_SET.replace("count = 3", "count = 3\nmissing = [2]").replace("torques_Nm = [100.0]", "")
-    found = pmor.gear_set(written_set(tmp_path, text.replace("[10.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]")))
+    found = pmor.run(written_set(tmp_path, text.replace("[10.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]")))
     assert [planet["name"] for planet in found.data["planets"]] == ["planet 1", "planet 3"]
     assert_allclose(found.planet_share.mean(axis=1), 0.5, rtol=1e-6)
 
@@ -232,7 +232,7 @@ def test_springs_below_the_sun_lie_between_rigid_and_free(tmp_path):
     gammas = []
     for stiffness in ('"rigid"', "1e5", '"free"'):
         text = f"{SMALL_SET}{NO_STRESS}[supports]\nsun_radial_N_per_mm = {stiffness}\n"
-        gammas.append(pmor.gear_set(written_set(tmp_path, text)).k_gamma[1])
+        gammas.append(pmor.run(written_set(tmp_path, text)).k_gamma[1])
     assert gammas == sorted(gammas, reverse=True)
     assert gammas[0] > 1.05
     assert_allclose(gammas[2], 1.0, atol=0.005)
@@ -241,7 +241,7 @@ def test_springs_below_the_sun_lie_between_rigid_and_free(tmp_path):
 def test_soft_supports_are_free_ones_in_the_limit(tmp_path):
     """A compliance in the flexibility of the sections, and a movement of its own, are two ways to say the same."""
     found = [
-        pmor.gear_set(written_set(tmp_path, f"{SMALL_SET}{NO_STRESS}[supports]\nsun_radial_N_per_mm = {stiffness}\n"))
+        pmor.run(written_set(tmp_path, f"{SMALL_SET}{NO_STRESS}[supports]\nsun_radial_N_per_mm = {stiffness}\n"))
         for stiffness in ("1.0", '"free"')
     ]
     assert_allclose(found[0].ste_um, found[1].ste_um, rtol=1e-4)
@@ -249,7 +249,7 @@ def test_soft_supports_are_free_ones_in_the_limit(tmp_path):
 
 
 def test_a_chain_sums_up_its_meshes(tmp_path):
-    found = pmor.gear_set(written_set(tmp_path, SMALL_CHAIN))
+    found = pmor.run(written_set(tmp_path, SMALL_CHAIN))
     torques = [mesh["pinion_torque_Nm"] for mesh in found.data["meshes"]]
     assert_allclose(torques, [100.0, 100.0 * 25 / 21], rtol=1e-3)
     assert np.isnan(found.k_gamma).all()

@@ -22,7 +22,7 @@ SINGLE = 1e-5
 @pytest.fixture(scope="module", params=SETS)
 def solved(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp(request.param)
-    found = pmor.gear_set(written_set(folder, SETS[request.param] + NO_STRESS))
+    found = pmor.run(written_set(folder, SETS[request.param] + NO_STRESS))
     target = folder / "set.vtkhdf"
     write_set(found.solution, found.file.cases, nominal_torque(found.file, found.solution), target)
     with h5py.File(target) as file:

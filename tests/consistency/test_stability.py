@@ -195,7 +195,7 @@ def case_path(tmp_path):
 
 def run(case_path, *more):
     out = case_path.parent / "out"
-    code = main(["stability", str(case_path), "--out", str(out), *more])
+    code = main(["lab", "stability", str(case_path), "--out", str(out), *more])
     return code, out
 
 

@@ -51,7 +51,7 @@ def test_a_reader_that_leaves_does_not_stop_the_work(pipe, monkeypatch):
 
     monkeypatch.setattr(commands, "study", talkative)
     pipe().close()
-    assert main(["study", "c.toml"]) == 0
+    assert main(["lab", "study", "c.toml"]) == 0
     assert done == [True]
 
 

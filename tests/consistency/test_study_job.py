@@ -70,7 +70,7 @@ def run(folder, out, *more, study="tiny.toml"):
         # Whether the independent solver is installed must not change what is tested.
         patch.setattr(pmor.lab.study.run, "calculix_available", lambda: False)
         patch.setattr("pmor.report.page.picture_bytes", lambda figure, picture_format: b"")
-        return main(["study", str(folder / study), "--out", str(folder / out), *more])
+        return main(["lab", "study", str(folder / study), "--out", str(folder / out), *more])
 
 
 @pytest.fixture(scope="module")
@@ -248,7 +248,7 @@ def test_variants_are_compared_with_each_other(folder, tmp_path):
         for helix in (0.0, 20.0)
     ]
     (folder / "helix.toml").write_text('base = "base.toml"\n[grid]\nangles_per_pitch = 8\n' + "".join(variants))
-    assert main(["study", str(folder / "helix.toml"), "--out", str(tmp_path / "out")]) == 0
+    assert main(["lab", "study", str(folder / "helix.toml"), "--out", str(tmp_path / "out")]) == 0
     assert {path.name for path in (tmp_path / "out").glob("*.png")} == {"curves.png"}
     found = json.loads((tmp_path / "out" / "study.json").read_text())
     spur, helical = found["rows"]

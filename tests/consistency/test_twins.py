@@ -207,22 +207,22 @@ def both(command, call, path, **options):
     """What the Python call finds, beside the command: both leave the same files."""
     one, other = path.parent / "command", path.parent / "python"
     flags = [word for name, value in options.items() for word in (f"--{name}", value)]
-    assert main([command, str(path), "--out", str(one), *flags]) == 0
-    asked = path if command in ("study", "design", "campaign") else pmor.load_case(path)
+    assert main([*command.split(), str(path), "--out", str(one), *flags]) == 0
+    asked = path if call is pmor.study else pmor.load(path)
     found = call(asked, other, **options)
     assert_alike(one, other)
     return found
 
 
 def test_stability(tmp_path):
-    both("stability", pmor.stability, write_case(tmp_path), only="torque zero")
+    both("lab stability", pmor.stability, write_case(tmp_path), only="torque zero")
 
 
 @pytest.mark.slow
 def test_convergence(tmp_path, monkeypatch, capsys):
     """A ladder of three coarse meshes."""
     monkeypatch.setitem(convergence.run.__kwdefaults__, "profile_elements", (2, 4, 8))
-    found = both("convergence", pmor.convergence, write_case(tmp_path, **LINES))
+    found = both("lab convergence", pmor.convergence, write_case(tmp_path, **LINES))
     assert len(capsys.readouterr().out.splitlines()) == len(str(found).splitlines()) + 1
 
 
@@ -230,7 +230,7 @@ def test_convergence(tmp_path, monkeypatch, capsys):
 def test_study(tmp_path):
     write_case(tmp_path)
     (tmp_path / "study.toml").write_text(STUDY)
-    found = both("study", pmor.study, tmp_path / "study.toml")
+    found = both("lab study", pmor.study, tmp_path / "study.toml")
     assert found.failures == ()
 
 
@@ -239,7 +239,7 @@ def test_study(tmp_path):
 def test_reductions(tmp_path, monkeypatch, few_candidates):
     """Fewer states and solves than an engineer would ask for."""
     monkeypatch.setattr(comparison, "run", partial(comparison.run, states=3, repeats=1, most_solves=16))
-    found = both("reductions", pmor.reductions, write_case(tmp_path, offline=TRAINING, mesh={"width_elements": 2}))
+    found = both("lab reductions", pmor.reductions, write_case(tmp_path, offline=TRAINING, mesh={"width_elements": 2}))
     assert found.failures == ()
 
 
@@ -294,7 +294,7 @@ def test_bench(tmp_path, monkeypatch):
         return measured[0]
 
     monkeypatch.setattr(bench, "run", once)
-    assert main(["bench", str(path), "--json", str(tmp_path / "command" / "bench.json")]) == 0
+    assert main(["lab", "bench", str(path), "--json", str(tmp_path / "command" / "bench.json")]) == 0
     found = pmor.bench(case, tmp_path / "python" / "bench.json")
     assert asked[0] == asked[1]
     assert_alike(tmp_path / "command", tmp_path / "python")

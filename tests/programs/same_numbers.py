@@ -106,11 +106,14 @@ def collect(folder: Path, pmor: list[str]) -> None:
         case = folder / f"{name}.toml"
         case.write_text(changed(text, {"output": {"plots": False, "report": False}}), encoding="utf-8")
         run([*pmor, "run", str(case), "--out", str(folder / name)])
-    run([*pmor, "study", str(CASES / "paper_study.toml"), "--quick", "--out", str(folder / "study")])
-    run([*pmor, "stability", str(CASES / "paper_spur.toml"), "--out", str(folder / "stability"), "--jobs", "2"])
+    known = subprocess.run([*pmor, "--help"], capture_output=True, text=True, check=True).stdout.split()
+    lab = ["lab"] if "lab" in known else []
+    study = [*lab, "study", str(CASES / "paper_study.toml"), "--quick", "--out", str(folder / "study")]
+    stability = [*lab, "stability", str(CASES / "paper_spur.toml"), "--out", str(folder / "stability"), "--jobs", "2"]
+    run([*pmor, *study])
+    run([*pmor, *stability])
     for name, (command, _) in PRODUCTS.items():
         run([*pmor, command, str(CASES / f"{name}.toml"), "--out", str(folder / name)])
-    known = subprocess.run([*pmor, "--help"], capture_output=True, text=True, check=True).stdout.split()
     for names, command in ((SETS, "set"), (GEARBOXES, "gearbox"), (("gearbox_rexs",), "gearbox")):
         for name in names:
             file = CASES / f"{name.replace('_rexs', '.rexs') if '_rexs' in name else name + '.toml'}"

@@ -38,7 +38,7 @@ BROKEN = {
         ON_BEARINGS | {"wheel_bearing_damping_N_s_mm": [1.0, 1.0]}, ["without wheel_bearing_stiffness_N_um"],
     ),
     "loose bearings": (ON_BEARINGS | {"pinion_bearing_stiffness_N_um": [0.0, 3.0]}, ["above 0"]),
-    "slices": ({"thin_slices": True}, ["thin_slices: unknown key", "run 'python -m pmor.lab.slices CASE'"]),
+    "slices": ({"thin_slices": True}, ["thin_slices: unknown key", "run 'pmor lab slices CASE'"]),
 }  # fmt: skip
 
 

@@ -131,7 +131,7 @@ def test_a_housing_that_cannot_be_is_refused_in_one_line(name, tmp_path, capsys)
     if text:
         (tmp_path / "seats.csv").write_text(text)
     path = written(tmp_path, f'{SMALL}[housing]\nstiffness = "seats.csv"\n')
-    assert main(["gearbox", str(path), "--out", str(tmp_path / "out")]) == 2
+    assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 2
     (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("pmor: error")]
     assert words in line
 
@@ -141,7 +141,7 @@ def test_a_gearbox_that_cannot_be_is_refused_in_one_line(name, tmp_path, capsys)
     old, new, words = BROKEN[name]
     assert old in SMALL
     path = written(tmp_path, SMALL.replace(old, new, 1))
-    assert main(["gearbox", str(path), "--out", str(tmp_path / "out")]) == 2
+    assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 2
     (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("pmor: error")]
     assert words in line
     assert not (tmp_path / "out" / "gearbox.json").exists()

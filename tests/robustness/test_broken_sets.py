@@ -197,7 +197,7 @@ def test_a_set_that_cannot_be_is_refused_in_one_line(base, change, tmp_path, cap
     old, new, words = change
     assert old in base
     path = written_set(tmp_path, base.replace(old, new, 1))
-    assert main(["set", str(path), "--out", str(tmp_path / "out")]) == 2
+    assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 2
     (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("pmor: error")]
     assert any(word in line for word in words.split("|")), line
     assert not (tmp_path / "out" / "set.json").exists()

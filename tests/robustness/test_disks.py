@@ -71,16 +71,16 @@ def test_the_command_keeps_the_angles_that_are_done_when_the_disk_is_full(tiny_d
     assert f"{4 - done} angles solved, {done} taken over" in text
 
 
-@pytest.mark.parametrize("name", ["run", "compare", "offline", "online", "study", "bench"])
+@pytest.mark.parametrize("name", ["run", "compare", "offline", "online", "lab study", "lab bench"])
 def test_a_read_only_folder_is_named_before_the_work(name, read_only, case_file, small_basis_path, monkeypatch):
     monkeypatch.setattr("pmor.pair.model.elastic_model", lambda *_a, **_k: pytest.fail("the folder is not known"))
     arguments = {
         "offline": [case_file, "-o", read_only / "basis.h5", "--resume"],
         "online": [small_basis_path, "-o", read_only],
-        "study": ["cases/paper_study.toml", "--quick", "--out", read_only],
-        "bench": [case_file, "--json", read_only / "bench.json"],
+        "lab study": ["cases/paper_study.toml", "--quick", "--out", read_only],
+        "lab bench": [case_file, "--json", read_only / "bench.json"],
     }.get(name, [case_file, "--out", read_only])
-    refused(name, *arguments, words=(str(read_only), "the disk is read-only: choose another folder"))
+    refused(*name.split(), *arguments, words=(str(read_only), "the disk is read-only: choose another folder"))
     assert (read_only / "basis.h5.parts" / "angle_00000.h5").read_text() == "work of an hour"
 
 

@@ -79,8 +79,8 @@ def test_what_a_case_does_not_write_is_in_nobodys_way(case_file, tmp_path):
 @pytest.mark.parametrize(
     ("parts", "arguments"),
     [
-        ("parts", ["study", "cases/paper_study.toml", "--quick", "--out", "."]),
-        ("parts", ["study", "cases/paper_study.toml", "--quick", "--out", ".", "--overwrite"]),
+        ("parts", ["lab", "study", "cases/paper_study.toml", "--quick", "--out", "."]),
+        ("parts", ["lab", "study", "cases/paper_study.toml", "--quick", "--out", ".", "--overwrite"]),
         ("basis.h5.parts", ["offline", "tiny.toml", "-o", "basis.h5"]),
         ("basis.h5.parts", ["offline", "tiny.toml", "-o", "basis.h5", "--resume"]),
     ],
@@ -97,8 +97,8 @@ def test_a_users_own_folder_is_left_alone(parts, arguments, case_file, tmp_path,
 def test_no_output_replaces_what_it_is_made_from(case_file, tmp_path, no_work):
     before = case_file.read_text()
     for arguments in (
-        ["bench", case_file, "--json", case_file],
-        ["bench", case_file, "--json", case_file, "--overwrite"],
+        ["lab", "bench", case_file, "--json", case_file],
+        ["lab", "bench", case_file, "--json", case_file, "--overwrite"],
         ["offline", case_file, "-o", case_file, "--overwrite"],
     ):
         assert "is an input of the results; choose another place" in refused(*arguments)
@@ -111,12 +111,12 @@ def test_no_output_replaces_what_it_is_made_from(case_file, tmp_path, no_work):
 def test_bench_replaces_neither_foreign_numbers_nor_a_foreign_table(case_file, tmp_path, no_work):
     for name in ("bench.json", "bench.md"):
         (tmp_path / name).write_text("mine")
-        error = refused("bench", case_file, "--json", tmp_path / "bench.json")
+        error = refused("lab", "bench", case_file, "--json", tmp_path / "bench.json")
         assert f"{tmp_path / name}: is there, and not known to be written by pmor" in error
         assert (tmp_path / name).read_text() == "mine"
         (tmp_path / name).unlink()
     for name in ("bench.md", ".", "..", tmp_path):
-        assert "choose one that ends in .json" in refused("bench", case_file, "--json", name)
+        assert "choose one that ends in .json" in refused("lab", "bench", case_file, "--json", name)
 
 
 def test_a_folder_or_a_link_in_the_way_is_refused_even_to_be_overwritten(case_file, tmp_path, no_work):
@@ -140,8 +140,8 @@ def test_a_foreign_file_in_place_of_the_basis_is_kept(case_file, tmp_path, monke
 
 @pytest.mark.parametrize(
     "arguments",
-    [["run", "C", "--out", ""], ["offline", "C", "-o", ""], ["online", "B", "-o", ""], ["bench", "C", "--json", ""],
-     ["study", "C", "--out", ""], ["run", ""]],
+    [["run", "C", "--out", ""], ["offline", "C", "-o", ""], ["online", "B", "-o", ""],
+     ["lab", "bench", "C", "--json", ""], ["lab", "study", "C", "--out", ""], ["run", ""]],
 )  # fmt: skip
 def test_an_empty_name_is_no_folder(arguments, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

@@ -50,7 +50,7 @@ SLIPS = {
     "a file for its model": (lambda case, model: pmor.compare(Path("a.h5")), "pass pmor.load_model('a.h5')"),
     "a list for a file": (lambda case, model: pmor.load_case(["pair.toml"]), "takes the name of a file: write it"),
     "bytes for a file": (lambda case, model: pmor.info(b"a.h5"), "takes the name of a file: write it as text"),
-    "a number for a file": (lambda case, model: pmor.gearbox(3), "takes the name of a file, or what its reader"),
+    "a number for a file": (lambda case, model: pmor.run(3), "takes the name of a file, or what its reader"),
     "nothing for a case": (lambda case, model: pmor.train(None), "takes a case: pass pmor.load_case(...)"),
     "a name that no file has": (lambda case, model: pmor.load_model("a\0b"), "holds a null byte: check the path"),
     "one mapping for a list": (

@@ -229,17 +229,17 @@ def test_gears_that_jam_at_their_centre_distance_stand_at_that_of_their_axes_or_
     assert (gear_pair(case).backlash > 0.0) == placed
 
 
-TRAINED = {"stability", "reductions"}  # Of penalty contact
+TRAINED = {"lab stability", "lab reductions"}  # Of penalty contact
 
 
-@pytest.mark.parametrize("command", ["run", "plan", "compare", "convergence", "dynamics", *sorted(TRAINED)])
+@pytest.mark.parametrize("command", ["run", "plan", "compare", "lab convergence", "dynamics", *sorted(TRAINED)])
 def test_commands_refuse_them_in_one_line_and_leave_nothing(command, tmp_path, capsys):
     path, out = tmp_path / "near.toml", tmp_path / "out"
     module, axes, reason = AXES["jammed"]
     trained = case_text(offline={"centre_distance_um": [axes["centre_distance_um"], 0.0]})
     path.write_text(trained if command in TRAINED else deviated(module, **axes))
     folder = [] if command == "plan" else ["--out", str(out)]
-    assert main([command, str(path), *folder]) == 2
+    assert main([*command.split(), str(path), *folder]) == 2
     error = capsys.readouterr().err
     assert reason in error
     assert error.count("\n") == 1

@@ -1,13 +1,16 @@
 import errno
 import pickle
 import warnings
+from functools import partial
 from pathlib import Path
+from unittest.mock import create_autospec
 
 import pytest
 
 from pmor import __version__
 from pmor.app import cli, commands
-from pmor.app.cli import build_parser, main
+from pmor.app.cli import main
+from pmor.app.records import COMMANDS, usage
 from pmor.core.errors import ConvergenceError, OutputError
 from tests.support.processes import ROOT
 from tests.support.refusals import refused
@@ -55,9 +58,26 @@ def test_arguments_reach_the_command(line, arguments, monkeypatch):
     assert calls == [arguments]
 
 
-def test_every_command_of_the_parser_has_its_function():
-    choices = build_parser()._subparsers._group_actions[0].choices
-    assert all(callable(getattr(commands, name)) for name in choices)
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_is_answered(name, monkeypatch):
+    """By a function of its own, or as a question: the arguments of its parser are those of the function."""
+    calls, arguments = [], usage(name).partition(" [")[0].replace("FORMAT", "csv").split()[1:]
+    function = getattr(commands, name, partial(commands.answer, name))
+    spec = create_autospec(function)
+    spec.side_effect = lambda *given, **named: calls.append(named)
+    monkeypatch.setattr(commands, name, spec, raising=False)
+    assert main(arguments) == 0
+    assert len(calls) == 1
+
+
+@pytest.mark.parametrize(
+    ("old", "now"), [("set s.toml", "pmor run"), ("gearbox g.toml", "pmor run"), ("study s.toml", "pmor lab study")]
+)
+def test_a_command_of_old_names_its_place(old, now, capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(old.split())
+    assert caught.value.code == 2
+    assert capsys.readouterr().err == f"pmor: error: {old.split()[0]} is no command any more: write {now}\n"
 
 
 @pytest.mark.parametrize("line", ["", "unknown", "run", "run c.toml --jobs 0", "run c.toml --jobs x", "offline c.toml"])

@@ -131,16 +131,16 @@ def little_memory(monkeypatch):
 
 COMMANDS = {
     "run": "paper_spur.toml", "offline": "paper_spur.toml", "compare": "paper_spur.toml",
-    "reductions": "paper_hermite.toml", "dynamics": "osu_dynamics.toml", "design": "osu_design.toml",
-    "study": "paper_study.toml", "bench": "paper_spur.toml",
+    "lab reductions": "paper_hermite.toml", "dynamics": "osu_dynamics.toml", "design": "osu_design.toml",
+    "lab study": "paper_study.toml", "lab bench": "paper_spur.toml",
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_no_command_meshes_what_does_not_fit(command, little_memory, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    output = {"offline": ["-o", "basis.h5"], "bench": ["--json", "bench.json"]}.get(command, ["--out", "out"])
-    refused(command, CASES / COMMANDS[command], *output, words=["somebody allows 100 MiB"])
+    output = {"offline": ["-o", "basis.h5"], "lab bench": ["--json", "bench.json"]}.get(command, ["--out", "out"])
+    refused(*command.split(), CASES / COMMANDS[command], *output, words=["somebody allows 100 MiB"])
 
 
 @pytest.mark.parametrize(

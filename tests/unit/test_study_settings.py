@@ -126,9 +126,9 @@ def test_what_a_cell_makes_of_the_base_case_is_refused_with_the_cell_named(base)
 def test_a_bad_study_is_one_line_and_exit_code_2(base):
     path = base / "study.toml"
     path.write_text(TEXT.replace("[grid]", "[gird]"))
-    refused("study", path, "--out", base / "out", words=["gird"])
+    refused("lab", "study", path, "--out", base / "out", words=["gird"])
     assert not (base / "out").exists()
-    refused("study", base / "none.toml", words=["none.toml: there is no such study file"])
+    refused("lab", "study", base / "none.toml", words=["none.toml: there is no such study file"])
 
 
 VARIANTS = 'base = "base.toml"\n[[variant]]\nname = "wide"\ncell = "4@1"\npair = { face_width_mm = 30.0 }\n'

@@ -78,7 +78,7 @@ def power_split(timing_mrad=0.0, right_deg=0.0):
 
 
 def solved(folder, text):
-    return pmor.gear_set(written_set(folder, text))
+    return pmor.run(written_set(folder, text))
 
 
 @pytest.fixture(scope="module")

@@ -111,7 +111,7 @@ def solved_box(folder):
     """The small gearbox on a housing of its own, with all kinds of bearings and loads, solved."""
     (folder / "seats.csv").write_text("\n".join(",".join(map(str, row)) for row in (1e7 * np.eye(24)).tolist()))
     text = SMALL.replace('name = "drive"', EVERY_LOAD)
-    found = pmor.gearbox(written(folder, f'{text}[housing]\nstiffness = "seats.csv"\n'))
+    found = pmor.run(written(folder, f'{text}[housing]\nstiffness = "seats.csv"\n'))
     return found, gearbox_rexs(found.file, found.loads, found.data["loads"], DATE)
 
 

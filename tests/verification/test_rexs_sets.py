@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import pmor
-from pmor.app.kinds import kind_of
+from pmor.app.records import kind_of
 from pmor.body.beam import Beam, BeamSeat, CircularSection, ShaftMaterial, seated_beam
 from pmor.core.errors import CaseError
 from pmor.rexs.files import load_set as load

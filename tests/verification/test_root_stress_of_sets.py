@@ -32,13 +32,13 @@ def solved_chain(folder, helix, distance, gears, more="", angles=12):
     for one, other in zip(names[:-1], names[1:], strict=True):
         text += f'[[meshes]]\ngears = ["{one}", "{other}"]\n'
     text += f"[sweep]\nangles_per_pitch = {angles}\n[mesh]\nprofile_elements = 3\nwidth_elements = 2\n{more}"
-    return pmor.gear_set(written_set(folder, text))
+    return pmor.run(written_set(folder, text))
 
 
 @pytest.fixture(scope="module")
 def planets(tmp_path_factory):
     text = SMALL_SET.replace("[10.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]").replace("torques_Nm = [100.0]", "")
-    return pmor.gear_set(written_set(tmp_path_factory.mktemp("planets"), text))
+    return pmor.run(written_set(tmp_path_factory.mktemp("planets"), text))
 
 
 def held_against_the_pair(found, case):
@@ -102,7 +102,7 @@ profile_elements = 3
 width_elements = 2
 """
     )
-    found = pmor.gear_set(written_set(tmp_path, text))
+    found = pmor.run(written_set(tmp_path, text))
     _, lugs = held_against_the_pair(found, found.file.cases["input-ring"])
     ranges = lugs.cycle.range_MPa[0, :, 0]
     assert len(ranges) == 41
@@ -172,7 +172,7 @@ def test_positions_that_do_not_converge_have_no_root_stress(planets):
 
 def test_a_planet_without_load_has_no_root_stress(tmp_path):
     text = SMALL_SET.replace("[10.0, 0.0, 0.0]", "[200.0, 0.0, 0.0]").replace("torques_Nm = [100.0]", "")
-    found = pmor.gear_set(written_set(tmp_path, text))
+    found = pmor.run(written_set(tmp_path, text))
     first = found.data["root_stress"][2]
     assert (first["name"], first["max_principal_MPa"], first["range_MPa"]) == ("planet 1", 0.0, 0.0)
     (named,) = (text for text in found.data["bounds"] if "of the load on average" in text)
@@ -181,7 +181,7 @@ def test_a_planet_without_load_has_no_root_stress(tmp_path):
 
 
 def test_a_set_can_leave_root_stress_out(tmp_path):
-    found = pmor.gear_set(written_set(tmp_path, f"{SMALL_SET}[results]\nroot_stress = false\n"))
+    found = pmor.run(written_set(tmp_path, f"{SMALL_SET}[results]\nroot_stress = false\n"))
     assert found.data["root_stress"] == []
     assert "Root stress" not in str(found)
     with pytest.raises(CaseError, match="has no root stress"):

@@ -107,7 +107,7 @@ def test_a_sample_is_the_set_that_a_file_with_its_errors_says(tmp_path, undrawn)
         "angles_per_pitch = 6", "angles_per_pitch = 4"
     )
     text = text.replace("[sweep]", "[eccentricity]\nsun_um = 20.0\nsun_deg = 70.0\n[sweep]\npitches = 3")
-    found = pmor.gear_set(written_set(tmp_path, text))
+    found = pmor.run(written_set(tmp_path, text))
     found.write(tmp_path / "out")
     with (tmp_path / "out" / "tolerances.csv").open() as file:
         row = list(csv.DictReader(file))[5]

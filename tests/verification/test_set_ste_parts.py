@@ -20,7 +20,7 @@ ASTRIDE = bearing("A", "sun", 20.0, "4e6", '"free"') + bearing("A2", "sun", 58.0
 )
 def test_supports_add_by_virtual_work_what_rigid_ones_take_away(text, shafts, close, tmp_path):
     assert TWO.count("missing") == 1
-    (load,) = pmor.gearbox(written_reducer(tmp_path, text, TWO)).data["loads"]
+    (load,) = pmor.run(written_reducer(tmp_path, text, TWO)).data["loads"]
     (found,) = load["sets"]
     added = found["ste_mean_um"] - found["rigid_ste_mean_um"]
     assert added > 0.5

@@ -114,7 +114,7 @@ def test_a_set_whose_ring_gives_way_all_around_shares_equally_and_comes_to_one_t
     found = []
     for stiffness in ('"rigid"', "1e12", "1e7"):
         seats = f"teeth = 54\nseat_radial_N_per_mm = {stiffness}\nseat_tangential_N_per_mm = {stiffness}"
-        found.append(pmor.gear_set(written_set(tmp_path, text.replace("teeth = 54", seats))))
+        found.append(pmor.run(written_set(tmp_path, text.replace("teeth = 54", seats))))
     assert_allclose(found[1].ste_um, found[0].ste_um, rtol=2e-3)
     assert (found[2].ste_um > found[0].ste_um).all()
     assert_allclose(found[2].planet_share.mean(axis=1), 1.0 / 3.0, rtol=1e-6)
@@ -132,7 +132,7 @@ def from_file(folder, first_deg, change=("", ""), side=1.0):
     text = SMALL_SET.replace("rim_thickness_mm = 12.0", held).replace("[10.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]")
     text = text.replace("torques_Nm = [100.0]", "").replace("_pitch = 6", "_pitch = 4").replace(*change)
     text += "[results]\nroot_stress = false\n"
-    return pmor.gear_set(written_set(folder, text))
+    return pmor.run(written_set(folder, text))
 
 
 @pytest.mark.slow
@@ -145,7 +145,7 @@ def test_a_ring_on_soft_seats_moves_as_its_springs_say(torque, side, tmp_path):
     text = SMALL_SET.replace("rim_thickness_mm = 12.0", held + seats).replace("[10.0, 0.0, 0.0]", "[0.0, 0.0, 0.0]")
     text = text.replace("torques_Nm = [100.0]", "pitches = 1").replace("count = 3", "count = 3\nmissing = [3]")
     text = text.replace("width_elements = 2", "width_elements = 1") + "[results]\nroot_stress = false\n"
-    result = pmor.gear_set(written_set(tmp_path, text.replace("300.0", torque)))
+    result = pmor.run(written_set(tmp_path, text.replace("300.0", torque)))
     found, solved = result.data["ring"], result.solution
     force, moment = solved.hub_wrench[-1, 0, 1, :2] * [side, 1.0], side * solved.hub_wrench[-1, 0, 1, 5]
     place = np.radians(found["place_deg"])

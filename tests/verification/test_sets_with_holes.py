@@ -45,7 +45,7 @@ def solved(folder, holes, *changes):
     text = text.replace("_pitch = 6", f"_pitch = {ANGLES}").replace("width_elements = 2", "width_elements = 1")
     for change in changes:
         text = text.replace(*change)
-    found = pmor.gear_set(written_set(folder, f"{text}[results]\nroot_stress = false\n{BLANK}{holes}"))
+    found = pmor.run(written_set(folder, f"{text}[results]\nroot_stress = false\n{BLANK}{holes}"))
     assert not found.failures
     return found
 
@@ -132,7 +132,7 @@ def of_an_idler(folder, helix, web):
     text = text.replace("[pair]", f"[pair]\nhelix_angle_deg = {helix}").replace("_pitch = 6", f"_pitch = {ANGLES}")
     text = text.replace("width_elements = 2", "width_elements = 1")
     text += "[idler.blank]\nrim_thickness_mm = 4.0\nweb_thickness_mm = 6.0\nhub_radius_mm = 20.0\n"
-    cycle = pmor.gear_set(written_set(folder, f"{text}{web}\n")).solution.root_stress[1].cycle
+    cycle = pmor.run(written_set(folder, f"{text}{web}\n")).solution.root_stress[1].cycle
     return [cycle.range_MPa[0].T, cycle.most_MPa[0].T, cycle.least_MPa[0].T]
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,8 +12,10 @@ import numpy as np
 
 from pmor.case import Case, text_of
 from pmor.dynamics.measure import Data
+from pmor.lab.slices.run import run_slices
 from pmor.report.page import Block, Picture
 from pmor.report.style import COLOURS, panels
+from pmor.storage.results_folder import refuse_in_the_way
 from pmor.work.results import Report, writing_results
 from pmor.work.table import Columns, table
 
@@ -46,17 +50,42 @@ CAPTION = (
 NOTE = "Jump frequencies of the main resonance, over the natural frequency of each law; empty: no jump."
 
 
-def write_slices(case: Case, slices: Sequence[Data], folder: Path) -> None:
-    """Write `slices.json`, `slices.md`, `report.html` and the picture of `pmor.lab.slices.run.run_slices`."""
-    rows = [
-        {"torque_Nm": found["torque_Nm"], "law": name, **found[kind], **damped}
-        for found in slices for kind, (name, _) in KINDS.items() for damped in found[kind]["responses"]
-    ]  # fmt: skip
-    blocks: list[Block] = [WORDS, Picture("slices.png", CAPTION, _figure(slices)),
-              table("Coupled and in slices", COLUMNS, rows, NOTE)]  # fmt: skip
-    data = {"case": case.name, "thin_slices": list(slices)}
-    with writing_results(folder, FILES, text_of(case)) as out:
-        Report("slices", data, f"Thin slices in motion: {case.title}", blocks, case).write(out)
+@dataclass(frozen=True, eq=False)
+class Slices:
+    """A case in motion with the coupling and without, under each torque (`pmor.lab.slices.run.run_slices`)."""
+
+    case: Case
+    torques: Sequence[Data]
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """Responses that ended early, in words."""
+        responses = (damped for torque in self.torques for kind in KINDS for damped in torque[kind]["responses"])
+        return tuple(text for damped in responses for text in damped["lost"])
+
+    def __str__(self) -> str:
+        return f"{len(self.torques)} torques, coupled and in slices"
+
+    def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
+        """Write `slices.json`, `slices.md`, `report.html` and the picture."""
+        rows = [
+            {"torque_Nm": torque["torque_Nm"], "law": name, **torque[kind], **damped}
+            for torque in self.torques for kind, (name, _) in KINDS.items() for damped in torque[kind]["responses"]
+        ]  # fmt: skip
+        blocks: list[Block] = [WORDS, Picture("slices.png", CAPTION, _figure(self.torques)),
+                  table("Coupled and in slices", COLUMNS, rows, NOTE)]  # fmt: skip
+        data = {"case": self.case.name, "thin_slices": list(self.torques)}
+        with writing_results(Path(folder), FILES, text_of(self.case), overwrite=overwrite) as out:
+            Report("slices", data, f"Thin slices in motion: {self.case.title}", blocks, self.case).write(out)
+
+
+def run(
+    case: Case, *, folder: Path | str | None = None, overwrite: bool = False, executor: Executor | None = None
+) -> Slices:
+    """Compare a case with its thin slices, as `pmor lab slices`; `executor` shares out the force laws."""
+    if folder is not None:
+        refuse_in_the_way([Path(folder) / name for name in FILES], overwrite)
+    return Slices(case, run_slices(case, executor=executor))
 
 
 def _range_of(row: Data) -> float:
