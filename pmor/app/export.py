@@ -116,13 +116,15 @@ def export_model(model: ReducedPair, to: str, path: Path, overwrite: bool, torqu
         if not write_fmu(mesh_law(model, torque_Nm), path, overwrite):
             _LOG.info("no compiler here: the unit holds its source, and no binary")
         return
+    from pmor.rexs.document import save
     from pmor.rexs.results import stage_results
-    from pmor.rexs.write import not_written, write_rexs
+    from pmor.rexs.write import not_written, rexs_text
 
     case = model.basis.case
     refuse_beyond(case, "rexs")
     _LOG.info("%s", not_written(case))
-    write_rexs(case, model.meshed.pair, path, stage_results(model), overwrite)
+    results = stage_results(model)
+    save(path, overwrite, lambda date: rexs_text(case, model.meshed.pair, results, date))
 
 
 def export_sweep(sweep: SteSweep, pair: GearPair, source: str, folder: Path, overwrite: bool) -> None:
@@ -183,19 +185,20 @@ def _gearbox(source: Path, path: Path, overwrite: bool) -> None:
 
 def _machine(source: Path, path: Path, overwrite: bool) -> None:
     """Write a set or a gearbox as REXS, without results."""
+    from pmor.machine.left_out import rexs_reasons
+    from pmor.rexs.document import save
     from pmor.rexs.files import load_gearbox, load_set
-    from pmor.rexs.write_gearbox import write_gearbox_rexs
-    from pmor.rexs.write_set import write_set_rexs
+    from pmor.rexs.write_gearbox import gearbox_rexs
+    from pmor.rexs.write_set import set_rexs
 
     if kind_of(source) == "set":
-        write_set_rexs(load_set(source), None, path, overwrite)
+        of_set = load_set(source)
+        save(path, overwrite, lambda date: set_rexs(of_set, None, date))
         return
     file = load_gearbox(source)
-    for case in file.cases.values():
-        refuse_beyond(case, "rexs")
-    if file.model.sets:
-        raise CaseError(f"{source}: [[sets]]: planetary sets are not written: leave them out of the file")
-    write_gearbox_rexs(file, (), (), path, overwrite)
+    for what, why in rexs_reasons(file):
+        raise CaseError(f"{source}: {what}: {why}")
+    save(path, overwrite, lambda date: gearbox_rexs(file, (), (), date))
 
 
 def _reduced(source: Path, to: str) -> ReducedPair:

@@ -10,8 +10,9 @@ from pmor.machine.left_out import rexs_reasons
 from pmor.machine.loader import GearboxFile
 from pmor.machine.result import GearboxResult
 from pmor.machine.run import run as solve_gearbox
-from pmor.rexs.write_gearbox import write_gearbox_rexs
-from pmor.rexs.write_set import write_set_rexs
+from pmor.rexs.document import save
+from pmor.rexs.write_gearbox import gearbox_rexs
+from pmor.rexs.write_set import set_rexs
 from pmor.sets.left_out import why_no_rexs
 from pmor.sets.loader import SetFile
 from pmor.sets.result import SetResult
@@ -30,8 +31,8 @@ def run_gearbox(file: GearboxFile, **options: Any) -> GearboxResult:
 
 
 def _set_rexs(result: SetResult, path: Path) -> None:
-    write_set_rexs(result.file, result.solution, path, overwrite=True)
+    save(path, True, lambda date: set_rexs(result.file, result.solution, date))
 
 
 def _gearbox_rexs(result: GearboxResult, path: Path) -> None:
-    write_gearbox_rexs(result.file, result.loads, result.data["loads"], path, overwrite=True)
+    save(path, True, lambda date: gearbox_rexs(result.file, result.loads, result.data["loads"], date))

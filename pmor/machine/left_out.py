@@ -7,6 +7,7 @@ from pmor.machine.duty import shares
 from pmor.machine.iso import unknown_arrangements
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import speeds_rpm
+from pmor.sets.left_out import why_no_rexs
 
 # What no gearbox file asks for: what, and why.
 NEVER = (
@@ -44,7 +45,6 @@ def left_out(file: GearboxFile) -> list[tuple[str, str]]:
 
 def rexs_reasons(file: GearboxFile) -> list[tuple[str, str]]:
     """Return why a gearbox cannot be written as REXS; empty where it can."""
-    if file.model.sets:
-        return [("gearbox.rexs", "planetary sets are not written")]
-    reasons = ((f"gearbox.rexs, {name}", why_not(case, "rexs")) for name, case in file.cases.items())
+    reasons = [(f"gearbox.rexs, {name}", why_not(case, "rexs")) for name, case in file.cases.items()]
+    reasons += [(f"gearbox.rexs, {name}", why_no_rexs(one)) for name, one in file.model.sets.items()]
     return [(what, why) for what, why in reasons if why]

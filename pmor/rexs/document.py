@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 
 from pmor.core.version import __version__
 from pmor.rexs.units import UNITS
+from pmor.storage.atomic import atomic_path
 
 VERSION = "2.0.0"
 Value = str | bool | int | float | Sequence[int] | Sequence[float] | np.ndarray
@@ -35,10 +38,28 @@ class Document:
     relations: list[tuple[str, Mapping[str, int]]] = field(default_factory=list)
     cases: list[dict[int, Attributes]] = field(default_factory=list)
 
-    def add(self, kind: str, name: str = "", **attributes: Value) -> int:
+    def add(self, kind: str, name: str = "", /, **attributes: Value) -> int:
         """Add a component and return its id."""
         self.components.append((kind, name, attributes))
         return len(self.components)
+
+    def add_to(self, whole: int, kind: str, name: str = "", relation: str = "assembly", /, **attributes: Value) -> int:
+        """Add a component that is a part of another one, and return its id."""
+        number = self.add(kind, name, **attributes)
+        self.relate(relation, assembly=whole, part=number)
+        return number
+
+    def refer(self, origin: int, kind: str, name: str = "", /, **attributes: Value) -> int:
+        """Add a component that another one refers to, and return its id."""
+        number = self.add(kind, name, **attributes)
+        self.relate("reference", origin=origin, referenced=number)
+        return number
+
+    def join(self, inner: int, outer: int, kind: str, name: str, /, **attributes: Value) -> int:
+        """Add a bearing, a coupling or a fit between two components, and return its id."""
+        number = self.add(kind, name, **attributes)
+        self.relate("side", assembly=number, inner_part=inner, outer_part=outer)
+        return number
 
     def relate(self, kind: str, **roles: int) -> None:
         """Add a relation; roles are given as ``role=id``."""
@@ -78,6 +99,13 @@ class Document:
                 _attributes(ElementTree.SubElement(case, "component", id=str(number), type=kind), attributes)
         ElementTree.indent(root)
         return bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True))
+
+
+def save(path: Path, overwrite: bool, text: Callable[[str], bytes]) -> None:
+    """Write the text of a file as it is now, from its date; OutputError where it cannot be."""
+    content = text(datetime.now().astimezone().isoformat(timespec="seconds"))
+    with atomic_path(path, overwrite) as temporary:
+        temporary.write_bytes(content)
 
 
 def _attributes(component: ElementTree.Element, attributes: Attributes) -> None:

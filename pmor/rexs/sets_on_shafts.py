@@ -15,6 +15,9 @@ from pmor.rexs.set_supports import RexsSupports, cheek_of, on_casing
 from pmor.rexs.sets import STAGE, PlanetaryStage
 from pmor.sets.settings import Member
 
+# Of a gear on a shaft that it joins elsewhere, along this shaft: a name of ours.
+JOINED_AT = "custom_pmor_joined_at"
+
 
 @dataclass(frozen=True)
 class StageOnShafts:
@@ -82,7 +85,8 @@ def _on_shafts(name: str, stage: PlanetaryStage, note: Callable[[str], None]) ->
     gears: dict[Member, Component] = {"sun": stage.sun, "ring": stage.ring}
     for member, gear in gears.items():
         if member != held:
-            seats[member] = shafts[member][0], along(gear, shafts[member][0])
+            joined = gear.number_of(JOINED_AT)
+            seats[member] = shafts[member][0], along(gear, shafts[member][0]) if joined is None else joined
     if held != "carrier":
         borne, cheeks = _carrier(stage, shafts["carrier"])
         seats["carrier"] = borne[0], along(cheeks[0], borne[0])

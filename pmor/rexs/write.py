@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from datetime import datetime
-from pathlib import Path
 
 import numpy as np
 
@@ -22,50 +20,28 @@ from pmor.rexs.blanks import blank_attributes
 from pmor.rexs.document import Attributes, Document, Value
 from pmor.rexs.gears import LEAST_RIM
 from pmor.rexs.joints import RING
+from pmor.rexs.parts import add_shaft
 from pmor.rexs.results import StageResults
 from pmor.rexs.rings import CUTTER, cutter_attributes, ring_attributes
 from pmor.rexs.stage import OFF_PLACE
 from pmor.rexs.units import rounded
-from pmor.storage.atomic import atomic_path
 
 MM = 1e-3  # per um
-ALONG, ACROSS = [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]
-
-
-def write_rexs(
-    case: Case, pair: GearPair, path: Path, results: StageResults | None = None, overwrite: bool = False
-) -> None:
-    """Write a case and its results as a REXS file; OutputError where it cannot be.
-
-    Parameters
-    ----------
-    pair : GearPair
-        Its geometry.
-    overwrite : bool
-        As in `pmor.storage.atomic.atomic_path`.
-    """
-    text = rexs_text(case, pair, results, datetime.now().astimezone().isoformat(timespec="seconds"))
-    with atomic_path(path, overwrite) as temporary:
-        temporary.write_bytes(text)
 
 
 def rexs_text(case: Case, pair: GearPair, results: StageResults | None, date: str) -> bytes:
-    """Return the text of the file; see `write_rexs`."""
+    """Return the text of the file of a case, its pair and its results; `date` is ISO 8601."""
     document = Document()
     unit = document.add("gear_unit", case.title, model_name=case.name)
-    stage = document.add(
-        "cylindrical_stage", f"Stage of {case.name}", **stage_attributes(pair), **misaligned(case.misalignment)
+    stage = document.add_to(
+        unit, "cylindrical_stage", f"Stage of {case.name}", **stage_attributes(pair), **misaligned(case.misalignment)
     )
-    document.relate("assembly", assembly=unit, part=stage)
     start = min(low for low, _ in pair.faces)
     gears, data, flanks = list[int](), list[int](), list[int]()
     for number, name in enumerate(("pinion", "wheel")):
-        shaft = document.add(
-            "shaft", f"Shaft of the {name}", support_vector=[start, 0.0, number * pair.centre_distance],
-            u_axis_vector=ALONG, w_axis_vector=ACROSS,
-            **({} if number or case.speed_rpm is None else {"rotational_speed": case.speed_rpm}),
-        )  # fmt: skip
-        document.relate("assembly", assembly=unit, part=shaft)
+        speed: Attributes = {} if number or case.speed_rpm is None else {"rotational_speed": case.speed_rpm}
+        place = start, 0.0, number * pair.centre_distance
+        shaft = add_shaft(document, unit, f"Shaft of the {name}", place, **speed)
         gear, flank = add_gear(document, case, pair, number, name, pair.faces[number][0] - start)
         document.relate("assembly", assembly=shaft, part=gear)
         gears.append(gear)
@@ -115,7 +91,7 @@ def stage_attributes(pair: GearPair) -> dict[str, Value]:
 
 def add_gear(
     document: Document, case: Case, pair: GearPair, number: int, name: str, place: float, datum: str = "positive",
-    image: bool = False, back: tuple[Modification, GearPair] | None = None, **more: Value,
+    image: bool = False, back: tuple[Modification, GearPair] | None = None, /, **more: Value,
 ) -> tuple[int, int]:  # fmt: skip
     """Add a gear with flanks, tool, material and modifications; return its id and that of the loaded flank.
 
@@ -148,11 +124,10 @@ def add_gear(
         tip_diameter=2.0 * abs(tooth.tip_radius), **(ring_attributes(said, tooth) if said.internal else inner),
         **blank_attributes(said.blank), **more,
     )  # fmt: skip
-    material = document.add(
-        "material", f"Material of the {name}", elastic_modulus=rounded(1e3 * said.youngs_modulus_GPa),
+    document.refer(
+        gear, "material", f"Material of the {name}", elastic_modulus=rounded(1e3 * said.youngs_modulus_GPa),
         poisson_ratio=said.poisson_ratio, density=rounded(1e-3 * case.dynamics.density_kg_m3),
     )  # fmt: skip
-    document.relate("reference", origin=gear, referenced=material)
     cuts: dict[str, Value] = {
         "addendum_coefficient_reference_profile": said.dedendum,
         "tip_corner_radius_factor_reference_profile": said.rack_tip_radius,
@@ -184,8 +159,7 @@ def add_gear(
         flanks[side] = document.add("cylindrical_gear_flank", f"{side} flank of the {name}", **keys)
         document.relate("manufacturing_step", workpiece=flanks[side], tool=tool, manufacturing_settings=settings)
         for kind, attributes in _modifications(modification, tooth):
-            part = document.add(kind, "", **attributes)
-            document.relate("reference", origin=flanks[side], referenced=part)
+            document.refer(flanks[side], kind, **attributes)
     document.relate("flank", gear=gear, **flanks)
     return gear, flanks[loaded]
 
@@ -248,15 +222,14 @@ def _points(document: Document, pair: GearPair, flank: int, results: StageResult
     """Add the points of the pinion's flank that carry over the cycle, and return their load and pressure."""
     roll = results.roll_rad[:, 0]
     ids = np.arange(1, len(roll) + 1)
-    points = document.add(
-        "point_list", "Contact points of the pinion over the mesh cycle", kind_of_point_list="meshing_contact_points",
-        point_ids=ids, point_coordinates_u_coord=results.point_z_mm - pair.faces[0][0],
+    points = document.add_to(
+        flank, "point_list", "Contact points of the pinion over the mesh cycle",
+        kind_of_point_list="meshing_contact_points", point_ids=ids,
+        point_coordinates_u_coord=results.point_z_mm - pair.faces[0][0],
         point_coordinates_radius=pair.pinion.base_radius * np.hypot(1.0, roll),
         point_coordinates_angle_about_u_axis=np.degrees(_angle(pair, roll, results.point_z_mm)),
     )  # fmt: skip
-    document.relate("assembly", assembly=flank, part=points)
-    data = document.add("meshing_contact_stage_data_set")
-    document.relate("reference", origin=points, referenced=data)
+    data = document.refer(points, "meshing_contact_stage_data_set")
     return {data: {
         "set_ids": ids, "local_normal_line_load": results.point_load_N_per_mm,
         "local_hertzian_contact_stress": results.pressure_MPa,

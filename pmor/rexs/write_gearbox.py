@@ -8,25 +8,23 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
-from pathlib import Path
 
 import numpy as np
 
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.duty import shares
 from pmor.machine.loader import GearboxFile
-from pmor.machine.model import pinion_senses
+from pmor.machine.model import pinion_senses, set_torques
 from pmor.machine.readings import Data
-from pmor.machine.rolling_bearing import STEEL_MODULUS, STEEL_RATIO, BallBearing, RollerBearing
-from pmor.machine.settings import HOUSING, Bearing, Gravity, LoadCase, Mesh, Shaft
-from pmor.rexs.document import Attributes, Document, Value
+from pmor.machine.set_frame import set_frame
+from pmor.machine.settings import HOUSING, Gravity, LoadCase, Mesh, PlanetarySet, Shaft
+from pmor.rexs.document import Attributes, Document
 from pmor.rexs.gearbox_results import GEARS, Numbers, found_attributes
 from pmor.rexs.loads import LOAD_NAME
 from pmor.rexs.lubricant import lubricant_attributes
-from pmor.rexs.springs import springs, torsion
-from pmor.rexs.write import ACROSS, ALONG, add_gear, misaligned, stage_attributes
-from pmor.storage.atomic import atomic_path
+from pmor.rexs.parts import ACROSS, ALONG, add_rolling, add_shaft, at, springs, stiffness
+from pmor.rexs.write import add_gear, misaligned, stage_attributes
+from pmor.rexs.write_set import SetParts
 
 
 @dataclass
@@ -36,17 +34,10 @@ class _Draft(Numbers):
     file: GearboxFile
     document: Document = field(default_factory=Document)
     unit: int = 0
+    casing: int = 0
+    sets: dict[str, SetParts] = field(default_factory=dict)
     # By shaft, place and kind of the load.
     acting: dict[tuple[str, float, str], int] = field(default_factory=dict)
-
-
-def write_gearbox_rexs(
-    file: GearboxFile, loads: Sequence[SolvedLoad], entries: Sequence[Data], path: Path, overwrite: bool
-) -> None:
-    """Write a gearbox and what was found of it; see `gearbox_rexs`. OutputError where it cannot be."""
-    text = gearbox_rexs(file, loads, entries, datetime.now().astimezone().isoformat(timespec="seconds"))
-    with atomic_path(path, overwrite) as temporary:
-        temporary.write_bytes(text)
 
 
 def gearbox_rexs(file: GearboxFile, loads: Sequence[SolvedLoad], entries: Sequence[Data], date: str) -> bytes:
@@ -67,16 +58,23 @@ def gearbox_rexs(file: GearboxFile, loads: Sequence[SolvedLoad], entries: Sequen
     time: Attributes = {"operating_time": sum(h for h in hours if h)} if all(hours) else {}
     heavy = _gravity(said.gravity)
     draft.unit = draft.document.add("gear_unit", said.title, model_name=file.name, **time, **heavy)
+    draft.casing = draft.document.add_to(draft.unit, "gear_casing", "Housing")
     for shaft in said.shafts:
         _add_shaft(draft, shaft)
     _add_bearings(draft)
     senses = pinion_senses(file.model, said.loads[0])
     for mesh in said.meshes:
         _add_mesh(draft, mesh, senses[mesh.name])
+    for planetary in said.sets:
+        _add_set(draft, planetary)
     for load in said.loads:
         _add_loads(draft, load)
     parts = shares(said.loads) or [None] * len(said.loads)
     solved = {load.load.name: found_attributes(draft, load, entry) for load, entry in zip(loads, entries, strict=True)}
+    for under in loads:
+        for one in under.sets:
+            if one.solution.converged[0].any():
+                solved[under.load.name] |= draft.sets[one.meshing.settings.name].results(one.solution, 0)
     for load, part in zip(said.loads, parts, strict=True):
         case = _given(draft, load, part, senses)
         for number, attributes in solved.get(load.name, {}).items():
@@ -97,122 +95,51 @@ def _gravity(gravity: Gravity) -> Attributes:
 
 
 def _add_shaft(draft: _Draft, shaft: Shaft) -> None:
-    document = draft.document
-    number = document.add(
-        "shaft", shaft.name, support_vector=[shaft.start_mm, *shaft.at_mm], u_axis_vector=ALONG, w_axis_vector=ACROSS
-    )
-    draft.shafts[shaft.name] = number
-    document.relate("assembly", assembly=draft.unit, part=number)
-    material = document.add(
-        "material", "", elastic_modulus=1e3 * shaft.youngs_modulus_GPa, poisson_ratio=shaft.poisson_ratio,
-        density=1e-3 * shaft.density_kg_m3,
-    )  # fmt: skip
-    document.relate("reference", origin=number, referenced=material)
-    place = 0.0
-    for section in shaft.sections:
-        part = document.add(
-            "shaft_section", "", u_coordinate_on_shaft=place, length=section.length_mm,
-            outer_diameter_begin=section.outer_mm, outer_diameter_end=section.outer_mm,
-            inner_diameter_begin=section.inner_mm, inner_diameter_end=section.inner_mm,
-        )  # fmt: skip
-        document.relate("assembly", assembly=number, part=part)
-        place += section.length_mm
+    steel: Attributes = {
+        "elastic_modulus": 1e3 * shaft.youngs_modulus_GPa, "poisson_ratio": shaft.poisson_ratio,
+        "density": 1e-3 * shaft.density_kg_m3,
+    }  # fmt: skip
+    sections = [(section.length_mm, section.outer_mm, section.inner_mm) for section in shaft.sections]
+    start = shaft.start_mm, *shaft.at_mm
+    draft.shafts[shaft.name] = add_shaft(draft.document, draft.unit, shaft.name, start, sections, steel)
 
 
 def _add_bearings(draft: _Draft) -> None:
-    document, model = draft.document, draft.file.model
-    casing = document.add("gear_casing", "Housing")
-    document.relate("assembly", assembly=draft.unit, part=casing)
-    oil = document.add("lubricant", "", **lubricant_attributes(model.sections.lubricant))
-    document.relate("reference", origin=casing, referenced=oil)
+    document, model, casing = draft.document, draft.file.model, draft.casing
+    document.refer(casing, "lubricant", **lubricant_attributes(model.sections.lubricant))
     group = None
     if model.housing is not None:
-        group = document.add(
-            "assembly_group", "Housing", reduced_static_stiffness_matrix=model.housing,
+        group = document.refer(
+            casing, "assembly_group", "Housing", reduced_static_stiffness_matrix=model.housing,
             matrix_with_inertial_environment_boundary=True,
         )  # fmt: skip
-        document.relate("reference", origin=casing, referenced=group)
     for bearing in model.sections.bearings:
         shaft = model.shafts[bearing.shaft]
-        place = [shaft.start_mm + bearing.at_mm, *shaft.at_mm]
-        at: Attributes = {
-            "u_coordinate_on_shaft_inner_side": bearing.at_mm, "support_vector": place, "u_axis_vector": ALONG,
-            "w_axis_vector": ACROSS,
-        }  # fmt: skip
-        number = _add_rolling(document, bearing, at)
-        if number is None:
-            stiffness = springs(bearing.radial_N_per_mm, bearing.axial_N_per_mm, bearing.tilt_Nmm_per_rad)
+        place = at([shaft.start_mm + bearing.at_mm, *shaft.at_mm])
+        there = {"u_coordinate_on_shaft_inner_side": bearing.at_mm, **place}
+        sides = draft.shafts[bearing.shaft], casing if bearing.to == HOUSING else draft.shafts[bearing.to]
+        if (inner := bearing.ball or bearing.roller) is not None:
+            number = add_rolling(document, inner, sides, bearing.name, **there)
+        else:
+            there |= springs(bearing.radial_N_per_mm, bearing.axial_N_per_mm, bearing.tilt_Nmm_per_rad)
+            about = {"rotational_stiffness": stiffness(bearing.torsion_Nmm_per_rad)} if bearing.couples else {}
             kind = "coupling" if bearing.couples else "concept_bearing"
-            about = torsion(bearing.torsion_Nmm_per_rad) if bearing.couples else {}
-            number = document.add(kind, bearing.name, **at, **stiffness, **about)
+            number = document.join(*sides, kind, bearing.name, **there, **about)
         draft.bearings[bearing.name] = number
-        outer = casing if bearing.to == HOUSING else draft.shafts[bearing.to]
-        document.relate("side", assembly=number, inner_part=draft.shafts[bearing.shaft], outer_part=outer)
         if group is not None and bearing.to == HOUSING:
-            point = document.add("reduction_point", bearing.name, support_vector=place)
-            document.relate("ordered_assembly", assembly=group, part=point)
+            point = document.add_to(
+                group, "reduction_point", bearing.name, "ordered_assembly", support_vector=place["support_vector"]
+            )
             document.relate("reference", origin=point, referenced=number)
-
-
-def _add_rolling(document: Document, bearing: Bearing, at: Attributes) -> int | None:
-    """Add a bearing by its inner geometry; None of one by its stiffness."""
-    inner = bearing.ball or bearing.roller
-    if inner is None:
-        return None
-    angle = inner.contact_angle_deg
-    takes = "both_directions" if isinstance(inner, BallBearing) else "no_direction"
-    takes = takes if angle == 0.0 else "positive" if angle > 0.0 else "negative"
-    row: dict[str, Value] = {
-        "reference_diameter_rolling_bearing": inner.pitch_diameter_mm, "pressure_angle": abs(angle),
-        "axial_force_absorption_of_row": takes,
-    }  # fmt: skip
-    if isinstance(inner, BallBearing):
-        kind = "angular_contact_ball_bearing" if angle else "radial_grooved_ball_bearing"
-        diameter = inner.ball_diameter_mm
-        row |= {
-            "number_of_rolling_elements": inner.balls,
-            "raceway_radius_of_inner_ring": inner.inner_osculation * diameter,
-            "raceway_radius_of_outer_ring": inner.outer_osculation * diameter,
-        }
-        element: Attributes = {
-            "diameter_of_rolling_element": diameter,
-            "angular_position_around_u": inner.first_ball_deg,
-        }
-        constants = inner.youngs_modulus_GPa, inner.poisson_ratio
-    else:
-        kind, element, constants = _roller(inner, row)
-    number = document.add(
-        "rolling_bearing_with_detailed_geometry", bearing.name, **at, bearing_type=kind, axial_force_absorption=takes,
-        operating_radial_bearing_clearance=1e3 * inner.clearance_mm,
-    )  # fmt: skip
-    parts = document.add("rolling_bearing_row", "", **row), document.add("rolling_element", "", **element)
-    document.relate("ordered_assembly", assembly=number, part=parts[0])
-    document.relate("ordered_assembly", assembly=parts[0], part=parts[1])
-    material = document.add("material", "", elastic_modulus=1e3 * constants[0], poisson_ratio=constants[1])
-    document.relate("reference", origin=parts[1], referenced=material)
-    return number
-
-
-def _roller(inner: RollerBearing, row: dict[str, Value]) -> tuple[str, Attributes, tuple[float, float]]:
-    row |= {
-        "number_of_rolling_elements": inner.rollers, "custom_pmor_laminae": inner.laminae,
-        "significant_contact_length_inner_ring": inner.effective_length_mm,
-        "custom_pmor_logarithmic_profile": inner.logarithmic_profile,
-    }  # fmt: skip
-    kind = "radial_tapered_roller_bearing" if inner.contact_angle_deg else "radial_roller_bearing"
-    element: Attributes = {
-        "diameter_of_rolling_element": inner.roller_diameter_mm, "length_of_rolling_element": inner.effective_length_mm,
-        "angular_position_around_u": inner.first_roller_deg,
-    }  # fmt: skip
-    return kind, element, (1e-3 * STEEL_MODULUS, STEEL_RATIO)
 
 
 def _add_mesh(draft: _Draft, mesh: Mesh, sense: float) -> None:
     """Add a stage with its gears; z of the case looks along `sense` x under the first load."""
     document, model = draft.document, draft.file.model
     pair, case = model.pairs[mesh.name], draft.file.cases[mesh.name]
-    stage = document.add("cylindrical_stage", mesh.name, **stage_attributes(pair), **misaligned(case.misalignment))
-    document.relate("assembly", assembly=draft.unit, part=stage)
+    stage = document.add_to(
+        draft.unit, "cylindrical_stage", mesh.name, **stage_attributes(pair), **misaligned(case.misalignment)
+    )
     draft.stages[mesh.name] = stage
     for number, (name, place) in enumerate(zip(GEARS, (mesh.pinion, mesh.wheel), strict=True)):
         shaft = model.shafts[place.shaft]
@@ -220,8 +147,7 @@ def _add_mesh(draft: _Draft, mesh: Mesh, sense: float) -> None:
         middle = place.at_mm + sense * 0.5 * (low + high)
         gear, _ = add_gear(
             document, case, pair, number, f"{mesh.name}, {name}", middle - 0.5 * (high - low),
-            "positive" if sense > 0.0 else "negative", support_vector=[shaft.start_mm + middle, *shaft.at_mm],
-            u_axis_vector=ALONG, w_axis_vector=ACROSS,
+            "positive" if sense > 0.0 else "negative", **at([shaft.start_mm + middle, *shaft.at_mm]),
         )  # fmt: skip
         document.relate("assembly", assembly=draft.shafts[place.shaft], part=gear)
         data = document.add("cylindrical_stage_gear_data", "", is_driving_gear=number == 0)
@@ -229,6 +155,25 @@ def _add_mesh(draft: _Draft, mesh: Mesh, sense: float) -> None:
         draft.gears[mesh.name, name], draft.data[mesh.name, name] = gear, data
     gears = [draft.gears[mesh.name, name] for name in GEARS]
     document.relate("stage", stage=stage, gear_1=gears[0], gear_2=gears[1])
+
+
+def _add_set(draft: _Draft, one: PlanetarySet) -> None:
+    """Add a planetary set on its shafts, its axis as the torque of the first load on its sun has it."""
+    model = draft.file.model
+    sense = set_torques(model, model.sections.loads[0])[one.name]
+    frame = set_frame(model.sets[one.name].plan, sense and math.copysign(1.0, sense), (0.0, 0.0, 0.0))
+    first = one.members.get("sun") or next(iter(one.members.values()))
+    shaft = model.shafts[first.shaft]
+    y, z = shaft.at_mm
+    middle = shaft.start_mm + first.at_mm, y, z
+    given = {
+        member: (draft.shafts[place.shaft], place.at_mm, middle[0] - model.shafts[place.shaft].start_mm)
+        for member, place in one.members.items()
+    }
+    draft.sets[one.name] = SetParts(
+        draft.document, draft.unit, draft.casing, model.sets[one.name], one.name, frame.turn[:3, :3], middle, given
+    )
+    draft.sets[one.name].add()
 
 
 def _add_loads(draft: _Draft, load: LoadCase) -> None:
@@ -242,11 +187,10 @@ def _add_loads(draft: _Draft, load: LoadCase) -> None:
         if key not in draft.acting:
             shaft, place, kind = key
             driven: Attributes = {} if kind == "force" else {"defines_torque": kind == "torque"}
-            number = draft.document.add(
-                "external_load", "", u_coordinate_on_shaft=place, transmits_torque=kind != "force", **driven
-            )
-            draft.document.relate("assembly", assembly=draft.shafts[shaft], part=number)
-            draft.acting[key] = number
+            draft.acting[key] = draft.document.add_to(
+                draft.shafts[shaft], "external_load", u_coordinate_on_shaft=place, transmits_torque=kind != "force",
+                **driven,
+            )  # fmt: skip
 
 
 def _given(draft: _Draft, load: LoadCase, part: float | None, senses: Mapping[str, float]) -> dict[int, Attributes]:

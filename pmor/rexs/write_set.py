@@ -1,35 +1,41 @@
-"""A planetary set and what was found of it as a REXS 2.0 file: the axis of the set along x, its x and y along y and z.
+"""A planetary set and its results as a REXS 2.0 file, alone or on the shafts of a gearbox.
 
-Members stand on shafts of the width of their faces, on bearings of the stiffness that the set file says. Mesh, sweep of
-angles and tolerances of the set file are left out.
+Alone its axis is x, its x and y are y and z, and its members stand on shafts of the width of their faces, on bearings
+of the stiffness that the set file says. Mesh, sweep of angles and tolerances of the set file are left out.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from datetime import datetime
-from pathlib import Path
 
+import numpy as np
+
+from pmor.case import Case
+from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair
 from pmor.rexs.document import Attributes, Document, Value
-from pmor.rexs.set_results import mesh_attributes, shaft_force, stage_results
+from pmor.rexs.parts import add_shaft, at, springs
 from pmor.rexs.sets import DIGITS, STAGE
-from pmor.rexs.springs import springs
-from pmor.rexs.write import ACROSS, ALONG, add_gear, stage_attributes
+from pmor.rexs.sets_on_shafts import JOINED_AT
+from pmor.rexs.write import add_gear, stage_attributes
 from pmor.sets.left_out import why_no_rexs
 from pmor.sets.loader import SetFile
+from pmor.sets.lost import known
+from pmor.sets.settings import Member
 from pmor.sets.solution import SetSolution
-from pmor.storage.atomic import atomic_path
 
 # Number of the ring among the bodies: the sun is before it, planets are behind.
 RING = 1
+# Axes u, v, w of the file by x, y, z of a set alone.
+ALONE = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
-def write_set_rexs(file: SetFile, solved: SetSolution | None, path: Path, overwrite: bool) -> None:
-    """Write a planetary set, with what was found of it; OutputError where it cannot be.
+def set_rexs(file: SetFile, solved: SetSolution | None, date: str) -> bytes:
+    """Return the text of the file; `date` is ISO 8601.
 
     Raises
     ------
@@ -38,68 +44,90 @@ def write_set_rexs(file: SetFile, solved: SetSolution | None, path: Path, overwr
     """
     if reason := why_no_rexs(file):
         raise CaseError(f"{file.name}: {reason}")
-    text = set_rexs(file, solved, datetime.now().astimezone().isoformat(timespec="seconds"))
-    with atomic_path(path, overwrite) as temporary:
-        temporary.write_bytes(text)
-
-
-def set_rexs(file: SetFile, solved: SetSolution | None, date: str) -> bytes:
-    """Return the text of the file; `date` is ISO 8601."""
-    return _Draft(file).text(solved, date)
+    document, load = Document(), file.sections.load
+    assert load is not None
+    unit = document.add("gear_unit", file.sections.title, model_name=file.name)
+    casing = document.add("gear_casing", "Housing")
+    document.relate("assembly", assembly=unit, part=casing)
+    parts = SetParts(document, unit, casing, file, file.sections.title)
+    parts.add()
+    torque = document.add_to(
+        parts.shafts[load.on], "external_load", "Torque", u_coordinate_on_shaft=0.0, transmits_torque=True,
+        defines_torque=True,
+    )  # fmt: skip
+    for number, amount in enumerate(file.torques_Nm):
+        case: dict[int, Attributes] = {torque: {"torque_around_u_axis": math.copysign(amount, load.torque_Nm)}}
+        if solved is not None and solved.converged[number].any():
+            case |= parts.results(solved, number)
+        document.cases.append(case)
+    return document.text(date)
 
 
 @dataclass
-class _Draft:
-    """A file in the making: numbers of its components by bodies and meshes."""
+class SetParts:
+    """The parts of a planetary set in a file: numbers of its components by bodies and meshes.
 
+    Parameters
+    ----------
+    casing : int
+        Which holds one of its members.
+    name : str
+        Of the stage.
+    turn : ndarray, shape (3, 3)
+        Axes of the file by those of the set.
+    middle_mm : sequence of float
+        Where the middle of the sun's face is.
+    given : mapping of str to (int, float, float)
+        Members on shafts of a gearbox: the shaft, the place where they join it, and that of `middle_mm` along it, mm.
+    """
+
+    document: Document
+    unit: int
+    casing: int
     file: SetFile
-    document: Document = field(default_factory=Document)
-    unit: int = 0
+    name: str
+    turn: FloatArray = field(default_factory=lambda: ALONE)
+    middle_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    given: Mapping[Member, tuple[int, float, float]] = field(default_factory=dict)
     stage: int = 0
-    casing: int = 0
     plates: dict[float, int] = field(default_factory=dict)
     shafts: dict[str, int] = field(default_factory=dict)
     gears: list[int] = field(default_factory=list)
     meshes: list[int] = field(default_factory=list)
 
-    def text(self, solved: SetSolution | None, date: str) -> bytes:
-        said, plan = self.file.sections, self.file.plan
+    @property
+    def along(self) -> float:
+        """1 where the axis of the set looks along x of the file, else -1."""
+        return float(self.turn[0, 2])
+
+    def add(self) -> None:
+        """Add the stage with all of its parts."""
+        said, plan, relate = self.file.sections, self.file.plan, self.document.relate
         assert said.load is not None
-        add, relate = self.document.add, self.document.relate
-        self.unit = add("gear_unit", said.title, model_name=self.file.name)
-        self.casing = add("gear_casing", "Housing")
         first: Attributes = {"custom_pmor_first_planet": self.first_deg} if self.first_deg else {}
-        self.stage = add(STAGE, said.title, **first)
-        carrier = add("planet_carrier", "Carrier")
-        for part in (self.casing, self.stage):
-            relate("assembly", assembly=self.unit, part=part)
-        relate("assembly", assembly=self.stage, part=carrier)
+        self.stage = self.document.add_to(self.unit, STAGE, self.name, **first)
+        carrier = self.document.add_to(self.stage, "planet_carrier", "Carrier")
         for side, place in zip(("-z", "+z"), self.cheeks_mm, strict=True):
-            self.plates[place] = add("side_plate", f"Cheek at {side}", **_at(place, 0.0, 0.0))
-            relate("assembly", assembly=carrier, part=self.plates[place])
-        cases = list(self.file.cases.values())
-        pairs = [gear_pair(case) for case in cases]
-        self.members(pairs)
+            self.plates[place] = self.document.add_to(carrier, "side_plate", f"Cheek at {side}", **self.at(place))
+        pairs = {name: gear_pair(case) for name, case in self.file.cases.items()}
+        self.members(list(self.file.cases.values()), list(pairs.values()))
         relate("assembly", assembly=carrier, part=self.shafts["carrier"])
         relate("planet_carrier_shaft", planetary_stage=self.stage, shaft=self.shafts["carrier"])
         for shaft in ("sun", "ring"):
             relate("central_shaft", planetary_stage=self.stage, shaft=self.shafts[shaft])
-        for number, mesh in enumerate(plan.meshes):
-            pair = pairs[list(self.file.cases).index(mesh.case)]
+        for mesh in plan.meshes:
             name = f"{plan.bodies[mesh.pinion].name} - {plan.bodies[mesh.wheel].name}"
-            self.meshes.append(add("cylindrical_stage", name, **stage_attributes(pair)))
-            relate("assembly", assembly=self.stage, part=self.meshes[number])
-            relate("stage", stage=self.meshes[number], gear_1=self.gears[mesh.pinion], gear_2=self.gears[mesh.wheel])
-        joint = add("coupling", "Held", **_at(0.0, 0.0, 0.0), **springs("free", "free", "free"))
-        relate("side", assembly=joint, inner_part=self.shafts[said.load.held], outer_part=self.casing)
-        self.loads(solved)
-        return self.document.text(date)
+            stage = self.document.add_to(self.stage, "cylindrical_stage", name, **stage_attributes(pairs[mesh.case]))
+            relate("stage", stage=stage, gear_1=self.gears[mesh.pinion], gear_2=self.gears[mesh.wheel])
+            self.meshes.append(stage)
+        held = self.shafts[said.load.held]
+        self.document.join(held, self.casing, "coupling", "Held", **self.at(0.0), **springs("free", "free", "free"))
 
     @property
     def first_deg(self) -> float:
-        """Place of the first planet that is there, counter-clockwise from the y axis."""
+        """Place of the first planet that is there, about x of the file from the y axis of the set."""
         body = self.file.plan.bodies[self.file.plan.planets[0]]
-        return round(math.degrees(math.atan2(-body.x, body.y)), DIGITS) + 0.0
+        return self.along * round(math.degrees(math.atan2(-body.x, body.y)), DIGITS) + 0.0
 
     @property
     def cheeks_mm(self) -> tuple[float, float]:
@@ -109,119 +137,150 @@ class _Draft:
 
     @property
     def widths(self) -> list[float]:
-        """Face widths of sun, planets and ring."""
+        """Of the faces of sun, planets and ring."""
         return [gear.face_width_mm or case.pair.face_width_mm for case in self.file.cases.values()
                 for gear in (case.pair.pinion, case.pair.wheel)]  # fmt: skip
 
-    def members(self, pairs: list[GearPair]) -> None:
+    def at(self, z: float, x: float = 0.0, y: float = 0.0) -> dict[str, Value]:
+        """Return a place of the set in the file, and its axes."""
+        return at((np.array(self.middle_mm) + self.turn @ [x, y, z]).tolist())
+
+    def members(self, cases: list[Case], pairs: list[GearPair]) -> None:
         """Add sun, ring, planets and the carrier's shaft, in the order of the bodies of the set."""
-        (inner, outer), plan = self.file.cases.values(), self.file.plan
-        assert self.file.sections.load is not None
-        load = self.file.sections.load
-        radial = self.file.sections.supports.sun_radial_N_per_mm
+        load, radial = self.file.sections.load, self.file.sections.supports.sun_radial_N_per_mm
+        assert load is not None
+        (inner, outer), (inner_pair, outer_pair) = cases, pairs
         bore = 2.0 * (inner.pair.pinion.bore_radius_mm or 1.0)
-        speed: Attributes = {"rotational_speed": load.speed_rpm} if load.speed_rpm else {}
-        for number, body in enumerate(plan.bodies):
-            case, pair, gear = (outer, pairs[1], 1) if number == RING else (inner, pairs[0], int(number > RING))
+        speed: Attributes = {"rotational_speed": load.speed_rpm} if load.speed_rpm and not self.given else {}
+        for number, body in enumerate(self.file.plan.bodies):
+            planet, of_ring = number > RING, number == RING
+            case, pair, gear = (outer, outer_pair, 1) if of_ring else (inner, inner_pair, int(planet))
             more = {**(speed if body.name == load.on else {}), **self.pin_error(number)}
-            self.shaft(body.name, *pair.faces[gear], (body.x, body.y), (bore, 0.0), more)
-            back = (outer.pinion_modification, pairs[1]) if number > RING else None
-            made, _ = add_gear(
-                self.document, case, pair, gear, body.name, 0.0, image=number == RING,
-                back=back, support_vector=[0.0, body.x, body.y], u_axis_vector=ALONG,
-                w_axis_vector=ACROSS,
-            )  # fmt: skip
-            self.gears.append(made)
-            self.document.relate("assembly", assembly=self.shafts[body.name], part=made)
-            if number > RING:
+            begin, joined = self.member(body.name, pair.faces[gear], (body.x, body.y), bore, more)
+            self.gears.append(add_gear(
+                self.document, case, pair, gear, body.name, begin, "positive" if self.along > 0.0 else "negative",
+                of_ring, (outer.pinion_modification, outer_pair) if planet else None,
+                **self.at(0.0, body.x, body.y), **joined,
+            )[0])  # fmt: skip
+            self.document.relate("assembly", assembly=self.shafts[body.name], part=self.gears[number])
+            if planet:
                 self.document.relate("planet_shaft", planetary_stage=self.stage, shaft=self.shafts[body.name])
                 self.pin(body.name, (body.x, body.y))
-        if radial != "free":
-            joint = self.bearing("Sun", _at(0.0, 0.0, 0.0), radial, "rigid")
-            self.document.relate("side", assembly=joint, inner_part=self.shafts["sun"], outer_part=self.casing)
-        self.shaft("carrier", *self.cheeks_mm, (0.0, 0.0), (bore, 0.0), speed if load.on == "carrier" else {})
+        if radial != "free" and "sun" not in self.given:
+            self.bearing("Sun", (self.shafts["sun"], self.casing), self.at(0.0), radial, "rigid")
+        self.member("carrier", self.cheeks_mm, (0.0, 0.0), bore, speed if load.on == "carrier" else {})
+        if "carrier" in self.given:
+            shaft, joined_at, middle = self.given["carrier"]
+            x, y, z = self.middle_mm
+            self.document.join(shaft, self.plates[self.cheeks_mm[0]], "cylindrical_interference_fit", "Carrier",
+                               **at([x + joined_at - middle, y, z]))  # fmt: skip
+
+    def member(
+        self, name: str, ends: tuple[float, float], place: tuple[float, float], bore: float, more: Attributes
+    ) -> tuple[float, Attributes]:
+        """Add the shaft of a member, but for one of the gearbox; return where its face begins, and joins that shaft."""
+        shaft, joined_at, middle = self.given.get(name, (None, 0.0, 0.0))  # type: ignore[call-overload]
+        if shaft is None:
+            self.shaft(name, ends, place, (bore, 0.0), more)
+            return 0.0, {}
+        self.shafts[name] = shaft
+        begin = middle + min(self.along * end for end in ends)
+        return begin, {} if abs(joined_at - middle) < 10.0**-DIGITS else {JOINED_AT: joined_at}
 
     def pin_error(self, body: int) -> Attributes:
-        """By how much the pin of a planet is off its place, outwards and counter-clockwise."""
+        """By how much the pin of a planet is off its place, outwards and about x of the file."""
         planets, number = self.file.sections.planets, self.file.plan.bodies[body].name.removeprefix("planet ")
         if body <= RING or not (planets.radial_um or planets.tangential_um):
             return {}
         place, none = int(number) - 1, (0.0,) * planets.count
-        return {"custom_pmor_pin_error": [(one or none)[place] for one in (planets.radial_um, planets.tangential_um)]}
+        radial, around = ((sizes or none)[place] for sizes in (planets.radial_um, planets.tangential_um))
+        return {"custom_pmor_pin_error": [radial, self.along * around + 0.0]}
 
     def shaft(
-        self, name: str, low: float, high: float, at: tuple[float, float], diameters: tuple[float, float],
-        more: Attributes | None = None,
+        self, name: str, ends: tuple[float, float], place: tuple[float, float], diameters: tuple[float, float],
+        more: Attributes, material: Attributes | None = None,
     ) -> int:  # fmt: skip
         """Add a shaft from z to z, of an outer and an inner diameter."""
-        start, (outer, inner) = {**_at(low, *at), **(more or {})}, diameters
-        number = self.shafts[name] = self.document.add("shaft", f"Shaft of {name}", **start)
-        self.document.relate("assembly", assembly=self.unit, part=number)
-        section = self.document.add(
-            "shaft_section", "", u_coordinate_on_shaft=0.0, length=high - low, outer_diameter_begin=outer,
-            outer_diameter_end=outer, inner_diameter_begin=inner, inner_diameter_end=inner,
-        )  # fmt: skip
-        self.document.relate("assembly", assembly=number, part=section)
+        start = self.at(min(ends, key=lambda end: self.along * end), *place)["support_vector"]
+        sections = [(ends[1] - ends[0], *diameters)]
+        number = add_shaft(self.document, self.unit, f"Shaft of {name}", start, sections, material, **more)  # type: ignore[arg-type]
+        self.shafts[name] = number
         return number
 
-    def bearing(self, name: str, place: Attributes, radial: float | str, tilt: float | str) -> int:
-        """Add a bearing by its stiffness."""
-        return self.document.add("concept_bearing", name, **place, **springs(radial, "free", tilt))
+    def bearing(
+        self, name: str, sides: tuple[int, int], place: Attributes, radial: float | str, tilt: float | str
+    ) -> None:
+        """Add a bearing by its stiffness between an inner and an outer part."""
+        self.document.join(*sides, "concept_bearing", name, **place, **springs(radial, "free", tilt))
 
-    def pin(self, planet: str, at: tuple[float, float]) -> None:
+    def pin(self, planet: str, place: tuple[float, float]) -> None:
         """Add the pin of a planet: that of the file, or one that is rigid, with a bearing of the planet's stiffness."""
-        pins, (low, high), middle = self.file.sections.pins, self.cheeks_mm, _at(0.0, *at)
+        pins, ends = self.file.sections.pins, self.cheeks_mm
+        name, bearing = f"Seat of {planet}", f"Bearing of {planet}"
         if pins is None:
             radial = self.file.sections.supports.planet_radial_N_per_mm
             if radial != "rigid":
-                number = self.pin_shaft(planet, low, high, at, (high - low, 0.0))
-                seat = self.bearing(f"Seat of {planet}", middle, "rigid", "rigid")
-                self.document.relate("side", assembly=seat, inner_part=number, outer_part=self.plates[low])
-                self.on_pin(planet, number, middle, radial, "rigid")
+                number = self.pin_shaft(planet, place, (ends[1] - ends[0], 0.0))
+                self.bearing(name, (number, self.plates[ends[0]]), self.at(0.0, *place), "rigid", "rigid")
+                self.bearing(bearing, (number, self.shafts[planet]), self.at(0.0, *place), radial, "rigid")
             return
-        number = self.pin_shaft(planet, low, high, at, (pins.diameter_mm, pins.inner_mm))
-        material = self.document.add(
-            "material", "", elastic_modulus=1e3 * pins.youngs_modulus_GPa, poisson_ratio=pins.poisson_ratio
-        )
-        self.document.relate("reference", origin=number, referenced=material)
-        for place, plate in self.plates.items():
+        steel = {"elastic_modulus": 1e3 * pins.youngs_modulus_GPa, "poisson_ratio": pins.poisson_ratio}
+        number = self.pin_shaft(planet, place, (pins.diameter_mm, pins.inner_mm), steel)
+        for z, plate in self.plates.items():
             tilt = "rigid" if pins.ends == "clamped" else "free"
-            seat = self.bearing(f"Seat of {planet}", _at(place, *at), "rigid", tilt)
-            self.document.relate("side", assembly=seat, inner_part=number, outer_part=plate)
-        for bearing in pins.bearings:
-            self.on_pin(planet, number, _at(bearing.at_mm, *at), bearing.radial_N_per_mm, bearing.tilt_Nmm_per_rad)
-
-    def on_pin(self, planet: str, pin: int, place: Attributes, radial: float | str, tilt: float | str) -> None:
-        """Add a bearing of a planet on its pin."""
-        joint = self.bearing(f"Bearing of {planet}", place, radial, tilt)
-        self.document.relate("side", assembly=joint, inner_part=pin, outer_part=self.shafts[planet])
+            self.bearing(name, (number, plate), self.at(z, *place), "rigid", tilt)
+        for seat in pins.bearings:
+            there = self.at(seat.at_mm, *place)
+            self.bearing(bearing, (number, self.shafts[planet]), there, seat.radial_N_per_mm, seat.tilt_Nmm_per_rad)
 
     def pin_shaft(
-        self, planet: str, low: float, high: float, at: tuple[float, float], diameters: tuple[float, float]
-    ) -> int:
+        self, planet: str, place: tuple[float, float], diameters: tuple[float, float],
+        material: Attributes | None = None,
+    ) -> int:  # fmt: skip
         """Add the shaft of a pin."""
-        number = self.shaft(f"pin of {planet}", low, high, at, diameters)
+        number = self.shaft(f"pin of {planet}", self.cheeks_mm, place, diameters, {}, material)
         self.document.relate("planet_pin", planetary_stage=self.stage, shaft=number)
         return number
 
-    def loads(self, solved: SetSolution | None) -> None:
-        """Add the torque, and a load case for each one that is solved."""
-        load = self.file.sections.load
-        assert load is not None
-        number = self.document.add(
-            "external_load", "Torque", u_coordinate_on_shaft=0.0, transmits_torque=True, defines_torque=True
-        )
-        self.document.relate("assembly", assembly=self.shafts[load.on], part=number)
-        sign = -1.0 if load.torque_Nm < 0.0 else 1.0
-        for place, torque in enumerate(self.file.torques_Nm):
-            case: dict[int, Attributes] = {number: {"torque_around_u_axis": sign * torque}}
-            if solved is not None and solved.converged[place].any():
-                case[self.stage] = stage_results(solved, place)
-                case |= {mesh: mesh_attributes(solved, place, n) for n, mesh in enumerate(self.meshes)}
-                case |= {gear: shaft_force(solved, place, n) for n, gear in enumerate(self.gears)}
-            self.document.cases.append(case)
+    def results(self, solved: SetSolution, torque: int) -> dict[int, Attributes]:
+        """Return what was solved under a torque, by component."""
+        return {
+            self.stage: stage_results(solved, torque),
+            **{mesh: mesh_attributes(solved, torque, number) for number, mesh in enumerate(self.meshes)},
+            **{gear: self.shaft_force(solved, torque, number) for number, gear in enumerate(self.gears)},
+        }
+
+    def shaft_force(self, solved: SetSolution, torque: int, body: int) -> Attributes:
+        """Force and moment of the meshes on a gear, mean over the mesh cycle, seen from the carrier."""
+        wrench = solved.hub_wrench[torque, solved.converged[torque], body].mean(axis=0)
+        force, moment = self.turn @ wrench[:3], 1e-3 * self.turn @ wrench[3:]
+        return {
+            **{f"force_acting_on_shaft_{way}": float(part) for way, part in zip("uvw", force, strict=True)},
+            **{f"torque_acting_on_shaft_{way}": float(part) for way, part in zip("uvw", moment, strict=True)},
+        }
 
 
-def _at(z: float, x: float, y: float) -> dict[str, Value]:
-    """Return a place of the set in the file, and its axes."""
-    return {"support_vector": [z, x, y], "u_axis_vector": ALONG, "w_axis_vector": ACROSS}
+def stage_results(solved: SetSolution, torque: int) -> Attributes:
+    """Transmission error of the sun over a mesh cycle, where positions converged."""
+    there = solved.converged[torque]
+    return {
+        "custom_pmor_pinion_angle": np.degrees(solved.phi_rad[there]),
+        "custom_pmor_transmission_error": solved.ste_um[torque, there],
+        "custom_pmor_transmission_error_peak_to_peak": known(np.ptp, solved.ste_um[torque]),
+    }
+
+
+def mesh_attributes(solved: SetSolution, torque: int, mesh: int) -> Attributes:
+    """Load over the face from its beginning, K_Hβ, K_γ of the set, force, and share in the torque."""
+    meshed = solved.train.meshes[mesh].pair.meshed
+    z, load = solved.face_line(torque, mesh)
+    numbers: dict[str, float] = {
+        "face_load_factor_contact_stress": float(solved.k_h_beta(mesh)[torque]),
+        "mesh_load_factor_iso_6336_2019": float(solved.k_gamma[torque]),
+        "nominal_tangential_force_at_base_diameter": known(np.mean, solved.mesh_force_N[torque, :, mesh]),
+        "custom_pmor_share": known(np.mean, solved.mesh_share[torque, :, mesh]),
+    }
+    return {
+        **{name: value for name, value in numbers.items() if np.isfinite(value)},
+        "load_distribution_node_positions": z - meshed.pair.common_face[0], "load_distribution_along_face_width": load,
+    }  # fmt: skip

@@ -21,7 +21,7 @@ from pmor.rexs.write_set import set_rexs
 from pmor.sets.loader import parse_set
 from tests.support.gearboxes import SMALL, SMALL_CASE, written
 from tests.support.rexs_file import RexsFile, numbers_and_words
-from tests.support.set_gearboxes import EVEN_SET
+from tests.support.set_gearboxes import EVEN_SET, TWO_STAGES, one_stage, written_reducer
 
 GEARBOX = Path(__file__).parents[2] / "cases" / "gearbox.rexs"
 DATE = "2026-01-01T00:00:00+00:00"
@@ -393,6 +393,32 @@ def test_tapered_and_angular_contact_bearings_and_a_blank_are_the_same_in_what_i
     ((named, _),) = two.cases.items()
     again = gearbox_rexs(two, (), (), DATE).replace(named.encode(), b"mesh")
     assert numbers_and_words(again) == numbers_and_words(first)
+
+
+OFF_PLACE = EVEN_SET.replace("count = 3", "count = 3\ntangential_um = [10.0, 3.0, -1.0]").replace(
+    "[mesh]", "[pins]\ndiameter_mm = 30.0\nlength_mm = 36.0\nbearings = [{at_mm = 2.0, tilt_Nmm_per_rad = 1e9}]\n[mesh]"
+)  # fmt: skip
+STAR = one_stage(torque=-300.0).replace("carrier = {", 'carrier = "housing"\nring = {')
+
+
+@pytest.mark.parametrize(("text", "of_set"), [
+    (TWO_STAGES, EVEN_SET), (one_stage(torque=-300.0), OFF_PLACE),
+    (STAR, OFF_PLACE.replace("[load]", '[load]\nheld = "carrier"')),
+], ids=["with a pair", "from the other end", "star"])  # fmt: skip
+def test_sets_on_shafts_go_out_and_come_back_as_they_are(text, of_set, tmp_path):
+    """Members on their shafts, planets on their pins, errors of these: the second file is the first."""
+    one = load(written_reducer(tmp_path, text, of_set))
+    first = gearbox_rexs(one, (), (), DATE)
+    (tmp_path / one.name).with_suffix(".rexs").write_bytes(first)
+    two = load((tmp_path / one.name).with_suffix(".rexs"))
+    assert two.model.sets["stage"].sections.load.held == one.model.sets["stage"].sections.load.held
+    assert [planetary.members for planetary in two.model.sections.sets] == [
+        planetary.members for planetary in one.model.sections.sets
+    ]
+    for name in ("free", "compliance", "displacement", "load"):
+        ours, theirs = (getattr(box.model.sets["stage"].plan, name) for box in (one, two))
+        assert_allclose(theirs, ours, rtol=1e-8, atol=1e-12 * np.abs(ours).max())
+    assert numbers_and_words(gearbox_rexs(two, (), (), DATE)) == numbers_and_words(first)
 
 
 def test_the_viscosity_of_the_oil_follows_from_its_grade_and_temperature(box, tmp_path):

@@ -13,7 +13,8 @@ from pmor.body.beam import Beam, BeamSeat, CircularSection, ShaftMaterial, seate
 from pmor.core.errors import CaseError
 from pmor.rexs.files import load_set as load
 from pmor.rexs.set_supports import RexsSupports
-from pmor.rexs.write_set import set_rexs, why_no_rexs
+from pmor.rexs.write_set import set_rexs
+from pmor.sets.left_out import why_no_rexs
 from pmor.sets.loader import parse_set
 from tests.support.small_sets import SMALL_CHAIN, SMALL_SET
 

@@ -244,10 +244,10 @@ def test_the_flanks_of_a_ring_slide_as_ohlendorf_has_it_with_the_signs_of_a_ring
     assert_allclose(found, expected, rtol=1e-4)  # of 20000 angles
 
 
-def test_a_gearbox_with_sets_is_refused_by_the_export_that_would_leave_them_out(tmp_path, capsys):
-    path = written_reducer(tmp_path, one_stage())
+def test_a_gearbox_with_a_set_that_rexs_has_no_words_for_is_refused_by_name(tmp_path, capsys):
+    path = written_reducer(tmp_path, one_stage(), EVEN_SET.replace("torque_Nm = 300.0", "torque_Nm = -300.0"))
     assert main(["export", str(path), "--to", "rexs", "-o", str(tmp_path / "box.rexs")]) == 2
-    assert "planetary sets are not written" in capsys.readouterr().err
+    assert "gearbox.rexs, stage: REXS files take sets whose torque turns the sun cou" in capsys.readouterr().err
     assert not (tmp_path / "box.rexs").exists()
 
 
