@@ -1,98 +1,213 @@
-"""Which capability takes which case: those that take some cases alone, and why."""
+"""What can be asked of which machine: one table of limits, each with its reason and a remedy.
+
+A limit belongs to something that gears, meshes or supports of a machine have. Case, set and gearbox files come here as
+their readers return them; `tests.programs.capability_page` makes the page of the manual from the same table.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Literal
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 from pmor.case.schema import Case
 from pmor.core.errors import CaseError
 
 Capability = Literal[
-    "campaign", "classical", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set", "stability",
-    "vtkhdf",
+    "campaign", "classical", "design", "duty", "dynamics", "error_bar", "exudyn", "fmu", "full", "gearbox", "losses",
+    "page", "plan", "pressure", "python", "rexs", "root_stress", "set", "stability", "sweep", "tables", "tolerances",
+    "vtkhdf", "what_if",
 ]  # fmt: skip
 
+# In words, in the order of the page of the manual.
 NAMES: dict[Capability, str] = {
-    "campaign": "a campaign", "classical": "the table of classical formulas", "design": "a design",
-    "dynamics": "the force law of dynamics", "exudyn": "a mesh in exudyn",
-    "fmu": "the force law of a unit for co-simulation", "gearbox": "a gearbox",
-    "page": "the live page", "rexs": "a REXS file", "set": "a set", "stability": "the matrix of stability",
-    "vtkhdf": "a VTKHDF file",
+    "sweep": "a sweep", "full": "the comparison with full FE", "error_bar": "the error bar of the mesh",
+    "what_if": "other flanks without finite elements", "root_stress": "root stress", "pressure": "flank pressure",
+    "losses": "losses", "duty": "a duty cycle", "tolerances": "tolerances of a run", "design": "a design",
+    "campaign": "a campaign", "page": "the live page", "vtkhdf": "a VTKHDF file", "rexs": "a REXS file",
+    "tables": "tables and results.h5", "python": "a model in Python", "plan": "a plan",
+    "dynamics": "the force law of dynamics", "fmu": "the force law of a unit for co-simulation",
+    "exudyn": "a mesh in exudyn", "classical": "the table of classical formulas", "gearbox": "a gearbox",
+    "set": "a set", "stability": "the matrix of stability",
 }  # fmt: skip
+# Columns of the page of the manual: what is asked of every machine.
+ASKED: tuple[Capability, ...] = tuple(NAMES)[:17]
 # Nodes of a flank beyond which its compliance takes more of a page than all else: 8 x 8 quadratic elements have 289.
 MOST_NODES = 600
+# Keys of gears and flanks that differ from end to end: files of sets have one planet for both of its meshes.
+ONE_WAY = ("face_offset_mm", "topography")
 
 
-def _shapes(case: Case) -> str:
-    if case.reduction.shapes == "line_loads":
-        return ""
+@dataclass(frozen=True)
+class Limit:
+    """What some capabilities do not take, and what they take instead.
+
+    Parameters
+    ----------
+    of : callable
+        Whether a machine, or a case of one, has it.
+    asks : tuple
+        Capabilities that do not take it.
+    takes : str or callable
+        What they take, with the reason, and a remedy; from the machine where that depends on it.
+    """
+
+    of: Callable[[Any], Any]
+    asks: tuple[Capability, ...]
+    takes: str | Callable[[Any], str]
+
+
+def _always(machine: Any) -> bool:
+    return True
+
+
+def _gears(case: Case) -> tuple[Any, Any]:
+    return case.pair.pinion, case.pair.wheel
+
+
+def _nodes(case: Case) -> int:
+    across = 1 if case.mesh.width == "plane_strain" else case.mesh.width_elements
+    return (case.mesh.profile_intervals + 1) * (case.mesh.order * across + 1)
+
+
+def _untrained(case: Case) -> str:
     return (
         f'line loads, not "{case.reduction.shapes}": set [contact] scheme = "line", [reduction] shapes = "line_loads"'
     )
 
 
-def _uneven_teeth(case: Case) -> str:
-    uneven = any(m.pitch_deviations_um for m in (case.pinion_modification, case.wheel_modification))
-    return "no pitch deviations, with which it does not repeat each mesh cycle: leave them out" if uneven else ""
+OF_CASES = (
+    Limit(lambda case: case.reduction.shapes != "line_loads",
+          ("campaign", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set"), _untrained),
+    Limit(lambda case: case.flank != "drive",
+          ("campaign", "design", "exudyn", "fmu", "gearbox", "page", "rexs", "vtkhdf"),
+          "drive flanks: give [load] torque_Nm positive, and the coast flanks as a [[condition]]"),
+    Limit(lambda case: any(m.pitch_deviations_um for m in (case.pinion_modification, case.wheel_modification)),
+          ("exudyn", "fmu"), "no pitch deviations, with which it does not repeat each mesh cycle: leave them out"),
+    Limit(lambda case: case.pair.wheel.internal, ("campaign", "gearbox", "stability"),
+          "external gears, and the wheel is a ring: take the pair alone"),
+    Limit(lambda case: _nodes(case) > MOST_NODES, ("page",),
+          lambda case: f"flanks of {MOST_NODES} nodes at most, and these have {_nodes(case)} nodes"),
+    Limit(lambda case: case.pair.wheel.rim_gives, ("classical", "exudyn", "fmu", "page", "rexs", "vtkhdf"),
+          "rings that are rigid all over their outside: leave held and seats out of [wheel]"),
+    Limit(lambda case: any(gear.body is not None for gear in _gears(case)), ("rexs",),
+          "no body of one's own, a mesh or a matrix: give the blank by dimensions, or leave it out"),
+    Limit(lambda case: any(gear.one_piece for gear in _gears(case)), ("rexs", "set", "vtkhdf"),
+          "gears that are rigid at their bores: leave one_piece out"),
+    Limit(lambda case: any(case.pair.holes), ("classical", "exudyn", "fmu", "gearbox", "page", "vtkhdf"),
+          "no holes, with which it does not repeat each mesh cycle: leave them out"),
+    Limit(_always, ("duty", "tolerances"),
+          lambda case: f"a machine of several loads or planets: put the pair of case {case.name} in a gearbox file, or "
+          "search a design with its scatter"),
+)  # fmt: skip
 
 
-def _coast(case: Case) -> str:
-    if case.flank == "drive":
-        return ""
-    return "drive flanks: give [load] torque_Nm positive, and the coast flanks as a [[condition]]"
+def _is_default(section: Any) -> bool:
+    return bool(section == type(section)())
 
 
-def _ring(case: Case) -> str:
-    return "external gears, and the wheel is a ring: take the pair alone" if case.pair.wheel.internal else ""
+def _held_elsewhere(file: Any) -> bool:
+    held = {"sun_radial_N_per_mm": "rigid", "planet_radial_N_per_mm": "rigid"}
+    return not _is_default(replace(file.sections.supports, **held))
 
 
-def _many_nodes(case: Case) -> str:
-    across = 1 if case.mesh.width == "plane_strain" else case.mesh.width_elements
-    nodes = (case.mesh.profile_intervals + 1) * (case.mesh.order * across + 1)
-    return f"flanks of {MOST_NODES} nodes at most, and these have {nodes} nodes" if nodes > MOST_NODES else ""
+def _one_way(file: Any) -> str:
+    """First key of a gear or its flanks that is not alike from both ends."""
+    for case in file.cases.values():
+        flanks = case.pinion_modification, case.wheel_modification
+        for gear, flank in zip(_gears(case), flanks, strict=True):
+            for key in (*ONE_WAY, "pitch_deviations_um"):
+                if getattr(gear, key, None) or getattr(flank, key, None):
+                    return key
+    return ""
 
 
-def _bodies(case: Case) -> str:
-    brought = case.pair.pinion.body is not None or case.pair.wheel.body is not None
-    return "no body of one's own, a mesh or a matrix: give the blank by dimensions, or leave it out" if brought else ""
+ALL_FE = "reduced models: all meshes at once are solved by exact line loads on full finite elements, with nothing beside"
+OF_SETS = (
+    Limit(_always, ("full",), ALL_FE),
+    Limit(_always, ("error_bar",), "pairs: leave it out, and solve the set on more elements to see their error"),
+    Limit(_always, ("losses", "duty"), "meshes on shafts: put the set in a gearbox file, whose loads have hours"),
+    Limit(lambda file: file.sections.gears, ("tolerances",),
+          "planets, whose errors share out the load: leave [tolerances] out of a train on fixed axes"),
+    Limit(lambda file: file.sections.gears, ("campaign",),
+          "planetary sets, whose teeth follow from their ratio: write a case for each mesh of the train"),
+    Limit(_always, ("page",), "one mesh at a time: change the file and run it again, finite elements are kept"),
+    Limit(lambda file: file.sections.gears, ("rexs",),
+          "planetary sets, not trains on fixed axes: describe the shafts in a gearbox file"),
+    Limit(lambda file: "second_planet" in file.sections.members, ("rexs",),
+          "no stepped planets: leave [second_planet] out"),
+    Limit(lambda file: file.plan.clockwise, ("rexs",),
+          "sets whose torque turns the sun counter-clockwise: give it the other sign"),
+    Limit(_held_elsewhere, ("rexs",), "[supports] of sun and planets across alone: leave the others out"),
+    Limit(lambda file: not _is_default(file.sections.carrier), ("rexs",), "a rigid carrier: leave [carrier] out"),
+    Limit(lambda file: file.sections.pins is not None and file.sections.pins.cheeks != "both", ("rexs",),
+          'pins in both cheeks: write [pins] cheeks = "both"'),
+    Limit(lambda file: not _is_default(file.sections.eccentricity), ("rexs",),
+          "gears that are centred: leave [eccentricity] out"),
+    Limit(_one_way, ("rexs",),
+          lambda file: f"gears of sets that are alike from both ends, and their teeth: no {_one_way(file)}"),
+)  # fmt: skip
+OF_GEARBOXES = (
+    Limit(_always, ("full",), ALL_FE),
+    Limit(_always, ("error_bar",), "pairs: leave it out, and run the pair's own case to see it"),
+    Limit(_always, ("tolerances",), "planetary sets: run the set's own file to see them"),
+    Limit(_always, ("campaign",), "pairs and planetary sets: vary the stages, then put them on their shafts"),
+    Limit(lambda file: file.model.sets, ("page", "rexs"),
+          "meshes of pairs: run the file of each of the [[sets]] beside it"),
+    Limit(_always, ("tables",), "pairs and sets: numbers of a gearbox are in gearbox.json"),
+)  # fmt: skip
+LIMITS: Mapping[str, tuple[Limit, ...]] = {"Case": OF_CASES, "SetFile": OF_SETS, "GearboxFile": OF_GEARBOXES}
+# What takes the parts of a machine one by one: what a case of it does not take, the machine does not either.
+PART_BY_PART: tuple[Capability, ...] = ("rexs",)
+# What no results of a kind have, beside what can be asked elsewhere: what, and why.
+NEVER: Mapping[str, tuple[tuple[str, str], ...]] = {
+    "SetFile": (
+        ("motion", "of sets it is not solved"),
+        ("contact of the other flanks", "each mesh is driven in one sense"),
+        ("equal gears", "finite elements are solved once for each member, and kept beside the results"),
+    ),
+    "GearboxFile": (
+        ("gear bodies on their shafts", "beams are as thick as their sections; bores are rigid without one_piece"),
+        ("centrifugal loads of rolling elements", "bearings stand still after ISO/TS 16281"),
+        ("losses of bearings, seals, churning", "losses are those of the line loads"),
+        ("contact of coast flanks", "each mesh is driven by its mean force"),
+        ("damage", "the load spectrum is listed, no life is summed up"),
+    ),
+}
 
 
-def _one_piece(case: Case) -> str:
-    one_piece = case.pair.pinion.one_piece or case.pair.wheel.one_piece
-    return "gears that are rigid at their bores: leave one_piece out" if one_piece else ""
+def why_not(machine: Any, capability: Capability) -> str:
+    """Return the reason why a capability does not take a case, a set or a gearbox, with a remedy; empty where it does.
+
+    Parameters
+    ----------
+    machine : Case, SetFile or GearboxFile
+    """
+    limits = LIMITS[type(machine).__name__]
+    takes = next((one.takes for one in limits if capability in one.asks and one.of(machine)), None)
+    if takes is not None:
+        return f"{NAMES[capability]} takes {takes if isinstance(takes, str) else takes(machine)}"
+    if capability in PART_BY_PART:
+        return next((reason for _, reason in _reasons_of_parts(machine, capability)), "")
+    return ""
 
 
-def _holes(case: Case) -> str:
-    return "no holes, with which it does not repeat each mesh cycle: leave them out" if any(case.pair.holes) else ""
+def _reasons_of_parts(machine: Any, capability: Capability) -> Iterator[tuple[str, str]]:
+    cases: Mapping[str, Case] = getattr(machine, "cases", {})
+    turned = type(machine).__name__ == "SetFile"  # flanks of both sides of a planet drive one of its meshes each
+    for name, case in cases.items():
+        if reason := why_not(replace(case, flank="drive") if turned else case, capability):
+            yield name, reason
 
 
-def _lugs(case: Case) -> str:
-    rule = "rings that are rigid all over their outside: leave held and seats out of [wheel]"
-    return rule if case.pair.wheel.rim_gives else ""
+def left_out(machine: Any) -> list[tuple[str, str]]:
+    """Return what results of a set or a gearbox leave out whatever is asked for: what, and why."""
+    asked = ((NAMES[capability], why_not(machine, capability)) for capability in ASKED)
+    listed = [(name, why.removeprefix(f"{name} takes ")) for name, why in asked if why]
+    return [*((name, f"takes {why}") for name, why in listed), *NEVER[type(machine).__name__]]
 
 
-# A rule says which cases its capabilities take, for a case that they do not take; of others it is empty.
-LIMITS: tuple[tuple[Callable[[Case], str], tuple[Capability, ...]], ...] = (
-    (_shapes, ("campaign", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set")),
-    (_coast, ("campaign", "design", "exudyn", "fmu", "gearbox", "page", "rexs", "vtkhdf")),
-    (_uneven_teeth, ("exudyn", "fmu")),
-    (_ring, ("campaign", "gearbox", "stability")),
-    (_many_nodes, ("page",)),
-    (_lugs, ("classical", "exudyn", "fmu", "page", "rexs", "vtkhdf")),
-    (_bodies, ("rexs",)),
-    (_one_piece, ("rexs", "set", "vtkhdf")),
-    (_holes, ("classical", "exudyn", "fmu", "gearbox", "page", "vtkhdf")),
-)
-
-
-def why_not(case: Case, capability: Capability) -> str:
-    """Return the reason why a capability does not take a case, with a remedy; empty where it does."""
-    reasons = (limit(case) for limit, limited in LIMITS if capability in limited)
-    return next((f"{NAMES[capability]} takes {reason}" for reason in reasons if reason), "")
-
-
-def refuse_beyond(case: Case, capability: Capability, where: str | None = None) -> None:
-    """Raise CaseError for a case that a capability does not take, with a place, by default the name of the case."""
-    if reason := why_not(case, capability):
-        raise CaseError(f"{where or case.name}: {reason}")
+def refuse_beyond(machine: Any, capability: Capability, where: str | None = None) -> None:
+    """Raise CaseError for what a capability does not take, with a place, by default the name of the machine."""
+    if reason := why_not(machine, capability):
+        raise CaseError(f"{where or machine.name}: {reason}")
