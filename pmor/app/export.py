@@ -185,7 +185,6 @@ def _gearbox(source: Path, path: Path, overwrite: bool) -> None:
 
 def _machine(source: Path, path: Path, overwrite: bool) -> None:
     """Write a set or a gearbox as REXS, without results."""
-    from pmor.machine.left_out import rexs_reasons
     from pmor.rexs.document import save
     from pmor.rexs.files import load_gearbox, load_set
     from pmor.rexs.write_gearbox import gearbox_rexs
@@ -196,8 +195,7 @@ def _machine(source: Path, path: Path, overwrite: bool) -> None:
         save(path, overwrite, lambda date: set_rexs(of_set, None, date))
         return
     file = load_gearbox(source)
-    for what, why in rexs_reasons(file):
-        raise CaseError(f"{source}: {what}: {why}")
+    refuse_beyond(file, "rexs", str(source))
     save(path, overwrite, lambda date: gearbox_rexs(file, (), (), date))
 
 

@@ -6,14 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from pmor.machine.left_out import rexs_reasons
+from pmor.case.capability import why_not
 from pmor.machine.loader import GearboxFile
 from pmor.machine.result import GearboxResult
 from pmor.machine.run import run as solve_gearbox
 from pmor.rexs.document import save
 from pmor.rexs.write_gearbox import gearbox_rexs
 from pmor.rexs.write_set import set_rexs
-from pmor.sets.left_out import why_no_rexs
 from pmor.sets.loader import SetFile
 from pmor.sets.result import SetResult
 from pmor.sets.run import run as solve_set
@@ -21,12 +20,12 @@ from pmor.sets.run import run as solve_set
 
 def run_set(file: SetFile, **options: Any) -> SetResult:
     """Solve a set as `pmor.sets.run.run`; its result leaves `set.rexs` where REXS has words for it."""
-    return replace(solve_set(file, **options), beside={} if why_no_rexs(file) else {"set.rexs": _set_rexs})
+    return replace(solve_set(file, **options), beside={} if why_not(file, "rexs") else {"set.rexs": _set_rexs})
 
 
 def run_gearbox(file: GearboxFile, **options: Any) -> GearboxResult:
     """Solve a gearbox as `pmor.machine.run.run`; its result leaves `gearbox.rexs` where REXS has words for it."""
-    beside = {} if rexs_reasons(file) else {"gearbox.rexs": _gearbox_rexs}
+    beside = {} if why_not(file, "rexs") else {"gearbox.rexs": _gearbox_rexs}
     return replace(solve_gearbox(file, **options), beside=beside)
 
 

@@ -12,6 +12,7 @@ from pmor.campaigns.set_figures import FIGURES, FIRST, figures_of, peaks_of
 from pmor.campaigns.set_relations import KNOWN, text_of_design, why_infeasible, with_relations
 from pmor.campaigns.settings import SetCampaign, SetRelations
 from pmor.campaigns.store import Store
+from pmor.case.capability import rule_of
 from pmor.core.errors import CaseError
 from pmor.rexs.files import load_set, read_sections
 from pmor.sets.layout import SECOND_PLANET
@@ -32,7 +33,7 @@ def _base_text(base: Path, relations: SetRelations, fixed: Mapping[str, Any], pl
         raise CaseError(f"{place}: {what}: {rule}")
 
     if said.gears:
-        refuse(str(base), "is a train on fixed axes, and a campaign takes planetary sets: name one")
+        refuse(str(base), rule_of("SetFile", "campaign"))
     if said.carrier.stiffness is not None:
         rule = "a matrix is of one number of planets and one centre distance: leave it out there"
         refuse(f"{base}: [carrier] stiffness", rule)

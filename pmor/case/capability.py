@@ -22,10 +22,11 @@ Capability = Literal[
 # In words, in the order of the page of the manual.
 NAMES: dict[Capability, str] = {
     "sweep": "a sweep", "full": "the comparison with full FE", "error_bar": "the error bar of the mesh",
-    "what_if": "other flanks without finite elements", "root_stress": "root stress", "pressure": "flank pressure",
-    "losses": "losses", "duty": "a duty cycle", "tolerances": "tolerances of a run", "design": "a design",
+    "what_if": "a change of flanks without finite elements", "root_stress": "the root stress",
+    "pressure": "the flank pressure", "losses": "the table of losses", "duty": "a duty cycle",
+    "tolerances": "a run with tolerances", "design": "a design",
     "campaign": "a campaign", "page": "the live page", "vtkhdf": "a VTKHDF file", "rexs": "a REXS file",
-    "tables": "tables and results.h5", "python": "a model in Python", "plan": "a plan",
+    "tables": "the file of all numbers, results.h5,", "python": "a model in Python", "plan": "a plan",
     "dynamics": "the force law of dynamics", "fmu": "the force law of a unit for co-simulation",
     "exudyn": "a mesh in exudyn", "classical": "the table of classical formulas", "gearbox": "a gearbox",
     "set": "a set", "stability": "the matrix of stability",
@@ -122,7 +123,7 @@ def _one_way(file: Any) -> str:
     return ""
 
 
-ALL_FE = "reduced models: all meshes at once are solved by exact line loads on full finite elements, with nothing beside"
+ALL_FE = "reduced models: line loads of all meshes at once are exact on full finite elements, and nothing is beside"
 OF_SETS = (
     Limit(_always, ("full",), ALL_FE),
     Limit(_always, ("error_bar",), "pairs: leave it out, and solve the set on more elements to see their error"),
@@ -152,9 +153,8 @@ OF_GEARBOXES = (
     Limit(_always, ("error_bar",), "pairs: leave it out, and run the pair's own case to see it"),
     Limit(_always, ("tolerances",), "planetary sets: run the set's own file to see them"),
     Limit(_always, ("campaign",), "pairs and planetary sets: vary the stages, then put them on their shafts"),
-    Limit(lambda file: file.model.sets, ("page", "rexs"),
-          "meshes of pairs: run the file of each of the [[sets]] beside it"),
-    Limit(_always, ("tables",), "pairs and sets: numbers of a gearbox are in gearbox.json"),
+    Limit(lambda file: file.model.sets, ("page",), "meshes of pairs: leave [[sets]] out, they have files of their own"),
+    Limit(_always, ("tables",), "pairs and sets: those of a gearbox are in gearbox.json"),
 )  # fmt: skip
 LIMITS: Mapping[str, tuple[Limit, ...]] = {"Case": OF_CASES, "SetFile": OF_SETS, "GearboxFile": OF_GEARBOXES}
 # What takes the parts of a machine one by one: what a case of it does not take, the machine does not either.
@@ -187,24 +187,31 @@ def why_not(machine: Any, capability: Capability) -> str:
     takes = next((one.takes for one in limits if capability in one.asks and one.of(machine)), None)
     if takes is not None:
         return f"{NAMES[capability]} takes {takes if isinstance(takes, str) else takes(machine)}"
-    if capability in PART_BY_PART:
-        return next((reason for _, reason in _reasons_of_parts(machine, capability)), "")
-    return ""
+    return next(_reasons_of_parts(machine, capability), "") if capability in PART_BY_PART else ""
 
 
-def _reasons_of_parts(machine: Any, capability: Capability) -> Iterator[tuple[str, str]]:
-    cases: Mapping[str, Case] = getattr(machine, "cases", {})
-    turned = type(machine).__name__ == "SetFile"  # flanks of both sides of a planet drive one of its meshes each
-    for name, case in cases.items():
-        if reason := why_not(replace(case, flank="drive") if turned else case, capability):
-            yield name, reason
+def _reasons_of_parts(machine: Any, capability: Capability) -> Iterator[str]:
+    """Reasons of the cases of a set, whose planets carry on both flanks, or of the meshes and sets of a gearbox."""
+    if type(machine).__name__ == "SetFile":
+        yield from filter(None, (why_not(replace(case, flank="drive"), capability) for case in machine.cases.values()))
+    elif type(machine).__name__ == "GearboxFile":
+        for name, part in {**machine.cases, **machine.model.sets}.items():
+            if reason := why_not(part, capability):
+                yield f"{name}: {reason}"
+
+
+def rule_of(kind: str, capability: Capability) -> str:
+    """Return why a capability takes no machine of a kind, for readers that refuse before there is one."""
+    takes = next(one.takes for one in LIMITS[kind] if capability in one.asks)
+    assert isinstance(takes, str)
+    return f"{NAMES[capability]} takes {takes}"
 
 
 def left_out(machine: Any) -> list[tuple[str, str]]:
     """Return what results of a set or a gearbox leave out whatever is asked for: what, and why."""
     asked = ((NAMES[capability], why_not(machine, capability)) for capability in ASKED)
-    listed = [(name, why.removeprefix(f"{name} takes ")) for name, why in asked if why]
-    return [*((name, f"takes {why}") for name, why in listed), *NEVER[type(machine).__name__]]
+    listed = [(name, why.removeprefix(f"{name} ")) for name, why in asked if why]
+    return [*listed, *NEVER[type(machine).__name__]]
 
 
 def refuse_beyond(machine: Any, capability: Capability, where: str | None = None) -> None:

@@ -7,21 +7,10 @@ from pmor.machine.duty import shares
 from pmor.machine.iso import unknown_arrangements
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import speeds_rpm
-from pmor.sets.left_out import why_no_rexs
-
-# What no gearbox file asks for: what, and why.
-NEVER = (
-    ("gear bodies on their shafts", "beams are as thick as their sections; bores are rigid without one_piece"),
-    ("centrifugal loads of rolling elements", "bearings stand still after ISO/TS 16281"),
-    ("losses of bearings, seals, churning", "losses are those of the line loads"),
-    ("contact of coast flanks", "each mesh is driven by its mean force"),
-    ("the error bar of the mesh", "runs of pairs have it: `pmor run` of a mesh's own case"),
-    ("damage", "the load spectrum is listed, no life is summed up"),
-)
 
 
 def left_out(file: GearboxFile) -> list[tuple[str, str]]:
-    """Return what results leave out of this gearbox beside that: what, and why."""
+    """Return what results leave out of this gearbox by what it says: what, and why."""
     model, found = file.model, list[tuple[str, str]]()
     for name, why in unknown_arrangements(model):
         found.append((f"f_sh of ISO 6336-1:2006, {name}", why))
@@ -40,11 +29,6 @@ def left_out(file: GearboxFile) -> list[tuple[str, str]]:
         found.append(("duty cycle", "loads have neither fraction nor hours"))
     if all(bearing.ball is None and bearing.roller is None for bearing in model.sections.bearings):
         found.append(("static safety of bearings", "none has its inner geometry"))
-    return [*found, *rexs_reasons(file)]
-
-
-def rexs_reasons(file: GearboxFile) -> list[tuple[str, str]]:
-    """Return why a gearbox cannot be written as REXS; empty where it can."""
-    reasons = [(f"gearbox.rexs, {name}", why_not(case, "rexs")) for name, case in file.cases.items()]
-    reasons += [(f"gearbox.rexs, {name}", why_no_rexs(one)) for name, one in file.model.sets.items()]
-    return [(what, why) for what, why in reasons if why]
+    if why := why_not(file, "rexs"):
+        found.append(("gearbox.rexs", why))
+    return found

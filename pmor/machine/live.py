@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from pmor.body.beam import NODE
+from pmor.case.capability import rule_of
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.machine.coupled import MEAN_ANGLES, MOST_ROUNDS, SolvedLoad
 from pmor.machine.model import ABOUT_AXIS, AXIAL, BEARING_ROWS, RADIAL, TILT, LoadedGearbox, Supported
@@ -54,7 +55,7 @@ def machine_section(loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair
         Of the meshes, by name.
     """
     if loads[0].gearbox.sets:
-        return "planetary sets are not solved in the page"
+        return rule_of("GearboxFile", "page")
     found, meshes = list[ReducedPair](), [mesh.meshing.settings.name for mesh in loads[0].meshes]
     for name in meshes:
         pair = live_pair(pairs[name])

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pmor.case import Case, change_case, changed_text, load_case, parse_case, without_models
-from pmor.case.capability import refuse_beyond
+from pmor.case.capability import refuse_beyond, rule_of
 from pmor.case.reader import parse_toml, read_text, sections_in
 from pmor.case.seats import read_seats
 from pmor.case.slips import case_slips
@@ -99,8 +99,7 @@ def _case(reader: GearboxReader, mesh: Mesh, torque_Nm: float = 1.0) -> Case:
     assert reader.folder is not None
     # That of a case file is for its runs, which have one.
     if mesh.sections.get("mesh", {}).get("error_bar") is True:
-        rule = "a gearbox has no error bar of the mesh: leave it out, and run the pair's own case to see it"
-        reader.refuse(f'[[meshes]] "{mesh.name}": mesh.error_bar = true', rule)
+        reader.refuse(f'[[meshes]] "{mesh.name}": mesh.error_bar = true', rule_of("GearboxFile", "error_bar"))
     if mesh.case is not None:
         case = load_case(reader.folder / mesh.case)
         return change_case(case, **mesh.sections) if mesh.sections else case

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from pmor.case import Case
+from pmor.case import Case, capability
 from pmor.case.width import sections_across, whole_width
 from pmor.core.errors import ConvergenceError
 from pmor.core.memory import memory_text
@@ -14,7 +14,7 @@ from pmor.gear.pair import GearPair
 from pmor.machine.coupled import MEAN_ANGLES
 from pmor.machine.coupled_sets import MEAN_PLACES
 from pmor.machine.duty import shares
-from pmor.machine.left_out import NEVER, left_out
+from pmor.machine.left_out import left_out
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import loaded, pinion_torques, set_torques
 from pmor.machine.settings import Bearing
@@ -168,5 +168,5 @@ def _position_seconds(pair: GearPair, case: Case) -> float:
 
 def _left_out(file: GearboxFile) -> Iterator[str]:
     yield "Left out: what, because"
-    for what, why in (*left_out(file), *NEVER):
+    for what, why in (*left_out(file), *capability.left_out(file)):
         yield f"  {what:<34} {why}"

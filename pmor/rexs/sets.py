@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from pmor.case.capability import ONE_WAY
 from pmor.case.change import document_text
 from pmor.case.document import COAST, MODIFICATION
 from pmor.core.errors import CaseError, printable
@@ -25,7 +26,6 @@ from pmor.rexs.read import Imported, stage_case
 from pmor.rexs.set_supports import RexsSupports, on_casing
 from pmor.rexs.stage import find_stage
 from pmor.sets.kinematics import torque_ratios
-from pmor.sets.left_out import ONE_WAY
 from pmor.sets.settings import Member
 
 STAGE = "planetary_stage"

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pmor.case import Case
+from pmor.case.capability import refuse_beyond
 from pmor.core.arrays import FloatArray
-from pmor.core.errors import CaseError
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair
 from pmor.rexs.document import Attributes, Document, Value
@@ -22,7 +22,6 @@ from pmor.rexs.parts import add_shaft, at, springs
 from pmor.rexs.sets import DIGITS, STAGE
 from pmor.rexs.sets_on_shafts import JOINED_AT
 from pmor.rexs.write import add_gear, stage_attributes
-from pmor.sets.left_out import why_no_rexs
 from pmor.sets.loader import SetFile
 from pmor.sets.lost import known
 from pmor.sets.settings import Member
@@ -40,10 +39,9 @@ def set_rexs(file: SetFile, solved: SetSolution | None, date: str) -> bytes:
     Raises
     ------
     CaseError
-        When REXS has no words for it: `why_no_rexs`.
+        When REXS has no words for it: `pmor.case.capability`.
     """
-    if reason := why_no_rexs(file):
-        raise CaseError(f"{file.name}: {reason}")
+    refuse_beyond(file, "rexs")
     document, load = Document(), file.sections.load
     assert load is not None
     unit = document.add("gear_unit", file.sections.title, model_name=file.name)

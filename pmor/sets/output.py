@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from pmor.case.capability import why_not
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Table
 from pmor.results.load_distribution import PRESSURE
@@ -20,7 +21,6 @@ from pmor.sets.figures import (
     ste_figure,
     tolerance_figure,
 )
-from pmor.sets.left_out import why_no_rexs
 from pmor.sets.loader import SetFile
 from pmor.sets.readings import Data, set_data
 from pmor.sets.solution import SetSolution
@@ -166,7 +166,7 @@ def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, fail
                               "width, beyond that of its hub, at the nominal torque; lines: planets.",
                               ring_figure(solved, nominal), "svg"))  # fmt: skip
     blocks.append(MODEL)
-    if file.plan.planets and (reason := why_no_rexs(file)):
+    if file.plan.planets and (reason := why_not(file, "rexs")):
         blocks.append(f"set.rexs is left out: {reason}.")
     if solved.plan.clockwise:
         blocks.append("The first gear is loaded clockwise: angles and tooth numbers count clockwise.")

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+from pmor.case.capability import left_out
 from pmor.case.gears import GearCase
 from pmor.case.width import meshed_width
 from pmor.core.memory import memory_text
 from pmor.core.progress import format_time
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair
-from pmor.sets.left_out import why_no_rexs
 from pmor.sets.loader import SetFile
 from pmor.sets.pins import PlanetsOnPins
 from pmor.sets.settings import SetSections
@@ -33,14 +33,6 @@ from pmor.work.sizes import pair_size
 # gears of a mesh in a position; page and pictures.
 POSITION_S, SECTIONS_S, STRESS_S, PAGE_S = 2e-5, 8e-10, 4e-4, 3.0
 SWEEP, PAGE = "sweep of all meshes", "page"
-# What no set file asks for: what, and why.
-NEVER = (
-    ("motion, losses", "of sets they are not solved"),
-    ("contact of the other flanks", "each mesh is driven in one sense"),
-    ("the error bar of the mesh", "runs of pairs have it; solve a set on more elements to see their error"),
-    ("equal gears", "finite elements are solved once for each member, and kept beside the results"),
-)
-
 
 def plan(file: SetFile) -> str:
     """Return the plan of a set.
@@ -174,6 +166,5 @@ def stages_of_set(file: SetFile) -> list[Stage]:
 
 def _left_out(file: SetFile) -> Iterator[str]:
     yield "Left out: what, because"
-    reason = why_no_rexs(file)
-    for what, why in (*NEVER, *([("set.rexs", reason)] if reason else ())):
+    for what, why in left_out(file):
         yield f"  {what:<34} {why}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 
+from pmor.case.capability import rule_of
 from pmor.core.wording import did_you_mean
 from pmor.sets.layout import SECOND_PLANET, SHARED
 from pmor.sets.plan import planet_positions
@@ -44,7 +45,8 @@ def check_train(said: SetSections, refuse: Refuse) -> None:
         "planets": said.planets != Planets(), "supports": said.supports != Supports(),
     }  # fmt: skip
     for name in (name for name, is_there in given.items() if is_there):
-        refuse(f"[{name}]", "is of a planetary set, not of a train on fixed axes: leave it out")
+        rule = "is of a planetary set, not of a train on fixed axes: leave it out"
+        refuse(f"[{name}]", rule_of("SetFile", "tolerances") if name == "tolerances" else rule)
     if said.eccentricity != Eccentricity():
         rule = "is of a planetary set: write eccentricity_um of each of the [[gears]]; leave it out"
         refuse("[eccentricity]", rule)

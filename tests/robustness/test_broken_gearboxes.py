@@ -50,7 +50,7 @@ BROKEN = {
     "an error bar": (
         'case = "small.toml"',
         'case = "small.toml"\nmesh = { error_bar = true }',
-        "mesh.error_bar = true: a gearbox has no error bar",
+        "mesh.error_bar = true: the error bar of the mesh takes pairs",
     ),
     "a gear in two meshes": (
         "[[bearings]]",

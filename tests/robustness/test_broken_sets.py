@@ -20,7 +20,7 @@ SETS = {
     "no sun": ("[sun]\nteeth = 18\nbore_radius_mm = 18.0", "", "[sun]: is missing"),
     "a member that is none": ("[sun]", "[son]", "unknown section"),
     "errors of other planets": ("tangential_um = [10.0, 0.0, 0.0]", "tangential_um = [10.0]", "each of the 3 planets"),
-    "an error bar": ("[mesh]", "[mesh]\nerror_bar = true", "[mesh] error_bar = true: a set has no error bar"),
+    "an error bar": ("[mesh]", "[mesh]\nerror_bar = true", "error_bar = true: the error bar of the mesh takes pairs"),
     "a pin 10 mm out": ("tangential_um = [10.0,", "radial_um = [10000.0,", "sun and planet 1 from 72 to 82 mm"),
     "pins inside where the same centre distance jams": (
         "tangential_um = [10.0, 0.0, 0.0]",
@@ -172,7 +172,7 @@ CHAINS = {
     "driven before it drives": ('["input", "idler"]', '["output", "idler"]', "drives the first mesh"),
     "too close": ("at_mm = [88.0, 92.0]", "at_mm = [87.0, 92.0]", "mesh idler-output"),
     "too far": ("at_mm = [88.0, 92.0]", "at_mm = [98.0, 92.0]", "mesh idler-output"),
-    "tolerances of a planetary set": ("[sweep]", "[tolerances]\n[sweep]", "not of a train on fixed axes"),
+    "tolerances of a planetary set": ("[sweep]", "[tolerances]\n[sweep]", "a run with tolerances takes planets"),
     "eccentricity of a planetary set": ("[sweep]", "[eccentricity]\nsun_um = 5.0\n[sweep]", "of each of the [[gears]]"),
     "supports of a planetary set": (
         "[sweep]", "[supports]\nsun_radial_N_per_mm = 1e5\n[sweep]", "[supports]: is of a planetary set",

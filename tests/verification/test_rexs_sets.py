@@ -10,11 +10,11 @@ from numpy.testing import assert_allclose
 import pmor
 from pmor.app.records import kind_of
 from pmor.body.beam import Beam, BeamSeat, CircularSection, ShaftMaterial, seated_beam
+from pmor.case.capability import why_not
 from pmor.core.errors import CaseError
 from pmor.rexs.files import load_set as load
 from pmor.rexs.set_supports import RexsSupports
 from pmor.rexs.write_set import set_rexs
-from pmor.sets.left_out import why_no_rexs
 from pmor.sets.loader import parse_set
 from tests.support.small_sets import SMALL_CHAIN, SMALL_SET
 
@@ -205,4 +205,4 @@ def test_flanks_that_lean_towards_one_end_do_so_from_whichever_end_their_mesh_is
                        "rim_thickness_mm = 12.0\nheld = {lugs = 4, lug_deg = 10.0}"), "leave held and seats out"),
 ], ids=["train", "clockwise", "ring", "carrier", "eccentric", "one way", "lugs"])  # fmt: skip
 def test_what_rexs_has_no_words_for_is_told_with_what_to_do(text, words):
-    assert re.search(words, why_no_rexs(parse_set(text, "small", "small")))
+    assert re.search(words, why_not(parse_set(text, "small", "small"), "rexs"))
