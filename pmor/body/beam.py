@@ -118,13 +118,13 @@ class Beam:
         force_density : ndarray, shape (3,)
             N/mm^3.
         """
-        found = np.zeros((len(self.stations), NODE))
+        forces = np.zeros((len(self.stations), NODE))
         for first, (section, length) in enumerate(zip(self.sections, np.diff(self.stations), strict=True)):
             q = section.area * np.asarray(force_density)
             for node, sign in ((first, 1.0), (first + 1, -1.0)):
-                found[node, :3] += 0.5 * length * q
-                found[node, 4:] += sign * length**2 / 12.0 * np.array([-q[2], q[1]])
-        return found.ravel()
+                forces[node, :3] += 0.5 * length * q
+                forces[node, 4:] += sign * length**2 / 12.0 * np.array([-q[2], q[1]])
+        return forces.ravel()
 
 
 def element_stiffness(section: CircularSection, length: float, material: ShaftMaterial) -> FloatArray:
@@ -221,7 +221,7 @@ def seated_beam(beam: Beam, seats: Sequence[BeamSeat], places: Sequence[float]) 
     apart = moved[at] - np.eye(len(at))
     own = moved.T @ (stiffness @ moved) - moved[at].T @ (yielding[:, None] * moved[at])
     own += apart.T @ (yielding[:, None] * apart)
-    found = np.zeros((size, size))
-    found[np.ix_(moves, moves)] = solved
+    flexibility = np.zeros((size, size))
+    flexibility[np.ix_(moves, moves)] = solved
     told = np.concatenate([2 * beam.node_at(place) + np.arange(2) for place in places])
-    return SeatedBeam(found[np.ix_(told, told)], moved[told], own)
+    return SeatedBeam(flexibility[np.ix_(told, told)], moved[told], own)

@@ -129,11 +129,11 @@ class Blank:
         place = len(self.blocks) - 2
         web, faces = self.blocks[place], 1 if self.blocks[-1].z[-1] == 0.0 else 2
         row, side, upper = (part.ravel() for part in np.indices((len(web.radii) - 1, 2, faces)))
-        found = Gauges(place, row, (2.0 * side - 1.0) / np.sqrt(3.0), upper == 1)
-        radius = found.places(web)[:, 0]
+        points = Gauges(place, row, (2.0 * side - 1.0) / np.sqrt(3.0), upper == 1)
+        radius = points.places(web)[:, 0]
         apart = np.minimum(radius - web.radii[0], web.radii[-1] - radius)
         kept = apart >= min(CLEAR * np.ptp(web.z) * (2 // faces), apart.max())  # of short webs the middle
-        return Gauges(place, row[kept], found.across[kept], found.upper[kept])
+        return Gauges(place, row[kept], points.across[kept], points.upper[kept])
 
     def wider(self, teeth: int) -> Blank | None:
         """Return the blank with more harmonics; None where it has all that elements see, or they are given."""
@@ -256,16 +256,16 @@ def blank_response(mesh: SectorMesh, blank: Blank) -> BlankResponse:
                              held=None if bedded else blank.held, bedding=blank.bedding or (0.0, 0.0))  # fmt: skip
         if gauges is None:
             return BlankResponse(np.asarray(shares.conj().T @ own @ shares), none, none)
-        found = _over_amplitudes(own, shares, np.tile(np.array([1.0, 1.0, 1j]), len(gauges.row)))
-        return BlankResponse(found.stiffness, none, none, found.passed_on)
+        response = _over_amplitudes(own, shares, np.tile(np.array([1.0, 1.0, 1j]), len(gauges.row)))
+        return BlankResponse(response.stiffness, none, none, response.passed_on)
     loads = web.loads()
     own = ring_stiffness(blank.blocks, *material, harmonics[: web.largest + 1], mesh.mirrored, twist, loads, blank.core,
                          blank.held)  # fmt: skip
-    found = _over_amplitudes(own, shares, np.tile(np.array([1.0, 1j, 1.0])[web.parts], len(loads)))
+    response = _over_amplitudes(own, shares, np.tile(np.array([1.0, 1j, 1.0])[web.parts], len(loads)))
     if not (rest := harmonics[web.largest + 1 :]).size:
-        return found
+        return response
     further = ring_stiffness(blank.blocks, *material, rest, mesh.mirrored, twist, held=blank.held)
-    return found._replace(stiffness=np.concatenate([found.stiffness, shares.conj().T @ further @ shares]))
+    return response._replace(stiffness=np.concatenate([response.stiffness, shares.conj().T @ further @ shares]))
 
 
 def _over_amplitudes(own: Amplitudes, shares: Amplitudes, parts: ComplexArray) -> BlankResponse:
@@ -292,14 +292,14 @@ def _held(free: BlankResponse) -> BlankResponse:
 
 def interpolation(z: FloatArray, order: int, fine: FloatArray) -> FloatArray:
     """Shares of columns of nodes in the displacement at places along the width, (places, columns)."""
-    found = np.zeros((len(fine), len(z)))
+    shares = np.zeros((len(fine), len(z)))
     element = np.clip(np.searchsorted(z[::order], fine, side="right") - 1, 0, (len(z) - 1) // order - 1)
     for place, e in enumerate(element.tolist()):
         nodes = np.arange(order * e, order * e + order + 1)
         for a in nodes:
             others = nodes[nodes != a]
-            found[place, a] = np.prod((fine[place] - z[others]) / (z[a] - z[others]))
-    return found
+            shares[place, a] = np.prod((fine[place] - z[others]) / (z[a] - z[others]))
+    return shares
 
 
 def cylindrical(mesh: SectorMesh, nodes: IntArray) -> FloatArray:
@@ -318,10 +318,10 @@ def interface_shares(mesh: SectorMesh, columns: FloatArray, nodes: IntArray) -> 
     place[mesh.bore] = np.arange(len(mesh.bore))
     angle, layer = np.divmod(place[nodes], layers)
     functions = columns.shape[1]
-    found = np.zeros((len(nodes), 3, functions, layers, 3))
+    displacement = np.zeros((len(nodes), 3, functions, layers, 3))
     frames = cylindrical(mesh, nodes).transpose(0, 2, 1)
-    found[np.arange(len(nodes)), :, :, layer, :] = frames[:, :, None, :] * columns[angle][:, None, :, None]
-    return found.reshape(3 * len(nodes), -1)
+    displacement[np.arange(len(nodes)), :, :, layer, :] = frames[:, :, None, :] * columns[angle][:, None, :, None]
+    return displacement.reshape(3 * len(nodes), -1)
 
 
 class Ring(NamedTuple):
@@ -379,7 +379,7 @@ def ring_on_blank(
     within, count = max(len(blank.flexibility) - 1, 0), blank.passed_on.shape[2]
     left, right, below = slice(0, sides), slice(sides, 2 * sides), slice(2 * sides, None)
     sector = np.arange(-neighbours, neighbours + 1)[:, None, None]
-    found = np.zeros((2 * neighbours + 1, *load.shape))
+    face_compliance = np.zeros((2 * neighbours + 1, *load.shape))
     felt = np.zeros((2 * within + 1, count, loads), dtype=complex)
     flexibility = np.zeros((2 * within + 1, count, 2 * within + 1, count), dtype=complex)
     further = np.arange(-reach, reach + 1)[:, None, None]
@@ -425,7 +425,7 @@ def ring_on_blank(
         weight = (1.0 if h in (0, sectors / 2) else 2.0) / sectors
         added += weight * np.einsum("ik,ik->k", own_part.conj(), la.solve(eased, own_part, assume_a="pos")).real
         turned = weight * np.conj(turn) ** sector
-        found += turned.real * faces[:, :loads].real - turned.imag * faces[:, :loads].imag
+        face_compliance += turned.real * faces[:, :loads].real - turned.imag * faces[:, :loads].imag
         if patterns is not None:
             turned, shaped = weight * np.conj(turn) ** further, faces[:, :loads] @ patterns
             far += turned.real * shaped.real - turned.imag * shaped.imag
@@ -435,7 +435,7 @@ def ring_on_blank(
             for j, harmonic in enumerate(inner):
                 under = faces[:, loads + count * j : loads + count * (j + 1)] / sectors
                 pressed[:, within + harmonic], pressed[:, within - harmonic] = under, under.conj()
-    return Ring(found, felt, flexibility, far, pressed, added, shown)
+    return Ring(face_compliance, felt, flexibility, far, pressed, added, shown)
 
 
 def _of(amplitudes: ComplexArray, harmonic: int) -> ComplexArray:

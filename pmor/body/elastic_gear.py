@@ -203,8 +203,8 @@ def elastic_gear(
     if on is not None and on.other is not None:
         of_image = _layer_of_the_image(mesh, sector.layer)
         beyond = partial(stress_by_the_rim, mesh, on, True)
-        found, of_back = _of_a_flank(mesh, True, neighbours, load, own, on.other.ring.moved, told, beyond, of_image)
-        other = OtherFlank(_reciprocal(found[::-1]), of_back)  # in the image teeth count the other way
+        behind, of_back = _of_a_flank(mesh, True, neighbours, load, own, on.other.ring.moved, told, beyond, of_image)
+        other = OtherFlank(_reciprocal(behind[::-1]), of_back)  # in the image teeth count the other way
     between = _between_far_teeth(mesh, response, load, far) if far is not None else None
     ring = far is not None and not back and signed_teeth(mesh) < 0
     rim = _of_the_rim(mesh, to, load, response, on) if ring else None
@@ -289,8 +289,8 @@ def _stress_by_the_ring(
     moved = response(load @ patterns)
     far = np.stack([moved(k) for k in range(-reach, reach + 1)])
     none = np.zeros((len(load), 1, 0), dtype=complex), np.zeros((0, 1, patterns.shape[1]), dtype=complex)
-    found = rim_stress(bent, shape, far, patterns, *none, signed_teeth(mesh))
-    return replace(found, rows=np.asarray(onto_all_nodes(mesh, False) @ found.rows))
+    stress = rim_stress(bent, shape, far, patterns, *none, signed_teeth(mesh))
+    return replace(stress, rows=np.asarray(onto_all_nodes(mesh, False) @ stress.rows))
 
 
 def _layer_of_the_image(mesh: SectorMesh, layer: FloatArray | None) -> FloatArray | None:

@@ -93,9 +93,9 @@ def far_compliance(
     by = _by_either(faces, flank, back, shapes)
     kinds = (flank, 0, alike), (back, 1, _both_ways(asked.images, teeth)), (back, 0, backs)
     between = [np.full((teeth, shapes.shape[1], shapes.shape[1]), np.nan) for _ in kinds]
-    for found, (there, loaded, offsets) in zip(between, kinds, strict=True):
+    for block, (there, loaded, offsets) in zip(between, kinds, strict=True):
         for k in offsets:
-            found[k] = (there @ shapes).T @ by(k)[loaded]
+            block[k] = (there @ shapes).T @ by(k)[loaded]
     flanks, images, of_backs = between
     # In the image teeth count clockwise.
     return FarCompliance(shapes, flanks, np.ascontiguousarray(np.roll(images[::-1], 1, axis=0)), of_backs)

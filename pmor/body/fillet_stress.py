@@ -229,11 +229,11 @@ def _displacement_at(sector: SectorMesh, xy: FloatArray, layer: IntArray, layers
         [shape_functions(np.array([*point, depth]), sector.order) for depth in (-1.0, 0.0, 1.0)] for point in local
     ])  # fmt: skip
     which, slab = which.ravel(), np.minimum(layer // 2, through - 1)
-    found, own = shares[which, layer - 2 * slab], nodes[elements[which], slab]
-    used = np.abs(found) > SMALLEST_SHARE
-    row = np.broadcast_to(np.arange(len(xy))[:, None], found.shape)
+    share, own = shares[which, layer - 2 * slab], nodes[elements[which], slab]
+    used = np.abs(share) > SMALLEST_SHARE
+    row = np.broadcast_to(np.arange(len(xy))[:, None], share.shape)
     shape = len(xy), len(sector.nodes)
-    return sp.kron(sp.coo_array((found[used], (row[used], own[used])), shape=shape), np.eye(3)).tocsr()
+    return sp.kron(sp.coo_array((share[used], (row[used], own[used])), shape=shape), np.eye(3)).tocsr()
 
 
 def _holding(corners: FloatArray, points: FloatArray, order: int) -> tuple[IntArray, FloatArray]:
@@ -246,7 +246,7 @@ def _holding(corners: FloatArray, points: FloatArray, order: int) -> tuple[IntAr
     """
     middle = corners[:, :4].mean(axis=1)
     count = len(points)
-    elements, found, outside = np.zeros(count, dtype=np.int64), np.zeros((count, 2)), np.full(count, np.inf)
+    elements, places, outside = np.zeros(count, dtype=np.int64), np.zeros((count, 2)), np.full(count, np.inf)
     nearest = np.argsort(np.linalg.norm(middle - points[:, None], axis=2), axis=1)[:, :CANDIDATES]
     for candidate in nearest.T:
         open_ = np.flatnonzero(outside > 0.0)
@@ -261,7 +261,7 @@ def _holding(corners: FloatArray, points: FloatArray, order: int) -> tuple[IntAr
             local = np.clip(local - np.linalg.solve(jacobian, miss[..., None])[..., 0], -FARTHEST, FARTHEST)
         beyond = np.abs(local).max(axis=1) - 1.0
         better = beyond < outside[open_]
-        elements[open_[better]], found[open_[better]] = candidate[open_[better]], local[better]
+        elements[open_[better]], places[open_[better]] = candidate[open_[better]], local[better]
         outside[open_[better]] = beyond[better]
     if outside.max(initial=0.0) > OUTSIDE:
         worst = points[outside.argmax()]
@@ -269,7 +269,7 @@ def _holding(corners: FloatArray, points: FloatArray, order: int) -> tuple[IntAr
             f"no element of the sector holds the point ({worst[0]:.6g}, {worst[1]:.6g}) mm of a fillet's mesh; "
             "take more elements, or write [results] root_stress = false"
         )
-    return elements, found
+    return elements, places
 
 
 def _plane_shapes(local: FloatArray, order: int) -> tuple[FloatArray, FloatArray]:

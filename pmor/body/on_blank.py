@@ -125,11 +125,11 @@ def support_on_blank(mesh: SectorMesh, on: OnBlank, neighbours: int, reach: int)
     felt, count = ring.felt, ring.felt.shape[2]
     if on.other is not None:
         felt = np.concatenate([felt, on.other.ring.felt], axis=2)
-    found = support_of_holes(felt, ring.flexibility, softening, signed_teeth(mesh), holes, neighbours, reach)
-    rows, backs = np.asarray(onto_all_nodes(mesh, False) @ found.rows[:count]), None
+    support = support_of_holes(felt, ring.flexibility, softening, signed_teeth(mesh), holes, neighbours, reach)
+    rows, backs = np.asarray(onto_all_nodes(mesh, False) @ support.rows[:count]), None
     if on.other is not None:
-        backs = np.asarray(onto_all_nodes(mesh, True) @ found.rows[count:])
-    return replace(found, rows=rows, backs=backs)
+        backs = np.asarray(onto_all_nodes(mesh, True) @ support.rows[count:])
+    return replace(support, rows=rows, backs=backs)
 
 
 def stress_by_the_rim(
@@ -143,8 +143,8 @@ def stress_by_the_rim(
     forces = np.zeros((0, 1, patterns.shape[1]), dtype=complex)
     if on.change is not None:
         forces = forces_of_holes(ring.felt, ring.flexibility, on.change[0], signed_teeth(mesh), on.change[1], patterns)
-    found = rim_stress(bent, shape, ring.far, patterns, ring.pressed, forces, signed_teeth(mesh))
-    return replace(found, rows=np.asarray(onto_all_nodes(mesh, back) @ found.rows))
+    stress = rim_stress(bent, shape, ring.far, patterns, ring.pressed, forces, signed_teeth(mesh))
+    return replace(stress, rows=np.asarray(onto_all_nodes(mesh, back) @ stress.rows))
 
 
 def stress_of_the_web(mesh: SectorMesh, on: OnBlank) -> WebStress:
@@ -154,14 +154,14 @@ def stress_of_the_web(mesh: SectorMesh, on: OnBlank) -> WebStress:
     if blank.web is None or on.change is None:
         assert blank.gauges is not None
         places = blank.gauges.places(blank.blocks[blank.gauges.block])
-        found = stress_of_revolution(places, ring.shown, patterns, mesh.teeth, mesh.twist_per_length)
+        stress = stress_of_revolution(places, ring.shown, patterns, mesh.teeth, mesh.twist_per_length)
     else:
         softening, holes = on.change
         assert not isinstance(softening, Lugs)
         eased = amplitudes_by_holes(ring.felt, ring.flexibility, softening, mesh.teeth, holes, patterns)
         material = blank.youngs_modulus, blank.poisson_ratio
-        found = stress_by_holes(blank.web, eased, patterns, *material, mesh.twist_per_length)
-    return replace(found, pattern=np.asarray((onto_all_nodes(mesh, False) @ found.pattern.T).T))
+        stress = stress_by_holes(blank.web, eased, patterns, *material, mesh.twist_per_length)
+    return replace(stress, pattern=np.asarray((onto_all_nodes(mesh, False) @ stress.pattern.T).T))
 
 
 def onto_all_nodes(mesh: SectorMesh, back: bool) -> sp.csr_array:

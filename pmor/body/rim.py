@@ -180,11 +180,11 @@ def even_on_the_cut(mesh: SectorMesh) -> FloatArray:
     place = [int(np.flatnonzero(nodes == node)[0]) for node in root]
     share = tributary_widths(mesh.z, mesh.order)
     radial = mesh.nodes[root, :2] / np.linalg.norm(mesh.nodes[root, :2], axis=1)[:, None]
-    found = np.zeros((len(nodes), 3, 2))
-    found[place, :2, 0] = radial
-    found[place, :2, 1] = np.stack([-radial[:, 1], radial[:, 0]], axis=1)
-    found[place] *= (share / share.sum())[:, None, None]
-    return found.reshape(-1, 2)
+    forces = np.zeros((len(nodes), 3, 2))
+    forces[place, :2, 0] = radial
+    forces[place, :2, 1] = np.stack([-radial[:, 1], radial[:, 0]], axis=1)
+    forces[place] *= (share / share.sum())[:, None, None]
+    return forces.reshape(-1, 2)
 
 
 def rim_motion(cyclic: FloatArray, by_lugs: FloatArray, patterns: FloatArray) -> RimMotion:

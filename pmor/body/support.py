@@ -72,12 +72,12 @@ class Support:
         """Return S between teeth (A,) of a gear with so many, whose numbers go round, (A, q, q)."""
         period, covered = self.compliance.shape[:2]
         ahead, behind = (moved - loaded) % teeth, (loaded - moved) % teeth
-        found = np.zeros((len(moved), *self.compliance.shape[2:]))
+        between = np.zeros((len(moved), *self.compliance.shape[2:]))
         near = ahead < covered
-        found[near] = self.compliance[loaded[near] % period, ahead[near]]
+        between[near] = self.compliance[loaded[near] % period, ahead[near]]
         near = ~near & (behind < covered)
-        found[near] = self.compliance[moved[near] % period, behind[near]].transpose(0, 2, 1)
-        return found
+        between[near] = self.compliance[moved[near] % period, behind[near]].transpose(0, 2, 1)
+        return between
 
 
 def support_of_holes(
@@ -115,12 +115,12 @@ def support_of_holes(
 def _between_teeth(moved: ComplexArray, forces: ComplexArray, reach: int) -> FloatArray:
     """S of patterns by their amplitudes Y_k (amplitudes, teeth, q) and the forces M Y_i (amplitudes, p, q)."""
     (_, teeth, count), period = moved.shape, forces.shape[1]
-    found = np.empty((period, reach + 1, count, count))
+    between = np.empty((period, reach + 1, count, count))
     for i in range(period):
         for k in range(reach + 1):
-            found[i, k] = (moved[:, (i + k) % teeth].conj().T @ forces[:, i]).real
-    found[:, 0] = 0.5 * (found[:, 0] + found[:, 0].transpose(0, 2, 1))
-    return found
+            between[i, k] = (moved[:, (i + k) % teeth].conj().T @ forces[:, i]).real
+    between[:, 0] = 0.5 * (between[:, 0] + between[:, 0].transpose(0, 2, 1))
+    return between
 
 
 def forces_of_holes(
@@ -263,15 +263,15 @@ def support_flexibility(
     """
     ends = np.cumsum([0, *(of_tooth.shape[1] for of_tooth in rows)])
     parts = [slice(first, last) for first, last in pairwise(ends.tolist())]
-    found = np.zeros((len(tooth[0]), ends[-1], ends[-1]))
+    flexibility = np.zeros((len(tooth[0]), ends[-1], ends[-1]))
     for a, part in enumerate(parts):
         for b, other in enumerate(parts[: a + 1]):
             eased = support.of_teeth(tooth[a], tooth[b], teeth)
             if eased.any():
                 block = rows[a] @ eased @ rows[b].transpose(0, 2, 1)
-                found[:, part, other] = block
-                found[:, other, part] = block.transpose(0, 2, 1)
-    return found
+                flexibility[:, part, other] = block
+                flexibility[:, other, part] = block.transpose(0, 2, 1)
+    return flexibility
 
 
 def carried_rows(

@@ -72,8 +72,8 @@ def sector_displacement(gear: ElasticGear, sector: int, teeth: IntArray, forces:
     retained = np.concatenate([flank[condensed.flank], left, right, below])
     solved = back_substitute(condensed, retained, len(flank))
     every = np.arange(len(mesh.nodes))
-    found = completion(mesh, every) @ solved[degrees_of_freedom(nodes_of_elements(mesh, every))]
-    return np.asarray(found).reshape(len(mesh.nodes), 3, steps)
+    displacement = completion(mesh, every) @ solved[degrees_of_freedom(nodes_of_elements(mesh, every))]
+    return np.asarray(displacement).reshape(len(mesh.nodes), 3, steps)
 
 
 def nodal_stress(mesh: SectorMesh, displacement: FloatArray, youngs_modulus: float, poisson_ratio: float) -> FloatArray:

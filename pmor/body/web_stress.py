@@ -110,14 +110,14 @@ def _on_faces(web: PerforatedWeb, mesh: WebMesh) -> list[_Spots]:
     clear = mesh.solid & (radius > web.inner + apart) & (radius < web.outer - apart)
     low, top = z.min(axis=1) == web.z[0], z.max(axis=1) == web.z[1]
     faces = [(-1.0, low)] if web.mirrored else [(-1.0, low), (1.0, top)]
-    found = [_spots(mesh, np.flatnonzero(clear & on), 2, (0.0, 0.0, side), False) for side, on in faces]
-    return [spot for spot in found if len(spot.nodes)]  # none of a web shorter than it is thick
+    spots = [_spots(mesh, np.flatnonzero(clear & on), 2, (0.0, 0.0, side), False) for side, on in faces]
+    return [spot for spot in spots if len(spot.nodes)]  # none of a web shorter than it is thick
 
 
 def _at_the_edge(web: PerforatedWeb, mesh: WebMesh) -> list[_Spots]:
     """Points along the edge of a hole, in the middle of its elements and where it meets the faces of the web."""
     filling, z = np.unique(mesh.elements[~mesh.solid]), mesh.nodes[mesh.elements, 2]
-    on_filling, found = np.isin(mesh.elements, filling), list[_Spots]()
+    on_filling, spots = np.isin(mesh.elements, filling), list[_Spots]()
     heights = [(0.0, np.ones(len(z), dtype=bool)), (-1.0, z.min(axis=1) == web.z[0])]
     heights += [] if web.mirrored else [(1.0, z.max(axis=1) == web.z[1])]
     for axis in range(2):
@@ -127,8 +127,8 @@ def _at_the_edge(web: PerforatedWeb, mesh: WebMesh) -> list[_Spots]:
             for height, there in heights:
                 for along in (-1.0 / math.sqrt(3.0), 1.0 / math.sqrt(3.0)):
                     place = (side, along, height) if axis == 0 else (along, side, height)
-                    found.append(_spots(mesh, np.flatnonzero(at_edge & there), axis, place, True))
-    return [spot for spot in found if len(spot.nodes)]
+                    spots.append(_spots(mesh, np.flatnonzero(at_edge & there), axis, place, True))
+    return [spot for spot in spots if len(spot.nodes)]
 
 
 # Angles over a tooth's sector at which a web without holes has its points.

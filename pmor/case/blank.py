@@ -129,9 +129,9 @@ class BlankCase:
             half_mm = 0.5 * (self.web_thickness_mm or 0.0)
             low, high = (middle_mm + self.web_offset_mm + side * half_mm for side in (-1.0, 1.0))
             return tuple((radius, low, high) for radius in ends_mm)
-        found = [(radius, middle_mm + low, middle_mm + high) for radius, low, high in self.web_profile]
-        (_, *first), (_, *last) = found[0], found[-1]
-        between = [one for one in found if min(abs(one[0] - end) for end in ends_mm) > AT_END * (inner_mm - ends_mm[0])]
+        rows = [(radius, middle_mm + low, middle_mm + high) for radius, low, high in self.web_profile]
+        (_, *first), (_, *last) = rows[0], rows[-1]
+        between = [one for one in rows if min(abs(one[0] - end) for end in ends_mm) > AT_END * (inner_mm - ends_mm[0])]
         return (ends_mm[0], first[0], first[1]), *between, (ends_mm[1], last[0], last[1])
 
 

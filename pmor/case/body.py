@@ -192,16 +192,16 @@ def check_body(
     place: str,
 ) -> None:  # fmt: skip
     """Raise `CaseError` where a body is not that of the gear: arguments as of `pmor.case.blank.check_blank`."""
-    found, limit_mm = body.found, root_mm - LEAST_DEPTH * module_mm
-    radius_mm, place = found.interface_radius_mm, f"{place} {'mesh' if isinstance(body, BodyCase) else 'matrix'}"
+    content, limit_mm = body.found, root_mm - LEAST_DEPTH * module_mm
+    radius_mm, place = content.interface_radius_mm, f"{place} {'mesh' if isinstance(body, BodyCase) else 'matrix'}"
     if not bore_mm < radius_mm <= limit_mm:
         raise CaseError(
             f"{place}: its outside has the radius {radius_mm:.6g} mm, and must be above the bore's, {bore_mm:.6g} "
             f"mm, and at most {limit_mm:.6g} mm, half a module below the root circle: {_other_unit(body, limit_mm)}"
         )
-    own_mm = found.bore_radius_mm if isinstance(found, BodyMesh) else bore_mm
+    own_mm = content.bore_radius_mm if isinstance(content, BodyMesh) else bore_mm
     for name, found_mm, said_mm in (
-        ("bore has the radius", own_mm, bore_mm), ("outside has the width", found.width_mm, face_mm),
+        ("bore has the radius", own_mm, bore_mm), ("outside has the width", content.width_mm, face_mm),
     ):  # fmt: skip
         if abs(found_mm - said_mm) > DIGITS * said_mm:
             key = "bore_radius_mm" if "bore" in name else "face_width_mm"
@@ -209,8 +209,8 @@ def check_body(
                 f"{place}: its {name} {found_mm:.6g} mm, and {key} is {said_mm:.6g}: mesh the gear of the case, "
                 f"or correct {key}"
             )
-    if isinstance(found, BodyMatrix):
-        share = found.stiffness_N_per_mm2 / (1e3 * modulus_GPa)
+    if isinstance(content, BodyMatrix):
+        share = content.stiffness_N_per_mm2 / (1e3 * modulus_GPa)
         if not PLAUSIBLE[0] < share < PLAUSIBLE[1]:
             raise CaseError(
                 f"{place}: its nodes are {share:.2g} times as stiff as elements of their size are with {modulus_GPa:g} "

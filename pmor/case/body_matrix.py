@@ -72,12 +72,12 @@ def body_stiffness(body: MatrixCase) -> BodyStiffness:
     path = Path(body.matrix.file)
     if _sha(path) != body.matrix.sha256:
         raise CaseError(f"{path}: the matrix is not the one that the case was read with: read the case anew")
-    found = _checked(str(path), body.matrix.sha256, body.unit)
+    stiffness = _checked(str(path), body.matrix.sha256, body.unit)
     if not body.matrix.mirrored:
-        return found
+        return stiffness
     image = np.array([-1.0, 1.0, 1.0])
-    signs = np.tile(image, len(found.nodes))
-    return BodyStiffness(found.nodes * image, signs[:, None] * found.matrix * signs, found.spacing)
+    signs = np.tile(image, len(stiffness.nodes))
+    return BodyStiffness(stiffness.nodes * image, signs[:, None] * stiffness.matrix * signs, stiffness.spacing)
 
 
 def _sha(path: Path) -> str:
@@ -127,8 +127,8 @@ def _read(path: Path) -> tuple[FloatArray, FloatArray]:
         raise CaseError(f"{suffix or 'no suffix'} is no format of a matrix here: write .npz, or .mtx with a .csv")
     try:
         if suffix == ".npz":
-            with path.open("rb") as file, np.load(file) as found:
-                nodes, matrix = found["nodes"], found["stiffness"]
+            with path.open("rb") as file, np.load(file) as arrays:
+                nodes, matrix = arrays["nodes"], arrays["stiffness"]
         else:
             from scipy.io import mmread
 

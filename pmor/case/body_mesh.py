@@ -143,9 +143,9 @@ def _read(path: Path) -> tuple[FloatArray, dict[str, IntArray]]:
         raise CaseError("meshes are read by meshio, which is not installed: pip install 'pmor-gear[mesh]'") from None
     try:
         with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
-            found = reader.read(str(path))
-        blocks = [(block.type, np.asarray(block.data, dtype=np.int64)) for block in found.cells]
-        points = np.asarray(found.points, dtype=float)
+            mesh = reader.read(str(path))
+        blocks = [(block.type, np.asarray(block.data, dtype=np.int64)) for block in mesh.cells]
+        points = np.asarray(mesh.points, dtype=float)
     except (Exception, SystemExit) as error:  # meshio's readers raise whatever a line of another kind makes of them
         words = " ".join(str(error).split())[:80]
         said = f" ({words})" if words else ""
@@ -246,16 +246,16 @@ def _with_cylinders(points: FloatArray, elements: dict[str, IntArray], faces: In
         )
     edges = _middles(elements)
     nodes = points.copy()
-    found = []
+    surfaces = []
     for own, at in ((outside, outer), (within, inner)):
         on = np.zeros(len(points), dtype=bool)
         on[own] = True
         on[edges[_edges_of(own, edges), 2]] = True
         nodes[on, :2] *= (at / radius[on])[:, None]
-        found.append(np.flatnonzero(on))
+        surfaces.append(np.flatnonzero(on))
     triangles = np.count_nonzero(outside[:, 2] == outside[:, 3])
     across = math.sqrt(area / (len(outside) - 0.5 * triangles))
-    return BodyVolume(nodes, elements, found[0], found[1], low, high, across)
+    return BodyVolume(nodes, elements, surfaces[0], surfaces[1], low, high, across)
 
 
 def _on_cylinder(points: FloatArray, radius: FloatArray, faces: IntArray, at: float) -> tuple[IntArray, float]:

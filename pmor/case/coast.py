@@ -39,7 +39,7 @@ def in_amounts(document: Mapping[str, Any], where: str) -> tuple[dict[str, Any],
     coast = isinstance(load, Mapping) and _number(load.get("torque_Nm")) and load["torque_Nm"] < 0
     if not coast:
         return dict(document), False
-    found = dict(document) | {"load": {**document["load"], "torque_Nm": -document["load"]["torque_Nm"]}}
+    amounts = dict(document) | {"load": {**document["load"], "torque_Nm": -document["load"]["torque_Nm"]}}
     for section, key in TORQUES:
         table = document.get(section)
         if not isinstance(table, Mapping) or key not in table:
@@ -50,8 +50,8 @@ def in_amounts(document: Mapping[str, Any], where: str) -> tuple[dict[str, Any],
                 f"{where}: [{section}] {key} = {toml_text(table[key])}: torques have the sign of [load] torque_Nm, "
                 "which loads the coast flanks: write them negative, or give those of the drive flanks as [[condition]]"
             )
-        found[section] = {**table, key: [-value if _number(value) else value for value in values]}
-    return found, True
+        amounts[section] = {**table, key: [-value if _number(value) else value for value in values]}
+    return amounts, True
 
 
 def other_flank(case: Case) -> Case:

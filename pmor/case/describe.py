@@ -101,8 +101,8 @@ def basis_settings(case: Case) -> dict[str, Any]:
     sections = sections_of(case)
     blanks = [name for name in sections if f".{BLANK}" in name]
     names = ["pair", *GEARS, *blanks, "mesh", "contact", "reduction", *(["offline"] if case.reduction.trained else [])]
-    found = {f"[{name}] {key}": value for name in names for key, value in sections[name].items()}
+    settings = {f"[{name}] {key}": value for name in names for key, value in sections[name].items()}
     for gear, flank in zip(GEARS, trained_flanks(case), strict=True):
-        found |= {f"[{gear}.{MODIFICATION}] {key}": value for key, value in asdict(flank).items()}
-    found["the flanks that carry"] = case.flank
-    return found | {"[results] root_stress": case.root_stress, "the meshed part of the width": meshed_width(case)}
+        settings |= {f"[{gear}.{MODIFICATION}] {key}": value for key, value in asdict(flank).items()}
+    settings["the flanks that carry"] = case.flank
+    return settings | {"[results] root_stress": case.root_stress, "the meshed part of the width": meshed_width(case)}

@@ -15,10 +15,10 @@ def beyond_training(case: Case) -> tuple[str, ...]:
     if not case.reduction.trained:
         return ()
     largest, trained = max(case.online.torques_Nm), case.offline.torques_Nm[-1]
-    found = [f"torque to {largest:g} N m, trained to {trained:g} N m"] if largest > trained else []
+    beyond = [f"torque to {largest:g} N m, trained to {trained:g} N m"] if largest > trained else []
     for key in MISALIGNMENTS:
         value, values = getattr(case.misalignment, key), getattr(case.offline, key)
         if not values[0] <= value <= values[-1]:
             span = f"{values[0]:g} to {values[-1]:g} um" if len(values) > 1 else f"at {values[0]:g} um"
-            found.append(f"{key} = {value:g}, trained {span}")
-    return tuple(found)
+            beyond.append(f"{key} = {value:g}, trained {span}")
+    return tuple(beyond)

@@ -49,11 +49,11 @@ def modified_flanks(case: Case) -> list[ModifiedFlank]:
     for condition in case.conditions:
         pinion, wheel = (f"[condition.{gear}] of {toml_text(condition.name)}:" for gear in ("pinion", "wheel"))
         named.append((pinion, wheel, condition.pinion, condition.wheel))
-    found = []
+    flanks = []
     for on_pinion, on_wheel, of_pinion, of_wheel in named:
-        found.append(ModifiedFlank(on_pinion, False, case.pair.pinion, of_pinion))
-        found.append(ModifiedFlank(on_wheel, True, case.pair.wheel, of_wheel))
-    return [flank for flank in found if flank.modification.present]
+        flanks.append(ModifiedFlank(on_pinion, False, case.pair.pinion, of_pinion))
+        flanks.append(ModifiedFlank(on_wheel, True, case.pair.wheel, of_wheel))
+    return [flank for flank in flanks if flank.modification.present]
 
 
 def trained_flanks(case: Case) -> tuple[Modification, Modification]:
@@ -102,10 +102,10 @@ def check_flanks(case: Case, where: str) -> None:
 
 
 def _check_pitch(flank: ModifiedFlank, place: str) -> None:
-    found = len(flank.modification.pitch_deviations_um)
-    if found not in (0, flank.gear.teeth):
+    count = len(flank.modification.pitch_deviations_um)
+    if count not in (0, flank.gear.teeth):
         raise CaseError(
-            f"{place} pitch_deviations_um: {found} numbers for {flank.gear.teeth} teeth: give one for each tooth"
+            f"{place} pitch_deviations_um: {count} numbers for {flank.gear.teeth} teeth: give one for each tooth"
         )
 
 

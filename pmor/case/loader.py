@@ -135,7 +135,7 @@ def _read_conditions(
     reader: Reader, tables: Any, usual: Mapping[str, Any], drive: Sequence[Modification], coast: Sequence[Modification]
 ) -> tuple[ConditionCase, ...]:
     """Read the list of conditions; `usual` and the flanks are the case's own, for keys that they leave out."""
-    found: list[ConditionCase] = []
+    conditions: list[ConditionCase] = []
     for number, table in enumerate(reader.list_of(tables, CONDITION), start=1):
         torque = table.get("torque_Nm", usual["torque_Nm"])
         if torque == 0 and not isinstance(torque, bool):
@@ -153,10 +153,10 @@ def _read_conditions(
         own = {key: value for key, value in table.items() if key not in GEARS}
         values = {**usual, "name": f"condition {number}"}
         condition = reader.section(own, ConditionCase, CONDITION, values, flanks, GEARS)
-        if condition.name in [other.name for other in found]:
+        if condition.name in [other.name for other in conditions]:
             reader.refuse(f"[{CONDITION}] name = {toml_text(condition.name)}", "is there twice: rename one")
-        found.append(condition)
-    return tuple(found)
+        conditions.append(condition)
+    return tuple(conditions)
 
 
 def _with_blank(
@@ -183,10 +183,10 @@ def _with_blank(
         unit = table.get("unit", "mm")
         try:
             read = body_mesh if key == MESH else body_matrix
-            found = read(reader.folder / table[key], unit if unit in UNITS else "mm")
+            content = read(reader.folder / table[key], unit if unit in UNITS else "mm")
         except CaseError as error:
             reader.refuse(place, str(error))
-        table = {**table, key: found}
+        table = {**table, key: content}
     if key == MESH:
         return replace(gear, blank=None, body=reader.section(table, BodyCase, name))
     return replace(gear, blank=None, body=reader.section(table, MatrixCase, name))

@@ -122,12 +122,12 @@ def _items(value: object, item: Any) -> tuple[Any, ...]:
     if not entries:
         raise Refused("must be a list with at least one entry: put the values in brackets")
     try:
-        found = tuple(convert(entry, item) for entry in entries)
+        items = tuple(convert(entry, item) for entry in entries)
     except Refused as refused:
         raise Refused(f"each value {refused}") from None
-    if len(set(found)) < len(found):
+    if len(set(items)) < len(items):
         raise Refused("has an entry twice: remove one")
-    return found
+    return items
 
 
 def _switch(value: object) -> bool:

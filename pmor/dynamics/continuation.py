@@ -123,20 +123,20 @@ class Follower:
         """
         low, high = 0.0, step
         at_low, at_high = value(point), value(self.advance(point, step)[0])
-        found, side = point, 0
+        nearest, side = point, 0
         for _ in range(MAX_REFINEMENTS):
             if not np.isfinite(at_high - at_low):
                 raise ConvergenceError("the place was not found between two points of the branch")
             middle = (low * at_high - high * at_low) / (at_high - at_low)
-            found = self.advance(point, middle)[0]
-            here = value(found)
+            nearest = self.advance(point, middle)[0]
+            here = value(nearest)
             if abs(here) <= REFINED or high - low <= LEAST_STEP * step:
                 break
             if (here > 0.0) == (at_high > 0.0):
                 high, at_high, at_low, side = middle, here, at_low * (0.5 if side == 1 else 1.0), 1
             else:
                 low, at_low, at_high, side = middle, here, at_high * (0.5 if side == -1 else 1.0), -1
-        return found
+        return nearest
 
 
 def follower(balance: Balance, unknowns: FloatArray, speed: float) -> Follower:

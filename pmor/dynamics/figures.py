@@ -31,16 +31,16 @@ def response_figure(responses: Sequence[Data], factors: Sequence[Data]) -> Figur
     with plot_style():
         figure = new_figure(8.2, 7.0)
         above, below = figure.subplots(2, 1, sharex=True)
-        for colour, found in _coloured(responses):
-            for branch in found["branches"]:
+        for colour, response in _coloured(responses):
+            for branch in response["branches"]:
                 for axes, key in ((above, "dte_rms_um"), (below, "dynamic_factor")):
                     _branch(axes, branch, key, colour)
             for key, (mark, _) in RUNS.items():
-                points = (found[key] or [])[:: max(1, len(found[key] or []) // MARKS)]
+                points = (response[key] or [])[:: max(1, len(response[key] or []) // MARKS)]
                 above.plot(_frequencies(points), _values(points, "dte_rms_um"), mark, color=colour, ms=3.5, mfc="none",
                            mew=0.8)  # fmt: skip
             for axes in (above, below):
-                _mark_modes(axes, found, colour)
+                _mark_modes(axes, response, colour)
         for (colour, _), factor in zip(_coloured(responses), factors, strict=True):
             below.plot(1e-3 * np.array(factor["mesh_frequency_Hz"]), factor["k_v"], color=colour, lw=0.9, ls="-.")
         above.set_ylabel("Dynamic transmission error, rms [µm]")
@@ -57,12 +57,12 @@ def contact_figure(responses: Sequence[Data]) -> Figure:
     with plot_style():
         figure = new_figure(8.2, 6.0)
         above, below = figure.subplots(2, 1, sharex=True)
-        for colour, found in _coloured(responses):
-            for branch in found["branches"]:
+        for colour, response in _coloured(responses):
+            for branch in response["branches"]:
                 _branch(above, branch, "contact_loss", colour, 100.0)
                 _branch(below, branch, "bearing_force_N", colour, 1e-3, place=0)
             for axes in (above, below):
-                _mark_modes(axes, found, colour)
+                _mark_modes(axes, response, colour)
         _speed_axis(above, responses)
         above.set_ylabel("Cycle without contact [%]")
         below.set(ylabel="Largest force of the\npinion on its bearings [kN]", xlabel="Mesh frequency [kHz]")
@@ -72,26 +72,26 @@ def contact_figure(responses: Sequence[Data]) -> Figure:
 
 def waterfall_figure(responses: Sequence[Data]) -> Figure | None:
     """Amplitude over mesh frequency and order along the run-up, a panel per torque; None where there is no run."""
-    shown = [found for found in responses if found["waterfall"]]
+    shown = [response for response in responses if response["waterfall"]]
     if not shown:
         return None
     from matplotlib.colors import LogNorm
 
-    top = max(float(np.max(found["waterfall"]["amplitude_um"])) for found in shown)
+    top = max(float(np.max(response["waterfall"]["amplitude_um"])) for response in shown)
     floor = top * 10.0**-DECADES
     norm = LogNorm(floor, top)
     with plot_style():
         rows = math.ceil(len(shown) / 2) if len(shown) > 1 else 1
         figure = new_figure(8.2, 1.0 + 2.9 * rows)
         panels = np.atleast_1d(figure.subplots(rows, min(2, len(shown)), sharex=True, sharey=True, squeeze=False)).flat
-        for axes, found in zip(panels, shown, strict=False):
-            spectra = found["waterfall"]
+        for axes, response in zip(panels, shown, strict=False):
+            spectra = response["waterfall"]
             amplitude = np.maximum(np.array(spectra["amplitude_um"]).T, floor)
             mesh = axes.pcolormesh(
                 1e-3 * np.array(spectra["mesh_frequency_Hz"]), spectra["order"], amplitude, norm=norm, cmap="viridis",
                 shading="nearest", rasterized=True,
             )  # fmt: skip
-            axes.set(title=f"{found['torque_Nm']:g} N m, run-up", xlabel="Mesh frequency [kHz]",
+            axes.set(title=f"{response['torque_Nm']:g} N m, run-up", xlabel="Mesh frequency [kHz]",
                      ylabel="Order of the mesh frequency [-]")  # fmt: skip
         for axes in list(panels)[len(shown) :]:
             axes.set_visible(False)
@@ -101,15 +101,15 @@ def waterfall_figure(responses: Sequence[Data]) -> Figure | None:
 
 def motion_figure(responses: Sequence[Data]) -> Figure | None:
     """The largest stable motion: in the phase plane, and displacement and mesh force over two cycles."""
-    shown = [(colour, found) for colour, found in _coloured(responses) if found["largest"]]
+    shown = [(colour, response) for colour, response in _coloured(responses) if response["largest"]]
     if not shown:
         return None
     with plot_style():
         figure = new_figure(9.2, 4.6)
         grid = figure.add_gridspec(2, 2)
         plane, along, force = (figure.add_subplot(place) for place in (grid[:, 0], grid[0, 1], grid[1, 1]))
-        for colour, found in shown:
-            motion = found["largest"]
+        for colour, response in shown:
+            motion = response["largest"]
             period = round(motion["mesh_cycles"][-1] + motion["mesh_cycles"][1])
             repeats = math.ceil(CYCLES / period)
             cycles = np.concatenate([np.array(motion["mesh_cycles"]) + period * k for k in range(repeats)])
@@ -123,26 +123,26 @@ def motion_figure(responses: Sequence[Data]) -> Figure | None:
         plane.set(xlabel="Displacement along the line of action [µm]", ylabel="Velocity [mm/s]")
         along.set_ylabel("Displacement [µm]")
         force.set(ylabel="Mesh force [kN]", xlabel="Mesh cycles [-]")
-        _legend(figure, [found for _, found in shown], runs=False, branches=False)
+        _legend(figure, [response for _, response in shown], runs=False, branches=False)
     return figure
 
 
-def _mark_modes(axes: Axes, found: Data, colour: str) -> None:
+def _mark_modes(axes: Axes, response: Data, colour: str) -> None:
     """Mark the natural frequencies within the speeds of a response, that of the mesh stronger than the others."""
-    lowest, highest = found["mesh_frequencies_Hz"]
-    for mode in found["modes"]:
+    lowest, highest = response["mesh_frequencies_Hz"]
+    for mode in response["modes"]:
         frequency = mode["natural_frequency_Hz"]
         if lowest <= frequency <= highest:
-            strong = frequency == found["natural_frequency_Hz"]
+            strong = frequency == response["natural_frequency_Hz"]
             axes.axvline(1e-3 * frequency, color=colour, lw=1.2 if strong else 0.8, ls=":")
 
 
 def _number_modes(axes: Axes, responses: Sequence[Data]) -> None:
     """Write the numbers of the modes above their marks under the last torque; those close together share a place."""
-    found = responses[-1]
-    lowest, highest = found["mesh_frequencies_Hz"]
+    response = responses[-1]
+    lowest, highest = response["mesh_frequencies_Hz"]
     places = list[tuple[float, list[str]]]()
-    for number, mode in enumerate(found["modes"], start=1):
+    for number, mode in enumerate(response["modes"], start=1):
         frequency = mode["natural_frequency_Hz"]
         if not lowest <= frequency <= highest:
             continue
@@ -182,14 +182,14 @@ def _values(points: Sequence[Data], key: str, place: int | None = None) -> np.nd
 
 
 def _coloured(responses: Sequence[Data]) -> list[tuple[str, Data]]:
-    return [(COLOURS[i % len(COLOURS)], found) for i, found in enumerate(responses)]
+    return [(COLOURS[i % len(COLOURS)], response) for i, response in enumerate(responses)]
 
 
 def _legend(figure: Figure, responses: Sequence[Data], runs: bool, branches: bool = True, iso: bool = False) -> None:
     from matplotlib.lines import Line2D
 
     grey: dict[str, Any] = {"color": "#555555"}
-    handles = [Line2D([], [], color=colour, label=f"{found['torque_Nm']:g} N m") for colour, found in
+    handles = [Line2D([], [], color=colour, label=f"{response['torque_Nm']:g} N m") for colour, response in
                _coloured(responses)]  # fmt: skip
     if branches:
         handles += [Line2D([], [], label="stable", **grey), Line2D([], [], ls="--", lw=1.0, label="unstable", **grey)]

@@ -92,7 +92,7 @@ def mean_stiffness(law: CompiledLaw, load: float, interval: tuple[float, float])
 
 
 # Phases of a mesh cycle at which the limit is known; displacements that are tried at a time, twice.
-PHASES, TRIED = 64, 33
+LIMIT_PHASES, TRIED = 64, 33
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class LoadLimit:
 
     Parameters
     ----------
-    displacement : ndarray, shape (cycles PHASES,)
+    displacement : ndarray, shape (cycles LIMIT_PHASES,)
         Largest one along the line of action at equal phases, mm; infinite where all of the table is within.
     backlash : float
         As of `ForceTable`: backs of teeth mirror the flanks.
@@ -123,7 +123,7 @@ class LoadLimit:
         """Return whether a section is overloaded at phases (rad) and displacements (mm), (n,) each."""
         back = x <= -0.5 * self.backlash
         phase, x = np.where(back, -phase, phase), np.where(back, -x - self.backlash, x)
-        place = np.rint(phase * PHASES / (2.0 * np.pi)).astype(int) % len(self.displacement)
+        place = np.rint(phase * LIMIT_PHASES / (2.0 * np.pi)).astype(int) % len(self.displacement)
         return np.asarray(x > self.displacement[place])
 
 
@@ -139,10 +139,10 @@ def load_limit(reduced: ReducedPair, assembly: Assembly, table: ForceTable, alik
     """
     kinds, overloaded = np.asarray(alike), overload_of(reduced, assembly)
     first = np.unique(kinds, return_index=True)[1]
-    limits = np.full((len(first), PHASES), np.inf)
+    limits = np.full((len(first), LIMIT_PHASES), np.inf)
     for kind, cycle in enumerate(first):
-        for place in range(PHASES):
-            phase, low, high = 2.0 * np.pi * (cycle + place / PHASES), table.low, table.high
+        for place in range(LIMIT_PHASES):
+            phase, low, high = 2.0 * np.pi * (cycle + place / LIMIT_PHASES), table.low, table.high
             if not overloaded(phase, np.array([high]))[0]:
                 continue
             for _ in range(2):

@@ -75,11 +75,11 @@ def range_under(forces: Forces, load: float, spread: float, multiple: float, tou
     phases = 2.0 * np.pi / RANGE_PHASES * np.arange(RANGE_PHASES)
     beyond, free = SMALLEST_RANGE, 0.0
     while beyond < LARGEST_RANGE:
-        found = np.array([forces(phase, np.array([touch + beyond - spread]))[0] for phase in phases])
-        if np.isnan(found).any():
+        touching = np.array([forces(phase, np.array([touch + beyond - spread]))[0] for phase in phases])
+        if np.isnan(touching).any():
             break
-        free = beyond if found.max() == 0.0 else free
-        if found.min() >= load:
+        free = beyond if touching.max() == 0.0 else free
+        if touching.min() >= load:
             low = touch - spread
             return low - SMALLEST_RANGE, low + beyond + (multiple - 1.0) * (beyond - free)
         beyond *= RANGE_STEP
@@ -118,15 +118,15 @@ def tabulate(
     node_kinds, following, cells, values = list[IntArray](), list[IntArray](), list[Cells](), list[FloatArray]()
     nodes, held, limit = len(waiting.phase), 0, 0.0
     while len(waiting.phase):
-        found = law.at(waiting)
-        limit = limit or tolerance * float(found.max())
-        over_phase, over_displacement, both = _interpolation_error(found)
-        fits = np.maximum(np.maximum(over_phase, over_displacement), both) <= _allowed(found, limit, watched)
+        law_forces = law.at(waiting)
+        limit = limit or tolerance * float(law_forces.max())
+        over_phase, over_displacement, both = _interpolation_error(law_forces)
+        fits = np.maximum(np.maximum(over_phase, over_displacement), both) <= _allowed(law_forces, limit, watched)
         kind = np.where(fits, CELL, np.where(over_phase > over_displacement, PHASE, DISPLACEMENT))
         node_kinds.append(kind)
         following.append(np.where(fits, held + np.cumsum(fits) - 1, nodes + 2 * (np.cumsum(~fits) - 1)))
         cells.append(waiting.at(fits))
-        values.append(found[fits][:, ::2, ::2])
+        values.append(law_forces[fits][:, ::2, ::2])
         held += int(fits.sum())
         waiting = waiting.at(~fits).halves(kind[~fits] == PHASE)
         nodes += len(waiting.phase)
@@ -188,15 +188,15 @@ class _Law:
         angle = 2.0 * np.pi * (self.first[kind] + phase / CYCLE)
         rows = list(zip(angle.tolist(), np.split(self.lowest + self.step * x, ends), strict=True))
         parts = [rows[i : i + PHASES_AT_ONCE] for i in range(0, len(rows), PHASES_AT_ONCE)]
-        found = np.concatenate(list(in_order(partial(_row, self.forces), parts, self.executor)))
+        solved = np.concatenate(list(in_order(partial(_row, self.forces), parts, self.executor)))
         every = np.concatenate([self.keys, keys])
         order = np.argsort(every, kind="stable")
-        self.keys, self.values = every[order], np.concatenate([self.values, found])[order]
+        self.keys, self.values = every[order], np.concatenate([self.values, solved])[order]
 
 
 def _row(forces: Forces, rows: Sequence[tuple[float, FloatArray]]) -> FloatArray:
     """Forces at displacements of some phases, one after the other."""
-    found = []
+    row = []
     for angle, at in rows:
         force = np.asarray(forces(angle, at))
         if not np.isfinite(force).all():
@@ -204,8 +204,8 @@ def _row(forces: Forces, rows: Sequence[tuple[float, FloatArray]]) -> FloatArray
             raise ConvergenceError(
                 f"no force at a displacement of {hole:.6g} mm at {angle / (2.0 * np.pi):.6g} of the mesh cycle"
             )
-        found.append(force)
-    return np.concatenate(found)
+        row.append(force)
+    return np.concatenate(row)
 
 
 def _allowed(force: FloatArray, limit: float, watched: Sequence[Watched]) -> FloatArray:

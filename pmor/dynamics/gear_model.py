@@ -94,12 +94,12 @@ class GearModel:
         size = oscillator.size
         mesh_damping = float(oscillator.damping[0, 0])
         along = force + mesh_damping * (states[:, size:] @ oscillator.lever)
-        found = -along[:, None, None] * self.rigid
+        forces = -along[:, None, None] * self.rigid
         for place, support in enumerate(self.supports, start=1):
-            if support.direction < found.shape[2]:
+            if support.direction < forces.shape[2]:
                 held = support.stiffness * states[:, place] + support.damping * states[:, size + place]
-                found[:, support.gear, support.direction] = held
-        return found
+                forces[:, support.gear, support.direction] = held
+        return forces
 
 
 def gear_model(case: Case, pair: GearPair) -> GearModel:
@@ -174,7 +174,7 @@ def _supports(
     stiffness = getattr(dynamics, f"{name}_bearing_stiffness_N_um") or ()
     damping = getattr(dynamics, f"{name}_bearing_damping_N_s_mm")
     tilting = getattr(dynamics, f"{name}_tilting_stiffness_kNm_rad") or ()
-    found = []
+    supports = []
     for direction in range(MOVING[dynamics.degrees_of_freedom]):
         if direction < len(stiffness):
             mass, spring = KG * inertia.mass_kg, N_UM * stiffness[direction]
@@ -186,5 +186,5 @@ def _supports(
         damper = 2.0 * ratio * math.sqrt(spring * mass)
         if damping is not None and direction < len(damping):
             damper = damping[direction]
-        found.append(Support(gear, direction, mass, spring, damper, float(levers[gear, direction])))
-    return found
+        supports.append(Support(gear, direction, mass, spring, damper, float(levers[gear, direction])))
+    return supports

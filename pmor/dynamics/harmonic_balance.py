@@ -107,20 +107,20 @@ def in_Hz(speed: float) -> str:
 def solution_of(matrix: FloatArray, right: FloatArray) -> FloatArray:
     """Return the solution of linear equations; ConvergenceError where it is not unique and finite."""
     try:
-        found = np.linalg.solve(matrix, right)
+        solution = np.linalg.solve(matrix, right)
     except np.linalg.LinAlgError:
-        found = np.full_like(right, np.nan)
-    if not np.isfinite(found).all():
+        solution = np.full_like(right, np.nan)
+    if not np.isfinite(solution).all():
         raise ConvergenceError("the linearised equations of motion are singular")
-    return np.asarray(found)
+    return np.asarray(solution)
 
 
 def harmonics_of(values: FloatArray, orders: int) -> FloatArray:
     """Return mean, cosine and sine of the harmonics of values at even steps over a period, (2 orders + 1,)."""
     spectrum = np.fft.rfft(values)[: orders + 1] * (2.0 / len(values))
-    found = np.empty(2 * orders + 1)
-    found[0], found[1::2], found[2::2] = 0.5 * spectrum[0].real, spectrum[1:].real, -spectrum[1:].imag
-    return found
+    harmonics = np.empty(2 * orders + 1)
+    harmonics[0], harmonics[1::2], harmonics[2::2] = 0.5 * spectrum[0].real, spectrum[1:].real, -spectrum[1:].imag
+    return harmonics
 
 
 def product_rows(factor: FloatArray) -> FloatArray:

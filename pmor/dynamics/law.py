@@ -77,8 +77,8 @@ def mesh_laws(
         try:
             if shared is None:
                 LOG.info("the force law is tabulated, with the axes displaced by %g N m", torque)
-            found = shared or _limited_law(_under(case, torque), reduced, executor, assembly)
-            (table, error, largest), limit = found
+            limited = shared or _limited_law(_under(case, torque), reduced, executor, assembly)
+            (table, error, largest), limit = limited
             static = static_error_um(table, reduced, torque, assembly)
         except ConvergenceError as lost:
             failures.append(f"{torque:g} N m: {lost}")
@@ -144,8 +144,8 @@ def static_error_um(
     radius = reduced.meshed.pair.pinion.base_radius
     phase = np.random.default_rng(SEED).uniform(0.0, 2.0 * np.pi * len(table.root), STATIC_ANGLES * len(table.root))
     exact, _ = _static(reduced, phase, (torque_Nm,), assembly)
-    found = static_displacement(table, 1e3 * torque_Nm / radius, phase, (table.low, table.high))
-    return 1e3 * float(np.abs(found - exact[0]).max()), 1e3 * float(np.ptp(exact[0]))
+    displacement = static_displacement(table, 1e3 * torque_Nm / radius, phase, (table.low, table.high))
+    return 1e3 * float(np.abs(displacement - exact[0]).max()), 1e3 * float(np.ptp(exact[0]))
 
 
 def backlash_of(case: Case, pair: GearPair) -> float | None:

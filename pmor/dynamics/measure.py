@@ -129,28 +129,28 @@ def solve(task: Task, part: str) -> Data:
 
 def joined(parts: Iterable[Data]) -> Data:
     """Return the response to a torque, as `dynamics.json` holds it, from the branches and the runs there are."""
-    found: Data = {**dict.fromkeys((*RUNS, "waterfall")), "lost": []}
+    whole: Data = {**dict.fromkeys((*RUNS, "waterfall")), "lost": []}
     for part in parts:
-        found = {**found, **part, "lost": [*found["lost"], *part["lost"]]}
-    return found
+        whole = {**whole, **part, "lost": [*whole["lost"], *part["lost"]]}
+    return whole
 
 
 def _branches(task: Task) -> Data:
     rest = at_rest(task)
     limits, lost = speeds_of(task, rest), list[str]()
-    found = Response((), (), (), ())
+    solved = Response((), (), (), ())
     if task.repeats:
         try:
-            found = response(rest.oscillator, task.exact or task.law, limits, needed_harmonics(rest, limits))
+            solved = response(rest.oscillator, task.exact or task.law, limits, needed_harmonics(rest, limits))
         except ConvergenceError as error:
             lost.append(f"response: {error}")
-    lost += found.lost
+    lost += solved.lost
     lost += [
         f"branch {number}: ends at {_hz(branch.points[-1].speed):.6g} Hz: {branch.ended}"
-        for number, branch in enumerate(found.branches)
+        for number, branch in enumerate(solved.branches)
         if not branch.ended.startswith(("end of", "back at"))
     ]
-    for number, branch in enumerate(found.branches):
+    for number, branch in enumerate(solved.branches):
         balance = branch.balance
         wide = [
             p.speed for p in branch.points if _overloads(task, balance.phase, balance.displacement(p.unknowns)).any()
@@ -170,14 +170,14 @@ def _branches(task: Task) -> Data:
         "ste_peak_to_peak_um": float(np.ptp(static)),
         "mesh_frequencies_Hz": [_hz(speed) for speed in limits],
         "branches": [_points(task.model, branch, stable) for branch, stable in zip(
-            found.branches, found.stable, strict=True)],
+            solved.branches, solved.stable, strict=True)],
         "folds": [
             {"mesh_frequency_Hz": _hz(fold.point.speed), "dte_rms_um": UM * float(rms(fold.point.unknowns)),
              "kind": fold.kind}
-            for fold in found.folds
+            for fold in solved.folds
         ],
-        "period_doublings_Hz": [_hz(point.speed) for point in found.doublings],
-        "largest": _largest(task.model, found),
+        "period_doublings_Hz": [_hz(point.speed) for point in solved.doublings],
+        "largest": _largest(task.model, solved),
         "lost": lost,
     }  # fmt: skip
 
@@ -199,18 +199,18 @@ def _points(model: GearModel, branch: Branch, stable: Any) -> list[Data]:
     ]
 
 
-def _largest(model: GearModel, found: Response) -> Data | None:
+def _largest(model: GearModel, solved: Response) -> Data | None:
     """Return the stable motion of the largest root mean square, over its cycle."""
     held = [
         (float(rms(point.unknowns)), number, place)
-        for number, (branch, stable) in enumerate(zip(found.branches, found.stable, strict=True))
+        for number, (branch, stable) in enumerate(zip(solved.branches, solved.stable, strict=True))
         for place, point in enumerate(branch.points)
         if stable[place]
     ]
     if not held:
         return None
     _, number, place = max(held)
-    branch = found.branches[number]
+    branch = solved.branches[number]
     point = branch.points[place]
     cycle = cycle_of(model, branch.balance, point.unknowns, point.speed)
     every = len(cycle.phase) // HISTORY
@@ -320,14 +320,14 @@ def _spectrum(displacement: FloatArray) -> FloatArray:
     return np.asarray(np.abs(np.fft.rfft(block * window))[:count] * (4.0 / length))
 
 
-def _spectra(found: list[tuple[float, FloatArray]]) -> Data | None:
-    if not found:
+def _spectra(spectra: list[tuple[float, FloatArray]]) -> Data | None:
+    if not spectra:
         return None
     return {
-        "mesh_frequency_Hz": [_hz(speed) for speed, _ in found],
-        "order": (np.arange(len(found[0][1])) / SPECTRUM_CYCLES).tolist(),
+        "mesh_frequency_Hz": [_hz(speed) for speed, _ in spectra],
+        "order": (np.arange(len(spectra[0][1])) / SPECTRUM_CYCLES).tolist(),
         # Of five digits: a picture shows three.
-        "amplitude_um": [[float(f"{UM * amplitude:.5g}") for amplitude in spectrum] for _, spectrum in found],
+        "amplitude_um": [[float(f"{UM * amplitude:.5g}") for amplitude in spectrum] for _, spectrum in spectra],
     }
 
 
@@ -366,9 +366,9 @@ def with_speeds(data: Any, teeth: int) -> Any:
         return [with_speeds(value, teeth) for value in data]
     if not isinstance(data, dict):
         return data
-    found = {}
+    content = {}
     for key, value in data.items():
-        found[key] = with_speeds(value, teeth)
+        content[key] = with_speeds(value, teeth)
         if key in SPEEDS:
-            found[SPEEDS[key]] = [rpm(f, teeth) for f in value] if isinstance(value, list) else rpm(value, teeth)
-    return found
+            content[SPEEDS[key]] = [rpm(f, teeth) for f in value] if isinstance(value, list) else rpm(value, teeth)
+    return content

@@ -92,12 +92,12 @@ def model_error(case: Case, model: GearModel, reduced: ReducedPair, table: Force
     pair, assembly = reduced.meshed.pair, assembly_of(case)
     phase, x = 2.0 * np.pi * np.array(largest["mesh_cycles"]), 1e-3 * np.array(largest["displacement_um"])
     positions = 1e-3 * np.array([largest["bearing_displacement_um"][support.name] for support in model.supports])
-    found = forces_at(table, phase, x)[0]
+    tabulated = forces_at(table, phase, x)[0]
     missed = []
     for i in range(0, len(phase), max(len(phase) // INSTANTS, 1)):
         misalignment = displaced(assembly.misalignment, model, pair, case.pair.face_width_mm, positions[:, i])
         forces = mesh_force_of(reduced, replace(assembly, misalignment=misalignment))
         exact = forces(float(phase[i]), x[i : i + 1] - shift_of(case, pair, misalignment))[0]
-        missed.append(abs(found[i] - np.maximum(exact, 0.0)))
+        missed.append(abs(tabulated[i] - np.maximum(exact, 0.0)))
     most = float(np.max(missed))
     return most / float(np.mean(largest["mesh_force_N"])) if np.isfinite(most) else None

@@ -55,10 +55,10 @@ def static_stiffness_of(oscillator: Oscillator) -> tuple[float, float]:
     right = np.zeros((n + 1, 2))
     right[:n, 0], right[n, 1] = scale * oscillator.load, 1.0
     # Least squares: the rotation of both gears together is free and does not matter.
-    found = np.linalg.lstsq(bordered, right, rcond=None)[0]
-    if np.abs(bordered @ found - right).max() > UNBALANCED * max(np.abs(right).max(), 1e-300):
+    solution = np.linalg.lstsq(bordered, right, rcond=None)[0]
+    if np.abs(bordered @ solution - right).max() > UNBALANCED * max(np.abs(right).max(), 1e-300):
         raise ValueError("the load moves masses that neither bearings nor mesh hold")
-    return -float(found[n, 1]), float(found[n, 0])
+    return -float(solution[n, 1]), float(solution[n, 0])
 
 
 def position_under(oscillator: Oscillator, force: float, along: float) -> FloatArray:

@@ -26,50 +26,50 @@ FILES = (
 KINDS = {"run_up": "running up", "run_down": "running down"}
 
 
-def dynamics_report(found: Dynamics) -> Report:
+def dynamics_report(solved: Dynamics) -> Report:
     """Return numbers and page."""
-    title = f"The pair in motion: {found.case.title}"
-    return Report("dynamics", dynamics_data(found), title, _blocks(found), found.case)
+    title = f"The pair in motion: {solved.case.title}"
+    return Report("dynamics", dynamics_data(solved), title, _blocks(solved), solved.case)
 
 
-def dynamics_data(found: Dynamics) -> Data:
+def dynamics_data(solved: Dynamics) -> Data:
     """Return the content of `dynamics.json`."""
-    model, teeth = found.model, found.pair.pinion.teeth
+    model, teeth = solved.model, solved.pair.pinion.teeth
     return {
-        "case": found.case.name,
-        "flank": found.case.flank,
-        "degrees_of_freedom": found.case.dynamics.degrees_of_freedom,
+        "case": solved.case.name,
+        "flank": solved.case.flank,
+        "degrees_of_freedom": solved.case.dynamics.degrees_of_freedom,
         "pinion": asdict(model.inertias[0]),
         "wheel": asdict(model.inertias[1]),
         "equivalent_mass_kg": 1e3 * model.mass,
         "supports": [support.name for support in model.supports],
-        "backlash_um": None if found.backlash is None else 1e3 * found.backlash,
-        "force_table_error_max_N": max(law.error.largest * law.largest_force for law in found.laws),
-        "force_table_error_rms_N": max(law.error.rms * law.largest_force for law in found.laws),
-        "force_table_largest_N": max(law.largest_force for law in found.laws),
-        "force_table_ste_error_um": [law.static_error_um for law in found.laws],
-        "branch_law": found.case.dynamics.law,
-        "repeats_after_mesh_cycles": cycles_of(found.laws[0].table),
-        "axes_um": [asdict(law.assembly.misalignment) for law in found.laws],
+        "backlash_um": None if solved.backlash is None else 1e3 * solved.backlash,
+        "force_table_error_max_N": max(law.error.largest * law.largest_force for law in solved.laws),
+        "force_table_error_rms_N": max(law.error.rms * law.largest_force for law in solved.laws),
+        "force_table_largest_N": max(law.largest_force for law in solved.laws),
+        "force_table_ste_error_um": [law.static_error_um for law in solved.laws],
+        "branch_law": solved.case.dynamics.law,
+        "repeats_after_mesh_cycles": cycles_of(solved.laws[0].table),
+        "axes_um": [asdict(law.assembly.misalignment) for law in solved.laws],
         "responses": [
-            response | {"iso_6336": with_speeds(rated(found.case, found.pair, model.mass, response), teeth)}
-            for response in found.responses
+            response | {"iso_6336": with_speeds(rated(solved.case, solved.pair, model.mass, response), teeth)}
+            for response in solved.responses
         ],
     }
 
 
-def dynamics_text(found: Dynamics) -> str:
+def dynamics_text(solved: Dynamics) -> str:
     """Return the tables for the screen."""
-    lines = [f"The pair in motion: {found.case.title}"]
-    for shown in (_peaks(found.responses), *_tables(found)):
+    lines = [f"The pair in motion: {solved.case.title}"]
+    for shown in (_peaks(solved.responses), *_tables(solved)):
         if shown.rows:
             lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
-    lines += [f"  ! {sentence}" for sentence in found.failures]
+    lines += [f"  ! {sentence}" for sentence in solved.failures]
     return "\n".join(lines)
 
 
-def _blocks(found: Dynamics) -> list[Block]:
-    case, model, responses = found.case, found.model, found.responses
+def _blocks(solved: Dynamics) -> list[Block]:
+    case, model, responses = solved.case, solved.model, solved.responses
     one, two = model.inertias
     how = "on rigid bearings" if not model.supports else f"on bearings ({', '.join(s.name for s in model.supports)})"
     blocks: list[Block] = [
@@ -77,13 +77,13 @@ def _blocks(found: Dynamics) -> list[Block]:
         f"kg m², {how}; reduced mass {1e3 * model.mass:.4g} kg along the line of action. Speeds are those of the "
         "pinion.",
         *(["The coast flanks carry: torques are amounts."] if case.flank == "coast" else []),
-        _assumed_paragraph(found),
+        _assumed_paragraph(solved),
         "Displacements count along the transverse line of action from where the nominal flanks touch, the dynamic "
-        f"transmission error about its mean. {_backs(found)}",
-        *map(Warning, found.failures),
+        f"transmission error about its mean. {_backs(solved)}",
+        *map(Warning, solved.failures),
     ]
     if responses:
-        factors = [rated(case, found.pair, model.mass, response) for response in responses]
+        factors = [rated(case, solved.pair, model.mass, response) for response in responses]
         blocks += [
             Picture("response.png", "Response over the mesh frequency; dotted: natural frequencies with the mean "
                     "stiffness, numbered as in the table of modes; one excited by order k of the mesh peaks at a k-th "
@@ -104,7 +104,7 @@ def _blocks(found: Dynamics) -> list[Block]:
     ):  # fmt: skip
         if figure is not None:
             blocks.append(Picture(name, caption, figure))
-    return [*blocks, *_tables(found), _law_paragraph(case, found.laws, responses)]
+    return [*blocks, *_tables(solved), _law_paragraph(case, solved.laws, responses)]
 
 
 def _law_paragraph(case: Case, laws: Sequence[MeshLaw], responses: Sequence[Data]) -> str:
@@ -148,8 +148,8 @@ def _axes_sentence(laws: Sequence[MeshLaw], responses: Sequence[Data]) -> list[s
     ]
 
 
-def _tables(found: Dynamics) -> Sequence[Table]:
-    rows = [(response, fold) for response in found.responses for fold in response["folds"]]
+def _tables(solved: Dynamics) -> Sequence[Table]:
+    rows = [(response, fold) for response in solved.responses for fold in response["folds"]]
     folds: Columns = {
         "torque, N m": lambda row: row[0]["torque_Nm"],
         "jump when": lambda row: KINDS[row[1]["kind"]],
@@ -171,9 +171,9 @@ def _tables(found: Dynamics) -> Sequence[Table]:
     }
     note = "Largest values of stable motion within the speeds. Dynamic factor: largest over mean mesh force."
     return [
-        table("Torques", torques, found.responses, note),
+        table("Torques", torques, solved.responses, note),
         table("Jump frequencies", folds, rows),
-        _ratings(found),
+        _ratings(solved),
     ]
 
 
@@ -212,9 +212,9 @@ def _modes(responses: Sequence[Data]) -> Table:
     return table("Modes, with the mean mesh stiffness", columns, rows)
 
 
-def _assumed_paragraph(found: Dynamics) -> str:
+def _assumed_paragraph(solved: Dynamics) -> str:
     """Return which damping and bearings motion has, and what hangs on them."""
-    dynamics, teeth = found.case.dynamics, found.pair.pinion.teeth
+    dynamics, teeth = solved.case.dynamics, solved.pair.pinion.teeth
     given = dynamics.mesh_damping_N_s_mm
     damping = f"{100.0 * dynamics.damping_ratio:g} % of the critical one" if given is None else f"{given:g} N s/mm"
     sentences = [
@@ -222,13 +222,13 @@ def _assumed_paragraph(found: Dynamics) -> str:
         "inverse to it, where they part it decides how far. Solve with half and with twice of it before a peak is "
         "trusted."
     ]
-    if found.model.supports:
+    if solved.model.supports:
         sentences.append(
             f"Bearings have the stiffness of the case and a damping ratio of {dynamics.bearing_damping_ratio:g}; take "
             "the slope of their load over deflection at the working load, shaft and housing in series with them."
         )
-    elif found.responses:
-        lowest = min(response["natural_frequency_Hz"] for response in found.responses)
+    elif solved.responses:
+        lowest = min(response["natural_frequency_Hz"] for response in solved.responses)
         sentences.append(
             f"Bearings are rigid: real ones lower the natural frequency of {lowest:.4g} Hz ({rpm(lowest, teeth):.4g} "
             "rpm) and add modes below it ([dynamics] degrees_of_freedom, pinion_bearing_stiffness_N_um)."
@@ -236,9 +236,9 @@ def _assumed_paragraph(found: Dynamics) -> str:
     return " ".join(sentences)
 
 
-def _ratings(found: Dynamics) -> Table:
-    case = found.case
-    rows = [row for response in found.responses for row in by_range(case, found.pair, found.model.mass, response)]
+def _ratings(solved: Dynamics) -> Table:
+    case = solved.case
+    rows = [row for response in solved.responses for row in by_range(case, solved.pair, solved.model.mass, response)]
     grade = case.dynamics.accuracy_grade
     columns: Columns = {
         "torque, N m": "torque_Nm",
@@ -268,14 +268,14 @@ def _percent(share: float | None) -> float | None:
     return None if share is None else 100.0 * share
 
 
-def _backs(found: Dynamics) -> str:
-    if found.backlash is not None:
-        whence = "of the nominal pair" if found.case.dynamics.backlash_um is None else "of the case"
-        struck = [f"{response['torque_Nm']:g}" for response in found.responses if _strikes(response)]
+def _backs(solved: Dynamics) -> str:
+    if solved.backlash is not None:
+        whence = "of the nominal pair" if solved.case.dynamics.backlash_um is None else "of the case"
+        struck = [f"{response['torque_Nm']:g}" for response in solved.responses if _strikes(response)]
         seen = f"Stable motion touches them under {', '.join(struck)} N m." if struck else "No stable motion does."
-        return f"The backs of teeth touch {1e3 * found.backlash:.4g} µm beyond, the backlash {whence}. {seen}"
+        return f"The backs of teeth touch {1e3 * solved.backlash:.4g} µm beyond, the backlash {whence}. {seen}"
     why = "the nominal pair has no backlash"
-    if not backs_mirror_flanks(found.case):
+    if not backs_mirror_flanks(solved.case):
         why = "they are no mirror images of the working flanks"
     return (
         f"Contact of the back flanks is neglected: {why}. They would touch where flanks separate by more than the "

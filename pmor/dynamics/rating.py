@@ -75,7 +75,7 @@ def by_range(case: Case, pair: GearPair, mass: float, response: Data) -> Sequenc
     lowest, highest = (f / resonance for f in response["mesh_frequencies_Hz"])
     points = [point for branch in response["branches"] for point in branch if point["stable"]]
     ends = [lowest, *factor.limits, highest]
-    found = []
+    rows = []
     for name, begin, end in zip(RANGES, [lowest, *factor.limits], [*factor.limits, highest], strict=True):
         low, high = max(begin, ends[0]), min(end, ends[-1])
         if low >= high:
@@ -83,9 +83,9 @@ def by_range(case: Case, pair: GearPair, mass: float, response: Data) -> Sequenc
         inside = [p["dynamic_factor"] for p in points if low < p["mesh_frequency_Hz"] / resonance <= high]
         # A range begins beyond its lower limit, where K_v may jump.
         ratio = np.linspace(float(np.nextafter(low, high)), high, SPEEDS)
-        found.append({
+        rows.append({
             "torque_Nm": response["torque_Nm"], "range": name, "from": low, "to": high,
             "dynamic_factor": max(inside, default=None), "k_v": float(factor.at(ratio).max()),
             "k_v_without_deviations": float(exact.at(ratio).max()),
         })  # fmt: skip
-    return found
+    return rows

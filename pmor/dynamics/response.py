@@ -39,8 +39,8 @@ class Response:
     @property
     def folds(self) -> tuple[Fold, ...]:
         """Folds of motion that repeats with the mesh, by rising frequency."""
-        found = [fold for branch in self.branches if branch.balance.cycles == 1 for fold in branch.folds]
-        return tuple(sorted(found, key=lambda fold: fold.point.speed))
+        all_folds = [fold for branch in self.branches if branch.balance.cycles == 1 for fold in branch.folds]
+        return tuple(sorted(all_folds, key=lambda fold: fold.point.speed))
 
 
 def response(
@@ -76,15 +76,15 @@ def _from_above(balance: Balance, high: float) -> tuple[Follower, Point]:
     speed = high
     while True:
         try:
-            found = solve_at(balance, speed, rest(balance))
+            motion = solve_at(balance, speed, rest(balance))
             break
         except ConvergenceError:
             if speed > FARTHEST * high:
-                speed, found = high, solve_at(balance, high, quasi_static(balance))
+                speed, motion = high, solve_at(balance, high, quasi_static(balance))
                 break
             speed *= FARTHER
-    follow = follower(balance, found, speed)
-    start = first_point(follow, found, speed, upwards=False)
+    follow = follower(balance, motion, speed)
+    start = first_point(follow, motion, speed, upwards=False)
     if speed == high:
         return follow, start
     last = trace(follow, start, (high, speed)).points[-1]
@@ -117,14 +117,14 @@ def _near_rest(balance: Balance, speed: float) -> FloatArray:
 def _known(name: str, branch: Branch, lost: list[str]) -> list[tuple[Branch, FloatArray]]:
     """Return a branch as far as the growth of disturbances is known, and that; nothing where it is not at the start."""
     lost += branch.lost
-    found = []
+    growths = []
     for point in branch.points:
         try:
-            found.append(monodromy(branch.balance, point.unknowns, point.speed))
+            growths.append(monodromy(branch.balance, point.unknowns, point.speed))
         except ConvergenceError as error:
-            if not found:
+            if not growths:
                 lost.append(f"{name}: {error}")
                 return []
-            branch = replace(branch, points=branch.points[: len(found)], ended=str(error))
+            branch = replace(branch, points=branch.points[: len(growths)], ended=str(error))
             break
-    return [(branch, np.array(found))]
+    return [(branch, np.array(growths))]

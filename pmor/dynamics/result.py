@@ -105,9 +105,9 @@ class DynamicsResult(Tabular):
 
     def plot_response(self) -> Figure:
         """Transmission error and dynamic factor over the mesh frequency."""
-        found = self.found
-        factors = [rated(found.case, found.pair, found.model.mass, response) for response in found.responses]
-        return response_figure(found.responses, factors)
+        solved = self.found
+        factors = [rated(solved.case, solved.pair, solved.model.mass, response) for response in solved.responses]
+        return response_figure(solved.responses, factors)
 
     def plot_waterfall(self) -> Figure | None:
         """Orders along the run-up; None without a run."""
@@ -147,8 +147,8 @@ class DynamicsResult(Tabular):
     def _shown(self) -> Columns:
         return {
             "torque, N m": self.torque_Nm, "natural frequency, Hz": self.natural_frequency_Hz,
-            "natural speed, rpm": self.natural_speed_rpm, "peaks": [len(found) for found in self.peaks],
-            "jump frequencies": [len(found) for found in self.folds],
+            "natural speed, rpm": self.natural_speed_rpm, "peaks": [len(listed) for listed in self.peaks],
+            "jump frequencies": [len(listed) for listed in self.folds],
         }  # fmt: skip
 
     def __repr__(self) -> str:

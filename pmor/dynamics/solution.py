@@ -48,9 +48,9 @@ def peaks_of(response: Data) -> list[Data]:
         zero to peak), `mode` (number in `modes`, from 1), `over_natural` (order times mesh frequency, over that of the
         mode).
     """
-    found = [_peak(point, response["modes"]) for branch in response["branches"] for point in _tops(branch)]
-    found.sort(key=lambda peak: (peak["mesh_frequency_Hz"], peak["dte_rms_um"]))
-    return [peak for peak, before in zip(found, [None, *found], strict=False) if not _same(peak, before)]
+    peaks = [_peak(point, response["modes"]) for branch in response["branches"] for point in _tops(branch)]
+    peaks.sort(key=lambda peak: (peak["mesh_frequency_Hz"], peak["dte_rms_um"]))
+    return [peak for peak, before in zip(peaks, [None, *peaks], strict=False) if not _same(peak, before)]
 
 
 def _tops(branch: Sequence[Data]) -> list[Data]:
@@ -58,8 +58,8 @@ def _tops(branch: Sequence[Data]) -> list[Data]:
     from scipy.signal import find_peaks
 
     size = np.array([point["dte_rms_um"] for point in branch])
-    places, found = find_peaks(size, prominence=0.0)
-    high = found["prominences"] >= PROMINENCE * size[places]
+    places, properties = find_peaks(size, prominence=0.0)
+    high = properties["prominences"] >= PROMINENCE * size[places]
     return [branch[place] for place in places[high] if branch[place]["stable"]]
 
 
@@ -136,11 +136,11 @@ def run_dynamics(
     pieces = [
         Piece(_name(task, part), {"case": case}, errors, partial(solve, task, part)) for task in tasks for part in parts
     ]
-    found, lost = run_pieces(pieces, pieces_folder, executor=executor, progress=progress, what="parts of responses")
+    done, lost = run_pieces(pieces, pieces_folder, executor=executor, progress=progress, what="parts of responses")
     responses, missing = [], [*failures, *lost]
     for task, law in zip(tasks, laws, strict=True):
-        if _name(task, BRANCHES) in found:
-            response = joined(dict(found[name]) for part in parts if (name := _name(task, part)) in found)
+        if _name(task, BRANCHES) in done:
+            response = joined(dict(done[name]) for part in parts if (name := _name(task, part)) in done)
             share, largest = None, response["largest"]
             if model.supports and largest is not None:
                 share = model_error(case, model, reduced, law.table, largest)

@@ -50,8 +50,8 @@ def stability_of(grown: FloatArray) -> BoolArray:
 
 def alternating(balance: Balance, unknowns: FloatArray, speed: float) -> tuple[FloatArray, FloatArray]:
     """Return the phases of a period and the disturbance there, along the line of action, that comes nearest to -1."""
-    found, vectors = np.linalg.eig(monodromy(balance, unknowns, speed))
-    nearest = vectors[:, [np.abs(found + 1.0).argmin()]].real
+    multipliers, vectors = np.linalg.eig(monodromy(balance, unknowns, speed))
+    nearest = vectors[:, [np.abs(multipliers + 1.0).argmin()]].real
     seen = _grown(balance, _slopes(balance, unknowns, speed), speed, nearest)[1][:, 0]
     return 2.0 * np.pi * balance.cycles * (np.arange(len(seen)) + 0.5) / len(seen), seen
 
@@ -104,7 +104,7 @@ def doublings(
     to `lost`.
     """
     signs = np.linalg.slogdet(grown + np.eye(grown.shape[1])).sign
-    found = []
+    places = []
     for i in np.flatnonzero(signs[:-1] * signs[1:] < 0.0):
         point = branch.points[i]
         step = follow.length(point, branch.points[i + 1])
@@ -113,8 +113,8 @@ def doublings(
         except ConvergenceError as error:
             lost.append(f"period doubling near mesh frequency {in_Hz(point.speed)}: {error}")
         else:
-            found += [place] if limits[0] <= place.speed <= limits[1] else []
-    return found
+            places += [place] if limits[0] <= place.speed <= limits[1] else []
+    return places
 
 
 def doubled_branch(point: Point, follow: Follower, limits: tuple[float, float]) -> Branch:

@@ -94,9 +94,9 @@ def join(table: ForceTable, cells: Cells, alike: IntArray) -> None:
     hangs = np.flatnonzero(of != own)
     place, of, weights, more = (own[hangs], a[hangs], b[hangs]), of[hangs], cubics(over[hangs]), cubics(up[hangs])
     for _ in range(_MOST_ROUNDS):
-        found = np.einsum("na,nab,nb->n", weights, table.values[of], more)
-        change = np.abs(found - table.values[place]).max(initial=0.0)
-        table.values[place] = found
+        interpolated = np.einsum("na,nab,nb->n", weights, table.values[of], more)
+        change = np.abs(interpolated - table.values[place]).max(initial=0.0)
+        table.values[place] = interpolated
         if change <= _ROUND_OFF * table.values.max():
             return
 

@@ -67,9 +67,9 @@ class Block:
 
 def with_middles(lines: FloatArray) -> FloatArray:
     """Return positions with those in the middle between neighbours."""
-    found = np.empty(2 * len(lines) - 1)
-    found[::2], found[1::2] = lines, 0.5 * (lines[1:] + lines[:-1])
-    return found
+    places = np.empty(2 * len(lines) - 1)
+    places[::2], places[1::2] = lines, 0.5 * (lines[1:] + lines[:-1])
+    return places
 
 
 class Gauges(NamedTuple):
@@ -165,7 +165,7 @@ def ring_stiffness(
             z = [with_middles(lines) for lines in block.at_radii[place : place + 2]]
             rows.append(_Row(z[0], z[1], block.radii[place + 1], stiffness, own, free))
     count += 3 * len(gauges.row) if gauges else 0
-    revolution, found = 4.0 * np.pi if mirrored else 2.0 * np.pi, []
+    revolution, parts = 4.0 * np.pi if mirrored else 2.0 * np.pi, []
     for first in range(0, len(harmonics), TOGETHER):
         n = harmonics[first : first + TOGETHER]
         felt = [row for row in rows if count or held is None or (row.outer / rows[-1].outer) ** n[0] > UNFELT]
@@ -173,8 +173,8 @@ def ring_stiffness(
         edge = None
         if held is None:
             edge = _Edge(float(blocks[0].radii[0]), bedding)
-        found.append(_eliminated(felt, n[:, None, None].astype(float), mirrored, loads, count, revolution, still, edge))
-    return np.concatenate(found)
+        parts.append(_eliminated(felt, n[:, None, None].astype(float), mirrored, loads, count, revolution, still, edge))
+    return np.concatenate(parts)
 
 
 class _Row(NamedTuple):
@@ -227,13 +227,13 @@ class _MeanMotion(NamedTuple):
         area = np.zeros_like(z)
         for place in range(0, len(z) - 1, 2):
             area[place : place + 3] += np.array([1.0, 4.0, 1.0]) / 6.0 * (z[place + 2] - z[place])
-        found = np.zeros((3 * len(z), 3 * len(z)), dtype=complex if self.twist else float)
+        stiffness = np.zeros((3 * len(z), 3 * len(z)), dtype=complex if self.twist else float)
         for mode in modes:
             field = np.stack(mode, axis=-1)
             moved = (field * (area * np.exp(1j * n * self.twist * z) if self.twist else area)[:, None]).ravel()
             size = float(area @ (field**2).sum(axis=1))
-            found += self.stiffness * self.radius / size * np.outer(moved, moved.conj())
-        return found
+            stiffness += self.stiffness * self.radius / size * np.outer(moved, moved.conj())
+        return stiffness
 
 
 def _eliminated(
@@ -308,10 +308,10 @@ def _handed_on(matrix: Amplitudes, count: int, z: FloatArray, wanted: FloatArray
         across = matrix[:, free[:, None], kept]
         schur = schur - across.conj().transpose(0, 2, 1) @ np.linalg.solve(matrix[:, free[:, None], free], across)
     size = 3 * len(wanted)
-    found = np.zeros((len(matrix), size + count, size + count), dtype=schur.dtype)
+    handed_on = np.zeros((len(matrix), size + count, size + count), dtype=schur.dtype)
     to = np.append(_unknowns(np.flatnonzero(met)), size + np.arange(count))
-    found[:, to[:, None], to] = schur
-    return found
+    handed_on[:, to[:, None], to] = schur
+    return handed_on
 
 
 def _beyond(z: FloatArray, held: Span) -> IntArray:
@@ -349,9 +349,9 @@ def _surface_stress(
     steady, turning = _strains(shape, by_r, by_z[None], 0.5 * (inner + outer + across * (outer - inner)), twist)
     columns = 2 * len(block.z) - 1
     places = _unknowns((np.arange(3)[:, None] * columns + 2 * element + np.arange(3)).ravel())
-    found = np.zeros((2, 3, 9 * columns), dtype=complex if twist else float)
-    found[:, :, places] = law @ np.stack([steady[0, [0, 1, 4]], turning[[0, 1, 4]]])
-    return found[0], found[1]
+    stress = np.zeros((2, 3, 9 * columns), dtype=complex if twist else float)
+    stress[:, :, places] = law @ np.stack([steady[0, [0, 1, 4]], turning[[0, 1, 4]]])
+    return stress[0], stress[1]
 
 
 def _row_stiffness(block: Block, row: int, law: FloatArray, twist: float) -> tuple[Amplitudes, Amplitudes, Amplitudes]:
@@ -364,7 +364,7 @@ def _row_stiffness(block: Block, row: int, law: FloatArray, twist: float) -> tup
     elements = len(widths)
     size = 3 * 3 * (2 * elements + 1)
     kind = complex if twist else float
-    found, own = np.zeros((3, size, size), dtype=kind), np.zeros((3, elements, 27, 27), dtype=kind)
+    assembled, own = np.zeros((3, size, size), dtype=kind), np.zeros((3, elements, 27, 27), dtype=kind)
     for a, weight in zip(places, weights, strict=True):
         shape_r, slope_r = _parabolas(a)
         r = 0.5 * (inner + outer + a * height)
@@ -386,8 +386,8 @@ def _row_stiffness(block: Block, row: int, law: FloatArray, twist: float) -> tup
     for e in range(elements):
         nodes = (np.arange(3)[:, None] * (2 * elements + 1) + 2 * e + np.arange(3)).ravel()
         own_places = _unknowns(nodes)
-        found[:, own_places[:, None], own_places] += own[:, e]
-    return found[0], found[1], found[2]
+        assembled[:, own_places[:, None], own_places] += own[:, e]
+    return assembled[0], assembled[1], assembled[2]
 
 
 def _strains(

@@ -55,7 +55,7 @@ def tetrahedron_stiffness(
     weight = 1.0 / (6.0 * len(slopes))
     shear = youngs_modulus / (2.0 * (1.0 + poisson_ratio))
     lame = 2.0 * shear * poisson_ratio / (1.0 - 2.0 * poisson_ratio)
-    found = np.empty((len(elements), 3 * count, 3 * count))
+    stiffness = np.empty((len(elements), 3 * count, 3 * count))
     for first in range(0, len(elements), BLOCK):
         corners = nodes[elements[first : first + BLOCK]]
         jacobian = slopes.transpose(0, 2, 1) @ corners[:, None]
@@ -72,8 +72,8 @@ def tetrahedron_stiffness(
         trace = shear * np.trace(products, axis1=2, axis2=4)
         for axis in range(3):
             full[:, :, axis, :, axis] += trace
-        found[first : first + BLOCK] = full.reshape(len(corners), 3 * count, -1)
-    return found
+        stiffness[first : first + BLOCK] = full.reshape(len(corners), 3 * count, -1)
+    return stiffness
 
 
 def _slopes_at_points(count: int) -> FloatArray:

@@ -158,11 +158,11 @@ def _runs(inner: IntArray, border: IntArray, nodes: IntArray) -> list[tuple[bool
     place = np.searchsorted(np.concatenate([inner, border]), nodes)
     starts = np.flatnonzero((np.diff(place, prepend=-2) != 1) | (place == len(inner)))
     sizes = np.diff(starts, append=len(place))
-    found = []
+    runs = []
     for start, size in zip(starts.tolist(), sizes.tolist(), strict=True):
         beyond = int(place[start]) - len(inner)
-        found.append((beyond >= 0, 3 * (beyond if beyond >= 0 else beyond + len(inner)), 3 * start, 3 * size))
-    return found
+        runs.append((beyond >= 0, 3 * (beyond if beyond >= 0 else beyond + len(inner)), 3 * start, 3 * size))
+    return runs
 
 
 def _eliminate(front: _Front) -> None:
@@ -236,9 +236,9 @@ class CarriedFunctions:
     def over(self, retained: IntArray) -> FloatArray:
         """Return the weights of the retained unknowns once all else is eliminated, shape (m, retained)."""
         self._place[retained] = np.arange(len(retained))
-        found = np.zeros((len(retained), self._weights.shape[1]))
+        shares = np.zeros((len(retained), self._weights.shape[1]))
         own = self._row[retained] >= 0
-        found[own] = self._weights[self._row[retained[own]]]
+        shares[own] = self._weights[self._row[retained[own]]]
         for border, weights in self._pending:
-            found[self._place[border]] += weights
-        return found.T
+            shares[self._place[border]] += weights
+        return shares.T

@@ -93,11 +93,11 @@ class Lugs:
             low, high = self.z
             middle = high if self.mirrored else 0.5 * (low + high)
             share = tributary_widths(z, 2) / (high - low)
-            found = np.zeros((3 * len(z), len(self.parts)))
+            unit_loads = np.zeros((3 * len(z), len(self.parts)))
             for place, (part, degree) in enumerate(self._degrees):
                 polynomial = scipy.special.eval_legendre(degree, (z - middle) / (middle - low))
-                found[part::3, place] = share * polynomial
-            return found * np.exp(1j * twist * n * z.repeat(3)[:, None]) if twist else found
+                unit_loads[part::3, place] = share * polynomial
+            return unit_loads * np.exp(1j * twist * n * z.repeat(3)[:, None]) if twist else unit_loads
 
         return (Loads(self.radius, len(self.parts), at),)
 
@@ -146,10 +146,10 @@ class Lugs:
 def _on_springs(stiffness: ComplexArray, springs: FloatArray, teeth: int, forces: ComplexArray) -> ComplexArray:
     """Displacement of amplitudes: those of harmonics that differ by multiples of the number of teeth together."""
     harmonics, size = stiffness.shape[:2]
-    found = np.empty_like(forces)
+    displacement = np.empty_like(forces)
     for h in range(min(teeth, harmonics)):
         own = np.arange(h, harmonics, teeth)
         place = (own[:, None] * size + np.arange(size)).ravel()
         block = stiffness[own][:, :, own].reshape(len(place), -1) + np.diag(springs[place])
-        found[place] = la.solve(block, forces[place], assume_a="her", check_finite=False)
-    return found
+        displacement[place] = la.solve(block, forces[place], assume_a="her", check_finite=False)
+    return displacement

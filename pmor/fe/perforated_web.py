@@ -112,12 +112,12 @@ class PerforatedWeb:
             slack = 1e-9 * (self.z[1] - self.z[0])
             within = np.flatnonzero((z >= self.z[0] - slack) & (z <= self.z[1] + slack))
             functions, weights = self.shapes(z[within]), tributary_widths(z[within], 2)[:, None]
-            found = np.zeros((3 * len(z), len(self.parts)))
+            unit_loads = np.zeros((3 * len(z), len(self.parts)))
             for part in range(3):
                 own, places = functions[:, self.parts == part], np.flatnonzero(self.parts == part)
                 mean = np.linalg.solve(own.T @ (weights * own), (weights * own).T)
-                found[3 * within[:, None] + part, places] = mean.T
-            return found
+                unit_loads[3 * within[:, None] + part, places] = mean.T
+            return unit_loads
 
         return Loads(self.inner, len(self.parts), at), Loads(self.outer, len(self.parts), at)
 
@@ -136,19 +136,19 @@ class PerforatedWeb:
         stiffness = self.stiffness_of(mesh, youngs_modulus, poisson_ratio)
         both = [condensed_sector(mesh, stiffness, used) for used in (np.ones_like(mesh.solid), mesh.solid)]
         size = 2 * len(self.parts) * (2 * self.largest + 1)
-        found = np.zeros((size, size), dtype=complex)
+        taken_off = np.zeros((size, size), dtype=complex)
         for place, turn, onto in self.families(mesh, twist):
             filled, open_ = (by_amplitudes(*one, len(mesh.left), turn, onto)[0] for one in both)
-            found[place[:, None], place] = self.count * (open_ - filled)
-        return np.asarray(self.phase.conj()[:, None] * found * self.phase)
+            taken_off[place[:, None], place] = self.count * (open_ - filled)
+        return np.asarray(self.phase.conj()[:, None] * taken_off * self.phase)
 
     def stiffness_of(self, mesh: WebMesh, youngs_modulus: float, poisson_ratio: float) -> FloatArray:
         """Return the stiffness of each element of a sector, and of its image where half of it stands for the whole."""
-        found = element_stiffness(mesh.nodes, mesh.elements, youngs_modulus, poisson_ratio, "hex20")
+        stiffness = element_stiffness(mesh.nodes, mesh.elements, youngs_modulus, poisson_ratio, "hex20")
         if self.mirrored:
-            found *= 2.0
-            _hold(found, mesh, self.z[1])
-        return found
+            stiffness *= 2.0
+            _hold(stiffness, mesh, self.z[1])
+        return stiffness
 
     def families(self, mesh: WebMesh, twist: float) -> Iterator[tuple[IntArray, complex, ComplexArray]]:
         """Yield harmonics that feel each other: places of amplitudes, turn of a sector, displacement of the circles."""
@@ -191,22 +191,22 @@ def condensed_sector(
     kept = np.flatnonzero(used)
     retained = np.concatenate([mesh.left, mesh.right, mesh.circles])
     visit = carried.eliminate if carried else None
-    found = condense(stiffness[kept], mesh.elements[kept], mesh.places[kept], retained, np.empty(0, dtype=np.int64),
+    condensed = condense(stiffness[kept], mesh.elements[kept], mesh.places[kept], retained, np.empty(0, dtype=np.int64),
                      visit)  # fmt: skip
-    functions = carried.over(degrees_of_freedom(retained)) if carried else np.zeros((0, len(found)))
+    functions = carried.over(degrees_of_freedom(retained)) if carried else np.zeros((0, len(condensed)))
     # Sides follow each other in radial and circumferential displacement, not in that along x and y.
     x, y, _ = mesh.nodes[retained[: 2 * len(mesh.left)]].T
     frames = np.zeros((len(x), 3, 3))
     frames[:, 2, 2] = 1.0
     frames[:, :2, :2] = np.array([[x, -y], [y, x]]).transpose(2, 0, 1) / np.hypot(x, y)[:, None, None]
     sides = slice(0, 3 * len(x))
-    size = len(found)  # written out, as the sector of a single hole has no sides
-    found[sides] = (frames.transpose(0, 2, 1) @ found[sides].reshape(len(x), 3, size)).reshape(3 * len(x), size)
-    for matrix in (found, functions):
+    size = len(condensed)  # written out, as the sector of a single hole has no sides
+    condensed[sides] = (frames.transpose(0, 2, 1) @ condensed[sides].reshape(len(x), 3, size)).reshape(3 * len(x), size)
+    for matrix in (condensed, functions):
         matrix[:, sides] = (matrix[:, sides].reshape(len(matrix), len(x), 1, 3) @ frames).reshape(
             len(matrix), 3 * len(x)
         )
-    return found, functions
+    return condensed, functions
 
 
 def by_amplitudes(
@@ -233,17 +233,17 @@ def _onto(mesh: WebMesh, n: IntArray, functions: FloatArray, parts: IntArray, tw
     x, y, z = mesh.nodes[mesh.circles].T
     wave = np.exp(1j * np.outer(np.arctan2(-x, y) - twist * z, n))
     count = functions.shape[1]
-    found = np.zeros((len(x), 3, len(n), 2, count), dtype=complex)
+    moved = np.zeros((len(x), 3, len(n), 2, count), dtype=complex)
     for j, part in enumerate(parts.tolist()):
         for circle in range(2):
             on = mesh.outer == circle
-            found[on, part, :, circle, j] = wave[on] * functions[on, j, None]
+            moved[on, part, :, circle, j] = wave[on] * functions[on, j, None]
     # Unknowns are those of x, y, z: turned into the node's own frame.
     radial = np.stack([x, y], axis=1) / np.hypot(x, y)[:, None]
-    turned = found.copy()
+    turned = moved.copy()
     for axis in range(2):
         around = -radial[:, 1] if axis == 0 else radial[:, 0]
-        turned[:, axis] = radial[:, axis, None, None, None] * found[:, 0] + around[:, None, None, None] * found[:, 1]
+        turned[:, axis] = radial[:, axis, None, None, None] * moved[:, 0] + around[:, None, None, None] * moved[:, 1]
     return turned.reshape(3 * len(x), -1)
 
 
@@ -332,13 +332,13 @@ def _outlines(web: PerforatedWeb, box: _Box) -> list[tuple[FloatArray, FloatArra
         _points(box.low, theta), _points(radius, box.half), _points(box.high, theta[::-1]),
         _points(radius[::-1], -box.half),
     ]  # fmt: skip
-    centre, found = np.array([0.0, web.on_radius]), []
+    centre, outlines = np.array([0.0, web.on_radius]), []
     for side in sides:
         off = side - centre
         angle = np.unwrap(np.arctan2(off[:, 1], off[:, 0]))
         even = np.linspace(angle[0], angle[-1], len(side))
-        found.append((side, centre + web.radius * np.stack([np.cos(even), np.sin(even)], axis=-1)))
-    return found
+        outlines.append((side, centre + web.radius * np.stack([np.cos(even), np.sin(even)], axis=-1)))
+    return outlines
 
 
 def _shares(web: PerforatedWeb, box: _Box, fine: bool) -> FloatArray:
@@ -357,15 +357,15 @@ def _around(web: PerforatedWeb, box: _Box, shares: FloatArray) -> list[FloatArra
 
 
 def _filling(web: PerforatedWeb, box: _Box) -> list[FloatArray]:
-    centre, found, cores = np.array([0.0, web.on_radius]), [], []
+    centre, patches, cores = np.array([0.0, web.on_radius]), [], []
     share = np.linspace(0.0, 1.0, 2 * WITHIN + 1)[:, None, None]
     corners = [centre + CORE * (edge[[0, -1]] - centre) for _, edge in _outlines(web, box)]
     for (_, edge), (first, last) in zip(_outlines(web, box), corners, strict=True):
         core = first + np.linspace(0.0, 1.0, len(edge))[:, None] * (last - first)
         cores.append(core)
-        found.append(core + share * (edge - core))
+        patches.append(core + share * (edge - core))
     up, right = np.linspace(0.0, 1.0, 2 * box.up + 1)[:, None, None], cores[0]
-    return [*found, right + up * (cores[2][::-1] - right)]
+    return [*patches, right + up * (cores[2][::-1] - right)]
 
 
 def _extruded(web: PerforatedWeb, blocks: list[tuple[FloatArray, bool]], half: float) -> WebMesh:

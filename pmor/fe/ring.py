@@ -94,17 +94,17 @@ def ring_compliance(diagonal: FloatArray, coupling: FloatArray, even: int, teeth
     sine = np.zeros_like(diagonal)
     sine[:even, even:] = (coupling - coupling.T)[:even, even:]
     sine[even:, :even] = sine[:even, even:].T
-    found = np.zeros((neighbours + 1, size, size))
+    compliance = np.zeros((neighbours + 1, size, size))
     for harmonic in range(teeth // 2 + 1):
         angle = 2.0 * np.pi * harmonic / teeth
         inverted = inverse(steady + np.cos(angle) * cosine + np.sin(angle) * sine)
         # Harmonics h and z - h are conjugate: one stands for both, except h = 0 and h = z / 2.
         weight = (1.0 if harmonic in (0, teeth / 2) else 2.0) / teeth
-        for k, block in enumerate(found):
+        for k, block in enumerate(compliance):
             c, s = weight * np.cos(k * angle), weight * np.sin(k * angle)
             block[:even, :even] += c * inverted[:even, :even]
             block[even:, even:] += c * inverted[even:, even:]
             block[:even, even:] += s * inverted[:even, even:]
-    for block in found:
+    for block in compliance:
         block[even:, :even] = -block[:even, even:].T
-    return found
+    return compliance

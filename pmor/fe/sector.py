@@ -309,10 +309,10 @@ def _rows_to_bore(
     share = 1.0 - widest ** math.copysign(1.0, -radius)
 
     def depths(first: float, rows: int) -> FloatArray:
-        found = np.zeros(rows + 1)
+        positions = np.zeros(rows + 1)
         for row in range(rows):
-            found[row + 1] = found[row] + min(first * growth**row, share * (radius - found[row]))
-        return found
+            positions[row + 1] = positions[row] + min(first * growth**row, share * (radius - positions[row]))
+        return positions
 
     height, rows = radius - bore_radius, least
     while depths(first, rows)[-1] < height:

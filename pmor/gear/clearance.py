@@ -85,17 +85,17 @@ def _fault(pair: GearPair, gear: int) -> _Fault | None:
 
 def _remedies(pair: GearPair, gear: int, depth: float) -> str:
     """Return the changes of one key each after which nothing is met any more, in steps of `REMEDY_STEP`."""
-    found, first = [], math.ceil(depth / (REMEDY_STEP * pair.pinion.module))
+    changes, first = [], math.ceil(depth / (REMEDY_STEP * pair.pinion.module))
     for key, sign, whose in (("addendum", -1, gear), ("addendum", -1, 1 - gear), ("dedendum", 1, 1 - gear)):
         steps = _least_steps(pair, (whose,), key, sign, first)
         if steps:
             value = _stepped((pair.pinion, pair.wheel)[whose], key, sign * steps)
-            found.append(f"{'reduce' if sign < 0 else 'raise'} [{NAMES[whose]}] {key} to {value:.4g}")
-    if not found and (steps := _least_steps(pair, (0, 1), "addendum", -1, first)):
+            changes.append(f"{'reduce' if sign < 0 else 'raise'} [{NAMES[whose]}] {key} to {value:.4g}")
+    if not changes and (steps := _least_steps(pair, (0, 1), "addendum", -1, first)):
         values = [_stepped(tooth, "addendum", -steps) for tooth in (pair.pinion, pair.wheel)]
-        found.append(f"reduce [pinion] addendum to {values[0]:.4g} and [wheel] addendum to {values[1]:.4g}")
+        changes.append(f"reduce [pinion] addendum to {values[0]:.4g} and [wheel] addendum to {values[1]:.4g}")
     distance = f"{'lower' if pair.wheel.internal else 'raise'} centre_distance_mm"
-    return ", or ".join(found) or f"{distance}, or change teeth or profile_shift"
+    return ", or ".join(changes) or f"{distance}, or change teeth or profile_shift"
 
 
 def _least_steps(pair: GearPair, whose: tuple[int, ...], key: str, sign: int, first: int) -> int:

@@ -172,7 +172,7 @@ def common_build(conditions: Iterable[Condition]) -> Assembly:
 
 
 def _common(values: Iterable[T], name: str) -> T:
-    found = set(values)
-    if len(found) != 1:
-        raise ValueError(f"conditions that are solved together need the same {name}, not {len(found)} of them")
-    return found.pop()
+    unlike = set(values)
+    if len(unlike) != 1:
+        raise ValueError(f"conditions that are solved together need the same {name}, not {len(unlike)} of them")
+    return unlike.pop()

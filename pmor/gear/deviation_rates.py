@@ -70,7 +70,7 @@ def deviation_rates(
         Parameters to find, by name; empty: all.
     """
     absent = (UNEVEN if lines.mirrored else ()) if over_width else OVER_WIDTH
-    found = {}
+    by_parameter = {}
     loaded = (lines.sensitivity != 0.0).any(axis=0)
     for gear, (name, deviation, modification) in enumerate(
         zip(("pinion", "wheel"), meshed.deviations(assembly), (assembly.pinion, assembly.wheel), strict=True)
@@ -81,15 +81,15 @@ def deviation_rates(
             if key in absent or (extent is None and key in ("end_relief_um", *RELIEF_PLACES)):
                 continue
             if not wanted or f"{name}.{key}" in wanted:
-                found[f"{name}.{key}"] = _spread(loaded, _unit(deviation, key, points))
+                by_parameter[f"{name}.{key}"] = _spread(loaded, _unit(deviation, key, points))
             if extent is None or (wanted and f"{name}.{extent}" not in wanted):
                 continue
             if getattr(modification, key) != 0.0:
                 rates = _by_extent(deviation, key, points)
                 if key in RELIEF_PLACES:
                     rates = rates * profile.roll_rate(RELIEF_PLACES[key][extent], getattr(modification, extent))
-                found[f"{name}.{extent}"] = _spread(loaded, rates)
-    return found
+                by_parameter[f"{name}.{extent}"] = _spread(loaded, rates)
+    return by_parameter
 
 
 _Points = tuple[FloatArray, FloatArray, np.ndarray]

@@ -43,7 +43,7 @@ def tapered_disc(stations_mm: Sequence[tuple[float, float, float]], density_kg_m
 
     Exact: the integrals over the radius are of polynomials of degree 4, which Gauss's rule of three points does.
     """
-    found = Inertia(0.0, 0.0, 0.0)
+    total = Inertia(0.0, 0.0, 0.0)
     at, weights = np.polynomial.legendre.leggauss(3)
     stations = 1e-3 * np.asarray(stations_mm)
     for inner, outer in zip(stations[:-1], stations[1:], strict=True):
@@ -51,8 +51,8 @@ def tapered_disc(stations_mm: Sequence[tuple[float, float, float]], density_kg_m
         ring = math.pi * (outer[0] - inner[0]) * weights * radius * density_kg_m3
         polar = float(ring @ (radius**2 * (high - low)))
         along = float(ring @ (high**3 - low**3)) / 3.0
-        found += Inertia(float(ring @ (high - low)), polar, 0.5 * polar + along)
-    return found
+        total += Inertia(float(ring @ (high - low)), polar, 0.5 * polar + along)
+    return total
 
 
 def about_the_axis(part: Inertia, radius_mm: float) -> Inertia:

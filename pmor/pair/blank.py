@@ -205,10 +205,10 @@ def _section(
         return z + np.interp(z, start, end - start)
 
     def at_rim(z: Sequence[float], beyond: int = 0) -> list[float]:
-        found = np.asarray(z, dtype=np.float64)
+        heights = np.asarray(z, dtype=np.float64)
         for web in webs[beyond:]:
-            found = moved(found, web[0, 1:], web[-1, 1:])
-        return [float(place) for place in found]
+            heights = moved(heights, web[0, 1:], web[-1, 1:])
+        return [float(place) for place in heights]
 
     # Lines are laid at the rim, for all radii, and follow the faces of the web down to the hub.
     faces = [place for number, web in enumerate(webs, start=1) for place in at_rim(web[-1, 1:].tolist(), number)]
@@ -240,8 +240,8 @@ def _section(
 
 def _pieces(stations: Sequence[Sequence[float]]) -> list[FloatArray]:
     """Stations of a web, radius and z of both faces, between its steps."""
-    found = np.asarray(stations, dtype=np.float64)
-    return np.split(found, np.flatnonzero(np.diff(found[:, 0]) == 0.0) + 1)
+    rows = np.asarray(stations, dtype=np.float64)
+    return np.split(rows, np.flatnonzero(np.diff(rows[:, 0]) == 0.0) + 1)
 
 
 def _bends(web: FloatArray) -> list[float]:
@@ -260,7 +260,7 @@ def _lines(
     """
     through = np.unique(places)
     through = through[np.append(True, np.diff(through) > 1e-6 * (through[-1] - through[0]))]
-    found = [through[:1]]
+    parts = [through[:1]]
     for first, last in zip(through[:-1], through[1:], strict=True):
         fine = np.linspace(first, last, 201)
         apart = np.abs(fine[:, None] - np.asarray(corners))
@@ -269,5 +269,5 @@ def _lines(
         passed = np.append(0.0, np.cumsum(0.5 * (crowd[1:] + crowd[:-1]) * np.diff(fine)))
         count = max(1, math.ceil(passed[-1] - 0.5))
         inner = np.interp(np.arange(1, count) / count * passed[-1], passed, fine)
-        found += [inner, np.array([last])]
-    return np.concatenate(found)
+        parts += [inner, np.array([last])]
+    return np.concatenate(parts)

@@ -46,8 +46,8 @@ def listed_conditions(case: Case) -> tuple[Condition, ...]:
 def misalignments_of(case: Case) -> list[Misalignment]:
     """Return all misalignments that a case trains and sweeps, aligned axes left out."""
     trained = (Misalignment(*values) for values in product(*training_values(case.offline)[:-1]))
-    found = {case.misalignment, *(condition.misalignment for condition in case.conditions), *trained}
-    return sorted(found - {ALIGNED}, key=astuple)
+    all_axes = {case.misalignment, *(condition.misalignment for condition in case.conditions), *trained}
+    return sorted(all_axes - {ALIGNED}, key=astuple)
 
 
 def torques_of(case: Case, condition: ConditionCase) -> tuple[float, ...]:

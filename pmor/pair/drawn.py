@@ -74,19 +74,19 @@ class DrawnGear:
         teeth, *below = self.rings
         reference, root = abs(self.tooth.reference_radius), abs(self.tooth.root_radius)
         outer, inner = (root, reference) if self.tooth.internal else (reference, root)
-        found = _solid(outer, inner, teeth, density_kg_m3)
+        total = _solid(outer, inner, teeth, density_kg_m3)
         for ring in below:
-            found += _solid(ring.outer, ring.inner, ring, density_kg_m3)
+            total += _solid(ring.outer, ring.inner, ring, density_kg_m3)
         if self.body is not None:
-            found += _brought(self.body, density_kg_m3)
+            total += _brought(self.body, density_kg_m3)
         if self.holes is not None:
             web, radius, on_radius = self.rings[-2], self.holes.radius_mm, self.holes.on_radius_mm
             hole = _solid(radius, 0.0, web, density_kg_m3)
-            found += about_the_axis(hole, on_radius).times(-self.holes.count)
+            total += about_the_axis(hole, on_radius).times(-self.holes.count)
             # Both ends of a slot are a round hole about the axis; the share of a ring is between them.
             between = _solid(on_radius + radius, on_radius - radius, web, density_kg_m3)
-            found += between.times(-self.holes.count * self.holes.length_deg / 360.0)
-        return found
+            total += between.times(-self.holes.count * self.holes.length_deg / 360.0)
+        return total
 
 
 def drawn_gears(case: Case, pair: GearPair) -> tuple[DrawnGear, DrawnGear]:

@@ -37,7 +37,7 @@ class IsoBlank:
 
 def iso_blanks(case: Case, pair: GearPair) -> tuple[IsoBlank, IsoBlank] | None:
     """Return the factors of pinion and wheel, 1 of a gear that is solid down to its bore; None where both are."""
-    found, light = [IsoBlank(), IsoBlank()], False
+    factors, light = [IsoBlank(), IsoBlank()], False
     for place, (gear, tooth) in enumerate(
         zip((case.pair.pinion, case.pair.wheel), (pair.pinion, pair.wheel), strict=True)
     ):
@@ -47,9 +47,9 @@ def iso_blanks(case: Case, pair: GearPair) -> tuple[IsoBlank, IsoBlank] | None:
         low, high = gear.face(case.pair.face_width_mm)
         rim, web = blank.rim_thickness_mm, blank.thinnest_web_mm / (high - low)
         height, modules = rim / (tooth.tip_radius - tooth.root_radius), rim / tooth.module
-        found[place] = IsoBlank(web_factor(web, modules), rim_factor(height), height, modules, web)
+        factors[place] = IsoBlank(web_factor(web, modules), rim_factor(height), height, modules, web)
         light = True
-    return (found[0], found[1]) if light else None
+    return (factors[0], factors[1]) if light else None
 
 
 def blank_factor(case: Case, pair: GearPair) -> float:

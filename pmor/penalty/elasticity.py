@@ -128,15 +128,15 @@ class ReducedElasticity:
 
 def shape_elasticity(family: Family, position: Position) -> ReducedElasticity:
     """Return the active shapes of a position's windows, made orthonormal in energy."""
-    found = gather_active_shapes(position.kernel_pair, position.patches, len(position.nodes), family)
-    shapes = np.zeros((3 * len(position.nodes), found.size))
-    for gear, (low, high) in enumerate(found.ranges):
+    active = gather_active_shapes(position.kernel_pair, position.patches, len(position.nodes), family)
+    shapes = np.zeros((3 * len(position.nodes), active.size))
+    for gear, (low, high) in enumerate(active.ranges):
         for pair in range(len(position.pair_index)):
             window = position.window_slice(pair, gear)
             dofs = slice(3 * window.start, 3 * window.stop)
-            shapes[dofs, low:high] = found.fields[: high - low, dofs].T
-    factor = np.triu(found.factor[: found.size, : found.size])
-    return ReducedElasticity(np.linalg.solve(factor.T, shapes.T).T.reshape(-1, 3, found.size))
+            shapes[dofs, low:high] = active.fields[: high - low, dofs].T
+    factor = np.triu(active.factor[: active.size, : active.size])
+    return ReducedElasticity(np.linalg.solve(factor.T, shapes.T).T.reshape(-1, 3, active.size))
 
 
 def full_elasticity(pinion: ElasticGear, wheel: ElasticGear, position: Position) -> FullElasticity:

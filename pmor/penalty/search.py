@@ -77,6 +77,6 @@ def search_contact(
     nodes = position.nodes + displacement
     pair, patches = position.kernel_pair, position.patches
     workspace = workspace or search_workspace(pair, patches)
-    found = search_all(pair, patches, advance, nodes, largest_gap, workspace)
-    listed: Any = [np.array(values[: found.listed]) for values in workspace.points]  # in the order of the fields
-    return Contact(*[*listed, found.smallest, found.border])
+    listing = search_all(pair, patches, advance, nodes, largest_gap, workspace)
+    listed: Any = [np.array(values[: listing.listed]) for values in workspace.points]  # in the order of the fields
+    return Contact(*[*listed, listing.smallest, listing.border])

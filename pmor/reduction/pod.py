@@ -145,13 +145,13 @@ def local_modes(bodies: tuple[ElasticGear, ElasticGear], force: FloatArray, tole
     """
     fields = force.reshape(*force.shape[:2], -1)
     moved = own_displacement(bodies, force).reshape(fields.shape)
-    found = [principal_combinations(f @ u.T) for f, u in zip(fields, moved, strict=True)]
-    most = max(modes_needed(energy, tolerance) for energy, _ in found)
+    decompositions = [principal_combinations(f @ u.T) for f, u in zip(fields, moved, strict=True)]
+    most = max(modes_needed(energy, tolerance) for energy, _ in decompositions)
     if not most:
         raise ConvergenceError("no training state loads a flank: there is nothing to make shapes from", [])
-    count: IntArray = np.array([min(most, len(energy)) for energy, _ in found])
+    count: IntArray = np.array([min(most, len(energy)) for energy, _ in decompositions])
     modes, displaced = np.zeros((2, len(force), most, fields.shape[2]))
-    for k, (_, combination) in enumerate(found):
+    for k, (_, combination) in enumerate(decompositions):
         kept = combination[:, : count[k]].T
         # The last modes lose digits in the division by their energy: these are made orthonormal once more.
         factor = np.linalg.cholesky((kept @ fields[k]) @ (kept @ moved[k]).T)

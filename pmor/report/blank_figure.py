@@ -80,7 +80,7 @@ def _dimensions(gear: DrawnGear) -> list[tuple[float, float, str]]:
     part = gear.held[1] - gear.held[0]
     over = f" over {part:.4g} mm" if part < (hub.high - hub.low) * (1.0 - ROUND_OFF) else ""
     offset = f", offset {middle:+.4g} mm" if middle and not web.profile else ""
-    found = [
+    dimensions = [
         (teeth.high, teeth.outer, f"tip ⌀ {2.0 * teeth.outer:.5g} mm"),
         (rim.high, rim.outer, f"root ⌀ {2.0 * rim.outer:.5g} mm, face {rim.high - rim.low:.4g} mm"),
         (rim.high, 0.5 * (rim.inner + rim.outer), f"rim {rim.outer - rim.inner:.4g} mm thick"),
@@ -93,8 +93,8 @@ def _dimensions(gear: DrawnGear) -> list[tuple[float, float, str]]:
         if holes.length_deg:
             text = f"{holes.count} slots {2.0 * holes.radius_mm:.4g} mm wide, {holes.length_deg:.4g}° long"
         text += f"\non ⌀ {2.0 * holes.on_radius_mm:.5g} mm"
-        found.append((web.high, holes.on_radius_mm, text))
-    return found
+        dimensions.append((web.high, holes.on_radius_mm, text))
+    return dimensions
 
 
 def section_text(gear: DrawnGear) -> list[str]:

@@ -130,11 +130,11 @@ def _places(gear: GearData) -> list[tuple[Cell, ...]]:
     named = {key: (name, getattr(gear, key)) for name, key in _POINTS}
     if gear.end_of_active_profile.to_tip_mm < LEAST_DISTANCE:
         del named["tip"]
-    found = [(name, point) for name, point in named.values() if point is not None]
+    known = [(name, point) for name, point in named.values() if point is not None]
     return [
         (name, decimal(p.roll_deg), decimal(p.roll_length_mm), decimal(p.diameter_mm), decimal(p.to_tip_mm),
          decimal(p.percent, 2))
-        for name, p in sorted(found, key=lambda one: one[1].roll_deg)
+        for name, p in sorted(known, key=lambda one: one[1].roll_deg)
     ]  # fmt: skip
 
 

@@ -50,10 +50,10 @@ def flank_maps_figure(maps: Sequence[FlankMap]) -> Figure:
 
 def _scale(values: Sequence[FloatArray]) -> tuple[float, Literal["max", "neither"]]:
     """Return the upper limit of a colour scale, and whether values exceed it, as peaks at an edge may."""
-    found = np.concatenate([one[one > 0.0] for one in values])  # not NaN
-    if not len(found):
+    positive = np.concatenate([one[one > 0.0] for one in values])  # not NaN
+    if not len(positive):
         return 1.0, "neither"
-    most, end = float(found.max()), BEYOND_MOST * float(np.percentile(found, 80.0))
+    most, end = float(positive.max()), BEYOND_MOST * float(np.percentile(positive, 80.0))
     return (most, "neither") if most <= end else (end, "max")
 
 

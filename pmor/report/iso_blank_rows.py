@@ -113,11 +113,11 @@ def web_stress_figures(result: OnlineResult) -> list[dict[str, Any] | None] | No
 
 
 def _figures(cycle: WebCycle, torque: int) -> dict[str, float | None]:
-    found = {key: float(getattr(cycle, name)[torque]) for key, name in VALUES.items()}
+    figures = {key: float(getattr(cycle, name)[torque]) for key, name in VALUES.items()}
     for start, name in PLACES.items():
         places = zip(AXES, getattr(cycle, name)[torque].tolist(), strict=True)
-        found |= {start + axis: value for axis, value in places}
-    return {key: value if np.isfinite(value) else None for key, value in found.items()}
+        figures |= {start + axis: value for axis, value in places}
+    return {key: value if np.isfinite(value) else None for key, value in figures.items()}
 
 
 def web_stress_rows(result: OnlineResult) -> list[tuple[str, float | None, str, str]]:

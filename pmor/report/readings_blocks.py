@@ -33,7 +33,7 @@ def readings_pictures(result: OnlineResult) -> list[Picture]:
     readings = result.readings
     if readings is None:
         return []
-    harris, found = readings.harris, list[Picture]()
+    harris, pictures = readings.harris, list[Picture]()
     if harris.converged.all():
         caption = (
             "Harris map: transmission error over the angle at rising torque; over torque, its peak-to-peak and first "
@@ -41,32 +41,32 @@ def readings_pictures(result: OnlineResult) -> list[Picture]:
         )
         helical = result.reduced.meshed.pair.pinion.helix_angle != 0.0
         figure = harris_figure(harris, result.case.torque_Nm, result.sweep, helical)
-        found.append(Picture("harris.png", caption, figure))
+        pictures.append(Picture("harris.png", caption, figure))
     if readings.light is not None:
         maps, light = readings.maps[result.nominal], readings.light
         caption = (
             "Largest pressure and line load on the flanks over a mesh cycle at nominal torque. Cells over which a "
             "sharp tip edge passes have no largest pressure."
         )
-        found.append(Picture("flank_maps.png", caption, flank_maps_figure(maps)))
+        pictures.append(Picture("flank_maps.png", caption, flank_maps_figure(maps)))
         if min(one.contact_share for one in light) < WHOLE:
             caption = (
                 f"Contact pattern: area touched in a mesh cycle at nominal torque, and at {100 * LIGHT:g} % of it."
             )
-            found.append(Picture("flank_pattern.png", caption, flank_pattern_figure(maps, light)))
+            pictures.append(Picture("flank_pattern.png", caption, flank_pattern_figure(maps, light)))
         caption = "Line load over the pinion's flank at nominal torque."
-        found.append(Picture("load_distribution.png", caption, load_distribution_figure(maps[0])))
-    return found
+        pictures.append(Picture("load_distribution.png", caption, load_distribution_figure(maps[0])))
+    return pictures
 
 
 def sensitivities_table(result: OnlineResult) -> list[Table]:
     """Return the derivatives by parameters of modifications; none of models without line loads."""
     if result.readings is None:
         return []
-    found, i = result.readings.sensitivities, result.nominal
+    rates, i = result.readings.sensitivities, result.nominal
     rows = [
         (parameter_words(name), RATES[name.rpartition("_")[2]], float(mean), float(span))
-        for name, mean, span in zip(found.parameter, found.mean[:, i], found.peak_to_peak[:, i], strict=True)
+        for name, mean, span in zip(rates.parameter, rates.mean[:, i], rates.peak_to_peak[:, i], strict=True)
     ]
     columns = ["parameter", "unit", "mean STE", "peak-to-peak STE"]
     note = (

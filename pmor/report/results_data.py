@@ -38,7 +38,7 @@ def _readings(result: OnlineResult) -> Arrays:
     if readings is None:
         return {}
     lines, rates, harris = line_states(result.sweep), readings.sensitivities, readings.harris
-    found = {
+    arrays = {
         "lines/pair": lines.pair, "lines/z": lines.z_mm, "lines/width": lines.width_mm, "lines/roll": lines.roll_rad,
         "lines/load": lines.load_N_per_mm, "lines/half_width": lines.half_width_mm,
         "lines/pressure": lines.pressure_MPa, "lines/sensitivity": lines.sensitivity,
@@ -50,39 +50,39 @@ def _readings(result: OnlineResult) -> Arrays:
         "harris/peak_to_peak": peak_to_peak_um(harris),
     }  # fmt: skip
     if readings.light is not None:
-        found |= _flanks("maps", readings.maps) | _flanks("light", (readings.light,))
-    return found
+        arrays |= _flanks("maps", readings.maps) | _flanks("light", (readings.light,))
+    return arrays
 
 
 def _root_stress(result: OnlineResult) -> Arrays:
     stress = result.root_stress
     if stress is None:
         return {}
-    found: Arrays = {
+    arrays: Arrays = {
         "root_stress/pair_index": stress.pair_index, "root_stress/max_principal": stress.max_principal_MPa,
         "root_stress/von_mises": stress.von_mises_MPa, "root_stress/radius": stress.radius_mm,
         "root_stress/z": stress.z_mm,
     }  # fmt: skip
     for name, fillet in zip(GEARS, stress.envelope, strict=True):
-        found |= {
+        arrays |= {
             f"root_stress/{name}/arc": fillet.arc_mm, f"root_stress/{name}/z": fillet.z_mm,
             f"root_stress/{name}/max_principal": fillet.max_principal_MPa,
             f"root_stress/{name}/von_mises": fillet.von_mises_MPa,
         }  # fmt: skip
-    return found
+    return arrays
 
 
 def _flanks(folder: str, maps: Sequence[tuple[FlankMap, FlankMap]]) -> Arrays:
     stacked = {
         "torque": "torque_Nm", "load": "load_N_per_mm", "half_width": "half_width_mm", "pressure": "pressure_MPa"
     }  # fmt: skip
-    found: Arrays = {}
+    all_arrays: Arrays = {}
     for gear, name in enumerate(GEARS):
         of_gear = [both[gear] for both in maps]
         arrays = {key: np.stack([getattr(one, field) for one in of_gear]) for key, field in stacked.items()}
         arrays |= {"roll": of_gear[0].roll_rad, "z": of_gear[0].z_mm}
-        found |= {f"{folder}/{name}/{key}": array for key, array in arrays.items()}
-    return found
+        all_arrays |= {f"{folder}/{name}/{key}": array for key, array in arrays.items()}
+    return all_arrays
 
 
 def _harris_rows(sweep: SteSweep) -> list[dict[str, float]]:

@@ -213,7 +213,7 @@ def _draw(over_torque: Axes, over_angle: Axes, sweep: SteSweep, torque: int, dra
 
 def _least(conditions: Sequence[ConditionSweep], most: int) -> list[int]:
     """Numbers of at most so many conditions, in their order: those with the least peak-to-peak at their own torque."""
-    spans = [float(peak_to_peak_um(found.sweep)[found.own]) for found in conditions]
+    spans = [float(peak_to_peak_um(condition.sweep)[condition.own]) for condition in conditions]
     return sorted(np.argsort(spans, kind="stable")[:most].tolist())  # NaN comes last
 
 
@@ -225,7 +225,7 @@ def _label(name: str) -> str:
 MODEL_PICTURES = ("models", "error_time")
 #: sweep and comparison of each model, by its name
 Compared = Mapping[str, tuple[SteSweep, Comparison]]
-LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
+STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 MARKERS = "os^Dv"
 
 
@@ -257,7 +257,7 @@ def _curves(models: Compared, sweep: SteSweep, nominal_Nm: float) -> Figure:
             for i, (name, (swept, comparison)) in enumerate(models.items()):
                 full = comparison.full
                 phi, ste, _ = curve_of([swept], torque)
-                panel.plot(np.degrees(phi), ste, color=COLOURS[i], ls=LINES[i], label=name)
+                panel.plot(np.degrees(phi), ste, color=COLOURS[i], ls=STYLES[i], label=name)
                 for there in full.ste_um[full.torque_Nm == torque]:
                     panel.plot(np.degrees(full.phi_rad), there, MARKERS[i], ms=5, mfc="none", mec=COLOURS[i], mew=0.9)
             panel.set_ylabel(f"STE at {torque:g} N m [µm]")

@@ -167,11 +167,11 @@ def _over_pitches(result: OnlineResult) -> list[Picture]:
         f"Transmission error over {pitches_words(sweep)}, and its orders: those of the mesh, and beside them those of "
         "holes and of teeth that differ, with sidebands about each order of the mesh. The table names them."
     )
-    found = [Picture("revolution.png", caption, revolution_figure(sweep, result.nominal, teeth, pair.holes))]
+    pictures = [Picture("revolution.png", caption, revolution_figure(sweep, result.nominal, teeth, pair.holes))]
     if (figure := waterfall_figure(sweep, teeth, pair.holes)) is not None:
         caption = "Orders at each torque; from one torque to the next amplitudes rise by four decades."
-        found.append(Picture("waterfall.png", caption, figure))
-    return found
+        pictures.append(Picture("waterfall.png", caption, figure))
+    return pictures
 
 
 def _root_stress(result: OnlineResult) -> list[Picture]:
@@ -274,9 +274,9 @@ def run_blocks(
         *_live(result, live),
     ]  # fmt: skip
     for theme, names in THEMES.items():
-        found: list[Block] = [picture for picture in pictures if picture.file_name in names]
-        found += tables.get(theme, [])
-        blocks += [Heading(theme), *found] if found else []
+        shown: list[Block] = [picture for picture in pictures if picture.file_name in names]
+        shown += tables.get(theme, [])
+        blocks += [Heading(theme), *shown] if shown else []
     settings = [
         (key, _cell(value), "default" if is_default else "case file") for key, value, is_default in describe(case)
     ]

@@ -44,12 +44,12 @@ def model_text(result: OnlineResult) -> list[str]:
 
 def advice(result: OnlineResult) -> list[tuple[str, str]]:
     """Return name and purpose of each model."""
-    found = list[tuple[str, str]]()
+    purposes = list[tuple[str, str]]()
     for model in result.models:
         scheme, shapes = model.case.contact.scheme, model.case.reduction.shapes
         known = shapes == SHAPES_OF_MODEL[scheme]
-        found.append((scheme, TAKE_FOR[scheme] if known else f"where {shapes} are wanted: the case's own choice"))
-    return found
+        purposes.append((scheme, TAKE_FOR[scheme] if known else f"where {shapes} are wanted: the case's own choice"))
+    return purposes
 
 
 def _row(model: OnlineResult | LostModel) -> list[Cell]:

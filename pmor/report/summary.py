@@ -130,12 +130,12 @@ def root_stress_figures(result: OnlineResult) -> dict[str, Any]:
     """Return the root stress of pinion and wheel at the nominal torque; None without it."""
     stress = result.root_stress
     known = [] if stress is None else [stress.largest(result.nominal, gear) for gear in range(2)]
-    found = [largest for largest in known if largest is not None]
+    stressed = [largest for largest in known if largest is not None]
     keys = {"max_MPa": "max_principal_MPa", "phi_rad": "phi_rad", "radius_mm": "radius_mm", "z_mm": "z_mm"}
     return {
-        **{f"root_stress_{key}": [getattr(one, name) for one in found] or None for key, name in keys.items()},
+        **{f"root_stress_{key}": [getattr(one, name) for one in stressed] or None for key, name in keys.items()},
         **_range_figures(stress.cycle if stress else None, result.nominal),
-        "root_stress_iso6336_MPa": iso_root_stress(result) if found else None,
+        "root_stress_iso6336_MPa": iso_root_stress(result) if stressed else None,
         **{key: list(values) if (values := result.root_stress_causes.get(key)) else None for key in CAUSES},
     }
 
@@ -143,15 +143,15 @@ def root_stress_figures(result: OnlineResult) -> dict[str, Any]:
 def _range_figures(cycles: tuple[LoadCycle, LoadCycle] | None, torque: int) -> dict[str, Any]:
     """Ranges of the root stress of pinion and wheel, their limits; the range of the tooth whose range is least too."""
     ranges = [cycle.range_MPa[torque] for cycle in cycles or ()]
-    found = dict[str, list[Any]]()
+    ranges_MPa = dict[str, list[Any]]()
     for s, side in enumerate(SIDES):
-        found[f"range_{side}_MPa"] = [float(one[:, s].max()) for one in ranges]
-        found[f"range_{side}_least_MPa"] = [float(one[:, s].min()) for one in ranges]
-        found[f"range_{side}_limits_MPa"] = [
+        ranges_MPa[f"range_{side}_MPa"] = [float(one[:, s].max()) for one in ranges]
+        ranges_MPa[f"range_{side}_least_MPa"] = [float(one[:, s].min()) for one in ranges]
+        ranges_MPa[f"range_{side}_limits_MPa"] = [
             [float(ends[torque, one[:, s].argmax(), s]) for ends in (cycle.least_MPa, cycle.most_MPa)]
             for cycle, one in zip(cycles or (), ranges, strict=True)
         ]
-    return {f"root_stress_{key}": values or None for key, values in found.items()}
+    return {f"root_stress_{key}": values or None for key, values in ranges_MPa.items()}
 
 
 def summary_rows(result: OnlineResult) -> list[Row]:

@@ -232,13 +232,13 @@ def torque_colours(*torques: ArrayLike) -> dict[float, Any]:
 
 def curve_of(sweeps: Sequence[SteSweep], torque: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Angles (rad), STE and error bar (um) of all positions at a torque, continued periodically by one."""
-    found = []
+    parts = []
     for sweep in sweeps:
         error = np.zeros_like(sweep.ste_um) if sweep.error_bar_um is None else sweep.error_bar_um
         rows = np.flatnonzero(sweep.torque_Nm == torque)
-        found += [np.stack([sweep.phi_rad, sweep.ste_um[i], error[i]]) for i in rows]
+        parts += [np.stack([sweep.phi_rad, sweep.ste_um[i], error[i]]) for i in rows]
     start, span = sweeps[0].phi_rad[0], max(sweep.span_rad for sweep in sweeps)
-    phi, ste, error = np.concatenate(found, axis=1) if found else np.empty((3, 0))
+    phi, ste, error = np.concatenate(parts, axis=1) if parts else np.empty((3, 0))
     phi = start + (phi - start) % span
     order = np.argsort(phi)
     order = np.concatenate([order[-1:], order, order[:1]])
@@ -303,8 +303,8 @@ def _log_axis(axes: Axes, floor: float, top: float) -> None:
 
 def _log_limits(*values: FloatArray, decades: int = 5) -> tuple[float, float]:
     """From a little below the smallest positive value, at most ``decades``, to a little above the largest."""
-    found = np.concatenate([array.ravel() for array in values])
-    positive = found[np.isfinite(found) & (found > 0)]
+    flat = np.concatenate([array.ravel() for array in values])
+    positive = flat[np.isfinite(flat) & (flat > 0)]
     if not positive.size:
         return 1e-3, 1.0
     top = 1.5 * float(positive.max())

@@ -162,8 +162,8 @@ def _over_the_pitches(axes: Axes, sweep: SteSweep, row: int) -> None:
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.17), ncols=3)
 
 
-def _spectrum(axes: Axes, sweep: SteSweep, found: Sequence[ShaftOrder], place: int) -> None:
-    shown = [one for one in found if one.mesh_order <= LAST_MESH_ORDER]
+def _spectrum(axes: Axes, sweep: SteSweep, listed: Sequence[ShaftOrder], place: int) -> None:
+    shown = [one for one in listed if one.mesh_order <= LAST_MESH_ORDER]
     top = max((one.amplitude_um for one in shown), default=1.0)
     floor = top * 10.0**-DECADES
     for of_mesh, colour, name in ((False, SIDE, "others, sidebands"), (True, MESH, "orders of the mesh")):

@@ -43,14 +43,14 @@ def order_columns(sweep: SteSweep, t: int) -> dict[str, float]:
     return {f"ste_order_{k}_um": float(a) for k, a in enumerate(mesh_orders(sweep, t, N_ORDERS), start=1)}
 
 
-def condition_rows(found: ConditionSweep) -> list[dict[str, Any]]:
+def condition_rows(condition: ConditionSweep) -> list[dict[str, Any]]:
     """Return a row for each torque at which a condition was swept: plain values, units in the keys."""
-    sweep = found.sweep
+    sweep = condition.sweep
     return [
         {
-            "condition": found.name, **asdict(found.assembly.misalignment), **sweep_row(sweep, t),
+            "condition": condition.name, **asdict(condition.assembly.misalignment), **sweep_row(sweep, t),
             **order_columns(sweep, t),
-            "n_positions_failed": int(np.count_nonzero(~sweep.converged[t])), "flank": found.flank,
+            "n_positions_failed": int(np.count_nonzero(~sweep.converged[t])), "flank": condition.flank,
         }
         for t in range(len(sweep.torque_Nm))
     ]  # fmt: skip
@@ -59,7 +59,7 @@ def condition_rows(found: ConditionSweep) -> list[dict[str, Any]]:
 def condition_table(result: OnlineResult) -> Table:
     """Return the table of a page: each condition at its own torque."""
     case, listed = result.reduced.basis.case, result.conditions[:MOST_LISTED]
-    rows = [_row(case, number, found) for number, found in enumerate(listed)]
+    rows = [_row(case, number, condition) for number, condition in enumerate(listed)]
     note = "Each at its own torque; all torques and more orders are in conditions.csv."
     if len(listed) < len(result.conditions):
         note += f" The first {len(listed)} of {len(result.conditions)} conditions."
@@ -68,11 +68,11 @@ def condition_table(result: OnlineResult) -> Table:
     return Table("Conditions", columns, rows, note, folded=True)
 
 
-def _row(case: Case, number: int, found: ConditionSweep) -> list[str | float | None]:
+def _row(case: Case, number: int, condition: ConditionSweep) -> list[str | float | None]:
     """Cells of a condition at its own torque."""
-    row = condition_rows(found)[found.own]
+    row = condition_rows(condition)[condition.own]
     words = "; ".join(condition_words(case, case.conditions[number]))
-    return [found.name, words or None, *(row[key] for key in COLUMNS)]
+    return [condition.name, words or None, *(row[key] for key in COLUMNS)]
 
 
 # Orders of each torque in the file.
@@ -162,8 +162,8 @@ def load_table(result: OnlineResult, rows: list[dict[str, Any]]) -> Table:
     names, note = list(columns), "Stiffness: mean over the angles, per face width, secant unless tangent."
     if result.readings is not None:
         names += ["tangential force, N", "separating force, N", "axial force, N"]
-        for found, forces in zip(cells, result.readings.forces.force_N[:, :, 0], strict=True):
-            found += [float(value) for value in np.abs(forces).max(axis=0)]
+        for cells_of, forces in zip(cells, result.readings.forces.force_N[:, :, 0], strict=True):
+            cells_of += [float(value) for value in np.abs(forces).max(axis=0)]
         note += (
             " K_Hβ: largest over mean line load of the face, added up over the cycle (ISO 6336-1:2006's w_max / w_m). "
             "Forces of the mesh on a gear across the plane of the axes, along the line of centres, along the axes: "
@@ -190,5 +190,5 @@ def _mean(values: FloatArray) -> float:
 
 
 def _pressure(sweep: SteSweep, t: int) -> float | None:
-    found = float(largest_pressure(line_states(sweep).pressure_MPa[t], (0, 1, 2)))
-    return None if math.isnan(found) else found
+    pressure = float(largest_pressure(line_states(sweep).pressure_MPa[t], (0, 1, 2)))
+    return None if math.isnan(pressure) else pressure

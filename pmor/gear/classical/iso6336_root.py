@@ -56,15 +56,15 @@ def nominal_root_stress(pair: GearPair, torque_Nm: float) -> tuple[float | None,
         At the pinion.
     """
     tangential = 1e3 * torque_Nm / pair.pinion.reference_radius
-    found = list[float | None]()
+    stresses = list[float | None]()
     for tooth, face in zip((pair.pinion, pair.wheel), pair.faces, strict=True):
         if tooth.internal:
-            found.append(None)
+            stresses.append(None)
             continue
         factors = root_factors(tooth, pair)
         load = tangential / ((face[1] - face[0]) * tooth.module)
-        found.append(load * factors.form * factors.stress_correction * factors.helix if factors.in_range else None)
-    return found[0], found[1]
+        stresses.append(load * factors.form * factors.stress_correction * factors.helix if factors.in_range else None)
+    return stresses[0], stresses[1]
 
 
 def root_factors(tooth: Tooth, pair: GearPair) -> RootFactors:

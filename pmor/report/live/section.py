@@ -285,23 +285,23 @@ def _rounded(value: float) -> float:
 
 def notes(case: Case, meshed: MeshedPair, angles: int) -> list[str]:
     """Return sentences on how the page takes a case that the run sweeps at so many angles to a pitch."""
-    found = [
+    sentences = [
         "Amounts of the flanks count along the transverse line of action and remove material where they are positive."
     ]
     own = _angles(meshed)
     if own != angles:
-        found.append(
+        sentences.append(
             f"It solves {own} angles to a pitch, the run {angles}: largest values differ by what lies between."
         )
     if case.pitches > 1:
-        found.append("It solves the first pitch of the run's sweep.")
+        sentences.append("It solves the first pitch of the run's sweep.")
     if case.mesh.width == "plane_strain":
-        found.append("In plane strain nothing differs over the width: sliders of the helix and of tilted axes are "
+        sentences.append("In plane strain nothing differs over the width: sliders of the helix and of tilted axes are "
                      "left out.")  # fmt: skip
     flanks = case.pinion_modification, case.wheel_modification
     if any(flank.topography is not None or flank.pitch_deviations_um for flank in flanks):
-        found.append("Topographies and pitch deviations stay as they are in the case.")
-    return found
+        sentences.append("Topographies and pitch deviations stay as they are in the case.")
+    return sentences
 
 
 def _angles(meshed: MeshedPair) -> int:
