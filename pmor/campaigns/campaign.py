@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from pmor.campaigns.keys import split
 from pmor.campaigns.kind import Kind, Number
-from pmor.campaigns.settings import PairCampaign, SetCampaign
+from pmor.campaigns.settings import CampaignSections
 from pmor.core.errors import printable
 
 
@@ -49,7 +50,7 @@ class Campaign:
     Parameters
     ----------
     kind : Kind
-    sections : PairCampaign or SetCampaign
+    sections : CampaignSections
         The campaign file as it stands.
     inputs : tuple of Path
         Files that were read: of the campaign, of the base file, of the table of designs if it is a CSV file.
@@ -65,7 +66,7 @@ class Campaign:
     """
 
     kind: Kind
-    sections: PairCampaign | SetCampaign
+    sections: CampaignSections
     inputs: tuple[Path, ...]
     source_text: str
     text: str
@@ -81,7 +82,7 @@ class Campaign:
     @property
     def results(self) -> tuple[str, ...]:
         """Keys of the results that are written, in the order of the tables."""
-        return tuple(figure.key for figure in self.kind.figures if figure.key in self.sections.results.keys)
+        return tuple(figure.key for figure in self.kind.figures if split(figure.key)[1] in self.sections.results.keys)
 
     @property
     def whole(self) -> tuple[str, ...]:

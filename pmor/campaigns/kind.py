@@ -1,4 +1,4 @@
-"""What the designs of a campaign are: gear pairs or planetary sets, each with its keys, relations and results."""
+"""What the designs of a campaign are: gear pairs, planetary sets or gearboxes, with keys, relations and results."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
-    from pmor.campaigns.settings import PairCampaign, SetCampaign
+    from pmor.campaigns.settings import CampaignSections
     from pmor.campaigns.store import Store
 
 Number = int | float
@@ -45,7 +45,7 @@ class Kind:
 
     Parameters
     ----------
-    key : {"case", "set"}
+    key : {"case", "set", "gearbox"}
         Key of a campaign file that names the base file, and what that is.
     gear : str
         Section of its first gear.
@@ -74,11 +74,15 @@ class Kind:
         (text, name, store, keys of the results that are asked for).
     peaks : callable
         (text, name, store) to `PEAKS` on fine angles, and `ANGLES`; raises ConvergenceError.
+    of_base : callable
+        (base file) to the kind with the keys and results of that file; None where all have the same.
+    files : callable
+        (text, stem) to the texts of the files of a design by what follows the stem in their names.
     """
 
     key: str
     gear: str
-    sections: type[PairCampaign] | type[SetCampaign]
+    sections: type[CampaignSections]
     known: Mapping[str, type]
     figures: tuple[Figure, ...]
     first: tuple[str, ...]
@@ -90,6 +94,8 @@ class Kind:
     seconds: Callable[[str, str], float]
     solve: Callable[[str, str, Store, tuple[str, ...]], Solved]
     peaks: Callable[[str, str, Store], Mapping[str, float]]
+    of_base: Callable[[Path], Kind] | None = None
+    files: Callable[[str, str], dict[str, str]] = lambda text, stem: {".toml": text}
 
     def figure(self, key: str) -> Figure:
         """Return the name of a result."""

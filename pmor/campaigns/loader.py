@@ -6,16 +6,15 @@ import csv
 import io
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, get_origin
 
 from pmor.campaigns.campaign import Campaign, Span, Variable
 from pmor.campaigns.keys import split
 from pmor.campaigns.kind import Kind, Number
-from pmor.campaigns.pairs import PAIRS
-from pmor.campaigns.sets import SETS
-from pmor.campaigns.settings import MOST_DESIGNS, DesignsSection, Method, PairCampaign, SetCampaign
+from pmor.campaigns.kinds import KINDS
+from pmor.campaigns.settings import MOST_DESIGNS, CampaignSections, DesignsSection, Method
 from pmor.campaigns.table import evenly
 from pmor.case.reader import Reader, keys_of, parse_toml, read_text, sections_in
 from pmor.case.values import forms_of, toml_text
@@ -42,9 +41,11 @@ def load(path: Path | str) -> Campaign:
     path = Path(path)
     text = read_text(path, "campaign file")
     document = parse_toml(text, str(path))
-    kind = SETS if SETS.key in document else PAIRS
+    kind = KINDS[next((key for key in reversed(KINDS) if key in document), "case")]
     reader = _Reader(str(path), sections_in(kind.sections), kind=kind)
     said = reader.section(document, kind.sections, filled={"title": printable(path.stem)})
+    if kind.of_base is not None:
+        reader = replace(reader, kind=kind.of_base(path.parent / getattr(said, kind.key)))
     return reader.campaign(said, path, text)
 
 
@@ -54,7 +55,7 @@ class _Reader(Reader):
 
     kind: Kind
 
-    def campaign(self, said: PairCampaign | SetCampaign, path: Path, text: str) -> Campaign:
+    def campaign(self, said: CampaignSections, path: Path, text: str) -> Campaign:
         """Return a campaign, its base file and its table of designs read."""
         designs, base = said.designs, path.parent / getattr(said, self.kind.key)
         self.check_method(designs)
@@ -192,7 +193,7 @@ class _Reader(Reader):
             )  # fmt: skip
         return lengths[longest]
 
-    def check_relations(self, said: PairCampaign | SetCampaign, named: set[str]) -> None:
+    def check_relations(self, said: CampaignSections, named: set[str]) -> None:
         """Refuse designs with keys that follow from relations."""
         relations = said.relations
         for name in relations.solved:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import csv
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +52,7 @@ def write_campaign(result: Columns, folder: Path, overwrite: bool = False) -> No
 
 def refuse_changed_cases(campaign: Campaign, folder: Path, overwrite: bool) -> None:
     """Raise OutputError where a case file of an earlier run was changed, or is none of ours."""
-    there = {path.name for path in (folder / CASES).glob("*.toml")}
+    there = {path.name for path in (folder / CASES).glob("*.*")}
     ours = [name for name in sorted(there) if CASE_FILE.fullmatch(name)]
     refuse_in_the_way([folder / CASES / name for name in ours], overwrite, campaign.inputs)
 
@@ -115,25 +116,34 @@ def write_design(campaign: Campaign, number: int, folder: Path, overwrite: bool 
     design = designs_of(campaign)(number - 1)
     design = campaign.kind.complete(campaign.base_text, design, campaign.sections.relations)
     target = ensure_folder(folder) / f"{campaign.name}_design_{number}.toml"
-    refuse_existing(target, overwrite)
-    _write_case(campaign, design, number, target, overwrite)
+    texts = _case_texts(campaign, design, number, target.stem)
+    for name in texts:
+        refuse_existing(target.parent / name, overwrite)
+    _write_texts(texts, target.parent, overwrite)
     return target
 
 
-def _write_case(campaign: Campaign, design: Design, number: int, path: Path, overwrite: bool = False) -> None:
+def _case_texts(campaign: Campaign, design: Design, number: int, stem: str) -> dict[str, str]:
+    """Return the files of a design by their names, the one that names the others first."""
     said = ", ".join(f"{name} = {value:g}" for name, value in design.items())
     head = f"# Design {number} of the campaign {campaign.name}: {said}"
-    text = f"{head}\n\n{campaign.kind.text(campaign.base_text, design)}"
-    with atomic_path(path, overwrite) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    texts = campaign.kind.files(campaign.kind.text(campaign.base_text, design), stem)
+    return {f"{stem}{end}": f"{head}\n\n{text}" if end == ".toml" else text for end, text in texts.items()}
+
+
+def _write_texts(texts: Mapping[str, str], folder: Path, overwrite: bool = False) -> None:
+    for name, text in texts.items():
+        with atomic_path(folder / name, overwrite) as temporary:
+            temporary.write_text(text, encoding="utf-8")
 
 
 def _write_cases(result: Columns, folder: Path, overwrite: bool) -> None:
     """Write the case files that the page links to; those of another campaign go, unless they were changed."""
-    files = {case_file(i + 1): i for i in linked_designs(result)}
-    with writing_results(folder, list(files), result.campaign.text, overwrite=overwrite, working=()):
-        for name, i in files.items():
-            _write_case(result.campaign, result.design(i), i + 1, folder / name)
+    texts: dict[str, str] = {}
+    for i in linked_designs(result):
+        texts |= _case_texts(result.campaign, result.design(i), i + 1, Path(case_file(i + 1)).stem)
+    with writing_results(folder, list(texts), result.campaign.text, overwrite=overwrite, working=()):
+        _write_texts(texts, folder)
 
 
 def _extremes(values: np.ndarray) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from pmor.campaigns.columns import Columns
 from pmor.campaigns.keys import split, unit_of
-from pmor.campaigns.kind import Figure
+from pmor.campaigns.kind import PEAKS, Figure
 from pmor.campaigns.rows import STATUSES
 from pmor.core.arrays import FloatArray
 from pmor.report.explorer import Column, Designs
@@ -17,13 +17,15 @@ from pmor.report.page import Block, Heading, Warning
 from pmor.report.table import Cell, Table
 
 # Folder of case files, beside the page.
-CASES, CASE_FILE = "cases", re.compile(r"design_\d{6,}\.toml")
+CASES, CASE_FILE = "cases", re.compile(r"design_\d{6,}(_.*)?\.(toml|csv)")
 # Designs that the page lets look through, and those of them with a case file: a megabyte or two each.
 MOST_SHOWN, MOST_CASES = 10_000, 1_000
 # Lines of tables.
 BEST, COMMON_REASONS = 10, 12
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(\.\d+)?(e[-+]?\d+)?(?!\w)")
 ROUND_OFF = 1e-9
+# Parts of the names of sections that say nothing to a reader.
+UNTOLD = ("modification", "coast_modification", "blank", "shafts", "bearings", "places")
 UNITS = re.compile(r"_(mm|um|deg|GPa|Nm)$")
 
 
@@ -49,13 +51,14 @@ def blocks_of(result: Columns) -> list[Block | Designs]:
     if len(result.failures) > BEST:
         blocks.append(Warning(f"{len(result.failures) - BEST} more designs without results: see campaign.csv"))
     varied = ", ".join(variable.name for variable in campaign.variables)
+    at = "the largest over the load cases" if campaign.kind.key == "gearbox" else "those at the nominal torque"
     derived = [name for name in campaign.columns if name in campaign.sections.relations.solved]
     follows = f" {', '.join(derived)} follow{'s' * (len(derived) == 1)} from relations." if derived else ""
     blocks += [
         f"{campaign.count} designs of the {campaign.kind.key} {campaign.inputs[1].name}: {counts['ok']} solved, "
         f"{counts['infeasible']} infeasible, {len(result.failed)} failed. From design to design differ: {varied}."
         f"{follows} Every design has finite elements of its own gears, exact line loads and the sweep of its file; "
-        "figures are those at the nominal torque.",
+        f"figures are {at}.",
         Heading("Designs"),
         *_explorer(result),
         _best(result),
@@ -67,8 +70,8 @@ def blocks_of(result: Columns) -> list[Block | Designs]:
 def label_of(name: str) -> str:
     """Return a key of the case in words, without its unit."""
     section, key = split(name)
-    gear, part = section.partition(".")[0], "holes " if section.endswith("holes") else ""
-    return f"{gear} {part}{UNITS.sub('', key).replace('_', ' ')}"
+    told = " ".join(part for part in section.split(".") if part not in UNTOLD)
+    return f"{told} {UNITS.sub('', key).replace('_', ' ')}"
 
 
 def _explorer(result: Columns) -> list[Block | Designs]:
@@ -124,6 +127,7 @@ def _best(result: Columns) -> Table:
     base = result.campaign.kind.key
     few = _headed(f"{figures[0].label}, on the angles of the {base}", figures[0].shown_unit)
     note = f"Peak-to-peak STE is that on so many angles that it no longer moves; beside it, last, that of the {base}."
+    note = note if figures[0].key in PEAKS else ""
     return Table(f"Least {figures[0].label}", ("design", *inputs, *results, few), rows, note)
 
 

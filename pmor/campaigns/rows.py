@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from pmor.campaigns.kind import Design
-from pmor.campaigns.settings import RELATIONS, Relations, SetRelations, Workers
+from pmor.campaigns.settings import RELATIONS, AnyRelations, Workers
 
 Row = dict[str, Any]
 Status = Literal["ok", "infeasible", "not converged", "lost"]
@@ -23,7 +23,7 @@ class Task:
 
     kind: str
     base_text: str
-    relations: Relations | SetRelations
+    relations: AnyRelations
     columns: tuple[str, ...]
     results: tuple[str, ...]
     workers: Workers
@@ -34,7 +34,8 @@ class Task:
     @staticmethod
     def from_json(plain: dict[str, Any]) -> Task:
         """Return the task of `dataclasses.asdict`, through JSON."""
-        given = {"relations": RELATIONS[plain["kind"]](**plain["relations"]), "workers": Workers(**plain["workers"])}
+        relations: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in plain["relations"].items()}
+        given = {"relations": RELATIONS[plain["kind"]](**relations), "workers": Workers(**plain["workers"])}
         return Task(**{**plain, **given, "columns": tuple(plain["columns"]), "results": tuple(plain["results"])})
 
 

@@ -37,6 +37,12 @@ SetResultKey = Literal[
     "contact_ratio_planet_ring", "overlap_ratio", "speed_ratio", "mesh_phase_pitches", "centre_distance_mm",
     "planets_gap_mm", "outside_diameter_mm", "mass_kg", "mass_sun_kg", "mass_planet_kg", "mass_ring_kg",
 ]  # fmt: skip
+GearboxResultKey = Literal[
+    "ste_mean_um", "ste_peak_to_peak_um", "ste_order_1_um", "k_h_beta", "f_beta_um", "flank_pressure_max_MPa",
+    "root_stress_pinion_MPa", "root_stress_wheel_MPa", "k_gamma", "radial_force_N", "axial_force_N", "losses_W",
+    "mass_kg",
+]  # fmt: skip
+EVERY_OF_GEARBOXES: tuple[GearboxResultKey, ...] = get_args(GearboxResultKey)
 EVERY_OF_SETS: tuple[SetResultKey, ...] = get_args(SetResultKey)
 # Ten times the work of a thousand cores in a day, at a minute for each design.
 MOST_DESIGNS = 10_000_000
@@ -225,19 +231,70 @@ class SetResults:
 
 
 @dataclass(frozen=True, kw_only=True)
+class GearboxRelations:
+    """Relations that all gearboxes keep (section `[relations]`); profile shifts follow from them.
+
+    Parameters
+    ----------
+    shifts : tuple of str
+        Meshes whose profile shifts are found, so that they have no backlash at the distance of their shafts.
+    solve : {"both", "pinion", "wheel"}
+        Gear whose profile shift is found; both with the same shift.
+    """
+
+    shifts: tuple[str, ...] = ()
+    solve: Solved = "both"
+
+    @property
+    def solved(self) -> tuple[str, ...]:
+        """Keys that follow from them, given nowhere else."""
+        gears = ("pinion", "wheel") if self.solve == "both" else (self.solve,)
+        return tuple(f"{mesh}.{gear}.profile_shift" for mesh in self.shifts for gear in gears)
+
+    @property
+    def derived(self) -> tuple[str, ...]:
+        """Keys that stand in the row of a design beside its own: both shifts where one of them is found."""
+        return tuple(f"{mesh}.{gear}.profile_shift" for mesh in self.shifts for gear in ("pinion", "wheel"))
+
+    @property
+    def frees(self) -> tuple[str, ...]:
+        """Keys that give way to them: none, since shafts have no centre distance."""
+        return ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class GearboxResults:
+    """Which results are written (section `[results]`), all of them without this section.
+
+    Parameters
+    ----------
+    keys : tuple of str
+        Of each mesh, set and bearing by its name, or of the gearbox: the largest amount over the load cases.
+    """
+
+    keys: tuple[GearboxResultKey, ...] = EVERY_OF_GEARBOXES
+
+
+AnyRelations = Relations | SetRelations | GearboxRelations
+AnyResults = ResultsSection | SetResults | GearboxResults
+
+
+@dataclass(frozen=True, kw_only=True)
 class CampaignSections:
-    """A campaign file as it stands: what those of pairs and of sets have in common.
+    """A campaign file as it stands: what those of pairs, sets and gearboxes have in common.
 
     Parameters
     ----------
     title : str
         One line for the report; by default the name of the file.
-    designs, workers, store
+    designs, relations, results, workers, store
         One dataclass per section.
     """
 
     title: str
     designs: DesignsSection
+    relations: AnyRelations
+    results: AnyResults
     workers: Workers = Workers()
     store: StoreSection = StoreSection()
 
@@ -280,5 +337,26 @@ class SetCampaign(CampaignSections):
     results: SetResults = SetResults()
 
 
+@dataclass(frozen=True, kw_only=True)
+class GearboxCampaign(CampaignSections):
+    """A campaign file of gearboxes; `[designs]`, `[workers]` and `[store]` as in one of pairs.
+
+    Parameters
+    ----------
+    title : str
+        One line for the report; by default the name of the file.
+    gearbox : str
+        File of the base gearbox, relative to this one: TOML or REXS. Designs change keys of its meshes and sets, each
+        behind its name (`high_speed.pinion.teeth`), `shafts.NAME.y_mm` and `z_mm`, numbers of `bearings.NAME`, and
+        `places.MESH.shift_mm`, by which both of its gears are moved along their shafts.
+    designs, relations, results, workers, store
+        One dataclass per section.
+    """
+
+    gearbox: str
+    relations: GearboxRelations = GearboxRelations()
+    results: GearboxResults = GearboxResults()
+
+
 #: by the kinds of `pmor.campaigns.kinds`
-RELATIONS: dict[str, type[Relations] | type[SetRelations]] = {"case": Relations, "set": SetRelations}
+RELATIONS: dict[str, type[AnyRelations]] = {"case": Relations, "set": SetRelations, "gearbox": GearboxRelations}

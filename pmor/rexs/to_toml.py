@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +52,9 @@ def gearbox_texts(file: GearboxFile, stem: str) -> dict[str, str]:
 def _tables(said: GearboxSections, stem: str) -> Iterator[str]:
     for name in TABLES:
         for one in getattr(said, name):
+            if isinstance(one, Mesh):  # what it says of its case is in that
+                places = {gear: replace(getattr(one, gear), gear={}) for gear in ("pinion", "wheel")}
+                one = replace(one, changes={}, **places)
             keys = _keys(one)
             if isinstance(one, Mesh):
                 keys["case"] = f"{stem}_{one.name}.toml"

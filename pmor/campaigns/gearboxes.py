@@ -1,0 +1,256 @@
+"""Designs that are gearboxes: shafts, bearings, and meshes with gears of their own; figures are those of `pmor run`.
+
+A base text is that of all files of the gearbox at once: it names none on this machine.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from pmor.campaigns.keys import by_section
+from pmor.campaigns.kind import Design, Figure, Kind, Number, Solved
+from pmor.campaigns.pairs import basis_of
+from pmor.campaigns.relations import with_relations
+from pmor.campaigns.set_relations import KNOWN as KNOWN_OF_SETS
+from pmor.campaigns.set_relations import text_of_design as text_of_set
+from pmor.campaigns.settings import GearboxCampaign, GearboxRelations, Relations
+from pmor.campaigns.store import Store
+from pmor.case import change_case
+from pmor.case.schema import SECTIONS
+from pmor.core.errors import CaseError, ConvergenceError, PmorError
+from pmor.gear.inertia import Inertia
+from pmor.machine.compared import with_rigid_supports
+from pmor.machine.coupled import SolvedLoad, solve_load
+from pmor.machine.loader import GearboxFile
+from pmor.machine.loader import load as load_toml
+from pmor.machine.readings import load_data
+from pmor.machine.run import lost_of_load
+from pmor.machine.settings import Bearing, Place
+from pmor.pair.drawn import gear_inertias
+from pmor.pair.model import refuse_loads_unmeshed
+from pmor.rexs.files import load_gearbox
+from pmor.rexs.to_toml import gearbox_texts
+from pmor.sets.run import train_of
+from pmor.work.cost import FINITE_ELEMENTS, START_S, refuse_beyond_memory, stages
+from pmor_online.model import keeping_sections, reduced_pair
+
+# Stands for the name of the gearbox file in the names of those beside it.
+STEM = "{stem}"
+Data = dict[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftKeys:
+    """Keys of a shaft that designs may change: its axis, mm."""
+
+    y_mm: Place = 0.0
+    z_mm: Place = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaceKeys:
+    """By how much both gears of a mesh are farther along their shafts than in the base file, mm."""
+
+    shift_mm: Place = 0.0
+
+
+# Figures of a mesh, of a set, of a bearing, of the gearbox: the largest amounts over the load cases.
+OF_MESHES = (
+    Figure("ste_mean_um", "STE, mean", "um"), Figure("ste_peak_to_peak_um", "STE, peak-to-peak", "um"),
+    Figure("ste_order_1_um", "STE, first mesh order", "um"), Figure("k_h_beta", "K_Hβ", "1"),
+    Figure("f_beta_um", "misalignment over the face", "um"),
+    Figure("flank_pressure_max_MPa", "flank pressure", "MPa"),
+    Figure("root_stress_pinion_MPa", "root stress, pinion", "MPa"),
+    Figure("root_stress_wheel_MPa", "root stress, wheel", "MPa"),
+)  # fmt: skip
+OF_SETS = (*OF_MESHES[:3], Figure("k_gamma", "K_γ", "1"))
+OF_BEARINGS = (Figure("radial_force_N", "radial force", "N"), Figure("axial_force_N", "axial force", "N"))
+OF_GEARBOX = (
+    Figure("losses_W", "power lost in the meshes", "W"), Figure("mass_kg", "mass of all gears but those of sets", "kg"),
+)  # fmt: skip
+
+
+def _of_base(base: Path) -> Kind:
+    """Return the kind with the keys and the figures of a gearbox, by the names of its parts."""
+    file = load_gearbox(base)
+    sections = file.model.sections
+    known: dict[str, type] = {f"shafts.{shaft.name}": ShaftKeys for shaft in sections.shafts}
+    known |= {f"bearings.{bearing.name}": Bearing for bearing in sections.bearings}
+    known |= {f"places.{mesh.name}": PlaceKeys for mesh in sections.meshes}
+    known |= {f"{name}.{section}": kind for name in file.cases for section, kind in SECTIONS.items()}
+    known |= {f"{name}.{section}": kind for name in file.model.sets for section, kind in KNOWN_OF_SETS.items()}
+    named: list[tuple[str, tuple[Figure, ...]]]
+    named = [(name, OF_MESHES) for name in file.cases] + [(name, OF_SETS) for name in file.model.sets]
+    named += [(bearing.name, OF_BEARINGS) for bearing in sections.bearings]
+    figures = [replace(f, key=f"{name}.{f.key}", label=f"{name}: {f.label}") for name, own in named for f in own]
+    first = [f"{name}.{OF_MESHES[1].key}" for name in (*file.cases, *file.model.sets)]
+    return replace(GEARBOXES, known=known, figures=(*figures, *OF_GEARBOX), first=(*first[:1], "mass_kg", *first[1:]))
+
+
+def _base_text(base: Path, relations: GearboxRelations, fixed: Mapping[str, Any], place: str) -> str:
+    file = load_gearbox(base)
+    for name in relations.shifts:
+        if name not in file.cases:
+            known = ", ".join(file.cases)
+            raise CaseError(f'{place}: [relations] shifts: "{name}": is no mesh of {file.name}: name some of {known}')
+    return _text(json.dumps(gearbox_texts(_free(file), STEM)), fixed)
+
+
+def _free(file: GearboxFile) -> GearboxFile:
+    """Return a gearbox whose meshes take the distance of their axes from the shafts alone."""
+    return replace(file, cases={n: change_case(c, pair={"centre_distance_mm": None}) for n, c in file.cases.items()})
+
+
+def _text(base_text: str, design: Design) -> str:
+    file, sections = _file(base_text), _file(base_text).model.sections
+    cases, sets, changes = dict(file.cases), dict(file.model.sets), by_section(design)
+    bearings = tuple(replace(one, **changes.get(f"bearings.{one.name}", {})) for one in sections.bearings)
+    meshes = []
+    for mesh in sections.meshes:
+        shift = changes.get(f"places.{mesh.name}", {}).get("shift_mm", 0.0)
+        pinion, wheel = (replace(place, at_mm=place.at_mm + shift) for place in (mesh.pinion, mesh.wheel))
+        meshes.append(replace(mesh, pinion=pinion, wheel=wheel))
+    shafts = []
+    for shaft in sections.shafts:
+        keys = changes.get(f"shafts.{shaft.name}", {})
+        shafts.append(replace(shaft, at_mm=(keys.get("y_mm", shaft.at_mm[0]), keys.get("z_mm", shaft.at_mm[1]))))
+    for name, case in cases.items():
+        own = _own(design, name)
+        cases[name] = change_case(case, pair={"centre_distance_mm": None}, **_nested(own))
+    for name, one in sets.items():
+        own = _own(design, name)
+        sets[name] = replace(one, text=text_of_set(one.text, own)) if own else one
+    sections = replace(sections, shafts=tuple(shafts), bearings=bearings, meshes=tuple(meshes))
+    model = replace(file.model, sections=sections, sets=sets)
+    return json.dumps(gearbox_texts(replace(file, model=model, cases=cases), STEM))
+
+
+def _own(design: Design, name: str) -> dict[str, Number]:
+    """Return the keys of a mesh or a set, without its name."""
+    return {key.removeprefix(f"{name}."): value for key, value in design.items() if key.startswith(f"{name}.")}
+
+
+def _nested(own: Design) -> dict[str, dict[str, Any]]:
+    """Return the keys of a case by its sections; a pair has its centre distance from the shafts."""
+    found = by_section(own)
+    if "pair" in found:
+        found["pair"] = {"centre_distance_mm": None, **found["pair"]}
+    return found
+
+
+def complete(base_text: str, design: Design, relations: GearboxRelations) -> dict[str, Number]:
+    """Return the keys of a design with the profile shifts that follow; GeometryError where there are none."""
+    found = dict(design)
+    if not relations.shifts:
+        return found
+    file = _file(base_text)
+    shafts = {shaft.name: shaft for shaft in file.model.sections.shafts}
+    for mesh in file.model.sections.meshes:
+        if mesh.name not in relations.shifts:
+            continue
+        ends = [
+            [design.get(f"shafts.{name}.{axis}_mm", at) for axis, at in zip("yz", shafts[name].at_mm, strict=True)]
+            for name in (mesh.pinion.shaft, mesh.wheel.shaft)
+        ]
+        asked = Relations(centre_distance_mm=math.dist(*ends), solve=relations.solve)
+        own = with_relations(file.cases[mesh.name].text, _own(design, mesh.name), asked)
+        found |= {f"{mesh.name}.{key}": value for key, value in own.items()}
+    return found
+
+
+@lru_cache(maxsize=4)
+def _file(base_text: str) -> GearboxFile:
+    with _opened(base_text, "base") as file:
+        return _free(file)
+
+
+@contextmanager
+def _opened(text: str, name: str) -> Iterator[GearboxFile]:
+    """Give a gearbox of its texts; errors name it, and none of the files that it is read from."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"{name}.toml"
+        for beside, content in files_of(text, name).items():
+            (Path(folder) / f"{name}{beside}").write_text(content, encoding="utf-8")
+        try:
+            yield load_toml(path)
+        except PmorError as error:
+            said = str(error).replace(f"{path}: ", f"{name}: ").replace(f"{folder}/", "")
+            raise type(error)(said, []) if isinstance(error, ConvergenceError) else type(error)(said) from None
+
+
+def files_of(text: str, stem: str) -> dict[str, str]:
+    """Return the files of a gearbox by what follows the stem in their names."""
+    texts = {name: content.replace(STEM, stem) for name, content in json.loads(text).items()}
+    return {".toml": texts.pop(""), **{name.removeprefix(STEM): content for name, content in texts.items()}}
+
+
+def _refuse(text: str, name: str) -> None:
+    with _opened(text, name) as file:
+        for case in file.cases.values():
+            refuse_loads_unmeshed(case)
+            refuse_beyond_memory(case)
+
+
+def _seconds(text: str, name: str) -> float:
+    with _opened(text, name) as file:
+        cases = [*file.cases.values(), *(case for one in file.model.sets.values() for case in one.cases.values())]
+    return START_S + sum(stage.seconds for case in cases for stage in stages(case) if stage.name == FINITE_ELEMENTS)
+
+
+def _solve(text: str, name: str, store: Store, keys: tuple[str, ...]) -> Solved:
+    with _opened(text, name) as file:
+        pairs = {n: keeping_sections(reduced_pair(basis_of(case, store))) for n, case in file.cases.items()}
+        trains = {n: train_of(one, lambda member: store.get) for n, one in file.model.sets.items()}
+        angles = max((case.online.angles_per_pitch for case in file.cases.values()), default=0)
+        loads = [solve_load(file.model, load, pairs, angles, trains=trains) for load in file.model.sections.loads]
+        failures = [sentence for load in loads for sentence in lost_of_load(load)]
+        solved = with_rigid_supports(loads, pairs, trains, angles)
+        return Solved(figures_of(file, solved), next(iter(failures), ""))
+
+
+def figures_of(file: GearboxFile, loads: Iterable[SolvedLoad]) -> dict[str, float | None]:
+    """Return the largest amount over the loads of all figures; None of what the cases do not ask for."""
+    rows: dict[str, list[float | None]] = {}
+    for load in loads:
+        data = load_data(file.model, file.cases, load)
+        for mesh in (*data["meshes"], *data["sets"]):
+            name, orders, stress = mesh["name"], mesh["ste_harmonics_um"], mesh.get("root_stress_max_MPa")
+            pinion, wheel = stress or (None, None)
+            of_mesh = {**mesh, "ste_order_1_um": orders[0] if orders else None, "root_stress_pinion_MPa": pinion,
+                       "root_stress_wheel_MPa": wheel}  # fmt: skip
+            for figure in OF_MESHES if name in file.cases else OF_SETS:
+                rows.setdefault(f"{name}.{figure.key}", []).append(of_mesh[figure.key])
+        for bearing in data["bearings"]:
+            rows.setdefault(f"{bearing['name']}.radial_force_N", []).append(bearing["radial_force_N"])
+            rows.setdefault(f"{bearing['name']}.axial_force_N", []).append(bearing["force_N"][0])
+        rows.setdefault("losses_W", []).append(data["losses_W"])
+    masses: dict[tuple[str, float], Inertia] = {}
+    for mesh in file.model.sections.meshes:  # a gear may be in several meshes
+        places = ((place.shaft, place.at_mm) for place in (mesh.pinion, mesh.wheel))
+        masses |= dict(zip(places, gear_inertias(file.cases[mesh.name], file.model.pairs[mesh.name]), strict=True))
+    found = {key: _largest(values) for key, values in rows.items()}
+    return found | {"mass_kg": sum(inertia.mass_kg for inertia in masses.values())}
+
+
+def _largest(values: list[float | None]) -> float | None:
+    known = [abs(value) for value in values if value is not None]
+    return max(known) if len(known) == len(values) else None
+
+
+def _peaks(text: str, name: str, store: Store) -> Mapping[str, float]:
+    raise AssertionError("a gearbox has no peak-to-peak STE of its own")
+
+
+GEARBOXES = Kind(
+    key="gearbox", gear="high_speed.pinion", sections=GearboxCampaign, known={}, figures=(), first=(),
+    base_text=_base_text, complete=complete, text=_text, why=lambda reason, *_: reason, refuse=_refuse,
+    seconds=_seconds, solve=_solve, peaks=_peaks, of_base=_of_base, files=files_of,
+)  # fmt: skip
