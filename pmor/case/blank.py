@@ -131,7 +131,7 @@ class BlankCase:
             return tuple((radius, low, high) for radius in ends_mm)
         rows = [(radius, middle_mm + low, middle_mm + high) for radius, low, high in self.web_profile]
         (_, *first), (_, *last) = rows[0], rows[-1]
-        between = [one for one in rows if min(abs(one[0] - end) for end in ends_mm) > AT_END * (inner_mm - ends_mm[0])]
+        between = [row for row in rows if min(abs(row[0] - end) for end in ends_mm) > AT_END * (inner_mm - ends_mm[0])]
         return (ends_mm[0], first[0], first[1]), *between, (ends_mm[1], last[0], last[1])
 
 
@@ -203,8 +203,8 @@ def _check_profile(
         raise CaseError(f"{place}: must be two stations or more: write [[radius_mm, from_mm, to_mm], ...]")
     if blank.web_offset_mm:
         raise CaseError(f"{place}: says where the web is along z: leave web_offset_mm out")
-    for key, said in (("holes", blank.holes is not None), ("stress", blank.stress)):
-        if said:
+    for key, present in (("holes", blank.holes is not None), ("stress", blank.stress)):
+        if present:
             raise CaseError(f"{place}: {key} is for webs of one thickness: leave {key} out, or give web_thickness_mm")
     for station in stations:
         _check_station(station, ends_mm, face_mm + 2.0 * slack_mm, thin_mm, f"{place}: at radius {station[0]:g} mm")

@@ -148,9 +148,9 @@ def _read(path: Path) -> tuple[FloatArray, dict[str, IntArray]]:
         points = np.asarray(mesh.points, dtype=float)
     except (Exception, SystemExit) as error:  # meshio's readers raise whatever a line of another kind makes of them
         words = " ".join(str(error).split())[:80]
-        said = f" ({words})" if words else ""
+        reason = f" ({words})" if words else ""
         raise CaseError(
-            f"is no mesh that meshio reads as {READERS[path.suffix.lower()]}{said}: write it anew"
+            f"is no mesh that meshio reads as {READERS[path.suffix.lower()]}{reason}: write it anew"
         ) from None
     solid = [(kind, cells) for kind, cells in blocks if not kind.startswith(PASSED_OVER) and len(cells)]
     other = sorted({kind for kind, _ in solid if kind not in KINDS})

@@ -190,10 +190,10 @@ def document_text(document: Mapping[str, Any]) -> str:
 
 def _lines(keys: Mapping[str, Any]) -> list[str]:
     # Values that a file cannot express are left out.
-    said = {
+    shown = {
         key: value for key, value in keys.items() if not (value is None or (isinstance(value, tuple) and not value))
     }
-    return [f"{key} = {_toml(value)}" for key, value in said.items()]
+    return [f"{key} = {_toml(value)}" for key, value in shown.items()]
 
 
 def _toml(value: Any) -> str:

@@ -118,9 +118,9 @@ def without_pitch(modification: Modification) -> Modification:
     return replace(modification, pitch_deviations_um=())
 
 
-def other_by_default(modification: Modification, said: Iterable[str]) -> Modification:
+def other_by_default(modification: Modification, given: Iterable[str]) -> Modification:
     """Return what the other flanks have where a file says some of their keys, and nothing of the rest."""
-    return without_pitch(modification).changed(dict.fromkeys(other_places(said)))
+    return without_pitch(modification).changed(dict.fromkeys(other_places(given)))
 
 
 def _number(value: Any) -> bool:

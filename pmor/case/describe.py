@@ -31,8 +31,8 @@ def describe(case: Case) -> list[tuple[str, Any, bool]]:
     for section, values in sections_of(case).items():
         written = document.get(section, {})
         for key, value in values.items():
-            said = value["file"] if isinstance(value, dict) and "file" in value else value
-            settings.append((f"{section}.{key}", said, key not in written))
+            shown = value["file"] if isinstance(value, dict) and "file" in value else value
+            settings.append((f"{section}.{key}", shown, key not in written))
     return settings
 
 

@@ -113,7 +113,7 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     compared: dict[str, Any] = {"torques_Nm": _multiples(torque_Nm, COMPARE_TORQUES)}
     if reduction.shapes == "line_loads" and set(section("compare", **compared).models or ()) <= {"line"}:
         compared = {"torques_Nm": _multiples(torque_Nm, COMPARED_LOADS), "angles": EXACT_ANGLES}
-    swept = [(others if coast else modifications), *((one.pinion, one.wheel) for one in conditions)]
+    swept = [(others if coast else modifications), *((condition.pinion, condition.wheel) for condition in conditions)]
     case = Case(
         name=name, title=title, torque_Nm=torque_Nm, speed_rpm=load.speed_rpm, pair=pair,
         pinion_modification=modifications[0], wheel_modification=modifications[1], other_flanks=(others[0], others[1]),

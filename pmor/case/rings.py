@@ -93,15 +93,15 @@ def _check_lugs(lugs: LugsCase, place: str) -> None:
         raise CaseError(f"{place} held: write either lugs, their number, or at_deg, their places")
     narrowest = min(lugs.gaps_deg)
     if narrowest <= lugs.lug_deg:
-        said = f"{lugs.lugs} lugs of it take all of the outside" if lugs.lugs else f"two are {narrowest:g} deg apart"
-        raise CaseError(f'{place} held lug_deg = {lugs.lug_deg:g}: {said}: lower it, or write held = "outside"')
+        reason = f"{lugs.lugs} lugs of it take all of the outside" if lugs.lugs else f"two are {narrowest:g} deg apart"
+        raise CaseError(f'{place} held lug_deg = {lugs.lug_deg:g}: {reason}: lower it, or write held = "outside"')
 
 
-def _check_dedendum(pair: PairCase, said: ShaperCase, written: dict[str, Any], place: str) -> None:
+def _check_dedendum(pair: PairCase, cutter: ShaperCase, written: dict[str, Any], place: str) -> None:
     if "dedendum" not in written:
         return
     angles, ring = (math.radians(pair.pressure_angle_deg), math.radians(pair.helix_angle_deg)), pair.wheel
-    shaper = Shaper(said.teeth, said.addendum, said.tip_radius_mm, said.profile_shift)
+    shaper = Shaper(cutter.teeth, cutter.addendum, cutter.tip_radius_mm, cutter.profile_shift)
     try:
         cut = Tooth(
             -ring.teeth, pair.module_mm, *angles, ring.profile_shift, ring.addendum, shaper=shaper,

@@ -31,7 +31,7 @@ def _slips_of(section: Any, name: str) -> Iterator[str]:
     hints = get_type_hints(type(section), include_extras=True)
     for item in fields(section):
         value = getattr(section, item.name)
-        numbers = [abs(one) for one in (value if isinstance(value, tuple) else [value]) if isinstance(one, float)]
+        numbers = [abs(n) for n in (value if isinstance(value, tuple) else [value]) if isinstance(n, float)]
         largest = max(numbers, default=0.0)
         for _, allowed in () if is_dataclass(value) else forms_of(hints[item.name]):
             if allowed is None or not 0.0 < largest < allowed.least:

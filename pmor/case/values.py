@@ -185,8 +185,8 @@ def _whole_number(value: object, allowed: Range) -> int:
 
 
 def _number(value: object, allowed: Range) -> float:
-    if allowed.unit == "%" and isinstance(value, str) and (said := PER_CENT.fullmatch(value)):
-        value = float(said[1])
+    if allowed.unit == "%" and isinstance(value, str) and (match := PER_CENT.fullmatch(value)):
+        value = float(match[1])
     _reject_non_number(value)
     assert isinstance(value, int | float)
     try:

@@ -102,15 +102,15 @@ class Descent:
         return np.stack(columns, axis=1)
 
 
-def slack(constraints: Sequence[Constraint], found: FloatArray) -> FloatArray:
+def slack(constraints: Sequence[Constraint], results: FloatArray) -> FloatArray:
     """Return by how much constraints are kept, over their bounds (over 1 where a bound is 0), (..., C)."""
     bound = np.array([c.at_most for c in constraints])
-    return np.asarray((bound - found) / np.where(bound > 0.0, bound, 1.0))
+    return np.asarray((bound - results) / np.where(bound > 0.0, bound, 1.0))
 
 
-def kept(constraints: Sequence[Constraint], found: FloatArray) -> FloatArray:
+def kept(constraints: Sequence[Constraint], results: FloatArray) -> FloatArray:
     """Return whether all constraints are kept, (...,) bool."""
-    return np.asarray((slack(constraints, found) >= -SLACK).all(axis=-1))
+    return np.asarray((slack(constraints, results) >= -SLACK).all(axis=-1))
 
 
 def ranked(verdicts: Sequence[Verdict], constraints: Sequence[Constraint]) -> list[Verdict]:

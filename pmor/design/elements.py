@@ -108,13 +108,13 @@ def elements_of(file: DesignFile, reduced: ReducedPair | None = None, executor: 
     else:
         trained = in_order(lambda case: trained_pair(case, torques), file.cases.values(), executor)
         pairs = dict(zip(file.cases, trained, strict=True))
-    found = Elements(file, pairs)
+    elements = Elements(file, pairs)
     if file.box is not None:
-        found = _in_equilibrium(found)
+        elements = _in_equilibrium(elements)
     for name in file.meshes:
         angles = file.design.search.angles * file.repeats_after(name)
-        refuse_large_sweep(file.name, found.pairs[name].meshed, angles, len(file.design.load.labels))
-    return found
+        refuse_large_sweep(file.name, elements.pairs[name].meshed, angles, len(file.design.load.labels))
+    return elements
 
 
 def _in_equilibrium(elements: Elements) -> Elements:

@@ -193,8 +193,8 @@ def source_text(source: Case | GearboxFile | SetFile) -> str:
 def pins_of(source: Case | GearboxFile | SetFile) -> dict[str, float]:
     """Return the standard deviations of pins of a set, by their keys; empty of all else."""
     sizes = source.sections.tolerances if isinstance(source, SetFile) else None
-    found = {key: getattr(sizes, key) for key in PINS} if sizes is not None else {}
-    return {key: size for key, size in found.items() if size > 0.0}
+    deviations = {key: getattr(sizes, key) for key in PINS} if sizes is not None else {}
+    return {key: size for key, size in deviations.items() if size > 0.0}
 
 
 def on_flanks(variable: Variable, flanks: Sequence[CarryingFlank]) -> list[CarryingFlank]:
@@ -208,13 +208,13 @@ def on_flanks(variable: Variable, flanks: Sequence[CarryingFlank]) -> list[Carry
 
 def of_case(variables: Sequence[Variable], flanks: Sequence[CarryingFlank], case: str) -> dict[int, Variable]:
     """Return the variables of a mesh as those of its case, by their numbers."""
-    found: dict[int, Variable] = {}
+    variables_of: dict[int, Variable] = {}
     for number, variable in enumerate(variables):
         gears = [flank.gear for flank in on_flanks(variable, flanks) if flank.case == case]
         if gears:
             gear = gears[0] if len(gears) == 1 else "both"
-            found[number] = replace(variable, gear=gear, mesh=None, flank="both")
-    return found
+            variables_of[number] = replace(variable, gear=gear, mesh=None, flank="both")
+    return variables_of
 
 
 def parameter_names(flanks: Sequence[CarryingFlank]) -> dict[tuple[str, str], str]:

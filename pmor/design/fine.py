@@ -90,8 +90,8 @@ def best_finely(judge: Judge, verdicts: Sequence[Verdict]) -> Verdict:
     for verdict in verdicts:
         if best is not None and not verdict.objective < best.objective:
             break
-        found = judged_finely(judge, verdict.x)[0]
-        best = found if best is None or found.objective < best.objective else best
+        finely = judged_finely(judge, verdict.x)[0]
+        best = finely if best is None or finely.objective < best.objective else best
     assert best is not None
     return best
 
@@ -111,11 +111,11 @@ def _settled(
     """
     before: FloatArray | None = None
     while angles <= MOST:
-        found = results(judge.on_angles(angles))
-        now = watched(found)
+        figures = results(judge.on_angles(angles))
+        now = watched(figures)
         if not np.isfinite(now).all():
             raise ConvergenceError(f"a position on {angles} angles per pitch did not converge", [])
         if before is not None and (np.abs(now - before) <= SETTLED * np.maximum(np.abs(now), sizes) + NOISE).all():
-            return found, angles
+            return figures, angles
         before, angles = now, 2 * angles
     raise ConvergenceError(f"the results still move on {angles // 2} angles per pitch", [])

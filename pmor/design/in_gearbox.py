@@ -78,11 +78,11 @@ class InGearbox:
         return one / other
 
 
-def judged_by_the_gearbox(found: Found, aligned: Found, executor: Executor | None = None) -> InGearbox:
+def judged_by_the_gearbox(outcome: Found, aligned: Found, executor: Executor | None = None) -> InGearbox:
     """Return the gearbox solved anew with the best of a search on its supports, and of one on aligned axes."""
-    elements, base = found.judge.elements, found.judge.base
+    elements, base = outcome.judge.elements, outcome.judge.base
     flanks, helices = {CASE: base}, dict[str, dict[str, Helix]]()
-    for name, one in ((ALIGNED, aligned), (BEST, found)):
+    for name, one in ((ALIGNED, aligned), (BEST, outcome)):
         if one.best is not None:
             flanks[name] = one.judge.assembly(one.variants.x[one.best])
     for label, held in ((LEVEL, False), (LEVEL_ALIGNED, True)):
@@ -91,26 +91,26 @@ def judged_by_the_gearbox(found: Found, aligned: Found, executor: Executor | Non
         pairs = zip(base.flanks, helices[label].values(), strict=True)
         flanks[label] = Built(tuple(replace(flank, pinion=helix.on(flank.pinion)) for flank, helix in pairs))
     judged, failures = list[JudgedFlank](), list[str]()
-    for answer in in_order(lambda item: _judged(found, *item), flanks.items(), executor):
+    for answer in in_order(lambda item: _judged(outcome, *item), flanks.items(), executor):
         if isinstance(answer, str):
             failures.append(answer)
         elif answer is not None:
             judged.append(answer)
             failures += [f"in the gearbox, {answer.name}, {sentence}" for sentence in answer.lost]
-    searched = None if found.best is None else found.variants.results[found.best]
-    angles = found.fine.design.search.angles
-    return InGearbox(elements, helices[LEVEL], tuple(judged), found.judge.weights, angles, searched, tuple(failures))
+    searched = None if outcome.best is None else outcome.variants.results[outcome.best]
+    angles = outcome.fine.design.search.angles
+    return InGearbox(elements, helices[LEVEL], tuple(judged), outcome.judge.weights, angles, searched, tuple(failures))
 
 
-def _judged(found: Found, name: str, built: Built) -> JudgedFlank | str | None:
+def _judged(outcome: Found, name: str, built: Built) -> JudgedFlank | str | None:
     """Return flanks judged, or why not; None of those that level the load and leave a mesh without contact."""
-    elements = found.judge.elements
+    elements = outcome.judge.elements
     try:
         if name != CASE:
             elements = replace(elements, loads=solved_anew(elements, built))
     except ConvergenceError as error:
         return None if name in (LEVEL, LEVEL_ALIGNED) else f"in the gearbox, {name}: {error}"
-    judge = Judge(elements, found.fine.design)
+    judge = Judge(elements, outcome.fine.design)
     states = judge.solve(built)
     loads = {
         solver.name: state.load_N_per_mm.sum(axis=(1, 2)) / np.maximum(state.converged.sum(axis=1), 1)[:, None]

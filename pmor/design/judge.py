@@ -126,11 +126,11 @@ class Judge:
 
     def lost(self, states: States) -> list[str]:
         """Return a sentence for each load under which positions have no solution: why, and what to do."""
-        found = []
+        sentences = []
         for solver, state in zip(self.solvers, states, strict=True):
             names = [f"{solver.name}, {label}" if self.design.several else label for label in self.design.load.labels]
-            found += solver.lost(state, names)
-        return found
+            sentences += solver.lost(state, names)
+        return sentences
 
     def results(self, built: Built, left: bool = False) -> FloatArray:
         """Return all results of what is built under each load, (T, R), as `results_of` does."""
@@ -199,10 +199,10 @@ class Judge:
             values.append(measure)
             slopes.append(self._quotients(x, draw, sharpness) if rates is None else self._by_variables(rates))
             limited.append([self._result(c.key, states, built).max() for c in self.design.constraints])
-        found = np.array(values)
-        weights = draw_weights(found, self.design.objective.value)
-        limits = np.array([self._value(row) for row in np.array(limited).reshape(len(found), -1).T])
-        return float(weights @ found), np.asarray(weights @ np.array(slopes)), limits
+        measured = np.array(values)
+        weights = draw_weights(measured, self.design.objective.value)
+        limits = np.array([self._value(row) for row in np.array(limited).reshape(len(measured), -1).T])
+        return float(weights @ measured), np.asarray(weights @ np.array(slopes)), limits
 
     def _measured(
         self, states: States, built: Built, sharpness: float, wanted: Wanted | None
@@ -211,31 +211,31 @@ class Judge:
         goal = self.design.objective
         chosen = [(solver, state) for solver, state in zip(self.solvers, states, strict=True)
                   if goal.key == goal.minimise or solver.name == goal.meshes]  # fmt: skip
-        found = [solver.measured(goal.minimise, state, sharpness) for solver, state in chosen]
-        measures = np.array([measure for measure, _ in found])
+        pairs = [solver.measured(goal.minimise, state, sharpness) for solver, state in chosen]
+        measures = np.array([measure for measure, _ in pairs])
         total, shares = measures.sum(axis=0), np.ones(measures.shape)
-        if goal.meshes == "worst" and len(found) > 1:
+        if goal.meshes == "worst" and len(pairs) > 1:
             total, by_mesh = smooth_top(measures.T, sharpness)
             shares = by_mesh.T
         value = float(total @ self.weights)
-        if wanted is None or any(slope is None for _, slope in found):
+        if wanted is None or any(slope is None for _, slope in pairs):
             return value, None
         rates: dict[str, dict[str, float]] = {}
-        for (solver, state), (_, slope), share in zip(chosen, found, shares, strict=True):
+        for (solver, state), (_, slope), share in zip(chosen, pairs, shares, strict=True):
             rates |= solver.rates(state, built, slope, self.weights * share, wanted)
         return value, rates
 
     def _by_variables(self, rates: dict[str, dict[str, float]]) -> FloatArray:
-        found = np.zeros(len(self.design.variables))
+        sums = np.zeros(len(self.design.variables))
         for name, own in self._variables.items():
             for number, variable in own.items():
                 # By where a relief starts that there is none of yet: nothing.
-                found[number] += sum(rates.get(name, {}).get(f"{gear}.{variable.key}", 0.0) for gear in variable.gears)
-        return found
+                sums[number] += sum(rates.get(name, {}).get(f"{gear}.{variable.key}", 0.0) for gear in variable.gears)
+        return sums
 
     def _quotients(self, x: FloatArray, draw: Made | None, sharpness: float) -> FloatArray:
         """Return the derivatives of the smooth objective of a draw by each variable, as quotients of differences."""
-        found = np.zeros(len(x))
+        quotients = np.zeros(len(x))
         for number, variable in enumerate(self.design.variables):
             low, high = variable.range
             step, ends = DIFFERENCE * (high - low), []
@@ -244,41 +244,41 @@ class Judge:
                 further[number] = min(max(x[number] + way * step, low), high)
                 built = self.assembly(further, draw)
                 ends.append((further[number], self._measured(self.solve(built), built, sharpness, None)[0]))
-            found[number] = (ends[1][1] - ends[0][1]) / (ends[1][0] - ends[0][0])
-        return found
+            quotients[number] = (ends[1][1] - ends[0][1]) / (ends[1][0] - ends[0][0])
+        return quotients
 
     def limits(self, x: FloatArray) -> FloatArray:
         """Return the constrained results alone, (C,)."""
-        found = []
+        rows = []
         for draw in self.draws:
             built = self.assembly(x, draw)
             states = self.solve(built)
-            found.append([self._result(c.key, states, built).max() for c in self.design.constraints])
-        return np.array([self._value(values) for values in np.array(found).T])
+            rows.append([self._result(c.key, states, built).max() for c in self.design.constraints])
+        return np.array([self._value(values) for values in np.array(rows).T])
 
     def objective_rates(self, x: FloatArray) -> dict[str, float]:
         """Return the exact derivatives of the nominal objective by all parameters of the modifications, by name."""
-        built, names, found = self.assembly(x), parameter_names(self.file.flanks), dict[str, float]()
+        built, names, totals = self.assembly(x), parameter_names(self.file.flanks), dict[str, float]()
         states = self.solve(built, differentiated=True)
         rates = self._measured(states, built, math.inf, dict.fromkeys(self._variables, ()))[1]
         for name, of_parameters in (rates or {}).items():
             for parameter, rate in of_parameters.items():
                 gear, _, key = parameter.partition(".")
                 told = f"{names[name, gear]}.{key}"
-                found[told] = found.get(told, 0.0) + rate
-        return found
+                totals[told] = totals.get(told, 0.0) + rate
+        return totals
 
     def _result(self, key: str, states: States, built: Built) -> FloatArray:
         """Return one result under each load, (T,): of one mesh, or over all of them."""
         mesh, _, plain = key.rpartition(".")
-        found = [
+        results = [
             _figure(plain, solver, state, built) for solver, state in zip(self.solvers, states, strict=True)
             if mesh in ("", solver.name)
         ]  # fmt: skip
         goal = self.design.objective
-        if len(found) > 1 and key == goal.minimise and goal.meshes == "sum":
-            return np.asarray(np.sum(found, axis=0))
-        return found[0] if len(found) == 1 else np.fmax.reduce(found)
+        if len(results) > 1 and key == goal.minimise and goal.meshes == "sum":
+            return np.asarray(np.sum(results, axis=0))
+        return results[0] if len(results) == 1 else np.fmax.reduce(results)
 
 
 def _figure(key: str, solver: Solver, state: State, built: Built) -> FloatArray:

@@ -69,29 +69,29 @@ class Contour:
     objective: FloatArray  # shape (m, m): Rows over the second
 
 
-def read_first(found: Found) -> Readings:
+def read_first(outcome: Found) -> Readings:
     """Read off what the first result shows."""
     failures, nothing = list[str](), np.zeros(0)
-    base, searched = _of_base(found, failures)
-    chosen = {} if found.best is None else {"best": found.best}
-    fine = found.fine
-    curves = {found.file.words.base: _curves(fine, None)}
+    base, searched = _of_base(outcome, failures)
+    chosen = {} if outcome.best is None else {"best": outcome.best}
+    fine = outcome.fine
+    curves = {outcome.file.words.base: _curves(fine, None)}
     return Readings(base, searched, chosen, curves, {}, {}, (), (), nothing, {}, tuple(failures), first=True)
 
 
-def read_off(found: Found, executor: Executor | None = None) -> Readings:
+def read_off(outcome: Found, executor: Executor | None = None) -> Readings:
     """Read all of it off a search; threads share out what is solved for it."""
-    judge, x, chosen = found.fine, found.variants.x, found.chosen
-    curves = {found.file.words.base: _curves(judge, None)}
+    judge, x, chosen = outcome.fine, outcome.variants.x, outcome.chosen
+    curves = {outcome.file.words.base: _curves(judge, None)}
     curves |= {name: _curves(judge, x[n]) for name, n in chosen.items()}
-    best = found.best
+    best = outcome.best
     robust = {name: x[n] for name, n in chosen.items() if name in ("best", "best without scatter")}
-    with stage(f"{FRESH} {found.file.words.made} drawn anew") if found.file.scattered else nullcontext():
-        fresh = _fresh(found.judge, robust, executor)
-    made = found.file.words.made
+    with stage(f"{FRESH} {outcome.file.words.made} drawn anew") if outcome.file.scattered else nullcontext():
+        fresh = _fresh(outcome.judge, robust, executor)
+    made = outcome.file.words.made
     failures = [f"{name}: {lost} of {len(values)} {made} drawn anew did not converge"
                 for name, values in fresh.items() if (lost := int(np.isnan(values).sum()))]  # fmt: skip
-    base, searched = _of_base(found, failures)
+    base, searched = _of_base(outcome, failures)
     return Readings(
         base=base,
         base_searched=searched,
@@ -99,10 +99,10 @@ def read_off(found: Found, executor: Executor | None = None) -> Readings:
         curves=curves,
         rates={} if best is None else judge.objective_rates(x[best]),
         fresh=fresh,
-        harris=_harris(found, failures, executor),
-        contours=_contours(found, executor),
-        torques_Nm=(torques := _torques(found)),
-        over_torque=_over_torque(found, torques, executor),
+        harris=_harris(outcome, failures, executor),
+        contours=_contours(outcome, executor),
+        torques_Nm=(torques := _torques(outcome)),
+        over_torque=_over_torque(outcome, torques, executor),
         failures=tuple(failures),
     )
 
@@ -111,12 +111,12 @@ def _curves(judge: Judge, x: FloatArray | None) -> tuple[FloatArray, ...]:
     return tuple(state.ste_um for state in judge.solve(judge.assembly(x)))
 
 
-def _of_base(found: Found, failures: list[str]) -> tuple[Verdict, float]:
+def _of_base(outcome: Found, failures: list[str]) -> tuple[Verdict, float]:
     """Return the verdict on the flanks of the file, judged as the variants that are chosen, and as in the search.
 
     Of the positions that converged; which ones did not is added to the failures.
     """
-    name, judge = found.file.words.base, found.judge
+    name, judge = outcome.file.words.base, outcome.judge
     try:
         verdict = judged_finely(judge, None)[0]
     except ConvergenceError as error:
@@ -127,9 +127,9 @@ def _of_base(found: Found, failures: list[str]) -> tuple[Verdict, float]:
     return verdict, judge.verdict(None, left=True).objective
 
 
-def with_gearbox(read: Readings, found: Found, aligned: Found, executor: Executor | None) -> Readings:
+def with_gearbox(read: Readings, outcome: Found, aligned: Found, executor: Executor | None) -> Readings:
     """Return readings with what the gearbox makes of the best of a search on its supports, and of one without them."""
-    box = judged_by_the_gearbox(found, aligned, executor)
+    box = judged_by_the_gearbox(outcome, aligned, executor)
     further = (*(f"on aligned axes: {sentence}" for sentence in aligned.failures), *box.failures)
     return replace(read, gearbox=box, failures=read.failures + further)
 
@@ -145,11 +145,11 @@ def _fresh(judge: Judge, chosen: Mapping[str, FloatArray], executor: Executor | 
     return {name: objectives(x) for name, x in chosen.items()}
 
 
-def _contours(found: Found, executor: Executor | None) -> tuple[Contour, ...]:
-    if found.best is None or len(found.design.variables) < 2:
+def _contours(outcome: Found, executor: Executor | None) -> tuple[Contour, ...]:
+    if outcome.best is None or len(outcome.design.variables) < 2:
         return ()
-    design, best = found.design, found.variants.x[found.best]
-    judge, key = found.judge.alike(nominal(design)), design.objective.key
+    design, best = outcome.design, outcome.variants.x[outcome.best]
+    judge, key = outcome.judge.alike(nominal(design)), design.objective.key
     low, high = limits(design.variables)
     pairs = list(combinations(range(min(len(design.variables), MOST_PAIRED)), 2))
     count = min(CONTOUR, int(math.sqrt(MOST_CONTOURED / len(pairs))))
@@ -163,28 +163,28 @@ def _contours(found: Found, executor: Executor | None) -> tuple[Contour, ...]:
     return tuple(contours)
 
 
-def _torques(found: Found) -> FloatArray:
+def _torques(outcome: Found) -> FloatArray:
     """Torques of the curves over torque; none on supports that go with the loads."""
-    torques = np.array(found.design.load.torques_Nm)
-    if found.judge.moving_supports:
+    torques = np.array(outcome.design.load.torques_Nm)
+    if outcome.judge.moving_supports:
         return np.zeros(0)
     return np.linspace(BELOW * torques.min(), ABOVE * torques.max(), TORQUES)
 
 
-def _over_torque(found: Found, torques: FloatArray, executor: Executor | None) -> dict[str, FloatArray]:
+def _over_torque(outcome: Found, torques: FloatArray, executor: Executor | None) -> dict[str, FloatArray]:
     if not len(torques):
         return {}
-    judge = found.judge.at_torques(torques).on_angles(max(FEWEST, found.design.search.angles))
-    flanks: dict[str, FloatArray | None] = {found.file.words.base: None}
-    flanks |= {name: found.variants.x[n] for name, n in found.chosen.items()}
+    judge = outcome.judge.at_torques(torques).on_angles(max(FEWEST, outcome.design.search.angles))
+    flanks: dict[str, FloatArray | None] = {outcome.file.words.base: None}
+    flanks |= {name: outcome.variants.x[n] for name, n in outcome.chosen.items()}
     curves = in_order(lambda x: judge.figure("peak_to_peak_um", judge.assembly(x)), flanks.values(), executor)
     return dict(zip(flanks, curves, strict=True))
 
 
-def _harris(found: Found, failures: list[str], executor: Executor | None) -> tuple[HarrisRule, ...]:
-    judge, design = found.judge, found.design
+def _harris(outcome: Found, failures: list[str], executor: Executor | None) -> tuple[HarrisRule, ...]:
+    judge, design = outcome.judge, outcome.design
     relieved = {gear for v in design.variables if v.key == "tip_relief_um" for gear in v.gears}
-    if not isinstance(found.file.source, Case) or relieved != {"pinion", "wheel"}:
+    if not isinstance(outcome.file.source, Case) or relieved != {"pinion", "wheel"}:
         return ()
     (reduced,) = judge.elements.pairs.values()
     if not obeys(reduced.meshed.pair):

@@ -65,12 +65,12 @@ def run(
         if waited and not told:
             tell(whole)
         if settings.box is None:
-            found = whole.found()
-            return DesignResult(found, read_off(found, executor))
+            outcome = whole.found()
+            return DesignResult(outcome, read_off(outcome, executor))
         held = Judge(elements, on_supports=False)
         aligned = search(held, working_folder(pieces) / ALIGNED, around="").found(best_alone=True)
-        found = whole.found([] if aligned.best is None else [aligned.variants.x[aligned.best]])
-        return DesignResult(found, with_gearbox(read_off(found, executor), found, aligned, executor))
+        outcome = whole.found([] if aligned.best is None else [aligned.variants.x[aligned.best]])
+        return DesignResult(outcome, with_gearbox(read_off(outcome, executor), outcome, aligned, executor))
 
 
 def _told_coarsely(
@@ -91,10 +91,10 @@ def _tell_first(
     search: Search, folder: Path | str | None, asked: Callable[[DesignResult], None] | None, coarse: bool = False
 ) -> None:
     """Write the page of the first result, and tell of it."""
-    found = search.first()
-    if found is None:
+    outcome = search.first()
+    if outcome is None:
         return
-    first = DesignResult(found, replace(read_first(found), coarse=coarse))
+    first = DesignResult(outcome, replace(read_first(outcome), coarse=coarse))
     if folder is not None:
         start_results(Path(folder), search.file.text)
         first.write_into(Path(folder))

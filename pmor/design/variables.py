@@ -72,11 +72,11 @@ def _modified(modification: Modification, values: Mapping[str, float], off: Mapp
 
 def _absent(flank: Modification) -> set[str]:
     """Keys of reliefs that nothing says the extent of: a flank as filed may have none that scatters."""
-    found = set[str]()
+    absent = set[str]()
     for amount, extents, _ in EXTENTS:
         missing = {key for key in extents if getattr(flank, key) is None}
-        found |= missing | ({amount} if len(missing) == len(extents) else set())
-    return found
+        absent |= missing | ({amount} if len(missing) == len(extents) else set())
+    return absent
 
 
 def corners(variables: Sequence[Variable]) -> Iterator[tuple[float, ...]]:
@@ -163,7 +163,7 @@ def drawn(file: DesignFile, scatter: Scatter, count: int, seed: int = SEED) -> t
     meshes = len(file.meshes)
     planets = file.set.sections.planets.count if file.set is not None else 0
     ends = np.cumsum([len(places) * len(sizes), meshes * len(axes), planets * len(pins)])
-    found = []
+    made = []
     for point in normal_points(int(ends[-1]), count, seed):
         on_sides, of_axes, of_pins = np.split(point, ends[:-1])
         amounts = [
@@ -178,8 +178,8 @@ def drawn(file: DesignFile, scatter: Scatter, count: int, seed: int = SEED) -> t
             Draw(amounts[places[pinion]], amounts[places[wheel]], tilt)
             for (pinion, wheel), tilt in zip(file.sides, tilts, strict=True)
         )
-        found.append(Made(draws, _displaced(file, dict(zip(pins, of_pins.reshape(len(pins), planets), strict=True)))))
-    return tuple(found)
+        made.append(Made(draws, _displaced(file, dict(zip(pins, of_pins.reshape(len(pins), planets), strict=True)))))
+    return tuple(made)
 
 
 def _displaced(file: DesignFile, moved: Mapping[str, FloatArray]) -> FloatArray | None:

@@ -52,17 +52,17 @@ def _texts(file: DesignFile, results: Path, number: int, stem: str) -> dict[str,
     """Return the texts of a variant's files by what follows the stem in their names, that of the variant first."""
     if not results.exists():
         raise OutputError(f"{results}: there are no results yet: run pmor.run_design first")
-    found = read_design_file(results)
-    if found.text != file.text:
+    stored = read_design_file(results)
+    if stored.text != file.text:
         raise OutputError(f"{results}: was made from another design file, case or set: run pmor.run_design first")
-    count = len(found.arrays["x"])
+    count = len(stored.arrays["x"])
     if number >= count:
         raise CaseError(f"variant {number}: variants are 0 to {count - 1}: choose one of them")
     head, name = f"# Variant {number} of the design {file.name}.\n\n", f"variant {number} of {file.design.title}"
     if isinstance(file.source, SetFile):
-        return {".toml": head + _set_text(file, file.source, found, number, name)}
+        return {".toml": head + _set_text(file, file.source, stored, number, name)}
     as_read = {file.meshes[0]: load_case(file.inputs[1])} if file.box is None else file.box.cases
-    cases = {mesh: _case(file, mesh, as_read[mesh], found, number, name) for mesh in file.meshes}
+    cases = {mesh: _case(file, mesh, as_read[mesh], stored, number, name) for mesh in file.meshes}
     if file.case is not None:
         return {".toml": head + text_of(cases[file.meshes[0]])}
     assert file.box is not None
@@ -72,10 +72,10 @@ def _texts(file: DesignFile, results: Path, number: int, stem: str) -> dict[str,
     return {".toml": head + texts.pop(""), **{beside.removeprefix(stem): text for beside, text in texts.items()}}
 
 
-def _case(file: DesignFile, mesh: str, as_read: Case, found: DesignResults, number: int, name: str) -> Case:
+def _case(file: DesignFile, mesh: str, as_read: Case, stored: DesignResults, number: int, name: str) -> Case:
     """Return the case of a mesh with the flanks of a variant, on the angles that its results are of."""
     own = of_case(file.design.variables, file.flanks, mesh)
-    x = found.arrays["x"][number]
+    x = stored.arrays["x"][number]
     assembly = assembly_at(file.base[mesh], list(own.values()), [x[place] for place in own])
     coast = as_read.flank == "coast"
     flanks = {gear: mirrored_flank(flank) if coast else flank
@@ -84,28 +84,28 @@ def _case(file: DesignFile, mesh: str, as_read: Case, found: DesignResults, numb
         f"{gear}.{SECTIONS[as_read.flank]}": {key: value for key, value in vars(flank).items() if value is not None}
         for gear, flank in flanks.items()
     }
-    changes["online"] = {"angles_per_pitch": int(found.arrays["angles"][number])}
+    changes["online"] = {"angles_per_pitch": int(stored.arrays["angles"][number])}
     if file.case is not None:
         # Those of a gearbox are off by round-off; cases have twelve digits of a torque.
-        torques = {as_read.torque_Nm, *(float(f"{torque:.12g}") for torque in found.arrays["torque"])}
+        torques = {as_read.torque_Nm, *(float(f"{torque:.12g}") for torque in stored.arrays["torque"])}
         changes["online"]["torques_Nm"] = sorted(-torque if coast else torque for torque in torques)
     return change_case(as_read, title=f"{as_read.title}, {name}", **changes)
 
 
-def _set_text(file: DesignFile, filed: SetFile, found: DesignResults, number: int, name: str) -> str:
+def _set_text(file: DesignFile, filed: SetFile, stored: DesignResults, number: int, name: str) -> str:
     """Return the set file with the flanks of a variant, on the angles and under the torques that its results are of."""
     design, sections = file.design, filed.sections
     document = parse_toml(filed.text, filed.name)
     document["title"] = f"{sections.title}, {name}"
     document["sweep"] = {
-        **document.get("sweep", {}), "angles_per_pitch": int(found.arrays["angles"][number]),
+        **document.get("sweep", {}), "angles_per_pitch": int(stored.arrays["angles"][number]),
         "torques_Nm": sorted(design.load.torques_Nm),
     }  # fmt: skip
     if uneven(design):
         document["mesh"] = {**document.get("mesh", {}), "width": "whole"}
     if sections.carrier.stiffness is not None:
         document["carrier"]["stiffness"] = str(filed.inputs[1].resolve())
-    members = members_at(filed, design.variables, found.arrays["x"][number])
+    members = members_at(filed, design.variables, stored.arrays["x"][number])
     written: dict[str, Any] = {}
     for section, content in document.items():
         own = dict(members[section]) if section in members and section != "mesh" else content
@@ -123,13 +123,13 @@ def members_at(
     A set file has the flanks of a member in its sections `modification`, the drive flanks, and `coast_modification`,
     which are as the others where nothing else is said.
     """
-    found: dict[str, dict[str, Any]] = {name: dict(keys) for name, keys in file.sections.members.items()}
+    members: dict[str, dict[str, Any]] = {name: dict(keys) for name, keys in file.sections.members.items()}
     reader = Reader(str(file.inputs[0]))
     for member in {variable.gear: None for variable in variables}:
-        keys = found[member]
+        keys = members[member]
         drive = reader.section(keys.pop(MODIFICATION, {}), Modification, f"{member}.{MODIFICATION}")
-        said = keys.pop(COAST, {})
-        coast = reader.section(said, Modification, f"{member}.{COAST}", vars(other_by_default(drive, said)))
+        on_coast = keys.pop(COAST, {})
+        coast = reader.section(on_coast, Modification, f"{member}.{COAST}", vars(other_by_default(drive, on_coast)))
         values: dict[str, dict[str, Any]] = {flank: {} for flank in SECTIONS}
         for variable, value in zip(variables, x, strict=True):
             for flank in variable.flanks if variable.gear == member else ():
@@ -139,7 +139,7 @@ def members_at(
             own = {key: value for key, value in vars(changed).items() if value not in (None, getattr(usual, key))}
             if own:
                 keys[section] = own
-    return found
+    return members
 
 
 def _name(name: str) -> str:

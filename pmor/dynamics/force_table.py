@@ -213,9 +213,9 @@ def _allowed(force: FloatArray, limit: float, watched: Sequence[Watched]) -> Flo
     low, high = force.min(axis=(1, 2)), force.max(axis=(1, 2))
     margin = BESIDE * (high - low)
     allowed = np.full(len(force), limit)
-    for one in watched:
-        near = (low - margin <= one.load) & (one.load <= high + margin)
-        allowed[near] = np.minimum(allowed[near], one.allowed)
+    for watch in watched:
+        near = (low - margin <= watch.load) & (watch.load <= high + margin)
+        allowed[near] = np.minimum(allowed[near], watch.allowed)
     return allowed
 
 

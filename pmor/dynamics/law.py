@@ -210,8 +210,8 @@ def alike_cycles(reduced: ReducedPair, assembly: Assembly) -> tuple[int, ...]:
     pairs = range(int(lines.first_pair.min()), int(lines.first_pair.max()) + pair_count)
 
     def apart(tooth_pair: int) -> float:
-        one = pinion[tooth_pair % len(pinion)] if pinion else 0.0
-        return one + (wheel[-tooth_pair % len(wheel)] if wheel else 0.0)
+        deviation = pinion[tooth_pair % len(pinion)] if pinion else 0.0
+        return deviation + (wheel[-tooth_pair % len(wheel)] if wheel else 0.0)
 
     teeth = [tuple(apart(pair - cycle) for pair in pairs) for cycle in range(cycles)]
     kinds: dict[object, int] = {}

@@ -82,8 +82,8 @@ def _slopes_at_points(count: int) -> FloatArray:
         return _SLOPES[None]
     places = np.full((4, 4), _INNER) + (1.0 - 4.0 * _INNER) * np.eye(4)
     corners = (4.0 * places - 1.0)[:, :, None] * _SLOPES
-    one, other = _EDGES.T
-    edges = 4.0 * (places[:, one, None] * _SLOPES[other] + places[:, other, None] * _SLOPES[one])
+    first, other = _EDGES.T
+    edges = 4.0 * (places[:, first, None] * _SLOPES[other] + places[:, other, None] * _SLOPES[first])
     return np.concatenate([corners, edges], axis=1)
 
 

@@ -138,7 +138,7 @@ class PerforatedWeb:
         size = 2 * len(self.parts) * (2 * self.largest + 1)
         taken_off = np.zeros((size, size), dtype=complex)
         for place, turn, onto in self.families(mesh, twist):
-            filled, open_ = (by_amplitudes(*one, len(mesh.left), turn, onto)[0] for one in both)
+            filled, open_ = (by_amplitudes(*part, len(mesh.left), turn, onto)[0] for part in both)
             taken_off[place[:, None], place] = self.count * (open_ - filled)
         return np.asarray(self.phase.conj()[:, None] * taken_off * self.phase)
 

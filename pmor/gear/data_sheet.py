@@ -226,19 +226,19 @@ def data_sheet(
     )  # fmt: skip
 
 
-def _gear_data(pair: GearPair, gear: int, pinion_speed_rpm: float | None, said: OneGear) -> GearData:
+def _gear_data(pair: GearPair, gear: int, pinion_speed_rpm: float | None, made: OneGear) -> GearData:
     tooth, profile, edge = (pair.pinion, pair.wheel)[gear], profiles(pair)[gear], pair.tip_edges[gear]
-    drawn = said.inertia
+    drawn = made.inertia
     low, high = pair.faces[gear]
     span_teeth = teeth_to_span(tooth, high - low, edge.roll_angle)
     teeth, base = abs(tooth.teeth), abs(tooth.base_radius)
     speed = None if pinion_speed_rpm is None else pinion_speed_rpm * pair.pinion.teeth / teeth
     lowest, highest = _single_contact(profile, tooth.angular_pitch)
     tip_relief, root_relief = (
-        profile.relief_roll(said.flank, amount) if getattr(said.flank, amount) else None for amount in RELIEF_PLACES
+        profile.relief_roll(made.flank, amount) if getattr(made.flank, amount) else None for amount in RELIEF_PLACES
     )
     length = None if span_teeth is None else span(tooth, span_teeth)
-    varied = said.tolerance * math.cos(tooth.pressure_angle)
+    varied = made.tolerance * math.cos(tooth.pressure_angle)
     spread = (length - varied, length + varied) if length is not None and varied else None
     thickness = 2.0 * tooth.reference_radius * tooth.half_thickness_angle(math.tan(tooth.transverse_pressure_angle))
     return GearData(

@@ -35,8 +35,8 @@ RELIEF_PLACES: Mapping[str, Mapping[str, str]] = {
 
 def other_places(keys: Iterable[str]) -> set[str]:
     """Return the keys that say otherwise what some of the given keys say: where a relief starts or ends."""
-    said = set(keys)
-    return {key for places in RELIEF_PLACES.values() if said & set(places) for key in places} - said
+    given = set(keys)
+    return {key for places in RELIEF_PLACES.values() if given & set(places) for key in places} - given
 
 
 @brief

@@ -328,7 +328,7 @@ def transverse_backlash(bases: float, tightest: float, distance: float) -> float
     bases, tightest
         Sum of both base radii; centre distance without backlash; mm, negative of an internal pair.
     """
-    tight, open_ = (involute_function(math.acos(bases / one)) for one in (tightest, distance))
+    tight, open_ = (involute_function(math.acos(bases / distance_mm)) for distance_mm in (tightest, distance))
     return 2.0 * (open_ - tight) * bases
 
 

@@ -149,16 +149,16 @@ def _rim_outside(
     blocks = (Block(radii, mesh.z[:: mesh.order]),)
     material = 1e3 * gear.youngs_modulus_GPa, gear.poisson_ratio
     seats = gear.seat_radial_N_per_mm, gear.seat_tangential_N_per_mm
-    if (said := gear.lugs) is None:
+    if (own := gear.lugs) is None:
         area = 2.0 * math.pi * outside * (face[1] - face[0])
         rigid = {"rigid": MUCH * material[0], "free": 0.0}
         radial, along = (rigid[value] if isinstance(value, str) else value / area for value in seats)
         return Blank(blocks, *material, largest, largest, bedding=(radial, along))
-    middles = np.radians(said.middles_deg) + math.pi / tooth.teeth
+    middles = np.radians(own.middles_deg) + math.pi / tooth.teeth
     gives = {"rigid": 0.0, "free": math.inf}
     radial, along = (gives[value] if isinstance(value, str) else 1.0 / value for value in seats)
     faces = float(mesh.z[0]), float(mesh.z[-1])
-    lugs = Lugs(outside, faces, middles, said.repeats, math.radians(said.lug_deg), mesh.mirrored, largest, mesh.teeth,
+    lugs = Lugs(outside, faces, middles, own.repeats, math.radians(own.lug_deg), mesh.mirrored, largest, mesh.teeth,
                 (radial, along))  # fmt: skip
     return Blank(blocks, *material, largest, largest, lugs=lugs)
 
@@ -216,7 +216,7 @@ def _section(
     sized = [*((place, corner) for place in faces), *((place, edge) for place in ends)]
     sized = [(place, size) for place, size in sized if place <= top]
     places = [*at_rim(hub), *rim, *faces, *ends, *mesh.z[:: mesh.order].tolist()]
-    z = _lines([one for one in places if one <= top], [place for place, _ in sized], [size for _, size in sized])
+    z = _lines([line for line in places if line <= top], [place for place, _ in sized], [size for _, size in sized])
 
     def across(span: Sequence[float]) -> FloatArray:
         slack = 1e-9 * (high - low)
@@ -231,7 +231,7 @@ def _section(
     for web, through in zip(reversed(webs), reversed(bends), strict=True):
         radii, lines = _lines(through, corners, sizes, widest), across(web[-1, 1:].tolist())
         at = np.stack([np.interp(radii, web[:, 0], web[:, side]) for side in (1, 2)], axis=1)
-        tapered = np.stack([moved(lines, web[-1, 1:], one) for one in at])
+        tapered = np.stack([moved(lines, web[-1, 1:], line) for line in at])
         blocks.append(Block(radii, tapered if np.ptp(at, axis=0).any() else lines))
         z = moved(z, web[-1, 1:], web[0, 1:])
     blocks.append(Block(_lines([bore, blank.hub_radius_mm], corners, sizes, widest), across(hub)))

@@ -53,7 +53,7 @@ def refuse_impossible_load(case: Case, approach_mm: float) -> None:
 
 def largest_torque(case: Case) -> tuple[float, str]:
     """Return the largest torque that a case asks for, N m, and the key that says it."""
-    key, torques = max(case.asked_torques_Nm.items(), key=lambda one: max(one[1]))
+    key, torques = max(case.asked_torques_Nm.items(), key=lambda item: max(item[1]))
     return max(torques), key
 
 
@@ -82,7 +82,7 @@ def refuse_lost_load(case: Case, round_off_at: Callable[[float], float]) -> None
     round_off_at : callable
         Round-off of the coordinates over the approach of the flanks under a torque (N mm).
     """
-    key, torques = min(case.asked_torques_Nm.items(), key=lambda one: min(one[1]))
+    key, torques = min(case.asked_torques_Nm.items(), key=lambda item: min(item[1]))
     torque = min(torques)
     round_off = round_off_at(1e3 * torque)
     if round_off > MOST_ROUND_OFF:

@@ -57,7 +57,7 @@ def _section(axes: Axes, gear: DrawnGear, name: str) -> None:
     top, reach = gear.rings[0].outer, 1.25 * wide
     axes.set(xlabel="z from mid face [mm]", ylabel="Radius [mm]", aspect="equal", title=f"{name}: section")
     axes.set(xlim=(-reach, reach), ylim=(-0.04 * top, 1.04 * top))
-    names = sorted(_dimensions(gear), key=lambda one: one[1])
+    names = sorted(_dimensions(gear), key=lambda dimension: dimension[1])
     heights = np.array([radius for _, radius, _ in names]) / top
     for _ in range(200):  # neighbours that are too close push each other apart
         overlap = np.maximum(NAME_HEIGHT - np.diff(heights), 0.0)
@@ -76,7 +76,7 @@ def _dimensions(gear: DrawnGear) -> list[tuple[float, float, str]]:
     middle, holes = 0.5 * (web.low + web.high), gear.holes
     named = web.inner + 0.8 * (web.outer - web.inner)
     thick = web.stations[:, 2] - web.stations[:, 1]
-    thickness = " to ".join(dict.fromkeys(f"{one:.4g}" for one in (thick.min(), thick.max())))
+    thickness = " to ".join(dict.fromkeys(f"{width:.4g}" for width in (thick.min(), thick.max())))
     part = gear.held[1] - gear.held[0]
     over = f" over {part:.4g} mm" if part < (hub.high - hub.low) * (1.0 - ROUND_OFF) else ""
     offset = f", offset {middle:+.4g} mm" if middle and not web.profile else ""

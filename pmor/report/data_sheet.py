@@ -134,7 +134,7 @@ def _places(gear: GearData) -> list[tuple[Cell, ...]]:
     return [
         (name, decimal(p.roll_deg), decimal(p.roll_length_mm), decimal(p.diameter_mm), decimal(p.to_tip_mm),
          decimal(p.percent, 2))
-        for name, p in sorted(known, key=lambda one: one[1].roll_deg)
+        for name, p in sorted(known, key=lambda item: item[1].roll_deg)
     ]  # fmt: skip
 
 

@@ -31,13 +31,13 @@ def flank_maps_figure(maps: Sequence[FlankMap]) -> Figure:
     """Largest pressure and line load over the mesh cycle, on the flanks of pinion and wheel."""
     with panels(len(maps), 8.4, 7.2, rows=2) as (figure, drawn):
         grid: Any = np.reshape(np.array(drawn), (2, -1))
-        sharp = any(np.isnan(one.pressure_MPa).any() for one in maps)
+        sharp = any(np.isnan(flank.pressure_MPa).any() for flank in maps)
         rows = ("pressure_MPa", "Hertz's pressure [MPa]"), ("load_N_per_mm", "Line load [N/mm]")
         for row, (name, label) in zip(grid, rows, strict=True):
-            top, beyond = _scale([getattr(one, name) for one in maps])
-            for panel, one in zip(row, maps, strict=True):
-                image = _draw(panel, one, getattr(one, name), top)
-                panel.set_title(f"{GEARS[one.gear].capitalize()}, {one.torque_Nm:g} N m")
+            top, beyond = _scale([getattr(flank, name) for flank in maps])
+            for panel, flank in zip(row, maps, strict=True):
+                image = _draw(panel, flank, getattr(flank, name), top)
+                panel.set_title(f"{GEARS[flank.gear].capitalize()}, {flank.torque_Nm:g} N m")
             figure.colorbar(image, ax=list(row), label=label, shrink=0.95, pad=0.02, extend=beyond)
         for panel in grid[-1]:
             panel.set_xlabel("Position over face width [mm]")
@@ -50,24 +50,24 @@ def flank_maps_figure(maps: Sequence[FlankMap]) -> Figure:
 
 def _scale(values: Sequence[FloatArray]) -> tuple[float, Literal["max", "neither"]]:
     """Return the upper limit of a colour scale, and whether values exceed it, as peaks at an edge may."""
-    positive = np.concatenate([one[one > 0.0] for one in values])  # not NaN
+    positive = np.concatenate([map_[map_ > 0.0] for map_ in values])  # not NaN
     if not len(positive):
         return 1.0, "neither"
     most, end = float(positive.max()), BEYOND_MOST * float(np.percentile(positive, 80.0))
     return (most, "neither") if most <= end else (end, "max")
 
 
-def _draw(panel: Axes, one: FlankMap, values: FloatArray, top: float) -> Any:
+def _draw(panel: Axes, flank: FlankMap, values: FloatArray, top: float) -> Any:
     from matplotlib import colormaps
 
-    places = np.linspace(*_ends(one.z_mm), PLACES)
-    shown = np.ma.masked_invalid([np.interp(places, one.z_mm, row) for row in values])
+    places = np.linspace(*_ends(flank.z_mm), PLACES)
+    shown = np.ma.masked_invalid([np.interp(places, flank.z_mm, row) for row in values])
     colours = colormaps["viridis"].with_extremes(bad=NO_BOUND)
     image = panel.pcolormesh(
-        places, np.degrees(one.roll_rad), shown, vmin=0.0, vmax=top, cmap=colours, shading="nearest",
+        places, np.degrees(flank.roll_rad), shown, vmin=0.0, vmax=top, cmap=colours, shading="nearest",
         rasterized=True,
     )  # fmt: skip
-    panel.set_ylim(*np.degrees(one.roll_rad[[0, -1]]))
+    panel.set_ylim(*np.degrees(flank.roll_rad[[0, -1]]))
     panel.grid(False)
     return image
 
@@ -78,9 +78,9 @@ def flank_pattern_figure(nominal: Sequence[FlankMap], light: Sequence[FlankMap])
 
     with panels(len(nominal), 8.4, 4.2) as (figure, drawn):
         for panel, loaded, unloaded in zip(drawn, nominal, light, strict=True):
-            for one, colour in ((loaded, NOMINAL_PATTERN), (unloaded, LIGHT_PATTERN)):
-                _fill(panel, one, colour)
-            shares = [f"{100 * one.contact_share:.0f} % at {one.torque_Nm:g} N m" for one in (loaded, unloaded)]
+            for flank, colour in ((loaded, NOMINAL_PATTERN), (unloaded, LIGHT_PATTERN)):
+                _fill(panel, flank, colour)
+            shares = [f"{100 * flank.contact_share:.0f} % at {flank.torque_Nm:g} N m" for flank in (loaded, unloaded)]
             panel.set(title=f"{GEARS[loaded.gear].capitalize()}\n{', '.join(shares)}", xlim=_ends(loaded.z_mm),
                       xlabel="Position over face width [mm]", ylim=np.degrees(loaded.roll_rad[[0, -1]]))  # fmt: skip
         drawn[0].set_ylabel("Roll angle [deg]\n(root to tip)")
@@ -92,11 +92,11 @@ def flank_pattern_figure(nominal: Sequence[FlankMap], light: Sequence[FlankMap])
     return figure
 
 
-def _fill(panel: Axes, one: FlankMap, colour: str) -> None:
+def _fill(panel: Axes, own: FlankMap, colour: str) -> None:
     from matplotlib.colors import ListedColormap
 
     panel.pcolormesh(
-        cell_edges(one.z_mm), np.degrees(cell_edges(one.roll_rad)), np.ma.masked_equal(one.load_N_per_mm > 0.0, False),
+        cell_edges(own.z_mm), np.degrees(cell_edges(own.roll_rad)), np.ma.masked_equal(own.load_N_per_mm > 0.0, False),
         cmap=ListedColormap([colour]), rasterized=True,
     )  # fmt: skip
 
@@ -106,19 +106,19 @@ def _ends(z: FloatArray) -> tuple[float, float]:
     return float(edges[0]), float(edges[-1])
 
 
-def load_distribution_figure(one: FlankMap) -> Figure:
+def load_distribution_figure(flank: FlankMap) -> Figure:
     """Line load over the flank of a gear in space: largest value at each point over the mesh cycle."""
     with panels(1, 7.0, 5.0, subplot_kw={"projection": "3d"}) as (figure, (axes,)):
-        places = np.linspace(*_ends(one.z_mm), SURFACE_LINES)
-        load = np.array([np.interp(places, one.z_mm, row) for row in one.load_N_per_mm])
-        z, roll = np.meshgrid(places, np.degrees(one.roll_rad))
+        places = np.linspace(*_ends(flank.z_mm), SURFACE_LINES)
+        load = np.array([np.interp(places, flank.z_mm, row) for row in flank.load_N_per_mm])
+        z, roll = np.meshgrid(places, np.degrees(flank.roll_rad))
         axes.plot_surface(
             z, roll, load, cmap="viridis", vmin=0.0, rcount=SURFACE_LINES, ccount=SURFACE_LINES, lw=0.15,
             edgecolor="#333333", antialiased=True, rasterized=True,
         )  # fmt: skip
         axes.set(xlabel="Face width [mm]", ylabel="Roll angle [deg]", zlabel="Line load [N/mm]")
         axes.set_zlim(bottom=0.0)
-        figure.suptitle(f"{GEARS[one.gear].capitalize()} flank, {one.torque_Nm:g} N m", fontsize=11)
+        figure.suptitle(f"{GEARS[flank.gear].capitalize()} flank, {flank.torque_Nm:g} N m", fontsize=11)
         fill_in_space(figure, axes)
     return figure
 

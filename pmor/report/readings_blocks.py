@@ -49,7 +49,7 @@ def readings_pictures(result: OnlineResult) -> list[Picture]:
             "sharp tip edge passes have no largest pressure."
         )
         pictures.append(Picture("flank_maps.png", caption, flank_maps_figure(maps)))
-        if min(one.contact_share for one in light) < WHOLE:
+        if min(flank.contact_share for flank in light) < WHOLE:
             caption = (
                 f"Contact pattern: area touched in a mesh cycle at nominal torque, and at {100 * LIGHT:g} % of it."
             )

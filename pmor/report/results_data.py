@@ -79,7 +79,7 @@ def _flanks(folder: str, maps: Sequence[tuple[FlankMap, FlankMap]]) -> Arrays:
     all_arrays: Arrays = {}
     for gear, name in enumerate(GEARS):
         of_gear = [both[gear] for both in maps]
-        arrays = {key: np.stack([getattr(one, field) for one in of_gear]) for key, field in stacked.items()}
+        arrays = {key: np.stack([getattr(flank, field) for flank in of_gear]) for key, field in stacked.items()}
         arrays |= {"roll": of_gear[0].roll_rad, "z": of_gear[0].z_mm}
         all_arrays |= {f"{folder}/{name}/{key}": array for key, array in arrays.items()}
     return all_arrays

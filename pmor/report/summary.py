@@ -110,7 +110,7 @@ def figures(result: OnlineResult) -> dict[str, Any]:
         "case": case.name, "flank": case.flank, "n_profile": case.mesh.profile_elements, "scheme": case.contact.scheme,
         "lodm": case.contact.lodm_profile if case.contact.kind == "nodal" else None, "n_angles": len(sweep.phi_rad),
         **torque_row(result, i), "ste_harmonics_um": mesh_orders(sweep, i).tolist(), "pitches": sweep.pitches,
-        "shaft_orders": [asdict(one) for one in shaft_orders_of(result)] or None,
+        "shaft_orders": [asdict(order) for order in shaft_orders_of(result)] or None,
         "ste_ripple_um": ripple_um(sweep, i), "ste_torque_exponent": torque_exponent(sweep),
         "ste_error_estimate_max_um": largest_error_um(sweep),
         "extrapolated": beyond_training(case), "rom_size": largest_size(result.reduced),
@@ -145,11 +145,11 @@ def _range_figures(cycles: tuple[LoadCycle, LoadCycle] | None, torque: int) -> d
     ranges = [cycle.range_MPa[torque] for cycle in cycles or ()]
     ranges_MPa = dict[str, list[Any]]()
     for s, side in enumerate(SIDES):
-        ranges_MPa[f"range_{side}_MPa"] = [float(one[:, s].max()) for one in ranges]
-        ranges_MPa[f"range_{side}_least_MPa"] = [float(one[:, s].min()) for one in ranges]
+        ranges_MPa[f"range_{side}_MPa"] = [float(of_teeth[:, s].max()) for of_teeth in ranges]
+        ranges_MPa[f"range_{side}_least_MPa"] = [float(of_teeth[:, s].min()) for of_teeth in ranges]
         ranges_MPa[f"range_{side}_limits_MPa"] = [
-            [float(ends[torque, one[:, s].argmax(), s]) for ends in (cycle.least_MPa, cycle.most_MPa)]
-            for cycle, one in zip(cycles or (), ranges, strict=True)
+            [float(ends[torque, of_teeth[:, s].argmax(), s]) for ends in (cycle.least_MPa, cycle.most_MPa)]
+            for cycle, of_teeth in zip(cycles or (), ranges, strict=True)
         ]
     return {f"root_stress_{key}": values or None for key, values in ranges_MPa.items()}
 

@@ -163,17 +163,17 @@ def _over_the_pitches(axes: Axes, sweep: SteSweep, row: int) -> None:
 
 
 def _spectrum(axes: Axes, sweep: SteSweep, listed: Sequence[ShaftOrder], place: int) -> None:
-    shown = [one for one in listed if one.mesh_order <= LAST_MESH_ORDER]
-    top = max((one.amplitude_um for one in shown), default=1.0)
+    shown = [entry for entry in listed if entry.mesh_order <= LAST_MESH_ORDER]
+    top = max((entry.amplitude_um for entry in shown), default=1.0)
     floor = top * 10.0**-DECADES
     for of_mesh, colour, name in ((False, SIDE, "others, sidebands"), (True, MESH, "orders of the mesh")):
-        ones = [one for one in shown if one.of_mesh is of_mesh and one.amplitude_um > floor]
-        orders = [(one.pinion_order, one.wheel_order)[place] for one in ones]
-        axes.vlines(orders, floor, [one.amplitude_um for one in ones], color=colour, lw=2.0, label=name)
-    sides = [one for one in shown if not one.of_mesh and one.amplitude_um > floor][:NAMED]
-    for one in sides:
-        order = (one.pinion_order, one.wheel_order)[place]
-        axes.annotate(f"{order:.6g}", (order, one.amplitude_um), (0, 2), textcoords="offset points", ha="center",
+        ones = [entry for entry in shown if entry.of_mesh is of_mesh and entry.amplitude_um > floor]
+        orders = [(entry.pinion_order, entry.wheel_order)[place] for entry in ones]
+        axes.vlines(orders, floor, [entry.amplitude_um for entry in ones], color=colour, lw=2.0, label=name)
+    sides = [entry for entry in shown if not entry.of_mesh and entry.amplitude_um > floor][:NAMED]
+    for entry in sides:
+        order = (entry.pinion_order, entry.wheel_order)[place]
+        axes.annotate(f"{order:.6g}", (order, entry.amplitude_um), (0, 2), textcoords="offset points", ha="center",
                       va="bottom", fontsize=8, color=SIDE)  # fmt: skip
     axes.set(yscale="log", ylim=(floor, 3.0 * top), xlabel=f"Order of the {('pinion', 'wheel')[place]} shaft [-]",
              ylabel="STE amplitude, zero to peak [µm]")  # fmt: skip

@@ -122,8 +122,8 @@ def ste_table(rows: list[dict[str, Any]]) -> Table:
 def shaft_order_table(result: OnlineResult) -> list[Table]:
     """Return the largest orders at the nominal torque, named; none of a sweep over a single pitch."""
     rows = [
-        (one.name, one.mesh_order, one.pinion_order, one.wheel_order, one.amplitude_um)
-        for one in shaft_orders_of(result)
+        (order.name, order.mesh_order, order.pinion_order, order.wheel_order, order.amplitude_um)
+        for order in shaft_orders_of(result)
     ]
     columns = ("order", "of the mesh", "of the pinion shaft", "of the wheel shaft", "amplitude, µm")
     note = "The largest, zero to peak, at the nominal torque; those of all torques are in orders.csv."
@@ -143,9 +143,9 @@ def shaft_order_rows(result: OnlineResult) -> list[dict[str, Any]]:
     pair, sweep = result.case.pair, result.sweep
     teeth = pair.pinion.teeth, pair.wheel.teeth
     return [
-        {"torque_Nm": float(torque), **asdict(one)}
+        {"torque_Nm": float(torque), **asdict(order)}
         for row, torque in enumerate(sweep.torque_Nm)
-        for one in sorted(shaft_orders(sweep, row, teeth, pair.holes, MOST_ROWS), key=lambda one: one.mesh_order)
+        for order in sorted(shaft_orders(sweep, row, teeth, pair.holes, MOST_ROWS), key=lambda order: order.mesh_order)
     ]
 
 
