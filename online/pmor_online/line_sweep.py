@@ -19,7 +19,7 @@ from pmor.gear.condition import Assembly, Condition, common_misalignment
 from pmor.line.kernels.loads import LineResults
 from pmor.line.kernels.places import Lines
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
-from pmor.line.layered_pair import place_flanks_of
+from pmor.line.layered_pair import LayeredPair, place_flanks_of
 from pmor.line.pair import LinePair
 from pmor.results.loads import ContactLoads, LineStates, SweepStates
 from pmor.results.sweep import SteSweep
@@ -30,6 +30,7 @@ from pmor_online.model import ReducedPair
 ANGLES_PER_BLOCK = 50
 # Forces of sections that are held at a time in a block, unless all are recorded.
 FORCES_AT_A_TIME = 2_000_000
+NO_SENSITIVITY: FloatArray = np.empty(0)
 
 
 def sweep_line_loads(
@@ -193,7 +194,10 @@ def _states(reduced: ReducedPair, lines: Lines, found: LineResults, advance: Flo
     loads = contact_loads(lines, z, levers, found.force, found.converged)
     pair_count = lines.gap.shape[1] // len(z)
     pairs = lines.first_pair[:, None] + np.arange(pair_count)
-    of_lines = _line_states(reduced, lines, found, pairs, levers)
+    radius = reduced.layered.pair.pinion.base_radius
+    of_lines = line_states_of(
+        reduced.layered, lines, found.force, found.converged, pairs, levers, radius * found.sensitivity
+    )
     return SweepStates(advance, pairs, np.zeros((*advance.shape, pair_count, 0)), loads, of_lines)
 
 
@@ -211,16 +215,27 @@ def loads_and_patches(
     return load, patches.reshape(*load.shape, PATCH_FIELDS)
 
 
-def _line_states(
-    reduced: ReducedPair, lines: Lines, found: LineResults, pairs: IntArray, levers: FloatArray
-) -> LineStates:
-    meshed, sections = reduced.layered, reduced.layered.sections
-    load, patches = loads_and_patches(lines.law, found.force, found.converged, meshed.width)
+def line_states_of(
+    meshed: LayeredPair, lines: Lines, force: FloatArray, converged: BoolArray, pairs: IntArray, levers: FloatArray,
+    sensitivity: FloatArray = NO_SENSITIVITY,
+) -> LineStates:  # fmt: skip
+    """Return the line contact of a mesh as results have it.
+
+    Parameters
+    ----------
+    force : ndarray, shape (D, A, N)
+        Of its sections, N.
+    pairs : ndarray of int, shape (A, P)
+        Tooth pairs that can touch.
+    levers, sensitivity : ndarray, shape (D, A, N)
+        As `levers_of` gives them; as `LineStates` has it.
+    """
+    sections = meshed.sections
+    load, patches = loads_and_patches(lines.law, force, converged, meshed.width)
     (half_width, offset, pressure), grid = np.moveaxis(patches, -1, 0), load.shape
-    radius = meshed.pair.pinion.base_radius
     return LineStates(
-        pair=pairs, z_mm=sections.z, width_mm=sections.width, mirrored=meshed.mirrored,
+        pair=pairs, z_mm=sections.z, width_mm=sections.width, mirrored=meshed.mirrored, converged=converged,
         roll_rad=lines.roll.reshape(*grid[1:], 2), load_N_per_mm=load, half_width_mm=half_width, offset_mm=offset,
         pressure_MPa=pressure, lever_mm=levers.reshape(grid), mate_lever_mm=lines.mate_lever.reshape(grid[1:]),
-        sensitivity=radius * found.sensitivity.reshape(grid),
+        sensitivity=sensitivity.reshape(grid) if sensitivity.size else sensitivity,
     )  # fmt: skip

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from pmor.case import Case
 from pmor.case.width import meshed_width
-from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Assembly
 from pmor.gear.deviation_rates import deviation_rates
 from pmor.gear.meshed_pair import MeshedPair
@@ -15,8 +14,9 @@ from pmor.line.layered_pair import as_layered
 from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import assembly_of, conditions_of
 from pmor.results.flank_maps import FlankMap, flank_map
-from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
+from pmor.results.load_distribution import line_states
 from pmor.results.mesh_forces import MeshForces, mesh_forces
+from pmor.results.quantities import Figures, figures_of_mesh
 from pmor.results.sensitivity import Sensitivities, sensitivities
 from pmor.results.sweep import SteSweep
 from pmor_online.model import ReducedPair, sweep_angles
@@ -34,9 +34,8 @@ class Readings:
 
     Attributes
     ----------
-    face_load_factor : (D,)
-        K_Hbeta (`pmor.results.load_distribution`).
-    effective_contact_ratio : (D,)
+    figures : mapping of str to (D,)
+        Of the mesh, by keys of `pmor.results.quantities`.
     maps : tuple of (FlankMap, FlankMap)
         Of pinion and wheel at each torque; empty where they are not asked for.
     light : (FlankMap, FlankMap) or None
@@ -45,8 +44,7 @@ class Readings:
         Over the torques of the Harris map, at the angles of the case's sweep.
     """
 
-    face_load_factor: FloatArray
-    effective_contact_ratio: FloatArray
+    figures: Figures
     forces: MeshForces
     sensitivities: Sensitivities
     maps: tuple[tuple[FlankMap, FlankMap], ...]
@@ -74,7 +72,7 @@ def read_off(reduced: ReducedPair, sweep: SteSweep, executor: Executor | None = 
     case, lines = reduced.basis.case, line_states(sweep)
     maps = tuple(flank_maps(reduced.meshed, sweep, d) for d in range(len(sweep.torque_Nm))) if case.results.maps else ()
     return Readings(
-        face_load_factor=face_load_factor(lines), effective_contact_ratio=effective_contact_ratio(sweep),
+        figures=figures_of_mesh(reduced.meshed.pair, lines),
         forces=forces_on_gears(reduced.meshed, sweep), sensitivities=derivatives(reduced, sweep, assembly_of(case)),
         maps=maps, light=_light_maps(reduced, executor) if case.results.maps else None,
         harris=harris_sweep(reduced, executor),

@@ -7,7 +7,7 @@ These do not come at one time: the range is that of the stress at this place, fo
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmor.body.root_stress import RootStressShapes
-from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.threads import one_thread
 from pmor.gear.condition import Condition, Misalignment, common_misalignment
 from pmor.gear.tooth import Tooth
@@ -76,22 +76,87 @@ def load_cycles(
     if pitches == 0 or pitches % period or not len(loads.pair):
         return None
     pairs = np.arange(loads.pair.min(), loads.pair.max() + 1)
-    teeth = pair.pinion, pair.wheel
-    normal = [across_the_root(shape, tooth) for shape, tooth in zip(shapes, teeth, strict=True)]
-    counts = [abs(tooth.teeth) for tooth in teeth]
-    everywhere, there = ([Extremes(math.gcd(count, pitches)) for count in counts] for _ in range(2))
+    gears = [
+        MeshingGear([(0, gear)], abs(tooth.teeth), [across_the_root(shape, tooth)], shape,
+                    math.gcd(abs(tooth.teeth), pitches))
+        for gear, (shape, tooth) in enumerate(zip(shapes, (pair.pinion, pair.wheel), strict=True))
+    ]  # fmt: skip
 
-    def blocks() -> Iterator[tuple[int, LoadedTeeth]]:
+    def blocks() -> Iterator[Block]:
         for start in range(0, len(phi), ANGLES_PER_BLOCK):
             block = slice(start, min(start + ANGLES_PER_BLOCK, len(phi)))
-            yield from enumerate(loaded_teeth(reduced.lines, phi, misalignment, loads, block, pairs, shapes))
+            lost = np.zeros((len(loads.count), block.stop - start), dtype=bool)
+            yield lost, [loaded_teeth(reduced.lines, phi, misalignment, loads, block, pairs, shapes)]
 
-    for gear, one in blocks():
-        everywhere[gear].add(stress_of_all_teeth((one,), (normal[gear],), counts[gear]))
-    places = [*map(places_of_ranges, shapes, everywhere)]
-    for gear, one in blocks():
-        there[gear].add(stress_at_places((one,), (normal[gear],), places[gear].weights, counts[gear]))
-    return places[0].cycle(there[0]), places[1].cycle(there[1])
+    pinion, wheel = cycles_of(gears, blocks)
+    return pinion, wheel
+
+
+#: states that did not converge, (D, a), and the teeth of both gears of each mesh, for a block of angles
+Block = tuple[BoolArray, Sequence[tuple[LoadedTeeth, LoadedTeeth]]]
+
+
+class MeshingGear(NamedTuple):
+    """A gear in its meshes.
+
+    Attributes
+    ----------
+    uses : sequence of (int, int)
+        Mesh, and side in it: 0 as pinion, 1 as wheel.
+    teeth : int
+    normal : sequence of ndarray
+        Stress across its root by the amplitudes of each of these, as `across_the_root` gives it.
+    shapes : RootStressShapes
+    unlike : int
+        Teeth that differ: the others repeat them.
+    """
+
+    uses: Sequence[tuple[int, int]]
+    teeth: int
+    normal: Sequence[FloatArray]
+    shapes: RootStressShapes
+    unlike: int
+
+    def loaded(self, meshes: Sequence[tuple[LoadedTeeth, LoadedTeeth]]) -> list[LoadedTeeth]:
+        """Return its teeth in each of its meshes."""
+        return [meshes[mesh][side] for mesh, side in self.uses]
+
+
+def cycles_of(
+    gears: Sequence[MeshingGear], blocks: Callable[[], Iterator[Block]],
+    first: Callable[[int, list[LoadedTeeth]], None] = lambda gear, loaded: None,
+    then: Callable[[int, FloatArray], None] = lambda gear, stress: None,
+) -> list[LoadCycle]:  # fmt: skip
+    """Return the load cycle of the teeth of each gear, loads of all its meshes added up.
+
+    Parameters
+    ----------
+    blocks : callable
+        Gives all angles, block by block, each time that it is called.
+    first, then : callable
+        Called with the number of a gear and, of each block, its loaded teeth, or the stress at the places of its
+        largest ranges, (D, a, T, 2), NaN where not converged.
+    """
+    everywhere, there = ([Extremes(gear.unlike) for gear in gears] for _ in range(2))
+    for lost, meshes in blocks():
+        for number, gear in enumerate(gears):
+            loaded = gear.loaded(meshes)
+            first(number, loaded)
+            everywhere[number].add(_known(lost, stress_of_all_teeth(loaded, gear.normal, gear.teeth)))
+    places = [places_of_ranges(gear.shapes, extremes) for gear, extremes in zip(gears, everywhere, strict=True)]
+    for lost, meshes in blocks():
+        for number, gear in enumerate(gears):
+            weights = places[number].weights
+            stress = _known(lost, stress_at_places(gear.loaded(meshes), gear.normal, weights, gear.teeth))
+            there[number].add(stress)
+            then(number, stress)
+    return [place.cycle(extremes) for place, extremes in zip(places, there, strict=True)]
+
+
+def _known(lost: BoolArray, stress: FloatArray) -> FloatArray:
+    """Make stresses (D, a, ...) NaN where there is no solution: no load is none there."""
+    stress[lost] = np.nan
+    return stress
 
 
 class Extremes:

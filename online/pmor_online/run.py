@@ -9,9 +9,8 @@ from dataclasses import dataclass, field
 from pmor.case import Case, model_names
 from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of
-from pmor.results.root_stress import RootStress
+from pmor.results.root_stress import RootStress, WebCycles
 from pmor.results.sweep import SteSweep
-from pmor.results.web_stress import WebCycles
 from pmor_online.compare import Comparison, disagreement, failed_positions, training_failures
 from pmor_online.conditions import ConditionSweep
 from pmor_online.mesh_error import with_mesh_error

@@ -141,7 +141,7 @@ class VariantSolver:
     def _state(self, lines: Lines, found: LineResults, wide: BoolArray) -> VariantState:
         meshed, sections = self.reduced.layered, self.reduced.layered.sections
         load, patches = loads_and_patches(lines.law, found.force, found.converged, meshed.width)
-        pressure, edge_load = largest_of(load, patches)
+        pressure, edge_load = largest_of(load, patches[..., 1], patches[..., 2])
         radius = meshed.pair.pinion.base_radius
         return VariantState(
             ste_um=np.where(found.converged, 1e3 * radius * found.advance, np.nan), converged=found.converged,
@@ -196,13 +196,13 @@ class VariantSolver:
             self._idle_bytes -= sum(placed.nbytes for placed in longest)
 
 
-def largest_of(load: FloatArray, patches: FloatArray) -> tuple[FloatArray, FloatArray]:
+def largest_of(load: FloatArray, offset: FloatArray, pressure: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return pressure (MPa) and line load at an edge (N/mm) as `VariantState` has them, each (D, A).
 
-    Loads and patches are those of `pmor_online.line_sweep.loads_and_patches`.
+    Parameters are (D, A, P, S), as `LineStates` has them.
     """
-    at_edge = np.abs(patches[..., 1]) > OFF_MIDDLE
-    return largest_pressure(patches[..., 2], (2, 3)), np.where(at_edge, load, 0.0).max(axis=(2, 3))
+    at_edge = np.abs(offset) > OFF_MIDDLE
+    return largest_pressure(pressure, (2, 3)), np.where(at_edge, load, 0.0).max(axis=(2, 3))
 
 
 def _as_flexible(one: LayeredPair, other: LayeredPair) -> bool:

@@ -12,7 +12,7 @@ from pmor.body.web_stress import WebStress
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.threads import one_thread
 from pmor.gear.condition import Condition, common_misalignment
-from pmor.results.web_stress import EDGES, FACES, WebCycle, WebCycles
+from pmor.results.root_stress import EDGES, FACES, WebCycle, WebCycles
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import ReducedPair
 from pmor_online.root_cycle import unlike_teeth, whole_pitches

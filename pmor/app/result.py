@@ -20,8 +20,10 @@ from pmor.results.flank_maps import FlankMap
 from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
 from pmor.results.loads import LineStates
 from pmor.results.mesh_forces import MeshForces
+from pmor.results.root_stress import GEARS
 from pmor.results.sensitivity import Sensitivities
 from pmor.results.shaft_orders import MOST_LISTED, ShaftOrder, shaft_orders
+from pmor.results.solution import MeshView, PartView, place_of
 from pmor.results.sweep import MeshStiffness, SteSweep, mesh_orders, mesh_stiffness, peak_to_peak_um, ste_mean_um
 from pmor_online.model import ReducedPair
 from pmor_online.readings import derivatives, flank_maps, forces_on_gears
@@ -160,7 +162,20 @@ class SweepResult(Tabular):
     @property
     def effective_contact_ratio(self) -> FloatArray:
         """Tooth pairs that carry load on average over the angles, shape (T,)."""
-        return effective_contact_ratio(self.sweep)
+        return effective_contact_ratio(self.line_loads)
+
+    def mesh(self, name: str = "pinion - wheel") -> MeshView:
+        """Return the mesh, with all that is read off its line contact; as of sets and gearboxes, which have several."""
+        place_of("mesh", name, ["pinion - wheel"])
+        return MeshView(name, self.pair, self.line_loads)
+
+    def gear(self, name: str) -> PartView:
+        """Return force and moment of the mesh on the hub of `pinion` or `wheel`, which is held."""
+        forces, place = self.mesh_forces(), place_of("gear", name, GEARS)
+        wrench = np.concatenate([forces.force_N[:, :, place], 1e3 * forces.moment_Nm[:, :, place]], axis=2)
+        return PartView(name, wrench, np.zeros_like(wrench))
+
+    support = gear
 
     def mesh_forces(self) -> MeshForces:
         """Return forces of the mesh on both gears and their moments about the axes at mid width, for the bearings."""

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from pmor.campaigns.keys import by_section
-from pmor.campaigns.kind import Design, Figure, Kind, Number, Solved
+from pmor.campaigns.kind import Design, Kind, Number, Solved
 from pmor.campaigns.pairs import basis_of
 from pmor.campaigns.relations import with_relations
 from pmor.campaigns.set_relations import KNOWN as KNOWN_OF_SETS
@@ -36,6 +36,7 @@ from pmor.machine.run import lost_of_load
 from pmor.machine.settings import Bearing, Place
 from pmor.pair.drawn import gear_inertias
 from pmor.pair.model import refuse_loads_unmeshed
+from pmor.results.quantities import TABLE
 from pmor.rexs.files import load_gearbox
 from pmor.rexs.to_toml import gearbox_texts
 from pmor.sets.run import train_of
@@ -64,18 +65,12 @@ class PlaceKeys:
 
 # Figures of a mesh, of a set, of a bearing, of the gearbox: the largest amounts over the load cases.
 OF_MESHES = (
-    Figure("ste_mean_um", "STE, mean", "um"), Figure("ste_peak_to_peak_um", "STE, peak-to-peak", "um"),
-    Figure("ste_order_1_um", "STE, first mesh order", "um"), Figure("k_h_beta", "K_Hβ", "1"),
-    Figure("f_beta_um", "misalignment over the face", "um"),
-    Figure("flank_pressure_max_MPa", "flank pressure", "MPa"),
-    Figure("root_stress_pinion_MPa", "root stress, pinion", "MPa"),
-    Figure("root_stress_wheel_MPa", "root stress, wheel", "MPa"),
+    "ste_mean_um", "ste_peak_to_peak_um", "ste_order_1_um", "k_h_beta", "f_beta_um", "flank_pressure_max_MPa",
+    "root_stress_pinion_MPa", "root_stress_wheel_MPa",
 )  # fmt: skip
-OF_SETS = (*OF_MESHES[:3], Figure("k_gamma", "K_γ", "1"))
-OF_BEARINGS = (Figure("radial_force_N", "radial force", "N"), Figure("axial_force_N", "axial force", "N"))
-OF_GEARBOX = (
-    Figure("losses_W", "power lost in the meshes", "W"), Figure("mass_kg", "mass of all gears but those of sets", "kg"),
-)  # fmt: skip
+OF_SETS = (*OF_MESHES[:3], "k_gamma")
+OF_BEARINGS = ("radial_force_N", "axial_force_N")
+OF_GEARBOX = (TABLE["losses_W"], replace(TABLE["mass_kg"], symbol="mass of all gears but those of sets"))
 
 
 def _of_base(base: Path) -> Kind:
@@ -87,11 +82,13 @@ def _of_base(base: Path) -> Kind:
     known |= {f"places.{mesh.name}": PlaceKeys for mesh in sections.meshes}
     known |= {f"{name}.{section}": kind for name in file.cases for section, kind in SECTIONS.items()}
     known |= {f"{name}.{section}": kind for name in file.model.sets for section, kind in KNOWN_OF_SETS.items()}
-    named: list[tuple[str, tuple[Figure, ...]]]
-    named = [(name, OF_MESHES) for name in file.cases] + [(name, OF_SETS) for name in file.model.sets]
+    named: list[tuple[str, tuple[str, ...]]] = [(name, OF_MESHES) for name in file.cases] + [(name, OF_SETS) for name in file.model.sets]
     named += [(bearing.name, OF_BEARINGS) for bearing in sections.bearings]
-    figures = [replace(f, key=f"{name}.{f.key}", label=f"{name}: {f.label}") for name, own in named for f in own]
-    first = [f"{name}.{OF_MESHES[1].key}" for name in (*file.cases, *file.model.sets)]
+    figures = [
+        replace(TABLE[key], key=f"{name}.{key}", symbol=f"{name}: {TABLE[key].symbol}")
+        for name, own in named for key in own
+    ]  # fmt: skip
+    first = [f"{name}.{OF_MESHES[1]}" for name in (*file.cases, *file.model.sets)]
     return replace(GEARBOXES, known=known, figures=(*figures, *OF_GEARBOX), first=(*first[:1], "mass_kg", *first[1:]))
 
 
@@ -226,8 +223,8 @@ def figures_of(file: GearboxFile, loads: Iterable[SolvedLoad]) -> dict[str, floa
             pinion, wheel = stress or (None, None)
             of_mesh = {**mesh, "ste_order_1_um": orders[0] if orders else None, "root_stress_pinion_MPa": pinion,
                        "root_stress_wheel_MPa": wheel}  # fmt: skip
-            for figure in OF_MESHES if name in file.cases else OF_SETS:
-                rows.setdefault(f"{name}.{figure.key}", []).append(of_mesh[figure.key])
+            for key in OF_MESHES if name in file.cases else OF_SETS:
+                rows.setdefault(f"{name}.{key}", []).append(of_mesh[key])
         for bearing in data["bearings"]:
             rows.setdefault(f"{bearing['name']}.radial_force_N", []).append(bearing["radial_force_N"])
             rows.setdefault(f"{bearing['name']}.axial_force_N", []).append(bearing["force_N"][0])

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pmor.results.quantities import Quantity
+
 if TYPE_CHECKING:
     from pmor.campaigns.settings import CampaignSections
     from pmor.campaigns.store import Store
@@ -16,20 +18,6 @@ Design = Mapping[str, Number]
 # Results that the best designs are judged by again on fine angles, and these angles.
 PEAKS = ("ste_peak_to_peak_um", "ste_peak_to_peak_worst_um")
 ANGLES = "angles_per_pitch"
-
-
-@dataclass(frozen=True)
-class Figure:
-    """Name of a result: key in tables, with its unit; label for readers; unit."""
-
-    key: str
-    label: str
-    unit: str
-
-    @property
-    def shown_unit(self) -> str:
-        """Empty where the quantity has none."""
-        return "" if self.unit == "1" else self.unit
 
 
 class Solved(NamedTuple):
@@ -53,7 +41,7 @@ class Kind:
         Of the campaign file.
     known : mapping of str to type
         Sections of the base file whose keys designs may change.
-    figures : tuple of Figure
+    figures : tuple of Quantity
         All results, in the order of the tables.
     first : tuple of str
         Results in the order in which an engineer looks at them: the first two are the axes of the scatter.
@@ -84,7 +72,7 @@ class Kind:
     gear: str
     sections: type[CampaignSections]
     known: Mapping[str, type]
-    figures: tuple[Figure, ...]
+    figures: tuple[Quantity, ...]
     first: tuple[str, ...]
     base_text: Callable[[Path, Any, Mapping[str, Any], str], str]
     complete: Callable[[str, Design, Any], dict[str, Number]]
@@ -97,6 +85,6 @@ class Kind:
     of_base: Callable[[Path], Kind] | None = None
     files: Callable[[str, str], dict[str, str]] = lambda text, stem: {".toml": text}
 
-    def figure(self, key: str) -> Figure:
+    def figure(self, key: str) -> Quantity:
         """Return the name of a result."""
         return next(figure for figure in self.figures if figure.key == key)

@@ -91,7 +91,7 @@ def campaign_text(result: Columns) -> str:
             figure, least = result.campaign.kind.figure(key), found["design_of_least"]
             of_file = f"on the angles of its {result.campaign.kind.key}"
             few = f" ({result.results[key][least - 1]:.4g} {of_file})" if key in PEAKS else ""
-            lines.append(f"  {figure.label}: {found['least']:.4g} to {found['most']:.4g} {figure.unit}, the least of "
+            lines.append(f"  {figure.symbol}: {found['least']:.4g} to {found['most']:.4g} {figure.unit}, the least of "
                          f"design {least}{few}")  # fmt: skip
     if effort.solving_s:
         lines.append(f"  {format_time(effort.solving_s)} of computing in {format_time(effort.wall_s)}")

@@ -9,12 +9,13 @@ import numpy as np
 
 from pmor.campaigns.columns import Columns
 from pmor.campaigns.keys import split, unit_of
-from pmor.campaigns.kind import PEAKS, Figure
+from pmor.campaigns.kind import PEAKS
 from pmor.campaigns.rows import STATUSES
 from pmor.core.arrays import FloatArray
 from pmor.report.explorer import Column, Designs
 from pmor.report.page import Block, Heading, Warning
 from pmor.report.table import Cell, Table
+from pmor.results.quantities import Quantity
 
 # Folder of case files, beside the page.
 CASES, CASE_FILE = "cases", re.compile(r"design_\d{6,}(_.*)?\.(toml|csv)")
@@ -80,7 +81,7 @@ def _explorer(result: Columns) -> list[Block | Designs]:
     linked = set(linked_designs(result))
     found = [Column(name, label_of(name), unit_of(name, result.campaign.kind.known), values[shown], "input")
              for name, values in result.inputs.items()]  # fmt: skip
-    found += [Column(figure.key, figure.label, figure.shown_unit, result.results[figure.key][shown], "result")
+    found += [Column(figure.key, figure.symbol, figure.shown_unit, result.results[figure.key][shown], "result")
               for figure in _shown(result)]  # fmt: skip
     designs = Designs(
         tuple(found), np.array([f"design {i + 1}" for i in shown]),
@@ -97,7 +98,7 @@ def _explorer(result: Columns) -> list[Block | Designs]:
     return [f"{part}{each}", designs]
 
 
-def _shown(result: Columns) -> list[Figure]:
+def _shown(result: Columns) -> list[Quantity]:
     """Results that differ between designs by more than round-off, the most telling ones first."""
     differing = [key for key, values in result.results.items() if _differs(values)]
     kind = result.campaign.kind
@@ -123,12 +124,12 @@ def _best(result: Columns) -> Table:
         for i in order
     ]  # fmt: skip
     inputs = [_headed(label_of(name), unit_of(name, result.campaign.kind.known)) for name in result.inputs]
-    results = [_headed(figure.label, figure.shown_unit) for figure in figures]
+    results = [_headed(figure.symbol, figure.shown_unit) for figure in figures]
     base = result.campaign.kind.key
-    few = _headed(f"{figures[0].label}, on the angles of the {base}", figures[0].shown_unit)
+    few = _headed(f"{figures[0].symbol}, on the angles of the {base}", figures[0].shown_unit)
     note = f"Peak-to-peak STE is that on so many angles that it no longer moves; beside it, last, that of the {base}."
     note = note if figures[0].key in PEAKS else ""
-    return Table(f"Least {figures[0].label}", ("design", *inputs, *results, few), rows, note)
+    return Table(f"Least {figures[0].symbol}", ("design", *inputs, *results, few), rows, note)
 
 
 def _headed(label: str, unit: str) -> str:

@@ -6,32 +6,47 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from pmor.body.flank_compliance import FlankCompliance
-from pmor.campaigns.figures import FIGURES, FIRST, figures_of, known, peaks_of
 from pmor.campaigns.keys import split
-from pmor.campaigns.kind import Kind, Solved
+from pmor.campaigns.kind import PEAKS, Kind, Solved
+from pmor.campaigns.peaks import settled_peaks
 from pmor.campaigns.relations import text_of_design, why_infeasible, with_relations
 from pmor.campaigns.relief import best_relief
-from pmor.campaigns.settings import OF_RELIEF, PairCampaign, Relations
+from pmor.campaigns.settings import OF_RELIEF, USUAL, PairCampaign, Relations
 from pmor.campaigns.store import Store
 from pmor.case import Case, GearCase, change_case, changed_text, parse_case, text_of
 from pmor.case.capability import why_not
 from pmor.case.models import coarser
 from pmor.case.reader import parse_toml, read_text
 from pmor.case.schema import SECTIONS
+from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, MeshError
 from pmor.fe.sector import SectorMesh
 from pmor.line.layered_pair import layers_of
 from pmor.line.sections import loaded_components
+from pmor.pair.conditions import conditions_of
+from pmor.pair.drawn import gear_inertias
 from pmor.pair.model import per_gear, refuse_loads_unmeshed
 from pmor.reduction.basis import Basis, untrained
+from pmor.report.torque_table import figures_at
+from pmor.results.load_distribution import line_states
+from pmor.results.quantities import TABLE, figures_of_mesh
+from pmor.results.root_stress import RootStress
+from pmor.results.sweep import SteSweep, peak_to_peak_um
 from pmor.storage.compliance_file import SolvedGear
 from pmor.work.cost import FINITE_ELEMENTS, meshed_within_memory, refuse_beyond_memory, stages
 from pmor.work.line_gear import line_gear
 from pmor_online.compare import failed_positions
-from pmor_online.model import reduced_pair
+from pmor_online.model import ReducedPair, online_angles, reduced_pair
 from pmor_online.run import root_stress_of_case, sweep_case
+from pmor_online.sweep import sweep_reduced_pair
 
+FIRST = (
+    PEAKS[0], "mass_kg", "flank_pressure_max_MPa", "root_stress_pinion_MPa", "root_stress_wheel_MPa", "k_h_beta",
+    "effective_contact_ratio",
+)  # fmt: skip
 SWEEP = "sweep"
 
 
@@ -134,8 +149,48 @@ def _coarser_basis(coarse: Case, store: Store) -> Basis:
         raise MeshError(f"half as many elements, for the error bar of the mesh: {error}; {remedy}") from error
 
 
+def figures_of(reduced: ReducedPair, sweep: SteSweep, stress: RootStress | None) -> dict[str, float | None]:
+    """Return all figures at the nominal torque of a recorded sweep; None where the case does not ask for it."""
+    case, pair = reduced.basis.case, reduced.meshed.pair
+    own = figures_of_mesh(pair, line_states(sweep))
+    pinion, wheel = gear_inertias(case, pair)
+    numbers = figures_at(sweep, pair, own, stress, case.online.torques_Nm.index(case.torque_Nm)) | {
+        PEAKS[1]: peak_to_peak_um(sweep).max(),
+        "contact_ratio": pair.contact_ratio,
+        "overlap_ratio": pair.overlap_ratio,
+        "centre_distance_mm": pair.centre_distance,
+        "mass_kg": pinion.mass_kg + wheel.mass_kg,
+        "mass_pinion_kg": pinion.mass_kg,
+        "mass_wheel_kg": wheel.mass_kg,
+        "inertia_pinion_kg_m2": pinion.polar_kg_m2,
+        "inertia_wheel_kg_m2": wheel.polar_kg_m2,
+    }
+    return {key: known(numbers[key]) for key in USUAL}
+
+
+def peaks_of(reduced: ReducedPair) -> dict[str, float]:
+    """Return the peak-to-peak STE of the pair of a case on fine angles: see `pmor.campaigns.kind`.
+
+    Raises
+    ------
+    ConvergenceError
+    """
+    case = reduced.basis.case
+
+    def spans(angles: int) -> FloatArray:
+        phi = online_angles(reduced.meshed.pair.pitch, angles, case.pitches)
+        return peak_to_peak_um(sweep_reduced_pair(reduced, phi, conditions_of(case, case.online.torques_Nm)))
+
+    return settled_peaks(spans, case.online.angles_per_pitch, case.online.torques_Nm.index(case.torque_Nm))
+
+
+def known(value: float | None) -> float | None:
+    """Return a plain number; None for one that is none."""
+    return float(value) if value is not None and np.isfinite(value) else None
+
 PAIRS = Kind(
-    key="case", gear="pinion", sections=PairCampaign, known=SECTIONS, figures=FIGURES, first=FIRST,
+    key="case", gear="pinion", sections=PairCampaign, known=SECTIONS, first=FIRST,
+    figures=tuple(TABLE[key] for key in (*USUAL, *OF_RELIEF)),
     base_text=_base_text, complete=with_relations, text=text_of_design, why=why_infeasible, refuse=_refuse,
     seconds=_seconds, solve=_solve, peaks=_peaks,
 )  # fmt: skip

@@ -21,7 +21,7 @@ from pmor.sets.kinematics import speed_ratio
 from pmor.sets.layout import PAIR, SECOND_PAIR, SECOND_PLANET, SHARED
 from pmor.sets.settings import SetSections
 
-LISTS = ("gears", "meshes", "pins.bearings")
+LISTS = ("gears", "meshes", "loads", "pins.bearings")
 MEMBERS = {"sun": "pinion", "planet": "pinion", SECOND_PLANET: "pinion", "ring": "wheel"}
 # Sections whose keys designs may change.
 KNOWN: dict[str, type] = {

@@ -7,43 +7,48 @@ their own messages.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pmor.case.reader import Sections
 from pmor.core.ranges import Range
+from pmor.results.quantities import OF_MESHES
 
 Method = Literal["grid", "list", "csv", "sobol"]
 Solved = Literal["both", "pinion", "wheel"]
-ReliefKey = Literal[
+#: results of a tip relief that suits a design (`pmor.campaigns.relief`), found where they are asked for
+OF_RELIEF = (
     "best_tip_relief_um", "best_tip_relief_start_pinion_roll_deg", "best_tip_relief_start_wheel_roll_deg",
     "best_ste_peak_to_peak_um",
-]  # fmt: skip
-UsualKey = Literal[
+)  # fmt: skip
+STE = (
     "ste_mean_um", "ste_peak_to_peak_um", "ste_peak_to_peak_worst_um", "ste_order_1_um", "ste_order_2_um",
-    "ste_order_3_um", "ste_mesh_error_percent", "mesh_stiffness_mean_N_per_mm_um",
-    "mesh_stiffness_tangent_mean_N_per_mm_um", "flank_pressure_max_MPa", "k_h_beta", "root_stress_pinion_MPa",
-    "root_stress_wheel_MPa", "contact_ratio", "overlap_ratio", "effective_contact_ratio", "centre_distance_mm",
-    "mass_kg", "mass_pinion_kg", "mass_wheel_kg", "inertia_pinion_kg_m2", "inertia_wheel_kg_m2",
-]  # fmt: skip
-ResultKey = Literal[UsualKey, ReliefKey]
-#: results without those of the best relief
-USUAL: tuple[UsualKey, ...] = get_args(UsualKey)
-OF_RELIEF: tuple[ReliefKey, ...] = get_args(ReliefKey)
-SetResultKey = Literal[
-    "ste_mean_um", "ste_peak_to_peak_um", "ste_peak_to_peak_worst_um", "ste_order_1_um", "ste_order_2_um",
-    "ste_order_3_um", "k_gamma", "pin_force_max_N", "line_load_max_sun_planet_N_per_mm",
-    "line_load_max_planet_ring_N_per_mm", "k_h_beta_sun_planet", "k_h_beta_planet_ring", "root_stress_sun_MPa",
+    "ste_order_3_um",
+)  # fmt: skip
+#: other results of pairs, and all of sets, by keys of `pmor.results.quantities`
+USUAL = (
+    *STE, "ste_mesh_error_percent", "mesh_stiffness_mean_N_per_mm_um", "mesh_stiffness_tangent_mean_N_per_mm_um",
+    *OF_MESHES, "root_stress_pinion_MPa", "root_stress_wheel_MPa", "contact_ratio", "overlap_ratio",
+    "centre_distance_mm", "mass_kg", "mass_pinion_kg", "mass_wheel_kg", "inertia_pinion_kg_m2", "inertia_wheel_kg_m2",
+)  # fmt: skip
+OF_SETS = (
+    *STE, "k_gamma", "pin_force_max_N", "line_load_max_sun_planet_N_per_mm", "line_load_max_planet_ring_N_per_mm",
+    "k_h_beta_sun_planet", "k_h_beta_planet_ring", "flank_pressure_max_MPa", "root_stress_sun_MPa",
     "root_stress_planet_MPa", "root_stress_ring_MPa", "root_stress_range_planet_MPa", "contact_ratio_sun_planet",
     "contact_ratio_planet_ring", "overlap_ratio", "speed_ratio", "mesh_phase_pitches", "centre_distance_mm",
     "planets_gap_mm", "outside_diameter_mm", "mass_kg", "mass_sun_kg", "mass_planet_kg", "mass_ring_kg",
-]  # fmt: skip
-GearboxResultKey = Literal[
+)  # fmt: skip
+OF_GEARBOXES = (
     "ste_mean_um", "ste_peak_to_peak_um", "ste_order_1_um", "k_h_beta", "f_beta_um", "flank_pressure_max_MPa",
     "root_stress_pinion_MPa", "root_stress_wheel_MPa", "k_gamma", "radial_force_N", "axial_force_N", "losses_W",
     "mass_kg",
-]  # fmt: skip
-EVERY_OF_GEARBOXES: tuple[GearboxResultKey, ...] = get_args(GearboxResultKey)
-EVERY_OF_SETS: tuple[SetResultKey, ...] = get_args(SetResultKey)
+)  # fmt: skip
+if TYPE_CHECKING:
+    ResultKey = str
+    SetResultKey = str
+    GearboxResultKey = str
+else:
+    ResultKey, SetResultKey = Literal[(*USUAL, *OF_RELIEF)], Literal[OF_SETS]
+    GearboxResultKey = Literal[OF_GEARBOXES]
 # Ten times the work of a thousand cores in a day, at a minute for each design.
 MOST_DESIGNS = 10_000_000
 
@@ -227,7 +232,7 @@ class SetResults:
         In the units of their names; those of a mesh are the largest ones over the planets.
     """
 
-    keys: tuple[SetResultKey, ...] = EVERY_OF_SETS
+    keys: tuple[SetResultKey, ...] = OF_SETS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -272,7 +277,7 @@ class GearboxResults:
         Of each mesh, set and bearing by its name, or of the gearbox: the largest amount over the load cases.
     """
 
-    keys: tuple[GearboxResultKey, ...] = EVERY_OF_GEARBOXES
+    keys: tuple[GearboxResultKey, ...] = OF_GEARBOXES
 
 
 AnyRelations = Relations | SetRelations | GearboxRelations

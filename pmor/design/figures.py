@@ -17,6 +17,7 @@ from pmor.design.settings import Goal
 from pmor.design.variables import limits
 from pmor.report.parameter_words import parameter_words
 from pmor.report.style import COLOURS, legend_label, new_figure, panels, plot_share_below, plot_style
+from pmor.results.quantities import TABLE
 from pmor.sets.lost import known
 
 if TYPE_CHECKING:
@@ -24,17 +25,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: names of results in pictures and tables
+#: results of designs as readers see them, by their keys in the table of quantities
 WORDS = {
-    "peak_to_peak_um": "Peak-to-peak STE [µm]",
-    "order_1_um": "First order of the mesh [µm]",
-    "order_2_um": "Second order of the mesh [µm]",
-    "order_3_um": "Third order of the mesh [µm]",
-    "pressure_MPa": "Largest pressure [MPa]",
-    "k_h_beta": "Face load factor K_Hβ [-]",
-    "tip_edge_load_N_per_mm": "Line load at a tip edge [N/mm]",
-    "root_stress_MPa": "Largest root stress [MPa]",
-    "k_gamma": "Mesh load factor K_γ [-]",
-}
+    name: TABLE[key].head
+    for name, key in {
+        "peak_to_peak_um": "ste_peak_to_peak_um", "pressure_MPa": "flank_pressure_max_MPa", "k_h_beta": "k_h_beta",
+        "tip_edge_load_N_per_mm": "tip_edge_load_N_per_mm", "root_stress_MPa": "root_stress_max_MPa",
+        "k_gamma": "k_gamma", **{f"order_{k}_um": f"ste_order_{k}_um" for k in (1, 2, 3)},
+    }.items()
+}  # fmt: skip
 VALUES = {"nominal": "", "expected": "expected ", "percentile_95": "95 % below: "}
 # Contour levels.
 LEVELS = 16

@@ -17,10 +17,10 @@ from pmor.core.wording import did_you_mean
 from pmor.design.checks import check_ranges, check_scatter, check_together, uneven
 from pmor.design.files import PINS, DesignFile, of_case, on_flanks, pins_of, source_text
 from pmor.design.settings import OVER_MESHES, RESULTS_OF_SETS, Design, Load, Variable
-from pmor.machine.duty import shares
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import pinion_senses
 from pmor.rexs.files import load_gearbox, load_set
+from pmor.sets.duty import shares
 from pmor.sets.loader import SetFile, with_sections
 from pmor.sets.settings import SetSections
 

@@ -21,10 +21,9 @@ from pmor.report.data_files import write_table_csv
 from pmor.report.explorer import Column, Designs
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.parameter_words import parameter_words
-from pmor.report.table import Cell, Table
+from pmor.report.table import Cell, Table, text_lines
 from pmor.storage.design_file import DesignResults, write_design_file
 from pmor.work.results import Report
-from pmor.work.table import text_lines
 
 #: files of a result; without a front or scatter some are not written
 PICTURES = ("front.png", "contour.png", "torque.png", "ste.png", "sensitivity.png", "scatter.png", "harris.png",

@@ -14,9 +14,8 @@ from pmor.dynamics.rating import by_range, rated
 from pmor.dynamics.solution import Dynamics
 from pmor.pair.conditions import backs_mirror_flanks
 from pmor.report.page import Block, Picture, Warning
-from pmor.report.table import Table
+from pmor.report.table import Columns, Table, table, text_lines
 from pmor.work.results import Report
-from pmor.work.table import Columns, table, text_lines
 
 #: files of a result; without runs or branches some are not written
 FILES = (

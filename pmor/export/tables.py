@@ -18,9 +18,12 @@ import numpy as np
 from pmor.core.shown import brief
 from pmor.core.version import __version__
 from pmor.gear.pair import GearPair
+from pmor.results.loads import LineStates
+from pmor.results.quantities import Figures
 from pmor.results.sweep import SteSweep, mesh_stiffness, orders_of
 from pmor.storage.layout import Layout
-from pmor.storage.results_file import RESULTS_LAYOUT, read_results
+from pmor.storage.results_file import read_results
+from pmor.storage.results_layout import RESULTS_LAYOUT
 
 #: places along axes that groups share
 COMMON = {"torque": "ste/torque", "angle": "ste/phi"}
@@ -91,9 +94,11 @@ def _place_of(axis: str, group: str, entries: Mapping[str, ResultArray], length:
     own = [name for name in found if name.rpartition("/")[0].replace("/", "_") == group]
     if own:
         return own[0].rpartition("/")[2], found[own[0]]
-    common = COMMON.get(axis, "")
-    if common in found:
-        return common.rpartition("/")[2], found[common]
+    # Of the groups beside this one, or farther up; those of a gearbox have as many of them as parts and loads.
+    for name in found if axis in COMMON else ():
+        place, _, common = name.rpartition("ste/")
+        if f"ste/{common}" == COMMON[axis] and group.startswith(place.replace("/", "_")):
+            return common, found[name]
     return axis, ResultArray(np.arange(length), "1", (axis,), "index, from 0")
 
 
@@ -140,6 +145,16 @@ def sweep_arrays(sweep: SteSweep, pair: GearPair) -> dict[str, np.ndarray]:
     return found
 
 
+def line_arrays(lines: LineStates, figures: Figures) -> dict[str, np.ndarray]:
+    """Return the line contact of a sweep, and what is read off it, by their paths in a results file."""
+    return {
+        "lines/pair": lines.pair, "lines/z": lines.z_mm, "lines/width": lines.width_mm, "lines/roll": lines.roll_rad,
+        "lines/load": lines.load_N_per_mm, "lines/half_width": lines.half_width_mm,
+        "lines/pressure": lines.pressure_MPa, "lines/sensitivity": lines.sensitivity,
+        **{f"face/{key}": values for key, values in figures.items()},
+    }  # fmt: skip
+
+
 def sweep_entries(sweep: SteSweep, pair: GearPair) -> dict[str, ResultArray]:
     """Return the arrays of `sweep_arrays` with their descriptions."""
     return _described(sweep_arrays(sweep, pair), RESULTS_LAYOUT)
@@ -154,7 +169,7 @@ def file_entries(path: Path) -> dict[str, ResultArray]:
         When it is foreign, damaged, or of another version.
     """
     found = read_results(path)
-    return _described(found.arrays, found.kind.layout)
+    return _described(found.arrays, found.layout)
 
 
 def _described(arrays: Mapping[str, np.ndarray], layout: Layout) -> dict[str, ResultArray]:

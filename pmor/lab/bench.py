@@ -33,14 +33,13 @@ from pmor.pair.model import elastic_model, neighbouring_teeth
 from pmor.report.data_files import write_summary_json
 from pmor.report.markdown import write_markdown
 from pmor.report.page import machine
-from pmor.report.table import Table
+from pmor.report.table import Columns, Table, table, text_lines
 from pmor.results.load_distribution import effective_contact_ratio, face_load_factor, line_states
 from pmor.results.sweep import SteSweep
 from pmor.storage.basis_file import read_basis
 from pmor.work.cost import meshed_within_memory, stages
 from pmor.work.offline import run_offline
 from pmor.work.pace import LOG, Pace
-from pmor.work.table import Columns, table, text_lines
 from pmor_online.conditions import sweep_assemblies
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
 from pmor_online.readings import derivatives, flank_maps, forces_on_gears, harris_sweep
@@ -248,7 +247,7 @@ def reading_rows(case: Case, model: ReducedPair) -> list[Row]:
     def read() -> None:
         kept = sweep(True)
         face_load_factor(line_states(kept))
-        effective_contact_ratio(kept)
+        effective_contact_ratio(line_states(kept))
         forces_on_gears(model.meshed, kept)
         derivatives(model, kept, conditions[0].assembly)
 

@@ -19,12 +19,11 @@ from pmor.machine.rolling_bearing import impossible
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.settings import HOUSING, Bearing, GearboxSections, LoadCase, Mesh, PlanetarySet, Shaft, ShaftSection
 from pmor.pair.conditions import assembly_of
+from pmor.sets.duty import check_duty
 from pmor.sets.loader import SetFile
 
 # Places along the axes that belong together may differ by so much: drawings are rounded, mm.
 ROUNDED_MM = 1e-3
-# By which the shares of a duty cycle may miss 1: they are rounded too.
-ROUNDED_SHARE = 5e-3
 # Of the largest torque through a set over all loads: none.
 NO_TORQUE = 1e-9
 LONGEST_NAME, NO_FILE_NAME = 60, '/\\:*?"<>|'
@@ -60,7 +59,7 @@ class GearboxReader(Reader):
             self.check_members(planetary, shafts)
         for load in said.loads:
             self.check_balance(load, said)
-        self.check_duty(said.loads)
+        check_duty(said.loads, self.refuse)
 
     def check_shaft(self, shaft: Shaft) -> None:
         """Refuse an axis without two coordinates, and sections without material."""
@@ -196,21 +195,6 @@ class GearboxReader(Reader):
             if len(torques) < 2 or all(torque.torque_Nm in ("balance", 0.0) for torque in torques):
                 rule = f'has no torque to carry in the train of shaft "{train[0]}": add one'
                 self.refuse(f'[[loads]] "{load.name}"', rule)
-
-    def check_duty(self, loads: tuple[LoadCase, ...]) -> None:
-        """Refuse a duty cycle that is not whole."""
-        said = [[load for load in loads if getattr(load, key) is not None] for key in ("fraction", "hours")]
-        for key, those in zip(("fraction", "hours"), said, strict=True):
-            if those and len(those) < len(loads):
-                other = next(load for load in loads if load not in those)
-                rule = f"has no {key}, and others have one: a duty cycle needs it in all load cases, or in none"
-                self.refuse(f'[[loads]] "{other.name}"', rule)
-        if all(said):
-            self.refuse("[[loads]]: fraction, hours", "say the same: leave one of them out")
-        total = sum(load.fraction or 0.0 for load in loads)
-        if said[0] and abs(total - 1.0) > ROUNDED_SHARE:
-            rule = f"adds up to {total:.4g}, and must to 1: correct one of them, or write hours"
-            self.refuse("[[loads]]: fraction", rule)
 
     def check_gears(self, model: GearboxModel) -> None:
         """Refuse a gear in several meshes: each would be solved without what the others' forces do to its teeth."""

@@ -98,7 +98,7 @@ class SolvedLoad:
     Parameters
     ----------
     rigid : tuple of RigidMesh
-        The same meshes on rigid supports, and none before they are compared (`pmor.machine.compared`).
+        The same meshes on rigid supports, and none before they are compared (`pmor.machine.run`).
     sets : tuple of SolvedSet
     """
 

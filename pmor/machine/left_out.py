@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from pmor.case.capability import why_not
-from pmor.machine.duty import shares
 from pmor.machine.iso import unknown_arrangements
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import speeds_rpm
+from pmor.sets.duty import shares
 
 
 def left_out(file: GearboxFile) -> list[tuple[str, str]]:

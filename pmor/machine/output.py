@@ -10,138 +10,77 @@ import numpy as np
 from pmor.gear.classical.iso6336 import SLICE_STIFFNESS
 from pmor.machine.bounds import named_bounds
 from pmor.machine.coupled import SolvedLoad
-from pmor.machine.duty import duty_data
 from pmor.machine.figures import deflection_figure, face_load_figure, set_ste_figure, ste_figure
 from pmor.machine.fit import Fit
 from pmor.machine.left_out import left_out
 from pmor.machine.loader import GearboxFile
-from pmor.machine.readings import Data, load_data
+from pmor.machine.readings import Data, duty_entry, load_data
 from pmor.machine.view import machine_figure
 from pmor.report.page import Block, Picture, Warning
-from pmor.report.table import Table
+from pmor.report.table import Column, Columns, Table, heads, table, text_lines
 from pmor.results.load_distribution import PRESSURE
+from pmor.results.root_stress import GEARS
+from pmor.sets.duty import duty_data
 from pmor.sets.figures import set_figure, share_figure
+from pmor.sets.output import LOSS_COLUMNS, LOSSES, PLANET_COLUMNS, PLANETS, of_gear, spectrum_tables
 from pmor.sets.output import MESH_COLUMNS as MESHES_OF_SET
-from pmor.sets.output import PLANET_COLUMNS, PLANETS
 from pmor.sets.output import STRESS as SET_STRESS
 from pmor.sets.output import STRESS_COLUMNS as SET_STRESS_COLUMNS
 from pmor.work.results import Report
-from pmor.work.table import Columns, table, text_lines
 
 #: files of a result beside the bases of its meshes
 FILES = (
     "gearbox.json", "gearbox.md", "report.html", "machine.png", "deflection.png", "ste.png", "face_load.png",
-    "machine.vtkhdf", "gearbox.rexs",
+    "machine.vtkhdf", "gearbox.rexs", "ste.csv", "meshes.csv", "results.h5",
 )  # fmt: skip
 
 #: further ones of each set, after its name
 SET_FILES = ("gears.png", "shares.png", "ste.png", "gears.vtkhdf")
+OF_MESH: Columns = {"load": "load", "mesh": "name"}
 MISALIGNMENT_COLUMNS: Columns = {
-    "load": "load",
-    "mesh": "name",
-    "pinion torque [N m]": "torque_Nm",
-    "F_β [µm]": "f_beta_um",
-    "in plane [µm]": "in_plane_um",
-    "out of plane [µm]": "out_of_plane_um",
-    "centre distance [µm]": "centre_distance_um",
-}
+    **OF_MESH, "pinion torque [N m]": "torque_Nm",
+    **heads("f_beta_um", "in_plane_um", "out_of_plane_um", "centre_distance_um"),
+}  # fmt: skip
+PARTS = ("ste_mean_um", "ste_of_teeth_um", "ste_of_shafts_um", "ste_of_bearings_um", "ste_peak_to_peak_um")
 MESH_COLUMNS: Columns = {
-    "load": "load",
-    "mesh": "name",
-    "STE mean [µm]": "ste_mean_um",
-    "of teeth [µm]": "ste_of_teeth_um",
-    "of shafts [µm]": "ste_of_shafts_um",
-    "of bearings [µm]": "ste_of_bearings_um",
-    "STE p-p [µm]": "ste_peak_to_peak_um",
-    "STE p-p, rigid [µm]": "rigid_ste_peak_to_peak_um",
-    "K_Hβ": "k_h_beta",
-    "K_Hβ, rigid": "rigid_k_h_beta",
-    "K_Hβ, slices": "sliced_k_h_beta",
-    "pressure [MPa]": "flank_pressure_max_MPa",
-}
-UNKNOWN = (None, None)
-STRESS_COLUMNS: Columns = {
-    "load": "load",
-    "mesh": "name",
-    "pinion [MPa]": lambda row: row["root_stress_max_MPa"][0],
-    "pinion, rigid [MPa]": lambda row: (row["rigid_root_stress_max_MPa"] or UNKNOWN)[0],
-    "wheel [MPa]": lambda row: row["root_stress_max_MPa"][1],
-    "wheel, rigid [MPa]": lambda row: (row["rigid_root_stress_max_MPa"] or UNKNOWN)[1],
-}
+    **OF_MESH, **heads(*PARTS), "STE p-p, rigid [µm]": "rigid_ste_peak_to_peak_um", **heads("k_h_beta"),
+    "K_Hβ, rigid": "rigid_k_h_beta", **heads("sliced_k_h_beta", "flank_pressure_max_MPa", "effective_contact_ratio"),
+}  # fmt: skip
 ISO_COLUMNS: Columns = {
-    "load": "load",
-    "mesh": "name",
-    "amount of F_β [µm]": lambda row: abs(row["f_beta_um"]),
-    "F_βx, ISO [µm]": "iso_f_beta_um",
-    "f_sh, ISO [µm]": "iso_f_sh_um",
-    "K_Hβ": "k_h_beta",
-    "K_Hβ, ISO": "iso_k_h_beta",
-}
+    **OF_MESH, "amount of F_β [µm]": lambda row: abs(row["f_beta_um"]),
+    **heads("iso_f_beta_um", "iso_f_sh_um", "k_h_beta", "iso_k_h_beta"),
+}  # fmt: skip
 SET_COLUMNS: Columns = {
-    "load": "load",
-    "set": "name",
-    "torque on the sun [N m]": lambda row: row["torques_Nm"]["sun"],
-    "STE mean [µm]": "ste_mean_um",
-    "of teeth [µm]": "ste_of_teeth_um",
-    "of shafts [µm]": "ste_of_shafts_um",
-    "of bearings [µm]": "ste_of_bearings_um",
-    "STE p-p [µm]": "ste_peak_to_peak_um",
-    "STE p-p, rigid [µm]": "rigid_ste_peak_to_peak_um",
-    "K_γ": "k_gamma",
-    "K_γ, rigid": "rigid_k_gamma",
-    "losses [W]": "losses_W",
-}
+    "load": "load", "set": "name", "torque on the sun [N m]": lambda row: row["torques_Nm"]["sun"], **heads(*PARTS),
+    "STE p-p, rigid [µm]": "rigid_ste_peak_to_peak_um", **heads("k_gamma"), "K_γ, rigid": "rigid_k_gamma",
+    **heads("losses_W"),
+}  # fmt: skip
 OF_SET: Columns = {"load": "load", "set": "set"}
 SET_MESH_COLUMNS: Columns = {**OF_SET, **MESHES_OF_SET, "K_Hβ, rigid": "rigid_k_h_beta"}
-LOSS_COLUMNS: Columns = {
-    "load": "load",
-    "mesh": "name",
-    "loss factor": "loss_factor",
-    "friction": "friction",
-    "losses [W]": "losses_W",
-    "efficiency": "efficiency",
-}
-POWER_COLUMNS: Columns = {
-    "load": "name",
-    "power [W]": "power_W",
-    "losses [W]": "losses_W",
-    "efficiency": "efficiency",
-}
-DUTY_COLUMNS: Columns = {**POWER_COLUMNS, "share [%]": lambda row: 100.0 * row["fraction"], "hours": "hours"}
-SPECTRUM_COLUMNS: Columns = {
-    "mesh": "mesh",
-    "load": "load",
-    "pinion torque [N m]": "torque_Nm",
-    "share [%]": lambda row: 100.0 * row["fraction"],
-    "pinion [rpm]": "pinion_rpm",
-    "hours": "hours",
-    "pinion [10⁶ turns]": lambda row: None if row["pinion_cycles"] is None else 1e-6 * row["pinion_cycles"],
-    "wheel [10⁶ turns]": lambda row: None if row["wheel_cycles"] is None else 1e-6 * row["wheel_cycles"],
-    "pressure [MPa]": "flank_pressure_max_MPa",
-    "root stress, pinion [MPa]": lambda row: (row["root_stress_max_MPa"] or UNKNOWN)[0],
-    "wheel [MPa]": lambda row: (row["root_stress_max_MPa"] or UNKNOWN)[1],
-}
-# Of the spectrum, known with hours alone.
-OF_HOURS = ("hours", "pinion [10⁶ turns]", "wheel [10⁶ turns]")
+POWER_COLUMNS: Columns = {"load": "name", **heads("power_W", "losses_W", "efficiency")}
+DUTY_COLUMNS: Columns = {**POWER_COLUMNS, **heads("fraction", "hours")}
+
+
+STRESS_COLUMNS: Columns = {**OF_MESH} | {
+    f"{name}{rigid and ', rigid'} [MPa]": of_gear(f"{rigid}root_stress_max_MPa", gear)
+    for gear, name in enumerate(GEARS) for rigid in ("", "rigid_")
+}  # fmt: skip
+
+
+def _component(key: str, place: int) -> Column:
+    return lambda row: row[key][place]
+
+
 BEARING_COLUMNS: Columns = {
-    "load": "load",
-    "bearing": "name",
-    "radial [N]": "radial_force_N",
-    "axial [N]": lambda row: row["force_N"][0],
-    "along y [µm]": lambda row: row["displacement_um"][1],
-    "along z [µm]": lambda row: row["displacement_um"][2],
-    "along x [µm]": lambda row: row["displacement_um"][0],
-    "tilt about y [mrad]": lambda row: row["tilt_mrad"][0],
-    "about z [mrad]": lambda row: row["tilt_mrad"][1],
-}
+    "load": "load", "bearing": "name", **heads("radial_force_N"), "axial [N]": _component("force_N", 0),
+    **{f"along {axis} [µm]": _component("displacement_um", place) for place, axis in ((1, "y"), (2, "z"), (0, "x"))},
+    "tilt about y [mrad]": _component("tilt_mrad", 0), "about z [mrad]": _component("tilt_mrad", 1),
+}  # fmt: skip
 ROLLING_COLUMNS: Columns = {
-    "load": "load",
-    "bearing": "name",
-    "loaded elements": "loaded_elements",
+    "load": "load", "bearing": "name", **heads("loaded_elements"),
     "largest force [N]": lambda row: max(row["element_force_N"]),
-    "pressure [MPa]": "contact_pressure_max_MPa",
-    "static safety": "static_safety",
-}
+    **heads("contact_pressure_max_MPa", "static_safety"),
+}  # fmt: skip
 MISALIGNMENT = (
     "F_β: face width times the difference of the slopes of both hubs along the transverse line of action; positive "
     "where flanks overlap more at the larger x. Rigid: the same pair on rigid supports. Displacements of the wheel's "
@@ -189,11 +128,6 @@ SET_MESHES = (
 )
 POWER = "What enters, and what the meshes lose."
 DUTY = "All: means by time, the efficiency that of the work."
-SPECTRUM = (
-    "What each mesh carries, and how often: revolutions of both gears. A list, without any damage. Pressure: "
-    f"{PRESSURE}."
-)
-LOSSES = "Load-dependent, of the line loads; formulas of friction differ by up to a factor of two. Without churning."
 
 
 def gearbox_data(
@@ -206,7 +140,7 @@ def gearbox_data(
     return {
         "title": file.model.sections.title,
         "loads": entries,
-        "duty": duty_data(file.model, entries),
+        "duty": duty_data(file.model.sections.loads, [duty_entry(*pair) for pair in zip(loads, entries, strict=True)]),
         "fits": [asdict(fit) for fit in fits],
         "failures": list(failures),
         "bounds": [*bounds, *file.slips, *rounded],
@@ -328,11 +262,9 @@ def _tables(data: Data) -> list[Table]:
         found.append(table("Beside ISO 6336-1:2006", ISO_COLUMNS, crude, ISO))
     joints = [*meshes, *({**mesh, "name": f"{mesh['set']}: {mesh['name']}"} for mesh in of_sets("meshes"))]
     if any(mesh["losses_W"] is not None for mesh in joints):
-        found += [table("Losses of the meshes", LOSS_COLUMNS, joints, LOSSES), _power_table(data)]
+        found += [table("Losses of the meshes", {**OF_MESH, **LOSS_COLUMNS}, joints, LOSSES), _power_table(data)]
     if data["duty"]:
-        hidden = () if data["duty"]["hours"] else OF_HOURS
-        timed = {head: column for head, column in SPECTRUM_COLUMNS.items() if head not in hidden}
-        found.append(table("Load spectrum", timed, data["duty"]["spectrum"], SPECTRUM))
+        found += spectrum_tables(data["duty"])
     if data["fits"]:
         found.append(table("The flank that fits", FIT_COLUMNS, data["fits"], FIT))
     if rolling := [bearing for bearing in rows("bearings") if "loaded_elements" in bearing]:

@@ -13,11 +13,11 @@ from pmor.core.progress import format_time
 from pmor.gear.pair import GearPair
 from pmor.machine.coupled import MEAN_ANGLES
 from pmor.machine.coupled_sets import MEAN_PLACES
-from pmor.machine.duty import shares
 from pmor.machine.left_out import left_out
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import loaded, pinion_torques, set_torques
 from pmor.machine.settings import Bearing
+from pmor.sets.duty import shares
 from pmor.sets.preview import SWEEP, refuse_large_set, stages_of_set
 from pmor.work.cost import (
     COMPILING,

@@ -11,42 +11,43 @@ import numpy as np
 from pmor.body.beam import NODE
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
+from pmor.gear.pair import GearPair
 from pmor.machine.coupled import RigidMesh, RootStresses, SolvedLoad, SolvedMesh
+from pmor.machine.coupled_sets import SolvedSet
 from pmor.machine.iso import CrudeMisalignment, crude_misalignment, sliced_k_h_beta
 from pmor.machine.mesh_force import f_beta_um
-from pmor.machine.mesh_losses import mesh_losses, per_second
 from pmor.machine.model import GearboxModel, LoadedGearbox, Supported, speeds_rpm
 from pmor.machine.rolling_bearing import BearingState
-from pmor.machine.set_readings import set_entry
-from pmor.machine.set_ste_parts import set_ste_parts
-from pmor.machine.settings import LoadCase, Lubricant
-from pmor.machine.ste_parts import parts_data, ste_parts
+from pmor.machine.set_frame import MEMBERS
+from pmor.machine.settings import LoadCase
+from pmor.machine.ste_parts import parts_data, set_ste_parts, ste_parts
 from pmor.machine.system import Equilibrium
-from pmor.results.load_distribution import face_load_factor, largest_pressure, line_states
+from pmor.pair.losses import Lubricant, mesh_losses, per_second, total
+from pmor.results.load_distribution import line_states
+from pmor.results.quantities import figures_of_mesh
 from pmor.results.sweep import SteSweep, mesh_orders, peak_to_peak_um, ste_mean_um
+from pmor.sets.kinematics import torque_ratios
+from pmor.sets.readings import mesh_frequency_Hz, plain, spectrum_rows, torque_data
+from pmor.sets.settings import Member
 
 Data = dict[str, Any]
 HARMONICS = 5
+# Of set.json, over all positions: they stay in the solution.
+SERIES = ("torque_Nm", "first_gear_torque_Nm", "ste_um", "sun_orbit_um")
+COMPARED = ("ste_mean_um", "ste_peak_to_peak_um", "ste_harmonics_um", "k_gamma")
 
 
 def load_data(model: GearboxModel, cases: Mapping[str, Case], solved: SolvedLoad) -> Data:
     """Return the entry of a load case."""
     speeds = speeds_rpm(model, solved.load)
     meshes = [
-        mesh_data(solved, mesh, rigid)
+        mesh_data(solved, mesh, rigid, speeds, model.sections.lubricant)
         | {"sliced_k_h_beta": sliced_k_h_beta(mesh, cases[mesh.meshing.settings.name])}
         | _iso(crude_misalignment(model, solved.load, mesh, cases[mesh.meshing.settings.name]))
-        | losses(mesh, speeds.get(mesh.meshing.settings.pinion.shaft), model.sections.lubricant)
         for mesh, rigid in zip(solved.meshes, solved.rigid, strict=True)
     ]
-    lubricant = model.sections.lubricant
-    sets = [
-        set_entry(one, speeds, lubricant, set_ste_parts(solved.gearbox, solved.equilibrium, one)) for one in solved.sets
-    ]
-    joints = [*meshes, *sets]
-    known = [one["losses_W"] for one in joints if one["losses_W"] is not None]
-    lost = sum(known) if len(known) == len(joints) else None
-    held = _held(solved)
+    sets = [set_entry(solved, one, speeds, model.sections.lubricant) for one in solved.sets]
+    lost, held = total([*meshes, *sets], "losses_W"), _held(solved)
     power = _power(solved.load, speeds, held)
     return {
         "name": solved.load.name,
@@ -62,6 +63,18 @@ def load_data(model: GearboxModel, cases: Mapping[str, Case], solved: SolvedLoad
     }
 
 
+def duty_entry(solved: SolvedLoad, entry: Data) -> Data:
+    """Return a load case as `duty_data` takes it: all meshes, those of sets among them."""
+    meshes = []
+    for mesh, own in zip(solved.meshes, entry["meshes"], strict=True):
+        gears = {"pinion": mesh.meshing.settings.pinion, "wheel": mesh.meshing.settings.wheel}
+        meshes.append(own | {f"{name}_rpm": entry["speeds_rpm"].get(gear.shaft) for name, gear in gears.items()})
+    for one, row in zip(solved.sets, entry["sets"], strict=True):
+        rows = spectrum_rows(one.solution, row, row["speeds_rpm"])
+        meshes += [mesh | {"name": f"{row['name']}: {mesh['name']}"} for mesh in rows]
+    return {**entry, "meshes": meshes}
+
+
 def _power(load: LoadCase, speeds: Mapping[str, float], held: Sequence[Data]) -> float | None:
     """Return the power that enters at all torques of a load; None where a shaft has no speed."""
     given = [(one.shaft, one.torque_Nm) for one in load.torques if not isinstance(one.torque_Nm, str)]
@@ -71,12 +84,15 @@ def _power(load: LoadCase, speeds: Mapping[str, float], held: Sequence[Data]) ->
     return sum(max(torque * per_second(speeds[shaft]), 0.0) for shaft, torque in all_torques)
 
 
-def mesh_data(solved: SolvedLoad, mesh: SolvedMesh, rigid: RigidMesh) -> Data:
+def mesh_data(
+    solved: SolvedLoad, mesh: SolvedMesh, rigid: RigidMesh, speeds: Mapping[str, float], lubricant: Lubricant
+) -> Data:
     """Return what a mesh does, beside the same pair on rigid supports."""
     pair, frame = mesh.meshing.pair, mesh.meshing.frame
     relative = mesh.displacement[1] - mesh.displacement[0]
     width = pair.face_width
-    swept = sweep_data(mesh.sweep, 0, mesh.root_stress)
+    swept, rpm = sweep_data(pair, mesh.sweep, 0, mesh.root_stress), speeds.get(mesh.meshing.settings.pinion.shaft)
+    factor = math.nan if swept["loss_factor"] is None else swept["loss_factor"]
     return {
         "name": mesh.meshing.settings.name,
         "torque_Nm": 1e-3 * mesh.torque,
@@ -89,7 +105,8 @@ def mesh_data(solved: SolvedLoad, mesh: SolvedMesh, rigid: RigidMesh) -> Data:
         "pitches": mesh.sweep.pitches,
         **swept,
         **parts_data(ste_parts(solved.gearbox, solved.equilibrium.displacement, mesh.meshing), swept["ste_mean_um"]),
-        **{f"rigid_{key}": value for key, value in sweep_data(*rigid).items()},
+        **{f"rigid_{key}": value for key, value in sweep_data(pair, *rigid).items()},
+        **mesh_losses(pair, factor, mesh.force, rpm, lubricant),
     }
 
 
@@ -98,25 +115,17 @@ def _iso(found: CrudeMisalignment | None) -> Data:
     return {f"iso_{key}": value for key, value in zip(CrudeMisalignment._fields, values, strict=True)}
 
 
-def losses(mesh: SolvedMesh, pinion_rpm: float | None, lubricant: Lubricant) -> Data:
-    """Return loss factor, friction and power lost in a mesh; null without a speed, or at rest."""
-    pair = mesh.meshing.pair
-    return mesh_losses(pair, line_states(mesh.sweep), mesh.force, pinion_rpm, lubricant)
-
-
-def sweep_data(sweep: SteSweep, row: int, root_stress: RootStresses) -> Data:
+def sweep_data(pair: GearPair, sweep: SteSweep, row: int, root_stress: RootStresses) -> Data:
     """Return the figures of a sweep under one of its torques; null where a position did not converge."""
-    lines = line_states(sweep)
     whole = bool(sweep.converged[row].all())
-    carries = lines.load_N_per_mm[row].sum(axis=(0, 1)) > 0.0
-    pressure = float(largest_pressure(lines.pressure_MPa[row], (0, 1, 2)))
+    figures = figures_of_mesh(pair, line_states(sweep))
+    found = {
+        "ste_mean_um": ste_mean_um(sweep)[row], "ste_peak_to_peak_um": peak_to_peak_um(sweep)[row],
+        **{key: values[row] for key, values in figures.items()},
+    }  # fmt: skip
     return {
-        "ste_mean_um": _number(ste_mean_um(sweep)[row], whole),
-        "ste_peak_to_peak_um": _number(peak_to_peak_um(sweep)[row], whole),
+        **{key: plain(value) if whole else None for key, value in found.items()},
         "ste_harmonics_um": [float(a) for a in mesh_orders(sweep, row, HARMONICS)] if whole else None,
-        "k_h_beta": _number(face_load_factor(lines)[row], whole),
-        "carrying_face_percent": _number(100.0 * lines.width_mm[carries].sum() / lines.width_mm.sum(), whole),
-        "flank_pressure_max_MPa": _number(pressure, whole and not math.isnan(pressure)),
         "root_stress_max_MPa": list(root_stress) if whole and root_stress else None,
     }
 
@@ -194,5 +203,39 @@ def _held(solved: SolvedLoad) -> list[Data]:
     ]
 
 
-def _number(value: float, whole: bool) -> float | None:
-    return float(value) if whole else None
+def set_entry(solved: SolvedLoad, one: SolvedSet, speeds_rpm: Mapping[str, float], lubricant: Lubricant) -> Data:
+    """Return the entry of a set under a load, with the keys of `set.json` and the same on rigid supports."""
+    assert one.rigid is not None
+    file, solution, speeds = one.meshing.file, one.solution, member_speeds_rpm(one, speeds_rpm)
+    own, rigid = torque_data(file, solution, 0, speeds, lubricant), torque_data(file, one.rigid, one.row)
+    for mesh, other in zip(own["meshes"], rigid["meshes"], strict=True):
+        mesh["rigid_k_h_beta"] = other["k_h_beta"]
+    planets = [{key: value for key, value in planet.items() if key != "share"} for planet in own["planets"]]
+    return {
+        "name": one.meshing.settings.name,
+        "torques_Nm": torques_Nm(one),
+        "speeds_rpm": speeds,
+        "mesh_frequency_Hz": None if speeds is None else mesh_frequency_Hz(file.teeth[0], speeds),
+        "converged": bool(solution.converged.all()),
+        "pitches": solution.pitches,
+        **{key: value for key, value in own.items() if key not in SERIES},
+        **parts_data(set_ste_parts(solved.gearbox, solved.equilibrium, one), own["ste_mean_um"]),
+        "planets": planets,
+        **{f"rigid_{key}": rigid[key] for key in COMPARED},
+        "supports_uneven_percent": 100.0 * one.uneven,
+    }
+
+
+def torques_Nm(one: SolvedSet) -> dict[Member, float]:
+    """Return the torques about x on sun, carrier and ring from outside."""
+    ratios, hub = torque_ratios(one.meshing.file.teeth), MEMBERS.index("sun")
+    on_sun = -1e-3 * one.torque * float(one.meshing.wrenches[hub, 3])
+    return {member: on_sun * ratios[member] / ratios["sun"] for member in MEMBERS}
+
+
+def member_speeds_rpm(one: SolvedSet, speeds_rpm: Mapping[str, float]) -> dict[str, float] | None:
+    """Return the speeds about x of sun, carrier and ring; None where the load has none."""
+    members = one.meshing.settings.members
+    if any(place.shaft not in speeds_rpm for place in members.values()):
+        return None
+    return {member: speeds_rpm[members[member].shaft] if member in members else 0.0 for member in MEMBERS}

@@ -8,15 +8,26 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from pmor.body.beam import NODE
+from pmor.core.shown import Columns, Tabular
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.figures import deflection_figure, face_load_figure, ste_figure
 from pmor.machine.fit import Fit
 from pmor.machine.live import live_blocks
 from pmor.machine.loader import GearboxFile
 from pmor.machine.output import FILES, SET_FILES, gearbox_data, gearbox_report, gearbox_text, set_files
-from pmor.machine.readings import Data
+from pmor.machine.readings import Data, bearing_data
+from pmor.machine.results_data import gearbox_columns, mesh_rows, write_gearbox_results
 from pmor.machine.view import machine_figure
 from pmor.machine.vtkhdf import write_machine
+from pmor.report.data_files import write_columns_csv, write_table_csv
+from pmor.results.load_distribution import line_states
+from pmor.results.loads import together
+from pmor.results.quantities import TABLE
+from pmor.results.root_stress import GEARS
+from pmor.results.solution import MeshView, PartView, place_of
 from pmor.sets.vtkhdf import write_set
 from pmor.work.results import writing_results
 from pmor_online.model import ReducedPair
@@ -26,7 +37,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GearboxResult:
+class GearboxResult(Tabular):
     """A gearbox under its load cases.
 
     Parameters
@@ -58,6 +69,45 @@ class GearboxResult:
         """All of it as plain data: the content of `gearbox.json`."""
         return gearbox_data(self.file, self.loads, self.failures, self.fits)
 
+    def to_csv(self, path: Path | str) -> None:
+        """Write the table `ste.csv`: a row for each load, mesh or set, and angle, units in the header."""
+        write_columns_csv(Path(path), self.columns())
+
+    def columns(self) -> Columns:
+        """All of it by the names of columns, for `to_dataframe`: a value for each load, mesh or set, and angle."""
+        return gearbox_columns(self.loads)
+
+    def _shown(self) -> Columns:
+        rows = mesh_rows(self.data)
+        keys = ("load", "name", "ste_mean_um", "ste_peak_to_peak_um", "k_h_beta", "flank_pressure_max_MPa")
+        return {TABLE[key].head if key in TABLE else key: [row.get(key) for row in rows] for key in keys}
+
+    def mesh(self, name: str) -> MeshView:
+        """Return a mesh under all loads, with all that is read off its line contact."""
+        number = place_of("mesh", name, [mesh.meshing.settings.name for mesh in self.loads[0].meshes])
+        meshes = [load.meshes[number] for load in self.loads]
+        return MeshView(name, meshes[0].meshing.pair, together([line_states(mesh.sweep) for mesh in meshes]))
+
+    def gear(self, name: str) -> PartView:
+        """Return mean force and moment of a mesh on a gear, named as ``mesh.pinion``, and where its hub is."""
+        every = [f"{mesh.meshing.settings.name}.{gear}" for mesh in self.loads[0].meshes for gear in GEARS]
+        number, side = divmod(place_of("gear", name, every), len(GEARS))
+        wrench, moved = [], []
+        for load in self.loads:
+            mesh = load.meshes[number]
+            hub = mesh.meshing.hubs[side]
+            wrench.append(mesh.force * mesh.meshing.wrenches[side])
+            moved.append(load.equilibrium.displacement[hub : hub + NODE])
+        return PartView(name, np.array(wrench)[:, None], np.array(moved)[:, None])
+
+    def support(self, name: str) -> PartView:
+        """Return what a shaft carries into a bearing, and how far it moves against what that stands on."""
+        number = place_of("support", name, [bearing.name for bearing in self.file.model.sections.bearings])
+        rows = [bearing_data(load)[number] for load in self.loads]
+        wrench = [[*row["force_N"], 1e3 * row.get("torque_Nm", 0.0), *row["moment_Nmm"]] for row in rows]
+        moved = [[*row["displacement_um"], 0.0, *row["tilt_mrad"]] for row in rows]
+        return PartView(name, np.array(wrench)[:, None], 1e-3 * np.array(moved)[:, None])
+
     def plot_deflection(self, load: int = 0) -> Figure:
         """Draw the deflected shafts under a load case, by its number."""
         return deflection_figure(self.file.model, self.loads[load])
@@ -75,7 +125,9 @@ class GearboxResult:
         return face_load_figure(self.loads)
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
-        """Write `gearbox.json`, `gearbox.md`, `report.html`, the pictures, `machine.vtkhdf`; of `pmor.run` REXS too.
+        """Write `gearbox.json`, `gearbox.md`, `report.html`, the pictures, tables and `results.h5`.
+
+        Tables are `ste.csv` and `meshes.csv`; `machine.vtkhdf` shows the machine; of `pmor.run` REXS too.
 
         Parameters
         ----------
@@ -93,6 +145,10 @@ class GearboxResult:
             replace(report, page_only=live_blocks(self.loads, self.pairs)).write(out)
             if self.loads:
                 write_machine(self.file.model, self.loads, out / "machine.vtkhdf")
+                self.to_csv(out / "ste.csv")
+                rows = mesh_rows(self.data)
+                write_table_csv(out / "meshes.csv", rows, list(dict.fromkeys(key for row in rows for key in row)))
+                write_gearbox_results(self.file, self.loads, out / "results.h5")
                 for one in self.loads[0].sets:
                     target = out / f"set_{one.meshing.settings.name}_{SET_FILES[-1]}"
                     write_set(one.solution, one.meshing.file.cases, 0, target)

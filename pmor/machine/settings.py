@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 from pmor.case.reader import Keys, Sections
 from pmor.core.ranges import GRAMS_PER_CM3, METRES, PASCALS, Length, Range, Stiffness, TiltStiffness
 from pmor.machine.rolling_bearing import BallBearing, RollerBearing
+from pmor.pair.losses import Lubricant
 from pmor.sets.settings import Member
 
 Place = Annotated[float, Range(-1e6, 1e6, "mm")]
@@ -330,28 +331,6 @@ class Gravity:
     def vector(self) -> tuple[float, float, float]:
         """m/s2."""
         return self.x_m_s2, self.y_m_s2, self.z_m_s2
-
-
-@dataclass(frozen=True, kw_only=True)
-class Lubricant:
-    """What friction in the meshes depends on (section `[lubricant]`).
-
-    Parameters
-    ----------
-    friction : "schlenk" or float
-        Mean coefficient of friction: after Schlenk (1995), or a number. Formulas differ by up to a factor of two.
-    viscosity_mPas : float
-        Dynamic viscosity at the temperature of the oil.
-    roughness_um : float
-        Ra of the flanks, mean of both gears.
-    lubricant_factor : float
-        X_L of Schlenk's formula: 1 of mineral oil.
-    """
-
-    friction: Annotated[float, Range(0.0, 1.0)] | Literal["schlenk"] = "schlenk"
-    viscosity_mPas: Annotated[float, Range(0.1, 1e5, "mPa s")] = 20.0
-    roughness_um: Annotated[float, Range(0.01, 100.0, "um")] = 0.4
-    lubricant_factor: Annotated[float, Range(0.1, 3.0)] = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)

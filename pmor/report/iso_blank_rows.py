@@ -12,8 +12,7 @@ from pmor.gear.classical.formulas import iso_stiffness
 from pmor.gear.classical.iso6336 import LEAST_RIM, THINNEST, WEB
 from pmor.gear.classical.iso6336_root import nominal_root_stress
 from pmor.pair.iso_blank import IsoBlank, blank_factor, iso_blanks
-from pmor.results.root_stress import GEARS
-from pmor.results.web_stress import EDGES, WebCycle
+from pmor.results.root_stress import EDGES, GEARS, WebCycle
 from pmor_online.run import OnlineResult
 
 # Difference between finite elements and the standard that is named, of the standard's figure.

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pmor.case import text_of
-from pmor.export.tables import sweep_arrays
+from pmor.export.tables import line_arrays, sweep_arrays
 from pmor.report.data_files import write_table_csv
 from pmor.results.flank_maps import FlankMap
 from pmor.results.load_distribution import line_states
@@ -38,12 +38,7 @@ def _readings(result: OnlineResult) -> Arrays:
     if readings is None:
         return {}
     lines, rates, harris = line_states(result.sweep), readings.sensitivities, readings.harris
-    arrays = {
-        "lines/pair": lines.pair, "lines/z": lines.z_mm, "lines/width": lines.width_mm, "lines/roll": lines.roll_rad,
-        "lines/load": lines.load_N_per_mm, "lines/half_width": lines.half_width_mm,
-        "lines/pressure": lines.pressure_MPa, "lines/sensitivity": lines.sensitivity,
-        "face/k_h_beta": readings.face_load_factor,
-        "face/effective_contact_ratio": readings.effective_contact_ratio,
+    arrays = line_arrays(lines, readings.figures) | {
         "forces/force": readings.forces.force_N, "forces/moment": readings.forces.moment_Nm,
         "sensitivity/ste": rates.ste, "sensitivity/mean": rates.mean, "sensitivity/peak_to_peak": rates.peak_to_peak,
         "harris/phi": harris.phi_rad, "harris/torque": harris.torque_Nm, "harris/ste": harris.ste_um,

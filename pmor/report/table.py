@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
+
+from pmor.results.quantities import TABLE
 
 #: content of a cell; None is shown as a dash, a float in four significant digits
 Cell = str | float | int | bool | None
+#: cells of a column from a row: by a key of it, or a function of it
+Column = str | Callable[[Any], Cell]
+#: by their heads
+Columns = Mapping[str, Column]
 # Letters of a cell beyond which a phone has no room for a further column.
 LONG_TEXT = 30
 # Numbers that are written out, with the decimals that their reader expects.
@@ -71,3 +78,29 @@ def aligned_lines(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> lis
                   for cell, width, right in zip(row, widths, numeric, strict=True)).rstrip()
         for row in cells
     ]  # fmt: skip
+
+
+def table(title: str, columns: Columns, rows: Iterable[Any], note: str = "") -> Table:
+    """Return a table of rows of plain data, or of anything where all columns are functions."""
+    cells = [[column(row) if callable(column) else row[column] for column in columns.values()] for row in rows]
+    return Table(title, tuple(columns), cells, note)
+
+
+def heads(*keys: str) -> dict[str, Column]:
+    """Return columns of quantities by their keys, with heads and units as the table of quantities has them."""
+    return {TABLE[key].head: percent(key) if TABLE[key].percent else key for key in keys}
+
+
+def percent(key: str) -> Callable[[Mapping[str, Any]], float | None]:
+    """Return the column of a relative quantity in per cent."""
+    return lambda row: None if row.get(key) is None else 100.0 * row[key]
+
+
+def two_digits(value: float | None) -> float | None:
+    """Round for a column in which only the order of magnitude counts."""
+    return None if value is None else float(f"{value:.2g}")
+
+
+def text_lines(shown: Table) -> list[str]:
+    """Return heads and rows of a table as lines for the screen."""
+    return aligned_lines(shown.columns, shown.rows)

@@ -11,9 +11,11 @@ import numpy as np
 
 from pmor.case import Case, condition_words
 from pmor.core.arrays import FloatArray
-from pmor.report.table import Table
-from pmor.results.load_distribution import PRESSURE, largest_pressure, line_states
-from pmor.results.root_stress import GEARS
+from pmor.gear.pair import GearPair
+from pmor.report.table import Table, heads, table
+from pmor.results.load_distribution import PRESSURE
+from pmor.results.quantities import OF_MESHES
+from pmor.results.root_stress import GEARS, RootStress
 from pmor.results.shaft_orders import ShaftOrder, shaft_orders
 from pmor.results.sweep import SteSweep, mesh_orders, mesh_stiffness, peak_to_peak_um, ste_mean_um
 from pmor_online.conditions import ConditionSweep
@@ -77,6 +79,12 @@ def _row(case: Case, number: int, condition: ConditionSweep) -> list[str | float
 
 # Orders of each torque in the file.
 MOST_ROWS = 200
+# Of a page, beside the forces.
+IN_LOAD_TABLE = (
+    "torque_Nm", "mesh_stiffness_mean_N_per_mm_um", "mesh_stiffness_tangent_mean_N_per_mm_um", "k_h_beta",
+    "effective_contact_ratio", "flank_pressure_max_MPa", "line_load_max_N_per_mm", "loss_factor",
+    "root_stress_pinion_MPa", "root_stress_wheel_MPa",
+)  # fmt: skip
 #: of the table of orders, which has no row where a position is missing at every torque
 SHAFT_ORDER_COLUMNS = ("torque_Nm", *(field.name for field in fields(ShaftOrder)))
 #: root stress without some of its causes, by key of the summary
@@ -93,7 +101,14 @@ def torque_rows(result: OnlineResult) -> list[dict[str, Any]]:
 
 def torque_row(result: OnlineResult, t: int) -> dict[str, Any]:
     """Return the figures at one of the torques, by its place."""
-    sweep, readings, stress, pair = result.sweep, result.readings, result.root_stress, result.reduced.meshed.pair
+    figures = dict.fromkeys(OF_MESHES) if result.readings is None else result.readings.figures
+    return figures_at(result.sweep, result.reduced.meshed.pair, figures, result.root_stress, t)
+
+
+def figures_at(
+    sweep: SteSweep, pair: GearPair, figures: Mapping[str, FloatArray | None], stress: RootStress | None, t: int
+) -> dict[str, Any]:
+    """Return the figures of a pair at one of the torques of its sweep, with those of its mesh where they are known."""
     secant = mesh_stiffness(sweep, pair.pinion.base_radius, pair.common_width).secant[t]
     tangent = None if sweep.stiffness_N_per_um is None else sweep.stiffness_N_per_um[t] / pair.common_width
     largest = [None if stress is None else stress.largest(t, gear) for gear in range(2)]
@@ -101,9 +116,7 @@ def torque_row(result: OnlineResult, t: int) -> dict[str, Any]:
         **sweep_row(sweep, t), **order_columns(sweep, t),
         "mesh_stiffness_mean_N_per_mm_um": _mean(secant),
         "mesh_stiffness_tangent_mean_N_per_mm_um": None if tangent is None else _mean(tangent),
-        "k_h_beta": None if readings is None else float(readings.face_load_factor[t]),
-        "effective_contact_ratio": None if readings is None else float(readings.effective_contact_ratio[t]),
-        "flank_pressure_max_MPa": None if readings is None else _pressure(sweep, t),
+        **{key: None if values is None or np.isnan(values[t]) else float(values[t]) for key, values in figures.items()},
         **{f"root_stress_{name}_MPa": None if one is None else one.max_principal_MPa
            for name, one in zip(GEARS, largest, strict=True)},
         "n_positions_failed": int(np.count_nonzero(~sweep.converged[t])),
@@ -113,10 +126,8 @@ def torque_row(result: OnlineResult, t: int) -> dict[str, Any]:
 def ste_table(rows: list[dict[str, Any]]) -> Table:
     """Return the transmission error at each torque."""
     keys = ("torque_Nm", "ste_mean_um", "ste_peak_to_peak_um", *(f"ste_order_{k}_um" for k in range(1, N_ORDERS + 1)))
-    columns = ("torque, N m", "STE mean, µm", "STE peak-to-peak, µm",
-               *(f"order {k}, µm" for k in range(1, N_ORDERS + 1)))  # fmt: skip
     note = "Orders of the mesh frequency, amplitudes from zero to peak; all figures at each torque are in torques.csv."
-    return Table("Transmission error at each torque", columns, [[row[key] for key in keys] for row in rows], note)
+    return table("Transmission error at each torque", heads(*keys), rows, note)
 
 
 def shaft_order_table(result: OnlineResult) -> list[Table]:
@@ -151,17 +162,12 @@ def shaft_order_rows(result: OnlineResult) -> list[dict[str, Any]]:
 
 def load_table(result: OnlineResult, rows: list[dict[str, Any]]) -> Table:
     """Return stiffness, load distribution, stresses and forces at each torque."""
-    columns = {
-        "torque, N m": "torque_Nm", "mesh stiffness, N/(mm µm)": "mesh_stiffness_mean_N_per_mm_um",
-        "tangent mesh stiffness, N/(mm µm)": "mesh_stiffness_tangent_mean_N_per_mm_um", "K_Hβ": "k_h_beta",
-        "contact ratio, loaded": "effective_contact_ratio", "flank pressure, max, MPa": "flank_pressure_max_MPa",
-        "root stress, pinion, MPa": "root_stress_pinion_MPa", "root stress, wheel, MPa": "root_stress_wheel_MPa",
-    }  # fmt: skip
-    columns = {name: key for name, key in columns.items() if any(row[key] is not None for row in rows)}
-    cells = [[row[key] for key in columns.values()] for row in rows]
-    names, note = list(columns), "Stiffness: mean over the angles, per face width, secant unless tangent."
+    columns = heads(*(key for key in IN_LOAD_TABLE if any(row[key] is not None for row in rows)))
+    shown = table("", columns, rows)
+    cells, names = list(map(list, shown.rows)), list(columns)
+    note = "Stiffness: mean over the angles, per face width, secant unless tangent."
     if result.readings is not None:
-        names += ["tangential force, N", "separating force, N", "axial force, N"]
+        names += ["tangential force [N]", "separating force [N]", "axial force [N]"]
         for cells_of, forces in zip(cells, result.readings.forces.force_N[:, :, 0], strict=True):
             cells_of += [float(value) for value in np.abs(forces).max(axis=0)]
         note += (
@@ -188,7 +194,3 @@ def _mean(values: FloatArray) -> float:
     known = values[np.isfinite(values)]
     return float(known.mean()) if len(known) else math.nan
 
-
-def _pressure(sweep: SteSweep, t: int) -> float | None:
-    pressure = float(largest_pressure(line_states(sweep).pressure_MPa[t], (0, 1, 2)))
-    return None if math.isnan(pressure) else pressure

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.shown import brief
 
 
@@ -75,6 +76,7 @@ class LineStates:
         Where the sections are, from mid width of the pair, and the width that each stands for, without its image.
     mirrored : bool
         Whether they have images.
+    converged : (D, A) bool
     roll_rad : (A, P, S, 2)
         Roll angles on pinion and wheel at which the undeformed flanks meet.
     load_N_per_mm : (D, A, P, S)
@@ -91,13 +93,15 @@ class LineStates:
     mate_lever_mm : (A, P, S)
         Levers of the force, as in `ContactLoads`.
     sensitivity : (D, A, P, S)
-        Derivative of the STE by the deviation of the section (both flanks together, its image too), um/um.
+        Derivative of the STE by the deviation of the section (both flanks together, its image too), um/um; empty of
+        meshes that are solved with others.
     """
 
     pair: IntArray
     z_mm: FloatArray
     width_mm: FloatArray
     mirrored: bool
+    converged: BoolArray
     roll_rad: FloatArray
     load_N_per_mm: FloatArray
     half_width_mm: FloatArray
@@ -116,6 +120,13 @@ class LineStates:
     def force_N(self) -> FloatArray:
         """Force of each section, with its image's, along the transverse line of action, (D, A, P, S)."""
         return np.asarray(self.load_N_per_mm * (self.images * self.width_mm))
+
+
+def together(parts: Sequence[LineStates]) -> LineStates:
+    """Return line contact at the same angles under the torques of all parts, one behind the other."""
+    of_torques = ("converged", "load_N_per_mm", "half_width_mm", "offset_mm", "pressure_MPa", "lever_mm", "sensitivity")
+    arrays = {name: np.concatenate([getattr(one, name) for one in parts]) for name in of_torques}
+    return replace(parts[0], **arrays)  # type: ignore[arg-type]
 
 
 @brief

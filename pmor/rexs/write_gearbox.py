@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pmor.machine.coupled import SolvedLoad
-from pmor.machine.duty import shares
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import pinion_senses, set_torques
 from pmor.machine.readings import Data
@@ -25,6 +24,7 @@ from pmor.rexs.lubricant import lubricant_attributes
 from pmor.rexs.parts import ACROSS, ALONG, add_rolling, add_shaft, at, springs, stiffness
 from pmor.rexs.write import add_gear, misaligned, stage_attributes
 from pmor.rexs.write_set import SetParts
+from pmor.sets.duty import shares
 
 
 @dataclass

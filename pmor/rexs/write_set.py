@@ -17,6 +17,7 @@ from pmor.case.capability import refuse_beyond
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair
+from pmor.results.load_distribution import face_line
 from pmor.rexs.document import Attributes, Document, Value
 from pmor.rexs.parts import add_shaft, at, springs
 from pmor.rexs.sets import DIGITS, STAGE
@@ -271,7 +272,7 @@ def stage_results(solved: SetSolution, torque: int) -> Attributes:
 def mesh_attributes(solved: SetSolution, torque: int, mesh: int) -> Attributes:
     """Load over the face from its beginning, K_Hβ, K_γ of the set, force, and share in the torque."""
     meshed = solved.train.meshes[mesh].pair.meshed
-    z, load = solved.face_line(torque, mesh)
+    z, load = face_line(solved.lines(mesh), torque)
     numbers: dict[str, float] = {
         "face_load_factor_contact_stress": float(solved.k_h_beta(mesh)[torque]),
         "mesh_load_factor_iso_6336_2019": float(solved.k_gamma[torque]),

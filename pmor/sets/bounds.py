@@ -80,8 +80,8 @@ def _bounds(file: SetFile, solved: SetSolution, number: int, mesh: int) -> Itera
     return mesh_bounds(
         file.cases[solved.plan.meshes[mesh].case], pair, solved.mesh_displacement(mesh)[number],
         float(np.mean(solved.ste_um[number])) if whole else None,
-        float(solved.carrying_face_percent[number, mesh]) if whole else None,
-        float(solved.flank_pressure_MPa[number, mesh]),
+        float(solved.mesh_figures[mesh]["carrying_face_percent"][number]) if whole else None,
+        float(solved.mesh_figures[mesh]["flank_pressure_max_MPa"][number]),
     )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from pmor.fe.outline import tooth_outline
 from pmor.gear.tooth import Tooth
 from pmor.report.blank_figure import hole_outline
 from pmor.report.style import COLOURS, legend_label, panels, plot_share_below
+from pmor.results.load_distribution import face_line
 from pmor.sets.lost import known
 from pmor.sets.pins import pin_shapes
 from pmor.sets.root_stress import GearStress
@@ -186,7 +187,7 @@ def face_load_figure(solved: SetSolution, torque: int) -> Figure:
     """Line load over the face of each mesh, added up over tooth pairs, mean over the mesh cycle."""
     with panels(1, 7.2, 4.2, legend=3) as (figure, (axes,)):
         for number, one in enumerate(solved.train.meshes):
-            z, load = solved.face_line(torque, number)
+            z, load = face_line(solved.lines(number), torque)
             name = " - ".join(solved.train.bodies[body].name for body in one.bodies)
             axes.plot(z, load, "-" if one.bodies[0] == 0 else "--", label=legend_label(name))
         axes.set(xlabel="z from mid width [mm]", ylabel="Line load, mean over\nthe mesh cycle [N/mm]")

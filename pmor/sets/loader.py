@@ -111,7 +111,7 @@ class SetFile:
     @property
     def torques_Nm(self) -> list[float]:
         """Amounts of the torque that are solved, rising: of the nominal one, and of those of the sweep."""
-        return sorted({self.plan.nominal_Nm, *self.sections.sweep.torques_Nm})
+        return sorted({self.plan.nominal_Nm, *_further_torques(self.sections)})
 
     @property
     def slips(self) -> list[str]:
@@ -190,7 +190,7 @@ def _checked(
         plan = set_plan(said, layout, pairs, reader.carrier_stiffness(said))
     except (CaseError, GeometryError) as error:
         raise type(error)(f"{reader.where}: {str(error).removeprefix(f'{reader.where}: ')}") from None
-    most = max((plan.nominal_Nm, *said.sweep.torques_Nm)) / plan.nominal_Nm
+    most = max((plan.nominal_Nm, *_further_torques(said))) / plan.nominal_Nm
     most = most if shafts is None or shafts.most_Nm is None else shafts.most_Nm / plan.torque_Nm
     torques_Nm = {key: most * torque for key, torque in plan.mesh_torques_Nm.items()}
     cases = reader.cases(said, layout, torques_Nm)
@@ -213,4 +213,9 @@ def _part_of_a_gearbox(said: SetSections, shafts: OnShafts) -> SetSections:
             carrier, radial_N_per_mm="rigid", tilt_Nmm_per_rad="rigid", bearings_at_mm=Carrier().bearings_at_mm
         )
     sweep = replace(said.sweep, torques_Nm=())
-    return replace(said, supports=supports, carrier=carrier, tolerances=None, sweep=sweep)
+    return replace(said, supports=supports, carrier=carrier, tolerances=None, sweep=sweep, loads=())
+
+
+def _further_torques(said: SetSections) -> tuple[float, ...]:
+    """Amounts of the torque beside the nominal one."""
+    return (*said.sweep.torques_Nm, *(load.torque_Nm for load in said.loads))

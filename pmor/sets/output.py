@@ -8,8 +8,9 @@ import numpy as np
 
 from pmor.case.capability import why_not
 from pmor.report.page import Block, Picture, Warning
-from pmor.report.table import Table
+from pmor.report.table import Column, Columns, Table, heads, table, text_lines
 from pmor.results.load_distribution import PRESSURE
+from pmor.results.root_stress import GEARS
 from pmor.sets.figures import (
     face_load_figure,
     path_figure,
@@ -22,16 +23,15 @@ from pmor.sets.figures import (
     tolerance_figure,
 )
 from pmor.sets.loader import SetFile
-from pmor.sets.readings import Data, set_data
+from pmor.sets.readings import Data
 from pmor.sets.solution import SetSolution
 from pmor.sets.tolerances import Samples
 from pmor.work.results import Report
-from pmor.work.table import Columns, table, text_lines
 
 #: files of a result
 FILES = (
     "set.json", "set.md", "report.html", "set.png", "ste.png", "shares.png", "face_load.png", "root_stress.png",
-    "ring.png", "ste.csv", "results.h5", "set.vtkhdf",
+    "ring.png", "ste.csv", "torques.csv", "meshes.csv", "results.h5", "set.vtkhdf",
 )  # fmt: skip
 #: further ones with tolerances
 SAMPLE_FILES = ("tolerances.csv", "tolerances.png")
@@ -40,50 +40,56 @@ PIN_FILES = ("pins.png",)
 #: where REXS has words for the set
 REXS_FILES = ("set.rexs",)
 
-TORQUE_COLUMNS: Columns = {
-    "torque [N m]": "torque_Nm",
-    "STE mean [µm]": "ste_mean_um",
-    "STE p-p [µm]": "ste_peak_to_peak_um",
-    "K_γ": "k_gamma",
-}
-PLANET_COLUMNS: Columns = {
-    "planet": "name",
-    "share [%]": lambda row: _percent(row["share_mean"]),
-    "largest [%]": lambda row: _percent(row["share_max"]),
-    "pin force [N]": "pin_force_mean_N",
-    "largest [N]": "pin_force_max_N",
-}
+TORQUE_COLUMNS: Columns = heads("torque_Nm", "ste_mean_um", "ste_peak_to_peak_um", "k_gamma", "losses_W")
+PLANET_COLUMNS: Columns = {"planet": "name", **heads("share_mean", "share_max", "pin_force_mean_N", "pin_force_max_N")}
 PIN_COLUMNS: Columns = {
     "planet": "name",
-    "outwards [µm]": "outwards_um",
-    "around [µm]": "around_um",
-    "tilt outwards [mrad]": "outwards_tilt_mrad",
-    "tilt around [mrad]": "around_tilt_mrad",
+    **heads("outwards_um", "around_um", "outwards_tilt_mrad", "around_tilt_mrad"),
     "force on bearings [N]": lambda row: _forces(row["bearings"]),
 }
-MESH_COLUMNS: Columns = {
-    "mesh": "name",
-    "contact ratio": "contact_ratio",
-    "phase [pitches]": "phase_pitches",
-    "share [%]": lambda row: _percent(row["share_mean"]),
-    "force [N]": "force_mean_N",
-    "p-p [N]": "force_peak_to_peak_N",
-    "line load, largest [N/mm]": "line_load_max_N_per_mm",
-    "K_Hβ": "k_h_beta",
-    "pressure [MPa]": "flank_pressure_max_MPa",
-}
+MESH_COLUMNS: Columns = {"mesh": "name", **heads(
+    "contact_ratio", "phase_pitches", "share_mean", "force_mean_N", "force_peak_to_peak_N", "line_load_max_N_per_mm",
+    "k_h_beta", "flank_pressure_max_MPa",
+)}  # fmt: skip
+#: at each torque
+LOAD_COLUMNS: Columns = {**heads("torque_Nm"), "mesh": "name", **heads(
+    "k_h_beta", "flank_pressure_max_MPa", "line_load_max_N_per_mm", "carrying_face_percent", "effective_contact_ratio",
+)}  # fmt: skip
+LOSS_COLUMNS: Columns = heads("loss_factor", "friction", "losses_W", "efficiency")
 STRESS_COLUMNS: Columns = {
     "gear": "name",
-    "largest principal [MPa]": "max_principal_MPa",
+    **heads("max_principal_MPa"),
     "on the side of the": "loaded_by",
-    "range [MPa]": "range_MPa",
+    **heads("range_MPa"),
     "from, to [MPa]": lambda row: _limits(row, "range"),
-    "range on the other side [MPa]": "range_other_side_MPa",
+    **heads("range_other_side_MPa"),
     "from, to there [MPa]": lambda row: _limits(row, "range_other_side"),
 }
+
+
+def _millions(key: str) -> Column:
+    return lambda row: None if row[key] is None else 1e-6 * row[key]
+
+
+def of_gear(key: str, gear: int) -> Column:
+    """Return the column of a figure of pinion or wheel."""
+    return lambda row: None if row[key] is None else row[key][gear]
+
+
+SPECTRUM_COLUMNS: Columns = {
+    "mesh": "mesh", "load": "load", "pinion torque [N m]": "torque_Nm", **heads("fraction", "pinion_rpm", "hours"),
+    **{f"{gear} [10⁶ turns]": _millions(f"{gear}_cycles") for gear in GEARS}, **heads("flank_pressure_max_MPa"),
+    **{f"root stress, {name} [MPa]": of_gear("root_stress_max_MPa", gear) for gear, name in enumerate(GEARS)},
+}  # fmt: skip
+# Of the spectrum, known with hours alone.
+OF_HOURS = ("time [h]", "pinion [10⁶ turns]", "wheel [10⁶ turns]")
+DUTY = "Means by time; the efficiency is that of the work."
+SPECTRUM = (
+    "What each mesh carries, and how often: revolutions of both gears. A list, without any damage. Pressure: "
+    f"{PRESSURE}."
+)
 ORDER_COLUMNS: Columns = {
-    "order of the mesh": "mesh_order",
-    "amplitude [µm]": "amplitude_um",
+    **heads("mesh_order", "amplitude_um"),
     "times a turn, or a mesh cycle": lambda row: _times(row),
 }
 STE = (
@@ -106,6 +112,7 @@ STRESS = (
     "point where it is largest, and the limits between which it changes there. Side: of the flank that this mate "
     "loads; –: no mate."
 )
+LOSSES = "Load-dependent, of the line loads; formulas of friction differ by up to a factor of two. Without churning."
 SHAFT_ORDERS = (
     "Of the transmission error between the orders of the first mesh, at the nominal torque; turns of the members "
     "against the carrier, and cycles of the other meshes, or sums and differences of two."
@@ -125,10 +132,9 @@ MODEL = (
 )
 
 
-def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, failures: tuple[str, ...]) -> Report:
+def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, data: Data) -> Report:
     """Return numbers and page."""
-    data, nominal = set_data(file, solved, samples, failures), nominal_torque(file, solved)
-    tables = _tables(data)
+    nominal, tables = nominal_torque(file, solved), _tables(data)
     blocks: list[Block] = [*map(Warning, _warnings(file, solved, data)), tables[0]]
     if solved.converged[nominal].any():
         angle = int(np.flatnonzero(solved.converged[nominal])[0])
@@ -176,10 +182,9 @@ def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, fail
     return Report("set", data, f"Set: {file.sections.title}", blocks)
 
 
-def set_text(file: SetFile, solved: SetSolution, samples: Samples | None, failures: tuple[str, ...]) -> str:
+def set_text(file: SetFile, solved: SetSolution, data: Data) -> str:
     """Return the tables for the screen."""
     lines = [f"Set: {file.sections.title}"]
-    data = set_data(file, solved, samples, failures)
     for shown in _tables(data):
         lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
     lines += [f"  ! {sentence}" for sentence in _warnings(file, solved, data)]
@@ -206,9 +211,28 @@ def _tables(data: Data) -> list[Table]:
     if data["shaft_orders"]:
         found.append(table("Orders of shafts", ORDER_COLUMNS, data["shaft_orders"], SHAFT_ORDERS))
     found.append(table("Meshes", MESH_COLUMNS, data["meshes"], MESHES))
+    of_torques = [{**mesh, "torque_Nm": row["torque_Nm"]} for row in data["torques"] for mesh in row["meshes"]]
+    if len(data["torques"]) > 1:
+        found.append(table("Meshes at each torque", LOAD_COLUMNS, of_torques, f"Pressure: {PRESSURE}."))
+    if data["losses_W"] is not None:
+        columns = {**heads("torque_Nm"), "mesh": "name", **LOSS_COLUMNS}
+        found.append(table("Losses of the meshes", columns, of_torques, LOSSES))
+    if data["duty"]:
+        found += spectrum_tables(data["duty"])
     if data["root_stress"]:
         found.append(table("Root stress", STRESS_COLUMNS, data["root_stress"], STRESS))
     return found
+
+
+def spectrum_tables(duty: Data) -> list[Table]:
+    """Return means and load spectrum of a duty cycle."""
+    hidden = () if duty["hours"] else OF_HOURS
+    timed = {head: column for head, column in SPECTRUM_COLUMNS.items() if head not in hidden}
+    return [
+        table("Duty cycle", {"mesh": "name", **heads("power_W", "losses_W", "efficiency")},
+              [*duty["meshes"], {"name": "all", **duty}], DUTY),
+        table("Load spectrum", timed, duty["spectrum"], SPECTRUM),
+    ]  # fmt: skip
 
 
 def _warnings(file: SetFile, solved: SetSolution, data: Data) -> list[str]:
@@ -250,7 +274,3 @@ def _limits(row: Data, name: str) -> str | None:
     """Limits of a range."""
     ends = [row[f"{name}_{end}_MPa"] for end in ("least", "most")]
     return None if None in ends else ", ".join(f"{end:.4g}" for end in ends)
-
-
-def _percent(value: float | None) -> float | None:
-    return None if value is None else 100.0 * value

@@ -23,6 +23,7 @@ from pmor.pair.conditions import assembly_of
 from pmor.pair.model import gear_pair, refuse_loads_unmeshed
 from pmor.sets.bounds import refuse_draws, refuse_errors
 from pmor.sets.draws import drawn
+from pmor.sets.duty import check_duty
 from pmor.sets.layout import PAIR, SECOND_PAIR, SECOND_PLANET, SHARED, Layout, Share, planetary_layout, train_layout
 from pmor.sets.plan import SetPlan, planetary_errors, with_errors
 from pmor.sets.settings import Eccentricity, SetSections
@@ -52,6 +53,7 @@ class SetReader(Reader):
         else:
             self.check_planets(said)
             layout = planetary_layout(said, whole_width)
+        check_duty(said.loads, self.refuse)
         members = list(dict.fromkeys(member for share in layout.shares for member in share.members))
         sections = dict.fromkeys((PAIR, *(share.section for share in layout.shares)))
         for name in said.members:

@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from pmor.pair.losses import Lubricant, mesh_losses, per_second, total
 from pmor.sets.bounds import named_bounds
+from pmor.sets.duty import duty_data, shares
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import SetFile
 from pmor.sets.lost import known
@@ -26,6 +28,7 @@ ROUND_OFF = 1e-9
 MOST_COMBINED = 8
 # Of slopes in mrad: rounding leaves less of planets that do not tilt.
 TILT_DIGITS = 9
+MINERAL_OIL = Lubricant()
 # Percentiles of sets within tolerances.
 PERCENT = (5.0, 50.0, 95.0, 99.0)
 
@@ -33,21 +36,59 @@ PERCENT = (5.0, 50.0, 95.0, 99.0)
 def set_data(file: SetFile, solved: SetSolution, samples: Samples | None, failures: tuple[str, ...]) -> Data:
     """Return the content of `set.json`: top values are those of the nominal torque."""
     nominal = int(np.argmin(np.abs(solved.torque_Nm - file.plan.torque_Nm)))
-    rows = [torque_data(file, solved, number) for number in range(len(solved.torque_Nm))]
+    speeds = speeds_rpm(file)
+    rows = [
+        torque_data(file, solved, number, speeds, file.sections.lubricant) for number in range(len(solved.torque_Nm))
+    ]
     return {
         "title": file.sections.title,
         **rows[nominal],
-        **_speeds(file),
+        "speeds_rpm": speeds,
+        "mesh_frequency_Hz": None if speeds is None else mesh_frequency_Hz(file.teeth[0], speeds),
         "angles_per_pitch": solved.angles_per_pitch,
         "pitches": solved.pitches,
         "phi_rad": solved.phi_rad.tolist(),
         "torques": rows,
+        "duty": duty_data(file.sections.loads, duty_entries(file, solved)),
         "tolerances": sample_data(samples, solved, [row["torque_Nm"] for row in rows]) if samples else None,
         "failures": list(failures),
         "bounds": [*bounds(file, solved, samples), *file.slips, *file.rounded],
         "changed": list(file.changed),
         "assumptions": list(file.notes),
     }
+
+
+def speeds_rpm(file: SetFile, own_rpm: float | None = None) -> dict[str, float] | None:
+    """Return the speeds of the members of a planetary set, of a load with its own one too; None where none is given."""
+    load = file.sections.load
+    rpm = None if load is None else own_rpm or load.speed_rpm
+    return None if load is None or rpm is None else member_speeds(file.teeth, load.on, load.held, rpm)
+
+
+def duty_entries(file: SetFile, solved: SetSolution) -> list[Data]:
+    """Return the loads of the duty cycle of a set as `duty_data` takes them; fewer where one did not converge."""
+    found = []
+    for load in file.sections.loads if shares(file.sections.loads) else ():
+        number, speeds = file.torques_Nm.index(load.torque_Nm), speeds_rpm(file, load.speed_rpm)
+        if solved.converged[number].all():
+            row = torque_data(file, solved, number, speeds, file.sections.lubricant)
+            on = None if speeds is None or file.sections.load is None else speeds[file.sections.load.on]
+            power = None if on is None else load.torque_Nm * per_second(abs(on))
+            meshes = spectrum_rows(solved, row, speeds)
+            found.append({"power_W": power, "losses_W": row["losses_W"], "meshes": meshes})
+    return found
+
+
+def spectrum_rows(solved: SetSolution, row: Data, speeds: Mapping[str, float] | None) -> list[Data]:
+    """Return the meshes of a set under a torque, with what a duty cycle lists; speeds are against the carrier."""
+    stress, rates, found = [gear["max_principal_MPa"] for gear in row["root_stress"]], solved.train.rates, list[Data]()
+    for mesh, entry in zip(solved.train.meshes, row["meshes"], strict=True):
+        turns = [None if speeds is None else (speeds["sun"] - speeds["carrier"]) * rates[n] for n in mesh.bodies]
+        found.append({
+            **entry, "torque_Nm": entry["pinion_torque_Nm"], "pinion_rpm": turns[0], "wheel_rpm": turns[1],
+            "root_stress_max_MPa": [stress[body] for body in mesh.bodies] if stress else None,
+        })  # fmt: skip
+    return found
 
 
 def bounds(file: SetFile, solved: SetSolution, samples: Samples | None) -> list[str]:
@@ -57,23 +98,18 @@ def bounds(file: SetFile, solved: SetSolution, samples: Samples | None) -> list[
     return [*named_bounds(file, solved, torques), *of_samples]
 
 
-def _speeds(file: SetFile) -> Data:
-    """Speeds of the members of a planetary set, and the frequency of its meshes, where a speed is given."""
-    load = file.sections.load
-    if load is None or load.speed_rpm is None:
-        return {"speeds_rpm": None, "mesh_frequency_Hz": None}
-    speeds = member_speeds(file.teeth, load.on, load.held, load.speed_rpm)
-    return {"speeds_rpm": speeds, "mesh_frequency_Hz": mesh_frequency_Hz(file.teeth[0], speeds)}
-
-
 def mesh_frequency_Hz(sun_teeth: float, speeds_rpm: Mapping[str, float]) -> float:
     """Return the frequency of the meshes of a planetary set by the speeds of sun and carrier."""
     return sun_teeth * abs(speeds_rpm["sun"] - speeds_rpm["carrier"]) / 60.0
 
 
-def torque_data(file: SetFile, solved: SetSolution, number: int) -> Data:
-    """Return the figures of a set under a torque by its number."""
+def torque_data(
+    file: SetFile, solved: SetSolution, number: int, speeds_rpm: Mapping[str, float] | None = None,
+    lubricant: Lubricant = MINERAL_OIL,
+) -> Data:  # fmt: skip
+    """Return the figures of a set under a torque by its number; losses where its members have speeds."""
     ste, plan = solved.ste_um[number], file.plan
+    meshes = [_mesh_data(solved, number, mesh, speeds_rpm, lubricant) for mesh in range(len(plan.meshes))]
     found = solved.mesh_orders(number)[:ORDERS]
     data: Data = {
         "torque_Nm": plain(solved.torque_Nm[number] * plan.nominal_Nm / plan.torque_Nm),
@@ -85,7 +121,8 @@ def torque_data(file: SetFile, solved: SetSolution, number: int) -> Data:
         "ste_um": [plain(value) for value in ste],
         "k_gamma": plain(solved.k_gamma[number]),
         "planets": [_planet_data(solved, number, place) for place in range(len(plan.planets))],
-        "meshes": [_mesh_data(solved, number, mesh) for mesh in range(len(plan.meshes))],
+        "meshes": meshes,
+        "losses_W": total(meshes, "losses_W"),
         "root_stress": [_stress_data(solved, number, body) for body in range(len(solved.root_stress))],
     }
     if (ring := solved.ring_deflection) is not None:
@@ -203,10 +240,14 @@ def _bearing_data(solved: SetSolution, number: int, place: int) -> list[Data]:
     ]  # fmt: skip
 
 
-def _mesh_data(solved: SetSolution, number: int, mesh: int) -> Data:
+def _mesh_data(
+    solved: SetSolution, number: int, mesh: int, speeds_rpm: Mapping[str, float] | None, lubricant: Lubricant
+) -> Data:
     one, force = solved.train.meshes[mesh], solved.mesh_force_N[number, :, mesh]
-    pair, loads = one.pair.meshed.pair, solved.face_loads(mesh).load_N_per_mm[number]
-    radius = one.pair.base_radius
+    pair, radius, figures = one.pair.meshed.pair, one.pair.base_radius, solved.mesh_figures[mesh]
+    factor, mean, rpm = figures["loss_factor"][number], known(np.mean, force), None
+    if speeds_rpm is not None:
+        rpm = abs(speeds_rpm["sun"] - speeds_rpm["carrier"]) * abs(float(solved.train.rates[one.bodies[0]]))
     return {
         "name": " - ".join(solved.train.bodies[body].name for body in one.bodies),
         "contact_ratio": plain(pair.contact_ratio),
@@ -214,14 +255,12 @@ def _mesh_data(solved: SetSolution, number: int, mesh: int) -> Data:
         "phase_pitches": plain(round(one.start / pair.pitch, 9) % 1.0),
         "share_mean": plain(known(np.mean, solved.mesh_share[number, :, mesh])),
         "share_max": plain(known(np.max, solved.mesh_share[number, :, mesh])),
-        "force_mean_N": plain(known(np.mean, force)),
+        "force_mean_N": plain(mean),
         "force_peak_to_peak_N": plain(known(np.ptp, force)),
-        "pinion_torque_Nm": plain(1e-3 * radius * known(np.mean, force)),
-        "wheel_torque_Nm": plain(1e-3 * abs(pair.wheel.base_radius) * known(np.mean, force)),
-        "line_load_max_N_per_mm": plain(known(np.max, loads)),
-        "flank_pressure_max_MPa": plain(solved.flank_pressure_MPa[number, mesh]),
-        "carrying_face_percent": plain(solved.carrying_face_percent[number, mesh]),
-        "k_h_beta": plain(solved.k_h_beta(mesh)[number]),
+        "pinion_torque_Nm": plain(1e-3 * radius * mean),
+        "wheel_torque_Nm": plain(1e-3 * abs(pair.wheel.base_radius) * mean),
+        **{key: plain(values[number]) for key, values in figures.items()},
+        **mesh_losses(pair, float(factor), mean, rpm, lubricant),
     }
 
 

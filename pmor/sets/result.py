@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,7 @@ from pmor.sets.loader import SetFile
 from pmor.sets.lost import known
 from pmor.sets.output import FILES, PIN_FILES, REXS_FILES, SAMPLE_FILES, nominal_torque, set_report, set_text
 from pmor.sets.readings import Data, set_data
-from pmor.sets.results_data import set_columns, write_set_results
+from pmor.sets.results_data import mesh_rows, set_columns, torque_rows, write_set_results
 from pmor.sets.solution import SetSolution
 from pmor.sets.tolerances import Samples, sample_rows
 from pmor.sets.vtkhdf import write_set
@@ -57,7 +58,7 @@ class SetResult(Tabular):
     failures: tuple[str, ...]
     beside: Mapping[str, Callable[[SetResult, Path], None]] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def data(self) -> Data:
         """All of it as plain data: the content of `set.json`."""
         return set_data(self.file, self.solution, self.samples, self.failures)
@@ -152,9 +153,10 @@ class SetResult(Tabular):
         return columns | ({"K_γ": self.k_gamma} if self.solution.plan.planets else {})
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
-        """Write `set.json`, `set.md`, `report.html`, the pictures, `ste.csv`, `results.h5` and `set.vtkhdf`.
+        """Write `set.json`, `set.md`, `report.html`, the pictures, tables, `results.h5` and `set.vtkhdf`.
 
-        With tolerances `tolerances.csv`; of `pmor.run`, and planetary sets that REXS has words for, `set.rexs`.
+        Tables are `ste.csv`, `torques.csv`, `meshes.csv`; with tolerances `tolerances.csv`; of `pmor.run`, and
+        planetary sets that REXS has words for, `set.rexs`.
 
         Parameters
         ----------
@@ -169,10 +171,12 @@ class SetResult(Tabular):
         with writing_results(
             folder, files, self.file.whole_text, inputs=inputs, overwrite=overwrite, working=()
         ) as out:
-            set_report(self.file, self.solution, self.samples, self.failures).write(out)
+            set_report(self.file, self.solution, self.samples, self.data).write(out)
             if self.samples is not None:
                 write_table_csv(out / "tolerances.csv", sample_rows(self.samples, self._torques_Nm))
             self.to_csv(out / "ste.csv")
+            write_table_csv(out / "torques.csv", torque_rows(self.data))
+            write_table_csv(out / "meshes.csv", mesh_rows(self.data))
             write_set_results(self.file, self.solution, self._torques_Nm, out / "results.h5")
             for name, write in self.beside.items():
                 write(self, out / name)
@@ -188,4 +192,4 @@ class SetResult(Tabular):
         return f"<SetResult of {self.file.name!r}: {meshes} meshes, {torques} torques>"
 
     def __str__(self) -> str:
-        return set_text(self.file, self.solution, self.samples, self.failures)
+        return set_text(self.file, self.solution, self.data)

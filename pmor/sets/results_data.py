@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from pmor.core.arrays import FloatArray
+from pmor.results.quantities import OF_MESHES
 from pmor.sets.loader import SetFile
+from pmor.sets.readings import Data
 from pmor.sets.solution import SetSolution
 from pmor.storage.results_file import OF_A_SET, ResultsFile, write_results_file
 
@@ -38,14 +40,36 @@ def set_columns(solved: SetSolution, torque_Nm: FloatArray) -> Arrays:
     }  # fmt: skip
 
 
+def torque_rows(data: Data) -> list[Data]:
+    """Return the figures under each torque, those of planets and gears in columns of their own: `torques.csv`."""
+    rows = []
+    for of_torque in data["torques"]:
+        row = {key: value for key, value in of_torque.items() if not isinstance(value, list | dict)}
+        row |= {f"ste_order_{n}_um": value for n, value in enumerate(of_torque["ste_harmonics_um"], start=1)}
+        row |= {_column("share", one["name"]): one["share_mean"] for one in of_torque["planets"]}
+        gears = of_torque["root_stress"]
+        row |= {_column("root_stress", one["name"], "MPa"): one["max_principal_MPa"] for one in gears}
+        rows.append(row)
+    return rows
+
+
+def mesh_rows(data: Data) -> list[Data]:
+    """Return the figures of each mesh under each torque: rows of `meshes.csv`."""
+    return [{"torque_Nm": row["torque_Nm"], **mesh} for row in data["torques"] for mesh in row["meshes"]]
+
+
+def set_arrays(solved: SetSolution, torque_Nm: FloatArray) -> Arrays:
+    """Return all arrays of a set by their paths in a results file."""
+    return _arrays(solved, torque_Nm) | _lines(solved)
+
+
 def write_set_results(file: SetFile, solved: SetSolution, torque_Nm: FloatArray, path: Path) -> None:
     """Write the results file of a set; OutputError where that fails."""
     names = {
         "gears": tuple(body.name for body in solved.plan.bodies),
         "meshes": tuple(" - ".join(names) for names in _meshing(solved)),
     }
-    arrays = _arrays(solved, torque_Nm) | _lines(solved)
-    write_results_file(path, ResultsFile(file.name, file.text, arrays, names, OF_A_SET))
+    write_results_file(path, ResultsFile(file.name, file.text, set_arrays(solved, torque_Nm), names, OF_A_SET))
 
 
 def _meshing(solved: SetSolution) -> list[list[str]]:
@@ -68,6 +92,9 @@ def _arrays(solved: SetSolution, torque_Nm: FloatArray) -> Arrays:
         "gears/displacement": 1e3 * moved[..., :3], "gears/rotation": 1e6 * moved[..., 3:],
         "gears/force": wrench[..., :3], "gears/moment": 1e-3 * wrench[..., 3:],
     }  # fmt: skip
+    found |= {
+        f"meshes/{key}": np.stack([figures[key] for figures in solved.mesh_figures], axis=1) for key in OF_MESHES
+    }
     if solved.plan.planets:
         found |= {
             "planets/gear": np.array(solved.plan.planets), "planets/share": solved.planet_share,
@@ -87,13 +114,15 @@ def _lines(solved: SetSolution) -> Arrays:
     most = max(len(one.z) for one in sections)
     if solved.converged.size * len(meshes) * pairs * most > MOST_LINES:
         return {}
-    loads = [solved.face_loads(mesh) for mesh in meshes]
+    loads = [solved.lines(mesh) for mesh in meshes]
     return {
         "lines/z": np.stack([_filled(one.z, most) for one in sections]),
-        "lines/width": np.stack([_filled(one.width_mm, most) for one in loads]),
+        "lines/width": np.stack([_filled(one.images * one.width_mm, most) for one in loads]),
         "lines/first_pair": np.stack([solved.first_pair(mesh) for mesh in meshes], axis=1),
         "lines/roll": np.stack([_filled(one.roll_rad, pairs, most, 2) for one in loads], axis=1),
-        "lines/load": np.stack([_filled(one.load_N_per_mm, pairs, most) for one in loads], axis=2),
+        "lines/load": np.stack([
+            _filled(np.where(one.converged[..., None, None], one.load_N_per_mm, np.nan), pairs, most) for one in loads
+        ], axis=2),
     }
 
 

@@ -22,7 +22,7 @@ from pmor.line.several import LATER, WHOLE, PlacedMesh, PlacedTrain
 from pmor.results.loads import ContactLoads
 from pmor.results.root_stress import LoadCycle
 from pmor_online.line_sweep import contact_loads, levers_of
-from pmor_online.root_cycle import Extremes, across_the_root, places_of_ranges, stress_at_places, stress_of_all_teeth
+from pmor_online.root_cycle import Block, MeshingGear, across_the_root, cycles_of
 from pmor_online.root_stress import (
     ANGLES_PER_BLOCK,
     SENSE,
@@ -88,26 +88,6 @@ class _Mesh(NamedTuple):
         return np.asarray((-numbers if self.flipped[gear] else numbers) % abs(tooth.teeth))
 
 
-class _Gear(NamedTuple):
-    """A body in its meshes, (mesh, gear), and the normal stress across its root by the amplitudes of each.
-
-    Over all that is solved the number of a tooth in mesh changes by `later`; so teeth meet the same whose numbers
-    differ by a multiple of `unlike`.
-    """
-
-    uses: list[tuple[int, int]]
-    teeth: int
-    normal: list[FloatArray]
-    shapes: RootStressShapes
-    unlike: int
-    later: int
-
-    @property
-    def spans(self) -> int:
-        """How often all that is solved passes until a tooth meets the same again."""
-        return self.teeth // self.unlike
-
-
 @one_thread()
 def root_stress_of_set(placed: PlacedTrain, found: SeveralResults, pitches: int) -> tuple[GearStress, ...]:
     """Find the root stress of all bodies of a train; none without shapes.
@@ -125,28 +105,20 @@ def root_stress_of_set(placed: PlacedTrain, found: SeveralResults, pitches: int)
         return ()
     flanks: dict[tuple[int, bool], RootStressShapes] = {}
     meshes = [_mesh(placed, one, flanks) for one in placed.placed]
-    gears = [_gear(placed, meshes, number, pitches) for number in range(len(placed.train.bodies))]
-    everywhere, there = ([Extremes(gear.unlike) for gear in gears] for _ in range(2))
-    tops: list[list[FloatArray]] = [[] for _ in gears]
-    for lost, loaded in _blocks(placed, meshes, found, pitches):
-        for number, gear in enumerate(gears):
-            own = [loaded[mesh][place] for mesh, place in gear.uses]
-            tops[number].append(_tops(gear, own))
-            everywhere[number].add(_without(lost, stress_of_all_teeth(own, gear.normal, gear.teeth)))
-    places = [places_of_ranges(gear.shapes, of) for gear, of in zip(gears, everywhere, strict=True)]
-    passed: list[list[FloatArray]] = [[] for _ in gears]
-    for lost, loaded in _blocks(placed, meshes, found, pitches):
-        for number, gear in enumerate(gears):
-            own = [loaded[mesh][place] for mesh, place in gear.uses]
-            stress = _without(lost, stress_at_places(own, gear.normal, places[number].weights, gear.teeth))
-            there[number].add(stress)
-            passed[number].append(stress)
+    bodies = range(len(placed.train.bodies))
+    gears, later = zip(*(_gear(placed, meshes, number, pitches) for number in bodies), strict=True)
+    tops: list[list[FloatArray]] = [[] for _ in bodies]
+    passed: list[list[FloatArray]] = [[] for _ in bodies]
+    cycles = cycles_of(
+        gears, lambda: _blocks(placed, meshes, found, pitches),
+        lambda gear, loaded: tops[gear].append(_tops(gears[gear], loaded)),
+        lambda gear, stress: passed[gear].append(stress),
+    )  # fmt: skip
     return tuple(
-        _gear_stress(
-            meshes, found.converged, gear, np.concatenate(top, axis=2), np.concatenate(stress, axis=1), place.cycle(of)
-        )
-        for gear, top, stress, place, of in zip(gears, tops, passed, places, there, strict=True)
-    )
+        _gear_stress(meshes, found.converged, gear, shift, np.concatenate(top, axis=2), np.concatenate(stress, axis=1),
+                     cycle)
+        for gear, shift, top, stress, cycle in zip(gears, later, tops, passed, cycles, strict=True)
+    )  # fmt: skip
 
 
 def _mesh(placed: PlacedTrain, one: PlacedMesh, flanks: dict[tuple[int, bool], RootStressShapes]) -> _Mesh:
@@ -165,7 +137,11 @@ def _mesh(placed: PlacedTrain, one: PlacedMesh, flanks: dict[tuple[int, bool], R
     return _Mesh(one, phi, (shapes[0], shapes[1]), (flipped[0], flipped[1]))
 
 
-def _gear(placed: PlacedTrain, meshes: Sequence[_Mesh], number: int, pitches: int) -> _Gear:
+def _gear(placed: PlacedTrain, meshes: Sequence[_Mesh], number: int, pitches: int) -> tuple[MeshingGear, int]:
+    """Return a body in its meshes, and by how much the number of a tooth in mesh changes over all that is solved.
+
+    Teeth meet the same whose numbers differ by a multiple of those that differ.
+    """
     uses = [
         (place, gear) for place, one in enumerate(meshes) for gear in range(2)
         if one.placed.mesh.bodies[gear] == number
@@ -177,12 +153,10 @@ def _gear(placed: PlacedTrain, meshes: Sequence[_Mesh], number: int, pitches: in
     cycles, teeth = placed.train.mesh_cycles(pitches)[own], abs(tooth.teeth)
     # Where the last mesh cycle is cut off, each tooth is what is solved of it.
     unlike = math.gcd(round(cycles), teeth) if abs(cycles - round(cycles)) < WHOLE else teeth
-    return _Gear(uses, teeth, normal, meshes[own].shapes[gear], unlike, LATER[gear] * round(cycles))
+    return MeshingGear(uses, teeth, normal, meshes[own].shapes[gear], unlike), LATER[gear] * round(cycles)
 
 
-def _blocks(
-    placed: PlacedTrain, meshes: Sequence[_Mesh], found: SeveralResults, pitches: int
-) -> Iterator[tuple[BoolArray, list[tuple[LoadedTeeth, ...]]]]:
+def _blocks(placed: PlacedTrain, meshes: Sequence[_Mesh], found: SeveralResults, pitches: int) -> Iterator[Block]:
     """Yield for blocks of angles which states are lost, (D, a), and the loaded teeth of both gears of each mesh.
 
     A state is lost where it did not converge under a torque under which others did. Teeth have the numbers of their
@@ -200,16 +174,9 @@ def _blocks(
             block, both = slice(start, min(start + ANGLES_PER_BLOCK, angles)), []
             for one, (load, pairs), shift in zip(meshes, loads, later, strict=True):
                 sides = loaded_teeth(one.placed.mesh.pair, one.phi, ALIGNED, load, block, pairs, one.shapes)
-                both.append(
-                    tuple(side._replace(teeth=one.teeth(gear, pairs, shift)) for gear, side in enumerate(sides))
-                )
+                pinion, wheel = (side._replace(teeth=one.teeth(gear, pairs, shift)) for gear, side in enumerate(sides))
+                both.append((pinion, wheel))
             yield lost[:, at][:, block], both
-
-
-def _without(lost: BoolArray, stress: FloatArray) -> FloatArray:
-    """Make stresses (D, a, ...) NaN where there is no solution: no load is none there."""
-    stress[lost] = np.nan
-    return stress
 
 
 def _loads(placed: PlacedTrain, one: _Mesh, found: SeveralResults, number: int) -> tuple[ContactLoads, IntArray]:
@@ -222,7 +189,7 @@ def _loads(placed: PlacedTrain, one: _Mesh, found: SeveralResults, number: int) 
     return loads, pairs
 
 
-def _tops(gear: _Gear, loaded: Sequence[LoadedTeeth]) -> FloatArray:
+def _tops(gear: MeshingGear, loaded: Sequence[LoadedTeeth]) -> FloatArray:
     """Largest principal stress at each angle, its side, radius and z, (4, D, a)."""
     felt = np.unique(np.concatenate([one.teeth for one in loaded]))
     carries, principal, _ = stress_of_teeth(loaded, felt, gear.teeth)
@@ -235,7 +202,7 @@ def _tops(gear: _Gear, loaded: Sequence[LoadedTeeth]) -> FloatArray:
     return np.stack([np.take_along_axis(value, best, axis=-1)[..., 0] for value in flat])
 
 
-def _over_turns(gear: _Gear, tops: FloatArray, stress: FloatArray, cycle: LoadCycle) -> FloatArray:
+def _over_turns(gear: MeshingGear, later: int, tops: FloatArray, stress: FloatArray, cycle: LoadCycle) -> FloatArray:
     """Stress until a tooth meets the same again, of that with the largest range on a side under each torque, (D, n).
 
     The side is that of the largest principal stress, the place that of the range.
@@ -244,25 +211,26 @@ def _over_turns(gear: _Gear, tops: FloatArray, stress: FloatArray, cycle: LoadCy
     for of_torque, ranges, (principal, sides) in zip(stress, cycle.range_MPa, tops[:2].swapaxes(0, 1), strict=True):
         side = int(sides[principal.argmax()])
         # What a tooth meets then, the one in the same place meets now.
-        numbers = (ranges[:, side].argmax() - gear.later * np.arange(gear.spans)) % gear.teeth
+        numbers = (ranges[:, side].argmax() - later * np.arange(gear.teeth // gear.unlike)) % gear.teeth
         found.append(of_torque[:, numbers, side].T.ravel())
     return np.stack(found)
 
 
 def _gear_stress(
-    meshes: Sequence[_Mesh], converged: BoolArray, gear: _Gear, tops: FloatArray, stress: FloatArray, cycle: LoadCycle,
+    meshes: Sequence[_Mesh], converged: BoolArray, gear: MeshingGear, later: int, tops: FloatArray, stress: FloatArray,
+    cycle: LoadCycle,
 ) -> GearStress:  # fmt: skip
     """Put the results of a gear together; NaN where not converged."""
     mates: tuple[list[int], list[int]] = ([], [])
     for mesh, place in gear.uses:
         mates[meshes[mesh].flipped[place]].append(meshes[mesh].placed.mesh.bodies[1 - place])
-    turns = _over_turns(gear, tops, stress, cycle)
+    turns = _over_turns(gear, later, tops, stress, cycle)
     known = np.any(converged, axis=1)[:, None, None]
     cycle = LoadCycle(**{name: np.where(known, values, np.nan) for name, values in vars(cycle).items()})
     principal, side, radius, z = tops
     principal = np.where(converged, principal, np.nan)
-    turns = np.where(np.tile(converged, gear.spans), turns, np.nan)
+    turns = np.where(np.tile(converged, gear.teeth // gear.unlike), turns, np.nan)
     return GearStress(
         (tuple(mates[0]), tuple(mates[1])), principal, side.astype(np.int64), radius, z,
-        cycle, max(abs(gear.later) // gear.unlike, 1), turns,
+        cycle, max(abs(later) // gear.unlike, 1), turns,
     )  # fmt: skip

@@ -15,6 +15,7 @@ from typing import Annotated, Literal
 from pmor.case.reader import Sections
 from pmor.case.training import Positions
 from pmor.core.ranges import METRES, PASCALS, Length, Range, Stiffness, TiltStiffness, Torques, micrometres
+from pmor.pair.losses import Lubricant
 
 Deviations = Annotated[tuple[float, ...], micrometres(-1e4, 1e4, in_order=True)]
 Amount = Annotated[float, micrometres(0.0, 1e4)]
@@ -202,6 +203,31 @@ class SetLoad:
 
 
 @dataclass(frozen=True, kw_only=True)
+class TimedLoad:
+    """A load of the duty cycle of a set (section `[[loads]]`), solved beside the nominal one.
+
+    Parameters
+    ----------
+    name : str
+        Of the load.
+    torque_Nm : float
+        Amount of the torque of `[load]`, or of the first gear.
+    speed_rpm : float or None
+        As in `[load]`, whose it is by default.
+    fraction : float or None
+        Share of the operating time: all loads have one, or none has. They add up to 1.
+    hours : float or None
+        Operating time in this load, h, instead of its share.
+    """
+
+    name: str
+    torque_Nm: Annotated[float, Range(0.0, 1e12, "N m", low_excluded=True)]
+    speed_rpm: Annotated[float, Range(0.0, 1e7, "1/min", low_excluded=True)] | None = None
+    fraction: Annotated[float, Range(0.0, 1.0, low_excluded=True)] | None = None
+    hours: Annotated[float, Range(0.0, 1e9, "h", low_excluded=True)] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class Supports:
     """What members of a planetary set stand on (section `[supports]`).
 
@@ -344,6 +370,8 @@ class SetSections:
         Of the page.
     load : SetLoad or None
         Of a planetary set.
+    loads : tuple of TimedLoad
+        Of a duty cycle.
     planets : Planets
     eccentricity : Eccentricity
     tolerances : Tolerances or None
@@ -351,6 +379,7 @@ class SetSections:
     supports : Supports
     pins : Pins or None
     carrier : Carrier
+    lubricant : Lubricant
     gears : tuple of Gear
         Of a train on fixed axes, in place of sun, planets and ring.
     meshes : tuple of Mesh
@@ -361,12 +390,14 @@ class SetSections:
 
     title: str
     load: SetLoad | None = None
+    loads: tuple[TimedLoad, ...] = ()
     planets: Planets = Planets()
     eccentricity: Eccentricity = Eccentricity()
     tolerances: Tolerances | None = None
     supports: Supports = Supports()
     pins: Pins | None = None
     carrier: Carrier = Carrier()
+    lubricant: Lubricant = Lubricant()
     gears: tuple[Gear, ...] = ()
     meshes: tuple[Mesh, ...] = ()
     sweep: SetSweep = SetSweep()

@@ -4,33 +4,37 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.line.hertz import width_limit
 from pmor.line.hubs import HUB
+from pmor.line.kernels.places import Lines
 from pmor.line.kernels.several import SeveralResults
 from pmor.line.several import NONE, GearTrain, PlacedTrain
-from pmor.results.load_distribution import face_load_factor, largest_pressure
-from pmor.results.orders import Orders, orders
+from pmor.results.load_distribution import face_load_factor
+from pmor.results.loads import LineStates
+from pmor.results.quantities import Figures, figures_of_mesh
+from pmor.results.solution import MeshView, PartView, place_of
+from pmor.results.sweep import Orders, orders
 from pmor.sets.plan import SetPlan
 from pmor.sets.ring import RingDeflection, ring_deflection
 from pmor.sets.root_stress import GearStress, root_stress_of_set
 from pmor.sets.shafts import at_place, shaft_of
-from pmor_online.line_sweep import loads_and_patches
+from pmor_online.line_sweep import levers_of, line_states_of
 
+NO_ROWS: IntArray = np.empty(0, dtype=np.int64)
 # Mean force of a mesh, over that of the one that carries most.
 NOTHING = 1e-9
 
 
-@dataclass(frozen=True)
-class FaceLoads:
-    """Line loads of a mesh, (D, A, P, S), N/mm, widths of the sections (S,), mm, roll angles (A, P, S, 2), rad."""
+class FaceLoads(NamedTuple):
+    """Line loads of a mesh, (D, A, P, S), N/mm, and widths of the sections (S,), mm."""
 
     load_N_per_mm: FloatArray
     width_mm: FloatArray
-    roll_rad: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,47 +243,55 @@ class SetSolution:
         return np.asarray(len(self.plan.planets) * np.fmax.reduce(mean.reshape(len(mean), -1), axis=1))
 
     def face_loads(self, mesh: int) -> FaceLoads:
-        """Line loads of a mesh by its number."""
+        """Line loads of a mesh by its number, 0 where not converged: less than `lines` for what needs no more."""
         one = self.placed.placed[mesh]
-        meshed = one.mesh.pair.meshed
-        force = self.found.force[..., one.part].reshape(*self.converged.shape, -1, len(meshed.width))
-        roll = one.lines.roll.reshape(len(one.lines.roll), *force.shape[2:], 2)
-        return FaceLoads(force / meshed.width, meshed.width, np.tile(roll, (self.cycles, 1, 1, 1)))
+        width = one.mesh.pair.meshed.width
+        force = np.where(self.converged[..., None], self.found.force[..., one.part], 0.0)
+        return FaceLoads(force.reshape(*self.converged.shape, -1, len(width)) / width, width)
 
-    def patches(self, mesh: int) -> tuple[FloatArray, FloatArray]:
-        """Line loads and patches of contact of a mesh by its number, as `loads_and_patches` gives them."""
+    @property
+    def mesh_names(self) -> list[str]:
+        """Gears of each mesh."""
+        return [" - ".join(self.train.bodies[body].name for body in one.bodies) for one in self.train.meshes]
+
+    def mesh(self, name: str) -> MeshView:
+        """Return a mesh by its name, such as "sun - planet 1", with all that is read off its line contact."""
+        number = place_of("mesh", name, self.mesh_names)
+        return MeshView(name, self.train.meshes[number].pair.meshed.pair, self.lines(number))
+
+    def gear(self, name: str) -> PartView:
+        """Return what the meshes do to a gear by its name, and how far it moves, in axes of the train."""
+        number = place_of("gear", name, [body.name for body in self.plan.bodies])
+        return PartView(name, self.hub_wrench[:, :, number], self.hub_displacement[:, :, number])
+
+    def support(self, name: str) -> PartView:
+        """Return what a gear, on its pin or shaft, carries into what it stands on, in axes of the train."""
+        number = place_of("support", name, [body.name for body in self.plan.bodies if body.on is None])
+        wrench = sum(
+            self.hub_wrench[:, :, body] @ at_place(self.plan.bodies[body].z - self.plan.bodies[number].z)
+            for body, on in enumerate(shaft_of(self.plan.bodies)) if on == number
+        )
+        return PartView(name, np.asarray(wrench), self.hub_displacement[:, :, number])
+
+    def lines(self, mesh: int) -> LineStates:
+        """Line contact of a mesh by its number, as that of a pair: what is read off it is read alike."""
         one = self.placed.placed[mesh]
-        law = np.tile(one.lines.law, (self.cycles, 1, 1))
-        return loads_and_patches(law, self.found.force[..., one.part], self.converged, one.mesh.pair.meshed.width)
-
-    def face_line(self, torque: int, mesh: int) -> tuple[FloatArray, FloatArray]:
-        """Places over the face of a mesh, mm from mid width, and the mean over the mesh cycle of its line load, N/mm.
-
-        That is added up over tooth pairs, under a torque by its number.
-        """
-        meshed = self.placed.placed[mesh].mesh.pair.meshed
-        there = self.left(torque)
-        z, load = meshed.sections.z, self.face_loads(mesh).load_N_per_mm[torque, there].sum(axis=1).mean(axis=0)
-        if not meshed.mirrored:
-            return z, load
-        inside = z < 0.0
-        return np.concatenate([z, -z[inside][::-1]]), np.concatenate([load, load[inside][::-1]])
+        passed = one.lines._replace(row=NO_ROWS, gradient=NONE)
+        lines = Lines._make(np.tile(values, (self.cycles, *[1] * (values.ndim - 1))) for values in passed)
+        levers = levers_of(lines, self.found.movement @ self.placed.levers.ahead[mesh])
+        pairs = lines.roll.shape[1] // len(one.mesh.pair.meshed.width)
+        return line_states_of(
+            one.mesh.pair.meshed, lines, self.found.force[..., one.part], self.converged,
+            self.first_pair(mesh)[:, None] + np.arange(pairs), levers,
+        )  # fmt: skip
 
     @cached_property
-    def flank_pressure_MPa(self) -> FloatArray:
-        """Largest pressure in each mesh under each torque, (D, M), as `largest_pressure` has it."""
-        meshes = range(len(self.placed.placed))
-        return np.stack([largest_pressure(self.patches(mesh)[1][..., 2], (1, 2, 3)) for mesh in meshes], axis=1)
-
-    @cached_property
-    def carrying_face_percent(self) -> FloatArray:
-        """Share of the face of each mesh that carries anywhere in the mesh cycle under each torque, (D, M)."""
-        found = np.empty((len(self.torque_Nm), len(self.placed.placed)))
-        for mesh, one in enumerate(self.placed.placed):
-            width = one.mesh.pair.meshed.width
-            carries = (self.found.force[..., one.part] > 0.0).any(axis=1).reshape(len(found), -1, len(width))
-            found[:, mesh] = 100.0 * (carries.any(axis=1) * width).sum(axis=1) / width.sum()
-        return found
+    def mesh_figures(self) -> tuple[Figures, ...]:
+        """What is read off the line contact of each mesh, one after the other: all of them may be large."""
+        return tuple(
+            {**figures_of_mesh(one.mesh.pair.meshed.pair, self.lines(number)), "k_h_beta": self.k_h_beta(number)}
+            for number, one in enumerate(self.placed.placed)
+        )
 
     @property
     def carrying(self) -> BoolArray:
@@ -295,10 +307,7 @@ class SetSolution:
 
     def k_h_beta(self, mesh: int) -> FloatArray:
         """Face load factor of a mesh under each torque, (D,); NaN where it carries nothing."""
-        loads = self.face_loads(mesh)
-        # Positions without a solution have no part in the mean over the mesh cycle.
-        there = replace(loads, load_N_per_mm=np.nan_to_num(loads.load_N_per_mm))
-        return np.where(self.carrying[:, mesh], face_load_factor(there), np.nan)
+        return np.where(self.carrying[:, mesh], face_load_factor(self.face_loads(mesh)), np.nan)
 
     @cached_property
     def root_stress(self) -> tuple[GearStress, ...]:

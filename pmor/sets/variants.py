@@ -99,7 +99,8 @@ class SetVariant:
     def _edges(self) -> tuple[FloatArray, FloatArray]:
         solved, largest = self.solution, list[tuple[FloatArray, FloatArray]]()
         for mesh in range(len(solved.placed.placed)):
-            found = largest_of(*solved.patches(mesh))
+            lines = solved.lines(mesh)
+            found = largest_of(lines.load_N_per_mm, lines.offset_mm, lines.pressure_MPa)
             largest.append((largest_pressure(found[0], 1), found[1].max(axis=1)))
         return largest_pressure(np.array([of[0] for of in largest]), 0), np.max([of[1] for of in largest], axis=0)
 

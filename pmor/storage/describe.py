@@ -12,13 +12,14 @@ from pmor.storage.campaign_file import CAMPAIGN_SCHEMA
 from pmor.storage.compliance_file import COMPLIANCE_SCHEMA
 from pmor.storage.design_file import DESIGN_SCHEMA
 from pmor.storage.hdf5 import attribute, check_descriptions, open_checked, read, schema_name
-from pmor.storage.results_file import RESULTS_SCHEMA, SET_RESULTS_SCHEMA
+from pmor.storage.results_file import GEARBOX_RESULTS_SCHEMA, RESULTS_SCHEMA, SET_RESULTS_SCHEMA
 from pmor.storage.snapshot_file import SNAPSHOT_SCHEMA
 from pmor.storage.structure import items_of
 
 # Of all files but bases: an unknown file is taken for a basis.
 SCHEMAS = (
-    SNAPSHOT_SCHEMA, RESULTS_SCHEMA, SET_RESULTS_SCHEMA, DESIGN_SCHEMA, CAMPAIGN_SCHEMA, COMPLIANCE_SCHEMA,
+    SNAPSHOT_SCHEMA, RESULTS_SCHEMA, SET_RESULTS_SCHEMA, GEARBOX_RESULTS_SCHEMA, DESIGN_SCHEMA, CAMPAIGN_SCHEMA,
+    COMPLIANCE_SCHEMA,
 )  # fmt: skip
 
 

@@ -1,8 +1,9 @@
-"""The results file of a run or a set, for other programs: arrays with unit, axes and description.
+"""The results file of a run, a set or a gearbox, for other programs: arrays with unit, axes and description.
 
 Groups stand by themselves, each with the axes that it needs; those that were not asked for are left out. A new kind of
 result is further lines of `RESULTS_LAYOUT`, and the arrays that fill them (`pmor.export.tables`,
-`pmor.report.results_data`); of a set of `SET_LAYOUT` and `pmor.sets.results_data`.
+`pmor.report.results_data`); of a set of `SET_LAYOUT` and `pmor.sets.results_data`. That of a gearbox has both, below
+``meshes/NAME/LOAD`` and ``sets/NAME/LOAD``.
 
 Each axis is a dimension scale of HDF5, so that readers of netCDF have named dimensions with their coordinates:
 ``xarray.open_dataset("results.h5", group="ste")``.
@@ -19,102 +20,21 @@ import numpy as np
 
 from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all, schema_name, write_all
 from pmor.storage.layout import Field, Layout
-from pmor.storage.set_results_layout import SET_LAYOUT
+from pmor.storage.results_layout import RESULTS_LAYOUT, SET_LAYOUT
 from pmor.storage.structure import items_of
 
 RESULTS_SCHEMA = Schema("pmor-results", 2, "make it anew with pmor.run_case")
 SET_RESULTS_SCHEMA = Schema("pmor-set-results", 1, "make it anew with pmor run")
+GEARBOX_RESULTS_SCHEMA = Schema("pmor-gearbox-results", 1, "make it anew with pmor run")
 
-STATE, SECTIONS, FLANK = "torque, angle", "torque, angle, pair, section", "torque, roll, place"
-TEETH = "torque, angle, gear, pair, side"
-
-
-def _curve(description: str, unit: str = "um") -> Field:
-    return Field(unit, STATE, description, finite=False)
-
-
-def _of_sections(unit: str, description: str, finite: bool = True) -> Field:
-    return Field(unit, SECTIONS, description, finite=finite)
-
-
-def _flank(folder: str) -> dict[str, Field]:
-    fields = {
-        "torque": Field("N m", "torque", "on the pinion", least=0.0),
-        "roll": Field("rad", "roll", "the gear's own roll angle, over its active profile", least=0.0),
-        "z": Field("mm", "place", "over the common face, from mid width", increasing=True),
-        "load": Field("N/mm", FLANK, "largest line load over the mesh cycle; 0 where nothing touches"),
-        "half_width": Field("mm", FLANK, "Hertz's half-width of contact"),
-        "pressure": Field("MPa", FLANK, "largest pressure; NaN where a sharp edge carries", finite=False),
-    }
-    return {f"{folder}/{gear}/{name}": field for gear in ("pinion", "wheel") for name, field in fields.items()}
-
-
-def _fillet(gear: str) -> dict[str, Field]:
-    axes = "torque, side, point, column"
-    fields = {
-        "arc": Field("mm", "point", "along the fillet, from the start of the involute on", increasing=True),
-        "z": Field("mm", "column", "from mid width", increasing=True),
-        "max_principal": Field("MPa", axes, "largest over the cycle; sides: tension, compression", finite=False),
-        "von_mises": Field("MPa", axes, "largest over the cycle", finite=False),
-    }
-    return {f"root_stress/{gear}/{name}": field for name, field in fields.items()}
-
-
-RESULTS_LAYOUT = {
-    "ste/phi": Field("rad", "angle", "pinion angle"),
-    "ste/torque": Field("N m", "torque", "on the pinion", least=0.0),
-    "ste/ste": _curve("static transmission error along the transverse line of action; NaN where not converged"),
-    "ste/rotation": _curve("the same as rotation of the pinion", "urad"),
-    "ste/unloaded": Field("um", STATE, "transmission error of rigid flanks", finite=False, optional=True),
-    "ste/error_bar": Field("um", STATE, "estimated error of reduction and mesh", finite=False, optional=True),
-    "ste/converged": Field("1", STATE, "whether the position converged", kind=bool),
-    "ste/pair_index": Field("1", "pair", "tooth pair: at the roll position phi + 2 pi j / z1", kind=int),
-    "ste/pair_share": Field("1", "torque, angle, pair", "share of the pinion torque", finite=False),
-    "stiffness/secant": _curve("force per face width over STE less that without load", "N/(mm um)"),
-    "stiffness/tangent": Field("N/(mm um)", STATE, "its derivative", finite=False, optional=True),
-    "orders/order": Field("1", "order", "periods per turn of the pinion", optional=True, least=0.0),
-    "orders/amplitude": Field("um", "torque, order", "of the STE, zero to peak", optional=True, least=0.0),
-    "orders/phase": Field("rad", "torque, order", "of the cosine at pinion angle 0", optional=True),
-    "lines/pair": Field("1", "angle, pair", "tooth pairs that can touch", kind=int),
-    "lines/z": Field("mm", "section", "sections over the width, from mid width; where each has an image, half of it"),
-    "lines/width": Field("mm", "section", "width of each, without its image"),
-    "lines/roll": Field("rad", "angle, pair, section, gear", "roll angles at which undeformed flanks meet"),
-    "lines/load": _of_sections("N/mm", "line load"),
-    "lines/half_width": _of_sections("mm", "Hertz's half-width of contact"),
-    "lines/pressure": _of_sections("MPa", "largest pressure; NaN where a sharp edge carries", finite=False),
-    "lines/sensitivity": _of_sections("um/um", "derivative of the STE by the deviation of the section"),
-    "face/k_h_beta": Field("1", "torque", "largest over mean line load of the face", finite=False),
-    "face/effective_contact_ratio": Field("1", "torque", "tooth pairs that carry, on average", finite=False),
-    "forces/force": Field("N", "torque, angle, gear, xyz", "of the mesh on each gear"),
-    "forces/moment": Field("N m", "torque, angle, gear, xyz", "about the gear's axis at mid width"),
-    "sensitivity/ste": Field("um per unit", "parameter, torque, angle", "d STE / d parameter", finite=False),
-    "sensitivity/mean": Field("um per unit", "parameter, torque", "of the mean STE", finite=False),
-    "sensitivity/peak_to_peak": Field("um per unit", "parameter, torque", "of its peak-to-peak", finite=False),
-    "root_stress/pair_index": Field("1", "pair", "tooth pair: at the roll position phi + 2 pi j / z1", kind=int),
-    **{
-        f"root_stress/{name}": Field(unit, TEETH, f"{words}; NaN of teeth without load", finite=False)
-        for name, (unit, words) in {
-            "max_principal": ("MPa", "largest on the fillet; sides: tension, compression"),
-            "von_mises": ("MPa", "largest on the fillet"),
-            "radius": ("mm", "where, from the axis"),
-            "z": ("mm", "where, from mid width"),
-        }.items()
-    },
-    **_fillet("pinion"),
-    **_fillet("wheel"),
-    **_flank("maps"),
-    **_flank("light"),
-    "harris/phi": Field("rad", "angle", "pinion angle"),
-    "harris/torque": Field("N m", "torque", "on the pinion", least=0.0, increasing=True),
-    "harris/ste": _curve("static transmission error"),
-    "harris/peak_to_peak": Field("um", "torque", "of it", finite=False),
-}
 # Arrays that hold the coordinates along an axis, by their names in the axis' group; of common ones else in `ste`.
 COORDINATES = {
     "torque": "torque", "angle": "phi", "pair": "pair_index", "section": "z", "place": "z", "point": "arc",
     "column": "z",
 }  # fmt: skip
 COMMON = ("torque", "angle")
+# Parts of the path of a part of a gearbox under a load: kind, name, load.
+PLACE = 3
 
 
 @dataclass(frozen=True)
@@ -137,7 +57,9 @@ class ResultsKind:
 
 OF_A_RUN = ResultsKind(RESULTS_SCHEMA, RESULTS_LAYOUT, ("ste", "stiffness"), ("parameters",))
 OF_A_SET = ResultsKind(SET_RESULTS_SCHEMA, SET_LAYOUT, ("ste", "meshes", "gears"), ("gears", "meshes"))
-RESULTS_KINDS = {kind.schema.name: kind for kind in (OF_A_RUN, OF_A_SET)}
+PARTS = {"meshes": OF_A_RUN, "sets": OF_A_SET}
+OF_A_GEARBOX = ResultsKind(GEARBOX_RESULTS_SCHEMA, {}, (), ("loads", "meshes", "sets"))
+RESULTS_KINDS = {kind.schema.name: kind for kind in (OF_A_RUN, OF_A_SET, OF_A_GEARBOX)}
 
 
 @dataclass(frozen=True)
@@ -158,6 +80,11 @@ class ResultsFile:
     names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     kind: ResultsKind = OF_A_RUN
 
+    @property
+    def layout(self) -> Layout:
+        """Of all arrays that there may be."""
+        return _layout(self.kind, self.arrays)
+
 
 def write_results_file(path: Path, content: ResultsFile) -> None:
     """Write a results file, whole, in the place of an older one of ours; OutputError where that fails."""
@@ -165,8 +92,8 @@ def write_results_file(path: Path, content: ResultsFile) -> None:
     attributes = {"case_name": content.case_name, "case_text": content.case_text}
     attributes |= {name: ", ".join(content.names.get(name, ())) for name in kind.listed}
     with create(path, kind.schema, attributes, overwrite=True) as file:
-        write_all(file, content.arrays, kind.layout)
-        _write_axes(file, content.arrays, kind.layout)
+        write_all(file, content.arrays, content.layout)
+        _write_axes(file, content.arrays, content.layout)
 
 
 def read_results(path: Path) -> ResultsFile:
@@ -179,16 +106,33 @@ def read_results(path: Path) -> ResultsFile:
     """
     kind = RESULTS_KINDS.get(schema_name(path) or "", OF_A_RUN)
     with open_checked(path, kind.schema) as file:
-        items = items_of(file)
-        groups = {*kind.always, *(name.partition("/")[0] for name in items if name != "/")}
-        layout = {name: field for name, field in kind.layout.items() if name.partition("/")[0] in groups}
-        found = read_all(file, layout | _axes(layout, kind.layout), {"gear": 2, "side": 2, "xyz": 3})
+        items = [name for name in items_of(file) if name != "/"]
+        every, depth = _layout(kind, items), 0 if kind.layout else PLACE
+        groups = {*kind.always, *(_group(name, depth) for name in items)}
+        layout = {name: field for name, field in every.items() if _group(name, depth) in groups}
+        found = read_all(file, layout | _axes(layout, every), {"gear": 2, "side": 2, "xyz": 3})
         arrays = {name: array for name, array in found.items() if name in layout}
         said = {name: attribute(file, name, str) for name in kind.listed}
         return ResultsFile(
             attribute(file, "case_name", str), attribute(file, "case_text", str), arrays,
             {name: tuple(text.split(", ")) if text else () for name, text in said.items()}, kind,
         )  # fmt: skip
+
+
+def _layout(kind: ResultsKind, paths: Iterable[str]) -> Layout:
+    """Layout of a file by the paths in it: a gearbox has that of a run, or of a set, for each part and load."""
+    if kind.layout:
+        return kind.layout
+    places = {"/".join(path.split("/")[:PLACE]) for path in paths if path.count("/") > PLACE}
+    return {
+        f"{place}/{name}": field
+        for place in sorted(places) for name, field in PARTS[place.split("/")[0]].layout.items()
+    }  # fmt: skip
+
+
+def _group(path: str, depth: int) -> str:
+    """Return the group that stands by itself."""
+    return "/".join(path.split("/")[: depth + 1])
 
 
 def _axes(names: Iterable[str], layout: Layout) -> dict[str, Field]:
@@ -211,9 +155,15 @@ def _scale(name: str, axis: str, layout: Layout) -> str:
 
 def _coordinates(name: str, axis: str, layout: Layout) -> str:
     """Path of the array that holds the coordinates along an axis of an array; empty where there is none."""
-    groups = (name.rpartition("/")[0], "ste") if axis in COMMON else (name.rpartition("/")[0],)
+    groups = [name.rpartition("/")[0], *(_common(name) if axis in COMMON else ())]
     paths = (f"{group}/{COORDINATES.get(axis)}" for group in groups)
     return next((path for path in paths if path in layout and layout[path].dims == axis), "")
+
+
+def _common(name: str) -> list[str]:
+    """Groups of the torques and angles of an array: that beside its own one, or one farther up."""
+    parts = name.split("/")
+    return ["/".join([*parts[:count], "ste"]) for count in range(len(parts) - 1, -1, -1)]
 
 
 def _write_axes(file: h5py.File, arrays: Mapping[str, np.ndarray], layout: Layout) -> None:

@@ -19,7 +19,7 @@ from pmor.line.layered_pair import LayeredPair
 from pmor.machine.rolling_bearing import BallBearing
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import ElasticModel, elastic_model, gear_pair, mesh_model
-from pmor.results.losses import friction_schlenk, loss_factor
+from pmor.results.load_distribution import friction_schlenk, loss_factor
 from pmor.validation.check import Check
 
 #: drawings that a public program, a public gearbox file or a standard's example gives, by name

@@ -8,6 +8,7 @@ from pathlib import Path
 from pmor.core.version import __version__
 from pmor.report.markdown import write_markdown
 from pmor.report.page import Block
+from pmor.report.table import Columns, table
 from pmor.validation.bodies import BODIES
 from pmor.validation.calculix import root_stress, transmission_error
 from pmor.validation.check import Check
@@ -15,7 +16,6 @@ from pmor.validation.machines import bearings, losses
 from pmor.validation.motion import benchmark
 from pmor.validation.programs import load_over_the_face, public_pairs, relief_without_load
 from pmor.validation.sheets import data_sheets, geometry, standards
-from pmor.work.table import Columns, table
 
 #: themes of the table, each with what makes its rows
 THEMES: dict[str, Callable[[], list[Check]]] = {

@@ -22,7 +22,8 @@ from pmor.report.summary import result_files, summary, summary_rows, write_resul
 from pmor.report.torque_table import load_table, torque_rows
 from pmor.results.sweep import orders_of
 from pmor.storage.describe import file_text
-from pmor.storage.results_file import RESULTS_LAYOUT, RESULTS_SCHEMA, read_results
+from pmor.storage.results_file import RESULTS_SCHEMA, read_results
+from pmor.storage.results_layout import RESULTS_LAYOUT
 from pmor.work.online import run_online
 from pmor_online.model import reduced_pair
 from pmor_online.readings import LIGHT

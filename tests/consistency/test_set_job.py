@@ -17,7 +17,7 @@ from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import load
 from pmor.sets.output import FILES, PIN_FILES, SAMPLE_FILES
 from pmor.sets.results_data import write_set_results
-from pmor.storage.set_results_layout import SET_LAYOUT
+from pmor.storage.results_layout import SET_LAYOUT
 from tests.support.broken_files import flip_bit_of
 from tests.support.small_sets import NO_STRESS, SMALL_CHAIN, SMALL_SET, written_set
 

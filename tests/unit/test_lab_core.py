@@ -13,9 +13,9 @@ import pytest
 from pmor.case import change_case, parse_case
 from pmor.core.errors import ConvergenceError
 from pmor.lab.core.measures import merged, times_in_turn
+from pmor.report.table import percent, table, text_lines
 from pmor.work.pace import Pace
 from pmor.work.pieces import Piece, run_pieces
-from pmor.work.table import percent, table, text_lines
 from tests.support.small_case import case_text
 
 

@@ -8,8 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import make_case
-from pmor.results.orders import orders
-from pmor.results.sweep import mesh_orders, orders_of, ripple_um
+from pmor.results.sweep import mesh_orders, orders, orders_of, ripple_um
 from pmor_online.model import online_angles, sweep_angles
 from tests.support.sweeps import PITCH, made_up_sweep
 

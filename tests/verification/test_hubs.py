@@ -12,9 +12,9 @@ from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import ALIGNED, Assembly, Misalignment, at_torques
 from pmor.gear.modification import Modification
 from pmor.line.hubs import Hubs, hub_rows
-from pmor.machine.compared import with_rigid_supports
 from pmor.machine.coupled import solve_load
 from pmor.machine.fit import fit_meshes
+from pmor.machine.run import with_rigid_supports
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.results.load_distribution import face_load_factor, line_states
 from pmor_offline.train import train

@@ -5,8 +5,7 @@ from functools import cache
 from pmor.case import parse_case
 from pmor.gear.condition import at_torques
 from pmor.pair.model import elastic_model, mesh_model
-from pmor.results.load_distribution import line_states
-from pmor.results.losses import loss_factor
+from pmor.results.load_distribution import line_states, loss_factor
 from pmor_offline.train import train
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import online_angles, reduced_pair

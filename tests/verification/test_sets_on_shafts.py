@@ -3,6 +3,7 @@ stands on the condensed compliance, and torques, speeds, forces and losses go th
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,10 +18,10 @@ from pmor.machine.coupled_sets import MEAN_ANGLES
 from pmor.machine.loader import load
 from pmor.machine.model import pinion_torques, set_torques, speeds_rpm
 from pmor.machine.run import run
-from pmor.results.losses import loss_factor
+from pmor.results.load_distribution import loss_factor
 from pmor.sets.loader import load as load_set
 from pmor.sets.run import train_of
-from pmor.sets.solution import FaceLoads, solve_set
+from pmor.sets.solution import solve_set
 from tests.support.set_gearboxes import EVEN_SET, TWO_STAGES, bearing, one_stage, two_sets, written_reducer
 from tests.support.small_sets import SMALL_CHAIN
 
@@ -236,7 +237,8 @@ def test_the_flanks_of_a_ring_slide_as_ohlendorf_has_it_with_the_signs_of_a_ring
     carries = on_planet < end
     load = carries / carries.sum(axis=1, keepdims=True)
     rolls = np.stack([on_planet, on_ring], axis=-1)[:, :, None]
-    found = loss_factor(pair, FaceLoads(load[None, :, :, None], np.ones(1), rolls))
+    lines = SimpleNamespace(load_N_per_mm=load[None, :, :, None], width_mm=np.ones(1), roll_rad=rolls)
+    found = loss_factor(pair, lines)
     ratio, pitch = -61.0 / 22.0, 2.0 * math.pi * planet.base_radius / 22.0
     middle = planet.base_radius * math.tan(pair.working_pressure_angle)
     before, after = (abs(planet.base_radius * roll - middle) / pitch for roll in (start, end))

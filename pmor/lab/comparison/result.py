@@ -15,9 +15,9 @@ from pmor.lab.comparison.figures import SAMPLING_NAMES, decay_figure, estimate_f
 from pmor.lab.comparison.measure import WANTED_EFFECTIVITY, Row, Truth
 from pmor.lab.comparison.variants import PARAMETERS
 from pmor.report.page import Block, Heading, Picture, Warning, machine
+from pmor.report.table import Columns, table, text_lines
 from pmor.work.results import Report, writing_results
 from pmor.work.states import SMALLEST_ERROR_UM, state_text
-from pmor.work.table import Columns, table, text_lines
 
 #: files that `Comparison.write` leaves
 FILES = (

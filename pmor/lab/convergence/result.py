@@ -13,9 +13,8 @@ from pmor.case import Case
 from pmor.core.shown import brief
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.style import COLOURS, log_log, panels
-from pmor.report.table import Table
+from pmor.report.table import Columns, Table, table, text_lines, two_digits
 from pmor.work.results import Report, writing_results
-from pmor.work.table import Columns, table, text_lines, two_digits
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -15,9 +15,9 @@ from pmor.dynamics.measure import Data
 from pmor.lab.slices.run import run_slices
 from pmor.report.page import Block, Picture
 from pmor.report.style import COLOURS, panels
+from pmor.report.table import Columns, table
 from pmor.storage.results_folder import refuse_in_the_way
 from pmor.work.results import Report, writing_results
-from pmor.work.table import Columns, table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -17,9 +17,8 @@ from pmor.lab.stability.measure import MOST_STEPS, Entry
 from pmor.lab.stability.variants import REFERENCES
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.style import COLOURS, log_log, new_figure, plot_style
-from pmor.report.table import Table
+from pmor.report.table import Columns, Table, table, two_digits
 from pmor.work.results import Report, writing_results
-from pmor.work.table import Columns, table, two_digits
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,8 +10,7 @@ from pmor.lab.study.settings import Study
 from pmor.lab.study.solve import CONDENSED_ANGLES, REDUCED_ANGLES, REPEATS
 from pmor.lab.study.table import Row, StudyTable
 from pmor.report.page import Block, Heading, Picture, Warning
-from pmor.report.table import Table
-from pmor.work.table import Columns, percent, table
+from pmor.report.table import Columns, Table, percent, table
 
 INTRODUCTION = (
     "How fine a mesh, how much refinement, how many shapes? Cells are written elements over the profile @ LoDM "

@@ -7,7 +7,7 @@ from typing import Any
 
 from pmor.lab.study.settings import Cell, Study
 from pmor.report.page import Block, Heading
-from pmor.work.table import Columns, table
+from pmor.report.table import Columns, table
 
 Row = dict[str, Any]
 

@@ -10,8 +10,8 @@ from pmor.lab.study.figures import study_pictures
 from pmor.lab.study.measures import StudyParts
 from pmor.lab.study.page import study_blocks
 from pmor.lab.study.table import StudyTable
+from pmor.report.table import Columns, percent, table, text_lines
 from pmor.work.results import Report, writing_results
-from pmor.work.table import Columns, percent, table, text_lines
 
 #: files that `StudyResult.write` may leave
 FILES = (

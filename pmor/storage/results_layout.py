@@ -1,0 +1,138 @@
+"""Arrays of results files: of a run, and of a set of gears that mesh with several others.
+
+Meshes, gears and planets of a set count from 0 in the order of `set.json`; the attributes `meshes` and `gears` of the
+file name them. Tooth pairs and sections that a mesh has fewer of than another one are NaN.
+"""
+
+from __future__ import annotations
+
+from pmor.results.quantities import QUANTITIES
+from pmor.storage.layout import Field
+
+# Of what is read off a mesh; others came later.
+FIRST_OF_FACE = ("k_h_beta", "effective_contact_ratio")
+STATE, SECTIONS, FLANK = "torque, angle", "torque, angle, pair, section", "torque, roll, place"
+TEETH = "torque, angle, gear, pair, side"
+
+
+def _curve(description: str, unit: str = "um") -> Field:
+    return Field(unit, STATE, description, finite=False)
+
+
+def _of_sections(unit: str, description: str, finite: bool = True) -> Field:
+    return Field(unit, SECTIONS, description, finite=finite)
+
+
+def _flank(folder: str) -> dict[str, Field]:
+    fields = {
+        "torque": Field("N m", "torque", "on the pinion", least=0.0),
+        "roll": Field("rad", "roll", "the gear's own roll angle, over its active profile", least=0.0),
+        "z": Field("mm", "place", "over the common face, from mid width", increasing=True),
+        "load": Field("N/mm", FLANK, "largest line load over the mesh cycle; 0 where nothing touches"),
+        "half_width": Field("mm", FLANK, "Hertz's half-width of contact"),
+        "pressure": Field("MPa", FLANK, "largest pressure; NaN where a sharp edge carries", finite=False),
+    }
+    return {f"{folder}/{gear}/{name}": field for gear in ("pinion", "wheel") for name, field in fields.items()}
+
+
+def _fillet(gear: str) -> dict[str, Field]:
+    axes = "torque, side, point, column"
+    fields = {
+        "arc": Field("mm", "point", "along the fillet, from the start of the involute on", increasing=True),
+        "z": Field("mm", "column", "from mid width", increasing=True),
+        "max_principal": Field("MPa", axes, "largest over the cycle; sides: tension, compression", finite=False),
+        "von_mises": Field("MPa", axes, "largest over the cycle", finite=False),
+    }
+    return {f"root_stress/{gear}/{name}": field for name, field in fields.items()}
+
+
+RESULTS_LAYOUT = {
+    "ste/phi": Field("rad", "angle", "pinion angle"),
+    "ste/torque": Field("N m", "torque", "on the pinion", least=0.0),
+    "ste/ste": _curve("static transmission error along the transverse line of action; NaN where not converged"),
+    "ste/rotation": _curve("the same as rotation of the pinion", "urad"),
+    "ste/unloaded": Field("um", STATE, "transmission error of rigid flanks", finite=False, optional=True),
+    "ste/error_bar": Field("um", STATE, "estimated error of reduction and mesh", finite=False, optional=True),
+    "ste/converged": Field("1", STATE, "whether the position converged", kind=bool),
+    "ste/pair_index": Field("1", "pair", "tooth pair: at the roll position phi + 2 pi j / z1", kind=int),
+    "ste/pair_share": Field("1", "torque, angle, pair", "share of the pinion torque", finite=False),
+    "stiffness/secant": _curve("force per face width over STE less that without load", "N/(mm um)"),
+    "stiffness/tangent": Field("N/(mm um)", STATE, "its derivative", finite=False, optional=True),
+    "orders/order": Field("1", "order", "periods per turn of the pinion", optional=True, least=0.0),
+    "orders/amplitude": Field("um", "torque, order", "of the STE, zero to peak", optional=True, least=0.0),
+    "orders/phase": Field("rad", "torque, order", "of the cosine at pinion angle 0", optional=True),
+    "lines/pair": Field("1", "angle, pair", "tooth pairs that can touch", kind=int),
+    "lines/z": Field("mm", "section", "sections over the width, from mid width; where each has an image, half of it"),
+    "lines/width": Field("mm", "section", "width of each, without its image"),
+    "lines/roll": Field("rad", "angle, pair, section, gear", "roll angles at which undeformed flanks meet"),
+    "lines/load": _of_sections("N/mm", "line load"),
+    "lines/half_width": _of_sections("mm", "Hertz's half-width of contact"),
+    "lines/pressure": _of_sections("MPa", "largest pressure; NaN where a sharp edge carries", finite=False),
+    "lines/sensitivity": _of_sections("um/um", "derivative of the STE by the deviation of the section"),
+    **{
+        f"face/{one.key}": Field(one.unit, "torque", one.words, finite=False, optional=one.key not in FIRST_OF_FACE)
+        for one in QUANTITIES if one.found is not None
+    },
+    "forces/force": Field("N", "torque, angle, gear, xyz", "of the mesh on each gear"),
+    "forces/moment": Field("N m", "torque, angle, gear, xyz", "about the gear's axis at mid width"),
+    "sensitivity/ste": Field("um per unit", "parameter, torque, angle", "d STE / d parameter", finite=False),
+    "sensitivity/mean": Field("um per unit", "parameter, torque", "of the mean STE", finite=False),
+    "sensitivity/peak_to_peak": Field("um per unit", "parameter, torque", "of its peak-to-peak", finite=False),
+    "root_stress/pair_index": Field("1", "pair", "tooth pair: at the roll position phi + 2 pi j / z1", kind=int),
+    **{
+        f"root_stress/{name}": Field(unit, TEETH, f"{words}; NaN of teeth without load", finite=False)
+        for name, (unit, words) in {
+            "max_principal": ("MPa", "largest on the fillet; sides: tension, compression"),
+            "von_mises": ("MPa", "largest on the fillet"),
+            "radius": ("mm", "where, from the axis"),
+            "z": ("mm", "where, from mid width"),
+        }.items()
+    },
+    **_fillet("pinion"),
+    **_fillet("wheel"),
+    **_flank("maps"),
+    **_flank("light"),
+    "harris/phi": Field("rad", "angle", "pinion angle"),
+    "harris/torque": Field("N m", "torque", "on the pinion", least=0.0, increasing=True),
+    "harris/ste": _curve("static transmission error"),
+    "harris/peak_to_peak": Field("um", "torque", "of it", finite=False),
+}
+GEAR_STATE, MESH_STATE, PLANET_STATE = "torque, angle, body, xyz", "torque, angle, mesh", "torque, angle, planet"
+
+
+def _of_gears(unit: str, description: str) -> Field:
+    return Field(unit, GEAR_STATE, f"{description}, in axes of the set", finite=False)
+
+
+SET_LAYOUT = {
+    "ste/phi": Field("rad", "angle", "angle of the first gear, in the sense of its torque"),
+    "ste/torque": Field("N m", "torque", "amount on the member that the file names", least=0.0),
+    "ste/first_gear_torque": Field("N m", "torque", "amount on the first gear", least=0.0),
+    "ste/ste": Field("um", "torque, angle", "by how much the first gear runs ahead; NaN where not converged",
+                     finite=False),
+    "ste/converged": Field("1", "torque, angle", "whether the position converged", kind=bool),
+    "orders/order": Field("1", "order", "periods per turn of the first gear", optional=True, least=0.0),
+    "orders/amplitude": Field("um", "torque, order", "of the STE, zero to peak; NaN where a position did not converge",
+                              finite=False, optional=True, least=0.0),
+    "orders/phase": Field("rad", "torque, order", "of the cosine at angle 0", finite=False, optional=True),
+    "meshes/pinion": Field("1", "mesh", "number of the gear that drives", kind=int),
+    "meshes/wheel": Field("1", "mesh", "number of the gear that is driven", kind=int),
+    "meshes/force": Field("N", MESH_STATE, "in the transverse plane", finite=False),
+    **{f"meshes/{one.key}": Field(one.unit, "torque, mesh", one.words, finite=False, optional=True)
+       for one in QUANTITIES if one.found is not None},
+    "meshes/share": Field("1", MESH_STATE, "in the torque of all that share a gear", finite=False),
+    "gears/displacement": _of_gears("um", "of the hub from where a set without load has it"),
+    "gears/rotation": _of_gears("urad", "of the hub from where a set without load has it"),
+    "gears/force": _of_gears("N", "of the meshes on the hub"),
+    "gears/moment": _of_gears("N m", "of the meshes on the hub about its middle"),
+    "planets/gear": Field("1", "planet", "number of its first gear", kind=int),
+    "planets/share": Field("1", PLANET_STATE, "in the torque that the pins carry", finite=False),
+    "planets/pin_force": Field("N", PLANET_STATE, "across the pin", finite=False),
+    "lines/z": Field("mm", "mesh, section", "sections over the width, from mid width; where each has an image, half "
+                     "of it", finite=False),
+    "lines/width": Field("mm", "mesh, section", "width of each, with its image", finite=False),
+    "lines/first_pair": Field("1", "angle, mesh", "number of the first tooth pair; the others follow", kind=int),
+    "lines/roll": Field("rad", "angle, mesh, pair, section, gear", "roll angles on pinion and wheel at which "
+                        "undeformed flanks meet", finite=False),
+    "lines/load": Field("N/mm", "torque, angle, mesh, pair, section", "line load", finite=False),
+}  # fmt: skip
