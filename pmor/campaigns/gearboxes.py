@@ -27,12 +27,11 @@ from pmor.case import change_case
 from pmor.case.schema import SECTIONS
 from pmor.core.errors import CaseError, ConvergenceError, PmorError
 from pmor.gear.inertia import Inertia
-from pmor.machine.compared import with_rigid_supports
 from pmor.machine.coupled import SolvedLoad, solve_load
 from pmor.machine.loader import GearboxFile
 from pmor.machine.loader import load as load_toml
 from pmor.machine.readings import load_data
-from pmor.machine.run import lost_of_load
+from pmor.machine.run import lost_of_load, with_rigid_supports
 from pmor.machine.settings import Bearing, Place
 from pmor.pair.drawn import gear_inertias
 from pmor.pair.model import refuse_loads_unmeshed
@@ -82,7 +81,8 @@ def _of_base(base: Path) -> Kind:
     known |= {f"places.{mesh.name}": PlaceKeys for mesh in sections.meshes}
     known |= {f"{name}.{section}": kind for name in file.cases for section, kind in SECTIONS.items()}
     known |= {f"{name}.{section}": kind for name in file.model.sets for section, kind in KNOWN_OF_SETS.items()}
-    named: list[tuple[str, tuple[str, ...]]] = [(name, OF_MESHES) for name in file.cases] + [(name, OF_SETS) for name in file.model.sets]
+    named: list[tuple[str, tuple[str, ...]]] = [(name, OF_MESHES) for name in file.cases]
+    named += [(name, OF_SETS) for name in file.model.sets]
     named += [(bearing.name, OF_BEARINGS) for bearing in sections.bearings]
     figures = [
         replace(TABLE[key], key=f"{name}.{key}", symbol=f"{name}: {TABLE[key].symbol}")
