@@ -7,18 +7,16 @@ from functools import partial
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_allclose
 
 import pmor.lab.comparison.run
 from pmor.app.cli import main
 from pmor.case import load_case, parse_case
 from pmor.lab.comparison.result import FILES
-from pmor.lab.comparison.training import greedy_training
-from pmor.lab.comparison.variants import changed, variants
+from pmor.lab.comparison.variants import variants
 from pmor.storage.basis_file import read_basis
 from pmor.work.offline import run_offline
 from pmor.work.states import unseen_states
-from pmor_offline.gather import make_basis
 from pmor_online.errors import estimate_errors
 from tests.support.small_case import case_text, fail_where, full_fe
 from tests.support.stored_files import results_in
@@ -143,20 +141,6 @@ def test_counted_solves_are_those_of_the_offline_stage(case, model, compared, tm
         ste, _ = estimate_errors(basis, compared.truth.states.phi, compared.truth.states.conditions)
         assert_allclose(compared.truth.ste_um - ste, by_label[variant.label]["ste_error_um"], atol=1e-9)
     assert not checked
-
-
-@pytest.mark.slow
-def test_the_beginning_of_a_greedy_training_is_one_with_fewer_solves(case, model, tmp_path):
-    whole = greedy_training(changed(case, {"sampling": "greedy"}), model)
-    for solves in (5,):
-        fewer = changed(case, {"sampling": "greedy", "solves": solves})
-        path = tmp_path / f"{solves}.h5"
-        run_offline(fewer, model, path)
-        expected, found = read_basis(path), make_basis(fewer, model, whole.first(solves).snapshots)[0]
-        assert_array_equal(found.training.phi, expected.training.phi)
-        for own, other in zip(found.shapes.gears, expected.shapes.gears, strict=True):
-            assert_array_equal(own.start, other.start)
-            assert_array_equal(own.displacement, other.displacement)
 
 
 @pytest.mark.slow

@@ -3,21 +3,18 @@
 import json
 import math
 import re
-import shutil
-from dataclasses import replace
 
 import pytest
 from numpy.testing import assert_allclose
 
 import pmor.lab.study.run
 from pmor.app.cli import main
-from pmor.core.errors import ConvergenceError
 from pmor.lab.core.models import ModelStore
 from pmor.lab.study.result import FILES
 from pmor.lab.study.settings import load
 from pmor.lab.study.solve import grid_cell
 from tests.support.small_case import case_text, case_with, fail_where
-from tests.support.stored_files import results_in, untimed
+from tests.support.stored_files import results_in
 
 STUDY = """
 base = "base.toml"
@@ -52,8 +49,6 @@ ROW_KEYS = {
     "model", "surface", "quadrature", "n_profile", "lodm", "ste_mean_um", "ste_peak_to_peak_um", "shape_error_um",
     "ripple_um", "ms_per_position", "offline_s", "n_angles_trained", "n_torques_trained", "rom_vs_full_ste_max_rel",
 }  # fmt: skip
-# The conventional model solves the same equations in another way, both to a relative residual of 1e-9.
-SAME_EQUATIONS = 1e-6
 
 
 @pytest.fixture(scope="module")
@@ -77,21 +72,6 @@ def run(folder, out, *more, study="tiny.toml"):
 def finished(folder):
     assert run(folder, "out", "--jobs", "2") == 0
     return folder / "out"
-
-
-@pytest.fixture
-def started(monkeypatch):
-    """Names of the pieces that are run, and not taken over."""
-    names, genuine = [], pmor.lab.study.run.run_pieces
-
-    def noted(piece):
-        return replace(piece, run=lambda: (names.append(piece.name), piece.run())[1])
-
-    def noting(pieces, *arguments, **more):
-        return genuine([noted(piece) for piece in pieces], *arguments, **more)
-
-    monkeypatch.setattr(pmor.lab.study.run, "run_pieces", noting)
-    return names
 
 
 def table_of(out):
@@ -124,13 +104,6 @@ def test_everything_is_there(finished):
 
 
 @pytest.mark.slow
-def test_conventional_and_condensed_agree(finished):
-    row = next(r for r in table_of(finished)["rows"] if r["model"] == "conventional" and r["cell"] == "6@2")
-    assert 0.0 <= row["conventional_vs_condensed_ste_max_rel"] < SAME_EQUATIONS
-    assert row["n_positions_solved"] == 1
-
-
-@pytest.mark.slow
 def test_break_even_and_ratio_come_from_the_times(finished):
     rows = {(r["cell"], r["model"]): r for r in table_of(finished)["rows"]}
     fast = rows["6@2", "reduced"]
@@ -151,41 +124,6 @@ def test_the_page_and_the_markdown_show_all_pictures(finished):
 
 
 @pytest.mark.slow
-def test_finished_parts_are_taken_over_and_the_rest_is_done(folder, finished, started, undrawn):
-    """A part that is not there, and a cell without its basis."""
-    before = table_of(finished)
-    (finished / "parts" / "conventional_6_2.json").unlink()
-    (finished / "parts" / "bases" / "12_1.h5").unlink()
-    assert run(folder, "out") == 0
-    assert started == ["cell 12@1", "conventional 6@2"]
-    assert (finished / "parts" / "bases" / "12_1.h5").exists()
-    after = table_of(finished)
-    # What was not done again has kept even its times.
-    kept, expected = ([row for row in table["rows"] if row["cell"] == "6@1"] for table in (after, before))
-    assert kept == expected
-    assert untimed(after) == untimed(before)
-
-
-@pytest.mark.slow
-def test_parts_of_other_settings_are_not_taken_over(folder, finished, started, tmp_path, monkeypatch):
-    def not_now(*arguments):
-        raise ConvergenceError("not now", [])
-
-    for name in ("reference_mesh", "grid_cell", "variant_cell"):
-        monkeypatch.setattr(pmor.lab.study.run.solve, name, not_now)
-    shutil.copytree(finished, tmp_path / "out")
-    other = tmp_path / "tiny.toml"
-    other.write_text(STUDY.replace("angles_per_pitch = 8", "angles_per_pitch = 9"))
-    (tmp_path / "base.toml").write_text(case_text())
-    assert run(tmp_path, "out") == 3
-    # What knows nothing of the grid of angles has stayed.
-    assert started == [
-        "reference 6 x 1 @ 4", "reference 8 x 1 @ 2", "reference 13 x 1 @ 1",
-        "cell 6@1", "cell 6@2", "cell 12@1", "cell 6@2 facets",
-    ]  # fmt: skip
-
-
-@pytest.mark.slow
 @pytest.mark.jit
 def test_failed_positions_are_named_and_empty(folder, tmp_path, monkeypatch, capsys, undrawn):
     angle = {}
@@ -201,24 +139,6 @@ def test_failed_positions_are_named_and_empty(folder, tmp_path, monkeypatch, cap
     table = table_of(tmp_path / "failing")
     assert table["failures"]
     assert all(row["ste_mean_um"] is not None for row in table["rows"])
-
-
-@pytest.mark.slow
-@pytest.mark.jit
-def test_a_piece_that_fails_altogether_does_not_stop_the_others(folder, tmp_path, monkeypatch, started, undrawn):
-    def failing(*arguments):
-        raise ConvergenceError("made to fail", [])
-
-    with monkeypatch.context() as patch:
-        patch.setattr(pmor.lab.study.run.rivals, "conventional_cell", failing)
-        assert run(folder, str(tmp_path / "failing"), study="one_cell.toml") == 3
-    table = table_of(tmp_path / "failing")
-    assert table["failures"] == ["conventional 6@2: made to fail"]
-    assert {row["model"] for row in table["rows"] if row["cell"] == "6@2"} == {"condensed", "reduced"}
-    # It is tried again next time.
-    started.clear()
-    assert run(folder, str(tmp_path / "failing"), study="one_cell.toml") == 0
-    assert started == ["conventional 6@2"]
 
 
 @pytest.mark.jit

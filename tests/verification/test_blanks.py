@@ -647,12 +647,6 @@ def test_the_transmission_error_has_the_orders_that_teeth_and_holes_share(count,
     assert orders[common] > 1e-5 * ste.mean()
 
 
-def test_as_many_holes_as_teeth_leave_the_gear_cyclic():
-    support = holed_wheel(count=TEETH, **AT | {"radius_mm": 0.7})[0].flank_compliance.supports[1]
-    assert len(support.compliance) == 1
-    assert_allclose(support.between(5, 4), support.between(1, 0))
-
-
 def test_holes_of_no_size_leave_the_plain_web():
     plain = holed_wheel()[1]
     larger, smaller = (holed_wheel(count=5, **AT | {"radius_mm": radius})[1] - plain for radius in (0.1, 0.05))

@@ -31,18 +31,6 @@ def test_surface_passes_through_its_nodes(smooth):
 
 
 @pytest.mark.parametrize("smooth", [True, False])
-def test_patches_meet_along_their_edges(smooth):
-    surface = Surface(saddle(), smooth)
-    rows, columns = surface.nodes.shape[:2]
-    for a in np.linspace(0.0, 1.0, 5):
-        for i, k in surface.elements:
-            if i + 2 < rows:
-                assert_allclose(surface.at(i, k, 1.0, a)[0], surface.at(i + 1, k, 0.0, a)[0], atol=ROUND_OFF)
-            if k + 2 < columns:
-                assert_allclose(surface.at(i, k, a, 1.0)[0], surface.at(i, k + 1, a, 0.0)[0], atol=ROUND_OFF)
-
-
-@pytest.mark.parametrize("smooth", [True, False])
 @pytest.mark.parametrize("place", [(0.0, 0.0), (0.3, 0.7), (1.0, 0.4), (1.2, -0.1)])
 def test_tangents_are_the_derivatives_of_the_point(smooth, place):
     surface, h = Surface(saddle(), smooth), 1e-5
@@ -213,20 +201,3 @@ def test_coarse_looks_from_the_last_foot_come_to_the_same_foot():
     assert gaps[0] > GAP
     assert gaps[-1] < GAP
     assert_allclose(guess, [0.4, 0.6], atol=FOOT)
-
-
-def test_points_beyond_the_outer_edge_project_on_the_continued_surface():
-    surface = Surface(cylinder(lambda x: 0.0 * x, np.linspace(0.0, 1.0, 4)))
-    element, guess, foot, gap, _ = surface.project(np.array([1.1, 0.2, 1.1]))
-    assert element.tolist() == [2, 2]
-    assert_allclose(guess, [1.3, 1.3], atol=FOOT)
-    assert_allclose(foot, [1.1, 0.0, 1.1], atol=FOOT)
-    assert_allclose(gap, 0.2, atol=GAP)
-
-
-def test_far_points_end_at_the_limit_of_the_continuation():
-    surface = Surface(cylinder(lambda x: 0.0 * x, np.linspace(0.0, 1.0, 4)))
-    element, guess, _, _, _ = surface.project(np.array([3.0, 0.2, -3.0]))
-    assert element.tolist() == [2, 0]
-    assert guess[0] > 1.0
-    assert guess[1] < 0.0

@@ -17,7 +17,7 @@ from pmor.core.errors import PmorError
 from pmor.gear.clearance import below_form_circle
 from pmor.gear.condition import ALIGNED
 from pmor.lab.rivals.calculix import PROGRAM, calculix_available
-from pmor.line.layered_pair import place_flanks_of, place_sections
+from pmor.line.layered_pair import place_flanks_of
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, gear_pair, mesh_model
 from pmor.validation import calculix
@@ -144,18 +144,6 @@ def turned_round(found):
 @pytest.mark.parametrize("name", ["shallow", "helical", "wheel"])
 def test_no_line_load_lies_below_the_form_circle_and_both_models_agree(name):
     assert check_pair(*known(name), 6) < SAME
-
-
-def test_a_pair_whose_tips_end_above_the_form_circles_does_not_know_of_undercut():
-    """Laws and gaps on the path are those without the edge, up to the wedge that is felt near it."""
-    case = case_of({"pinion": {"teeth": 16, "bore_radius_mm": 12.0}, "wheel": {"teeth": 20, "bore_radius_mm": 14.0}})
-    meshed = mesh_model(case).meshed
-    gears = tuple(gear._replace(undercut_roll=0.0) for gear in meshed.gears)
-    assert meshed.gears[0].undercut_roll > 0.0
-    phi = angles_of(meshed.pair, 7)
-    own = place_sections(meshed, phi)
-    object.__setattr__(meshed, "gears", gears)
-    assert_allclose(own.gap, place_sections(meshed, phi).gap, rtol=1e-12)
 
 
 # --- full FE against CalculiX ---------------------------------------------------------------------------------------
