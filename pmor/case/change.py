@@ -171,14 +171,16 @@ def _shallow(section: Any) -> dict[str, Any]:
 
 
 def document_text(document: Mapping[str, Any]) -> str:
-    """Return the TOML text of sections, by their dotted names, and of keys outside of them."""
-    # A case has keys outside of sections first, then one level of sections with plain values; conditions last.
+    """Return the TOML text of sections, by their dotted names, of lists of sections, and of keys outside of them."""
+    # Keys outside of sections first, then one level of sections with plain values; conditions of a case last.
     conditions = document.get(CONDITION, [])
-    plain = {key: value for key, value in document.items() if not isinstance(value, dict) and key != CONDITION}
+    plain = {key: value for key, value in document.items() if key != CONDITION and not _is_sections(value)}
     lines = _lines(plain)
-    for name, keys in document.items():
-        if isinstance(keys, dict):
-            lines += ["", f"[{name}]", *_lines(keys)]
+    for name, content in document.items():
+        if isinstance(content, dict):
+            lines += ["", f"[{name}]", *_lines(content)]
+        elif name != CONDITION and _is_sections(content):
+            lines += [line for keys in content for line in ("", f"[[{name}]]", *_lines(keys))]
     for condition in conditions:
         own = {key: value for key, value in condition.items() if key not in GEARS}
         lines += ["", f"[[{CONDITION}]]", *_lines(own)]
@@ -186,6 +188,10 @@ def document_text(document: Mapping[str, Any]) -> str:
             keys = condition.get(gear, {})
             lines += ["", f"[{CONDITION}.{gear}]", *_lines(_shallow(keys) if is_dataclass(keys) else keys)]
     return "\n".join(lines) + "\n"
+
+
+def _is_sections(value: Any) -> bool:
+    return isinstance(value, dict) or (isinstance(value, list) and bool(value) and isinstance(value[0], dict))
 
 
 def _lines(keys: Mapping[str, Any]) -> list[str]:

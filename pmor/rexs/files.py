@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from pmor.case.change import change_case
-from pmor.case.reader import read_text
+from pmor.case.reader import read_text, sections_in
 from pmor.core.errors import printable
 from pmor.machine.checks import GearboxReader
 from pmor.machine.loader import GearboxFile, largest_torques, model_of, placed_case
@@ -16,10 +16,11 @@ from pmor.machine.model import pinion_senses, set_torques
 from pmor.rexs.follows import other_results, with_estimates
 from pmor.rexs.gearbox import read_gearbox
 from pmor.rexs.model import is_rexs
-from pmor.rexs.sets import PlanetaryStage, read_set
+from pmor.rexs.sets import PlanetaryStage, ReadSet, read_set
 from pmor.rexs.sets_on_shafts import StageOnShafts
-from pmor.sets.loader import OnShafts, SetFile, parse_set, sections_of
+from pmor.sets.loader import OnShafts, SetFile, checked_set, sections_of
 from pmor.sets.loader import load as load_set_toml
+from pmor.sets.reader import SetReader
 from pmor.sets.settings import SetSections
 
 OFFSET_DIGITS = 9
@@ -36,8 +37,7 @@ def load_set(path: Path | str, shafts: OnShafts | None = None) -> SetFile:
     path = Path(path)
     if not is_rexs(path):
         return load_set_toml(path, shafts)
-    read = read_set(path)
-    return parse_set(read.text, printable(path.stem), str(path), (path,), read.notes, read.changed, shafts)
+    return _file(read_set(path), printable(path.stem), str(path), path, shafts)
 
 
 def read_sections(path: Path) -> tuple[str, SetSections]:
@@ -47,7 +47,10 @@ def read_sections(path: Path) -> tuple[str, SetSections]:
     ------
     CaseError, GeometryError, FileFormatError
     """
-    text = read_set(path).text if is_rexs(path) else read_text(path, "set file")
+    if is_rexs(path):
+        read = read_set(path)
+        return read.text, read.sections
+    text = read_text(path, "set file")
     return text, sections_of(text, path)
 
 
@@ -94,7 +97,9 @@ def _stage(path: Path, stage: StageOnShafts, on_sun_Nm: float) -> SetFile:
     """Return a planetary stage of a REXS file as a set on its shafts."""
     part = stage.stage
     read = PlanetaryStage(part.gearbox, path, part.stage).read(on_sun_Nm)
-    where = f"{path}: {part.stage.label}"
-    return parse_set(read.text, stage.name, where, (path,), read.notes, read.changed, OnShafts(tuple(stage.seats)))
+    return _file(read, stage.name, f"{path}: {part.stage.label}", path, OnShafts(tuple(stage.seats)))
 
 
+def _file(read: ReadSet, name: str, where: str, path: Path, shafts: OnShafts | None) -> SetFile:
+    reader = SetReader(where, sections_in(SetSections), path.parent)
+    return checked_set(reader, read.sections, name, read.text, (path,), read.notes, read.changed, shafts)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pmor.case import Case, make_case, parse_case
+from pmor.case import Case, make_case
 from pmor.case.document import COAST, MODIFICATION
 from pmor.case.dynamics import DynamicsCase
 from pmor.core.errors import CaseError, GeometryError, printable
@@ -56,6 +56,8 @@ class Imported:
     ----------
     case : Case
         Its text begins with the notes, as comments.
+    sections : dict
+        Its settings, by the dotted names of sections.
     notes : tuple of str
         Assumptions, changed values, parts not understood.
     changed : tuple of str
@@ -63,6 +65,7 @@ class Imported:
     """
 
     case: Case
+    sections: dict[str, Any]
     notes: tuple[str, ...]
     changed: tuple[str, ...]
 
@@ -89,16 +92,16 @@ def stage_case(path: Path, gearbox: Gearbox, found: Stage, where: str, both_flan
     draft.note_unread()
     if _uneven(sections):
         sections["mesh"] = {"width": "whole"}
-    text = draft.checked(lambda: make_case(path.stem, **sections).text)
+    case = draft.checked(lambda: make_case(path.stem, **sections))
+    draft.checked(lambda: gear_pair(case))  # refused here, with its place, and not at the first use
     head = [
         f"{path.name}, {found.component.label}, REXS {gearbox.version} of {gearbox.program or 'an unnamed program'}.",
         "Missing values are assumed; mesh and training are the defaults.",
         *draft.notes,
     ]
     comments = "\n".join(f"# {printable(line)}" for line in head)
-    case = parse_case(f"{comments}\n\n{text}", path.stem, where)
-    draft.checked(lambda: gear_pair(case))  # refused here, with its place, and not at the first use
-    return Imported(case, tuple(draft.notes), tuple(draft.changed))
+    case = replace(case, text=f"{comments}\n\n{case.text}")
+    return Imported(case, sections, tuple(draft.notes), tuple(draft.changed))
 
 
 class _Draft:

@@ -7,8 +7,7 @@ The set is seen with the torque turning its sun counter-clockwise. What sun, pla
 from __future__ import annotations
 
 import math
-import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ import numpy as np
 from pmor.case.capability import ONE_WAY
 from pmor.case.change import document_text
 from pmor.case.document import COAST, MODIFICATION
+from pmor.case.reader import sections_in
 from pmor.core.errors import CaseError, printable
 from pmor.rexs.drive import drives, shaft_speeds
 from pmor.rexs.joints import COUPLINGS, RING, axis_of, shafts_of, stages, turning_together
@@ -26,7 +26,8 @@ from pmor.rexs.read import Imported, stage_case
 from pmor.rexs.set_supports import RexsSupports, on_casing
 from pmor.rexs.stage import find_stage
 from pmor.sets.kinematics import torque_ratios
-from pmor.sets.settings import Member
+from pmor.sets.reader import SetReader
+from pmor.sets.settings import Member, SetSections
 
 STAGE = "planetary_stage"
 SHARED = ("module_mm", "pressure_angle_deg", "face_width_mm")
@@ -47,14 +48,16 @@ class ReadSet:
 
     Parameters
     ----------
+    sections : SetSections
     text : str
-        Of a set file.
+        Of a set file that says the same.
     notes : tuple of str
         Assumptions, and what is not read.
     changed : tuple of str
         What was changed, as the gears would not run as filed.
     """
 
+    sections: SetSections
     text: str
     notes: tuple[str, ...]
     changed: tuple[str, ...]
@@ -133,7 +136,7 @@ class PlanetaryStage:
         inner = self.mesh(self.inner[first.number], sense, self.sun)
         outer = self.mesh(self.outer[first.number], -sense, first)
         self.refuse_unequal(inner, outer, sense)
-        said = tomllib.loads(inner.case.text), tomllib.loads(outer.case.text)
+        said = _nested(inner.sections), _nested(outer.sections)
         helical, force = bool(said[0]["pair"].get("helix_angle_deg")), self.mesh_force(load, *said)
         supports = RexsSupports(self.gearbox, self.path, self.notes, sense, helical, alone, force)
         document: dict[str, Any] = {
@@ -147,7 +150,9 @@ class PlanetaryStage:
             self.notes += [note for note in found.notes if note not in found.changed]
         if alone:
             self.notes.append("ring's shaft: rigid; tilt and twist of the sun's shaft are left out")
-        return ReadSet(document_text(document), tuple(dict.fromkeys(self.notes)), tuple(self.changed))
+        reader = SetReader(f"{self.path}: {self.stage.label}", sections_in(SetSections), self.path.parent)
+        sections = reader.section(_nested(document), SetSections)
+        return ReadSet(sections, document_text(document), tuple(dict.fromkeys(self.notes)), tuple(self.changed))
 
     def mesh_force(self, load: dict[str, Any], inner: dict[str, Any], outer: dict[str, Any]) -> float:
         """Return the force of a mesh at the reference circle of the sun, N, where planets share the load."""
@@ -173,7 +178,7 @@ class PlanetaryStage:
             sun, ring = self.inner[planet.number], self.outer[planet.number]
             others = self.mesh(sun, sense, self.sun), self.mesh(ring, -sense, planet)
             for one, other in zip((inner, outer), others, strict=True):
-                alike = [tomllib.loads(found.case.text) | {"title": ""} for found in (one, other)]
+                alike = [stage.sections | {"title": ""} for stage in (one, other)]
                 if not _alike(*alike):
                     raise self.refuse(planet, f"differs from {self.planets[0].label}: only equal planets are solved")
 
@@ -309,6 +314,18 @@ class PlanetaryStage:
             return {"count": len(angles)}
         turned = [round((angle + sense * first) % 360.0, DIGITS) for angle in angles]
         return {"count": len(angles), "positions_deg": turned}
+
+
+def _nested(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return sections by their dotted names as TOML gives them, one inside the other."""
+    nested: dict[str, Any] = {}
+    for name, content in document.items():
+        outer, _, inner = name.partition(".")
+        if inner:
+            nested[outer][inner] = dict(content)
+        else:
+            nested[outer] = dict(content) if isinstance(content, Mapping) else content
+    return nested
 
 
 def _from_the_other_end(modification: dict[str, Any]) -> dict[str, Any]:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, fields, is_dataclass, replace
+from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
+from pmor.case.change import document_text
 from pmor.core.errors import printable
 from pmor.machine.loader import GearboxFile
-from pmor.machine.settings import GearboxSections, Mesh, PlanetarySet
 from pmor.storage.atomic import atomic_path, refuse_existing
 
 TABLES = ("shafts", "bearings", "meshes", "sets", "loads")
@@ -38,51 +36,36 @@ def gearbox_texts(file: GearboxFile, stem: str) -> dict[str, str]:
     """
     said = file.model.sections
     beside = {f"{stem}_{name}.toml": case.text for name, case in file.cases.items()}
-    beside |= {f"{stem}_{name}.toml": one.text for name, one in file.model.sets.items()}
-    housing: dict[str, str] = {}
+    beside |= {f"{stem}_{name}.toml": part.text for name, part in file.model.sets.items()}
+    document: dict[str, Any] = {"title": said.title}
+    document |= {name: [_keys(part) for part in getattr(said, name)] for name in TABLES if getattr(said, name)}
+    for name, key in (("meshes", "case"), ("sets", "set")):
+        for keys in document.get(name, ()):
+            keys[key] = f"{stem}_{keys['name']}.toml"
+    for keys in document.get("meshes", ()):  # what it says of its case is in that
+        keys.pop("changes", None)
+        keys["pinion"].pop("gear", None)
+        keys["wheel"].pop("gear", None)
+    document |= {name: keys for name in ("gravity", "lubricant") if (keys := _keys(getattr(said, name)))}
     if file.model.housing is not None:
         rows = [",".join(map(repr, row)) for row in file.model.housing.tolist()]
-        housing[f"{stem}_housing.csv"] = "\n".join(rows) + "\n"
-    lines = [*(f"# {printable(note)}" for note in file.notes), f"title = {_value(said.title)}", *_tables(said, stem)]
-    lines += _table("gravity", _keys(said.gravity)) + _table("lubricant", _keys(said.lubricant))
-    lines += _table("housing", dict.fromkeys(["stiffness"] if housing else [], f"{stem}_housing.csv"))
-    return {"": "\n".join(lines) + "\n", **beside, **housing}
-
-
-def _tables(said: GearboxSections, stem: str) -> Iterator[str]:
-    for name in TABLES:
-        for one in getattr(said, name):
-            if isinstance(one, Mesh):  # what it says of its case is in that
-                places = {gear: replace(getattr(one, gear), gear={}) for gear in ("pinion", "wheel")}
-                one = replace(one, changes={}, **places)
-            keys = _keys(one)
-            if isinstance(one, Mesh):
-                keys["case"] = f"{stem}_{one.name}.toml"
-            if isinstance(one, PlanetarySet):
-                keys["set"] = f"{stem}_{one.name}.toml"
-            yield from ["", f"[[{name}]]", *(f"{key} = {_value(value)}" for key, value in keys.items())]
-
-
-def _table(name: str, keys: Mapping[str, Any]) -> list[str]:
-    return ["", f"[{name}]", *(f"{key} = {_value(value)}" for key, value in keys.items())] if keys else []
+        document["housing"] = {"stiffness": f"{stem}_housing.csv"}
+        beside[f"{stem}_housing.csv"] = "\n".join(rows) + "\n"
+    notes = "".join(f"# {printable(note)}\n" for note in file.notes)
+    return {"": notes + document_text(document), **beside}
 
 
 def _keys(section: Any) -> dict[str, Any]:
-    """Keys of a section that are not the defaults."""
-    found = dict[str, Any]()
+    """Keys of a section that are not the defaults, sections inside of it likewise."""
+    keys = dict[str, Any]()
     for item in fields(section):
         value = getattr(section, item.name)
-        usual = item.default if item.default_factory is MISSING else item.default_factory()
-        if value != usual:
-            found[item.name] = value
-    return found
+        if value != (item.default if item.default_factory is MISSING else item.default_factory()):
+            keys[item.name] = _written(value)
+    return keys
 
 
-def _value(value: Any) -> str:
-    if is_dataclass(value):
-        return "{ " + ", ".join(f"{key} = {_value(item)}" for key, item in _keys(value).items()) + " }"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(_value, value)) + "]"
-    if isinstance(value, bool | str | Path):
-        return json.dumps(value if isinstance(value, bool) else str(value), ensure_ascii=False)
-    return repr(value)
+def _written(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [_written(part) for part in value]
+    return _keys(value) if is_dataclass(value) else value

@@ -157,10 +157,9 @@ def sections_of(text: str, path: Path) -> SetSections:
 
 
 def parse_set(
-    text: str, name: str, where: str, inputs: tuple[Path, ...] = (), notes: tuple[str, ...] = (),
-    changed: tuple[str, ...] = (), shafts: OnShafts | None = None,
-) -> SetFile:  # fmt: skip
-    """Check the text of a set file, that which costs least first; `where` names it in messages.
+    text: str, name: str, where: str, inputs: tuple[Path, ...] = (), shafts: OnShafts | None = None
+) -> SetFile:
+    """Check the text of a set file; `where` names it in messages.
 
     Raises
     ------
@@ -168,21 +167,27 @@ def parse_set(
     """
     reader = SetReader(where, sections_in(SetSections), inputs[0].parent if inputs else None)
     said = reader.section(parse_toml(text, where), SetSections, filled={"title": name})
-    if shafts is not None:
-        said = _part_of_a_gearbox(said, shafts)
-    return _checked(reader, said, name, text, inputs, notes, changed, shafts)
+    return checked_set(reader, said, name, text, inputs, shafts=shafts)
 
 
 def with_sections(file: SetFile, said: SetSections) -> SetFile:
     """Return a set that was read with other sections, checked as those of a file; the errors of `parse_set`."""
     reader = SetReader(str(file.inputs[0]), sections_in(SetSections), file.inputs[0].parent)
-    return _checked(reader, said, file.name, file.text, file.inputs, file.notes, file.changed)
+    return checked_set(reader, said, file.name, file.text, file.inputs, file.notes, file.changed)
 
 
-def _checked(
-    reader: SetReader, said: SetSections, name: str, text: str, inputs: tuple[Path, ...], notes: tuple[str, ...],
-    changed: tuple[str, ...], shafts: OnShafts | None = None,
+def checked_set(
+    reader: SetReader, said: SetSections, name: str, text: str, inputs: tuple[Path, ...], notes: tuple[str, ...] = (),
+    changed: tuple[str, ...] = (), shafts: OnShafts | None = None,
 ) -> SetFile:  # fmt: skip
+    """Return the set of sections that were read, checked as a whole, that which costs least first.
+
+    Raises
+    ------
+    CaseError, GeometryError
+    """
+    if shafts is not None:
+        said = _part_of_a_gearbox(said, shafts)
     try:
         layout = reader.layout(said, shafts is not None)
         pairs = reader.pairs(said, layout)
