@@ -37,7 +37,9 @@ def test_a_saved_model_answers_as_before(tmp_path, model):
         pmor.ReducedModel(model.basis).save(tmp_path / "bare.h5")
 
 
-@pytest.mark.parametrize("fate", ["overwritten", "removed", "left by chdir"])
+@pytest.mark.parametrize(
+    "fate", ["overwritten", *(pytest.param(fate, marks=pytest.mark.slow) for fate in ("removed", "left by chdir"))]
+)
 def test_a_loaded_model_is_saved_and_reported_as_it_was_read_whatever_became_of_its_file(
     fate, tmp_path, model, case, full, undrawn, monkeypatch
 ):

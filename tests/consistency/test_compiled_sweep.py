@@ -47,8 +47,9 @@ def tight_advances_um(reduced, phi, torques):
     return ste
 
 
+@pytest.mark.slow
 @pytest.mark.jit
-@pytest.mark.parametrize("slave", ["tip", pytest.param("both", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("slave", ["tip", "both"])
 def test_compiled_sweep_is_its_slow_twin_to_the_last_places(slave, reduced, monkeypatch):
     # The twin looks for each foot anew: its normals are as good as its last step, which the sweep repeats instead.
     monkeypatch.setattr(pmor.penalty.pair, "FOOT_STEP", 1e-10)

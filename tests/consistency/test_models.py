@@ -127,6 +127,7 @@ def fail_facets(monkeypatch, angles):
     monkeypatch.setattr("pmor_offline.snapshots.solve_position", failing)
 
 
+@pytest.mark.slow
 def test_a_model_that_cannot_be_trained_is_named_and_the_others_have_their_results(
     out, undrawn, tmp_path, monkeypatch, capsys
 ):

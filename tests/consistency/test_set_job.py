@@ -203,15 +203,6 @@ def test_pins_leave_their_picture_and_the_forces_of_their_bearings(tmp_path, job
         pmor.run(job[0], shutil.copytree(job[1], tmp_path / "plain")).plot_pins()
 
 
-@pytest.mark.parametrize(("on", "torque_Nm"), [("ring", 900.0), ("carrier", -1200.0)])
-def test_the_same_torque_on_another_member_is_the_same_state(on, torque_Nm, job, tmp_path):
-    held = "sun" if on == "ring" else "ring"
-    text = SMALL_SET.replace("torque_Nm = 300.0", f'torque_Nm = {torque_Nm}\non = "{on}"\nheld = "{held}"')
-    found = pmor.run(written_set(tmp_path, text.replace("torques_Nm = [100.0]", "") + NO_STRESS))
-    expected = json.loads((job[1] / "set.json").read_text())
-    assert_allclose(found.data["ste_um"], expected["ste_um"], rtol=SOLVED)
-
-
 def test_the_other_sense_is_the_image(job, tmp_path):
     """Flanks are plain: the coast flanks carry as the drive flanks do, and what is ahead is so in that sense."""
     text = SMALL_SET.replace("torque_Nm = 300.0", "torque_Nm = -300.0").replace("torques_Nm = [100.0]", "")

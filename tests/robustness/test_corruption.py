@@ -87,7 +87,7 @@ def test_an_edited_unit_is_refused_where_units_are_shown(basis):
         file_text(basis)
 
 
-FLIPS, SECTORS, LENGTHS = 16, 5, 8
+FLIPS, SECTORS, LENGTHS = 12, 3, 5
 
 
 def some_snapshots(rng):

@@ -96,10 +96,10 @@ def run_examples(count, strategy, ended):
 
 
 def test_case_files_give_a_mesh_or_one_line(tmp_path):
-    tally = run_examples(80, case_bytes(), lambda data: plan_and_mesh(data, tmp_path / "random.toml"))
+    tally = run_examples(50, case_bytes(), lambda data: plan_and_mesh(data, tmp_path / "random.toml"))
     # That the examples reach both: the more keys a case has, the more are stopped by one that is wrong.
     assert tally["meshed"] > 1
-    assert tally["refused by the case rules"] > 20
+    assert tally["refused by the case rules"] > 12
 
 
 @pytest.mark.slow
@@ -110,7 +110,7 @@ def test_ten_thousand_case_files_give_a_mesh_or_one_line(tmp_path):
     assert tally["refused as GeometryError"] > 5
 
 
-@examples(100)
+@examples(50)
 @given(st.binary(max_size=60))
 def test_any_bytes_at_all_are_refused_in_one_line(tmp_path_factory, data):
     path = tmp_path_factory.getbasetemp() / "bytes.toml"

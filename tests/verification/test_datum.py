@@ -45,7 +45,10 @@ def test_plain_flanks_on_aligned_axes_touch_at_zero(helix_deg):
     assert np.array_equal(swept(model(helix_deg)).unloaded_um, np.zeros(len(ANGLES)))
 
 
-@pytest.mark.parametrize(("width", "offset"), [(20.0, 0.0), (10.0, 0.0), (10.0, 5.0), (10.0, -5.0)])
+@pytest.mark.parametrize(
+    ("width", "offset"),
+    [(20.0, 0.0), (10.0, 5.0), *(pytest.param(10.0, offset, marks=pytest.mark.slow) for offset in (0.0, -5.0))],
+)
 def test_first_touch_is_at_the_end_of_the_common_face(width, offset):
     """The axes are farther apart at the face with the larger z: flanks touch at the other end."""
     sweep = swept(model(0.0, width, offset), pmor.Misalignment(in_plane_um=TILT_UM)).sweep

@@ -67,7 +67,9 @@ def by_arrays(lines, assembly, phi, advance, displacement):
     return wrench, bool(placed.width_limit.exceeded(found.force)[0, 0])
 
 
-@pytest.mark.parametrize("name", ["unequal", "edges", "helical", "ring"])
+@pytest.mark.parametrize(
+    "name", ["edges", "helical", *(pytest.param(name, marks=pytest.mark.slow) for name in ("unequal", "ring"))]
+)
 def test_each_position_is_that_of_sections_placed_for_it_alone(name, rng):
     reduced = pair(name)
     for assembly in (PLAIN, flanks(reduced, rng)):

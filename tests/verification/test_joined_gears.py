@@ -105,6 +105,7 @@ def stressed_by(solution, gear):
     return root_stress_of_set(placed, solution.found._replace(force=force), solution.pitches)
 
 
+@pytest.mark.slow
 def test_two_equal_gears_of_a_planet_are_one_whose_flanks_do_not_feel_each_other(tmp_path):
     """Root stress of each is that of the one gear by the loads of that mesh: a body feels all of its meshes."""
     found, one = solved(tmp_path, EQUAL), with_rigid(solved(tmp_path, PLANETS), "planet")
