@@ -34,8 +34,8 @@ class DynamicsCase:
     torques_Nm : tuple of float
         Mean torques in N m, increasing; a frequency response each.
     degrees_of_freedom : int
-        1: both gears against each other along the line of action. 6: with two displacements of each gear. 12: with an
-        axial one and two tilting ones of each as well, for helical pairs. Uniform rotation of both counts as one.
+        1: along the line of action. 6: with two displacements of each gear. 12: with an axial and two tilting ones of
+        each, for helical pairs.
     mesh_frequency_ratio : tuple of float
         Lowest and highest mesh frequency, over the natural frequency.
     mesh_frequency_Hz : tuple of float or None
@@ -73,8 +73,8 @@ class DynamicsCase:
         Flank tolerance class of both gears, ISO 1328-1:2013. Its deviations are in K_v of ISO 6336-1, which stands
         beside the dynamic factor found, and nowhere else.
     law : {"table", "exact"}
-        Where branches take the mesh force from: a table of the line loads, or the line loads themselves, solved at each
-        sample of each motion that is tried: slower by some ten times, and the proof of the table. Runs take the table.
+        Where branches take the mesh force from: a table of the line loads, or these themselves, some ten times slower.
+        Runs take the table.
     """
 
     torques_Nm: Torques

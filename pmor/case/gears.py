@@ -118,8 +118,8 @@ class GearCase:
     bore_radius_mm : float or None
         Radius in mm at which the body is rigid on its shaft. A ring has none.
     one_piece : bool
-        Whether the gear is of one piece with a solid shaft as thick as its bore, which then deforms: what is held, or
-        moves with a shaft in a gearbox, is the mean motion of the bore.
+        Whether the gear is of one piece with a solid shaft as thick as its bore: what is held, or moves with a shaft,
+        is the mean motion of the bore.
     rim_thickness_mm : float or None
         Of a ring, in mm: from its root circle to its outside.
     held : {"outside"} or LugsCase
@@ -139,7 +139,7 @@ class GearCase:
         By which the tip circle's radius is less than addendum and profile shift make it, in mm: -k m_n of ISO 21771.
     tooth_thickness_allowance_um : tuple of float
         Of the normal tooth thickness at the reference cylinder, in um, negative: one, or the lower and the upper one,
-        whose mean is solved. It is cut by the rack, so that teeth get thinner and roots deeper, for backlash.
+        whose mean is solved. The rack cuts deeper for it.
     youngs_modulus_GPa : float
         Young's modulus in GPa.
     poisson_ratio : float

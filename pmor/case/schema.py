@@ -36,9 +36,8 @@ class MeshCase:
     element : {"hex20", "hex8i", "hex8"}
         Quadratic hexahedron, or linear ones with or without incompatible modes.
     width : {"half", "whole", "plane_strain"}
-        How much of the face width is meshed. `half`: half of it where the pair is symmetric about mid width (spur, an
-        even number of elements over the width), else the whole. `plane_strain`: one layer of elements without axial
-        displacement, whatever `width_elements` says.
+        How much of the face width is meshed. `half`: half of it where the pair is symmetric about mid width, else the
+        whole. `plane_strain`: one layer of elements without axial displacement.
     spacing : {"arc_length", "roll_angle"}
         Measure in which the flank nodes are equally spaced along the profile.
     share_identical : bool
@@ -74,10 +73,9 @@ class ContactCase:
     Parameters
     ----------
     scheme : {"line", "direct", "paper", "facet"}
-        `line`: exact flanks, one line load per section, closed-form local compliance, no penalty; for transmission
-        error on any mesh. `direct`: points of Hermite patches through the deformed nodes, projected on the mate's
-        patches. `paper`: the same points projected on bilinear facets through the mate's (Cosco et al. 2016). `facet`:
-        bilinear facets all through, the conventional scheme.
+        `line`: exact flanks, one line load per section, closed-form local compliance, no penalty. `direct`: points of
+        Hermite patches through the deformed nodes, projected on the mate's. `paper`: the same on bilinear facets of the
+        mate (Cosco et al. 2016). `facet`: bilinear facets all through.
     slave : {"tip", "pinion", "wheel", "both"}
         Gear whose points are projected on its mate: the one whose tip is nearer, a fixed one, or both with half the
         penalty each. Lines have no slave.
@@ -166,9 +164,9 @@ class CompareCase:
     torques_Nm : tuple of float
         Torques in N m, increasing.
     models : tuple of {"line", "direct", "paper", "facet"} or None
-        Reduced models that `pmor run` and `pmor compare` train and hold against each other, by their contact schemes:
-        `paper` is the paper's way, with the shapes `positions`; `line` has `line_loads`, the others `flank_lines`. The
-        case's own model is always among them, with the shapes of the case; None is the case's own alone.
+        Reduced models that are held against each other, by their contact schemes: `paper` has the shapes `positions`,
+        `line` `line_loads`, the others `flank_lines`. The case's own model is always among them; None is that one
+        alone.
     largest_error_percent : float
         Largest difference of the transmission errors of reduced model and full FE, in percent of the deflection: a
         larger one is named, and makes the exit code 3.
@@ -187,8 +185,8 @@ class ResultsCase:
     Parameters
     ----------
     maps : bool
-        Largest values at each point of the flanks over the mesh cycle: line load, Hertz's pressure and half-width, and
-        the contact pattern at a hundredth of the nominal torque, one more sweep.
+        Largest line load, pressure and half-width at each point of the flanks over the mesh cycle, and the contact
+        pattern at a hundredth of the nominal torque.
     harris_torques_Nm : tuple of float
         Torques in N m, increasing, of the Harris map: transmission error and its peak-to-peak over torque.
     root_stress : bool
@@ -211,8 +209,8 @@ class OutputCase:
     report : bool
         One self-contained HTML page.
     live_page : bool
-        The page carries the reduced model of line loads, and solves it as its reader changes flanks, load and axes. Of
-        a pair that half the width stands for, the finite elements of the whole width are solved for it.
+        The page solves the pair anew as its reader changes flanks, load and axes. Where half the width stands for the
+        whole, the finite elements of the whole are solved for it.
     format : tuple of {"png", "svg", "pdf"}
         Of the picture files: one, or a list. The page shows SVG where it is among them, which stays sharp in print.
     """

@@ -17,13 +17,11 @@ class ReductionCase:
     Parameters
     ----------
     shapes : {"line_loads", "flank_lines", "positions", "pod", "global_pod", "static_modes"}
-        `line_loads`: the compliance between flank nodes alone, with the line loads as unknowns: exact, without
-        training, for any torque, axes and flank modification; always and only with the scheme `line`.
-        `flank_lines`, the default of the others: one shape for each line of flank nodes, its load distribution over
-        the width taken from the training. `positions`: one for each trained roll position and torque, interpolated
-        over the roll position (the paper). `pod`: the same, compressed to orthonormal modes at each position; for many
-        torques. `global_pod`: one set of modes for all positions; for comparison. `static_modes`: the unit forces on
-        all flank nodes, without training; exact, with the most unknowns.
+        `line_loads`: the compliance between flank nodes, line loads as unknowns: exact, without training; with the
+        scheme `line` alone. `flank_lines`, the default of the others: a shape for each line of flank nodes, its load
+        over the width from the training. `positions`: one for each trained roll position and torque (the paper). `pod`:
+        the same, compressed to modes at each position. `global_pod`: one set of modes for all positions.
+        `static_modes`: unit forces on all flank nodes, without training: exact, with the most unknowns.
     interpolation : {"linear", "cubic"}
         Of shapes at positions and of modes (`pod`), over the roll position. The others are not interpolated.
     pod_tolerance : float
@@ -60,10 +58,9 @@ class OfflineCase:
     Parameters
     ----------
     sampling : {"grid", "sobol", "greedy"}
-        `grid`: every angle with every torque and misalignment below. `sobol`: `solves` states spread evenly over the
-        ranges that the lists below span. `greedy`: beginning with a few, one state after the other where the error
-        estimate is largest in those ranges, until it is below the tolerance everywhere. The last two need shapes that
-        are not interpolated over the roll position.
+        `grid`: every angle with every torque and misalignment below. `sobol`: `solves` states spread evenly over these
+        ranges. `greedy`: one state after the other where the error estimate is largest in them, until it is below the
+        tolerance. The last two need shapes that are not interpolated.
     angles_per_pitch : int
         Training positions per angular pitch; of the greedy sampling, those that it begins with.
     torques_Nm : tuple of float

@@ -45,10 +45,9 @@ def other_places(keys: Iterable[str]) -> set[str]:
 class Modification:
     """Deviations of the loaded flanks of one gear (sections `[pinion.modification]` and `[wheel.modification]`).
 
-    Amounts are in um along the transverse line of action, positive removes material, zero at the reference; normal to
-    the flank they are cos(beta_b) times that, beta_b the base helix angle. Roll angles are the gear's own. The active
-    profile is the part that its mate can touch on parallel axes at the centre distance of the case; all laws continue
-    beyond it. Where a relief starts or ends is said by one of its keys, needed with its amount.
+    Amounts are in um along the transverse line of action, positive removes material; normal to the flank they are
+    cos(beta_b) times that. Roll angles are the gear's own. The active profile is what its mate can touch on parallel
+    axes; all laws continue beyond it. One key says where a relief starts or ends.
 
     Parameters
     ----------

@@ -48,10 +48,10 @@ from pmor.storage.atomic import atomic_path
 HEAD = """# All keys
 
 `python -m tests.programs.key_table cases/manual/keys.md` made this page from the program itself. `pmor plan FILE` shows
-the keys of a file with their defaults. Units stand in the names of the keys. *list* is a list of such values, `> 0`
-excludes the end, a dash is a key that may be left out; `[[name]]` may stand several times. How a gear is cut and made
-is told under `[pinion]`: `[wheel]` of a case, `[sun]`, `[planet]`, `[ring]` and gears by their names of a set,
-and the sections of a mesh of a gearbox have these keys and sections too.
+the keys of a file with their defaults. Units stand in the names of the keys, words in quotes in a file. *list* is a
+list of such values, `> 0` excludes the end, a dash is a key that may be left out; `[[name]]` may stand several times.
+How a gear is made is told under `[pinion]`: `[wheel]` of a case, `[sun]`, `[planet]`, `[ring]` and gears by their
+names of a set, and the sections of a mesh of a gearbox have these keys and sections too.
 """
 NUMBERS = {int: "whole", float: "", tuple[float, ...]: "list", tuple[int, ...]: "list, whole"}
 # Units that stand in the name of the key.
@@ -159,7 +159,7 @@ def _allowed(annotation: Any) -> str:
     if annotation is Topography:
         return "CSV file"
     if get_origin(annotation) is Literal:
-        return ", ".join(f"`{toml_text(choice)}`" for choice in get_args(annotation))
+        return f"`{', '.join(str(choice) for choice in get_args(annotation))}`"
     if hasattr(annotation, "from_toml"):
         return "such as `" + re.search("``(.*)``", annotation.from_toml.__doc__)[1] + "`"  # type: ignore[index]
     if get_origin(annotation) is tuple:
@@ -190,11 +190,11 @@ def _default(section: str, key: str, default: Any) -> str:
     if default is MISSING and section == CONDITION:
         return "its number" if key == "name" else "that of the case"
     if default is MISSING and key == "shapes":
-        return " or ".join(f"`{toml_text(shapes)}`" for shapes in (DEFAULT_SHAPES["line"], OTHER_SHAPES))
+        return " or ".join(f"`{shapes}`" for shapes in (DEFAULT_SHAPES["line"], OTHER_SHAPES))
     if default is MISSING:
         return "required"
     usual = "–" if default in (None, ()) else toml_text(default)
-    usual = f"`{usual}`" if isinstance(default, str) else usual
+    usual = f"`{default}`" if isinstance(default, str) else usual
     return usual + CHANGED.get((section, key), "")
 
 
