@@ -67,16 +67,17 @@ def _profile_shifts(base_text: str, design: Design, relations: Relations) -> dic
         return float(_setting(base_text, design, name))
 
     gives = _without_shifts(base_text, design, distance)
-    teeth = int(number("pinion.teeth") + number("wheel.teeth"))
+    ring = bool(_setting(base_text, design, "wheel.internal"))
+    teeth = int(number("pinion.teeth") + (-1 if ring else 1) * number("wheel.teeth"))
     normal, helix = math.radians(number("pair.pressure_angle_deg")), math.radians(number("pair.helix_angle_deg"))
     transverse = math.atan(math.tan(normal) / math.cos(helix))
     bases = 0.5 * teeth * number("pair.module_mm") / math.cos(helix) * math.cos(transverse)
-    if bases >= distance:
+    if abs(bases) >= distance:
         raise GeometryError(
             f"[relations] centre_distance_mm = {distance:g}: {gives}, and the base circles' radii alone are "
-            f"{bases:.4g} mm together: take fewer teeth or a smaller module"
+            f"{abs(bases):.4g} mm {'apart' if ring else 'together'}: take fewer teeth or a smaller module"
         )
-    needed = tight_shift(teeth, bases, distance, normal, transverse)
+    needed = tight_shift(teeth, bases, math.copysign(distance, teeth), normal, transverse)
     if relations.solve == "both":
         found = {f"{gear}.profile_shift": 0.5 * needed for gear in GEARS}
     else:
@@ -105,11 +106,14 @@ def why_infeasible(reason: str, base_text: str, design: Design, relations: Relat
 
 def _without_shifts(base_text: str, design: Design, distance: float) -> str:
     """The centre distance of a design without profile shifts, beside the one that is asked for."""
-    module, *teeth = (_setting(base_text, design, name) for name in ("pair.module_mm", "pinion.teeth", "wheel.teeth"))
-    helix = _setting(base_text, design, "pair.helix_angle_deg")
-    reference = 0.5 * sum(teeth) * module / math.cos(math.radians(helix))
+    module, first, second = (
+        _setting(base_text, design, name) for name in ("pair.module_mm", "pinion.teeth", "wheel.teeth")
+    )
+    helix, ring = (_setting(base_text, design, name) for name in ("pair.helix_angle_deg", "wheel.internal"))
+    teeth, words = (second - first, "z2 - z1") if ring else (first + second, "z1 + z2")
+    reference = 0.5 * teeth * module / math.cos(math.radians(helix))
     under = f" under {helix:g} deg" if helix else ""
-    return f"z1 + z2 = {sum(teeth)} at m {module:g}{under} gives {reference:.4g} mm; {distance:g} asked"
+    return f"{words} = {teeth} at m {module:g}{under} gives {reference:.4g} mm; {distance:g} asked"
 
 
 def _setting(base_text: str, design: Design, name: str) -> Any:

@@ -176,6 +176,93 @@ def test_a_flank_without_an_equilibrium_is_named_and_the_rest_is_written(tmp_pat
     assert "In the gearbox" in str(found)
 
 
+TWO_STAGES = ASKEW.replace(
+    "[[loads]]",
+    """[[shafts]]
+name = "last"
+at_mm = [124.4, 0.0]
+sections = [{ length_mm = 80.0, outer_mm = 28.0 }]
+[[bearings]]
+name = "E"
+shaft = "last"
+at_mm = 10.0
+radial_N_per_mm = 2e4
+axial_N_per_mm = 1e5
+[[bearings]]
+name = "F"
+shaft = "last"
+at_mm = 70.0
+radial_N_per_mm = 2e4
+[[meshes]]
+name = "second"
+case = "small.toml"
+pinion = { shaft = "output", at_mm = 60.0 }
+wheel = { shaft = "last", at_mm = 60.0 }
+[[loads]]""",
+    1,
+).replace('shaft = "output", at_mm = 80.0', 'shaft = "last", at_mm = 80.0')
+ALL = DESIGN.replace('mesh = "mesh"\n', "").replace('gear = "pinion"', 'gear = "pinion"\nmesh = "mesh"', 1)
+ALL = ALL.replace('gear = "pinion"\nrange', 'gear = "pinion"\nmesh = "second"\nrange')
+
+
+@pytest.fixture(scope="module")
+def two_stages(tmp_path_factory):
+    return elements_of(load(written_design(tmp_path_factory.mktemp("two"), ALL, TWO_STAGES)))
+
+
+@pytest.mark.slow
+def test_all_meshes_of_a_gearbox_are_judged_as_each_of_them_alone(two_stages):
+    """Results of each mesh are those of a judge of it alone; of all of them the sum of the objective, the most else."""
+    judge, x = Judge(two_stages), np.array([12.0, 3.0])
+    keys, found = judge.design.results, judge.verdict(x).results
+    assert [v.name for v in judge.design.variables] == ["mesh.pinion.helix_slope_um", "second.pinion.helix_crowning_um"]
+    for number, (name, key) in enumerate((("mesh", "helix_slope_um"), ("second", "helix_crowning_um"))):
+        own = tuple(replace(v, mesh=None) for v in judge.design.variables if v.key == key)
+        design = replace(judge.design, mesh=(name,), variables=own)
+        alone = Judge(replace(two_stages, file=replace(two_stages.file, design=design)))
+        assert_array_equal(found[:, [keys.index(f"{name}.{key}") for key in alone.design.results]],
+                           alone.verdict(x[number : number + 1]).results)  # fmt: skip
+    spans, factors = (found[:, [keys.index(f"{n}.{key}") for n in ("mesh", "second")]]
+                      for key in ("peak_to_peak_um", "k_h_beta"))  # fmt: skip
+    assert_allclose(found[:, keys.index("peak_to_peak_um")], spans.sum(axis=1))
+    assert_array_equal(found[:, keys.index("k_h_beta")], factors.max(axis=1))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("goal", [
+    {}, {"meshes": "worst"}, {"meshes": "second"}, {"minimise": "k_h_beta", "meshes": "worst"},
+])  # fmt: skip
+def test_gradients_over_all_meshes_are_difference_quotients(two_stages, goal):
+    """That of a face load factor is a quotient itself, of other steps: its kinks are left."""
+    design = two_stages.file.design
+    judge = Judge(two_stages, replace(design, objective=replace(design.objective, **goal)))
+    x, step, tolerance = np.array([12.0, 3.0]), 1e-4, 1e-2 if "minimise" in goal else 1e-5
+    exact = judge.smooth(x, 5.0)[1]
+    ends = [[judge.smooth(x + sign * step * one, 5.0)[0] for sign in (1.0, -1.0)] for one in np.eye(2)]
+    quotient = np.array([(above - below) / (2.0 * step) for above, below in ends])
+    assert_allclose(exact, quotient, rtol=0.0, atol=tolerance * np.abs(exact).max())
+
+
+@pytest.mark.slow
+def test_a_whole_gearbox_is_designed_and_its_best_is_written_as_a_gearbox(tmp_path, monkeypatch):
+    monkeypatch.setattr(readings, "CONTOUR", 3)
+    monkeypatch.setattr(fine, "FEWEST", 32)
+    monkeypatch.setattr(fine, "SETTLED", 0.1)
+    monkeypatch.setattr("pmor.report.page.picture_bytes", lambda figure, picture_format: b"")
+    path, out = written_design(tmp_path, ALL.replace("samples = 32", "samples = 8"), TWO_STAGES), tmp_path / "out"
+    assert main(["design", str(path), "--out", str(out)]) == 0
+    data = json.loads((out / "design.json").read_text())
+    best = flank(data, "best for the gearbox")
+    assert best["peak_to_peak_um"] < flank(data, "flanks of the case")["peak_to_peak_um"]
+    assert set(data["gearbox"]["helices"]) == {"mesh", "second"}
+    number = data["best"]["variant"]
+    assert main(["design", str(path), "--out", str(out), "--case", str(number)]) == 0
+    meshes = pmor.gearbox(out / f"variant_{number}.toml").data["loads"][0]["meshes"]
+    for mesh in meshes:
+        assert_allclose(mesh["ste_peak_to_peak_um"], best[f"{mesh['name']}.peak_to_peak_um"][0], rtol=1e-6)
+        assert_allclose(mesh["k_h_beta"], best[f"{mesh['name']}.k_h_beta"][0], rtol=1e-6)
+
+
 def test_a_plan_says_what_is_searched_and_solves_nothing(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("pmor.design.elements.elastic_model", lambda *_: pytest.fail("finite elements"))
     path = written_design(tmp_path)
