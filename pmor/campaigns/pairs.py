@@ -158,7 +158,7 @@ def figures_of(reduced: ReducedPair, sweep: SteSweep, stress: RootStress | None)
         PEAKS[1]: peak_to_peak_um(sweep).max(),
         "contact_ratio": pair.contact_ratio,
         "overlap_ratio": pair.overlap_ratio,
-        "centre_distance_mm": pair.centre_distance,
+        "centre_distance_mm": abs(pair.centre_distance),
         "mass_kg": pinion.mass_kg + wheel.mass_kg,
         "mass_pinion_kg": pinion.mass_kg,
         "mass_wheel_kg": wheel.mass_kg,

@@ -58,7 +58,7 @@ def test_a_row_is_what_run_finds_of_the_file_of_the_design(path):
     campaign, store = load(path), Store(path.parent, 0.0)
     row = row_of(task_of(campaign, store), 1, designs_of(campaign)(0), store)
     assert (row["status"], row["reason"]) == ("ok", "")
-    found = pmor.gearbox(pmor.write_campaign_case(path, path.parent, 1))
+    found = pmor.run(pmor.write_campaign_case(path, path.parent, 1))
     (load_data,) = found.data["loads"]
     (mesh,) = load_data["meshes"]
     for key in ("ste_peak_to_peak_um", "k_h_beta", "flank_pressure_max_MPa"):

@@ -257,7 +257,7 @@ def test_a_whole_gearbox_is_designed_and_its_best_is_written_as_a_gearbox(tmp_pa
     assert set(data["gearbox"]["helices"]) == {"mesh", "second"}
     number = data["best"]["variant"]
     assert main(["design", str(path), "--out", str(out), "--case", str(number)]) == 0
-    meshes = pmor.gearbox(out / f"variant_{number}.toml").data["loads"][0]["meshes"]
+    meshes = pmor.run(out / f"variant_{number}.toml").data["loads"][0]["meshes"]
     for mesh in meshes:
         assert_allclose(mesh["ste_peak_to_peak_um"], best[f"{mesh['name']}.peak_to_peak_um"][0], rtol=1e-6)
         assert_allclose(mesh["k_h_beta"], best[f"{mesh['name']}.k_h_beta"][0], rtol=1e-6)

@@ -39,7 +39,7 @@ def test_rows_of_internal_pairs_whose_coast_flanks_carry_are_those_of_their_runs
     (tmp_path / "ring.toml").write_text(INTERNAL)
     text = 'case = "ring.toml"\n[designs]\nmethod = "list"\nwheel.rim_thickness_mm = [12.0, 15.0]\n'
     (tmp_path / "campaign.toml").write_text(f"{text}[store]\nlimit_GiB = 0.0\n")
-    found = pmor.campaign("campaign.toml")
+    found = pmor.run("campaign.toml")
     assert found.status.tolist() == ["ok", "ok"], found.reasons
     for number in (1, 2):
         case = load_case(pmor.write_campaign_case("campaign.toml", tmp_path, number))
