@@ -1,6 +1,5 @@
 """The benchmark measures what it says; how long anything takes is not asserted."""
 
-import json
 import subprocess
 from pathlib import Path
 
@@ -46,19 +45,6 @@ def row():
 
 def table_of(row, *before):
     return str(Bench([row], machine(), list(before)))
-
-
-def test_neighbours_of_the_case_differ_in_one_thing_each():
-    listed = variants(load_case(Path(__file__).parents[2] / "cases" / "paper_spur.toml"))
-    nodal = [v.case for v in listed if v.case.contact.scheme == "direct"]
-    sizes = {(case.mesh.profile_elements, case.contact.lodm_profile) for case in nodal}
-    assert {(8, 1), (8, 2), (8, 4), (8, 8)} == sizes
-    lines = {v.case.mesh.profile_elements for v in listed if v.case.contact.scheme == "line"}
-    assert lines == {4, 8, 16, 32}
-    assert {v.case.mesh.width_elements for v in listed} == {2, 4, 8}
-    assert {case.contact.lodm_width for case in nodal} == {1, 4}
-    assert {v.case.mesh.width for v in listed} == {"half", "whole"}
-    assert {v.case.reduction.shapes for v in listed} == {"line_loads", "flank_lines"}
 
 
 def test_a_later_run_is_a_ratio_to_the_earlier_one_and_only_like_is_compared_with_like(row):
@@ -135,13 +121,6 @@ def test_what_a_system_does_not_measure_is_left_out_and_the_rest_kept(case, monk
     (row,) = stage_rows(case)
     assert "1 MiB" in str(Bench([row], machine(), []))
     assert "peak_mib" not in row
-
-
-def test_the_table_stands_as_markdown_beside_the_numbers(row, tmp_path):
-    Bench([row], machine(), []).write(tmp_path / "bench.json")
-    assert read_rows(tmp_path / "bench.json") == [row]
-    assert set(json.loads((tmp_path / "bench.json").read_text())) == {"rows", "machine"}
-    assert "| position: case | direct | 16 x 8 | 4, 1 | 0.1 |" in (tmp_path / "bench.md").read_text()
 
 
 def test_line_loads_are_timed_on_the_pair_on_tilted_axes_and_with_sixteen_sections():

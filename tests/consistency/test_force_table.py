@@ -2,14 +2,13 @@
 
 import json
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import pmor
 from pmor.app.cli import main
-from pmor.case import change_case, load_case, parse_case
+from pmor.case import change_case, parse_case
 from pmor.core.errors import CaseError
 from pmor.dynamics import law
 from pmor.dynamics.force_law import load_limit, mean_stiffness, shifted, static_displacement
@@ -23,7 +22,6 @@ from pmor.dynamics.solution import reduced_of
 from pmor.gear.condition import ALIGNED, PLAIN, Assembly, Misalignment, at_torques
 from pmor.gear.modification import Modification
 from pmor.lab.slices.run import run_slices
-from pmor.pair.conditions import assembly_of
 from pmor.pair.model import gear_pair
 from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.mesh_force import LineLoadLaw, mesh_force_of, overload_of, place_phases
@@ -126,20 +124,6 @@ def test_harmonic_balance_on_line_loads_is_that_on_their_table():
         found = [solve_at(b, ratio * np.sqrt(stiffness / mass), rest(b)) for b in (one, two)]
         # The table: 5e-5 of a force four times the load.
         np.testing.assert_allclose(rms(found[0]), rms(found[1]), rtol=2e-4)
-
-
-@pytest.mark.slow
-def test_a_section_that_only_just_touches_is_in_equilibrium():
-    """Its load is below the least one of the law; begun there, rounding threw it to and fro for ever.
-
-    One state in four million of this pair.
-    """
-    case = load_case(Path(__file__).parents[2] / "cases" / "paper_relief.toml")
-    reduced = pmor.train(case).reduced
-    pair, assembly = reduced.meshed.pair, assembly_of(case)
-    placed = place_phases(reduced.lines, np.array([2.0 * np.pi * 0.26407904754068884 / pair.pitch]), assembly)
-    advance = np.array([0.009619448732414413 / pair.pinion.base_radius])
-    assert placed.solve(advance, True, placed.deviation(assembly)).converged.all()
 
 
 STIFF = {"pinion_bearing_stiffness_N_um": [200.0, 100.0, 400.0], "wheel_bearing_stiffness_N_um": [200.0, 50.0, 400.0],

@@ -23,7 +23,9 @@ FAMILIES = {
 DATASETS = {"flank_lines": 20, "static_modes": 20, "positions": 16, "pod": 16}
 
 
-@pytest.fixture(params=list(FAMILIES))
+@pytest.fixture(
+    params=["flank_lines", "positions", *(pytest.param(f, marks=pytest.mark.slow) for f in ("static_modes", "pod"))]
+)
 def family(request):
     return request.param
 

@@ -2,21 +2,20 @@
 
 import csv
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import pmor
-from pmor.case import change_case, make_case
+from pmor.case import make_case
 from pmor.gear.condition import ALIGNED
 from pmor.pair.conditions import conditions_of
 from pmor.report.summary import result_files, summary_rows, write_results
 from pmor.storage.basis_file import read_basis, write_basis
 from pmor.work.online import run_online
 from pmor_online.line_sweep import sweep_line_loads
-from pmor_online.model import reduced_pair, sweep_angles
+from pmor_online.model import sweep_angles
 from pmor_online.root_stress import SENSE, nodal_forces
 from pmor_online.web_stress import amplitudes_in_cells, web_stress
 
@@ -104,37 +103,3 @@ def test_a_file_of_the_basis_keeps_the_stress_of_webs(plain, tmp_path):
     assert again.web_stress[0] is None
     for name, array in vars(plain.basis.web_stress[1]).items():
         assert_array_equal(getattr(again.web_stress[1], name), array)
-
-
-def test_without_the_switch_there_is_no_stress_of_webs(result):
-    bare = change_case(CASE, **{"wheel.blank": {"stress": False}})
-    assert "web_stress.csv" not in result_files(bare)
-    found = replace(result, web_stress=({}, {}))
-    assert not [label for label, *_ in summary_rows(found) if "web" in label]
-
-
-def holed(first_deg):
-    """Stress of a wheel of 12 teeth with 5 holes, over a turn of it."""
-    holes = {"count": 5, "radius_mm": 0.9, "on_radius_mm": 9.75, "first_deg": first_deg}
-    blank = {"rim_thickness_mm": 1.6, "web_thickness_mm": 4.0, "hub_radius_mm": 8.3, "holes": holes, "stress": True}
-    case = make_case(
-        teeth=13, bore_radius_mm=8.0, module_mm=2.5, face_width_mm=12.0, torque_Nm=50.0, scheme="line",
-        profile_elements=3, width_elements=2, error_bar=False, results={"root_stress": False},
-        wheel={"teeth": 12, "bore_radius_mm": 7.0, "profile_shift": 0.3, "blank": blank},
-        online={"angles_per_pitch": 4, "pitches": 12},
-    )  # fmt: skip
-    reduced = reduced_pair(pmor.train(case).basis)
-    return web_stress(reduced, sweep_angles(case), conditions_of(case, [50.0]))[1]
-
-
-@pytest.mark.slow
-def test_holes_turned_by_a_tooth_have_the_same_stress_a_pitch_later():
-    found, turned = holed(11.0), holed(11.0 + 360.0 / 12)
-    assert list(found) == ["hole_edge"], "the web is shorter than it is thick"
-    one, other = found["hole_edge"], turned["hole_edge"]
-    assert_allclose(other.von_mises_MPa, one.von_mises_MPa, rtol=1e-7)
-    assert_allclose(other.range_MPa, one.range_MPa, rtol=1e-7)
-    period = 2.0 * np.pi / 13 * 12
-    # The wheel turns against the pinion, and clockwise.
-    assert_allclose((other.phi_rad - one.phi_rad) % period, 2.0 * np.pi / 13, atol=1e-9)
-    assert_allclose((other.place - one.place) % 360.0, [[0.0, 30.0, 0.0]], atol=1e-6)

@@ -193,7 +193,9 @@ POSITION_LIES = {
 }
 
 
-@pytest.mark.parametrize(("shapes", "interpolation"), [("positions", "cubic"), ("pod", "linear")])
+@pytest.mark.parametrize(
+    ("shapes", "interpolation"), [("positions", "cubic"), pytest.param("pod", "linear", marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize("change", POSITION_LIES.values(), ids=POSITION_LIES.keys())
 def test_what_cannot_be_true_of_positions_is_refused(change, shapes, interpolation, small_basis_file, tmp_path):
     path = tmp_path / "basis.h5"

@@ -7,7 +7,7 @@ import pytest
 
 from pmor.gear.flank_deviation import kernel_deviation
 from pmor.gear.kernels.deviation import deviations_at, flank_deviation
-from pmor.gear.modification import UNMODIFIED, Modification
+from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 from pmor.gear.topography import Topography, read_topography
@@ -43,12 +43,6 @@ def test_active_profiles_of_both_gears_meet_tip_to_start(pair):
     total = pair.action_length
     assert start * pair.pinion.base_radius + last * pair.wheel.base_radius == pytest.approx(total, rel=1e-14)
     assert end * pair.pinion.base_radius + first * pair.wheel.base_radius == pytest.approx(total, rel=1e-14)
-
-
-def test_unmodified_flank_deviates_nowhere(pair):
-    deviation = kernel_deviation(UNMODIFIED, pair.pinion, pair.active_rolls[0], (-10.0, 10.0))
-    assert not deviation.present
-    assert flank_deviation(deviation, 0.4, 3.0, 5) == 0.0
 
 
 @pytest.mark.parametrize(("shape", "halfway"), [("linear", 0.5), ("parabolic", 0.25)])

@@ -1,6 +1,5 @@
 """Orders of periodic curves, and of sweeps over several pitches."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import make_case
-from pmor.results.sweep import mesh_orders, orders, orders_of, ripple_um
+from pmor.results.sweep import mesh_orders, orders_of, ripple_um
 from pmor_online.model import online_angles, sweep_angles
 from tests.support.sweeps import PITCH, made_up_sweep
 
@@ -23,16 +22,6 @@ def sweep_of(curve, pitches, count=20):
 def whine(phi):
     """A mesh order with a run-out of the pinion, which also modulates it."""
     return 9.0 + 2.0 * np.cos(phi - 0.3) + 1.5 * np.cos(TEETH * phi + 1.0) + 0.2 * np.cos((TEETH + 1) * phi)
-
-
-def test_orders_give_the_curve_back():
-    phi = 0.4 + 2.0 * math.pi * np.arange(31) / 31
-    rng = np.random.default_rng(4)
-    values = rng.normal(size=31)
-    found = orders(phi, values, 2.0 * math.pi)
-    waves = found.amplitude * np.cos(phi[:, None] * found.order + found.phase)
-    assert_allclose(found.mean + waves.sum(axis=1), values, atol=1e-13)
-    assert_allclose(found.order, np.arange(1, 16), rtol=1e-15)
 
 
 def test_orders_count_periods_per_turn_with_amplitude_and_phase():

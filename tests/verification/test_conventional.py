@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 from numpy.testing import assert_allclose
 
 from pmor.core.conventions import rotation_z
@@ -10,7 +9,7 @@ from pmor.core.errors import CaseError, ConvergenceError
 from pmor.fe.assembly import assemble, degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.nested_dissection import elimination_order, nested_dissection
-from pmor.fe.whole_gear import assemble_arc, factorise, whole_gear_mesh
+from pmor.fe.whole_gear import assemble_arc, whole_gear_mesh
 from pmor.gear.condition import Condition, at_torques
 from pmor.lab.rivals.conventional import conventional_pair, solve_conventional
 from pmor.pair.model import elastic_model, mesh_model
@@ -135,17 +134,6 @@ def test_whole_gear_in_order_of_elimination_is_the_whole_gear(mesh, rng):
         filled = completion(mesh, every) @ vectors[nodes_of_elements(mesh, every)].ravel()
         expected = filled[degrees_of_freedom(mesh.flank)]
         assert_allclose(flanks[k] @ displacement[dofs], expected, rtol=0, atol=EXACT)
-
-
-@pytest.mark.parametrize("sectors", [2, 12])
-def test_nested_dissection_fills_less_than_the_order_of_the_mesh(mesh, sectors):
-    ordered, _ = arc_of(mesh, sectors)
-    nodes, elements, numbers = whole_gear_mesh(mesh)
-    dofs = degrees_of_freedom(np.sort(elimination_order(mesh, numbers, sectors)))
-    arc = elements[: sectors * len(mesh.elements)]
-    natural = sp.csc_array(assembled(mesh, arc, nodes)[dofs][:, dofs])
-    assert ordered.shape == natural.shape
-    assert factorise(ordered).nnz < 0.7 * factorise(natural).nnz
 
 
 def test_line_contact_is_refused():
