@@ -104,7 +104,7 @@ def test_a_results_file_that_was_changed_is_refused(run, tmp_path):
 
 def test_summary_has_the_figures_of_the_nominal_torque(run):
     s, readings, i = summary(run), run.readings, run.nominal
-    assert s["k_h_beta"] == readings.face_load_factor[i]
+    assert s["k_h_beta"] == readings.figures["k_h_beta"][i]
     assert s["flank_pressure_max_MPa"] == np.nanmax(run.sweep.states.lines.pressure_MPa[i])
     assert len(s["ste_harmonics_um"]) == 10
     assert_allclose(s["ste_harmonics_um"][:5], orders_of(run.sweep, i).amplitude, rtol=1e-14)
@@ -183,7 +183,7 @@ def test_shapes_without_line_loads_leave_the_file_without_them(small_model, smal
 def test_python_reads_the_same_off_a_sweep(run):
     model = model_of("helical" if run.reduced.meshed.pair.base_helix_angle else "spur")
     result = model.sweep()
-    assert_allclose(result.k_h_beta, run.readings.face_load_factor, rtol=0.0)
+    assert_allclose(result.k_h_beta, run.readings.figures["k_h_beta"], rtol=0.0)
     assert_allclose(result.effective_contact_ratio, run.readings.effective_contact_ratio, rtol=0.0)
     assert_allclose(result.sensitivities().ste, run.readings.sensitivities.ste, rtol=0.0)
     assert_allclose(result.mesh_forces().moment_Nm, run.readings.forces.moment_Nm, rtol=0.0)
