@@ -1,5 +1,6 @@
 """A gearbox as a command and in Python: the same files, bases taken over, failed loads beside those that hold."""
 
+import csv
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +20,7 @@ from pmor.machine.iso import arrangement
 from pmor.machine.loader import load
 from pmor.machine.output import FILES
 from pmor.machine.run import basis_name, with_rigid_supports
-from pmor.results.quantities import TABLE
+from pmor.results.quantities import OF_MESHES, TABLE
 from pmor.sets.duty import LISTED
 from pmor_online.model import with_flanks
 from tests.support.gearboxes import INLINE, SMALL, written
@@ -29,6 +30,8 @@ PAGE = Path(__file__).parents[2] / "cases" / "manual" / "machines.md"
 SOLVED = 1e-9
 # Work of a mesh, with corners in contact: as far as mesh forces settle.
 HANDED_ON = 1e-8
+# Force of a mesh that is swept at a few angles, at tip corners off its mean.
+FEW_ANGLES = 1e-3
 # A torque that lifts the input off its bearing's clearance has no equilibrium without thrust: see below.
 LOOSE = SMALL.replace('name = "drive"', 'name = "light"').split("[[loads]]")[1].replace("60.0", "20.0")
 # Of the file, what it becomes, and why the standard's formula does not know it; empty where it does.
@@ -220,6 +223,34 @@ def _keys(data):
 def _spectrum_keys():
     speeds = (f"{gear}_{what}" for gear in ("pinion", "wheel") for what in ("rpm", "cycles"))
     return ("mesh", "load", "fraction", "hours", *speeds, *LISTED)
+
+
+def test_arrays_and_tables_of_a_gearbox_are_those_of_its_meshes_under_each_load(job, tmp_path):
+    path, out = job
+    found, data = pmor.load_results(out / "results.h5"), json.loads((out / "gearbox.json").read_text())
+    rows = list(csv.DictReader((out / "meshes.csv").open()))
+    for entry, row in zip(data["loads"], rows, strict=True):
+        (mesh,) = entry["meshes"]
+        place = f"meshes/mesh/{entry['name']}"
+        assert np.ptp(found[f"{place}/ste/ste"].values) == mesh["ste_peak_to_peak_um"]
+        lines = found[f"{place}/lines/load"].values, found[f"{place}/lines/width"].values
+        assert_allclose((lines[0] * lines[1]).sum(axis=(2, 3)).mean(), mesh["force_N"], rtol=FEW_ANGLES)
+        for key in OF_MESHES:
+            assert found[f"{place}/face/{key}"].values.tolist() == [mesh[key]]
+            assert float(row[key]) == mesh[key]
+    text = pmor.info(out / "results.h5")
+    assert "meshes/mesh/drive/lines/load" in text
+    assert main(["export", str(out / "results.h5"), "--to", "csv", "-o", str(tmp_path)]) == 0
+    ste = np.loadtxt(tmp_path / "meshes_mesh_drive_ste_per_torque_per_angle.csv", delimiter=",", skiprows=7)
+    of_load = [row for row in csv.DictReader((out / "ste.csv").open()) if row["load"] == "drive"]
+    assert_allclose(ste[:, 2], [float(row["ste_um"]) for row in of_load], rtol=0.0)
+    again = pmor.run(path, out)
+    assert list(again.columns()) == ["load", "part", "phi_rad", "torque_Nm", "ste_um", "converged"]
+    assert again.mesh("mesh").figures["k_h_beta"].tolist() == [one["meshes"][0]["k_h_beta"] for one in data["loads"]]
+    # What the shaft of a gear feels, its bearings carry.
+    pushed = again.gear("mesh.pinion").wrench[:, 0, :3]
+    carried = sum(again.support(name).wrench[:, 0, :3] for name in "AB")
+    assert_allclose(carried, pushed, atol=1e-6 * np.abs(pushed).max())
 
 
 def test_python_finds_what_the_command_found(job):

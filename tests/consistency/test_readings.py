@@ -184,7 +184,7 @@ def test_python_reads_the_same_off_a_sweep(run):
     model = model_of("helical" if run.reduced.meshed.pair.base_helix_angle else "spur")
     result = model.sweep()
     assert_allclose(result.k_h_beta, run.readings.figures["k_h_beta"], rtol=0.0)
-    assert_allclose(result.effective_contact_ratio, run.readings.effective_contact_ratio, rtol=0.0)
+    assert_allclose(result.effective_contact_ratio, run.readings.figures["effective_contact_ratio"], rtol=0.0)
     assert_allclose(result.sensitivities().ste, run.readings.sensitivities.ste, rtol=0.0)
     assert_allclose(result.mesh_forces().moment_Nm, run.readings.forces.moment_Nm, rtol=0.0)
     assert_allclose(result.flank_maps()[0].load_N_per_mm, run.readings.maps[1][0].load_N_per_mm, rtol=0.0)

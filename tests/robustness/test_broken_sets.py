@@ -17,6 +17,11 @@ SETS = {
     "no torque": ("torque_Nm = 300.0", "torque_Nm = 0.0", "carries nothing"),
     "a member at rest that drives": ("torque_Nm = 300.0", 'torque_Nm = 300.0\non = "ring"', "stands still"),
     "no load": ("[load]\ntorque_Nm = 300.0", "", "[load]: is missing"),
+    "a duty cycle that is not whole": (
+        "[load]",
+        '[[loads]]\nname = "a"\ntorque_Nm = 10.0\nhours = 1.0\n[[loads]]\nname = "b"\ntorque_Nm = 20.0\n[load]',
+        "has no hours, and others have one",
+    ),
     "no sun": ("[sun]\nteeth = 18\nbore_radius_mm = 18.0", "", "[sun]: is missing"),
     "a member that is none": ("[sun]", "[son]", "unknown section"),
     "errors of other planets": ("tangential_um = [10.0, 0.0, 0.0]", "tangential_um = [10.0]", "each of the 3 planets"),
