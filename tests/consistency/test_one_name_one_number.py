@@ -1,6 +1,5 @@
 """A number has one value under one name: on the page, in its tables, in summary, CSV files, HDF5 file and Python."""
 
-import re
 from dataclasses import replace
 from html.parser import HTMLParser
 
@@ -13,6 +12,7 @@ from pmor.case import change_case
 from pmor.report.run_page import write_pages
 from pmor.report.summary import write_results
 from pmor.report.table import format_cell
+from pmor.results.quantities import TABLE
 from pmor.storage.results_file import read_results
 from pmor.work.online import run_online
 from pmor_online.model import reduced_pair
@@ -72,7 +72,7 @@ NAMES = {
     },
 }  # fmt: skip
 # What tables with a row for each torque call some of them.
-AT_EACH_TORQUE = {"tangent mesh stiffness": "mesh stiffness, tangent"}
+BY_HEAD = {TABLE[key].head: name for name, (key, *_) in NAMES.items()}
 
 
 class Tables(HTMLParser):
@@ -123,10 +123,9 @@ def on_the_page(tables, t, nominal):
         if heads[:3] == ["quantity", "value", "unit"] and t == nominal:
             for label, value, *_ in rows:
                 texts.setdefault(label, []).append(value)
-        if heads[0] == "torque, N m" and len(rows) == 2:
+        if heads[0] == TABLE["torque_Nm"].head and len(rows) == 2:
             for head, value in zip(heads, rows[t], strict=True):
-                name = re.sub(r", (µm|MPa|N|%|N/\(mm µm\)|N m)$", "", head)
-                texts.setdefault(AT_EACH_TORQUE.get(name, name), []).append(value)
+                texts.setdefault(BY_HEAD.get(head, head), []).append(value)
     return texts
 
 

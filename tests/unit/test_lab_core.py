@@ -131,4 +131,4 @@ def test_the_last_change_of_a_key_counts():
 def test_a_table_takes_keys_and_what_is_made_of_a_row():
     rows = [{"n": 8, "e": 0.5}, {"n": 16, "e": None}]
     shown = table("", {"n": "n", "twice": lambda row: 2 * row["n"], "e, %": percent("e")}, rows)
-    assert text_lines(shown) == ["n   twice  e, %", "8      16    50", "16     32     –"]
+    assert text_lines(shown) == [" n  twice  e, %", " 8     16    50", "16     32     –"]
