@@ -76,10 +76,10 @@ def order_of(result: str) -> int | None:
 
 def percentile_weights(count: int) -> FloatArray:
     """Return the weights (count,) of sorted values that make their 95th percentile."""
-    from scipy.stats import beta
+    from scipy.special import betainc
 
-    share = beta((count + 1) * PERCENTILE, (count + 1) * (1.0 - PERCENTILE))
-    return np.asarray(np.diff(share.cdf(np.arange(count + 1) / count)))
+    shares = betainc((count + 1) * PERCENTILE, (count + 1) * (1.0 - PERCENTILE), np.arange(count + 1) / count)
+    return np.asarray(np.diff(shares))
 
 
 def draw_weights(values: FloatArray, kind: str) -> FloatArray:

@@ -72,7 +72,7 @@ BROKEN = {
     ),
     "a set beside a case": (BASE + 'set = "set.toml"\n' + GRID + "sun.teeth = [18, 20]\n", ["case: unknown key"]),
     "a train in place of a planetary set": (
-        'set = "chain.toml"\n' + GRID + "sun.teeth = [18, 20]\n", ["chain.toml", "a train on fixed axes"],
+        'set = "chain.toml"\n' + GRID + "sun.teeth = [18, 20]\n", ["chain.toml", "planetary sets"],
     ),
     "a base set that cannot be": ('set = "none.toml"\n' + GRID + "sun.teeth = [18, 20]\n", ["none.toml", "assembled"]),
     "gear that no set has": (SET + "pinion.teeth = [18, 20]\n", ["pinion: no section of a set", "valid are"]),
