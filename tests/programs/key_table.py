@@ -17,7 +17,7 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from pmor.campaigns.settings import PairCampaign, SetCampaign
+from pmor.campaigns.settings import GearboxCampaign, PairCampaign, SetCampaign
 from pmor.case import ConditionCase
 from pmor.case.body import MatrixCase
 from pmor.case.document import COAST, CONDITION
@@ -85,12 +85,14 @@ def formats() -> dict[str, dict[str, type]]:
         "design": Design,
         "campaign": PairCampaign,
         "set campaign": SetCampaign,
+        "gearbox campaign": GearboxCampaign,
         "gearbox": GearboxSections,
         "set": SetSections,
     }
     return {"case": {**case, f"[[{CONDITION}]]": ConditionCase}} | {
         name: {"": root} | {_brackets(section, root): kind for section, kind in sections_in(root).items()
-                            if root is not SetCampaign or kind not in sections_in(PairCampaign).values()}
+                            if root not in (SetCampaign, GearboxCampaign)
+                            or kind not in sections_in(PairCampaign).values()}
         for name, root in others.items()
     }  # fmt: skip
 
