@@ -80,7 +80,7 @@ class LineLoadLaw:
     low, high : float
         Range of displacements, mm: below it nothing touches, above it there is no force that motion could take.
     backlash : float
-        Displacement to where the backs of teeth touch, mirror images of the flanks, mm; infinite for none.
+        Displacement to where the coast flanks touch, mirror images of the flanks, mm; infinite for none.
     """
 
     reduced: ReducedPair

@@ -24,7 +24,7 @@ def exudyn_mesh(
 
     The system counts in m, kg, s, N. Where its bodies have no displacement, a tooth of the pinion is on the line of
     centres, and the flanks of the wheel just touch it: angle 0 of pmor. Gears turn at will, and shift and tilt by small
-    amounts. The backs of the teeth mirror the flanks, as in `pmor dynamics`; there is no friction.
+    amounts. The coast flanks mirror the flanks, as in `pmor dynamics`; there is no friction.
 
     Parameters
     ----------

@@ -48,8 +48,8 @@ class DynamicsCase:
     mesh_damping_N_s_mm : float or None
         Damping of the mesh in N s/mm; None is by the ratio.
     backlash_um : float or None
-        Along the transverse line of action, um: so far apart the backs of teeth touch. None is that of the drawing, by
-        tooth thicknesses and centre distance; where the drawing has none, backs of teeth are left out.
+        Along the transverse line of action, um: so far apart the coast flanks touch. None is that of the drawing, by
+        tooth thicknesses and centre distance; where the drawing has none, coast flanks are left out.
     density_kg_m3 : float
         Of both gears, in kg/m3: for their mass, here and on the data sheet.
     pinion_inertia_kg_m2, wheel_inertia_kg_m2 : float or None

@@ -104,7 +104,7 @@ class LoadLimit:
     displacement : ndarray, shape (cycles LIMIT_PHASES,)
         Largest one along the line of action at equal phases, mm; infinite where all of the table is within.
     backlash : float
-        As of `ForceTable`: backs of teeth mirror the flanks.
+        As of `ForceTable`: coast flanks mirror the flanks.
     """
 
     displacement: FloatArray

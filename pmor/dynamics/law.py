@@ -149,9 +149,9 @@ def static_error_um(
 
 
 def backlash_of(case: Case, pair: GearPair) -> float | None:
-    """Return from where working flanks touch to where backs of teeth do, along the line of action, mm.
+    """Return from where drive flanks touch to where coast flanks do, along the line of action, mm.
 
-    None, and motion goes on without backs of teeth, where the drawing has no backlash and the case gives none, or where
+    None, and motion goes on without coast flanks, where the drawing has no backlash and the case gives none, or where
     tilted axes, flanks whose halves differ, pitch deviations or holes make the backs no mirror images of the flanks.
     """
     if case.dynamics.backlash_um is not None:
@@ -171,7 +171,7 @@ def with_pitch(assembly: Assembly) -> bool:
 def cycles_of(case: Case, pair: GearPair) -> int:
     """Return after how many mesh cycles the force law of a case repeats.
 
-    CaseError where they are too many, or backs of teeth are asked for: pitch deviations are those of working flanks.
+    CaseError where they are too many, or coast flanks are asked for: pitch deviations are those of drive flanks.
     """
     teeth = [
         gear.teeth
@@ -188,7 +188,7 @@ def cycles_of(case: Case, pair: GearPair) -> int:
         )
     if cycles > 1 and case.dynamics.backlash_um is not None:
         raise CaseError(
-            f"{where}: they say nothing of the backs of teeth, which [dynamics] backlash_um needs: leave one out"
+            f"{where}: they say nothing of the coast flanks, which [dynamics] backlash_um needs: leave one out"
         )
     return cycles
 

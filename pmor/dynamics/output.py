@@ -272,10 +272,10 @@ def _backs(solved: Dynamics) -> str:
         whence = "of the nominal pair" if solved.case.dynamics.backlash_um is None else "of the case"
         struck = [f"{response['torque_Nm']:g}" for response in solved.responses if _strikes(response)]
         seen = f"Stable motion touches them under {', '.join(struck)} N m." if struck else "No stable motion does."
-        return f"The backs of teeth touch {1e3 * solved.backlash:.4g} µm beyond, the backlash {whence}. {seen}"
+        return f"The coast flanks touch {1e3 * solved.backlash:.4g} µm beyond, the backlash {whence}. {seen}"
     why = "the nominal pair has no backlash"
     if not backs_mirror_flanks(solved.case):
-        why = "they are no mirror images of the working flanks"
+        why = "they are no mirror images of the drive flanks"
     return (
         f"Contact of the back flanks is neglected: {why}. They would touch where flanks separate by more than the "
         "backlash ([dynamics] backlash_um)."
@@ -283,6 +283,6 @@ def _backs(solved: Dynamics) -> str:
 
 
 def _strikes(response: Data) -> bool:
-    """Whether the backs of teeth push in any stable motion."""
+    """Whether the coast flanks push in any stable motion."""
     points = (point for branch in response["branches"] for point in branch if point["stable"])
     return any(point["smallest_force_N"] < 0.0 for point in points)

@@ -41,7 +41,7 @@ class PointQuantities:
     # The order of the largest amplitude, broken where motion takes several mesh cycles, and that amplitude
     dominant_order: float
     dominant_order_um: float
-    # Of the mesh, along the transverse line of action; below 0 the backs of teeth push
+    # Of the mesh, along the transverse line of action; below 0 the coast flanks push
     largest_force_N: float
     smallest_force_N: float
     dynamic_factor: float  # Largest mesh force over the mean one

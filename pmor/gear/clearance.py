@@ -9,7 +9,7 @@ Working geometry: a pair whose wheel's axis is off or tilted, checked as it stan
 
 In each transverse section the axes have a distance of their own (`pmor.gear.kernels.motion.section_offset`), and the
 pair there is the one of that centre distance. Drawings without backlash have it from the allowances of tooth
-thickness; where a case does not say them, backs of teeth may overlap by the least backlash that ISO/TR 10064-2
+thickness; where a case does not say them, coast flanks may overlap by the least backlash that ISO/TR 10064-2
 recommends, j_bn = 2/3 (0.06 + 0.0005 a + 0.03 m_n).
 """
 

@@ -87,7 +87,7 @@ class Assembly:
 
     @property
     def backs_mirror_flanks(self) -> bool:
-        """Whether the backs of the teeth touch as mirror images of the working flanks, of the same modifications."""
+        """Whether the coast flanks touch as mirror images of the drive flanks, of the same modifications."""
         return not self.misalignment.tilted and self.pinion.mirrored and self.wheel.mirrored
 
     @property

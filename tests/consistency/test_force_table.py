@@ -96,7 +96,7 @@ def test_the_law_without_a_table_is_that_of_the_sweep_whatever_it_starts_from(rn
 
 
 def test_the_limit_of_a_law_is_where_line_loads_overload_a_section(rng):
-    """Backs of teeth mirror the flanks; under small displacements no section is overloaded at all."""
+    """Coast flanks mirror the drive flanks; under small displacements no section is overloaded at all."""
     reduced, backlash = small_pair(), 0.3
     table = small_table()._replace(high=1.5, backlash=backlash)
     limit, overloaded = load_limit(reduced, PLAIN, table), overload_of(reduced)
@@ -256,7 +256,7 @@ def test_motion_with_a_tooth_out_of_its_place_is_that_of_runs(tmp_path, undrawn,
 
 
 def test_deviations_of_which_no_law_is_made_are_refused(model):
-    with pytest.raises(CaseError, match="backs of teeth.*leave one out"):
+    with pytest.raises(CaseError, match="coast flanks.*leave one out"):
         model.dynamics(backlash_um=100.0)
     with pytest.raises(CaseError, match="no branches to compare: leave them out"):
         run_slices(model.case, reduced=model.reduced)

@@ -39,6 +39,7 @@ from pmor.case.values import toml_text
 from pmor.core.ranges import Range
 from pmor.design.settings import Design
 from pmor.gear.condition import Misalignment
+from pmor.gear.modification import Modification
 from pmor.gear.topography import Topography
 from pmor.lab.study.settings import Study
 from pmor.machine.settings import GearboxSections
@@ -54,6 +55,7 @@ How a gear is made is told under `[pinion]`: `[wheel]` of a case, `[sun]`, `[pla
 names of a set, and the sections of a mesh of a gearbox have these keys and sections too.
 """
 NUMBERS = {int: "whole", float: "", tuple[float, ...]: "list", tuple[int, ...]: "list, whole"}
+MOST_CHOICES, QUANTITIES = 12, "[quantities](quantities.md#names-of-results) of campaigns"
 # Units that stand in the name of the key.
 UNIT_WORDS = re.compile(
     r",? in (mm|um|degrees|GPa|N m|N/mm3|N/um|N s/mm|kN m/rad|kg m2|kg/m3|kg|rpm|Hz)\b(?=[.,;:) ])|, um(?=[.:])"
@@ -161,7 +163,10 @@ def _allowed(annotation: Any) -> str:
     if annotation is Topography:
         return "CSV file"
     if get_origin(annotation) is Literal:
-        return f"`{', '.join(str(choice) for choice in get_args(annotation))}`"
+        choices = get_args(annotation)
+        if len(choices) > MOST_CHOICES:  # they are a table of their own
+            return "key of `[modification]`" if set(choices) <= set(keys_of(Modification)) else QUANTITIES
+        return f"`{', '.join(str(choice) for choice in choices)}`"
     if hasattr(annotation, "from_toml"):
         return "such as `" + re.search("``(.*)``", annotation.from_toml.__doc__)[1] + "`"  # type: ignore[index]
     if get_origin(annotation) is tuple:

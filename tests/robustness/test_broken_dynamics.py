@@ -57,7 +57,7 @@ def test_broken_sections_are_refused_in_one_line(name, tmp_path):
         (
             LINES
             | {"pinion.modification": {"pitch_deviations_um": [0.0] * 20 + [8.0]}, "dynamics": {"backlash_um": 50.0}},
-            "say nothing of the backs of teeth",
+            "say nothing of the coast flanks",
         ),
     ],
 )

@@ -10,7 +10,7 @@ from pmor.dynamics.quantities import Cycle
 
 
 def test_contact_is_lost_while_neither_flanks_nor_backs_touch(monkeypatch):
-    """Backs of teeth push with negative forces; bearings carry what is across the axis."""
+    """Coast flanks push with negative forces; bearings carry what is across the axis."""
     size, bearing = 4, np.zeros((4, 2, 3))
     bearing[1, 0], bearing[2, 1] = (3.0, 4.0, 12.0), (-5.0, 12.0, 84.0)
     cycle = Cycle(
