@@ -48,20 +48,20 @@ def words_of(key: str) -> str:
     return f"{mesh}: {WORDS[plain]}" if mesh else WORDS[plain]
 
 
-def front_figure(found: Found) -> Figure:
+def front_figure(outcome: Found) -> Figure:
     """All variants in the plane of the objective and the result weighed against it, and the Pareto front."""
-    design, kept = found.design, found.kept
-    objective, against = found.variants.objective, found.against
+    design, kept = outcome.design, outcome.kept
+    objective, against = outcome.variants.objective, outcome.against
     with plot_style():
         figure = new_figure(7.2, 4.8)
         axes = figure.subplots()
         if not kept.all():
             axes.plot(objective[~kept], against[~kept], ".", color="#cccccc", ms=2.5, label="breaks a constraint")
         axes.plot(objective[kept], against[kept], ".", color=COLOURS[4], ms=2.5, label="variants", rasterized=True)
-        front = found.front
+        front = outcome.front
         axes.plot(objective[front], against[front], "o-", color=COLOURS[0], ms=4.5, label="Pareto front")
-        if found.best is not None:
-            axes.plot(objective[found.best], against[found.best], "*", color=COLOURS[1], ms=13, label="best")
+        if outcome.best is not None:
+            axes.plot(objective[outcome.best], against[outcome.best], "*", color=COLOURS[1], ms=13, label="best")
         _limit_to_bulk(axes, objective, against)
         axes.set_xlabel(VALUES[design.objective.value] + words_of(design.objective.key) + ", mean over torques")
         axes.set_ylabel(WORDS[design.pareto.against])
@@ -69,16 +69,16 @@ def front_figure(found: Found) -> Figure:
     return figure
 
 
-def contour_figure(found: Found, contours: Sequence[Contour]) -> Figure:
+def contour_figure(outcome: Found, contours: Sequence[Contour]) -> Figure:
     """The objective as drawn over each two variables about the best, with the ellipse of 95 % of the gears made."""
-    assert found.best is not None
-    best, columns = found.variants.x[found.best], min(3, len(contours))
+    assert outcome.best is not None
+    best, columns = outcome.variants.x[outcome.best], min(3, len(contours))
     rows = -(-len(contours) // columns)
     with plot_style():
         figure = new_figure(4.2 * columns + (1.6 if columns == 1 else 0.6), 3.7 * rows + (0.6 if rows == 1 else 0.0))
         places = list(np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).flat)
         for axes, contour in zip(places, contours, strict=False):
-            _contour(axes, found, contour, best)
+            _contour(axes, outcome, contour, best)
         for axes in places[len(contours) :]:
             axes.set_visible(False)
         shown = {
@@ -88,8 +88,8 @@ def contour_figure(found: Found, contours: Sequence[Contour]) -> Figure:
     return figure
 
 
-def _contour(axes: Axes, found: Found, contour: Contour, best: FloatArray) -> None:
-    design, first, second = found.design, contour.first, contour.second
+def _contour(axes: Axes, outcome: Found, contour: Contour, best: FloatArray) -> None:
+    design, first, second = outcome.design, contour.first, contour.second
     along, across, values = contour.along, contour.across, contour.objective
     low, high = limits(design.variables)
     # Even steps would all lie on the slopes, and none in the valley.
@@ -101,9 +101,9 @@ def _contour(axes: Axes, found: Found, contour: Contour, best: FloatArray) -> No
     axes.plot(
         best[first], best[second], "*", color=COLOURS[1], ms=13, mec="white", label="best", clip_on=False, zorder=5
     )
-    other = found.best_at(range(len(design.load.labels))) if design.scatters else None
+    other = outcome.best_at(range(len(design.load.labels))) if design.scatters else None
     if other is not None:
-        x = found.variants.x[other]
+        x = outcome.variants.x[other]
         axes.plot(x[first], x[second], "D", color="white", ms=5, mec=GREY, label="best without scatter")
     sizes = [design.scatter.modifications.get(design.variables[n].key, 0.0) for n in (first, second)]
     if any(sizes):
@@ -116,36 +116,36 @@ def _contour(axes: Axes, found: Found, contour: Contour, best: FloatArray) -> No
     axes.grid(False)
 
 
-def torque_figure(found: Found, torques_Nm: FloatArray, curves: Mapping[str, FloatArray]) -> Figure:
+def torque_figure(outcome: Found, torques_Nm: FloatArray, curves: Mapping[str, FloatArray]) -> Figure:
     """Peak-to-peak STE over torque of the flanks of the file and of chosen variants."""
-    base = found.file.words.base
+    base = outcome.file.words.base
     with plot_style():
         figure = new_figure(7.2, 4.6)
         axes = figure.subplots()
         for number, (name, curve) in enumerate(curves.items()):
             wide = {"lw": 2.6} if name == "best" else {"lw": 1.2, "ls": "--" if name == base else "-"}
             axes.plot(torques_Nm, curve, color=COLOURS[number % len(COLOURS)], label=name, **wide)
-        for torque in found.design.load.torques_Nm:
+        for torque in outcome.design.load.torques_Nm:
             axes.axvline(torque, color=GREY, lw=1.0, ls=":")
-        axes.set(xlabel=f"{found.file.words.torque} [N m]; dotted: those of the design",
+        axes.set(xlabel=f"{outcome.file.words.torque} [N m]; dotted: those of the design",
                  ylabel=WORDS["peak_to_peak_um"], ylim=(0.0, None))  # fmt: skip
         figure.legend(loc="outside lower center", ncols=4)
     return figure
 
 
-def ste_figure(found: Found, curves: Mapping[str, Sequence[FloatArray]]) -> Figure:
+def ste_figure(outcome: Found, curves: Mapping[str, Sequence[FloatArray]]) -> Figure:
     """STE over its period under the design's torques of each chosen variant, a row for each mesh solved by itself."""
-    solvers, count = found.judge.solvers, len(curves)
+    solvers, count = outcome.judge.solvers, len(curves)
     rows = len(solvers)
     with panels(count, 2.7 * count + 0.8, 2.8 * rows + 0.8, legend=6, rows=rows, sharey="row") as (figure, axes):
         for row, solver in enumerate(solvers):
             for place, (name, of_meshes) in zip(axes[row * count :], curves.items(), strict=False):
-                for number, (label, curve) in enumerate(zip(found.design.load.labels, of_meshes[row], strict=True)):
+                for number, (label, curve) in enumerate(zip(outcome.design.load.labels, of_meshes[row], strict=True)):
                     whole = np.append(curve, curve[0]) - known(np.mean, curve)
                     place.plot(solver.pitches * np.arange(len(whole)) / len(curve), whole,
                                color=COLOURS[number % len(COLOURS)], label=legend_label(label))  # fmt: skip
                 title = f"{name}, {solver.name}" if rows > 1 else name
-                place.set(title=title, xlabel=found.file.words.angle)
+                place.set(title=title, xlabel=outcome.file.words.angle)
             axes[row * count].set_ylabel("STE about its mean [µm]")
     return figure
 

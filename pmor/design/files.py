@@ -114,7 +114,7 @@ class DesignFile:
     @cached_property
     def flanks(self) -> tuple[CarryingFlank, ...]:
         """Flanks that carry under the loads."""
-        found = dict[CarryingFlank, None]()
+        carrying = dict[CarryingFlank, None]()
         for number, name in enumerate(self.meshes):
             mesh = name if self.box is not None else None
             members: Sequence[str] = GEARS
@@ -122,8 +122,8 @@ class DesignFile:
                 of_set = self.set.plan.meshes[number]
                 members = [self.set.plan.bodies[body].member for body in (of_set.pinion, of_set.wheel)]
             for gear, member in zip(GEARS, members, strict=True):
-                found[CarryingFlank(member, mesh, self.cases[name].flank, name, gear)] = None
-        return tuple(found)
+                carrying[CarryingFlank(member, mesh, self.cases[name].flank, name, gear)] = None
+        return tuple(carrying)
 
     @property
     def sides(self) -> list[tuple[object, object]]:

@@ -73,8 +73,8 @@ def harris_rule(reduced: ReducedPair, torque_Nm: float) -> HarrisRule:
         raise ConvergenceError(f"Harris's rule at {torque_Nm:g} N m: a position did not converge", [])
     least = int(values.argmin())
     near = amounts[max(least - 1, 0)], amounts[min(least + 1, AMOUNTS - 1)]
-    found = float(minimize_scalar(spread, bounds=near, method="bounded", options={"xatol": 1e-3 * rule}).x)
-    return HarrisRule(torque_Nm, amounts, values, rule, found)
+    quietest = float(minimize_scalar(spread, bounds=near, method="bounded", options={"xatol": 1e-3 * rule}).x)
+    return HarrisRule(torque_Nm, amounts, values, rule, quietest)
 
 
 def highest_single_contact(pair: GearPair) -> tuple[float, float]:

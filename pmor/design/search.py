@@ -52,14 +52,14 @@ APART = 0.15
 
 def _lost(variants: Variants, judge: Judge) -> tuple[str, ...]:
     """Name variants without a value; of the first ones, which a page has room for, why, where it shows as drawn."""
-    names, found = [v.name for v in judge.design.variables], []
+    names, sentences = [v.name for v in judge.design.variables], []
     for count, n in enumerate(np.flatnonzero(~np.isfinite(variants.objective)).tolist()):
         x = variants.x[n]
         values = ", ".join(f"{name} = {value:g}" for name, value in zip(names, x, strict=True))
         why = judge.lost(judge.solve(judge.assembly(x))) if count < MOST_SAID else []
-        said = f"variant {n} ({values}) has a position that did not converge"
-        found.append(f"{said}: {'; '.join(why)}" if why else said)
-    return tuple(found)
+        named = f"variant {n} ({values}) has a position that did not converge"
+        sentences.append(f"{named}: {'; '.join(why)}" if why else named)
+    return tuple(sentences)
 
 
 class Search:
@@ -127,25 +127,25 @@ class Search:
     def _found(self, parts: Sequence[Variants], best_alone: bool, around: int = 0) -> Found:
         """Judge variants finely, and so many times those around the best: a search on few angles passes them by."""
         pool = together(parts)
-        found = self.judged_finely(pool, best_alone)
+        outcome = self.judged_finely(pool, best_alone)
         for _ in range(around):
-            near = self._around(found)
+            near = self._around(outcome)
             if not near:
                 break
-            pool, before = together([pool, *near]), found.best
-            found = self.judged_finely(pool, best_alone)
-            if found.best == before:
+            pool, before = together([pool, *near]), outcome.best
+            outcome = self.judged_finely(pool, best_alone)
+            if outcome.best == before:
                 break
-        failures = (*self._stopped.values(), *_lost(found.variants, self.judge))
+        failures = (*self._stopped.values(), *_lost(outcome.variants, self.judge))
         seconds, evaluations = time.perf_counter() - self._begin, dict(self.evaluations)
-        return replace(found, seconds=seconds, failures=failures, ends=self._ends, evaluations=evaluations)
+        return replace(outcome, seconds=seconds, failures=failures, ends=self._ends, evaluations=evaluations)
 
-    def _around(self, found: Found) -> list[Variants]:
+    def _around(self, outcome: Found) -> list[Variants]:
         """Judge the variants next to the best that are not known yet, on the angles of the search."""
-        if found.best is None:
+        if outcome.best is None:
             return []
-        known = {x.tobytes() for x in found.variants.x}
-        near = [x for x in neighbours(self.design.variables, found.variants.x[found.best]) if x.tobytes() not in known]
+        known, best = {x.tobytes() for x in outcome.variants.x}, outcome.variants.x[outcome.best]
+        near = [x for x in neighbours(self.design.variables, best) if x.tobytes() not in known]
         pieces = [
             self._piece(f"around {_number(x)}", x.tolist(), partial(self._judged, x[None], "next to the best"))
             for x in near
@@ -162,8 +162,8 @@ class Search:
         ]
         if not self._run("samples", [piece for pieces in (*halves, others) for piece in pieces]):
             raise ConvergenceError(f"no variant was solved, first: {next(iter(self._stopped.values()))}", [])
-        found = [self._parts(pieces) for pieces in halves]
-        return [together(parts) if parts else None for parts in found], self._parts(others)
+        of_halves = [self._parts(pieces) for pieces in halves]
+        return [together(parts) if parts else None for parts in of_halves], self._parts(others)
 
     def _samples(self, half: int) -> list[Piece]:
         """Pieces of a half of the samples; the first of the first half are those of the first result."""
@@ -219,13 +219,13 @@ class Search:
         before = [np.frombuffer(start) for start in self._ended[half]]
         known = samples.x[order[np.isfinite(samples.objective[order])]]
         free = [x for x in known if x.tobytes() not in self._ended[half]]
-        near, found = list[FloatArray](), list[FloatArray]()
+        near, starts = list[FloatArray](), list[FloatArray]()
         for x in free:
-            far = all(np.abs((x - other) / (high - low)).max() > APART for other in (*found, *before))
-            (found if far else near).append(x)
-            if len(found) == count:
+            far = all(np.abs((x - other) / (high - low)).max() > APART for other in (*starts, *before))
+            (starts if far else near).append(x)
+            if len(starts) == count:
                 break
-        return [*found, *near][:count]
+        return [*starts, *near][:count]
 
     def _descend(self, starts: Sequence[tuple[int, FloatArray]], others: Sequence[Piece] = ()) -> None:
         """Go downhill from samples of both halves; other pieces beside them."""
@@ -274,34 +274,34 @@ class Search:
         few, tried = self.design.search.angles, 0
         angles, settled = np.full(len(variants), few), np.zeros(len(variants), dtype=bool)
         variants = together([variants])  # those on few angles stay with the caller
-        found = Found(self.judge, variants, angles, settled, variants.objective.copy(), {}, 0.0, (), final=False)
+        outcome = Found(self.judge, variants, angles, settled, variants.objective.copy(), {}, 0.0, (), final=False)
         seen = set[int]()
         while tried < MOST_FINE:
-            best = [] if found.best is None else [found.best]
-            wanted = best if best_alone else sorted({*found.front.tolist(), *found.chosen.values()})
+            best = [] if outcome.best is None else [outcome.best]
+            wanted = best if best_alone else sorted({*outcome.front.tolist(), *outcome.chosen.values()})
             missing = [n for n in wanted if not settled[n]]
             now = [n for n in missing if n not in seen] or missing
             if not now:
                 break
             tried += len(now)
-            self._judge_finely(found, now, settle=now is missing)
+            self._judge_finely(outcome, now, settle=now is missing)
             seen.update(now)
-        return replace(found, final=True)
+        return replace(outcome, final=True)
 
-    def _judge_finely(self, found: Found, numbers: Sequence[int], settle: bool) -> None:
+    def _judge_finely(self, outcome: Found, numbers: Sequence[int], settle: bool) -> None:
         """Put results on fine angles in the place of those of some variants."""
-        variants, what = found.variants, "fine angles" if settle else "finer angles"
+        variants, what = outcome.variants, "fine angles" if settle else "finer angles"
         pieces = {
             n: Piece(f"{what} {_number(variants.x[n])}", self.file.cases, [self.settings, variants.x[n].tolist()],
                      partial(_finely, self.judge, variants.x[n], settle, self._told.step)) for n in numbers
         }  # fmt: skip
         chosen = list(pieces)
-        variants.objective[chosen], found.angles[chosen] = np.nan, 2 * self.design.search.angles
-        found.settled[chosen] = settle
+        variants.objective[chosen], outcome.angles[chosen] = np.nan, 2 * self.design.search.angles
+        outcome.settled[chosen] = settle
         self._run(what, list(pieces.values()))
         for n, piece in pieces.items():
             for one in self._parts([piece]):
-                found.angles[n] = self._known[piece.name]["angles"]
+                outcome.angles[n] = self._known[piece.name]["angles"]
                 for name in ("results", "objective", "limits"):
                     getattr(variants, name)[n] = getattr(one, name)[0]
 
@@ -324,13 +324,13 @@ class Search:
     def _run(self, what: str, pieces: Sequence[Piece]) -> list[Result]:
         """Do the pieces that are not known yet; return the results of all that are there."""
         missing = {piece.name: piece for piece in pieces if piece.name not in {*self._known, *self._stopped}}
-        found, failures = run_pieces(
+        done, failures = run_pieces(
             list(missing.values()), self.folder, executor=self.executor, progress=self.progress,
             what=f"pieces of {what}",
         )  # fmt: skip
-        self._known |= found
-        self._stopped |= zip((name for name in missing if name not in found), failures, strict=True)
-        spent = sum(part["evaluations"] for part in found.values())
+        self._known |= done
+        self._stopped |= zip((name for name in missing if name not in done), failures, strict=True)
+        spent = sum(part["evaluations"] for part in done.values())
         self.evaluations[what] = self.evaluations.get(what, 0) + spent
         return [self._known[piece.name] for piece in pieces if piece.name in self._known]
 
