@@ -112,10 +112,10 @@ def _private_folder() -> Path | None:
     try:
         folder = Path(tempfile.gettempdir()) / f"pmor_{os.getuid()}"
         folder.mkdir(mode=0o700, exist_ok=True)
-        found = folder.lstat()
+        state = folder.lstat()
     except OSError:
         return None
-    return folder if found.st_uid == os.getuid() and found.st_mode == 0o040700 else None
+    return folder if state.st_uid == os.getuid() and state.st_mode == 0o040700 else None
 
 
 def entry_of(kernel: Any, *arguments: Any) -> Any:

@@ -41,8 +41,8 @@ def memory_limits(system: Path = Path("/")) -> tuple[MemoryLimit, ...]:
     system : Path
         Where ``proc`` and ``sys`` are.
     """
-    found = [limit for limit in (_physical(), _control_group(system)) if limit is not None]
-    return (*found, *_process_limits())
+    limits = [limit for limit in (_physical(), _control_group(system)) if limit is not None]
+    return (*limits, *_process_limits())
 
 
 def memory_text(size: float) -> str:
@@ -96,9 +96,9 @@ def _process_limits() -> tuple[MemoryLimit, ...]:
     import resource
 
     kinds = ((resource.RLIMIT_AS, "ulimit -v", True), (resource.RLIMIT_DATA, "ulimit -d", False))
-    found = ((resource.getrlimit(kind)[0], name, addresses) for kind, name, addresses in kinds)
+    limits = ((resource.getrlimit(kind)[0], name, addresses) for kind, name, addresses in kinds)
     return tuple(
         MemoryLimit(size, f"{name} allows", f"raise {name}", addresses)
-        for size, name, addresses in found
+        for size, name, addresses in limits
         if size != resource.RLIM_INFINITY
     )

@@ -80,8 +80,8 @@ def in_python(text: str) -> str:
     return text.replace("true or false, without quotes", "True or False").replace("write true", "write True")
 
 
-def _missing(found: re.Match[str]) -> str:
-    key, section = found.groups()
+def _missing(match: re.Match[str]) -> str:
+    key, section = match.groups()
     # A key of the pinion alone is one of both gears.
     return f"pass {key}=..." if section != "wheel" else f"pass {_keyword(section, f'{key!r}: ...')}"
 

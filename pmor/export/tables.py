@@ -76,29 +76,29 @@ def csv_tables(entries: Mapping[str, ResultArray], source: str) -> tuple[dict[st
 
 
 def _together(entries: Mapping[str, ResultArray]) -> dict[tuple[str, tuple[str, ...]], list[str]]:
-    found: dict[tuple[str, tuple[str, ...]], list[str]] = {}
+    groups: dict[tuple[str, tuple[str, ...]], list[str]] = {}
     for name, entry in entries.items():
         if entry.values.ndim != len(entry.dims):
             raise ValueError(f"{name}: {entry.values.ndim} axes, and names for {len(entry.dims)}")
-        found.setdefault((name.rpartition("/")[0].replace("/", "_"), entry.dims), []).append(name)
-    return found
+        groups.setdefault((name.rpartition("/")[0].replace("/", "_"), entry.dims), []).append(name)
+    return groups
 
 
 def _place_of(axis: str, group: str, entries: Mapping[str, ResultArray], length: int) -> tuple[str, ResultArray]:
     """Column of an axis: an ascending array along it alone, or the torques and angles of the sweep; else an index."""
-    found = {
+    places = {
         name: entry
         for name, entry in entries.items()
         if entry.dims == (axis,) and len(entry.values) == length and (np.diff(entry.values.astype(float)) > 0.0).all()
     }
-    own = [name for name in found if name.rpartition("/")[0].replace("/", "_") == group]
+    own = [name for name in places if name.rpartition("/")[0].replace("/", "_") == group]
     if own:
-        return own[0].rpartition("/")[2], found[own[0]]
+        return own[0].rpartition("/")[2], places[own[0]]
     # Of the groups beside this one, or farther up; those of a gearbox have as many of them as parts and loads.
-    for name in found if axis in COMMON else ():
+    for name in places if axis in COMMON else ():
         place, _, common = name.rpartition("ste/")
         if f"ste/{common}" == COMMON[axis] and group.startswith(place.replace("/", "_")):
-            return common, found[name]
+            return common, places[name]
     return axis, ResultArray(np.arange(length), "1", (axis,), "index, from 0")
 
 
@@ -132,7 +132,7 @@ def sweep_arrays(sweep: SteSweep, pair: GearPair) -> dict[str, np.ndarray]:
         "ste/unloaded": sweep.unloaded_um, "ste/error_bar": sweep.error_bar_um,
         "stiffness/tangent": None if sweep.stiffness_N_per_um is None else stiffness.tangent,
     }  # fmt: skip
-    found = {
+    arrays = {
         "ste/phi": sweep.phi_rad, "ste/torque": sweep.torque_Nm, "ste/ste": sweep.ste_um,
         "ste/rotation": 1e3 * sweep.ste_um / pair.pinion.base_radius, "ste/converged": sweep.converged,
         "ste/pair_index": sweep.pair_index, "ste/pair_share": sweep.pair_share, "stiffness/secant": stiffness.secant,
@@ -140,9 +140,9 @@ def sweep_arrays(sweep: SteSweep, pair: GearPair) -> dict[str, np.ndarray]:
     }  # fmt: skip
     if sweep.converged.all():
         orders = [orders_of(sweep, row) for row in range(len(sweep.torque_Nm))]
-        found["orders/order"] = orders[0].order
-        found |= {f"orders/{name}": np.stack([getattr(o, name) for o in orders]) for name in ("amplitude", "phase")}
-    return found
+        arrays["orders/order"] = orders[0].order
+        arrays |= {f"orders/{name}": np.stack([getattr(o, name) for o in orders]) for name in ("amplitude", "phase")}
+    return arrays
 
 
 def line_arrays(lines: LineStates, figures: Figures) -> dict[str, np.ndarray]:
@@ -168,8 +168,8 @@ def file_entries(path: Path) -> dict[str, ResultArray]:
     FileFormatError
         When it is foreign, damaged, or of another version.
     """
-    found = read_results(path)
-    return _described(found.arrays, found.layout)
+    results = read_results(path)
+    return _described(results.arrays, results.layout)
 
 
 def _described(arrays: Mapping[str, np.ndarray], layout: Layout) -> dict[str, ResultArray]:

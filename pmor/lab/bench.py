@@ -264,7 +264,7 @@ def reading_rows(case: Case, model: ReducedPair) -> list[Row]:
         "results: flank maps and Harris map": draw,
     }
     times = times_in_turn({name: _timed_ms(work) for name, work in works.items()}, READ_REPEATS)
-    return [_row(name, case, found) for name, found in times.items()]
+    return [_row(name, case, ms) for name, ms in times.items()]
 
 
 def parallel_rows(case: Case, model: ReducedPair, jobs: int) -> list[Row]:
@@ -283,8 +283,8 @@ def parallel_rows(case: Case, model: ReducedPair, jobs: int) -> list[Row]:
     efficiency = median(times[1]) / (jobs * median(times[jobs]))
     what = f"sweep: {SWEEP_SIDE} angles x {SWEEP_SIDE} torques"
     return [
-        {**_row(what, case, found), "threads": count, "equal_to_the_bit": same, "efficiency": efficiency}
-        for count, found in times.items()
+        {**_row(what, case, ms), "threads": count, "equal_to_the_bit": same, "efficiency": efficiency}
+        for count, ms in times.items()
     ]  # fmt: skip
 
 
@@ -301,19 +301,19 @@ def stage_rows(case: Case) -> list[Row]:
     """Time the stages of a run, with their peak memory, beside the estimates of `pmor plan`."""
     told = {stage.name: stage for stage in stages(case)}
     return [
-        {**_row(f"run: {name}", case, [1e3 * found.pop("seconds")]), **found,
+        {**_row(f"run: {name}", case, [1e3 * measured.pop("seconds")]), **measured,
          "told_ms": 1e3 * told[name].seconds, "told_mib": told[name].memory / 2**20}
-        for name, found in measure_stages(case).items()
+        for name, measured in measure_stages(case).items()
     ]  # fmt: skip
 
 
 def read_rows(path: Path) -> list[Row]:
     """Return the rows of an earlier run; none where there is none that can be read."""
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return []
-    return found.get("rows", []) if isinstance(found, dict) else []
+    return content.get("rows", []) if isinstance(content, dict) else []
 
 
 def _name(row: Row) -> str:

@@ -108,9 +108,9 @@ def _follow(roll: FloatArray, at: FloatArray, values: FloatArray, joined: BoolAr
     place = at[:-1][joined] + shares * moved
     # From 0 to a value at a sharp edge, which is none, there is no straight line.
     with np.errstate(invalid="ignore"):
-        found = values[:, None, :-1][:, :, joined] + shares * np.diff(values, axis=1)[:, None, joined]
+        between = values[:, None, :-1][:, :, joined] + shares * np.diff(values, axis=1)[:, None, joined]
         cell = np.rint((place - roll[0]) / step).astype(int)
-        inside = (cell >= 0) & (cell < len(roll)) & (found[0] > 0.0)
+        inside = (cell >= 0) & (cell < len(roll)) & (between[0] > 0.0)
         _, _, section = np.nonzero(inside)
         for kind in range(len(values)):
-            np.maximum.at(largest[kind], (cell[inside], section), found[kind][inside])
+            np.maximum.at(largest[kind], (cell[inside], section), between[kind][inside])

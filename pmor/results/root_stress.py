@@ -136,24 +136,24 @@ class RootStress(Tabular):
         }  # fmt: skip
 
     def _shown(self) -> Columns:
-        rows = [(torque, name, found) for t, torque in enumerate(self.torque_Nm) for g, name in enumerate(GEARS)
-                if (found := self.largest(t, g))]  # fmt: skip
+        rows = [(torque, name, place) for t, torque in enumerate(self.torque_Nm) for g, name in enumerate(GEARS)
+                if (place := self.largest(t, g))]  # fmt: skip
         return {
             "torque, N m": [torque for torque, _, _ in rows], "gear": [name for _, name, _ in rows],
-            "largest, MPa": [found.max_principal_MPa for _, _, found in rows],
-            "pinion angle, rad": [found.phi_rad for _, _, found in rows], "side": [found.side for _, _, found in rows],
-            "radius, mm": [found.radius_mm for _, _, found in rows], "z, mm": [found.z_mm for _, _, found in rows],
+            "largest, MPa": [place.max_principal_MPa for _, _, place in rows],
+            "pinion angle, rad": [place.phi_rad for _, _, place in rows], "side": [place.side for _, _, place in rows],
+            "radius, mm": [place.radius_mm for _, _, place in rows], "z, mm": [place.z_mm for _, _, place in rows],
         }  # fmt: skip
 
     def largest(self, torque: int, gear: int) -> Largest | None:
         """Return the largest principal stress of a gear over the cycle at a torque, by its place; None without load."""
-        found = self.max_principal_MPa[torque, :, gear]
-        if not np.isfinite(found).any():
+        stress = self.max_principal_MPa[torque, :, gear]
+        if not np.isfinite(stress).any():
             return None
-        angle, pair, side = np.unravel_index(int(np.nanargmax(found)), found.shape)
+        angle, pair, side = np.unravel_index(int(np.nanargmax(stress)), stress.shape)
         place = torque, angle, gear, pair, side
         return Largest(
-            float(found[angle, pair, side]), float(self.phi_rad[angle]), int(self.pair_index[pair]), SIDES[side],
+            float(stress[angle, pair, side]), float(self.phi_rad[angle]), int(self.pair_index[pair]), SIDES[side],
             float(self.radius_mm[place]), float(self.z_mm[place]),
         )  # fmt: skip
 

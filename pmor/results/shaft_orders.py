@@ -72,13 +72,13 @@ def shaft_orders(
         return []
     least = LEAST_SHARE * float(amplitude.max())
     largest = np.argsort(-amplitude, kind="stable")[:count]
-    found = []
+    listed = []
     for place in largest[amplitude[largest] > least].tolist():
         order = Fraction(place + 1, sweep.pitches)
         by_pinion, by_wheel = (float(order * number) for number in teeth)
         name = order_name(order, teeth, holes)
-        found.append(ShaftOrder(name, float(order), by_pinion, by_wheel, float(amplitude[place])))
-    return found
+        listed.append(ShaftOrder(name, float(order), by_pinion, by_wheel, float(amplitude[place])))
+    return listed
 
 
 def order_name(order: Fraction, teeth: tuple[int, int], holes: tuple[int, int]) -> str:

@@ -198,10 +198,10 @@ def mesh_orders(sweep: SteSweep, torque_index: int, n_orders: int = 10) -> Float
     ValueError
         When the angles do not divide the pitches uniformly.
     """
-    found, pitches = orders_of(sweep, torque_index), sweep.pitches
+    whole, pitches = orders_of(sweep, torque_index), sweep.pitches
     amplitudes = np.full(n_orders, np.nan)
-    resolved = min(n_orders, len(found.amplitude) // pitches)
-    amplitudes[:resolved] = found.amplitude[pitches - 1 :: pitches][:resolved]
+    resolved = min(n_orders, len(whole.amplitude) // pitches)
+    amplitudes[:resolved] = whole.amplitude[pitches - 1 :: pitches][:resolved]
     return amplitudes
 
 
@@ -328,5 +328,5 @@ def orders(angle: FloatArray, values: FloatArray, period: float) -> Orders:
     n = len(values)
     order = np.asarray(2.0 * math.pi / period * np.arange(1, (n - 1) // 2 + 1), dtype=float)
     spectrum = np.fft.rfft(values) / n
-    found = 2.0 * spectrum[1 : len(order) + 1] * np.exp(-1j * order * angle[0])
-    return Orders(float(spectrum[0].real), order, np.abs(found), np.angle(found))
+    complex_orders = 2.0 * spectrum[1 : len(order) + 1] * np.exp(-1j * order * angle[0])
+    return Orders(float(spectrum[0].real), order, np.abs(complex_orders), np.angle(complex_orders))

@@ -140,10 +140,10 @@ def remove_abandoned(folder: Path, name: str | None = None) -> None:
         Of the target file; by default all but those that a process has locked.
     """
     for path in folder.iterdir():
-        found = TEMPORARY.fullmatch(path.name)
-        if found is None or path.is_dir() or _runs(int(found["process"])):
+        match = TEMPORARY.fullmatch(path.name)
+        if match is None or path.is_dir() or _runs(int(match["process"])):
             continue
-        if name == found["target"] or (name is None and not (folder / f".{found['target']}.lock").exists()):
+        if name == match["target"] or (name is None and not (folder / f".{match['target']}.lock").exists()):
             _remove(path)
 
 

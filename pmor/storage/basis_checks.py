@@ -126,8 +126,8 @@ def _moves(compliance: FlankCompliance, gear: int, lines: GearLines) -> bool:
     mixed = _mix(len(force))
     loads, neighbours = mixed @ force[..., :parts].reshape(len(force), -1), len(blocks) - 1
     moved = [blocks[k] @ loads if k >= 0 else loads @ blocks[-k] for k in range(-neighbours, neighbours + 1)]
-    found = (mixed @ lines.displacement).reshape(2 * neighbours + 1, -1, 3)[..., :parts]
-    return _same(found.reshape(2 * neighbours + 1, -1), np.stack(moved))
+    moved_as = (mixed @ lines.displacement).reshape(2 * neighbours + 1, -1, 3)[..., :parts]
+    return _same(moved_as.reshape(2 * neighbours + 1, -1), np.stack(moved))
 
 
 def _check_positions(case: Case, pair: GearPair, shapes: ContactShapes) -> None:
@@ -164,14 +164,14 @@ def _check_forces_behind(shapes: ContactShapes, compliance: FlankCompliance) -> 
         blocks, name = compliance.gears[gears.start], GEARS[gears.start]
         moves = np.diagonal(blocks[0]) > LEAST_COMPLIANCE * np.diagonal(blocks[0]).max(initial=0.0)
         require(moves.any(), "its compliance moves nothing")
-        found = displacement[:, gears].reshape(-1, offsets, size // 3, 3)[..., :parts]
-        found = found.reshape(len(found), offsets, -1)
-        loads = np.zeros((len(found), len(moves)))
-        loads[:, moves] = np.linalg.solve(blocks[0][np.ix_(moves, moves)], found[:, neighbours, moves].T).T
-        of_all = _mix(len(found))
+        flank = displacement[:, gears].reshape(-1, offsets, size // 3, 3)[..., :parts]
+        flank = flank.reshape(len(flank), offsets, -1)
+        loads = np.zeros((len(flank), len(moves)))
+        loads[:, moves] = np.linalg.solve(blocks[0][np.ix_(moves, moves)], flank[:, neighbours, moves].T).T
+        of_all = _mix(len(flank))
         load = of_all @ loads
         again = [blocks[k] @ load if k >= 0 else load @ blocks[-k] for k in range(-neighbours, neighbours + 1)]
-        fits = _same(np.tensordot(of_all, found, axes=1), np.stack(again), SOLVED)
+        fits = _same(np.tensordot(of_all, flank, axes=1), np.stack(again), SOLVED)
         require(fits, f"shapes of the {name} are not what its compliance makes of any forces")
         of_gears = force[:, gears].reshape(positions, -1, size // 3, 3)
         of_gears[..., :parts] = loads.reshape(positions, -1, size // 3, parts)
@@ -251,18 +251,18 @@ def _check_training(case: Case, pair: GearPair, training: Training) -> None:
     require(len(training.phi) and inside.all(), "its training is not within one pitch")
     require(len(training.conditions) == len(training.phi), "its training has angles without conditions")
     ranges = np.array([(values[0], values[-1]) for values in training_values(case.offline)])
-    found = np.array([
+    states = np.array([
         [*(getattr(c.misalignment, name) for name in DEVIATIONS), 1e-3 * c.torque]
         for there in training.conditions for c in there
     ])  # fmt: skip
     slack = ROUND_OFF * np.abs(ranges).max(axis=1)
-    inside = (found >= ranges[:, 0] - slack) & (found <= ranges[:, 1] + slack)
+    inside = (states >= ranges[:, 0] - slack) & (states <= ranges[:, 1] + slack)
     require(inside.all(), "its training has other conditions than its case")
 
 
-def _same(found: FloatArray, expected: FloatArray, tolerance: float = ROUND_OFF) -> bool:
+def _same(values: FloatArray, expected: FloatArray, tolerance: float = ROUND_OFF) -> bool:
     scale = np.abs(expected).max(initial=0.0)
-    return bool(np.abs(found - expected).max(initial=0.0) <= tolerance * scale)
+    return bool(np.abs(values - expected).max(initial=0.0) <= tolerance * scale)
 
 
 def _mix(count: int) -> FloatArray:

@@ -165,14 +165,14 @@ def _read(file: h5py.File, path: Path) -> Basis:
         for name, own in further.items()
         if own is not None
     }
-    found = {name: _basis(*read) for name, read in read_further.items()}
+    others = {name: _basis(*read) for name, read in read_further.items()}
     own = replace(_basis(file, case, arrays), training=_training(file, case, arrays))
-    basis = replace(own, coarser=found.get(COARSER), whole=found.get(WHOLE))
+    basis = replace(own, coarser=others.get(COARSER), whole=others.get(WHOLE))
     with np.errstate(all="ignore"):  # absurd numbers are refused, not warned of
         check_basis(basis, pair)
         check_answers(answers_of(own), _kept_answers(arrays))
         for name, (_, _, kept) in read_further.items():
-            check_answers(answers_of(found[name]), _kept_answers(kept))
+            check_answers(answers_of(others[name]), _kept_answers(kept))
     return basis
 
 
@@ -226,8 +226,8 @@ def _basis(file: h5py.Group, case: Case, arrays: dict[str, np.ndarray]) -> Basis
     webs = [of(f"web_stress/{gear}") for gear in GEARS]
     pinion_web, wheel_web = (WebStress(**web) if len(web) == len(WEB_STRESS) else None for web in webs)
     flanks = [of(f"flank/{gear}") for gear in GEARS]
-    found = [of(f"root_stress/{gear}") for gear in GEARS]
-    stresses = [RootStressShapes(**arrays) for arrays in found if len(arrays) == len(ROOT_STRESS)]
+    shapes_of = [of(f"root_stress/{gear}") for gear in GEARS]
+    stresses = [RootStressShapes(**arrays) for arrays in shapes_of if len(arrays) == len(ROOT_STRESS)]
     return Basis(
         case=case, flank_nodes=(flanks[0]["nodes"], flanks[1]["nodes"]),
         flank_roll_angle=(flanks[0]["roll_angle"], flanks[1]["roll_angle"]), layers=tuple(layers),

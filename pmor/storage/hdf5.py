@@ -160,8 +160,8 @@ def attribute(item: h5py.Group | h5py.Dataset, name: str, kind: type | None = No
     if kind is None:
         return value
     if not isinstance(value, ATTRIBUTES[kind]):
-        found = f"the attribute {name} of {item.name} is {value!r:.40}"
-        raise Damaged(f"is of no use: {found}, and should be of the type {kind.__name__}")
+        what = f"the attribute {name} of {item.name} is {value!r:.40}"
+        raise Damaged(f"is of no use: {what}, and should be of the type {kind.__name__}")
     return kind(value)
 
 
@@ -270,11 +270,11 @@ def _why_no_hdf5(size: int, start: bytes, said: str) -> str:
 def _check_schema(file: h5py.File, schema: Schema) -> None:
     with _library_errors_as_damage():
         names = ("schema", "schema_version")
-        found, version = (_claimed(file, name) if name in file.attrs else None for name in names)
-    if found is None:
+        claimed, version = (_claimed(file, name) if name in file.attrs else None for name in names)
+    if claimed is None:
         raise Damaged(f"is an HDF5 file of another program, not a {schema.name} file")
-    if found != schema.name:
-        raise Damaged(f"is not a {schema.name} file but one of the kind {found!r}")
+    if claimed != schema.name:
+        raise Damaged(f"is not a {schema.name} file but one of the kind {claimed!r}")
     if not isinstance(version, np.integer):
         raise Damaged(f"is damaged, or was edited by hand: {version!r} is no version of a {schema.name} file")
     if version != schema.version:

@@ -69,17 +69,17 @@ def check_layout(items: Items, layout: Layout, sizes: Mapping[str, int]) -> None
     sizes : mapping of str to int
         Lengths of axes that are known beforehand.
     """
-    found = {path: item for path, item in items.items() if isinstance(item, h5py.Dataset)}
-    for path in found:
+    datasets = {path: item for path, item in items.items() if isinstance(item, h5py.Dataset)}
+    for path in datasets:
         if path not in layout:
             raise Damaged(f"is of no use: it has the dataset {path}, which does not belong there")
     lengths: dict[tuple[str, str], int] = {}
     for path, field in layout.items():
-        if path not in found:
+        if path not in datasets:
             if not field.optional:
                 raise Damaged(f"is incomplete or outdated: the dataset {path} is missing")
             continue
-        dataset, names = found[path], field.dims.split(", ")
+        dataset, names = datasets[path], field.dims.split(", ")
         if dataset.dtype != KINDS[field.kind]:
             raise Damaged(f"is of no use: {path} holds values of the type {dataset.dtype}, not {KINDS[field.kind]}")
         group = path.rpartition("/")[0]

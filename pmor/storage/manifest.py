@@ -76,14 +76,14 @@ def of_no_origin(folder: Path) -> Iterator[None]:
 
 def listed(folder: Path) -> dict[str, Contents]:
     """Return the manifest of a folder by the names of files; empty where there is none."""
-    found: dict[str, Contents] = {}
+    entries: dict[str, Contents] = {}
     origin = ""
     for entry in _entries(folder):
         name, digest = entry.get("file"), entry.get("sha256")
         origin = str(entry.get("origin", origin))
         if isinstance(name, str) and isinstance(digest, str) and _is_plain(name):
-            found.setdefault(name, {})[digest] = origin
-    return found
+            entries.setdefault(name, {})[digest] = origin
+    return entries
 
 
 def origin_in(contents: Contents, path: Path) -> str | None:

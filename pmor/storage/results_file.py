@@ -110,8 +110,8 @@ def read_results(path: Path) -> ResultsFile:
         every, depth = _layout(kind, items), 0 if kind.layout else PLACE
         groups = {*kind.always, *(_group(name, depth) for name in items)}
         layout = {name: field for name, field in every.items() if _group(name, depth) in groups}
-        found = read_all(file, layout | _axes(layout, every), {"gear": 2, "side": 2, "xyz": 3})
-        arrays = {name: array for name, array in found.items() if name in layout}
+        read = read_all(file, layout | _axes(layout, every), {"gear": 2, "side": 2, "xyz": 3})
+        arrays = {name: array for name, array in read.items() if name in layout}
         said = {name: attribute(file, name, str) for name in kind.listed}
         return ResultsFile(
             attribute(file, "case_name", str), attribute(file, "case_text", str), arrays,
@@ -137,13 +137,13 @@ def _group(path: str, depth: int) -> str:
 
 def _axes(names: Iterable[str], layout: Layout) -> dict[str, Field]:
     """Datasets of the axes of some arrays, by their paths, without those that are results themselves."""
-    found = dict[str, Field]()
+    axes = dict[str, Field]()
     for name in names:
         for axis in layout[name].dims.split(", "):
             source = layout.get(_coordinates(name, axis, layout))
             unit, words, kind = (source.unit, source.description, source.kind) if source else ("1", "from 0", int)
-            found[_scale(name, axis, layout)] = Field(unit, axis, f"along the axis: {words}", kind, optional=True)
-    return {path: axis for path, axis in found.items() if path not in layout}
+            axes[_scale(name, axis, layout)] = Field(unit, axis, f"along the axis: {words}", kind, optional=True)
+    return {path: axis for path, axis in axes.items() if path not in layout}
 
 
 def _scale(name: str, axis: str, layout: Layout) -> str:

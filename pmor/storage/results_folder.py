@@ -112,10 +112,10 @@ def start_results(folder: Path, text: str) -> None:
             path = folder / name
             if not os.path.lexists(path) or set(contents.values()) <= {"", origin}:
                 continue
-            found = origin_in(contents, path)
-            if found is None:
+            earlier = origin_in(contents, path)
+            if earlier is None:
                 changed.append(path)
-            elif found not in ("", origin):
+            elif earlier not in ("", origin):
                 path.unlink()
                 removed.append(name)
         record_origin(folder, origin)

@@ -30,7 +30,7 @@ def items_of(file: h5py.File) -> Items:
     Damaged
         When there is a link, a loop, a second name of something, or something that is neither group nor dataset.
     """
-    found: Items = {"/": file}
+    items: Items = {"/": file}
     places = {h5o.get_info(file.id).addr}
 
     def visit(group: h5py.Group, prefix: str) -> None:
@@ -45,12 +45,12 @@ def items_of(file: h5py.File) -> Items:
             places.add(place)
             if not isinstance(item, h5py.Group | h5py.Dataset):
                 raise Damaged(f"is of no use: {path} is neither a group nor a dataset")
-            found[path] = item
+            items[path] = item
             if isinstance(item, h5py.Group):
                 visit(item, f"{path}/")
 
     visit(file, "")
-    return found
+    return items
 
 
 def check_plain(items: Items, file_size: int) -> None:

@@ -30,12 +30,12 @@ class Point:
     def measure(self, truth: Truth) -> Row:
         """Compare it with full FE."""
         basis, _ = make_basis(self.variant.case, truth.model, self.training.snapshots)
-        found = truth.errors(basis)
+        errors = truth.errors(basis)
         return {
             "solves": self.training.solves,
-            "max_percent": found["ste_error_max_percent"],
-            "rms_percent": found["ste_error_rms_percent"],
-            "effectivity": found["effectivity"],
+            "max_percent": errors["ste_error_max_percent"],
+            "rms_percent": errors["ste_error_rms_percent"],
+            "effectivity": errors["effectivity"],
         }
 
 

@@ -110,13 +110,13 @@ class Comparison:
         curves = self.curves
         greedy, goal = curves.reached("greedy"), f"at most {curves.target_percent:g} % everywhere"
         for name in SAMPLINGS:
-            found = curves.reached(name)
-            if found is None:
+            solves = curves.reached(name)
+            if solves is None:
                 most = max(p["solves"] for p in curves.points[name])
                 yield f"{SAMPLING_NAMES[name]}: not {goal} with up to {most} solves"
             else:
-                ratio = f", {found / greedy:.2g} times the greedy ones" if greedy and name != "greedy" else ""
-                yield f"{SAMPLING_NAMES[name]}: {goal} with {found} solves{ratio}"
+                ratio = f", {solves / greedy:.2g} times the greedy ones" if greedy and name != "greedy" else ""
+                yield f"{SAMPLING_NAMES[name]}: {goal} with {solves} solves{ratio}"
 
     def _blocks(self) -> Iterator[Block]:
         case = self.case
@@ -163,9 +163,9 @@ def _joined(*values: float | None) -> str:
     return _unbroken(" / ".join(map(_short, values)))
 
 
-def _spread(found: Row) -> str:
-    quantiles = _joined(found["low"], found["median"], found["high"])
-    return f"{quantiles}\u00a0({found['states']})" if found["states"] else DASH
+def _spread(row: Row) -> str:
+    quantiles = _joined(row["low"], row["median"], row["high"])
+    return f"{quantiles}\u00a0({row['states']})" if row["states"] else DASH
 
 
 def _fixed(value: float | None, factor: float, digits: int) -> str:

@@ -79,15 +79,15 @@ def run(
             *(piece(r.variant.label, r, partial(worth, r, truth)) for r in reductions),
             *(piece(p.name, p, partial(p.measure, truth)) for p in points),
         ]
-        found, broken = run_pieces(pieces, parts, executor=executor, progress=progress, what="reductions")
-    reductions = [r for r in reductions if r.variant.label in found]
-    points = [p for p in points if p.name in found]
+        done, broken = run_pieces(pieces, parts, executor=executor, progress=progress, what="reductions")
+    reductions = [r for r in reductions if r.variant.label in done]
+    points = [p for p in points if p.name in done]
     if not any(r.training.solves for r in reductions) or {p.variant.sampling for p in points} != set(SAMPLINGS):
         raise ConvergenceError(f"{len(broken)} reductions did not converge at all, first: {broken[0]}", [])
     LOG.info("run times of %d reductions", len(reductions))
     online = online_times_ms([r.basis for r in reductions], repeats)
     entries = [
-        {**effort(r), **found[r.variant.label], "online_ms": slow, "online_without_ms": fast}
+        {**effort(r), **done[r.variant.label], "online_ms": slow, "online_without_ms": fast}
         for r, (slow, fast) in zip(reductions, online, strict=True)
     ]
     failed = [
@@ -97,7 +97,7 @@ def run(
         *failures,
         *broken,
     ]
-    curves = curves_of(case, points, [found[point.name] for point in points], greedy)
+    curves = curves_of(case, points, [done[point.name] for point in points], greedy)
     seconds = time.perf_counter() - started
     return Comparison(case, truth, tuple(entries), curves, tuple(dict.fromkeys(failed)), seconds)
 
@@ -116,14 +116,14 @@ def _trainings(case: Case, truth: Truth) -> dict[str, TrainingSet]:
     solve_snapshots(model, first_positions(case.offline, model.mesh.meshed.pair)[0])  # compiles
     further = {"sampling": "greedy", "tolerance_percent": FURTHER * case.offline.tolerance_percent}
     LOG.info("trainings of at most %d solves: greedy, Sobol, grids", budget)
-    found = {
+    trainings = {
         "greedy": greedy_training(changed(case, further), model),
         "sobol": sobol_training(case, model, budget),
         "none": TrainingSet(),
     }
     for grid in table_grids(case.offline):
-        found[grid.label] = grid_training(changed(case, grid_keys(grid)), model)
-    return found
+        trainings[grid.label] = grid_training(changed(case, grid_keys(grid)), model)
+    return trainings
 
 
 def _training_of(variant: Variant, trainings: dict[str, TrainingSet]) -> TrainingSet:

@@ -128,13 +128,13 @@ class Convergence:
         }
 
 
-def _figure(found: Convergence) -> Figure:
+def _figure(result: Convergence) -> Figure:
     """Largest error over elements along the profile and over time; solid over the width, dashed in plane strain."""
     with panels(2, 9.0, 4.4, legend=3, sharey=True) as (figure, (over_elements, over_time)):
         for element, colour in zip(ELEMENTS, COLOURS, strict=False):
-            for width in dict.fromkeys(level.width for level in found.levels):
-                levels = [v for v in found.levels if (v.element, v.width) == (element, width)]
-                known = [(level, error) for level in levels if (error := _largest(found, level)) > 0.0]
+            for width in dict.fromkeys(level.width for level in result.levels):
+                levels = [v for v in result.levels if (v.element, v.width) == (element, width)]
+                known = [(level, error) for level in levels if (error := _largest(result, level)) > 0.0]
                 errors = [error for _, error in known]
                 line: dict[str, Any] = {"color": colour, "ls": "--" if width == PLANE else "-", "marker": "o", "ms": 4,
                                         "mfc": "none" if width == PLANE else colour}  # fmt: skip
@@ -149,6 +149,6 @@ def _figure(found: Convergence) -> Figure:
     return figure
 
 
-def _largest(found: Convergence, level: Level) -> float:
-    errors = (found.error_percent(level, q) for q in QUANTITIES if q != "ste_peak_to_peak_um")
+def _largest(result: Convergence, level: Level) -> float:
+    errors = (result.error_percent(level, q) for q in QUANTITIES if q != "ste_peak_to_peak_um")
     return max((abs(error) for error in errors if error is not None), default=0.0)

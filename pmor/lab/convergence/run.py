@@ -103,8 +103,8 @@ def _solve(case: Case) -> Result:
     ste = sweep_line_loads(reduced, phi, conditions_of(case, [case.torque_Nm])).ste_um[0]
     if not np.isfinite(ste).all():
         raise ConvergenceError(f"{int(np.isnan(ste).sum())} of {len(phi)} positions did not converge", [])
-    found = (*ste[:2].tolist(), float(np.mean(ste[2:])), float(np.ptp(ste[2:])))
-    return asdict(level) | dict(zip(QUANTITIES, found, strict=True)) | {"offline_s": seconds}
+    figures = (*ste[:2].tolist(), float(np.mean(ste[2:])), float(np.ptp(ste[2:])))
+    return asdict(level) | dict(zip(QUANTITIES, figures, strict=True)) | {"offline_s": seconds}
 
 
 def compared_angles(pair: GearPair) -> FloatArray:

@@ -47,14 +47,14 @@ def times_in_turn(
     Every other round goes through the work backwards, so that neither neighbour has the warmer cache. Work whose times
     add up to more than `longest` has no further rounds.
     """
-    found: dict[Key, list[float]] = {key: [] for key in work}
+    times: dict[Key, list[float]] = {key: [] for key in work}
     for run in work.values():
         run()
     for repeat in range(repeats):
         for key in list(work)[:: -1 if repeat % 2 else 1]:
-            if not repeat or sum(found[key]) <= longest:
-                found[key].append(work[key]())
-    return found
+            if not repeat or sum(times[key]) <= longest:
+                times[key].append(work[key]())
+    return times
 
 
 def ms_per_position(solve: Callable[[], SteSweep]) -> float:

@@ -33,7 +33,7 @@ class ModelStore:
         key = _body_key(case)
         with self._lock:
             kept = self._models.pop(key, None)
-            found = self._models[key] = kept or Future()  # the last one is the one used last
+            future = self._models[key] = kept or Future()  # the last one is the one used last
         if kept is None:
             started = time.perf_counter()
             try:
@@ -41,11 +41,11 @@ class ModelStore:
             except BaseException as error:
                 with self._lock:
                     self._models.pop(key, None)
-                found.set_exception(error)
+                future.set_exception(error)
             else:
-                found.set_result((solved, time.perf_counter() - started))
+                future.set_result((solved, time.perf_counter() - started))
                 self._remove_oldest()
-        model, seconds = found.result()
+        model, seconds = future.result()
         return replace(model, mesh=mesh_model(case)), seconds
 
     def _remove_oldest(self) -> None:

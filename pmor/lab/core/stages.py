@@ -44,19 +44,19 @@ def measure_stages(case: Case) -> dict[str, dict[str, float]]:
     if done.returncode:
         reason = (done.stderr.splitlines() or [f"exit code {done.returncode}"])[-1]
         raise ExternalProgramError(f"{case.name}: the process that measures the stages of a run failed: {reason}")
-    found: dict[str, dict[str, float]] = json.loads(done.stdout.splitlines()[-1])
-    return found
+    stages: dict[str, dict[str, float]] = json.loads(done.stdout.splitlines()[-1])
+    return stages
 
 
 def run_stages(case: Case, folder: Path) -> dict[str, dict[str, float]]:
     """Do the stages of `pmor run` in this process, one by one; results as in `measure_stages`."""
-    found: dict[str, dict[str, float]] = {}
+    stages: dict[str, dict[str, float]] = {}
 
     def measured(name: str, work: Callable[[], Result]) -> Result:
         _forget_peak()
         start = time.perf_counter()
         result = work()
-        found[name] = {"seconds": time.perf_counter() - start} | _peak()
+        stages[name] = {"seconds": time.perf_counter() - start} | _peak()
         return result
 
     def load() -> Any:
@@ -90,7 +90,7 @@ def run_stages(case: Case, folder: Path) -> dict[str, dict[str, float]]:
     result = replace(swept, comparison=measured("comparison", lambda: compare_models(swept.reduced, model)))
     pictures = measured("pictures", lambda: drawn_pictures(result, model.mesh.pinion))
     measured("report", lambda: write_drawn(result, pictures, folder, live_pair(result.reduced)))
-    return found
+    return stages
 
 
 def _forget_peak() -> None:

@@ -98,19 +98,19 @@ def _percent_of_mean(row: Data, stiffness: float) -> float:
 
 def _fold(row: Data, kind: str) -> float | None:
     """Highest frequency at which motion jumps, over the natural one: superharmonics jump below."""
-    found = [fold["mesh_frequency_Hz"] for fold in row["folds"] if fold["kind"] == kind]
-    return max(found) / row["natural_frequency_Hz"] if found else None
+    frequencies = [fold["mesh_frequency_Hz"] for fold in row["folds"] if fold["kind"] == kind]
+    return max(frequencies) / row["natural_frequency_Hz"] if frequencies else None
 
 
 def _figure(slices: Sequence[Data]) -> Figure:
     with panels(2, 9.2, 4.4, legend=4) as (figure, (left, right)):
-        for place, found in enumerate(slices):
+        for place, of_torque in enumerate(slices):
             for kind, (name, dashes) in KINDS.items():
-                law = found[kind]
+                law = of_torque[kind]
                 line: dict[str, Any] = {"color": COLOURS[place % len(COLOURS)], "lw": 1.2, "ls": dashes}
                 stiffness = law["mesh_stiffness_N_per_um"]
                 cycle = np.arange(len(stiffness)) / len(stiffness)
-                left.plot(cycle, stiffness, label=f"{found['torque_Nm']:g} N m, {name}", **line)
+                left.plot(cycle, stiffness, label=f"{of_torque['torque_Nm']:g} N m, {name}", **line)
                 branch = max(law["responses"], key=lambda damped: float(damped["damping_ratio"]))["branch"]
                 speeds = np.array([point["mesh_frequency_Hz"] for point in branch]) / law["natural_frequency_Hz"]
                 right.plot(speeds, [p["dte_rms_um"] if p["stable"] else np.nan for p in branch], **line)

@@ -68,8 +68,8 @@ class SlicedPair(ReducedPair):
         width, sections = self.layered.sections.width, np.arange(len(self.layered.sections.width))
         pinion, wheel = super().section_compliance
         alone = np.zeros_like(pinion), np.zeros_like(wheel)
-        for found, between in zip(alone, (pinion, wheel), strict=True):
-            found[:, sections, sections] = np.einsum("astij,t->asij", between, width) / width[:, None, None]
+        for compliance, between in zip(alone, (pinion, wheel), strict=True):
+            compliance[:, sections, sections] = np.einsum("astij,t->asij", between, width) / width[:, None, None]
         return alone
 
 
@@ -98,16 +98,16 @@ def _damped(task: Task) -> Data:
     rest = at_rest(task)
     limits = speeds_of(task, rest)
     try:
-        found = response(rest.oscillator, task.law, limits, needed_harmonics(rest, limits))
+        solved = response(rest.oscillator, task.law, limits, needed_harmonics(rest, limits))
     except ConvergenceError as error:
         return {"damping_ratio": task.damping_ratio, "folds": [], "branch": [], "lost": [str(error)]}
-    main = found.branches[0]
+    main = solved.branches[0]
     return {
         "damping_ratio": task.damping_ratio,
-        "folds": [{"mesh_frequency_Hz": float(HZ * f.point.speed), "kind": f.kind} for f in found.folds],
+        "folds": [{"mesh_frequency_Hz": float(HZ * f.point.speed), "kind": f.kind} for f in solved.folds],
         "branch": [
             {"mesh_frequency_Hz": float(HZ * point.speed), "stable": bool(stable), "dte_rms_um": float(UM * size)}
-            for point, stable, size in zip(main.points, found.stable[0], rms(main.unknowns), strict=True)
+            for point, stable, size in zip(main.points, solved.stable[0], rms(main.unknowns), strict=True)
         ],
-        "lost": list(found.lost),
+        "lost": list(solved.lost),
     }

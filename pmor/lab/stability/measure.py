@@ -64,15 +64,15 @@ def mirrored_angles(pair: GearPair, phi: FloatArray, exchanged: GearPair) -> Flo
 def _borders(meshed: MeshedPair) -> FloatArray:
     pair = meshed.pair
     first, last = pair.meshing_range
-    found = []
+    borders = []
     for gear, flank in enumerate((meshed.pinion, meshed.wheel)):
         roll = flank.roll_angle
         if gear == 1:  # along the line of action, seen from the pinion
             roll = (pair.action_length - roll * pair.wheel.base_radius) / pair.pinion.base_radius
         angles = np.array([pair.roll_position(float(u)) for u in roll])
         angles = angles[(angles > first) & (angles < last)]
-        found.append(angles[:: max(1, math.ceil(len(angles) / 4))])
-    return np.concatenate(found)
+        borders.append(angles[:: max(1, math.ceil(len(angles) / 4))])
+    return np.concatenate(borders)
 
 
 ANGLES = 8

@@ -60,16 +60,16 @@ def run(
     pieces = [Piece(v.name, {"base": base}, asdict(v), partial(work, v)) for v in variants]
     with pieces_folder(folder, FILES, overwrite=overwrite) as parts:
         results, _ = run_pieces(pieces, parts, executor=executor, progress=progress, what="variants")
-    found = {piece.name: entry_of(results[piece.name]) for piece in pieces}
-    law = penalty_law(found)
-    entries = *found.values(), *([_law_entry(law)] if law else [])
+    entries_of = {piece.name: entry_of(results[piece.name]) for piece in pieces}
+    law = penalty_law(entries_of)
+    entries = *entries_of.values(), *([_law_entry(law)] if law else [])
     return Stability(case, base, entries, law, time.perf_counter() - started)
 
 
-def penalty_law(found: Mapping[str, Entry]) -> PenaltyLaw | None:
+def penalty_law(by_name: Mapping[str, Entry]) -> PenaltyLaw | None:
     """Fit how the STE comes to its limit; None when the penalties were not run, or did not converge."""
     penalties = [10.0**exponent for exponent in PENALTY_EXPONENTS]
-    entries = [found.get(name) for name in (*map(penalty_name, penalties), PENALTY_LIMIT)]
+    entries = [by_name.get(name) for name in (*map(penalty_name, penalties), PENALTY_LIMIT)]
     curves = [entry.ste_um for entry in entries if entry is not None and entry.converged]
     if len(curves) < len(entries):
         return None

@@ -58,11 +58,11 @@ def rows(
     whole group; its ``common`` changes are shared by all.
     """
     common = judged.pop("common", {})
-    found = []
+    variants = []
     for name, entry in table.items():
         changes, own = entry if isinstance(entry, tuple) else (entry, {})
-        found.append(Variant(name, group, about, merged(common, changes), **(judged | dict(own))))
-    return found
+        variants.append(Variant(name, group, about, merged(common, changes), **(judged | dict(own))))
+    return variants
 
 
 def load(torque_Nm: float) -> Sections:

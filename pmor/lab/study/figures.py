@@ -31,7 +31,7 @@ MESH_COLOURS = ("#D55E00", "#009E73", "#0072B2", "#CC79A7", "#E69F00", "#56B4E9"
 LEAST_SHOWN = 0.1
 
 
-def study_pictures(parts: StudyParts, found: StudyTable) -> list[Picture]:
+def study_pictures(parts: StudyParts, study_table: StudyTable) -> list[Picture]:
     """Return the pictures that the parts allow."""
     study, pictures = parts.study, list[Picture]()
 
@@ -39,9 +39,9 @@ def study_pictures(parts: StudyParts, found: StudyTable) -> list[Picture]:
         pictures.append(Picture(f"{name}.png", caption, figure))
 
     if study.reference is None:
-        if found.rows:
+        if study_table.rows:
             caption = "Static transmission error over one pitch, less its mean."
-            add("curves", caption, _curves(parts, found.rows))
+            add("curves", caption, _curves(parts, study_table.rows))
         return pictures
 
     solved = _solved(parts, study.grid.cells)
@@ -51,13 +51,13 @@ def study_pictures(parts: StudyParts, found: StudyTable) -> list[Picture]:
         add("figure5", "Static transmission error over one pitch at equal level of detail E = elements x LoDM (the "
             "paper's Figure 5): reduced models, elements over the profile with the LoDM in parentheses, and the "
             "reference mesh.", _ste_by_detail(parts, details))  # fmt: skip
-    if any(row["ms_per_position"] is not None for row in found.rows):
-        if len({row["cell"] for _, _, row in _timed_errors(found, "shape_error_um")}) > 1:
+    if any(row["ms_per_position"] is not None for row in study_table.rows):
+        if len({row["cell"] for _, _, row in _timed_errors(study_table, "shape_error_um")}) > 1:
             add("error_run_time", "Error against the reference over run time per position, one marker per cell and "
                 "model, with the Pareto front. Conventional and condensed full FE solve the same equations and have "
                 "the same error. Offline time is not in it: see the break-even numbers. Below the dashed line the "
                 "reference itself is uncertain; errors far below it are not shown.",
-                _error_over_time(found))  # fmt: skip
+                _error_over_time(study_table))  # fmt: skip
     return pictures
 
 

@@ -32,36 +32,36 @@ MEASURES = (
 )
 
 
-def study_blocks(study: Study, found: StudyTable, pictures: Sequence[Picture]) -> list[Block]:
+def study_blocks(study: Study, result: StudyTable, pictures: Sequence[Picture]) -> list[Block]:
     """Return the report, in the order of reading."""
     if study.reference is None:
-        return [*(Warning(text) for text in found.failures), *_variants(study, found, pictures)]
+        return [*(Warning(text) for text in result.failures), *_variants(study, result, pictures)]
 
     def picture(name: str) -> list[Block]:
         return [picture for picture in pictures if picture.file_name == f"{name}.png"]
 
     figure5 = picture("figure5")
     return [
-        *(Warning(text) for text in found.failures),
+        *(Warning(text) for text in result.failures),
         INTRODUCTION,
         *([Heading("Transmission error over one pitch"), *figure5] if figure5 else []),
-        *(_ladder(study, found) if study.rungs else []),
-        *claim_blocks([*found.claims, *found.time_claims]),
+        *(_ladder(study, result) if study.rungs else []),
+        *claim_blocks([*result.claims, *result.time_claims]),
         Heading("Error against run time"),
         *picture("error_run_time"),
         Heading("Mesh against reference"),
         Table("Error measures", ("measure", "definition"), MEASURES),
-        _mesh_errors(found),
-        *_reference(found.reference),
+        _mesh_errors(result),
+        *_reference(result.reference),
         Heading("Reduced against full FE on the same mesh"),
-        _reduced_errors(found),
+        _reduced_errors(result),
         Heading("Run times"),
-        *_run_times(found),
-        *(_peer(study, found.peer) if study.peer else []),
+        *_run_times(result),
+        *(_peer(study, result.peer) if study.peer else []),
     ]
 
 
-def _variants(study: Study, found: StudyTable, pictures: Sequence[Picture]) -> list[Block]:
+def _variants(study: Study, result: StudyTable, pictures: Sequence[Picture]) -> list[Block]:
     """The report of a study of variants alone: other gears or meshes, compared with each other."""
     columns: Columns = {
         "variant": "variant",
@@ -70,18 +70,18 @@ def _variants(study: Study, found: StudyTable, pictures: Sequence[Picture]) -> l
         "overlap ratio": "overlap_ratio",
         "STE mean, µm": "ste_mean_um",
         "peak-to-peak, µm": "ste_peak_to_peak_um",
-        "of the first, %": lambda row: 100.0 * row["ste_peak_to_peak_um"] / found.rows[0]["ste_peak_to_peak_um"],
+        "of the first, %": lambda row: 100.0 * row["ste_peak_to_peak_um"] / result.rows[0]["ste_peak_to_peak_um"],
         "FE unknowns": "fe_unknowns",
     }
     text = (
         f"Full FE at nominal torque, {study.grid.angles_per_pitch} angles per pitch. STE is along the line of action."
     )
-    return [text, table("Variants", columns, found.rows), *pictures]
+    return [text, table("Variants", columns, result.rows), *pictures]
 
 
-def _ladder(study: Study, found: StudyTable) -> list[Block]:
+def _ladder(study: Study, result: StudyTable) -> list[Block]:
     """The schemes one step at a time, condensed and reduced beside each other."""
-    both = [(found.row(cell, "condensed"), found.row(cell, "reduced")) for cell in study.ladder_cells]
+    both = [(result.row(cell, "condensed"), result.row(cell, "reduced")) for cell in study.ladder_cells]
     columns: Columns = {
         "scheme": lambda r: r[0]["variant"],
         "elements": lambda r: r[0]["n_profile"],
@@ -99,7 +99,7 @@ def _ladder(study: Study, found: StudyTable) -> list[Block]:
     return [Heading("The ladder of contact schemes"), table("One step at a time", columns, rows)]
 
 
-def _mesh_errors(found: StudyTable) -> Table:
+def _mesh_errors(result: StudyTable) -> Table:
     columns: Columns = {
         "cell": "cell",
         "E": "detail",
@@ -112,7 +112,7 @@ def _mesh_errors(found: StudyTable) -> Table:
         "load-share error": "load_share_error",
     }
     note = "Condensed full FE at nominal torque on a regular grid of angles; model (a) solves the same equations."
-    return table("Condensed full FE against the reference", columns, found.rows_of("condensed"), note)
+    return table("Condensed full FE against the reference", columns, result.rows_of("condensed"), note)
 
 
 def _reference(reference: Row) -> list[Block]:
@@ -145,7 +145,7 @@ def _reference(reference: Row) -> list[Block]:
     ]
 
 
-def _reduced_errors(found: StudyTable) -> Table:
+def _reduced_errors(result: StudyTable) -> Table:
     columns: Columns = {
         "cell": "cell",
         "E": "detail",
@@ -159,17 +159,17 @@ def _reduced_errors(found: StudyTable) -> Table:
     }
     note = "This is the error of the reduction; that of the mesh is in the table above."
     title = "STE of the reduced model against condensed full FE, same mesh"
-    return table(title, columns, found.rows_of("reduced"), note)
+    return table(title, columns, result.rows_of("reduced"), note)
 
 
-def _run_times(found: StudyTable) -> list[Block]:
+def _run_times(result: StudyTable) -> list[Block]:
     text = (
         "One position is one angle at nominal torque. (b) and (c) were timed in one phase of one process after a "
         f"warm-up, cells in turn, {REPEATS} rounds of {CONDENSED_ANGLES} and {REDUCED_ANGLES} "
         "positions; the median counts. Linear algebra ran on as many threads as stated below; (c) also on all cores. "
         "(a) was timed in the same process, once, where the study asks for it."
     )
-    rivals = {(row["cell"], row["model"]): row for row in found.rows}
+    rivals = {(row["cell"], row["model"]): row for row in result.rows}
 
     def of(model: str, key: str) -> Callable[[Row], Any]:
         return lambda row: rivals.get((row["cell"], model), {}).get(key)
@@ -188,7 +188,7 @@ def _run_times(found: StudyTable) -> list[Block]:
     }
     note = "Break-even: positions from which the offline stage has paid."
     title = "Run times per position, ratios, and cost of the offline stage"
-    return [text, table(title, columns, found.rows_of("reduced"), note)]
+    return [text, table(title, columns, result.rows_of("reduced"), note)]
 
 
 def _peer(study: Study, peer: Mapping[str, Any] | None) -> list[Block]:

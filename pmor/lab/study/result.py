@@ -34,17 +34,17 @@ class StudyResult:
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
         """Write `study.json`, `study.md`, `report.html` and the pictures; finished pieces stay for the next run."""
-        study, found = self.parts.study, self.table
-        data = {"study": study.name, "title": study.title} | asdict(found)
-        blocks = study_blocks(study, found, study_pictures(self.parts, found))
+        study, result = self.parts.study, self.table
+        data = {"study": study.name, "title": study.title} | asdict(result)
+        blocks = study_blocks(study, result, study_pictures(self.parts, result))
         text = f"{study!r}\n{study.base.read_text(encoding='utf-8')}"
         with writing_results(folder, FILES, text, overwrite=overwrite, complete=False) as held:
-            Report("study", data, study.title, blocks, measured_on=found.machine or None).write(held)
+            Report("study", data, study.title, blocks, measured_on=result.machine or None).write(held)
 
     def __str__(self) -> str:
         """Error and run time of every cell, and the claims."""
-        found = self.table
-        fast = {row["cell"]: row for row in found.rows_of("reduced")}
+        result = self.table
+        fast = {row["cell"]: row for row in result.rows_of("reduced")}
         columns: Columns = {
             "cell": "cell",
             "mean, um": "ste_mean_um",
@@ -56,7 +56,7 @@ class StudyResult:
             "(a)/(c)": lambda row: fast.get(row["cell"], {}).get("time_ratio_conventional_to_reduced"),
         }
         claims = [f"{'confirmed' if claim['confirmed'] else 'not confirmed':<14} {claim['claim']}"
-                  for claim in (*found.claims, *found.time_claims)]  # fmt: skip
-        lines = [*text_lines(table("", columns, found.rows_of("condensed"))), *claims]
-        lines += [f"! {failure}" for failure in found.failures]
+                  for claim in (*result.claims, *result.time_claims)]  # fmt: skip
+        lines = [*text_lines(table("", columns, result.rows_of("condensed"))), *claims]
+        lines += [f"! {failure}" for failure in result.failures]
         return "\n".join([self.parts.study.title, *(f"  {line}" for line in lines)])

@@ -51,8 +51,8 @@ def run(
         working_folder(parts, overwrite)
         pieces = list(_pieces(study, cases, working_folder(parts / BASES), executor))
         results, failures = run_pieces(pieces, parts, progress=progress)
-    found = StudyParts(study, cases, results, failures)
-    return StudyResult(found, study_table(found))
+    all_parts = StudyParts(study, cases, results, failures)
+    return StudyResult(all_parts, study_table(all_parts))
 
 
 def _pieces(study: Study, cases: StudyCases, bases: Path, executor: Executor | None) -> Iterator[Piece]:
