@@ -17,7 +17,10 @@ It holds without clearance, preload and misalignment, and is no better than a fa
 from __future__ import annotations
 
 import math
-from typing import Literal, NamedTuple
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pmor.core.ranges import Length, Range
 
 # ISO/TS 16281, 5.3: stiffness of a roller of steel, N/mm^(10/9) for lengths in mm.
 LINE, LINE_STIFFNESS, LINE_LENGTH_EXPONENT = 10.0 / 9.0, 35948.0, 8.0 / 9.0
@@ -36,10 +39,11 @@ WIDTH = {"ball": 0.5, "roller": 0.5, "needle": 1.1}
 SOURCES = {"ball": "Palmgren (1959)", "roller": "ISO/TS 16281", "needle": "ISO/TS 16281"}
 
 
-class CatalogueBearing(NamedTuple):
+@dataclass(frozen=True)
+class CatalogueBearing:
     """A bearing as a catalogue number has it.
 
-    Attributes
+    Parameters
     ----------
     kind : {"ball", "roller", "needle"}
     bore_mm : float
@@ -54,11 +58,18 @@ class CatalogueBearing(NamedTuple):
     """
 
     kind: Literal["ball", "roller", "needle"]
-    bore_mm: float
-    outer_mm: float | None = None
-    rows: int = 1
-    contact_angle_deg: float = 0.0
-    width_mm: float | None = None
+    bore_mm: Length
+    outer_mm: Length | None = None
+    rows: Annotated[int, Range(1, 8)] = 1
+    contact_angle_deg: Annotated[float, Range(0.0, 90.0, "deg", high_excluded=True)] = 0.0
+    width_mm: Length | None = None
+
+    @property
+    def fault(self) -> tuple[str, str] | None:
+        """Keys that no bearing has together, and the rule; None of a possible bearing."""
+        if self.outer_mm is not None and self.outer_mm <= self.bore_mm:
+            return f"outer_mm = {self.outer_mm:g}", f"must be above bore_mm = {self.bore_mm:g}: correct one of them"
+        return None
 
     def radial_N_per_mm(self, load_N: float) -> float:
         """Return load over deflection under a radial load, to three digits."""

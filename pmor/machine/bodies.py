@@ -197,12 +197,9 @@ def _bearing(model: GearboxModel, gearbox: LoadedGearbox, bearing: Supported, de
     shaft = shafts[said.shaft]
     inner = 0.5 * shaft.section_at(said.at_mm).outer_mm
     width, outer = WIDTH * 2.0 * inner, OUTER * inner
-    if said.ball is not None:
-        size, pitch = said.ball.ball_diameter_mm, said.ball.pitch_diameter_mm
-        width, outer = RINGS_ALONG * size, 0.5 * pitch + RINGS_ACROSS * size
-    elif said.roller is not None:
-        size, pitch = said.roller.roller_diameter_mm, said.roller.pitch_diameter_mm
-        width, outer = RINGS_ALONG * said.roller.effective_length_mm, 0.5 * pitch + RINGS_ACROSS * size
+    if (geometry := said.inner) is not None:
+        size, length = geometry.element_mm
+        width, outer = RINGS_ALONG * length, 0.5 * geometry.pitch_diameter_mm + RINGS_ACROSS * size
     if said.to in shafts:
         around = shafts[said.to]
         hollow = 0.5 * around.section_at(said.at_mm + shaft.start_mm - around.start_mm).inner_mm

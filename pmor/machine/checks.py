@@ -10,12 +10,12 @@ from itertools import combinations
 
 import numpy as np
 
+from pmor.body.bearing import check_bearing
 from pmor.case import Case
 from pmor.case.reader import Reader
 from pmor.case.values import did_you_mean
 from pmor.core.errors import PmorError
 from pmor.machine.model import GearboxModel, pinion_senses, set_torques
-from pmor.machine.rolling_bearing import impossible
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.settings import HOUSING, Bearing, GearboxSections, LoadCase, Mesh, PlanetarySet, Shaft, ShaftSection
 from pmor.pair.conditions import assembly_of
@@ -27,8 +27,7 @@ ROUNDED_MM = 1e-3
 # Of the largest torque through a set over all loads: none.
 NO_TORQUE = 1e-9
 LONGEST_NAME, NO_FILE_NAME = 60, '/\\:*?"<>|'
-STIFFNESSES = {"radial_N_per_mm": "rigid", "axial_N_per_mm": "free", "tilt_Nmm_per_rad": "free",
-                "torsion_Nmm_per_rad": "free"}  # fmt: skip
+STIFFNESSES = "radial_N_per_mm", "axial_N_per_mm", "tilt_Nmm_per_rad", "torsion_Nmm_per_rad"
 
 
 class GearboxReader(Reader):
@@ -81,15 +80,9 @@ class GearboxReader(Reader):
             self.refuse(f"{where}: at_mm = {place:g}", rule)
 
     def check_bearing(self, bearing: Bearing, shafts: dict[str, Shaft]) -> None:
-        """Refuse a bearing of two kinds, one that cannot be made, or one to a shaft that is not there."""
+        """Refuse a bearing that is none, or one to a shaft that is not there."""
         where = f'[[bearings]] "{bearing.name}"'
-        inner = [kind for kind in ("ball", "roller") if getattr(bearing, kind) is not None]
-        given = [key for key, usual in STIFFNESSES.items() if getattr(bearing, key) != usual]
-        if len(inner) > 1 or (inner and given):
-            self.refuse(f"{where}: {', '.join(inner + given)}", "a bearing has one kind: leave out all but one")
-        for kind in inner:
-            if (fault := impossible(getattr(bearing, kind))) is not None:
-                self.refuse(f"{where}: {kind}: {fault[0]}", fault[1])
+        check_bearing(bearing, where, STIFFNESSES, self.refuse)
         if bearing.to == HOUSING and bearing.couples:
             rule = f'couples two shafts: name the other one in to, or write torque_Nm = "balance" for the {HOUSING}'
             self.refuse(f"{where}: torsion_Nmm_per_rad", rule)

@@ -27,7 +27,7 @@ def left_out(file: GearboxFile) -> list[tuple[str, str]]:
             found.append((f"losses, {load.name}", "the load has no speed_rpm"))
     if not shares(model.sections.loads):
         found.append(("duty cycle", "loads have neither fraction nor hours"))
-    if all(bearing.ball is None and bearing.roller is None for bearing in model.sections.bearings):
+    if all(bearing.inner is None for bearing in model.sections.bearings):
         found.append(("static safety of bearings", "none has its inner geometry"))
     if why := why_not(file, "rexs"):
         found.append(("gearbox.rexs", why))

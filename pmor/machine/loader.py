@@ -14,6 +14,7 @@ from pmor.case.seats import read_seats
 from pmor.case.slips import case_slips
 from pmor.core.errors import GeometryError, printable
 from pmor.machine.checks import ROUNDED_MM, GearboxReader
+from pmor.machine.estimates import with_estimates
 from pmor.machine.model import GearboxModel, pinion_torques, set_torques
 from pmor.machine.settings import GearboxSections, Mesh, PlanetarySet
 from pmor.machine.weights import gear_masses
@@ -40,7 +41,7 @@ class GearboxFile:
     inputs : tuple of Path
         Files that were read.
     notes : tuple of str
-        Assumptions about what a REXS file does not say.
+        Assumptions about what a file does not say.
     """
 
     name: str
@@ -91,7 +92,8 @@ def load(path: Path | str, read_set: Callable[[Path, OnShafts], SetFile] = load_
         model = replace(model, housing=read_seats(reader, "housing", housing, model.seats, "bearing to the housing"))
         inputs.append(path.parent / housing)
         texts.append((path.parent / housing).read_text(encoding="utf-8-sig"))
-    return GearboxFile(name, "\n".join(texts), model, cases, tuple(dict.fromkeys(inputs)))
+    model, notes = with_estimates(model)
+    return GearboxFile(name, "\n".join(texts), model, cases, tuple(dict.fromkeys(inputs)), tuple(notes))
 
 
 def _case(reader: GearboxReader, mesh: Mesh, torque_Nm: float = 1.0) -> Case:

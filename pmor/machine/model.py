@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from pmor.body.beam import NODE, Beam, CircularSection, ShaftMaterial, stations_of
+from pmor.body.rolling_bearing import RollingBearing
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.machine.mesh_force import MeshFrame, hub_wrenches, mesh_frame
-from pmor.machine.rolling_bearing import RollingBearing
 from pmor.machine.set_frame import MEMBERS, SetFrame, set_frame
 from pmor.machine.settings import (
     HOUSING,
@@ -429,7 +429,7 @@ def _row(hubs: Sequence[int | None], wrenches: FloatArray, size: int) -> FloatAr
 
 
 def _supported(bearing: Bearing, rows: FloatArray) -> Supported:
-    inner = bearing.ball or bearing.roller
+    inner = bearing.inner
     rigid, springs = list[int](), np.zeros(NODE)
     if inner is None:
         for value, directions in (

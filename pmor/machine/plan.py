@@ -77,10 +77,8 @@ def _machine(file: GearboxFile) -> Iterator[str]:
 
 
 def _kind(bearing: Bearing) -> str:
-    if bearing.ball is not None:
-        return f"{bearing.ball.balls} balls, ISO/TS 16281"
-    if bearing.roller is not None:
-        return f"{bearing.roller.rollers} rollers, ISO/TS 16281"
+    if bearing.inner is not None:
+        return bearing.inner.words
     ways = [
         ("radial", bearing.radial_N_per_mm), ("axial", bearing.axial_N_per_mm), ("tilt", bearing.tilt_Nmm_per_rad),
         *([("torsion", bearing.torsion_Nmm_per_rad)] if bearing.couples else []),

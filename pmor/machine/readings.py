@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from pmor.body.beam import NODE
+from pmor.body.rolling_bearing import BearingState
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
@@ -17,7 +18,6 @@ from pmor.machine.coupled_sets import SolvedSet
 from pmor.machine.iso import CrudeMisalignment, crude_misalignment, sliced_k_h_beta
 from pmor.machine.mesh_force import f_beta_um
 from pmor.machine.model import GearboxModel, LoadedGearbox, Supported, speeds_rpm
-from pmor.machine.rolling_bearing import BearingState
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.settings import LoadCase
 from pmor.machine.ste_parts import parts_data, set_ste_parts, ste_parts

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
 
+from pmor.body.bearing import AnyBearing
 from pmor.case.reader import Keys, Sections
 from pmor.core.ranges import GRAMS_PER_CM3, METRES, PASCALS, Length, Range, Stiffness, TiltStiffness
-from pmor.machine.rolling_bearing import BallBearing, RollerBearing
 from pmor.pair.losses import Lubricant
 from pmor.sets.settings import Member
 
@@ -84,7 +84,7 @@ class Shaft:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bearing:
+class Bearing(AnyBearing):
     """A bearing of a shaft, or a coupling between two of one axis (section `[[bearings]]`).
 
     Parameters
@@ -102,18 +102,17 @@ class Bearing:
         reaches rigidly from `at_mm` to the end of the other shaft.
     ball, roller : BallBearing, RollerBearing
         Of a bearing by its inner geometry.
+    catalogue : CatalogueBearing
+        Of a bearing by its sizes alone: the stiffness across is estimated under its largest load, good to a factor of
+        two; along the axis and against tilting it is as the other keys say.
     """
 
     name: str
     shaft: str
     to: str = HOUSING
     at_mm: Place
-    radial_N_per_mm: Stiffness = "rigid"
     axial_N_per_mm: Stiffness = "free"
-    tilt_Nmm_per_rad: TiltStiffness = "free"
     torsion_Nmm_per_rad: TiltStiffness = "free"
-    ball: BallBearing | None = None
-    roller: RollerBearing | None = None
 
     @property
     def couples(self) -> bool:

@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, null_space
 
+from pmor.body.rolling_bearing import BearingState, RollingBearing
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.core.errors import ConvergenceError, GeometryError
-from pmor.machine.rolling_bearing import BearingState, RollingBearing
 
 MOST_STEPS = 200
 # Of the largest force: the sums over all rolling elements do not come closer than this.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,10 +11,10 @@ from pmor.case.change import change_case
 from pmor.case.reader import read_text, sections_in
 from pmor.core.errors import printable
 from pmor.machine.checks import GearboxReader
+from pmor.machine.estimates import with_estimates
 from pmor.machine.loader import GearboxFile, largest_torques, model_of, placed_case
 from pmor.machine.loader import load as load_toml
-from pmor.machine.model import pinion_senses, set_torques
-from pmor.rexs.follows import other_results, with_estimates
+from pmor.machine.model import GearboxModel, held_torques, pinion_senses, set_torques
 from pmor.rexs.gearbox import read_gearbox
 from pmor.rexs.model import is_rexs
 from pmor.rexs.sets import PlanetaryStage, ReadSet, read_set
@@ -24,6 +25,8 @@ from pmor.sets.reader import SetReader
 from pmor.sets.settings import SetSections
 
 OFFSET_DIGITS = 9
+# Relative; results of other programs have losses, or are rounded.
+DIFFERS = 0.01
 
 
 def load_set(path: Path | str, shafts: OnShafts | None = None) -> SetFile:
@@ -82,14 +85,14 @@ def _of_rexs(path: Path) -> GearboxFile:
     for name, offsets in found.face_offsets.items():
         pinion, wheel = (round(senses[name] * offset, OFFSET_DIGITS) for offset in offsets)
         cases[name] = change_case(cases[name], pinion={"face_offset_mm": pinion}, wheel={"face_offset_mm": wheel})
-    model, estimated = with_estimates(replace(model_of(said, cases, sets), housing=found.housing), found.estimated)
+    model, estimated = with_estimates(replace(model_of(said, cases, sets), housing=found.housing))
     said = model.sections
     housing = [] if found.housing is None else found.housing.tolist()
     texts = repr(said), *(case.text for case in cases.values()), *(one.text for one in sets.values()), repr(housing)
     reader.check_gears(model)
     reader.check_turned(model, cases)
     of_sets = [f"{name}: {note}" for name, one in sets.items() for note in (*one.changed, *one.notes)]
-    notes = (*found.notes, *estimated, *other_results(model, found.results), *of_sets)
+    notes = (*found.notes, *estimated, *_other_results(model, found.results), *of_sets)
     return GearboxFile(printable(path.stem), "\n".join(texts), model, cases, (path,), notes)
 
 
@@ -103,3 +106,13 @@ def _stage(path: Path, stage: StageOnShafts, on_sun_Nm: float) -> SetFile:
 def _file(read: ReadSet, name: str, where: str, path: Path, shafts: OnShafts | None) -> SetFile:
     reader = SetReader(where, sections_in(SetSections), path.parent)
     return checked_set(reader, read.sections, name, read.text, (path,), read.notes, read.changed, shafts)
+
+
+def _other_results(model: GearboxModel, results: Sequence[tuple[str, str, float]]) -> list[str]:
+    """Return notes on torques that a file has as results, and that are others here."""
+    loads, found = {load.name: load for load in model.sections.loads}, list[str]()
+    for name, shaft, torque in results:
+        own = held_torques(model, loads[name]).get(shaft)
+        if own is not None and abs(own - torque) > DIFFERS * abs(torque):
+            found.append(f"{name}: the file has {torque:.6g} N m on {shaft} as a result: {own:.6g} N m hold it here")
+    return found

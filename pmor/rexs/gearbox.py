@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from pmor.body.bearing_estimate import CatalogueBearing
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, printable
@@ -58,8 +57,6 @@ class ReadGearbox:
         Assumptions, and parts that are left out.
     housing : ndarray, optional
         As of `pmor.machine.model.GearboxModel`.
-    estimated : mapping of str to CatalogueBearing
-        Bearings whose stiffness is to follow from their loads, by name.
     results : tuple of (load case, shaft, N m)
         Torques that the file has as results.
     """
@@ -70,7 +67,6 @@ class ReadGearbox:
     stages: tuple[StageOnShafts, ...]
     notes: tuple[str, ...]
     housing: FloatArray | None
-    estimated: Mapping[str, CatalogueBearing]
     results: tuple[tuple[str, str, float], ...]
 
 
@@ -114,14 +110,7 @@ class _Draft:
         housing = read_housing_matrix(self.gearbox, bearings.seats, self.notes.append)
         notes = tuple(dict.fromkeys(self.notes))
         return ReadGearbox(
-            sections,
-            cases,
-            self.face_offsets,
-            tuple(self.stages),
-            notes,
-            housing,
-            bearings.estimated,
-            tuple(loads.results),
+            sections, cases, self.face_offsets, tuple(self.stages), notes, housing, tuple(loads.results)
         )
 
     def carriers(self) -> Iterator[Bearing]:

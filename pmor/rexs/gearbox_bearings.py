@@ -6,9 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from pmor.body.bearing_estimate import CatalogueBearing
+from pmor.body.rolling_bearing import BallBearing
 from pmor.core.errors import CaseError
-from pmor.machine.rolling_bearing import BallBearing
 from pmor.machine.settings import HOUSING, Bearing
 from pmor.rexs.bearings import catalogue_bearing
 from pmor.rexs.inner_geometry import inner_geometry
@@ -17,8 +16,6 @@ from pmor.rexs.model import BEARINGS, CONCEPT, RIGID, RIGID_TILT, Component, Gea
 from pmor.rexs.sets_on_shafts import refuse_bearing
 from pmor.rexs.shafts import sections_of
 
-# Until the loads are known, N.
-FIRST_LOAD_N = 1e3
 # Of a bearing: what moves it off its place, which is not read.
 OFF_PLACE = (
     "preload_distance", "preload_force", "misalignment_in_v_direction", "misalignment_in_w_direction",
@@ -41,8 +38,6 @@ class RexsBearings:
         Of a component.
     seats : list of Component
         Bearings to the housing, as they are found.
-    estimated : dict of str to CatalogueBearing
-        Bearings whose stiffness is estimated, by name.
     """
 
     gearbox: Gearbox
@@ -51,7 +46,6 @@ class RexsBearings:
     name: Callable[[Component], str]
     note: Callable[[str], None]
     seats: list[Component] = field(default_factory=list)
-    estimated: dict[str, CatalogueBearing] = field(default_factory=dict)
     located: set[int] = field(default_factory=set)
 
     def read(self) -> tuple[Bearing, ...]:
@@ -102,22 +96,16 @@ class RexsBearings:
                 self.note(f"{bearing.label}: radial_stiffness is not taken: inner geometry goes before it")
             at["ball" if isinstance(inner, BallBearing) else "roller"] = inner
             return Bearing(**at)
-        across = stiffness(radial, RIGID, "free")
-        if not radial and holds:
-            across = self.across(bearing, shaft, place)
+        if radial or not holds:
+            at["radial_N_per_mm"] = stiffness(radial, RIGID, "free")
+        elif bearing.kind == CONCEPT:
+            self.note(f"{bearing.label}: neither stiffness nor inner geometry: radially rigid, as a concept")
+        else:
+            at["catalogue"] = catalogue_bearing(self.gearbox, bearing, shaft, place, self.note)
         return Bearing(
-            **at, radial_N_per_mm=across, axial_N_per_mm=self.axial(bearing, shaft.number),
+            **at, axial_N_per_mm=self.axial(bearing, shaft.number),
             tilt_Nmm_per_rad=stiffness(bearing.number_of("bending_stiffness"), RIGID_TILT, "free"),
         )  # fmt: skip
-
-    def across(self, bearing: Component, shaft: Component, place: float) -> Any:
-        """Stiffness across of a bearing of which the file says none: of a concept rigid, else estimated."""
-        if bearing.kind == CONCEPT:
-            self.note(f"{bearing.label}: neither stiffness nor inner geometry: radially rigid, as a concept")
-            return "rigid"
-        found = catalogue_bearing(self.gearbox, bearing, shaft, place, self.note)
-        self.estimated[self.name(bearing)] = found
-        return found.radial_N_per_mm(FIRST_LOAD_N)
 
     def axial(self, bearing: Component, shaft: int) -> Any:
         """Stiffness along the axis; of bearings that take thrust without one, the first of a shaft holds it."""

@@ -13,13 +13,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pmor.body.beam import NODE
+from pmor.body.rolling_bearing import BearingState
 from pmor.core.arrays import FloatArray
 from pmor.gear.classical.iso6336 import running_in
 from pmor.gear.pair import GearPair
 from pmor.machine.coupled import SolvedLoad, SolvedMesh
 from pmor.machine.model import BEARING_ROWS, Supported
 from pmor.machine.readings import Data
-from pmor.machine.rolling_bearing import BearingState
 from pmor.results.load_distribution import line_states
 from pmor.results.sweep import mesh_stiffness
 from pmor.rexs.document import Attributes, Value

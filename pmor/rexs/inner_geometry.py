@@ -9,11 +9,11 @@ from typing import NoReturn
 import numpy as np
 
 from pmor.body.beam import NODE
+from pmor.body.rolling_bearing import LAMINAE, BallBearing, RollerBearing, impossible
 from pmor.case.reader import checked
 from pmor.case.seats import checked_stiffness, refuse_half
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
-from pmor.machine.rolling_bearing import LAMINAE, BallBearing, RollerBearing, impossible
 from pmor.rexs.bearings import KINDS
 from pmor.rexs.joints import axis_of
 from pmor.rexs.model import Component, Gearbox

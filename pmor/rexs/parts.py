@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from pmor.machine.rolling_bearing import STEEL_MODULUS, STEEL_RATIO, BallBearing, RollerBearing
+from pmor.body.rolling_bearing import STEEL_MODULUS, STEEL_RATIO, BallBearing, RollerBearing
 from pmor.rexs.document import Attributes, Document, Value
 
 ALONG, ACROSS = [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]

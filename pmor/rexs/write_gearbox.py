@@ -118,7 +118,7 @@ def _add_bearings(draft: _Draft) -> None:
         place = at([shaft.start_mm + bearing.at_mm, *shaft.at_mm])
         there = {"u_coordinate_on_shaft_inner_side": bearing.at_mm, **place}
         sides = draft.shafts[bearing.shaft], casing if bearing.to == HOUSING else draft.shafts[bearing.to]
-        if (inner := bearing.ball or bearing.roller) is not None:
+        if (inner := bearing.inner) is not None:
             number = add_rolling(document, inner, sides, bearing.name, **there)
         else:
             there |= springs(bearing.radial_N_per_mm, bearing.axial_N_per_mm, bearing.tilt_Nmm_per_rad)

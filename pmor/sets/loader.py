@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
@@ -11,6 +11,8 @@ from pmor.case import Case
 from pmor.case.reader import parse_toml, read_text, sections_in
 from pmor.case.slips import case_slips, slips
 from pmor.core.errors import CaseError, GeometryError, printable
+from pmor.gear.pair import GearPair
+from pmor.sets.layout import Layout
 from pmor.sets.plan import SetPlan, set_plan
 from pmor.sets.reader import SetReader
 from pmor.sets.settings import Carrier, Member, SetSections, Supports
@@ -192,7 +194,11 @@ def checked_set(
         layout = reader.layout(said, shafts is not None)
         pairs = reader.pairs(said, layout)
         reader.check_distances(said, layout, pairs)
-        plan = set_plan(said, layout, pairs, reader.carrier_stiffness(said))
+        carrier = reader.carrier_stiffness(said)
+        plan = set_plan(said, layout, pairs, carrier)
+        if said.pins is not None and (pins := said.pins.linear(_on_planet_N(layout, plan, pairs))) != said.pins:
+            said = replace(said, pins=pins)
+            plan = set_plan(said, layout, pairs, carrier)
     except (CaseError, GeometryError) as error:
         raise type(error)(f"{reader.where}: {str(error).removeprefix(f'{reader.where}: ')}") from None
     most = max((plan.nominal_Nm, *_further_torques(said))) / plan.nominal_Nm
@@ -207,6 +213,12 @@ def checked_set(
     if said.carrier.stiffness is not None:
         inputs = (*inputs[:1], inputs[0].parent / said.carrier.stiffness)
     return SetFile(name, text, said, plan, cases, inputs, notes, changed, *pitches, housed)
+
+
+def _on_planet_N(layout: Layout, plan: SetPlan, pairs: Mapping[str, GearPair]) -> float:
+    """Force of both meshes on a planet, N, by the torque on the sun at its reference circle."""
+    name = layout.shares[0].name
+    return 2e3 * abs(plan.mesh_torques_Nm[name]) / pairs[name].pinion.reference_radius
 
 
 def _part_of_a_gearbox(said: SetSections, shafts: OnShafts) -> SetSections:

@@ -8,10 +8,11 @@ Stepped planets have a second gear, `[second_planet]`, that meshes with the ring
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
+from pmor.body.bearing import AnyBearing
 from pmor.case.reader import Sections
 from pmor.case.training import Positions
 from pmor.core.ranges import METRES, PASCALS, Length, Range, Stiffness, TiltStiffness, Torques, micrometres
@@ -253,7 +254,7 @@ class Supports:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PinBearing:
+class PinBearing(AnyBearing):
     """A bearing of each planet on its pin (`bearings = [{at_mm = 0.0}]` in `[pins]`).
 
     Parameters
@@ -264,11 +265,14 @@ class PinBearing:
         Across the axis.
     tilt_Nmm_per_rad : float, "rigid" or "free"
         About axes across, as of a single bearing that holds the planet alone.
+    ball, roller : BallBearing, RollerBearing
+        Of a bearing by its inner geometry, without contact angle: as stiff as under its share of the forces of both
+        meshes at the torque of `[load]`.
+    catalogue : CatalogueBearing
+        Of a bearing by its sizes alone: the stiffness across is estimated under that load, good to a factor of two.
     """
 
     at_mm: Place
-    radial_N_per_mm: Stiffness = "rigid"
-    tilt_Nmm_per_rad: TiltStiffness = "free"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -307,6 +311,11 @@ class Pins:
     def ends_mm(self) -> tuple[float, float]:
         """Along the axis, from the middle of the face width."""
         return self.middle_mm - 0.5 * self.length_mm, self.middle_mm + 0.5 * self.length_mm
+
+    def linear(self, load_N: float) -> Pins:
+        """Return the pins with bearings by their stiffness under a force on the planet, which they share."""
+        share = load_N / len(self.bearings)
+        return replace(self, bearings=tuple(bearing.linear(share) for bearing in self.bearings))
 
 
 @dataclass(frozen=True, kw_only=True)

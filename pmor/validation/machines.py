@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from pmor.body.rolling_bearing import BallBearing
 from pmor.case import Case, make_case
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 from pmor.line.full_model import solve_angle
 from pmor.line.layered_pair import LayeredPair
-from pmor.machine.rolling_bearing import BallBearing
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import ElasticModel, elastic_model, gear_pair, mesh_model
 from pmor.results.load_distribution import friction_schlenk, loss_factor

@@ -10,10 +10,10 @@ from numpy.testing import assert_allclose
 
 from pmor.app.export import export_file
 from pmor.body.bearing_estimate import CatalogueBearing
+from pmor.body.rolling_bearing import BallBearing, RollerBearing
 from pmor.core.errors import CaseError, OutputError
 from pmor.machine.model import loaded, pinion_torques, speeds_rpm
 from pmor.machine.readings import carried
-from pmor.machine.rolling_bearing import BallBearing, RollerBearing
 from pmor.machine.settings import Gravity
 from pmor.rexs.files import load_gearbox as load
 from pmor.rexs.write_gearbox import gearbox_rexs

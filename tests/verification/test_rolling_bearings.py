@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.machine.rolling_bearing import BallBearing, RollerBearing
+from pmor.body.rolling_bearing import BallBearing, RollerBearing
 
 BALL = {"balls": 7, "ball_diameter_mm": 11.5, "pitch_diameter_mm": 43.5, "youngs_modulus_GPa": 210.0}
 ROLLER = {"rollers": 12, "roller_diameter_mm": 10.0, "effective_length_mm": 9.0, "pitch_diameter_mm": 50.0}

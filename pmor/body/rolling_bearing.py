@@ -33,6 +33,8 @@ from pmor.core.arrays import FloatArray
 from pmor.core.ranges import Length, Range
 
 DOF = 5
+# Displacements across, and about an axis across.
+RADIAL, TILT = np.eye(DOF)[1], np.eye(DOF)[3]
 LAMINAE = 41
 POINT = 1.5
 # ISO/TS 16281, 5.4: logarithmic profile of cylindrical and tapered rollers.
@@ -144,6 +146,16 @@ class BallBearing:
     poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
     first_ball_deg: Annotated[float, Range(-360.0, 360.0, "deg")] = 0.0
 
+    @property
+    def words(self) -> str:
+        """What it is."""
+        return f"{self.balls} balls, ISO/TS 16281"
+
+    @property
+    def element_mm(self) -> tuple[float, float]:
+        """Diameter and length of a rolling element."""
+        return self.ball_diameter_mm, self.ball_diameter_mm
+
     @cached_property
     def contacts(self) -> tuple[PointContact, PointContact]:
         """Contacts of a ball with the inner and the outer raceway."""
@@ -216,6 +228,16 @@ class RollerBearing:
     laminae: Annotated[int, Range(1, 1001)] = LAMINAE
     logarithmic_profile: bool = True
     first_roller_deg: Annotated[float, Range(-360.0, 360.0, "deg")] = 0.0
+
+    @property
+    def words(self) -> str:
+        """What it is."""
+        return f"{self.rollers} rollers, ISO/TS 16281"
+
+    @property
+    def element_mm(self) -> tuple[float, float]:
+        """Diameter and length of a rolling element."""
+        return self.roller_diameter_mm, self.effective_length_mm
 
     @property
     def stiffness_constant(self) -> float:
