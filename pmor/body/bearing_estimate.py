@@ -46,7 +46,9 @@ class CatalogueBearing:
     Parameters
     ----------
     kind : {"ball", "roller", "needle"}
+        Of its rolling elements.
     bore_mm : float
+        Diameter of the bore.
     outer_mm : float or None
         Outer diameter; that of a light series without.
     rows : int

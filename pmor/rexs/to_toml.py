@@ -62,7 +62,7 @@ def _keys(section: Any) -> dict[str, Any]:
         value = getattr(section, item.name)
         if value != (item.default if item.default_factory is MISSING else item.default_factory()):
             keys[item.name] = _written(value)
-    return keys
+    return {"name": keys.pop("name"), **keys} if "name" in keys else keys
 
 
 def _written(value: Any) -> Any:
