@@ -40,7 +40,7 @@ class AnyBearing:
     @property
     def inner(self) -> BallBearing | RollerBearing | None:
         """Its inner geometry; None of one by its stiffness."""
-        return self.ball or self.roller
+        return next((inner for kind in SOLVED if (inner := getattr(self, kind)) is not None), None)
 
     def estimated(self, load_N: float) -> Self:
         """Return a bearing by its stiffness across under a load, where it is known by its sizes alone; else itself."""

@@ -25,8 +25,8 @@ from pmor.machine.settings import (
     Shaft,
     ShaftSection,
 )
-from pmor.rexs.gearbox_bearings import RexsBearings
-from pmor.rexs.inner_geometry import read_housing_matrix
+from pmor.rexs.bearings import RexsBearings
+from pmor.rexs.housing import read_housing_matrix
 from pmor.rexs.joints import COUPLINGS, FITS, RING, axis_of, shafts_of, stages
 from pmor.rexs.loads import RexsLoads, read_gravity
 from pmor.rexs.lubricant import read_lubricant
@@ -136,19 +136,16 @@ class _Draft:
         alike = self.names[component.name] > 1 or component.name == HOUSING
         return printable(f"{component.name} [{component.number}]" if alike else component.name)
 
-    def refuse(self, component: Component, rule: str) -> CaseError:
-        return CaseError(f"{self.path}: {component.label}: {rule}")
-
     def origin(self, shaft: Component) -> list[float]:
         """Where a shaft begins, mm."""
         place = shaft.numbers_of("support_vector")
         if len(place) != 3:
-            raise self.refuse(shaft, "support_vector is missing: the file must say where the shafts are")
+            raise shaft.refusal("support_vector is missing: the file must say where the shafts are")
         if math.dist(axis_of(shaft), [1.0, 0.0, 0.0]) > PARALLEL:
             others = [one.label for kind in UNSOLVED for one in self.gearbox.of_kind(kind)]
             why = f": {', '.join(others)}: bevel, hypoid and worm gears are not solved" if others else ""
             rule = f"its axis is not parallel to that of the first shaft, or looks the other way{why}; "
-            raise self.refuse(shaft, f"{rule}pmor export --to case takes a cylindrical stage alone")
+            raise shaft.refusal(f"{rule}pmor export --to case takes a cylindrical stage alone")
         return place
 
     def shaft(self, shaft: Component) -> Shaft:
@@ -177,7 +174,7 @@ class _Draft:
                 continue
             if ring := next((gear for gear in gears if gear.kind == RING), None):
                 rule = "internal pairs are solved with shafts in planetary stages alone: leave it out of the file"
-                raise self.refuse(ring, rule)
+                raise ring.refusal(rule)
             stage = find_stage(self.gearbox, number, str(self.path))
             read = stage_case(self.path, self.gearbox, stage, f"{self.path}, stage {number}")
             name = names[number]
@@ -199,10 +196,10 @@ class _Draft:
         middle = face_middle(self.gearbox, gear, [1.0, 0.0, 0.0])
         width = gear.number_of("face_width") or stage.number_of("common_face_width")
         if middle is None or not width:
-            raise self.refuse(gear, "u_coordinate_on_shaft or face_width is missing: where is its face?")
+            raise gear.refusal("u_coordinate_on_shaft or face_width is missing: where is its face?")
         return middle - 0.5 * width, middle + 0.5 * width
 
     def gear_place(self, gear: Component, x: float) -> GearPlace:
         for shaft in shafts_of(self.gearbox, gear):
             return GearPlace(shaft=self.name(shaft), at_mm=x - self.origin(shaft)[0])
-        raise self.refuse(gear, "is on no shaft")
+        raise gear.refusal("is on no shaft")

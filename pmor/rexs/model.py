@@ -21,7 +21,7 @@ from xml.parsers import expat
 
 import numpy as np
 
-from pmor.core.errors import FileFormatError
+from pmor.core.errors import CaseError, FileFormatError
 from pmor.core.reading import read_bytes
 from pmor.rexs.units import factor_of
 
@@ -79,6 +79,10 @@ class Component:
     def label(self) -> str:
         """Name in messages."""
         return f"{self.kind} {self.number}" + (f" ({self.name})" if self.name else "")
+
+    def refusal(self, rule: str) -> CaseError:
+        """Return the error of a component that the file does not say enough of."""
+        return CaseError(f"{self.file}: {self.label}: {rule}")
 
     def number_of(self, *attributes: str) -> float | None:
         """Return the first of some attributes that is a finite number, in the units of `FACTORS`; None without any.

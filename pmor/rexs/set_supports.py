@@ -16,7 +16,6 @@ import numpy as np
 
 from pmor.body.beam import Beam, BeamSeat, CircularSection, ShaftMaterial, seated_beam, stations_of
 from pmor.core.arrays import FloatArray
-from pmor.core.errors import CaseError
 from pmor.rexs.bearings import catalogue_bearing
 from pmor.rexs.joints import FITS, axis_of, joints, shafts_of
 from pmor.rexs.model import BEARINGS, CONCEPT, RIGID, RIGID_TILT, Component, Gearbox
@@ -56,10 +55,6 @@ class RexsSupports:
     helical: bool = False
     alone: bool = True
     mesh_N: float = 0.0
-
-    def refuse(self, component: Component, rule: str) -> CaseError:
-        """Return the error of a component that the file does not say enough of."""
-        return CaseError(f"{self.path}: {component.label}: {rule}")
 
     def sections(
         self, sun: Component, planet: Component, carriers: Sequence[Component]
@@ -232,7 +227,7 @@ class RexsSupports:
         """Place of a part on a shaft, mm."""
         foot, place = shaft.numbers_of("support_vector"), part.numbers_of("support_vector")
         if len(foot) != 3 or len(place) != 3:
-            raise self.refuse(part, f"support_vector of it or of {shaft.label} is missing: where does it stand?")
+            raise part.refusal(f"support_vector of it or of {shaft.label} is missing: where does it stand?")
         return round(float(np.dot(np.subtract(place, foot), axis_of(shaft))), DIGITS)
 
     def beam(self, shaft: Component, places: Sequence[float]) -> Beam:
@@ -241,9 +236,9 @@ class RexsSupports:
         borders = [0.0, *np.cumsum([part.length for part in parts]).tolist()]
         sections = [CircularSection(part.outer, part.inner) for part in parts]
         if min(section.outer - section.inner for section in sections) <= 0.0:
-            raise self.refuse(shaft, "has a bore that leaves no material: correct its diameters")
+            raise shaft.refusal("has a bore that leaves no material: correct its diameters")
         if min(places, default=borders[0]) < borders[0] or max(places, default=borders[-1]) > borders[-1]:
-            raise self.refuse(shaft, f"is {borders[-1]:g} mm long, and parts stand beyond its ends")
+            raise shaft.refusal(f"is {borders[-1]:g} mm long, and parts stand beyond its ends")
         stations = stations_of(np.array(borders), places)
         at = np.searchsorted(borders, 0.5 * (stations[1:] + stations[:-1])) - 1
         material = ShaftMaterial(*elastic_constants(self.gearbox, shaft, self.notes.append))

@@ -112,13 +112,9 @@ class PlanetaryStage:
         others = {gear.number: gear for n in self.inner.values() for gear in listed[n] if gear.number not in self.outer}
         self.rings = {ring.number: ring for _, ring in rings.values()}
         if (len(others), len(self.rings)) != (1, 1) or sorted(self.inner) != sorted(self.outer):
-            raise self.refuse(self.stage, "is solved where each planet meshes with one sun and one ring, the same ones")
+            raise self.stage.refusal("is solved where each planet meshes with one sun and one ring, the same ones")
         (self.sun,), (self.ring,) = others.values(), self.rings.values()
         self.planets = [gearbox.components[number] for number in self.outer]
-
-    def refuse(self, component: Component, rule: str) -> CaseError:
-        """Return the error of a component that the file does not say enough of."""
-        return CaseError(f"{self.path}: {component.label}: {rule}")
 
     def read(self, on_sun_Nm: float | None = None) -> ReadSet:
         """Return the stage as a set file.
@@ -180,23 +176,21 @@ class PlanetaryStage:
             for one, other in zip((inner, outer), others, strict=True):
                 alike = [stage.sections | {"title": ""} for stage in (one, other)]
                 if not _alike(*alike):
-                    raise self.refuse(planet, f"differs from {self.planets[0].label}: only equal planets are solved")
+                    raise planet.refusal(f"differs from {self.planets[0].label}: only equal planets are solved")
 
     def gears(self, inner: dict[str, Any], outer: dict[str, Any]) -> dict[str, Any]:
         """Return the sections of the pair and of the members."""
         pair = inner["pair"]
         for key in SHARED:
             if pair[key] != outer["pair"][key]:
-                raise self.refuse(
-                    self.stage, f"{key} is {pair[key]:g} and {outer['pair'][key]:g} of its meshes: no set"
+                raise self.stage.refusal(f"{key} is {pair[key]:g} and {outer['pair'][key]:g} of its meshes: no set"
                 )
         for side in ("pinion", "wheel"):
             for keys in (inner[side], outer[side]):
                 odd = [key for key in ONE_WAY if key in keys or key in keys.get(MODIFICATION, {})]
                 if odd:
-                    raise self.refuse(
-                        self.stage, f"{odd[0]}: gears that differ from end to end are not read: write a set file"
-                    )
+                    rule = f"{odd[0]}: gears that differ from end to end are not read: write a set file"
+                    raise self.stage.refusal(rule)
         distance = pair.get("centre_distance_mm", outer["pair"].get("centre_distance_mm"))
         planet, ring = inner["wheel"], outer["wheel"]
         # Tips of a planet that the file leaves open clear both of its mates.
@@ -230,7 +224,7 @@ class PlanetaryStage:
         shafts = self.member_shafts()
         held = [name for name in shafts if name != driven and self.is_held(shafts[name])]
         if len(held) != 1:
-            raise self.refuse(self.stage, f"{' and '.join(held) or 'no member'} held by the casing: it must be one")
+            raise self.stage.refusal(f"{' and '.join(held) or 'no member'} held by the casing: it must be one")
         return held[0]
 
     def load(self) -> tuple[dict[str, Any], int, dict[str, Any]]:
@@ -247,10 +241,10 @@ class PlanetaryStage:
                     self.notes += [one.note] if one.note else []
         if len(found) != 1:
             names = " and ".join(found) or "no member"
-            raise self.refuse(self.stage, f"a torque enters at {names}: one of sun, ring and carrier must have it")
+            raise self.stage.refusal(f"a torque enters at {names}: one of sun, ring and carrier must have it")
         ((member, torques),) = found.items()
         if min(torques) * max(torques) < 0.0:
-            raise self.refuse(self.stage, f"load cases turn the {member} both ways: keep those of one sense")
+            raise self.stage.refusal(f"load cases turn the {member} both ways: keep those of one sense")
         sense = (-1 if member == "carrier" else 1) * (1 if sum(torques) > 0.0 else -1)
         most = max(map(abs, torques))
         section: dict[str, Any] = {"torque_Nm": -most if member == "carrier" else most, "on": member}
@@ -274,7 +268,7 @@ class PlanetaryStage:
         sun, ring = self.shafts(self.sun), self.shafts(self.ring)
         for component, found in ((self.sun, sun), (self.ring, ring)):
             if not found:
-                raise self.refuse(component, "is on no shaft")
+                raise component.refusal("is on no shaft")
         return {"sun": sun, "ring": ring, "carrier": carrier}
 
     def shafts(self, gear: Component) -> list[Component]:
@@ -289,7 +283,7 @@ class PlanetaryStage:
         """Angle of a planet from the first one of the file, in the sense in which the sun is loaded, deg."""
         places = [np.array(gear.numbers_of("support_vector")) for gear in (self.sun, planet)]
         if any(len(place) != 3 for place in places):
-            raise self.refuse(planet, "support_vector is missing: the file must say where the planets are")
+            raise planet.refusal("support_vector is missing: the file must say where the planets are")
         axis, offset = np.array(axis_of(self.sun)), places[1] - places[0]
         first = self.planets[0].numbers_of("support_vector") - places[0]
         first -= axis * (first @ axis)

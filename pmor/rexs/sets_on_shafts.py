@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from pmor.core.errors import CaseError, printable
+from pmor.core.errors import printable
 from pmor.machine.checks import names_a_file
 from pmor.rexs.joints import joints, stages
 from pmor.rexs.model import BEARINGS, Component, Gearbox
@@ -109,19 +109,13 @@ def _carrier(stage: PlanetaryStage, shafts: list[Component]) -> tuple[list[Compo
     borne = sorted((shaft for shaft in shafts if _borne(stage.gearbox, shaft.number)), key=lambda one: -on[one.number])
     if not borne:
         rule = "no shaft of its carrier has bearings: write a gearbox file with [[sets]], which names one"
-        raise stage.refuse(stage.stage, rule)
+        raise stage.stage.refusal(rule)
     cheeks = [cheek_of(stage.gearbox, shaft) for shaft in borne]
     if None in cheeks:
-        raise stage.refuse(borne[cheeks.index(None)], "is joined to no side_plate: where is the carrier on it?")
+        raise borne[cheeks.index(None)].refusal("is joined to no side_plate: where is the carrier on it?")
     return borne, [cheek for cheek in cheeks if cheek is not None]
 
 
 def _borne(gearbox: Gearbox, number: int) -> bool:
     """Whether a shaft stands in bearings."""
     return any(joint.kind in BEARINGS for joint, _ in joints(gearbox, gearbox.components[number]))
-
-
-def refuse_bearing(bearing: Component) -> CaseError:
-    """Return the error of a bearing in a part of a stage that is no shaft of its own."""
-    rule = "stands in a part of the carrier that is no shaft of its own: write a gearbox file with [[sets]]"
-    return CaseError(f"{bearing.file}: {bearing.label}: {rule}")

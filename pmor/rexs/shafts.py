@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.core.errors import CaseError
 from pmor.rexs.joints import axis_of
 from pmor.rexs.model import Component, Gearbox
 
@@ -43,7 +42,7 @@ def sections_of(gearbox: Gearbox, shaft: Component, note: Note) -> list[Section]
     parts = gearbox.beside(shaft.number, "shaft_section", "assembly")
     places = [part.number_of("u_coordinate_on_shaft") for part in parts]
     if len(parts) > 1 and None in places:
-        raise _refuse(parts[places.index(None)], "u_coordinate_on_shaft is missing: where does it begin?")
+        raise parts[places.index(None)].refusal("u_coordinate_on_shaft is missing: where does it begin?")
     found, end = list[Section](), 0.0
     for place, part in sorted(zip(places, parts, strict=True), key=lambda one: one[0] or 0.0):
         length = part.number_of("length")
@@ -51,11 +50,11 @@ def sections_of(gearbox: Gearbox, shaft: Component, note: Note) -> list[Section]
             [part.number_of(f"{side}_diameter_{at}") for at in ("begin", "end")] for side in ("outer", "inner")
         )
         if length is None or not any(outer):
-            raise _refuse(part, "length or outer_diameter_begin is missing: the file must say its size")
+            raise part.refusal("length or outer_diameter_begin is missing: the file must say its size")
         gap = 0.0 if place is None else place - end
         if gap < -MOST_OVERLAP:
             rule = f"begins at {place:g} mm, where the one before it ends at {end:g} mm: they must follow each other"
-            raise _refuse(part, rule)
+            raise part.refusal(rule)
         if abs(gap) > ROUNDED:
             note(f"{part.label}: begins at {place:g} mm, where the one before it ends at {end:g} mm: taken to reach it")
             before = found.pop() if found else Section(0.0, *_means(outer, inner))
@@ -66,7 +65,7 @@ def sections_of(gearbox: Gearbox, shaft: Component, note: Note) -> list[Section]
         found.append(Section(length, *_means(outer, inner)))
         end += length
     if not found:
-        raise _refuse(shaft, "has no sections: the file must say its diameters")
+        raise shaft.refusal("has no sections: the file must say its diameters")
     return [section for section in found if section.length > 0.0] or found
 
 
@@ -119,7 +118,3 @@ def _turned(component: Component, axes: np.ndarray) -> dict[str, tuple[list[floa
         elif usual:
             found[name] = (axes @ np.array(usual)).tolist(), ""
     return found
-
-
-def _refuse(component: Component, rule: str) -> CaseError:
-    return CaseError(f"{component.file}: {component.label}: {rule}")

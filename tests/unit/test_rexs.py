@@ -15,7 +15,7 @@ from pmor.core.errors import CaseError, FileFormatError
 from pmor.gear.modification import Modification
 from pmor.gear.topography import Topography
 from pmor.pair.model import gear_pair
-from pmor.rexs.inner_geometry import read_housing_matrix
+from pmor.rexs.housing import read_housing_matrix
 from pmor.rexs.model import Component, Gearbox, Relation, read_rexs
 from pmor.rexs.read import read_stage
 from pmor.rexs.stage import find_stage
