@@ -1,0 +1,113 @@
+"""The smallest example of each machine in the matrix of capabilities: plane strain where that is allowed."""
+
+from tests.support.body_meshes import body_mesh, write_mesh
+from tests.support.gearboxes import SMALL, SMALL_CASE
+from tests.support.set_gearboxes import EVEN_SET, one_stage
+from tests.support.small_case import case_text
+from tests.support.small_sets import SMALL_SET
+
+PLANE = {"width": "plane_strain", "profile_elements": 3, "error_bar": True, "element": "hex20"}
+WIDE = {"width": "whole", "profile_elements": 3, "width_elements": 2, "error_bar": True, "element": "hex20"}
+RING = {"teeth": 60, "internal": True, "addendum": 0.8, "root_fillet_mm": 0.6, "rim_thickness_mm": 12.0}
+LUGS = {"held": {"lugs": 6, "lug_deg": 10.0}}
+WEB = {"rim_thickness_mm": 6.0, "web_thickness_mm": 5.0, "hub_radius_mm": 24.0}
+HOLES = {"holes": {"count": 7, "radius_mm": 2.0, "on_radius_mm": 27.5}}
+RELIEF = {"tip_relief_um": 10.0, "tip_relief_start_roll_deg": 27.0}
+COARSE = SMALL_SET.replace("angles_per_pitch = 6\ntorques_Nm = [100.0]", "angles_per_pitch = 4")
+EVEN = COARSE.replace("tangential_um = [10.0, 0.0, 0.0]\n", "")
+STEPPED = EVEN.replace("[planet]\nteeth = 18", "[planet]\nteeth = 24").replace("teeth = 54", "teeth = 57")
+STEPPED = STEPPED.replace("[ring]", "[second_planet]\nteeth = 15\nbore_radius_mm = 15.0\n[ring]")
+SPLIT = """
+[pair]
+module_mm = 4.0
+face_width_mm = 20.0
+[[gears]]
+name = "input"
+at_mm = [0.0, 0.0]
+torque_Nm = 100.0
+[[gears]]
+name = "left"
+at_mm = [-78.0, 0.0]
+[[gears]]
+name = "right"
+at_mm = [78.0, 0.0]
+[[gears]]
+name = "output"
+at_mm = [0.0, 104.0]
+torque_Nm = "balance"
+[[meshes]]
+gears = ["input", "left"]
+[[meshes]]
+gears = ["input", "right"]
+[[meshes]]
+gears = ["left", "output"]
+[[meshes]]
+gears = ["right", "output"]
+[input]
+teeth = 18
+bore_radius_mm = 18.0
+[left]
+teeth = 21
+bore_radius_mm = 21.0
+[right]
+teeth = 21
+bore_radius_mm = 21.0
+[output]
+teeth = 44
+bore_radius_mm = 44.0
+[sweep]
+angles_per_pitch = 4
+[mesh]
+profile_elements = 3
+width_elements = 2
+"""
+
+
+def _pair(mesh=PLANE, torque=100.0, **more):
+    sections = {
+        "contact": {"scheme": "line", "lodm_profile": 2}, "reduction": None, "offline": None, "mesh": mesh,
+        "load": {"torque_Nm": torque}, "online": {"angles_per_pitch": 4, "torques_Nm": [torque]},
+        "compare": {"angles": 2, "torques_Nm": [torque]}, "results": {"maps": True, "harris_torques_Nm": [torque]},
+    }  # fmt: skip
+    return case_text(**{**sections, **more})
+
+
+def _blank(**more):
+    return _pair(WIDE | {"error_bar": False}, **{"pinion.blank": WEB | more})
+
+
+# Rows of the page of the manual: what a machine has, and its file.
+ROWS = {
+    "spur": _pair(),
+    "helical": _pair(WIDE, pair={"helix_angle_deg": 12.0}),
+    "internal": _pair(pinion={"teeth": 20}, wheel=RING),
+    "modified": _pair(**{"pinion.modification": RELIEF}),
+    "misaligned": _pair(WIDE, misalignment={"in_plane_um": 5.0}),
+    "pitch deviations": _pair(**{"pinion.modification": {"pitch_deviations_um": [0.0, 3.0, *[0.0] * 19]}}),
+    "eccentric": EVEN + "[eccentricity]\nsun_um = 5.0\n",
+    "coast flanks": _pair(torque=-100.0),
+    "light blank": _blank(),
+    "holes": _blank(**HOLES),
+    "body by a mesh": _pair(WIDE | {"error_bar": False}, **{"pinion.blank": {"mesh": "body.inp"}}),
+    "ring at lugs": _pair(WIDE, pinion={"teeth": 20}, wheel=RING | LUGS),
+    "supports": EVEN + "[supports]\nsun_radial_N_per_mm = 2e5\nplanet_radial_N_per_mm = 5e5\n",
+    "shafts and bearings": SMALL.replace('name = "drive"\n', 'name = "drive"\nspeed_rpm = 1000.0\nhours = 10.0\n'),
+    "planetary set": COARSE + "[tolerances]\npins_tangential_um = 5.0\nsamples = 8\n",
+    "stepped planets": STEPPED,
+    "power split": SPLIT,
+    "set in a gearbox": one_stage(),
+}
+
+
+def _solid(radius, *_):
+    return radius > 0.0
+
+
+def written_row(row, folder):
+    """Write the machine of a row with the files that it names, and return its path."""
+    (folder / "small.toml").write_text(EVEN_SET if row == "set in a gearbox" else SMALL_CASE)
+    if row == "body by a mesh":
+        write_mesh(folder / "body.inp", *body_mesh((20.0, 24.0, 30.0, 34.0), (-10.0, 0.0, 10.0), 42, _solid))
+    path = folder / "machine.toml"
+    path.write_text(ROWS[row])
+    return path
