@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from pmor.app.geometry import geometry
 from pmor.app.skipped import computed, remarks, scene, skipped
 from pmor.case import Case, condition_words, describe, model_names, other_models, short_list
-from pmor.case.capability import why_not
+from pmor.case.capability import left_out, why_not
 from pmor.case.document import GEARS
 from pmor.case.width import asks_for_live_page, intervals_across, meshed_width, sections_across, takes_whole_width
 from pmor.core.memory import memory_text
@@ -198,6 +198,7 @@ def _computed_and_skipped(case: Case) -> list[str]:
     lines.append("Left out: what, because, saves")
     for item in skipped(found):
         lines += [f"  {item.what:<32} {item.why}", f"  {'':<32} saves {item.saving}"]
+    lines += [f"  {what:<32} {why}" for what, why in left_out(case)]
     return [*lines, *(f"! {remark}" for remark in remarks(found))]
 
 

@@ -77,6 +77,7 @@ def _untrained(case: Case) -> str:
     )
 
 
+ON_SHAFTS = "meshes on shafts, under loads with speed, hours and lubricant: put it in a gearbox file"
 OF_CASES = (
     Limit(lambda case: case.reduction.shapes != "line_loads",
           ("campaign", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set"), _untrained),
@@ -97,9 +98,8 @@ OF_CASES = (
           "gears that are rigid at their bores: leave one_piece out"),
     Limit(lambda case: any(case.pair.holes), ("classical", "exudyn", "fmu", "gearbox", "page", "vtkhdf"),
           "no holes, with which it does not repeat each mesh cycle: leave them out"),
-    Limit(_always, ("duty", "tolerances"),
-          lambda case: f"a machine of several loads or planets: put the pair of case {case.name} in a gearbox file, or "
-          "search a design with its scatter"),
+    Limit(_always, ("losses", "duty"), ON_SHAFTS),
+    Limit(_always, ("tolerances",), "planets, whose errors share out the load: flanks of a pair scatter in a design"),
 )  # fmt: skip
 
 
@@ -127,7 +127,7 @@ ALL_FE = "reduced models: line loads of all meshes at once are exact on full fin
 OF_SETS = (
     Limit(_always, ("full",), ALL_FE),
     Limit(_always, ("error_bar",), "pairs: leave it out, and solve the set on more elements to see their error"),
-    Limit(_always, ("losses", "duty"), "meshes on shafts: put the set in a gearbox file, whose loads have hours"),
+    Limit(_always, ("losses", "duty"), ON_SHAFTS),
     Limit(lambda file: file.sections.gears, ("tolerances",),
           "planets, whose errors share out the load: leave [tolerances] out of a train on fixed axes"),
     Limit(lambda file: file.sections.gears, ("campaign",),
@@ -207,10 +207,10 @@ def rule_of(kind: str, capability: Capability) -> str:
 
 
 def left_out(machine: Any) -> list[tuple[str, str]]:
-    """Return what results of a set or a gearbox leave out whatever is asked for: what, and why."""
+    """Return what cannot be asked of a machine, and what no results of its kind have: what, and why."""
     asked = ((NAMES[capability], why_not(machine, capability)) for capability in ASKED)
     listed = [(name, why.removeprefix(f"{name} ")) for name, why in asked if why]
-    return [*listed, *NEVER[type(machine).__name__]]
+    return [*listed, *NEVER.get(type(machine).__name__, ())]
 
 
 def refuse_beyond(machine: Any, capability: Capability, where: str | None = None) -> None:

@@ -6,8 +6,8 @@ from tests.support.set_gearboxes import EVEN_SET, one_stage
 from tests.support.small_case import case_text
 from tests.support.small_sets import SMALL_SET
 
-PLANE = {"width": "plane_strain", "profile_elements": 3, "error_bar": True, "element": "hex20"}
-WIDE = {"width": "whole", "profile_elements": 3, "width_elements": 2, "error_bar": True, "element": "hex20"}
+PLANE = {"width": "plane_strain", "profile_elements": 4, "error_bar": True, "element": "hex20"}
+WIDE = {"width": "whole", "profile_elements": 4, "width_elements": 2, "error_bar": True, "element": "hex20"}
 RING = {"teeth": 60, "internal": True, "addendum": 0.8, "root_fillet_mm": 0.6, "rim_thickness_mm": 12.0}
 LUGS = {"held": {"lugs": 6, "lug_deg": 10.0}}
 WEB = {"rim_thickness_mm": 6.0, "web_thickness_mm": 5.0, "hub_radius_mm": 24.0}
@@ -17,50 +17,22 @@ COARSE = SMALL_SET.replace("angles_per_pitch = 6\ntorques_Nm = [100.0]", "angles
 EVEN = COARSE.replace("tangential_um = [10.0, 0.0, 0.0]\n", "")
 STEPPED = EVEN.replace("[planet]\nteeth = 18", "[planet]\nteeth = 24").replace("teeth = 54", "teeth = 57")
 STEPPED = STEPPED.replace("[ring]", "[second_planet]\nteeth = 15\nbore_radius_mm = 15.0\n[ring]")
-SPLIT = """
-[pair]
-module_mm = 4.0
-face_width_mm = 20.0
-[[gears]]
-name = "input"
-at_mm = [0.0, 0.0]
-torque_Nm = 100.0
-[[gears]]
-name = "left"
-at_mm = [-78.0, 0.0]
-[[gears]]
-name = "right"
-at_mm = [78.0, 0.0]
-[[gears]]
-name = "output"
-at_mm = [0.0, 104.0]
-torque_Nm = "balance"
-[[meshes]]
-gears = ["input", "left"]
-[[meshes]]
-gears = ["input", "right"]
-[[meshes]]
-gears = ["left", "output"]
-[[meshes]]
-gears = ["right", "output"]
-[input]
-teeth = 18
-bore_radius_mm = 18.0
-[left]
-teeth = 21
-bore_radius_mm = 21.0
-[right]
-teeth = 21
-bore_radius_mm = 21.0
-[output]
-teeth = 44
-bore_radius_mm = 44.0
-[sweep]
-angles_per_pitch = 4
-[mesh]
-profile_elements = 3
-width_elements = 2
-"""
+# Two equal paths from a pinion to a coaxial wheel.
+SPLIT_GEARS = {
+    "input": (18, 0.0, "torque_Nm = 100.0"), "output": (24, 0.0, 'torque_Nm = "balance"'),
+    "left_wheel": (24, -84.0, 'shaft = "left"'), "left_pinion": (18, -84.0, 'shaft = "left"'),
+    "right_wheel": (24, 84.0, 'shaft = "right"'), "right_pinion": (18, 84.0, 'shaft = "right"'),
+}  # fmt: skip
+SPLIT_MESHES = ("input", "left_wheel"), ("input", "right_wheel"), ("left_pinion", "output"), ("right_pinion", "output")
+SPLIT = "\n".join(
+    [
+        *(f'[[gears]]\nname = "{name}"\nat_mm = [{x}, 0.0]\n{more}' for name, (_, x, more) in SPLIT_GEARS.items()),
+        *(f'[[meshes]]\ngears = ["{one}", "{other}"]' for one, other in SPLIT_MESHES),
+        *(f"[{name}]\nteeth = {z}\nbore_radius_mm = {z}.0" for name, (z, *_) in SPLIT_GEARS.items()),
+        "[pair]\nmodule_mm = 4.0\nface_width_mm = 20.0\n[sweep]\nangles_per_pitch = 4",
+        "[mesh]\nprofile_elements = 3\nwidth_elements = 2\n",
+    ]
+)
 
 
 def _pair(mesh=PLANE, torque=100.0, **more):
