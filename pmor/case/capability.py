@@ -77,7 +77,6 @@ def _untrained(case: Case) -> str:
     )
 
 
-ON_SHAFTS = "meshes on shafts, under loads with speed, hours and lubricant: put it in a gearbox file"
 OF_CASES = (
     Limit(lambda case: case.reduction.shapes != "line_loads",
           ("campaign", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set"), _untrained),
@@ -98,7 +97,7 @@ OF_CASES = (
           "gears that are rigid at their bores: leave one_piece out"),
     Limit(lambda case: any(case.pair.holes), ("classical", "exudyn", "fmu", "gearbox", "page", "vtkhdf"),
           "no holes, with which it does not repeat each mesh cycle: leave them out"),
-    Limit(_always, ("losses", "duty"), ON_SHAFTS),
+    Limit(_always, ("duty",), "sets and gearboxes, whose loads have hours: put the pair in a gearbox file"),
     Limit(_always, ("tolerances",), "planets, whose errors share out the load: flanks of a pair scatter in a design"),
 )  # fmt: skip
 
@@ -127,7 +126,6 @@ ALL_FE = "reduced models: line loads of all meshes at once are exact on full fin
 OF_SETS = (
     Limit(_always, ("full",), ALL_FE),
     Limit(_always, ("error_bar",), "pairs: leave it out, and solve the set on more elements to see their error"),
-    Limit(_always, ("losses", "duty"), ON_SHAFTS),
     Limit(lambda file: file.sections.gears, ("tolerances",),
           "planets, whose errors share out the load: leave [tolerances] out of a train on fixed axes"),
     Limit(lambda file: file.sections.gears, ("campaign",),
@@ -153,7 +151,6 @@ OF_GEARBOXES = (
     Limit(_always, ("error_bar",), "pairs: leave it out, and run the pair's own case to see it"),
     Limit(_always, ("tolerances",), "planetary sets: run the set's own file to see them"),
     Limit(lambda file: file.model.sets, ("page",), "meshes of pairs: leave [[sets]] out, they have files of their own"),
-    Limit(_always, ("tables",), "pairs and sets: those of a gearbox are in gearbox.json"),
 )  # fmt: skip
 LIMITS: Mapping[str, tuple[Limit, ...]] = {"Case": OF_CASES, "SetFile": OF_SETS, "GearboxFile": OF_GEARBOXES}
 # What takes the parts of a machine one by one: what a case of it does not take, the machine does not either.

@@ -82,7 +82,7 @@ class Machine:
         assert min(numbers(self.data, "flank_pressure_max_MPa")) > 0.0
 
     def losses(self):
-        assert numbers(self.data, "losses_W")
+        assert max(numbers(self.data, "loss_factor")) > 0.0
 
     def duty(self):
         assert "duty" in self.data
