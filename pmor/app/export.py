@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pmor.app.records import kind_of
+from pmor.app.records import KINDS, called, kind_of
 from pmor.case.capability import refuse_beyond
 from pmor.case.reader import Reader
 from pmor.core.errors import CaseError, OutputError, printable
@@ -28,7 +29,7 @@ ENDINGS = {"case": ".toml", "csv": "_tables", "fmu": ".fmu", "gearbox": ".toml",
 TAKEN = {
     "csv": "takes a basis or results.h5; pmor run leaves results.h5 of a set",
     "fmu": "takes a basis, which a set has none of",
-    "rexs": "takes a basis, or the file of a gearbox or set; pmor run leaves set.rexs with results of a set",
+    "rexs": "takes a basis, or the file of a machine; pmor run leaves set.rexs with results of a set",
     "vtkhdf": "takes a basis; pmor run leaves set.vtkhdf of a set",
 }
 # Formats that arguments belong to.
@@ -48,7 +49,7 @@ def export_file(
     Parameters
     ----------
     source : Path or str
-        A basis; a REXS file for a case or a gearbox; a file of results for tables; a gearbox or set file for REXS,
+        A basis; a REXS file for a case or a gearbox; a file of results for tables; the file of a machine for REXS,
         without results.
     to : {"case", "csv", "fmu", "gearbox", "rexs", "vtkhdf"}
         A case; tables of a sweep or of results; a unit for co-simulation; a gearbox file with its cases beside it; the
@@ -184,19 +185,24 @@ def _gearbox(source: Path, path: Path, overwrite: bool) -> None:
 
 
 def _machine(source: Path, path: Path, overwrite: bool) -> None:
-    """Write a set or a gearbox as REXS, without results."""
+    """Write a case, a set or a gearbox as REXS, without results."""
+    from pmor.pair.model import gear_pair
     from pmor.rexs.document import save
-    from pmor.rexs.files import load_gearbox, load_set
+    from pmor.rexs.write import rexs_text
     from pmor.rexs.write_gearbox import gearbox_rexs
     from pmor.rexs.write_set import set_rexs
 
-    if kind_of(source) == "set":
-        of_set = load_set(source)
-        save(path, overwrite, lambda date: set_rexs(of_set, None, date))
-        return
-    file = load_gearbox(source)
+    kind = kind_of(source)
+    texts: dict[str, Callable[[Any, str], bytes]] = {
+        "case": lambda case, date: rexs_text(case, gear_pair(case), None, date),
+        "set": lambda file, date: set_rexs(file, None, date),
+        "gearbox": lambda file, date: gearbox_rexs(file, (), (), date),
+    }
+    if kind not in texts:
+        raise CaseError(f"{source}: is {KINDS[kind].words}: --to rexs takes the file of a machine, name that")
+    file = called(KINDS[kind].load)(source)
     refuse_beyond(file, "rexs", str(source))
-    save(path, overwrite, lambda date: gearbox_rexs(file, (), (), date))
+    save(path, overwrite, lambda date: texts[kind](file, date))
 
 
 def _reduced(source: Path, to: str) -> ReducedPair:

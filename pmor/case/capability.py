@@ -81,7 +81,7 @@ OF_CASES = (
     Limit(lambda case: case.reduction.shapes != "line_loads",
           ("campaign", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set"), _untrained),
     Limit(lambda case: case.flank != "drive",
-          ("exudyn", "fmu", "gearbox", "page", "rexs", "vtkhdf"),
+          ("exudyn", "fmu", "gearbox", "page", "rexs"),
           "drive flanks: give [load] torque_Nm positive, and the coast flanks as a [[condition]]"),
     Limit(lambda case: any(m.pitch_deviations_um for m in (case.pinion_modification, case.wheel_modification)),
           ("exudyn", "fmu"), "no pitch deviations, with which it does not repeat each mesh cycle: leave them out"),

@@ -39,6 +39,9 @@ from pmor.storage.atomic import atomic_path
 from pmor_online.model import ReducedPair
 
 STEPS_PER_PITCH = 20
+# From the image of a pair that is turned backwards to the pair; nodes of its hexahedra, whose bottom becomes the top.
+REFLECTION = np.diag([-1.0, 1.0, 1.0])
+REFLECTED = np.array([4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11, 16, 17, 18, 19])
 # How far beyond the path of contact the passage of a tooth pair is followed, in pitches.
 BEYOND = 0.1
 #: fields at the nodes, and their components
@@ -51,7 +54,8 @@ FIELDS = {
 RIM_ALONE = "teeth and the outer part of the rim, on the elastic rim, web and hub below, which have no mesh here"
 
 
-#: where sectors of pinion and wheel are in the undeformed pair: rotation (3, 3) and shift (3,), mm, of their frames
+#: where sectors of pinion and wheel are in the undeformed pair: rotation (3, 3) and shift (3,), mm, of their frames; of
+#: coast flanks, which are solved as their image, with the reflection back
 Placed = Sequence[tuple[FloatArray, FloatArray]]
 
 
@@ -155,7 +159,8 @@ def _placed(reduced: ReducedPair) -> Placed:
     middle = 0.5 * sum(pair.meshing_range)
     angles = middle, math.pi + float(pair.wheel_tooth_rotation(middle))
     shifts = np.zeros(3), np.array([0.0, pair.centre_distance, 0.0])
-    return [(rotation_z(angle), shift) for angle, shift in zip(angles, shifts, strict=True)]
+    image = REFLECTION if reduced.basis.case.flank == "coast" else np.eye(3)
+    return [(image @ rotation_z(angle), shift) for angle, shift in zip(angles, shifts, strict=True)]
 
 
 def _fields(
@@ -221,7 +226,8 @@ def _grid(gears: tuple[ElasticGear, ElasticGear], placed: Placed) -> Grid:
     for mesh, (rotation, shift) in zip((gear.mesh for gear in gears), placed, strict=True):
         elements = mesh.elements[:, :QUADRATIC_NODES]
         own, number = np.unique(elements, return_inverse=True)
-        cells.append(firsts[-1] + number.reshape(elements.shape))
+        order = REFLECTED[: elements.shape[1]] if np.linalg.det(rotation) < 0.0 else slice(None)
+        cells.append(firsts[-1] + number.reshape(elements.shape)[:, order])
         points.append(mesh.nodes[own] @ rotation.T + shift)
         firsts.append(firsts[-1] + len(own))
     nodes = np.concatenate(cells)

@@ -9,6 +9,7 @@ import pytest
 
 import pmor
 from pmor.app.cli import main
+from pmor.case.capability import LIMITS, Limit
 from pmor.dynamics.fmu import law
 from pmor.dynamics.force_table import tabulate
 from pmor.rexs.model import read_rexs
@@ -120,7 +121,7 @@ def test_what_cannot_be_made_is_refused_in_one_line(arguments, message, tmp_path
 
 @pytest.mark.parametrize("to", ["fmu", "rexs", "vtkhdf"])
 def test_formats_refuse_the_cases_that_the_table_of_capabilities_keeps_from_them(to, basis, tmp_path, monkeypatch):
-    monkeypatch.setattr("pmor.case.capability.LIMITS", ((lambda case: "no such case", (to,)),))
+    monkeypatch.setitem(LIMITS, "Case", (Limit(lambda case: True, (to,), "no such case"),))
     with pytest.raises(pmor.CaseError, match="takes no such case"):
         pmor.export_file(basis, to, tmp_path / "new")
     assert not (tmp_path / "new").exists()

@@ -13,6 +13,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import load_case
+from pmor.case.capability import LIMITS, Limit
 from pmor.case.width import case_of_page
 from pmor.gear.condition import Condition, Misalignment
 from pmor.gear.modification import Modification
@@ -284,7 +285,7 @@ def test_pages_of_trained_shapes_and_of_fine_meshes_say_why_there_is_none(small_
 
 def test_the_report_leaves_classical_formulas_out_where_they_do_not_take_the_case(spur, monkeypatch):
     titles = [getattr(block, "title", "") for block in run_blocks(spur[0], [])]
-    monkeypatch.setattr("pmor.case.capability.LIMITS", ((lambda case: "no such case", ("classical",)),))
+    monkeypatch.setitem(LIMITS, "Case", (Limit(lambda case: True, ("classical",), "no such case"),))
     without = [getattr(block, "title", "") for block in run_blocks(spur[0], [])]
     assert [title for title in titles if title not in without] == ["Classical formulas for the same pair"]
 

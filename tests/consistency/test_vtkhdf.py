@@ -1,5 +1,6 @@
 """VTKHDF: what VTK reads is what was computed, and it is a body in equilibrium."""
 
+from dataclasses import replace
 from itertools import product
 
 import h5py
@@ -111,6 +112,22 @@ def test_the_mesh_is_stored_once(written):
         assert not root["Steps/ConnectivityIdOffsets"][:].any()
         assert len(root["PointData/displacement_mm"]) == count * len(root["Points"])
         assert root["Connectivity"][:].max() == len(root["Points"]) - 1
+
+
+def test_coast_flanks_of_equal_teeth_are_the_mirror_image_of_the_drive_flanks(basis, written, tmp_path, monkeypatch):
+    """Points and displacements to the other side of the plane of the axes, elements still the right way round."""
+    monkeypatch.setattr(vtkhdf, "STEPS_PER_PITCH", STEPS)
+    reduced = reduced_pair(read_basis(basis))
+    coast = replace(reduced, basis=replace(reduced.basis, case=replace(reduced.basis.case, flank="coast")))
+    export(coast, tmp_path / "coast.vtkhdf")
+    with h5py.File(written) as drive, h5py.File(tmp_path / "coast.vtkhdf") as other:
+        reflected = np.array([-1.0, 1.0, 1.0])
+        assert_allclose(other["VTKHDF/Points"][:], drive["VTKHDF/Points"][:] * reflected, atol=1e-12)
+        moved = step_of(other, "displacement_mm", 3)
+        assert_allclose(moved, step_of(drive, "displacement_mm", 3) * reflected, atol=1e-9)
+        points, corners = other["VTKHDF/Points"][:], other["VTKHDF/Connectivity"][:8]
+        edges = points[corners[[1, 3, 4]]] - points[corners[0]]
+        assert np.linalg.det(edges) > 0.0
 
 
 def test_the_integral_of_the_pressure_shown_is_the_force_on_the_tooth(basis, written):
