@@ -88,7 +88,7 @@ def assert_page_agrees(box, setting, expected):
         assert_allclose(found["ste"], ste, rtol=0.0, atol=AGREES * np.abs(ste).max())
 
 
-@pytest.mark.parametrize("number", [0, 1])
+@pytest.mark.parametrize("number", [pytest.param(0, marks=pytest.mark.slow), 1])
 def test_each_load_is_that_of_the_program(box, number):
     assert_page_agrees(box, setting_of(box, load=number), box.loads[number])
 
@@ -162,7 +162,7 @@ def with_housing(model, rng):
 
 
 @pytest.mark.parametrize(("radial", "tilt"), [("rigid", "rigid"), ("rigid", "free"), (5e5, "free"), (2e5, 1e8)])
-@pytest.mark.parametrize("housed", [False, True])
+@pytest.mark.parametrize("housed", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_shafts_bearings_and_a_housing_are_condensed_without_loss(radial, tilt, housed, rng):
     """A bearing between shafts among them."""
     model = fva_box(radial, radial, tilt).model

@@ -57,7 +57,10 @@ LENGTHS = ("module_mm", "face_width_mm", "centre_distance_mm", "bore_radius_mm")
 every_scheme = pytest.mark.parametrize("scheme", SCHEMES)
 # Each pair in line contact, and each of the other schemes on one of them.
 every_relation = pytest.mark.parametrize(
-    ("name", "scheme"), [*((name, "line") for name in PAIRS), *zip(PAIRS, NODAL, strict=True)]
+    ("name", "scheme"),
+    [*((name, "line") for name in PAIRS),
+     *(pytest.param(*both, marks=() if both[1] == "direct" else pytest.mark.slow)
+       for both in zip(PAIRS, NODAL, strict=True))],
 )
 
 

@@ -49,7 +49,7 @@ def run_of(model, folder):
     return run_online(reduced_pair(model.basis), path)
 
 
-@pytest.fixture(scope="module", params=["spur", "helical"])
+@pytest.fixture(scope="module", params=["spur", pytest.param("helical", marks=pytest.mark.slow)])
 def run(request, tmp_path_factory):
     found = run_of(model_of(request.param), tmp_path_factory.mktemp("run"))
     return replace(found, sweep=replace(found.sweep, mesh_error_percent=np.array([0.2, 0.3])))  # the basis has none

@@ -164,9 +164,9 @@ def check_sets(count, seed):
 
 
 def test_random_sets_run_without_overlap_or_are_refused_with_the_reason():
-    tally = check_sets(30, 5)
-    assert tally["accepted"] > 2
-    assert tally["assembly"] > 2
+    tally = check_sets(20, 5)
+    assert tally["accepted"] > 1
+    assert tally["assembly"] > 1
 
 
 @pytest.mark.slow

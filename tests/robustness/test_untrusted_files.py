@@ -31,7 +31,7 @@ def refused_by_online(path, words):
     assert not (path.parent / "out").exists()
 
 
-@pytest.mark.parametrize("name", ["../../..", "/tmp/elsewhere"])
+@pytest.mark.parametrize("name", ["../../..", pytest.param("/tmp/elsewhere", marks=pytest.mark.slow)])
 def test_the_name_in_a_basis_is_no_path(name, basis, tmp_path, undrawn, monkeypatch, capsys):
     inner = tmp_path / "one" / "two"
     inner.mkdir(parents=True)

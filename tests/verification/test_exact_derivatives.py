@@ -43,7 +43,9 @@ def relief_begins(reduced, gear, key, value, lines):
     return (near & (lines.load_N_per_mm[0] > 0.0)).any(axis=(1, 2))
 
 
-@pytest.mark.parametrize("name", ["spur", "unequal", "edges", "helical", "quadratic"])
+@pytest.mark.parametrize(
+    "name", ["spur", "edges", "helical", *(pytest.param(n, marks=pytest.mark.slow) for n in ("unequal", "quadratic"))]
+)
 def test_tangent_stiffness_is_the_difference_quotient_in_torque(name):
     """On plain and modified flanks; where a tip corner carries, as on plain ones, its lever turns with the advance."""
     _, reduced = models(name)

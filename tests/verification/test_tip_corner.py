@@ -211,7 +211,9 @@ def plane_pair(**pinion):
 
 
 @pytest.mark.parametrize("end", ["entry", "exit"])
-@pytest.mark.parametrize("pinion", [{}, {"tip_rounding_mm": 0.2}, {"tip_chamfer_mm": 0.2}])
+@pytest.mark.parametrize(
+    "pinion", [{}, {"tip_rounding_mm": 0.2}, pytest.param({"tip_chamfer_mm": 0.2}, marks=pytest.mark.slow)]
+)
 def test_gap_and_approach_go_on_smoothly_over_the_end_of_the_path(end, pinion):
     """Where the contact passes from the flank to its edge, under one load."""
     meshed = plane_pair(**pinion)[1].mesh.meshed
