@@ -127,7 +127,7 @@ class SlidingLoads(SectionLoads, Protocol):
 
 
 def loss_factor(pair: GearPair, lines: SlidingLoads) -> FloatArray:
-    """Return H_VL of each torque, shape (D,); NaN where nothing carries.
+    """Return H_VL of each torque, shape (D,), of the positions that carry; NaN where none does.
 
     Parameters
     ----------
@@ -140,8 +140,9 @@ def loss_factor(pair: GearPair, lines: SlidingLoads) -> FloatArray:
     force = lines.load_N_per_mm * lines.width_mm
     total = force.sum(axis=(2, 3))
     lost = np.einsum("daps,aps->da", force, np.where(np.isfinite(sliding), sliding, 0.0))
-    share = np.divide(lost, total, out=np.full(total.shape, np.nan), where=total > 0.0)
-    return np.asarray(share.mean(axis=1) / math.cos(pair.base_helix_angle))
+    share, count = np.divide(lost, total, out=np.zeros(total.shape), where=total > 0.0), (total > 0.0).sum(axis=1)
+    mean = np.divide(share.sum(axis=1), count, out=np.full(count.shape, np.nan), where=count > 0)
+    return np.asarray(mean / math.cos(pair.base_helix_angle))
 
 
 def friction_schlenk(
