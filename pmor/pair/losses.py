@@ -36,7 +36,9 @@ class Lubricant:
 def mesh_losses(
     pair: GearPair, factor: float, force_N: float, pinion_rpm: float | None, lubricant: Lubricant
 ) -> dict[str, Any]:
-    """Return friction, power and power lost in a mesh; None without a speed, at rest, or where the factor is not known.
+    """Return friction, power and power lost in a mesh; None without a speed, at rest, or where they are not known.
+
+    A mesh that carries nothing loses nothing.
 
     Parameters
     ----------
@@ -47,8 +49,11 @@ def mesh_losses(
     pinion_rpm : float or None
         Against the line of centres: that of the gears of a set counts from its carrier.
     """
-    if not pinion_rpm or not math.isfinite(factor) or not math.isfinite(force_N):
-        return dict.fromkeys(("friction", "power_W", "losses_W", "efficiency"))
+    nothing: dict[str, Any] = dict.fromkeys(("friction", "power_W", "losses_W", "efficiency"))
+    if not pinion_rpm or not math.isfinite(force_N):
+        return nothing
+    if not math.isfinite(factor):
+        return nothing | ({"power_W": 0.0, "losses_W": 0.0} if force_N == 0.0 else {})
     friction = lubricant.friction
     if friction == "schlenk":
         of_oil = lubricant.viscosity_mPas, lubricant.roughness_um, lubricant.lubricant_factor

@@ -1,6 +1,5 @@
 """A gearbox as a command and in Python: the same files, bases taken over, failed loads beside those that hold."""
 
-import csv
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -24,6 +23,7 @@ from pmor.results.quantities import OF_MESHES, TABLE
 from pmor.sets.duty import LISTED
 from pmor_online.model import with_flanks
 from tests.support.gearboxes import INLINE, SMALL, written
+from tests.support.stored_files import rows_of
 
 PAGE = Path(__file__).parents[2] / "cases" / "manual" / "machines.md"
 # Newton's method ends so close, from whichever start.
@@ -228,7 +228,7 @@ def _spectrum_keys():
 def test_arrays_and_tables_of_a_gearbox_are_those_of_its_meshes_under_each_load(job, tmp_path):
     path, out = job
     found, data = pmor.load_results(out / "results.h5"), json.loads((out / "gearbox.json").read_text())
-    rows = list(csv.DictReader((out / "meshes.csv").open()))
+    rows = rows_of(out / "meshes.csv")
     for entry, row in zip(data["loads"], rows, strict=True):
         (mesh,) = entry["meshes"]
         place = f"meshes/mesh/{entry['name']}"
@@ -242,7 +242,7 @@ def test_arrays_and_tables_of_a_gearbox_are_those_of_its_meshes_under_each_load(
     assert "meshes/mesh/drive/lines/load" in text
     assert main(["export", str(out / "results.h5"), "--to", "csv", "-o", str(tmp_path)]) == 0
     ste = np.loadtxt(tmp_path / "meshes_mesh_drive_ste_per_torque_per_angle.csv", delimiter=",", skiprows=7)
-    of_load = [row for row in csv.DictReader((out / "ste.csv").open()) if row["load"] == "drive"]
+    of_load = [row for row in rows_of(out / "ste.csv") if row["load"] == "drive"]
     assert_allclose(ste[:, 2], [float(row["ste_um"]) for row in of_load], rtol=0.0)
     again = pmor.run(path, out)
     assert list(again.columns()) == ["load", "part", "phi_rad", "torque_Nm", "ste_um", "converged"]
