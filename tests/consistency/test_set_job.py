@@ -24,12 +24,15 @@ from tests.support.small_sets import NO_STRESS, SMALL_CHAIN, SMALL_SET, written_
 CASES = Path(__file__).parents[2] / "cases"
 # Solutions by Newton's method, to its tolerance.
 SOLVED = 1e-8
+LOADS = "".join(f'[[loads]]\nname = "{name}"\ntorque_Nm = {torque}\nhours = {hours}\n'
+                for name, torque, hours in (("low", 100.0, 30.0), ("high", 300.0, 10.0)))  # fmt: skip
+TIMED = SMALL_SET.replace("[load]", f"{LOADS}[load]\nspeed_rpm = 1200.0")
 
 
 @pytest.fixture(scope="module")
 def job(tmp_path_factory):
     folder = tmp_path_factory.mktemp("set")
-    path = written_set(folder)
+    path = written_set(folder, TIMED)
     assert main(["run", str(path), "--out", str(folder / "out")]) == 0
     return path, folder / "out"
 
@@ -86,26 +89,33 @@ def test_the_results_file_and_its_tables_are_in_balance(job, tmp_path):
     assert_allclose(values["planets/share"][..., 2].ravel(), columns["share_planet_3"], rtol=0.0)
     assert list(found_in_python.columns()) == list(columns.dtype.names)
     assert "<table>" in found_in_python._repr_html_()
+    solution, data = found_in_python.solution, found_in_python.data
+    mesh, planet = solution.mesh("planet 2 - ring"), solution.support("planet 2")
+    assert_allclose(mesh.force_N, values["meshes/force"][..., 3], rtol=1e-12)
+    expected = [row["meshes"][3]["flank_pressure_max_MPa"] for row in data["torques"]]
+    assert mesh.figures["flank_pressure_max_MPa"].tolist() == values["meshes/flank_pressure_max_MPa"][:, 3].tolist()
+    assert mesh.figures["flank_pressure_max_MPa"].tolist() == expected
+    # Nothing turns the planet but its meshes: they balance about its axis; across it the pin carries them.
+    assert_allclose(planet.wrench[..., 5], 0.0, atol=1e-6 * np.abs(planet.wrench[..., 1]).max())
+    assert_allclose(np.linalg.norm(planet.wrench[..., :2], axis=2), values["planets/pin_force"][..., 1], rtol=1e-12)
+    with pytest.raises(KeyError, match="planet 3 - ring"):
+        solution.mesh("planet 4 - ring")
 
 
-def test_a_duty_cycle_of_a_set_is_the_mean_of_its_loads_and_meshes_lose_what_slides(job, tmp_path):
+def test_a_duty_cycle_of_a_set_is_the_mean_of_its_loads_and_meshes_lose_what_slides(job):
     """Losses by friction, loss factor and power of each mesh; all meshes of the sun hand on its power by Willis."""
-    loads = "".join(f'[[loads]]\nname = "{name}"\ntorque_Nm = {torque}\nhours = {hours}\n'
-                    for name, torque, hours in (("low", 100.0, 30.0), ("high", 300.0, 10.0)))  # fmt: skip
-    text = SMALL_SET.replace("[load]", f"{loads}[load]\nspeed_rpm = 1200.0")
-    shutil.copytree(job[1], tmp_path / "out")
-    found = pmor.run(written_set(tmp_path, text), tmp_path / "out")
-    low, high = found.data["torques"]
+    data = json.loads((job[1] / "set.json").read_text())
+    low, high = data["torques"]
     for row in (low, high):
         assert_allclose(row["losses_W"], sum(mesh["losses_W"] for mesh in row["meshes"]), rtol=1e-12)
         for mesh in row["meshes"]:
             lost = 0.0 if mesh["friction"] is None else mesh["power_W"] * mesh["friction"] * mesh["loss_factor"]
             assert_allclose(mesh["losses_W"], lost, rtol=1e-12)
     assert [mesh["losses_W"] for mesh in low["meshes"][:2]] == [0.0, 0.0]  # of the planet that is 10 um ahead
-    speed = (1200.0 - found.data["speeds_rpm"]["carrier"]) * np.pi / 30.0
+    speed = (1200.0 - data["speeds_rpm"]["carrier"]) * np.pi / 30.0
     power = [mesh["power_W"] for mesh in high["meshes"] if mesh["name"].startswith("sun")]
     assert_allclose(sum(power), 300.0 * speed, rtol=SOLVED)
-    duty = found.data["duty"]
+    duty = data["duty"]
     assert_allclose(duty["losses_W"], 0.75 * low["losses_W"] + 0.25 * high["losses_W"], rtol=1e-12)
     assert_allclose(duty["power_W"], (0.75 * 100.0 + 0.25 * 300.0) * 1200.0 * np.pi / 30.0, rtol=1e-12)
     assert duty["hours"] == 40.0
@@ -113,18 +123,7 @@ def test_a_duty_cycle_of_a_set_is_the_mean_of_its_loads_and_meshes_lose_what_sli
     assert (first["load"], first["mesh"]) == ("high", "sun - planet 1")
     assert_allclose(first["pinion_cycles"], 600.0 * speed * 30.0 / np.pi, rtol=1e-12)
     assert first["root_stress_max_MPa"] == [high["root_stress"][n]["max_principal_MPa"] for n in (0, 2)]
-    assert "Load spectrum" in str(found)
-    mesh = found.solution.mesh("planet 1 - ring")
-    assert_allclose(mesh.force_N, found.solution.mesh_force_N[:, :, 3], rtol=1e-12)
-    assert mesh.figures["flank_pressure_max_MPa"].tolist() == [
-        row["meshes"][3]["flank_pressure_max_MPa"] for row in (low, high)
-    ]
-    # Nothing turns the planet but its meshes: they balance about its axis; across it the pin carries them.
-    planet = found.solution.support("planet 1")
-    assert_allclose(planet.wrench[..., 5], 0.0, atol=1e-6 * np.abs(planet.wrench[..., 1]).max())
-    assert_allclose(np.linalg.norm(planet.wrench[..., :2], axis=2), found.solution.pin_force_N[..., 0], rtol=1e-12)
-    with pytest.raises(KeyError, match="planet 3 - ring"):
-        found.solution.mesh("planet 4 - ring")
+    assert "Load spectrum" in (job[1] / "set.md").read_text()
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
