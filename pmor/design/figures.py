@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.design.found import Found
 from pmor.design.harris import HarrisRule
 from pmor.design.in_gearbox import CASE, InGearbox
 from pmor.design.readings import Contour
 from pmor.design.settings import Goal
 from pmor.design.variables import limits
+from pmor.design.variants import Found
 from pmor.report.parameter_words import parameter_words
 from pmor.report.style import COLOURS, legend_label, new_figure, panels, plot_share_below, plot_style
 from pmor.results.quantities import TABLE

@@ -14,10 +14,10 @@ from pmor.core.errors import ConvergenceError
 from pmor.core.threads import in_order
 from pmor.design.elements import Elements
 from pmor.design.files import on_flanks
-from pmor.design.found import Found
 from pmor.design.judge import Judge
 from pmor.design.settings import Variable
 from pmor.design.solvers import Built
+from pmor.design.variants import Found
 from pmor.machine.coupled import MEAN_ANGLES, SolvedLoad, solve_load
 from pmor.machine.fit import Helix, level
 from pmor.report.parameter_words import parameter_words

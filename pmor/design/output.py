@@ -11,12 +11,11 @@ import numpy as np
 
 from pmor.design import figures
 from pmor.design.figures import WORDS, words_of
-from pmor.design.found import AGREE, Found
 from pmor.design.in_gearbox import gearbox_data, gearbox_sentences, gearbox_tables
 from pmor.design.readings import FRESH, Readings, percentile_95
 from pmor.design.search import MOST_SAID
 from pmor.design.settings import RESULTS, Design
-from pmor.design.variants import stored
+from pmor.design.variants import AGREE, Found, stored
 from pmor.report.data_files import write_table_csv
 from pmor.report.explorer import Column, Designs
 from pmor.report.page import Block, Heading, Picture, Warning

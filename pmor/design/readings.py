@@ -17,11 +17,11 @@ from pmor.core.errors import ConvergenceError
 from pmor.core.progress import stage
 from pmor.core.threads import in_order
 from pmor.design.fine import FEWEST, judged_finely, judged_on_what_is_left
-from pmor.design.found import Found
 from pmor.design.harris import HarrisRule, harris_rule, obeys
 from pmor.design.in_gearbox import InGearbox, judged_by_the_gearbox
 from pmor.design.judge import Judge, Verdict, nominal
 from pmor.design.variables import SEED, limits
+from pmor.design.variants import Found
 
 # Pairs that are drawn anew to see how chosen variants stand scatter: other ones than those of the search, as many as
 # a Sobol sequence is even for.

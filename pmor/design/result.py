@@ -11,9 +11,9 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.shown import Columns, Tabular
-from pmor.design.found import Found
 from pmor.design.output import FILES, design_data, design_text, write_design
 from pmor.design.readings import Readings
+from pmor.design.variants import Found
 from pmor.work.results import writing_results
 
 

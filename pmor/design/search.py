@@ -19,12 +19,11 @@ from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.design.descent import Descent, best_first, kept
 from pmor.design.fine import judged_finely, judged_once
-from pmor.design.found import AGREE, Found, apart
 from pmor.design.judge import Judge, at_load, nominal
 from pmor.design.settings import Constraint, Design
 from pmor.design.settings import Search as SearchSettings
 from pmor.design.variables import SEED, limits, neighbours, spread_evenly
-from pmor.design.variants import Store, Variants, all_kept, as_data, from_data, together
+from pmor.design.variants import AGREE, Found, Store, Variants, all_kept, apart, as_data, from_data, together
 from pmor.work.pace import LOG
 from pmor.work.pieces import Piece, Result, run_pieces
 

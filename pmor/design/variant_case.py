@@ -16,9 +16,8 @@ from pmor.case.document import COAST, MODIFICATION
 from pmor.case.reader import Reader, parse_toml
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, OutputError
-from pmor.design.checks import uneven
 from pmor.design.files import DesignFile, of_case
-from pmor.design.loader import SECTIONS
+from pmor.design.loader import SECTIONS, uneven
 from pmor.design.settings import Variable
 from pmor.design.variables import assembly_at
 from pmor.gear.modification import UNMODIFIED, Modification

@@ -16,7 +16,6 @@ from pmor.core.threads import threads
 from pmor.design import elements, fine, plan, readings, run, search, solvers, variants
 from pmor.design.descent import Descent, kept
 from pmor.design.elements import Elements, trained_pair
-from pmor.design.found import apart
 from pmor.design.harris import harris_rule
 from pmor.design.judge import Judge
 from pmor.design.loader import load
@@ -24,7 +23,7 @@ from pmor.design.output import FILES, design_text
 from pmor.design.result import DesignResult
 from pmor.design.search import Search
 from pmor.design.variables import neighbours
-from pmor.design.variants import STORE
+from pmor.design.variants import STORE, apart
 from pmor.gear.modification import Modification
 from pmor.storage.describe import file_text
 from pmor.storage.design_file import read_design_file
