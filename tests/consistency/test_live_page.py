@@ -17,7 +17,6 @@ from pmor.case.capability import LIMITS, Limit
 from pmor.case.width import case_of_page
 from pmor.gear.condition import Condition, Misalignment
 from pmor.gear.modification import Modification
-from pmor.report.live.model import packed_compliance
 from pmor.report.live.section import live_section
 from pmor.report.page import page_html
 from pmor.report.run_page import run_blocks
@@ -26,7 +25,7 @@ from pmor_online.line_sweep import sweep_line_loads
 from pmor_online.model import online_angles, reduced_pair
 from tests.support.chromium import browser
 from tests.support.line_pairs import on_columns
-from tests.support.page_solver import CASES, STE, condition_of, online_result, unpacked
+from tests.support.page_solver import CASES, STE, condition_of, online_result
 
 pytestmark = pytest.mark.jit
 LARGEST_SECTION = 200_000  # measured: 156 kB; pictures come on top
@@ -248,29 +247,6 @@ def test_half_the_width_gets_the_whole_one_for_its_page(spur):
     phi = result.sweep.phi_rad[::20]
     ste = sweep_line_loads(on_columns(pair), phi, [Condition(torque=1e3 * result.case.torque_Nm)]).ste_um[0]
     assert_allclose(ste, result.sweep.ste_um[result.nominal, ::20], rtol=1e-7)
-
-
-def test_the_compliance_is_rounded_to_one_step(spur):
-    """The node in row 9 of column 2: how it moves along its normal, and how that of the next tooth does."""
-    _, pair = spur
-    blocks, gear = pair.flank_compliance.gears[0], pair.meshed.gears[0]
-    rows, columns = gear.nodes.shape[:2]
-    packed = packed_compliance(blocks, gear)
-    size = len(packed["scale"])
-    differences = np.zeros((size, size))
-    differences[np.triu_indices(size)] = unpacked(packed["own"])
-    differences += np.triu(differences, 1).T
-    own = packed["step"] * differences.cumsum(axis=0).cumsum(axis=1)
-    neighbour = packed["neighbours"][0]
-    left, right = (unpacked(neighbour[side]).reshape(neighbour["rank"], size) for side in ("left", "right"))
-    next_tooth = np.einsum("r,ri,rk->ik", neighbour["factors"], left, right)
-
-    angle, node = gear.half_angle - gear.roll[9], 2 * rows + 9
-    normal = np.zeros((rows, columns, 2))
-    normal[9, 2] = np.cos(angle), np.sin(angle)
-    for found, block in ((own, blocks[0]), (next_tooth, blocks[1])):
-        # Between teeth a few roundings add up; the least of the vectors that is left out is as large as a step.
-        assert abs(found[node, node] - normal.ravel() @ block @ normal.ravel()) < 2.0 * packed["step"]
 
 
 def test_pages_of_trained_shapes_and_of_fine_meshes_say_why_there_is_none(small_basis, spur):

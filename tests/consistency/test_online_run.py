@@ -8,7 +8,6 @@ from numpy.testing import assert_allclose
 import pmor.penalty.solve
 import pmor.report.run_page
 from pmor.app.skipped import scene, skipped
-from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition
 from pmor.report.page import Picture, provenance
 from pmor.report.run_page import page_files, run_blocks, run_pictures, write_pages
@@ -19,7 +18,7 @@ from pmor.results.sweep import peak_to_peak_um, ste_mean_um
 from pmor.work.online import run_online
 from pmor_online.compare import Comparison
 from pmor_online.contact_pattern import contact_patterns
-from pmor_online.model import online_angles, reduced_pair, unseen_angles
+from pmor_online.model import reduced_pair, unseen_angles
 from tests.support.stored_files import rows_of, summary_of
 
 FULL_FE_KEYS = ("rom_vs_full_ste_max_rel", "rom_vs_full_ste_rms_rel", "full_ms_per_position")
@@ -198,10 +197,6 @@ def test_full_fe_that_fails_throughout_is_reported_all_the_same(rows, compared, 
 # --- angles ----------------------------------------------------------------------------------------------------------
 
 
-def test_online_angles_divide_the_pitch():
-    assert_allclose(online_angles(0.3, 4), [0.0, 0.075, 0.15, 0.225], rtol=1e-15)
-
-
 class FewDraws:
     """A generator that fails the test instead of running for ever."""
 
@@ -256,21 +251,6 @@ def test_contact_pattern_carries_the_load_over_the_whole_face(compared):
     force = sum(pattern.force.sum() for pattern in patterns)
     # The cells hold all forces; but normals of patches through five elements are not those of involutes: 1.4 % here.
     assert_allclose(force, torque / reduced.meshed.pair.pinion.base_radius, rtol=0.02)
-
-
-def test_no_contact_pattern_where_nothing_converges(compared, monkeypatch):
-    def fail(*_arguments, **_more):
-        raise ConvergenceError("made to fail", [(1.0, 1.0)])
-
-    monkeypatch.setattr(pmor.penalty.solve, "solve_equilibrium", fail)
-    assert contact_patterns(compared.reduced, 0.0, Condition(torque=100e3)) == ()
-
-
-def test_pictures_show_what_there_is(compared, alone, small_model):
-    names = file_names(compared, small_model[1].mesh.pinion)
-    assert names == ["ste.png", "load_sharing.png", "stiffness.png", "spectrum.png", "error.png", "mesh.png"]
-    assert file_names(alone) == [n for n in names if n not in ("error.png", "mesh.png")]
-    assert "spectrum.png" not in file_names(with_failures(alone, (0, 0)))
 
 
 @pytest.mark.parametrize(("plots", "report"), [(False, False), (True, False), (False, True)])

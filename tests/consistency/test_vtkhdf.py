@@ -101,19 +101,6 @@ def test_vtk_numbers_the_nodes_of_an_element_as_we_do(reader):
     assert_allclose(found, expected, rtol=1e-12)
 
 
-def test_the_mesh_is_stored_once(written):
-    with h5py.File(written) as file:
-        root = file["VTKHDF"]
-        assert list(root.attrs["Version"]) == [2, 0]
-        assert root.attrs["Type"] == b"UnstructuredGrid"
-        count = root["Steps"].attrs["NSteps"]
-        assert not root["Steps/PointOffsets"][:].any()
-        assert not root["Steps/CellOffsets"][:].any()
-        assert not root["Steps/ConnectivityIdOffsets"][:].any()
-        assert len(root["PointData/displacement_mm"]) == count * len(root["Points"])
-        assert root["Connectivity"][:].max() == len(root["Points"]) - 1
-
-
 def test_coast_flanks_of_equal_teeth_are_the_mirror_image_of_the_drive_flanks(basis, written, tmp_path, monkeypatch):
     """Points and displacements to the other side of the plane of the axes, elements still the right way round."""
     monkeypatch.setattr(vtkhdf, "STEPS_PER_PITCH", STEPS)

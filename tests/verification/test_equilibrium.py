@@ -12,7 +12,7 @@ from scipy.optimize import nnls
 from pmor.core.conventions import rotation_z
 from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import Condition, at_torques
-from pmor.penalty import equilibrium, solve
+from pmor.penalty import solve
 from pmor.penalty.elasticity import ReducedElasticity
 from pmor.penalty.equilibrium import _unilateral, solve_equilibrium
 from pmor.penalty.position import active_patches
@@ -226,14 +226,6 @@ def test_more_points_than_nodes_under_a_stiff_penalty(scheme, share):
     assert found is not None
     assert found.steps <= MOST_STEPS
     assert_allclose(-(found.contact.force @ found.contact.lever), TORQUE, rtol=1e-6)
-
-
-def test_mixing_the_last_corrections_saves_steps_under_an_extreme_load(monkeypatch):
-    mixed = solved(0.625, 1e7).steps
-    monkeypatch.setattr(equilibrium, "SLOW", 2.0)
-    monkeypatch.setattr(equilibrium, "LINEAR", 0.0)
-    plain = solved(0.625, 1e7)
-    assert plain is None or plain.steps > mixed + 3
 
 
 def test_a_solution_that_fails_in_a_small_window_is_sought_in_a_larger_one(monkeypatch):
