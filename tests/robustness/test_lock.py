@@ -1,4 +1,4 @@
-"""One process at a time: who comes second is told, and a lock whose holder was killed is free."""
+"""One process at a time in a folder; processes where they are of use."""
 
 import errno
 import fcntl
@@ -6,14 +6,19 @@ import os
 import signal
 import subprocess
 import sys
+from concurrent.futures import ProcessPoolExecutor
 
 import pytest
 
+import pmor
+from pmor.case import parse_case
 from pmor.core.errors import OutputError
 from pmor.storage.lock import only_writer_in_folder, only_writer_of_file
+from tests.support.line_pairs import small_pair
 from tests.support.processes import ROOT
 from tests.support.refusals import refused
 from tests.support.small_case import case_text
+from tests.support.small_design import CASE, DESIGN
 
 HOLD = """
 import sys
@@ -128,3 +133,58 @@ def test_a_file_system_without_locks_does_not_stop_the_work(tmp_path, monkeypatc
     monkeypatch.setattr(fcntl, "flock", refuse)
     with only_writer_in_folder(tmp_path):
         pass
+
+
+def test_a_script_without_a_guard_is_told_that_its_processes_need_one(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import math\nfrom pmor.core.threads import in_order, processes\n"
+        "with processes(2) as executor:\n    list(in_order(math.sqrt, [4.0], executor))\n"
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120, cwd=ROOT)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1].startswith("pmor.core.errors.ExternalProgramError: the executor does no more")
+    assert '__name__ == "__main__"' in done.stderr.splitlines()[-1]
+
+
+def small(**sections):
+    return parse_case(case_text(**sections), "small", "small")
+
+
+def by_design(folder, executor):
+    (folder / "small.toml").write_text(CASE)
+    (folder / "relief.toml").write_text(DESIGN)
+    pmor.run_design(folder / "relief.toml", folder / "out", executor=executor)
+
+
+def by_study(folder, executor):
+    pmor.study(ROOT / "cases" / "paper_study.toml", folder / "out", quick=True, executor=executor)
+
+
+def by_page(folder, executor):
+    pmor.ReducedModel(small_pair().basis).report(folder / "out", executor=executor)
+
+
+def by_comparison(folder, executor):
+    pmor.compare(pmor.ReducedModel(small_pair().basis), executor=executor)
+
+
+FOR_THREADS = {
+    "run_case": lambda folder, executor: pmor.run_case(small(), folder / "out", executor=executor),
+    "train": lambda folder, executor: pmor.train(small(), executor=executor),
+    "train, file": lambda folder, executor: pmor.train(small(), file=folder / "out" / "a.h5", executor=executor),
+    "report": by_page,
+    "compare": by_comparison,
+    "run_design": by_design,
+    "study": by_study,
+    "reductions": lambda folder, executor: pmor.reductions(small(), folder / "out", executor=executor),
+}
+
+
+@pytest.mark.parametrize("ask", FOR_THREADS.values(), ids=FOR_THREADS)
+def test_processes_are_refused_before_anything_is_solved_where_work_is_for_threads(ask, tmp_path, monkeypatch):
+    small_pair()
+    monkeypatch.setattr("pmor.body.elastic_gear.elastic_gear", lambda *arguments: pytest.fail("solved"))
+    with pytest.raises(pmor.CaseError, match="pass a ThreadPoolExecutor"):
+        ask(tmp_path, ProcessPoolExecutor(1))
+    assert not (tmp_path / "out").exists()
