@@ -68,7 +68,7 @@ class RexsSupports:
         """
         supports: dict[str, Any] = {}
         if self.alone:
-            supports["sun_radial_N_per_mm"] = self.on_shaft(sun, self.shafts(sun)[0])
+            supports["sun_radial_N_per_mm"] = self.on_shaft(sun, shafts_of(self.gearbox, sun)[0])
         pins = self.pins(planet)
         if "diameter_mm" not in pins:
             return {"supports": supports | pins}
@@ -90,7 +90,7 @@ class RexsSupports:
     def pins(self, planet: Component) -> dict[str, Any]:
         """Return keys of `[pins]`, or the stiffness across of a planet on a pin that they do not describe."""
         key = "planet_radial_N_per_mm"
-        shaft = next(iter(self.shafts(planet)), None)
+        shaft = next(iter(shafts_of(self.gearbox, planet)), None)
         pins = {one.role("shaft") for one in self.gearbox.relations if one.kind == "planet_pin"}
         found = [(joint, other) for joint, other in (joints(self.gearbox, shaft) if shaft else []) if other in pins]
         if not found:
@@ -191,10 +191,6 @@ class RexsSupports:
         if stiffness == "rigid":
             return {}
         return {"windup_Nmm_per_rad": stiffness, "torque_at": "-z" if beyond < 0.0 else "+z"}
-
-    def shafts(self, gear: Component) -> list[Component]:
-        """Shafts that carry a gear."""
-        return shafts_of(self.gearbox, gear)
 
     def estimated(self, joint: Component, shaft: Component, load_N: float) -> float:
         """Return the stiffness across of a joint of which the file says none, N/mm: of a bearing as estimated."""

@@ -265,15 +265,11 @@ class PlanetaryStage:
         carrier = [self.gearbox.components[number] for relation in self.gearbox.relations
                    if relation.kind == "planet_carrier_shaft" and relation.role(STAGE) == self.stage.number
                    and (number := relation.role("shaft") or 0) in self.gearbox.components]  # fmt: skip
-        sun, ring = self.shafts(self.sun), self.shafts(self.ring)
+        sun, ring = shafts_of(self.gearbox, self.sun), shafts_of(self.gearbox, self.ring)
         for component, found in ((self.sun, sun), (self.ring, ring)):
             if not found:
                 raise component.refusal("is on no shaft")
         return {"sun": sun, "ring": ring, "carrier": carrier}
-
-    def shafts(self, gear: Component) -> list[Component]:
-        """Shafts that carry a gear."""
-        return shafts_of(self.gearbox, gear)
 
     def is_held(self, shafts: Sequence[Component]) -> bool:
         """Whether a coupling fixes a member to the casing."""
@@ -294,7 +290,7 @@ class PlanetaryStage:
 
     def pin_errors(self, sense: int) -> dict[str, Any]:
         """Return by how much pins are off their places, where the file says so by the name of ours."""
-        shafts = [self.shafts(planet)[:1] for planet in self.planets]
+        shafts = [shafts_of(self.gearbox, planet)[:1] for planet in self.planets]
         said = [shaft[0].numbers_of("custom_pmor_pin_error") if shaft else [] for shaft in shafts]
         if any(len(error) != 2 for error in said):
             return {}

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pmor.core.errors import printable
 from pmor.machine.checks import names_a_file
-from pmor.rexs.joints import joints, stages
+from pmor.rexs.joints import joints, shafts_of, stages
 from pmor.rexs.model import BEARINGS, Component, Gearbox
 from pmor.rexs.set_supports import RexsSupports, cheek_of, on_casing
 from pmor.rexs.sets import STAGE, PlanetaryStage
@@ -75,7 +75,7 @@ def stages_on_shafts(gearbox: Gearbox, path: Path, note: Callable[[str], None]) 
 
 def _on_shafts(name: str, stage: PlanetaryStage, note: Callable[[str], None]) -> StageOnShafts:
     gearbox, shafts, held = stage.gearbox, stage.member_shafts(), stage.held()
-    own = {shaft.number for planet in stage.planets for shaft in stage.shafts(planet)}
+    own = {shaft.number for planet in stage.planets for shaft in shafts_of(gearbox, planet)}
     own |= {relation.role("shaft") or 0 for relation in gearbox.relations
             if relation.kind == "planet_pin" and relation.role(STAGE) == stage.stage.number}  # fmt: skip
     own |= {shaft.number for shaft in shafts[held]}

@@ -4,6 +4,7 @@ stands on the condensed compliance, and torques, speeds, forces and losses go th
 import math
 from dataclasses import replace
 from types import SimpleNamespace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from pmor.machine.loader import load
 from pmor.machine.model import pinion_torques, set_torques, speeds_rpm
 from pmor.machine.run import run
 from pmor.results.load_distribution import loss_factor
+from pmor.rexs.write_gearbox import gearbox_rexs
 from pmor.sets.loader import load as load_set
 from pmor.sets.run import train_of
 from pmor.sets.solution import solve_set
@@ -84,11 +86,17 @@ def same(found, expected, rtol):
 
 
 def test_on_shafts_that_do_not_give_way_a_set_is_that_of_its_own_file(folder):
-    (found,) = run(load(written_reducer(folder, one_stage()))).loads[0].sets
+    result = run(load(written_reducer(folder, one_stage())))
+    (found,) = result.loads[0].sets
     plain = whole_set(folder)
     expected = solve_set(plain.plan, train_of(plain), np.array([300.0]), 6)
     same(found.solution, expected, ROUND_OFF)
     same(found.rigid, expected, ROUND_OFF)
+    # In REXS the torque of its meshes on the sun holds that of the load, about x.
+    root = ElementTree.fromstring(gearbox_rexs(result.file, result.loads, result.data["loads"], "today"))
+    sun = root.find("components/component[@name='sun'][@type='cylindrical_gear']").get("id")
+    torque = root.find(f"load_spectrum/load_case/component[@id='{sun}']/attribute[@id='torque_acting_on_shaft_u']")
+    assert float(torque.text) == pytest.approx(-300.0, rel=1e-6)
 
 
 @pytest.mark.parametrize("torque", [300.0, -300.0])
@@ -249,7 +257,7 @@ def test_the_flanks_of_a_ring_slide_as_ohlendorf_has_it_with_the_signs_of_a_ring
 def test_a_gearbox_with_a_set_that_rexs_has_no_words_for_is_refused_by_name(tmp_path, capsys):
     path = written_reducer(tmp_path, one_stage(), EVEN_SET.replace("torque_Nm = 300.0", "torque_Nm = -300.0"))
     assert main(["export", str(path), "--to", "rexs", "-o", str(tmp_path / "box.rexs")]) == 2
-    assert "gearbox.rexs, stage: REXS files take sets whose torque turns the sun cou" in capsys.readouterr().err
+    assert "stage: a REXS file takes sets whose torque turns the sun counter-clockwise" in capsys.readouterr().err
     assert not (tmp_path / "box.rexs").exists()
 
 
