@@ -16,11 +16,11 @@ import numpy as np
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.threads import in_order
 from pmor.gear.condition import Assembly, Condition, common_misalignment
-from pmor.line.kernels.loads import LineResults
 from pmor.line.kernels.places import Lines
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
+from pmor.line.kernels.types import LineResults
 from pmor.line.layered_pair import LayeredPair, place_flanks_of
-from pmor.line.pair import LinePair
+from pmor.line.pair import LinePair, joined_results
 from pmor.results.loads import ContactLoads, LineStates, SweepStates
 from pmor.results.sweep import SteSweep
 from pmor_online.model import ReducedPair
@@ -109,7 +109,7 @@ def _solve(
     if len(solved) == 1:
         return solved[0]
     lines = Lines(*(np.concatenate(arrays) for arrays in zip(*(part[0] for part in solved), strict=True)))
-    found = LineResults(*(np.concatenate(a, axis=1) for a in zip(*(part[1] for part in solved), strict=True)))
+    found = joined_results([part[1] for part in solved])
     return lines, found, np.concatenate([part[2] for part in solved], axis=1)
 
 
@@ -123,14 +123,14 @@ def _kept(lines: Lines, recorded: bool) -> Lines:
 def _in_order(parts: Sequence[LineResults], numbers: Sequence[int]) -> LineResults:
     """Put results of conditions with other flanks in the order in which these were given."""
     order = np.argsort(numbers)
-    joined = LineResults(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+    joined = joined_results(parts, axis=0)
     return LineResults._make(array[order] if array.size else array for array in joined)
 
 
 def _stiffness(reduced: ReducedPair, found: LineResults) -> FloatArray:
     """Tangent mesh stiffness along the line of action, (D, A), N/um; NaN where not converged."""
     radius = reduced.layered.pair.pinion.base_radius
-    return np.asarray(np.where(found.converged, 1e-3 * found.stiffness / radius**2, np.nan))
+    return np.asarray(np.where(found.converged, 1e-3 * found.stiffness[..., 0, 0] / radius**2, np.nan))
 
 
 def levers_of(lines: Lines, advance: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.gear.condition import PLAIN, Assembly
-from pmor.line.kernels.loads import LineResults
+from pmor.line.kernels.types import LineResults
 from pmor.line.pair import LinePair, PlacedSections
 from pmor_online.model import ReducedPair
 
@@ -110,7 +110,7 @@ class LineLoadLaw:
             found = known.placed.solve(advance[None], True, known.deviation, force=known.force)
             known.force[:] = found.force
             torque = np.where(found.converged[0], found.torque[0].sum(axis=1), np.nan)
-            stiffness = np.where(found.converged[0], found.stiffness[0], np.nan)
+            stiffness = np.where(found.converged[0], found.stiffness[0, :, 0, 0], np.nan)
             force[part] = np.where(near, torque / radius, force[part])
             slope[part] = np.where(near, stiffness / radius**2, slope[part])
         return force, slope

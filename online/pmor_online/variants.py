@@ -20,10 +20,10 @@ import numpy as np
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.line.hubs import Hubs
-from pmor.line.kernels.loads import LineResults
 from pmor.line.kernels.places import Lines
+from pmor.line.kernels.types import LineResults
 from pmor.line.layered_pair import LayeredPair
-from pmor.line.pair import PlacedSections
+from pmor.line.pair import PlacedSections, joined_results
 from pmor.results.load_distribution import largest_pressure
 from pmor_online.line_sweep import loads_and_patches
 from pmor_online.model import ReducedPair, on_hubs
@@ -134,7 +134,7 @@ class VariantSolver:
                 one.solve(1e3 * np.array(torques), False, deviation, differentiated)
                 for one, (_, torques) in zip(placed, self.supported, strict=True)
             ]
-        found = parts[0] if len(parts) == 1 else LineResults(*map(np.concatenate, zip(*parts, strict=True)))
+        found = parts[0] if len(parts) == 1 else joined_results(parts, axis=0)
         wide = first.width_limit.exceeded(found.force)
         return self._state(first.lines, found._replace(converged=found.converged & ~wide), wide)
 

@@ -2,7 +2,7 @@
 
 Both answer the same questions: the state of what is built in one way, results that are read off it, and the derivatives
 of a figure. Those of the STE are exact. Of a set all figures have exact ones, from one right-hand side for each state
-(`pmor.line.kernels.several`, eq. 2): the STE moves with the rotation of the first gear, the mesh load factor and face
+(`pmor.line.kernels.loads`, eq. 2): the STE moves with the rotation of the first gear, the mesh load factor and face
 load factors with the forces. The face load factor of a mesh by itself has none here.
 """
 

@@ -14,10 +14,9 @@ from pmor.gear.condition import Assembly
 from pmor.line.bonded_layer import WIDEST
 from pmor.line.hertz import mean_layer_constant
 from pmor.line.hubs import axes_of
-from pmor.line.kernels.flexibility import Flexibility
 from pmor.line.kernels.hubs import ROWS, Contact, Placed
 from pmor.line.kernels.places import empty_lines
-from pmor.line.pair import LinePair, no_results
+from pmor.line.pair import LinePair, new_flexibility, no_results
 
 
 def contact_of(pair: LinePair, assembly: Assembly) -> Contact:
@@ -33,19 +32,17 @@ def contact_of(pair: LinePair, assembly: Assembly) -> Contact:
     meshed = pair.meshed
     return Contact(
         axes_of(meshed.pair), meshed.kinematics(assembly.misalignment), meshed.gears, meshed.kernel_layers,
-        meshed.deviations(assembly), assembly.modified, meshed.sections.z, meshed.width, meshed.tooth_pair_count,
-        pair.components, meshed.expected_approach(1.0), pair.compliance, meshed.corners,
+        meshed.deviations(assembly), assembly.modified, meshed.sections.z, pair.meshes, pair.between_flanks,
         0.5 * WIDEST * math.exp(-mean_layer_constant(meshed)),
     )  # fmt: skip
 
 
 def nothing_placed(pair: LinePair) -> Placed:
     """Return room for a position of a pair."""
-    pairs = pair.meshed.tooth_pair_count
-    angles, size = 1, pairs * len(pair.meshed.width)
+    angles, size = 1, pair.size
     return Placed(
         np.full(angles, np.nan), empty_lines(angles, size, pair.components), np.zeros((angles, size, ROWS)),
         np.zeros((angles, size)), np.zeros((angles, size)),
-        Flexibility(np.zeros((angles, size, size)), np.zeros((angles, size), dtype=bool)),
-        no_results(1, angles, size, pairs, False), np.zeros(ROWS),
+        new_flexibility(np.zeros((angles, size, size))),
+        no_results((1, angles, 1), size, pair.meshed.tooth_pair_count), np.zeros(ROWS),
     )  # fmt: skip

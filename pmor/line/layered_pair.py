@@ -16,7 +16,7 @@ from pmor.gear.tooth import Tooth
 from pmor.line.face_ends import layer_coupling
 from pmor.line.hubs import Hubs
 from pmor.line.kernels.places import Lines, Places, place_flanks, place_lines
-from pmor.line.kernels.tip_corner import Corner
+from pmor.line.kernels.tip_corner import Corner, Corners
 from pmor.line.kernels.types import Layer, Sections
 from pmor.line.sections import flank_sections
 from pmor.line.tip_corner import INFLUENCE_LENGTH, corner_coefficients, wedge_softness
@@ -126,12 +126,12 @@ class LayeredPair(MeshedPair):
         return pinion, wheel
 
     @cached_property
-    def corners(self) -> tuple[Corner, ...]:
-        """Corners of the flanks in the order of `LineLaw.corner`; tips alone without undercut: kernels are faster."""
+    def corners(self) -> Corners:
+        """Corners of the flanks."""
         pinion, wheel = self.kernel_layers
-        if not any(gear.undercut_roll for gear in self.gears):
-            return pinion.tip, wheel.tip
-        return pinion.tip, wheel.tip, pinion.undercut, wheel.undercut
+        corners = pinion.tip, wheel.tip, pinion.undercut, wheel.undercut
+        numbers, coefficients = [corner[:-1] for corner in corners], [corner.coefficients for corner in corners]
+        return Corners(np.array([numbers], dtype=float), np.array([coefficients]))
 
 
 def as_layered(meshed: MeshedPair) -> LayeredPair:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -13,12 +14,16 @@ from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Assembly, Misalignment
 from pmor.line.hertz import WidthLimit, width_limit
 from pmor.line.hubs import held_hubs, hub_rows
-from pmor.line.kernels.flexibility import Flexibility, make_all_ready
-from pmor.line.kernels.loads import LineResults, solve_lines
+from pmor.line.kernels.derivatives import differentiate_lines
+from pmor.line.kernels.flexibility import LAYOUT, Compliance, Flexibility, make_all_ready
+from pmor.line.kernels.loads import COLD, WARM, solve_lines
 from pmor.line.kernels.places import Lines, line_deviations
+from pmor.line.kernels.tip_corner import Corners
+from pmor.line.kernels.types import LineResults, Meshes
 from pmor.line.layered_pair import LayeredPair, place_sections
 
 NONE = np.empty((0, 0))
+NO_FORCES = np.empty((0, 0, 0))
 
 
 @dataclass(frozen=True)
@@ -49,6 +54,21 @@ class LinePair:
         """Base radius of the pinion, mm."""
         return self.meshed.pair.pinion.base_radius
 
+    @cached_property
+    def size(self) -> int:
+        """Number of sections of all tooth pairs that can touch."""
+        return self.meshed.tooth_pair_count * len(self.meshed.width)
+
+    @cached_property
+    def meshes(self) -> Meshes:
+        """The one mesh, whose movement is the pinion's advance, for the kernels."""
+        return meshes_of([self], np.ones((1, 1)), np.array([[1.0 / self.base_radius]]))
+
+    @cached_property
+    def between_flanks(self) -> Compliance:
+        """The compliance for the kernels."""
+        return compliance_of([self])
+
     def place(self, phi: FloatArray, misalignment: Misalignment) -> PlacedSections:
         """Place the sections of all tooth pairs that can touch at pinion angles (A,), rad."""
         if self.kept is None:
@@ -66,7 +86,7 @@ class LinePair:
     def placed(self, lines: Lines) -> PlacedSections:
         """Return sections, held as `place_sections` places them, on what this pair stands on."""
         lines, between = on_supports(self.meshed, self.supports, lines)
-        return PlacedSections(self, lines, Flexibility(between, np.zeros(lines.gap.shape, dtype=bool)))
+        return PlacedSections(self, lines, new_flexibility(between))
 
 
 @dataclass(frozen=True)
@@ -94,13 +114,13 @@ class PlacedSections:
         if not more.any():
             return PlacedSections(pair, lines, self.flexibility)
         between = self.flexibility.between + self.hub_rows @ more @ self.hub_rows.transpose(0, 2, 1)
-        return PlacedSections(pair, lines, Flexibility(between, self.flexibility.ready.copy()))
+        ready = self.flexibility.ready.copy()
+        return PlacedSections(pair, lines, self.flexibility._replace(between=between, ready=ready))
 
     def make_ready_as(self, other: PlacedSections) -> None:
         """Make flexibilities ready that are ready between the same sections on other hubs."""
-        wanted = other.flexibility.ready & ~self.flexibility.ready
-        if wanted.any():
-            make_all_ready(self.lines, self.flexibility, wanted, self.pair.compliance, len(self.pair.meshed.width))
+        if (other.flexibility.ready & ~self.flexibility.ready).any():
+            make_all_ready(self.lines, self.pair.between_flanks, self.flexibility, other.flexibility.ready.copy())
 
     @cached_property
     def hub_rows(self) -> FloatArray:
@@ -149,18 +169,64 @@ class PlacedSections:
         force : ndarray, shape (D, A, N), optional
             Forces to begin with, N.
         """
-        angles, size = self.lines.gap.shape
-        wanted = np.empty((len(loads), angles))
-        wanted.T[:] = loads.T  # faster than to broadcast, which counts where single angles are solved
-        meshed = self.pair.meshed
-        found = no_results(len(loads), angles, size, size // len(meshed.width), differentiated)
+        wanted = np.empty((len(loads), len(self.lines.gap), 1))
+        wanted[..., 0].T[:] = loads.T  # faster than to broadcast, which counts where single angles are solved
+        pair, rows = self.pair, self.lines.lever[..., None]
+        found = no_results(wanted.shape, pair.size, pair.meshed.tooth_pair_count, True, differentiated)
         if force is not None:
             found.force[:] = force
-        solve_lines(
-            self.lines, self.flexibility, deviation, wanted, held, force is not None, meshed.expected_approach(1.0),
-            meshed.width, self.pair.compliance, meshed.corners, found,
-        )  # fmt: skip
+        placed = self.lines, rows, pair.meshes, pair.between_flanks, self.flexibility, deviation
+        solve_lines(*placed, wanted, held, COLD if force is None else WARM, found)
+        if differentiated:
+            differentiate_lines(*placed, found, np.ones(wanted.shape), NO_FORCES, found.sensitivity)
         return found
+
+
+def new_flexibility(between: FloatArray) -> Flexibility:
+    """Return the workspace of sections whose part of low rank, (A, N, N), is given."""
+    grid = between.shape[:2]
+    return Flexibility(
+        between, np.zeros(grid, dtype=bool), NO_FORCES, np.empty((0, 0, 0), dtype=np.int64), np.empty((0, 0, 0, 0)),
+        np.empty(0),
+    )  # fmt: skip
+
+
+def meshes_of(pairs: Sequence[LinePair], ahead: FloatArray, share: FloatArray) -> Meshes:
+    """Return the pairs of meshes, one after the other, for the kernels; arguments as in `Meshes`."""
+    every = [pair.meshed for pair in pairs]
+    count = [meshed.tooth_pair_count for meshed in every]
+    softness = [pair.meshed.expected_approach(pair.base_radius) for pair in pairs]
+    corners = zip(*(meshed.corners for meshed in every), strict=True)
+    return Meshes(
+        mesh=np.repeat(np.arange(len(pairs)), [pair.size for pair in pairs]),
+        tooth_pair=np.repeat(np.arange(sum(count)), np.repeat([len(meshed.width) for meshed in every], count)),
+        width=np.concatenate([np.tile(meshed.width, meshed.tooth_pair_count) for meshed in every]),
+        ahead=ahead, share=share,
+        softness=np.array(softness), corners=Corners(*map(np.concatenate, corners)),
+    )  # fmt: skip
+
+
+def compliance_of(pairs: Sequence[LinePair]) -> Compliance:
+    """Return the compliance of meshes, one after the other, without what bodies that they share give way."""
+    kinds = list({id(pair): pair for pair in pairs}.values())
+    layout, first = np.zeros((len(pairs), LAYOUT), dtype=np.int64), 0
+    start = np.cumsum([[0, 0]] + [[gear.size for gear in kind.compliance] for kind in kinds], axis=0)
+    for row, pair in zip(layout, pairs, strict=True):
+        kind = next(n for n, kind in enumerate(kinds) if kind is pair)
+        pinion, wheel = pair.compliance
+        row[:] = (
+            first, len(pair.meshed.width), len(pinion), start[kind, 0], pinion.shape[-1], start[kind, 1],
+            wheel.shape[-1],
+        )  # fmt: skip
+        first += pair.size
+    blocks = [[kind.compliance[gear].reshape(-1) for kind in kinds] for gear in range(2)]
+    pinions, wheels = (own[0] if len(own) == 1 else np.concatenate(own) for own in blocks)
+    nobody = np.zeros((first, 2), dtype=np.int64)
+    return Compliance(
+        blocks=(pinions, wheels), layout=layout, mesh=np.repeat(np.arange(len(pairs)), [pair.size for pair in pairs]),
+        body=nobody, image=nobody, rank=np.empty(0, dtype=np.int64), teeth=np.empty(0, dtype=np.int64),
+        alike=np.empty((0, 0, 0, 0, 0)), backs=np.empty((0, 0, 0, 0, 0)),
+    )  # fmt: skip
 
 
 def on_supports(
@@ -241,15 +307,33 @@ def section_patterns(meshed: LayeredPair, lines: Lines, gear: int, patterns: Flo
     )
 
 
-def no_results(conditions: int, angles: int, size: int, pairs: int, differentiated: bool) -> LineResults:
-    """Return empty results of `solve_lines`: `size` sections, with their sensitivities where `differentiated`."""
-    grid = conditions, angles
+def no_results(
+    grid: tuple[int, ...], size: int, pairs: int = 0, tangent: bool = False, differentiated: bool = False
+) -> LineResults:
+    """Return empty results of `solve_lines` of `size` sections.
+
+    Parameters
+    ----------
+    grid : (int, int, int)
+        Loads, angles, movements.
+    pairs : int
+        Tooth pairs whose torques are wanted.
+    tangent, differentiated : bool
+        Whether the stiffness is wanted, and the sensitivities.
+    """
+    states = grid[:2]
     return LineResults(
-        advance=np.zeros(grid),
-        steps=np.zeros(grid, dtype=np.int64),
-        converged=np.zeros(grid, dtype=bool),
-        force=np.zeros((*grid, size)),
-        torque=np.zeros((*grid, pairs)),
-        stiffness=np.zeros(grid),
-        sensitivity=np.zeros((*grid, size) if differentiated else (0, 0, 0)),
+        movement=np.zeros(grid),
+        steps=np.zeros(states, dtype=np.int64),
+        converged=np.zeros(states, dtype=bool),
+        force=np.zeros((*states, size)),
+        loose=np.empty(states, dtype=np.int64),
+        torque=np.zeros((*states, pairs) if pairs else (0, 0, 0)),
+        stiffness=np.zeros((*grid, grid[2]) if tangent else (0, 0, 0, 0)),
+        sensitivity=np.zeros((*states, size) if differentiated else (0, 0, 0)),
     )
+
+
+def joined_results(parts: Sequence[LineResults], axis: int = 1) -> LineResults:
+    """Return results of several blocks of angles, or along axis 0 of several loads, as one."""
+    return LineResults(*(np.concatenate(arrays, axis=axis) for arrays in zip(*parts, strict=True)))

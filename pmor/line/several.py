@@ -5,7 +5,9 @@ All axes stand still: a planetary set is seen from its carrier. Gears and meshes
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,30 +18,24 @@ from pmor.body.support import carried_shapes, support_flexibility
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.line.hubs import HUB, hub_rows
-from pmor.line.kernels.coupling import Gathered, couple, gather
-from pmor.line.kernels.flexibility import Flexibility, make_all_ready
-from pmor.line.kernels.movements import Levers
+from pmor.line.kernels.derivatives import differentiate_lines
+from pmor.line.kernels.flexibility import Compliance, Flexibility, gather, make_all_ready
+from pmor.line.kernels.loads import FOLLOWING, solve_lines
 from pmor.line.kernels.places import Lines, line_deviations
-from pmor.line.kernels.several import SeveralResults, differentiate_meshes, solve_meshes
-from pmor.line.kernels.tip_corner import Corner, LineLaw
+from pmor.line.kernels.types import LineResults, Meshes
 from pmor.line.layered_pair import place_sections
-from pmor.line.pair import LinePair, section_patterns
+from pmor.line.pair import NONE, compliance_of, meshes_of, new_flexibility, no_results, section_patterns
 from pmor.line.train import TrainBody, TrainMesh
 
 TILTS = (3, 4)
-CORNERS, CORNER = 4, LineLaw._fields.index("corner")
-# Tuples of corners have a multiple of this length: kernels are compiled for each length.
-TOGETHER = 8
-NONE = np.empty((0, 0))
 # By how much the numbers of the teeth of pinion and wheel that are in mesh change in a pitch.
 LATER = (-1, 1)
 # Of a mesh cycle: by which less than whole ones are off.
 WHOLE = 1e-6
-# Approach of flanks, over the one to expect, up to which sections are made ready first.
-REACH = 2.0
-MOST_ROUNDS = 8
-# Memory of the flexibilities that are held at a time.
-MOST_BYTES = 2**28
+# Angles that are solved at a time: enough blocks to share out, whatever the number of threads.
+ANGLES_PER_BLOCK = 16
+# Of flexibilities that are held at a time, and that are kept for the next solution.
+MOST_BYTES, MOST_KEPT_BYTES = 2**28, 2**28
 
 
 @dataclass(frozen=True)
@@ -60,24 +56,6 @@ class GearTrain:
     compliance: FloatArray
 
     @cached_property
-    def kinds(self) -> tuple[LinePair, ...]:
-        """Pairs that differ."""
-        found: list[LinePair] = []
-        for mesh in self.meshes:
-            if not any(mesh.pair is kind for kind in found):
-                found.append(mesh.pair)
-        return tuple(found)
-
-    @cached_property
-    def corners(self) -> tuple[Corner, ...]:
-        """Corners of all pairs that differ, four of each, for the kernels."""
-        found: list[Corner] = []
-        for kind in self.kinds:
-            corners = kind.meshed.corners
-            found += [*corners, *corners[: CORNERS - len(corners)]]
-        return (*found, *(found[0],) * (-len(found) % TOGETHER))
-
-    @cached_property
     def closing(self) -> FloatArray:
         """Change of the gap of smooth flanks of each mesh by each movement, (M, K), mm or 1."""
         rows = np.zeros((len(self.meshes), HUB * len(self.bodies)))
@@ -87,26 +65,53 @@ class GearTrain:
         return np.asarray(rows @ self.free.T)
 
     @cached_property
-    def _carried(self) -> dict[int, tuple[FloatArray, FloatArray]]:
-        return {}
+    def carried(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
+        """Shapes of the far compliance of both bodies of each mesh at the nodes of its sections, for `gather`."""
+        pinions, wheels = ([self._carried(mesh, gear) for mesh in self.meshes] for gear in range(2))
+        return tuple(zip(pinions, wheels, strict=True))
 
-    def carried(self, mesh: TrainMesh) -> tuple[FloatArray, FloatArray]:
-        """Return the shapes of the far compliance of both bodies at the rows of nodes of each section, for `gather`."""
-        key = id(mesh)
-        if key not in self._carried:
-            meshed = mesh.pair.meshed
-            (first, share), rows = meshed.carriers
-            found = []
-            for gear, body in enumerate(mesh.bodies):
-                far = self.bodies[body].far
-                if far is None:
-                    found.append(np.zeros((len(first[gear]), max(rows[gear], ROWS), mesh.pair.components, 0)))
-                else:
-                    found.append(
-                        carried_shapes(far.shapes, (first[gear], share[gear]), rows[gear], mesh.pair.components)
-                    )
-            self._carried[key] = found[0], found[1]
-        return self._carried[key]
+    def _carried(self, mesh: TrainMesh, gear: int) -> FloatArray:
+        (first, share), rows = mesh.pair.meshed.carriers
+        far = self.bodies[mesh.bodies[gear]].far
+        if far is None:
+            return np.zeros((len(first[gear]), max(rows[gear], ROWS), mesh.pair.components, 0))
+        return carried_shapes(far.shapes, (first[gear], share[gear]), rows[gear], mesh.pair.components)
+
+    @cached_property
+    def joined(self) -> Meshes:
+        """All meshes one after the other, for the kernels."""
+        pairs = [mesh.pair for mesh in self.meshes]
+        base = np.array([pair.base_radius for pair in pairs])
+        share = -np.linalg.pinv(self.closing.T)
+        return meshes_of(pairs, -self.closing / base[:, None], np.ascontiguousarray(share))
+
+    @cached_property
+    def compliance_between(self) -> Compliance:
+        """Compliance of all gears, for the kernels."""
+        near, bodies = compliance_of([mesh.pair for mesh in self.meshes]), self.bodies
+        count = np.array([0 if body.far is None else body.far.shapes.shape[1] for body in bodies])
+        if not count.any():
+            return near
+        teeth = np.array([body.teeth for body in bodies])
+        grid = len(bodies), 2, int(teeth[count > 0].max()), int(count.max()), int(count.max())
+        alike, backs = np.zeros(grid), np.zeros(grid)
+        for number, body in enumerate(bodies):
+            if body.far is not None:
+                z, r = body.teeth, count[number]
+                alike[number, :, :z, :r, :r] = body.far.flanks, body.far.images
+                backs[number, :, :z, :r, :r] = body.far.backs.transpose(0, 2, 1), body.far.backs
+        on = np.array([mesh.bodies for mesh in self.meshes])
+        image = np.array([[int(mesh.image != bodies[n].image) for n in mesh.bodies] for mesh in self.meshes])
+        return near._replace(
+            body=on[near.mesh], image=image[near.mesh], rank=count, teeth=teeth, alike=alike, backs=backs
+        )
+
+    @cached_property
+    def support_root(self) -> FloatArray:
+        """Rows V of which the compliance of what hubs stand on is V^T V, (r, 6 B)."""
+        values, vectors = np.linalg.eigh(self.compliance)
+        kept = values > 1e-14 * max(values[-1], 1e-300)
+        return np.asarray((vectors[:, kept] * np.sqrt(values[kept])).T)
 
     @cached_property
     def rates(self) -> FloatArray:
@@ -121,10 +126,6 @@ class GearTrain:
         """Return the cycles that each mesh passes in pitches of the first gear, (M,)."""
         pitch = self.meshes[0].pair.meshed.pair.pitch
         return np.array([pitches * pitch * mesh.rate / mesh.pair.meshed.pair.pitch for mesh in self.meshes])
-
-    def mesh_forces(self, loads: FloatArray) -> FloatArray:
-        """Return the forces of all meshes that hold loads (D, K), shared as equal meshes do, (D, M), N."""
-        return np.asarray(-np.linalg.lstsq(self.closing.T, loads.T, rcond=None)[0].T)
 
     def place(self, phi: FloatArray, displacement: FloatArray | None = None) -> PlacedTrain:
         """Place all meshes at angles of the train (A,), rad.
@@ -149,31 +150,20 @@ class PlacedMesh:
 
 @dataclass(frozen=True)
 class PlacedTrain:
-    """A train at A angles, ready to be solved under any load; for one thread at a time."""
+    """A train at A angles, ready to be solved under any load; threads may share it."""
 
     train: GearTrain
     phi: FloatArray
     displacement: FloatArray | None
 
     @cached_property
-    def ready(self) -> BoolArray:
-        """Sections whose flexibilities are filled, (A, N)."""
-        return np.zeros(self.lines.gap.shape, dtype=bool)
-
-    @cached_property
-    def between(self) -> FloatArray:
-        """Flexibilities of all sections, filled as `solve` needs them, (A, N, N), mm/N."""
-        return np.zeros((*self.lines.gap.shape, self.lines.gap.shape[1]))
-
-    def blocks(self) -> Iterator[PlacedTrain]:
-        """Yield the train at all angles, some at a time, so that the flexibilities of each stay within `MOST_BYTES`."""
-        angles, size = self.lines.gap.shape
-        most = max(MOST_BYTES // (8 * size**2), 1)
-        if angles <= most:
-            yield self
-            return
-        for first in range(0, angles, most):
-            yield replace(self, phi=self.phi[first : first + most])
+    def blocks(self) -> tuple[PlacedTrain, ...]:
+        """The train at all angles, some at a time, so that the flexibilities of each stay within `MOST_BYTES`."""
+        size = sum(mesh.pair.size for mesh in self.train.meshes)
+        most = min(max(MOST_BYTES // (8 * size**2), 1), ANGLES_PER_BLOCK)
+        if len(self.phi) <= most:
+            return (self,)
+        return tuple(replace(self, phi=self.phi[first : first + most]) for first in range(0, len(self.phi), most))
 
     @cached_property
     def placed(self) -> tuple[PlacedMesh, ...]:
@@ -194,39 +184,24 @@ class PlacedTrain:
     @cached_property
     def lines(self) -> Lines:
         """Sections of all meshes, their gaps with displaced hubs and deviations of the flanks."""
-        gaps, laws = [], []
-        for one in self.placed:
-            gaps.append(one.lines.gap + _deviation(one, one.mesh.assembly))
-            law = one.lines.law.copy()
-            kind = next(n for n, kind in enumerate(self.train.kinds) if kind is one.mesh.pair)
-            law[..., CORNER] += CORNERS * kind
-            laws.append(law)
-        joined = {
-            name: np.concatenate([getattr(one.lines, name) for one in self.placed], axis=1)
-            for name in ("lever", "mate_lever", "lever_slope", "corner_advance", "roll")
-        }
-        first, gap = self.placed[0].lines, np.concatenate(gaps, axis=1)
+        placed = [one.lines for one in self.placed]
+        gap = np.concatenate([one.lines.gap + _deviation(one, one.mesh.assembly) for one in self.placed], axis=1)
         if self.displacement is not None:
             gap += self.opened(self.displacement)
+        most = max(lines.gradient.shape[3] for lines in placed)
+        gradients = [_with_components(lines.gradient, most // 4) for lines in placed]
+        joined = {
+            name: np.concatenate([getattr(lines, name) for lines in placed], axis=1)
+            for name in ("lever", "mate_lever", "lever_slope", "corner_advance", "roll", "law", "row")
+        }
         return Lines(
-            first_pair=first.first_pair, gap=gap, law=np.concatenate(laws, axis=1),
-            row=first.row[:, :0], gradient=first.gradient[:, :0], **joined,
-        )  # fmt: skip
+            first_pair=placed[0].first_pair, gap=gap, gradient=np.concatenate(gradients, axis=1), **joined
+        )
 
     @cached_property
-    def levers(self) -> Levers:
-        """How the sections answer to the free movements."""
-        train = self.train
-        base = np.array([mesh.pair.base_radius for mesh in train.meshes])
-        mesh = np.concatenate([np.full(one.rows.shape[1], number) for number, one in enumerate(self.placed)])
-        rows = np.concatenate([self._on_bodies(one, train.free) for one in self.placed], axis=1)
-        return Levers(np.ascontiguousarray(rows), -train.closing / base[:, None], mesh)
-
-    @cached_property
-    def width(self) -> FloatArray:
-        """Width of all sections, mm."""
-        of_meshes = (one.mesh.pair.meshed for one in self.placed)
-        return np.concatenate([np.tile(meshed.width, meshed.tooth_pair_count) for meshed in of_meshes])
+    def rows(self) -> FloatArray:
+        """Change of all gaps by the free movements, (A, N, K), mm or 1."""
+        return np.concatenate([self._on_bodies(one, self.train.free) for one in self.placed], axis=1)
 
     def opened(self, displacement: FloatArray) -> FloatArray:
         """Change of all gaps by displaced hubs, (6 B,), or at each angle (A, 6 B): (A, N), mm."""
@@ -249,8 +224,26 @@ class PlacedTrain:
                     found[:, one.part] += flank.pitch[tooth[..., gear] % flank.pitch.size]
         return found
 
-    def solve(self, loads: FloatArray, deviation: FloatArray = NONE, pitch: int = 0) -> SeveralResults:
-        """Solve all angles under loads on the free movements, (D, K), N mm or N.
+    def workspace(self) -> Flexibility:
+        """Return the flexibilities of all sections, filled as `solve` needs them; for one thread at a time."""
+        train, root = self.train, self.train.support_root
+        rows = np.concatenate([self._on_bodies(one, root) for one in self.placed], axis=1)
+        grid = rows.shape[:2]
+        between = rows @ rows.transpose(0, 2, 1) if len(root) else np.zeros((*grid, grid[1]))
+        found = new_flexibility(between)
+        if not len(train.compliance_between.rank):
+            return found
+        rank = int(train.compliance_between.rank.max())
+        shapes = np.zeros((*grid, 2, rank))
+        for one, carried in zip(self.placed, train.carried, strict=True):
+            gather(one.lines, carried, one.part.start, shapes)
+        tooth = np.concatenate([section_teeth(one) for one in self.placed], axis=1)
+        return found._replace(tooth=tooth, shapes=shapes, moved=np.empty(rank))
+
+    def solve(
+        self, loads: FloatArray, deviation: FloatArray = NONE, pitch: int = 0, workspace: Flexibility | None = None
+    ) -> LineResults:
+        """Solve all angles under loads on the free movements, (D, K), N mm or N, each from those before.
 
         Parameters
         ----------
@@ -259,40 +252,19 @@ class PlacedTrain:
         pitch : int
             So many pitches of the first gear later than the train is placed, whole ones of all meshes: other teeth of
             gears whose teeth differ are in mesh.
+        workspace : Flexibility, optional
+            Of an earlier solution; the result does not depend on it.
         """
         loads = np.atleast_2d(np.asarray(loads, dtype=float))
-        train, lines = self.train, self.lines
-        mean = train.mesh_forces(loads)
-        softness = np.array([
-            mesh.pair.meshed.expected_approach(mesh.pair.base_radius) for mesh in train.meshes
-        ])  # fmt: skip
-        angles, size = lines.gap.shape
-        grid = len(loads), angles
-        results = SeveralResults(
-            np.zeros((*grid, loads.shape[1])), np.zeros(grid, dtype=np.int64), np.zeros(grid, dtype=bool),
-            np.zeros((*grid, size)), np.full(grid, -1),
-        )  # fmt: skip
-        gap = lines.gap + deviation if deviation.size else lines.gap
-        # Those of this solution alone, so that it does not depend on what was solved before.
-        ready = self._likely(gap, REACH * mean.max(axis=0) * softness)
-        unused, at_supports = train.meshes[0].pair.compliance, self._at_supports(pitch)
-        for _ in range(MOST_ROUNDS):
-            self._make_ready(ready)
-            solve_meshes(
-                lines, self.levers, Flexibility(self._between(at_supports), ready), deviation, loads, mean, softness,
-                self.width, unused, train.corners, results,
-            )  # fmt: skip
-            missing = self._closed(gap, at_supports, results) & ~ready
-            if not missing.any():
-                break
-            ready |= missing.any(axis=0)
-        else:
-            results.converged[missing.any(axis=2)] = False
-        return results
+        angles, size = self.lines.gap.shape
+        everywhere = np.repeat(loads[:, None], angles, axis=1)
+        found = no_results(everywhere.shape, size)
+        solve_lines(*self._sections(workspace, pitch), deviation, everywhere, False, FOLLOWING, found)
+        return found
 
     def differentiate(
-        self, found: SeveralResults, by_movement: FloatArray, by_force: FloatArray, deviation: FloatArray = NONE,
-        pitch: int = 0,
+        self, found: LineResults, by_movement: FloatArray, by_force: FloatArray, deviation: FloatArray = NONE,
+        pitch: int = 0, workspace: Flexibility | None = None,
     ) -> FloatArray:  # fmt: skip
         """Return the derivatives of a figure of solved states by the deviation of each section, (D, A, N), per mm.
 
@@ -300,7 +272,7 @@ class PlacedTrain:
 
         Parameters
         ----------
-        found, deviation, pitch
+        found, deviation, pitch, workspace
             As `solve` gives and takes them.
         by_movement : ndarray, shape (D, A, K)
             Derivatives of the figure by the movements in each state, per rad or mm.
@@ -308,44 +280,28 @@ class PlacedTrain:
             By the forces, per N.
         """
         rates = np.zeros(found.force.shape)
-        self._make_ready(np.asarray((found.force > 0.0).any(axis=0)))
-        differentiate_meshes(
-            self.lines, self.levers, Flexibility(self._between(self._at_supports(pitch)), self.ready), deviation,
-            self.width, self.train.meshes[0].pair.compliance, self.train.corners, found, by_movement, by_force, rates,
-        )  # fmt: skip
+        by_movement, by_force = np.ascontiguousarray(by_movement), np.ascontiguousarray(by_force)
+        differentiate_lines(*self._sections(workspace, pitch), deviation, found, by_movement, by_force, rates)
         return rates
+
+    def make_ready(self, workspace: Flexibility, wanted: BoolArray) -> None:
+        """Fill the flexibilities of sections, (A, N), in a workspace."""
+        make_all_ready(self.lines, self.train.compliance_between, workspace, wanted.copy())
 
     def levers_at(self, movement: FloatArray) -> FloatArray:
         """Return l, turned where the pinion's corners carry, at movements (..., A, K): shape (..., A, N, K)."""
-        ahead = self.levers.ahead[self.levers.mesh]
+        ahead = self.train.joined.ahead[self.train.joined.mesh]
         further = np.maximum(movement @ ahead.T - self.lines.corner_advance, 0.0)
-        return np.asarray(self.levers.rows + (self.lines.lever_slope * further)[..., None] * ahead)
+        return np.asarray(self.rows + (self.lines.lever_slope * further)[..., None] * ahead)
 
-    def _likely(self, gap: FloatArray, reach: FloatArray) -> BoolArray:
-        """Sections of each mesh that stand off by less than a reach (M,), mm, where its first one touches."""
-        likely = np.zeros(gap.shape, dtype=bool)
-        for one, near in zip(self.placed, reach, strict=True):
-            off = gap[:, one.part] / -one.lines.lever * one.mesh.pair.base_radius
-            likely[:, one.part] = off <= off.min(axis=1, keepdims=True) + near
-        return likely
-
-    def _closed(self, gap: FloatArray, at_supports: FloatArray, results: SeveralResults) -> BoolArray:
-        """Sections whose flanks would overlap, but for the deflection of their own mesh, (D, A, N)."""
-        rigid = gap + np.einsum("ank,dak->dan", self.levers.rows, results.movement)
-        rigid += np.einsum(
-            "anr,dar->dan", self._support_rows, np.einsum("anr,dan->dar", self._support_rows, results.force)
-        )
-        if at_supports.size:
-            rigid += np.einsum("anm,dam->dan", at_supports, results.force)
-        return np.asarray(rigid < 0.0)
-
-    @cached_property
-    def _support_rows(self) -> FloatArray:
-        """Rows V of which the flexibility of what hubs stand on is V V^T, (A, N, r)."""
-        values, vectors = np.linalg.eigh(self.train.compliance)
-        kept = values > 1e-14 * max(values[-1], 1e-300)
-        root = (vectors[:, kept] * np.sqrt(values[kept])).T
-        return np.concatenate([self._on_bodies(one, root) for one in self.placed], axis=1)
+    def _sections(
+        self, workspace: Flexibility | None, pitch: int
+    ) -> tuple[Lines, FloatArray, Meshes, Compliance, Flexibility]:
+        """Return what the kernels solve with."""
+        workspace = self.workspace() if workspace is None else workspace
+        if self._on_supports:
+            workspace = workspace._replace(further=self._at_supports(pitch))
+        return self.lines, self.rows, self.train.joined, self.train.compliance_between, workspace
 
     @cached_property
     def _on_supports(self) -> tuple[tuple[TrainBody, IntArray, list[FloatArray], list[IntArray], list[float]], ...]:
@@ -372,58 +328,13 @@ class PlacedTrain:
         return tuple(found)
 
     def _at_supports(self, pitch: int) -> FloatArray:
-        """By what gears whose teeth differ give way between all sections so many pitches later, (A, N, N), mm/N.
-
-        Empty without such gears.
-        """
-        found = np.zeros(self.between.shape if self._on_supports else (0, 0, 0))
+        """By what gears whose teeth differ give way between all sections so many pitches later, (A, N, N), mm/N."""
+        found = np.zeros((*self.lines.gap.shape, self.lines.gap.shape[1]))
         for body, at, rows, tooth, senses in self._on_supports:
             assert body.support is not None
             later = [numbers + round(sense * pitch) for numbers, sense in zip(tooth, senses, strict=True)]
             found[:, at[:, None], at] += support_flexibility(body.support, body.teeth, rows, later)
         return found
-
-    def _between(self, at_supports: FloatArray) -> FloatArray:
-        """Flexibility between all sections that are ready, (A, N, N), mm/N."""
-        return self.between + at_supports if at_supports.size else self.between
-
-    def _make_ready(self, wanted: BoolArray) -> None:
-        """Fill the flexibilities of further sections; those that were ready are filled again."""
-        if not (wanted & ~self.ready).any():
-            return
-        ready = self.ready | wanted
-        rows, (gathered, *compliance) = self._support_rows, self._far
-        self.between[:] = rows @ rows.transpose(0, 2, 1) if rows.shape[2] else 0.0
-        for one in self.placed:
-            own = np.ascontiguousarray(ready[:, one.part])
-            local = Flexibility(np.zeros((*own.shape, own.shape[1])), np.zeros(own.shape, dtype=bool))
-            make_all_ready(one.lines, local, own, one.mesh.pair.compliance, len(one.mesh.pair.meshed.width))
-            self.between[:, one.part, one.part] += local.between
-            gather(one.lines, ready, self.train.carried(one.mesh), one.part.start, gathered)
-        couple(self.between, ready, self.levers.mesh, gathered, *compliance)
-        self.ready[:] = ready
-
-    @cached_property
-    def _far(self) -> tuple[Gathered, IntArray, IntArray, FloatArray, FloatArray]:
-        """Where sections press on bodies, and the compliance of these, for `couple`."""
-        bodies = self.train.bodies
-        count = np.array([0 if body.far is None else body.far.shapes.shape[1] for body in bodies])
-        teeth = np.array([body.teeth for body in bodies])
-        rank, most = max(int(count.max()), 1), max(int(teeth[count > 0].max(initial=1)), 1)
-        alike, backs = np.zeros((len(bodies), 2, most, rank, rank)), np.zeros((len(bodies), 2, most, rank, rank))
-        for number, body in enumerate(bodies):
-            if body.far is not None:
-                z, r = body.teeth, count[number]
-                alike[number, :, :z, :r, :r] = body.far.flanks, body.far.images
-                backs[number, :, :z, :r, :r] = body.far.backs.transpose(0, 2, 1), body.far.backs
-        on = np.concatenate([np.tile(one.mesh.bodies, (one.rows.shape[1], 1)) for one in self.placed])
-        image = np.concatenate([
-            np.tile([int(one.mesh.image != bodies[number].image) for number in one.mesh.bodies], (one.rows.shape[1], 1))
-            for one in self.placed
-        ])  # fmt: skip
-        tooth = np.concatenate([section_teeth(one) for one in self.placed], axis=1)
-        shapes = np.zeros((*self.lines.gap.shape, 2, rank))
-        return Gathered(on, image, tooth, shapes), count, teeth, alike, backs
 
     def _on_bodies(self, one: PlacedMesh, directions: FloatArray) -> FloatArray:
         """Work of unit forces in the sections of a mesh by displacements of all hubs (r, 6 B), (A, N, r)."""
@@ -431,6 +342,47 @@ class PlacedTrain:
         for gear, body in enumerate(one.mesh.bodies):
             total += one.rows[:, :, gear] @ directions[:, HUB * body : HUB * (body + 1)].T
         return total
+
+
+class Workspaces:
+    """Workspaces of a placed train by blocks of its angles: those that no thread has are lent again.
+
+    Parameters
+    ----------
+    blocks : sequence of PlacedTrain
+    """
+
+    def __init__(self, blocks: Sequence[PlacedTrain]) -> None:
+        self.blocks = tuple(blocks)
+        self._idle: list[list[Flexibility]] = [[] for _ in self.blocks]
+        self._kept_bytes, self._lock = 0, threading.Lock()
+
+    @contextmanager
+    def lent(self, block: int) -> Iterator[Flexibility]:
+        """Lend the workspace of a block, which serves one thread at a time."""
+        with self._lock:
+            idle = self._idle[block]
+            workspace = idle.pop() if idle else None
+            self._kept_bytes -= 0 if workspace is None else workspace.between.nbytes
+        if workspace is None:
+            workspace = self.blocks[block].workspace()
+        try:
+            yield workspace
+        finally:
+            with self._lock:
+                if self._kept_bytes + workspace.between.nbytes <= MOST_KEPT_BYTES:
+                    self._idle[block].append(workspace)
+                    self._kept_bytes += workspace.between.nbytes
+
+
+def _with_components(gradient: FloatArray, components: int) -> FloatArray:
+    """Return gradients by so many components of displacement, (A, N, 2, 4 c): those that are missing are 0."""
+    own = gradient.reshape(*gradient.shape[:3], 4, -1)
+    if own.shape[4] == components:
+        return gradient
+    found = np.zeros((*own.shape[:4], components))
+    found[..., : own.shape[4]] = own
+    return found.reshape(*gradient.shape[:3], -1)
 
 
 def _deviation(one: PlacedMesh, assembly: Assembly) -> FloatArray:

@@ -9,6 +9,7 @@ different periods: each is swept under the mean forces of the others.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import NamedTuple
@@ -112,7 +113,7 @@ class SolvedLoad:
 
 def solve_load(
     model: GearboxModel, load: LoadCase, pairs: Mapping[str, ReducedPair], angles: int,
-    start: LoadedGearbox | None = None, trains: Mapping[str, GearTrain] = NO_TRAINS,
+    start: LoadedGearbox | None = None, trains: Mapping[str, GearTrain] = NO_TRAINS, executor: Executor | None = None,
 ) -> SolvedLoad:  # fmt: skip
     """Solve a gearbox under one load case, and sweep its meshes.
 
@@ -127,6 +128,8 @@ def solve_load(
     trains : mapping of str to GearTrain
         Of the planetary sets, by name, their hubs held. Without them sets are not solved, and keep the wrenches of
         `start`.
+    executor : concurrent.futures.Executor, optional
+        Of threads: shares out angles.
 
     Raises
     ------
@@ -147,16 +150,19 @@ def solve_load(
         before = np.array([one.wrenches * one.scale for one in gearbox.sets])
         after = before.copy()
         for number, one in enumerate(gearbox.sets if trains else ()):
-            after[number] = one.scale * mean_wrenches(gearbox, equilibrium, number, trains[one.settings.name])
+            after[number] = one.scale * mean_wrenches(
+                gearbox, equilibrium, number, trains[one.settings.name], executor
+            )
         settled = float(np.abs(after - before).max(initial=0.0)) < SETS_SETTLED
         if moved < SETTLED and settled:
-            swept = _swept(gearbox, equilibrium, pairs, angles)
-            return SolvedLoad(load, gearbox, equilibrium, swept, sets=solved_sets(gearbox, equilibrium, trains))
+            swept = _swept(gearbox, equilibrium, pairs, angles, executor)
+            sets = solved_sets(gearbox, equilibrium, trains, executor)
+            return SolvedLoad(load, gearbox, equilibrium, swept, sets=sets)
         gearbox = replace(gearbox, meshes=tuple(meshes))
         if not settled:
             mixed = mixing.next(before.ravel(), after.ravel()).reshape(before.shape)
-            sets = (one._replace(wrenches=wrench / one.scale) for one, wrench in zip(gearbox.sets, mixed, strict=True))
-            gearbox = replace(gearbox, sets=tuple(sets))
+            moved_on = (one._replace(wrenches=new / one.scale) for one, new in zip(gearbox.sets, mixed, strict=True))
+            gearbox = replace(gearbox, sets=tuple(moved_on))
     raise ConvergenceError(f"load {load.name}: mesh forces still move after {MOST_ROUNDS} rounds", [])
 
 
@@ -217,15 +223,16 @@ def _close_torques(mean: FloatArray, pair: GearPair) -> None:
 
 
 def _swept(
-    gearbox: LoadedGearbox, equilibrium: Equilibrium, pairs: Mapping[str, ReducedPair], angles: int
-) -> tuple[SolvedMesh, ...]:
+    gearbox: LoadedGearbox, equilibrium: Equilibrium, pairs: Mapping[str, ReducedPair], angles: int,
+    executor: Executor | None,
+) -> tuple[SolvedMesh, ...]:  # fmt: skip
     found = []
     for number, mesh in enumerate(gearbox.meshes):
         reduced, force = pairs[mesh.settings.name], mesh_force(gearbox, equilibrium, number)
         hubs = hubs_of(gearbox, equilibrium, mesh, force)
         condition = condition_of(reduced, force * mesh.pair.pinion.base_radius)
         phi = swept_angles(reduced, angles)
-        sweep = sweep_reduced_pair(on_hubs(reduced, hubs), phi, [condition], recorded=True)
+        sweep = sweep_reduced_pair(on_hubs(reduced, hubs), phi, [condition], executor, recorded=True)
         wrench = _turned(mesh.frame) @ mesh.wrenches.ravel()
         displacement = (hubs.offset + hubs.compliance @ wrench * force).reshape(2, HUB)
         found.append(SolvedMesh(mesh, force, condition.torque, hubs, displacement, sweep))

@@ -11,6 +11,7 @@ set over a turn of the carrier goes back into the machine.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -19,7 +20,7 @@ import numpy as np
 from pmor.core.arrays import ComplexArray, FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.line.hubs import HUB
-from pmor.line.several import GearTrain
+from pmor.line.several import GearTrain, Workspaces
 from pmor.machine.hub_compliance import compliance_below
 from pmor.machine.model import ABOUT_AXIS, LoadedGearbox, SetMeshing
 from pmor.machine.set_frame import MEMBERS
@@ -83,8 +84,12 @@ def set_torque(gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int) ->
     return float(equilibrium.reactions[last - len(gearbox.sets) + number])
 
 
-def mean_wrenches(gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int, train: GearTrain) -> FloatArray:
+def mean_wrenches(
+    gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int, train: GearTrain, executor: Executor | None = None
+) -> FloatArray:
     """Return the mean wrenches of a set on its hubs by a unit torque on the sun, in axes of the machine, (3, 6).
+
+    An executor of threads shares out angles.
 
     Raises
     ------
@@ -92,7 +97,7 @@ def mean_wrenches(gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int,
     """
     one, torque = gearbox.sets[number], set_torque(gearbox, equilibrium, number)
     found = _supported(gearbox, equilibrium, one, torque, train)
-    mean = _over_a_turn(one, found, torque)
+    mean = _over_a_turn(one, found, torque, executor)
     mean /= torque
     # Over whole mesh cycles torques are in the ratio of the tooth numbers, but for round-off and few angles.
     ratios = torque_ratios(one.file.teeth)
@@ -100,21 +105,26 @@ def mean_wrenches(gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int,
     return one.frame.in_machine(mean)
 
 
-def _over_a_turn(one: SetMeshing, found: _Supported, torque: float) -> FloatArray:
+def _over_a_turn(
+    one: SetMeshing, found: _Supported, torque: float, executor: Executor | None
+) -> FloatArray:
     """Mean wrench on the hubs of the members over a turn of the carrier, in axes of the plan, in the housing, (18,)."""
     plan, train, torques = found.plan, found.train, np.array([1e-3 * torque])
     # Gears that differ, an eccentric ring among them, may press on the housing in one direction.
     unlike = one.file.pitches > plan.cycle
     if unlike and one.turns:
-        solved, places = [solve_set(plan, train, torques, MEAN_ANGLES, one.file.housed_pitches)], [0.0]
+        solved, places = [solve_set(plan, train, torques, MEAN_ANGLES, one.file.housed_pitches, executor)], [0.0]
     elif plan.in_housing is None:
-        solved, places = [solve_set(plan, train, torques, MEAN_ANGLES, one.file.pitches)], [0.0]
+        solved, places = [solve_set(plan, train, torques, MEAN_ANGLES, one.file.pitches, executor)], [0.0]
     else:
         # Mesh cycles differ by where the housing stands alone: a few places of it have the same mean.
         phi = train.meshes[0].pair.meshed.pair.pitch * np.arange(plan.cycle * MEAN_ANGLES) / MEAN_ANGLES
         placed = train.place(phi, plan.displacement)
         places = (2.0 * np.pi / MEAN_PLACES * np.arange(MEAN_PLACES)).tolist()
-        solved = [solve_on(turned_housing(plan, angle), placed, torques, plan.cycle) for angle in places]
+        workspaces = Workspaces(placed.blocks)
+        solved = [
+            solve_on(turned_housing(plan, angle), placed, torques, plan.cycle, executor, workspaces) for angle in places
+        ]
     means, rate = [], train.rates[one.housing] if one.turns else 0.0
     for part, place in zip(solved, places, strict=True):
         if not part.converged.all():
@@ -131,24 +141,26 @@ def _over_a_turn(one: SetMeshing, found: _Supported, torque: float) -> FloatArra
 
 
 def solved_sets(
-    gearbox: LoadedGearbox, equilibrium: Equilibrium, trains: Mapping[str, GearTrain]
+    gearbox: LoadedGearbox, equilibrium: Equilibrium, trains: Mapping[str, GearTrain], executor: Executor | None = None
 ) -> tuple[SolvedSet, ...]:
-    """Solve all sets over their mesh cycles on what their hubs stand on."""
+    """Solve all sets over their mesh cycles on what their hubs stand on; an executor of threads shares out angles."""
     found = []
     for number, one in enumerate(gearbox.sets if trains else ()):
         torque = set_torque(gearbox, equilibrium, number)
         on = _supported(gearbox, equilibrium, one, torque, trains[one.settings.name])
         angles = one.file.angles_per_pitch
-        solution = solve_set(on.plan, on.train, np.array([1e-3 * torque]), angles, on.pitches)
+        solution = solve_set(on.plan, on.train, np.array([1e-3 * torque]), angles, on.pitches, executor)
         found.append(SolvedSet(one, torque, solution, on.uneven))
     return tuple(found)
 
 
-def sets_on_rigid_supports(sets: Sequence[SolvedSet], train: GearTrain) -> tuple[SolvedSet, ...]:
+def sets_on_rigid_supports(
+    sets: Sequence[SolvedSet], train: GearTrain, executor: Executor | None = None
+) -> tuple[SolvedSet, ...]:
     """Return a set under all its loads, compared with the same one on rigid supports."""
     file = sets[0].meshing.file
     torques = np.array([1e-3 * one.torque for one in sets])
-    rigid = solve_set(file.plan, train, torques, file.angles_per_pitch, file.pitches)
+    rigid = solve_set(file.plan, train, torques, file.angles_per_pitch, file.pitches, executor)
     return tuple(one._replace(rigid=rigid, row=row) for row, one in enumerate(sets))
 
 

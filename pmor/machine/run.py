@@ -16,15 +16,25 @@ from pathlib import Path
 
 from pmor.core.errors import ConvergenceError
 from pmor.core.progress import quietly, stage
+from pmor.core.threads import in_order
 from pmor.gear.condition import Condition
 from pmor.line.lost import lost_of_pair
 from pmor.line.several import GearTrain
-from pmor.machine.coupled import RigidMesh, RootStresses, SolvedLoad, condition_of, solve_load, swept_angles
+from pmor.machine.coupled import (
+    RigidMesh,
+    RootStresses,
+    SolvedLoad,
+    SolvedMesh,
+    condition_of,
+    solve_load,
+    swept_angles,
+)
 from pmor.machine.coupled_sets import sets_on_rigid_supports
 from pmor.machine.fit import fit_meshes
 from pmor.machine.loader import GearboxFile
 from pmor.machine.output import FILES, set_files
 from pmor.machine.result import GearboxResult
+from pmor.machine.settings import LoadCase
 from pmor.pair.model import elastic_model
 from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep
@@ -66,21 +76,29 @@ def run(
             name: train_of(one, kept_in_folder(bases, overwrite, prefix_of(name)), executor)
             for name, one in file.model.sets.items()
         }
-    pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
     loads, failures = list[SolvedLoad](), list[str]()
     angles = max((case.online.angles_per_pitch for case in file.cases.values()), default=0)
-    for load in file.model.sections.loads:
+    every = file.model.sections.loads
+
+    def solve(load: LoadCase) -> SolvedLoad | str:
+        pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
         try:
-            with _timed(seconds, "loads"):
-                solved = solve_load(file.model, load, pairs, angles, trains=trains)
+            return solve_load(
+                file.model, load, pairs, angles, trains=trains, executor=executor if len(every) == 1 else None
+            )
         except ConvergenceError as error:
-            failures.append(f"load {load.name}: {error}")
-        else:
-            loads.append(solved)
-            failures += lost_of_load(solved)
-        step(1)
+            return f"load {load.name}: {error}"
+
+    with _timed(seconds, "loads"):
+        for solved in in_order(solve, every, None if len(every) == 1 else executor, lambda: step(1)):
+            if isinstance(solved, str):
+                failures.append(solved)
+            else:
+                loads.append(solved)
+                failures += lost_of_load(solved)
+    pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
     with _timed(seconds, "rigid supports, root stress"):
-        compared = with_rigid_supports(loads, pairs, trains, angles)
+        compared = with_rigid_supports(loads, pairs, trains, angles, executor)
     with _timed(seconds, "flanks that fit"), stage("flanks that fit"):
         fits = fit_meshes(file.model, loads, pairs)
     return GearboxResult(file, compared, tuple(failures), fits, trained, seconds)
@@ -144,8 +162,9 @@ def _trained(file: GearboxFile, name: str, folder: Path, overwrite: bool, execut
 
 
 def with_rigid_supports(
-    loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair], trains: Mapping[str, GearTrain], angles: int
-) -> tuple[SolvedLoad, ...]:
+    loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair], trains: Mapping[str, GearTrain], angles: int,
+    executor: Executor | None = None,
+) -> tuple[SolvedLoad, ...]:  # fmt: skip
     """Return solved loads with root stress, and with the same pairs and sets on rigid supports.
 
     Parameters
@@ -156,25 +175,34 @@ def with_rigid_supports(
         Of the planetary sets, by name.
     angles : int
         Of a pitch, in the sweeps.
+    executor : concurrent.futures.Executor, optional
+        Of threads: shares out the meshes.
     """
-    found = list(loads)
-    for number in range(len(loads[0].meshes) if loads else 0):
+
+    def compared(number: int) -> list[tuple[SolvedMesh, RigidMesh]]:
+        """Return a mesh under each load, with the one on rigid supports."""
         meshes = [load.meshes[number] for load in loads]
         reduced = pairs[meshes[0].meshing.settings.name]
         conditions = [condition_of(reduced, mesh.torque) for mesh in meshes]
         sweep = sweep_reduced_pair(reduced, swept_angles(reduced, angles), conditions, recorded=True)
-        stress = _largest(reduced, conditions, sweep)
+        stress, both = _largest(reduced, conditions, sweep), []
         for row, (mesh, condition) in enumerate(zip(meshes, conditions, strict=True)):
             (own,) = _largest(reduced, [condition], mesh.sweep)
-            before = found[row]
-            solved = (*before.meshes[:number], mesh._replace(root_stress=own), *before.meshes[number + 1 :])
-            rigid = (*before.rigid, RigidMesh(sweep, row, stress[row]))
-            found[row] = replace(before, meshes=solved, rigid=rigid)
+            both.append((mesh._replace(root_stress=own), RigidMesh(sweep, row, stress[row])))
+        return both
+
+    by_mesh = list(in_order(compared, range(len(loads[0].meshes) if loads else 0), executor))
     names = [one.settings.name for one in loads[0].gearbox.sets] if loads else []
     by_set = [
-        sets_on_rigid_supports([load.sets[number] for load in loads], trains[name]) for number, name in enumerate(names)
+        sets_on_rigid_supports([load.sets[number] for load in loads], trains[name], executor)
+        for number, name in enumerate(names)
     ]
-    return tuple(replace(load, sets=tuple(sets[row] for sets in by_set)) for row, load in enumerate(found))
+    return tuple(
+        replace(
+            load, meshes=tuple(both[row][0] for both in by_mesh), rigid=tuple(both[row][1] for both in by_mesh),
+            sets=tuple(sets[row] for sets in by_set),
+        ) for row, load in enumerate(loads)
+    )  # fmt: skip
 
 
 def _largest(reduced: ReducedPair, conditions: Sequence[Condition], sweep: SteSweep) -> list[RootStresses]:

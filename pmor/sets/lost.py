@@ -10,7 +10,7 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.line.hubs import HUB
-from pmor.line.kernels.several import MOST_SINGLE_STEPS
+from pmor.line.kernels.loads import MOST_SINGLE_STEPS
 from pmor.line.lost import NOT_FOUND, OVERLOADED, left_out
 from pmor.sets.plan import SetPlan
 from pmor.sets.solution import SetSolution

@@ -9,7 +9,7 @@ import numpy as np
 
 from pmor.body.rim import RimMotion
 from pmor.core.arrays import FloatArray, IntArray
-from pmor.line.kernels.several import SeveralResults
+from pmor.line.kernels.types import LineResults
 from pmor.line.pair import section_patterns
 from pmor.line.several import LATER, PlacedMesh, PlacedTrain, section_teeth
 
@@ -37,7 +37,7 @@ class RingDeflection:
     least_um: FloatArray
 
 
-def ring_deflection(placed: PlacedTrain, found: SeveralResults, pitches: int, clockwise: bool) -> RingDeflection | None:
+def ring_deflection(placed: PlacedTrain, found: LineResults, pitches: int, clockwise: bool) -> RingDeflection | None:
     """Return the deflection of the first ring of a train that meshes at several places; None without one.
 
     NaN at places where angle 0 did not converge.

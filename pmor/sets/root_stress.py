@@ -17,7 +17,7 @@ from pmor.body.root_stress import RootStressShapes, of_the_other_flank
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.threads import one_thread
 from pmor.gear.condition import ALIGNED
-from pmor.line.kernels.several import SeveralResults
+from pmor.line.kernels.types import LineResults
 from pmor.line.several import LATER, WHOLE, PlacedMesh, PlacedTrain
 from pmor.results.loads import ContactLoads
 from pmor.results.root_stress import LoadCycle
@@ -89,14 +89,14 @@ class _Mesh(NamedTuple):
 
 
 @one_thread()
-def root_stress_of_set(placed: PlacedTrain, found: SeveralResults, pitches: int) -> tuple[GearStress, ...]:
+def root_stress_of_set(placed: PlacedTrain, found: LineResults, pitches: int) -> tuple[GearStress, ...]:
     """Find the root stress of all bodies of a train; none without shapes.
 
     Parameters
     ----------
     placed : PlacedTrain
         Over a mesh cycle.
-    found : SeveralResults
+    found : LineResults
         Over one or several of these.
     pitches : int
         Of the first gear, in all.
@@ -156,7 +156,7 @@ def _gear(placed: PlacedTrain, meshes: Sequence[_Mesh], number: int, pitches: in
     return MeshingGear(uses, teeth, normal, meshes[own].shapes[gear], unlike), LATER[gear] * round(cycles)
 
 
-def _blocks(placed: PlacedTrain, meshes: Sequence[_Mesh], found: SeveralResults, pitches: int) -> Iterator[Block]:
+def _blocks(placed: PlacedTrain, meshes: Sequence[_Mesh], found: LineResults, pitches: int) -> Iterator[Block]:
     """Yield for blocks of angles which states are lost, (D, a), and the loaded teeth of both gears of each mesh.
 
     A state is lost where it did not converge under a torque under which others did. Teeth have the numbers of their
@@ -167,7 +167,7 @@ def _blocks(placed: PlacedTrain, meshes: Sequence[_Mesh], found: SeveralResults,
     cycles = found.converged.shape[1] // angles
     for cycle in range(cycles):
         at = slice(cycle * angles, (cycle + 1) * angles)
-        own = SeveralResults._make(values[:, at] for values in found)
+        own = LineResults._make(values[:, at] for values in found)
         later = np.rint(placed.train.mesh_cycles(cycle * pitches // cycles)).astype(int).tolist()
         loads = [_loads(placed, one, own, number) for number, one in enumerate(meshes)]
         for start in range(0, angles, ANGLES_PER_BLOCK):
@@ -179,9 +179,9 @@ def _blocks(placed: PlacedTrain, meshes: Sequence[_Mesh], found: SeveralResults,
             yield lost[:, at][:, block], both
 
 
-def _loads(placed: PlacedTrain, one: _Mesh, found: SeveralResults, number: int) -> tuple[ContactLoads, IntArray]:
+def _loads(placed: PlacedTrain, one: _Mesh, found: LineResults, number: int) -> tuple[ContactLoads, IntArray]:
     """Forces of a mesh by its number at the angles that a train is placed at, and the tooth pairs that ever carry."""
-    levers = levers_of(one.placed.lines, found.movement @ placed.levers.ahead[number])
+    levers = levers_of(one.placed.lines, found.movement @ placed.train.joined.ahead[number])
     z, force = one.placed.mesh.pair.meshed.sections.z, found.force[..., one.placed.part]
     loads = contact_loads(one.placed.lines, z, levers, force, found.converged)
     # Of a mesh that nothing loads one tooth pair stands for all.

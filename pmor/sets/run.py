@@ -54,8 +54,8 @@ def solved(
     """Solve a set as `run`, its members from where they are kept as in `train_of`."""
     train = train_of(file, kept, executor)
     step(1)
-    found = solve_set(file.plan, train, first_torques_Nm(file), file.angles_per_pitch, file.pitches)
-    samples = solve_samples(file, found)
+    found = solve_set(file.plan, train, first_torques_Nm(file), file.angles_per_pitch, file.pitches, executor)
+    samples = solve_samples(file, found, executor)
     step(1)
     failures = tuple(lost_positions(found, [f"{amount:g} N m" for amount in file.torques_Nm]))
     if samples is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -9,11 +10,14 @@ from typing import NamedTuple
 import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
+from pmor.core.threads import in_order, one_thread
 from pmor.line.hertz import width_limit
 from pmor.line.hubs import HUB
+from pmor.line.kernels.flexibility import Flexibility
 from pmor.line.kernels.places import Lines
-from pmor.line.kernels.several import SeveralResults
-from pmor.line.several import NONE, GearTrain, PlacedTrain
+from pmor.line.kernels.types import LineResults
+from pmor.line.pair import NONE, joined_results
+from pmor.line.several import GearTrain, PlacedTrain, Workspaces
 from pmor.results.load_distribution import face_load_factor
 from pmor.results.loads import LineStates
 from pmor.results.quantities import Figures, figures_of_mesh
@@ -47,7 +51,7 @@ class SetSolution:
         Over a cycle of all meshes, which is passed once or several times.
     torque_Nm : ndarray, shape (D,)
         On the first gear.
-    found : SeveralResults
+    found : LineResults
         Movements and forces; NaN where not converged.
     pitches : int
         Of the first gear, that are solved.
@@ -56,7 +60,7 @@ class SetSolution:
     plan: SetPlan
     placed: PlacedTrain
     torque_Nm: FloatArray
-    found: SeveralResults
+    found: LineResults
     pitches: int
 
     @property
@@ -278,7 +282,7 @@ class SetSolution:
         one = self.placed.placed[mesh]
         passed = one.lines._replace(row=NO_ROWS, gradient=NONE)
         lines = Lines._make(np.tile(values, (self.cycles, *[1] * (values.ndim - 1))) for values in passed)
-        levers = levers_of(lines, self.found.movement @ self.placed.levers.ahead[mesh])
+        levers = levers_of(lines, self.found.movement @ self.train.joined.ahead[mesh])
         pairs = lines.roll.shape[1] // len(one.mesh.pair.meshed.width)
         return line_states_of(
             one.mesh.pair.meshed, lines, self.found.force[..., one.part], self.converged,
@@ -329,7 +333,10 @@ class SetSolution:
         return found if self.repeats else np.full_like(found, np.nan)
 
 
-def solve_set(plan: SetPlan, train: GearTrain, torques_Nm: FloatArray, angles: int, pitches: int = 1) -> SetSolution:
+def solve_set(
+    plan: SetPlan, train: GearTrain, torques_Nm: FloatArray, angles: int, pitches: int = 1,
+    executor: Executor | None = None,
+) -> SetSolution:  # fmt: skip
     """Solve a set over pitches of its first gear.
 
     Parameters
@@ -340,30 +347,45 @@ def solve_set(plan: SetPlan, train: GearTrain, torques_Nm: FloatArray, angles: i
         Of a pitch.
     pitches : int
         After which the set repeats; others are solved as they are.
+    executor : concurrent.futures.Executor, optional
+        Of threads: shares out blocks of angles, whose results do not depend on it.
     """
     pitch, placed = train.meshes[0].pair.meshed.pair.pitch, plan.placed_pitches(pitches)
     phi = pitch * np.arange(placed * angles) / angles
-    return solve_on(plan, train.place(phi, plan.displacement), torques_Nm, pitches)
+    return solve_on(plan, train.place(phi, plan.displacement), torques_Nm, pitches, executor)
 
 
-def solve_on(plan: SetPlan, placed: PlacedTrain, torques_Nm: FloatArray, pitches: int = 1) -> SetSolution:
-    """Solve a set over pitches, placed as the same set with other errors or none."""
-    loads, cycle = 1e3 * torques_Nm[:, None] * plan.load, plan.placed_pitches(pitches)
-    starts = range(0, pitches, cycle)
-    blocks = [
-        [solve_placed(block, loads, errors_of(plan, block, start), start) for start in starts]
-        for block in placed.blocks()
-    ]  # fmt: skip
-    in_order = [one[number] for number in range(len(starts)) for one in blocks]
-    found = SeveralResults(*(np.concatenate(values, axis=1) for values in zip(*in_order, strict=True)))
+@one_thread()
+def solve_on(
+    plan: SetPlan, placed: PlacedTrain, torques_Nm: FloatArray, pitches: int = 1, executor: Executor | None = None,
+    workspaces: Workspaces | None = None,
+) -> SetSolution:  # fmt: skip
+    """Solve a set over pitches, placed as the same set with other errors or none.
+
+    Parameters
+    ----------
+    workspaces : Workspaces, optional
+        Of the placed set; several solutions may share them.
+    """
+    loads, starts = 1e3 * torques_Nm[:, None] * plan.load, range(0, pitches, plan.placed_pitches(pitches))
+    lending = Workspaces(placed.blocks) if workspaces is None else workspaces
+
+    def solve(number: int) -> list[LineResults]:
+        block = lending.blocks[number]
+        with lending.lent(number) as workspace:
+            return [solve_placed(block, loads, errors_of(plan, block, start), start, workspace) for start in starts]
+
+    blocks = list(in_order(solve, range(len(lending.blocks)), executor))
+    found = joined_results([block[number] for number in range(len(starts)) for block in blocks])
     return SetSolution(plan, placed, torques_Nm, found, pitches)
 
 
 def solve_placed(
-    placed: PlacedTrain, loads: FloatArray, deviation: FloatArray = NONE, pitch: int = 0
-) -> SeveralResults:
+    placed: PlacedTrain, loads: FloatArray, deviation: FloatArray = NONE, pitch: int = 0,
+    workspace: Flexibility | None = None,
+) -> LineResults:  # fmt: skip
     """Solve a train at its angles, as `PlacedTrain.solve`; NaN where not converged, or beyond the range of contact."""
-    found = placed.solve(loads, deviation, pitch)
+    found = placed.solve(loads, deviation, pitch, workspace)
     for one in placed.placed:
         found.converged[width_limit(one.mesh.pair.meshed, one.lines.law).exceeded(found.force[..., one.part])] = False
     for values in (found.movement, found.force):

@@ -7,11 +7,14 @@ where two of them are equal, and planets lift off; a sample takes milliseconds.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, fields
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
+from pmor.core.threads import in_order
+from pmor.line.several import Workspaces
 from pmor.pair.bounds import Bound
 from pmor.sets.bounds import set_bounds
 from pmor.sets.draws import drawn
@@ -58,21 +61,27 @@ class Samples:
         return np.asarray((self.lost > 0).sum(axis=0)) - self.missing
 
 
-def solve_samples(file: SetFile, solved: SetSolution) -> Samples | None:
-    """Solve all sets that the tolerances of a file draw, under the torques of its solution; None without tolerances."""
+def solve_samples(file: SetFile, solved: SetSolution, executor: Executor | None = None) -> Samples | None:
+    """Solve all sets that the tolerances of a file draw, under the torques of its solution; None without tolerances.
+
+    An executor of threads shares out the samples, whose results do not depend on it.
+    """
     if file.sections.tolerances is None:
         return None
-    sections = tuple(drawn(file.sections))
-    k_gamma, peak_to_peak = np.empty((2, len(sections), len(solved.torque_Nm)))
-    lost = np.empty(k_gamma.shape, dtype=np.int64)
-    left: list[list[tuple[int, str, Bound]]] = [[] for _ in solved.torque_Nm]
-    for number, said in enumerate(sections):
-        found = solve_on(with_errors(file.plan, said), solved.placed, solved.torque_Nm, file.sample_pitches)
-        peak_to_peak[number] = [known(np.ptp, ste) for ste in found.ste_um]
-        k_gamma[number], lost[number] = found.k_gamma, (~found.converged).sum(axis=1)
-        for torque, of_torque in enumerate(left):
-            of_torque += [(number, place, bound) for place, bound in set_bounds(file, found, torque)]
-    return Samples(sections, k_gamma, peak_to_peak, lost, file.sample_pitches, tuple(map(tuple, left)))
+    sections, workspaces = tuple(drawn(file.sections)), Workspaces(solved.placed.blocks)
+
+    def solve(said: SetSections) -> tuple[FloatArray, list[float], IntArray, list[list[tuple[str, Bound]]]]:
+        plan = with_errors(file.plan, said)
+        found = solve_on(plan, solved.placed, solved.torque_Nm, file.sample_pitches, workspaces=workspaces)
+        left = [list(set_bounds(file, found, torque)) for torque in range(len(solved.torque_Nm))]
+        return found.k_gamma, [known(np.ptp, ste) for ste in found.ste_um], (~found.converged).sum(axis=1), left
+
+    k_gamma, peak_to_peak, lost, left = zip(*in_order(solve, sections, executor), strict=True)
+    bounds = tuple(
+        tuple((number, *bound) for number, of_sample in enumerate(left) for bound in of_sample[torque])
+        for torque in range(len(solved.torque_Nm))
+    )
+    return Samples(sections, np.array(k_gamma), np.array(peak_to_peak), np.array(lost), file.sample_pitches, bounds)
 
 
 def lost_samples(samples: Samples, torques_Nm: Sequence[float]) -> tuple[str, ...]:

@@ -5,10 +5,8 @@ What a variant changes are gaps alone. A state does not depend on what was solve
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,8 +16,9 @@ from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.gear.condition import Assembly
 from pmor.gear.deviation_rates import deviation_rates
 from pmor.gear.modification import Modification
-from pmor.line.kernels.several import SeveralResults
-from pmor.line.several import GearTrain, PlacedMesh, PlacedTrain
+from pmor.line.kernels.types import LineResults
+from pmor.line.pair import joined_results
+from pmor.line.several import GearTrain, PlacedMesh, Workspaces
 from pmor.pair.conditions import assembly_of
 from pmor.results.load_distribution import largest_pressure
 from pmor.sets.loader import SetFile
@@ -27,9 +26,6 @@ from pmor.sets.plan import SetPlan
 from pmor.sets.run import train_of
 from pmor.sets.solution import SetSolution, errors_of, solve_placed
 from pmor_online.variants import largest_of
-
-# Memory of places that are kept from one variant to the next.
-MOST_KEPT_BYTES = 1 << 28
 
 
 @dataclass(frozen=True)
@@ -142,12 +138,9 @@ class SetVariants:
         self.pitches = pitches
         pitch, cycle = train.meshes[0].pair.meshed.pair.pitch, plan.placed_pitches(pitches)
         self.phi = pitch * np.arange(pitches * angles) / angles
-        # For readings alone: nothing is solved on it.
         self.placed = train.place(self.phi[: cycle * angles], plan.displacement)
         self._starts = range(0, pitches, cycle)
-        self._blocks = [block.phi for block in self.placed.blocks()]
-        self._idle: list[list[PlacedTrain]] = [[] for _ in self._blocks]
-        self._kept_bytes, self._lock = 0, threading.Lock()
+        self._workspaces = Workspaces(self.placed.blocks)
 
     @property
     def _loads(self) -> FloatArray:
@@ -155,19 +148,18 @@ class SetVariants:
 
     def solve(self, built: BuiltSet) -> SetVariant:
         """Return the set as it is built in one way."""
-        parts: list[list[SeveralResults]] = [[] for _ in self._starts]
+        parts: list[list[LineResults]] = [[] for _ in self._starts]
         deviations: list[list[FloatArray]] = [[] for _ in self._starts]
         plan = replace(self.plan, displacement=built.displacement, eccentricity=built.eccentricity)
-        for block in range(len(self._blocks)):
-            with self._lent(block) as placed:
-                own = placed.deviation(built.flanks)
-                for number, pitch in enumerate(self._starts):
-                    errors = errors_of(plan, placed, pitch)
+        for number, block in enumerate(self._workspaces.blocks):
+            own = block.deviation(built.flanks)
+            with self._workspaces.lent(number) as workspace:
+                for start, pitch in enumerate(self._starts):
+                    errors = errors_of(plan, block, pitch)
                     deviation = own + errors if errors.size else own
-                    parts[number].append(solve_placed(placed, self._loads, deviation, pitch))
-                    deviations[number].append(deviation)
-        in_order = [part for of_start in parts for part in of_start]
-        found = SeveralResults(*(np.concatenate(values, axis=1) for values in zip(*in_order, strict=True)))
+                    parts[start].append(solve_placed(block, self._loads, deviation, pitch, workspace))
+                    deviations[start].append(deviation)
+        found = joined_results([part for of_start in parts for part in of_start])
         return SetVariant(built, SetSolution(plan, self.placed, self.torques_Nm, found, self.pitches), deviations)
 
     def differentiate(self, variant: SetVariant, by_movement: FloatArray, by_force: FloatArray) -> FloatArray:
@@ -181,16 +173,19 @@ class SetVariants:
             By the forces of the sections, per N.
         """
         rates, before = np.zeros(by_force.shape), 0
-        for block, phi in enumerate(self._blocks):
-            with self._lent(block) as placed:
+        for block, placed in enumerate(self._workspaces.blocks):
+            with self._workspaces.lent(block) as workspace:
                 for number, pitch in enumerate(self._starts):
                     first = number * len(self.placed.phi) + before
-                    part = slice(first, first + len(phi))
-                    states = SeveralResults._make(values[:, part] for values in variant.solution.found)
-                    rates[:, part] = placed.differentiate(
-                        states, by_movement[:, part], by_force[:, part], variant.deviation[number][block], pitch
+                    part = slice(first, first + len(placed.phi))
+                    states = LineResults._make(
+                        np.ascontiguousarray(values[:, part]) for values in variant.solution.found
                     )
-            before += len(phi)
+                    rates[:, part] = placed.differentiate(
+                        states, by_movement[:, part], by_force[:, part], variant.deviation[number][block], pitch,
+                        workspace,
+                    )  # fmt: skip
+            before += len(placed.phi)
         return rates
 
     def by_parameters(
@@ -224,23 +219,6 @@ class SetVariants:
                 # Deviations are in um, derivatives per mm.
                 of_case[name] = of_case.get(name, 0.0) + 1e-3 * float(np.vdot(states.sensitivity[0], rate))
         return found
-
-    @contextmanager
-    def _lent(self, block: int) -> Iterator[PlacedTrain]:
-        """Lend the places of a block of angles, which serve one thread at a time."""
-        with self._lock:
-            idle = self._idle[block]
-            placed = idle.pop() if idle else None
-            self._kept_bytes -= 0 if placed is None else placed.between.nbytes
-        if placed is None:
-            placed = self.train.place(self._blocks[block], self.plan.displacement)
-        try:
-            yield placed
-        finally:
-            with self._lock:
-                if self._kept_bytes + placed.between.nbytes <= MOST_KEPT_BYTES:
-                    self._idle[block].append(placed)
-                    self._kept_bytes += placed.between.nbytes
 
 
 def train_of_variants(file: SetFile, executor: Executor | None = None) -> GearTrain:

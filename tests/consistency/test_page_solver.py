@@ -162,7 +162,7 @@ TRANSCRIBED = {
         "line_deviations": "de61c616",
     },
     "pmor/line/kernels/law.py": {
-        "_smooth_approach": "4e145825", "load_at": "c4554bcd", "widest_load": "d84dfccb", "approach_of": "e1528084",
+        "_smooth_approach": "fce019dc", "load_at": "c4554bcd", "widest_load": "d84dfccb", "approach_of": "bdcadf17",
         "line_law": "f0da3a83", "_corner": "46d88f0f", "_from_corner": "b2efd556", "_law_near_corner": "6ebc4515",
         "sections_alike": "df9f3b46",
     },
@@ -174,14 +174,18 @@ TRANSCRIBED = {
         "_spread_part": "de89416b", "single_mean": "8b032f55", "_felt": "4ba65c97", "_layer_end": "2bd060bf",
         "corner_approach": "c061e786",
     },
+    "pmor/line/kernels/starts.py": {
+        "_expected": "daf8ff6f", "start_with": "e47cd80e",
+    },
+    "pmor/line/kernels/movements.py": {
+        "turning": "42d11bd5", "place_at": "088ccb67", "out_of_balance": "33fdfe0d",
+    },
     "pmor/line/kernels/loads.py": {
-        "_start": "09f0db4b", "_solve": "5b1df793", "_balanced": "a0d95f9e", "turning": "c9a30d8d",
-        "_linearise_at": "16c4c3d6", "linearise": "c6d330dd", "_newton_step": "561bb450", "accept": "cedca0ae",
-        "_touch_at": "8e41e2b4", "touch": "a12910b6", "gap_of": "45ca2d2d", "begin": "61bce2e3",
+        "_solve": "9e9aa291", "linearise": "9747560a", "fill_equations": "c8e7c7a0", "_newton_step": "391758a6",
+        "_accept": "6c3fdb8a", "_deflect": "07a635f3", "_touch": "0d506109", "_begin": "eddfaeb9",
     },
     "pmor/line/kernels/flexibility.py": {
-        "_product": "102734b1", "_bilinear": "ab6dc26c", "_between": "c8b73726", "make_ready": "df9941fd",
-        "make_all_ready": "58bef529",
+        "_product": "baca11b6", "_bilinear": "007b2a4d", "_between": "dabdfded", "make_ready": "89afecc4",
     },
 }  # fmt: skip
 

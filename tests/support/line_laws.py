@@ -4,10 +4,16 @@ import math
 
 import numpy as np
 
-from pmor.line.kernels.tip_corner import Corner, LineLaw
+from pmor.line.kernels.tip_corner import Corner, Corners, LineLaw
 from pmor.line.tip_corner import INFLUENCE_LENGTH, corner_coefficients, wedge_softness
 
-NO_CORNERS = (Corner(0.0, 0.0, 0.0, 0.0, np.empty((3, 0, 0))),) * 2
+
+def corners_of(corner):
+    """The same corner wherever flanks end."""
+    return Corners(np.tile(corner[:4], (1, 4, 1)), np.tile(corner.coefficients, (1, 4, 1, 1, 1)))
+
+
+NO_CORNERS = corners_of(Corner(0.0, 0.0, 0.0, 0.0, np.empty((3, 0, 0))))
 
 
 def plain_law(compliance, opening, curvature, least):

@@ -69,7 +69,7 @@ def balance_of(planets, free, count, seed):
         state = placed.solve(loads, errors_of(own, placed, later), later)
         levers, force = placed.levers_at(state.movement[0]), state.force[0]
         left = np.abs(np.einsum("an,ank->ak", force, levers) + loads)
-        over = np.abs(placed.levers.rows).max(axis=1) * force.sum(axis=1, keepdims=True)
+        over = np.abs(placed.rows).max(axis=1) * force.sum(axis=1, keepdims=True)
         solution = SetSolution(own, placed, np.array([torque]), state, 1)
         shares = solution.planet_share[0].max()
         found.append((state.converged[0], (left / over).max(axis=1), planets * shares))

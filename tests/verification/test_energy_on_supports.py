@@ -47,10 +47,7 @@ def supported(name):
 def placed_at(reduced, phi):
     """Sections at some angles, with the flexibility between all of them."""
     placed = reduced.lines.place(phi, ALIGNED)
-    pair = placed.pair
-    make_all_ready(
-        placed.lines, placed.flexibility, np.isfinite(placed.lines.gap), pair.compliance, len(pair.meshed.width)
-    )
+    make_all_ready(placed.lines, placed.pair.between_flanks, placed.flexibility, np.isfinite(placed.lines.gap))
     return placed
 
 

@@ -13,7 +13,7 @@ from pmor.design import fine
 from pmor.design.elements import Elements
 from pmor.design.judge import Judge
 from pmor.design.loader import load as load_design
-from pmor.line.kernels.several import MOST_SINGLE_STEPS
+from pmor.line.kernels.loads import MOST_SINGLE_STEPS
 from pmor.machine.loader import load as load_gearbox
 from pmor.machine.output import gearbox_data
 from pmor.machine.run import lost_of_load
@@ -146,8 +146,8 @@ def test_samples_keep_the_positions_that_converged_and_say_so(result, tmp_path, 
     sizes = "[tolerances]\npins_tangential_um = 5.0\nsamples = 8\n"
     file, solved = load(written_set(tmp_path, FREE + sizes)), []
 
-    def solve(*its):
-        solved.append(solve_on(*its))
+    def solve(*its, **more):
+        solved.append(solve_on(*its, **more))
         return without(solved[-1], lost={2: [LOST], 3: slice(None)}.get(len(solved), []))
 
     monkeypatch.setattr("pmor.sets.tolerances.solve_on", solve)

@@ -77,16 +77,18 @@ def test_an_elastic_idler_couples_its_meshes_and_keeps_its_balance(helix, width)
     assert_allclose(held, np.broadcast_to([-TORQUE, 0.0], held.shape), rtol=0.0, atol=1e-8 * TORQUE)
 
 
-def slow_solution(placed, loads):
+def slow_solution(placed, workspace, loads):
     """Forces and movements by Newton's method on all of them together, levers taken as they are."""
     found = []
     for i in range(len(placed.phi)):
         laws = [LineLaw(*row) for row in placed.lines.law[i].tolist()]
-        rows, gap, width = placed.levers.rows[i], placed.lines.gap[i], placed.width
-        force, moved, between = np.where(placed.ready[i], 1.0, 0.0), np.zeros(rows.shape[1]), placed.between[i]
+        rows, gap, width = placed.rows[i], placed.lines.gap[i], placed.train.joined.width
+        ready, between = workspace.ready[i], workspace.between[i]
+        corners, mesh = placed.train.joined.corners, placed.train.joined.mesh
+        force, moved = np.where(ready, 1.0, 0.0), np.zeros(rows.shape[1])
         for _ in range(200):
             active = np.flatnonzero(force > 0.0)
-            law = np.array([approach_of(force[n] / width[n], laws[n], placed.train.corners) for n in active])
+            law = np.array([approach_of(force[n] / width[n], laws[n], corners, mesh[n]) for n in active])
             matrix = between[np.ix_(active, active)] + np.diag(law[:, 1] / width[active])
             free = gap[active] + law[:, 0] - law[:, 1] * force[active] / width[active]
             block = np.block([[matrix, rows[active]], [rows[active].T, np.zeros((rows.shape[1],) * 2)]])
@@ -94,7 +96,7 @@ def slow_solution(placed, loads):
             new = np.zeros_like(force)
             new[active] = np.maximum(solution[: len(active)], 0.0)
             moved = solution[len(active) :]
-            closed = placed.ready[i] & (new == 0.0) & (gap + rows @ moved + between @ new < -1e-12)
+            closed = ready & (new == 0.0) & (gap + rows @ moved + between @ new < -1e-12)
             new[closed] = 1e-3
             if np.abs(new - force).max() < 1e-10 * new.max():
                 break
@@ -108,8 +110,9 @@ def test_the_compiled_solution_is_that_of_a_slow_twin():
     # Levers do not turn in the twin.
     placed = train.place(angles(train))
     placed.lines.lever_slope[:] = 0.0
-    found = placed.solve([[TORQUE, 0.0]])
-    for i, (force, moved) in enumerate(slow_solution(placed, np.array([TORQUE, 0.0]))):
+    workspace = placed.workspace()
+    found = placed.solve([[TORQUE, 0.0]], workspace=workspace)
+    for i, (force, moved) in enumerate(slow_solution(placed, workspace, np.array([TORQUE, 0.0]))):
         assert_allclose(found.force[0, i], force, rtol=0.0, atol=1e-6 * force.max())
         assert_allclose(found.movement[0, i], moved, rtol=1e-6)
 
@@ -119,7 +122,8 @@ def test_bodies_couple_sections_as_their_nodes_do():
     _, train = chain((21, 25, 19), 15.0, 40.0, width="whole")
     placed = train.place(angles(train, 2))
     everything = np.isfinite(placed.lines.gap)
-    placed._make_ready(everything)
+    workspace = placed.workspace()
+    placed.make_ready(workspace, everything)
     far, (one, other) = train.bodies[1].far, placed.placed
     assert not one.mesh.image
     assert other.mesh.image
@@ -143,7 +147,7 @@ def test_bodies_couple_sections_as_their_nodes_do():
                 # The tooth 0 of either pair faces its pinion; the second pair counts clockwise.
                 apart = (-(tooth + other.mesh.first_tooth[0]) - (one.mesh.first_tooth[1] - pair)) % 25
                 expected = to @ far.shapes @ far.backs[apart] @ far.shapes.T @ by
-                assert_allclose(placed.between[i, n, size + m], expected, rtol=1e-10)
+                assert_allclose(workspace.between[i, n, size + m], expected, rtol=1e-10)
 
 
 def test_teeth_that_miss_each_other_are_refused():

@@ -21,7 +21,7 @@ from pmor.line.kernels.tip_corner import LineLaw, contact_patch, corner_approach
 from pmor.line.tip_corner import INFLUENCE_LENGTH, corner_coefficients, wedge_softness
 from pmor.pair.conditions import nominal_condition
 from tests.programs.ended_layer import ended_layer, patch_means, smooth_rest
-from tests.support.line_laws import corner_law, corner_of
+from tests.support.line_laws import corner_law, corner_of, corners_of
 from tests.support.line_pairs import small_pair
 from tests.support.small_case import case_with, full_fe
 from tests.support.states import states_at
@@ -161,7 +161,7 @@ def test_no_patch_is_longer_than_the_load_allows(angle, rounding):
 @pytest.mark.parametrize("angle", ANGLES_DEG)
 def test_approach_rises_with_its_slope(angle, rounding):
     corner, law = law_at(angle, rounding)
-    corners = corner, corner
+    corners = corners_of(corner)
     for load in np.geomspace(law.least, 2.0 * widest_load(law), 25):
         approach, slope = approach_of(load, law, corners)
         step = 1e-5 * load
@@ -228,7 +228,7 @@ def test_gap_and_approach_go_on_smoothly_over_the_end_of_the_path(end, pinion):
         gap, law = lines.gap[0, own], LineLaw(*lines.law[0, own])
         assert law.corner == gear
         assert (law.angle > 0.0) == (n < 0)
-        total.append(gap + corner_approach(120.0, law, meshed.corners[gear])[0])
+        total.append(gap + corner_approach(120.0, law, meshed.kernel_layers[gear].tip)[0])
     outer, across, inner = np.diff(total) / [1.0, 2.0, 1.0]
     assert_allclose([outer, inner], across, rtol=0.02, atol=2e-7)
 

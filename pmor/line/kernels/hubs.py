@@ -10,12 +10,12 @@ from pmor.core.arrays import FloatArray
 from pmor.core.compiling import allocating, compiled
 from pmor.gear.kernels.deviation import Deviation
 from pmor.gear.kernels.types import Gear, Kinematics
-from pmor.line.kernels.flexibility import Flexibility
+from pmor.line.kernels.flexibility import Compliance, Flexibility
 from pmor.line.kernels.law import load_at
-from pmor.line.kernels.loads import LineResults, solve_lines
+from pmor.line.kernels.loads import WARM, solve_lines
 from pmor.line.kernels.places import Lines, fill_lines, line_deviations
-from pmor.line.kernels.tip_corner import Corner, stored_law
-from pmor.line.kernels.types import Layer
+from pmor.line.kernels.tip_corner import stored_law
+from pmor.line.kernels.types import Layer, LineResults, Meshes
 
 ROWS = 12
 # Turn of the gears within which sections stay placed, rad: a mesh force changes by less than the same share.
@@ -40,10 +40,10 @@ class Contact(NamedTuple):
         Of pinion and wheel.
     modified : bool
         Whether there are deviations.
-    z, width : ndarray, shape (S,)
+    z : ndarray, shape (S,)
         Of the sections, mm.
-    pair_count, components, rate, compliance, corners
-        As in `place_lines` and `solve_lines`.
+    meshes, compliance
+        As in `solve_lines`.
     widest : float
         Half-width beyond which contact is too wide for the layer, over exp(opening) of a law.
     """
@@ -55,12 +55,8 @@ class Contact(NamedTuple):
     deviations: tuple[Deviation, Deviation]
     modified: bool
     z: FloatArray
-    width: FloatArray
-    pair_count: int
-    components: int
-    rate: float
-    compliance: tuple[FloatArray, FloatArray]
-    corners: tuple[Corner, ...]
+    meshes: Meshes
+    compliance: Compliance
     widest: float
 
 
@@ -149,7 +145,7 @@ def contact_of_hubs(contact, placed, phi, advance, displacement):
     if not abs(phi - placed.phi[0]) <= SAME:
         _place(contact, placed, phi)
     axes, lines, rows, results, force = contact.axes, placed.lines, placed.rows[0], placed.results, placed.results.force
-    size, sections = lines.gap.shape[1], len(contact.z)
+    size, meshes = lines.gap.shape[1], contact.meshes
     turned = phi - placed.phi[0]
     for n in range(size):
         opening = placed.deviation[0, n] - rows[n, 11] * axes.base_radius / axes.mate_base_radius * turned
@@ -157,8 +153,8 @@ def contact_of_hubs(contact, placed, phi, advance, displacement):
             opening += rows[n, k] * displacement[k]
         placed.opening[0, n] = opening
     solve_lines(
-        lines, placed.flexibility, placed.opening, np.full((1, 1), advance + turned), True, True, contact.rate,
-        contact.width, contact.compliance, contact.corners, results,
+        lines, lines.lever.reshape((1, size, 1)), meshes, contact.compliance, placed.flexibility, placed.opening,
+        np.full((1, 1, 1), advance + turned), True, WARM, results,
     )  # fmt: skip
     overloaded, wrench = False, placed.wrench
     wrench[:] = 0.0
@@ -166,7 +162,7 @@ def contact_of_hubs(contact, placed, phi, advance, displacement):
         load = force[0, 0, n]
         if load > 0.0:
             law = stored_law(lines.law[0, n])
-            overloaded |= load > load_at(contact.widest * np.exp(law.opening), law) * contact.width[n % sections]
+            overloaded |= load > load_at(contact.widest * np.exp(law.opening), law) * meshes.width[n]
             for k in range(ROWS):
                 wrench[k] += load * rows[n, k]
     # Under a corner the lever turns with the advance.

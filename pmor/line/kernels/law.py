@@ -6,7 +6,7 @@ import numpy as np
 
 from pmor.core.compiling import compiled
 from pmor.line.kernels.contact_point import roll_of
-from pmor.line.kernels.tip_corner import NEAREST, SHORT, LineLaw, corner_approach, single_mean
+from pmor.line.kernels.tip_corner import NEAREST, SHORT, LineLaw, corner_approach, corner_at, single_mean
 
 # Least relative curvature, over the curvatures of both flanks. A tip far beyond the path meets a ring where the ring is
 # more curved than the tip: within the patch the wedge between them counts, and not that they would meet further inside.
@@ -17,7 +17,7 @@ LEAST_SLOPE = 0.5
 
 
 @compiled
-def _smooth_approach(load, law, corners):
+def _smooth_approach(load, law, corners, mesh):
     """Approach of the flanks under a line load above the least one, and its derivative."""
     if load <= law.plain:
         shape = law.constant - 0.5 * np.log(load)
@@ -25,7 +25,7 @@ def _smooth_approach(load, law, corners):
             widest = np.exp(2.0 * (law.constant - 0.5 - LEAST_SLOPE))
             return law.compliance * (LEAST_SLOPE * load + 0.5 * widest), LEAST_SLOPE * law.compliance
         return law.compliance * load * shape, law.compliance * (shape - 0.5)
-    return corner_approach(load, law, corners[int(law.corner)])
+    return corner_approach(load, law, corner_at(corners, mesh, int(law.corner)))
 
 
 @compiled
@@ -47,17 +47,20 @@ def widest_load(law):
 
 
 @compiled
-def approach_of(load, law, corners):
-    """Approach of the flanks under a line load (N/mm) and its derivative; linear below the least, past the widest."""
+def approach_of(load, law, corners, mesh=0):
+    """Approach of flanks under a line load (N/mm) and its derivative; linear below the least, past the widest.
+
+    `corners` are those of several meshes.
+    """
     if load <= law.least:
-        slope = _smooth_approach(law.least, law, corners)[0] / law.least
+        slope = _smooth_approach(law.least, law, corners, mesh)[0] / law.least
         return slope * load, slope
     if load > law.plain:
         widest = widest_load(law)
         if load > widest:
-            approach, slope = _smooth_approach(widest, law, corners)
+            approach, slope = _smooth_approach(widest, law, corners, mesh)
             return approach + slope * (load - widest), slope
-    return _smooth_approach(load, law, corners)
+    return _smooth_approach(load, law, corners, mesh)
 
 
 @compiled

@@ -1,386 +1,260 @@
 """Line contact with the line loads themselves as unknowns: exact, nothing trained, nothing interpolated over the angle.
 
-To first order in the displacements all but the law of the line load is linear: with F the forces of the sections
-that carry load (along the transverse line of action, w = F / width), their gaps are
+Of one mesh or of several whose gears share bodies, with K movements q of all bodies that are free: the advance of the
+one pinion; rotations, and displacements of members that float. To first order in the displacements all but the law of
+the line load is linear: with F the forces of the sections that carry load (along the transverse line of action, w = F /
+width), their gaps are
 
-    g = g_0 + e + l advance + D F + delta(w),    D = W C W^T,                                                        (1)
+    g = g_0 + e + l q + D F + delta(w),    D = W C W^T,                                                              (1)
 
-g_0 between the undeformed flanks in their kinematic position, e the deviations of the flanks, l the levers, W the
-shares and directions by which nodes carry the sections, C the compliance between flank nodes, delta the approach of
-`pmor.line.hertz`. (Under a pinion's corner l turns with the advance, and so little that nothing below depends on it.)
-Sought are F > 0 with g = 0, and g >= 0 elsewhere, in balance with the torque, -l F = T, or under a given advance. delta
-rises with the load, and D with its slopes is symmetric and positive definite (`pmor.line.face_ends`): it is the
-minimum of a strictly convex energy, so there is one solution, and Newton with an active set finds it (Johnson, Contact
-Mechanics 1985, ch. 4; Portugal, Judice & Vicente, Math. Comp. 63 (1994) 625). Neither D nor g_0 depends on torque or
-deviations.
+g_0 between the undeformed flanks in their kinematic position, e the deviations of the flanks, l a row of levers for
+each section, W the shares and directions by which nodes carry the sections, C the compliance between flank nodes and
+of what bodies that meshes share give way, delta the approach of `pmor.line.hertz`. (Under a pinion's corner l turns
+with the advance, and so little that nothing below depends on it.)
+Sought are F > 0 with g = 0, and g >= 0 elsewhere, in balance with what acts on each movement from outside, -l^T F = T
+(torques, and nothing on planets, idlers and a floating sun), or under given movements. delta rises with the load, and D
+with its slopes is symmetric and positive definite (`pmor.line.face_ends`): it is the minimum of a strictly convex
+energy, so there is one solution, and Newton with an active set finds it (Johnson, Contact Mechanics 1985, ch. 4;
+Portugal, Judice & Vicente, Math. Comp. 63 (1994) 625). Movements are unique too, but for bodies that nothing touches.
+Neither D nor g_0 depends on loads or deviations.
 
-Derivatives follow from a factor of the same matrix: with M = D + delta'/width of the sections that carry, l_t the
-slopes of levers that turn, and y = M^-1 l,
+With M = D + delta'/width of the sections that carry and l_t the slopes of levers that turn, the stiffness is S = l^T
+M^-1 l - l_t F. Derivatives of a figure whose own are a by the movements and c by the forces follow from the same
+factor, under the same loads:
 
-    d torque / d advance = l y - l_t F,    d advance / d e_n = -y_n / (d torque / d advance),                       (2)
+    d figure / d e = -M^-1 (c - l v),    v = S^-1 (l^T M^-1 c - a):                                                  (2)
 
-the second at the same torque: a deviation moves the advance as the torque moves the section that deviates (Maxwell).
-They are those of the present sections: both jump a little where one begins to carry, as soft as the law's delta' under
-the least load, and where a patch of contact comes to a sharp edge, with the law's slope there.
+one right-hand side for all deviations. With c = 0 and a of one rotation, it is Maxwell's: a deviation turns a gear as a
+torque on the gear loads the section that deviates. They are those of the present sections: they jump a little where one
+begins to carry, as soft as the law's delta' under the least load, and where a patch of contact comes to a sharp edge,
+with the law's slope there.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
-from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.compiling import allocating, compiled, inlined
-from pmor.core.linear import cholesky, solve_factored
+from pmor.core.linear import eliminate, solve_upper
 from pmor.line.kernels.flexibility import make_all_ready, make_ready
 from pmor.line.kernels.law import approach_of
+from pmor.line.kernels.movements import let_go, out_of_balance, place_at, solve_held, take_stiffness, turning
+from pmor.line.kernels.starts import follow, likely_sections, set_free, start_with
 from pmor.line.kernels.tip_corner import LineLaw, stored_law
+from pmor.line.kernels.workspace import new_workspace
 
-# Newton steps, and after how many of them sections change sides singly.
-MAX_STEPS, PATIENCE = 60, 20
+# Steps in which all sections change sides that have to, and further ones that change one section each. Sets of seven
+# planets of which three carry take up to 250 of these.
+PATIENCE, MOST_SINGLE_STEPS = 20, 600
 # The change of the forces by the last step, squared, over the force and the largest one: the law is quadratic in it.
 TOLERANCE = 1e-11
-# Of the torque, what forces may leave over: they may settle in the step that brings a corner into contact.
-BALANCED = 1e-8
-# Sections are looked at that stand off by less than this share of the approach, were the flanks rigid.
-NEARBY = 0.2
 # Gaps below this share of that distance have no sign, nor have those below a share of the flanks' own way.
 ROUND_OFF, LAST_DIGITS = 1e-9, 1e-15
 # Where a stored law has its least load, and the share of it with which a section begins: on the law's linear part, from
 # where one step finds any load that is smaller still. The least load itself is, to rounding, beyond it.
 LEAST, BEGINNING = LineLaw._fields.index("least"), 0.5
-
-
-class LineResults(NamedTuple):
-    """Results of `solve_lines`, for D torques or advances.
-
-    Attributes
-    ----------
-    advance : ndarray, shape (D, A)
-        rad.
-    steps : ndarray of int, shape (D, A)
-    converged : ndarray of bool, shape (D, A)
-    force : ndarray, shape (D, A, N)
-        Along the transverse line of action, N; 0 where not converged.
-    torque : ndarray, shape (D, A, P)
-        On the pinion by the forces of each tooth pair, N mm.
-    stiffness : ndarray, shape (D, A)
-        Tangent d torque / d advance of the nonlinear solution, N mm / rad; 0 where nothing carries.
-    sensitivity : ndarray, shape (D, A, N) or (0, 0, 0)
-        d advance / d deviation of each section at the same torque, rad/mm; not filled where it is of size 0.
-    """
-
-    advance: FloatArray
-    steps: IntArray
-    converged: BoolArray
-    force: FloatArray
-    torque: FloatArray
-    stiffness: FloatArray
-    sensitivity: FloatArray
-
-
-class Workspace(NamedTuple):
-    """Workspace of one solution with N unknowns at most.
-
-    Attributes
-    ----------
-    free, rigid : ndarray, shape (N,)
-        Gaps under no load at advance 0, and at the present one, mm.
-    ahead : ndarray, shape (N,)
-        Advance of each section, rad: the same everywhere in a single pair.
-    carries : ndarray of bool, shape (N,)
-    active : ndarray of int, shape (N,)
-        Those that carry, in order.
-    matrix, factor : ndarray, shape (N, N)
-    loaded, levered : ndarray, shape (N,)
-        Solutions with the gaps and with the levers on the right-hand side.
-    """
-
-    free: FloatArray
-    rigid: FloatArray
-    ahead: FloatArray
-    carries: BoolArray
-    active: IntArray
-    matrix: FloatArray
-    factor: FloatArray
-    loaded: FloatArray
-    levered: FloatArray
+# Of the largest force of a section: what rounding leaves of one that stands at its neighbours' gap and carries nothing.
+NOTHING = 1e-9
+# How a solution begins: with equal forces; with those that the results hold; with those under the load before.
+COLD, WARM, FOLLOWING = 0, 1, 2
 
 
 @allocating
-def new_workspace(size):
-    """Return the workspace of a solution with so many unknowns at most."""
-    return Workspace(
-        free=np.empty(size), rigid=np.empty(size), ahead=np.empty(size), carries=np.empty(size, dtype=np.bool_),
-        active=np.empty(size, dtype=np.int64), matrix=np.empty((size, size)), factor=np.empty((size, size)),
-        loaded=np.empty(size), levered=np.empty(size),
-    )  # fmt: skip
-
-
-@compiled
-def _make_likely_ready(lines, flexibility, deviation, loads, held, rate, width, compliance, likely, workspace):
-    """Make those sections ready that the largest load lets begin to carry, at all angles."""
-    angles, size = lines.gap.shape
-    count = 0
-    for i in range(angles):
-        set_free(lines, i, deviation, workspace)
-        largest = loads[0, i]
-        for d in range(1, len(loads)):
-            largest = max(largest, loads[d, i])
-        _start(lines, i, largest, held, rate, workspace.loaded, False, workspace)
-        for n in range(size):
-            likely[i, n] = workspace.carries[n] and not flexibility.ready[i, n]
-            count += likely[i, n]
-    if count > 0:
-        make_all_ready(lines, flexibility, likely, compliance, len(width))
-
-
-@inlined
-def set_free(lines, i, deviation, workspace):
-    """Fill the gaps under no load at advance 0."""
-    for n in range(len(workspace.free)):
-        workspace.free[n] = lines.gap[i, n] + (deviation[i, n] if len(deviation) > 0 else 0.0)
-
-
-@allocating
-def solve_lines(lines, flexibility, deviation, loads, held, warm, rate, width, compliance, corners, results):
-    """Solve all angles under torques or advances.
+def solve_lines(lines, rows, meshes, compliance, flexibility, deviation, loads, held, start, results):
+    """Solve all angles under loads or at movements.
 
     Parameters
     ----------
     lines : Lines
+        Of all meshes one after the other.
+    rows : ndarray, shape (A, N, K)
+        l: change of the gaps by each movement, mm or 1.
+    meshes : Meshes
+    compliance : Compliance
     flexibility : Flexibility
         Workspace of these lines; made ready as it is needed.
     deviation : ndarray, shape (A, N) or (0, 0)
         Deviations of both flanks, added up, mm.
-    loads : ndarray, shape (D, A)
-        Torques (N mm) or advances (rad) at each angle.
+    loads : ndarray, shape (D, A, K)
+        T at each angle, N mm or N; or movements, rad or mm.
     held : bool
-        Whether they are advances.
-    warm : bool
-        Whether to begin with the forces that the results hold; where these are 0, and where that fails, it begins cold.
-    rate : float
-        Approach of the flanks to expect per torque, mm / (N mm).
-    width : ndarray, shape (S,)
-        Of the sections, with their images, mm.
-    compliance : two ndarrays, shape (neighbours + 1, S, S, rows c, rows c)
-        Between sections of the flanks of teeth 0, 1, ... apart, of pinion and wheel, mm/N.
-    corners : two or four Corner
-        Of the flanks of pinion and wheel.
+        Whether they are movements.
+    start : int
+        `COLD`; `WARM`; or `FOLLOWING`, in the order of the loads. Where that has no forces, or fails, it begins cold.
     results : LineResults
         Filled.
     """
-    size = lines.gap.shape[1]
-    workspace = new_workspace(size)
-    if not warm:
+    size, count = rows.shape[1:]
+    workspace = new_workspace(size, count)
+    if start != WARM:
         likely = np.empty(lines.gap.shape, dtype=np.bool_)
-        _make_likely_ready(lines, flexibility, deviation, loads, held, rate, width, compliance, likely, workspace)
+        if likely_sections(lines, meshes, flexibility, deviation, loads, held, likely, workspace) > 0:
+            make_all_ready(lines, compliance, flexibility, likely)
     for i in range(len(lines.first_pair)):
         set_free(lines, i, deviation, workspace)
         for d in range(len(loads)):
-            force, load, count = results.force[d, i], loads[d, i], -1
-            advance, steps, stiffness = 0.0, 0, 0.0
-            if warm and np.max(force) > 0.0:
-                advance, steps, count, stiffness = _solve(
-                    lines, flexibility, i, load, held, rate, width, compliance, corners, force, True, workspace
-                )
-            # If the active set empties, restart cold.
-            if count <= 0:
-                advance, steps, count, stiffness = _solve(
-                    lines, flexibility, i, load, held, rate, width, compliance, corners, force, False, workspace
-                )
-            results.advance[d, i], results.steps[d, i], results.converged[d, i] = advance, steps, count >= 0
-            results.stiffness[d, i] = stiffness
-            if results.sensitivity.size > 0 and count > 0:
-                results.stiffness[d, i] = _differentiate(
-                    lines, flexibility, i, advance, force, width, compliance, corners, workspace,
-                    results.sensitivity[d, i],
+            force, moved, load = results.force[d, i], results.movement[d, i], loads[d, i]
+            converged, loose, steps, carried = False, -1, 0, 0
+            follows = start == FOLLOWING and d > 0 and results.converged[d - 1, i]
+            if follows:
+                follow(loads, d, i, results, force)
+            warm = (start == WARM or follows) and np.max(force) > 0.0
+            for attempt in range(0 if warm else 1, 3):
+                nearby = start_with(lines, i, meshes, load, held, attempt == 0, force, moved, workspace)
+                converged, loose, done, carried = _solve(
+                    lines, rows, meshes, compliance, flexibility, i, load, held, nearby, attempt == 2, force, moved,
+                    workspace,
                 )  # fmt: skip
-            if count < 0:
+                steps += done
+                if converged:
+                    break
+            results.converged[d, i], results.loose[d, i], results.steps[d, i] = converged, loose, steps
+            if not converged:
                 force[:] = 0.0
-            _sum_torques(lines, i, advance, force, results.torque[d, i])
+            if results.stiffness.size > 0:
+                for k in range(count):
+                    for m in range(k, count):
+                        value = -workspace.matrix[carried + k, carried + m] if converged else 0.0
+                        results.stiffness[d, i, k, m] = results.stiffness[d, i, m, k] = value
+            if results.torque.size > 0:
+                _sum_torques(lines, i, meshes, force, results.torque[d, i], workspace)
 
 
 @compiled
-def _sum_torques(lines, i, advance, force, torque):
+def _sum_torques(lines, i, meshes, force, torque, workspace):
     """Fill the torque on the pinion by the forces of each tooth pair."""
-    sections = len(force) // len(torque)
-    for pair in range(len(torque)):
-        total = 0.0
-        for n in range(pair * sections, (pair + 1) * sections):
-            if force[n] > 0.0:
-                further, turn = turning(lines, i, n, advance)
-                total -= (lines.lever[i, n] + turn * further) * force[n]
-        torque[pair] = total
+    torque[:] = 0.0
+    for n in range(len(force)):
+        if force[n] > 0.0:
+            beyond, turn = turning(lines, i, n, workspace.ahead[n])
+            torque[meshes.tooth_pair[n]] -= (lines.lever[i, n] + turn * beyond) * force[n]
 
 
 @compiled
-def _differentiate(lines, flexibility, i, advance, force, width, compliance, corners, workspace, sensitivity):
-    """Fill the derivatives of the advance at a solution; return the stiffness there."""
-    # The factor of the last step is that of the state before it, and makes them up to 1e-5 wrong.
-    count = _linearise_at(lines, flexibility, i, advance, force, width, compliance, corners, workspace)
-    for a in range(count):
-        sensitivity[workspace.active[a]] = workspace.levered[a]
-    solve_factored(workspace.factor, count, workspace.levered)
-    stiffness = 0.0
-    for a in range(count):
-        n = workspace.active[a]
-        _, turn = turning(lines, i, n, advance)
-        stiffness += sensitivity[n] * workspace.levered[a] - turn * force[n]
-    for a in range(count):
-        sensitivity[workspace.active[a]] = -workspace.levered[a] / stiffness
-    return stiffness
+def _solve(lines, rows, meshes, compliance, flexibility, i, load, held, nearby, single, force, moved, workspace):
+    """Newton with an active set; return whether it converged, the movement out of balance or -1, steps, what carries.
 
-
-@compiled
-def _start(lines, i, load, held, rate, force, warm, workspace):
-    """Choose the sections to begin with and their forces; return the advance, and the gap up to which others count.
-
-    Where `warm`, those that `force` holds.
+    All sections that pull or overlap change sides after each step: it takes a few steps, but may go round in a circle,
+    and drop so many that nothing holds a movement on which a load works; then it ends. Or they change singly, which
+    takes long and gets there: all meshes begin in contact, so that their forces balance; along each step to the next
+    section that lets go the energy of forces in balance falls, and sections that overlap begin one after the other
+    (Nocedal & Wright, Numerical Optimization 2006, ch. 16.5). What is loose nevertheless, as levers turn, moves on
+    until it touches.
     """
-    free, lever, carries, size = workspace.free, lines.lever[i], workspace.carries, len(workspace.free)
-    advance = load
-    if not held:
-        touch = np.inf  # the least advance at which rigid flanks touch
-        for n in range(size):
-            touch = min(touch, free[n] / -lever[n])
-        advance = touch + load * rate / -lever[0]
-    depth, count = 0.0, 0
-    for n in range(size):
-        rigid = free[n] + lever[n] * advance
-        carries[n] = force[n] > 0.0 if warm else rigid < 0.0
-        depth, count = max(depth, -rigid), count + carries[n]
-    if warm:
-        return advance, NEARBY * depth
-    torque = depth / rate / -lever[0] if held else load
-    for n in range(size):
-        force[n] = torque / (-lever[n] * count) if carries[n] else 0.0
-    return advance, NEARBY * depth
+    loose, most, carried = -1, MOST_SINGLE_STEPS if single else PATIENCE, 0
+    for step in range(1, most + 1):
+        carried = linearise(lines, rows, meshes, compliance, flexibility, i, force, workspace)
+        _newton_step(load, held, carried, moved, workspace)
+        if single:
+            settled, error = _accept_to_first(lines, i, meshes, carried, force, workspace)
+        else:
+            settled, error = _accept(lines, i, meshes, carried, force, workspace)
+        place_at(lines, i, rows, meshes, moved, workspace)
+        done, loose = settled and error <= TOLERANCE, -1
+        if done and not held:
+            loose = out_of_balance(lines, i, rows, meshes, load, force, carried, moved, workspace)
+        if loose >= 0 and workspace.loose[loose] != 0.0:
+            if not single:
+                return False, loose, step, carried
+            _deflect(lines, compliance, flexibility, i, nearby, carried, force, workspace)
+            touching = let_go(lines, i, rows, meshes, force, moved, workspace)
+            if touching < 0:
+                return False, loose, step, carried
+            _begin(lines, i, meshes, touching, force, workspace)
+            place_at(lines, i, rows, meshes, moved, workspace)
+            continue
+        if not single or (done and loose < 0):
+            _deflect(lines, compliance, flexibility, i, nearby, carried, force, workspace)
+            done = _touch(lines, i, meshes, nearby, single, force, workspace) and done
+        if done and loose < 0:
+            return True, -1, step, carried
+    return False, loose, most, carried
 
 
 @compiled
-def _solve(lines, flexibility, i, load, held, rate, width, compliance, corners, force, warm, workspace):
-    """Newton with an active set at one angle; return advance, steps, sections that carry, and the stiffness.
-
-    `force` is filled, and ``workspace.levered`` with M^-1 l of the sections that carry; there are -1 where it does not
-    converge.
-    """
-    advance, nearby = _start(lines, i, load, held, rate, force, warm, workspace)
-    for step in range(1, MAX_STEPS + 1):
-        count = _linearise_at(lines, flexibility, i, advance, force, width, compliance, corners, workspace)
-        if count == 0:
-            return advance, step, 0 if held else -1, 0.0
-        before = advance
-        advance, stiffness = _newton_step(lines, i, load, held, advance, force, count, workspace)
-        settled, error = accept(lines, i, count, width, force, workspace)
-        single = step > PATIENCE
-        if not (single and error > TOLERANCE):
-            settled = (
-                _touch_at(lines, flexibility, i, advance, nearby, count, width, compliance, force, single, workspace)
-                and settled
-            )
-        if (
-            settled
-            and error <= TOLERANCE
-            and (held or _balanced(lines, i, load, before, advance, force, count, workspace))
-        ):
-            return advance, step, count, stiffness
-    return advance, MAX_STEPS, -1, 0.0
-
-
-@compiled
-def _balanced(lines, i, load, before, advance, force, count, workspace):
-    """Return whether levers at an advance are those that were linearised before it, so that forces balance the torque.
-
-    They are, but for corners that came into contact or left it; round-off of light loads has no part in it.
-    """
-    left = 0.0
-    for a in range(count):
-        n = workspace.active[a]
-        further, turn = turning(lines, i, n, before)
-        expected = turn * (further + advance - before)
-        further, turn = turning(lines, i, n, advance)
-        left += (turn * further - expected) * force[n]
-    return abs(left) <= BALANCED * abs(load)
-
-
-@compiled
-def turning(lines, i, n, advance):
-    """Return the advance beyond the one that brings the pinion's corner into contact, and the lever's slope there."""
-    further = advance - lines.corner_advance[i, n]
-    return (further, lines.lever_slope[i, n]) if further > 0.0 else (0.0, 0.0)
-
-
-@compiled
-def _linearise_at(lines, flexibility, i, advance, force, width, compliance, corners, workspace):
-    """Gather the linearised equations and the levers of the sections that carry; return their number."""
-    workspace.ahead[:] = advance
-    count = linearise(lines, flexibility, i, force, width, compliance, corners, workspace)
-    for a in range(count):
-        n = workspace.active[a]
-        further, turn = turning(lines, i, n, advance)
-        workspace.levered[a] = lines.lever[i, n] + turn * further
+def linearise(lines, rows, meshes, compliance, flexibility, i, force, workspace):
+    """Gather the linearised equations of the sections that carry, and factor them; return their number."""
+    count = fill_equations(lines, rows, meshes, compliance, flexibility, i, force, workspace)
+    last = count + rows.shape[2]
+    eliminate(workspace.matrix, count, last, last + 1)
     return count
 
 
 @compiled
-def linearise(lines, flexibility, i, force, width, compliance, corners, workspace):
-    """Gather the linearised equations of the sections that carry, and factor their matrix; return their number."""
-    sections, law, between, active = len(width), lines.law[i], flexibility.between[i], workspace.active
-    count = 0
+def fill_equations(lines, rows, meshes, compliance, flexibility, i, force, workspace):
+    """Gather the linearised equations of the sections that carry; return their number."""
+    law, between, active, matrix = lines.law[i], flexibility.between[i], workspace.active, workspace.matrix
+    count, movements = 0, rows.shape[2]
     for n in range(len(workspace.free)):
         if workspace.carries[n]:
             if not flexibility.ready[i, n]:
-                make_ready(lines, flexibility, i, n, compliance, sections)
+                make_ready(lines, compliance, flexibility, i, n)
             active[count] = n
             count += 1
+    last = count + movements
+    for k in range(count, last):
+        for m in range(k, last + 1):
+            matrix[k, m] = 0.0
     for a in range(count):
         n = active[a]
-        across = width[n % sections]
-        load = force[n] / across
-        approach, slope = approach_of(load, stored_law(law[n]), corners)
-        further, turn = turning(lines, i, n, workspace.ahead[n])
-        # The gap 1/2 turn further^2 linearised about the present advance.
-        workspace.loaded[a] = (
-            workspace.free[n] + turn * further * (0.5 * further - workspace.ahead[n]) + approach - slope * load
-        )
-        line = workspace.matrix[a]
+        row, own, mesh, across = matrix[a], between[n], meshes.mesh[n], meshes.width[n]
         for b in range(a, count):
-            line[b] = between[n, active[b]]
-        line[a] += slope / across
-    cholesky(workspace.matrix, count, workspace.factor)
+            row[b] = own[active[b]]
+        if len(flexibility.further) > 0:
+            for b in range(a, count):
+                row[b] += flexibility.further[i, n, active[b]]
+        load, ahead = force[n] / across, workspace.ahead[n]
+        approach, slope = approach_of(load, stored_law(law[n]), meshes.corners, mesh)
+        row[a] += slope / across
+        beyond, turn = turning(lines, i, n, ahead)
+        for k in range(movements):
+            row[count + k] = rows[i, n, k] + turn * beyond * meshes.ahead[mesh, k]
+        # The gap 1/2 turn beyond^2 linearised about the present advance.
+        row[last] = workspace.free[n] + turn * beyond * (0.5 * beyond - ahead) + approach - slope * load
+        if turn != 0.0:
+            for k in range(movements):
+                weight = turn * force[n] * meshes.ahead[mesh, k]
+                for m in range(k, movements):
+                    matrix[count + k, count + m] += weight * meshes.ahead[mesh, m]
+                matrix[count + k, last] -= weight * ahead
     return count
 
 
 @compiled
-def _newton_step(lines, i, load, held, advance, force, count, workspace):
-    """Solve the linearised equations; return advance and stiffness. New forces are in ``workspace.loaded``."""
-    solve_factored(workspace.factor, count, workspace.loaded)
-    solve_factored(workspace.factor, count, workspace.levered)
-    torque, stiffness = load, 0.0
-    for a in range(count):
-        n = workspace.active[a]
-        further, turn = turning(lines, i, n, advance)
-        lever = lines.lever[i, n] + turn * further
-        torque -= lever * workspace.loaded[a] + turn * force[n] * advance
-        stiffness += lever * workspace.levered[a] - turn * force[n]
+def _newton_step(load, held, count, moved, workspace):
+    """Solve the factored equations; change the movements. New forces are in ``workspace.loaded``."""
+    matrix, stiffness, step, loaded = workspace.matrix, workspace.stiffness, workspace.step, workspace.loaded
+    movements = len(moved)
+    last = count + movements
     if not held:
-        advance = torque / stiffness
+        take_stiffness(count, workspace)
+        for k in range(movements):
+            step[k] = load[k] + matrix[count + k, last]
+            for m in range(movements):
+                step[k] -= stiffness[k, m] * moved[m]
+        solve_held(stiffness, step, workspace.loose)
+        for k in range(movements):
+            moved[k] += step[k]
     for a in range(count):
-        workspace.loaded[a] = -workspace.loaded[a] - advance * workspace.levered[a]
-    return advance, stiffness
+        row = matrix[a]
+        value = row[last]
+        for k in range(movements):
+            value += moved[k] * row[count + k]
+        loaded[a] = value
+    solve_upper(matrix, count, loaded)
+    for a in range(count):
+        loaded[a] = -loaded[a]
 
 
 @compiled
-def accept(lines, i, count, width, force, workspace):
+def _accept(lines, i, meshes, count, force, workspace):
     """Take over the new forces; sections that would pull let go. Return whether none did, and the change."""
     settled, error, largest = True, 0.0, 0.0
     for a in range(count):
         largest = max(largest, workspace.loaded[a])
     for a in range(count):
         n = workspace.active[a]
-        least = lines.law[i, n, LEAST] * width[n % len(width)]
+        least = lines.law[i, n, LEAST] * meshes.width[n]
         new = workspace.loaded[a]
         if new > 0.0:
             error = max(error, (new - force[n]) ** 2 / (max(new, least) * largest))
@@ -394,47 +268,72 @@ def accept(lines, i, count, width, force, workspace):
 
 
 @compiled
-def _touch_at(lines, flexibility, i, advance, nearby, count, width, compliance, force, single, workspace):
-    """Let sections carry whose gaps have closed at an advance; return whether there was none."""
-    for n in range(len(workspace.free)):
-        further, turn = turning(lines, i, n, advance)
-        workspace.rigid[n] = workspace.free[n] + lines.lever[i, n] * advance + 0.5 * turn * further**2
-    round_off = max(ROUND_OFF * nearby, LAST_DIGITS * abs(lines.lever[i, 0] * advance))
-    return touch(lines, flexibility, i, nearby, round_off, count, width, compliance, force, single, workspace)
+def _accept_to_first(lines, i, meshes, count, force, workspace):
+    """Go towards the new forces until a first section lets go; return whether none did, and the change."""
+    largest, share, first, error = 0.0, 1.0, -1, 0.0
+    for a in range(count):
+        largest = max(largest, workspace.loaded[a])
+    for a in range(count):
+        n, new = workspace.active[a], workspace.loaded[a]
+        if new < -NOTHING * largest and force[n] < share * (force[n] - new):
+            share, first = force[n] / (force[n] - new), n
+    for a in range(count):
+        n = workspace.active[a]
+        least = lines.law[i, n, LEAST] * meshes.width[n]
+        new = max(force[n] + share * (workspace.loaded[a] - force[n]), 0.0)
+        error = max(error, (new - force[n]) ** 2 / (max(new, least) * largest))
+        force[n] = new
+    if first >= 0:
+        workspace.carries[first], force[first] = False, 0.0
+    return first < 0, error
 
 
 @compiled
-def touch(lines, flexibility, i, nearby, round_off, count, width, compliance, force, single, workspace):
-    """Let sections carry whose gaps have closed, one at a time where `single`; return whether there was none.
+def _deflect(lines, compliance, flexibility, i, nearby, count, force, workspace):
+    """Fill the gaps of sections that do not carry, with the deflection by all that carry.
 
-    Those that stand off by more than `nearby` without any deflection are not looked at; gaps below `round_off` have no
-    sign.
+    Those that stand off by less than `nearby` but for the deflection of their own mesh are made ready.
     """
-    settled = True
-    for n in range(len(workspace.free)):
-        if workspace.carries[n] or workspace.rigid[n] > nearby:
-            continue
-        if not flexibility.ready[i, n]:
-            make_ready(lines, flexibility, i, n, compliance, len(width))
-        if gap_of(flexibility, i, n, count, force, workspace) < -round_off:
-            begin(lines, i, n, width, force, workspace)
+    gap, active, between, size = workspace.gap, workspace.active, flexibility.between[i], len(workspace.free)
+    for n in range(size):
+        gap[n] = workspace.rigid[n]
+    for a in range(count):
+        load, row = force[active[a]], between[active[a]]
+        for n in range(size):
+            gap[n] += load * row[n]
+    if len(flexibility.further) > 0:
+        for a in range(count):
+            for n in range(size):
+                gap[n] += force[active[a]] * flexibility.further[i, active[a], n]
+    for n in range(size):
+        if not workspace.carries[n] and not flexibility.ready[i, n] and gap[n] <= nearby:
+            make_ready(lines, compliance, flexibility, i, n)
+            gap[n] = workspace.rigid[n]
+            for a in range(count):
+                gap[n] += between[n, active[a]] * force[active[a]]
+                if len(flexibility.further) > 0:
+                    gap[n] += flexibility.further[i, n, active[a]] * force[active[a]]
+
+
+@compiled
+def _touch(lines, i, meshes, nearby, single, force, workspace):
+    """Let sections carry whose gaps have closed, where `single` the one that overlaps most; return whether none had."""
+    deepest, depth, settled = -1, 0.0, True
+    for n in range(len(force)):
+        round_off = max(ROUND_OFF * nearby, LAST_DIGITS * abs(workspace.rigid[n] - workspace.free[n]))
+        if not workspace.carries[n] and workspace.gap[n] < -round_off:
             settled = False
-            if single:
-                break
+            if not single:
+                _begin(lines, i, meshes, n, force, workspace)
+            elif workspace.gap[n] < depth:
+                deepest, depth = n, workspace.gap[n]
+    if deepest >= 0:
+        _begin(lines, i, meshes, deepest, force, workspace)
     return settled
 
 
 @inlined
-def gap_of(flexibility, i, n, count, force, workspace):
-    """Return the gap of a section that does not carry: without deflection, and by all that carry."""
-    gap, line = workspace.rigid[n], flexibility.between[i, n]
-    for a in range(count):
-        gap += line[workspace.active[a]] * force[workspace.active[a]]
-    return gap
-
-
-@inlined
-def begin(lines, i, n, width, force, workspace):
+def _begin(lines, i, meshes, n, force, workspace):
     """Let a section begin to carry."""
     workspace.carries[n] = True
-    force[n] = BEGINNING * lines.law[i, n, LEAST] * width[n % len(width)]
+    force[n] = BEGINNING * lines.law[i, n, LEAST] * meshes.width[n]

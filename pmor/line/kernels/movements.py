@@ -1,128 +1,47 @@
-"""Movements of bodies that several meshes hold: how sections answer to them, their stiffness, their balance.
+"""Movements of bodies that meshes hold: how sections answer to them, their balance, and what nothing holds.
 
-The equations are those of `pmor.line.kernels.several`. Where sections that carry leave a movement loose, the stiffness
+The equations are those of `pmor.line.kernels.loads`. Where sections that carry leave a movement loose, the stiffness
 S is singular: with S d = 0 none of their gaps changes along d, and forces balance there only if the loads do no work,
 d T = 0.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
-from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.compiling import compiled
-from pmor.core.linear import solve_transposed, solve_upper
-from pmor.line.kernels.loads import gap_of, turning
+from pmor.core.linear import solve_upper
 
 # Of a movement's own stiffness: what other movements leave of it where they hold it not at all.
 LOOSE = 1e-12
 # Of the forces of all meshes, times the lever of a movement: what is left on a movement in balance. Rounding leaves
 # less, and states that are read off a hundred times as much.
 BALANCED = 1e-8
-
-
-class Levers(NamedTuple):
-    """How N sections of M meshes answer to K movements.
-
-    Attributes
-    ----------
-    rows : ndarray, shape (A, N, K)
-        l: change of their gaps, mm or 1.
-    ahead : ndarray, shape (M, K)
-        Advance of each mesh's pinion against its wheel that closes the flanks as much, rad.
-    mesh : ndarray of int, shape (N,)
-        Of each section; sections of a mesh follow each other.
-    """
-
-    rows: FloatArray
-    ahead: FloatArray
-    mesh: IntArray
-
-
-class Movements(NamedTuple):
-    """Workspace of K movements and N sections.
-
-    Attributes
-    ----------
-    step : ndarray, shape (K,)
-    lever : ndarray, shape (K, N)
-        Of the sections that carry, one row for each movement.
-    matrix : ndarray, shape (K, K)
-        Stiffness, then its upper factor.
-    loose : ndarray, shape (K,)
-        Work of the loads along what each movement is loose in: N mm or N; 0 where it is held.
-    """
-
-    step: FloatArray
-    lever: FloatArray
-    matrix: FloatArray
-    loose: FloatArray
+# Of what the movements' own way takes, by their stiffness: rounding of gaps, next to which light loads are small.
+ROUNDING = 1e-14
 
 
 @compiled
-def lever_of(lines, i, levers, n, ahead, k):
+def turning(lines, i, n, advance):
+    """Return the advance beyond the one that brings the pinion's corner into contact, and the lever's slope there."""
+    beyond = advance - lines.corner_advance[i, n]
+    return (beyond, lines.lever_slope[i, n]) if beyond > 0.0 else (0.0, 0.0)
+
+
+@compiled
+def _lever_of(lines, i, rows, meshes, n, ahead, k):
     """Return the lever of a section on a movement, turned where the pinion's corner carries."""
-    further, turn = turning(lines, i, n, ahead)
-    return levers.rows[i, n, k] + turn * further * levers.ahead[levers.mesh[n], k]
+    beyond, turn = turning(lines, i, n, ahead)
+    return rows[i, n, k] + turn * beyond * meshes.ahead[meshes.mesh[n], k]
 
 
 @compiled
-def stiffness(lines, i, levers, force, carried, workspace, movements):
-    """Fill what U^-T makes of the levers, U the factor of the sections that carry, and d load / d movement."""
-    active, count, lever, matrix = workspace.active, len(movements.step), movements.lever, movements.matrix
-    for k in range(count):
-        line = lever[k]
-        for a in range(carried):
-            n = active[a]
-            line[a] = lever_of(lines, i, levers, n, workspace.ahead[n], k)
-        solve_transposed(workspace.factor, carried, line)
-        for m in range(k + 1):
-            total, other = 0.0, lever[m]
-            for a in range(carried):
-                total += line[a] * other[a]
-            matrix[k, m] = matrix[m, k] = total
-    for a in range(carried):
-        n = active[a]
-        _, turn = turning(lines, i, n, workspace.ahead[n])
-        if turn != 0.0:
-            ahead = levers.ahead[levers.mesh[n]]
-            for k in range(count):
-                for m in range(count):
-                    matrix[k, m] -= turn * force[n] * ahead[k] * ahead[m]
-
-
-@compiled
-def newton_step(lines, i, levers, load, force, carried, moved, workspace, movements):
-    """Solve the linearised equations; change the movements. New forces are in ``workspace.loaded``."""
-    active, count = workspace.active, len(moved)
-    lever, matrix, step = movements.lever, movements.matrix, movements.step
-    # With the factor U^T U all that is needed between movements are products of what U^-T makes of levers and gaps.
-    stiffness(lines, i, levers, force, carried, workspace, movements)
-    solve_transposed(workspace.factor, carried, workspace.loaded)
-    for k in range(count):
-        step[k] = load[k]
-        for a in range(carried):
-            step[k] -= lever[k, a] * workspace.loaded[a]
-    for a in range(carried):
-        n = active[a]
-        _, turn = turning(lines, i, n, workspace.ahead[n])
-        if turn != 0.0:
-            ahead = levers.ahead[levers.mesh[n]]
-            for k in range(count):
-                step[k] -= turn * force[n] * ahead[k] * workspace.ahead[n]
-    for k in range(count):
-        for m in range(count):
-            step[k] -= matrix[k, m] * moved[m]
-    solve_held(matrix, step, movements.loose)
-    for k in range(count):
-        moved[k] += step[k]
-        for a in range(carried):
-            workspace.loaded[a] += moved[k] * lever[k, a]
-    solve_upper(workspace.factor, carried, workspace.loaded)
-    for a in range(carried):
-        workspace.loaded[a] = -workspace.loaded[a]
+def take_stiffness(count, workspace):
+    """Fill d load / d movement from factored equations."""
+    stiffness = workspace.stiffness
+    for k in range(len(stiffness)):
+        for m in range(k, len(stiffness)):
+            stiffness[k, m] = stiffness[m, k] = -workspace.matrix[count + k, count + m]
 
 
 @compiled
@@ -146,75 +65,69 @@ def solve_held(matrix, vector, loose):
             matrix[k, j] = rest / matrix[k, k] if held else 0.0
         loose[k] = 0.0 if held else vector[k]
         vector[k] = vector[k] / matrix[k, k] if held else 0.0
-    _solve_back(matrix, vector)
+    solve_upper(matrix, size, vector)
 
 
 @compiled
-def _solve_back(matrix, vector):
-    """Solve with the upper factor of `solve_held`; movements that nothing holds keep their own."""
-    size = len(vector)
-    for k in range(size - 1, -1, -1):
-        for m in range(k + 1, size):
-            vector[k] -= matrix[k, m] * vector[m]
-        vector[k] /= matrix[k, k]
-
-
-@compiled
-def place_at(lines, i, levers, moved, workspace):
+def place_at(lines, i, rows, meshes, moved, workspace):
     """Fill the advances and the gaps without deflection at some movements."""
     mesh, advance = -1, 0.0
     for n in range(len(workspace.free)):
-        if levers.mesh[n] != mesh:
-            mesh, advance = levers.mesh[n], 0.0
+        if meshes.mesh[n] != mesh:
+            mesh, advance = meshes.mesh[n], 0.0
             for k in range(len(moved)):
-                advance += levers.ahead[mesh, k] * moved[k]
+                advance += meshes.ahead[mesh, k] * moved[k]
         workspace.ahead[n] = advance
-        further, turn = turning(lines, i, n, advance)
-        rigid = workspace.free[n] + 0.5 * turn * further**2
+        beyond, turn = turning(lines, i, n, advance)
+        rigid = workspace.free[n] + 0.5 * turn * beyond**2
         for k in range(len(moved)):
-            rigid += levers.rows[i, n, k] * moved[k]
+            rigid += rows[i, n, k] * moved[k]
         workspace.rigid[n] = rigid
 
 
 @compiled
-def out_of_balance(lines, i, levers, load, force, carried, workspace):
+def out_of_balance(lines, i, rows, meshes, load, force, carried, moved, workspace):
     """Return the number of the movement on which forces and loads balance least; -1 where they do on all."""
-    total, worst, most = 0.0, -1, BALANCED
+    matrix, total, worst, most = workspace.matrix, 0.0, -1, BALANCED
     for a in range(carried):
         total += force[workspace.active[a]]
     for k in range(len(load)):
-        left, arm = load[k], 0.0
+        left, arm, way = load[k], 0.0, 0.0
         for a in range(carried):
             n = workspace.active[a]
-            lever = lever_of(lines, i, levers, n, workspace.ahead[n], k)
+            lever = _lever_of(lines, i, rows, meshes, n, workspace.ahead[n], k)
             left += lever * force[n]
             arm = max(arm, abs(lever))
-        if abs(left) > most * max(arm * total, abs(load[k])):
-            worst, most = k, abs(left) / max(arm * total, abs(load[k]))
+        for m in range(len(load)):
+            way += abs(matrix[carried + min(k, m), carried + max(k, m)] * moved[m])
+        left, scale = abs(left) - ROUNDING * way, max(arm * total, abs(load[k]))
+        if left > most * scale:
+            worst, most = k, left / scale
     return worst
 
 
 @compiled
-def let_go(lines, i, levers, flexibility, force, carried, moved, workspace, movements):
+def let_go(lines, i, rows, meshes, force, moved, workspace):
     """Move what is loose as the loads drive it until a section touches; return its number, -1 where none is in the way.
 
-    `newton_step` has left the factor, and what the loads do along each loose movement. Forces stay as they are.
+    A step has left the factor, and what the loads do along each loose movement. Forces stay as they are, and gaps are
+    those under them.
     """
-    step, touching, far = movements.step, -1, np.inf
+    step, touching, far = workspace.step, -1, np.inf
     for k in range(len(step)):
         arm = 0.0
         for n in range(len(force)):
-            arm = max(arm, abs(levers.rows[i, n, k]))
+            arm = max(arm, abs(rows[i, n, k]))
         # As far in mm for the same force, of rotations at the levers of the meshes.
-        step[k] = movements.loose[k] / arm**2 if arm > 0.0 else 0.0
-    _solve_back(movements.matrix, step)
+        step[k] = workspace.loose[k] / arm**2 if arm > 0.0 else 0.0
+    solve_upper(workspace.stiffness, len(step), step)
     for n in range(len(force)):
         closing = 0.0
         if not workspace.carries[n]:
             for k in range(len(step)):
-                closing -= lever_of(lines, i, levers, n, workspace.ahead[n], k) * step[k]
+                closing -= _lever_of(lines, i, rows, meshes, n, workspace.ahead[n], k) * step[k]
         if closing > 0.0:
-            until = max(gap_of(flexibility, i, n, carried, force, workspace), 0.0) / closing
+            until = max(workspace.gap[n], 0.0) / closing
             if until < far:
                 touching, far = n, until
     if touching >= 0:

@@ -93,6 +93,30 @@ class Corner(NamedTuple):
     coefficients: FloatArray
 
 
+class Corners(NamedTuple):
+    """Corners of the flanks of M meshes, four of each in the order of `LineLaw.corner`.
+
+    Attributes
+    ----------
+    numbers : ndarray, shape (M, 4, 4)
+        All that `Corner` has but the coefficients.
+    coefficients : ndarray, shape (M, 4, 3, powers, spreads)
+    """
+
+    numbers: FloatArray
+    coefficients: FloatArray
+
+
+@compiled
+def corner_at(corners, mesh, number):
+    """Return a corner of a mesh."""
+    numbers = corners.numbers[mesh, number]
+    return Corner(
+        place=numbers[0], depth=numbers[1], influence_length=numbers[2], excess=numbers[3],
+        coefficients=corners.coefficients[mesh, number],
+    )  # fmt: skip
+
+
 class LineLaw(NamedTuple):
     """Law of the line load where two flanks meet, along the transverse line of action.
 

@@ -24,7 +24,7 @@ from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.tooth import Tooth
 from pmor.line import bonded_layer
 from pmor.line.hertz import mean_layer_constant
-from pmor.line.kernels import contact_point, law, loads, places, pressure, tip_corner
+from pmor.line.kernels import contact_point, law, loads, movements, places, pressure, starts, tip_corner
 from pmor.line.kernels.tip_corner import Corner
 from pmor.line.layered_pair import LayeredPair
 from pmor_online.model import ReducedPair
@@ -147,12 +147,15 @@ def packed_integers(numbers: FloatArray) -> str:
 ALIKE = 1e-9
 
 
-#: of the kernels that the page's solver transcribes
-CONSTANTS = {
+# The program begins anew where so many steps as PATIENCE lead nowhere; the page goes on, with sections one at a time.
+MAX_STEPS = 60
+#: of the kernels that the page's solver transcribes, and its own
+CONSTANTS = {"MAX_STEPS": MAX_STEPS} | {
     name: getattr(module, name)
     for module, names in (
-        (loads, ("MAX_STEPS", "PATIENCE", "TOLERANCE", "BALANCED", "NEARBY", "ROUND_OFF", "LAST_DIGITS", "BEGINNING")),
-        (tip_corner, ("SHORT", "LONGEST", "NEAREST")), (contact_point, ("CORNER", "LEAST_ROLL")),
+        (loads, ("PATIENCE", "TOLERANCE", "ROUND_OFF", "LAST_DIGITS", "BEGINNING")), (starts, ("NEARBY",)),
+        (movements, ("BALANCED",)), (tip_corner, ("SHORT", "LONGEST", "NEAREST")),
+        (contact_point, ("CORNER", "LEAST_ROLL")),
         (places, ("LEAST_LEVER",)), (bonded_layer, ("WIDEST",)), (pressure, ("PRESSURES",)),
         (law, ("FLATTEST", "LEAST_SLOPE")),
     ) for name in names
