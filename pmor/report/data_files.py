@@ -100,7 +100,8 @@ def write_summary_json(path: Path, summary: Mapping[str, Any], overwrite: bool =
     TypeError
         Naming the key of a value that JSON cannot hold.
     """
-    text = json.dumps(_plain(summary, "summary"), indent=indent, sort_keys=True, allow_nan=False, ensure_ascii=False)
+    plain = plain_data(summary, "summary")
+    text = json.dumps(plain, indent=indent, sort_keys=True, allow_nan=False, ensure_ascii=False)
     with atomic_path(path, overwrite) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")
 
@@ -110,8 +111,8 @@ def _field(value: float) -> str:
     return "" if math.isnan(value) else repr(float(value))
 
 
-def _plain(value: Any, key: str) -> Any:
-    """Numbers, text, lists and mappings as JSON knows them."""
+def plain_data(value: Any, key: str = "data") -> Any:
+    """Return numbers, text, lists and mappings as JSON knows them: None where a number is not known."""
     if value is None or isinstance(value, (bool, str)):
         return value
     if isinstance(value, np.bool_):
@@ -123,11 +124,11 @@ def _plain(value: Any, key: str) -> Any:
     if isinstance(value, Mapping):
         if not all(isinstance(k, str) for k in value):
             raise TypeError(f"{key}: keys must be text")
-        return {k: _plain(v, f"{key}.{k}") for k, v in value.items()}
+        return {k: plain_data(v, f"{key}.{k}") for k, v in value.items()}
     if isinstance(value, np.ndarray):
-        return _plain(value.tolist(), key)
+        return plain_data(value.tolist(), key)
     if isinstance(value, (list, tuple)):
         if all(type(v) is float for v in value):  # most there are, and none needs a name
             return [v if math.isfinite(v) else None for v in value]
-        return [_plain(v, f"{key}[{i}]") for i, v in enumerate(value)]
+        return [plain_data(v, f"{key}[{i}]") for i, v in enumerate(value)]
     raise TypeError(f"{key}: a {type(value).__name__} cannot be written as plain JSON")

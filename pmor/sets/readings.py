@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from pmor.pair.losses import Lubricant, mesh_losses, per_second, total
+from pmor.report.data_files import plain_data
 from pmor.sets.bounds import named_bounds
 from pmor.sets.duty import duty_data, shares
 from pmor.sets.kinematics import member_speeds
@@ -110,16 +111,15 @@ def torque_data(
     """Return the figures of a set under a torque by its number; losses where its members have speeds."""
     ste, plan = solved.ste_um[number], file.plan
     meshes = [_mesh_data(solved, number, mesh, speeds_rpm, lubricant) for mesh in range(len(plan.meshes))]
-    found = solved.mesh_orders(number)[:ORDERS]
     data: Data = {
-        "torque_Nm": plain(solved.torque_Nm[number] * plan.nominal_Nm / plan.torque_Nm),
-        "first_gear_torque_Nm": plain(solved.torque_Nm[number]),
-        "ste_mean_um": plain(known(np.mean, ste)),
-        "ste_peak_to_peak_um": plain(known(np.ptp, ste)),
-        "ste_harmonics_um": [plain(value) for value in found],
+        "torque_Nm": solved.torque_Nm[number] * plan.nominal_Nm / plan.torque_Nm,
+        "first_gear_torque_Nm": solved.torque_Nm[number],
+        "ste_mean_um": known(np.mean, ste),
+        "ste_peak_to_peak_um": known(np.ptp, ste),
+        "ste_harmonics_um": solved.mesh_orders(number)[:ORDERS],
         "shaft_orders": shaft_orders(solved, number),
-        "ste_um": [plain(value) for value in ste],
-        "k_gamma": plain(solved.k_gamma[number]),
+        "ste_um": ste,
+        "k_gamma": solved.k_gamma[number],
         "planets": [_planet_data(solved, number, place) for place in range(len(plan.planets))],
         "meshes": meshes,
         "losses_W": total(meshes, "losses_W"),
@@ -128,16 +128,14 @@ def torque_data(
     if (ring := solved.ring_deflection) is not None:
         moved = ring.displacement_um[number]
         data["ring"] = {
-            "radial_most_um": plain(ring.most_um[number]), "radial_least_um": plain(ring.least_um[number]),
-            "place_deg": ring.place_deg.tolist(), "radial_um": [plain(value) for value in moved[:, 0]],
-            "around_um": [plain(value) for value in moved[:, 1]],
+            "radial_most_um": ring.most_um[number], "radial_least_um": ring.least_um[number],
+            "place_deg": ring.place_deg, "radial_um": moved[:, 0], "around_um": moved[:, 1],
         }  # fmt: skip
     if plan.planets:
-        orbit = 1e3 * solved.hub_displacement[number, :, 0, :2]
         wound = file.sections.carrier.windup_Nmm_per_rad != "rigid"
-        data["carrier_windup_mrad"] = plain(1e3 * known(np.mean, solved.windup_rad[number])) if wound else None
-        data["sun_orbit_um"] = [[plain(value) for value in point] for point in orbit]
-    return data
+        data["carrier_windup_mrad"] = 1e3 * known(np.mean, solved.windup_rad[number]) if wound else None
+        data["sun_orbit_um"] = 1e3 * solved.hub_displacement[number, :, 0, :2]
+    return dict(plain_data(data))
 
 
 def shaft_orders(solved: SetSolution, number: int) -> list[Data]:
@@ -160,10 +158,10 @@ def shaft_orders(solved: SetSolution, number: int) -> list[Data]:
     cycles = {mesh.case: rate for mesh, rate in zip(plan.meshes, plan.rates, strict=True) if rate != 1}
     return [
         {
-            "mesh_order": plain((place + 1) / pitches),
-            "amplitude_um": plain(amplitude[place]),
-            "per_turn": {member: plain((place + 1) / times) for member, times in turns.items()},
-            "per_cycle": {mesh: plain((place + 1) / (pitches * rate)) for mesh, rate in cycles.items()},
+            "mesh_order": (place + 1) / pitches,
+            "amplitude_um": amplitude[place],
+            "per_turn": {member: float((place + 1) / times) for member, times in turns.items()},
+            "per_cycle": {mesh: float((place + 1) / (pitches * rate)) for mesh, rate in cycles.items()},
             "combined": combined_orders(plan, Fraction(place + 1, pitches)),
         }
         for place in largest.tolist()
@@ -196,13 +194,10 @@ def sample_data(samples: Samples, solved: SetSolution, torques_Nm: Sequence[floa
         for name, values in drawn.items():
             there = values[:, number][np.isfinite(values[:, number])]
             found = np.percentile(there, PERCENT) if len(there) else np.full(len(PERCENT), np.nan)
-            row[name] = {
-                "as_filed": plain(alone[name][number]),
-                "mean": plain(known(np.mean, values[:, number])),
-            }
-            row[name] |= {f"percentile_{percent:g}": plain(v) for percent, v in zip(PERCENT, found, strict=True)}
+            row[name] = {"as_filed": alone[name][number], "mean": known(np.mean, values[:, number])}
+            row[name] |= {f"percentile_{percent:g}": v for percent, v in zip(PERCENT, found, strict=True)}
         rows.append(row)
-    return {"samples": len(samples.sections), "pitches": samples.pitches, "torques": rows}
+    return dict(plain_data({"samples": len(samples.sections), "pitches": samples.pitches, "torques": rows}))
 
 
 def _planet_data(solved: SetSolution, number: int, place: int) -> Data:
@@ -213,15 +208,15 @@ def _planet_data(solved: SetSolution, number: int, place: int) -> Data:
     )
     return {
         "name": solved.plan.bodies[solved.plan.planets[place]].name,
-        "share_mean": plain(known(np.mean, share)),
-        "share_max": plain(known(np.max, share)),
-        "share": [plain(value) for value in share],
-        "pin_force_mean_N": plain(known(np.mean, force)),
-        "pin_force_max_N": plain(known(np.max, force)),
-        "outwards_um": plain(moved[0]),
-        "around_um": plain(moved[1]),
-        "outwards_tilt_mrad": plain(round(tilt[0], TILT_DIGITS) + 0.0),
-        "around_tilt_mrad": plain(round(tilt[1], TILT_DIGITS) + 0.0),
+        "share_mean": known(np.mean, share),
+        "share_max": known(np.max, share),
+        "share": share,
+        "pin_force_mean_N": known(np.mean, force),
+        "pin_force_max_N": known(np.max, force),
+        "outwards_um": moved[0],
+        "around_um": moved[1],
+        "outwards_tilt_mrad": round(tilt[0], TILT_DIGITS) + 0.0,
+        "around_tilt_mrad": round(tilt[1], TILT_DIGITS) + 0.0,
         "bearings": _bearing_data(solved, number, place),
     }
 
@@ -233,8 +228,8 @@ def _bearing_data(solved: SetSolution, number: int, place: int) -> list[Data]:
     forces, moments = np.linalg.norm(loads[..., :2], axis=2).T, np.linalg.norm(loads[..., 2:], axis=2).T
     return [
         {
-            "at_mm": at, "force_mean_N": plain(known(np.mean, force)), "force_max_N": plain(known(np.max, force)),
-            "moment_max_Nm": plain(1e-3 * known(np.max, moment)),
+            "at_mm": at, "force_mean_N": known(np.mean, force), "force_max_N": known(np.max, force),
+            "moment_max_Nm": 1e-3 * known(np.max, moment),
         }
         for at, force, moment in zip(solved.plan.on_pins.pin.bearings_mm, forces, moments, strict=True)
     ]  # fmt: skip
@@ -250,16 +245,16 @@ def _mesh_data(
         rpm = abs(speeds_rpm["sun"] - speeds_rpm["carrier"]) * abs(float(solved.train.rates[one.bodies[0]]))
     return {
         "name": " - ".join(solved.train.bodies[body].name for body in one.bodies),
-        "contact_ratio": plain(pair.contact_ratio),
-        "cycles_per_pitch": plain(solved.plan.rates[mesh]),
-        "phase_pitches": plain(round(one.start / pair.pitch, 9) % 1.0),
-        "share_mean": plain(known(np.mean, solved.mesh_share[number, :, mesh])),
-        "share_max": plain(known(np.max, solved.mesh_share[number, :, mesh])),
-        "force_mean_N": plain(mean),
-        "force_peak_to_peak_N": plain(known(np.ptp, force)),
-        "pinion_torque_Nm": plain(1e-3 * radius * mean),
-        "wheel_torque_Nm": plain(1e-3 * abs(pair.wheel.base_radius) * mean),
-        **{key: plain(values[number]) for key, values in figures.items()},
+        "contact_ratio": pair.contact_ratio,
+        "cycles_per_pitch": float(solved.plan.rates[mesh]),
+        "phase_pitches": round(one.start / pair.pitch, 9) % 1.0,
+        "share_mean": known(np.mean, solved.mesh_share[number, :, mesh]),
+        "share_max": known(np.max, solved.mesh_share[number, :, mesh]),
+        "force_mean_N": mean,
+        "force_peak_to_peak_N": known(np.ptp, force),
+        "pinion_torque_Nm": 1e-3 * radius * mean,
+        "wheel_torque_Nm": 1e-3 * abs(pair.wheel.base_radius) * mean,
+        **{key: values[number] for key, values in figures.items()},
         **mesh_losses(pair, float(factor), mean, rpm, lubricant),
     }
 
@@ -270,10 +265,10 @@ def _stress_data(solved: SetSolution, number: int, body: int) -> Data:
     side = int(found.side[number, top])
     return {
         "name": solved.plan.bodies[body].name,
-        "max_principal_MPa": plain(found.max_principal_MPa[number, top]),
+        "max_principal_MPa": found.max_principal_MPa[number, top],
         "loaded_by": loaded_by(solved, body, side),
-        "radius_mm": plain(found.radius_mm[number, top]),
-        "z_mm": plain(found.z_mm[number, top]),
+        "radius_mm": found.radius_mm[number, top],
+        "z_mm": found.z_mm[number, top],
         **_range_data(found, number, side, "range"),
         **_range_data(found, number, 1 - side, "range_other_side"),
     }
@@ -283,11 +278,11 @@ def _range_data(found: GearStress, number: int, side: int, name: str) -> Data:
     """Range on a side of the tooth where it is largest there, its limits and its place."""
     cycle, at = found.cycle, (number, found.worst_tooth(number, side), side)
     return {
-        f"{name}_MPa": plain(cycle.range_MPa[at]),
-        f"{name}_most_MPa": plain(cycle.most_MPa[at]),
-        f"{name}_least_MPa": plain(cycle.least_MPa[at]),
-        f"{name}_radius_mm": plain(cycle.radius_mm[at]),
-        f"{name}_z_mm": plain(cycle.z_mm[at]),
+        f"{name}_MPa": cycle.range_MPa[at],
+        f"{name}_most_MPa": cycle.most_MPa[at],
+        f"{name}_least_MPa": cycle.least_MPa[at],
+        f"{name}_radius_mm": cycle.radius_mm[at],
+        f"{name}_z_mm": cycle.z_mm[at],
     }
 
 

@@ -21,7 +21,7 @@ from pmor.rexs.write_set import set_rexs
 from pmor.sets.loader import load
 from pmor.sets.lost import lost_positions
 from pmor.sets.output import set_report
-from pmor.sets.readings import torque_data
+from pmor.sets.readings import set_data, torque_data
 from pmor.sets.results_data import write_set_results
 from pmor.sets.solution import solve_on
 from pmor.sets.tolerances import lost_samples, sample_rows, solve_samples
@@ -181,7 +181,7 @@ def test_all_that_is_told_leaves_out_the_positions_that_are_lost(result, tmp_pat
     """Angle 0 alone has the deflection of the ring; a torque without any position has nulls throughout."""
     file, solution, known = result.file, without(result.solution, lost=lost), len(lost) < 6
     failures = tuple(lost_positions(solution, ["300 N m"]))
-    page = set_report(file, solution, None, failures)
+    page = set_report(file, solution, None, set_data(file, solution, None, failures))
     assert f"{len(lost)} of 6 positions did not converge and are left out, and orders with them" in str(
         replace(result, solution=solution, failures=failures)
     )
