@@ -5,18 +5,19 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 from pmor.case import Case
-from pmor.case.models import coarser
 from pmor.core.arrays import FloatArray
-from pmor.core.errors import ConvergenceError, MeshError
+from pmor.core.errors import ConvergenceError
 from pmor.core.threads import in_order, one_thread
-from pmor.pair.model import ElasticModel, elastic_model, mesh_model
+from pmor.pair.model import ElasticModel, MeshModel, elastic_model, mesh_model
 from pmor.reduction.basis import Basis, Snapshots
+from pmor.storage.gear_store import KeptGear, not_kept
 from pmor_offline.adaptive import ErrorEstimate, greedy_snapshots
-from pmor_offline.gather import make_basis
+from pmor_offline.gather import make_basis, no_forces
+from pmor_offline.gears import line_basis
 from pmor_offline.sampling import on_flanks_of, planned_positions
 from pmor_offline.snapshots import solve_snapshots
 
@@ -43,14 +44,17 @@ class Trained:
 
 @one_thread()
 def train(
-    case: Case, model: ElasticModel, estimate: ErrorEstimate | None = None, executor: Executor | None = None,
-    progress: Callable[[], None] = lambda: None, known: Mapping[int, Snapshots] | None = None,
-    keep: Keep = lambda number, snapshots: None, started: float | None = None,
+    case: Case, model: ElasticModel | None = None, estimate: ErrorEstimate | None = None,
+    executor: Executor | None = None, progress: Callable[[], None] = lambda: None,
+    known: Mapping[int, Snapshots] | None = None, keep: Keep = lambda number, snapshots: None,
+    started: float | None = None, mesh: MeshModel | None = None, kept: KeptGear = not_kept,
 ) -> Trained:  # fmt: skip
-    """Solve full FE over the training set of a case and make a basis of it.
+    """Solve full FE over the training set of a case and make a basis of it; line loads take the gears alone.
 
     Parameters
     ----------
+    model : ElasticModel, optional
+        Line loads do without.
     estimate : callable, optional
         Error estimate for a greedy sampling (`pmor_offline.adaptive`).
     executor : concurrent.futures.Executor, optional
@@ -63,6 +67,8 @@ def train(
         Given each solution as soon as it is there, with its number.
     started : float, optional
         ``time.perf_counter()`` at the start of the offline stage, when meshing and finite elements shall count.
+    mesh, kept
+        As of `pmor_offline.gears.line_basis`, for line loads.
 
     Raises
     ------
@@ -70,6 +76,10 @@ def train(
         When no full solve converged at all.
     """
     started = time.perf_counter() if started is None else started
+    if case.reduction.shapes == "line_loads":
+        mesh = mesh or (model.mesh if model else mesh_model(case))
+        return Trained(line_basis(case, kept, mesh, model, started), no_forces(mesh), ())
+    model = model or elastic_model(case, mesh or mesh_model(case))
     if not case.reduction.trained:
         snapshots: list[Snapshots] = []
     elif case.offline.sampling == "greedy":
@@ -79,22 +89,8 @@ def train(
     failures = tuple(failure for s in snapshots for failure in s.failures)
     if failures and len(failures) == sum(len(s.converged) for s in snapshots):
         raise ConvergenceError(f"no full solve converged, first: {failures[0]}", [])
-    coarse = _on_coarser_mesh(case)
     basis, force = make_basis(case, model, snapshots, time.perf_counter() - started)
-    return Trained(replace(basis, coarser=coarse), force, failures)
-
-
-def _on_coarser_mesh(case: Case) -> Basis | None:
-    """Basis of line loads on half as many elements, where the case has an error bar of the mesh."""
-    coarse = coarser(case)
-    if coarse is None:
-        return None
-    try:
-        model = elastic_model(coarse, mesh_model(coarse))
-    except MeshError as error:
-        remedy = "take more elements, or write [mesh] error_bar = false"
-        raise MeshError(f"half as many elements, for the error bar of the mesh: {error}; {remedy}") from error
-    return make_basis(coarse, model, [])[0]
+    return Trained(basis, force, failures)
 
 
 def _planned(

@@ -16,6 +16,9 @@ from dataclasses import replace
 import numpy as np
 
 from pmor.body.blank import LEFT_OUT
+from pmor.case import Case
+from pmor.case.models import halved
+from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Condition
 from pmor.results.sweep import SteSweep, ste_mean_um
 from pmor_online.line_sweep import sweep_line_loads
@@ -43,15 +46,35 @@ def with_mesh_error(sweep: SteSweep, reduced: ReducedPair, conditions: Sequence[
         return sweep
     places = np.unique(np.linspace(0, len(sweep.phi_rad), ANGLES, endpoint=False, dtype=int))
     coarse = sweep_line_loads(reduced.coarser, sweep.phi_rad[places], conditions).ste_um
-    squares = (sweep.ste_um[:, places] - coarse) ** 2
+    mean = np.abs(ste_mean_um(replace(sweep, ste_um=sweep.deflection_um)))
+    cases = [reduced.basis.case]
+    return replace(sweep, mesh_error_percent=error_percent(sweep.ste_um[:, places], coarse, mean, cases))
+
+
+def error_percent(fine_um: FloatArray, coarse_um: FloatArray, mean_um: FloatArray, cases: Sequence[Case]) -> FloatArray:
+    """Return the error bar of the mesh over a mean transmission error, (D,), %.
+
+    Parameters
+    ----------
+    fine_um, coarse_um : ndarray, shape (D, A)
+        Transmission error, and that on the elements of `pmor.case.models.halved`.
+    mean_um : ndarray, shape (D,)
+    cases : sequence of Case
+        Of all meshes in it.
+    """
+    squares = (fine_um - coarse_um) ** 2
     difference = np.full(len(squares), np.nan)
     known = np.isfinite(squares).any(axis=1)
     difference[known] = np.sqrt(np.nanmean(squares[known], axis=1))
-    mesh, other = reduced.basis.case.mesh, reduced.coarser.basis.case.mesh
+    left_out = LEFT_OUT if any(any(case.pair.blanks) for case in cases) else 0.0
+    return np.asarray(100.0 * (max(map(_share, cases)) * difference / mean_um + left_out))
+
+
+def _share(case: Case) -> float:
+    """Share of the difference to a coarser mesh that is the error of the finer one."""
+    mesh, other = case.mesh, halved(case)
     share = (SHARE_IN_PLANE_STRAIN if mesh.width == "plane_strain" else SHARE)[mesh.order]
-    if other.width_elements > mesh.width_elements:
+    if other is not None and other.mesh.width_elements > mesh.width_elements:
         # Four times as many over the width, in two steps that leave the rest share / (1 + share) of the error each.
         share = 1.0 / (1.0 - (share / (1.0 + share)) ** 2)
-    mean = np.abs(ste_mean_um(replace(sweep, ste_um=sweep.deflection_um)))
-    left_out = LEFT_OUT if any(reduced.basis.case.pair.blanks) else 0.0
-    return replace(sweep, mesh_error_percent=100.0 * (share * difference / mean + left_out))
+    return share

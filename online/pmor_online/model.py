@@ -110,7 +110,10 @@ def reduced_pair(basis: Basis) -> ReducedPair:
 def on_hubs(reduced: ReducedPair, hubs: Hubs) -> ReducedPair:
     """Return a reduced pair of line loads whose hubs give way; the compliance of its flanks is not found again."""
     meshed = reduced.layered.on_hubs(hubs)
-    return _sharing(reduced, replace(reduced, meshed=meshed), replace(reduced.lines, meshed=meshed))
+    found = _sharing(reduced, replace(reduced, meshed=meshed), replace(reduced.lines, meshed=meshed))
+    if reduced.coarser is not None:
+        vars(found).update(coarser=on_hubs(reduced.coarser, hubs))
+    return found
 
 
 def with_flanks(reduced: ReducedPair, assembly: Assembly) -> ReducedPair:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -14,17 +13,16 @@ from pmor.app.result import SweepResult
 from pmor.case import Case
 from pmor.case.width import whole_width
 from pmor.core.arrays import FloatArray
-from pmor.core.progress import Steps, quietly, stage
+from pmor.core.progress import Steps, quietly
 from pmor.core.wording import suggesting
 from pmor.gear.condition import Misalignment
 from pmor.gear.modification import Modification
 from pmor.line.unloaded import with_unloaded
-from pmor.pair.limits import range_warnings
-from pmor.pair.model import ElasticModel, MeshModel, approach_estimate, elastic_model
+from pmor.pair.model import ElasticModel
 from pmor.pair.sweep import sweep_ste
 from pmor.work.cost import meshed_within_memory
+from pmor.work.offline import solved_bodies
 
-_LOG = logging.getLogger("pmor")
 # Sections to whose memory a state of full FE comes.
 STATE_SECTIONS = 4
 
@@ -78,13 +76,4 @@ def full_model(case: Case) -> FullModel:
     CaseError, GeometryError, MeshError
         When there is no such gear, pair or mesh, or the load is beyond it.
     """
-    return FullModel(case, solve_bodies(case, meshed_within_memory(case)))
-
-
-def solve_bodies(case: Case, mesh: MeshModel) -> ElasticModel:
-    """Solve for the compliance of the flanks of meshed gears; the log warns of an unusual pair."""
-    pair = mesh.meshed.pair
-    for warning in range_warnings(case, pair, approach_estimate(case, pair)):
-        _LOG.warning("%s", warning)
-    with stage("finite elements of both gears"):
-        return elastic_model(case, mesh)
+    return FullModel(case, solved_bodies(case, meshed_within_memory(case)))

@@ -28,7 +28,7 @@ from pmor.app.asked import (
 )
 from pmor.app.cases import in_keywords
 from pmor.app.export import export_model, export_sweep
-from pmor.app.full import FullModel, full_model
+from pmor.app.full import FullModel
 from pmor.app.result import ConditionsResult, SweepResult
 from pmor.app.run import RunResult, run_models_of, sweep_model
 from pmor.case import Case, change_case
@@ -45,6 +45,7 @@ from pmor.reduction.basis import Basis
 from pmor.results.root_stress import RootStress
 from pmor.storage.atomic import ensure_folder, refuse_existing
 from pmor.storage.basis_file import write_basis
+from pmor.work.cost import meshed_within_memory
 from pmor.work.offline import trained_on
 from pmor_online.compare import training_failures
 from pmor_online.conditions import sweep_assemblies
@@ -98,7 +99,7 @@ class ReducedModel:
     def whole(self) -> ReducedModel:
         """The model on the whole width, where half of it stands for both halves: made when it is first asked for."""
         case = whole_width(self.case)
-        trained = trained_on(case, full_model(case).elastic)
+        trained = trained_on(case, None, mesh=meshed_within_memory(case))
         return ReducedModel(trained.basis, trained.force)
 
     @cached_property

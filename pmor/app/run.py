@@ -11,7 +11,6 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from pmor.app.full import solve_bodies
 from pmor.app.result import SweepResult
 from pmor.case import Case, text_of
 from pmor.case.width import case_of_page, takes_whole_width
@@ -30,6 +29,7 @@ from pmor.storage.results_folder import results_folder, start_results
 from pmor.work.cost import meshed_within_memory, refuse_beyond_memory, refuse_large_sweep_of
 from pmor.work.live import live_pair
 from pmor.work.models import OWN_BASIS, basis_names, meshed_models, run_models, unfinished
+from pmor.work.offline import solved_bodies
 from pmor.work.online import run_online
 from pmor_online.compare import Comparison
 from pmor_online.model import ReducedPair
@@ -153,9 +153,9 @@ def run_models_of(
     with results_folder(folder, files, unfinished(case), overwrite, inputs):
         if save is not None:
             save(folder / OWN_BASIS)
-        solve = cache(lambda: elastic or solve_bodies(case, mesh))
+        solve = cache(lambda: elastic or solved_bodies(case, mesh))
         found = run_models(
-            case, solve, others, folder, given=save is not None, executor=executor, overwrite=overwrite,
+            case, mesh, solve, others, folder, given=save is not None, executor=executor, overwrite=overwrite,
             started=started, progress=progress, asked=partial(_write_first, folder, asked),
         )  # fmt: skip
         write_summary(found, folder)

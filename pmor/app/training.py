@@ -8,7 +8,7 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 
-from pmor.app.full import FullModel, full_model, solve_bodies
+from pmor.app.full import FullModel, full_model
 from pmor.app.model import ReducedModel
 from pmor.case import Case
 from pmor.core.errors import CaseError
@@ -17,6 +17,7 @@ from pmor.core.threads import refuse_processes
 from pmor.core.wording import suggesting
 from pmor.storage.atomic import ensure_writable, refuse_existing
 from pmor.storage.basis_file import read_model, require_made_from
+from pmor.storage.gear_store import kept_beside
 from pmor.storage.results_folder import refuse_foreign_folder, refuse_in_the_way
 from pmor.work.cost import meshed_within_memory, refuse_large_basis
 from pmor.work.offline import OfflineSummary, parts_of, run_offline, trained_on, training_words
@@ -66,7 +67,8 @@ def train(
     if resume:
         raise CaseError("resume = True: takes a file beside which full solutions are kept: pass file as well")
     refuse_processes(executor)
-    trained = trained_on(case, (full or full_model(case)).elastic, executor, progress)
+    mesh = full.elastic.mesh if full else meshed_within_memory(case)
+    trained = trained_on(case, full.elastic if full else None, executor, progress, mesh)
     return ReducedModel(trained.basis, trained.force)
 
 
@@ -83,10 +85,11 @@ def train_file(
     mesh = full.elastic.mesh if full else meshed_within_memory(case)
     ensure_writable(path.parent)
     refuse_foreign_folder(parts_of(path))
-    elastic = full.elastic if full else solve_bodies(case, mesh)
-    with stage(training_words(case)):
-        return run_offline(case, elastic, path, executor=executor, resume=resume, overwrite=overwrite,
-                           started=started, progress=progress)  # fmt: skip
+    with stage(training_words(case, full is not None)):
+        return run_offline(
+            case, full.elastic if full else None, path, executor=executor, resume=resume, overwrite=overwrite,
+            started=started, progress=progress, mesh=mesh, kept=kept_beside(path, overwrite, make=False),
+        )  # fmt: skip
 
 
 @suggesting

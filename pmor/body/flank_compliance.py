@@ -1,4 +1,4 @@
-"""Compliance between the flanks of a pair: the part of two elastic gears that line loads and error estimates keep."""
+"""What line loads need of an elastic gear: compliance of the flanks, stress along the fillets and on the web."""
 
 from __future__ import annotations
 
@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray, IntArray
+from pmor.body.root_stress import RootStressShapes, root_stress_shapes
+from pmor.core.arrays import FloatArray
 
 if TYPE_CHECKING:
-    from pmor.body.elastic_gear import ElasticGear
+    from pmor.body.elastic_gear import ElasticGear, OtherFlank
+    from pmor.body.far_compliance import FarCompliance
     from pmor.body.rim import RimMotion
     from pmor.body.support import Support
+    from pmor.body.web_stress import WebStress
 
 
 @dataclass(frozen=True)
@@ -43,46 +46,81 @@ class FlankCompliance:
         return np.asarray(blocks[offset] if offset >= 0 else blocks[-offset].T)
 
 
-def flank_compliance(bodies: tuple[ElasticGear, ElasticGear], components: int) -> FlankCompliance:
-    """Take the compliance of the flanks from two elastic gears.
+@dataclass(frozen=True)
+class SolvedFlank:
+    """The other flanks of a gear, in their image, where these are no images of its flanks.
 
     Parameters
     ----------
-    bodies : two ElasticGear
-        Pinion and wheel; the same object when they are identical.
-    components : int
-        Of the displacement at a node: 2 or 3.
+    compliance, root_stress
+        As of `SolvedGear`, stress on the sides and the teeth of the gear itself.
     """
-    pinion, wheel = bodies
-    first = loaded_part(pinion.compliance, components)
-    second = first if wheel is pinion else loaded_part(wheel.compliance, components)
-    return FlankCompliance(
-        (first, second), components, (loaded_support(pinion, components), loaded_support(wheel, components))
+
+    compliance: FloatArray
+    root_stress: RootStressShapes | None = None
+
+
+@dataclass(frozen=True)
+class SolvedGear:
+    """Finite elements of a gear, solved for line loads.
+
+    Parameters
+    ----------
+    compliance : ndarray, shape (neighbours + 1, n, n)
+        As in `FlankCompliance`.
+    root_stress : RootStressShapes or None
+        Where it was asked for.
+    support : Support or None
+        The part of low rank, of holes.
+    far : FarCompliance or None
+        Of gears with several meshes.
+    other : SolvedFlank or None
+        Where the other flanks carry and may be unlike.
+    rim_motion : RimMotion or None
+        Of rings with several meshes.
+    web_stress : WebStress or None
+        Where it was asked for.
+    """
+
+    compliance: FloatArray
+    root_stress: RootStressShapes | None = None
+    support: Support | None = None
+    far: FarCompliance | None = None
+    other: SolvedFlank | None = None
+    rim_motion: RimMotion | None = None
+    web_stress: WebStress | None = None
+
+
+def solved_gear_of(body: ElasticGear, components: int) -> SolvedGear:
+    """Return what line loads need of an elastic gear.
+
+    Parameters
+    ----------
+    components : int
+        Of the displacement at a node, those of contact forces: 2 or 3.
+    """
+    used = (3 * np.arange(body.compliance.shape[1] // 3)[:, None] + np.arange(components)).ravel()
+
+    def flank(side: ElasticGear | OtherFlank) -> SolvedFlank:
+        compliance = np.ascontiguousarray(side.compliance[len(side.compliance) // 2 :, used[:, None], used])
+        return SolvedFlank(compliance, None if side.fillet is None else root_stress_shapes(side.fillet, components))
+
+    own, support, rim, web = flank(body), body.support, body.rim_motion, body.web_stress
+    if support is not None:
+        backs = None if support.backs is None else np.ascontiguousarray(support.backs[used])
+        support = replace(support, rows=np.ascontiguousarray(support.rows[used]), backs=backs)
+    return SolvedGear(
+        own.compliance,
+        own.root_stress,
+        support,
+        body.far,
+        None if body.other is None else flank(body.other),
+        None if rim is None else replace(rim, rows=np.ascontiguousarray(rim.rows[used])),
+        None if web is None else web.of_components(components),
     )
 
 
-def loaded_part(compliance: FloatArray, components: int) -> FloatArray:
-    """Return the compliance of a gear, or of its other flanks, as `FlankCompliance.gears` has it."""
-    used = _loaded_unknowns(compliance, components)
-    return np.ascontiguousarray(compliance[len(compliance) // 2 :, used[:, None], used])
-
-
-def loaded_support(body: ElasticGear, components: int) -> Support | None:
-    """Return the part of low rank in the components that contact forces have; None of a gear whose teeth are alike."""
-    if body.support is None:
-        return None
-    used, own = _loaded_unknowns(body.compliance, components), body.support
-    backs = None if own.backs is None else np.ascontiguousarray(own.backs[used])
-    return replace(own, rows=np.ascontiguousarray(own.rows[used]), backs=backs)
-
-
-def loaded_rim(body: ElasticGear, components: int) -> RimMotion | None:
-    """Return the motion of a ring's rim under the components that contact forces have; None of other gears."""
-    if body.rim_motion is None:
-        return None
-    used = _loaded_unknowns(body.compliance, components)
-    return replace(body.rim_motion, rows=np.ascontiguousarray(body.rim_motion.rows[used]))
-
-
-def _loaded_unknowns(compliance: FloatArray, components: int) -> IntArray:
-    return (3 * np.arange(compliance.shape[1] // 3)[:, None] + np.arange(components)).ravel()
+def flank_compliance(gears: tuple[SolvedGear, SolvedGear], components: int) -> FlankCompliance:
+    """Return the compliance of the flanks of pinion and wheel, with so many components at a node."""
+    pinion, wheel = gears
+    return FlankCompliance((pinion.compliance, wheel.compliance), components, (pinion.support, wheel.support))

@@ -6,10 +6,10 @@ from collections import Counter
 from pathlib import Path
 
 from pmor.campaigns.chunks import PLAN, planned_files
-from pmor.campaigns.store import entries, is_store
 from pmor.core.errors import FileFormatError, printable
 from pmor.core.memory import memory_text
 from pmor.storage.describe import file_text
+from pmor.storage.gear_store import entries, is_store
 from pmor.storage.manifest import is_ours
 from pmor.work.pieces import PARTS
 

@@ -22,7 +22,6 @@ from pmor.campaigns.relations import with_relations
 from pmor.campaigns.set_relations import KNOWN as KNOWN_OF_SETS
 from pmor.campaigns.set_relations import text_of_design as text_of_set
 from pmor.campaigns.settings import GearboxCampaign, GearboxRelations, Relations
-from pmor.campaigns.store import Store
 from pmor.case import change_case
 from pmor.case.schema import SECTIONS
 from pmor.core.errors import CaseError, ConvergenceError, PmorError
@@ -31,14 +30,14 @@ from pmor.machine.coupled import SolvedLoad, solve_load
 from pmor.machine.loader import GearboxFile
 from pmor.machine.loader import load as load_toml
 from pmor.machine.readings import load_data
-from pmor.machine.run import lost_of_load, with_rigid_supports
+from pmor.machine.run import lost_of_load, trains_of, with_rigid_supports
 from pmor.machine.settings import Bearing, Place
 from pmor.pair.drawn import gear_inertias
 from pmor.pair.model import refuse_loads_unmeshed
 from pmor.results.quantities import TABLE
 from pmor.rexs.files import load_gearbox
 from pmor.rexs.to_toml import gearbox_texts
-from pmor.sets.run import train_of
+from pmor.storage.gear_store import Store
 from pmor.work.cost import FINITE_ELEMENTS, START_S, refuse_beyond_memory, stages
 from pmor_online.model import keeping_sections, reduced_pair
 
@@ -204,8 +203,9 @@ def _seconds(text: str, name: str) -> float:
 
 def _solve(text: str, name: str, store: Store, keys: tuple[str, ...]) -> Solved:
     with _opened(text, name) as file:
-        pairs = {n: keeping_sections(reduced_pair(basis_of(case, store))) for n, case in file.cases.items()}
-        trains = {n: train_of(one, lambda member: store.get) for n, one in file.model.sets.items()}
+        cases = file.model.reduced_cases(file.cases)
+        pairs = {n: keeping_sections(reduced_pair(basis_of(case, store))) for n, case in cases.items()}
+        trains = trains_of(file.model, file.model.sections.loads, store.get)
         angles = max((case.online.angles_per_pitch for case in file.cases.values()), default=0)
         loads = [solve_load(file.model, load, pairs, angles, trains=trains) for load in file.model.sections.loads]
         failures = [sentence for load in loads for sentence in lost_of_load(load)]

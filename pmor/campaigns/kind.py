@@ -11,7 +11,7 @@ from pmor.results.quantities import Quantity
 
 if TYPE_CHECKING:
     from pmor.campaigns.settings import CampaignSections
-    from pmor.campaigns.store import Store
+    from pmor.storage.gear_store import Store
 
 Number = int | float
 Design = Mapping[str, Number]

@@ -8,36 +8,31 @@ from typing import Any
 
 import numpy as np
 
-from pmor.body.flank_compliance import FlankCompliance
 from pmor.campaigns.keys import split
 from pmor.campaigns.kind import PEAKS, Kind, Solved
 from pmor.campaigns.peaks import settled_peaks
 from pmor.campaigns.relations import text_of_design, why_infeasible, with_relations
 from pmor.campaigns.relief import best_relief
 from pmor.campaigns.settings import OF_RELIEF, USUAL, PairCampaign, Relations
-from pmor.campaigns.store import Store
-from pmor.case import Case, GearCase, change_case, changed_text, parse_case, text_of
+from pmor.case import Case, change_case, changed_text, parse_case, text_of
 from pmor.case.capability import why_not
 from pmor.case.models import coarser
 from pmor.case.reader import parse_toml, read_text
 from pmor.case.schema import SECTIONS
 from pmor.core.arrays import FloatArray
-from pmor.core.errors import CaseError, MeshError
-from pmor.fe.sector import SectorMesh
-from pmor.line.layered_pair import layers_of
-from pmor.line.sections import loaded_components
+from pmor.core.errors import CaseError
 from pmor.pair.conditions import conditions_of
 from pmor.pair.drawn import gear_inertias
-from pmor.pair.model import per_gear, refuse_loads_unmeshed
-from pmor.reduction.basis import Basis, untrained
+from pmor.pair.model import refuse_loads_unmeshed
+from pmor.reduction.basis import Basis
 from pmor.report.torque_table import figures_at
 from pmor.results.load_distribution import line_states
 from pmor.results.quantities import TABLE, figures_of_mesh
 from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep, peak_to_peak_um
-from pmor.storage.compliance_file import SolvedGear
+from pmor.storage.gear_store import Store
 from pmor.work.cost import FINITE_ELEMENTS, meshed_within_memory, refuse_beyond_memory, stages
-from pmor.work.line_gear import line_gear
+from pmor_offline.gears import line_basis
 from pmor_online.compare import failed_positions
 from pmor_online.model import ReducedPair, online_angles, reduced_pair
 from pmor_online.run import root_stress_of_case, sweep_case
@@ -119,34 +114,7 @@ def results_of(case: Case, store: Store, relief: bool = False) -> Solved:
 
 def basis_of(case: Case, store: Store) -> Basis:
     """Return the basis of line loads of a case, its gears from the store where they are there."""
-    mesh = meshed_within_memory(case)
-
-    def solved(sector: SectorMesh, gear: GearCase) -> SolvedGear:
-        return line_gear(case, mesh, sector, gear, store.get)
-
-    pinion, wheel = per_gear(case, mesh, solved)
-    coarse, stresses = coarser(case), (pinion.root_stress, wheel.root_stress)
-    components = loaded_components(True, mesh.meshed.pair.pinion.helix_angle != 0.0)
-    return Basis(
-        case=case,
-        flank_nodes=(mesh.pinion.flank_nodes, mesh.wheel.flank_nodes),
-        flank_roll_angle=(mesh.pinion.flank_roll_angle, mesh.wheel.flank_roll_angle),
-        layers=layers_of(mesh.meshed),
-        shapes=None,
-        training=untrained(),
-        compliance=FlankCompliance((pinion.compliance, wheel.compliance), components, (pinion.support, wheel.support)),
-        coarser=None if coarse is None else _coarser_basis(coarse, store),
-        root_stress=None if stresses[0] is None or stresses[1] is None else (stresses[0], stresses[1]),
-    )
-
-
-def _coarser_basis(coarse: Case, store: Store) -> Basis:
-    """Basis of line loads on half as many elements, for the error bar of the mesh."""
-    try:
-        return basis_of(coarse, store)
-    except MeshError as error:
-        remedy = "take more elements, or write [mesh] error_bar = false"
-        raise MeshError(f"half as many elements, for the error bar of the mesh: {error}; {remedy}") from error
+    return line_basis(case, store.get, meshed_within_memory(case))
 
 
 def figures_of(reduced: ReducedPair, sweep: SteSweep, stress: RootStress | None) -> dict[str, float | None]:

@@ -17,10 +17,10 @@ from pmor.campaigns.kind import ANGLES, PEAKS
 from pmor.campaigns.output import FILES, refuse_changed_cases
 from pmor.campaigns.result import CampaignResult, gathered
 from pmor.campaigns.rows import Answer, Keys, Row, Task
-from pmor.campaigns.store import Store, open_store, refuse_foreign_store, remove_unfinished
 from pmor.campaigns.submit import submit_all
 from pmor.campaigns.supervise import LocalProcesses, Order, lost_answer, solve_order
 from pmor.campaigns.table import designs_of, different_designs
+from pmor.storage.gear_store import Store, open_store, refuse_foreign_store, remove_unfinished
 from pmor.work.pace import Pace
 from pmor.work.results import pieces_folder
 

@@ -13,7 +13,6 @@ from pmor.campaigns.kind import PEAKS, Kind, Solved
 from pmor.campaigns.peaks import settled_peaks
 from pmor.campaigns.set_relations import KNOWN, text_of_design, why_infeasible, with_relations
 from pmor.campaigns.settings import OF_SETS, SetCampaign, SetRelations
-from pmor.campaigns.store import Store
 from pmor.case.capability import rule_of
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
@@ -30,6 +29,7 @@ from pmor.sets.preview import PAGE, pairs_of, refuse_large_set, stages_of_set
 from pmor.sets.readings import Data, plain
 from pmor.sets.run import first_torques_Nm, solved, train_of
 from pmor.sets.solution import solve_set
+from pmor.storage.gear_store import Store
 from pmor.work.cost import CASELESS
 
 FIRST = (
@@ -87,13 +87,13 @@ def _seconds(text: str, name: str) -> float:
 def _solve(text: str, name: str, store: Store, keys: tuple[str, ...]) -> Solved:
     file = _file(text, name)
     refuse_large_set(file)
-    result = solved(file, lambda member: store.get)
+    result = solved(file, store.get)
     return Solved(figures_of(file, result.data), next(iter(result.failures), ""))
 
 
 def _peaks(text: str, name: str, store: Store) -> Mapping[str, float]:
     file = _file(text, name)
-    return peaks_of(file, train_of(file, lambda member: store.get))
+    return peaks_of(file, train_of(file, store.get))
 
 
 def figures_of(file: SetFile, data: Data) -> dict[str, float | None]:

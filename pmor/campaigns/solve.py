@@ -5,8 +5,8 @@ from __future__ import annotations
 from pmor.campaigns.kind import Design
 from pmor.campaigns.kinds import KINDS
 from pmor.campaigns.rows import NAME, Row, Task, plain_row
-from pmor.campaigns.store import Store
 from pmor.core.errors import CaseError, ConvergenceError, GeometryError, InsufficientMemoryError, MeshError
+from pmor.storage.gear_store import Store
 
 
 def row_of(task: Task, number: int, design: Design, store: Store) -> Row:

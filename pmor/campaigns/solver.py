@@ -58,8 +58,8 @@ def _ready() -> Callable[[dict[str, Any]], Iterator[dict[str, Any]]]:
     logging.getLogger("pmor").setLevel(logging.ERROR)  # stages of single designs are no news of a campaign
     from pmor.campaigns.rows import Task
     from pmor.campaigns.solve import row_of
-    from pmor.campaigns.store import GIB, Store, open_store
     from pmor.core.errors import OutputError
+    from pmor.storage.gear_store import GIB, Store, open_store
 
     def store_of(folder: Path, limit_bytes: float) -> Store:
         """The store on this machine; none where its folder holds something else."""

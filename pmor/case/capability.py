@@ -81,11 +81,11 @@ OF_CASES = (
     Limit(lambda case: case.reduction.shapes != "line_loads",
           ("campaign", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set"), _untrained),
     Limit(lambda case: case.flank != "drive",
-          ("exudyn", "fmu", "gearbox", "page", "rexs"),
+          ("exudyn", "fmu", "page", "rexs"),
           "drive flanks: give [load] torque_Nm positive, and the coast flanks as a [[condition]]"),
     Limit(lambda case: any(m.pitch_deviations_um for m in (case.pinion_modification, case.wheel_modification)),
           ("exudyn", "fmu"), "no pitch deviations, with which it does not repeat each mesh cycle: leave them out"),
-    Limit(lambda case: case.pair.wheel.internal, ("gearbox", "stability"),
+    Limit(lambda case: case.pair.wheel.internal, ("stability",),
           "external gears, and the wheel is a ring: take the pair alone"),
     Limit(lambda case: _nodes(case) > MOST_NODES, ("page",),
           lambda case: f"flanks of {MOST_NODES} nodes at most, and these have {_nodes(case)} nodes"),
@@ -93,9 +93,9 @@ OF_CASES = (
           "rings that are rigid all over their outside: leave held and seats out of [wheel]"),
     Limit(lambda case: any(gear.body is not None for gear in _gears(case)), ("rexs",),
           "no body of one's own, a mesh or a matrix: give the blank by dimensions, or leave it out"),
-    Limit(lambda case: any(gear.one_piece for gear in _gears(case)), ("rexs", "set", "vtkhdf"),
+    Limit(lambda case: any(gear.one_piece for gear in _gears(case)), ("rexs", "vtkhdf"),
           "gears that are rigid at their bores: leave one_piece out"),
-    Limit(lambda case: any(case.pair.holes), ("classical", "exudyn", "fmu", "gearbox", "page", "vtkhdf"),
+    Limit(lambda case: any(case.pair.holes), ("classical", "exudyn", "fmu", "page", "vtkhdf"),
           "no holes, with which it does not repeat each mesh cycle: leave them out"),
     Limit(_always, ("duty",), "sets and gearboxes, whose loads have hours: put the pair in a gearbox file"),
     Limit(_always, ("tolerances",), "planets, whose errors share out the load: flanks of a pair scatter in a design"),
@@ -125,7 +125,6 @@ def _one_way(file: Any) -> str:
 ALL_FE = "reduced models: line loads of all meshes at once are exact on full finite elements, and nothing is beside"
 OF_SETS = (
     Limit(_always, ("full",), ALL_FE),
-    Limit(_always, ("error_bar",), "pairs: leave it out, and solve the set on more elements to see their error"),
     Limit(lambda file: file.sections.gears, ("tolerances",),
           "planets, whose errors share out the load: leave [tolerances] out of a train on fixed axes"),
     Limit(lambda file: file.sections.gears, ("campaign",),
@@ -148,8 +147,12 @@ OF_SETS = (
 )  # fmt: skip
 OF_GEARBOXES = (
     Limit(_always, ("full",), ALL_FE),
-    Limit(_always, ("error_bar",), "pairs: leave it out, and run the pair's own case to see it"),
-    Limit(_always, ("tolerances",), "planetary sets: run the set's own file to see them"),
+    Limit(lambda file: not file.model.sets, ("tolerances",),
+          "planetary sets, whose errors share out the load: search a design of a mesh with its scatter"),
+    Limit(lambda file: file.model.groups, ("page", "rexs"),
+          "gears with one mesh each: run it without, bodies of gears that several meshes bend are solved there"),
+    Limit(lambda file: file.model.turned, ("page",),
+          "loads on one side of the flanks: write a gearbox file for each sense"),
     Limit(lambda file: file.model.sets, ("page",), "meshes of pairs: leave [[sets]] out, they have files of their own"),
 )  # fmt: skip
 LIMITS: Mapping[str, tuple[Limit, ...]] = {"Case": OF_CASES, "SetFile": OF_SETS, "GearboxFile": OF_GEARBOXES}

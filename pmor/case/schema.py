@@ -43,8 +43,8 @@ class MeshCase:
     share_identical : bool
         Mesh gears of one shape once, and solve the finite elements of identical gears once.
     error_bar : bool
-        Solve the gears on half as many elements too, for an error bar of the mesh on the STE of exact line loads. Sets
-        and gearboxes have none.
+        Solve the gears on half as many elements too, for an error bar of the mesh on the STE of exact line loads. Sets,
+        and meshes of gearboxes, have one where they ask for it.
     """
 
     profile_elements: Annotated[int, Range(2, 512)] = 8

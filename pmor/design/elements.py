@@ -23,11 +23,11 @@ from pmor.design.settings import Load
 from pmor.design.solvers import MeshSolver, Solver, TrainSolver
 from pmor.line.several import GearTrain
 from pmor.machine.coupled import MEAN_ANGLES, SolvedLoad, SolvedMesh, solve_load
-from pmor.pair.model import elastic_model, refuse_loads
-from pmor.sets.run import train_of
+from pmor.machine.run import trains_of
+from pmor.pair.model import refuse_loads
 from pmor.sets.variants import train_of_variants
 from pmor.work.cost import meshed_within_memory, refuse_large_sweep
-from pmor_offline.train import train
+from pmor_offline.gears import line_basis
 from pmor_online.model import ReducedPair, reduced_pair
 
 
@@ -54,8 +54,7 @@ class Elements:
 
     def meshes(self, name: str) -> list[SolvedMesh]:
         """Return a mesh of the gearbox under each load."""
-        number = list(self.pairs).index(name)
-        return [load.meshes[number] for load in self.loads]
+        return [mesh for load in self.loads for mesh in load.meshes if mesh.meshing.settings.name == name]
 
     def solvers(
         self, load: Load, angles: int, on_supports: bool = True, coarser: Sequence[Solver] = (),
@@ -106,8 +105,9 @@ def elements_of(file: DesignFile, reduced: ReducedPair | None = None, executor: 
         _refuse_unfit(file, reduced)
         pairs = {file.meshes[0]: reduced}
     else:
-        trained = in_order(lambda case: trained_pair(case, torques), file.cases.values(), executor)
-        pairs = dict(zip(file.cases, trained, strict=True))
+        cases = file.cases if file.box is None else file.box.model.reduced_cases(file.cases)
+        trained = in_order(lambda case: trained_pair(case, torques), cases.values(), executor)
+        pairs = dict(zip(cases, trained, strict=True))
     elements = Elements(file, pairs)
     if file.box is not None:
         elements = _in_equilibrium(elements)
@@ -121,11 +121,14 @@ def _in_equilibrium(elements: Elements) -> Elements:
     file = elements.file
     assert file.box is not None
     model, by_name = file.box.model, {load.name: load for load in file.box.model.sections.loads}
-    trains = {name: train_of(one) for name, one in model.sets.items()}
-    loads = tuple(
-        solve_load(model, by_name[name], elements.pairs, MEAN_ANGLES, trains=trains) for name in file.design.load.names
-    )
+    chosen = [by_name[name] for name in file.design.load.names]
+    trains = trains_of(model, chosen)
+    loads = tuple(solve_load(model, load, elements.pairs, MEAN_ANGLES, trains=trains) for load in chosen)
     solved = replace(elements, loads=loads)
+    for name in file.meshes:
+        if any(mesh.meshing.other for mesh in solved.meshes(name)):
+            rule = "is on other flanks than the first load of the gearbox: list a load on these first there"
+            raise CaseError(f"{file.name}: [load] names: mesh {name} {rule}")
     torques_Nm = tuple(1e-3 * mesh.torque for mesh in solved.meshes(file.meshes[0]))
     design = replace(file.design, load=replace(file.design.load, torques_Nm=torques_Nm))
     return replace(solved, file=replace(file, design=design))
@@ -137,7 +140,7 @@ def trained_pair(case: Case, torques_Nm: tuple[float, ...] = ()) -> ReducedPair:
     if torques_Nm:
         refuse_loads(replace(case, online=replace(case.online, torques_Nm=torques_Nm)), mesh.meshed)
     with stage(f"finite elements of {case.name}"):
-        return reduced_pair(train(case, elastic_model(case, mesh)).basis)
+        return reduced_pair(line_basis(case, mesh=mesh))
 
 
 def _refuse_unfit(file: DesignFile, reduced: ReducedPair) -> None:

@@ -147,7 +147,10 @@ def _with_cases(file: DesignFile, where: str) -> DesignFile:
 
 def _of_meshes(said: Design, box: GearboxFile, where: str) -> Design:
     """Return a design with the meshes of its gearbox and the load cases: all that carry on the flanks of the first."""
-    names = list(box.cases)
+    names = [name for name in box.cases if name not in box.model.shared]
+    for shared in box.model.shared.intersection(said.mesh):
+        rule = "one of its gears has several meshes, which its flanks move too: design it as a set with [[gears]]"
+        raise CaseError(f"{where}: mesh = {toml_text(shared)}: {rule}")
     named = [("mesh", mesh) for mesh in said.mesh] + [("[[variables]] mesh", v.mesh) for v in said.variables]
     named += [("[[constraints]] mesh", constraint.mesh) for constraint in said.constraints]
     named += [("[objective] meshes", said.objective.meshes)] if said.objective.meshes not in OVER_MESHES else []
@@ -156,7 +159,8 @@ def _of_meshes(said: Design, box: GearboxFile, where: str) -> Design:
         if mesh is not None and mesh not in known:
             raise CaseError(f"{where}: {place} = {toml_text(mesh)}: {box.name} has none: {did_you_mean(mesh, known)}")
     if not names:
-        raise CaseError(f"{where}: gearbox: {box.name} has meshes of sets alone: design these by their files")
+        rule = "has meshes of sets, and of gears with several meshes, alone: design these as sets"
+        raise CaseError(f"{where}: gearbox: {box.name} {rule}")
     meshes, model = said.mesh or tuple(names), box.model
     if len(meshes) == 1:  # its results are those of the design
         constraints = tuple(replace(constraint, mesh=None) for constraint in said.constraints)

@@ -20,10 +20,10 @@ from pmor.dynamics.law import MeshLaw, backlash_of, cycles_of, mesh_laws
 from pmor.dynamics.measure import BRANCHES, RUNS, Data, Task, joined, mesh_Hz, solve, with_speeds
 from pmor.dynamics.moved_axes import model_error
 from pmor.gear.pair import GearPair
-from pmor.pair.model import elastic_model, gear_pair
+from pmor.pair.model import gear_pair
 from pmor.work.cost import meshed_within_memory
 from pmor.work.pieces import Piece, run_pieces
-from pmor_offline.train import train
+from pmor_offline.gears import line_basis
 from pmor_online.mesh_force import LineLoadLaw
 from pmor_online.model import ReducedPair, reduced_pair
 
@@ -97,7 +97,7 @@ def reduced_of(case: Case) -> ReducedPair:
     refuse_other_models(case)
     # Motion needs neither error bars nor the other models of a comparison.
     bare = change_case(without_models(case), mesh={"error_bar": False})
-    return reduced_pair(train(bare, elastic_model(bare, meshed_within_memory(bare))).basis)
+    return reduced_pair(line_basis(bare, mesh=meshed_within_memory(bare)))
 
 
 def refuse_other_models(case: Case) -> None:

@@ -30,6 +30,8 @@ WIDTH, OUTER = 0.3, 1.5
 RINGS_ALONG, RINGS_ACROSS = 1.4, 0.8
 # A gear that is cut into its shaft: bore over root circle.
 CUT = 0.9
+# Outside of a ring over its root circle.
+RIM = 1.15
 
 
 class Detail(NamedTuple):
@@ -54,8 +56,8 @@ class Teeth(NamedTuple):
     ----------
     shaft, at_mm : str, float
         Where the gear is.
-    along : float
-        +1 where z of the mesh is x of the machine.
+    frame : MeshFrame
+        Of the mesh.
     roll : ndarray, shape (R,)
         Roll angles of points on both flanks, rad.
     z : ndarray, shape (Z,)
@@ -66,7 +68,7 @@ class Teeth(NamedTuple):
 
     shaft: str
     at_mm: float
-    along: float
+    frame: MeshFrame
     teeth: int
     roll: FloatArray
     z: FloatArray
@@ -124,18 +126,19 @@ class Body:
         outline = 2 * (len(teeth.roll) + teeth.fillet)
         of_tooth = np.zeros((len(teeth.z), outline))
         for mesh in solved.meshes:
-            said, along = mesh.meshing.settings, mesh.meshing.frame.along
+            said, frame = mesh.meshing.settings, mesh.meshing.frame
             for number, gear in enumerate((said.pinion, said.wheel)):
                 if (gear.shaft, gear.at_mm) != (teeth.shaft, teeth.at_mm):
                     continue
                 largest = flank_map(mesh.sweep, 0, number, (teeth.roll[0], teeth.roll[-1]), len(teeth.roll))
-                # Seen from its other end a gear carries on its other flanks.
-                same = along == teeth.along
-                z = teeth.z if same else -teeth.z
+                # Seen from its other end, or in the image, a gear carries on its other flanks.
+                turned = frame.along != teeth.frame.along
+                same = turned == (frame.hand != teeth.frame.hand)
+                z = -teeth.z if turned else teeth.z
                 load = np.stack([np.interp(z, largest.z_mm, row) for row in largest.load_N_per_mm], axis=-1)
                 flank = flank_columns(0, same, len(teeth.roll), teeth.fillet)
                 of_tooth[:, flank] = np.maximum(of_tooth[:, flank], load)
-        found[BEFORE:-BEFORE] = _seen_along(np.tile(of_tooth, teeth.teeth), teeth.along)
+        found[BEFORE:-BEFORE] = _seen_along(np.tile(of_tooth, teeth.teeth), teeth.frame)
         return found
 
 
@@ -156,7 +159,7 @@ def bodies(model: GearboxModel, gearbox: LoadedGearbox, detail: Detail) -> list[
             bore = 0.5 * shaft.section_at(gear.at_mm).outer_mm
             rings, teeth = _gear(mesh.pair, number, mesh.frame, bore, detail)
             rings, nodes = rings + centre, np.full(len(rings), node)
-            of_mesh = Teeth(gear.shaft, gear.at_mm, mesh.frame.along, *teeth)
+            of_mesh = Teeth(gear.shaft, gear.at_mm, mesh.frame, *teeth)
             name = f"{said.name}, {('pinion', 'wheel')[number]}"
             found.append(Body(name, "gear", rings, nodes, np.tile(centre, (len(rings), 1)), of_mesh))
     for one in gearbox.sets:
@@ -222,10 +225,11 @@ def _gear(
     turned = 0.0 if number == 0 else math.pi + pair.wheel_tooth_rotation(0.0)
     roll = np.linspace(tooth.form_roll_angle, tooth.tip_roll_angle, detail.profile)
     z = np.linspace(*pair.faces[number], detail.planes)
-    rings = gear_rings(tooth, turned, min(bore, CUT * tooth.root_radius), roll, detail.fillet, z) @ frame.axes.T
-    return _seen_along(rings, frame.along), (tooth.teeth, roll, z, detail.fillet)
+    within = min(bore, CUT * tooth.root_radius) if tooth.teeth > 0 else RIM * abs(tooth.root_radius)
+    rings = gear_rings(tooth, turned, within, roll, detail.fillet, z) @ frame.axes.T
+    return _seen_along(rings, frame), (abs(tooth.teeth), roll, z, detail.fillet)
 
 
-def _seen_along(rings: FloatArray, along: float) -> FloatArray:
+def _seen_along(rings: FloatArray, frame: MeshFrame) -> FloatArray:
     """Rings counter-clockwise about z of a mesh as rings counter-clockwise about x, one after the other along x."""
-    return rings if along > 0.0 else rings[::-1, ::-1]
+    return rings[:: int(frame.along), :: int(frame.along * frame.hand)]

@@ -15,15 +15,14 @@ from pmor.case import Case
 from pmor.case.reader import Reader
 from pmor.case.values import did_you_mean
 from pmor.core.errors import PmorError
+from pmor.gear.pair import GearPair
+from pmor.machine.groups import ROUNDED_MM, alike_from_both_ends, same_gear
 from pmor.machine.model import GearboxModel, pinion_senses, set_torques
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.settings import HOUSING, Bearing, GearboxSections, LoadCase, Mesh, PlanetarySet, Shaft, ShaftSection
-from pmor.pair.conditions import assembly_of
 from pmor.sets.duty import check_duty
 from pmor.sets.loader import SetFile
 
-# Places along the axes that belong together may differ by so much: drawings are rounded, mm.
-ROUNDED_MM = 1e-3
 # Of the largest torque through a set over all loads: none.
 NO_TORQUE = 1e-9
 LONGEST_NAME, NO_FILE_NAME = 60, '/\\:*?"<>|'
@@ -189,32 +188,48 @@ class GearboxReader(Reader):
                 rule = f'has no torque to carry in the train of shaft "{train[0]}": add one'
                 self.refuse(f'[[loads]] "{load.name}"', rule)
 
-    def check_gears(self, model: GearboxModel) -> None:
-        """Refuse a gear in several meshes: each would be solved without what the others' forces do to its teeth."""
+    def check_gears(self, model: GearboxModel, cases: dict[str, Case]) -> None:
+        """Refuse gears that overlap, gears in several meshes that are not the same in them, and ways that close."""
         ends = [
-            (mesh.name, gear, 0.5 * model.pairs[mesh.name].common_width)
-            for mesh in model.sections.meshes
-            for gear in (mesh.pinion, mesh.wheel)
-        ]
-        for (name, one, half), (other_name, other, other_half) in combinations(ends, 2):
-            apart = abs(one.at_mm - other.at_mm)
-            if one.shaft == other.shaft and apart < half + other_half - ROUNDED_MM:
+            (mesh.name, gear, place) for mesh in model.sections.meshes
+            for place, gear in enumerate((mesh.pinion, mesh.wheel))
+        ]  # fmt: skip
+        for (name, one, place), (other_name, other, other_place) in combinations(ends, 2):
+            where = f'[[meshes]] "{name}" and "{other_name}": shaft "{one.shaft}"'
+            apart, widths = abs(one.at_mm - other.at_mm), [model.pairs[n].common_width for n in (name, other_name)]
+            if same_gear(one, other):
+                kinds = [_gear_of(cases[n], model.pairs[n], p) for n, p in ((name, place), (other_name, other_place))]
+                unlike = [key for key in kinds[0] if kinds[0][key] != kinds[1][key]]
+                if unlike:
+                    rule = f"differ in {', '.join(unlike)}: correct one of them, or at_mm of two beside each other"
+                    self.refuse(where, f"gears at {one.at_mm:g} mm are one gear, and {rule}")
+            elif one.shaft == other.shaft and apart < 0.5 * sum(widths) - ROUNDED_MM:
+                rule = "correct at_mm; of one gear with several meshes it is the same in all of them"
+                self.refuse(where, f"gears at {one.at_mm:g} and {other.at_mm:g} mm overlap: {rule}")
+        for group in model.groups:
+            names = ", ".join(f'"{mesh.name}"' for mesh in group.meshes)
+            if group.closed:
+                rule = "how they share the load follows from the angles between gears on a shaft, which are not given"
                 self.refuse(
-                    f'[[meshes]] "{name}" and "{other_name}": shaft "{one.shaft}"',
-                    f"gears at {one.at_mm:g} and {other.at_mm:g} mm are one gear, or overlap: a gear of a gearbox has "
-                    "one mesh, as meshes are not coupled through its body here; solve one that has several as a set "
-                    "with [[gears]], or correct at_mm of two that are beside each other",
+                    f"[[meshes]] {names}", f"close a way around over gears and shafts: {rule}; solve them as a set"
                 )
+            for mesh in group.meshes:
+                if cases[mesh.name].flank == "coast":
+                    rule = "write its [load] torque_Nm positive, and the flanks that carry as modification"
+                    self.refuse(f'[[meshes]] "{mesh.name}"', f"shares a gear with {names}, as coast flanks: {rule}")
+            for load in model.sections.loads:
+                senses = pinion_senses(model, load)
+                for mesh in group.meshes:
+                    turned = senses[mesh.name] != senses[group.meshes[0].name]
+                    if turned and not alike_from_both_ends(cases[mesh.name]):
+                        self.refuse(
+                            f'[[meshes]] "{mesh.name}"',
+                            f"shares a gear with {names}, and is not the same seen from both ends: leave out what "
+                            "differs along the face, or solve them as a set with [[gears]]",
+                        )
 
-    def check_turned(self, model: GearboxModel, cases: dict[str, Case]) -> None:
-        """Refuse loads of both senses on a pair that differs from end to end: z of its case turns with the torque."""
-        senses = [pinion_senses(model, load) for load in model.sections.loads]
-        for name, case in cases.items():
-            if len({sense[name] for sense in senses}) > 1 and not _alike_from_both_ends(case):
-                self.refuse(
-                    f'[[loads]]: they turn the mesh "{name}" both ways, and it is not the same seen from both ends',
-                    "write a gearbox file for each sense",
-                )
+    def check_turned(self, model: GearboxModel) -> None:
+        """Refuse loads of both senses on a set that differs from end to end: it is seen from the end of the torque."""
         turned = [set_torques(model, load) for load in model.sections.loads]
         for name, file in model.sets.items():
             torques = [torques[name] for torques in turned]
@@ -235,21 +250,21 @@ def names_a_file(name: str) -> bool:
     return 0 < len(name) <= LONGEST_NAME and not name.startswith(".") and not set(name) & set(NO_FILE_NAME)
 
 
+def _gear_of(case: Case, pair: GearPair, place: int) -> dict[str, object]:
+    """What two ends of meshes have in common where they are one gear."""
+    gear, width = (case.pair.pinion, case.pair.wheel)[place], case.pair.face_width_mm
+    return {
+        "teeth and tool": (pair.pinion, pair.wheel)[place], "face": gear.face(width), "keys of the gear": gear,
+        "[mesh]": case.mesh, "[contact]": case.contact, "root_stress": case.root_stress,
+    }  # fmt: skip
+
+
 def _set_alike(file: SetFile) -> bool:
     """Whether a set is the same seen from its other end: equal planets of one gear, equally spaced, and all pairs."""
     said, plan = file.sections.planets, file.plan
     even = not said.positions_deg and not said.missing and not plan.displacement.any() and not plan.eccentricity.any()
     stepped = any(body.on is not None for body in plan.bodies)
-    return even and not stepped and all(_alike_from_both_ends(case) for case in file.cases.values())
-
-
-def _alike_from_both_ends(case: Case) -> bool:
-    """Whether a pair is the same seen from its other end."""
-    assembly, pair = assembly_of(case), case.pair
-    flanks = assembly.pinion.mirrored and assembly.wheel.mirrored
-    return (
-        flanks and not assembly.misalignment.tilted and pair.pinion.face_offset_mm == pair.wheel.face_offset_mm == 0.0
-    )
+    return even and not stepped and all(alike_from_both_ends(case) for case in file.cases.values())
 
 
 def _places(said: GearboxSections) -> Iterator[tuple[str, str, float]]:

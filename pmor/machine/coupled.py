@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -25,6 +25,7 @@ from pmor.line.hubs import HUB, Hubs, mean_wrench
 from pmor.line.several import GearTrain
 from pmor.machine.coupled_sets import SolvedSet, mean_wrenches, solved_sets
 from pmor.machine.fixed_point import Mixing
+from pmor.machine.groups import GroupKey, PlacedGroup, group_under, mesh_sweep
 from pmor.machine.hub_compliance import compliance_below
 from pmor.machine.mesh_force import MeshFrame
 from pmor.machine.model import ABOUT_AXIS, GearboxModel, LoadedGearbox, Meshing, loaded
@@ -32,13 +33,17 @@ from pmor.machine.settings import LoadCase
 from pmor.machine.system import Equilibrium
 from pmor.pair.conditions import nominal_condition
 from pmor.results.sweep import SteSweep
+from pmor.sets.solution import SetSolution
+from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, on_hubs, online_angles
 from pmor_online.sweep import sweep_reduced_pair
 
 # Angles of a pitch over which the mean force of a mesh is found.
 MEAN_ANGLES = 16
 MOST_ROUNDS = 40
-NO_TRAINS: Mapping[str, GearTrain] = MappingProxyType({})
+# Of planetary sets by name, and of meshes that share gears by their key.
+Trains = Mapping[str | GroupKey, GearTrain]
+NO_TRAINS: Trains = MappingProxyType({})
 # Change of the place of a mesh force from round to round, over the centre distance.
 SETTLED = 1e-9
 # Of forces across that sets bring to their shafts, over those of their torque at the planets' axes: two sets on a shaft
@@ -101,6 +106,8 @@ class SolvedLoad:
     rigid : tuple of RigidMesh
         The same meshes on rigid supports, and none before they are compared (`pmor.machine.run`).
     sets : tuple of SolvedSet
+    groups : mapping of GroupKey to SetSolution
+        Of the meshes that share gears.
     """
 
     load: LoadCase
@@ -109,11 +116,12 @@ class SolvedLoad:
     meshes: tuple[SolvedMesh, ...]
     rigid: tuple[RigidMesh, ...] = ()
     sets: tuple[SolvedSet, ...] = ()
+    groups: Mapping[GroupKey, SetSolution] = field(default_factory=dict)
 
 
 def solve_load(
     model: GearboxModel, load: LoadCase, pairs: Mapping[str, ReducedPair], angles: int,
-    start: LoadedGearbox | None = None, trains: Mapping[str, GearTrain] = NO_TRAINS, executor: Executor | None = None,
+    start: LoadedGearbox | None = None, trains: Trains = NO_TRAINS, executor: Executor | None = None,
 ) -> SolvedLoad:  # fmt: skip
     """Solve a gearbox under one load case, and sweep its meshes.
 
@@ -125,9 +133,9 @@ def solve_load(
         Of a pitch, in the sweeps.
     start : LoadedGearbox, optional
         Under this load, with forces of meshes close to where they will be.
-    trains : mapping of str to GearTrain
-        Of the planetary sets, by name, their hubs held. Without them sets are not solved, and keep the wrenches of
-        `start`.
+    trains : mapping
+        Of the planetary sets by name, and of the meshes that share gears by their key, all hubs held. Without them
+        these are not solved, and keep the wrenches of `start`.
     executor : concurrent.futures.Executor, optional
         Of threads: shares out angles.
 
@@ -142,11 +150,21 @@ def solve_load(
         equilibrium = gearbox.solve()
         moved, meshes = 0.0, list[Meshing]()
         for number, mesh in enumerate(gearbox.meshes):
+            if number in gearbox.grouped:
+                meshes.append(mesh)
+                continue
             force = mesh_force(gearbox, equilibrium, number)
             hubs = hubs_of(gearbox, equilibrium, mesh, force)
-            wrench = _mean_wrench(pairs[mesh.settings.name], mesh, force, hubs)
-            moved = max(moved, float(np.abs(wrench - mesh.wrenches).max()) / mesh.pair.centre_distance)
+            wrench = _mean_wrench(pairs[mesh.key], mesh, force, hubs)
+            moved = max(moved, float(np.abs(wrench - mesh.wrenches).max()) / abs(mesh.pair.centre_distance))
             meshes.append(mesh._replace(wrenches=wrench))
+        for placed in gearbox.groups if trains else ():
+            solution = _group_solution(gearbox, equilibrium, placed, trains[placed.key], MEAN_ANGLES)
+            for place, number in enumerate(placed.group.numbers):
+                mesh = gearbox.meshes[number]
+                wrench = _mean_in_group(solution, place, mesh, mesh_force(gearbox, equilibrium, number))
+                moved = max(moved, float(np.abs(wrench - mesh.wrenches).max()) / abs(mesh.pair.centre_distance))
+                meshes[number] = mesh._replace(wrenches=wrench)
         before = np.array([one.wrenches * one.scale for one in gearbox.sets])
         after = before.copy()
         for number, one in enumerate(gearbox.sets if trains else ()):
@@ -155,9 +173,7 @@ def solve_load(
             )
         settled = float(np.abs(after - before).max(initial=0.0)) < SETS_SETTLED
         if moved < SETTLED and settled:
-            swept = _swept(gearbox, equilibrium, pairs, angles, executor)
-            sets = solved_sets(gearbox, equilibrium, trains, executor)
-            return SolvedLoad(load, gearbox, equilibrium, swept, sets=sets)
+            return _solved(load, gearbox, equilibrium, pairs, angles, trains, executor)
         gearbox = replace(gearbox, meshes=tuple(meshes))
         if not settled:
             mixed = mixing.next(before.ravel(), after.ravel()).reshape(before.shape)
@@ -168,7 +184,7 @@ def solve_load(
 
 def mesh_force(gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int) -> float:
     """Return the force of a mesh in the transverse plane, N."""
-    return float(equilibrium.reactions[len(equilibrium.reactions) - len(gearbox.meshes) + number])
+    return float(equilibrium.reactions[gearbox.reactions["meshes"]][number])
 
 
 def hubs_of(gearbox: LoadedGearbox, equilibrium: Equilibrium, mesh: Meshing, force: float) -> Hubs:
@@ -184,7 +200,7 @@ def hubs_of(gearbox: LoadedGearbox, equilibrium: Equilibrium, mesh: Meshing, for
 
 def _turned(frame: MeshFrame) -> FloatArray:
     """Return the rotation that takes wrenches and displacements of both hubs into axes of the pair."""
-    return np.asarray(np.kron(np.eye(4), frame.axes.T))
+    return np.asarray(np.kron(np.eye(2), frame.turn.T))
 
 
 def condition_of(reduced: ReducedPair, torque: float) -> Condition:
@@ -222,18 +238,67 @@ def _close_torques(mean: FloatArray, pair: GearPair) -> None:
     mean[[0, HUB]] = across, -across
 
 
-def _swept(
-    gearbox: LoadedGearbox, equilibrium: Equilibrium, pairs: Mapping[str, ReducedPair], angles: int,
-    executor: Executor | None,
-) -> tuple[SolvedMesh, ...]:  # fmt: skip
-    found = []
+def _solved(
+    load: LoadCase, gearbox: LoadedGearbox, equilibrium: Equilibrium, pairs: Mapping[str, ReducedPair], angles: int,
+    trains: Trains, executor: Executor | None,
+) -> SolvedLoad:  # fmt: skip
+    """Sweep all meshes in equilibrium; those that share gears where their trains are there."""
+    meshes, groups = dict[int, SolvedMesh](), dict[GroupKey, SetSolution]()
     for number, mesh in enumerate(gearbox.meshes):
-        reduced, force = pairs[mesh.settings.name], mesh_force(gearbox, equilibrium, number)
-        hubs = hubs_of(gearbox, equilibrium, mesh, force)
-        condition = condition_of(reduced, force * mesh.pair.pinion.base_radius)
-        phi = swept_angles(reduced, angles)
-        sweep = sweep_reduced_pair(on_hubs(reduced, hubs), phi, [condition], executor, recorded=True)
-        wrench = _turned(mesh.frame) @ mesh.wrenches.ravel()
-        displacement = (hubs.offset + hubs.compliance @ wrench * force).reshape(2, HUB)
-        found.append(SolvedMesh(mesh, force, condition.torque, hubs, displacement, sweep))
-    return tuple(found)
+        if number not in gearbox.grouped:
+            reduced, force = pairs[mesh.key], mesh_force(gearbox, equilibrium, number)
+            hubs = hubs_of(gearbox, equilibrium, mesh, force)
+            condition = condition_of(reduced, force * mesh.pair.pinion.base_radius)
+            phi = swept_angles(reduced, angles)
+            on = on_hubs(reduced, hubs)
+            sweep = sweep_reduced_pair(on, phi, [condition], executor, recorded=True)
+            meshes[number] = _solved_mesh(mesh, force, hubs, with_mesh_error(sweep, on, [condition]))
+    for placed in gearbox.groups if trains else ():
+        solution = _group_solution(gearbox, equilibrium, placed, trains[placed.key], angles)
+        groups[placed.key], coarse = solution, None
+        if (half := placed.key.on_half) in trains:
+            coarse = _group_solution(gearbox, equilibrium, placed, trains[half], angles)
+        for place, number in enumerate(placed.group.numbers):
+            mesh, force = gearbox.meshes[number], mesh_force(gearbox, equilibrium, number)
+            hubs = hubs_of(gearbox, equilibrium, mesh, force)
+            meshes[number] = _solved_mesh(mesh, force, hubs, mesh_sweep(placed, solution, place, coarse))
+    swept, sets = tuple(meshes[number] for number in sorted(meshes)), solved_sets(gearbox, equilibrium, trains, executor)
+    return SolvedLoad(load, gearbox, equilibrium, swept, sets=sets, groups=groups)
+
+
+def _solved_mesh(mesh: Meshing, force: float, hubs: Hubs, sweep: SteSweep) -> SolvedMesh:
+    wrench = _turned(mesh.frame) @ mesh.wrenches.ravel()
+    displacement = (hubs.offset + hubs.compliance @ wrench * force).reshape(2, HUB)
+    return SolvedMesh(mesh, force, force * mesh.pair.pinion.base_radius, hubs, displacement, sweep)
+
+
+def _group_solution(
+    gearbox: LoadedGearbox, equilibrium: Equilibrium, placed: PlacedGroup, train: GearTrain, angles: int
+) -> SetSolution:
+    """Solve meshes that share gears at once, on the compliance below all of their hubs."""
+    turn, group = np.kron(np.eye(len(placed.hubs)), placed.turn), placed.group
+    compliance = turn.T @ compliance_below(gearbox, equilibrium, placed.hubs) @ turn
+    wrench, moved = np.zeros((len(placed.hubs), HUB)), np.zeros((len(placed.hubs), HUB))
+    for number, ends in zip(group.numbers, group.ends, strict=True):
+        mesh = gearbox.meshes[number]
+        wrench[list(ends)] += mesh_force(gearbox, equilibrium, number) * mesh.wrenches
+    for body, hub in enumerate(placed.hubs):
+        moved[body] = equilibrium.displacement[hub : hub + HUB]
+    offset = (moved @ placed.turn).ravel()
+    offset[HUB - 1 :: HUB] = 0.0
+    offset -= compliance @ (wrench @ placed.turn).ravel()
+    forces = np.array([mesh_force(gearbox, equilibrium, number) for number in group.numbers])
+    return group_under(placed, replace(train, compliance=compliance), forces, angles, offset)
+
+
+def _mean_in_group(solution: SetSolution, place: int, mesh: Meshing, force: float) -> FloatArray:
+    """Return the mean wrench on both hubs by a unit force of a mesh of a group, in axes of the machine, (2, 6)."""
+    if not solution.converged.all():
+        torque = 1e-3 * force * mesh.pair.pinion.base_radius
+        raise ConvergenceError(f"mesh {mesh.settings.name}: {torque:.6g} N m: contact was not found", [])
+    one = solution.placed.placed[place]
+    loads = solution.found.force[0][:, one.part].reshape(solution.cycles, len(one.rows), -1).mean(axis=0)
+    mean = mean_wrench(one.rows.reshape(*one.rows.shape[:2], -1), loads) / force
+    in_pair = (mean.reshape(2, HUB) @ one.mesh.to_train).ravel()
+    _close_torques(in_pair, mesh.pair)
+    return np.asarray((_turned(mesh.frame).T @ in_pair).reshape(2, HUB))

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,13 +21,15 @@ from pmor.core.arrays import ComplexArray, FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.line.hubs import HUB
 from pmor.line.several import GearTrain, Workspaces
+from pmor.machine.groups import GroupKey
 from pmor.machine.hub_compliance import compliance_below
 from pmor.machine.model import ABOUT_AXIS, LoadedGearbox, SetMeshing
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.system import ARM, Equilibrium
 from pmor.sets.kinematics import torque_ratios
 from pmor.sets.plan import InHousing, SetPlan
-from pmor.sets.solution import SetSolution, solve_on, solve_set, turned_housing
+from pmor.sets.solution import SetSolution, solve_on, solve_set, turned_housing, with_mesh_error
+from pmor.sets.tolerances import Samples, solve_samples
 
 # Angles of a pitch over which the mean wrench of a set is found.
 MEAN_ANGLES = 16
@@ -59,6 +61,8 @@ class SolvedSet(NamedTuple):
         On rigid supports under all loads; None before it is compared.
     row : int
         Of this load there.
+    samples : Samples or None
+        Sets within the tolerances of its file, on the same supports.
     """
 
     meshing: SetMeshing
@@ -67,6 +71,7 @@ class SolvedSet(NamedTuple):
     uneven: float
     rigid: SetSolution | None = None
     row: int = 0
+    samples: Samples | None = None
 
 
 class _Supported(NamedTuple):
@@ -80,8 +85,7 @@ class _Supported(NamedTuple):
 
 def set_torque(gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int) -> float:
     """Return the amount of the torque on the sun of a set, N mm."""
-    last = len(equilibrium.reactions) - len(gearbox.meshes)
-    return float(equilibrium.reactions[last - len(gearbox.sets) + number])
+    return float(equilibrium.reactions[gearbox.reactions["sets"]][number])
 
 
 def mean_wrenches(
@@ -141,7 +145,7 @@ def _over_a_turn(
 
 
 def solved_sets(
-    gearbox: LoadedGearbox, equilibrium: Equilibrium, trains: Mapping[str, GearTrain], executor: Executor | None = None
+    gearbox: LoadedGearbox, equilibrium: Equilibrium, trains: Mapping[Any, GearTrain], executor: Executor | None = None
 ) -> tuple[SolvedSet, ...]:
     """Solve all sets over their mesh cycles on what their hubs stand on; an executor of threads shares out angles."""
     found = []
@@ -150,7 +154,12 @@ def solved_sets(
         on = _supported(gearbox, equilibrium, one, torque, trains[one.settings.name])
         angles = one.file.angles_per_pitch
         solution = solve_set(on.plan, on.train, np.array([1e-3 * torque]), angles, on.pitches, executor)
-        found.append(SolvedSet(one, torque, solution, on.uneven))
+        if (coarse := trains.get(GroupKey(one.settings.name, ()).on_half)) is not None:
+            half = _supported(gearbox, equilibrium, one, torque, coarse)
+            solution = with_mesh_error(solution, one.file.cases.values(), half.train)
+        cycles = on.pitches if on.plan.in_housing is not None else 1
+        samples = solve_samples(one.file, solution, executor, cycles)
+        found.append(SolvedSet(one, torque, solution, on.uneven, samples=samples))
     return tuple(found)
 
 

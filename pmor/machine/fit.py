@@ -67,17 +67,19 @@ class Fit:
 def fit_meshes(model: GearboxModel, loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair]) -> tuple[Fit, ...]:
     """Return the flank that fits each mesh, one mesh at a time; none where nothing was solved.
 
-    One with which the machine has no equilibrium is no better than that of the case.
+    None of meshes that share gears. One with which the machine has no equilibrium is no better than that of the case.
     """
-    return tuple(_fit(model, loads, pairs, number) for number in range(len(model.sections.meshes) if loads else 0))
+    meshes = enumerate(model.sections.meshes if loads else ())
+    return tuple(_fit(model, loads, pairs, number) for number, mesh in meshes if mesh.name in pairs)
 
 
 def _fit(model: GearboxModel, loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair], number: int) -> Fit:
     name = model.sections.meshes[number].name
-    sense = loads[0].meshes[number].meshing.frame.along
-    alike = [load for load in loads if load.meshes[number].meshing.frame.along == sense]
+    first = loads[0].meshes[number].meshing
+    key, sense = first.key, (first.key, first.frame.along)
+    alike = [load for load in loads if (one := load.meshes[number].meshing) and (one.key, one.frame.along) == sense]
     meshes = [load.meshes[number] for load in alike]
-    helix, assembly = level(pairs[name], meshes), assembly_of(pairs[name].basis.case)
+    helix, assembly = level(pairs[key], meshes), assembly_of(pairs[key].basis.case)
     fitted = replace(assembly, pinion=helix.on(assembly.pinion))
     before = _worst(meshes)
     try:
@@ -148,8 +150,10 @@ def solved_anew(
     ConvergenceError
     """
     name = model.sections.meshes[number].name
-    fitted = {**pairs, name: with_flanks(pairs[name], assembly)}
-    return [solve_load(model, load.load, fitted, MEAN_ANGLES, load.gearbox).meshes[number] for load in loads]
+    key = loads[0].meshes[number].meshing.key
+    fitted = {**pairs, key: with_flanks(pairs[key], assembly)}
+    anew = (solve_load(model, load.load, fitted, MEAN_ANGLES, load.gearbox).meshes for load in loads)
+    return [next(mesh for mesh in meshes if mesh.meshing.settings.name == name) for meshes in anew]
 
 
 def _misalignment_um(mesh: SolvedMesh) -> float:

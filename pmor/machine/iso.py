@@ -117,6 +117,8 @@ def arrangement(model: GearboxModel, mesh: Mesh, load: LoadCase) -> Arrangement 
     """Return how the shaft of the smaller gear is borne and driven; a sentence where the formula does not know it."""
     said, gear = model.sections, (mesh.pinion, mesh.wheel)[_smaller(model, mesh)]
     own = f'shaft "{gear.shaft}"'
+    if model.pairs[mesh.name].wheel.teeth < 0:
+        return "its wheel is a ring, and the formula is of external gears"
     if any(bearing.to == gear.shaft for bearing in said.bearings):
         return f"{own} carries another one in a bearing"
     radial = [one for one in said.bearings if one.shaft == gear.shaft and one.radial_N_per_mm != "free"]
@@ -151,4 +153,4 @@ def arrangement(model: GearboxModel, mesh: Mesh, load: LoadCase) -> Arrangement 
 
 def _smaller(model: GearboxModel, mesh: Mesh) -> int:
     pair = model.pairs[mesh.name]
-    return int(pair.wheel.teeth < pair.pinion.teeth)
+    return int(abs(pair.wheel.teeth) < pair.pinion.teeth)

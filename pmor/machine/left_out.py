@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pmor.case.capability import why_not
+from pmor.case.reader import parse_toml
 from pmor.machine.iso import unknown_arrangements
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import speeds_rpm
@@ -17,7 +18,15 @@ def left_out(file: GearboxFile) -> list[tuple[str, str]]:
     for name, case in file.cases.items():
         if not case.root_stress:
             found.append((f"root stress, {name}", "[results] root_stress is off"))
+        if not case.mesh.error_bar:
+            found.append((f"error bar of the mesh, {name}", "it is asked for by mesh = { error_bar = true } there"))
+        if name in model.shared:
+            found.append((f"the flank that fits, {name}", "one of its gears has several meshes"))
     for name, one in model.sets.items():
+        if not all(case.mesh.error_bar for case in one.cases.values()):
+            found.append((f"error bar of the mesh, {name}", "its file asks for it by [mesh] error_bar = true"))
+        if parse_toml(one.text, one.name).get("sweep", {}).get("torques_Nm"):
+            found.append((f"torques of [sweep], {name}", "loads of the gearbox are those of its load cases"))
         if one.held != "carrier":
             found.append((f"unevenness of supports, {name}", "they turn against the carrier: their mean is taken"))
         if any(model.sections.gravity.vector):

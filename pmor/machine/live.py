@@ -17,7 +17,7 @@ from pmor.body.beam import NODE
 from pmor.case.capability import rule_of
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.machine.coupled import MEAN_ANGLES, MOST_ROUNDS, SolvedLoad
-from pmor.machine.model import ABOUT_AXIS, AXIAL, BEARING_ROWS, RADIAL, TILT, LoadedGearbox, Supported
+from pmor.machine.model import ABOUT_AXIS, AXIAL, BEARING_ROWS, RADIAL, TILT, LoadedGearbox, Supported, other_key
 from pmor.machine.system import ARM
 from pmor.report.live.section import Control, LiveSection, curve, live_mesh, notes, section_data
 from pmor.report.page import Heading
@@ -58,6 +58,10 @@ def machine_section(loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair
         return rule_of("GearboxFile", "page")
     found, meshes = list[ReducedPair](), [mesh.meshing.settings.name for mesh in loads[0].meshes]
     for name in meshes:
+        if other_key(name) in pairs:
+            return f"mesh {name}: the page solves one side of its flanks, and loads are on both"
+        if name not in pairs:
+            return f"mesh {name}: the page solves meshes whose gears have no other one"
         pair = live_pair(pairs[name])
         if not isinstance(pair, ReducedPair):
             return pair and f"mesh {name}: {pair}"

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pmor.case import Case, change_case, changed_text, load_case, parse_case, without_models
-from pmor.case.capability import refuse_beyond, rule_of
+from pmor.case.capability import refuse_beyond
 from pmor.case.reader import parse_toml, read_text, sections_in
 from pmor.case.seats import read_seats
 from pmor.case.slips import case_slips
@@ -86,8 +86,8 @@ def load(path: Path | str, read_set: Callable[[Path, OnShafts], SetFile] = load_
     inside = [mesh for mesh in said.meshes if mesh.case is None and torques[mesh.name] > 0.0]
     cases |= {mesh.name: placed_case(_case(reader, mesh, torques[mesh.name]), reader, mesh, said) for mesh in inside}
     texts = [text, *(case.text for case in cases.values()), *(one.whole_text for one in sets.values())]
-    reader.check_gears(model)
-    reader.check_turned(model, cases)
+    reader.check_gears(model, cases)
+    reader.check_turned(model)
     if (housing := said.housing.stiffness) is not None:
         model = replace(model, housing=read_seats(reader, "housing", housing, model.seats, "bearing to the housing"))
         inputs.append(path.parent / housing)
@@ -99,9 +99,6 @@ def load(path: Path | str, read_set: Callable[[Path, OnShafts], SetFile] = load_
 def _case(reader: GearboxReader, mesh: Mesh, torque_Nm: float = 1.0) -> Case:
     """Return the case that a mesh names, with its changes; without one that of its own sections, under a torque."""
     assert reader.folder is not None
-    # That of a case file is for its runs, which have one.
-    if mesh.sections.get("mesh", {}).get("error_bar") is True:
-        reader.refuse(f'[[meshes]] "{mesh.name}": mesh.error_bar = true', rule_of("GearboxFile", "error_bar"))
     if mesh.case is not None:
         case = load_case(reader.folder / mesh.case)
         return change_case(case, **mesh.sections) if mesh.sections else case
@@ -142,7 +139,9 @@ def placed_case(case: Case, reader: GearboxReader, mesh: Mesh, said: GearboxSect
             "correct at_mm of a shaft, or leave centre_distance_mm out there"
         )
     stress = {"root_stress": case.root_stress}
-    bare = change_case(without_models(case), mesh={"error_bar": False, "width": "whole"}, results=stress)
+    # That of a case file is for its runs: a gearbox solves it where it asks for it itself.
+    asked = mesh.sections.get("mesh", {}).get("error_bar") is True
+    bare = change_case(without_models(case), mesh={"error_bar": asked, "width": "whole"}, results=stress)
     return change_case(bare, pair={"centre_distance_mm": given or distance})
 
 
@@ -151,4 +150,4 @@ def model_of(said: GearboxSections, cases: dict[str, Case], sets: dict[str, SetF
     pairs, shafts = {name: gear_pair(case) for name, case in cases.items()}, {one.name: one for one in said.shafts}
     heavy = said.meshes if any(said.gravity.vector) else ()
     masses = {mesh.name: gear_masses(cases[mesh.name], pairs[mesh.name], mesh, shafts) for mesh in heavy}
-    return GearboxModel(said, pairs, sets=sets, masses_kg=masses)
+    return GearboxModel(said, pairs, sets=sets, masses_kg=masses, cases=cases)

@@ -1,7 +1,8 @@
 """The force of a gear mesh on both gears, as a force and a moment on each hub.
 
-The case of a pair has its pinion's axis along z, the wheel at y = a, and a pinion that drives counter-clockwise about
-z. In the machine, axes are x. Where the pinion's torque about x is negative the pair is seen from the other end.
+The case of a pair has its pinion's axis along z, the wheel at y = a, which is negative of a ring, and a pinion that
+drives counter-clockwise about z. In the machine, axes are x. Where the pinion's torque about x is negative the pair is
+seen from the other end.
 """
 
 from __future__ import annotations
@@ -27,12 +28,25 @@ class MeshFrame(NamedTuple):
     axes: FloatArray
 
     @property
+    def turn(self) -> FloatArray:
+        """Matrix that takes wrenches on a hub, and its displacements, from axes of the case to the machine's, (6, 6).
+
+        Of an image, x to -x, moments and rotations have the other sign.
+        """
+        return np.asarray(np.kron(np.diag([1.0, self.hand]), self.axes), dtype=np.float64)
+
+    @property
+    def hand(self) -> float:
+        """-1 of an image, +1 of others."""
+        return float(np.sign(np.linalg.det(self.axes)))
+
+    @property
     def along(self) -> float:
         """+1 where z of the case is x of the machine, -1 where it points the other way."""
         return float(self.axes[0, 2])
 
 
-def mesh_frame(pinion_at: FloatArray, wheel_at: FloatArray, sense: float) -> MeshFrame:
+def mesh_frame(pinion_at: FloatArray, wheel_at: FloatArray, sense: float, ring: bool = False) -> MeshFrame:
     """Return the frame of a pair.
 
     Parameters
@@ -41,8 +55,10 @@ def mesh_frame(pinion_at: FloatArray, wheel_at: FloatArray, sense: float) -> Mes
         y and z of the axes, mm.
     sense : float
         Sign of the pinion's torque about x.
+    ring : bool
+        The wheel is a ring: its axis is on the other side of the pinion's.
     """
-    across = wheel_at - pinion_at
+    across = pinion_at - wheel_at if ring else wheel_at - pinion_at
     y = np.array([0.0, *(across / np.linalg.norm(across))])
     z = np.array([sense, 0.0, 0.0])
     return MeshFrame(np.column_stack([np.cross(y, z), y, z]))

@@ -6,14 +6,18 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from pmor.body.beam import NODE, Beam, CircularSection, ShaftMaterial, stations_of
 from pmor.body.rolling_bearing import RollingBearing
+from pmor.case import Case
+from pmor.case.coast import other_flank
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
+from pmor.machine.groups import GearGroup, PlacedGroup, alike_from_both_ends, gear_groups, image_of, placed_group
 from pmor.machine.mesh_force import MeshFrame, hub_wrenches, mesh_frame
 from pmor.machine.set_frame import MEMBERS, SetFrame, set_frame
 from pmor.machine.settings import (
@@ -29,6 +33,7 @@ from pmor.machine.settings import (
 )
 from pmor.machine.system import Equilibrium, Seat, System, solve_system
 from pmor.machine.weights import gear_weight, set_weights, shaft_weight
+from pmor.pair.model import gear_pair
 from pmor.sets.kinematics import member_speeds, torque_ratios
 from pmor.sets.loader import SetFile
 
@@ -103,6 +108,10 @@ class Meshing(NamedTuple):
         First displacements of the nodes in the middles of pinion and wheel.
     wrenches : ndarray, shape (2, 6)
         On both hubs, by a unit force in the transverse plane.
+    other : bool
+        Whether the flanks carry that the case and the first load have unloaded: `pair` is the image then.
+    coast : bool
+        Whether these are the coast flanks of the drawing.
     """
 
     settings: Mesh
@@ -110,6 +119,22 @@ class Meshing(NamedTuple):
     frame: MeshFrame
     hubs: tuple[int, int]
     wrenches: FloatArray
+    other: bool = False
+    coast: bool = False
+
+    @property
+    def key(self) -> str:
+        """Name of its reduced pair."""
+        return other_key(self.settings.name) if self.other else self.settings.name
+
+    def of_case(self, case: Case) -> Case:
+        """Return the case of the flanks that carry."""
+        return other_flank(case) if self.other else case
+
+
+def other_key(name: str) -> str:
+    """Return the name of the reduced pair of a mesh whose other flanks carry."""
+    return f"{name}, other flanks"
 
 
 @dataclass(frozen=True)
@@ -128,6 +153,8 @@ class GearboxModel:
         Of the planetary sets, by name.
     masses_kg : mapping of str to (float, float)
         Of pinion and wheel of the meshes, by name: of gears that are heavy.
+    cases : mapping of str to Case
+        Of the meshes, by name: those that share gears need them.
     """
 
     sections: GearboxSections
@@ -135,11 +162,44 @@ class GearboxModel:
     housing: FloatArray | None = None
     sets: Mapping[str, SetFile] = field(default_factory=dict)
     masses_kg: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    cases: Mapping[str, Case] = field(default_factory=dict)
 
     @property
     def shafts(self) -> dict[str, Shaft]:
         """By name."""
         return {shaft.name: shaft for shaft in self.sections.shafts}
+
+    @property
+    def groups(self) -> tuple[GearGroup, ...]:
+        """Meshes that share gears."""
+        return gear_groups(self.sections.meshes)
+
+    @cached_property
+    def first_senses(self) -> dict[str, float]:
+        """Signs of the torques on the pinions under the first load, by mesh."""
+        return pinion_senses(self, self.sections.loads[0])
+
+    @cached_property
+    def turned(self) -> set[str]:
+        """Names of the meshes that loads turn both ways and that differ then: each load has flanks of its own."""
+        senses = [pinion_senses(self, load) for load in self.sections.loads]
+        found = set[str]()
+        for name, case in self.cases.items():
+            both = len({sense[name] for sense in senses}) > 1 and name not in self.shared
+            same = case.other_flanks == (case.pinion_modification, case.wheel_modification)
+            if both and not (same and alike_from_both_ends(case)):
+                found.add(name)
+        return found
+
+    def reduced_cases(self, cases: Mapping[str, Case]) -> dict[str, Case]:
+        """Return the cases of the reduced pairs by their keys: of meshes that share no gears, and other flanks."""
+        alone = {name: case for name, case in cases.items() if name not in self.shared}
+        return alone | {other_key(name): other_flank(cases[name]) for name in self.turned}
+
+    @property
+    def shared(self) -> set[str]:
+        """Names of the meshes in these."""
+        return {mesh.name for group in self.groups for mesh in group.meshes}
 
     @property
     def seats(self) -> int:
@@ -189,6 +249,8 @@ class LoadedGearbox:
     weight : ndarray, shape (n,)
     housing : ndarray, shape (6 h, 6 h)
         Stiffness of the seats, whose displacements are the last ones; empty of a rigid housing.
+    groups : tuple of PlacedGroup
+        Of the meshes that share gears.
     """
 
     beams: Mapping[str, Beam]
@@ -200,6 +262,12 @@ class LoadedGearbox:
     load: FloatArray
     weight: FloatArray
     housing: FloatArray
+    groups: tuple[PlacedGroup, ...] = ()
+
+    @property
+    def grouped(self) -> set[int]:
+        """Numbers of the meshes that share gears."""
+        return {number for placed in self.groups for number in placed.group.numbers}
 
     @cached_property
     def structure(self) -> FloatArray:
@@ -230,6 +298,16 @@ class LoadedGearbox:
         constraints += [_row(one.hubs, one.wrenches, size) for one in self.sets]
         constraints += [_row(mesh.hubs, mesh.wrenches, size) for mesh in self.meshes]
         return System(stiffness, seats, np.array(constraints), names, rotations)
+
+    @cached_property
+    def reactions(self) -> dict[str, slice]:
+        """Where the reactions of an equilibrium are: of rigid bearings, of held rotations, of sets, of meshes."""
+        parts = {
+            "bearings": sum(len(bearing.rigid) for bearing in self.bearings), "balances": len(self.balances),
+            "sets": len(self.sets), "meshes": len(self.meshes),
+        }  # fmt: skip
+        ends = np.cumsum([0, *parts.values()]).tolist()
+        return {name: slice(*both) for name, both in zip(parts, pairwise(ends), strict=True)}
 
     def solve(self) -> Equilibrium:
         """Solve the equilibrium."""
@@ -274,13 +352,24 @@ def loaded(model: GearboxModel, load: LoadCase) -> LoadedGearbox:
     sets = tuple(
         _set_meshing(one, model, node, -1.0 if torques[one.name] < 0.0 else 1.0) for one in model.sections.sets
     )
-    senses = pinion_senses(model, load)
+    senses, groups = pinion_senses(model, load), list[PlacedGroup]()
+    frames = dict[str, tuple[GearPair, MeshFrame]]()
+    for placed in placed_groups(model, load):
+        groups.append(placed._replace(hubs=tuple(node(gear.shaft, gear.at_mm) for gear in placed.group.gears)))
+        for number, (mesh, stands) in enumerate(zip(placed.group.meshes, placed.placed, strict=True)):
+            pair = model.pairs[mesh.name]
+            frames[mesh.name] = image_of(pair) if stands.image else pair, placed.frame(number)
     meshes = []
     for mesh in model.sections.meshes:
         pinion, wheel = (node(gear.shaft, gear.at_mm) for gear in (mesh.pinion, mesh.wheel))
-        meshes.append(_meshing(mesh, model, (pinion, wheel), senses[mesh.name]))
+        other = mesh.name in model.turned and senses[mesh.name] != model.first_senses[mesh.name]
+        coast = other != (mesh.name in model.cases and model.cases[mesh.name].flank == "coast")
+        pair, frame = frames.get(mesh.name) or _pair_and_frame(mesh, model, senses[mesh.name], other, coast)
+        meshes.append(Meshing(mesh, pair, frame, (pinion, wheel), hub_wrenches(pair, frame), other, coast))
     weight = _weights(model, beams, first, meshes, sets, size)
-    return LoadedGearbox(beams, first, tuple(bearings), tuple(meshes), sets, tuple(balances), force, weight, housing)
+    return LoadedGearbox(
+        beams, first, tuple(bearings), tuple(meshes), sets, tuple(balances), force, weight, housing, tuple(groups)
+    )
 
 
 def _weights(
@@ -294,9 +383,12 @@ def _weights(
     for name, shaft in model.shafts.items():
         own = shaft_weight(shaft, beams[name], gravity)
         found[first[name] : first[name] + len(own)] += own
+    weighed = set[int]()
     for mesh in meshes:
         for hub, mass, face in zip(mesh.hubs, model.masses_kg[mesh.settings.name], mesh.pair.faces, strict=True):
-            found[hub : hub + NODE] += gear_weight(mass, face, mesh.frame, gravity)
+            if hub not in weighed:  # a gear in several meshes is one
+                found[hub : hub + NODE] += gear_weight(mass, face, mesh.frame, gravity)
+            weighed.add(hub)
     for one in sets:
         sun = one.settings.members.get("sun")
         filled = 0.0 if sun is None else 0.5 * model.shafts[sun.shaft].section_at(sun.at_mm).outer_mm
@@ -342,6 +434,17 @@ def speeds_rpm(model: GearboxModel, load: LoadCase) -> dict[str, float]:
                 for member, place in members.items():
                     found.setdefault(place.shaft, turning[member])
     return found
+
+
+def placed_groups(model: GearboxModel, load: LoadCase) -> list[PlacedGroup]:
+    """Return the meshes that share gears as they stand under a load."""
+    senses = pinion_senses(model, load)
+    return [
+        placed_group(group, model.pairs, model.shafts, senses)._replace(
+            cases=tuple(model.cases[mesh.name] for mesh in group.meshes)
+        )
+        for group in model.groups
+    ]
 
 
 def pinion_senses(model: GearboxModel, load: LoadCase) -> dict[str, float]:
@@ -404,11 +507,16 @@ def _balanced(model: GearboxModel, load: LoadCase) -> tuple[list[float], list[fl
     return [float(torque) for torque in found[:joints]], [float(torque) for torque in found[joints:]]
 
 
-def _meshing(mesh: Mesh, model: GearboxModel, hubs: tuple[int, int], sense: float) -> Meshing:
-    pair = model.pairs[mesh.name]
+def _pair_and_frame(
+    mesh: Mesh, model: GearboxModel, sense: float, other: bool, coast: bool
+) -> tuple[GearPair, MeshFrame]:
+    """Pair whose flanks carry, and its frame: z of the drawing stays where the first load has it if that matters."""
     pinion_at, wheel_at = (np.array(model.shafts[gear.shaft].at_mm) for gear in (mesh.pinion, mesh.wheel))
-    frame = mesh_frame(pinion_at, wheel_at, sense)
-    return Meshing(mesh, pair, frame, hubs, hub_wrenches(pair, frame))
+    pair = model.pairs[mesh.name]
+    frame = mesh_frame(pinion_at, wheel_at, -sense if coast else sense, pair.wheel.teeth < 0)
+    if coast:  # the image of the drawing, x to -x
+        frame = MeshFrame(frame.axes * np.array([-1.0, 1.0, 1.0]))
+    return gear_pair(other_flank(model.cases[mesh.name])) if other else pair, frame
 
 
 def _set_meshing(one: PlanetarySet, model: GearboxModel, node: Callable[[str, float], int], sense: float) -> SetMeshing:

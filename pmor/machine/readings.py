@@ -27,7 +27,7 @@ from pmor.results.load_distribution import line_states
 from pmor.results.quantities import figures_of_mesh
 from pmor.results.sweep import SteSweep, mesh_orders, peak_to_peak_um, ste_mean_um
 from pmor.sets.kinematics import torque_ratios
-from pmor.sets.readings import mesh_frequency_Hz, plain, spectrum_rows, torque_data
+from pmor.sets.readings import mesh_frequency_Hz, plain, sample_data, spectrum_rows, torque_data
 from pmor.sets.settings import Member
 
 Data = dict[str, Any]
@@ -42,7 +42,7 @@ def load_data(model: GearboxModel, cases: Mapping[str, Case], solved: SolvedLoad
     speeds = speeds_rpm(model, solved.load)
     meshes = [
         mesh_data(solved, mesh, rigid, speeds, model.sections.lubricant)
-        | {"sliced_k_h_beta": sliced_k_h_beta(mesh, cases[mesh.meshing.settings.name])}
+        | {"sliced_k_h_beta": sliced_k_h_beta(mesh, mesh.meshing.of_case(cases[mesh.meshing.settings.name]))}
         | _iso(crude_misalignment(model, solved.load, mesh, cases[mesh.meshing.settings.name]))
         for mesh, rigid in zip(solved.meshes, solved.rigid, strict=True)
     ]
@@ -95,11 +95,12 @@ def mesh_data(
     factor = math.nan if swept["loss_factor"] is None else swept["loss_factor"]
     return {
         "name": mesh.meshing.settings.name,
+        "flank": "coast" if mesh.meshing.coast else "drive",
         "torque_Nm": 1e-3 * mesh.torque,
         "force_N": mesh.force,
         "f_beta_um": frame.along * f_beta_um(pair, mesh.displacement),
         "in_plane_um": -1e3 * width * float(relative[3]),
-        "out_of_plane_um": 1e3 * width * float(relative[4]),
+        "out_of_plane_um": 1e3 * width * frame.hand * float(relative[4]),
         "centre_distance_um": 1e3 * float(relative[1]),
         "converged": bool(mesh.sweep.converged.all()),
         "pitches": mesh.sweep.pitches,
@@ -123,10 +124,12 @@ def sweep_data(pair: GearPair, sweep: SteSweep, row: int, root_stress: RootStres
         "ste_mean_um": ste_mean_um(sweep)[row], "ste_peak_to_peak_um": peak_to_peak_um(sweep)[row],
         **{key: values[row] for key, values in figures.items()},
     }  # fmt: skip
+    error = sweep.mesh_error_percent
     return {
         **{key: plain(value) if whole else None for key, value in found.items()},
         "ste_harmonics_um": [float(a) for a in mesh_orders(sweep, row, HARMONICS)] if whole else None,
         "root_stress_max_MPa": list(root_stress) if whole and root_stress else None,
+        "ste_mesh_error_percent": plain(error[row]) if whole and error is not None else None,
     }
 
 
@@ -196,8 +199,7 @@ def shaft_data(solved: SolvedLoad) -> list[Data]:
 
 def _held(solved: SolvedLoad) -> list[Data]:
     held = [torque for torque in solved.load.torques if torque.torque_Nm == "balance"]
-    first = sum(len(bearing.rigid) for bearing in solved.gearbox.bearings)
-    reactions = solved.equilibrium.reactions[first : first + len(held)]
+    reactions = solved.equilibrium.reactions[solved.gearbox.reactions["balances"]]
     return [
         {"shaft": torque.shaft, "torque_Nm": 1e-3 * float(value)} for torque, value in zip(held, reactions, strict=True)
     ]
@@ -223,6 +225,7 @@ def set_entry(solved: SolvedLoad, one: SolvedSet, speeds_rpm: Mapping[str, float
         "planets": planets,
         **{f"rigid_{key}": rigid[key] for key in COMPARED},
         "supports_uneven_percent": 100.0 * one.uneven,
+        "tolerances": sample_data(one.samples, solution, [1e-3 * one.torque]) if one.samples else None,
     }
 
 

@@ -6,14 +6,16 @@ rigid bodies, so that stress follows from the line loads alone (`pmor_online.roo
 
 from __future__ import annotations
 
-import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
+from pmor.case import Case
 from pmor.core.errors import ConvergenceError
 from pmor.core.progress import quietly, stage
 from pmor.core.threads import in_order
@@ -25,26 +27,31 @@ from pmor.machine.coupled import (
     RootStresses,
     SolvedLoad,
     SolvedMesh,
+    Trains,
     condition_of,
     solve_load,
     swept_angles,
 )
 from pmor.machine.coupled_sets import sets_on_rigid_supports
 from pmor.machine.fit import fit_meshes
+from pmor.machine.groups import GroupKey, group_trains, group_under, mesh_sweep
 from pmor.machine.loader import GearboxFile
+from pmor.machine.model import GearboxModel, placed_groups
 from pmor.machine.output import FILES, set_files
 from pmor.machine.result import GearboxResult
 from pmor.machine.settings import LoadCase
-from pmor.pair.model import elastic_model
+from pmor.reduction.basis import Basis
 from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep
 from pmor.sets.lost import lost_positions
-from pmor.sets.run import gear_files, kept_in_folder, train_of
-from pmor.storage.basis_file import read_basis
+from pmor.sets.run import coarse_train_of, train_of
+from pmor.sets.solution import SetSolution
+from pmor.sets.tolerances import lost_samples
+from pmor.storage.gear_store import KeptGear, kept_beside, not_kept
 from pmor.storage.results_folder import results_folder
 from pmor.work.cost import meshed_within_memory
-from pmor.work.models import valid_basis
-from pmor.work.offline import parts_of, run_offline
+from pmor_offline.gears import line_basis, solved_once
+from pmor_online.mesh_error import with_mesh_error
 from pmor_online.model import ReducedPair, keeping_sections, reduced_pair
 from pmor_online.root_stress import root_stress_of
 from pmor_online.sweep import sweep_reduced_pair
@@ -63,19 +70,20 @@ def run(
     Parameters
     ----------
     folder, overwrite, executor, progress
-        As in `pmor.app.capabilities`; the executor is one of threads. The folder keeps the basis of each mesh.
+        As in `pmor.app.capabilities`; the executor is one of threads. Gears are kept beside the folder.
 
     Raises
     ------
     OutputError
     """
     step, seconds = progress or quietly, dict[str, float]()
-    with _timed(seconds, "finite elements"), _bases_folder(file, folder, overwrite) as bases:
-        trained = {name: _trained(file, name, bases, overwrite, executor) for name in file.cases}
-        trains = {
-            name: train_of(one, kept_in_folder(bases, overwrite, prefix_of(name)), executor)
-            for name, one in file.model.sets.items()
-        }
+    names = (*FILES, *set_files(file))
+    with nullcontext() if folder is None else results_folder(Path(folder), names, (), overwrite, file.inputs):
+        kept = solved_once(kept_beside(None if folder is None else Path(folder), overwrite))
+        with _timed(seconds, "finite elements"):
+            cases = file.model.reduced_cases(file.cases)
+            trained = {name: reduced_pair(mesh_basis(name, case, kept)) for name, case in cases.items()}
+            trains = trains_of(file.model, file.model.sections.loads, kept, executor)
     loads, failures = list[SolvedLoad](), list[str]()
     angles = max((case.online.angles_per_pitch for case in file.cases.values()), default=0)
     every = file.model.sections.loads
@@ -104,6 +112,23 @@ def run(
     return GearboxResult(file, compared, tuple(failures), fits, trained, seconds)
 
 
+def trains_of(
+    model: GearboxModel, loads: Iterable[LoadCase], kept: KeptGear = not_kept, executor: Executor | None = None
+) -> dict[str | GroupKey, GearTrain]:
+    """Return the trains of the sets of a gearbox, and of its meshes that share gears, for `solve_load`."""
+    trains: dict[str | GroupKey, GearTrain] = {
+        name: train_of(planetary, kept, executor) for name, planetary in model.sets.items()
+    }
+    for name, planetary in model.sets.items():
+        if (coarse := coarse_train_of(planetary, kept, executor)) is not None:
+            trains[GroupKey(name, ()).on_half] = coarse
+    groups = [placed for load in loads for placed in placed_groups(model, load)]
+    if groups:
+        with stage("finite elements of gears in several meshes"):
+            trains.update(group_trains(groups, kept, executor))
+    return trains
+
+
 def lost_of_load(solved: SolvedLoad) -> list[str]:
     """Return a sentence for each mesh and set with positions that have no solution under a load."""
     found, load = list[str](), f"load {solved.load.name}"
@@ -113,6 +138,9 @@ def lost_of_load(solved: SolvedLoad) -> list[str]:
         found += lost_of_pair([name], mesh.sweep.converged, mesh.sweep.overloaded)
     for one in solved.sets:
         found += lost_positions(one.solution, [f"{load}, set {one.meshing.settings.name}"])
+        if one.samples is not None:
+            lost = lost_samples(one.samples, [1e-3 * one.torque])
+            found += [f"{load}, set {one.meshing.settings.name}: {text}" for text in lost]
     return found
 
 
@@ -125,44 +153,15 @@ def _timed(seconds: dict[str, float], phase: str) -> Iterator[None]:
         seconds[phase] = seconds.get(phase, 0.0) + time.perf_counter() - start
 
 
-def basis_name(mesh: str) -> str:
-    """Return the name of the basis file of a mesh."""
-    return f"basis_{mesh}.h5"
-
-
-def prefix_of(name: str) -> str:
-    """Return what stands in front of the members of a set in the names of the files that keep them."""
-    return f"{name}_"
-
-
-@contextmanager
-def _bases_folder(file: GearboxFile, folder: Path | str | None, overwrite: bool) -> Iterator[Path]:
-    names = [basis_name(name) for name in file.cases]
-    of_sets = [name for set_name, one in file.model.sets.items() for name in gear_files(one, prefix_of(set_name))]
-    if folder is None:
-        with tempfile.TemporaryDirectory() as temporary:
-            yield Path(temporary)
-        return
-    working = [parts_of(Path(name)).name for name in names]
-    files = (*FILES, *set_files(file), *names, *(of_sets if overwrite else ()))
-    with results_folder(Path(folder), files, working, overwrite, file.inputs) as held:
-        yield held
-
-
-def _trained(file: GearboxFile, name: str, folder: Path, overwrite: bool, executor: Executor | None) -> ReducedPair:
-    """Return the reduced pair of a mesh; a basis that is there and is made from the same settings is taken over."""
-    case, path = file.cases[name], folder / basis_name(name)
-    basis = None if overwrite else valid_basis(path, case)
-    if basis is None:
-        with stage(f"finite elements of {name}"):
-            model = elastic_model(case, meshed_within_memory(case))
-        run_offline(case, model, path, executor=executor, resume=not overwrite, overwrite=True)
-        basis = read_basis(path)
-    return reduced_pair(basis)
+def mesh_basis(name: str, case: Case, kept: KeptGear = not_kept) -> Basis:
+    """Return the basis of a mesh, its gears from where they are kept."""
+    mesh = meshed_within_memory(case)
+    with stage(f"finite elements of {name}"):
+        return line_basis(case, kept, mesh)
 
 
 def with_rigid_supports(
-    loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair], trains: Mapping[str, GearTrain], angles: int,
+    loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair], trains: Trains, angles: int,
     executor: Executor | None = None,
 ) -> tuple[SolvedLoad, ...]:  # fmt: skip
     """Return solved loads with root stress, and with the same pairs and sets on rigid supports.
@@ -171,25 +170,30 @@ def with_rigid_supports(
     ----------
     pairs : mapping of str to ReducedPair
         Of the meshes, by name.
-    trains : mapping of str to GearTrain
-        Of the planetary sets, by name.
+    trains : mapping
+        As of `pmor.machine.coupled.solve_load`.
     angles : int
         Of a pitch, in the sweeps.
     executor : concurrent.futures.Executor, optional
         Of threads: shares out the meshes.
     """
+    grouped = loads[0].gearbox.grouped if loads else set()
 
     def compared(number: int) -> list[tuple[SolvedMesh, RigidMesh]]:
         """Return a mesh under each load, with the one on rigid supports."""
-        meshes = [load.meshes[number] for load in loads]
-        reduced = pairs[meshes[0].meshing.settings.name]
-        conditions = [condition_of(reduced, mesh.torque) for mesh in meshes]
-        sweep = sweep_reduced_pair(reduced, swept_angles(reduced, angles), conditions, recorded=True)
-        stress, both = _largest(reduced, conditions, sweep), []
-        for row, (mesh, condition) in enumerate(zip(meshes, conditions, strict=True)):
-            (own,) = _largest(reduced, [condition], mesh.sweep)
-            both.append((mesh._replace(root_stress=own), RigidMesh(sweep, row, stress[row])))
-        return both
+        if number in grouped:
+            return [_group_mesh(load, number, trains, angles) for load in loads]
+        meshes, both = [load.meshes[number] for load in loads], dict[int, tuple[SolvedMesh, RigidMesh]]()
+        for key in dict.fromkeys(mesh.meshing.key for mesh in meshes):
+            rows, reduced = [row for row, mesh in enumerate(meshes) if mesh.meshing.key == key], pairs[key]
+            conditions = [condition_of(reduced, meshes[row].torque) for row in rows]
+            sweep = sweep_reduced_pair(reduced, swept_angles(reduced, angles), conditions, recorded=True)
+            sweep = with_mesh_error(sweep, reduced, conditions)
+            stress = _largest(reduced, conditions, sweep)
+            for place, (row, condition) in enumerate(zip(rows, conditions, strict=True)):
+                (own,) = _largest(reduced, [condition], meshes[row].sweep)
+                both[row] = meshes[row]._replace(root_stress=own), RigidMesh(sweep, place, stress[place])
+        return [both[row] for row in range(len(loads))]
 
     by_mesh = list(in_order(compared, range(len(loads[0].meshes) if loads else 0), executor))
     names = [one.settings.name for one in loads[0].gearbox.sets] if loads else []
@@ -203,6 +207,25 @@ def with_rigid_supports(
             sets=tuple(sets[row] for sets in by_set),
         ) for row, load in enumerate(loads)
     )  # fmt: skip
+
+
+def _group_mesh(load: SolvedLoad, number: int, trains: Trains, angles: int) -> tuple[SolvedMesh, RigidMesh]:
+    """Return a mesh that shares gears with its root stress, and the same one on rigid supports."""
+    placed = next(placed for placed in load.gearbox.groups if number in placed.group.numbers)
+    own, place, mesh = load.groups[placed.key], placed.group.numbers.index(number), load.meshes[number]
+    forces = np.array([load.meshes[n].force for n in placed.group.numbers])
+    rigid, half = group_under(placed, trains[placed.key], forces, angles), placed.key.on_half
+    coarse = group_under(placed, trains[half], forces, angles) if half in trains else None
+    stresses = [_of_bodies(solution, placed.group.ends[place]) for solution in (own, rigid)]
+    beside = RigidMesh(mesh_sweep(placed, rigid, place, coarse), 0, stresses[1])
+    return mesh._replace(root_stress=stresses[0]), beside
+
+
+def _of_bodies(solution: SetSolution, ends: tuple[int, int]) -> RootStresses:
+    """Largest root stress of two gears of a group, by all of their meshes, MPa."""
+    stress = solution.root_stress
+    pinion, wheel = (float(np.nanmax(stress[body].max_principal_MPa[0])) if stress else 0.0 for body in ends)
+    return (pinion, wheel) if stress else None
 
 
 def _largest(reduced: ReducedPair, conditions: Sequence[Condition], sweep: SteSweep) -> list[RootStresses]:

@@ -198,7 +198,8 @@ class PlanetarySet:
     set : Path
         Set file, beside the gearbox file. Its `[load]` says by the sign of its torque which flanks carry, and which
         member stands still; torques and speeds are those of the load cases here. `[supports]` of members on shafts,
-        bearings of a `[carrier]` on one, `[tolerances]` and `[sweep] torques_Nm` are left aside.
+        bearings of a `[carrier]` on one and `[sweep] torques_Nm` are left aside; `[tolerances]` are solved under each
+        load.
     sun, carrier, ring : MemberPlace or "housing"
         Two of them stand on shafts, on one axis. "housing" is the member that the set file has `held`.
     """

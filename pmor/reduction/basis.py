@@ -6,14 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.body.flank_compliance import FlankCompliance
+from pmor.body.flank_compliance import FlankCompliance, SolvedGear, flank_compliance
 from pmor.body.root_stress import RootStressShapes
 from pmor.body.web_stress import WebStress
 from pmor.case import Case
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.shown import brief
 from pmor.gear.condition import Condition
-from pmor.line.layered_pair import SurfaceLayer
+from pmor.line.layered_pair import LayeredPair, SurfaceLayer, layers_of
+from pmor.line.sections import loaded_components
+from pmor.pair.model import MeshModel
 from pmor.reduction.contact_shapes import ContactShapes
 from pmor.reduction.flank_lines import FlankLineShapes
 
@@ -130,3 +132,23 @@ class Basis:
     root_stress: tuple[RootStressShapes, RootStressShapes] | None = None
     web_stress: tuple[WebStress | None, WebStress | None] = (None, None)
     whole: Basis | None = None
+
+
+def basis_of_gears(
+    case: Case, mesh: MeshModel, gears: tuple[SolvedGear, SolvedGear], training: Training,
+    shapes: FlankLineShapes | ContactShapes | None = None, coarser: Basis | None = None,
+) -> Basis:  # fmt: skip
+    """Put the basis of a case together from its solved gears, pinion first, and the shapes trained on them."""
+    (pinion, wheel), meshed = gears, mesh.meshed
+    components = loaded_components(isinstance(meshed, LayeredPair), meshed.pair.pinion.helix_angle != 0.0)
+    # Bodies may be those of another model, with more than this one asks for.
+    stress = (pinion.root_stress, wheel.root_stress) if case.root_stress else (None, None)
+    webs = (pinion.web_stress, wheel.web_stress) if case.contact.kind == "line" else (None, None)
+    return Basis(
+        case=case, flank_nodes=(mesh.pinion.flank_nodes, mesh.wheel.flank_nodes),
+        flank_roll_angle=(mesh.pinion.flank_roll_angle, mesh.wheel.flank_roll_angle), layers=layers_of(meshed),
+        shapes=shapes, training=training, coarser=coarser,
+        compliance=flank_compliance(gears, components) if shapes is None or case.reduction.error_estimate else None,
+        root_stress=None if stress[0] is None or stress[1] is None else (stress[0], stress[1]),
+        web_stress=webs,
+    )  # fmt: skip

@@ -99,7 +99,7 @@ QUANTITIES = (
     Quantity("unloaded_ste_mean_um", "um", "STE without load, mean", "of rigid flanks", files=(PAIR,)),
     Quantity("unloaded_ste_peak_to_peak_um", "um", "STE without load, p-p", "of rigid flanks", files=(PAIR,)),
     Quantity("first_touch_um", "um", "first touch", "least STE without load", files=(PAIR,)),
-    Quantity("ste_mesh_error_percent", "%", "STE, error bar of the mesh", "of the mean", files=(PAIR,)),
+    Quantity("ste_mesh_error_percent", "%", "STE, error bar of the mesh", "of the mean", files=ALL),
     Quantity("ste_error_estimate_max_um", "um", "STE, error bar of the reduction", "largest", files=(PAIR,)),
     Quantity("ste_ripple_um", "um", "numerical noise of the curve", "about a smooth one, one pair carrying",
              files=(PAIR,)),

@@ -89,8 +89,8 @@ def _of_rexs(path: Path) -> GearboxFile:
     said = model.sections
     housing = [] if found.housing is None else found.housing.tolist()
     texts = repr(said), *(case.text for case in cases.values()), *(one.text for one in sets.values()), repr(housing)
-    reader.check_gears(model)
-    reader.check_turned(model, cases)
+    reader.check_gears(model, cases)
+    reader.check_turned(model)
     of_sets = [f"{name}: {note}" for name, one in sets.items() for note in (*one.changed, *one.notes)]
     notes = (*found.notes, *estimated, *_other_results(model, found.results), *of_sets)
     return GearboxFile(printable(path.stem), "\n".join(texts), model, cases, (path,), notes)

@@ -87,6 +87,12 @@ def member_speeds(teeth: tuple[float, float], on: str, held: str, speed: float) 
     return {member: found[member] for member in weights}
 
 
+def pair_direction(pinion: Centre, wheel: Centre, pair: GearPair) -> float:
+    """Return the angle of the y axis of a pair: towards the wheel's centre, of a ring away from it."""
+    sign = math.copysign(1.0, pair.centre_distance)
+    return math.atan2(-sign * (wheel.x - pinion.x), sign * (wheel.y - pinion.y))
+
+
 class _Turn(NamedTuple):
     """A gear: sense in which it drives or is driven, angle of its tooth 0 at 0 and by how much it turns."""
 
@@ -234,7 +240,4 @@ class _Turning:
         return self.centres[self._on(body)].member, self.centres[body].member
 
     def _direction(self, meeting: Meeting) -> float:
-        """Angle of the y axis of a pair: towards the wheel's centre, of a ring away from it."""
-        pinion, wheel = self.centres[meeting.pinion], self.centres[meeting.wheel]
-        sign = math.copysign(1.0, meeting.pair.centre_distance)
-        return math.atan2(-sign * (wheel.x - pinion.x), sign * (wheel.y - pinion.y))
+        return pair_direction(self.centres[meeting.pinion], self.centres[meeting.wheel], meeting.pair)

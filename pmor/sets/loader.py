@@ -222,7 +222,7 @@ def _on_planet_N(layout: Layout, plan: SetPlan, pairs: Mapping[str, GearPair]) -
 
 
 def _part_of_a_gearbox(said: SetSections, shafts: OnShafts) -> SetSections:
-    """Leave out what shafts and load cases of a gearbox say: the carrier's own stiffness stays."""
+    """Leave out what shafts and load cases of a gearbox say: tolerances and the carrier's own stiffness stay."""
     given = {key.name: key.default for key in fields(Supports) if key.name.split("_")[0] in shafts.members}
     supports, carrier = replace(said.supports, **given), said.carrier  # type: ignore[arg-type]
     if "carrier" in shafts.members:
@@ -230,7 +230,7 @@ def _part_of_a_gearbox(said: SetSections, shafts: OnShafts) -> SetSections:
             carrier, radial_N_per_mm="rigid", tilt_Nmm_per_rad="rigid", bearings_at_mm=Carrier().bearings_at_mm
         )
     sweep = replace(said.sweep, torques_Nm=())
-    return replace(said, supports=supports, carrier=carrier, tolerances=None, sweep=sweep, loads=())
+    return replace(said, supports=supports, carrier=carrier, sweep=sweep, loads=())
 
 
 def _further_torques(said: SetSections) -> tuple[float, ...]:

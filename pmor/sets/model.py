@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from itertools import product
@@ -11,6 +11,7 @@ from itertools import product
 import numpy as np
 
 from pmor.body.far_compliance import FarTeeth
+from pmor.body.flank_compliance import SolvedGear
 from pmor.body.root_stress import other_hand
 from pmor.case import Case, GearCase
 from pmor.case.blank import HolesCase
@@ -26,8 +27,8 @@ from pmor.line.train import TrainBody, TrainMesh
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import mesh_model
 from pmor.sets.kinematics import Centre, Meeting, Placement, placements
-from pmor.storage.compliance_file import KeptGear, SolvedGear
-from pmor.work.line_gear import line_gear, not_kept
+from pmor.storage.gear_store import KeptGear, not_kept
+from pmor_offline.gears import line_gear
 
 # Of a tooth.
 ROUNDING = 1e-6
@@ -93,8 +94,8 @@ class _Use:
 
 def build_train(
     cases: Mapping[str, Case], bodies: Sequence[SetBody], meshes: Sequence[SetMesh], free: FloatArray,
-    compliance: FloatArray, kept: Callable[[str], KeptGear] = lambda member: not_kept,
-    executor: Executor | None = None,
+    compliance: FloatArray, kept: KeptGear = not_kept, executor: Executor | None = None,
+    placed: Sequence[Placement] | None = None,
 ) -> GearTrain:  # fmt: skip
     """Solve the finite elements of all members, and put a train together.
 
@@ -105,9 +106,11 @@ def build_train(
     free, compliance : ndarray
         As in `pmor.line.several.GearTrain`.
     kept : callable
-        Gives where a member is kept.
+        Where gears are kept.
     executor : concurrent.futures.Executor, optional
         Of threads: shares out the members.
+    placed : sequence of Placement, optional
+        How the meshes stand; by default each pinion drives, and the first one counter-clockwise.
 
     Raises
     ------
@@ -115,7 +118,7 @@ def build_train(
     """
     models = {name: mesh_model(case) for name, case in cases.items()}
     meetings = [Meeting(models[mesh.case].meshed.pair, mesh.pinion, mesh.wheel) for mesh in meshes]
-    placed = placements([body.centre for body in bodies], meetings)
+    placed = placed or placements([body.centre for body in bodies], meetings)
     uses = _uses(bodies, meshes, placed)
     # A gear that has flanks of both sides in mesh is modelled as it is, another one as its meshes see it.
     own = {member: min(found, key=lambda use: use.image) for member, found in uses.items()}
@@ -141,7 +144,7 @@ def build_train(
     def solve(member: str) -> SolvedGear:
         use = own[member]
         asked = _far_teeth(member, bodies, meshes, meetings, placed, use.image)
-        return line_gear(cases[use.case], models[use.case], sectors[member], gears_of[member], kept(member), asked)
+        return line_gear(cases[use.case], models[use.case], sectors[member], gears_of[member], kept, asked)
 
     solved = dict(zip(own, in_order(solve, own, executor), strict=True))
     pairs = {}

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import combinations
 
@@ -98,10 +98,10 @@ class SetPlan:
     load: FloatArray
     torque_Nm: float
     nominal_Nm: float
-    mesh_torques_Nm: Mapping[str, float]
     clockwise: bool
-    rates: tuple[Fraction, ...]
-    wrench: FloatArray
+    mesh_torques_Nm: Mapping[str, float] = field(default_factory=dict)
+    rates: tuple[Fraction, ...] = ()
+    wrench: FloatArray = field(default_factory=lambda: np.zeros(0))
     on_pins: PlanetsOnPins | None = None
     in_housing: InHousing | None = None
 
@@ -171,11 +171,14 @@ def _planetary(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair],
     on_sun = {"sun": 1.0, "ring": through, "carrier": through / (1.0 + through)}[said.load.on]
     load = np.zeros(len(free))
     load[0] = 1.0
-    plan = _planned(
-        bodies, meshes, planets, pairs, free, compliance, *planetary_errors(said, bodies, layout.clockwise), load,
-        abs(said.load.torque_Nm) * on_sun, abs(said.load.torque_Nm), layout.clockwise,
+    displacement, eccentricity = planetary_errors(said, bodies, layout.clockwise)
+    nominal_Nm = abs(said.load.torque_Nm)
+    plan = SetPlan(
+        bodies=tuple(bodies), meshes=tuple(meshes), planets=planets, free=free, compliance=compliance,
+        displacement=displacement, eccentricity=eccentricity, driver=0, load=load, torque_Nm=nominal_Nm * on_sun,
+        nominal_Nm=nominal_Nm, clockwise=layout.clockwise, on_pins=stands.planets,
     )  # fmt: skip
-    return replace(plan, on_pins=stands.planets)
+    return _under_load(plan, pairs)
 
 
 def _second_place(planets: Planets, inner: GearPair, outer: GearPair) -> float:
@@ -303,49 +306,42 @@ def _trained(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair]) -
         compliance[place, place] = gives(gear.torsion_Nmm_per_rad)
     eccentric = [_eccentric(gear.eccentricity_um, side * gear.eccentricity_deg) for gear in said.gears]
     first_Nm, *_ = amounts = list(torques.values())
-    return _planned(
-        bodies, meshes, (), pairs, free, compliance, displacement, np.array(eccentric), np.array(amounts) / first_Nm,
-        first_Nm, first_Nm, layout.clockwise,
+    plan = SetPlan(
+        bodies=tuple(bodies), meshes=tuple(meshes), planets=(), free=free, compliance=compliance,
+        displacement=displacement, eccentricity=np.array(eccentric), driver=0, load=np.array(amounts) / first_Nm,
+        torque_Nm=first_Nm, nominal_Nm=first_Nm, clockwise=layout.clockwise,
     )  # fmt: skip
+    return _under_load(plan, pairs)
 
 
-def _planned(
-    bodies: Sequence[SetBody], meshes: Sequence[SetMesh], planets: tuple[int, ...], pairs: Mapping[str, GearPair],
-    free: FloatArray, compliance: FloatArray, displacement: FloatArray, eccentricity: FloatArray, load: FloatArray,
-    torque_Nm: float, nominal_Nm: float, clockwise: bool,
-) -> SetPlan:  # fmt: skip
-    """Put a plan together; CaseError where meshes do not hold the load."""
-    centres = [body.centre for body in bodies]
-    meetings = [Meeting(pairs[mesh.case], mesh.pinion, mesh.wheel) for mesh in meshes]
-    placed = placements(centres, meetings)
-    rows = _closing(bodies, meshes, placed, pairs)
-    closing = rows @ free.T
+def closing_rows(
+    bodies: Sequence[SetBody], meetings: Sequence[Meeting], placed: Sequence[Placement]
+) -> FloatArray:
+    """Return the change of the gap of each mesh by displacements of all hubs, (M, 6 B)."""
+    rows = np.zeros((len(meetings), HUB * len(bodies)))
+    for row, (pair, *ends), place in zip(rows, meetings, placed, strict=True):
+        for body, wrench in zip(ends, smooth_rows(pair, place.direction, place.image), strict=True):
+            row[HUB * body : HUB * (body + 1)] += wrench
+    return rows
+
+
+def _under_load(plan: SetPlan, pairs: Mapping[str, GearPair]) -> SetPlan:
+    """Return a plan with what its meshes do under its load; CaseError where they do not hold it."""
+    bodies, load, centres = plan.bodies, plan.load, [body.centre for body in plan.bodies]
+    meetings = [Meeting(pairs[mesh.case], mesh.pinion, mesh.wheel) for mesh in plan.meshes]
+    rows = closing_rows(bodies, meetings, placements(centres, meetings))
+    closing = rows @ plan.free.T
     forces, *_ = np.linalg.lstsq(closing.T, -load, rcond=None)
     if np.abs(closing.T @ forces + load).max() > UNBALANCED * np.abs(load).max():
         raise CaseError("the meshes do not hold the torques: each gear that is no idler needs its torque_Nm")
-    for mesh, force in zip(meshes, forces, strict=True):
+    torques: dict[str, float] = {}
+    for mesh, force in zip(plan.meshes, forces, strict=True):
         if force <= UNBALANCED * np.abs(forces).max():
             pinion, wheel = bodies[mesh.pinion].name, bodies[mesh.wheel].name
             raise CaseError(
                 f"gear {pinion} does not drive gear {wheel} under these torques: correct them, or their signs"
             )
-    torques: dict[str, float] = {}
-    for mesh, force in zip(meshes, forces, strict=True):
-        torque = torque_Nm * float(force) * pairs[mesh.case].pinion.base_radius
+        torque = plan.torque_Nm * float(force) * pairs[mesh.case].pinion.base_radius
         torques[mesh.case] = max(torques.get(mesh.case, 0.0), torque)
-    return SetPlan(
-        tuple(bodies), tuple(meshes), planets, free, compliance, displacement, eccentricity, 0, load, torque_Nm,
-        nominal_Nm, torques, clockwise, mesh_rates(centres, meetings), forces @ rows,
-    )  # fmt: skip
-
-
-def _closing(
-    bodies: Sequence[SetBody], meshes: Sequence[SetMesh], placed: Sequence[Placement], pairs: Mapping[str, GearPair]
-) -> FloatArray:
-    """Change of the gap of each mesh by displacements of all hubs, (M, 6 B)."""
-    rows = np.zeros((len(meshes), HUB * len(bodies)))
-    for row, mesh, place in zip(rows, meshes, placed, strict=True):
-        wrenches = smooth_rows(pairs[mesh.case], place.direction, place.image)
-        for body, wrench in zip((mesh.pinion, mesh.wheel), wrenches, strict=True):
-            row[HUB * body : HUB * (body + 1)] += wrench
-    return rows
+    rates = mesh_rates(centres, meetings)
+    return replace(plan, mesh_torques_Nm=torques, rates=rates, wrench=forces @ rows)

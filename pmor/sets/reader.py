@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from pmor.case import Case
-from pmor.case.capability import refuse_beyond, rule_of
+from pmor.case.capability import refuse_beyond
 from pmor.case.change import case_of_settings
 from pmor.case.document import BLANK, COAST, MODIFICATION
 from pmor.case.reader import Reader
@@ -185,8 +185,6 @@ class SetReader(Reader):
                 if inner in keys:
                     document[f"{role}.{inner}"] = self.of_planet(said, f"{member}.{inner}", keys.pop(inner), planet)
             document[role] = keys
-        if said.members.get("mesh", {}).get("error_bar") is True:
-            self.refuse("[mesh] error_bar = true", rule_of("SetFile", "error_bar"))
         whole = {"width": "whole"} if share.whole_width else {}
         document["mesh"] = {"error_bar": False, **said.members.get("mesh", {}), **whole}
         document["contact"] = dict(said.members.get("contact", {}))

@@ -116,6 +116,7 @@ def torque_data(
         "first_gear_torque_Nm": solved.torque_Nm[number],
         "ste_mean_um": known(np.mean, ste),
         "ste_peak_to_peak_um": known(np.ptp, ste),
+        "ste_mesh_error_percent": None if (error := solved.mesh_error_percent) is None else error[number],
         "ste_harmonics_um": solved.mesh_orders(number)[:ORDERS],
         "shaft_orders": shaft_orders(solved, number),
         "ste_um": ste,

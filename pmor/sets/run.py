@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager, nullcontext
-from functools import partial
+from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from pmor.case.models import coarser
 from pmor.core.arrays import FloatArray
 from pmor.core.progress import quietly, stage
 from pmor.line.several import GearTrain
@@ -18,14 +19,10 @@ from pmor.sets.lost import lost_positions
 from pmor.sets.model import build_train
 from pmor.sets.output import FILES, PIN_FILES, REXS_FILES, SAMPLE_FILES
 from pmor.sets.result import SetResult
-from pmor.sets.solution import solve_set
+from pmor.sets.solution import solve_set, with_mesh_error
 from pmor.sets.tolerances import lost_samples, solve_samples
-from pmor.storage.compliance_file import KeptGear
+from pmor.storage.gear_store import KeptGear, kept_beside, not_kept
 from pmor.storage.results_folder import results_folder
-from pmor.work.line_gear import kept_in_file, not_kept
-from pmor.work.pieces import file_name
-
-Kept = Callable[[str], KeptGear]
 
 
 def run(
@@ -37,24 +34,27 @@ def run(
     Parameters
     ----------
     folder, overwrite, executor, progress
-        As in `pmor.app.capabilities`; the executor is one of threads. The folder keeps the finite elements of each
-        member: other loads, errors, supports and modifications solve none.
+        As in `pmor.app.capabilities`; the executor is one of threads. Gears are kept beside the folder: other loads,
+        errors, supports and modifications solve none.
 
     Raises
     ------
     CaseError, GeometryError, MeshError, OutputError
     """
-    with _held(file, folder, overwrite):
-        return solved(file, kept_in_folder(folder, overwrite), executor, progress or quietly)
+    names = (*FILES, *SAMPLE_FILES, *PIN_FILES, *REXS_FILES)
+    with nullcontext() if folder is None else results_folder(Path(folder), names, (), overwrite, file.inputs):
+        kept = kept_beside(None if folder is None else Path(folder), overwrite)
+        return solved(file, kept, executor, progress or quietly)
 
 
 def solved(
-    file: SetFile, kept: Kept, executor: Executor | None = None, step: Callable[[int], None] = quietly
+    file: SetFile, kept: KeptGear, executor: Executor | None = None, step: Callable[[int], None] = quietly
 ) -> SetResult:
-    """Solve a set as `run`, its members from where they are kept as in `train_of`."""
+    """Solve a set as `run`, its gears from where they are kept."""
     train = train_of(file, kept, executor)
     step(1)
     found = solve_set(file.plan, train, first_torques_Nm(file), file.angles_per_pitch, file.pitches, executor)
+    found = with_mesh_error(found, file.cases.values(), coarse_train_of(file, kept, executor))
     samples = solve_samples(file, found, executor)
     step(1)
     failures = tuple(lost_positions(found, [f"{amount:g} N m" for amount in file.torques_Nm]))
@@ -63,13 +63,13 @@ def solved(
     return SetResult(file, found, samples, failures)
 
 
-def train_of(file: SetFile, kept: Kept = lambda member: not_kept, executor: Executor | None = None) -> GearTrain:
+def train_of(file: SetFile, kept: KeptGear = not_kept, executor: Executor | None = None) -> GearTrain:
     """Solve the finite elements of a set, each member's once, and put its train together.
 
     Parameters
     ----------
     kept : callable
-        Gives where a member is kept; by default nowhere.
+        Where gears are kept; by default nowhere.
     executor : concurrent.futures.Executor, optional
         Of threads.
     """
@@ -78,42 +78,16 @@ def train_of(file: SetFile, kept: Kept = lambda member: not_kept, executor: Exec
         return build_train(file.cases, plan.bodies, plan.meshes, plan.free, plan.compliance, kept, executor)
 
 
+def coarse_train_of(
+    file: SetFile, kept: KeptGear = not_kept, executor: Executor | None = None
+) -> GearTrain | None:
+    """Return the train of a set on half as many elements; None where no error bar of the mesh is asked for."""
+    halves = {name: half for name, case in file.cases.items() if (half := coarser(case)) is not None}
+    if len(halves) < len(file.cases):
+        return None
+    return train_of(replace(file, cases=halves), kept, executor)
+
+
 def first_torques_Nm(file: SetFile) -> FloatArray:
     """Return the torques on the first gear that are solved, (D,)."""
     return np.array(file.torques_Nm) * file.plan.torque_Nm / file.plan.nominal_Nm
-
-
-def _held(file: SetFile, folder: Path | str | None, overwrite: bool) -> AbstractContextManager[Path | None]:
-    """Hold the folder of the results, where there is one."""
-    if folder is None:
-        return nullcontext()
-    files = (*FILES, *SAMPLE_FILES, *PIN_FILES, *REXS_FILES, *(gear_files(file) if overwrite else ()))
-    return results_folder(Path(folder), files, (), overwrite, file.inputs)
-
-
-def kept_in_folder(folder: Path | str | None, anew: bool = False, prefix: str = "") -> Kept:
-    """Return where members are kept, of `train_of`: each in a file of a folder.
-
-    Parameters
-    ----------
-    folder : path or None
-        None keeps nothing.
-    anew : bool
-        Solve them whether they are kept or not.
-    prefix : str
-        Of the names of the members in the names of the files.
-    """
-    return partial(_kept, folder, anew, prefix)
-
-
-def gear_files(file: SetFile, prefix: str = "") -> tuple[str, ...]:
-    """Return the names of the files that keep the finite elements of the members."""
-    return tuple(_gear_file(prefix + member) for member in dict.fromkeys(body.member for body in file.plan.bodies))
-
-
-def _gear_file(member: str) -> str:
-    return f"gear_{file_name(member)}.h5"
-
-
-def _kept(folder: Path | str | None, anew: bool, prefix: str, member: str) -> KeptGear:
-    return not_kept if folder is None else kept_in_file(Path(folder) / _gear_file(prefix + member), anew)

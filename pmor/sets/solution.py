@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -9,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pmor.case import Case
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.threads import in_order, one_thread
 from pmor.line.hertz import width_limit
@@ -28,6 +30,7 @@ from pmor.sets.ring import RingDeflection, ring_deflection
 from pmor.sets.root_stress import GearStress, root_stress_of_set
 from pmor.sets.shafts import at_place, shaft_of
 from pmor_online.line_sweep import levers_of, line_states_of
+from pmor_online.mesh_error import error_percent
 
 NO_ROWS: IntArray = np.empty(0, dtype=np.int64)
 # Mean force of a mesh, over that of the one that carries most.
@@ -55,6 +58,8 @@ class SetSolution:
         Movements and forces; NaN where not converged.
     pitches : int
         Of the first gear, that are solved.
+    mesh_error_percent : ndarray, shape (D,), or None
+        Error bar of the mesh over the mean transmission error; None where it was not asked for.
     """
 
     plan: SetPlan
@@ -62,6 +67,7 @@ class SetSolution:
     torque_Nm: FloatArray
     found: LineResults
     pitches: int
+    mesh_error_percent: FloatArray | None = None
 
     @property
     def train(self) -> GearTrain:
@@ -353,6 +359,15 @@ def solve_set(
     pitch, placed = train.meshes[0].pair.meshed.pair.pitch, plan.placed_pitches(pitches)
     phi = pitch * np.arange(placed * angles) / angles
     return solve_on(plan, train.place(phi, plan.displacement), torques_Nm, pitches, executor)
+
+
+def with_mesh_error(solved: SetSolution, cases: Collection[Case], coarse: GearTrain | None) -> SetSolution:
+    """Return a set with the error bar of the mesh, by its train on half as many elements; as it is without one."""
+    if coarse is None:
+        return solved
+    again = solve_set(solved.plan, coarse, solved.torque_Nm, solved.angles_per_pitch, solved.pitches)
+    mean = np.abs([np.mean(row[np.isfinite(row)]) for row in solved.ste_um])
+    return replace(solved, mesh_error_percent=error_percent(solved.ste_um, again.ste_um, mean, list(cases)))
 
 
 @one_thread()

@@ -6,9 +6,10 @@ where two of them are equal, and planets lift off; a sample takes milliseconds.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -61,18 +62,29 @@ class Samples:
         return np.asarray((self.lost > 0).sum(axis=0)) - self.missing
 
 
-def solve_samples(file: SetFile, solved: SetSolution, executor: Executor | None = None) -> Samples | None:
+def solve_samples(
+    file: SetFile, solved: SetSolution, executor: Executor | None = None, pitches: int = 1
+) -> Samples | None:
     """Solve all sets that the tolerances of a file draw, under the torques of its solution; None without tolerances.
 
-    An executor of threads shares out the samples, whose results do not depend on it.
+    Parameters
+    ----------
+    executor : concurrent.futures.Executor, optional
+        Of threads: shares out the samples, whose results do not depend on it.
+    pitches : int
+        Mesh cycles until what stands still in the housing of a gearbox stands as before.
     """
     if file.sections.tolerances is None:
         return None
+    pitches = math.lcm(file.sample_pitches, pitches)
     sections, workspaces = tuple(drawn(file.sections)), Workspaces(solved.placed.blocks)
 
     def solve(said: SetSections) -> tuple[FloatArray, list[float], IntArray, list[list[tuple[str, Bound]]]]:
-        plan = with_errors(file.plan, said)
-        found = solve_on(plan, solved.placed, solved.torque_Nm, file.sample_pitches, workspaces=workspaces)
+        errors = with_errors(file.plan, said)
+        # On shafts other loads move the hubs too.
+        moved = errors.displacement + (solved.plan.displacement - file.plan.displacement)
+        plan = replace(solved.plan, displacement=moved, eccentricity=errors.eccentricity)
+        found = solve_on(plan, solved.placed, solved.torque_Nm, pitches, workspaces=workspaces)
         left = [list(set_bounds(file, found, torque)) for torque in range(len(solved.torque_Nm))]
         return found.k_gamma, [known(np.ptp, ste) for ste in found.ste_um], (~found.converged).sum(axis=1), left
 
@@ -81,7 +93,7 @@ def solve_samples(file: SetFile, solved: SetSolution, executor: Executor | None 
         tuple((number, *bound) for number, of_sample in enumerate(left) for bound in of_sample[torque])
         for torque in range(len(solved.torque_Nm))
     )
-    return Samples(sections, np.array(k_gamma), np.array(peak_to_peak), np.array(lost), file.sample_pitches, bounds)
+    return Samples(sections, np.array(k_gamma), np.array(peak_to_peak), np.array(lost), pitches, bounds)
 
 
 def lost_samples(samples: Samples, torques_Nm: Sequence[float]) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ import numpy as np
 from pmor.body.far_compliance import FarCompliance
 from pmor.body.root_stress import RootStressShapes
 from pmor.body.support import Support
+from pmor.body.web_stress import WebStress
 from pmor.core.arrays import FloatArray
 from pmor.reduction.basis import Basis
 from pmor.storage.basis_layout import ANSWERS, GEARS
@@ -48,8 +49,7 @@ def answers_of(basis: Basis) -> dict[str, FloatArray]:
         found |= {f"{ANSWERS}/{gear}/{name}": array for name, array in answers.items()}
     for gear, web in zip(GEARS, basis.web_stress, strict=True):
         if web is not None:
-            bent = np.tensordot(_load(len(web.moved)), web.moved, axes=1) @ (web.pattern @ _load(web.pattern.shape[1]))
-            found[f"{ANSWERS}/{gear}/web_stress"] = np.einsum("pia,ca->cpi", web.stress, bent)
+            found[f"{ANSWERS}/{gear}/web_stress"] = stress_of_web(web)
     return found
 
 
@@ -77,6 +77,12 @@ def stress_of_fillets(shapes: RootStressShapes) -> FloatArray:
     bent = np.tensordot(_load(shapes.repeats), shapes.rim_moved, axes=1)
     bent = np.tensordot(_load(len(bent)), bent, axes=1) @ (shapes.rim_pattern @ load)
     return np.asarray(shapes.stress @ (shapes.pattern @ load) + shapes.rim_stress @ bent)
+
+
+def stress_of_web(web: WebStress) -> FloatArray:
+    """Stress on the web under that load, as a sum over unevenly loaded teeth."""
+    bent = np.tensordot(_load(len(web.moved)), web.moved, axes=1) @ (web.pattern @ _load(web.pattern.shape[1]))
+    return np.asarray(np.einsum("pia,ca->cpi", web.stress, bent))
 
 
 def moved_far_teeth(far: FarCompliance) -> FloatArray:

@@ -1,9 +1,9 @@
-"""The file of a single gear, solved for line loads: as a store of them keeps it, and a set beside its results."""
+"""The file of a single gear, solved for line loads: as a store of them keeps it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,17 +11,19 @@ import h5py
 import numpy as np
 
 from pmor.body.far_compliance import FarCompliance
+from pmor.body.flank_compliance import SolvedFlank, SolvedGear
 from pmor.body.rim import RimMotion
 from pmor.body.root_stress import RootStressShapes
 from pmor.body.support import Support
+from pmor.body.web_stress import WebStress
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import FileFormatError
-from pmor.storage.basis_answers import check_answers, moved_far_teeth, moved_flank, stress_of_fillets
-from pmor.storage.basis_layout import ANSWERED, ANSWERS, COMPLIANCE, FIXED_SIZES, ROOT_STRESS, SUPPORT
+from pmor.storage.basis_answers import check_answers, moved_far_teeth, moved_flank, stress_of_fillets, stress_of_web
+from pmor.storage.basis_layout import ANSWERED, ANSWERS, COMPLIANCE, FIXED_SIZES, ROOT_STRESS, SUPPORT, WEB_STRESS
 from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all, write_all
 from pmor.storage.layout import Field
 
-COMPLIANCE_SCHEMA = Schema("pmor-compliance", 8, "remove it: the gear is solved again")
+COMPLIANCE_SCHEMA = Schema("pmor-compliance", 9, "remove it: the gear is solved again")
 FAR_BLOCKS = "tooth, shape, shape"
 FAR = {
     "shapes": Field("1", "loaded unknown, shape", "shapes in which far teeth move, over the unknowns of a flank"),
@@ -38,7 +40,7 @@ RIM = {
 # Parts that a file may be without, by the names of their folders.
 PARTS: dict[str, tuple[Callable[..., Any], dict[str, Field]]] = {
     "holes": (Support, SUPPORT), "root_stress": (RootStressShapes, ROOT_STRESS), "far": (FarCompliance, FAR),
-    "rim": (RimMotion, RIM),
+    "rim": (RimMotion, RIM), "web_stress": (WebStress, WEB_STRESS),
     "other/root_stress": (RootStressShapes, ROOT_STRESS),
 }  # fmt: skip
 OTHER, BACKS = "other/compliance", "other/holes"
@@ -58,55 +60,10 @@ LAYOUT = {
         "mm", "tooth beside, loaded unknown", "the same of the other flanks", optional=True
     ),
     f"{ANSWERS}/stress": ANSWERED["stress"],
+    f"{ANSWERS}/web_stress": ANSWERED["web_stress"],
     f"{ANSWERS}/other_stress": ANSWERED["stress"],
     f"{ANSWERS}/far": Field("mm", "kind, tooth, loaded unknown", "of far flanks under uneven loads", optional=True),
 }  # fmt: skip
-
-
-@dataclass(frozen=True)
-class SolvedFlank:
-    """The other flanks of a gear, in their image, where these are no images of its flanks.
-
-    Parameters
-    ----------
-    compliance, root_stress
-        As of `SolvedGear`, stress on the sides and the teeth of the gear itself.
-    """
-
-    compliance: FloatArray
-    root_stress: RootStressShapes | None = None
-
-
-@dataclass(frozen=True)
-class SolvedGear:
-    """Finite elements of a gear, solved for line loads.
-
-    Parameters
-    ----------
-    compliance : ndarray, shape (neighbours + 1, n, n)
-        As in `pmor.body.flank_compliance.FlankCompliance`.
-    root_stress : RootStressShapes or None
-        Where it was asked for.
-    support : Support or None
-        The part of low rank, of holes.
-    far : FarCompliance or None
-        Of gears with several meshes.
-    other : SolvedFlank or None
-        Where the other flanks carry and may be unlike.
-    rim_motion : RimMotion or None
-        Of rings with several meshes.
-    """
-
-    compliance: FloatArray
-    root_stress: RootStressShapes | None = None
-    support: Support | None = None
-    far: FarCompliance | None = None
-    other: SolvedFlank | None = None
-    rim_motion: RimMotion | None = None
-
-
-# Gives the gear with a key, and solves for it where it is not kept.
-KeptGear = Callable[[str, Callable[[], SolvedGear]], SolvedGear]
 
 
 def read_compliance(path: Path, key: str) -> SolvedGear:
@@ -127,7 +84,9 @@ def read_compliance(path: Path, key: str) -> SolvedGear:
         }
         other = SolvedFlank(arrays[OTHER], parts["other/root_stress"]) if OTHER in file else None
         holes = parts["holes"] and replace(parts["holes"], backs=arrays.get(BACKS))
-        found = SolvedGear(arrays["compliance"], parts["root_stress"], holes, parts["far"], other, parts["rim"])
+        found = SolvedGear(
+            arrays["compliance"], parts["root_stress"], holes, parts["far"], other, parts["rim"], parts["web_stress"]
+        )
         with np.errstate(all="ignore"):  # absurd numbers are refused, not warned of
             check_answers(_answers(found), {name: array for name, array in arrays.items() if name.startswith(ANSWERS)})
         return found
@@ -135,7 +94,8 @@ def read_compliance(path: Path, key: str) -> SolvedGear:
 
 def write_compliance(path: Path, key: str, solved: SolvedGear) -> None:
     """Write the file of the gear with a key, whole; equal contents are equal files; OutputError where that fails."""
-    parts = {"root_stress": solved.root_stress, "holes": solved.support, "far": solved.far, "rim": solved.rim_motion}
+    parts = {"root_stress": solved.root_stress, "holes": solved.support, "far": solved.far, "rim": solved.rim_motion,
+             "web_stress": solved.web_stress}  # fmt: skip
     if solved.other is not None:
         parts["other/root_stress"] = solved.other.root_stress
     arrays = {
@@ -161,6 +121,8 @@ def _answers(solved: SolvedGear) -> dict[str, FloatArray]:
     found = {"displacement": moved_flank(solved.compliance, solved.support)}
     if solved.root_stress is not None:
         found["stress"] = stress_of_fillets(solved.root_stress)
+    if solved.web_stress is not None:
+        found["web_stress"] = stress_of_web(solved.web_stress)
     if (other := solved.other) is not None:
         holes, backs = solved.support, None if solved.support is None else solved.support.backs
         found["other_displacement"] = moved_flank(

@@ -6,6 +6,7 @@ from sizes (`pmor.work.sizes`, `pmor.work.finite_element_cost`).
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,11 +21,13 @@ from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.pair import GearPair
 from pmor.line.kernels.loads import solve_lines
 from pmor.pair.conditions import torques_of
-from pmor.pair.model import MeshModel, gear_pair, mesh_model
+from pmor.pair.limits import range_warnings
+from pmor.pair.model import MeshModel, approach_estimate, gear_pair, mesh_model
 from pmor.penalty.kernels.sweep import sweep_reduced
 from pmor.work.finite_element_cost import DOUBLE, ELEMENT_BYTES, held_bytes, solving_bytes, solving_seconds
 from pmor.work.sizes import PairSize, pair_size
 
+_LOG = logging.getLogger("pmor")
 MIB = 2**20
 # Measured on Linux with Python 3.11: interpreter and libraries; with those of the solver; with compiled kernels; a page
 # on top of that; and all of it while kernels are compiled.
@@ -176,7 +179,7 @@ def refuse_beyond_memory(case: Case, limits: Sequence[MemoryLimit] | None = None
 
 
 def meshed_within_memory(case: Case) -> MeshModel:
-    """Mesh both gears of a case that fits into memory: front doors mesh by this alone.
+    """Mesh both gears of a case that fits into memory: front doors mesh by this alone; the log warns of unusual pairs.
 
     Raises
     ------
@@ -184,7 +187,11 @@ def meshed_within_memory(case: Case) -> MeshModel:
         As `refuse_beyond_memory` and `pmor.pair.model.mesh_model`.
     """
     refuse_beyond_memory(case)
-    return mesh_model(case)
+    mesh = mesh_model(case)
+    pair = mesh.meshed.pair
+    for warning in range_warnings(case, pair, approach_estimate(case, pair)):
+        _LOG.warning("%s", warning)
+    return mesh
 
 
 def refuse_large_sweep(

@@ -7,9 +7,9 @@ from dataclasses import replace
 from pmor.case.capability import why_not
 from pmor.case.width import asks_for_live_page, case_of_page, takes_whole_width
 from pmor.core.progress import stage
-from pmor.pair.model import elastic_model, mesh_model
 from pmor.reduction.basis import Basis
-from pmor_offline.gather import make_basis
+from pmor.storage.gear_store import KeptGear, not_kept
+from pmor_offline.gears import line_basis
 from pmor_online.model import ReducedPair, reduced_pair
 
 
@@ -34,10 +34,10 @@ def live_pair(reduced: ReducedPair) -> ReducedPair | str | None:
     return reduced if whole is None else reduced_pair(whole)
 
 
-def with_whole_width(basis: Basis) -> Basis:
-    """Return a basis with that of the whole width beside it, where the live page of its case takes it."""
+def with_whole_width(basis: Basis, kept: KeptGear = not_kept) -> Basis:
+    """Return a basis with that of the whole width beside it, where the live page takes it, from gears that are kept."""
     if basis.whole is not None or not takes_whole_width(basis.case):
         return basis
     whole = case_of_page(basis.case)
     with stage("finite elements of the whole width, for the live page"):
-        return replace(basis, whole=make_basis(whole, elastic_model(whole, mesh_model(whole)), ())[0])
+        return replace(basis, whole=line_basis(whole, kept))

@@ -22,6 +22,7 @@ from pmor.core.progress import Steps, quietly, stage
 from pmor.pair.model import ElasticModel, MeshModel, mesh_model, model_of_solved
 from pmor.reduction.basis import Basis
 from pmor.storage.basis_file import BASIS_SCHEMA, read_basis, require_made_from
+from pmor.storage.gear_store import kept_beside
 from pmor.storage.hdf5 import refuse_other_kind
 from pmor.work import offline
 from pmor.work.kernels import kernels_beside
@@ -65,16 +66,17 @@ def meshed_models(case: Case) -> tuple[MeshedCase, ...]:
 
 
 def run_models(
-    case: Case, solve: Callable[[], ElasticModel], others: Sequence[MeshedCase], folder: Path, *, given: bool = False,
-    executor: Executor | None = None, overwrite: bool = False, started: float | None = None, progress: Steps = quietly,
-    asked: Callable[[OnlineResult], None] = lambda found: None,
+    case: Case, mesh: MeshModel, solve: Callable[[], ElasticModel], others: Sequence[MeshedCase], folder: Path, *,
+    given: bool = False, executor: Executor | None = None, overwrite: bool = False, started: float | None = None,
+    progress: Steps = quietly, asked: Callable[[OnlineResult], None] = lambda found: None,
 ) -> OnlineResult:  # fmt: skip
     """Build or take over the basis of each model, sweep, and compare with full FE of the same contact scheme.
 
     Parameters
     ----------
     solve : callable
-        Gives the finite elements of the case, once; line loads whose basis is there do without.
+        Gives the finite elements of the case, once. Line loads alone do without: their gears are kept beside the
+        folder.
     others : sequence of MeshedCase
         Compared beside it.
     folder : Path
@@ -101,12 +103,13 @@ def run_models(
     kept = {OWN_BASIS: case} if given or not overwrite else {}
     kept |= {} if overwrite else {_basis_name(other.contact.scheme): other for other, _ in others}
     bases = {name: valid_basis(folder / name, own) for name, own in kept.items()}  # before any work is begun
+    gears = kept_beside(folder, overwrite)
 
     def run(
-        case: Case, solve: Callable[[], ElasticModel], name: str, asked: Callable[[OnlineResult], None]
+        case: Case, mesh: MeshModel, solve: Callable[[], ElasticModel], name: str, asked: Callable[[OnlineResult], None]
     ) -> OnlineResult:
         path, basis, found = folder / name, bases.get(name), list[OnlineResult]()
-        scheme = case.contact.scheme
+        scheme, lines = case.contact.scheme, case.reduction.shapes == "line_loads"
 
         def sweep(basis: Basis) -> None:
             # The basis is valid, but sweep and outputs of the case may have changed since.
@@ -117,28 +120,29 @@ def run_models(
 
         if basis is None:
             began = time.perf_counter() - common
-            model = solve()
-            with stage(offline.training_words(case)):
-                done = offline.run_offline(case, model, path, executor=executor, resume=not overwrite, overwrite=True,
-                                           started=began, progress=progress, asked=sweep)  # fmt: skip
+            model = None if lines and not others else solve()
+            with stage(offline.training_words(case, model is not None)):
+                done = offline.run_offline(
+                    case, model, path, executor=executor, resume=not overwrite, overwrite=True, started=began,
+                    progress=progress, asked=sweep, mesh=mesh, kept=gears,
+                )  # fmt: skip
             reduced = replace(found[0].reduced, basis=done.basis)
             found[0] = replace(found[0], reduced=reduced, basis_mib=path.stat().st_size / 2**20)
         else:
             sweep(basis)
-        exact = basis is not None and case.reduction.shapes == "line_loads"
-        full = None if exact else solve()
+        full = None if lines else solve()
         with stage(f"{scheme}: full FE at {case.compare.angles} unseen angles"):
             return with_comparison(found[0], full, executor, progress)
 
     found = list[OnlineResult | LostModel]()
     with kernels_beside(case) as wait:
-        own = run(case, solve, OWN_BASIS, asked)
+        own = run(case, mesh, solve, OWN_BASIS, asked)
         if others:
             wait()
         for other, mesh in others:
             solve = cache(partial(_solved_again, other, mesh, solve))
             try:
-                found.append(run(other, solve, _basis_name(other.contact.scheme), lambda found: None))
+                found.append(run(other, mesh, solve, _basis_name(other.contact.scheme), lambda found: None))
             except ConvergenceError as error:  # the others have their results
                 found.append(LostModel(other, str(error)))
     return replace(own, others=tuple(found))

@@ -12,10 +12,11 @@ from pathlib import Path
 from pmor.case import Case, basis_key
 from pmor.core.progress import Progress, Steps, quietly, stage
 from pmor.pair.conditions import on_trained_flanks
-from pmor.pair.model import ElasticModel
+from pmor.pair.model import ElasticModel, MeshModel, elastic_model, mesh_model
 from pmor.reduction.basis import Basis, Snapshots
 from pmor.storage.atomic import ensure_folder, refuse_existing, remove_abandoned
 from pmor.storage.basis_file import write_basis
+from pmor.storage.gear_store import KeptGear, not_kept
 from pmor.storage.lock import only_writer_of_file
 from pmor.storage.manifest import listed, origin_in
 from pmor.storage.results_folder import remove_working_folder, working_folder
@@ -24,6 +25,8 @@ from pmor.work.live import with_whole_width
 from pmor_offline.sampling import TrainingPosition, most_positions, planned_positions
 from pmor_offline.train import Trained, train
 from pmor_online.errors import estimate_errors
+
+BODIES = "finite elements of both gears"
 
 
 @dataclass(frozen=True)
@@ -50,14 +53,16 @@ class OfflineSummary:
 
 
 def run_offline(
-    case: Case, model: ElasticModel, path: Path, *, executor: Executor | None = None, resume: bool = False,
+    case: Case, model: ElasticModel | None, path: Path, *, executor: Executor | None = None, resume: bool = False,
     overwrite: bool = False, started: float | None = None, progress: Steps = quietly,
-    asked: Callable[[Basis], None] = lambda basis: None,
+    asked: Callable[[Basis], None] = lambda basis: None, mesh: MeshModel | None = None, kept: KeptGear = not_kept,
 ) -> OfflineSummary:  # fmt: skip
     """Solve full FE over the training set and write the basis.
 
     Parameters
     ----------
+    model : ElasticModel or None
+        None: it is solved for where its forces are trained on; line loads take their gears from where they are kept.
     path : Path
         Of the basis file. Snapshots are kept beside it, in a folder of the same name with ``.parts``, until it is
         written.
@@ -73,6 +78,8 @@ def run_offline(
         Called with the number of positions solved.
     asked : callable
         Given the basis as soon as it can answer, before that of the whole width is added and the file is written.
+    mesh, kept
+        As of `pmor_offline.gears.line_basis`.
 
     Raises
     ------
@@ -87,6 +94,8 @@ def run_offline(
         refuse_existing(path, overwrite)
         remove_abandoned(path.parent, path.name)
         parts = working_folder(parts_of(path), anew=not resume)
+        if case.reduction.shapes != "line_loads" and model is None:
+            model = solved_bodies(case, mesh or mesh_model(case))
         key, known, solved = basis_key(case), _kept(case, model, parts), list[int]()
 
         def keep(number: int, snapshots: Snapshots) -> None:
@@ -97,27 +106,36 @@ def run_offline(
         label = f"{case.contact.scheme}: full FE"
         with Progress(positions, label, done=len(known), further=progress) if positions else nullcontext() as bar:
             step = bar.step if bar else lambda: None
-            trained = train(case, model, estimate_errors, executor, step, known, keep, started)
+            trained = train(case, model, estimate_errors, executor, step, known, keep, started, mesh, kept)
         asked(trained.basis)
-        basis = with_whole_width(trained.basis)
+        basis = with_whole_width(trained.basis, kept)
         write_basis(path, basis, trained.force, overwrite)
         remove_working_folder(parts)
     return OfflineSummary(len(solved), len(known), trained.failures, time.perf_counter() - started, basis)
 
 
 def trained_on(
-    case: Case, model: ElasticModel, executor: Executor | None = None, progress: Steps = quietly
+    case: Case, model: ElasticModel | None, executor: Executor | None = None, progress: Steps = quietly,
+    mesh: MeshModel | None = None,
 ) -> Trained:  # fmt: skip
     """Train a case on full FE, without files; parameters as in `run_offline`."""
-    with stage(training_words(case)):
-        return train(case, model, estimate_errors, executor, lambda: progress(1))
+    if case.reduction.shapes != "line_loads" and model is None:
+        model = solved_bodies(case, mesh or mesh_model(case))
+    with stage(training_words(case, model is not None)):
+        return train(case, model, estimate_errors, executor, lambda: progress(1), mesh=mesh)
 
 
-def training_words(case: Case) -> str:
-    """Say what the training of a case solves, for its progress."""
+def solved_bodies(case: Case, mesh: MeshModel) -> ElasticModel:
+    """Solve for the compliance of the flanks of meshed gears, which the log says."""
+    with stage(BODIES):
+        return elastic_model(case, mesh)
+
+
+def training_words(case: Case, solved: bool = False) -> str:
+    """Say what the training of a case solves, whose gears may be solved already, for its progress."""
     if positions := most_positions(case):
         return f"{case.contact.scheme}: training, full FE at {positions} positions"
-    return f"{case.contact.scheme}: compliance of the flanks, error bar of the mesh"
+    return f"{case.contact.scheme}: compliance of the flanks, error bar of the mesh" if solved else BODIES
 
 
 def parts_of(path: Path) -> Path:
@@ -125,10 +143,10 @@ def parts_of(path: Path) -> Path:
     return path.with_name(path.name + ".parts")
 
 
-def _kept(case: Case, model: ElasticModel, parts: Path) -> dict[int, Snapshots]:
+def _kept(case: Case, model: ElasticModel | None, parts: Path) -> dict[int, Snapshots]:
     """Read the snapshots of an interrupted run: written by us, of this case, mesh and position."""
     written, greedy, found = listed(parts), case.offline.sampling == "greedy", dict[int, Snapshots]()
-    if not written:
+    if not written or model is None:
         return found
     planned = () if greedy else planned_positions(case.offline, model.mesh.meshed.pair)
     for number in range(most_positions(case)):

@@ -29,12 +29,12 @@ from pmor.campaigns.relations import case_of
 from pmor.campaigns.run import task_of
 from pmor.campaigns.settings import Workers
 from pmor.campaigns.solve import row_of
-from pmor.campaigns.store import entries, open_store
 from pmor.core.errors import OutputError
 from pmor.core.memory import MemoryLimit
 from pmor.report.data_files import write_summary_json
 from pmor.report.summary import figures
 from pmor.storage.campaign_file import CAMPAIGN_SCHEMA, STATUS
+from pmor.storage.gear_store import entries, open_store
 from pmor.storage.hdf5 import attribute, open_checked, read
 from pmor.storage.results_folder import working_folder
 from pmor_online.readings import read_off
@@ -158,7 +158,7 @@ def test_the_same_gear_is_solved_once_and_a_row_from_the_store_is_the_same(tmp_p
     def solved_before(*arguments):
         raise AssertionError("is in the store")
 
-    monkeypatch.setattr("pmor.work.line_gear.solved_gear", solved_before)
+    monkeypatch.setattr("pmor_offline.gears.solved_gear", solved_before)
     assert results_of(wide, store) == first
     alike = basis_of(case_of(BASE, {"load.torque_Nm": 100.0}, "two"), store)
     assert alike.compliance.gears[0] is alike.compliance.gears[1]

@@ -49,8 +49,8 @@ def test_a_plan_judges_as_the_campaign_does(tmp_path):
     from pmor.campaigns.plan import why_not
     from pmor.campaigns.run import task_of
     from pmor.campaigns.solve import row_of
-    from pmor.campaigns.store import Store
     from pmor.campaigns.table import designs_of
+    from pmor.storage.gear_store import Store
 
     campaign = load(written(tmp_path, ""))
     table, store = designs_of(campaign), Store(tmp_path, 0.0)

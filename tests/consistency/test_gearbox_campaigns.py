@@ -11,9 +11,9 @@ from pmor.campaigns.gearboxes import figures_of
 from pmor.campaigns.loader import load
 from pmor.campaigns.run import task_of
 from pmor.campaigns.solve import row_of
-from pmor.campaigns.store import Store
 from pmor.campaigns.table import designs_of
 from pmor.machine.loader import load as load_gearbox
+from pmor.storage.gear_store import Store
 from tests.support.gearboxes import INLINE, written
 from tests.support.refusals import refused
 

@@ -264,7 +264,7 @@ def test_a_whole_gearbox_is_designed_and_its_best_is_written_as_a_gearbox(tmp_pa
 
 
 def test_a_plan_says_what_is_searched_and_solves_nothing(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("pmor.design.elements.elastic_model", lambda *_: pytest.fail("finite elements"))
+    monkeypatch.setattr("pmor.design.elements.line_basis", lambda *_: pytest.fail("finite elements"))
     path = written_design(tmp_path)
     assert main(["plan", str(path)]) == 0
     text = capsys.readouterr().out

@@ -11,8 +11,8 @@ from pmor.app.cli import main
 from pmor.campaigns.loader import load
 from pmor.campaigns.run import task_of
 from pmor.campaigns.solve import row_of
-from pmor.campaigns.store import open_store
 from pmor.campaigns.table import designs_of
+from pmor.storage.gear_store import open_store
 from tests.support.small_set_campaign import written
 
 ROUND_OFF = 1e-12
@@ -93,7 +93,7 @@ def test_members_come_from_the_store_and_give_the_same_row(folder, rows, monkeyp
     def solved_before(*arguments, **options):
         raise AssertionError("is in the store")
 
-    monkeypatch.setattr("pmor.work.line_gear.solved_gear", solved_before)
+    monkeypatch.setattr("pmor_offline.gears.solved_gear", solved_before)
     campaign, store = load(folder / "sets.toml"), open_store(folder / "out" / "compliances", 1.0)
     row = row_of(task_of(campaign, store), 4, designs_of(campaign)(3), store)
     assert row["results"]["ste_mean_um"] == float(rows[3]["ste_mean_um"])

@@ -5,6 +5,7 @@ import re
 import shutil
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -17,6 +18,7 @@ from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import load
 from pmor.sets.output import FILES, PIN_FILES, SAMPLE_FILES
 from pmor.sets.results_data import write_set_results
+from pmor.storage.gear_store import entries
 from pmor.storage.results_layout import SET_LAYOUT
 from tests.support.broken_files import flip_bit_of
 from tests.support.small_sets import NO_STRESS, SMALL_CHAIN, SMALL_SET, written_set
@@ -27,6 +29,11 @@ SOLVED = 1e-8
 LOADS = "".join(f'[[loads]]\nname = "{name}"\ntorque_Nm = {torque}\nhours = {hours}\n'
                 for name, torque, hours in (("low", 100.0, 30.0), ("high", 300.0, 10.0)))  # fmt: skip
 TIMED = SMALL_SET.replace("[load]", f"{LOADS}[load]\nspeed_rpm = 1200.0")
+
+
+def has_rim(path):
+    with h5py.File(path) as file:
+        return "rim" in file
 
 
 @pytest.fixture(scope="module")
@@ -164,6 +171,7 @@ def counted(monkeypatch):
 
 def test_another_torque_support_pin_error_or_modification_takes_no_finite_elements(job, counted, undrawn, tmp_path):
     folder = shutil.copytree(job[1], tmp_path / "out")
+    shutil.copytree(job[1].parent / "compliances", tmp_path / "compliances")
     text = SMALL_SET.replace("torque_Nm = 300.0", "torque_Nm = 250.0").replace("[10.0, 0.0", "[0.0, 7.0")
     text += '[supports]\nsun_radial_N_per_mm = "free"\n[sun.modification]\nprofile_crowning_um = 4.0\n'
     path = written_set(tmp_path, text)
@@ -176,14 +184,13 @@ def test_another_torque_support_pin_error_or_modification_takes_no_finite_elemen
 
 def test_another_body_and_a_damaged_file_are_solved_anew_and_no_other(job, counted, undrawn, tmp_path):
     folder = shutil.copytree(job[1], tmp_path / "out")
-    flip_bit_of("compliance")(folder / "gear_ring.h5")
+    store = shutil.copytree(job[1].parent / "compliances", tmp_path / "compliances")
+    (ring,) = (path for path in entries(store) if has_rim(path))
+    flip_bit_of("compliance")(ring)
     path = written_set(tmp_path, SMALL_SET.replace("18.0\n[ring]", "17.0\n[ring]"))
     again = pmor.run(path, folder)
     assert sorted(counted) == [18, 54]
     assert json.dumps(again.data) == json.dumps(pmor.run(path).data)
-    (folder / "gear_sun.h5").write_text("mine")
-    with pytest.raises(pmor.PmorError, match="gear_sun.h5: has been changed since pmor wrote it"):
-        pmor.run(path, folder)
 
 
 @pytest.mark.slow

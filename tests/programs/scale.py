@@ -30,10 +30,10 @@ from pmor.campaigns.output import write_csv, write_hdf5
 from pmor.campaigns.result import gathered
 from pmor.campaigns.rows import Answer, plain_row
 from pmor.campaigns.run import task_of
-from pmor.campaigns.store import Store, entries, open_store
 from pmor.campaigns.submit import submit_all
 from pmor.campaigns.supervise import LocalProcesses, Order, solve_order
 from pmor.campaigns.table import designs_of
+from pmor.storage.gear_store import Store, entries, open_store
 
 DESIGNS = 1_000_000
 # Of short tasks through the submission, and of files of chunks, that are tried.

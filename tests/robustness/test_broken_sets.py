@@ -25,7 +25,6 @@ SETS = {
     "no sun": ("[sun]\nteeth = 18\nbore_radius_mm = 18.0", "", "[sun]: is missing"),
     "a member that is none": ("[sun]", "[son]", "unknown section"),
     "errors of other planets": ("tangential_um = [10.0, 0.0, 0.0]", "tangential_um = [10.0]", "each of the 3 planets"),
-    "an error bar": ("[mesh]", "[mesh]\nerror_bar = true", "error_bar = true: the error bar of the mesh takes pairs"),
     "a pin 10 mm out": ("tangential_um = [10.0,", "radial_um = [10000.0,", "sun and planet 1 from 72 to 82 mm"),
     "pins inside where the same centre distance jams": (
         "tangential_um = [10.0, 0.0, 0.0]",

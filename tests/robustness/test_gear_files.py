@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from pmor.body.far_compliance import FarCompliance
+from pmor.body.flank_compliance import SolvedFlank, SolvedGear
 from pmor.body.root_stress import RootStressShapes
 from pmor.body.support import Support
 from pmor.core.errors import FileFormatError
-from pmor.storage.compliance_file import SolvedFlank, SolvedGear, read_compliance, write_compliance
+from pmor.storage.compliance_file import read_compliance, write_compliance
 from tests.support.broken_files import edit, flip_bit, is_a_folder, is_empty, is_missing, is_text, is_truncated
 from tests.support.broken_hdf5 import reseal, with_data
 from tests.support.refusals import time_limit

@@ -11,7 +11,6 @@ from pmor.app.cli import main
 from pmor.campaigns.loader import load
 from pmor.campaigns.run import task_of
 from pmor.campaigns.solve import row_of
-from pmor.campaigns.store import Store
 from pmor.campaigns.table import designs_of
 from pmor.case import parse_case
 from pmor.core.errors import GeometryError
@@ -20,6 +19,7 @@ from pmor.gear.condition import Misalignment
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
 from pmor.pair.model import gear_pair
+from pmor.storage.gear_store import Store
 from tests.support.small_case import case_text
 from tests.support.small_design import DESIGN
 

@@ -5,14 +5,14 @@ import os
 import numpy as np
 import pytest
 
-import pmor.campaigns.store as store_module
+import pmor.storage.gear_store as store_module
+from pmor.body.flank_compliance import SolvedGear
 from pmor.body.support import Support
 from pmor.campaigns.describe import folder_text
-from pmor.campaigns.store import GIB, PARTS, entries, open_store, remove_unfinished
 from pmor.core.errors import OutputError
-from pmor.storage.compliance_file import SolvedGear
 from pmor.storage.content_key import key_of
 from pmor.storage.describe import file_text
+from pmor.storage.gear_store import GIB, PARTS, entries, open_store, remove_unfinished
 
 ONE = SolvedGear(np.arange(18.0).reshape(2, 3, 3), None)
 # Of an entry of that size, about.

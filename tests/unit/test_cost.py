@@ -1,6 +1,7 @@
 """What a case takes of the computer is known beforehand, and what does not fit is refused."""
 
 import re
+from pathlib import Path
 
 import pytest
 from numpy.testing import assert_allclose
@@ -20,6 +21,7 @@ from pmor.lab.study.run import run as run_study
 from pmor.lab.study.settings import load as load_study
 from pmor.line.kernels.loads import solve_lines
 from pmor.pair.model import gear_pair, sector_meshes
+from pmor.storage.gear_store import Store
 from pmor.work.cost import RESERVED_BYTES, refuse_beyond_memory, stages
 from pmor.work.sizes import gear_size
 from tests.support.processes import ROOT
@@ -134,7 +136,7 @@ def test_no_command_meshes_what_does_not_fit(command, little_memory, monkeypatch
         pmor.full_model,
         pmor.dynamics.solution.reduced_of,
         ModelStore().model,
-        lambda case: basis_of(case, None),
+        lambda case: basis_of(case, Store(Path(), 0.0)),
     ],
     ids=["train", "full_model", "dynamics", "laboratory", "campaign"],
 )

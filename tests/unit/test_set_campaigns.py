@@ -13,13 +13,13 @@ from pmor.campaigns.run import task_of
 from pmor.campaigns.set_relations import text_of_design, with_relations
 from pmor.campaigns.settings import SetRelations
 from pmor.campaigns.solve import row_of
-from pmor.campaigns.store import Store
 from pmor.campaigns.table import designs_of
 from pmor.core.errors import GeometryError
 from pmor.gear.pair import zero_backlash_centre_distance
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import parse_set
 from pmor.sets.preview import pairs_of
+from pmor.storage.gear_store import Store
 from tests.support.small_set_campaign import BASE, DESIGNS, RELATIONS, STEPPED, written
 
 ROUND_OFF = 1e-12

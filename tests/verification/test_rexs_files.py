@@ -26,7 +26,7 @@ from pmor.rexs.write_gearbox import gearbox_rexs
 from pmor.rexs.write_set import set_rexs
 from pmor.sets.loader import parse_set
 from pmor.sets.run import solved
-from pmor.work.line_gear import not_kept
+from pmor.storage.gear_store import not_kept
 from tests.support.gearboxes import SMALL, written
 from tests.support.small_case import case_with
 from tests.support.small_sets import MODIFIED_SET
@@ -122,7 +122,7 @@ def box(tmp_path_factory):
 @pytest.fixture(scope="module")
 def planets():
     """A helical set on pins, with modified flanks of both sides and pins off their places, solved; and its text."""
-    found = solved(parse_set(MODIFIED_SET, "planets", "planets"), lambda member: not_kept)
+    found = solved(parse_set(MODIFIED_SET, "planets", "planets"), not_kept)
     return found, set_rexs(found.file, found.solution, DATE)
 
 

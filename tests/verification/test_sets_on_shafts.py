@@ -24,6 +24,7 @@ from pmor.rexs.write_gearbox import gearbox_rexs
 from pmor.sets.loader import load as load_set
 from pmor.sets.run import train_of
 from pmor.sets.solution import solve_set
+from pmor.sets.tolerances import solve_samples
 from tests.support.set_gearboxes import EVEN_SET, TWO_STAGES, bearing, one_stage, two_sets, written_reducer
 from tests.support.small_sets import SMALL_CHAIN
 
@@ -85,13 +86,19 @@ def same(found, expected, rtol):
         assert_allclose(found.k_h_beta(mesh), expected.k_h_beta(mesh), rtol=rtol)
 
 
-def test_on_shafts_that_do_not_give_way_a_set_is_that_of_its_own_file(folder):
-    result = run(load(written_reducer(folder, one_stage())))
+def test_on_shafts_that_do_not_give_way_a_set_is_that_of_its_own_file_and_so_are_its_tolerances(folder):
+    of_set = f"{EVEN_SET}[tolerances]\npins_tangential_um = 5.0\nsun_eccentricity_um = 4.0\nsamples = 8\n"
+    result = run(load(written_reducer(folder, one_stage(), of_set)))
     (found,) = result.loads[0].sets
-    plain = whole_set(folder)
+    plain = whole_set(folder, of_set)
     expected = solve_set(plain.plan, train_of(plain), np.array([300.0]), 6)
     same(found.solution, expected, ROUND_OFF)
     same(found.rigid, expected, ROUND_OFF)
+    drawn = solve_samples(plain, expected)
+    assert_allclose(found.samples.k_gamma, drawn.k_gamma, rtol=ROUND_OFF)
+    assert_allclose(found.samples.ste_peak_to_peak_um, drawn.ste_peak_to_peak_um, rtol=ROUND_OFF)
+    (row,) = result.data["loads"][0]["sets"][0]["tolerances"]["torques"]
+    assert row["k_gamma"]["mean"] == pytest.approx(drawn.k_gamma.mean())
     # In REXS the torque of its meshes on the sun holds that of the load, about x.
     root = ElementTree.fromstring(gearbox_rexs(result.file, result.loads, result.data["loads"], "today"))
     sun = root.find("components/component[@name='sun'][@type='cylindrical_gear']").get("id")

@@ -1,10 +1,10 @@
-"""Compliances of single gears under the digest of all that they depend on: a gear is solved once.
+"""Solved gears under the digest of all that they depend on: a gear is solved once, whatever asks for it.
 
-The store serves any number of processes and runs at a time. An entry is written beside its place and renamed; another
-process that solves the same gear meanwhile writes the same bytes. The first digit of the digest parts the store, with
-an equal share of the limit for each part: after a write the process looks at that part alone, and removes the entries
-unused for longest. The limit thus holds without a common count. A store holds no results: where it cannot be read or
-written, gears are solved as without it.
+The store of a folder of results is beside it, so that runs and products share it. It serves any number of processes and
+runs at a time. An entry is written beside its place and renamed; another process that solves the same gear meanwhile
+writes the same bytes. The first digit of the digest parts the store, with an equal share of the limit for each part:
+after a write the process looks at that part alone, and removes the entries unused for longest. The limit thus holds
+without a common count. A store holds no results: where it cannot be read or written, gears are solved as without it.
 """
 
 from __future__ import annotations
@@ -13,34 +13,46 @@ import os
 import re
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from pmor.body.flank_compliance import SolvedGear
 from pmor.core.errors import FileFormatError, OutputError
 from pmor.storage.atomic import ensure_folder, output_errors, remove_abandoned
-from pmor.storage.compliance_file import SolvedGear, read_compliance, write_compliance
+from pmor.storage.compliance_file import read_compliance, write_compliance
 
 # One of it means the folder is a store, and its entries may go.
 MARKER = "pmor-compliances.txt"
-MARKER_TEXT = "Compliances of single gears, kept by 'pmor campaign'. All of it may be removed at any time.\n"
+MARKER_TEXT = "Finite elements of single gears, kept by pmor. All of it may be removed at any time.\n"
 PARTS = "0123456789abcdef"
 ENTRY = re.compile(r"[0-9a-f]{64}\.h5")
 GIB = 2**30
+# Name of the store beside folders of results, and its largest size by default.
+NAME, LIMIT_GIB = "compliances", 5.0
+
+# Gives the gear with a key, and solves for it where it is not kept.
+KeptGear = Callable[[str, Callable[[], SolvedGear]], SolvedGear]
+
+
+def not_kept(key: str, solve: Callable[[], SolvedGear]) -> SolvedGear:
+    """Solve for a gear that is kept nowhere, as `KeptGear`."""
+    return solve()
 
 
 @dataclass(frozen=True)
 class Store:
-    """A folder of compliances, and its largest size; of 0 bytes nothing is kept."""
+    """A folder of gears, and its largest size; of 0 bytes nothing is kept; `anew`: what is kept is replaced."""
 
     folder: Path
     limit_bytes: float
+    anew: bool = False
 
     def get(self, key: str, solve: Callable[[], SolvedGear]) -> SolvedGear:
         """Return the entry of a key, or solve for it and keep it."""
         if not self.limit_bytes:
             return solve()
         path = self.folder / key[0] / f"{key}.h5"
-        found = _found(path, key)
+        found = None if self.anew else _found(path, key)
         if found is None:
             found = solve()
             with suppress(OutputError, OSError):  # no space, no rights: the next one solves it again
@@ -67,6 +79,27 @@ def open_store(folder: Path, limit_gib: float) -> Store:
         with output_errors(f"write to the folder {folder}", marker):
             marker.write_text(MARKER_TEXT, encoding="utf-8")
     return Store(folder.resolve(), limit_gib * GIB)
+
+
+def kept_beside(path: Path | None, anew: bool = False, make: bool = True) -> KeptGear:
+    """Return where the gears of a folder of results, or of a file, are kept: in the store beside it.
+
+    Parameters
+    ----------
+    path : Path or None
+        None keeps nothing.
+    anew : bool
+        Solve all gears, and replace those that are kept.
+    make : bool
+        Make the store where there is none.
+    """
+    if path is None or not (make or is_store(path.absolute().parent / NAME)):
+        return not_kept
+    try:
+        store = open_store(path.absolute().parent / NAME, LIMIT_GIB)
+    except OutputError:  # other things are there, or no rights
+        return not_kept
+    return replace(store, anew=anew).get
 
 
 def is_store(folder: Path) -> bool:
