@@ -62,7 +62,8 @@ class Machine:
         assert max(numbers(self.data, "rom_vs_full_ste_max_rel")) < 1e-6
 
     def error_bar(self):
-        assert numbers(self.data, "ste_mesh_error_percent")
+        """Of sets and meshes of gearboxes where they ask: `tests/verification/test_gears_in_gearboxes.py`."""
+        assert numbers(self.data, "ste_mesh_error_percent") or self.kind != "Case"
 
     def what_if(self):
         """Other flanks, from the finite elements that are kept."""
@@ -73,7 +74,7 @@ class Machine:
             swept, plain = (model.sweep(torques, pinion=flank) for flank in (crowned, None))
             assert abs(swept.ste_um - plain.ste_um).max() > 0.1
         else:
-            assert [*self.out.glob("*.h5")]
+            assert [*(self.folder / "compliances").rglob("*.h5")]
 
     def root_stress(self):
         assert numbers(self.data, "root_stress_max_MPa") or numbers(self.data, "max_principal_MPa")

@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 import pmor
 from pmor.machine.loader import load
 from pmor.machine.run import run
+from tests.support.small_sets import NO_STRESS, SMALL_SET, written_set
 
 # Solutions by Newton's method, to its tolerance.
 SOLVED = 1e-8
@@ -180,3 +181,13 @@ def test_a_load_that_turns_a_pair_the_other_way_is_on_its_coast_flanks(tmp_path)
     assert_allclose(drive, alone.sweep([60.0], angles=6).ste_um[0], rtol=SOLVED)
     assert_allclose(back, alone.sweep([-60.0], angles=6).ste_um[0], rtol=SOLVED)
     assert np.ptp(back) > 1.3 * np.ptp(drive)
+
+
+@pytest.mark.slow
+def test_a_set_has_an_error_bar_of_the_size_of_those_of_its_pairs(tmp_path):
+    text = SMALL_SET.replace("profile_elements = 3", "profile_elements = 8\nerror_bar = true") + NO_STRESS
+    found = pmor.run(written_set(tmp_path, text))
+    bar = found.data["ste_mesh_error_percent"]
+    case = found.file.cases["sun-planet"]
+    alone = pmor.train(case).sweep([case.torque_Nm], angles=6).mesh_error_percent[0]
+    assert 0.3 * alone < bar < 3.0 * alone
