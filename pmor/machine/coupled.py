@@ -262,7 +262,8 @@ def _solved(
             mesh, force = gearbox.meshes[number], mesh_force(gearbox, equilibrium, number)
             hubs = hubs_of(gearbox, equilibrium, mesh, force)
             meshes[number] = _solved_mesh(mesh, force, hubs, mesh_sweep(placed, solution, place, coarse))
-    swept, sets = tuple(meshes[number] for number in sorted(meshes)), solved_sets(gearbox, equilibrium, trains, executor)
+    sets = solved_sets(gearbox, equilibrium, trains, executor)
+    swept = tuple(meshes[number] for number in sorted(meshes))
     return SolvedLoad(load, gearbox, equilibrium, swept, sets=sets, groups=groups)
 
 
