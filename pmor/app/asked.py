@@ -167,7 +167,7 @@ def checked_assemblies(case: Case, assemblies: Sequence[Any]) -> tuple[Assembly,
     CaseError
         With the number of the assembly, from 0.
     """
-    found = []
+    assembled = []
     for number, one in enumerate(assemblies):
         where = f"{case.name}: assemblies[{number}]"
         if isinstance(one, Misalignment):
@@ -179,10 +179,10 @@ def checked_assemblies(case: Case, assemblies: Sequence[Any]) -> tuple[Assembly,
             ways = "Assembly(pinion=Modification(...), misalignment=Misalignment(...))"
             raise CaseError(f"{where} = {one!r:.60}: must be an Assembly: write {ways}")
         flanks = [checked(getattr(one, gear), Modification, where, f"{gear}.modification") for gear in GEARS]
-        found.append(Assembly(checked(one.misalignment, Misalignment, where, "misalignment"), *flanks))
-    if not found:
+        assembled.append(Assembly(checked(one.misalignment, Misalignment, where, "misalignment"), *flanks))
+    if not assembled:
         raise CaseError("assemblies: there is none: give at least one")
-    return tuple(found)
+    return tuple(assembled)
 
 
 def _is_single(value: Any) -> bool:
@@ -194,10 +194,10 @@ def _listed(values: Any, where: str) -> Any:
     """List the values of an iterable; text and single values as they are."""
     if _is_single(values):
         return values
-    found = list(islice(values, MOST_ANGLES + 1))
-    if len(found) > MOST_ANGLES:
-        raise CaseError(f"{where}: {len(found)} values or more, and {MOST_ANGLES} are enough: sweep fewer at a time")
-    return found
+    items = list(islice(values, MOST_ANGLES + 1))
+    if len(items) > MOST_ANGLES:
+        raise CaseError(f"{where}: {len(items)} values or more, and {MOST_ANGLES} are enough: sweep fewer at a time")
+    return items
 
 
 def check_assembly(asked: Case, case: Case, pair: GearPair) -> None:

@@ -173,8 +173,8 @@ def _training_text(case: Case) -> str:
 
 
 def _cost(case: Case) -> list[str]:
-    found = stages(case)
-    rows = [(s.name, memory_text(s.memory), format_time(s.seconds)) for s in (*found, whole(found))]
+    all_stages = stages(case)
+    rows = [(s.name, memory_text(s.memory), format_time(s.seconds)) for s in (*all_stages, whole(all_stages))]
     lines = ["Stages: peak memory and time of one core, within a factor of two"]
     return [*lines, *(f"  {name:<30} {memory:>8}  {seconds:>12}" for name, memory, seconds in rows)]
 
@@ -193,13 +193,13 @@ def _ranges(case: Case) -> list[str]:
 
 
 def _computed_and_skipped(case: Case) -> list[str]:
-    found = scene(case)
-    lines = ["Finite elements", *(f"  {what:<32} {how_much}" for what, how_much in computed(found)), ""]
+    case_scene = scene(case)
+    lines = ["Finite elements", *(f"  {what:<32} {how_much}" for what, how_much in computed(case_scene)), ""]
     lines.append("Left out: what, because, saves")
-    for item in skipped(found):
+    for item in skipped(case_scene):
         lines += [f"  {item.what:<32} {item.why}", f"  {'':<32} saves {item.saving}"]
     lines += [f"  {what:<32} {why}" for what, why in left_out(case)]
-    return [*lines, *(f"! {remark}" for remark in remarks(found))]
+    return [*lines, *(f"! {remark}" for remark in remarks(case_scene))]
 
 
 def _conditions(case: Case) -> list[str]:

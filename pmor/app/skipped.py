@@ -92,23 +92,23 @@ def scene(case: Case) -> Scene:
 def computed(scene: Scene) -> list[tuple[str, str]]:
     """List the computed parts, as (what, how much)."""
     teeth = [sector.teeth for sector in scene.bodies]
-    found = [
+    parts = [
         ("finite-element models", f"{len(scene.bodies)}, one tooth sector each"),
         ("  unknowns", ", ".join(f"{unknowns(sector)}" for sector in scene.bodies)),
         ("  right-hand sides", f"{scene.flank_unknowns} unit forces on one flank per model"),
         ("  systems of the ring", ", ".join(f"{z // 2 + 1} harmonics of {z}" for z in teeth)),
     ]
     if mirrors_without_tilt(scene.case):
-        found.append(("  face width", "all of it: the axes of the training tilt, and load its halves unequally"))
+        parts.append(("  face width", "all of it: the axes of the training tilt, and load its halves unequally"))
     if scene.case.reduction.shapes == "line_loads":
-        found.append(("compliance for the line loads", _compliance(scene)))
+        parts.append(("compliance for the line loads", _compliance(scene)))
         if coarse := coarser(scene.case):
-            found.append(("error bar of the mesh", f"all of that on {_elements(coarse)} elements too"))
+            parts.append(("error bar of the mesh", f"all of that on {_elements(coarse)} elements too"))
         if scene.case.root_stress:
-            found.append(("stress along the fillets", _fillets(scene)))
+            parts.append(("stress along the fillets", _fillets(scene)))
     elif scene.case.reduction.error_estimate:
-        found.append(("compliance for the error bar", _compliance(scene)))
-    return found
+        parts.append(("compliance for the error bar", _compliance(scene)))
+    return parts
 
 
 def skipped(scene: Scene) -> list[Skipped]:

@@ -29,9 +29,9 @@ def brief(kind: Kind) -> Kind:
 
 
 def _brief_text(thing: Any) -> str:
-    said = [f"{item.name}={_brief_value(value)}" for item in fields(thing)
+    shown = [f"{item.name}={_brief_value(value)}" for item in fields(thing)
             if not _is_default(value := getattr(thing, item.name), item.default)]  # fmt: skip
-    text = f"{type(thing).__name__}({', '.join(said)})"
+    text = f"{type(thing).__name__}({', '.join(shown)})"
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 4]}...)"
 
 

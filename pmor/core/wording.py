@@ -109,8 +109,8 @@ def suggesting(thing: Thing) -> Thing:
     makes = isinstance(thing, type)
     function: Any = thing.__init__ if makes else thing  # type: ignore[misc]
     parameters = list(signature(function).parameters.values())
-    open_end = any(one.kind is Parameter.VAR_KEYWORD for one in parameters)
-    names = [one.name for one in parameters if one.name != "self" and one.kind is not Parameter.VAR_KEYWORD]
+    open_end = any(p.kind is Parameter.VAR_KEYWORD for p in parameters)
+    names = [p.name for p in parameters if p.name != "self" and p.kind is not Parameter.VAR_KEYWORD]
     bound = len(parameters) > 0 and parameters[0].name == "self"
     known, first = frozenset(names), names[0] if names else ""
 
@@ -134,7 +134,7 @@ def typed_out(keywords: Any, **defaults: Any) -> Callable[[Thing], Thing]:
 
     def shown_by(function: Thing) -> Thing:
         shown = signature(function)
-        given = [one for one in shown.parameters.values() if one.kind is not Parameter.VAR_KEYWORD]
+        given = [parameter for parameter in shown.parameters.values() if parameter.kind is not Parameter.VAR_KEYWORD]
         keys = [
             Parameter(key, Parameter.KEYWORD_ONLY, default=defaults.get(key, ...),
                       annotation=getattr(hint, "__forward_arg__", hint))

@@ -125,7 +125,7 @@ class LineStates:
 def together(parts: Sequence[LineStates]) -> LineStates:
     """Return line contact at the same angles under the torques of all parts, one behind the other."""
     of_torques = ("converged", "load_N_per_mm", "half_width_mm", "offset_mm", "pressure_MPa", "lever_mm", "sensitivity")
-    arrays = {name: np.concatenate([getattr(one, name) for one in parts]) for name in of_torques}
+    arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in of_torques}
     return replace(parts[0], **arrays)  # type: ignore[arg-type]
 
 

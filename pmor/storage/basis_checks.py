@@ -213,10 +213,10 @@ def _check_root_stress(basis: Basis, pair: GearPair) -> None:
         mixed = _mix(len(shapes.pattern))
         alone = _same(shapes.pattern @ (mixed @ shapes.pattern), mixed)
         require(alone, f"the patterns of forces on the {name} are not apart from each other")
-        said, reach = (basis.case.pair.pinion, basis.case.pair.wheel)[gear], shapes.rim_moved.shape[1] // 2
-        require(shapes.repeats == said.unlike_teeth(basis.case.pair.face_width_mm),
+        own, reach = (basis.case.pair.pinion, basis.case.pair.wheel)[gear], shapes.rim_moved.shape[1] // 2
+        require(shapes.repeats == own.unlike_teeth(basis.case.pair.face_width_mm),
                 f"the stress by the rim of the {name} does not repeat as its holes do")  # fmt: skip
-        require(2 * reach <= max(said.teeth, 1), f"the stress by the rim of the {name} is of more teeth than it has")
+        require(2 * reach <= max(own.teeth, 1), f"the stress by the rim of the {name} is of more teeth than it has")
 
 
 def _check_web_stress(basis: Basis) -> None:

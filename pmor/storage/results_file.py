@@ -112,10 +112,10 @@ def read_results(path: Path) -> ResultsFile:
         layout = {name: field for name, field in every.items() if _group(name, depth) in groups}
         read = read_all(file, layout | _axes(layout, every), {"gear": 2, "side": 2, "xyz": 3})
         arrays = {name: array for name, array in read.items() if name in layout}
-        said = {name: attribute(file, name, str) for name in kind.listed}
+        listed = {name: attribute(file, name, str) for name in kind.listed}
         return ResultsFile(
             attribute(file, "case_name", str), attribute(file, "case_text", str), arrays,
-            {name: tuple(text.split(", ")) if text else () for name, text in said.items()}, kind,
+            {name: tuple(text.split(", ")) if text else () for name, text in listed.items()}, kind,
         )  # fmt: skip
 
 

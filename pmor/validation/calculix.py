@@ -97,18 +97,18 @@ def corner_angle(name: str, end: str, beyond: float) -> float:
 def transmission_error() -> list[Check]:
     """Return the checks in plane strain."""
     source = "CalculiX, plane strain"
-    found = [
+    checks = [
         Check(f"STE, {name} pair, {torque:g} N m, {share:g} pitches after entry", "µm", theirs,
               plane_ste_um(name, torque, after_entry(plane(name)[1].mesh.meshed.pair, share)), source,
               inside_rtol(name))
         for name, torque, share, theirs in INSIDE
     ]  # fmt: skip
-    found += [
+    checks += [
         Check(f"STE, {name} pair, {torque:g} N m, tip corner at {end}", "µm", theirs,
               plane_ste_um(name, torque, corner_angle(name, end, beyond)), source, CORNER_RTOL)
         for name, torque, end, beyond, theirs in CORNERS
     ]  # fmt: skip
-    return found + [
+    return checks + [
         Check(f"STE, 12/40 teeth, {'edge of the undercut' if share < 0 else 'flank beside the undercut'}", "µm", theirs,
               plane_ste_um("undercut", 50.0, after_entry(plane("undercut")[1].mesh.meshed.pair, share)), source,
               CORNER_RTOL)

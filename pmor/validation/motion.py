@@ -55,13 +55,13 @@ def largest(branch: Branch, follow: Follower) -> Point:
 
 def benchmark() -> list[Check]:
     """Return the checks of the pair in motion."""
-    found, source = [], "independent harmonic balance and time integration"
+    checks, source = [], "independent harmonic balance and time integration"
     for zeta, (up, down, size) in FOLDS.items():
         branch, follow = followed(zeta)
         speeds = {fold.kind: float(fold.point.speed) for fold in branch.folds}
         top = float(rms(largest(branch, follow).unknowns))
         words = f"damping ratio {zeta:g}"
-        found += [
+        checks += [
             Check(f"jump on run-up over natural frequency, {words}", "1", up, speeds["run_up"], source, DIGITS),
             Check(f"jump on run-down over natural frequency, {words}", "1", down, speeds["run_down"], source, DIGITS),
             Check(f"largest rms, {words}", "1", size, top, source, DIGITS),
@@ -71,13 +71,13 @@ def benchmark() -> list[Check]:
         near = branch.points[int(np.abs(branch.speed - speed).argmin())].unknowns
         ours = float(rms(solve_at(branch.balance, speed, near)))
         words = f"rms at {speed:g} of the natural frequency, damping ratio 0.05"
-        found.append(Check(words, "1", size, ours, source, DIGITS))
+        checks.append(Check(words, "1", size, ours, source, DIGITS))
     limits = 1.7, 2.3
     branch, follow = followed(0.02, BENCHMARK._replace(pulls=True), limits)
     growth = np.array([monodromy(branch.balance, point.unknowns, point.speed) for point in branch.points])
     ours_of = [float(point.speed) for point in doublings(branch, follow, growth, limits, [])]
     words = "limit of parametric instability, damping ratio 0.02"
-    return found + [
+    return checks + [
         Check(f"{end} {words}", "1", theirs, ours, "Hill's determinant", 1e-5)
         for end, theirs, ours in zip(("upper", "lower"), UNSTABLE, ours_of, strict=True)
     ]  # fmt: skip

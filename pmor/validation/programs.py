@@ -46,22 +46,22 @@ def reduced(case: Case) -> ReducedPair:
 
 def public_pairs() -> list[Check]:
     """Return the checks of public pairs."""
-    found = []
+    checks = []
     for name, theirs in MEAN.items():
         case = make_case(name, **DRAWINGS[name], mesh={"width_elements": 8, "error_bar": False}, root_stress=False)
         ours = _ste_um(reduced(case), [case.torque_Nm], UNMODIFIED).mean()
         words = f"mean STE, {name}, {case.torque_Nm:g} N m"
-        found.append(Check(words, "µm", theirs, float(ours), SOURCE, MEAN_RTOL))
+        checks.append(Check(words, "µm", theirs, float(ours), SOURCE, MEAN_RTOL))
     rig = reduced(make_case(OSU, **DRAWINGS[OSU], mesh={"error_bar": False}, root_stress=False))
-    for flanks, words, said in ((UNMODIFIED, "plain", PLAIN), (RELIEF, "10 µm from 22.2 deg", RELIEVED)):
-        spread = np.ptp(_ste_um(rig, list(said), flanks), axis=1)
-        found += [
+    for flanks, words, published in ((UNMODIFIED, "plain", PLAIN), (RELIEF, "10 µm from 22.2 deg", RELIEVED)):
+        spread = np.ptp(_ste_um(rig, list(published), flanks), axis=1)
+        checks += [
             Check(
                 f"peak-to-peak STE, {OSU}, {words}, {torque:g} N m", "µm", theirs, float(ours), SOURCE, PEAK_UM / theirs
             )
-            for (torque, theirs), ours in zip(said.items(), spread, strict=True)
+            for (torque, theirs), ours in zip(published.items(), spread, strict=True)
         ]
-    return found
+    return checks
 
 
 def _ste_um(pair: ReducedPair, torques_Nm: list[float], flanks: Modification) -> np.ndarray:
@@ -117,18 +117,18 @@ def k_h_beta(bed: ReducedPair, load: float, flank: Modification) -> float:
 
 def load_over_the_face() -> list[Check]:
     """Return the checks of K_Hbeta: ISO 6336-1, method C, and a parabola of crowning."""
-    bed, found = bed_of_slices(), list[Check]()
+    bed, checks = bed_of_slices(), list[Check]()
     for ratio in MISALIGNED:
         exact = 1.0 + 0.5 * ratio if ratio <= 2.0 else math.sqrt(2.0 * ratio)
         ours = k_h_beta(bed, AMOUNT_UM * STIFFNESS / ratio, Modification(helix_slope_um=AMOUNT_UM))
-        found.append(Check(f"K_Hβ of independent slices, F_βy c / w = {ratio:.4g}", "1", exact, ours,
+        checks.append(Check(f"K_Hβ of independent slices, F_βy c / w = {ratio:.4g}", "1", exact, ours,
                            "ISO 6336-1, method C", SLICE_LAW))  # fmt: skip
     for ratio in CROWNED:
         exact = 1.0 + ratio / 3.0 if ratio <= 1.5 else 1.5 / (1.5 / ratio) ** (1.0 / 3.0)
         ours = k_h_beta(bed, AMOUNT_UM * STIFFNESS / ratio, Modification(helix_crowning_um=AMOUNT_UM))
-        found.append(Check(f"K_Hβ of independent slices, C_β c / w = {ratio:.4g}", "1", exact, ours,
+        checks.append(Check(f"K_Hβ of independent slices, C_β c / w = {ratio:.4g}", "1", exact, ours,
                            "closed form", SLICE_LAW))  # fmt: skip
-    return found
+    return checks
 
 
 def relief_without_load() -> list[Check]:
@@ -142,7 +142,7 @@ def relief_without_load() -> list[Check]:
     conditions = at_torques([1e3], pinion=relief, wheel=relief)
     meshed = rig.meshed
     assert isinstance(meshed, LayeredPair)
-    found = with_unloaded(sweep_line_loads(rig, phi, conditions), meshed, conditions)
-    assert found.unloaded_um is not None
+    sweep = with_unloaded(sweep_line_loads(rig, phi, conditions), meshed, conditions)
+    assert sweep.unloaded_um is not None
     words = f"STE without load, peak-to-peak, {RELIEF_UM:g} µm linear from the HPSTC"
-    return [Check(words, "µm", 0.5 * RELIEF_UM, float(np.ptp(found.unloaded_um[0])), "closed form", ANGLES_RTOL)]
+    return [Check(words, "µm", 0.5 * RELIEF_UM, float(np.ptp(sweep.unloaded_um[0])), "closed form", ANGLES_RTOL)]

@@ -118,17 +118,19 @@ SPANS = [
 
 def data_sheets() -> list[Check]:
     """Return the checks of data sheets."""
-    found = []
-    for name, said in SHEETS.items():
-        sheet = data_sheet(GearPair(*said.gears, said.width, zero_backlash_centre_distance(*said.gears)))
-        found += [_check(key, name, printed, getattr(sheet, key), said.source) for key, printed in said.of_pair.items()]
-        found += [
-            _check(key, f"{name}, {gear}", printed, getattr(getattr(sheet, gear), key), said.source)
-            for key, both in said.of_gears.items() for gear, printed in zip(("pinion", "wheel"), both, strict=False)
+    checks = []
+    for name, theirs in SHEETS.items():
+        sheet = data_sheet(GearPair(*theirs.gears, theirs.width, zero_backlash_centre_distance(*theirs.gears)))
+        checks += [
+            _check(key, name, printed, getattr(sheet, key), theirs.source) for key, printed in theirs.of_pair.items()
+        ]
+        checks += [
+            _check(key, f"{name}, {gear}", printed, getattr(getattr(sheet, gear), key), theirs.source)
+            for key, both in theirs.of_gears.items() for gear, printed in zip(("pinion", "wheel"), both, strict=False)
         ]  # fmt: skip
-    found += [_check(f"span_{unit}", f"{name}, {teeth} teeth", printed, span(gear, teeth), source)
+    checks += [_check(f"span_{unit}", f"{name}, {teeth} teeth", printed, span(gear, teeth), source)
               for source, name, gear, teeth, printed, unit in SPANS]  # fmt: skip
-    return found
+    return checks
 
 
 def _check(key: str, name: str, printed: str, ours: float, source: str) -> Check:
@@ -187,13 +189,13 @@ def geometry() -> list[Check]:
     """Return the checks of geometry."""
     return [
         Check(f"{quantity}, {name}", unit, theirs, ours(drawn(name)), source, digits / theirs)
-        for quantity, unit, ours, said in GEOMETRY for name, theirs, source, digits in said
+        for quantity, unit, ours, published in GEOMETRY for name, theirs, source, digits in published
     ]  # fmt: skip
 
 
 def standards() -> list[Check]:
     """Return the checks of ISO 6336 and of the inertia of discs."""
-    found = []
+    checks = []
     for name, dedendum, single, digits, mesh, mesh_digits, source in STIFFNESS:
         pair = drawn(name)
         gears = pair.pinion, pair.wheel
@@ -203,26 +205,26 @@ def standards() -> list[Check]:
             virtual[0], virtual[1], *(g.profile_shift for g in gears), dedendum=dedendum, helix_angle_rad=helix
         )
         of_mesh = mesh_stiffness(ours, pair.contact_ratio)
-        found += [
+        checks += [
             Check(f"c' (ISO 6336-1, B), {name}", "N/(mm µm)", single, ours, source, digits / single),
             Check(f"c_γα (ISO 6336-1, B), {name}", "N/(mm µm)", mesh, of_mesh, source, mesh_digits / mesh),
         ]
     program = "another program"
     for name, torque, *stresses in ROOT:
         ours_of: Any = nominal_root_stress(drawn(name), torque)
-        found += [
+        checks += [
             Check(f"σ_F0 (ISO 6336-3, B), {gear}, {name}", "MPa", theirs, float(ours), program, 0.06 / theirs)
             for gear, theirs, ours in zip(("pinion", "wheel"), stresses, ours_of, strict=True)
         ]
     for name, form, correction in FACTORS:
         factors = root_factors(drawn(name).pinion, drawn(name))
-        found += [
+        checks += [
             Check(f"Y_F (ISO 6336-3, B), {name}", "1", form, factors.form, program, 5e-5),
             Check(f"Y_S (ISO 6336-3, B), {name}", "1", correction, factors.stress_correction, program, 5e-5),
         ]
     steel = disc(75.0, 0.0, 20.0, 7810.0)
     return [
-        *found,
+        *checks,
         Check("mass, steel disc 150 x 20 mm", "kg", 2.760, steel.mass_kg, "closed form", 2e-4),
         Check("polar inertia, steel disc 150 x 20 mm", "kg m²", 0.007763, steel.polar_kg_m2, "closed form", 2e-4),
     ]

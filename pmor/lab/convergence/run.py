@@ -77,9 +77,9 @@ def _pieces(case: Case, profile_elements: Sequence[int]) -> Iterator[Piece]:
                 # As fine over the width as helps: half as many elements, and an even number.
                 mesh = {"profile_elements": n, "width_elements": max(2, n // 2), "width": width, "element": element,
                         "error_bar": False}  # fmt: skip
-                one = change_case(case, mesh=mesh, compare={"models": None}, reduction={"shapes": "line_loads"},
+                level_case = change_case(case, mesh=mesh, compare={"models": None}, reduction={"shapes": "line_loads"},
                                   results={"root_stress": False})  # fmt: skip
-                yield Piece(f"{width} {element} {n}", {"case": one}, ANGLES, partial(_solve, one))
+                yield Piece(f"{width} {element} {n}", {"case": level_case}, ANGLES, partial(_solve, level_case))
 
 
 def _level(case: Case) -> Level:

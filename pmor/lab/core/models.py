@@ -50,7 +50,7 @@ class ModelStore:
 
     def _remove_oldest(self) -> None:
         with self._lock:
-            sizes = {key: _bytes(one.result()[0]) for key, one in self._models.items() if one.done()}
+            sizes = {key: _bytes(future.result()[0]) for key, future in self._models.items() if future.done()}
             for key in list(sizes)[:-1]:
                 if sum(sizes.values()) <= self._most_bytes:
                     return

@@ -294,6 +294,6 @@ def _path_of_the_base_circle(log: str, results: str, phi: float) -> float:
     rows = re.findall(r"displacements.*for set DRIVER.*\n\s*\n\s*\d+\s+(\S+)", results)
     if "Job finished" not in log or not rows:
         errors = re.findall(r"\*ERROR.*(?:\n {2,}\S.*)*", log)
-        said = " ".join((errors or [log.strip()[-200:] or "nothing"])[0].split())
-        raise ExternalProgramError(f"{PROGRAM}: stopped at phi = {phi:.6g} rad; it says: {said}")
+        message = " ".join((errors or [log.strip()[-200:] or "nothing"])[0].split())
+        raise ExternalProgramError(f"{PROGRAM}: stopped at phi = {phi:.6g} rad; it says: {message}")
     return float(rows[-1])
