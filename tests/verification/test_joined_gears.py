@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 
 import pmor
 from pmor.core.errors import CaseError, GeometryError
+from pmor.core.threads import threads
 from pmor.machine.coupled import solve_load
 from pmor.machine.loader import load as load_gearbox
 from pmor.machine.model import speeds_rpm
@@ -311,7 +312,10 @@ def test_a_sample_has_the_timing_that_its_row_says(stepped, tmp_path):
     other, *_ = drawn(load(written_set(tmp_path, STEPPED + sizes)).sections)
     assert first.planets.tangential_um == other.planets.tangential_um
     assert first.planets.timing_mrad != second.planets.timing_mrad
-    samples = solve_samples(file, solve_set(file.plan, stepped.solution.train, np.array([300.0]), 6, 8))
+    drawn_about = solve_set(file.plan, stepped.solution.train, np.array([300.0]), 6, 8)
+    samples = solve_samples(file, drawn_about)
+    with threads(2) as executor:
+        assert np.array_equal(solve_samples(file, drawn_about, executor).k_gamma, samples.k_gamma)
     row, _ = sample_rows(samples, np.array([300.0]))[:2]
     timing, pins = ([row[f"{key}_{n}"] for n in (1, 2, 3)] for key in ("timing_mrad", "tangential_um"))
     text = STEPPED.replace("count = 3", f"count = 3\ntiming_mrad = {timing}\ntangential_um = {pins}")
@@ -330,13 +334,19 @@ def test_orders_of_a_stepped_set_name_both_meshes(stepped):
 
 
 def test_a_set_that_is_solved_angle_by_angle_is_the_same(stepped, monkeypatch, tmp_path):
-    """Flexibilities of all angles at a time, or of each one; over two cycles, in which the sun is off elsewhere."""
+    """Flexibilities of all angles at a time, or of each one; over two cycles, in which the sun is off elsewhere.
+
+    Threads share the angles out, to the last digit.
+    """
     plan = load(written_set(tmp_path, f"{STEPPED}[eccentricity]\nsun_um = 20.0\n")).plan
     torque = np.array([300.0])
     whole = solve_set(plan, stepped.solution.train, torque, 4, 16)
     monkeypatch.setattr("pmor.line.several.MOST_BYTES", 1)
     single = solve_set(plan, stepped.solution.train, torque, 4, 16)
     assert_allclose(single.ste_um, whole.ste_um, rtol=SAME)
+    with threads(2) as executor:
+        shared = solve_set(plan, stepped.solution.train, torque, 4, 16, executor)
+    assert np.array_equal(shared.found.force, single.found.force)
     first, second = whole.ste_um[0].reshape(2, -1)
     assert np.abs(second / first - 1.0).max() > 1e-3
 
