@@ -17,7 +17,7 @@ from pmor.machine.loader import GearboxFile
 from pmor.machine.readings import Data, duty_entry, load_data
 from pmor.machine.view import machine_figure
 from pmor.report.page import Block, Picture, Warning
-from pmor.report.table import Column, Columns, Table, heads, table, text_lines
+from pmor.report.table import Column, Columns, Table, heads, screen_text, table, told_tables
 from pmor.results.load_distribution import PRESSURE
 from pmor.results.root_stress import GEARS
 from pmor.sets.duty import duty_data
@@ -172,8 +172,7 @@ def gearbox_report(file: GearboxFile, loads: Sequence[SolvedLoad], data: Data) -
         "forces of all other meshes. Rolling bearings: ISO/TS 16281, without centrifugal loads."
     ]
     blocks += [SET_MODEL] * bool(file.model.sets)
-    blocks.append(Table("Left out", ("what, and why",), [[text] for text in data["left_out"]]))
-    blocks.append(Table("Assumptions", ("what the file does not say, and what was taken",), [[n] for n in file.notes]))
+    blocks += told_tables(data)
     return Report("gearbox", data, f"Gearbox: {file.model.sections.title}", blocks)
 
 
@@ -211,13 +210,8 @@ def _set_pictures(loads: Sequence[SolvedLoad], number: int) -> list[Picture]:
 
 def gearbox_text(data: Data) -> str:
     """Return the tables for the screen."""
-    lines = [f"Gearbox: {data['title']}"]
-    if data["loads"]:
-        for shown in _tables(data):
-            lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
-    lines += [f"  left out: {text}" for text in data["left_out"]]
-    lines += [f"  note: {note}" for note in data["assumptions"]]
-    return "\n".join([*lines, *(f"  ! {sentence}" for sentence in (*data["failures"], *data["bounds"]))])
+    tables = _tables(data) if data["loads"] else []
+    return screen_text(f"Gearbox: {data['title']}", tables, data, (*data["failures"], *data["bounds"]))
 
 
 def _power_table(data: Data) -> Table:

@@ -104,3 +104,20 @@ def two_digits(value: float | None) -> float | None:
 def text_lines(shown: Table) -> list[str]:
     """Return heads and rows of a table as lines for the screen."""
     return aligned_lines(shown.columns, shown.rows)
+
+
+def told_tables(data: Mapping[str, Any]) -> list[Table]:
+    """Return what data of a machine leave out, and what was assumed, as tables; none where there is nothing."""
+    heads = {"left_out": ("Left out", "what, and why"),
+             "assumptions": ("Assumptions", "what the file does not say, and what was taken")}  # fmt: skip
+    return [Table(title, (head,), [[text] for text in data[key]]) for key, (title, head) in heads.items() if data[key]]
+
+
+def screen_text(title: str, tables: Iterable[Table], data: Mapping[str, Any], warnings: Iterable[str]) -> str:
+    """Return what a command prints of a machine: its tables, what is left out and assumed, and warnings."""
+    lines = [title]
+    for shown in tables:
+        lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
+    lines += [f"  left out: {text}" for text in data["left_out"]]
+    lines += [f"  note: {text}" for text in data["assumptions"]]
+    return "\n".join([*lines, *(f"  ! {sentence}" for sentence in warnings)])

@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pmor.case.capability import why_not
 from pmor.report.page import Block, Picture, Warning
-from pmor.report.table import Column, Columns, Table, heads, table, text_lines
+from pmor.report.table import Column, Columns, Table, heads, screen_text, table, told_tables
 from pmor.results.load_distribution import PRESSURE
 from pmor.results.root_stress import GEARS
 from pmor.sets.figures import (
@@ -172,25 +171,15 @@ def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, data
                               "width, beyond that of its hub, at the nominal torque; lines: planets.",
                               ring_figure(solved, nominal), "svg"))  # fmt: skip
     blocks.append(MODEL)
-    if file.plan.planets and (reason := why_not(file, "rexs")):
-        blocks.append(f"set.rexs is left out: {reason}.")
     if solved.plan.clockwise:
         blocks.append("The first gear is loaded clockwise: angles and tooth numbers count clockwise.")
-    if file.notes:
-        said = [[note] for note in file.notes]
-        blocks.append(Table("Assumptions", ("what the file does not say, and what was taken",), said))
+    blocks += told_tables(data)
     return Report("set", data, f"Set: {file.sections.title}", blocks)
 
 
 def set_text(file: SetFile, solved: SetSolution, data: Data) -> str:
     """Return the tables for the screen."""
-    lines = [f"Set: {file.sections.title}"]
-    for shown in _tables(data):
-        lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
-    lines += [f"  ! {sentence}" for sentence in _warnings(file, solved, data)]
-    if file.notes:
-        lines.append(f"  {len(file.notes)} assumptions about what the file does not say: set.json, and the page")
-    return "\n".join(lines)
+    return screen_text(f"Set: {file.sections.title}", _tables(data), data, _warnings(file, solved, data))
 
 
 def nominal_torque(file: SetFile, solved: SetSolution) -> int:

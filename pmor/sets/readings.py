@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from pmor.case.capability import why_not
 from pmor.pair.losses import Lubricant, mesh_losses, per_second, total
 from pmor.report.data_files import plain_data
 from pmor.sets.bounds import named_bounds
@@ -55,6 +56,7 @@ def set_data(file: SetFile, solved: SetSolution, samples: Samples | None, failur
         "failures": list(failures),
         "bounds": [*bounds(file, solved, samples), *file.slips, *file.rounded],
         "changed": list(file.changed),
+        "left_out": [f"set.rexs: {why}" for why in [why_not(file, "rexs")] if why and file.plan.planets],
         "assumptions": list(file.notes),
     }
 
