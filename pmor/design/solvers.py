@@ -334,6 +334,8 @@ def _over_the_face(
 
 def _joined(parts: Sequence[VariantState], join: Any) -> VariantState:
     """Return states at several angles as one."""
+    if len(parts) == 1:
+        return parts[0]
     there = {name: axis for name, axis in ANGLE_AXIS.items() if getattr(parts[0], name) is not None}
     arrays: dict[str, Any] = {
         name: join([getattr(part, name) for part in parts], axis=axis) for name, axis in there.items()
