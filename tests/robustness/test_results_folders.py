@@ -46,7 +46,8 @@ def no_work(monkeypatch):
     def never(*_arguments, **_more):
         pytest.fail("this should have been refused before the work")
 
-    monkeypatch.setattr(pmor.app.full, "elastic_model", never)
+    monkeypatch.setattr("pmor.work.offline.elastic_model", never)
+    monkeypatch.setattr("pmor_offline.gears.solved_gear", never)
     monkeypatch.setattr(pmor.lab.study.run, "run_pieces", never)
     monkeypatch.setattr(pmor.lab.bench, "run", never)
 
