@@ -111,7 +111,6 @@ SETS = {
     ),
     "lugs of a planet": ("[planet]", "[planet]\nheld = {lugs = 9, lug_deg = 10.0}", "[planet] held"),
     "stress of a web": ("[pair]", f"{BLANK}stress = true\n[pair]", "[planet.blank] stress = true: a set has no stress"),
-    "a planet of one piece": ("[planet]", "[planet]\none_piece = true", "leave one_piece out"),
     "a blank of a ring": ("[planets]", "[ring.blank]\nrim_thickness_mm = 5.0\n[planets]", "[ring.blank]"),
     "pitch deviations of fewer teeth": (
         "[planet]",

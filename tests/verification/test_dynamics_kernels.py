@@ -207,7 +207,7 @@ def test_quasi_static_motion_is_a_start_where_rest_is_none(monkeypatch):
     assert found.stable[0].all()
 
 
-@pytest.mark.parametrize("where", ["continuation", "period_doubling"])
+@pytest.mark.parametrize("where", ["continuation", "stability"])
 def test_a_place_that_is_not_found_costs_no_branch(monkeypatch, where):
     """In the first case the folds, in the second the doublings."""
     genuine = Follower.refine
