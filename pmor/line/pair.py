@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pmor.body.far_compliance import section_compliance
+from pmor.body.far_compliance import ROWS, section_compliance
 from pmor.body.support import Support, carried_rows, support_flexibility
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import Assembly, Misalignment
@@ -210,7 +210,11 @@ def compliance_of(pairs: Sequence[LinePair]) -> Compliance:
     """Return the compliance of meshes, one after the other, without what bodies that they share give way."""
     kinds = list({id(pair): pair for pair in pairs}.values())
     layout, first = np.zeros((len(pairs), LAYOUT), dtype=np.int64), 0
-    start = np.cumsum([[0, 0]] + [[gear.size for gear in kind.compliance] for kind in kinds], axis=0)
+    # On flanks with fewer rows than carry a section the first of these is -1, without a share: before the first block.
+    flanks = [flank for kind in kinds for flank in (kind.meshed.pinion, kind.meshed.wheel)]
+    few = min(len(flank.roll_angle) for flank in flanks) < ROWS
+    before = max(kind.components * (gear.shape[-1] + 1) for kind in kinds for gear in kind.compliance) if few else 0
+    start = before + np.cumsum([[0, 0]] + [[gear.size for gear in kind.compliance] for kind in kinds], axis=0)
     for row, pair in zip(layout, pairs, strict=True):
         kind = next(n for n, kind in enumerate(kinds) if kind is pair)
         pinion, wheel = pair.compliance
@@ -220,6 +224,7 @@ def compliance_of(pairs: Sequence[LinePair]) -> Compliance:
         )  # fmt: skip
         first += pair.size
     blocks = [[kind.compliance[gear].reshape(-1) for kind in kinds] for gear in range(2)]
+    blocks = [[np.zeros(before), *own] if few else own for own in blocks]
     pinions, wheels = (own[0] if len(own) == 1 else np.concatenate(own) for own in blocks)
     nobody = np.zeros((first, 2), dtype=np.int64)
     return Compliance(
