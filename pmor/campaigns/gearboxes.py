@@ -17,7 +17,6 @@ from typing import Any
 
 from pmor.campaigns.keys import by_section
 from pmor.campaigns.kind import Design, Kind, Number, Solved
-from pmor.campaigns.pairs import basis_of
 from pmor.campaigns.relations import with_relations
 from pmor.campaigns.set_relations import KNOWN as KNOWN_OF_SETS
 from pmor.campaigns.set_relations import text_of_design as text_of_set
@@ -30,7 +29,7 @@ from pmor.machine.coupled import SolvedLoad, solve_load
 from pmor.machine.loader import GearboxFile
 from pmor.machine.loader import load as load_toml
 from pmor.machine.readings import load_data
-from pmor.machine.run import lost_of_load, trains_of, with_rigid_supports
+from pmor.machine.run import lost_of_load, meshes_and_trains, with_rigid_supports
 from pmor.machine.settings import Bearing, Place
 from pmor.pair.drawn import gear_inertias
 from pmor.pair.model import refuse_loads_unmeshed
@@ -39,7 +38,7 @@ from pmor.rexs.files import load_gearbox
 from pmor.rexs.to_toml import gearbox_texts
 from pmor.storage.gear_store import Store
 from pmor.work.cost import FINITE_ELEMENTS, START_S, refuse_beyond_memory, stages
-from pmor_online.model import keeping_sections, reduced_pair
+from pmor_online.model import keeping_sections
 
 # Stands for the name of the gearbox file in the names of those beside it.
 STEM = "{stem}"
@@ -203,10 +202,8 @@ def _seconds(text: str, name: str) -> float:
 
 def _solve(text: str, name: str, store: Store, keys: tuple[str, ...]) -> Solved:
     with _opened(text, name) as file:
-        cases = file.model.reduced_cases(file.cases)
-        pairs = {n: keeping_sections(reduced_pair(basis_of(case, store))) for n, case in cases.items()}
-        trains = trains_of(file.model, file.model.sections.loads, store.get)
-        angles = max((case.online.angles_per_pitch for case in file.cases.values()), default=0)
+        reduced, trains = meshes_and_trains(file, store.get)
+        pairs, angles = {name: keeping_sections(pair) for name, pair in reduced.items()}, file.angles_per_pitch
         loads = [solve_load(file.model, load, pairs, angles, trains=trains) for load in file.model.sections.loads]
         failures = [sentence for load in loads for sentence in lost_of_load(load)]
         solved = with_rigid_supports(loads, pairs, trains, angles)

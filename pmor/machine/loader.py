@@ -52,6 +52,11 @@ class GearboxFile:
     notes: tuple[str, ...] = ()
 
     @property
+    def angles_per_pitch(self) -> int:
+        """Positions to a mesh cycle: as many as the case with most of them asks for."""
+        return max((case.online.angles_per_pitch for case in self.cases.values()), default=0)
+
+    @property
     def slips(self) -> list[str]:
         """A sentence for each value that is likely one in another unit."""
         of_meshes = (f"mesh {name}: {text}" for name, case in self.cases.items() for text in case_slips(case))

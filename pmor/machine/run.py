@@ -15,7 +15,6 @@ from pathlib import Path
 
 import numpy as np
 
-from pmor.case import Case
 from pmor.core.errors import ConvergenceError
 from pmor.core.progress import quietly, stage
 from pmor.core.threads import in_order
@@ -40,7 +39,6 @@ from pmor.machine.model import GearboxModel, placed_groups
 from pmor.machine.output import FILES, set_files
 from pmor.machine.result import GearboxResult
 from pmor.machine.settings import LoadCase
-from pmor.reduction.basis import Basis
 from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep
 from pmor.sets.lost import lost_positions
@@ -79,14 +77,11 @@ def run(
     step, seconds = progress or quietly, dict[str, float]()
     names = (*FILES, *set_files(file))
     with nullcontext() if folder is None else results_folder(Path(folder), names, (), overwrite, file.inputs):
-        kept = solved_once(kept_beside(None if folder is None else Path(folder), overwrite))
+        kept = kept_beside(None if folder is None else Path(folder), overwrite)
         with _timed(seconds, "finite elements"):
-            cases = file.model.reduced_cases(file.cases)
-            trained = {name: reduced_pair(mesh_basis(name, case, kept)) for name, case in cases.items()}
-            trains = trains_of(file.model, file.model.sections.loads, kept, executor)
+            trained, trains = meshes_and_trains(file, kept, executor)
     loads, failures = list[SolvedLoad](), list[str]()
-    angles = max((case.online.angles_per_pitch for case in file.cases.values()), default=0)
-    every = file.model.sections.loads
+    angles, every = file.angles_per_pitch, file.model.sections.loads
 
     def solve(load: LoadCase) -> SolvedLoad | str:
         pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
@@ -110,6 +105,18 @@ def run(
     with _timed(seconds, "flanks that fit"), stage("flanks that fit"):
         fits = fit_meshes(file.model, loads, pairs)
     return GearboxResult(file, compared, tuple(failures), fits, trained, seconds)
+
+
+def meshes_and_trains(
+    file: GearboxFile, kept: KeptGear = not_kept, executor: Executor | None = None
+) -> tuple[dict[str, ReducedPair], dict[str | GroupKey, GearTrain]]:
+    """Return the reduced pairs of the meshes of a gearbox, and its trains as of `trains_of`: each gear solved once."""
+    kept, pairs = solved_once(kept), dict[str, ReducedPair]()
+    for name, case in file.model.reduced_cases(file.cases).items():
+        mesh = meshed_within_memory(case)
+        with stage(f"finite elements of {name}"):
+            pairs[name] = reduced_pair(line_basis(case, kept, mesh))
+    return pairs, trains_of(file.model, file.model.sections.loads, kept, executor)
 
 
 def trains_of(
@@ -151,13 +158,6 @@ def _timed(seconds: dict[str, float], phase: str) -> Iterator[None]:
         yield
     finally:
         seconds[phase] = seconds.get(phase, 0.0) + time.perf_counter() - start
-
-
-def mesh_basis(name: str, case: Case, kept: KeptGear = not_kept) -> Basis:
-    """Return the basis of a mesh, its gears from where they are kept."""
-    mesh = meshed_within_memory(case)
-    with stage(f"finite elements of {name}"):
-        return line_basis(case, kept, mesh)
 
 
 def with_rigid_supports(
