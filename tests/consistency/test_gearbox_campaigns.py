@@ -77,7 +77,7 @@ def test_the_command_leaves_a_page_and_the_files_of_the_designs(path, monkeypatc
     assert data["n_ok"] == 2
     assert data["results"]["B.radial_force_N"]["most"] > data["results"]["B.radial_force_N"]["least"] > 0.0
     assert (path.parent / "out" / "cases" / "design_000001_mesh.toml").exists()
-    assert "mesh: STE, peak-to-peak" in (path.parent / "out" / "report.html").read_text()
+    assert "mesh: STE p-p" in (path.parent / "out" / "report.html").read_text()
 
 
 @pytest.mark.parametrize(("old", "new", "words"), [
