@@ -1,9 +1,12 @@
-"""Shafts as beams: stiffness of a stepped Timoshenko beam with twelve degrees of freedom an element.
+"""Shafts as beams: stiffness and inertia of a stepped Timoshenko beam with twelve degrees of freedom an element.
 
 The axis is x. A node moves along x, y, z and turns about them, in this order. With the shear parameter
 phi = 12 E I / (kappa G A L^2) the bending stiffness of an element is that of Przemieniecki, Theory of Matrix Structural
 Analysis, 1968, eq. 5.116; without distributed loads it is exact. The shear coefficient kappa of a circular section,
 solid or hollow, is that of Cowper, J. Appl. Mech. 33 (1966) 335.
+
+Inertia is consistent with the same displacements, those of an element without loads between its nodes (Nelson, J. Mech.
+Design 102 (1980) 793): of mass along and across, of the sections' own rotation, and gyroscopic where the shaft spins.
 
 A beam on its seats, bent in one plane: how it gives way to loads, and how it follows seats that move.
 
@@ -25,6 +28,11 @@ from pmor.core.arrays import FloatArray
 NODE = 6
 # Stations of a shaft that are closer than this are one, mm.
 SAME_STATION_MM = 1e-6
+# Deflection along y and turn about z, and along z and about y, of both nodes of an element; a positive slope of z(x) is
+# a negative turn about y.
+PLANES = (([1, 5, 7, 11], np.array([1.0, 1.0, 1.0, 1.0])), ([2, 4, 8, 10], np.array([1.0, -1.0, 1.0, -1.0])))
+# Points of Gauss's rule along an element: exact for products of cubics.
+POINTS = 4
 
 
 @dataclass(frozen=True)
@@ -108,6 +116,17 @@ class Beam:
             total[rows, rows] += element_stiffness(section, float(length), self.material)
         return total
 
+    def inertia(self, density: float) -> ElementInertia:
+        """Return mass and gyroscopic matrices, shape (6 n, 6 n) each, of a density in t/mm^3."""
+        size = NODE * len(self.stations)
+        mass, gyroscopic = np.zeros((size, size)), np.zeros((size, size))
+        for first, (section, length) in enumerate(zip(self.sections, np.diff(self.stations), strict=True)):
+            rows = slice(NODE * first, NODE * (first + 2))
+            own = element_inertia(section, float(length), self.material, density)
+            mass[rows, rows] += own.mass
+            gyroscopic[rows, rows] += own.gyroscopic
+        return ElementInertia(mass, gyroscopic)
+
     def dead_load(self, force_density: FloatArray) -> FloatArray:
         """Return the forces on the nodes of a load that is even over the volume, shape (6 n,).
 
@@ -148,16 +167,81 @@ def element_stiffness(section: CircularSection, length: float, material: ShaftMa
     bending = np.array(
         [[12.0, arm, -12.0, arm], [arm, near, -arm, far], [-12.0, -arm, 12.0, -arm], [arm, far, -arm, near]]
     ) * (modulus * inertia / (length**3 * (1.0 + phi)))
-    # A positive slope of z(x) is a negative turn about y.
-    for places, signs in (([1, 5, 7, 11], [1.0, 1.0, 1.0, 1.0]), ([2, 4, 8, 10], [1.0, -1.0, 1.0, -1.0])):
+    for places, signs in PLANES:
         stiffness[np.ix_(places, places)] = bending * np.outer(signs, signs)
     return stiffness
+
+
+class ElementInertia(NamedTuple):
+    """Inertia of an element between two nodes.
+
+    Attributes
+    ----------
+    mass : ndarray, shape (12, 12)
+        t, t mm and t mm^2.
+    gyroscopic : ndarray, shape (12, 12)
+        Moments G v by velocities v where the shaft spins at 1 rad/s about x; antisymmetric.
+    """
+
+    mass: FloatArray
+    gyroscopic: FloatArray
+
+
+def element_inertia(
+    section: CircularSection, length: float, material: ShaftMaterial, density: float
+) -> ElementInertia:
+    """Return the inertia of an element (Nelson 1980).
+
+    Parameters
+    ----------
+    length : float
+        mm.
+    density : float
+        t/mm^3.
+    """
+    shear_area = section.shear_coefficient(material.poisson_ratio) * section.area
+    phi = 12.0 * material.youngs_modulus * section.second_moment / (material.shear_modulus * shear_area * length**2)
+    mass, gyroscopic = np.zeros((2 * NODE, 2 * NODE)), np.zeros((2 * NODE, 2 * NODE))
+    line = length / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])
+    for place, by_length in ((0, density * section.area), (3, 2.0 * density * section.second_moment)):
+        ends = [place, place + NODE]
+        mass[np.ix_(ends, ends)] = by_length * line
+    points, weights = np.polynomial.legendre.leggauss(POINTS)
+    x, weights = 0.5 * (1.0 + points), 0.5 * length * weights
+    across = np.array([
+        1.0 - 3.0 * x**2 + 2.0 * x**3 + phi * (1.0 - x),
+        length * (x - 2.0 * x**2 + x**3 + 0.5 * phi * (x - x**2)),
+        3.0 * x**2 - 2.0 * x**3 + phi * x,
+        length * (x**3 - x**2 - 0.5 * phi * (x - x**2)),
+    ]) / (1.0 + phi)  # fmt: skip
+    turn = np.array([
+        6.0 * (x**2 - x) / length, 1.0 - 4.0 * x + 3.0 * x**2 + phi * (1.0 - x),
+        6.0 * (x - x**2) / length, 3.0 * x**2 - 2.0 * x + phi * x,
+    ]) / (1.0 + phi)  # fmt: skip
+    turning = density * section.second_moment * (turn * weights) @ turn.T
+    bending = density * section.area * (across * weights) @ across.T + turning
+    (first, ahead), (second, back) = PLANES
+    for places, signs in PLANES:
+        mass[np.ix_(places, places)] = bending * np.outer(signs, signs)
+    # A disc of polar inertia J that spins at W: moments J W (z', -y') about y and z by turns (y, z).
+    twisting = 2.0 * turning * np.outer(-back, ahead)
+    gyroscopic[np.ix_(second, first)] = twisting
+    gyroscopic[np.ix_(first, second)] = -twisting.T
+    return ElementInertia(mass, gyroscopic)
 
 
 def stations_of(borders: FloatArray, places: Sequence[float]) -> FloatArray:
     """Return the stations of a shaft in ascending order: borders of its sections and further places on it, mm."""
     ordered = np.sort(np.array([*borders, *places], dtype=float))
     return ordered[np.r_[True, np.diff(ordered) > SAME_STATION_MM]]
+
+
+def refined(stations: FloatArray, longest: float) -> FloatArray:
+    """Return stations with further ones in between, evenly, so that no element is longer, mm."""
+    lengths = np.diff(stations)
+    parts = np.ceil(lengths / longest - SAME_STATION_MM).astype(int)
+    steps = np.repeat(lengths / parts, parts)
+    return np.concatenate([stations[:1], stations[0] + np.cumsum(steps)[:-1], stations[-1:]])
 
 
 # Deflection along y and turn about z, of the displacements of a node.

@@ -190,7 +190,7 @@ def mesh_force(gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int) ->
 def hubs_of(gearbox: LoadedGearbox, equilibrium: Equilibrium, mesh: Meshing, force: float) -> Hubs:
     """Return the compliance below both hubs of a mesh (`compliance_below`), and what all other loads do to them."""
     places = np.concatenate([hub + np.arange(NODE) for hub in mesh.hubs])
-    turn = _turned(mesh.frame)
+    turn = in_axes_of_pair(mesh.frame)
     compliance = turn @ compliance_below(gearbox, equilibrium, mesh.hubs) @ turn.T
     moved = turn @ equilibrium.displacement[places]
     moved[[ABOUT_AXIS + 2, HUB + ABOUT_AXIS + 2]] = 0.0
@@ -198,7 +198,7 @@ def hubs_of(gearbox: LoadedGearbox, equilibrium: Equilibrium, mesh: Meshing, for
     return Hubs(compliance, np.asarray(offset))
 
 
-def _turned(frame: MeshFrame) -> FloatArray:
+def in_axes_of_pair(frame: MeshFrame) -> FloatArray:
     """Return the rotation that takes wrenches and displacements of both hubs into axes of the pair."""
     return np.asarray(np.kron(np.eye(2), frame.turn.T))
 
@@ -223,7 +223,7 @@ def _mean_wrench(reduced: ReducedPair, mesh: Meshing, force: float, hubs: Hubs) 
         raise ConvergenceError(f"mesh {mesh.settings.name}: {condition.load_text}: contact was not found", [])
     mean = mean_wrench(placed.hub_rows, found.force[0]) / force
     _close_torques(mean, mesh.pair)
-    return np.asarray((_turned(mesh.frame).T @ mean).reshape(2, HUB))
+    return np.asarray((in_axes_of_pair(mesh.frame).T @ mean).reshape(2, HUB))
 
 
 def _close_torques(mean: FloatArray, pair: GearPair) -> None:
@@ -268,7 +268,7 @@ def _solved(
 
 
 def _solved_mesh(mesh: Meshing, force: float, hubs: Hubs, sweep: SteSweep) -> SolvedMesh:
-    wrench = _turned(mesh.frame) @ mesh.wrenches.ravel()
+    wrench = in_axes_of_pair(mesh.frame) @ mesh.wrenches.ravel()
     displacement = (hubs.offset + hubs.compliance @ wrench * force).reshape(2, HUB)
     return SolvedMesh(mesh, force, force * mesh.pair.pinion.base_radius, hubs, displacement, sweep)
 
@@ -302,4 +302,4 @@ def _mean_in_group(solution: SetSolution, place: int, mesh: Meshing, force: floa
     mean = mean_wrench(one.rows.reshape(*one.rows.shape[:2], -1), loads) / force
     in_pair = (mean.reshape(2, HUB) @ one.mesh.to_train).ravel()
     _close_torques(in_pair, mesh.pair)
-    return np.asarray((_turned(mesh.frame).T @ in_pair).reshape(2, HUB))
+    return np.asarray((in_axes_of_pair(mesh.frame).T @ in_pair).reshape(2, HUB))

@@ -17,7 +17,7 @@ from pmor.machine.checks import ROUNDED_MM, GearboxReader
 from pmor.machine.estimates import with_estimates
 from pmor.machine.model import GearboxModel, pinion_torques, set_torques
 from pmor.machine.settings import GearboxSections, Mesh, PlanetarySet
-from pmor.machine.weights import gear_masses
+from pmor.machine.weights import gears_on_shafts
 from pmor.pair.model import gear_pair
 from pmor.sets.loader import OnShafts, SetFile
 from pmor.sets.loader import load as load_set
@@ -154,5 +154,6 @@ def model_of(said: GearboxSections, cases: dict[str, Case], sets: dict[str, SetF
     """Return the model of a gearbox, with the pairs of its cases."""
     pairs, shafts = {name: gear_pair(case) for name, case in cases.items()}, {one.name: one for one in said.shafts}
     heavy = said.meshes if any(said.gravity.vector) else ()
-    masses = {mesh.name: gear_masses(cases[mesh.name], pairs[mesh.name], mesh, shafts) for mesh in heavy}
+    gears = {mesh.name: gears_on_shafts(cases[mesh.name], pairs[mesh.name], mesh, shafts) for mesh in heavy}
+    masses = {name: (pinion.mass_kg, wheel.mass_kg) for name, (pinion, wheel) in gears.items()}
     return GearboxModel(said, pairs, sets=sets, masses_kg=masses, cases=cases)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.body.beam import NODE, Beam, CircularSection, ShaftMaterial, stations_of
+from pmor.body.beam import NODE, Beam, CircularSection, ShaftMaterial, refined, stations_of
 from pmor.body.rolling_bearing import RollingBearing
 from pmor.case import Case
 from pmor.case.coast import other_flank
@@ -155,6 +155,8 @@ class GearboxModel:
         Of pinion and wheel of the meshes, by name: of gears that are heavy.
     cases : mapping of str to Case
         Of the meshes, by name: those that share gears need them.
+    longest_mm : mapping of str to float
+        Of the elements of a shaft, by name: motion bends them. At rest elements of any length are exact.
     """
 
     sections: GearboxSections
@@ -163,6 +165,7 @@ class GearboxModel:
     sets: Mapping[str, SetFile] = field(default_factory=dict)
     masses_kg: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     cases: Mapping[str, Case] = field(default_factory=dict)
+    longest_mm: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def shafts(self) -> dict[str, Shaft]:
@@ -212,6 +215,8 @@ class GearboxModel:
         for shaft in self.sections.shafts:
             borders = np.cumsum([0.0, *(section.length_mm for section in shaft.sections)])
             stations = stations_of(borders, self._places(shaft.name))
+            if shaft.name in self.longest_mm:
+                stations = refined(stations, self.longest_mm[shaft.name])
             middles = 0.5 * (stations[1:] + stations[:-1])
             which = np.searchsorted(borders, middles) - 1
             sections = [CircularSection(shaft.sections[i].outer_mm, shaft.sections[i].inner_mm) for i in which]

@@ -12,7 +12,7 @@ import numpy as np
 from pmor.body.beam import NODE, Beam
 from pmor.case import Case
 from pmor.core.arrays import FloatArray
-from pmor.gear.inertia import disc
+from pmor.gear.inertia import Inertia, disc
 from pmor.gear.pair import GearPair
 from pmor.machine.mesh_force import MeshFrame
 from pmor.machine.set_frame import SetFrame
@@ -36,22 +36,23 @@ def shaft_weight(shaft: Shaft, beam: Beam, gravity: Sequence[float]) -> FloatArr
     return beam.dead_load(M3_OF_MM3 * shaft.density_kg_m3 * np.asarray(gravity))
 
 
-def gear_masses(case: Case, pair: GearPair, mesh: Mesh, shafts: Mapping[str, Shaft]) -> tuple[float, float]:
-    """Return the masses of pinion and wheel as drawn, kg; what a shaft fills of its gear counts as shaft."""
+def gears_on_shafts(case: Case, pair: GearPair, mesh: Mesh, shafts: Mapping[str, Shaft]) -> tuple[Inertia, Inertia]:
+    """Return mass and inertias of pinion and wheel as drawn; what a shaft fills of its gear counts as shaft."""
     pinion, wheel = (
-        _mass(drawn, case, 0.5 * shafts[place.shaft].section_at(place.at_mm).outer_mm)
+        _outside(drawn, case, 0.5 * shafts[place.shaft].section_at(place.at_mm).outer_mm)
         for place, drawn in zip((mesh.pinion, mesh.wheel), drawn_gears(case, pair), strict=True)
     )
     return pinion, wheel
 
 
-def _mass(drawn: DrawnGear, case: Case, shaft_mm: float) -> float:
-    """Mass of a gear outside of a radius that its shaft fills, kg."""
+def _outside(drawn: DrawnGear, case: Case, shaft_mm: float) -> Inertia:
+    """Mass and inertias of a gear outside of a radius that its shaft fills."""
     density, inmost = case.dynamics.density_kg_m3, drawn.rings[-1]
-    mass, filled = drawn.inertia(density).mass_kg, min(shaft_mm, inmost.outer)
-    if filled > inmost.inner:
-        mass -= disc(filled, inmost.inner, inmost.high - inmost.low, density).mass_kg
-    return mass
+    whole, filled = drawn.inertia(density), min(shaft_mm, inmost.outer)
+    if filled <= inmost.inner:
+        return whole
+    middle = 0.5 * (inmost.low + inmost.high)
+    return whole + disc(filled, inmost.inner, inmost.high - inmost.low, density, middle).times(-1.0)
 
 
 def gear_weight(mass_kg: float, face: tuple[float, float], frame: MeshFrame, gravity: Sequence[float]) -> FloatArray:
@@ -81,5 +82,5 @@ def set_weights(file: SetFile, frame: SetFrame, sun_shaft_mm: float, gravity: Se
         for mesh in (mesh for mesh in file.plan.meshes if mesh.case == name):
             for body, drawn in zip((mesh.pinion, mesh.wheel), gears, strict=True):
                 filled = sun_shaft_mm if bodies[body].member == "sun" else 0.0
-                found[body, :3] = _mass(drawn, case, filled) * along
+                found[body, :3] = _outside(drawn, case, filled).mass_kg * along
     return frame.in_machine(found.ravel() @ frame.carried)

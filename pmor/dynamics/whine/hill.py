@@ -1,0 +1,95 @@
+"""Small motion of one mesh over its harmonics, its stiffness varying over the cycle: Hill's equations.
+
+About a mean deflection the mesh pushes its hubs apart with w(phi) - k(phi) x. With the machine closed by the mean k_0,
+H its receptance at the mesh, and harmonics of the cycle x(phi) = sum_n x_n exp(i n phi),
+
+    x_n = H(n W) f_n,    f_n = w_n - sum_(j != n) k_(n-j) x_j,                                               (1)
+
+a linear system for all harmonics at once. Without the sum it is time-invariant, as gear programs have it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.core.arrays import ComplexArray, FloatArray, IntArray
+
+# Harmonics that are solved beyond those that are wanted.
+FURTHER = 1
+
+
+@dataclass(frozen=True)
+class MeshCycle:
+    """Forces and tangents of a mesh along a fixed mean deflection, by harmonics.
+
+    Parameters
+    ----------
+    force : ndarray of complex, shape (K + 1, 2)
+        w_n on both coordinates, less the mean load: N, N mm.
+    tangent : ndarray of complex, shape (2 K + 1, 2, 2)
+        k_n.
+    """
+
+    force: ComplexArray
+    tangent: ComplexArray
+
+    @property
+    def mean(self) -> FloatArray:
+        """Mean tangent, (2, 2)."""
+        return np.asarray(self.tangent[0].real)
+
+
+def mesh_cycle(force: FloatArray, tangent: FloatArray, load: FloatArray, harmonics: int) -> MeshCycle:
+    """Return the harmonics of forces (A, 2) and tangents (A, 2, 2) over the cycle, under a mean load (2,)."""
+    angles, most = len(force), harmonics + FURTHER
+    forces = np.fft.rfft(force - load, axis=0)[: most + 1] / angles
+    return MeshCycle(forces, np.fft.rfft(tangent, axis=0)[: 2 * most + 1] / angles)
+
+
+def hill(cycle: MeshCycle, receptance: ComplexArray) -> ComplexArray:
+    """Return the forces f_n of (1) on the closed machine, shape (S, K + 1, 2).
+
+    Parameters
+    ----------
+    receptance : ndarray of complex, shape (S, K + 1, 2, 2)
+        H at harmonics 0, 1, ..., K of S speeds.
+    """
+    speeds, count = receptance.shape[:2]
+    orders = np.arange(-count + 1, count)
+    apart = orders[:, None] - orders
+    varying = np.where((apart == 0)[..., None, None], 0.0, _signed(cycle.tangent, apart))
+    own = np.where((orders >= 0)[:, None, None], receptance[:, abs(orders)], receptance[:, abs(orders)].conj())
+    # (1) for the forces: f + K H f = w.
+    matrix = np.einsum("njab,sjbc->snajc", varying, own).reshape(speeds, 2 * len(orders), 2 * len(orders))
+    matrix[:, np.arange(2 * len(orders)), np.arange(2 * len(orders))] += 1.0
+    right = _signed(cycle.force, orders).reshape(-1, 1)
+    found = np.linalg.solve(matrix, np.broadcast_to(right, (speeds, *right.shape)))
+    return np.asarray(found.reshape(speeds, len(orders), 2)[:, count - 1 :])
+
+
+def mesh_forces(cycle: MeshCycle, receptance: ComplexArray, closing: ComplexArray) -> ComplexArray:
+    """Return the forces of the mesh beside its mean load, (S, K + 1, 2), by those of `hill` on the closed machine."""
+    return np.asarray(closing - np.einsum("ab,snb->sna", cycle.mean, moved(receptance, closing)))
+
+
+def moved(receptance: ComplexArray, closing: ComplexArray) -> ComplexArray:
+    """Return the coordinates of the mesh, x_n, (S, K + 1, 2)."""
+    return np.asarray(np.einsum("snab,snb->sna", receptance, closing))
+
+
+def time_invariant(cycle: MeshCycle) -> ComplexArray:
+    """Return the forces f_n of a mesh of constant stiffness, by its transmission error at fixed load, (K + 1, 2)."""
+    count = len(cycle.force)
+    orders = np.arange(-count + 1, count)
+    matrix = _signed(cycle.tangent, orders[:, None] - orders).transpose(0, 2, 1, 3).reshape(2 * len(orders), -1)
+    moved = np.linalg.solve(matrix, _signed(cycle.force, orders).ravel()).reshape(-1, 2)[count - 1 :]
+    return np.asarray(moved @ cycle.mean.T)
+
+
+def _signed(harmonics: ComplexArray, orders: IntArray) -> ComplexArray:
+    """Harmonics by orders of either sign, of a real signal."""
+    found = harmonics[abs(orders)]
+    negative = (orders < 0).reshape(*orders.shape, *(1,) * (harmonics.ndim - 1))
+    return np.asarray(np.where(negative, found.conj(), found))

@@ -1,0 +1,146 @@
+"""Modes of a machine in small motion, and its receptances by these and what they leave at rest.
+
+Modes are those with all meshes closed by their mean tangents, without damping and gyroscopic moments, up to a limit;
+what further modes do is their static part, so that the static limit is exact with any number of modes. Gyroscopic
+moments act among the modes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, eigh
+
+from pmor.core.arrays import ComplexArray, FloatArray
+from pmor.dynamics.whine.moving import MovingMachine
+
+# Of the largest stiffness over the mass, squared and angular: below it a mode is a free rotation.
+RIGID = 1e-9
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Natural modes, m of them, rising; n displacements.
+
+    Parameters
+    ----------
+    square : ndarray, shape (m,)
+        Angular frequencies, squared; 0 of rotations that nothing holds.
+    shape : ndarray, shape (n, m)
+        Of unit modal mass.
+    """
+
+    square: FloatArray
+    shape: FloatArray
+
+    @property
+    def frequency_Hz(self) -> FloatArray:
+        """Natural frequencies, (m,)."""
+        return np.asarray(np.sqrt(self.square) / (2.0 * np.pi))
+
+
+@dataclass(frozen=True)
+class Receptance:
+    """Displacements of p ports and o further readings under forces on the ports, by modes and what these leave.
+
+    Parameters
+    ----------
+    modes : Modes
+    ports, readings : ndarray, shape (p, m) and (o, m)
+        By the modes.
+    left_ports, left_readings : ndarray, shape (p, p) and (o, p)
+        Static part of all that is not in the modes.
+    gyroscopic : ndarray, shape (m, m)
+        At 1 rad/s.
+    damping_ratio : ndarray, shape (m,)
+    """
+
+    modes: Modes
+    ports: FloatArray
+    readings: FloatArray
+    left_ports: FloatArray
+    left_readings: FloatArray
+    gyroscopic: FloatArray
+    damping_ratio: FloatArray
+
+
+def closed(machine: MovingMachine, tangent: FloatArray) -> FloatArray:
+    """Return the stiffness with all meshes closed by tangents on their coordinates (2 M, 2 M), shape (n, n)."""
+    return np.asarray(machine.stiffness + machine.meshes.T @ tangent @ machine.meshes)
+
+
+def modes_of(machine: MovingMachine, stiffness: FloatArray, highest_Hz: float) -> Modes:
+    """Return the modes up to a frequency."""
+    free = machine.free
+    reduced, mass = free.T @ stiffness @ free, free.T @ machine.mass @ free
+    square, shape = eigh(reduced, mass, subset_by_value=(-np.inf, (2.0 * np.pi * highest_Hz) ** 2))
+    rigid = square < RIGID * np.trace(reduced) / np.trace(mass)
+    return Modes(np.where(rigid, 0.0, square), free @ shape)
+
+
+def receptance_of(
+    machine: MovingMachine, stiffness: FloatArray, modes: Modes, readings: FloatArray, damping_ratio: float
+) -> Receptance:
+    """Return the receptance between the meshes' coordinates, and of readings.
+
+    Parameters
+    ----------
+    stiffness : ndarray, shape (n, n)
+        With all meshes closed, as the modes have it.
+    readings : ndarray, shape (o, n)
+        By displacements; those of rigid bearings follow (`MovingMachine.reactions`).
+    """
+    free, ports, rigid = machine.free, machine.meshes, modes.square == 0.0
+    elastic, by_mass = modes.shape[:, ~rigid], machine.mass @ modes.shape[:, rigid]
+    # Rotations that nothing holds get a stiffness: forces on the meshes do no work on them.
+    stiff = np.trace(stiffness) / np.trace(machine.mass)
+    held = free.T @ (stiffness + stiff * by_mass @ by_mass.T) @ free
+    force = ports.T - by_mass @ (modes.shape[:, rigid].T @ ports.T)
+    at_rest = free @ cho_solve(cho_factor(held), free.T @ force)
+    inner = stiffness @ modes.shape - machine.mass @ modes.shape * modes.square
+    shown = np.concatenate([readings @ modes.shape, machine.reactions(inner)])
+    left = np.concatenate([readings @ at_rest, machine.reactions(stiffness @ at_rest - force)])
+    participation = ports @ elastic / modes.square[~rigid]
+    return Receptance(
+        modes, ports @ modes.shape, shown, ports @ at_rest - participation @ (ports @ elastic).T,
+        left - shown[:, ~rigid] @ participation.T, modes.shape.T @ machine.gyroscopic @ modes.shape,
+        np.full(len(modes.square), damping_ratio),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """Receptances at n frequencies, complex: of ports (n, p, p) and of readings (n, o, p)."""
+
+    ports: ComplexArray
+    readings: ComplexArray
+
+    def closed_further(self, tangent: FloatArray) -> Transfer:
+        """Return those of a machine whose meshes have more tangent, (p, p)."""
+        moved = np.asarray(np.linalg.solve(np.eye(len(tangent)) + self.ports @ tangent, self.ports))
+        return Transfer(moved, self.readings @ (np.eye(len(tangent)) - tangent @ moved))
+
+
+def transfer(receptance: Receptance, omega: FloatArray, spin: FloatArray | None = None) -> Transfer:
+    """Return the receptances at angular frequencies (n,).
+
+    Parameters
+    ----------
+    spin : ndarray, shape (n,), optional
+        Angular speeds of the first torque's shaft; without them gyroscopic moments are left out.
+    """
+    square, ports = receptance.modes.square, receptance.ports
+    damping = 2.0 * receptance.damping_ratio * np.sqrt(square) * omega[:, None]
+    own = np.asarray(square - omega[:, None] ** 2 + 1j * damping)
+    rigid = square == 0.0
+    own[:, rigid] = np.inf  # no force of a mesh moves these
+    if spin is None:
+        answer = np.asarray(ports.T / own[..., None])
+    else:
+        matrix = np.asarray(1j * (omega * spin)[:, None, None] * receptance.gyroscopic)
+        own[:, rigid] = 1.0
+        matrix[:, rigid] = matrix[:, :, rigid] = 0.0
+        matrix[:, np.arange(len(square)), np.arange(len(square))] += own
+        answer = np.asarray(np.linalg.solve(matrix, np.where(rigid, 0.0, ports).T))
+    return Transfer(ports @ answer + receptance.left_ports, receptance.readings @ answer + receptance.left_readings)

@@ -1,0 +1,173 @@
+"""A gearbox under a load as masses on springs: shafts with their inertia, gears as rigid discs, bearings by tangents.
+
+Units are mm, N, s, t. About the loaded state
+
+    M q'' + W G q' + K q = f + B^T w,
+
+W the angular speed of the first torque's shaft, G of all shafts that spin with it, w the forces of the meshes on their
+coordinates B q (`pmor.line.hub_law`). Displacements that rigid bearings hold are left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import null_space
+
+from pmor.body.beam import NODE
+from pmor.core.arrays import FloatArray
+from pmor.gear.inertia import Inertia
+from pmor.line.hub_law import COORDINATES, mesh_coordinates
+from pmor.machine.coupled import SolvedLoad
+from pmor.machine.model import ABOUT_AXIS, BEARING_ROWS, GearboxModel, LoadedGearbox, Meshing, loaded, speeds_rpm
+from pmor.machine.system import ARM, tangent_of
+from pmor.machine.weights import M3_OF_MM3, gears_on_shafts
+
+# Tonnes of a kilogram, t mm^2 of a kg m^2.
+KG, KG_M2 = 1e-3, 1e3
+# Elements to a bending wave of the highest frequency: natural frequencies are within 0.1 %.
+PER_WAVE = 8
+# Displacements of all shafts, at most: what is finer is cut.
+MOST_UNKNOWNS = 900
+
+
+@dataclass(frozen=True)
+class MovingMachine:
+    """A gearbox under a load in small motion; n displacements, r of them free.
+
+    Parameters
+    ----------
+    gearbox : LoadedGearbox
+        Its shafts refined.
+    mass, stiffness, gyroscopic : ndarray, shape (n, n)
+        t, N/mm, and moments at 1 rad/s of the first torque's shaft; and so on.
+    meshes : ndarray, shape (2 M, n)
+        Coordinates of all meshes by displacements.
+    rates : mapping of str to float
+        Speeds of the shafts about x over that of the first torque's.
+    """
+
+    gearbox: LoadedGearbox
+    mass: FloatArray
+    stiffness: FloatArray
+    gyroscopic: FloatArray
+    meshes: FloatArray
+    rates: Mapping[str, float]
+
+    @cached_property
+    def constraints(self) -> FloatArray:
+        """Rows of the displacements that rigid bearings hold, (c, n)."""
+        rows = [bearing.rows[i] for bearing in self.gearbox.bearings for i in bearing.rigid]
+        return np.array(rows) if rows else np.zeros((0, len(self.mass)))
+
+    @cached_property
+    def free(self) -> FloatArray:
+        """Displacements that they leave, in coordinates of like size, (n, r)."""
+        turns = np.tile(np.arange(NODE) >= ABOUT_AXIS, len(self.mass) // NODE)
+        scale = np.where(turns, 1.0 / ARM, 1.0)
+        return np.asarray(scale[:, None] * _null_space(self.constraints * scale))
+
+    def reactions(self, inner: FloatArray) -> FloatArray:
+        """Return the forces of rigid bearings that balance inner forces K q + M q'' - f, (n, ...), on their shafts."""
+        return np.asarray(np.linalg.pinv(self.constraints.T) @ inner)
+
+    def mesh_rate(self, number: int) -> float:
+        """Return the pitches that pass through a mesh by a turn of the first torque's shaft."""
+        settings, pair = self.gearbox.meshes[number].settings, self.gearbox.meshes[number].pair
+        return abs(self.rates[settings.pinion.shaft]) * abs(pair.pinion.teeth)
+
+
+def moving_machine(model: GearboxModel, solved: SolvedLoad, highest_Hz: float) -> MovingMachine:
+    """Return a gearbox in motion about its solution under a load.
+
+    Parameters
+    ----------
+    highest_Hz : float
+        Up to where shafts bend as they do: elements are short beside the wave.
+    """
+    fine = replace(model, longest_mm=longest_elements(model, highest_Hz))
+    gearbox = loaded(fine, solved.load)
+    size = len(gearbox.load)
+    rates = speeds_rpm(model, replace(solved.load, speed_rpm=1.0))
+    mass, gyroscopic = np.zeros((size, size)), np.zeros((size, size))
+    for name, beam in gearbox.beams.items():
+        rows = slice(gearbox.first[name], gearbox.first[name] + NODE * len(beam.stations))
+        # From t/mm^3 of kg/m^3.
+        own = beam.inertia(KG * M3_OF_MM3 * model.shafts[name].density_kg_m3)
+        mass[rows, rows] += own.mass
+        gyroscopic[rows, rows] += rates.get(name, 0.0) * own.gyroscopic
+    for hub, inertia, along, shaft in _gears(model, gearbox):
+        rows = slice(hub, hub + NODE)
+        own_mass, own_spin = disc_matrices(inertia, along)
+        mass[rows, rows] += own_mass
+        gyroscopic[rows, rows] += rates.get(shaft, 0.0) * own_spin
+    stiffness = tangent_of(gearbox.system, solved.equilibrium.bearings)
+    meshes = np.concatenate([_coordinates(mesh, size) for mesh in gearbox.meshes])
+    return MovingMachine(gearbox, mass, stiffness, gyroscopic, meshes, rates)
+
+
+def disc_matrices(inertia: Inertia, along: float) -> tuple[FloatArray, FloatArray]:
+    """Return mass and gyroscopic matrices of a rigid disc, its middle `along` the axis from its node, mm, (6, 6)."""
+    moved = np.eye(NODE)
+    moved[1, 5], moved[2, 4] = along, -along
+    mass, tilting = KG * inertia.mass_kg, KG_M2 * inertia.tilting_kg_m2
+    polar = KG_M2 * inertia.polar_kg_m2
+    spin = np.zeros((NODE, NODE))
+    spin[4, 5], spin[5, 4] = polar, -polar
+    return moved.T @ np.diag([mass, mass, mass, polar, tilting, tilting]) @ moved, spin
+
+
+def longest_elements(model: GearboxModel, highest_Hz: float) -> dict[str, float]:
+    """Return the length of the elements of each shaft that a bending wave at a frequency asks for, mm."""
+    found, length = {}, sum(shaft.length for shaft in model.sections.shafts)
+    for shaft in model.sections.shafts:
+        outer = min(section.outer_mm for section in shaft.sections)
+        # Wave of an Euler beam, 2 pi (E I / (rho A))^(1/4) / sqrt(omega), solid: I / A = d^2 / 16.
+        speed = math.sqrt(1e3 * shaft.youngs_modulus_GPa / (KG * M3_OF_MM3 * shaft.density_kg_m3))
+        wave = 2.0 * math.pi * math.sqrt(0.25 * outer * speed / (2.0 * math.pi * highest_Hz))
+        found[shaft.name] = max(wave / PER_WAVE, NODE * length / MOST_UNKNOWNS)
+    return found
+
+
+def _gears(model: GearboxModel, gearbox: LoadedGearbox) -> list[tuple[int, Inertia, float, str]]:
+    """First displacement, inertia, place of the middle along x, and shaft of each gear, whatever its meshes."""
+    found: dict[int, tuple[int, Inertia, float, str]] = {}
+    for mesh in gearbox.meshes:
+        name, places = mesh.settings.name, (mesh.settings.pinion, mesh.settings.wheel)
+        inertias = gears_on_shafts(model.cases[name], model.pairs[name], mesh.settings, model.shafts)
+        for hub, inertia, face, place in zip(mesh.hubs, inertias, mesh.pair.faces, places, strict=True):
+            along = mesh.frame.along * 0.5 * sum(face)
+            found.setdefault(hub, (hub, inertia, along, place.shaft))
+    return list(found.values())
+
+
+def _coordinates(mesh: Meshing, size: int) -> FloatArray:
+    """Coordinates of a mesh by all displacements, (2, n)."""
+    rows = np.zeros((COORDINATES, size))
+    turned = np.kron(np.eye(2), mesh.frame.turn) @ mesh_coordinates(mesh.pair)
+    for hub, own in zip(mesh.hubs, np.split(turned, 2), strict=True):
+        rows[:, hub : hub + NODE] += own.T
+    return rows
+
+
+def _null_space(rows: FloatArray) -> FloatArray:
+    return null_space(rows) if len(rows) else np.eye(rows.shape[1])
+
+
+def bearing_rows(machine: MovingMachine, solved: SolvedLoad) -> Sequence[FloatArray]:
+    """Return the forces of each bearing on what holds it by displacements, along and about x, y, z, (6, n) each.
+
+    Those of rigid directions are not in it (`MovingMachine.reactions`).
+    """
+    found, states = [], iter(solved.equilibrium.bearings)
+    for bearing in machine.gearbox.bearings:
+        rows = bearing.springs[:, None] * bearing.rows
+        if bearing.inner is not None:
+            five = list(BEARING_ROWS)
+            rows[five] += next(states).stiffness @ bearing.rows[five]
+        found.append(rows)
+    return found

@@ -1,0 +1,183 @@
+"""A machine in small motion: inertia of shafts against closed forms, receptances against the whole system of equations.
+
+The box is that of `tests/support/gearboxes.py`, two helical stages.
+"""
+
+import math
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.linalg import eigh
+
+from pmor.body.beam import NODE, Beam, CircularSection, ShaftMaterial, refined
+from pmor.dynamics.whine.cycle import law_under_load, mesh_cycles
+from pmor.dynamics.whine.hill import hill, mesh_forces, moved
+from pmor.dynamics.whine.modal import closed, modes_of, receptance_of, transfer
+from pmor.dynamics.whine.moving import bearing_rows, moving_machine
+from pmor.line.hub_law import law_at, mesh_coordinates
+from pmor.machine.coupled import condition_of, solve_load
+from pmor.machine.loader import load
+from pmor.machine.run import meshes_and_trains
+from tests.support.gearboxes import written
+
+STEEL, DENSITY = ShaftMaterial(210e3, 0.3), 7.81e-9
+# First twelve natural frequencies of an element are within this of those of an endless refinement, and the modes that
+# a receptance has up to twice the highest frequency leave of it.
+ELEMENTS, CUT = 2e-3, 2e-3
+ROUNDING = 1e-9
+HIGHEST, RATIO = 9000.0, 0.02
+
+
+def shaft(elements):
+    return Beam(np.linspace(0.0, 1000.0, elements + 1), [CircularSection(50.0)] * elements, STEEL)
+
+
+def test_a_shaft_of_many_elements_has_the_mass_and_the_inertia_of_its_body():
+    """Rigid motions: along, across, about the axis and about a diameter through the middle."""
+    beam, radius = shaft(7), 25.0
+    inertia = beam.inertia(DENSITY)
+    mass = math.pi * radius**2 * 1000.0 * DENSITY
+    along, tilted, other = np.zeros((3, NODE * len(beam.stations)))
+    along[0::NODE] = 1.0
+    tilted[1::NODE], tilted[5::NODE] = beam.stations - 500.0, 1.0
+    other[2::NODE], other[4::NODE] = 500.0 - beam.stations, 1.0
+    assert_allclose(along @ inertia.mass @ along, mass, rtol=ROUNDING)
+    assert_allclose(tilted @ inertia.mass @ tilted, mass * (3.0 * radius**2 + 1000.0**2) / 12.0, rtol=ROUNDING)
+    assert_allclose(other @ inertia.gyroscopic @ tilted, 0.5 * mass * radius**2, rtol=ROUNDING)
+    assert_allclose(inertia.gyroscopic, -inertia.gyroscopic.T)
+
+
+def test_axial_and_torsional_frequencies_of_a_free_shaft_are_those_of_a_bar():
+    """n c / (2 L), of the elements' own quadratic error."""
+    beam = shaft(40)
+    square = eigh(beam.stiffness(), beam.inertia(DENSITY).mass, eigvals_only=True)
+    found = np.sqrt(np.maximum(square, 0.0)) / (2.0 * np.pi)
+    for modulus in (STEEL.youngs_modulus, STEEL.shear_modulus):
+        exact = math.sqrt(modulus / DENSITY) / 2000.0
+        assert abs(found / exact - 1.0).min() < ELEMENTS
+
+
+def test_first_bending_frequency_of_a_free_shaft_converges_to_that_of_a_timoshenko_beam():
+    """229.28 Hz; one element alone has 275. Finer elements come to it from above (Rayleigh)."""
+    first = [
+        math.sqrt(eigh(shaft(n).stiffness(), shaft(n).inertia(DENSITY).mass, eigvals_only=True)[6]) / (2.0 * np.pi)
+        for n in (1, 4, 16)
+    ]
+    assert_allclose(first, (275.52, 229.64, 229.29), rtol=1e-4)
+
+
+def test_refined_stations_keep_those_that_were_there():
+    """And no element is longer than it may be."""
+    stations = np.array([0.0, 10.0, 35.0, 36.0])
+    finer = refined(stations, 4.0)
+    assert np.diff(finer).max() <= 4.0 + ROUNDING
+    assert all(abs(finer - place).min() < ROUNDING for place in stations)
+
+
+@cache
+def loaded_box():
+    with TemporaryDirectory() as folder:
+        file = load(written(Path(folder)))
+    pairs, trains = meshes_and_trains(file)
+    solved = solve_load(file.model, file.model.sections.loads[0], pairs, 16, trains=trains)
+    machine = moving_machine(file.model, solved, HIGHEST)
+    cycles = mesh_cycles(solved, pairs, 4, 48)
+    tangent = np.zeros((2 * len(cycles), 2 * len(cycles)))
+    for number, cycle in enumerate(cycles):
+        rows = slice(2 * number, 2 * number + 2)
+        tangent[rows, rows] = cycle.mean
+    return solved, pairs, machine, cycles, closed(machine, tangent)
+
+
+def receptance(highest):
+    solved, _, machine, _, stiffness = loaded_box()
+    modes = modes_of(machine, stiffness, highest)
+    return receptance_of(machine, stiffness, modes, np.concatenate(bearing_rows(machine, solved)), RATIO)
+
+
+def whole(omega, spin):
+    """Receptances by one dense solution of all displacements, damped alike."""
+    solved, _, machine, _, stiffness = loaded_box()
+    free = machine.free
+    stiff, mass = free.T @ stiffness @ free, free.T @ machine.mass @ free
+    square, shape = eigh(stiff, mass)
+    damping = mass @ shape @ np.diag(2.0 * RATIO * np.sqrt(np.maximum(square, 0.0))) @ shape.T @ mass
+    matrix = stiff - omega**2 * mass + 1j * omega * (damping + spin * free.T @ machine.gyroscopic @ free)
+    answer = free @ np.linalg.solve(matrix, (machine.meshes @ free).T)
+    return machine.meshes @ answer, np.concatenate(bearing_rows(machine, solved)) @ answer
+
+
+@pytest.mark.parametrize("share", [0.02, 0.3, 1.0])
+@pytest.mark.parametrize("spin", [0.0, 300.0])
+def test_receptances_by_modes_are_those_of_all_displacements(share, spin):
+    """Up to half of the highest mode, what is left acts as at rest."""
+    omega = 2.0 * np.pi * share * HIGHEST
+    exact = whole(omega, spin)
+    found = transfer(receptance(2.0 * HIGHEST), np.array([omega]), np.array([spin]))
+    for own, all_of_it in zip((found.ports[0], found.readings[0][: len(exact[1])]), exact, strict=True):
+        assert abs(own - all_of_it).max() < CUT * abs(all_of_it).max()
+
+
+@pytest.mark.parametrize("highest", [700.0, 20000.0])
+def test_static_limit_is_exact_with_any_number_of_modes(highest):
+    """At rest modes and what they leave are the static compliance, and bearing forces those of the loads."""
+    exact = whole(1e-4, 0.0)
+    found = transfer(receptance(highest), np.array([0.0]))
+    assert_allclose(found.ports[0].real, exact[0].real, atol=1e-8 * abs(exact[0]).max())
+    assert_allclose(found.readings[0, : len(exact[1])].real, exact[1].real, atol=1e-8 * abs(exact[1]).max())
+
+
+def test_receptances_between_meshes_are_reciprocal():
+    """Without gyroscopic moments the matrix is symmetric, damped too."""
+    ports = transfer(receptance(HIGHEST), 2.0 * np.pi * np.array([210.0, 1900.0])).ports
+    assert_allclose(ports, ports.transpose(0, 2, 1), atol=ROUNDING * abs(ports).max())
+
+
+def test_tangents_on_the_coordinates_are_the_slopes_of_the_forces():
+    """Of a mesh whose hubs move along both: central differences, and symmetric."""
+    solved, pairs, *_ = loaded_box()
+    mesh = solved.meshes[0]
+    reduced = pairs[mesh.meshing.key]
+    columns, condition = mesh_coordinates(reduced.meshed.pair), condition_of(reduced, mesh.torque)
+    phi = np.linspace(0.0, reduced.meshed.pair.pitch, 5, endpoint=False)
+    displacement = mesh.displacement.ravel() + 0.0
+    displacement[5] = 1e-3 * mesh.sweep.ste_um.mean() / reduced.meshed.pair.pinion.base_radius
+    tangent = law_at(reduced.lines, phi, condition, displacement).tangent
+    for number, step in enumerate((1e-6, 1e-8)):
+        move = step * np.linalg.pinv(columns.T)[:, number]
+        ends = [law_at(reduced.lines, phi, condition, displacement + sign * move).force for sign in (1.0, -1.0)]
+        slope = (ends[1] - ends[0]) / (2.0 * step)
+        assert_allclose(slope, tangent[:, :, number], atol=2e-3 * abs(tangent[:, :, number]).max())
+    assert_allclose(tangent, tangent.transpose(0, 2, 1), rtol=1e-12)
+
+
+def test_mean_force_under_the_load_is_that_of_its_torque():
+    """The deflection about which motion is small gives the load that the machine is in balance with."""
+    solved, pairs, *_ = loaded_box()
+    for mesh in solved.meshes:
+        law, load = law_under_load(mesh, pairs[mesh.meshing.key], 48)
+        assert_allclose(law.force[:, 0].mean(), mesh.force, rtol=1e-4)
+        assert_allclose(law.force.mean(axis=0), load, rtol=1e-5)
+
+
+def test_hill_agrees_with_the_equations_over_the_cycle():
+    """Motion put into w - k x sample by sample has the mesh forces that its harmonics tell."""
+    _, _, machine, cycles, _ = loaded_box()
+    cycle, count, samples = cycles[0], len(cycles[0].force), 64
+    omega = 2.0 * np.pi * 400.0 * np.arange(count)
+    own = transfer(receptance(2.0 * HIGHEST), omega).ports[None, :, :2, :2]
+    closing = hill(cycle, own)
+    forces, coordinates = mesh_forces(cycle, own, closing)[0], moved(own, closing)[0]
+
+    def signal(harmonics):
+        padded = np.zeros((samples // 2 + 1, *harmonics.shape[1:]), dtype=complex)
+        padded[: len(harmonics)] = harmonics
+        return np.fft.irfft(padded * samples, samples, axis=0)
+
+    varying = np.einsum("abc,ac->ab", signal(cycle.tangent), signal(coordinates))
+    over_cycle = np.fft.rfft(signal(cycle.force) - varying, axis=0)[:count] / samples
+    assert_allclose(over_cycle, forces, atol=ROUNDING * abs(forces).max())
