@@ -197,7 +197,8 @@ COMMANDS: Mapping[str, Command] = {
     ),
     "dynamics": _question(
         "a machine in motion: response over the speed with its jumps, run-up and run-down, dynamic factor",
-        "pmor.run_dynamics(file, folder)", {"case": "pmor.dynamics.run:run"}, ("FILE", "case file (TOML)"),
+        "pmor.run_dynamics(file, folder)", {"case": "pmor.dynamics.run:run", "gearbox": "pmor.dynamics.whine.run:run"},
+        ("FILE", "case or gearbox file (TOML)"),
         jobs=_jobs("torques"), failed="parts of responses are missing", folder="_dynamics", workers=processes,
     ),
     "design": _question(

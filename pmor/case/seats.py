@@ -1,4 +1,4 @@
-"""The stiffness of what has several seats, as a housing or a planet carrier: from a CSV file, or a matrix."""
+"""Stiffness or mass of what has several seats, as a housing or a planet carrier: from a CSV file, or a matrix."""
 
 from __future__ import annotations
 
@@ -21,40 +21,47 @@ HELD = 1e-12
 SYMMETRIC = 1e-6
 
 
-def read_seats(reader: Reader, section: str, name: Path, seats: int, each: str) -> FloatArray:
-    """Read the stiffness of some seats from a CSV file beside a file with `stiffness = "..."` in a section.
+def read_seats(
+    reader: Reader, section: str, name: Path, seats: int, each: str, key: str = "stiffness"
+) -> FloatArray:
+    """Read the matrix of some seats from a CSV file beside a file that names it with a key of a section.
 
     Parameters
     ----------
     each : str
         What has a seat, for messages: "bearing to the housing".
+    key : str
+        "stiffness", or "mass".
 
     Raises
     ------
     CaseError
     """
     assert reader.folder is not None
-    where = f'[{section}] stiffness = "{name}"'
+    where = f'[{section}] {key} = "{name}"'
     text = read_text(reader.folder / name, "CSV file beside the file that names it", f"{reader.where}: {where}")
     try:
         matrix = np.array([[float(cell) for cell in row] for row in csv.reader(io.StringIO(text)) if row])
     except ValueError as error:
         reader.refuse(where, f"must hold numbers, as many in each line ({error}): correct it")
-    return checked_stiffness(matrix, seats, each, lambda rule: reader.refuse(where, rule))
+    return checked_matrix(matrix, seats, each, key, lambda rule: reader.refuse(where, rule))
 
 
-def checked_stiffness(matrix: FloatArray, seats: int, each: str, refuse: Callable[[str], NoReturn]) -> FloatArray:
-    """Return the stiffness matrix of some seats, its halves made equal; refused where it is none."""
+def checked_matrix(
+    matrix: FloatArray, seats: int, each: str, key: str, refuse: Callable[[str], NoReturn]
+) -> FloatArray:
+    """Return the stiffness or mass matrix of some seats, its halves made equal; refused where it is none."""
     size = SEAT * seats
     if matrix.shape != (size, size):
         shape = " x ".join(map(str, matrix.shape))
         refuse(f"is {shape}, and must be {size} x {size}: six rows for each {each}")
     if not np.isfinite(matrix).all():
-        refuse("must be finite: a stiffness matrix is")
+        refuse(f"must be finite: a {key} matrix is")
     refuse_half(matrix, refuse)
+    why = "what carries the seats must be held" if key == "stiffness" else "each of them moves some mass"
     scale = 1.0 / np.sqrt(np.maximum(np.diagonal(matrix), np.finfo(float).tiny))
     if np.diagonal(matrix).min() <= 0.0 or np.linalg.eigvalsh(scale[:, None] * matrix * scale).min() < HELD:
-        refuse("must be positive definite: what carries the seats must be held")
+        refuse(f"must be positive definite: {why}")
     return np.asarray(0.5 * (matrix + matrix.T))
 
 

@@ -34,7 +34,7 @@ class GearboxReader(Reader):
 
     def check(self, said: GearboxSections) -> None:
         """Refuse a gearbox whose parts do not fit together."""
-        for what in ("shafts", "bearings", "meshes", "sets", "loads"):
+        for what in ("shafts", "bearings", "meshes", "sets", "masses", "loads"):
             for name, count in Counter(one.name for one in getattr(said, what)).items():
                 if count > 1:
                     self.refuse(f'[[{what}]] name = "{name}"', "is there twice: give one of them another name")
@@ -58,6 +58,10 @@ class GearboxReader(Reader):
         for load in said.loads:
             self.check_balance(load, said)
         check_duty(said.loads, self.refuse)
+        limits = said.dynamics.speed_range_rpm
+        if limits is not None and (len(limits) != 2 or limits[0] >= limits[1]):
+            rule = "must be the lowest and the highest speed: write both, as in [100.0, 3000.0]"
+            self.refuse(f"[dynamics] speed_range_rpm = {list(limits)}", rule)
 
     def check_shaft(self, shaft: Shaft) -> None:
         """Refuse an axis without two coordinates, and sections without material."""
@@ -277,6 +281,8 @@ def _places(said: GearboxSections) -> Iterator[tuple[str, str, float]]:
     for one in said.sets:
         for name, member in one.members.items():
             yield f'[[sets]] "{one.name}": {name}', member.shaft, member.at_mm
+    for mass in said.masses:
+        yield f'[[masses]] "{mass.name}"', mass.shaft, mass.at_mm
     for load in said.loads:
         for shaft, place in load.places:
             yield f'[[loads]] "{load.name}"', shaft, place

@@ -97,6 +97,13 @@ def load(path: Path | str, read_set: Callable[[Path, OnShafts], SetFile] = load_
         model = replace(model, housing=read_seats(reader, "housing", housing, model.seats, "bearing to the housing"))
         inputs.append(path.parent / housing)
         texts.append((path.parent / housing).read_text(encoding="utf-8-sig"))
+    if (mass := said.housing.mass) is not None:
+        if housing is None:
+            reader.refuse(f'[housing] mass = "{mass}"', "needs the stiffness of the same seats: give stiffness too")
+        of_seats = read_seats(reader, "housing", mass, model.seats, "bearing to the housing", "mass")
+        model = replace(model, housing_mass=of_seats)
+        inputs.append(path.parent / mass)
+        texts.append((path.parent / mass).read_text(encoding="utf-8-sig"))
     model, notes = with_estimates(model)
     return GearboxFile(name, "\n".join(texts), model, cases, tuple(dict.fromkeys(inputs)), tuple(notes))
 

@@ -149,6 +149,8 @@ class GearboxModel:
         Of the meshes, by name.
     housing : ndarray, shape (6 h, 6 h), optional
         Stiffness of the seats of the h bearings to the housing; rigid by default.
+    housing_mass : ndarray, shape (6 h, 6 h), optional
+        Of the same seats, t; massless by default.
     sets : mapping of str to SetFile
         Of the planetary sets, by name.
     masses_kg : mapping of str to (float, float)
@@ -162,6 +164,7 @@ class GearboxModel:
     sections: GearboxSections
     pairs: Mapping[str, GearPair]
     housing: FloatArray | None = None
+    housing_mass: FloatArray | None = None
     sets: Mapping[str, SetFile] = field(default_factory=dict)
     masses_kg: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     cases: Mapping[str, Case] = field(default_factory=dict)
@@ -231,11 +234,12 @@ class GearboxModel:
         gears += [member for one in said.sets for member in one.members.values()]
         loads = [place for load in said.loads for place in load.places]
         bearings = [one for one in said.bearings if one.shaft == name]
+        masses = [one.at_mm for one in said.masses if one.shaft == name]
         carried = [seat_on(shafts[name], one.at_mm + shafts[one.shaft].start_mm)[0] for one in said.bearings
                    if one.to == name]  # fmt: skip
         found = [gear.at_mm for gear in gears if gear.shaft == name] + [bearing.at_mm for bearing in bearings]
         found += [place for shaft, place in loads if shaft == name]
-        return found + carried
+        return found + carried + masses
 
 
 @dataclass(frozen=True)
@@ -394,6 +398,9 @@ def _weights(
             if hub not in weighed:  # a gear in several meshes is one
                 found[hub : hub + NODE] += gear_weight(mass, face, mesh.frame, gravity)
             weighed.add(hub)
+    for body in model.sections.masses:
+        node = first[body.shaft] + NODE * beams[body.shaft].node_at(body.at_mm)
+        found[node : node + 3] += body.mass_kg * np.asarray(gravity)
     for one in sets:
         sun = one.settings.members.get("sun")
         filled = 0.0 if sun is None else 0.5 * model.shafts[sun.shaft].section_at(sun.at_mm).outer_mm

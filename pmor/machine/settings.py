@@ -22,6 +22,7 @@ AnyTorque = Annotated[float, Range(-1e12, 1e12, "N m")] | Literal["balance"]
 Force = Annotated[float, Range(-1e12, 1e12, "N")]
 Moment = Annotated[float, Range(-1e12, 1e12, "N m")]
 Acceleration = Annotated[float, Range(-1e3, 1e3, "m/s2")]
+InertiaValue = Annotated[float, Range(0.0, 1e12, "kg m2")]
 HOUSING = "housing"
 
 
@@ -343,9 +344,66 @@ class Housing:
         CSV file beside the gearbox file: the stiffness matrix of all seats, without head; for each bearing to the
         housing, in the order of the file, displacements along and rotations about x, y, z; N/mm, N, N mm/rad. Without
         it the housing is rigid.
+    mass : Path or None
+        CSV file likewise: the mass matrix of the same seats, for motion; t, t mm, t mm2. Without it the housing has
+        stiffness alone.
     """
 
     stiffness: Path | None = None
+    mass: Path | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mass:
+    """A rigid body on a shaft that the drawing does not show (section `[[masses]]`): motor, coupling, brake, load.
+
+    Parameters
+    ----------
+    name, shaft : str
+        Of the body, and the shaft that carries it.
+    at_mm : float
+        Of its middle along the shaft.
+    mass_kg : float
+        Its mass.
+    polar_inertia_kg_m2, tilting_inertia_kg_m2 : float
+        About the axis, and about an axis across it through its middle.
+    """
+
+    name: str
+    shaft: str
+    at_mm: Place
+    mass_kg: Annotated[float, Range(0.0, 1e9, "kg")] = 0.0
+    polar_inertia_kg_m2: InertiaValue = 0.0
+    tilting_inertia_kg_m2: InertiaValue = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Motion:
+    """The gearbox in motion (section `[dynamics]`, of `pmor dynamics`).
+
+    Parameters
+    ----------
+    speed_range_rpm : (float, float) or None
+        Lowest and highest speed of the shaft of the first torque, whichever way it turns. Without it from a fiftieth to
+        six fifths of the largest `speed_rpm` of the loads.
+    speeds : int
+        Number of speeds, evenly spaced.
+    harmonics : int
+        Harmonics of each mesh that are told.
+    highest_frequency_Hz : float
+        Lines above it are left out; shafts bend as they do up to there, and modes go to twice as much.
+    damping_ratio : float
+        Of each mode. Peaks are inverse to it, and no calculation gives it; gearboxes are found between 0.01 and 0.07.
+    mesh_stiffness : {"varying", "mean"}
+        "varying" over the mesh cycle; "mean" is the usual simplification, which stands beside it anyway.
+    """
+
+    speed_range_rpm: Annotated[tuple[float, ...], Range(1e-3, 1e7, "rpm", in_order=True)] | None = None
+    speeds: Annotated[int, Range(2, 100_000)] = 400
+    harmonics: Annotated[int, Range(1, 20)] = 6
+    highest_frequency_Hz: Annotated[float, Range(1.0, 1e5, "Hz")] = 10_000.0
+    damping_ratio: Annotated[float, Range(0.0, 0.5, low_excluded=True)] = 0.02
+    mesh_stiffness: Literal["varying", "mean"] = "varying"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -364,6 +422,8 @@ class GearboxSections:
     gravity : Gravity
     lubricant : Lubricant
     housing : Housing
+    masses : tuple of Mass
+    dynamics : Motion
     """
 
     title: str
@@ -375,3 +435,5 @@ class GearboxSections:
     gravity: Gravity = Gravity()
     lubricant: Lubricant = Lubricant()
     housing: Housing = Housing()
+    masses: tuple[Mass, ...] = ()
+    dynamics: Motion = Motion()

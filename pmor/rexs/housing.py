@@ -9,7 +9,7 @@ from typing import NoReturn
 import numpy as np
 
 from pmor.body.beam import NODE
-from pmor.case.seats import checked_stiffness, refuse_half
+from pmor.case.seats import checked_matrix, refuse_half
 from pmor.core.arrays import FloatArray
 from pmor.rexs.joints import axis_of
 from pmor.rexs.model import Component, Gearbox
@@ -69,7 +69,7 @@ def _of_group(
         if np.linalg.matrix_rank(inner) < len(inner):
             refuse("its points without a bearing can move away: hold the housing at its feet")
         seats = seats - matrix[np.ix_(rows, free)] @ np.linalg.solve(inner, matrix[np.ix_(free, rows)])
-    return checked_stiffness(seats, len(bearings), "bearing to the housing", refuse)
+    return checked_matrix(seats, len(bearings), "bearing to the housing", "stiffness", refuse)
 
 
 def _bearing_of(gearbox: Gearbox, point: Component, bearings: Sequence[Component]) -> int | None:

@@ -33,6 +33,8 @@ KG, KG_M2 = 1e-3, 1e3
 PER_WAVE = 8
 # Displacements of all shafts, at most: what is finer is cut.
 MOST_UNKNOWNS = 900
+# Of the largest mass: a direction without any, such as a seat of a housing that is given by its stiffness alone.
+MASSLESS = 1e-13
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,8 @@ class MovingMachine:
         Coordinates of all meshes by displacements.
     rates : mapping of str to float
         Speeds of the shafts about x over that of the first torque's.
+    sense : float
+        Of that speed: 1 or -1.
     """
 
     gearbox: LoadedGearbox
@@ -57,6 +61,7 @@ class MovingMachine:
     gyroscopic: FloatArray
     meshes: FloatArray
     rates: Mapping[str, float]
+    sense: float
 
     @cached_property
     def constraints(self) -> FloatArray:
@@ -66,10 +71,17 @@ class MovingMachine:
 
     @cached_property
     def free(self) -> FloatArray:
-        """Displacements that they leave, in coordinates of like size, (n, r)."""
+        """Displacements that they leave, in coordinates of like size, (n, r); those without mass follow the others."""
         turns = np.tile(np.arange(NODE) >= ABOUT_AXIS, len(self.mass) // NODE)
         scale = np.where(turns, 1.0 / ARM, 1.0)
-        return np.asarray(scale[:, None] * _null_space(self.constraints * scale))
+        basis = scale[:, None] * _null_space(self.constraints * scale)
+        masses, directions = np.linalg.eigh(basis.T @ self.mass @ basis)
+        light = masses < MASSLESS * masses[-1]
+        heavy, massless = basis @ directions[:, ~light], basis @ directions[:, light]
+        if light.any():
+            held = massless.T @ self.stiffness
+            heavy = heavy - massless @ np.linalg.solve(held @ massless, held @ heavy)
+        return np.asarray(heavy)
 
     def reactions(self, inner: FloatArray) -> FloatArray:
         """Return the forces of rigid bearings that balance inner forces K q + M q'' - f, (n, ...), on their shafts."""
@@ -100,14 +112,17 @@ def moving_machine(model: GearboxModel, solved: SolvedLoad, highest_Hz: float) -
         own = beam.inertia(KG * M3_OF_MM3 * model.shafts[name].density_kg_m3)
         mass[rows, rows] += own.mass
         gyroscopic[rows, rows] += rates.get(name, 0.0) * own.gyroscopic
-    for hub, inertia, along, shaft in _gears(model, gearbox):
+    for hub, inertia, along, shaft in _bodies(model, gearbox):
         rows = slice(hub, hub + NODE)
         own_mass, own_spin = disc_matrices(inertia, along)
         mass[rows, rows] += own_mass
         gyroscopic[rows, rows] += rates.get(shaft, 0.0) * own_spin
+    if model.housing_mass is not None:
+        mass[-len(model.housing_mass) :, -len(model.housing_mass) :] += model.housing_mass
     stiffness = tangent_of(gearbox.system, solved.equilibrium.bearings)
     meshes = np.concatenate([_coordinates(mesh, size) for mesh in gearbox.meshes])
-    return MovingMachine(gearbox, mass, stiffness, gyroscopic, meshes, rates)
+    sense = -1.0 if (solved.load.speed_rpm or 1.0) < 0.0 else 1.0
+    return MovingMachine(gearbox, mass, stiffness, gyroscopic, meshes, rates, sense)
 
 
 def disc_matrices(inertia: Inertia, along: float) -> tuple[FloatArray, FloatArray]:
@@ -133,8 +148,8 @@ def longest_elements(model: GearboxModel, highest_Hz: float) -> dict[str, float]
     return found
 
 
-def _gears(model: GearboxModel, gearbox: LoadedGearbox) -> list[tuple[int, Inertia, float, str]]:
-    """First displacement, inertia, place of the middle along x, and shaft of each gear, whatever its meshes."""
+def _bodies(model: GearboxModel, gearbox: LoadedGearbox) -> list[tuple[int, Inertia, float, str]]:
+    """First displacement, inertia, place of the middle along x, and shaft of each gear and each further mass."""
     found: dict[int, tuple[int, Inertia, float, str]] = {}
     for mesh in gearbox.meshes:
         name, places = mesh.settings.name, (mesh.settings.pinion, mesh.settings.wheel)
@@ -142,7 +157,12 @@ def _gears(model: GearboxModel, gearbox: LoadedGearbox) -> list[tuple[int, Inert
         for hub, inertia, face, place in zip(mesh.hubs, inertias, mesh.pair.faces, places, strict=True):
             along = mesh.frame.along * 0.5 * sum(face)
             found.setdefault(hub, (hub, inertia, along, place.shaft))
-    return list(found.values())
+    bodies = [
+        (gearbox.first[one.shaft] + NODE * gearbox.beams[one.shaft].node_at(one.at_mm),
+         Inertia(one.mass_kg, one.polar_inertia_kg_m2, one.tilting_inertia_kg_m2), 0.0, one.shaft)
+        for one in model.sections.masses
+    ]  # fmt: skip
+    return [*found.values(), *bodies]
 
 
 def _coordinates(mesh: Meshing, size: int) -> FloatArray:

@@ -1,0 +1,137 @@
+"""Pictures of a gearbox in motion: bearing and mesh forces over the speed, Campbell diagram, waterfall."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pmor.dynamics.whine.readings import bearing_names, bearing_rms, force_lines, mesh_rms
+from pmor.dynamics.whine.response import LoadResponse
+from pmor.report.style import COLOURS, new_figure, plot_style
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SPEED = "Speed of the first torque's shaft [rpm]"
+# Decades below the largest that a waterfall shows.
+DECADES = 3.0
+# Of a mode's strain energy: a mesh that moves so little is not marked in the Campbell diagram.
+MARKED = 0.01
+
+
+def bearings_figure(responses: Sequence[LoadResponse]) -> Figure:
+    """Dynamic forces of all bearings over the speed, a panel each, a colour for each load; thin by mean stiffness."""
+    names = bearing_names(responses[0])
+    with plot_style():
+        rows = math.ceil(len(names) / 2)
+        figure = new_figure(9.2, 0.9 + 2.2 * rows)
+        panels = list(figure.subplots(rows, 2, sharex=True, squeeze=False).flat)
+        for number, (axes, name) in enumerate(zip(panels, names, strict=False)):
+            for colour, response in zip(_colours(responses), responses, strict=True):
+                speeds = response.speeds_rpm
+                axes.plot(speeds, bearing_rms(response)[:, number], color=colour, label=response.solved.load.name)
+                axes.plot(speeds, bearing_rms(response, constant=True)[:, number], color=colour, lw=0.6, ls="--")
+            axes.set(title=name, ylabel="Force, rms [N]")
+            axes.set_ylim(bottom=0.0)
+        _finish(figure, panels, len(names))
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    return figure
+
+
+def meshes_figure(responses: Sequence[LoadResponse]) -> Figure:
+    """Dynamic force of each mesh over the speed."""
+    names = [mesh.name for mesh in responses[0].meshes]
+    with plot_style():
+        figure = new_figure(9.2, 0.9 + 2.4 * len(names))
+        panels = list(figure.subplots(len(names), 1, sharex=True, squeeze=False).flat)
+        for number, (axes, name) in enumerate(zip(panels, names, strict=True)):
+            for colour, response in zip(_colours(responses), responses, strict=True):
+                mesh = response.meshes[number]
+                axes.plot(response.speeds_rpm, mesh_rms(mesh), color=colour, label=response.solved.load.name)
+                axes.plot(response.speeds_rpm, mesh_rms(mesh, constant=True), color=colour, lw=0.6, ls="--")
+            axes.set(title=name, ylabel="Dynamic mesh force, rms [N]")
+            axes.set_ylim(bottom=0.0)
+        _finish(figure, panels, len(names))
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    return figure
+
+
+def campbell_figure(response: LoadResponse, highest_Hz: float) -> Figure:
+    """Natural frequencies and the harmonics of all meshes over the speed; marks where a harmonic meets a mode."""
+    speeds = response.speeds_rpm
+    with plot_style():
+        figure = new_figure(9.2, 5.6)
+        axes = figure.subplots()
+        for frequency in response.modes.frequency_Hz[response.modes.square > 0.0]:
+            axes.axhline(1e-3 * frequency, color="#999999", lw=0.6)
+        top = min(1e-3 * highest_Hz, 1.05e-3 * max(mesh.frequency_Hz(speeds)[-1, 0] for mesh in response.meshes) * 3.0)
+        for colour, mesh in zip(COLOURS, response.meshes, strict=False):
+            for harmonic, frequency in enumerate(1e-3 * mesh.frequency_Hz(speeds).T, start=1):
+                own = frequency <= top
+                axes.plot(speeds[own], frequency[own], color=colour, lw=1.4 if harmonic == 1 else 0.8,
+                          label=mesh.name if harmonic == 1 else None)  # fmt: skip
+                if own.any():
+                    axes.annotate(f"{harmonic}", (speeds[own][-1], frequency[own][-1]), fontsize=8, color=colour,
+                                  xytext=(2, 0), textcoords="offset points", va="center")  # fmt: skip
+            for rpm, frequency, strain in _meetings(response, mesh.name):
+                if speeds[0] <= rpm <= speeds[-1] and 1e-3 * frequency <= top:
+                    axes.plot(rpm, 1e-3 * frequency, "o", color=colour, ms=2.0 + 6.0 * math.sqrt(strain), mfc="none")
+        axes.set(xlabel=SPEED, ylabel="Frequency [kHz]", xlim=(speeds[0], speeds[-1]), ylim=(0.0, top))
+        figure.legend(loc="outside lower center", ncols=4)
+    return figure
+
+
+def _meetings(response: LoadResponse, name: str) -> Iterator[tuple[float, float, float]]:
+    """Speed, frequency and strain energy of the mesh where its harmonics meet modes that strain it."""
+    number = [mesh.name for mesh in response.meshes].index(name)
+    mesh, own = response.meshes[number], slice(2 * number, 2 * number + 2)
+    for order in mesh.orders[: mesh.lines.force.shape[1]]:
+        by = order.by_ports[own]
+        strain = np.einsum("am,ab,bm->m", by.conj(), response.tangent[own, own], by).real / order.speed**2
+        for speed, share in zip(order.speed, strain, strict=True):
+            if share > MARKED:
+                yield 60.0 * speed / (2.0 * math.pi), order.order * speed / (2.0 * math.pi), float(share)
+
+
+def waterfall_figure(response: LoadResponse, highest_Hz: float) -> Figure:
+    """Lines of the force of all bearings over speed and frequency, a panel each, in colours by their size."""
+    from matplotlib.colors import LogNorm
+
+    names, speeds = bearing_names(response), response.speeds_rpm
+    lines = [force_lines(response, mesh, mesh.lines) for mesh in response.meshes]
+    largest = max(float(line.max()) for line in lines)
+    least = largest * 10.0**-DECADES
+    norm = LogNorm(least, largest)
+    with plot_style():
+        rows = math.ceil(len(names) / 2)
+        figure = new_figure(9.2, 1.0 + 2.4 * rows)
+        panels = list(figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False).flat)
+        for number, (axes, name) in enumerate(zip(panels, names, strict=False)):
+            for mesh, own in zip(response.meshes, lines, strict=True):
+                frequency = 1e-3 * mesh.frequency_Hz(speeds)
+                size = np.maximum(own[..., number], least)
+                shown = axes.scatter(np.broadcast_to(speeds[:, None], size.shape), frequency, c=size, norm=norm,
+                                     cmap="viridis", s=3.0, linewidths=0.0, rasterized=True)  # fmt: skip
+            axes.set(title=name, ylabel="Frequency [kHz]")
+        panels[0].set_ylim(0.0, 1e-3 * min(highest_Hz, max(m.frequency_Hz(speeds)[-1, -1] for m in response.meshes)))
+        _finish(figure, panels, len(names))
+        figure.colorbar(shown, ax=panels[: len(names)], format="%g", label="Line of the bearing force, rms [N]")
+    return figure
+
+
+def _colours(responses: Sequence[LoadResponse]) -> list[str]:
+    return [COLOURS[number % len(COLOURS)] for number in range(len(responses))]
+
+
+def _finish(figure: Figure, panels: list[Axes], used: int) -> None:
+    for axes in panels[used:]:
+        axes.set_visible(False)
+    for axes in panels[max(used - 2, 0) : used]:
+        axes.set_xlabel(SPEED)
+        axes.tick_params(labelbottom=True)

@@ -1,0 +1,191 @@
+"""Files of a gearbox in motion, its page, and its summary on the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from pmor.dynamics.whine.figures import bearings_figure, campbell_figure, meshes_figure, waterfall_figure
+from pmor.dynamics.whine.readings import bearing_names, bearing_rms, force_lines, mesh_rms, mode_rows, peak_rows
+from pmor.dynamics.whine.response import LoadResponse
+from pmor.machine.loader import GearboxFile
+from pmor.report.page import Block, Heading, Picture, Warning
+from pmor.report.table import Columns, Table, table, text_lines
+from pmor.work.results import Report
+
+Data = dict[str, Any]
+#: files of a result
+FILES = (
+    "dynamics.json", "dynamics.md", "report.html", "response.csv", "lines.csv", "bearings.png",
+    "meshes.png", "campbell.png", "waterfall.png",
+)  # fmt: skip
+
+
+def whine_data(file: GearboxFile, responses: Sequence[LoadResponse], failures: Sequence[str]) -> Data:
+    """Return the content of `dynamics.json`."""
+    motion = file.model.sections.dynamics
+    return {
+        "gearbox": file.name,
+        "damping_ratio": motion.damping_ratio,
+        "mesh_stiffness": motion.mesh_stiffness,
+        "highest_frequency_Hz": motion.highest_frequency_Hz,
+        "loads": [_load_data(response) for response in responses],
+        "failures": list(failures),
+    }
+
+
+def _load_data(response: LoadResponse) -> Data:
+    total = bearing_rms(response)
+    return {
+        "load": response.solved.load.name,
+        "speeds_rpm": [float(response.speeds_rpm[0]), float(response.speeds_rpm[-1])],
+        "unknowns": response.machine.free.shape[1],
+        "modes": mode_rows(response),
+        "peaks": peak_rows(response),
+        "bearings": [
+            {"name": name, "force_rms_max_N": float(total[:, n].max()),
+             "at_rpm": float(response.speeds_rpm[total[:, n].argmax()])}
+            for n, name in enumerate(bearing_names(response))
+        ],
+        "meshes": [
+            {"name": mesh.name, "mean_force_N": float(solved.force), "force_rms_max_N": float(mesh_rms(mesh).max()),
+             "dynamic_factor": 1.0 + float((2.0 * abs(mesh.lines.force) * mesh.told).sum(axis=1).max() / solved.force),
+             "mean_tangent_N_per_um": 1e-3 * float(mesh.cycle.mean[0, 0]), "pitches_per_turn": mesh.rate}
+            for mesh, solved in zip(response.meshes, response.solved.meshes, strict=True)
+        ],
+    }  # fmt: skip
+
+
+def response_rows(responses: Sequence[LoadResponse]) -> list[Data]:
+    """Return the rows of `response.csv`: forces of meshes and bearings by load and speed."""
+    rows = []
+    for response in responses:
+        bearings, meshes = bearing_rms(response), [mesh_rms(mesh) for mesh in response.meshes]
+        for place, speed in enumerate(response.speeds_rpm.tolist()):
+            row: Data = {"load": response.solved.load.name, "speed_rpm": speed}
+            row |= {f"mesh {m.name}, rms_N": float(own[place]) for m, own in zip(response.meshes, meshes, strict=True)}
+            names = bearing_names(response)
+            rows.append(row | {f"bearing {name}, rms_N": float(bearings[place, n]) for n, name in enumerate(names)})
+    return rows
+
+
+def line_columns(responses: Sequence[LoadResponse]) -> dict[str, np.ndarray]:
+    """Return the columns of `lines.csv`: each line of each mesh by load and speed."""
+    parts = list[dict[str, np.ndarray]]()
+    for response in responses:
+        for mesh in response.meshes:
+            count, harmonics = mesh.lines.force.shape
+            forces = force_lines(response, mesh, mesh.lines)
+            frequency = mesh.frequency_Hz(response.speeds_rpm)
+            parts.append({
+                "load": np.full(count * harmonics, response.solved.load.name, dtype=object),
+                "mesh": np.full(count * harmonics, mesh.name, dtype=object),
+                "harmonic": np.tile(np.arange(1, harmonics + 1), count),
+                "speed_rpm": np.repeat(response.speeds_rpm, harmonics), "frequency_Hz": frequency.ravel(),
+                "mesh_force_N": (2.0 * abs(mesh.lines.force) * mesh.told).ravel(),
+                "transmission_error_um": (2e3 * abs(mesh.lines.transmission_error) * mesh.told).ravel(),
+                **{f"bearing {name}, rms_N": forces[..., n].ravel() for n, name in enumerate(bearing_names(response))},
+            })  # fmt: skip
+    return {key: np.concatenate([part[key] for part in parts]) for key in parts[0]} if parts else {}
+
+
+def whine_report(file: GearboxFile, responses: Sequence[LoadResponse], failures: Sequence[str]) -> Report:
+    """Return numbers and page."""
+    data = whine_data(file, responses, failures)
+    return Report("dynamics", data, f"In motion: {file.model.sections.title}", _blocks(file, data, responses))
+
+
+def whine_text(data: Data) -> str:
+    """Return the tables for the screen."""
+    lines = [f"The gearbox in motion: {data['gearbox']}"]
+    for shown in (_meshes(data), _peaks(data)):
+        if shown.rows:
+            lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
+    return "\n".join([*lines, *(f"  ! {sentence}" for sentence in data["failures"])])
+
+
+def _blocks(file: GearboxFile, data: Data, responses: Sequence[LoadResponse]) -> list[Block]:
+    motion, blocks = file.model.sections.dynamics, list[Block]()
+    blocks.append(
+        "Small motion of shafts, gears and bearings about each load: Timoshenko beams with their inertia and "
+        "gyroscopic moments, gears as rigid discs, bearings by their stiffness under the load, and line contact on "
+        "finite elements whose stiffness varies over the mesh cycle. Flanks stay in contact. Speeds are those of the "
+        f"shaft of the first torque. Each mode has a damping of {100.0 * motion.damping_ratio:g} % of the critical "
+        "one, which no calculation gives: peaks are inverse to it."
+    )
+    blocks += [*map(Warning, [*file.notes, *data["failures"]])]
+    if not responses:
+        return blocks
+    last, highest = responses[-1], motion.highest_frequency_Hz
+    lost = [row for load in data["loads"] for row in load["meshes"] if row["dynamic_factor"] > MOST_FACTOR]
+    if lost:
+        names = ", ".join(sorted({row["name"] for row in lost}))
+        text = f"Flanks would part ({names}): dynamic forces exceed the load, where small motion ends."
+        blocks.append(Warning(text))
+    blocks += [
+        _meshes(data), _peaks(data),
+        Heading("Over the speed"),
+        Picture("bearings.png", "Dynamic forces of the bearings, root mean square of all lines. Dashed: with a mesh of "
+                "constant stiffness, as is usual.", bearings_figure(responses)),
+        Picture("meshes.png", "Dynamic forces of the meshes. Dashed: with a mesh of constant stiffness.",
+                meshes_figure(responses)),
+        Picture("campbell.png", f"Natural frequencies, and harmonics of the meshes, under {last.solved.load.name}. "
+                "Circles: where a harmonic meets a mode that strains its mesh, the larger the more.",
+                campbell_figure(last, highest)),
+        Picture("waterfall.png", f"Lines of the bearing forces under {last.solved.load.name}.",
+                waterfall_figure(last, highest)),
+        Heading("Modes"), _modes(data, [mesh.name for mesh in last.meshes]),
+    ]  # fmt: skip
+    return blocks
+
+
+# Largest dynamic factor of flanks that stay in contact.
+MOST_FACTOR = 2.0
+
+
+def _meshes(data: Data) -> Table:
+    rows = [(load, mesh) for load in data["loads"] for mesh in load["meshes"]]
+    columns: Columns = {
+        "load": lambda row: row[0]["load"], "mesh": lambda row: row[1]["name"],
+        "mean force, N": lambda row: row[1]["mean_force_N"],
+        "largest dynamic force, rms, N": lambda row: row[1]["force_rms_max_N"],
+        "dynamic factor": lambda row: row[1]["dynamic_factor"],
+        "mean stiffness between hubs, N/µm": lambda row: row[1]["mean_tangent_N_per_um"],
+    }  # fmt: skip
+    return table("Meshes", columns, rows, "Dynamic factor: 1 and the sum of all lines over the mean force, at most.")
+
+
+def _peaks(data: Data) -> Table:
+    rows = [(load, peak) for load in data["loads"] for peak in load["peaks"]]
+    columns: Columns = {
+        "load": lambda row: row[0]["load"], "bearing": lambda row: row[1]["bearing"],
+        "speed, rpm": lambda row: row[1]["speed_rpm"],
+        "force, rms, N": lambda row: row[1]["force_rms_N"],
+        "by": lambda row: f"{row[1]['mesh']}, harmonic {row[1]['harmonic']}",
+        "at, Hz": lambda row: row[1]["frequency_Hz"],
+        "without this line, N": lambda row: row[1]["without_line_rms_N"],
+        "mode": lambda row: row[1]["mode"],
+        "which it meets at, rpm": lambda row: row[1]["resonance_rpm"],
+        "with constant stiffness, N": lambda row: row[1]["constant_stiffness_rms_N"],
+    }  # fmt: skip
+    note = "The mode is the one that gives most of the line's force on the bearing."
+    return table("Peaks of the bearing forces", columns, rows, note)
+
+
+def _modes(data: Data, names: Sequence[str]) -> Table:
+    load = data["loads"][-1]
+    rows = [mode for mode in load["modes"] if mode["natural_frequency_Hz"] <= data["highest_frequency_Hz"]]
+
+    def strain(number: int) -> Callable[[Data], float]:
+        return lambda row: 100.0 * float(row["mesh_strain_energy_share"][number])
+
+    columns: Columns = {
+        "mode": "mode", "natural frequency, Hz": "natural_frequency_Hz", "motion": "kind",
+        "moves most": "moves_most",
+        "its share, %": lambda row: 100.0 * row["kinetic_energy_share"][row["moves_most"]],
+        **{f"strain energy in {name}, %": strain(number) for number, name in enumerate(names)},
+    }  # fmt: skip
+    note = f"Under {load['load']}, meshes with their mean stiffness, shafts at rest."
+    return table("Natural modes", columns, rows, note)

@@ -1,0 +1,85 @@
+"""The result of a gearbox in motion: its arrays, pictures and files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pmor.core.shown import Columns, Tabular
+from pmor.dynamics.whine.figures import bearings_figure, campbell_figure, meshes_figure, waterfall_figure
+from pmor.dynamics.whine.output import FILES, Data, line_columns, response_rows, whine_data, whine_report, whine_text
+from pmor.dynamics.whine.readings import bearing_names, bearing_rms
+from pmor.dynamics.whine.response import LoadResponse
+from pmor.machine.loader import GearboxFile
+from pmor.report.data_files import write_columns_csv, write_table_csv
+from pmor.work.results import writing_results
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class WhineResult(Tabular):
+    """A gearbox in small motion over its speed, about each load that has an equilibrium."""
+
+    file: GearboxFile
+    loads: tuple[LoadResponse, ...]
+    failures: tuple[str, ...]
+
+    @cached_property
+    def data(self) -> Data:
+        """All of it as plain data: the content of `dynamics.json`."""
+        return whine_data(self.file, self.loads, self.failures)
+
+    def columns(self) -> Columns:
+        """All lines by the names of columns, those of `lines.csv`, for `to_dataframe`."""
+        return line_columns(self.loads)
+
+    def plot_bearings(self) -> Figure:
+        """Draw the dynamic forces of all bearings over the speed."""
+        return bearings_figure(self.loads)
+
+    def plot_meshes(self) -> Figure:
+        """Draw the dynamic forces of all meshes over the speed."""
+        return meshes_figure(self.loads)
+
+    def plot_campbell(self, load: int = -1) -> Figure:
+        """Draw natural frequencies and harmonics over the speed, of a load by its number."""
+        return campbell_figure(self.loads[load], self.file.model.sections.dynamics.highest_frequency_Hz)
+
+    def plot_waterfall(self, load: int = -1) -> Figure:
+        """Draw the lines of the bearing forces over speed and frequency, of a load by its number."""
+        return waterfall_figure(self.loads[load], self.file.model.sections.dynamics.highest_frequency_Hz)
+
+    def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
+        """Write `dynamics.json`, `dynamics.md`, `report.html`, tables `response.csv` and `lines.csv`, pictures.
+
+        Raises
+        ------
+        OutputError
+        """
+        inputs, text = self.file.inputs, self.file.text
+        with writing_results(folder, FILES, text, inputs=inputs, overwrite=overwrite, working=()) as out:
+            whine_report(self.file, self.loads, self.failures).write(out)
+            if self.loads:
+                rows = response_rows(self.loads)
+                write_table_csv(out / "response.csv", rows, list(rows[0]))
+                write_columns_csv(out / "lines.csv", self.columns())
+
+    def _shown(self) -> Columns:
+        largest = [bearing_rms(response).max(axis=0) for response in self.loads]
+        names = bearing_names(self.loads[0]) if self.loads else []
+        return {
+            "load": [response.solved.load.name for response in self.loads],
+            **{f"{name}, largest force, rms, N": np.array(largest)[:, n] for n, name in enumerate(names)},
+        }
+
+    def __repr__(self) -> str:
+        return f"<WhineResult of {self.file.name!r}: {len(self.loads)} loads>"
+
+    def __str__(self) -> str:
+        return whine_text(self.data)

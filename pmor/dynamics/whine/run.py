@@ -1,0 +1,96 @@
+"""The front door of a gearbox in motion: a gearbox file in, its response over the speed out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from contextlib import nullcontext
+from pathlib import Path
+
+import numpy as np
+
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import CaseError, ConvergenceError
+from pmor.core.progress import quietly, stage
+from pmor.core.threads import one_thread
+from pmor.dynamics.whine.output import FILES
+from pmor.dynamics.whine.response import LoadResponse, respond
+from pmor.dynamics.whine.result import WhineResult
+from pmor.machine.coupled import solve_load
+from pmor.machine.loader import GearboxFile
+from pmor.machine.run import meshes_and_trains
+from pmor.storage.gear_store import kept_beside
+from pmor.storage.results_folder import results_folder
+from pmor_online.model import keeping_sections
+
+# Lowest and highest speed over the largest of the loads, where no range is given.
+USUAL_RANGE = 0.02, 1.2
+# Angles of a pitch over which the mean transmission error of a mesh is found.
+ANGLES = 32
+
+
+@one_thread()
+def run(
+    settings: GearboxFile, *, folder: Path | str | None = None, overwrite: bool = False,
+    executor: Executor | None = None, progress: Callable[[int], None] | None = None,
+) -> WhineResult:  # fmt: skip
+    """Find the small motion of a gearbox over its speed, about each of its loads.
+
+    Parameters
+    ----------
+    folder, overwrite, progress
+        As in `pmor.app.capabilities`. Gears are kept beside the folder.
+    executor
+        Not used: loads take a second each.
+
+    Raises
+    ------
+    CaseError
+        Where no load has a speed and no range is given, or motion of such a machine is not found here.
+    OutputError
+    """
+    speeds, step = speeds_of(settings), progress or quietly
+    refuse_unsolved(settings)
+    with nullcontext() if folder is None else results_folder(Path(folder), FILES, (), overwrite, settings.inputs):
+        kept = kept_beside(None if folder is None else Path(folder), overwrite)
+        trained, trains = meshes_and_trains(settings, kept)
+    responses, failures = list[LoadResponse](), list[str]()
+    for load in settings.model.sections.loads:
+        pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
+        with stage(f"motion about {load.name}"):
+            try:
+                solved = solve_load(settings.model, load, pairs, ANGLES, trains=trains)
+                motion = settings.model.sections.dynamics
+                responses.append(respond(settings.model, solved, trained, motion, speeds))
+            except ConvergenceError as error:
+                failures.append(f"load {load.name}: {error}")
+        step(1)
+    return WhineResult(settings, tuple(responses), tuple(failures))
+
+
+def speeds_of(file: GearboxFile) -> FloatArray:
+    """Return the speeds that a gearbox file asks for, rpm."""
+    motion, loads = file.model.sections.dynamics, file.model.sections.loads
+    largest = max((abs(load.speed_rpm or 0.0) for load in loads), default=0.0)
+    if motion.speed_range_rpm is None and not largest:
+        raise CaseError(
+            f"{file.name}: [dynamics] speed_range_rpm: no load has a speed: give the lowest and the highest speed of "
+            "the shaft of the first torque, as in [100.0, 3000.0]"
+        )
+    low, high = motion.speed_range_rpm or (USUAL_RANGE[0] * largest, USUAL_RANGE[1] * largest)
+    return np.linspace(low, high, motion.speeds)
+
+
+def refuse_unsolved(file: GearboxFile) -> None:
+    """Refuse machines whose motion is not found yet: sets, gears in several meshes, periods of several pitches."""
+    model = file.model
+    for name in model.sets:
+        raise CaseError(f'{file.name}: [[sets]] "{name}": motion takes meshes of pairs: leave the set out')
+    for name in sorted(model.shared):
+        raise CaseError(f'{file.name}: [[meshes]] "{name}": motion takes gears in one mesh each: leave a mesh out')
+    for name, case in file.cases.items():
+        if case.repeats_after > 1:
+            raise CaseError(
+                f'{file.name}: [[meshes]] "{name}": motion takes meshes that repeat with each pitch: leave out '
+                "pitch_deviations_um, holes and lugs"
+            )
