@@ -14,7 +14,7 @@ from pmor.machine.coupled import SolvedLoad, SolvedMesh, condition_of, in_axes_o
 from pmor_online.model import ReducedPair, online_angles
 
 # Steps of the deflection until its mean force is the load; of the load, what is left.
-MOST_STEPS, SETTLED = 20, 1e-8
+MOST_STEPS, SETTLED = 20, 1e-6
 
 
 def mesh_cycles(solved: SolvedLoad, pairs: Mapping[str, ReducedPair], harmonics: int, angles: int) -> list[MeshCycle]:

@@ -93,8 +93,8 @@ def _meetings(response: LoadResponse, name: str) -> Iterator[tuple[float, float,
     mesh, own = response.meshes[number], slice(2 * number, 2 * number + 2)
     for order in mesh.orders[: mesh.lines.force.shape[1]]:
         by = order.by_ports[own]
-        strain = np.einsum("am,ab,bm->m", by.conj(), response.tangent[own, own], by).real / order.speed**2
-        for speed, share in zip(order.speed, strain, strict=True):
+        strain = np.einsum("am,ab,bm->m", by.conj(), response.tangent[own, own], by).real / order.resonance**2
+        for speed, share in zip(order.resonance, strain, strict=True):
             if share > MARKED:
                 yield 60.0 * speed / (2.0 * math.pi), order.order * speed / (2.0 * math.pi), float(share)
 
@@ -117,7 +117,7 @@ def waterfall_figure(response: LoadResponse, highest_Hz: float) -> Figure:
                 frequency = 1e-3 * mesh.frequency_Hz(speeds)
                 size = np.maximum(own[..., number], least)
                 shown = axes.scatter(np.broadcast_to(speeds[:, None], size.shape), frequency, c=size, norm=norm,
-                                     cmap="viridis", s=3.0, linewidths=0.0, rasterized=True)  # fmt: skip
+                                     cmap="viridis", s=9.0, linewidths=0.0, rasterized=True)  # fmt: skip
             axes.set(title=name, ylabel="Frequency [kHz]")
         panels[0].set_ylim(0.0, 1e-3 * min(highest_Hz, max(m.frequency_Hz(speeds)[-1, -1] for m in response.meshes)))
         _finish(figure, panels, len(names))

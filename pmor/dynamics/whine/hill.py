@@ -60,12 +60,15 @@ def hill(cycle: MeshCycle, receptance: ComplexArray) -> ComplexArray:
     orders = np.arange(-count + 1, count)
     apart = orders[:, None] - orders
     varying = np.where((apart == 0)[..., None, None], 0.0, _signed(cycle.tangent, apart))
-    own = np.where((orders >= 0)[:, None, None], receptance[:, abs(orders)], receptance[:, abs(orders)].conj())
+    blocks = varying.transpose(0, 2, 1, 3).reshape(2 * len(orders), 2 * len(orders))
     # (1) for the forces: f + K H f = w.
-    matrix = np.einsum("njab,sjbc->snajc", varying, own).reshape(speeds, 2 * len(orders), 2 * len(orders))
+    matrix = np.empty((speeds, *blocks.shape), dtype=complex)
+    for place, order in enumerate(orders):
+        own, columns = receptance[:, abs(order)], slice(2 * place, 2 * place + 2)
+        matrix[:, :, columns] = blocks[:, columns] @ (own if order >= 0 else own.conj())
     matrix[:, np.arange(2 * len(orders)), np.arange(2 * len(orders))] += 1.0
     right = _signed(cycle.force, orders).reshape(-1, 1)
-    found = np.linalg.solve(matrix, np.broadcast_to(right, (speeds, *right.shape)))
+    found = np.linalg.solve(matrix, right)
     return np.asarray(found.reshape(speeds, len(orders), 2)[:, count - 1 :])
 
 

@@ -126,10 +126,9 @@ def peak_rows(response: LoadResponse) -> list[Data]:
 def _mode_of(response: LoadResponse, number: int, harmonic: int, place: int, bearing: int) -> Data:
     """The mode that gives most of a line's force on a bearing, and the speed at which the order meets it."""
     mesh, order = response.meshes[number], response.meshes[number].orders[harmonic]
-    own, speed = of_mesh(number), RPM * response.speeds_rpm[[place]]
-    amplitude = order.modal(speed, own, mesh.lines.closing[[place], harmonic])[0]
+    amplitude = order.modal(of_mesh(number), mesh.lines.closing[:, harmonic])[place]
     share = bearing_forces(response, (order.by_readings * amplitude).T)[:, bearing, :3]
     dominant = int((abs(share) ** 2).sum(axis=1).argmax())
     at_rest = int((abs(order.mixed[:, dominant]) ** 2).argmax())
     rigid = int((response.modes.square == 0.0).sum())
-    return {"mode": at_rest + 1 - rigid, "resonance_rpm": float(order.speed[dominant] / RPM)}
+    return {"mode": at_rest + 1 - rigid, "resonance_rpm": float(order.resonance[dominant] / RPM)}

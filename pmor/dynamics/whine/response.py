@@ -120,26 +120,21 @@ def _mesh_response(
     speeds_rpm: FloatArray,
 ) -> MeshResponse:  # fmt: skip
     mesh, own, rate = machine.gearbox.meshes[number], of_mesh(number), machine.mesh_rate(number)
-    sense = machine.sense
-    orders = tuple(along(receptance, harmonic * rate, sense) for harmonic in range(1, motion.harmonics + FURTHER + 1))
-    speeds = RPM * speeds_rpm
+    speeds, harmonics = RPM * speeds_rpm, range(1, motion.harmonics + FURTHER + 1)
+    orders = tuple(along(receptance, harmonic * rate, speeds, machine.sense) for harmonic in harmonics)
     at_rest = np.broadcast_to(transfer(receptance, np.zeros(1)).ports[:, own, own], (len(speeds), 1, 2, 2))
-    moving = np.concatenate([at_rest, np.stack([order.ports(speeds, own) for order in orders], axis=1)], axis=1)
+    moving = np.concatenate([at_rest, np.stack([order.ports(own) for order in orders], axis=1)], axis=1)
     constant = np.broadcast_to(time_invariant(cycle), moving.shape[:3])
     varying = constant if motion.mesh_stiffness == "mean" else hill(cycle, moving)
-    both = [_lines(cycle, moving, closing, orders[:-FURTHER], speeds, own) for closing in (varying, constant)]
+    both, told = np.stack([varying, constant]), orders[: motion.harmonics]
+    readings = np.stack([order.readings(own, both[:, :, n]) for n, order in enumerate(told, start=1)], axis=2)
+    wanted = slice(1, motion.harmonics + 1)
+    lines = [
+        Lines(
+            mesh_forces(cycle, moving, closing)[:, wanted, 0], moved(moving, closing)[:, wanted, 0],
+            closing[:, wanted], seen,
+        ) for closing, seen in zip(both, readings, strict=True)
+    ]  # fmt: skip
     frequency = speeds_rpm[:, None] / 60.0 * rate * np.arange(1, motion.harmonics + 1)
-    told = frequency <= motion.highest_frequency_Hz
-    return MeshResponse(mesh.settings.name, rate, cycle, orders, both[0], both[1], told)
-
-
-def _lines(
-    cycle: MeshCycle, moving: ComplexArray, closing: ComplexArray, orders: tuple[Order, ...], speeds: FloatArray,
-    own: slice,
-) -> Lines:  # fmt: skip
-    wanted = slice(1, len(orders) + 1)
-    readings = [order.readings(speeds, own, closing[:, n]) for n, order in enumerate(orders, start=1)]
-    return Lines(
-        mesh_forces(cycle, moving, closing)[:, wanted, 0], moved(moving, closing)[:, wanted, 0],
-        closing[:, wanted], np.stack(readings, axis=1),
-    )  # fmt: skip
+    below = frequency <= motion.highest_frequency_Hz
+    return MeshResponse(mesh.settings.name, rate, cycle, orders, lines[0], lines[1], below)

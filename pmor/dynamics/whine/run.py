@@ -12,13 +12,14 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, ConvergenceError
 from pmor.core.progress import quietly, stage
-from pmor.core.threads import one_thread
+from pmor.core.threads import in_order, one_thread
 from pmor.dynamics.whine.output import FILES
 from pmor.dynamics.whine.response import LoadResponse, respond
 from pmor.dynamics.whine.result import WhineResult
 from pmor.machine.coupled import solve_load
 from pmor.machine.loader import GearboxFile
 from pmor.machine.run import meshes_and_trains
+from pmor.machine.settings import LoadCase
 from pmor.storage.gear_store import kept_beside
 from pmor.storage.results_folder import results_folder
 from pmor_online.model import keeping_sections
@@ -41,7 +42,7 @@ def run(
     folder, overwrite, progress
         As in `pmor.app.capabilities`. Gears are kept beside the folder.
     executor
-        Not used: loads take a second each.
+        Of threads: shares out the loads.
 
     Raises
     ------
@@ -54,18 +55,18 @@ def run(
     with nullcontext() if folder is None else results_folder(Path(folder), FILES, (), overwrite, settings.inputs):
         kept = kept_beside(None if folder is None else Path(folder), overwrite)
         trained, trains = meshes_and_trains(settings, kept)
-    responses, failures = list[LoadResponse](), list[str]()
-    for load in settings.model.sections.loads:
+    def about(load: LoadCase) -> LoadResponse | str:
         pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
-        with stage(f"motion about {load.name}"):
-            try:
-                solved = solve_load(settings.model, load, pairs, ANGLES, trains=trains)
-                motion = settings.model.sections.dynamics
-                responses.append(respond(settings.model, solved, trained, motion, speeds))
-            except ConvergenceError as error:
-                failures.append(f"load {load.name}: {error}")
-        step(1)
-    return WhineResult(settings, tuple(responses), tuple(failures))
+        try:
+            solved = solve_load(settings.model, load, pairs, ANGLES, trains=trains)
+            return respond(settings.model, solved, trained, settings.model.sections.dynamics, speeds)
+        except ConvergenceError as error:
+            return f"load {load.name}: {error}"
+
+    with stage("motion about the loads"):
+        found = list(in_order(about, settings.model.sections.loads, executor, lambda: step(1)))
+    responses = tuple(one for one in found if not isinstance(one, str))
+    return WhineResult(settings, responses, tuple(one for one in found if isinstance(one, str)))
 
 
 def speeds_of(file: GearboxFile) -> FloatArray:
