@@ -22,7 +22,7 @@ SYMMETRIC = 1e-6
 
 
 def read_seats(
-    reader: Reader, section: str, name: Path, seats: int, each: str, key: str = "stiffness"
+    reader: Reader, section: str, name: Path, seats: int, each: str, key: str = "stiffness", size: int | None = None
 ) -> FloatArray:
     """Read the matrix of some seats from a CSV file beside a file that names it with a key of a section.
 
@@ -31,7 +31,9 @@ def read_seats(
     each : str
         What has a seat, for messages: "bearing to the housing".
     key : str
-        "stiffness", or "mass".
+        "stiffness", "mass" or "surface".
+    size : int, optional
+        Of the matrix, where it has more coordinates than those of the seats; 0 is any.
 
     Raises
     ------
@@ -44,24 +46,28 @@ def read_seats(
         matrix = np.array([[float(cell) for cell in row] for row in csv.reader(io.StringIO(text)) if row])
     except ValueError as error:
         reader.refuse(where, f"must hold numbers, as many in each line ({error}): correct it")
-    return checked_matrix(matrix, seats, each, key, lambda rule: reader.refuse(where, rule))
+    return checked_matrix(matrix, seats, each, key, lambda rule: reader.refuse(where, rule), size)
 
 
 def checked_matrix(
-    matrix: FloatArray, seats: int, each: str, key: str, refuse: Callable[[str], NoReturn]
+    matrix: FloatArray, seats: int, each: str, key: str, refuse: Callable[[str], NoReturn], size: int | None = None
 ) -> FloatArray:
-    """Return the stiffness or mass matrix of some seats, its halves made equal; refused where it is none."""
-    size = SEAT * seats
-    if matrix.shape != (size, size):
+    """Return a matrix of some seats as `read_seats` does, its halves made equal; refused where it is none."""
+    least = SEAT * seats
+    wanted = max(len(matrix), least) if size == 0 else size or least
+    if matrix.shape != (wanted, wanted):
         shape = " x ".join(map(str, matrix.shape))
-        refuse(f"is {shape}, and must be {size} x {size}: six rows for each {each}")
+        rows = f"six rows for each {each}" + (", and then those of further coordinates" if wanted > least else "")
+        refuse(f"is {shape}, and must be {wanted} x {wanted}: {rows}")
     if not np.isfinite(matrix).all():
         refuse(f"must be finite: a {key} matrix is")
     refuse_half(matrix, refuse)
-    why = "what carries the seats must be held" if key == "stiffness" else "each of them moves some mass"
     scale = 1.0 / np.sqrt(np.maximum(np.diagonal(matrix), np.finfo(float).tiny))
-    if np.diagonal(matrix).min() <= 0.0 or np.linalg.eigvalsh(scale[:, None] * matrix * scale).min() < HELD:
-        refuse(f"must be positive definite: {why}")
+    least_value = np.linalg.eigvalsh(scale[:, None] * matrix * scale).min()
+    if key == "stiffness" and (np.diagonal(matrix).min() <= 0.0 or least_value < HELD):
+        refuse("must be positive definite: what carries the seats must be held")
+    if np.diagonal(matrix).min() < 0.0 or least_value < -SYMMETRIC:
+        refuse("must not be negative: a motion of the seats has some energy, or none")
     return np.asarray(0.5 * (matrix + matrix.T))
 
 

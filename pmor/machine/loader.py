@@ -15,7 +15,7 @@ from pmor.case.slips import case_slips
 from pmor.core.errors import GeometryError, printable
 from pmor.machine.checks import ROUNDED_MM, GearboxReader
 from pmor.machine.estimates import with_estimates
-from pmor.machine.model import GearboxModel, pinion_torques, set_torques
+from pmor.machine.model import GearboxModel, HousingMatrices, pinion_torques, set_torques
 from pmor.machine.settings import GearboxSections, Mesh, PlanetarySet
 from pmor.machine.weights import gears_on_shafts
 from pmor.pair.model import gear_pair
@@ -93,19 +93,29 @@ def load(path: Path | str, read_set: Callable[[Path, OnShafts], SetFile] = load_
     texts = [text, *(case.text for case in cases.values()), *(one.whole_text for one in sets.values())]
     reader.check_gears(model, cases)
     reader.check_turned(model)
-    if (housing := said.housing.stiffness) is not None:
-        model = replace(model, housing=read_seats(reader, "housing", housing, model.seats, "bearing to the housing"))
-        inputs.append(path.parent / housing)
-        texts.append((path.parent / housing).read_text(encoding="utf-8-sig"))
-    if (mass := said.housing.mass) is not None:
-        if housing is None:
-            reader.refuse(f'[housing] mass = "{mass}"', "needs the stiffness of the same seats: give stiffness too")
-        of_seats = read_seats(reader, "housing", mass, model.seats, "bearing to the housing", "mass")
-        model = replace(model, housing_mass=of_seats)
-        inputs.append(path.parent / mass)
-        texts.append((path.parent / mass).read_text(encoding="utf-8-sig"))
+    model, read = with_housing(model, reader)
+    inputs += read
+    texts += [path.read_text(encoding="utf-8-sig") for path in read]
     model, notes = with_estimates(model)
     return GearboxFile(name, "\n".join(texts), model, cases, tuple(dict.fromkeys(inputs)), tuple(notes))
+
+
+def with_housing(model: GearboxModel, reader: GearboxReader) -> tuple[GearboxModel, list[Path]]:
+    """Return a gearbox on the housing that its file names, and the files of its matrices."""
+    housing, each = model.sections.housing, "bearing to the housing"
+    assert reader.folder is not None
+    named = {key: name for key in ("stiffness", "mass", "surface") if (name := getattr(housing, key)) is not None}
+    if not named:
+        return model, []
+    if housing.stiffness is None:
+        key, name = next(iter(named.items()))
+        reader.refuse(f'[housing] {key} = "{name}"', "needs the stiffness of the same seats: give stiffness too")
+    stiffness = read_seats(reader, "housing", named.pop("stiffness"), model.seats, each, size=0)
+    others = {key: read_seats(reader, "housing", name, model.seats, each, key, len(stiffness))
+              for key, name in named.items()}  # fmt: skip
+    moving = HousingMatrices(stiffness, **others)
+    files = [reader.folder / name for name in (housing.stiffness, *named.values())]
+    return replace(model, housing=moving.at_seats(model.seats), housing_matrices=moving), files
 
 
 def _case(reader: GearboxReader, mesh: Mesh, torque_Nm: float = 1.0) -> Case:

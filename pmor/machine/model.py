@@ -138,6 +138,31 @@ def other_key(name: str) -> str:
 
 
 @dataclass(frozen=True)
+class HousingMatrices:
+    """A housing by its seats, six coordinates each, and further coordinates behind them; shape (H, H).
+
+    Parameters
+    ----------
+    stiffness : ndarray
+        N/mm, and so on.
+    mass : ndarray, optional
+        t; without it the housing has none.
+    surface : ndarray, optional
+        Integrals of products of normal displacements over the surface, mm2.
+    """
+
+    stiffness: FloatArray
+    mass: FloatArray | None = None
+    surface: FloatArray | None = None
+
+    def at_seats(self, seats: int) -> FloatArray:
+        """Return the stiffness of the seats alone, further coordinates free, (6 h, 6 h)."""
+        count = NODE * seats
+        own, further = self.stiffness[:count, :count], self.stiffness[count:, :count]
+        return np.asarray(own - further.T @ np.linalg.solve(self.stiffness[count:, count:], further))
+
+
+@dataclass(frozen=True)
 class GearboxModel:
     """Shafts as beams, and what joins them.
 
@@ -149,8 +174,8 @@ class GearboxModel:
         Of the meshes, by name.
     housing : ndarray, shape (6 h, 6 h), optional
         Stiffness of the seats of the h bearings to the housing; rigid by default.
-    housing_mass : ndarray, shape (6 h, 6 h), optional
-        Of the same seats, t; massless by default.
+    housing_matrices : HousingMatrices, optional
+        Of the housing in motion, where a file gives them.
     sets : mapping of str to SetFile
         Of the planetary sets, by name.
     masses_kg : mapping of str to (float, float)
@@ -164,7 +189,7 @@ class GearboxModel:
     sections: GearboxSections
     pairs: Mapping[str, GearPair]
     housing: FloatArray | None = None
-    housing_mass: FloatArray | None = None
+    housing_matrices: HousingMatrices | None = None
     sets: Mapping[str, SetFile] = field(default_factory=dict)
     masses_kg: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     cases: Mapping[str, Case] = field(default_factory=dict)

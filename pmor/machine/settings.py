@@ -219,6 +219,23 @@ class PlanetarySet:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Ripple:
+    """A torque that swings with the turns of its shaft (section `ripple` of `torques` of `[[loads]]`), for motion.
+
+    Parameters
+    ----------
+    order : float
+        Swings to a turn of the shaft.
+    amplitude_Nm, phase_deg : float
+        About the mean torque, from zero to peak; the phase at the angle 0.
+    """
+
+    order: Annotated[float, Range(0.0, 1e4, low_excluded=True)]
+    amplitude_Nm: Annotated[float, Range(0.0, 1e12, "N m")]
+    phase_deg: Annotated[float, Range(-360.0, 360.0, "deg")] = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class ShaftTorque:
     """A torque on a shaft (section `torques` of `[[loads]]`).
 
@@ -230,11 +247,14 @@ class ShaftTorque:
         Along the shaft.
     torque_Nm : float or "balance"
         About x. "balance" at the one place of a train that holds against all others.
+    ripple : tuple of Ripple
+        What swings about it in motion.
     """
 
     shaft: str
     at_mm: Place
     torque_Nm: AnyTorque
+    ripple: tuple[Ripple, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -342,15 +362,19 @@ class Housing:
     ----------
     stiffness : Path or None
         CSV file beside the gearbox file: the stiffness matrix of all seats, without head; for each bearing to the
-        housing, in the order of the file, displacements along and rotations about x, y, z; N/mm, N, N mm/rad. Without
-        it the housing is rigid.
+        housing, in the order of the file, displacements along and rotations about x, y, z; N/mm, N, N mm/rad. Further
+        coordinates of the housing may follow, such as those of Craig and Bampton. Without it the housing is rigid.
     mass : Path or None
-        CSV file likewise: the mass matrix of the same seats, for motion; t, t mm, t mm2. Without it the housing has
-        stiffness alone.
+        CSV file likewise: the mass matrix of the same coordinates, for motion; t, t mm, t mm2. Without it the housing
+        has stiffness alone.
+    surface : Path or None
+        CSV file likewise: integrals of the products of the normal displacements over the surface by unit coordinates,
+        mm2; the equivalent radiated power follows from it.
     """
 
     stiffness: Path | None = None
     mass: Path | None = None
+    surface: Path | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -367,6 +391,8 @@ class Mass:
         Its mass.
     polar_inertia_kg_m2, tilting_inertia_kg_m2 : float
         About the axis, and about an axis across it through its middle.
+    unbalance_kg_mm, unbalance_deg : float
+        Mass times the distance of its centre from the axis, for motion, and the place of the centre, from y towards z.
     """
 
     name: str
@@ -375,6 +401,8 @@ class Mass:
     mass_kg: Annotated[float, Range(0.0, 1e9, "kg")] = 0.0
     polar_inertia_kg_m2: InertiaValue = 0.0
     tilting_inertia_kg_m2: InertiaValue = 0.0
+    unbalance_kg_mm: Annotated[float, Range(0.0, 1e9, "kg mm")] = 0.0
+    unbalance_deg: Annotated[float, Range(-360.0, 360.0, "deg")] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -96,7 +96,8 @@ def loaded_box():
 def receptance(highest):
     solved, _, machine, _, stiffness = loaded_box()
     modes = modes_of(machine, stiffness, highest)
-    return receptance_of(machine, stiffness, modes, np.concatenate(bearing_rows(machine, solved)), RATIO)
+    readings = np.concatenate(bearing_rows(machine, solved))
+    return receptance_of(machine, stiffness, modes, machine.meshes, readings, RATIO)
 
 
 def whole(omega, spin):

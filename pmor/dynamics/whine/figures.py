@@ -52,9 +52,9 @@ def meshes_figure(responses: Sequence[LoadResponse]) -> Figure:
         panels = list(figure.subplots(len(names), 1, sharex=True, squeeze=False).flat)
         for number, (axes, name) in enumerate(zip(panels, names, strict=True)):
             for colour, response in zip(_colours(responses), responses, strict=True):
-                mesh = response.meshes[number]
-                axes.plot(response.speeds_rpm, mesh_rms(mesh), color=colour, label=response.solved.load.name)
-                axes.plot(response.speeds_rpm, mesh_rms(mesh, constant=True), color=colour, lw=0.6, ls="--")
+                speeds, label = response.speeds_rpm, response.solved.load.name
+                axes.plot(speeds, mesh_rms(response)[:, number], color=colour, label=label)
+                axes.plot(speeds, mesh_rms(response, constant=True)[:, number], color=colour, lw=0.6, ls="--")
             axes.set(title=name, ylabel="Dynamic mesh force, rms [N]")
             axes.set_ylim(bottom=0.0)
         _finish(figure, panels, len(names))
@@ -91,9 +91,9 @@ def _meetings(response: LoadResponse, name: str) -> Iterator[tuple[float, float,
     """Speed, frequency and strain energy of the mesh where its harmonics meet modes that strain it."""
     number = [mesh.name for mesh in response.meshes].index(name)
     mesh, own = response.meshes[number], slice(2 * number, 2 * number + 2)
-    for order in mesh.orders[: mesh.lines.force.shape[1]]:
+    for order in mesh.orders[: mesh.told.shape[1]]:
         by = order.by_ports[own]
-        strain = np.einsum("am,ab,bm->m", by.conj(), response.tangent[own, own], by).real / order.resonance**2
+        strain = np.einsum("am,ab,bm->m", by.conj(), response.tangent[own, own], by).real
         for speed, share in zip(order.resonance, strain, strict=True):
             if share > MARKED:
                 yield 60.0 * speed / (2.0 * math.pi), order.order * speed / (2.0 * math.pi), float(share)
@@ -104,7 +104,7 @@ def waterfall_figure(response: LoadResponse, highest_Hz: float) -> Figure:
     from matplotlib.colors import LogNorm
 
     names, speeds = bearing_names(response), response.speeds_rpm
-    lines = [force_lines(response, mesh, mesh.lines) for mesh in response.meshes]
+    lines = [force_lines(response, source, source.lines) for source in response.sources]
     largest = max(float(line.max()) for line in lines)
     least = largest * 10.0**-DECADES
     norm = LogNorm(least, largest)
@@ -113,8 +113,8 @@ def waterfall_figure(response: LoadResponse, highest_Hz: float) -> Figure:
         figure = new_figure(9.2, 1.0 + 2.4 * rows)
         panels = list(figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False).flat)
         for number, (axes, name) in enumerate(zip(panels, names, strict=False)):
-            for mesh, own in zip(response.meshes, lines, strict=True):
-                frequency = 1e-3 * mesh.frequency_Hz(speeds)
+            for source, own in zip(response.sources, lines, strict=True):
+                frequency = 1e-3 * source.frequency_Hz(speeds)
                 size = np.maximum(own[..., number], least)
                 shown = axes.scatter(np.broadcast_to(speeds[:, None], size.shape), frequency, c=size, norm=norm,
                                      cmap="viridis", s=9.0, linewidths=0.0, rasterized=True)  # fmt: skip

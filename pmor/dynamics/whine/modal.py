@@ -80,20 +80,23 @@ def modes_of(machine: MovingMachine, stiffness: FloatArray, highest_Hz: float) -
 
 
 def receptance_of(
-    machine: MovingMachine, stiffness: FloatArray, modes: Modes, readings: FloatArray, damping_ratio: float
-) -> Receptance:
-    """Return the receptance between the meshes' coordinates, and of readings.
+    machine: MovingMachine, stiffness: FloatArray, modes: Modes, ports: FloatArray, readings: FloatArray,
+    damping_ratio: float,
+) -> Receptance:  # fmt: skip
+    """Return the receptance between ports, and of readings.
 
     Parameters
     ----------
     stiffness : ndarray, shape (n, n)
         With all meshes closed, as the modes have it.
+    ports : ndarray, shape (p, n)
+        By displacements: coordinates of the meshes, and where else forces act.
     readings : ndarray, shape (o, n)
         By displacements; those of rigid bearings follow (`MovingMachine.reactions`).
     """
-    free, ports, rigid = machine.free, machine.meshes, modes.square == 0.0
+    free, rigid = machine.free, modes.square == 0.0
     elastic, by_mass = modes.shape[:, ~rigid], machine.mass @ modes.shape[:, rigid]
-    # Rotations that nothing holds get a stiffness: forces on the meshes do no work on them.
+    # Rotations that nothing holds get a stiffness; forces that turn them are balanced by their inertia.
     stiff = np.trace(stiffness) / np.trace(machine.mass)
     held = free.T @ (stiffness + stiff * by_mass @ by_mass.T) @ free
     force = ports.T - by_mass @ (modes.shape[:, rigid].T @ ports.T)

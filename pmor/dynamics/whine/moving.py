@@ -24,6 +24,7 @@ from pmor.gear.inertia import Inertia
 from pmor.line.hub_law import COORDINATES, mesh_coordinates
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.model import ABOUT_AXIS, BEARING_ROWS, GearboxModel, LoadedGearbox, Meshing, loaded, speeds_rpm
+from pmor.machine.settings import LoadCase
 from pmor.machine.system import ARM, tangent_of
 from pmor.machine.weights import M3_OF_MM3, gears_on_shafts
 
@@ -34,7 +35,7 @@ PER_WAVE = 8
 # Displacements of all shafts, at most: what is finer is cut.
 MOST_UNKNOWNS = 900
 # Of the largest mass: a direction without any, such as a seat of a housing that is given by its stiffness alone.
-MASSLESS = 1e-13
+MASSLESS = 1e-10
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,7 @@ class MovingMachine:
     ----------
     gearbox : LoadedGearbox
         Its shafts refined.
+    load : LoadCase
     mass, stiffness, gyroscopic : ndarray, shape (n, n)
         t, N/mm, and moments at 1 rad/s of the first torque's shaft; and so on.
     meshes : ndarray, shape (2 M, n)
@@ -56,6 +58,7 @@ class MovingMachine:
     """
 
     gearbox: LoadedGearbox
+    load: LoadCase
     mass: FloatArray
     stiffness: FloatArray
     gyroscopic: FloatArray
@@ -67,13 +70,22 @@ class MovingMachine:
     def constraints(self) -> FloatArray:
         """Rows of the displacements that rigid bearings hold, (c, n)."""
         rows = [bearing.rows[i] for bearing in self.gearbox.bearings for i in bearing.rigid]
-        return np.array(rows) if rows else np.zeros((0, len(self.mass)))
+        return self.padded(np.array(rows)) if rows else np.zeros((0, len(self.mass)))
+
+    def padded(self, rows: FloatArray) -> FloatArray:
+        """Return rows by displacements of shafts and seats as rows by all, with further coordinates of the housing."""
+        return np.pad(rows, ((0, 0), (0, len(self.mass) - rows.shape[1])))
+
+    @property
+    def housing(self) -> slice:
+        """Coordinates of the housing among the displacements."""
+        return slice(len(self.gearbox.load) - len(self.gearbox.housing), len(self.mass))
 
     @cached_property
     def free(self) -> FloatArray:
         """Displacements that they leave, in coordinates of like size, (n, r); those without mass follow the others."""
-        turns = np.tile(np.arange(NODE) >= ABOUT_AXIS, len(self.mass) // NODE)
-        scale = np.where(turns, 1.0 / ARM, 1.0)
+        turns = np.arange(len(self.gearbox.load)) % NODE >= ABOUT_AXIS
+        scale = np.where(np.pad(turns, (0, len(self.mass) - len(turns))), 1.0 / ARM, 1.0)
         basis = scale[:, None] * _null_space(self.constraints * scale)
         masses, directions = np.linalg.eigh(basis.T @ self.mass @ basis)
         light = masses < MASSLESS * masses[-1]
@@ -86,6 +98,12 @@ class MovingMachine:
     def reactions(self, inner: FloatArray) -> FloatArray:
         """Return the forces of rigid bearings that balance inner forces K q + M q'' - f, (n, ...), on their shafts."""
         return np.asarray(np.linalg.pinv(self.constraints.T) @ inner)
+
+    def row(self, shaft: str, place: float, direction: int) -> FloatArray:
+        """Return the row of a displacement of a shaft at a place along it, mm, (n,)."""
+        found = np.zeros(len(self.mass))
+        found[self.gearbox.first[shaft] + NODE * self.gearbox.beams[shaft].node_at(place) + direction] = 1.0
+        return found
 
     def mesh_rate(self, number: int) -> float:
         """Return the pitches that pass through a mesh by a turn of the first torque's shaft."""
@@ -117,12 +135,19 @@ def moving_machine(model: GearboxModel, solved: SolvedLoad, highest_Hz: float) -
         own_mass, own_spin = disc_matrices(inertia, along)
         mass[rows, rows] += own_mass
         gyroscopic[rows, rows] += rates.get(shaft, 0.0) * own_spin
-    if model.housing_mass is not None:
-        mass[-len(model.housing_mass) :, -len(model.housing_mass) :] += model.housing_mass
     stiffness = tangent_of(gearbox.system, solved.equilibrium.bearings)
+    if model.housing_matrices is not None:
+        first = size - len(gearbox.housing)
+        stiffness[first:, first:] -= gearbox.housing
+        size = first + len(model.housing_matrices.stiffness)
+        grown = ((0, size - len(mass)), (0, size - len(mass)))
+        mass, gyroscopic, stiffness = (np.pad(matrix, grown) for matrix in (mass, gyroscopic, stiffness))
+        stiffness[first:, first:] += model.housing_matrices.stiffness
+        if model.housing_matrices.mass is not None:
+            mass[first:, first:] += model.housing_matrices.mass
     meshes = np.concatenate([_coordinates(mesh, size) for mesh in gearbox.meshes])
     sense = -1.0 if (solved.load.speed_rpm or 1.0) < 0.0 else 1.0
-    return MovingMachine(gearbox, mass, stiffness, gyroscopic, meshes, rates, sense)
+    return MovingMachine(gearbox, solved.load, mass, stiffness, gyroscopic, meshes, rates, sense)
 
 
 def disc_matrices(inertia: Inertia, along: float) -> tuple[FloatArray, FloatArray]:
@@ -189,5 +214,5 @@ def bearing_rows(machine: MovingMachine, solved: SolvedLoad) -> Sequence[FloatAr
         if bearing.inner is not None:
             five = list(BEARING_ROWS)
             rows[five] += next(states).stiffness @ bearing.rows[five]
-        found.append(rows)
+        found.append(machine.padded(rows))
     return found

@@ -4,8 +4,8 @@ Along the order r the frequency is r W, W the speed, and modes with their gyrosc
 
     diag(s) - (r W)^2 + i r W^2 G = diag(s) - W^2 B,    B = r^2 - i r G,
 
-are one Hermitian problem for all speeds: its eigenvalues are the squares of the speeds at which the order meets a mode,
-exactly and forwards and backwards whirl apart.
+are one Hermitian problem for all speeds, B v = v / W_n^2 diag(s): W_n are the speeds at which the order meets a mode,
+forwards and backwards whirl apart; there is none where 1 / W_n^2 is negative.
 """
 
 from __future__ import annotations
@@ -30,17 +30,22 @@ class Order:
         Frequency over that of the first torque's shaft.
     speeds : ndarray, shape (S,)
         rad/s.
-    resonance : ndarray, shape (m,)
-        Speed at which the order meets each mode, rad/s.
+    inverse : ndarray, shape (m,)
+        1 / W_n^2.
     mixed : ndarray of complex, shape (m', m)
-        Modes by those at rest, m' with rotations that nothing holds.
+        Modes by those at rest, m' with rotations that nothing holds; of unit strain energy, twice.
     """
 
     receptance: Receptance
     order: float
     speeds: FloatArray
-    resonance: FloatArray
+    inverse: FloatArray
     mixed: ComplexArray
+
+    @property
+    def resonance(self) -> FloatArray:
+        """Speeds at which the order meets each mode, (m,), rad/s; NaN where it meets none."""
+        return np.asarray(1.0 / np.sqrt(np.where(self.inverse > 0.0, self.inverse, np.nan)))
 
     @cached_property
     def by_ports(self) -> ComplexArray:
@@ -55,9 +60,9 @@ class Order:
     @cached_property
     def amplification(self) -> ComplexArray:
         """Answer of each mode to a unit of its load, (S, m); none beyond the highest mode, rather than as at rest."""
-        ratio = 2.0 * self.receptance.damping_ratio[-len(self.resonance) :]
-        stiff = self.resonance**2 - self.speeds[:, None] ** 2
-        found = 1.0 / (stiff + 1j * ratio * self.resonance * self.speeds[:, None])
+        ratio, speeds = 2.0 * self.receptance.damping_ratio[-len(self.inverse) :], self.speeds[:, None]
+        damping = ratio * np.sqrt(np.maximum(self.inverse, 0.0)) * speeds
+        found = 1.0 / (1.0 - self.inverse * speeds**2 + 1j * damping)
         return np.asarray(np.where(self.within[:, None], found, 0.0))
 
     @property
@@ -65,12 +70,12 @@ class Order:
         """Speeds at which the order is below the highest mode, (S,)."""
         return np.asarray(self.order * self.speeds <= np.sqrt(self.receptance.modes.square.max()))
 
-    def ports(self, own: slice) -> ComplexArray:
-        """Return the receptance of q of the ports, (S, q, q)."""
-        by = self.by_ports[own]
-        products = (by[:, None] * by.conj()).reshape(-1, by.shape[1])
-        moving = (self.amplification @ products.T).reshape(-1, len(by), len(by))
-        return np.asarray(moving + self.within[:, None, None] * self.receptance.left_ports[own, own])
+    def ports(self, told: slice, acting: slice) -> ComplexArray:
+        """Return displacements of some ports under unit forces on others, (S, p, q)."""
+        by, under = self.by_ports[told], self.by_ports[acting].conj()
+        products = (by[:, None] * under).reshape(-1, by.shape[1])
+        moving = (self.amplification @ products.T).reshape(-1, len(by), len(under))
+        return np.asarray(moving + self.within[:, None, None] * self.receptance.left_ports[told, acting])
 
     def modal(self, own: slice, force: ComplexArray) -> ComplexArray:
         """Return the amplitudes of the modes under forces on q of the ports, (..., S, q): shape (..., S, m)."""
@@ -87,8 +92,9 @@ def along(receptance: Receptance, order: float, speeds: FloatArray, sense: float
     square = receptance.modes.square
     elastic = np.flatnonzero(square > 0.0)
     gyroscopic = receptance.gyroscopic[np.ix_(elastic, elastic)]
-    inertia = order**2 * np.eye(len(elastic)) - 1j * sense * order * gyroscopic
-    found, shape = eigh(np.diag(square[elastic]).astype(complex), inertia)
+    root = np.sqrt(square[elastic])
+    inertia = (order**2 * np.eye(len(root)) - 1j * sense * order * gyroscopic) / np.outer(root, root)
+    inverse, shape = eigh(inertia)
     mixed = np.zeros((len(square), len(elastic)), dtype=complex)
-    mixed[elastic] = shape
-    return Order(receptance, order, speeds, np.sqrt(found), mixed)
+    mixed[elastic] = shape / root[:, None]
+    return Order(receptance, order, speeds, inverse, mixed)

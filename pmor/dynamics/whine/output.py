@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pmor.dynamics.whine.figures import bearings_figure, campbell_figure, meshes_figure, waterfall_figure
-from pmor.dynamics.whine.readings import bearing_names, bearing_rms, force_lines, mesh_rms, mode_rows, peak_rows
+from pmor.dynamics.whine.readings import bearing_names, bearing_rms, force_lines, mesh_rms, mode_rows, peak_rows, swing
 from pmor.dynamics.whine.response import LoadResponse
 from pmor.machine.loader import GearboxFile
 from pmor.report.page import Block, Heading, Picture, Warning
@@ -37,7 +37,7 @@ def whine_data(file: GearboxFile, responses: Sequence[LoadResponse], failures: S
 
 
 def _load_data(response: LoadResponse) -> Data:
-    total = bearing_rms(response)
+    total, forces, swings = bearing_rms(response), mesh_rms(response), swing(response)
     return {
         "load": response.solved.load.name,
         "speeds_rpm": [float(response.speeds_rpm[0]), float(response.speeds_rpm[-1])],
@@ -50,10 +50,10 @@ def _load_data(response: LoadResponse) -> Data:
             for n, name in enumerate(bearing_names(response))
         ],
         "meshes": [
-            {"name": mesh.name, "mean_force_N": float(solved.force), "force_rms_max_N": float(mesh_rms(mesh).max()),
-             "dynamic_factor": 1.0 + float((2.0 * abs(mesh.lines.force) * mesh.told).sum(axis=1).max() / solved.force),
-             "mean_tangent_N_per_um": 1e-3 * float(mesh.cycle.mean[0, 0]), "pitches_per_turn": mesh.rate}
-            for mesh, solved in zip(response.meshes, response.solved.meshes, strict=True)
+            {"name": mesh.name, "mean_force_N": float(solved.force), "force_rms_max_N": float(forces[:, n].max()),
+             "dynamic_factor": 1.0 + float(swings[:, n].max() / solved.force),
+             "mean_tangent_N_per_um": 1e-3 * float(response.tangent[2 * n, 2 * n]), "pitches_per_turn": mesh.rate}
+            for n, (mesh, solved) in enumerate(zip(response.meshes, response.solved.meshes, strict=True))
         ],
     }  # fmt: skip
 
@@ -62,30 +62,32 @@ def response_rows(responses: Sequence[LoadResponse]) -> list[Data]:
     """Return the rows of `response.csv`: forces of meshes and bearings by load and speed."""
     rows = []
     for response in responses:
-        bearings, meshes = bearing_rms(response), [mesh_rms(mesh) for mesh in response.meshes]
+        bearings, meshes = bearing_rms(response), mesh_rms(response)
         for place, speed in enumerate(response.speeds_rpm.tolist()):
             row: Data = {"load": response.solved.load.name, "speed_rpm": speed}
-            row |= {f"mesh {m.name}, rms_N": float(own[place]) for m, own in zip(response.meshes, meshes, strict=True)}
+            row |= {f"mesh {mesh.name}, rms_N": float(meshes[place, n]) for n, mesh in enumerate(response.meshes)}
             names = bearing_names(response)
             rows.append(row | {f"bearing {name}, rms_N": float(bearings[place, n]) for n, name in enumerate(names)})
     return rows
 
 
 def line_columns(responses: Sequence[LoadResponse]) -> dict[str, np.ndarray]:
-    """Return the columns of `lines.csv`: each line of each mesh by load and speed."""
+    """Return the columns of `lines.csv`: each line of each source by load and speed, amplitudes from zero to peak."""
     parts = list[dict[str, np.ndarray]]()
     for response in responses:
-        for mesh in response.meshes:
-            count, harmonics = mesh.lines.force.shape
-            forces = force_lines(response, mesh, mesh.lines)
-            frequency = mesh.frequency_Hz(response.speeds_rpm)
+        for source in response.sources:
+            count, harmonics = source.told.shape
+            forces = force_lines(response, source, source.lines)
+            own = {"load": response.solved.load.name, "source": source.name}
+            told = source.told[..., None]
+            meshes = 2.0 * abs(source.lines.mesh_forces) * told, 2e3 * abs(source.lines.parted) * told
             parts.append({
-                "load": np.full(count * harmonics, response.solved.load.name, dtype=object),
-                "mesh": np.full(count * harmonics, mesh.name, dtype=object),
+                **{key: np.full(count * harmonics, text, dtype=object) for key, text in own.items()},
                 "harmonic": np.tile(np.arange(1, harmonics + 1), count),
-                "speed_rpm": np.repeat(response.speeds_rpm, harmonics), "frequency_Hz": frequency.ravel(),
-                "mesh_force_N": (2.0 * abs(mesh.lines.force) * mesh.told).ravel(),
-                "transmission_error_um": (2e3 * abs(mesh.lines.transmission_error) * mesh.told).ravel(),
+                "speed_rpm": np.repeat(response.speeds_rpm, harmonics),
+                "frequency_Hz": source.frequency_Hz(response.speeds_rpm).ravel(),
+                **{f"mesh {mesh.name}, {key}": values[..., n].ravel() for n, mesh in enumerate(response.meshes)
+                   for key, values in zip(("force_N", "transmission_error_um"), meshes, strict=True)},
                 **{f"bearing {name}, rms_N": forces[..., n].ravel() for n, name in enumerate(bearing_names(response))},
             })  # fmt: skip
     return {key: np.concatenate([part[key] for part in parts]) for key in parts[0]} if parts else {}
@@ -163,7 +165,7 @@ def _peaks(data: Data) -> Table:
         "load": lambda row: row[0]["load"], "bearing": lambda row: row[1]["bearing"],
         "speed, rpm": lambda row: row[1]["speed_rpm"],
         "force, rms, N": lambda row: row[1]["force_rms_N"],
-        "by": lambda row: f"{row[1]['mesh']}, harmonic {row[1]['harmonic']}",
+        "by": lambda row: f"{row[1]['source']}, harmonic {row[1]['harmonic']}",
         "at, Hz": lambda row: row[1]["frequency_Hz"],
         "without this line, N": lambda row: row[1]["without_line_rms_N"],
         "mode": lambda row: row[1]["mode"],

@@ -8,9 +8,9 @@ import numpy as np
 from scipy.signal import argrelmax
 
 from pmor.body.beam import NODE
-from pmor.core.arrays import ComplexArray, FloatArray
+from pmor.core.arrays import FloatArray
 from pmor.dynamics.whine.moving import MovingMachine
-from pmor.dynamics.whine.response import RPM, Lines, LoadResponse, MeshResponse, of_mesh
+from pmor.dynamics.whine.response import RPM, Lines, LoadResponse, Source, of_mesh
 
 Data = dict[str, Any]
 # Directions of a shaft's nodes by the kind of motion, and their names.
@@ -24,53 +24,45 @@ def bearing_names(response: LoadResponse) -> list[str]:
     return [bearing.settings.name for bearing in response.machine.gearbox.bearings]
 
 
-def bearing_forces(response: LoadResponse, readings: ComplexArray) -> ComplexArray:
-    """Return forces and moments on what holds each bearing, (..., bearings, 6), from readings (..., o)."""
-    gearbox = response.machine.gearbox
-    count = NODE * len(gearbox.bearings)
-    found = readings[..., :count].reshape(*readings.shape[:-1], len(gearbox.bearings), NODE).copy()
-    place = count
-    for number, bearing in enumerate(gearbox.bearings):
-        for direction in bearing.rigid:
-            # A reaction acts on the shaft.
-            found[..., number, direction] -= readings[..., place]
-            place += 1
-    return found
-
-
-def force_lines(response: LoadResponse, mesh: MeshResponse, lines: Lines) -> FloatArray:
-    """Return the forces of a mesh's lines on all bearings, as rms of the vector, (S, K, bearings), N."""
-    force = bearing_forces(response, lines.readings)[..., :3]
-    return np.asarray(np.sqrt(2.0 * (abs(force) ** 2).sum(axis=-1)) * mesh.told[..., None])
+def force_lines(response: LoadResponse, source: Source, lines: Lines) -> FloatArray:
+    """Return the forces of a source's lines on all bearings, rms of the vector, (S, K, bearings), N."""
+    force = response.bearing_forces(lines.readings)[..., :3]
+    return np.asarray(np.sqrt(2.0 * (abs(force) ** 2).sum(axis=-1)) * source.told[..., None])
 
 
 def bearing_rms(response: LoadResponse, constant: bool = False) -> FloatArray:
-    """Return the forces on all bearings over the speed, rms of all lines of all meshes, (S, bearings), N."""
-    every = [force_lines(response, mesh, lines_of(mesh, constant)) ** 2 for mesh in response.meshes]
-    return np.asarray(np.sqrt(sum(one.sum(axis=1) for one in every)))
+    """Return the forces on all bearings over the speed, rms of all lines of all sources, (S, bearings), N."""
+    every = [force_lines(response, one, one.constant if constant else one.lines) for one in response.sources]
+    return np.asarray(np.sqrt(sum((lines**2).sum(axis=1) for lines in every)))
 
 
-def mesh_rms(mesh: MeshResponse, constant: bool = False) -> FloatArray:
-    """Return the dynamic mesh force over the speed, rms of its own lines, (S,), N."""
-    return np.asarray(np.sqrt(2.0 * (abs(lines_of(mesh, constant).force) ** 2 * mesh.told).sum(axis=1)))
+def mesh_rms(response: LoadResponse, constant: bool = False) -> FloatArray:
+    """Return the dynamic forces of all meshes over the speed, rms of all lines of all sources, (S, M), N."""
+    every = [
+        2.0 * (abs((one.constant if constant else one.lines).mesh_forces) ** 2 * one.told[..., None]).sum(axis=1)
+        for one in response.sources
+    ]
+    return np.asarray(np.sqrt(sum(every)))
 
 
-def lines_of(mesh: MeshResponse, constant: bool) -> Lines:
-    """Return the lines of a mesh, by its varying stiffness or a constant one."""
-    return mesh.time_invariant if constant else mesh.lines
+def swing(response: LoadResponse) -> FloatArray:
+    """Return the most that the forces of all meshes can swing to one side over the speed, sum of all lines, (S, M)."""
+    every = [2.0 * (abs(one.lines.mesh_forces) * one.told[..., None]).sum(axis=1) for one in response.sources]
+    return np.asarray(sum(every))
 
 
 def mode_rows(response: LoadResponse) -> list[Data]:
     """Return each natural mode: frequency, strain energy of the meshes, what moves, its family."""
     machine, modes = response.machine, response.modes
     own = machine.mass @ modes.shape * modes.shape
+    parted = response.receptance.ports[: len(response.tangent)].reshape(len(response.meshes), -1, len(modes.square))
     rows = []
     for number in range(len(modes.square)):
         if modes.square[number] == 0.0:
             continue
         strain = [
             float(x @ response.tangent[of_mesh(n), of_mesh(n)] @ x) / float(modes.square[number])
-            for n, x in enumerate(np.split(response.receptance.ports[:, number], len(response.meshes)))
+            for n, x in enumerate(parted[..., number])
         ]
         shares = _kinetic(machine, own[:, number])
         shaft = max(shares, key=lambda name: sum(shares[name].values()))
@@ -90,7 +82,7 @@ def _kinetic(machine: MovingMachine, energy: FloatArray) -> dict[str, dict[str, 
     gearbox, found = machine.gearbox, {}
     parts = {name: (first, NODE * len(gearbox.beams[name].stations)) for name, first in gearbox.first.items()}
     if len(gearbox.housing):
-        parts["housing"] = len(energy) - len(gearbox.housing), len(gearbox.housing)
+        parts["housing"] = machine.housing.start, len(gearbox.housing)
     for name, (first, size) in parts.items():
         nodes = energy[first : first + size].reshape(-1, NODE)
         found[name] = {kind: float(nodes[:, list(ways)].sum()) for kind, ways in KINDS}
@@ -103,32 +95,34 @@ def peak_rows(response: LoadResponse) -> list[Data]:
     A peak is that of the line whose square bends down most there; without it there is none.
     """
     total, constant = bearing_rms(response), bearing_rms(response, constant=True)
-    lines = np.stack([force_lines(response, mesh, mesh.lines) for mesh in response.meshes], axis=1)
+    lines = [(one, force_lines(response, one, one.lines)) for one in response.sources]
     rows = []
     for bearing, name in enumerate(bearing_names(response)):
         over_speed = total[:, bearing]
         tops = sorted(argrelmax(over_speed)[0].tolist(), key=lambda place: -float(over_speed[place]))
         for place in tops[:MOST_PEAKS]:
-            bends = np.diff(lines[place - 1 : place + 2, :, :, bearing] ** 2, n=2, axis=0)[0]
-            number, harmonic = divmod(int(bends.argmin()), lines.shape[2])
-            line, mesh = float(lines[place, number, harmonic, bearing]), response.meshes[number]
-            speed = float(response.speeds_rpm[place])
+            around, speed = slice(place - 1, place + 2), float(response.speeds_rpm[place])
+            bends = [
+                (float(bend), source, harmonic, float(own[place, harmonic, bearing])) for source, own in lines
+                for harmonic, bend in enumerate(np.diff(own[around, :, bearing] ** 2, n=2, axis=0)[0])
+            ]  # fmt: skip
+            _, source, harmonic, line = min(bends, key=lambda one: one[0])
             rows.append({
-                "bearing": name, "speed_rpm": speed, "force_rms_N": float(over_speed[place]), "mesh": mesh.name,
-                "harmonic": harmonic + 1, "frequency_Hz": speed / 60.0 * mesh.rate * (harmonic + 1),
+                "bearing": name, "speed_rpm": speed, "force_rms_N": float(over_speed[place]), "source": source.name,
+                "harmonic": harmonic + 1, "frequency_Hz": speed / 60.0 * source.rate * (harmonic + 1),
                 "line_rms_N": line, "without_line_rms_N": float(np.sqrt(max(over_speed[place] ** 2 - line**2, 0.0))),
-                **_mode_of(response, number, harmonic, place, bearing),
+                **_mode_of(response, source, harmonic, place, bearing),
                 "constant_stiffness_rms_N": float(constant[place, bearing]),
             })  # fmt: skip
     return rows
 
 
-def _mode_of(response: LoadResponse, number: int, harmonic: int, place: int, bearing: int) -> Data:
+def _mode_of(response: LoadResponse, source: Source, harmonic: int, place: int, bearing: int) -> Data:
     """The mode that gives most of a line's force on a bearing, and the speed at which the order meets it."""
-    mesh, order = response.meshes[number], response.meshes[number].orders[harmonic]
-    amplitude = order.modal(of_mesh(number), mesh.lines.closing[:, harmonic])[place]
-    share = bearing_forces(response, (order.by_readings * amplitude).T)[:, bearing, :3]
+    order = source.orders[harmonic]
+    amplitude = order.modal(source.ports, source.lines.acting[:, harmonic])[place]
+    share = response.bearing_forces((order.by_readings * amplitude).T)[:, bearing, :3]
     dominant = int((abs(share) ** 2).sum(axis=1).argmax())
-    at_rest = int((abs(order.mixed[:, dominant]) ** 2).argmax())
+    at_rest = int((abs(order.mixed[:, dominant]) ** 2 * response.modes.square).argmax())
     rigid = int((response.modes.square == 0.0).sum())
     return {"mode": at_rest + 1 - rigid, "resonance_rpm": float(order.resonance[dominant] / RPM)}
