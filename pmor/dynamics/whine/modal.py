@@ -15,8 +15,8 @@ from scipy.linalg import cho_factor, cho_solve, eigh
 from pmor.core.arrays import ComplexArray, FloatArray
 from pmor.dynamics.whine.moving import MovingMachine
 
-# Of the largest stiffness over the mass, squared and angular: below it a mode is a free rotation.
-RIGID = 1e-9
+# Of the energy that a mode's displacements would have one by one: below it a mode is a rotation that nothing holds.
+RIGID = 1e-11
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def modes_of(machine: MovingMachine, stiffness: FloatArray, highest_Hz: float) -
     free = machine.free
     reduced, mass = free.T @ stiffness @ free, free.T @ machine.mass @ free
     square, shape = eigh(reduced, mass, subset_by_value=(-np.inf, (2.0 * np.pi * highest_Hz) ** 2))
-    rigid = square < RIGID * np.trace(reduced) / np.trace(mass)
+    rigid = square < RIGID * (np.diagonal(reduced) @ shape**2)
     return Modes(np.where(rigid, 0.0, square), free @ shape)
 
 
