@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 from scipy.linalg import eigh
 
 import pmor
+from pmor.dynamics.whine.gradient import Target, changes, cycle_with
 from pmor.dynamics.whine.modal import closed
 from pmor.dynamics.whine.moving import bearing_rows
 from pmor.dynamics.whine.readings import bearing_rms, force_lines, peak_rows
@@ -134,7 +135,7 @@ def test_broken_motion_is_refused_with_place_and_remedy(more, words, tmp_path):
         load(written(tmp_path, with_motion(more=more)))
 
 
-def housed(folder, mass):
+def housed(folder, mass, more=""):
     """The small box on a housing of springs, with a mass or without, and two coordinates that hang on a seat."""
     seats = SMALL.count("[[bearings]]")
     stiffness = np.zeros((6 * seats + 2, 6 * seats + 2))
@@ -144,7 +145,7 @@ def housed(folder, mass):
     inertia = 1e-3 * mass * np.diag(np.concatenate([np.tile([1.0, 1.0, 1.0, 100.0, 100.0, 100.0], seats), [2.0, 2.0]]))
     np.savetxt(folder / "stiffness.csv", stiffness, delimiter=",")
     np.savetxt(folder / "mass.csv", inertia, delimiter=",")
-    text = '[housing]\nstiffness = "stiffness.csv"\nmass = "mass.csv"\n'
+    text = '[housing]\nstiffness = "stiffness.csv"\nmass = "mass.csv"\n' + more
     return load(written(folder, with_motion(more=MOTION + text)))
 
 
@@ -162,3 +163,82 @@ def test_a_heavy_housing_stands_still(tmp_path):
     (tmp_path / "heavy").mkdir()
     heavy = run(housed(tmp_path / "heavy", 1e7)).loads[0]
     assert_allclose(heavy.housing(heavy.sources[0].lines.readings)[-1], 0.0, atol=1e-7)
+
+
+SURFACED = 'surface = "surface.csv"\n'
+
+
+@cache
+def radiating():
+    """A box on a housing with a surface, and its receptance at the mesh."""
+    with TemporaryDirectory() as folder:
+        rows = np.random.default_rng(3).standard_normal((5, 26))
+        np.savetxt(Path(folder) / "surface.csv", rows.T @ rows, delimiter=",")
+        return run(housed(Path(folder), 0.5, SURFACED)).loads[0]
+
+
+def rms_of(response, source, acting, target, place):
+    """Of the lines of the mesh, by its forces (K + 1, 2) at one speed."""
+    total = 0.0
+    for harmonic in range(1, source.told.shape[1] + 1):
+        order = source.orders[harmonic - 1]
+        force = np.broadcast_to(acting[harmonic], (len(order.speeds), 2))
+        readings = order.readings(source.ports, force)[place]
+        if target.kind == "bearing":
+            seen = response.bearing_forces(readings)[target.number, :3]
+        elif target.kind == "power":
+            omega = order.order * RPM * response.speeds_rpm[place]
+            seen = omega * np.sqrt(413.3e-9) * response.machine.surface @ response.housing(readings)
+        else:
+            moved = order.ports(source.ports, source.ports)[place] @ acting[harmonic]
+            seen = (acting[harmonic] - source.mesh.cycle.mean @ moved)[:1]
+        total += 2.0 * (abs(seen) ** 2).sum() * source.told[place, harmonic - 1]
+    return np.sqrt(total)
+
+
+@pytest.mark.parametrize("parameter", ["pinion.helix_slope_um", "wheel.profile_crowning_um"])
+@pytest.mark.parametrize("target", [Target("bearing", 2000.0, 1), Target("mesh", 3500.0), Target("power", 2000.0)])
+def test_adjoint_is_the_difference_of_whole_solutions(parameter, target):
+    """Of the equations of the mesh with a little more of an amount and a little less."""
+    response, step = radiating(), 0.02
+    source = response.meshes[0]
+    (found,) = changes(response, 0, [target], [parameter])
+    place = int(abs(response.speeds_rpm - target.speed_rpm).argmin())
+    own = source.ports
+    answers = np.stack([source.mesh.at_rest + 0j, *(order.ports(own, own)[place] for order in source.orders)])
+    ends = []
+    for sign in (-1.0, 1.0):
+        cycle = cycle_with(source.mesh, parameter, sign * step)
+        # The machine stays closed by the mean stiffness that it had.
+        more = np.stack([cycle.tangent[0] - source.mesh.cycle.mean, *cycle.tangent[1:]])
+        ends.append(rms_of(response, source, hill_closed(cycle, more, answers), target, place))
+    assert_allclose(found.targets[0], (ends[1] - ends[0]) / (2.0 * step), rtol=1e-5)
+
+
+def hill_closed(cycle, tangent, receptance):
+    """Forces by a dense solution with all harmonics of the stiffness, its further mean too."""
+    count = len(receptance)
+    orders = np.arange(-count + 1, count)
+    matrix = np.eye(2 * len(orders), dtype=complex)
+    signed = lambda values, order: values[order] if order >= 0 else values[-order].conj()  # noqa: E731
+    for n, row in enumerate(orders):
+        for j, column in enumerate(orders):
+            matrix[2 * n : 2 * n + 2, 2 * j : 2 * j + 2] += signed(tangent, row - column) @ signed(receptance, column)
+    right = np.concatenate([signed(cycle.force, order) for order in orders])
+    return np.linalg.solve(matrix, right).reshape(-1, 2)[count - 1 :]
+
+
+def test_a_micrometre_of_a_modification_does_what_two_full_runs_say():
+    """A box whose wheel has half a micrometre more, and one that has less, solved from the file on."""
+    target, ends = Target("bearing", 2000.0, 1), []
+    (found,) = changes(moving().loads[0], 0, [target], ["wheel.profile_crowning_um"])
+    for amount in (0.5, -0.5):
+        wheel = f"modification = {{ profile_crowning_um = {amount} }}"
+        place = 'wheel = { shaft = "output", at_mm = 35.0 }'
+        assert place in SMALL
+        text = with_motion(SMALL.replace(place, place.replace(" }", f", {wheel} }}")))
+        response = moving(text).loads[0]
+        at = int(abs(response.speeds_rpm - target.speed_rpm).argmin())
+        lines = force_lines(response, response.sources[0], response.sources[0].lines)[at, :, target.number]
+        ends.append(float(np.sqrt((lines**2).sum())))
+    assert_allclose(found.targets[0], ends[0] - ends[1], rtol=3e-2)

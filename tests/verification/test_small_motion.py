@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 from scipy.linalg import eigh
 
 from pmor.body.beam import NODE, Beam, CircularSection, ShaftMaterial, refined
-from pmor.dynamics.whine.cycle import law_under_load, mesh_cycles
+from pmor.dynamics.whine.cycle import standing_meshes
 from pmor.dynamics.whine.hill import hill, mesh_forces, moved
 from pmor.dynamics.whine.modal import closed, modes_of, receptance_of, transfer
 from pmor.dynamics.whine.moving import bearing_rows, moving_machine
@@ -85,7 +85,7 @@ def loaded_box():
     pairs, trains = meshes_and_trains(file)
     solved = solve_load(file.model, file.model.sections.loads[0], pairs, 16, trains=trains)
     machine = moving_machine(file.model, solved, HIGHEST)
-    cycles = mesh_cycles(solved, pairs, 4, 48)
+    cycles = [mesh.cycle() for mesh in standing_meshes(solved, pairs, 4)]
     tangent = np.zeros((2 * len(cycles), 2 * len(cycles)))
     for number, cycle in enumerate(cycles):
         rows = slice(2 * number, 2 * number + 2)
@@ -159,10 +159,10 @@ def test_tangents_on_the_coordinates_are_the_slopes_of_the_forces():
 def test_mean_force_under_the_load_is_that_of_its_torque():
     """The deflection about which motion is small gives the load that the machine is in balance with."""
     solved, pairs, *_ = loaded_box()
-    for mesh in solved.meshes:
-        law, load = law_under_load(mesh, pairs[mesh.meshing.key], 48)
-        assert_allclose(law.force[:, 0].mean(), mesh.force, rtol=1e-4)
-        assert_allclose(law.force.mean(axis=0), load, rtol=1e-5)
+    for mesh, standing in zip(solved.meshes, standing_meshes(solved, pairs, 4), strict=True):
+        law = standing.law()
+        assert_allclose(standing.load[0], mesh.force, rtol=1e-4)
+        assert_allclose(law.force.mean(axis=0), standing.load, rtol=1e-5)
 
 
 def test_hill_agrees_with_the_equations_over_the_cycle():

@@ -3,57 +3,91 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
-from pmor.dynamics.whine.hill import MeshCycle, mesh_cycle
+from pmor.dynamics.whine.hill import FURTHER, MeshCycle, mesh_cycle
+from pmor.gear.condition import Condition
 from pmor.line.hub_law import HubLaw, law_at, mesh_coordinates
 from pmor.machine.coupled import SolvedLoad, SolvedMesh, condition_of, in_axes_of_pair
 from pmor_online.model import ReducedPair, online_angles
 
 # Steps of the deflection until its mean force is the load; of the load, what is left.
 MOST_STEPS, SETTLED = 20, 1e-6
+# Angles of a mesh cycle to each harmonic of its stiffness.
+PER_HARMONIC = 8
 
 
-def mesh_cycles(solved: SolvedLoad, pairs: Mapping[str, ReducedPair], harmonics: int, angles: int) -> list[MeshCycle]:
-    """Return the harmonics of all meshes of a loaded gearbox, along the deflection under which its load is the mean.
+@dataclass(frozen=True)
+class StandingMesh:
+    """A mesh whose hubs stand.
+
+    Parameters
+    ----------
+    load : ndarray, shape (2,)
+        Mean forces on its coordinates, N and N mm.
+    displacement : ndarray, shape (12,)
+        Of both hubs.
+    harmonics : int
+        Told.
+    """
+
+    name: str
+    reduced: ReducedPair
+    condition: Condition
+    load: FloatArray
+    displacement: FloatArray
+    harmonics: int
+
+    def law(self) -> HubLaw:
+        """Return the forces over the cycle; ConvergenceError where some are not found."""
+        pair, count = self.reduced.meshed.pair, PER_HARMONIC * 2 * (self.harmonics + FURTHER)
+        law = law_at(self.reduced.lines, online_angles(pair.pitch, count, 1), self.condition, self.displacement)
+        if not law.converged.all():
+            raise ConvergenceError(f"mesh {self.name}: contact was not found between hubs that stand", [])
+        return law
+
+    def cycle(self) -> MeshCycle:
+        """Return the harmonics of the forces."""
+        law = self.law()
+        return mesh_cycle(law.force, law.tangent, self.load, self.harmonics)
+
+    def moved(self, coordinates: FloatArray) -> StandingMesh:
+        """Return the mesh with its coordinates moved by so much, (2,)."""
+        by_hubs = np.linalg.pinv(mesh_coordinates(self.reduced.meshed.pair))
+        return replace(self, displacement=self.displacement + by_hubs.T @ coordinates)
+
+
+def standing_meshes(solved: SolvedLoad, pairs: Mapping[str, ReducedPair], harmonics: int) -> list[StandingMesh]:
+    """Return all meshes of a loaded gearbox, at the deflections under which their loads are the means.
 
     Parameters
     ----------
     pairs : mapping of str to ReducedPair
         As of `pmor.machine.coupled.solve_load`.
-    angles : int
-        Of a mesh cycle.
 
     Raises
     ------
     ConvergenceError
     """
-    found = []
-    for mesh in solved.meshes:
-        law, load = law_under_load(mesh, pairs[mesh.meshing.key], angles)
-        found.append(mesh_cycle(law.force, law.tangent, load, harmonics))
-    return found
+    return [_under_load(mesh, pairs[mesh.meshing.key], harmonics) for mesh in solved.meshes]
 
 
-def law_under_load(mesh: SolvedMesh, reduced: ReducedPair, angles: int) -> tuple[HubLaw, FloatArray]:
-    """Return the law of a mesh at the deflection whose mean force is that under its load, and this force, (2,)."""
-    pair, condition = reduced.meshed.pair, condition_of(reduced, mesh.torque)
-    phi, columns = online_angles(pair.pitch, angles, 1), mesh_coordinates(pair)
-    by_hubs = np.linalg.pinv(columns)
+def _under_load(mesh: SolvedMesh, reduced: ReducedPair, harmonics: int) -> StandingMesh:
+    pair, name = reduced.meshed.pair, mesh.meshing.settings.name
+    by_hubs = np.linalg.pinv(mesh_coordinates(pair))
     load = by_hubs @ in_axes_of_pair(mesh.meshing.frame) @ mesh.meshing.wrenches.ravel() * mesh.force
     displacement = mesh.displacement.ravel().copy()
     # The pinion's advance, which the compliance of hubs leaves out.
     displacement[5] = 1e-3 * float(np.mean(mesh.sweep.ste_um)) / pair.pinion.base_radius
+    standing = StandingMesh(name, reduced, condition_of(reduced, mesh.torque), load, displacement, harmonics)
     for _ in range(MOST_STEPS):
-        law = law_at(reduced.lines, phi, condition, displacement)
-        if not law.converged.all():
-            break
+        law = standing.law()
         more = law.force.mean(axis=0) - load
         if abs(more[0]) <= SETTLED * load[0]:
-            return law, load
-        displacement += by_hubs.T @ np.linalg.solve(law.tangent.mean(axis=0), more)
-    name = mesh.meshing.settings.name
+            return standing
+        standing = standing.moved(np.linalg.solve(law.tangent.mean(axis=0), more))
     raise ConvergenceError(f"mesh {name}: no deflection found under which its mean force is the load", [])

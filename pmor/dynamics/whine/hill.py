@@ -56,20 +56,24 @@ def hill(cycle: MeshCycle, receptance: ComplexArray) -> ComplexArray:
     receptance : ndarray of complex, shape (S, K + 1, 2, 2)
         H at harmonics 0, 1, ..., K of S speeds.
     """
+    orders = np.arange(-receptance.shape[1] + 1, receptance.shape[1])
+    found = np.linalg.solve(equations(cycle, receptance), signed(cycle.force, orders).reshape(-1, 1))
+    return np.asarray(found.reshape(len(receptance), len(orders), 2)[:, receptance.shape[1] - 1 :])
+
+
+def equations(cycle: MeshCycle, receptance: ComplexArray) -> ComplexArray:
+    """Return the matrices of (1) for the forces, f + k H f = w, of all harmonics of either sign, (S, 4 K + 2, ...)."""
     speeds, count = receptance.shape[:2]
     orders = np.arange(-count + 1, count)
     apart = orders[:, None] - orders
-    varying = np.where((apart == 0)[..., None, None], 0.0, _signed(cycle.tangent, apart))
+    varying = np.where((apart == 0)[..., None, None], 0.0, signed(cycle.tangent, apart))
     blocks = varying.transpose(0, 2, 1, 3).reshape(2 * len(orders), 2 * len(orders))
-    # (1) for the forces: f + K H f = w.
     matrix = np.empty((speeds, *blocks.shape), dtype=complex)
     for place, order in enumerate(orders):
         own, columns = receptance[:, abs(order)], slice(2 * place, 2 * place + 2)
         matrix[:, :, columns] = blocks[:, columns] @ (own if order >= 0 else own.conj())
     matrix[:, np.arange(2 * len(orders)), np.arange(2 * len(orders))] += 1.0
-    right = _signed(cycle.force, orders).reshape(-1, 1)
-    found = np.linalg.solve(matrix, right)
-    return np.asarray(found.reshape(speeds, len(orders), 2)[:, count - 1 :])
+    return matrix
 
 
 def mesh_forces(cycle: MeshCycle, receptance: ComplexArray, closing: ComplexArray) -> ComplexArray:
@@ -86,13 +90,13 @@ def time_invariant(cycle: MeshCycle) -> ComplexArray:
     """Return the forces f_n of a mesh of constant stiffness, by its transmission error at fixed load, (K + 1, 2)."""
     count = len(cycle.force)
     orders = np.arange(-count + 1, count)
-    matrix = _signed(cycle.tangent, orders[:, None] - orders).transpose(0, 2, 1, 3).reshape(2 * len(orders), -1)
-    moved = np.linalg.solve(matrix, _signed(cycle.force, orders).ravel()).reshape(-1, 2)[count - 1 :]
+    matrix = signed(cycle.tangent, orders[:, None] - orders).transpose(0, 2, 1, 3).reshape(2 * len(orders), -1)
+    moved = np.linalg.solve(matrix, signed(cycle.force, orders).ravel()).reshape(-1, 2)[count - 1 :]
     return np.asarray(moved @ cycle.mean.T)
 
 
-def _signed(harmonics: ComplexArray, orders: IntArray) -> ComplexArray:
-    """Harmonics by orders of either sign, of a real signal."""
+def signed(harmonics: ComplexArray, orders: IntArray) -> ComplexArray:
+    """Return harmonics by orders of either sign, of a real signal."""
     found = harmonics[abs(orders)]
     negative = (orders < 0).reshape(*orders.shape, *(1,) * (harmonics.ndim - 1))
     return np.asarray(np.where(negative, found.conj(), found))

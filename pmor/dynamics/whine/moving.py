@@ -55,6 +55,8 @@ class MovingMachine:
         Speeds of the shafts about x over that of the first torque's.
     sense : float
         Of that speed: 1 or -1.
+    surface : ndarray, shape (r, H)
+        Root of the integrals over the housing's surface, mm; empty where none are given.
     """
 
     gearbox: LoadedGearbox
@@ -65,6 +67,7 @@ class MovingMachine:
     meshes: FloatArray
     rates: Mapping[str, float]
     sense: float
+    surface: FloatArray
 
     @cached_property
     def constraints(self) -> FloatArray:
@@ -147,7 +150,17 @@ def moving_machine(model: GearboxModel, solved: SolvedLoad, highest_Hz: float) -
             mass[first:, first:] += model.housing_matrices.mass
     meshes = np.concatenate([_coordinates(mesh, size) for mesh in gearbox.meshes])
     sense = -1.0 if (solved.load.speed_rpm or 1.0) < 0.0 else 1.0
-    return MovingMachine(gearbox, solved.load, mass, stiffness, gyroscopic, meshes, rates, sense)
+    return MovingMachine(gearbox, solved.load, mass, stiffness, gyroscopic, meshes, rates, sense, surface_of(model))
+
+
+def surface_of(model: GearboxModel) -> FloatArray:
+    """Return R with R^T R the integrals over the surface of the housing, (r, H)."""
+    matrices = model.housing_matrices
+    if matrices is None or matrices.surface is None:
+        return np.zeros((0, 0 if matrices is None else len(matrices.stiffness)))
+    values, vectors = np.linalg.eigh(matrices.surface)
+    kept = values > MASSLESS * values[-1]
+    return np.asarray((vectors[:, kept] * np.sqrt(values[kept])).T)
 
 
 def disc_matrices(inertia: Inertia, along: float) -> tuple[FloatArray, FloatArray]:

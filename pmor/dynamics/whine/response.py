@@ -10,7 +10,7 @@ import numpy as np
 
 from pmor.body.beam import NODE
 from pmor.core.arrays import BoolArray, ComplexArray, FloatArray
-from pmor.dynamics.whine.cycle import mesh_cycles
+from pmor.dynamics.whine.cycle import StandingMesh, standing_meshes
 from pmor.dynamics.whine.hill import FURTHER, MeshCycle, hill, mesh_forces, time_invariant
 from pmor.dynamics.whine.modal import Modes, Receptance, closed, modes_of, receptance_of, transfer
 from pmor.dynamics.whine.moving import KG, MovingMachine, bearing_rows, moving_machine
@@ -23,9 +23,9 @@ from pmor_online.model import ReducedPair
 
 # Modes go up to this times the highest frequency.
 FURTHER_MODES = 2.0
-# Angles of a mesh cycle to each harmonic of its stiffness.
-PER_HARMONIC = 8
 RPM = 2.0 * math.pi / 60.0
+# Density times speed of sound of air at 20 deg C, N s/mm3.
+AIR = 413.3e-9
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,15 @@ class Lines:
 
 
 @dataclass(frozen=True)
+class MeshMotion:
+    """A mesh about which motion is small: where its hubs stand, its cycle there, its receptance at rest, (2, 2)."""
+
+    standing: StandingMesh
+    cycle: MeshCycle
+    at_rest: FloatArray
+
+
+@dataclass(frozen=True)
 class Source:
     """A mesh, an unbalanced shaft, or a torque that swings, and what it moves.
 
@@ -66,8 +75,7 @@ class Source:
         By meshes of constant stiffness.
     told : ndarray of bool, shape (S, K)
         Lines below the highest frequency.
-    cycle : MeshCycle, optional
-        Of a mesh.
+    mesh : MeshMotion, optional
     """
 
     name: str
@@ -77,7 +85,7 @@ class Source:
     lines: Lines
     constant: Lines
     told: BoolArray
-    cycle: MeshCycle | None = None
+    mesh: MeshMotion | None = None
 
     def frequency_Hz(self, speeds_rpm: FloatArray) -> FloatArray:
         """Frequencies of the lines, (S, K)."""
@@ -120,6 +128,12 @@ class LoadResponse:
                 place += 1
         return found
 
+    def power(self, lines: Lines, source: Source) -> FloatArray:
+        """Return the equivalent radiated power of the housing by lines, (S, K), mW: 0 where no surface is given."""
+        omega = RPM * self.speeds_rpm[:, None] * source.rate * np.arange(1, source.told.shape[1] + 1)
+        normal = self.housing(lines.readings) @ self.machine.surface.T
+        return np.asarray(2.0 * AIR * omega**2 * (abs(normal) ** 2).sum(axis=-1) * source.told)
+
     def housing(self, readings: ComplexArray) -> ComplexArray:
         """Return the displacements of the housing's coordinates, (..., H), from readings (..., o), mm."""
         first = NODE * len(self.machine.gearbox.bearings)
@@ -154,24 +168,25 @@ def respond(
         Where a mesh has no law about its load.
     """
     machine = moving_machine(model, solved, motion.highest_frequency_Hz)
-    angles = PER_HARMONIC * 2 * (motion.harmonics + FURTHER)
-    cycles = mesh_cycles(solved, pairs, motion.harmonics, angles)
+    standing = standing_meshes(solved, pairs, motion.harmonics)
+    cycles = [mesh.cycle() for mesh in standing]
     tangent = np.zeros((COORDINATES * len(cycles), COORDINATES * len(cycles)))
     for number, cycle in enumerate(cycles):
         tangent[of_mesh(number), of_mesh(number)] = cycle.mean
     stiffness = closed(machine, tangent)
     modes = modes_of(machine, stiffness, FURTHER_MODES * motion.highest_frequency_Hz)
     swinging = [*unbalances(model, machine), *ripples(machine)]
-    ports = np.concatenate([machine.meshes, *(one.rows for one in swinging)])
+    acting = np.concatenate([machine.meshes, *(one.rows for one in swinging)])
     readings = np.concatenate([*bearing_rows(machine, solved), np.eye(len(machine.mass))[machine.housing]])
-    receptance = receptance_of(machine, stiffness, modes, ports, readings, motion.damping_ratio)
+    receptance = receptance_of(machine, stiffness, modes, acting, readings, motion.damping_ratio)
     sources, first, means = [], len(tangent), np.array([cycle.mean for cycle in cycles])
-    for number, cycle in enumerate(cycles):
-        sources.append(_of_mesh(machine, receptance, means, number, cycle, motion, speeds_rpm))
+    for number, (mesh, cycle) in enumerate(zip(standing, cycles, strict=True)):
+        own = MeshMotion(mesh, cycle, transfer(receptance, np.zeros(1)).ports[0, of_mesh(number), of_mesh(number)].real)
+        sources.append(_of_mesh(machine, receptance, means, number, own, motion, speeds_rpm))
     for one in swinging:
-        own = slice(first, first + len(one.rows))
-        sources.append(_of_shaft(machine, receptance, means, one, own, motion, speeds_rpm))
-        first = own.stop
+        ports = slice(first, first + len(one.rows))
+        sources.append(_of_shaft(machine, receptance, means, one, ports, motion, speeds_rpm))
+        first = ports.stop
     return LoadResponse(solved, machine, modes, receptance, tangent, speeds_rpm, tuple(sources))
 
 
@@ -209,15 +224,15 @@ def ripples(machine: MovingMachine) -> list[Swinging]:
 
 
 def _of_mesh(
-    machine: MovingMachine, receptance: Receptance, means: FloatArray, number: int, cycle: MeshCycle, motion: Motion,
+    machine: MovingMachine, receptance: Receptance, means: FloatArray, number: int, mesh: MeshMotion, motion: Motion,
     speeds_rpm: FloatArray,
 ) -> Source:  # fmt: skip
     """Return what a mesh excites; `means` are the mean stiffnesses of all meshes, (M, 2, 2)."""
-    name, own, rate = machine.gearbox.meshes[number].settings.name, of_mesh(number), machine.mesh_rate(number)
+    cycle, own, rate = mesh.cycle, of_mesh(number), machine.mesh_rate(number)
     speeds, harmonics = RPM * speeds_rpm, range(1, motion.harmonics + FURTHER + 1)
     orders = tuple(along(receptance, harmonic * rate, speeds, machine.sense) for harmonic in harmonics)
-    at_rest = np.broadcast_to(transfer(receptance, np.zeros(1)).ports[:, own, own], (len(speeds), 1, 2, 2))
-    moving = np.concatenate([at_rest, np.stack([order.ports(own, own) for order in orders], axis=1)], axis=1)
+    still = np.broadcast_to(mesh.at_rest, (len(speeds), 1, *mesh.at_rest.shape))
+    moving = np.concatenate([still, np.stack([order.ports(own, own) for order in orders], axis=1)], axis=1)
     constant = np.broadcast_to(time_invariant(cycle), moving.shape[:3])
     varying = constant if motion.mesh_stiffness == "mean" else hill(cycle, moving)
     wanted, found = slice(1, motion.harmonics + 1), list[Lines]()
@@ -226,7 +241,7 @@ def _of_mesh(
         lines.mesh_forces[..., number] = mesh_forces(cycle, moving, acting)[:, wanted, 0]
         found.append(lines)
     told = _told(rate, motion.harmonics, motion, speeds_rpm)
-    return Source(name, rate, own, orders, found[0], found[1], told, cycle)
+    return Source(mesh.standing.name, rate, own, orders, found[0], found[1], told, mesh)
 
 
 def _of_shaft(
