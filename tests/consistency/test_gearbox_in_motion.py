@@ -150,9 +150,9 @@ def housed(folder, mass, more=""):
 
 
 def test_a_light_housing_is_one_that_has_stiffness_alone(tmp_path):
-    """Lines of a housing of a milligram are those of none; further coordinates follow their seats."""
+    """Lines of a housing of ten milligrams a seat are those of none; further coordinates follow their seats."""
     responses = []
-    for mass, name in ((1e-7, "light"), (0.0, "massless")):
+    for mass, name in ((1e-5, "light"), (0.0, "massless")):
         (tmp_path / name).mkdir()
         responses.append(run(housed(tmp_path / name, mass)).loads[0])
     assert_allclose(bearing_rms(responses[0]), bearing_rms(responses[1]), rtol=1e-5)

@@ -22,10 +22,11 @@ from pmor.dynamics.whine.hill import MeshCycle, equations, signed, time_invarian
 from pmor.dynamics.whine.response import AIR, RPM, LoadResponse, MeshMotion, Source
 
 # Amounts that each flank can have, whatever it has: um.
-AMOUNTS = "profile_crowning_um", "profile_slope_um", "helix_crowning_um", "helix_slope_um", "twist_um"
-RELIEFS = "tip_relief_um", "root_relief_um", "end_relief_um"
-# Half of the difference of an amount, um; rounds of the deflection that the machine takes with it.
-STEP, ROUNDS = 0.02, 3
+AMOUNTS = "profile_crowning_um", "profile_slope_um", "helix_crowning_um", "helix_slope_um"
+# Those that need a place, and twists, where a flank has them.
+FURTHER = "tip_relief_um", "root_relief_um", "end_relief_um", "twist_um"
+# Half of the difference of an amount, um.
+STEP = 0.02
 
 
 @dataclass(frozen=True)
@@ -84,9 +85,9 @@ def changes(
 
 
 def amounts(standing: StandingMesh) -> list[str]:
-    """Return the amounts that the flanks of a mesh can have: reliefs where they have one."""
+    """Return the amounts that the flanks of a mesh can have, and reliefs and twists where they have one."""
     flanks = ("pinion", standing.condition.pinion), ("wheel", standing.condition.wheel)
-    return [f"{gear}.{key}" for gear, flank in flanks for key in (*AMOUNTS, *RELIEFS)
+    return [f"{gear}.{key}" for gear, flank in flanks for key in (*AMOUNTS, *FURTHER)
             if key in AMOUNTS or getattr(flank, key) != 0.0]  # fmt: skip
 
 
@@ -96,13 +97,11 @@ def cycle_with(motion: MeshMotion, parameter: str, step: float) -> MeshCycle:
     condition = motion.standing.condition
     flank = getattr(condition, gear)
     changed = replace(flank, **{key: getattr(flank, key) + step})
-    mesh, moved = replace(motion.standing, condition=replace(condition, **{gear: changed})), np.zeros(2)
-    beyond = np.linalg.inv(motion.at_rest) - motion.cycle.mean  # of the machine without the mesh
-    for _ in range(ROUNDS):
-        more = mesh.moved(moved).law().force.mean(axis=0) - mesh.load - beyond @ moved
-        moved = moved + motion.at_rest @ more
+    mesh = replace(motion.standing, condition=replace(condition, **{gear: changed}))
+    # A step is enough: what it leaves goes with the square of the amount, and out of a central difference.
+    moved = motion.at_rest @ (mesh.law().force.mean(axis=0) - mesh.load)
     cycle = mesh.moved(moved).cycle()
-    cycle.force[0] -= beyond @ moved
+    cycle.force[0] -= np.linalg.solve(motion.at_rest, moved) - motion.cycle.mean @ moved  # the machine's own
     return cycle
 
 

@@ -17,6 +17,8 @@ from pmor.dynamics.whine.moving import MovingMachine
 
 # Of the energy that a mode's displacements would have one by one: below it a mode is a rotation that nothing holds.
 RIGID = 1e-11
+# Of the square of the limit: so far the first mode beyond it is looked for.
+BEYOND = 1.5
 
 
 @dataclass(frozen=True)
@@ -29,10 +31,13 @@ class Modes:
         Angular frequencies, squared; 0 of rotations that nothing holds.
     shape : ndarray, shape (n, m)
         Of unit modal mass.
+    next_square : float
+        Of the first mode that is not among them, or less.
     """
 
     square: FloatArray
     shape: FloatArray
+    next_square: float
 
     @property
     def frequency_Hz(self) -> FloatArray:
@@ -51,6 +56,8 @@ class Receptance:
         By the modes.
     left_ports, left_readings : ndarray, shape (p, p) and (o, p)
         Static part of all that is not in the modes.
+    second_readings : ndarray, shape (o, p)
+        What of it grows with the square of the frequency.
     gyroscopic : ndarray, shape (m, m)
         At 1 rad/s.
     damping_ratio : ndarray, shape (m,)
@@ -61,6 +68,7 @@ class Receptance:
     readings: FloatArray
     left_ports: FloatArray
     left_readings: FloatArray
+    second_readings: FloatArray
     gyroscopic: FloatArray
     damping_ratio: FloatArray
 
@@ -74,9 +82,13 @@ def modes_of(machine: MovingMachine, stiffness: FloatArray, highest_Hz: float) -
     """Return the modes up to a frequency."""
     free = machine.free
     reduced, mass = free.T @ stiffness @ free, free.T @ machine.mass @ free
-    square, shape = eigh(reduced, mass, subset_by_value=(-np.inf, (2.0 * np.pi * highest_Hz) ** 2))
+    limit = (2.0 * np.pi * highest_Hz) ** 2
+    square, shape = eigh(reduced, mass, subset_by_value=(-np.inf, BEYOND * limit))
+    count = int(np.searchsorted(square, limit))
+    beyond = float(square[count]) if count < len(square) else BEYOND * limit
+    square, shape = square[:count], shape[:, :count]
     rigid = square < RIGID * (np.diagonal(reduced) @ shape**2)
-    return Modes(np.where(rigid, 0.0, square), free @ shape)
+    return Modes(np.where(rigid, 0.0, square), free @ shape, beyond)
 
 
 def receptance_of(
@@ -100,16 +112,30 @@ def receptance_of(
     stiff = np.trace(stiffness) / np.trace(machine.mass)
     held = free.T @ (stiffness + stiff * by_mass @ by_mass.T) @ free
     force = ports.T - by_mass @ (modes.shape[:, rigid].T @ ports.T)
-    at_rest = free @ cho_solve(cho_factor(held), free.T @ force)
+    factor = cho_factor(held)
+    at_rest = free @ cho_solve(factor, free.T @ force)
+    second = free @ cho_solve(factor, free.T @ machine.mass @ at_rest)
     inner = stiffness @ modes.shape - machine.mass @ modes.shape * modes.square
     shown = np.concatenate([readings @ modes.shape, machine.reactions(inner)])
     left = np.concatenate([readings @ at_rest, machine.reactions(stiffness @ at_rest - force)])
+    pushed = stiffness @ second - machine.mass @ at_rest
+    further = np.concatenate([readings @ second, machine.reactions(pushed)])
     participation = ports @ elastic / modes.square[~rigid]
     return Receptance(
         modes, ports @ modes.shape, shown, ports @ at_rest - participation @ (ports @ elastic).T,
-        left - shown[:, ~rigid] @ participation.T, modes.shape.T @ machine.gyroscopic @ modes.shape,
-        np.full(len(modes.square), damping_ratio),
+        left - shown[:, ~rigid] @ participation.T,
+        further - shown[:, ~rigid] @ (participation / modes.square[~rigid]).T,
+        modes.shape.T @ machine.gyroscopic @ modes.shape, np.full(len(modes.square), damping_ratio),
     )  # fmt: skip
+
+
+def truncation(receptance: Receptance, omega: float, reading: int, port: int) -> float:
+    """Return by how much a reading under a unit force is missed at an angular frequency, by what modes leave out.
+
+    From the second term of the static part, as the first mode left out has it.
+    """
+    left = omega**2 * abs(float(receptance.second_readings[reading, port]))
+    return left / (1.0 - omega**2 / receptance.modes.next_square)
 
 
 @dataclass(frozen=True)
