@@ -17,6 +17,8 @@ from pmor.dynamics.whine.moving import MovingMachine
 
 # Of the energy that a mode's displacements would have one by one: below it a mode is a rotation that nothing holds.
 RIGID = 1e-11
+# Of the largest square of a frequency: what rounding makes of 0.
+ROUNDING = 1e-14
 # Of the square of the limit: so far the first mode beyond it is looked for.
 BEYOND = 1.5
 
@@ -87,7 +89,8 @@ def modes_of(machine: MovingMachine, stiffness: FloatArray, highest_Hz: float) -
     count = int(np.searchsorted(square, limit))
     beyond = float(square[count]) if count < len(square) else BEYOND * limit
     square, shape = square[:count], shape[:, :count]
-    rigid = square < RIGID * (np.diagonal(reduced) @ shape**2)
+    rounding = ROUNDING * float((np.diagonal(reduced) / np.diagonal(mass)).max())
+    rigid = square < np.maximum(RIGID * (np.diagonal(reduced) @ shape**2), rounding)
     return Modes(np.where(rigid, 0.0, square), free @ shape, beyond)
 
 
