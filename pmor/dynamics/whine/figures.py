@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pmor.dynamics.whine.compliance import mesh_compliance
 from pmor.dynamics.whine.readings import bearing_names, bearing_rms, force_lines, mesh_rms
 from pmor.dynamics.whine.response import LoadResponse
 from pmor.report.style import COLOURS, new_figure, plot_style
+from pmor.results.root_stress import GEARS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,6 +25,8 @@ SPEED = "Speed of the first torque's shaft [rpm]"
 DECADES = 3.0
 # Of a mode's strain energy: a mesh that moves so little is not marked in the Campbell diagram.
 MARKED = 0.01
+# Frequencies of a compliance, and the lowest over the highest.
+FREQUENCIES, LOWEST = 600, 0.005
 
 
 def bearings_figure(responses: Sequence[LoadResponse]) -> Figure:
@@ -84,6 +88,28 @@ def campbell_figure(response: LoadResponse, highest_Hz: float) -> Figure:
                     axes.plot(rpm, 1e-3 * frequency, "o", color=colour, ms=2.0 + 6.0 * math.sqrt(strain), mfc="none")
         axes.set(xlabel=SPEED, ylabel="Frequency [kHz]", xlim=(speeds[0], speeds[-1]), ylim=(0.0, top))
         figure.legend(loc="outside lower center", ncols=4)
+    return figure
+
+
+def compliance_figure(response: LoadResponse, highest_Hz: float) -> Figure:
+    """Compliance of both gears at each mesh, and the mesh force by transmission error, over the frequency."""
+    lowest = LOWEST * highest_Hz
+    frequency = np.geomspace(lowest, highest_Hz, FREQUENCIES)
+    with plot_style():
+        figure = new_figure(9.2, 5.4)
+        panels = figure.subplots(2, len(response.meshes), sharex=True, squeeze=False)
+        for number, (above, below) in enumerate(panels.T):
+            found = mesh_compliance(response, number, frequency)
+            for gear, values, colour in zip(GEARS, found.gears.T, COLOURS, strict=False):
+                above.loglog(1e-3 * frequency, 1e6 * abs(values), color=colour, lw=1.2, label=gear)
+            above.axhline(1e6 * found.contact, color="#555555", lw=0.9, ls="--", label="mesh, mean")
+            below.loglog(1e-3 * frequency, 1e-3 * abs(found.force), color=COLOURS[2], lw=1.2)
+            above.set_title(found.name)
+            below.set_xlabel("Frequency [kHz]")
+            below.xaxis.set_major_formatter("{x:g}")
+        panels[0, 0].set_ylabel("Compliance at the mesh [µm/kN]")
+        panels[1, 0].set_ylabel("Mesh force by transmission\nerror [N/µm]")
+        figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 
 

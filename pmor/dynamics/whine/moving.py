@@ -102,6 +102,11 @@ class MovingMachine:
         """Return the forces of rigid bearings that balance inner forces K q + M q'' - f, (n, ...), on their shafts."""
         return np.asarray(np.linalg.pinv(self.constraints.T) @ inner)
 
+    @property
+    def heavy_housing(self) -> bool:
+        """Whether the housing has mass: then it moves by itself."""
+        return bool(np.any(self.mass[self.housing, self.housing]))
+
     def row(self, shaft: str, place: float, direction: int) -> FloatArray:
         """Return the row of a displacement of a shaft at a place along it, mm, (n,)."""
         found = np.zeros(len(self.mass))

@@ -3,15 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from pmor.dynamics.whine.figures import bearings_figure, campbell_figure, meshes_figure, waterfall_figure
-from pmor.dynamics.whine.readings import bearing_names, bearing_rms, force_lines, mesh_rms, mode_rows, peak_rows, swing
+from pmor.dynamics.whine.figures import (
+    bearings_figure,
+    campbell_figure,
+    compliance_figure,
+    meshes_figure,
+    waterfall_figure,
+)
+from pmor.dynamics.whine.gradient import Target, changes
+from pmor.dynamics.whine.readings import (
+    bearing_names,
+    bearing_rms,
+    force_lines,
+    housing_rows,
+    mesh_rms,
+    mode_rows,
+    peak_rows,
+    swing,
+)
 from pmor.dynamics.whine.response import LoadResponse
 from pmor.machine.loader import GearboxFile
 from pmor.report.page import Block, Heading, Picture, Warning
+from pmor.report.parameter_words import parameter_words
 from pmor.report.table import Columns, Table, table, text_lines
 from pmor.work.results import Report
 
@@ -19,7 +37,7 @@ Data = dict[str, Any]
 #: files of a result
 FILES = (
     "dynamics.json", "dynamics.md", "report.html", "response.csv", "lines.csv", "bearings.png",
-    "meshes.png", "campbell.png", "waterfall.png",
+    "meshes.png", "campbell.png", "waterfall.png", "compliance.png",
 )  # fmt: skip
 
 
@@ -31,9 +49,36 @@ def whine_data(file: GearboxFile, responses: Sequence[LoadResponse], failures: S
         "damping_ratio": motion.damping_ratio,
         "mesh_stiffness": motion.mesh_stiffness,
         "highest_frequency_Hz": motion.highest_frequency_Hz,
-        "loads": [_load_data(response) for response in responses],
+        "loads": [
+            _load_data(response) | (micrometre_data(response) if response is loudest(responses) else {})
+            for response in responses
+        ],
         "failures": list(failures),
     }
+
+
+def loudest(responses: Sequence[LoadResponse]) -> LoadResponse:
+    """Return the load with the largest bearing force."""
+    return max(responses, key=lambda response: float(bearing_rms(response).max()))
+
+
+def micrometre_data(response: LoadResponse) -> Data:
+    """Return what a micrometre of each modification does to the mesh's own force and the largest bearing forces."""
+    rows, speeds = list[Data](), dict[str, float]()
+    names, total = bearing_names(response), bearing_rms(response)
+    largest = total.max(axis=0).argsort()[::-1][:MOST_TARGETS]
+    for number, source in enumerate(response.meshes):
+        own = force_lines(response, source, source.lines)
+        at = (own**2).sum(axis=1).argmax(axis=0)
+        tops = {names[n]: (int(n), float(response.speeds_rpm[at[n]])) for n in largest}
+        force = (abs(source.lines.mesh_forces[..., number]) ** 2 * source.told).sum(axis=1)
+        targets = [Target("mesh", float(response.speeds_rpm[force.argmax()])), *(Target("bearing", speed, n) for n, speed in tops.values())]  # fmt: skip
+        for change in changes(response, number, targets):
+            values = dict(zip(("mesh", *tops), change.targets, strict=True))
+            rows.append({"mesh": source.name, "parameter": change.parameter, "force_N": values,
+                         "transmission_error_um": change.transmission_error_um})  # fmt: skip
+        speeds |= {f"{name}, {source.name}": speed for name, (_, speed) in tops.items()}
+    return {"micrometres": rows, "micrometre_targets": speeds, "micrometre_bearings": [names[n] for n in largest]}
 
 
 def _load_data(response: LoadResponse) -> Data:
@@ -44,6 +89,7 @@ def _load_data(response: LoadResponse) -> Data:
         "unknowns": response.machine.free.shape[1],
         "modes": mode_rows(response),
         "peaks": peak_rows(response),
+        "housing": housing_rows(response),
         "bearings": [
             {"name": name, "force_rms_max_N": float(total[:, n].max()),
              "at_rpm": float(response.speeds_rpm[total[:, n].argmax()])}
@@ -102,7 +148,7 @@ def whine_report(file: GearboxFile, responses: Sequence[LoadResponse], failures:
 def whine_text(data: Data) -> str:
     """Return the tables for the screen."""
     lines = [f"The gearbox in motion: {data['gearbox']}"]
-    for shown in (_meshes(data), _peaks(data)):
+    for shown in (_meshes(data), _peaks(data, [_main(data)["load"]] if data["loads"] else [])):
         if shown.rows:
             lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
     return "\n".join([*lines, *(f"  ! {sentence}" for sentence in data["failures"])])
@@ -120,29 +166,38 @@ def _blocks(file: GearboxFile, data: Data, responses: Sequence[LoadResponse]) ->
     blocks += [*map(Warning, [*file.notes, *data["failures"]])]
     if not responses:
         return blocks
-    last, highest = responses[-1], motion.highest_frequency_Hz
+    last, highest = loudest(responses), motion.highest_frequency_Hz
+    name = name
     lost = [row for load in data["loads"] for row in load["meshes"] if row["dynamic_factor"] > MOST_FACTOR]
     if lost:
         names = ", ".join(sorted({row["name"] for row in lost}))
         text = f"Flanks would part ({names}): dynamic forces exceed the load, where small motion ends."
         blocks.append(Warning(text))
     blocks += [
-        _meshes(data), _peaks(data),
+        _meshes(data), _peaks(data, [name]),
+        _peaks(data, [load["load"] for load in data["loads"] if load["load"] != name], folded=True), *([_housing(data)] if last.machine.heavy_housing else []),
         Heading("Over the speed"),
         Picture("bearings.png", "Dynamic forces of the bearings, root mean square of all lines. Dashed: with a mesh of "
                 "constant stiffness, as is usual.", bearings_figure(responses)),
         Picture("meshes.png", "Dynamic forces of the meshes. Dashed: with a mesh of constant stiffness.",
                 meshes_figure(responses)),
-        Picture("campbell.png", f"Natural frequencies, and harmonics of the meshes, under {last.solved.load.name}. "
+        Picture("campbell.png", f"Natural frequencies, and harmonics of the meshes, under {name}. "
                 "Circles: where a harmonic meets a mode that strains its mesh, the larger the more.",
                 campbell_figure(last, highest)),
-        Picture("waterfall.png", f"Lines of the bearing forces under {last.solved.load.name}.",
+        Picture("waterfall.png", f"Lines of the bearing forces under {name}.",
                 waterfall_figure(last, highest)),
+        Heading("Each mesh"),
+        Picture("compliance.png", f"Compliance of both gears in the direction of the mesh force under "
+                f"{name}, the mesh open, and the mesh force by transmission error, the mesh closed; "
+                "shafts at rest.", compliance_figure(last, highest)),
+        _micrometres(data),
         Heading("Modes"), _modes(data, [mesh.name for mesh in last.meshes]),
     ]  # fmt: skip
     return blocks
 
 
+# Bearings, the most loaded, whose force is told by modifications.
+MOST_TARGETS = 2
 # Largest dynamic factor of flanks that stay in contact.
 MOST_FACTOR = 2.0
 
@@ -159,8 +214,8 @@ def _meshes(data: Data) -> Table:
     return table("Meshes", columns, rows, "Dynamic factor: 1 and the sum of all lines over the mean force, at most.")
 
 
-def _peaks(data: Data) -> Table:
-    rows = [(load, peak) for load in data["loads"] for peak in load["peaks"]]
+def _peaks(data: Data, loads: Sequence[str], folded: bool = False) -> Table:
+    rows = [(load, peak) for load in data["loads"] if load["load"] in loads for peak in load["peaks"]]
     columns: Columns = {
         "load": lambda row: row[0]["load"], "bearing": lambda row: row[1]["bearing"],
         "speed, rpm": lambda row: row[1]["speed_rpm"],
@@ -173,11 +228,49 @@ def _peaks(data: Data) -> Table:
         "with constant stiffness, N": lambda row: row[1]["constant_stiffness_rms_N"],
     }  # fmt: skip
     note = "The mode is the one that gives most of the line's force on the bearing."
-    return table("Peaks of the bearing forces", columns, rows, note)
+    words = "Peaks of the bearing forces" + ", under the other loads" * folded
+    return replace(table(words, columns, rows, note), folded=folded)
+
+
+def _housing(data: Data) -> Table:
+    rows = [(load, row) for load in data["loads"] for row in load["housing"]]
+    columns: Columns = {
+        "load": lambda row: row[0]["load"], "seat of": lambda row: row[1]["seat"],
+        "largest acceleration, rms, m/s²": lambda row: row[1]["acceleration_rms_max_m_s2"],
+        "at, rpm": lambda row: row[1]["at_rpm"],
+        "largest radiated power, dB re 1e-12 W": lambda row: row[1]["radiated_power_max_dB"],
+    }  # fmt: skip
+    note = "Equivalent radiated power of the whole housing, radiation efficiency 1: that of its surface matrix."
+    return table("The housing", columns, rows, note)
+
+
+def _main(data: Data) -> Data:
+    """The load with the largest bearing force."""
+    return next(load for load in data["loads"] if "micrometres" in load)
+
+
+def _micrometres(data: Data) -> Table:
+    load = _main(data)
+    heads = {"mesh": "its own dynamic force, N"} | {key: f"force of {key}, N" for key in load["micrometre_bearings"]}
+
+    def force(key: str) -> Callable[[Data], float]:
+        return lambda row: float(row["force_N"][key])
+
+    columns: Columns = {
+        "mesh": "mesh", "modification": lambda row: parameter_words(row["parameter"]).removesuffix(" [µm]"),
+        **{words: force(key) for key, words in heads.items()},
+        "STE, rms, µm": "transmission_error_um",
+    }  # fmt: skip
+    speeds = ", ".join(f"{name} at {speed:.4g} rpm" for name, speed in load["micrometre_targets"].items())
+    note = (
+        f"By a micrometre more, under {load['load']}: to the forces that the mesh's own lines cause where they are "
+        f"largest ({speeds}). What lowers the transmission error can raise a force."
+    )
+    return table("What a micrometre of each modification does", columns, load["micrometres"], note)
 
 
 def _modes(data: Data, names: Sequence[str]) -> Table:
-    load = data["loads"][-1]
+    load = _main(data)
     rows = [mode for mode in load["modes"] if mode["natural_frequency_Hz"] <= data["highest_frequency_Hz"]]
 
     def strain(number: int) -> Callable[[Data], float]:

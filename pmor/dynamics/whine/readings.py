@@ -11,12 +11,15 @@ from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
 from pmor.dynamics.whine.moving import MovingMachine
 from pmor.dynamics.whine.response import RPM, Lines, LoadResponse, Source, of_mesh
+from pmor.machine.settings import HOUSING
 
 Data = dict[str, Any]
 # Directions of a shaft's nodes by the kind of motion, and their names.
 KINDS = (("axial", (0,)), ("torsion", (3,)), ("bending", (1, 2, 4, 5)))
 # Peaks that are told of each reading.
 MOST_PEAKS = 3
+# Of levels of power.
+REFERENCE_MW = 1e-9
 
 
 def bearing_names(response: LoadResponse) -> list[str]:
@@ -49,6 +52,39 @@ def swing(response: LoadResponse) -> FloatArray:
     """Return the most that the forces of all meshes can swing to one side over the speed, sum of all lines, (S, M)."""
     every = [2.0 * (abs(one.lines.mesh_forces) * one.told[..., None]).sum(axis=1) for one in response.sources]
     return np.asarray(sum(every))
+
+
+def seat_rms(response: LoadResponse) -> FloatArray:
+    """Return the accelerations of all seats over the speed, rms of the vector, (S, seats), m/s2."""
+    total, seats = np.zeros((len(response.speeds_rpm), 0)), len(response.machine.gearbox.housing) // NODE
+    if not seats:
+        return total
+    squares = []
+    for source in response.sources:
+        omega = RPM * response.speeds_rpm[:, None] * source.rate * np.arange(1, source.told.shape[1] + 1)
+        moved = response.housing(source.lines.readings)[..., : NODE * seats]
+        along = moved.reshape(*moved.shape[:2], seats, NODE)[..., :3]
+        squares.append((2e-6 * (omega**4 * source.told)[..., None] * (abs(along) ** 2).sum(axis=-1)).sum(axis=1))
+    return np.asarray(np.sqrt(sum(squares)))
+
+
+def radiated_mW(response: LoadResponse) -> FloatArray:
+    """Return the equivalent radiated power of the housing over the speed, (S,), mW; 0 where no surface is given."""
+    return np.asarray(sum(response.power(source.lines, source).sum(axis=1) for source in response.sources))
+
+
+def housing_rows(response: LoadResponse) -> list[Data]:
+    """Return the largest acceleration of each seat, and the largest radiated power; none of a housing without mass."""
+    if not response.machine.heavy_housing:
+        return []
+    seats, power = seat_rms(response), radiated_mW(response)
+    bearings = [bearing.settings for bearing in response.machine.gearbox.bearings if bearing.settings.to == HOUSING]
+    level = float(10.0 * np.log10(power.max() / REFERENCE_MW)) if power.max() > 0.0 else None
+    return [
+        {"seat": bearing.name, "acceleration_rms_max_m_s2": float(seats[:, n].max()),
+         "at_rpm": float(response.speeds_rpm[seats[:, n].argmax()]), "radiated_power_max_dB": level}
+        for n, bearing in enumerate(bearings)
+    ]  # fmt: skip
 
 
 def mode_rows(response: LoadResponse) -> list[Data]:

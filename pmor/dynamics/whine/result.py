@@ -47,11 +47,11 @@ class WhineResult(Tabular):
         """Draw the dynamic forces of all meshes over the speed."""
         return meshes_figure(self.loads)
 
-    def plot_campbell(self, load: int = -1) -> Figure:
+    def plot_campbell(self, load: int = 0) -> Figure:
         """Draw natural frequencies and harmonics over the speed, of a load by its number."""
         return campbell_figure(self.loads[load], self.file.model.sections.dynamics.highest_frequency_Hz)
 
-    def plot_waterfall(self, load: int = -1) -> Figure:
+    def plot_waterfall(self, load: int = 0) -> Figure:
         """Draw the lines of the bearing forces over speed and frequency, of a load by its number."""
         return waterfall_figure(self.loads[load], self.file.model.sections.dynamics.highest_frequency_Hz)
 
