@@ -72,7 +72,8 @@ def micrometre_data(response: LoadResponse) -> Data:
         at = (own**2).sum(axis=1).argmax(axis=0)
         tops = {names[n]: (int(n), float(response.speeds_rpm[at[n]])) for n in largest}
         force = (abs(source.lines.mesh_forces[..., number]) ** 2 * source.told).sum(axis=1)
-        targets = [Target("mesh", float(response.speeds_rpm[force.argmax()])), *(Target("bearing", speed, n) for n, speed in tops.values())]  # fmt: skip
+        targets = [Target("mesh", float(response.speeds_rpm[force.argmax()]))]
+        targets += [Target("bearing", speed, n) for n, speed in tops.values()]
         for change in changes(response, number, targets):
             values = dict(zip(("mesh", *tops), change.targets, strict=True))
             rows.append({"mesh": source.name, "parameter": change.parameter, "force_N": values,
@@ -167,7 +168,7 @@ def _blocks(file: GearboxFile, data: Data, responses: Sequence[LoadResponse]) ->
     if not responses:
         return blocks
     last, highest = loudest(responses), motion.highest_frequency_Hz
-    name = name
+    name = last.solved.load.name
     lost = [row for load in data["loads"] for row in load["meshes"] if row["dynamic_factor"] > MOST_FACTOR]
     if lost:
         names = ", ".join(sorted({row["name"] for row in lost}))
@@ -175,7 +176,8 @@ def _blocks(file: GearboxFile, data: Data, responses: Sequence[LoadResponse]) ->
         blocks.append(Warning(text))
     blocks += [
         _meshes(data), _peaks(data, [name]),
-        _peaks(data, [load["load"] for load in data["loads"] if load["load"] != name], folded=True), *([_housing(data)] if last.machine.heavy_housing else []),
+        _peaks(data, [load["load"] for load in data["loads"] if load["load"] != name], folded=True),
+        *([_housing(data)] if last.machine.heavy_housing else []),
         Heading("Over the speed"),
         Picture("bearings.png", "Dynamic forces of the bearings, root mean square of all lines. Dashed: with a mesh of "
                 "constant stiffness, as is usual.", bearings_figure(responses)),
