@@ -106,7 +106,8 @@ def compliance_figure(response: LoadResponse, highest_Hz: float) -> Figure:
             below.loglog(1e-3 * frequency, 1e-3 * abs(found.force), color=COLOURS[2], lw=1.2)
             above.set_title(found.name)
             below.set_xlabel("Frequency [kHz]")
-            below.xaxis.set_major_formatter("{x:g}")
+            for axis in (below.xaxis, above.yaxis, below.yaxis):
+                axis.set_major_formatter("{x:g}")
         panels[0, 0].set_ylabel("Compliance at the mesh [µm/kN]")
         panels[1, 0].set_ylabel("Mesh force by transmission\nerror [N/µm]")
         figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
