@@ -11,7 +11,7 @@ import numpy as np
 from pmor.dynamics.whine.compliance import mesh_compliance
 from pmor.dynamics.whine.readings import bearing_names, bearing_rms, force_lines, mesh_rms
 from pmor.dynamics.whine.response import LoadResponse
-from pmor.report.style import COLOURS, new_figure, plot_style
+from pmor.report.style import COLOURS, log_ticks, new_figure, plot_style
 from pmor.results.root_stress import GEARS
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def compliance_figure(response: LoadResponse, highest_Hz: float) -> Figure:
             above.set_title(found.name)
             below.set_xlabel("Frequency [kHz]")
             for axis in (below.xaxis, above.yaxis, below.yaxis):
-                axis.set_major_formatter("{x:g}")
+                log_ticks(axis)
         panels[0, 0].set_ylabel("Compliance at the mesh [µm/kN]")
         panels[1, 0].set_ylabel("Mesh force by transmission\nerror [N/µm]")
         figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
