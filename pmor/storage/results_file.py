@@ -20,17 +20,18 @@ import numpy as np
 
 from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all, schema_name, write_all
 from pmor.storage.layout import Field, Layout
-from pmor.storage.results_layout import RESULTS_LAYOUT, SET_LAYOUT
+from pmor.storage.results_layout import MOTION_LAYOUT, RESULTS_LAYOUT, SET_LAYOUT
 from pmor.storage.structure import items_of
 
 RESULTS_SCHEMA = Schema("pmor-results", 2, "make it anew with pmor.run_case")
 SET_RESULTS_SCHEMA = Schema("pmor-set-results", 1, "make it anew with pmor run")
+MOTION_RESULTS_SCHEMA = Schema("pmor-motion-results", 1, "make it anew with pmor dynamics")
 GEARBOX_RESULTS_SCHEMA = Schema("pmor-gearbox-results", 1, "make it anew with pmor run")
 
 # Arrays that hold the coordinates along an axis, by their names in the axis' group; of common ones else in `ste`.
 COORDINATES = {
     "torque": "torque", "angle": "phi", "pair": "pair_index", "section": "z", "place": "z", "point": "arc",
-    "column": "z",
+    "column": "z", "speed": "speed",
 }  # fmt: skip
 COMMON = ("torque", "angle")
 # Parts of the path of a part of a gearbox under a load: kind, name, load.
@@ -57,9 +58,11 @@ class ResultsKind:
 
 OF_A_RUN = ResultsKind(RESULTS_SCHEMA, RESULTS_LAYOUT, ("ste", "stiffness"), ("parameters",))
 OF_A_SET = ResultsKind(SET_RESULTS_SCHEMA, SET_LAYOUT, ("ste", "meshes", "gears"), ("gears", "meshes"))
-PARTS = {"meshes": OF_A_RUN, "sets": OF_A_SET}
+OF_MOTION_UNDER_A_LOAD = ResultsKind(MOTION_RESULTS_SCHEMA, MOTION_LAYOUT, ("speed", "model"), ())
+PARTS = {"meshes": OF_A_RUN, "sets": OF_A_SET, "motion": OF_MOTION_UNDER_A_LOAD}
 OF_A_GEARBOX = ResultsKind(GEARBOX_RESULTS_SCHEMA, {}, (), ("loads", "meshes", "sets"))
-RESULTS_KINDS = {kind.schema.name: kind for kind in (OF_A_RUN, OF_A_SET, OF_A_GEARBOX)}
+OF_MOTION = ResultsKind(MOTION_RESULTS_SCHEMA, {}, (), ("loads", "meshes", "bearings", "sources"))
+RESULTS_KINDS = {kind.schema.name: kind for kind in (OF_A_RUN, OF_A_SET, OF_A_GEARBOX, OF_MOTION)}
 
 
 @dataclass(frozen=True)

@@ -136,3 +136,24 @@ SET_LAYOUT = {
                         "undeformed flanks meet", finite=False),
     "lines/load": Field("N/mm", "torque, angle, mesh, pair, section", "line load", finite=False),
 }  # fmt: skip
+
+
+LINES = "source, speed, harmonic"
+MOTION_LAYOUT = {
+    "speed/speed": Field("rpm", "speed", "of the shaft of the first torque", increasing=True),
+    "speed/bearing_force": Field("N", "speed, bearing", "root mean square of all lines"),
+    "speed/mesh_force": Field("N", "speed, mesh", "root mean square of all lines beside the mean"),
+    "lines/frequency": Field("Hz", LINES, "of each line; NaN where the source has none", finite=False),
+    "lines/mesh_force": Field("N", f"{LINES}, mesh", "amplitude from zero to peak", finite=False),
+    "lines/mesh_force_phase": Field("rad", f"{LINES}, mesh", "ahead of the source's angle 0", finite=False),
+    "lines/bearing_force": Field("N", f"{LINES}, bearing, xyz", "amplitude from zero to peak", finite=False),
+    "lines/bearing_force_phase": Field("rad", f"{LINES}, bearing, xyz", "likewise", finite=False),
+    "model/frequency": Field("Hz", "mode", "natural frequencies, meshes with their mean stiffness"),
+    "model/damping_ratio": Field("1", "mode", "of each mode"),
+    "model/ports": Field("1", "port, mode", "participation of the coordinates of the meshes, and of other sources"),
+    "model/readings": Field("1", "reading, mode", "bearing forces, coordinates of the housing, rigid bearings"),
+    "model/gyroscopic": Field("1", "mode, other", "at 1 rad/s of the shaft of the first torque"),
+    "model/left_ports": Field("1", "port, acting", "static part that is in no mode"),
+    "model/left_readings": Field("1", "reading, acting", "static part that is in no mode"),
+    "model/tangent": Field("1", "coordinate, along", "mean stiffness of the meshes on their coordinates"),
+}

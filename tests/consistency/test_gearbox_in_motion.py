@@ -115,6 +115,9 @@ def test_files_hold_what_the_result_tells(tmp_path):
     assert {"dynamics.json", "dynamics.md", "report.html", "response.csv", "lines.csv", "campbell.png"} <= names
     frame = np.genfromtxt(tmp_path / "out" / "response.csv", delimiter=",", names=True, usecols=range(1, 4))
     assert len(frame) == len(result.loads) * len(result.loads[0].speeds_rpm)
+    arrays = pmor.load_results(tmp_path / "out" / "results.h5")
+    force = arrays["motion/gearbox/drive/speed/bearing_force"].values
+    assert_allclose(force, bearing_rms(result.loads[0]))
     assert "In motion" in (tmp_path / "out" / "dynamics.md").read_text()
 
 

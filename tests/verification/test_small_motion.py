@@ -124,6 +124,14 @@ def test_receptances_by_modes_are_those_of_all_displacements(share, spin):
         assert abs(own - all_of_it).max() < CUT * abs(all_of_it).max()
 
 
+def test_all_modes_are_the_whole_machine():
+    """With gyroscopic moments, at a frequency beyond what a few modes hold."""
+    omega = 2.0 * np.pi * 1.7 * HIGHEST
+    exact = whole(omega, 400.0)
+    found = transfer(receptance(1e8), np.array([omega]), np.array([400.0]))
+    assert_allclose(found.ports[0], exact[0], atol=1e-8 * abs(exact[0]).max())
+
+
 @pytest.mark.parametrize("highest", [700.0, 20000.0])
 def test_static_limit_is_exact_with_any_number_of_modes(highest):
     """At rest modes and what they leave are the static compliance, and bearing forces those of the loads."""

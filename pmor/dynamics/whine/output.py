@@ -26,7 +26,7 @@ from pmor.dynamics.whine.readings import (
     peak_rows,
     swing,
 )
-from pmor.dynamics.whine.response import LoadResponse
+from pmor.dynamics.whine.response import LoadResponse, Source
 from pmor.machine.loader import GearboxFile
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.parameter_words import parameter_words
@@ -36,7 +36,7 @@ from pmor.work.results import Report
 Data = dict[str, Any]
 #: files of a result
 FILES = (
-    "dynamics.json", "dynamics.md", "report.html", "response.csv", "lines.csv", "bearings.png",
+    "dynamics.json", "dynamics.md", "report.html", "response.csv", "lines.csv", "results.h5", "bearings.png",
     "meshes.png", "campbell.png", "waterfall.png", "compliance.png",
 )  # fmt: skip
 
@@ -138,6 +138,31 @@ def line_columns(responses: Sequence[LoadResponse]) -> dict[str, np.ndarray]:
                 **{f"bearing {name}, rms_N": forces[..., n].ravel() for n, name in enumerate(bearing_names(response))},
             })  # fmt: skip
     return {key: np.concatenate([part[key] for part in parts]) for key in parts[0]} if parts else {}
+
+
+def motion_arrays(response: LoadResponse) -> dict[str, np.ndarray]:
+    """Return the arrays of a load in `results.h5`, lines that a source lacks as NaN."""
+    model, sources, speeds = response.receptance, response.sources, response.speeds_rpm
+    most = max(source.told.shape[1] for source in sources)
+
+    def padded(values: np.ndarray, source: Source) -> np.ndarray:
+        told = np.where(source.told.reshape(*source.told.shape, *(1,) * (values.ndim - 2)), values, np.nan)
+        return np.pad(told, ((0, 0), (0, most - told.shape[1]), *((0, 0),) * (told.ndim - 2)), constant_values=np.nan)
+
+    frequency = np.stack([padded(source.frequency_Hz(speeds), source) for source in sources])
+    meshes = np.stack([padded(source.lines.mesh_forces, source) for source in sources])
+    bearings = np.stack(
+        [padded(response.bearing_forces(source.lines.readings)[..., :3], source) for source in sources]
+    )
+    return {
+        "speed/speed": speeds, "speed/bearing_force": bearing_rms(response), "speed/mesh_force": mesh_rms(response),
+        "lines/frequency": frequency, "lines/mesh_force": 2.0 * abs(meshes), "lines/mesh_force_phase": np.angle(meshes),
+        "lines/bearing_force": 2.0 * abs(bearings), "lines/bearing_force_phase": np.angle(bearings),
+        "model/frequency": response.modes.frequency_Hz, "model/damping_ratio": model.damping_ratio,
+        "model/ports": model.ports, "model/readings": model.readings, "model/gyroscopic": model.gyroscopic,
+        "model/left_ports": model.left_ports, "model/left_readings": model.left_readings,
+        "model/tangent": response.tangent,
+    }  # fmt: skip
 
 
 def whine_report(file: GearboxFile, responses: Sequence[LoadResponse], failures: Sequence[str]) -> Report:

@@ -11,11 +11,21 @@ import numpy as np
 
 from pmor.core.shown import Columns, Tabular
 from pmor.dynamics.whine.figures import bearings_figure, campbell_figure, meshes_figure, waterfall_figure
-from pmor.dynamics.whine.output import FILES, Data, line_columns, response_rows, whine_data, whine_report, whine_text
+from pmor.dynamics.whine.output import (
+    FILES,
+    Data,
+    line_columns,
+    motion_arrays,
+    response_rows,
+    whine_data,
+    whine_report,
+    whine_text,
+)
 from pmor.dynamics.whine.readings import bearing_names, bearing_rms
 from pmor.dynamics.whine.response import LoadResponse
 from pmor.machine.loader import GearboxFile
 from pmor.report.data_files import write_columns_csv, write_table_csv
+from pmor.storage.results_file import OF_MOTION, ResultsFile, write_results_file
 from pmor.work.results import writing_results
 
 if TYPE_CHECKING:
@@ -56,7 +66,9 @@ class WhineResult(Tabular):
         return waterfall_figure(self.loads[load], self.file.model.sections.dynamics.highest_frequency_Hz)
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
-        """Write `dynamics.json`, `dynamics.md`, `report.html`, tables `response.csv` and `lines.csv`, pictures.
+        """Write `dynamics.json`, `dynamics.md`, `report.html`, tables, pictures, and `results.h5`.
+
+        Tables are `response.csv` and `lines.csv`; `results.h5` holds the lines and the model by modes.
 
         Raises
         ------
@@ -69,6 +81,19 @@ class WhineResult(Tabular):
                 rows = response_rows(self.loads)
                 write_table_csv(out / "response.csv", rows, list(rows[0]))
                 write_columns_csv(out / "lines.csv", self.columns())
+                write_results_file(out / "results.h5", self._results_file())
+
+    def _results_file(self) -> ResultsFile:
+        first, named = self.loads[0], {response.solved.load.name: response for response in self.loads}
+        arrays = {
+            f"motion/gearbox/{name.replace('/', '_')}/{key}": values
+            for name, response in named.items() for key, values in motion_arrays(response).items()
+        }  # fmt: skip
+        names = {
+            "loads": tuple(named), "meshes": tuple(mesh.name for mesh in first.meshes),
+            "bearings": tuple(bearing_names(first)), "sources": tuple(source.name for source in first.sources),
+        }  # fmt: skip
+        return ResultsFile(self.file.name, self.file.text, arrays, names, OF_MOTION)
 
     def _shown(self) -> Columns:
         largest = [bearing_rms(response).max(axis=0) for response in self.loads]
