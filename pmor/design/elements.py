@@ -12,6 +12,8 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from pmor.case import Case
 from pmor.case.models import halved
 from pmor.case.width import elements_across
@@ -21,6 +23,9 @@ from pmor.core.threads import in_order
 from pmor.design.files import DesignFile
 from pmor.design.settings import Load
 from pmor.design.solvers import MeshSolver, Solver, TrainSolver
+from pmor.dynamics.whine.quiet import QuietMesh
+from pmor.dynamics.whine.response import LoadResponse, respond
+from pmor.dynamics.whine.run import speeds_of
 from pmor.line.several import GearTrain
 from pmor.machine.coupled import MEAN_ANGLES, SolvedLoad, SolvedMesh, solve_load
 from pmor.machine.run import trains_of
@@ -45,12 +50,15 @@ class Elements:
         Of a set.
     loads : tuple of SolvedLoad
         A gearbox in equilibrium under the loads of the design.
+    motions : tuple of LoadResponse
+        The same in motion, where the design asks for it.
     """
 
     file: DesignFile
     pairs: Mapping[str, ReducedPair] = field(default_factory=dict)
     train: GearTrain | None = None
     loads: tuple[SolvedLoad, ...] = ()
+    motions: tuple[LoadResponse, ...] = ()
 
     def meshes(self, name: str) -> list[SolvedMesh]:
         """Return a mesh of the gearbox under each load."""
@@ -82,8 +90,30 @@ class Elements:
             found.append(MeshSolver(
                 name, number, self.pairs[name], angles, self.file.repeats_after(name), torques,
                 [mesh.hubs for mesh in meshes if on_supports], half[number] if half else None, stays,
+                self._quiet(name, load.names),
             ))  # fmt: skip
         return tuple(found)
+
+
+    def _quiet(self, name: str, loads: tuple[str, ...]) -> list[QuietMesh]:
+        """A mesh of the gearbox in motion under some loads."""
+        chosen = [motion for motion in self.motions if motion.solved.load.name in loads]
+        said = self.file.design.motion
+        return [QuietMesh(one, [mesh.name for mesh in one.meshes].index(name), said.bearing, said.percentile)
+                for one in chosen]  # fmt: skip
+
+
+def in_motion(elements: Elements) -> Elements:
+    """Return a gearbox in equilibrium in motion, where its design asks for it."""
+    box, design = elements.file.box, elements.file.design
+    if box is None or not design.moves:
+        return elements
+    speeds = speeds_of(box)
+    chosen = np.linspace(speeds[0], speeds[-1], design.motion.speeds)
+    said = box.model.sections.dynamics
+    return replace(
+        elements, motions=tuple(respond(box.model, load, elements.pairs, said, chosen) for load in elements.loads)
+    )
 
 
 def elements_of(file: DesignFile, reduced: ReducedPair | None = None, executor: Executor | None = None) -> Elements:
@@ -131,7 +161,7 @@ def _in_equilibrium(elements: Elements) -> Elements:
             raise CaseError(f"{file.name}: [load] names: mesh {name} {rule}")
     torques_Nm = tuple(1e-3 * mesh.torque for mesh in solved.meshes(file.meshes[0]))
     design = replace(file.design, load=replace(file.design.load, torques_Nm=torques_Nm))
-    return replace(solved, file=replace(file, design=design))
+    return in_motion(replace(solved, file=replace(file, design=design)))
 
 
 def trained_pair(case: Case, torques_Nm: tuple[float, ...] = ()) -> ReducedPair:

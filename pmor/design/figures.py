@@ -12,7 +12,7 @@ from pmor.core.arrays import FloatArray
 from pmor.design.harris import HarrisRule
 from pmor.design.in_gearbox import CASE, InGearbox
 from pmor.design.readings import Contour
-from pmor.design.settings import Goal
+from pmor.design.settings import RESULTS_OF_MOTION, Goal
 from pmor.design.variables import limits
 from pmor.design.variants import Found
 from pmor.report.parameter_words import parameter_words
@@ -32,6 +32,7 @@ WORDS = {
         "peak_to_peak_um": "ste_peak_to_peak_um", "pressure_MPa": "flank_pressure_max_MPa", "k_h_beta": "k_h_beta",
         "tip_edge_load_N_per_mm": "tip_edge_load_N_per_mm", "root_stress_MPa": "root_stress_max_MPa",
         "k_gamma": "k_gamma", **{f"order_{k}_um": f"ste_order_{k}_um" for k in (1, 2, 3)},
+        **dict(zip(RESULTS_OF_MOTION, RESULTS_OF_MOTION, strict=True)),
     }.items()
 }  # fmt: skip
 VALUES = {"nominal": "", "expected": "expected ", "percentile_95": "95 % below: "}

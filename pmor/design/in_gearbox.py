@@ -12,13 +12,13 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.core.threads import in_order
-from pmor.design.elements import Elements
+from pmor.design.elements import Elements, in_motion
 from pmor.design.files import on_flanks
 from pmor.design.judge import Judge
 from pmor.design.settings import Variable
 from pmor.design.solvers import Built
 from pmor.design.variants import Found
-from pmor.machine.coupled import MEAN_ANGLES, SolvedLoad, solve_load
+from pmor.machine.coupled import MEAN_ANGLES, solve_load
 from pmor.machine.fit import Helix, level
 from pmor.report.parameter_words import parameter_words
 from pmor.report.table import Cell, Table
@@ -107,7 +107,7 @@ def _judged(outcome: Found, name: str, built: Built) -> JudgedFlank | str | None
     elements = outcome.judge.elements
     try:
         if name != CASE:
-            elements = replace(elements, loads=solved_anew(elements, built))
+            elements = in_motion(solved_anew(elements, built))
     except ConvergenceError as error:
         return None if name in (LEVEL, LEVEL_ALIGNED) else f"in the gearbox, {name}: {error}"
     judge = Judge(elements, outcome.fine.design)
@@ -119,8 +119,8 @@ def _judged(outcome: Found, name: str, built: Built) -> JudgedFlank | str | None
     return JudgedFlank(name, built, judge.results_of(states, built, left=True), loads, tuple(judge.lost(states)))
 
 
-def solved_anew(elements: Elements, built: Built) -> tuple[SolvedLoad, ...]:
-    """Return the gearbox under each load, solved anew with flanks of the meshes that are designed.
+def solved_anew(elements: Elements, built: Built) -> Elements:
+    """Return the gearbox solved anew under each load with flanks of the meshes that are designed.
 
     Raises
     ------
@@ -130,7 +130,8 @@ def solved_anew(elements: Elements, built: Built) -> tuple[SolvedLoad, ...]:
     flanks = dict(zip(elements.file.meshes, built.flanks, strict=True))
     pairs = {**elements.pairs, **{name: with_flanks(elements.pairs[name], one) for name, one in flanks.items()}}
     model = elements.file.box.model
-    return tuple(solve_load(model, load.load, pairs, MEAN_ANGLES, load.gearbox) for load in elements.loads)
+    loads = tuple(solve_load(model, load.load, pairs, MEAN_ANGLES, load.gearbox) for load in elements.loads)
+    return replace(elements, pairs=pairs, loads=loads)
 
 
 def gearbox_data(box: InGearbox) -> dict[str, Any]:

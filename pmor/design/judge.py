@@ -211,7 +211,7 @@ class Judge:
         goal = self.design.objective
         chosen = [(solver, state) for solver, state in zip(self.solvers, states, strict=True)
                   if goal.key == goal.minimise or solver.name == goal.meshes]  # fmt: skip
-        pairs = [solver.measured(goal.minimise, state, sharpness) for solver, state in chosen]
+        pairs = [solver.measured(goal.minimise, state, built, sharpness) for solver, state in chosen]
         measures = np.array([measure for measure, _ in pairs])
         total, shares = measures.sum(axis=0), np.ones(measures.shape)
         if goal.meshes == "worst" and len(pairs) > 1:

@@ -16,8 +16,18 @@ from pmor.case.values import toml_text
 from pmor.core.errors import CaseError, GeometryError, PmorError, printable
 from pmor.core.wording import did_you_mean
 from pmor.design.files import PINS, DesignFile, of_case, on_flanks, pins_of, source_text
-from pmor.design.settings import AMOUNT_KEYS, MISALIGNMENT_KEYS, OVER_MESHES, RESULTS_OF_SETS, Design, Load, Variable
+from pmor.design.settings import (
+    AMOUNT_KEYS,
+    MISALIGNMENT_KEYS,
+    OVER_MESHES,
+    RESULTS_OF_MOTION,
+    RESULTS_OF_SETS,
+    Design,
+    Load,
+    Variable,
+)
 from pmor.design.variables import assembly_at, corners, drawn
+from pmor.dynamics.whine.run import refuse_unsolved, speeds_of
 from pmor.gear.clearance import refuse_working_geometry
 from pmor.gear.condition import Assembly
 from pmor.gear.modification import Modification
@@ -99,6 +109,10 @@ def _kind(said: Design, where: str) -> str:
     for place, key in asked if given != ["set"] else ():
         if key in RESULTS_OF_SETS:
             raise CaseError(f"{where}: {place} = {toml_text(key)}: is of a set: write one of a pair")
+    for place, key in asked if given != ["gearbox"] else ():
+        if key in RESULTS_OF_MOTION:
+            rule = "is of a gearbox in motion: put the pair in a gearbox file, with its shafts and bearings"
+            raise CaseError(f"{where}: {place} = {toml_text(key)}: {rule}")
     return given[0]
 
 
@@ -158,6 +172,13 @@ def _of_meshes(said: Design, box: GearboxFile, where: str) -> Design:
         known = names if place == "mesh" else list(said.mesh or names)
         if mesh is not None and mesh not in known:
             raise CaseError(f"{where}: {place} = {toml_text(mesh)}: {box.name} has none: {did_you_mean(mesh, known)}")
+    if said.moves:
+        refuse_unsolved(box)
+        speeds_of(box)
+        known = [bearing.name for bearing in box.model.sections.bearings]
+        if said.motion.bearing is not None and said.motion.bearing not in known:
+            rule = f"{box.name} has none: {did_you_mean(said.motion.bearing, known)}"
+            raise CaseError(f"{where}: [motion] bearing = {toml_text(said.motion.bearing)}: {rule}")
     if not names:
         rule = "has meshes of sets, and of gears with several meshes, alone: design these as sets"
         raise CaseError(f"{where}: gearbox: {box.name} {rule}")

@@ -18,7 +18,10 @@ ExtentKey = Literal[
     "root_relief_end_diameter_mm", "root_relief_length_mm", "root_relief_end_percent", "end_relief_length_mm",
 ]  # fmt: skip
 VariableKey = Literal[AmountKey, ExtentKey]
-Objective = Literal["peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um", "k_h_beta", "k_gamma"]
+Objective = Literal[
+    "peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um", "k_h_beta", "k_gamma", "mesh_force_N",
+    "bearing_force_N", "radiated_power_mW",
+]  # fmt: skip
 ResultKey = Literal[Objective, "pressure_MPa", "tip_edge_load_N_per_mm", "root_stress_MPa"]
 # Keys of amounts of a modification, and of axes.
 AMOUNT_KEYS: tuple[AmountKey, ...] = get_args(AmountKey)
@@ -26,10 +29,12 @@ MISALIGNMENT_KEYS = ("in_plane_um", "out_of_plane_um", "centre_distance_um")
 #: results of each variant under each torque
 RESULTS: tuple[ResultKey, ...] = (
     "peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um", "pressure_MPa", "k_h_beta", "tip_edge_load_N_per_mm",
-    "root_stress_MPa", "k_gamma",
+    "root_stress_MPa", "k_gamma", "mesh_force_N", "bearing_force_N", "radiated_power_mW",
 )  # fmt: skip
 # Results of sets alone.
 RESULTS_OF_SETS = ("k_gamma",)
+# Results of a gearbox in motion: its meshes are solved for them where they are asked for.
+RESULTS_OF_MOTION = ("mesh_force_N", "bearing_force_N", "radiated_power_mW")
 # What an objective is of several meshes, unless it is that of one of them.
 OVER_MESHES = ("sum", "worst")
 
@@ -128,9 +133,10 @@ class Goal:
 
     Parameters
     ----------
-    minimise : {"peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um", "k_h_beta", "k_gamma"}
-        Peak-to-peak STE, the amplitude of an order of the mesh, `k_h_beta`, the largest face load factor of the meshes,
-        or `k_gamma`, the mesh load factor of a set.
+    minimise : str
+        `peak_to_peak_um`, `order_1_um`, `order_2_um`, `order_3_um`: peak-to-peak STE, or the amplitude of an order of
+        the mesh. `k_h_beta`: the largest face load factor of the meshes. `k_gamma`: the mesh load factor of a set. Of a
+        gearbox in motion `mesh_force_N`, `bearing_force_N`, `radiated_power_mW`, see `[motion]`.
     meshes : str
         Of several meshes of a gearbox: `sum` of the result over them, `worst`, the largest one, or that of the mesh
         with this name. Results without a mesh are then this for the objective, and the largest for all others.
@@ -150,12 +156,13 @@ class Goal:
     @property
     def unit(self) -> str:
         """Unit of the objective, as pages write it; empty of a factor."""
-        return "µm" if self.minimise.endswith("_um") else ""
+        units = {"um": "µm", "N": "N", "mW": "mW"}
+        return units.get(self.minimise.rpartition("_")[2], "")
 
     @property
     def column(self) -> str:
         """Key of the objective in tables and plain data."""
-        return "objective_um" if self.unit else "objective"
+        return "objective_um" if self.unit == "µm" else "objective"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -183,6 +190,28 @@ class Constraint:
     def key(self) -> str:
         """The result among those of a design, which names its mesh."""
         return self.result if self.mesh is None else f"{self.mesh}.{self.result}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class InMotion:
+    """The gearbox in motion (section `[motion]`), by `[dynamics]` of its file: where results of motion count.
+
+    `mesh_force_N` is the dynamic force of the mesh, `bearing_force_N` that of a bearing, `radiated_power_mW` the
+    equivalent radiated power of the housing: root mean square of all lines, over the speeds.
+
+    Parameters
+    ----------
+    bearing : str or None
+        Of the gearbox; None is the one that the mesh loads most.
+    percentile : float
+        Over the speeds: 100 is the largest.
+    speeds : int
+        Number of speeds over the range.
+    """
+
+    bearing: str | None = None
+    percentile: Annotated[float, Range(0.0, 100.0, "%")] = 100.0
+    speeds: Annotated[int, Range(2, 10_000)] = 100
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -285,7 +314,7 @@ class Design:
     set : str
         In the place of a case: a set file, TOML or REXS, relative to this one, whose members are designed.
     variables : tuple of Variable
-    load, objective, constraints, scatter, search, pareto
+    load, objective, constraints, motion, scatter, search, pareto
         One dataclass per section of the file.
     """
 
@@ -298,6 +327,7 @@ class Design:
     load: Load
     objective: Goal
     constraints: tuple[Constraint, ...] = ()
+    motion: InMotion = InMotion()
     scatter: Scatter
     search: Search
     pareto: Trade
@@ -313,10 +343,15 @@ class Design:
 
         Of several meshes after those of all of them also each one's, behind the name of the mesh.
         """
-        asked = {c.result for c in self.constraints} | {self.pareto.against}
-        left_out = {"root_stress_MPa", *(() if self.set else RESULTS_OF_SETS)} - asked
+        asked = {c.result for c in self.constraints} | {self.pareto.against, self.objective.minimise}
+        left_out = {"root_stress_MPa", *RESULTS_OF_MOTION, *(() if self.set else RESULTS_OF_SETS)} - asked
         keys = tuple(key for key in RESULTS if key not in left_out)
         return keys + tuple(f"{mesh}.{key}" for mesh in self.several for key in keys)
+
+    @property
+    def moves(self) -> bool:
+        """Whether results of motion are asked for."""
+        return bool({key.rpartition(".")[2] for key in self.results} & set(RESULTS_OF_MOTION))
 
     @property
     def several(self) -> tuple[str, ...]:

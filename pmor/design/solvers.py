@@ -19,6 +19,8 @@ import numpy as np
 from pmor.case.width import meshed_width
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.design.measures import order_of, order_rates, smooth_peak_to_peak, smooth_top
+from pmor.dynamics.whine.quiet import RESULTS as IN_MOTION
+from pmor.dynamics.whine.quiet import QuietMesh
 from pmor.gear.condition import Assembly
 from pmor.gear.deviation_rates import deviation_rates
 from pmor.line.hubs import Hubs
@@ -37,6 +39,8 @@ from pmor_online.variants import VariantSolver, VariantState
 BLOCK = 256
 # Memory of sections that stay placed for further variants, for each thread, and of states that stay known.
 MOST_PLACED_BYTES, MOST_KNOWN_BYTES = 1 << 26, 1 << 26
+# Flanks whose motion stays known.
+MOST_LOUD = 64
 # Numbers of a section beside its flexibilities to the others, about: gradients, laws.
 SECTION_NUMBERS = 64
 # Fields of a state by the axis that counts angles.
@@ -81,7 +85,7 @@ class Solver(Protocol):
     def result(self, key: str, state: Any, built: Built) -> FloatArray:
         """Return one result, none of the STE, under each load, (T,)."""
 
-    def measured(self, key: str, state: Any, sharpness: float) -> tuple[FloatArray, Any]:
+    def measured(self, key: str, state: Any, built: Built, sharpness: float) -> tuple[FloatArray, Any]:
         """Return a result made smooth under each load, (T,), and its slope for `rates`; None where it has none."""
 
     def rates(self, state: Any, built: Built, slope: Any, weights: FloatArray, wanted: Wanted) -> Rates:
@@ -166,12 +170,16 @@ class MeshSolver:
         As of `VariantSolver`.
     coarser, stays
         As of `FineSolver`.
+    quiet : sequence of QuietMesh
+        The mesh in motion under each load, where that is asked for.
     """
 
     def __init__(
         self, name: str, number: int, reduced: ReducedPair, angles: int, pitches: int, torques_Nm: Sequence[float],
         hubs: Sequence[Hubs] = (), coarser: FineSolver | None = None, stays: bool = False,
+        quiet: Sequence[QuietMesh] = (),
     ) -> None:  # fmt: skip
+        self.quiet, self._loud = tuple(quiet), OrderedDict[Assembly, list[dict[str, float]]]()
         self.name, self.number, self.reduced, self.pitches = name, number, reduced, pitches
         phi = online_angles(reduced.meshed.pair.pitch, angles, pitches)
         self.variants = FineSolver(reduced, phi, torques_Nm, hubs, coarser, stays)
@@ -194,6 +202,8 @@ class MeshSolver:
             return np.asarray(state.edge_load_N_per_mm.max(axis=1))
         if key == "k_h_beta":
             return face_load_factor(state)
+        if self.quiet and key in IN_MOTION:
+            return np.array([results[key] for results in self._in_motion(built.flanks[self.number])])
         found = []
         for pair, torques in self.variants.supported:
             stress = root_stress(pair, self.phi, conditions_of_assembly(built.flanks[self.number], torques))
@@ -201,11 +211,23 @@ class MeshSolver:
             found.append(np.nanmax(stress.max_principal_MPa.reshape(len(torques), -1), axis=1))
         return np.concatenate(found)
 
-    def measured(self, key: str, state: VariantState, sharpness: float) -> tuple[FloatArray, FloatArray | None]:
+    def _in_motion(self, assembly: Assembly) -> list[dict[str, float]]:
+        """Results of motion under each load; those of the last flanks stay known."""
+        if assembly not in self._loud:
+            self._loud[assembly] = [mesh.results(assembly) for mesh in self.quiet]
+        while len(self._loud) > MOST_LOUD:
+            self._loud.popitem(last=False)
+        return self._loud[assembly]
+
+    def measured(
+        self, key: str, state: VariantState, built: Built, sharpness: float
+    ) -> tuple[FloatArray, FloatArray | None]:
         """Return a result made smooth under each load, (T,), and its derivatives by the STE, (T, A)."""
         if key == "k_h_beta":
             ratio = _over_the_face(state.load_N_per_mm, state.width_mm)[0]
             return smooth_top(ratio, sharpness)[0], None
+        if key in IN_MOTION:
+            return self.result(key, state, built), None
         return of_ste(key, state.ste_um, self.pitches, sharpness)
 
     def rates(self, state: VariantState, built: Built, slope: FloatArray, weights: FloatArray, wanted: Wanted) -> Rates:
@@ -259,7 +281,9 @@ class TrainSolver:
             return state.solution.k_gamma
         return np.asarray(getattr(state, "edge_load_N_per_mm" if key == "tip_edge_load_N_per_mm" else key))
 
-    def measured(self, key: str, state: SetVariant, sharpness: float) -> tuple[FloatArray, tuple[FloatArray, ...]]:
+    def measured(
+        self, key: str, state: SetVariant, built: Built, sharpness: float
+    ) -> tuple[FloatArray, tuple[FloatArray, ...]]:
         """Return a result made smooth, (T,), and its derivatives by movements (T, A, K) and forces (T, A, N)."""
         found = state.solution.found
         by_movement, by_force = np.zeros(found.movement.shape), np.zeros(found.force.shape)

@@ -181,7 +181,7 @@ def test_hill_agrees_with_the_equations_over_the_cycle():
     omega = 2.0 * np.pi * 400.0 * np.arange(count)
     own = transfer(receptance(2.0 * HIGHEST), omega).ports[None, :, :2, :2]
     closing = hill(cycle, own)
-    forces, coordinates = mesh_forces(cycle, own, closing)[0], moved(own, closing)[0]
+    forces, coordinates = mesh_forces(cycle.mean, own, closing)[0], moved(own, closing)[0]
 
     def signal(harmonics):
         padded = np.zeros((samples // 2 + 1, *harmonics.shape[1:]), dtype=complex)

@@ -20,6 +20,7 @@ from pmor.core.arrays import ComplexArray
 from pmor.dynamics.whine.cycle import StandingMesh
 from pmor.dynamics.whine.hill import MeshCycle, equations, signed, time_invariant
 from pmor.dynamics.whine.response import AIR, RPM, LoadResponse, MeshMotion, Source
+from pmor.gear.condition import Condition
 
 # Amounts that each flank can have, whatever it has: um.
 AMOUNTS = "profile_crowning_um", "profile_slope_um", "helix_crowning_um", "helix_slope_um"
@@ -94,14 +95,22 @@ def amounts(standing: StandingMesh) -> list[str]:
 def cycle_with(motion: MeshMotion, parameter: str, step: float) -> MeshCycle:
     """Return the cycle of a mesh with a further amount, um, at the deflection that the machine takes with it."""
     gear, _, key = parameter.partition(".")
-    condition = motion.standing.condition
-    flank = getattr(condition, gear)
+    flank = getattr(motion.standing.condition, gear)
     changed = replace(flank, **{key: getattr(flank, key) + step})
-    mesh = replace(motion.standing, condition=replace(condition, **{gear: changed}))
-    # A step is enough: what it leaves goes with the square of the amount, and out of a central difference.
-    moved = motion.at_rest @ (mesh.law().force.mean(axis=0) - mesh.load)
+    return cycle_of_flanks(motion, replace(motion.standing.condition, **{gear: changed}), 1)
+
+
+def cycle_of_flanks(motion: MeshMotion, condition: Condition, steps: int) -> MeshCycle:
+    """Return the cycle of a mesh with other flanks, at the deflection that the machine takes with them.
+
+    One step leaves what goes with the square of small amounts, and out of a central difference.
+    """
+    mesh, moved = replace(motion.standing, condition=condition), np.zeros(2)
+    own = np.linalg.inv(motion.at_rest) - motion.cycle.mean  # of the machine without the mesh
+    for _ in range(steps):
+        moved = moved + motion.at_rest @ (mesh.moved(moved).law().force.mean(axis=0) - mesh.load - own @ moved)
     cycle = mesh.moved(moved).cycle()
-    cycle.force[0] -= np.linalg.solve(motion.at_rest, moved) - motion.cycle.mean @ moved  # the machine's own
+    cycle.force[0] -= own @ moved
     return cycle
 
 

@@ -48,25 +48,28 @@ def mesh_cycle(force: FloatArray, tangent: FloatArray, load: FloatArray, harmoni
     return MeshCycle(forces, np.fft.rfft(tangent, axis=0)[: 2 * most + 1] / angles)
 
 
-def hill(cycle: MeshCycle, receptance: ComplexArray) -> ComplexArray:
+def hill(cycle: MeshCycle, receptance: ComplexArray, closed_by: FloatArray | None = None) -> ComplexArray:
     """Return the forces f_n of (1) on the closed machine, shape (S, K + 1, 2).
 
     Parameters
     ----------
     receptance : ndarray of complex, shape (S, K + 1, 2, 2)
         H at harmonics 0, 1, ..., K of S speeds.
+    closed_by : ndarray, shape (2, 2), optional
+        Mean tangent that closes the machine, where it is another one.
     """
     orders = np.arange(-receptance.shape[1] + 1, receptance.shape[1])
-    found = np.linalg.solve(equations(cycle, receptance), signed(cycle.force, orders).reshape(-1, 1))
+    found = np.linalg.solve(equations(cycle, receptance, closed_by), signed(cycle.force, orders).reshape(-1, 1))
     return np.asarray(found.reshape(len(receptance), len(orders), 2)[:, receptance.shape[1] - 1 :])
 
 
-def equations(cycle: MeshCycle, receptance: ComplexArray) -> ComplexArray:
+def equations(cycle: MeshCycle, receptance: ComplexArray, closed_by: FloatArray | None = None) -> ComplexArray:
     """Return the matrices of (1) for the forces, f + k H f = w, of all harmonics of either sign, (S, 4 K + 2, ...)."""
+    further = 0.0 if closed_by is None else cycle.mean - closed_by
     speeds, count = receptance.shape[:2]
     orders = np.arange(-count + 1, count)
     apart = orders[:, None] - orders
-    varying = np.where((apart == 0)[..., None, None], 0.0, signed(cycle.tangent, apart))
+    varying = np.where((apart == 0)[..., None, None], further, signed(cycle.tangent, apart))
     blocks = varying.transpose(0, 2, 1, 3).reshape(2 * len(orders), 2 * len(orders))
     matrix = np.empty((speeds, *blocks.shape), dtype=complex)
     for place, order in enumerate(orders):
@@ -76,9 +79,9 @@ def equations(cycle: MeshCycle, receptance: ComplexArray) -> ComplexArray:
     return matrix
 
 
-def mesh_forces(cycle: MeshCycle, receptance: ComplexArray, closing: ComplexArray) -> ComplexArray:
+def mesh_forces(closed_by: FloatArray, receptance: ComplexArray, closing: ComplexArray) -> ComplexArray:
     """Return the forces of the mesh beside its mean load, (S, K + 1, 2), by those of `hill` on the closed machine."""
-    return np.asarray(closing - np.einsum("ab,snb->sna", cycle.mean, moved(receptance, closing)))
+    return np.asarray(closing - np.einsum("ab,snb->sna", closed_by, moved(receptance, closing)))
 
 
 def moved(receptance: ComplexArray, closing: ComplexArray) -> ComplexArray:

@@ -238,7 +238,7 @@ def _of_mesh(
     wanted, found = slice(1, motion.harmonics + 1), list[Lines]()
     for acting in (varying, constant):
         lines = _lines(orders[: motion.harmonics], means, own, acting[:, wanted])
-        lines.mesh_forces[..., number] = mesh_forces(cycle, moving, acting)[:, wanted, 0]
+        lines.mesh_forces[..., number] = mesh_forces(cycle.mean, moving, acting)[:, wanted, 0]
         found.append(lines)
     told = _told(rate, motion.harmonics, motion, speeds_rpm)
     return Source(mesh.standing.name, rate, own, orders, found[0], found[1], told, mesh)
