@@ -68,13 +68,13 @@ class Order:
     @property
     def within(self) -> BoolArray:
         """Speeds at which the order is below the highest mode, (S,)."""
-        return np.asarray(self.order * self.speeds <= np.sqrt(self.receptance.modes.square.max()))
+        return np.asarray(self.order * self.speeds <= np.sqrt(self.receptance.modes.square.max(initial=0.0)))
 
     def ports(self, told: slice, acting: slice) -> ComplexArray:
         """Return displacements of some ports under unit forces on others, (S, p, q)."""
         by, under = self.by_ports[told], self.by_ports[acting].conj()
-        products = (by[:, None] * under).reshape(-1, by.shape[1])
-        moving = (self.amplification @ products.T).reshape(-1, len(by), len(under))
+        products = (by[:, None] * under).reshape(len(by) * len(under), by.shape[1])
+        moving = (self.amplification @ products.T).reshape(len(self.speeds), len(by), len(under))
         return np.asarray(moving + self.within[:, None, None] * self.receptance.left_ports[told, acting])
 
     def modal(self, own: slice, force: ComplexArray) -> ComplexArray:

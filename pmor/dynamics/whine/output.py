@@ -194,6 +194,9 @@ def _blocks(file: GearboxFile, data: Data, responses: Sequence[LoadResponse]) ->
         return blocks
     last, highest = loudest(responses), motion.highest_frequency_Hz
     name = last.solved.load.name
+    if not any(source.told.any() for source in last.sources):
+        text = "No line lies below [dynamics] highest_frequency_Hz at these speeds: raise it, or lower the speeds."
+        blocks.append(Warning(text))
     lost = [row for load in data["loads"] for row in load["meshes"] if row["dynamic_factor"] > MOST_FACTOR]
     if lost:
         names = ", ".join(sorted({row["name"] for row in lost}))
