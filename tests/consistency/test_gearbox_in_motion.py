@@ -13,9 +13,12 @@ import pmor
 from pmor.dynamics.whine.gradient import Target, changes, cycle_with
 from pmor.dynamics.whine.modal import closed
 from pmor.dynamics.whine.moving import bearing_rows
-from pmor.dynamics.whine.readings import bearing_rms, force_lines, peak_rows
+from pmor.dynamics.whine.quiet import QuietMesh
+from pmor.dynamics.whine.readings import bearing_rms, force_lines, mesh_rms, peak_rows
 from pmor.dynamics.whine.response import RPM
 from pmor.dynamics.whine.run import run
+from pmor.gear.condition import Assembly
+from pmor.gear.modification import Modification
 from pmor.machine.loader import load
 from tests.support.gearboxes import SMALL, written
 
@@ -233,7 +236,7 @@ def hill_closed(cycle, tangent, receptance):
 
 def test_a_micrometre_of_a_modification_does_what_two_full_runs_say():
     """A box whose wheel has half a micrometre more, and one that has less, solved from the file on."""
-    target, ends = Target("bearing", 2000.0, 1), []
+    target, ends, quiet = Target("bearing", 2000.0, 1), [], []
     (found,) = changes(moving().loads[0], 0, [target], ["wheel.profile_crowning_um"])
     for amount in (0.5, -0.5):
         wheel = f"modification = {{ profile_crowning_um = {amount} }}"
@@ -244,4 +247,17 @@ def test_a_micrometre_of_a_modification_does_what_two_full_runs_say():
         at = int(abs(response.speeds_rpm - target.speed_rpm).argmin())
         lines = force_lines(response, response.sources[0], response.sources[0].lines)[at, :, target.number]
         ends.append(float(np.sqrt((lines**2).sum())))
+        assembly = Assembly(wheel=Modification(profile_crowning_um=amount))
+        own = QuietMesh(moving().loads[0], 0, response.machine.gearbox.bearings[1].settings.name, 100.0)
+        quiet.append((own.results(assembly)["bearing_force_N"], bearing_rms(response)[:, 1].max()))
     assert_allclose(found.targets[0], ends[0] - ends[1], rtol=3e-2)
+    for by_design, by_run in quiet:
+        assert_allclose(by_design, by_run, rtol=5e-3)
+
+
+def test_a_design_starts_from_the_motion_of_its_gearbox():
+    """With the flanks of the file its results are those of the run."""
+    response = moving().loads[0]
+    found = QuietMesh(response, 0, None, 100.0).results(Assembly())
+    assert_allclose(found["mesh_force_N"], mesh_rms(response)[:, 0].max(), rtol=1e-6)
+    assert_allclose(found["bearing_force_N"], bearing_rms(response).max(), rtol=1e-6)
