@@ -23,6 +23,7 @@ class Settings(TypedDict, total=False):
 
     title: str
     condition: Sequence[Section]
+    loads: Sequence[Section]
     load: Section
     pair: Section
     pinion: Section
@@ -36,6 +37,7 @@ class Settings(TypedDict, total=False):
     compare: Section
     results: Section
     dynamics: Section
+    lubricant: Section
     output: Section
     # [load]
     torque_Nm: float
@@ -128,6 +130,11 @@ class Settings(TypedDict, total=False):
     run_cycles: int
     accuracy_grade: int
     law: Literal["table", "exact"]
+    # [lubricant]
+    friction: float | Literal["schlenk"]
+    viscosity_mPas: float
+    roughness_um: float
+    lubricant_factor: float
     # [output]
     plots: bool
     report: bool

@@ -10,6 +10,7 @@ from pmor.app.skipped import computed, remarks, scene, skipped
 from pmor.case import Case, condition_words, describe, model_names, other_models, short_list
 from pmor.case.capability import left_out, why_not
 from pmor.case.document import GEARS
+from pmor.case.duty import shares
 from pmor.case.width import asks_for_live_page, intervals_across, meshed_width, sections_across, takes_whole_width
 from pmor.core.memory import memory_text
 from pmor.core.progress import format_time
@@ -211,6 +212,16 @@ def _conditions(case: Case) -> list[str]:
     return ["Conditions beside the case's own", *lines] if lines else []
 
 
+def _loads(case: Case) -> list[str]:
+    """The loads of a duty cycle."""
+    lines = []
+    for load, share in zip(case.loads, shares(case.loads) or [None] * len(case.loads), strict=True):
+        rpm = load.speed_rpm or case.speed_rpm
+        words = [f"{load.torque_Nm:g} N m", rpm and f"{rpm:g} rpm", share and f"{100.0 * share:.3g} % of the time"]
+        lines.append(f"  {load.name:<22} {', '.join(filter(None, words))}")
+    return ["Duty cycle", *lines] if lines else []
+
+
 def _models(case: Case) -> list[str]:
     """The models that a case compares: contact scheme, shapes, work beside the finite elements."""
     cases = {case.contact.scheme: case, **dict(other_models(case))}
@@ -237,5 +248,5 @@ def _torques_text(torques: tuple[float, ...]) -> str:
 
 
 PARTS: tuple[Callable[[Case], list[str]], ...] = (
-    _heading, _settings, _geometry, _blanks, _conditions, _sizes, _work, _models, _cost, _computed_and_skipped,
+    _heading, _settings, _geometry, _blanks, _conditions, _loads, _sizes, _work, _models, _cost, _computed_and_skipped,
 )  # fmt: skip

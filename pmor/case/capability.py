@@ -79,7 +79,7 @@ def _untrained(case: Case) -> str:
 
 OF_CASES = (
     Limit(lambda case: case.reduction.shapes != "line_loads",
-          ("campaign", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set"), _untrained),
+          ("campaign", "design", "duty", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set"), _untrained),
     Limit(lambda case: case.flank != "drive",
           ("exudyn", "fmu", "page", "rexs"),
           "drive flanks: give [load] torque_Nm positive, and the coast flanks as a [[condition]]"),
@@ -97,7 +97,6 @@ OF_CASES = (
           "gears that are rigid at their bores: leave one_piece out"),
     Limit(lambda case: any(case.pair.holes), ("classical", "exudyn", "fmu", "page", "vtkhdf"),
           "no holes, with which it does not repeat each mesh cycle: leave them out"),
-    Limit(_always, ("duty",), "sets and gearboxes, whose loads have hours: put the pair in a gearbox file"),
     Limit(_always, ("tolerances",), "planets, whose errors share out the load: flanks of a pair scatter in a design"),
 )  # fmt: skip
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pmor.case.coast import TORQUES, as_drawn, without_pitch
-from pmor.case.document import BLANK, COAST, CONDITION, GEARS, HOLES, MODIFICATION, flattened
+from pmor.case.document import BLANK, COAST, CONDITION, GEARS, HOLES, LOADS, MODIFICATION, flattened
 from pmor.case.gears import GearCase
 from pmor.case.loader import parse_case
 from pmor.case.reader import keys_of
@@ -75,6 +75,8 @@ def text_of(case: Case) -> str:
     except CaseError:
         pass
     document: dict[str, Any] = {"title": case.title, **sections_of(case)}
+    if case.loads:
+        document[LOADS] = [asdict(load) for load in case.loads]
     if case.conditions:
         listed = map(_shallow, case.conditions)
         document[CONDITION] = [condition | vars(condition.pop("misalignment")) for condition in listed]
@@ -124,7 +126,7 @@ def _changed(document: dict[str, Any], settings: Mapping[str, Any], where: str) 
     """Lay settings over a document, single keys first into the section that has them."""
     document = flattened(document)
     for key, value in flattened(settings).items():
-        if key in ("title", CONDITION):
+        if key in ("title", CONDITION, LOADS):
             document[key] = value
         elif key in SECTIONS and value is None and BLANK in key:
             document = {name: keys for name, keys in document.items() if not name.startswith(key)}

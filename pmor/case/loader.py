@@ -8,12 +8,14 @@ from typing import Any
 
 from pmor.case.blank import BlankCase
 from pmor.case.body import UNITS, BodyCase, MatrixCase
+from pmor.case.capability import refuse_beyond
 from pmor.case.checks import check_together
 from pmor.case.coast import in_amounts, other_by_default, other_flank, without_pitch
-from pmor.case.document import BLANK, COAST, CONDITION, GEARS, HOLES, MATRIX, MESH, MODIFICATION, flattened
+from pmor.case.document import BLANK, COAST, CONDITION, GEARS, HOLES, LOADS, MATRIX, MESH, MODIFICATION, flattened
+from pmor.case.duty import TimedLoad, check_duty
 from pmor.case.gears import GearCase, PairCase
 from pmor.case.reader import NOTHING, Reader, parse_toml, read_text
-from pmor.case.schema import SECTIONS, Case, ConditionCase
+from pmor.case.schema import SECTIONS, Case, ConditionCase, OnlineCase
 from pmor.case.values import NO_LOAD, toml_text
 from pmor.core.errors import CaseError, printable
 from pmor.core.wording import suggesting
@@ -82,7 +84,7 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     document, name = flattened(parse_toml(text, where)), printable(name)
     document, coast = in_amounts(document, where)
     reader = Reader(where, {key: kind for key, kind in SECTIONS.items() if COAST not in key}, folder)
-    names = ["title", *SECTIONS, CONDITION]
+    names = ["title", *SECTIONS, CONDITION, LOADS]
     for key in SECTIONS:
         reader.refuse_value(key, document.get(key, {}))
     reader.refuse_unknown({key: value for key, value in document.items() if key not in names}, names, "")
@@ -113,22 +115,33 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     compared: dict[str, Any] = {"torques_Nm": _multiples(torque_Nm, COMPARE_TORQUES)}
     if reduction.shapes == "line_loads" and set(section("compare", **compared).models or ()) <= {"line"}:
         compared = {"torques_Nm": _multiples(torque_Nm, COMPARED_LOADS), "angles": EXACT_ANGLES}
+    loads = tuple(reader.section(table, TimedLoad, LOADS) for table in reader.list_of(document.get(LOADS, []), LOADS))
+    check_duty(loads, reader.refuse)
     swept = [(others if coast else modifications), *((condition.pinion, condition.wheel) for condition in conditions)]
     case = Case(
         name=name, title=title, torque_Nm=torque_Nm, speed_rpm=load.speed_rpm, pair=pair,
         pinion_modification=modifications[0], wheel_modification=modifications[1], other_flanks=(others[0], others[1]),
-        conditions=conditions,
+        conditions=conditions, loads=loads, lubricant=section("lubricant"),
         mesh=section("mesh", **across), contact=contact, misalignment=misalignment, reduction=reduction,
         offline=section("offline", torques_Nm=_multiples(torque_Nm, OFFLINE_TORQUES)),
-        online=section("online", torques_Nm=_multiples(torque_Nm, ONLINE_TORQUES), **_whole_period(pair, swept)),
+        online=_with_loads(
+            section("online", torques_Nm=_multiples(torque_Nm, ONLINE_TORQUES), **_whole_period(pair, swept)), loads
+        ),
         compare=section("compare", **compared),
         results=section("results", harris_torques_Nm=_multiples(torque_Nm, HARRIS_TORQUES)),
         dynamics=section("dynamics", torques_Nm=_multiples(torque_Nm, DYNAMICS_TORQUES)), output=section("output"),
         text=text
     )  # fmt: skip
     case = other_flank(case) if coast else case
+    if loads:
+        refuse_beyond(case, "duty", f"{where}: [[{LOADS}]]")
     check_together(case, document, where)
     return case
+
+
+def _with_loads(online: OnlineCase, loads: Sequence[TimedLoad]) -> OnlineCase:
+    """Return a sweep with the torques of a duty cycle among its own."""
+    return replace(online, torques_Nm=tuple(sorted({*online.torques_Nm, *(load.torque_Nm for load in loads)})))
 
 
 def _read_conditions(

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pmor.case.capability import why_not
+from pmor.case.duty import shares
 from pmor.case.reader import parse_toml
 from pmor.machine.iso import unknown_arrangements
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import speeds_rpm
-from pmor.sets.duty import shares
 
 
 def left_out(file: GearboxFile) -> list[tuple[str, str]]:
@@ -20,6 +20,8 @@ def left_out(file: GearboxFile) -> list[tuple[str, str]]:
             found.append((f"root stress, {name}", "[results] root_stress is off"))
         if not case.mesh.error_bar:
             found.append((f"error bar of the mesh, {name}", "it is asked for by mesh = { error_bar = true } there"))
+        if case.loads:
+            found.append((f"duty cycle of {name} alone", "loads are those of the gearbox"))
         if name in model.shared:
             found.append((f"the flank that fits, {name}", "one of its gears has several meshes"))
     for name, one in model.sets.items():

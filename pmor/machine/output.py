@@ -16,14 +16,15 @@ from pmor.machine.left_out import left_out
 from pmor.machine.loader import GearboxFile
 from pmor.machine.readings import Data, duty_entry, load_data
 from pmor.machine.view import machine_figure
+from pmor.pair.losses import duty_data
+from pmor.report.duty_tables import LOSS_COLUMNS, LOSSES, of_gear, spectrum_tables
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Column, Columns, Table, heads, screen_text, table, told_tables
 from pmor.results.load_distribution import PRESSURE
 from pmor.results.root_stress import GEARS
-from pmor.sets.duty import duty_data
 from pmor.sets.figures import set_figure, share_figure
-from pmor.sets.output import LOSS_COLUMNS, LOSSES, PLANET_COLUMNS, PLANETS, of_gear, spectrum_tables
 from pmor.sets.output import MESH_COLUMNS as MESHES_OF_SET
+from pmor.sets.output import PLANET_COLUMNS, PLANETS
 from pmor.sets.output import STRESS as SET_STRESS
 from pmor.sets.output import STRESS_COLUMNS as SET_STRESS_COLUMNS
 from pmor.work.results import Report

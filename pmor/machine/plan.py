@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from pmor.case import Case, capability
+from pmor.case.duty import shares
 from pmor.case.width import sections_across, whole_width
 from pmor.core.errors import ConvergenceError
 from pmor.core.memory import memory_text
@@ -17,7 +18,6 @@ from pmor.machine.left_out import left_out
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import loaded, pinion_torques, set_torques
 from pmor.machine.settings import Bearing
-from pmor.sets.duty import shares
 from pmor.sets.preview import SWEEP, refuse_large_set, stages_of_set
 from pmor.work.cost import (
     COMPILING,

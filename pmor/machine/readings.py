@@ -11,6 +11,7 @@ import numpy as np
 from pmor.body.beam import NODE
 from pmor.body.rolling_bearing import BearingState
 from pmor.case import Case
+from pmor.case.duty import Lubricant
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.machine.coupled import RigidMesh, RootStresses, SolvedLoad, SolvedMesh
@@ -22,7 +23,7 @@ from pmor.machine.set_frame import MEMBERS
 from pmor.machine.settings import LoadCase
 from pmor.machine.ste_parts import parts_data, set_ste_parts, ste_parts
 from pmor.machine.system import Equilibrium
-from pmor.pair.losses import Lubricant, mesh_losses, per_second, total
+from pmor.pair.losses import mesh_losses, per_second, total
 from pmor.results.load_distribution import line_states
 from pmor.results.quantities import figures_of_mesh
 from pmor.results.sweep import SteSweep, mesh_orders, peak_to_peak_um, ste_mean_um

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from pmor.body.bearing import AnyBearing
+from pmor.case.duty import Lubricant
 from pmor.case.reader import Keys, Sections
 from pmor.core.ranges import GRAMS_PER_CM3, METRES, PASCALS, Length, Range, Stiffness, TiltStiffness
-from pmor.pair.losses import Lubricant
 from pmor.sets.settings import Member
 
 Place = Annotated[float, Range(-1e6, 1e6, "mm")]
@@ -148,7 +148,8 @@ class Mesh:
     name : str
         Of the mesh, and of its basis file.
     case : Path or None
-        Case file of the pair, beside the gearbox file. Without it the sections of a case stand here.
+        Case file of the pair, beside the gearbox file. Without it the sections of a case stand here. Loads, speeds and
+        the lubricant are those of the gearbox.
     pinion, wheel : GearPlace
     changes : mapping
         Sections of the case that are otherwise here: `pair = { helix_angle_deg = -10.0 }`; all of them without a case.

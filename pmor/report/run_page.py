@@ -58,7 +58,9 @@ from pmor.report.torque_figures import revolution_figure, waterfall_figure
 from pmor.report.torque_table import (
     causes_table,
     condition_table,
+    duty_of,
     load_table,
+    loss_tables,
     shaft_order_table,
     ste_table,
     torque_row,
@@ -83,6 +85,7 @@ THEMES = {
     "Transmission error": ("revolution.png", "waterfall.png", "spectrum.png", "harris.png", "conditions.png"),
     "Stiffness and load sharing": ("stiffness.png", "load_sharing.png"),
     "Flanks": ("flank_maps.png", "flank_pattern.png", "load_distribution.png", "contact_pattern.png"),
+    "Losses and duty cycle": (),
     "Root stress": ("root_stress.png", "root_stress_cycle.png"),
 }
 LAST = ("error.png", "models.png", "error_time.png", "mesh.png")
@@ -263,6 +266,7 @@ def run_blocks(
             *shaft_order_table(result),
         ],
         "Stiffness and load sharing": [load_table(result, rows), *_classical_tables(result)],
+        "Losses and duty cycle": loss_tables(rows, duty_of(result)),
         "Root stress": causes_table(root_stress_figures(result) | {"torque_Nm": case.torque_Nm}),
     }
     blocks: list[Block | LiveSection] = [

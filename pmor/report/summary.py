@@ -37,6 +37,7 @@ from pmor.report.torque_table import (
     CAUSES,
     SHAFT_ORDER_COLUMNS,
     condition_rows,
+    duty_of,
     shaft_order_rows,
     shaft_orders_of,
     torque_row,
@@ -121,7 +122,7 @@ def figures(result: OnlineResult) -> dict[str, Any]:
         "offline_s": result.reduced.basis.training.seconds, "basis_mib": result.basis_mib,
         "n_positions_failed": len(result.failures), **root_stress_figures(result), **iso_blank_figures(result),
         "web_stress": web_stress_figures(result),
-        "torques": torque_rows(result),
+        "torques": torque_rows(result), "duty": duty_of(result),
         "conditions": [row for listed in result.conditions for row in condition_rows(listed)] or None
     }  # fmt: skip
 
@@ -165,6 +166,7 @@ def summary_rows(result: OnlineResult) -> list[Row]:
         ("STE peak-to-peak", s["ste_peak_to_peak_um"], "um", ""),
         *_unloaded_rows(s),
         *_readings_rows(s, result),
+        *_loss_rows(s),
         *_root_stress_rows(result),
         *web_stress_rows(result),
         *iso_blank_rows(result, s),
@@ -232,6 +234,15 @@ def _readings_rows(s: dict[str, Any], result: OnlineResult) -> list[Row]:
         _known("flank pressure, max", s["flank_pressure_max_MPa"], "MPa", PRESSURE if edges else "of Hertz",
                "a sharp tip edge carries all" if edges else lacks),
     ]  # fmt: skip
+
+
+def _loss_rows(s: dict[str, Any]) -> list[Row]:
+    """Power lost in the mesh, where the case has a speed; and over its duty cycle."""
+    rows: list[Row] = []
+    for label, data in (("losses", s), ("losses, duty cycle", s["duty"] or {"losses_W": None})):
+        if data["losses_W"] is not None:
+            rows.append((label, data["losses_W"], "W", f"of {data['power_W']:.4g} W; load-dependent, without churning"))
+    return rows
 
 
 def _unloaded_contact_ratio(pair: GearPair) -> str:

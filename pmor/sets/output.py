@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from pmor.report.duty_tables import LOSS_COLUMNS, LOSSES, spectrum_tables
 from pmor.report.page import Block, Picture, Warning
-from pmor.report.table import Column, Columns, Table, heads, screen_text, table, told_tables
+from pmor.report.table import Columns, Table, heads, screen_text, table, told_tables
 from pmor.results.load_distribution import PRESSURE
-from pmor.results.root_stress import GEARS
 from pmor.sets.figures import (
     face_load_figure,
     path_figure,
@@ -54,7 +54,6 @@ MESH_COLUMNS: Columns = {"mesh": "name", **heads(
 LOAD_COLUMNS: Columns = {**heads("torque_Nm"), "mesh": "name", **heads(
     "k_h_beta", "flank_pressure_max_MPa", "line_load_max_N_per_mm", "carrying_face_percent", "effective_contact_ratio",
 )}  # fmt: skip
-LOSS_COLUMNS: Columns = heads("loss_factor", "friction", "losses_W", "efficiency")
 STRESS_COLUMNS: Columns = {
     "gear": "name",
     **heads("max_principal_MPa"),
@@ -66,27 +65,6 @@ STRESS_COLUMNS: Columns = {
 }
 
 
-def _millions(key: str) -> Column:
-    return lambda row: None if row[key] is None else 1e-6 * row[key]
-
-
-def of_gear(key: str, gear: int) -> Column:
-    """Return the column of a figure of pinion or wheel."""
-    return lambda row: None if row[key] is None else row[key][gear]
-
-
-SPECTRUM_COLUMNS: Columns = {
-    "mesh": "mesh", "load": "load", "pinion torque [N m]": "torque_Nm", **heads("fraction", "pinion_rpm", "hours"),
-    **{f"{gear} [10⁶ turns]": _millions(f"{gear}_cycles") for gear in GEARS}, **heads("flank_pressure_max_MPa"),
-    **{f"root stress, {name} [MPa]": of_gear("root_stress_max_MPa", gear) for gear, name in enumerate(GEARS)},
-}  # fmt: skip
-# Of the spectrum, known with hours alone.
-OF_HOURS = ("time [h]", "pinion [10⁶ turns]", "wheel [10⁶ turns]")
-DUTY = "Means by time; the efficiency is that of the work."
-SPECTRUM = (
-    "What each mesh carries, and how often: revolutions of both gears. A list, without any damage. Pressure: "
-    f"{PRESSURE}."
-)
 ORDER_COLUMNS: Columns = {
     **heads("mesh_order", "amplitude_um"),
     "times a turn, or a mesh cycle": lambda row: _times(row),
@@ -111,7 +89,6 @@ STRESS = (
     "point where it is largest, and the limits between which it changes there. Side: of the flank that this mate "
     "loads; –: no mate."
 )
-LOSSES = "Load-dependent, of the line loads; formulas of friction differ by up to a factor of two. Without churning."
 SHAFT_ORDERS = (
     "Of the transmission error between the orders of the first mesh, at the nominal torque; turns of the members "
     "against the carrier, and cycles of the other meshes, or sums and differences of two."
@@ -211,17 +188,6 @@ def _tables(data: Data) -> list[Table]:
     if data["root_stress"]:
         found.append(table("Root stress", STRESS_COLUMNS, data["root_stress"], STRESS))
     return found
-
-
-def spectrum_tables(duty: Data) -> list[Table]:
-    """Return means and load spectrum of a duty cycle."""
-    hidden = () if duty["hours"] else OF_HOURS
-    timed = {head: column for head, column in SPECTRUM_COLUMNS.items() if head not in hidden}
-    return [
-        table("Duty cycle", {"mesh": "name", **heads("power_W", "losses_W", "efficiency")},
-              [*duty["meshes"], {"name": "all", **duty}], DUTY),
-        table("Load spectrum", timed, duty["spectrum"], SPECTRUM),
-    ]  # fmt: skip
 
 
 def _warnings(file: SetFile, solved: SetSolution, data: Data) -> list[str]:

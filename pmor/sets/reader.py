@@ -12,6 +12,7 @@ from pmor.case import Case
 from pmor.case.capability import refuse_beyond
 from pmor.case.change import case_of_settings
 from pmor.case.document import BLANK, COAST, MODIFICATION
+from pmor.case.duty import check_duty
 from pmor.case.reader import Reader
 from pmor.case.seats import read_seats
 from pmor.case.width import meshed_width, whole_width
@@ -23,7 +24,6 @@ from pmor.pair.conditions import assembly_of
 from pmor.pair.model import gear_pair, refuse_loads_unmeshed
 from pmor.sets.bounds import refuse_draws, refuse_errors
 from pmor.sets.draws import drawn
-from pmor.sets.duty import check_duty
 from pmor.sets.layout import PAIR, SECOND_PAIR, SECOND_PLANET, SHARED, Layout, Share, planetary_layout, train_layout
 from pmor.sets.plan import SetPlan, planetary_errors, with_errors
 from pmor.sets.settings import Eccentricity, SetSections

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from pmor.case.capability import why_not
-from pmor.pair.losses import Lubricant, mesh_losses, per_second, total
+from pmor.case.duty import Lubricant, shares
+from pmor.pair.losses import duty_data, mesh_losses, per_second, total
 from pmor.report.data_files import plain_data
 from pmor.sets.bounds import named_bounds
-from pmor.sets.duty import duty_data, shares
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import SetFile
 from pmor.sets.lost import known

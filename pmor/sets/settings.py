@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from pmor.body.bearing import AnyBearing
+from pmor.case.duty import Lubricant, TimedLoad
 from pmor.case.reader import Sections
 from pmor.case.training import Positions
 from pmor.core.ranges import METRES, PASCALS, Length, Range, Stiffness, TiltStiffness, Torques, micrometres
-from pmor.pair.losses import Lubricant
 
 Deviations = Annotated[tuple[float, ...], micrometres(-1e4, 1e4, in_order=True)]
 Amount = Annotated[float, micrometres(0.0, 1e4)]
@@ -201,31 +201,6 @@ class SetLoad:
     on: Member = "sun"
     held: Member = "ring"
     speed_rpm: Annotated[float, Range(0.0, 1e7, "1/min", low_excluded=True)] | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class TimedLoad:
-    """A load of the duty cycle of a set (section `[[loads]]`), solved beside the nominal one.
-
-    Parameters
-    ----------
-    name : str
-        Of the load.
-    torque_Nm : float
-        Amount of the torque of `[load]`, or of the first gear.
-    speed_rpm : float or None
-        As in `[load]`, whose it is by default.
-    fraction : float or None
-        Share of the operating time: all loads have one, or none has. They add up to 1.
-    hours : float or None
-        Operating time in this load, h, instead of its share.
-    """
-
-    name: str
-    torque_Nm: Annotated[float, Range(0.0, 1e12, "N m", low_excluded=True)]
-    speed_rpm: Annotated[float, Range(0.0, 1e7, "1/min", low_excluded=True)] | None = None
-    fraction: Annotated[float, Range(0.0, 1.0, low_excluded=True)] | None = None
-    hours: Annotated[float, Range(0.0, 1e9, "h", low_excluded=True)] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

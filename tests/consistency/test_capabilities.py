@@ -87,6 +87,9 @@ class Machine:
 
     def duty(self):
         assert "duty" in self.data
+        if self.kind == "Case":
+            often, full = self.data["torques"]
+            assert self.data["duty"]["losses_W"] == pytest.approx(0.75 * often["losses_W"] + 0.25 * full["losses_W"])
 
     def tolerances(self):
         if self.row == "planetary set":

@@ -19,8 +19,8 @@ from pmor.machine.iso import arrangement
 from pmor.machine.loader import load
 from pmor.machine.output import FILES
 from pmor.machine.run import with_rigid_supports
+from pmor.pair.losses import LISTED
 from pmor.results.quantities import OF_MESHES, TABLE
-from pmor.sets.duty import LISTED
 from pmor_online.model import with_flanks
 from tests.support.gearboxes import INLINE, SMALL, written
 from tests.support.stored_files import rows_of

@@ -9,6 +9,15 @@ from tests.support.small_sets import SMALL_SET
 PLANE = {"width": "plane_strain", "profile_elements": 8, "error_bar": True, "element": "hex20"}
 WIDE = {"width": "whole", "profile_elements": 8, "width_elements": 2, "error_bar": True, "element": "hex20"}
 RING = {"teeth": 60, "internal": True, "addendum": 0.8, "root_fillet_mm": 0.6, "rim_thickness_mm": 12.0}
+DUTY = """[[loads]]
+name = "often"
+torque_Nm = 50.0
+hours = 30.0
+[[loads]]
+name = "full"
+torque_Nm = 100.0
+hours = 10.0
+"""
 LUGS = {"held": {"lugs": 6, "lug_deg": 10.0}}
 WEB = {"rim_thickness_mm": 6.0, "web_thickness_mm": 5.0, "hub_radius_mm": 24.0}
 HOLES = {"holes": {"count": 7, "radius_mm": 2.0, "on_radius_mm": 27.5}}
@@ -38,10 +47,10 @@ SPLIT = "\n".join(
 def _pair(mesh=PLANE, torque=100.0, **more):
     sections = {
         "contact": {"scheme": "line", "lodm_profile": 2}, "reduction": None, "offline": None, "mesh": mesh,
-        "load": {"torque_Nm": torque}, "online": {"angles_per_pitch": 4, "torques_Nm": [torque]},
+        "load": {"torque_Nm": torque, "speed_rpm": 1000.0}, "online": {"angles_per_pitch": 4, "torques_Nm": [torque]},
         "compare": {"angles": 2, "torques_Nm": [torque]}, "results": {"maps": True, "harris_torques_Nm": [torque]},
     }  # fmt: skip
-    return case_text(**{**sections, **more})
+    return case_text(**{**sections, **more}) + DUTY
 
 
 def _blank(**more):
