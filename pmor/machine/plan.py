@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from pmor.case import Case, capability
+from pmor.case import Case
 from pmor.case.duty import shares
 from pmor.case.width import sections_across, whole_width
 from pmor.core.errors import ConvergenceError
@@ -166,5 +166,5 @@ def _position_seconds(pair: GearPair, case: Case) -> float:
 
 def _left_out(file: GearboxFile) -> Iterator[str]:
     yield "Left out: what, because"
-    for what, why in (*left_out(file), *capability.left_out(file)):
+    for what, why in left_out(file):
         yield f"  {what:<34} {why}"

@@ -80,20 +80,39 @@ def run(
         kept = kept_beside(None if folder is None else Path(folder), overwrite)
         with _timed(seconds, "finite elements"):
             trained, trains = meshes_and_trains(file, kept, executor)
-    loads, failures = list[SolvedLoad](), list[str]()
-    angles, every = file.angles_per_pitch, file.model.sections.loads
+    loads, failures = solved_loads(file, trained, trains, executor, step, seconds)
+    pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
+    with _timed(seconds, "flanks that fit"), stage("flanks that fit"):
+        fits = fit_meshes(file.model, loads, pairs)
+    return GearboxResult(file, loads, failures, fits, trained, seconds)
+
+
+def solved_loads(
+    file: GearboxFile, trained: Mapping[str, ReducedPair], trains: Trains, executor: Executor | None = None,
+    step: Callable[[int], None] = quietly, seconds: dict[str, float] | None = None,
+) -> tuple[tuple[SolvedLoad, ...], tuple[str, ...]]:  # fmt: skip
+    """Solve all loads of a gearbox that have an equilibrium, beside rigid supports; sentences tell what has none.
+
+    Parameters
+    ----------
+    trained, trains : mapping
+        As `meshes_and_trains` returns them.
+    seconds : dict, optional
+        Takes the time of each phase.
+    """
+    seconds, failures = {} if seconds is None else seconds, list[str]()
+    loads, angles, every = list[SolvedLoad](), file.angles_per_pitch, file.model.sections.loads
+    over_loads, inside = (None, executor) if len(every) == 1 else (executor, None)
 
     def solve(load: LoadCase) -> SolvedLoad | str:
         pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
         try:
-            return solve_load(
-                file.model, load, pairs, angles, trains=trains, executor=executor if len(every) == 1 else None
-            )
+            return solve_load(file.model, load, pairs, angles, trains=trains, executor=inside)
         except ConvergenceError as error:
             return f"load {load.name}: {error}"
 
     with _timed(seconds, "loads"):
-        for solved in in_order(solve, every, None if len(every) == 1 else executor, lambda: step(1)):
+        for solved in in_order(solve, every, over_loads, lambda: step(1)):
             if isinstance(solved, str):
                 failures.append(solved)
             else:
@@ -101,10 +120,7 @@ def run(
                 failures += lost_of_load(solved)
     pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
     with _timed(seconds, "rigid supports, root stress"):
-        compared = with_rigid_supports(loads, pairs, trains, angles, executor)
-    with _timed(seconds, "flanks that fit"), stage("flanks that fit"):
-        fits = fit_meshes(file.model, loads, pairs)
-    return GearboxResult(file, compared, tuple(failures), fits, trained, seconds)
+        return with_rigid_supports(loads, pairs, trains, angles, executor), tuple(failures)
 
 
 def meshes_and_trains(

@@ -201,7 +201,8 @@ def checked_set(
             plan = set_plan(said, layout, pairs, carrier)
     except (CaseError, GeometryError) as error:
         raise type(error)(f"{reader.where}: {str(error).removeprefix(f'{reader.where}: ')}") from None
-    most = max((plan.nominal_Nm, *_further_torques(said))) / plan.nominal_Nm
+    further = _further_torques(said) if shafts is None else ()
+    most = max((plan.nominal_Nm, *further)) / plan.nominal_Nm
     most = most if shafts is None or shafts.most_Nm is None else shafts.most_Nm / plan.torque_Nm
     torques_Nm = {key: most * torque for key, torque in plan.mesh_torques_Nm.items()}
     cases = reader.cases(said, layout, torques_Nm)
@@ -229,8 +230,7 @@ def _part_of_a_gearbox(said: SetSections, shafts: OnShafts) -> SetSections:
         carrier = replace(
             carrier, radial_N_per_mm="rigid", tilt_Nmm_per_rad="rigid", bearings_at_mm=Carrier().bearings_at_mm
         )
-    sweep = replace(said.sweep, torques_Nm=())
-    return replace(said, supports=supports, carrier=carrier, sweep=sweep, loads=())
+    return replace(said, supports=supports, carrier=carrier, loads=())
 
 
 def _further_torques(said: SetSections) -> tuple[float, ...]:

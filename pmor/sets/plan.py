@@ -319,8 +319,9 @@ def closing_rows(
 ) -> FloatArray:
     """Return the change of the gap of each mesh by displacements of all hubs, (M, 6 B)."""
     rows = np.zeros((len(meetings), HUB * len(bodies)))
-    for row, (pair, *ends), place in zip(rows, meetings, placed, strict=True):
-        for body, wrench in zip(ends, smooth_rows(pair, place.direction, place.image), strict=True):
+    for row, mesh, place in zip(rows, meetings, placed, strict=True):
+        wrenches = smooth_rows(mesh.pair, place.direction, place.image)
+        for body, wrench in zip((mesh.pinion, mesh.wheel), wrenches, strict=True):
             row[HUB * body : HUB * (body + 1)] += wrench
     return rows
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pmor.case.capability import why_not
+from pmor.case.capability import left_out
 from pmor.case.duty import Lubricant, shares
 from pmor.pair.losses import duty_data, mesh_losses, per_second, total
 from pmor.report.data_files import plain_data
@@ -56,7 +56,7 @@ def set_data(file: SetFile, solved: SetSolution, samples: Samples | None, failur
         "failures": list(failures),
         "bounds": [*bounds(file, solved, samples), *file.slips, *file.rounded],
         "changed": list(file.changed),
-        "left_out": [f"set.rexs: {why}" for why in [why_not(file, "rexs")] if why and file.plan.planets],
+        "left_out": [f"{what}: {why}" for what, why in left_out(file)],
         "assumptions": list(file.notes),
     }
 
