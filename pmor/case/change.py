@@ -3,7 +3,7 @@
 import json
 import tomllib
 from collections.abc import Mapping
-from dataclasses import asdict, fields, is_dataclass, replace
+from dataclasses import MISSING, asdict, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -147,6 +147,41 @@ def laid_over(section: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str
     return {key: value for key, value in section.items() if key not in replaced} | dict(values)
 
 
+def merged(document: Mapping[str, Any], settings: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """Return the sections of any file with some keys changed; None takes one away.
+
+    Of a list of sections with names a mapping changes those that it names: ``shafts={"input": {"start_mm": 5.0}}``.
+    """
+    found = laid_over(document, {})
+    for key, value in settings.items():
+        own, value = found.get(key), written(value)
+        if isinstance(own, list) and isinstance(value, Mapping):
+            names = [section.get("name") for section in own]
+            for name in value:
+                if name not in names:
+                    raise CaseError(f"{where}: {key}: {name}: no section has this name: {did_you_mean(name, names)}")
+            changes = (value.get(name, {}) for name in names)
+            value = [merged(section, more, where) for section, more in zip(own, changes, strict=True)]
+        elif isinstance(own, Mapping) and isinstance(value, Mapping):
+            value = merged(own, value, where)
+        found = laid_over(found, {key: value})
+    return {key: value for key, value in found.items() if value is not None}
+
+
+def written(value: Any) -> Any:
+    """Return a value as a file has it: of a section its keys that are not the defaults, its name first."""
+    if isinstance(value, tuple | list):
+        return [written(part) for part in value]
+    if not is_dataclass(value) or isinstance(value, Topography | type):
+        return value
+    keys = dict[str, Any]()
+    for item in fields(value):
+        own = getattr(value, item.name)
+        if own != (item.default if item.default_factory is MISSING else item.default_factory()):
+            keys[item.name] = written(own)
+    return {"name": keys.pop("name"), **keys} if "name" in keys else keys
+
+
 def _homes(key: str, document: Mapping[str, Any], where: str) -> tuple[str, ...]:
     homes = tuple(name for name, kind in SECTIONS.items() if COAST not in name and key in keys_of(kind))
     if homes == GEARS:
@@ -209,8 +244,8 @@ def _toml(value: Any) -> str:
         value = value.tolist()
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(_toml, value)) + "]"
-    if isinstance(value, Topography):
-        value = _shallow(value)
+    if is_dataclass(value):
+        value = _shallow(value) if isinstance(value, Topography) else written(value)
     if isinstance(value, Mapping):
         return "{" + ", ".join(_lines(value)) + "}"
     if isinstance(value, float):

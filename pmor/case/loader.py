@@ -74,7 +74,7 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     where : str
         Name of the text in error messages, usually the path.
     folder : Path, optional
-        Base of the names of files in it; without it, it may not name any.
+        Base of the names of files in it; without it they are whole paths.
 
     Returns
     -------
@@ -188,15 +188,14 @@ def _with_blank(
         reader.refuse(f"[{name}] {key}", f"a {key} has its holes: leave holes out")
     place = f"[{name}] {key} = {toml_text(table[key])}"
     if isinstance(table[key], str):
-        if reader.folder is None:
-            reader.refuse(place, "there is no folder to look for it in: read the case from its file with load_case")
+        path = reader.beside(table[key], place)
         from pmor.case.body_matrix import body_matrix  # only where there is one
         from pmor.case.body_mesh import body_mesh
 
         unit = table.get("unit", "mm")
         try:
             read = body_mesh if key == MESH else body_matrix
-            content = read(reader.folder / table[key], unit if unit in UNITS else "mm")
+            content = read(path, unit if unit in UNITS else "mm")
         except CaseError as error:
             reader.refuse(place, str(error))
         table = {**table, key: content}

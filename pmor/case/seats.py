@@ -33,9 +33,8 @@ def read_seats(reader: Reader, section: str, name: Path, seats: int, each: str) 
     ------
     CaseError
     """
-    assert reader.folder is not None
     where = f'[{section}] stiffness = "{name}"'
-    text = read_text(reader.folder / name, "CSV file beside the file that names it", f"{reader.where}: {where}")
+    text = read_text(reader.beside(name, where), "CSV file beside the file that names it", f"{reader.where}: {where}")
     try:
         matrix = np.array([[float(cell) for cell in row] for row in csv.reader(io.StringIO(text)) if row])
     except ValueError as error:

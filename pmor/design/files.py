@@ -187,7 +187,7 @@ class DesignFile:
 
 def source_text(source: Case | GearboxFile | SetFile) -> str:
     """Return the text of what a design starts from, files that it names included."""
-    return source.whole_text if isinstance(source, SetFile) else source.text
+    return source.text if isinstance(source, Case) else source.whole_text
 
 
 def pins_of(source: Case | GearboxFile | SetFile) -> dict[str, float]:

@@ -117,9 +117,6 @@ class SetReader(Reader):
         if said.carrier.stiffness is None:
             return None
         assert said.pins is not None
-        if self.folder is None:
-            rule = "there is no folder to look for it in: read the set from its file with pmor.load"
-            self.refuse(f'[carrier] stiffness = "{said.carrier.stiffness}"', rule)
         seats = said.planets.count * (2 if said.pins.cheeks == "both" else 1)
         return read_seats(self, "carrier", said.carrier.stiffness, seats, "seat of a pin in a cheek")
 
