@@ -217,9 +217,9 @@ def _loads(case: Case) -> list[str]:
     lines = []
     for load, share in zip(case.loads, shares(case.loads) or [None] * len(case.loads), strict=True):
         rpm = load.speed_rpm or case.speed_rpm
-        words = [f"{load.torque_Nm:g} N m", rpm and f"{rpm:g} rpm", share and f"{100.0 * share:.3g} % of the time"]
+        words = [f"{load.torque_Nm:g} N m", f"{rpm:g} rpm" if rpm else "", f"{100.0 * share:.3g} %" if share else ""]
         lines.append(f"  {load.name:<22} {', '.join(filter(None, words))}")
-    return ["Duty cycle", *lines] if lines else []
+    return ["Duty cycle, and shares of the time", *lines] if lines else []
 
 
 def _models(case: Case) -> list[str]:
