@@ -124,8 +124,6 @@ def _one_way(file: Any) -> str:
 ALL_FE = "reduced models: line loads of all meshes at once are exact on full finite elements, and nothing is beside"
 OF_SETS = (
     Limit(_always, ("full",), ALL_FE),
-    Limit(lambda file: file.sections.gears, ("tolerances",),
-          "planets, whose errors share out the load: leave [tolerances] out of a train on fixed axes"),
     Limit(lambda file: file.sections.gears, ("campaign",),
           "planetary sets, whose teeth follow from their ratio: write a case for each mesh of the train"),
     Limit(_always, ("page",), "one mesh at a time: change the file and run it again, finite elements are kept"),

@@ -17,7 +17,7 @@ from pmor.machine.loader import GearboxFile
 from pmor.machine.readings import Data, duty_entry, load_data
 from pmor.machine.view import machine_figure
 from pmor.pair.losses import duty_data
-from pmor.report.duty_tables import LOSS_COLUMNS, LOSSES, of_gear, spectrum_tables
+from pmor.report.machine_tables import LOSS_COLUMNS, LOSSES, of_gear, spectrum_tables
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Column, Columns, Table, heads, screen_text, table, told_tables
 from pmor.results.load_distribution import PRESSURE

@@ -24,12 +24,14 @@ from pmor.machine.settings import LoadCase
 from pmor.machine.ste_parts import parts_data, set_ste_parts, ste_parts
 from pmor.machine.system import Equilibrium
 from pmor.pair.losses import mesh_losses, per_second, total
+from pmor.pair.samples import sample_data
 from pmor.results.load_distribution import line_states
 from pmor.results.quantities import figures_of_mesh
 from pmor.results.sweep import SteSweep, mesh_orders, peak_to_peak_um, ste_mean_um
 from pmor.sets.kinematics import torque_ratios
-from pmor.sets.readings import mesh_frequency_Hz, plain, sample_data, spectrum_rows, torque_data
+from pmor.sets.readings import mesh_frequency_Hz, plain, spectrum_rows, torque_data
 from pmor.sets.settings import Member
+from pmor.sets.tolerances import sampled_figures
 
 Data = dict[str, Any]
 HARMONICS = 5
@@ -226,7 +228,7 @@ def set_entry(solved: SolvedLoad, one: SolvedSet, speeds_rpm: Mapping[str, float
         "planets": planets,
         **{f"rigid_{key}": rigid[key] for key in COMPARED},
         "supports_uneven_percent": 100.0 * one.uneven,
-        "tolerances": sample_data(one.samples, solution, [1e-3 * one.torque]) if one.samples else None,
+        "tolerances": sample_data(one.samples, sampled_figures(solution), [1e-3 * one.torque]) if one.samples else None,
     }
 
 

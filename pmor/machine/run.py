@@ -39,12 +39,12 @@ from pmor.machine.model import GearboxModel, placed_groups
 from pmor.machine.output import FILES, set_files
 from pmor.machine.result import GearboxResult
 from pmor.machine.settings import LoadCase
+from pmor.pair.samples import lost_samples
 from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep
 from pmor.sets.lost import lost_positions
 from pmor.sets.run import coarse_train_of, train_of
 from pmor.sets.solution import SetSolution
-from pmor.sets.tolerances import lost_samples
 from pmor.storage.gear_store import KeptGear, kept_beside, not_kept
 from pmor.storage.results_folder import results_folder
 from pmor.work.cost import meshed_within_memory

@@ -14,7 +14,7 @@ from pmor.case.duty import shares
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.pair.losses import duty_data, mesh_losses
-from pmor.report.duty_tables import LOSS_COLUMNS, LOSSES, spectrum_tables
+from pmor.report.machine_tables import LOSS_COLUMNS, LOSSES, spectrum_tables
 from pmor.report.table import Table, heads, table
 from pmor.results.load_distribution import PRESSURE
 from pmor.results.quantities import OF_MESHES

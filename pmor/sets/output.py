@@ -6,9 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pmor.report.duty_tables import LOSS_COLUMNS, LOSSES, spectrum_tables
+from pmor.pair.samples import Samples
+from pmor.report.machine_tables import LOSS_COLUMNS, LOSSES, spectrum_tables, tolerance_table
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Columns, Table, heads, screen_text, table, told_tables
+from pmor.report.torque_figures import tolerance_figure
 from pmor.results.load_distribution import PRESSURE
 from pmor.sets.figures import (
     face_load_figure,
@@ -19,12 +21,10 @@ from pmor.sets.figures import (
     set_figure,
     share_figure,
     ste_figure,
-    tolerance_figure,
 )
 from pmor.sets.loader import SetFile
 from pmor.sets.readings import Data
 from pmor.sets.solution import SetSolution
-from pmor.sets.tolerances import Samples
 from pmor.work.results import Report
 
 #: files of a result
@@ -93,15 +93,6 @@ SHAFT_ORDERS = (
     "Of the transmission error between the orders of the first mesh, at the nominal torque; turns of the members "
     "against the carrier, and cycles of the other meshes, or sums and differences of two."
 )
-SAMPLE_COLUMNS: Columns = {
-    "torque [N m]": "torque_Nm",
-    "K_γ as filed": lambda row: row["k_gamma"]["as_filed"],
-    "50 %": lambda row: row["k_gamma"]["percentile_50"],
-    "95 %": lambda row: row["k_gamma"]["percentile_95"],
-    "STE p-p as filed [µm]": lambda row: row["ste_peak_to_peak_um"]["as_filed"],
-    "50 % [µm]": lambda row: row["ste_peak_to_peak_um"]["percentile_50"],
-    "95 % [µm]": lambda row: row["ste_peak_to_peak_um"]["percentile_95"],
-}
 MODEL = (
     "All meshes are solved at once: exact line loads on the finite-element compliance of every member, which couples "
     "the flanks of one body; one rotation for each gear that is free to turn. A planetary set is seen from its carrier."
@@ -171,9 +162,7 @@ def _tables(data: Data) -> list[Table]:
         if any(planet["bearings"] for planet in data["planets"]):
             found.append(table("Planets on their pins", PIN_COLUMNS, data["planets"], _wound(data)))
     if data["tolerances"]:
-        drawn = data["tolerances"]
-        note = f"Values that 50 % and 95 % of {drawn['samples']} sets stay below, each solved."
-        found.append(table("Tolerances", SAMPLE_COLUMNS, drawn["torques"], note))
+        found.append(tolerance_table(data["tolerances"], "sets"))
     if data["shaft_orders"]:
         found.append(table("Orders of shafts", ORDER_COLUMNS, data["shaft_orders"], SHAFT_ORDERS))
     found.append(table("Meshes", MESH_COLUMNS, data["meshes"], MESHES))

@@ -20,7 +20,7 @@ from pmor.gear.pair import GearPair
 from pmor.line.hubs import HUB
 from pmor.line.train import smooth_rows
 from pmor.sets.kinematics import Meeting, Placement, mesh_rates, placements
-from pmor.sets.layout import SECOND_PLANET, Layout
+from pmor.sets.layout import SECOND_PLANET, Layout, train_layout
 from pmor.sets.model import SetBody, SetMesh
 from pmor.sets.pins import PlanetsOnPins
 from pmor.sets.settings import Planets, SetSections
@@ -221,8 +221,11 @@ def planetary_errors(said: SetSections, bodies: Sequence[SetBody], clockwise: bo
 
 
 def with_errors(plan: SetPlan, said: SetSections) -> SetPlan:
-    """Return a planetary set with the errors that other sections say."""
-    displacement, eccentricity = planetary_errors(said, plan.bodies, plan.clockwise)
+    """Return a set with the errors that other sections say."""
+    displacement, eccentricity = (
+        train_errors(said, train_layout(said)) if said.gears
+        else planetary_errors(said, plan.bodies, plan.clockwise)
+    )  # fmt: skip
     return replace(plan, displacement=displacement, eccentricity=eccentricity)
 
 
@@ -297,21 +300,29 @@ def _trained(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair]) -
         if gear.torque_Nm == "balance":
             del torques[shaft]
     size = HUB * len(bodies)
-    free, compliance, displacement = np.zeros((len(torques), size)), np.zeros((size, size)), np.zeros(size)
+    free, compliance = np.zeros((len(torques), size)), np.zeros((size, size))
     for row, turning in zip(free, torques, strict=True):
         row[[HUB * number + ROTATION for number, shaft in enumerate(shafts) if shaft == turning]] = 1.0
     for number, gear in enumerate(said.gears):
         place = HUB * number + ROTATION
-        displacement[place] = 1e-3 * side * layout.senses.get(gear.name, 0) * gear.timing_mrad
         compliance[place, place] = gives(gear.torsion_Nmm_per_rad)
-    eccentric = [_eccentric(gear.eccentricity_um, side * gear.eccentricity_deg) for gear in said.gears]
+    displacement, eccentricity = train_errors(said, layout)
     first_Nm, *_ = amounts = list(torques.values())
     plan = SetPlan(
         bodies=tuple(bodies), meshes=tuple(meshes), planets=(), free=free, compliance=compliance,
-        displacement=displacement, eccentricity=np.array(eccentric), driver=0, load=np.array(amounts) / first_Nm,
+        displacement=displacement, eccentricity=eccentricity, driver=0, load=np.array(amounts) / first_Nm,
         torque_Nm=first_Nm, nominal_Nm=first_Nm, clockwise=layout.clockwise,
     )  # fmt: skip
     return _under_load(plan, pairs)
+
+
+def train_errors(said: SetSections, layout: Layout) -> tuple[FloatArray, FloatArray]:
+    """Return what `planetary_errors` does of a train: timing of gears on shared shafts, and eccentricities."""
+    side = -1.0 if layout.clockwise else 1.0
+    displacement = np.zeros((len(said.gears), HUB))
+    displacement[:, ROTATION] = [1e-3 * side * layout.senses.get(one.name, 0) * one.timing_mrad for one in said.gears]
+    eccentric = [_eccentric(gear.eccentricity_um, side * gear.eccentricity_deg) for gear in said.gears]
+    return displacement.ravel(), np.array(eccentric)
 
 
 def closing_rows(

@@ -13,7 +13,9 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
 from pmor.core.shown import Columns, Tabular
+from pmor.pair.samples import Samples, sample_rows
 from pmor.report.data_files import write_columns_csv, write_table_csv
+from pmor.report.torque_figures import tolerance_figure
 from pmor.sets.figures import (
     path_figure,
     pin_figure,
@@ -22,7 +24,6 @@ from pmor.sets.figures import (
     set_figure,
     share_figure,
     ste_figure,
-    tolerance_figure,
 )
 from pmor.sets.loader import SetFile
 from pmor.sets.lost import known
@@ -30,7 +31,6 @@ from pmor.sets.output import FILES, PIN_FILES, REXS_FILES, SAMPLE_FILES, nominal
 from pmor.sets.readings import Data, set_data
 from pmor.sets.results_data import mesh_rows, set_columns, torque_rows, write_set_results
 from pmor.sets.solution import SetSolution
-from pmor.sets.tolerances import Samples, sample_rows
 from pmor.sets.vtkhdf import write_set
 from pmor.work.results import writing_results
 

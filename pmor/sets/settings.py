@@ -93,19 +93,22 @@ class Eccentricity:
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerances:
-    """Standard deviations of the errors of a planetary set (section `[tolerances]`), normal and independent.
+    """Standard deviations of the errors of a set (section `[tolerances]`), normal and independent.
 
-    They are about the errors that `[planets]` and `[eccentricity]` say. Each sample is a set of its own, solved as any
-    other: percentiles of the mesh load factor and of the peak-to-peak transmission error come out.
+    They are about the errors that `[planets]`, `[eccentricity]` and `[[gears]]` say. Each sample is a set of its own,
+    solved as any other: percentiles of the peak-to-peak transmission error, of the mesh load factor, or of trains the
+    largest share of a path, of K_Hbeta and pressure come out.
 
     Parameters
     ----------
     pins_radial_um, pins_tangential_um : float
         Of the place of each pin in the carrier.
     timing_mrad : float
-        Of the second gear of each stepped planet on its shaft.
+        Of the second gear of each stepped planet on its shaft, and of gears of a train that share one.
     sun_eccentricity_um, ring_eccentricity_um, planets_eccentricity_um : float
         Of both components of the eccentricity, in any direction; the runout is about twice the eccentricity.
+    gears_eccentricity_um : float
+        The same of all gears of a train on fixed axes.
     samples : int
         Sets that are drawn.
     seed : int
@@ -118,6 +121,7 @@ class Tolerances:
     sun_eccentricity_um: Amount = 0.0
     ring_eccentricity_um: Amount = 0.0
     planets_eccentricity_um: Amount = 0.0
+    gears_eccentricity_um: Amount = 0.0
     samples: Annotated[int, Range(8, 100_000)] = 200
     seed: Annotated[int, Range(0, 1_000_000)] = 0
 
@@ -126,7 +130,7 @@ class Tolerances:
         """All standard deviations."""
         return (
             self.pins_radial_um, self.pins_tangential_um, self.timing_mrad, self.sun_eccentricity_um,
-            self.ring_eccentricity_um, self.planets_eccentricity_um,
+            self.ring_eccentricity_um, self.planets_eccentricity_um, self.gears_eccentricity_um,
         )  # fmt: skip
 
 

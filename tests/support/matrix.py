@@ -75,7 +75,7 @@ ROWS = {
     "shafts and bearings": SMALL.replace('name = "drive"\n', 'name = "drive"\nspeed_rpm = 1000.0\nhours = 10.0\n'),
     "planetary set": COARSE + "[tolerances]\npins_tangential_um = 5.0\nsamples = 8\n",
     "stepped planets": STEPPED,
-    "power split": SPLIT,
+    "power split": SPLIT + "[tolerances]\ntiming_mrad = 0.05\nsamples = 8\n",
     "set in a gearbox": one_stage(),
 }
 

@@ -1,4 +1,4 @@
-"""Tables of losses and of duty cycles, of pairs, sets and gearboxes."""
+"""Tables of losses, duty cycles and tolerances, of pairs, sets and gearboxes."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 
 from pmor.report.table import Column, Columns, Table, heads, table
 from pmor.results.load_distribution import PRESSURE
+from pmor.results.quantities import TABLE
 from pmor.results.root_stress import GEARS
 
 LOSS_COLUMNS: Columns = heads("loss_factor", "friction", "losses_W", "efficiency")
@@ -45,3 +46,21 @@ def spectrum_tables(duty: Mapping[str, Any]) -> list[Table]:
               [*duty["meshes"], {"name": "all", **duty}], DUTY),
         table("Load spectrum", timed, duty["spectrum"], SPECTRUM),
     ]  # fmt: skip
+
+
+def tolerance_table(drawn: Mapping[str, Any], made: str) -> Table:
+    """Return the percentiles of machines within tolerances under each torque.
+
+    Parameters
+    ----------
+    drawn : mapping
+        As `pmor.pair.samples.sample_data` has it.
+    """
+    columns = ("torque [N m]", "", "as filed", "mean", "50 %", "95 %", "99 %")
+    keys = ("as_filed", "mean", "percentile_50", "percentile_95", "percentile_99")
+    rows = [
+        (row["torque_Nm"], TABLE[name].head, *(row[name][key] for key in keys))
+        for row in drawn["torques"] for name in row if isinstance(row[name], dict)
+    ]  # fmt: skip
+    note = f"Values that so many of {drawn['samples']} {made} stay below, each solved."
+    return Table("Tolerances", columns, rows, note)
