@@ -19,7 +19,7 @@ from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.machine.coupled import MEAN_ANGLES, MOST_ROUNDS, SolvedLoad
 from pmor.machine.model import ABOUT_AXIS, AXIAL, BEARING_ROWS, RADIAL, TILT, LoadedGearbox, Supported, other_key
 from pmor.machine.system import ARM
-from pmor.report.live.section import Control, LiveSection, curve, live_mesh, notes, section_data
+from pmor.report.live.section import Control, LiveSection, curve, live_pair_mesh, notes, section_data
 from pmor.report.page import Heading
 from pmor.results.sweep import ste_mean_um
 from pmor.work.live import live_pair
@@ -65,18 +65,21 @@ def machine_section(loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair
         pair = live_pair(pairs[name])
         if not isinstance(pair, ReducedPair):
             return pair and f"mesh {name}: {pair}"
+        if any(pair.lines.supports):
+            return f"mesh {name}: its teeth differ, and shafts bend under the mean force of all of them"
         found.append(pair)
     shown = []
     for number, (name, pair) in enumerate(zip(meshes, found, strict=True)):
         curves = [curve(solved.meshes[number].sweep, 0) for solved in loads]
         rigid = loads[0].rigid[number]
-        shown.append(live_mesh(name, pair.basis.case, pair, float(ste_mean_um(rigid.sweep)[rigid.row]), curves))
+        shown.append(live_pair_mesh(name, pair, float(ste_mean_um(rigid.sweep)[rigid.row]), curves))
     machine = machine_data(loads)
     bearings = [0.0 if bearing["rigid"] else 1.0 for bearing in machine["bearings"]]
     setting = {"load": 0, "share": 1.0, "stiffness": 1.0, "give": 0.0, "bearings": bearings}
     data = section_data([data for _, data in shown], setting, machine)
     controls = tuple(_controls(loads, machine))
-    return LiveSection(controls, tuple(mesh for mesh, _ in shown), data, _note(loads, found))
+    names = tuple((name, number) for number, name in enumerate(meshes))
+    return LiveSection(controls, tuple(mesh for mesh, _ in shown), names, data, _note(loads, found))
 
 
 def machine_data(loads: Sequence[SolvedLoad]) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,6 +25,7 @@ from pmor.sets.figures import (
     share_figure,
     ste_figure,
 )
+from pmor.sets.live import live_blocks
 from pmor.sets.loader import SetFile
 from pmor.sets.lost import known
 from pmor.sets.output import FILES, PIN_FILES, REXS_FILES, SAMPLE_FILES, nominal_torque, set_report, set_text
@@ -171,7 +172,8 @@ class SetResult(Tabular):
         with writing_results(
             folder, files, self.file.whole_text, inputs=inputs, overwrite=overwrite, working=()
         ) as out:
-            set_report(self.file, self.solution, self.samples, self.data).write(out)
+            report = set_report(self.file, self.solution, self.samples, self.data)
+            replace(report, page_only=live_blocks(self.file, self.solution)).write(out)
             if self.samples is not None:
                 write_table_csv(out / "tolerances.csv", sample_rows(self.samples, self._torques_Nm))
             self.to_csv(out / "ste.csv")

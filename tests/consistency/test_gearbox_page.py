@@ -188,7 +188,7 @@ def test_figures_beside_the_curve_are_those_of_the_program(box):
     found = page.value(f"""(setting => {{
       const result = solver.solve(setting, 1), axes = DATA.machine.loads[0].meshes[1].axes;
       const model = solver.models[1];
-      return [misalignmentOf(model, result.support, axes), faceLoadFactor(model, result.states),
+      return [misalignmentOf(model, result.support, axes), faceLoadFactor(model, result),
         findingsOf(model, result).pressure];
     }})({json.dumps(setting_of(box))})""")
     f_beta = mesh.meshing.frame.along * f_beta_um(mesh.meshing.pair, mesh.displacement)

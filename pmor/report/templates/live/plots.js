@@ -26,7 +26,7 @@ function frame(options, inside) {
     svgElement("path", { class: "axis", d: `M${p.left} ${p.top}V${p.top + h}H${p.left + w}` }),
     text("label", { x: p.left + w / 2, y: p.height - 6 }, "middle", xLabel),
     text("label", { transform: `translate(14 ${p.top + h / 2}) rotate(-90)` }, "middle", yLabel),
-    ...inside(px, py, h));
+    ...inside(px, py, h, w));
 }
 
 // A curve through points, with gaps where there is no value.
