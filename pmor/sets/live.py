@@ -29,6 +29,7 @@ from pmor.report.live.section import (
     written_curve,
 )
 from pmor.report.page import Heading
+from pmor.sets.bounds import floats, room_of_axes
 from pmor.sets.loader import SetFile
 from pmor.sets.lost import known
 from pmor.sets.plan import planetary_errors
@@ -41,6 +42,8 @@ from pmor.sets.supports import ROTATION
 MOST_ANGLES = 240
 # Ends of sliders: um, and mrad of a gear on its shaft; over the errors of the file.
 LEAST_ERROR, LEAST_TIMING, BEYOND_FILE = 50.0, 0.5, 2.0
+# Of the module: changes of a centre distance that are looked at.
+MOST_ROOM = 0.5
 MODEL = (
     "The page carries the compliance of all members and what they stand on, and solves all meshes at once as a slider "
     "moves: the same equations as the run."
@@ -106,13 +109,13 @@ def set_section(file: SetFile, solved: SetSolution) -> LiveSection:
     setting = {"torque_Nm": plan.nominal_Nm, "load": 0, "pitch": 0, "errors": [error.value for error in errors]}
     train = {
         "angles": angles, "pitches": pitches, "repeats": pitches % plan.cycle == 0,
-        "torques": _torques(file), "count": file.sections.planets.count, **_train_data(solved, kinds),
+        "torques": _torques(file), "count": file.sections.planets.count, **_train_data(file, solved, kinds),
         "per_torque": plan.torque_Nm / plan.nominal_Nm, "errors": [error.data for error in errors],
         "toml": [_in_file(error) for error in errors], "cycle": plan.cycle,
     }  # fmt: skip
     train["still"] = (plan.displacement - _by_sliders(errors)).tolist()
     train["eccentric"] = _turning(errors)
-    data = section_data([data for _, data in meshes], setting, None) | {"train": train}
+    data = section_data([data for _, data in meshes], setting, train=train)
     shown_meshes = [(name, kinds.index(mesh.case)) for name, mesh in zip(solved.mesh_names, plan.meshes, strict=True)]
     note = " ".join([MODEL, PITCH, *_notes(file, solved, pitches)])
     return LiveSection(tuple(controls), tuple(mesh for mesh, _ in meshes), tuple(shown_meshes), data, note)
@@ -147,11 +150,13 @@ def _kind(file: SetFile, solved: SetSolution, name: str, ste_um: float, curve: l
     return live_mesh(name, case, mesh.pair.meshed, model, ste_um, [curve], (pinion, wheel))
 
 
-def _train_data(solved: SetSolution, kinds: Sequence[str]) -> dict[str, Any]:
+def _train_data(file: SetFile, solved: SetSolution, kinds: Sequence[str]) -> dict[str, Any]:
     """Bodies, meshes and movements as the solver takes them."""
     train, plan = solved.train, solved.plan
     joined, cycles = train.joined, train.mesh_cycles(1)
-    meshes = []
+    pairs = {mesh.case: of.pair.meshed.pair for mesh, of in zip(plan.meshes, train.meshes, strict=True)}
+    room = {name: room_of_axes(file.cases[name], pair, MOST_ROOM * pair.pinion.module) for name, pair in pairs.items()}
+    floating, meshes = floats(plan), list[dict[str, Any]]()
     for number, (mesh, of_plan) in enumerate(zip(train.meshes, plan.meshes, strict=True)):
         image = [int(mesh.image != train.bodies[body].image) for body in mesh.bodies]
         deviations = mesh.pair.meshed.deviations(mesh.assembly)
@@ -162,6 +167,11 @@ def _train_data(solved: SetSolution, kinds: Sequence[str]) -> dict[str, Any]:
             "ahead": joined.ahead[number].tolist(), "share": joined.share[number].tolist(),
             "pitch": [flank.pitch.tolist() for flank in deviations],
         })  # fmt: skip
+    for data, of_plan in zip(meshes, plan.meshes, strict=True):
+        one, other = plan.bodies[of_plan.pinion], plan.bodies[of_plan.wheel]
+        free = floating[[of_plan.pinion, of_plan.wheel]].any()
+        data |= {"name": f"{one.name} - {other.name}", "between": [other.x - one.x, other.y - one.y],
+                 "room": None if free else room[of_plan.case]}  # fmt: skip
     shafts, housing = shaft_of(plan.bodies), plan.in_housing
     planets = [
         {"name": plan.bodies[on].name, "bodies": [body for body, shaft in enumerate(shafts) if shaft == on],
@@ -170,7 +180,7 @@ def _train_data(solved: SetSolution, kinds: Sequence[str]) -> dict[str, Any]:
     return {
         "aligned": asdict(ALIGNED), "driver": plan.driver, "load": plan.load.tolist(), "free": train.free.tolist(),
         "root": train.support_root.tolist(), "rates": train.rates.tolist(), "meshes": meshes, "planets": planets,
-        "beside": solved.beside,
+        "beside": solved.beside, "sides": [math.copysign(1.0, pairs[name].centre_distance) for name in kinds],
         "bodies": [
             {"teeth": body.teeth, "far": packed_far(body.far), "support": packed_support(body.support)}
             for body in train.bodies

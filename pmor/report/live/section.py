@@ -135,7 +135,7 @@ def live_section(result: OnlineResult, pair: ReducedPair) -> LiveSection:
     data["limits"]["torque_Nm"] = [min(swept), max(swept)]
     setting = {"torque_Nm": case.torque_Nm, "load": 0}
     note = " ".join([MODEL, *notes(case, pair.meshed, case.online.angles_per_pitch)])
-    return LiveSection((torque,), (mesh,), (("", 0),), section_data([data], setting, None), note)
+    return LiveSection((torque,), (mesh,), (("", 0),), section_data([data], setting), note)
 
 
 def torque_control(label: str, nominal_Nm: float, swept_Nm: Sequence[float]) -> Control:
@@ -146,8 +146,9 @@ def torque_control(label: str, nominal_Nm: float, swept_Nm: Sequence[float]) -> 
 
 
 def section_data(
-    meshes: Sequence[dict[str, Any]], setting: dict[str, Any], machine: dict[str, Any] | None
-) -> dict[str, Any]:
+    meshes: Sequence[dict[str, Any]], setting: dict[str, Any], machine: dict[str, Any] | None = None,
+    train: dict[str, Any] | None = None,
+) -> dict[str, Any]:  # fmt: skip
     """Return the data of a section: `setting` begins it, beside the axes and modifications of the meshes."""
     return {
         "constants": CONSTANTS,
@@ -155,6 +156,7 @@ def section_data(
         "meshes": list(meshes),
         "setting": {**setting, "meshes": [mesh["case"]["setting"] for mesh in meshes]},
         "machine": machine,
+        "train": train,
     }
 
 

@@ -192,26 +192,13 @@ class Solver {
   // The transmission error of a mesh, or of a train, under a setting.
   solve(setting, j) {
     const { data: { machine, train }, models, systems } = this, mesh = setting.meshes[j];
-    if (train) return this.solveTrain(setting);
+    if (train) return solveTrain(this, setting);
     const mean = machine && models.map((_, i) => this.places(i, setting.meshes[i], machine.mean_angles));
     const supports = machine ? supportsOf(machine, systems, mean, setting) : [{ torque: 1e3 * setting.torque_Nm }];
     const support = supports[j], places = this.places(j, mesh, models[j].angles);
     if (support.hubs) for (const place of places) standOn(models[j], place, support.hubs);
     const removed = removedBy(models[j], places, mesh.modifications);
     return { setting, support, ...sweep(systems[j], places, removed, [support.torque]) };
-  }
-
-  solveTrain(setting) {
-    const { data: { train }, models: [{ kinematics }], systems: [system] } = this, { angles, pitches } = train;
-    const angleOf = i => kinematics.pitch * i / angles, pitch = train.cycle * Math.round(setting.pitch / train.cycle);
-    const places = this.remembered(0, "", String(system.differ && pitch), () => {
-      for (const part of system.parts) part.first_tooth = teethLater(part, pitch);
-      return Array.from({ length: pitches * angles }, (_, i) => placeTrain(train, system, angleOf(i)));
-    });
-    const removed = places.map((place, i) =>
-      removedOfTrain(train, system, place, { ...setting, pitch }, angleOf(i) + pitch * kinematics.pitch));
-    const load = train.load.map(share => 1e3 * setting.torque_Nm * train.per_torque * share);
-    return { setting, ...sweep(system, places, removed, load) };
   }
 }
 

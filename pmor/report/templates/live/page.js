@@ -240,6 +240,7 @@ function draw(root, data, solver, result) {
   const said = warningsOf(of, model, result, findings[0]);
   const number = value => Number.isFinite(value) ? String(Number(value.toPrecision(4))) : "–";
   const row = (name, value) => [name, ...both.map(r => number(value(r)))];
+  if (train) said.push(...warningsOfTrain(train, result.setting));
   if (data.machine && isOffTangent(data.machine, result.setting)) {
     said.push("Rolling bearings count by their stiffness under the load case as it is, of which this setting is none.");
   }
@@ -249,17 +250,11 @@ function draw(root, data, solver, result) {
       misalignmentOf(model, r.support, data.machine.loads[r.setting.load].meshes[mesh].axes)),
   ] : [];
   const shares = train ? both.map(r => sharesOf(train, r.states)) : [];
-  const forces = r => r.states.filter(s => s.converged).map(s => meshForces(train, s)[part]);
-  const ofTrain = train ? [
-    ...train.planets.length ? [["mesh load factor K_γ", ...shares.map(own => number(kGamma(train, own)))]] : [],
-    row("mean force of the mesh, N", r => forces(r).reduce((sum, force, _, { length }) => sum + force / length, 0)),
-    row("its peak-to-peak, N", r => Math.max(...forces(r)) - Math.min(...forces(r))),
-  ] : [];
   fill("#live-numbers", ...[
     ...machine,
     row("STE mean, µm", r => r.mean),
     row("STE peak-to-peak, µm", r => r.peakToPeak),
-    ...ofTrain,
+    ...train ? rowsOfTrain(train, both, shares, number) : [],
     ["flank pressure of Hertz, largest where no sharp tip edge carries, MPa", ...findings.map(f => number(f.pressure))],
     ["tip edge carries load", ...findings.map(f => f.corners)],
     row("face load factor K_Hβ", r => faceLoadFactor(model, r)),
@@ -339,24 +334,6 @@ function stePlot(given, axis, result, angle, aboutMean) {
 
 function chosenLine(at, height) {
   return svgElement("line", { class: "chosen", x1: at, x2: at, y1: PLOT.top, y2: PLOT.top + height });
-}
-
-// Load of each planet over the mean of all, or the share of each mesh in the torque that it shares.
-function sharesPlot({ planets, meshes, beside }, axis, [now, before], angle) {
-  const count = planets.length || 1, shown = (planets.length ? planets : meshes).map((_, p) => p)
-    .filter(p => planets.length || beside[p].length > 1);
-  if (!shown.length) return "";
-  const points = (shares, p) => shares.map((own, i) => [axis.degrees(i), own ? count * own[p] : NaN]);
-  const label = planets.length ? "Load of each planet over the mean of all" : "Share of each mesh in the torque";
-  const y = rangeOf(shown.flatMap(p => [now, before].flatMap(shares => points(shares, p).map(([, share]) => share))));
-  if (y[1] - y[0] < 0.01) { y[0] -= 0.005; y[1] += 0.005; }
-  return frame({ x: [0, axis.span], y, label, xLabel: axis.label, yLabel: planets.length ? "load over mean" : "share" },
-    (px, py, h, w) => [chosenLine(px(axis.degrees(angle)), h), ...shown.flatMap(p => {
-      const kind = `pair${p % SHARE_COLOURS}`, x = PLOT.left + w - 14 * (shown.length - shown.indexOf(p));
-      const name = planets.length ? planets[p].name.replace("planet ", "") : String(p + 1);
-      return [...curve(points(before, p), px, py, `case ${kind}`), ...curve(points(now, p), px, py, `now ${kind}`),
-        svgElement("text", { class: `name ${kind}`, x, y: PLOT.top + 8 }, name)];
-    })]);
 }
 
 function ordersPlot(result, before, pitches) {
@@ -443,21 +420,6 @@ function tomlOf(data, setting, kind) {
     });
   }
   return lines.join("\n");
-}
-
-// Errors as sections of the file of a set, those that are 0 left out; lists have all planets.
-function errorsOf({ toml, count }, { errors }) {
-  const found = new Map();
-  toml.forEach(({ section, name, key, place }, e) => {
-    const id = `${section} ${name}`, values = found.has(id) ? found.get(id)[1] : {};
-    found.set(id, [section, values, name]);
-    if (place === null) values[key] = errors[e];
-    else (values[key] = values[key] || Array(count).fill(0))[place] = errors[e];
-  });
-  return [...found.values()].map(([section, values, name]) => {
-    const said = Object.entries(values).filter(([, value]) => [value].flat().some(Boolean));
-    return [section, said.length ? { ...name && { name }, ...Object.fromEntries(said) } : {}];
-  });
 }
 
 function showToml(root, data, setting, mesh) {

@@ -82,6 +82,33 @@ function hubsOff({ still, errors: units, eccentric, rates, housing }, errors, an
   return moved;
 }
 
+// Meshes whose axes errors bring to where no pair runs: too near, or too far, where gears off their axes add up.
+function axesBeyond({ meshes, eccentric, ...train }, { errors }) {
+  const moved = hubsOff({ ...train, eccentric: [], housing: null }, errors, 0), off = new Map();
+  for (const { body, amount } of eccentric) off.set(body, 1e-3 * errors[amount]);
+  return meshes.filter(({ bodies: [pinion, wheel], between: [x, y], room, model }) => {
+    if (!room) return false;
+    const dx = moved[6 * wheel] - moved[6 * pinion], dy = moved[6 * wheel + 1] - moved[6 * pinion + 1];
+    if (dx === 0 && dy === 0 && !off.get(pinion) && !off.get(wheel)) return false;
+    const further = train.sides[model] * (Math.hypot(x + dx, y + dy) - Math.hypot(x, y));
+    return further < -room[0] || further + (off.get(pinion) || 0) + (off.get(wheel) || 0) > room[1];
+  }).map(({ name }) => name);
+}
+
+// All meshes over the mesh cycles that are shown.
+function solveTrain(solver, setting) {
+  const { data: { train }, models: [{ kinematics }], systems: [system] } = solver, { angles, pitches } = train;
+  const angleOf = i => kinematics.pitch * i / angles, pitch = train.cycle * Math.round(setting.pitch / train.cycle);
+  const places = solver.remembered(0, "", String(system.differ && pitch), () => {
+    for (const part of system.parts) part.first_tooth = teethLater(part, pitch);
+    return Array.from({ length: pitches * angles }, (_, i) => placeTrain(train, system, angleOf(i)));
+  });
+  const removed = places.map((place, i) =>
+    removedOfTrain(train, system, place, { ...setting, pitch }, angleOf(i) + pitch * kinematics.pitch));
+  const load = train.load.map(share => 1e3 * setting.torque_Nm * train.per_torque * share);
+  return { setting, ...sweep(system, places, removed, load) };
+}
+
 // Force of each mesh at an angle in the transverse plane, N.
 function meshForces({ meshes }, { place, force }) {
   const found = meshes.map(() => 0);
@@ -124,4 +151,54 @@ function kGamma({ angles, pitches, planets }, shares) {
     });
   }
   return largest;
+}
+
+// Figures of a set and of the mesh that is shown.
+function rowsOfTrain(train, both, shares, number) {
+  const forces = r => r.states.filter(s => s.converged).map(s => meshForces(train, s)[r.part]);
+  const row = (name, value) => [name, ...both.map(r => number(value(forces(r))))];
+  return [
+    ...train.planets.length ? [["mesh load factor K_γ", ...shares.map(own => number(kGamma(train, own)))]] : [],
+    row("mean force of the mesh, N", own => own.reduce((sum, force) => sum + force / own.length, 0)),
+    row("its peak-to-peak, N", own => Math.max(...own) - Math.min(...own)),
+  ];
+}
+
+function warningsOfTrain(train, setting) {
+  const beyond = axesBeyond(train, setting);
+  return beyond.length ? [`Errors bring the axes of ${beyond.join(", ")} to a distance at which no pair runs: teeth jam, `
+    + "or lose each other. Lower them."] : [];
+}
+
+// Load of each planet over the mean of all, or the share of each mesh in the torque that it shares.
+function sharesPlot({ planets, meshes, beside }, axis, [now, before], angle) {
+  const count = planets.length || 1, shown = (planets.length ? planets : meshes).map((_, p) => p)
+    .filter(p => planets.length || beside[p].length > 1);
+  if (!shown.length) return "";
+  const points = (shares, p) => shares.map((own, i) => [axis.degrees(i), own ? count * own[p] : NaN]);
+  const label = planets.length ? "Load of each planet over the mean of all" : "Share of each mesh in the torque";
+  const y = rangeOf(shown.flatMap(p => [now, before].flatMap(shares => points(shares, p).map(([, share]) => share))));
+  if (y[1] - y[0] < 0.01) { y[0] -= 0.005; y[1] += 0.005; }
+  return frame({ x: [0, axis.span], y, label, xLabel: axis.label, yLabel: planets.length ? "load over mean" : "share" },
+    (px, py, h, w) => [chosenLine(px(axis.degrees(angle)), h), ...shown.flatMap(p => {
+      const kind = `pair${p % SHARE_COLOURS}`, x = PLOT.left + w - 14 * (shown.length - shown.indexOf(p));
+      const name = planets.length ? planets[p].name.replace("planet ", "") : String(p + 1);
+      return [...curve(points(before, p), px, py, `case ${kind}`), ...curve(points(now, p), px, py, `now ${kind}`),
+        svgElement("text", { class: `name ${kind}`, x, y: PLOT.top + 8 }, name)];
+    })]);
+}
+
+// Errors as sections of the file of a set, those that are 0 left out; lists have all planets.
+function errorsOf({ toml, count }, { errors }) {
+  const found = new Map();
+  toml.forEach(({ section, name, key, place }, e) => {
+    const id = `${section} ${name}`, values = found.has(id) ? found.get(id)[1] : {};
+    found.set(id, [section, values, name]);
+    if (place === null) values[key] = errors[e];
+    else (values[key] = values[key] || Array(count).fill(0))[place] = errors[e];
+  });
+  return [...found.values()].map(([section, values, name]) => {
+    const said = Object.entries(values).filter(([, value]) => [value].flat().some(Boolean));
+    return [section, said.length ? { ...name && { name }, ...Object.fromEntries(said) } : {}];
+  });
 }
