@@ -180,14 +180,17 @@ TRANSCRIBED = {
         "_expected": "daf8ff6f", "start_with": "e47cd80e",
     },
     "pmor/line/kernels/movements.py": {
-        "turning": "42d11bd5", "place_at": "088ccb67", "out_of_balance": "33fdfe0d", "solve_held": "79638778", "let_go": "8f49b63b",
+        "turning": "42d11bd5", "place_at": "088ccb67", "out_of_balance": "33fdfe0d",
+        "solve_held": "79638778", "let_go": "8f49b63b",
     },
     "pmor/line/kernels/loads.py": {
         "_solve": "9e9aa291", "linearise": "9747560a", "fill_equations": "c8e7c7a0", "_newton_step": "391758a6",
-        "_accept": "6c3fdb8a", "_accept_to_first": "32b2bd33", "_deflect": "07a635f3", "_touch": "0d506109", "_begin": "eddfaeb9",
+        "_accept": "6c3fdb8a", "_accept_to_first": "32b2bd33", "_deflect": "07a635f3", "_touch": "0d506109",
+        "_begin": "eddfaeb9",
     },
     "pmor/line/kernels/flexibility.py": {
-        "_product": "baca11b6", "_bilinear": "007b2a4d", "_between": "dabdfded", "make_ready": "89afecc4", "_couple": "ce20dfbf", "_move": "9fdb99f7",
+        "_product": "baca11b6", "_bilinear": "007b2a4d", "_between": "dabdfded", "make_ready": "89afecc4",
+        "_couple": "ce20dfbf", "_move": "9fdb99f7",
     },
     "pmor/core/linear.py": {
         "eliminate": "d43d7556",
