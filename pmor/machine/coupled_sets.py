@@ -23,7 +23,7 @@ from pmor.line.hubs import HUB
 from pmor.line.several import GearTrain, Workspaces
 from pmor.machine.groups import GroupKey
 from pmor.machine.hub_compliance import compliance_below
-from pmor.machine.model import ABOUT_AXIS, LoadedGearbox, SetMeshing
+from pmor.machine.loaded import ABOUT_AXIS, LoadedGearbox, SetMeshing
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.system import ARM, Equilibrium
 from pmor.pair.samples import Samples

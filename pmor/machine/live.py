@@ -17,7 +17,8 @@ from pmor.body.beam import NODE
 from pmor.case.capability import rule_of
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.machine.coupled import MEAN_ANGLES, MOST_ROUNDS, SolvedLoad
-from pmor.machine.model import ABOUT_AXIS, AXIAL, BEARING_ROWS, RADIAL, TILT, LoadedGearbox, Supported, other_key
+from pmor.machine.loaded import ABOUT_AXIS, AXIAL, BEARING_ROWS, RADIAL, TILT, LoadedGearbox, Supported
+from pmor.machine.model import other_key
 from pmor.machine.system import ARM
 from pmor.report.live.section import Control, LiveSection, curve, live_pair_mesh, notes, section_data
 from pmor.report.page import Heading

@@ -15,8 +15,9 @@ from pmor.gear.pair import GearPair
 from pmor.machine.coupled import MEAN_ANGLES
 from pmor.machine.coupled_sets import MEAN_PLACES
 from pmor.machine.left_out import left_out
+from pmor.machine.loaded import loaded
 from pmor.machine.loader import GearboxFile
-from pmor.machine.model import loaded, pinion_torques, set_torques
+from pmor.machine.model import pinion_torques, set_torques
 from pmor.machine.settings import Bearing
 from pmor.sets.preview import SWEEP, refuse_large_set, stages_of_set
 from pmor.work.cost import (

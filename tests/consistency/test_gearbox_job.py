@@ -201,7 +201,7 @@ def test_the_plan_says_what_is_solved_and_left_out(job, capsys):
 
 
 def test_the_plan_names_a_load_without_an_equilibrium(tmp_path, monkeypatch):
-    monkeypatch.setattr("pmor.machine.model.LoadedGearbox.solve", lambda self: _fail())
+    monkeypatch.setattr("pmor.machine.loaded.LoadedGearbox.solve", lambda self: _fail())
     assert "! no equilibrium" in pmor.plan(written(tmp_path))
 
 

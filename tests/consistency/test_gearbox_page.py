@@ -10,9 +10,9 @@ from numpy.testing import assert_allclose
 
 from pmor.machine.coupled import hubs_of, mesh_force, solve_load
 from pmor.machine.live import live_blocks, machine_data, machine_section
+from pmor.machine.loaded import loaded
 from pmor.machine.loader import load
 from pmor.machine.mesh_force import f_beta_um
-from pmor.machine.model import loaded
 from pmor.machine.run import with_rigid_supports
 from pmor.pair.model import elastic_model, mesh_model
 from pmor.report.live.section import HELICAL_ANGLES
