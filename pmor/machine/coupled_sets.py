@@ -28,8 +28,8 @@ from pmor.machine.set_frame import MEMBERS
 from pmor.machine.system import ARM, Equilibrium
 from pmor.pair.samples import Samples
 from pmor.sets.kinematics import torque_ratios
-from pmor.sets.plan import InHousing, SetPlan
-from pmor.sets.solution import SetSolution, solve_on, solve_set, turned_housing, with_mesh_error
+from pmor.sets.plan import InHousing, SetPlan, turned_housing
+from pmor.sets.solution import SetSolution, solve_on, solve_set, with_mesh_error
 from pmor.sets.tolerances import solve_samples
 
 # Angles of a pitch over which the mean wrench of a set is found.

@@ -357,3 +357,23 @@ def _under_load(plan: SetPlan, pairs: Mapping[str, GearPair]) -> SetPlan:
         torques[mesh.case] = max(torques.get(mesh.case, 0.0), torque)
     rates = mesh_rates(centres, meetings)
     return replace(plan, mesh_torques_Nm=torques, rates=rates, wrench=forces @ rows)
+
+
+def turned_housing(plan: SetPlan, angle: float) -> SetPlan:
+    """Return a set whose housing stands further around its carrier, counter-clockwise, rad."""
+    assert plan.in_housing is not None
+    ahead = plan.in_housing.displacement * np.exp(1j * angle)
+    return replace(plan, in_housing=replace(plan.in_housing, displacement=ahead))
+
+
+def hubs_off(plan: SetPlan, still: FloatArray, rates: FloatArray, phi: FloatArray) -> FloatArray:
+    """Return hubs off their places at angles of the first gear by what stands `still` (6 B,) and turns, (A, B, 6)."""
+    displacement = np.tile(still.reshape(-1, HUB), (len(phi), 1, 1))
+    turn = np.exp(1j * np.outer(phi, rates))
+    turned = turn * (plan.eccentricity @ [1.0, 1j])
+    displacement[..., 0] += turned.real
+    displacement[..., 1] += turned.imag
+    if plan.in_housing is not None:
+        ahead = turn[:, plan.in_housing.housing]
+        displacement += np.outer(ahead, plan.in_housing.displacement).real.reshape(displacement.shape)
+    return displacement
