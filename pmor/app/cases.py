@@ -42,6 +42,7 @@ class Settings(TypedDict, total=False):
     results: Section
     dynamics: Section
     lubricant: Section
+    tolerances: Section
     output: Section
     # [load]
     torque_Nm: float
@@ -139,6 +140,9 @@ class Settings(TypedDict, total=False):
     viscosity_mPas: float
     roughness_um: float
     lubricant_factor: float
+    # [tolerances]
+    samples: int
+    seed: int
     # [output]
     plots: bool
     report: bool

@@ -134,8 +134,17 @@ def _work(case: Case) -> list[str]:
         stages.insert(2, ("online, Harris map", *_sweep(angles, case.results.harris_torques_Nm)))
     if case.conditions:
         stages.insert(2, ("online, conditions", *_listed(case)))
+    if case.tolerances is not None:
+        sampled = case.tolerances.samples * max(angles, _turn(case) if case.tolerances.pitch_deviations_um else 0)
+        words = f"{case.tolerances.samples} pairs, {len(online.torques_Nm)} torques"
+        stages.insert(2, ("online, tolerances", sampled * len(online.torques_Nm), words))
     rows = (f"  {label:<30} {solves:>8}  ({text})" for label, solves, text in stages)
     return ["Work", *rows, *_ranges(case), *_live_page(case)]
+
+
+def _turn(case: Case) -> int:
+    """Angles of a turn of the larger gear."""
+    return case.online.angles_per_pitch * max(case.pair.pinion.teeth, case.pair.wheel.teeth)
 
 
 def _live_page(case: Case) -> list[str]:

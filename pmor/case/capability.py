@@ -79,7 +79,8 @@ def _untrained(case: Case) -> str:
 
 OF_CASES = (
     Limit(lambda case: case.reduction.shapes != "line_loads",
-          ("campaign", "design", "duty", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set"), _untrained),
+          ("campaign", "design", "duty", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set",
+           "tolerances"), _untrained),
     Limit(lambda case: case.flank != "drive",
           ("exudyn", "fmu", "rexs"),
           "drive flanks: give [load] torque_Nm positive, and the coast flanks as a [[condition]]"),
@@ -97,7 +98,6 @@ OF_CASES = (
           "gears that are rigid at their bores: leave one_piece out"),
     Limit(lambda case: any(case.pair.holes), ("classical", "exudyn", "fmu", "vtkhdf"),
           "no holes, with which it does not repeat each mesh cycle: leave them out"),
-    Limit(_always, ("tolerances",), "planets, whose errors share out the load: flanks of a pair scatter in a design"),
 )  # fmt: skip
 
 
@@ -145,8 +145,6 @@ OF_SETS = (
 )  # fmt: skip
 OF_GEARBOXES = (
     Limit(_always, ("full",), ALL_FE),
-    Limit(lambda file: not file.model.sets, ("tolerances",),
-          "planetary sets, whose errors share out the load: search a design of a mesh with its scatter"),
     Limit(lambda file: file.model.groups, ("page", "rexs"),
           "gears with one mesh each: run it without, bodies of gears that several meshes bend are solved there"),
     Limit(lambda file: file.model.turned, ("page",),

@@ -106,7 +106,7 @@ def sections_of(case: Case) -> dict[str, dict[str, Any]]:
                     key: value for key, value in _shallow(flank).items() if value != getattr(default, key)
                 }
     rest = [name for name in SECTIONS if name not in sections and MODIFICATION not in name and BLANK not in name]
-    sections |= {name: asdict(getattr(case, name)) for name in rest}
+    sections |= {name: asdict(settings) for name in rest if (settings := getattr(case, name)) is not None}
     if coast:
         sections["load"]["torque_Nm"] = -case.torque_Nm
         for section, key in TORQUES:

@@ -122,6 +122,7 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
         name=name, title=title, torque_Nm=torque_Nm, speed_rpm=load.speed_rpm, pair=pair,
         pinion_modification=modifications[0], wheel_modification=modifications[1], other_flanks=(others[0], others[1]),
         conditions=conditions, loads=loads, lubricant=section("lubricant"),
+        tolerances=section("tolerances") if "tolerances" in document else None,
         mesh=section("mesh", **across), contact=contact, misalignment=misalignment, reduction=reduction,
         offline=section("offline", torques_Nm=_multiples(torque_Nm, OFFLINE_TORQUES)),
         online=_with_loads(
@@ -135,6 +136,8 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     case = other_flank(case) if coast else case
     if loads:
         refuse_beyond(case, "duty", f"{where}: [[{LOADS}]]")
+    if case.tolerances is not None:
+        refuse_beyond(case, "tolerances", f"{where}: [tolerances]")
     check_together(case, document, where)
     return case
 

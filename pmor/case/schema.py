@@ -12,6 +12,7 @@ from pmor.case.duty import Lubricant, TimedLoad
 from pmor.case.dynamics import DynamicsCase
 from pmor.case.gears import GearCase, PairCase
 from pmor.case.reader import INLINE
+from pmor.case.tolerances import PairTolerances
 from pmor.case.training import OfflineCase, Positions, ReductionCase
 from pmor.core.ranges import Range, Torque, Torques
 from pmor.core.shown import html_table
@@ -266,6 +267,8 @@ class Case:
     loads : tuple of TimedLoad
         Of a duty cycle (sections `[[loads]]`).
     lubricant : Lubricant
+    tolerances : PairTolerances or None
+        Without them no pairs are drawn.
     flank : {"drive", "coast"}
         Flanks that carry. A case of coast flanks is the mirrored pair (`pmor.case.coast`), its torques are amounts.
     other_flanks : (Modification, Modification)
@@ -284,6 +287,7 @@ class Case:
     conditions: tuple[ConditionCase, ...] = ()
     loads: tuple[TimedLoad, ...] = ()
     lubricant: Lubricant = Lubricant()
+    tolerances: PairTolerances | None = None
     flank: Literal["drive", "coast"] = "drive"
     other_flanks: tuple[Modification, Modification] = (UNMODIFIED, UNMODIFIED)
     mesh: MeshCase
@@ -390,5 +394,6 @@ SECTIONS: dict[str, type] = {
     "results": ResultsCase,
     "dynamics": DynamicsCase,
     "lubricant": Lubricant,
+    "tolerances": PairTolerances,
     "output": OutputCase,
 }

@@ -33,6 +33,7 @@ from pmor.machine.model import GearboxModel
 from pmor.machine.settings import LoadCase
 from pmor.machine.system import Equilibrium
 from pmor.pair.conditions import nominal_condition
+from pmor.pair.samples import Samples
 from pmor.results.sweep import SteSweep
 from pmor.sets.solution import SetSolution
 from pmor_online.mesh_error import with_mesh_error
@@ -71,6 +72,8 @@ class SolvedMesh(NamedTuple):
         Of both hubs without the rotation about their axes, in axes of the pair, mm and rad.
     sweep : SteSweep
         On its supports.
+    samples : Samples or None
+        Pairs within the tolerances of its case, on the same supports; none before they are drawn (`pmor.machine.run`).
     """
 
     meshing: Meshing
@@ -80,6 +83,7 @@ class SolvedMesh(NamedTuple):
     displacement: FloatArray
     sweep: SteSweep
     root_stress: RootStresses = None
+    samples: Samples | None = None
 
 
 class RigidMesh(NamedTuple):

@@ -21,6 +21,8 @@ def left_out(file: GearboxFile) -> list[tuple[str, str]]:
             found.append((f"error bar of the mesh, {name}", "it is asked for by mesh = { error_bar = true } there"))
         if case.loads:
             found.append((f"duty cycle of {name} alone", "loads are those of the gearbox"))
+        if name in model.shared and case.tolerances is not None:
+            found.append((f"tolerances, {name}", "one of its gears has several meshes"))
         if name in model.shared:
             found.append((f"the flank that fits, {name}", "one of its gears has several meshes"))
     for name, one in model.sets.items():

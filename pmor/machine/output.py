@@ -17,7 +17,7 @@ from pmor.machine.loader import GearboxFile
 from pmor.machine.readings import Data, duty_entry, load_data
 from pmor.machine.view import machine_figure
 from pmor.pair.losses import duty_data
-from pmor.report.machine_tables import LOSS_COLUMNS, LOSSES, of_gear, spectrum_tables
+from pmor.report.machine_tables import LOSS_COLUMNS, LOSSES, of_gear, spectrum_tables, tolerance_table
 from pmor.report.page import Block, Picture, Warning
 from pmor.report.table import Column, Columns, Table, heads, screen_text, table, told_tables
 from pmor.results.load_distribution import PRESSURE
@@ -258,6 +258,8 @@ def _tables(data: Data) -> list[Table]:
     joints = [*meshes, *({**mesh, "name": f"{mesh['set']}: {mesh['name']}"} for mesh in of_sets("meshes"))]
     if any(mesh["losses_W"] is not None for mesh in joints):
         found += [table("Losses of the meshes", {**OF_MESH, **LOSS_COLUMNS}, joints, LOSSES), _power_table(data)]
+    if drawn := {f"{one['load']}, {one['name']}": one["tolerances"] for one in (*meshes, *sets) if one["tolerances"]}:
+        found.append(tolerance_table(drawn, "pairs or sets"))
     if data["duty"]:
         found += spectrum_tables(data["duty"])
     if data["fits"]:

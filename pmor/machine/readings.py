@@ -112,7 +112,11 @@ def mesh_data(
         **parts_data(ste_parts(solved.gearbox, solved.equilibrium.displacement, mesh.meshing), swept["ste_mean_um"]),
         **{f"rigid_{key}": value for key, value in sweep_data(pair, *rigid).items()},
         **mesh_losses(pair, factor, mesh.force, rpm, lubricant),
-    }
+        "tolerances": None if mesh.samples is None else sample_data(
+            mesh.samples, {key: [math.nan if swept[key] is None else swept[key]] for key in mesh.samples.figures},
+            [1e-3 * mesh.torque],
+        ),
+    }  # fmt: skip
 
 
 def _iso(found: CrudeMisalignment | None) -> Data:

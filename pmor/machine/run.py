@@ -50,8 +50,9 @@ from pmor.storage.results_folder import results_folder
 from pmor.work.cost import meshed_within_memory
 from pmor_offline.gears import line_basis, solved_once
 from pmor_online.mesh_error import with_mesh_error
-from pmor_online.model import ReducedPair, keeping_sections, reduced_pair
+from pmor_online.model import ReducedPair, keeping_sections, on_hubs, reduced_pair
 from pmor_online.root_stress import root_stress_of
+from pmor_online.samples import solve_samples
 from pmor_online.sweep import sweep_reduced_pair
 
 # Angles of a pitch, at least, at which stress is found, of those that are swept. *Measured* on two helical pairs: the
@@ -81,6 +82,9 @@ def run(
         with _timed(seconds, "finite elements"):
             trained, trains = meshes_and_trains(file, kept, executor)
     loads, failures = solved_loads(file, trained, trains, executor, step, seconds)
+    with _timed(seconds, "tolerances"):
+        loads = tuple(with_samples(load, trained, file.angles_per_pitch, executor) for load in loads)
+    failures += tuple(text for load in loads for text in lost_within_tolerances(load))
     pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
     with _timed(seconds, "flanks that fit"), stage("flanks that fit"):
         fits = fit_meshes(file.model, loads, pairs)
@@ -123,6 +127,28 @@ def solved_loads(
         return with_rigid_supports(loads, pairs, trains, angles, executor), tuple(failures)
 
 
+def with_samples(
+    solved: SolvedLoad, trained: Mapping[str, ReducedPair], angles: int, executor: Executor | None = None
+) -> SolvedLoad:
+    """Return a load with the pairs that the tolerances of its meshes draw; of meshes that share gears none are."""
+    meshes = []
+    for number, mesh in enumerate(solved.meshes):
+        if number not in solved.gearbox.grouped:
+            pair = on_hubs(trained[mesh.meshing.key], mesh.hubs)
+            mesh = mesh._replace(samples=solve_samples(pair, [1e-3 * mesh.torque], angles, executor))
+        meshes.append(mesh)
+    return replace(solved, meshes=tuple(meshes))
+
+
+def lost_within_tolerances(solved: SolvedLoad) -> Iterator[str]:
+    """Yield a sentence for meshes and sets of which samples lack positions under a load."""
+    parts = [(f"mesh {one.meshing.settings.name}", one.samples, one.torque) for one in solved.meshes]
+    parts += [(f"set {one.meshing.settings.name}", one.samples, one.torque) for one in solved.sets]
+    for name, samples, torque in parts:
+        for text in lost_samples(samples, [1e-3 * torque]) if samples else ():
+            yield f"load {solved.load.name}, {name}: {text}"
+
+
 def meshes_and_trains(
     file: GearboxFile, kept: KeptGear = not_kept, executor: Executor | None = None
 ) -> tuple[dict[str, ReducedPair], dict[str | GroupKey, GearTrain]]:
@@ -161,9 +187,6 @@ def lost_of_load(solved: SolvedLoad) -> list[str]:
         found += lost_of_pair([name], mesh.sweep.converged, mesh.sweep.overloaded)
     for one in solved.sets:
         found += lost_positions(one.solution, [f"{load}, set {one.meshing.settings.name}"])
-        if one.samples is not None:
-            lost = lost_samples(one.samples, [1e-3 * one.torque])
-            found += [f"{load}, set {one.meshing.settings.name}: {text}" for text in lost]
     return found
 
 

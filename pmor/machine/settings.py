@@ -149,7 +149,7 @@ class Mesh:
         Of the mesh, and of its basis file.
     case : Path or None
         Case file of the pair, beside the gearbox file. Without it the sections of a case stand here. Loads, speeds and
-        the lubricant are those of the gearbox.
+        the lubricant are those of the gearbox; pairs within its `[tolerances]` are solved under each load.
     pinion, wheel : GearPlace
     changes : mapping
         Sections of the case that are otherwise here: `pair = { helix_angle_deg = -10.0 }`; all of them without a case.

@@ -48,19 +48,20 @@ def spectrum_tables(duty: Mapping[str, Any]) -> list[Table]:
     ]  # fmt: skip
 
 
-def tolerance_table(drawn: Mapping[str, Any], made: str) -> Table:
+def tolerance_table(drawn: Mapping[str, Mapping[str, Any]], made: str) -> Table:
     """Return the percentiles of machines within tolerances under each torque.
 
     Parameters
     ----------
     drawn : mapping
-        As `pmor.pair.samples.sample_data` has it.
+        As `pmor.pair.samples.sample_data` has it, by what it is of: several, or a single one of all.
     """
-    columns = ("torque [N m]", "", "as filed", "mean", "50 %", "95 %", "99 %")
     keys = ("as_filed", "mean", "percentile_50", "percentile_95", "percentile_99")
     rows = [
-        (row["torque_Nm"], TABLE[name].head, *(row[name][key] for key in keys))
-        for row in drawn["torques"] for name in row if isinstance(row[name], dict)
+        (place, row["torque_Nm"], TABLE[name].head, *(row[name][key] for key in keys))
+        for place, data in drawn.items() for row in data["torques"] for name in row if isinstance(row[name], dict)
     ]  # fmt: skip
-    note = f"Values that so many of {drawn['samples']} {made} stay below, each solved."
-    return Table("Tolerances", columns, rows, note)
+    note = f"Values that so many of {next(iter(drawn.values()))['samples']} {made} stay below, each solved."
+    columns = ("of", "torque [N m]", "", "as filed", "mean", "50 %", "95 %", "99 %")
+    first = 0 if len(drawn) > 1 else 1
+    return Table("Tolerances", columns[first:], [row[first:] for row in rows], note)

@@ -21,6 +21,7 @@ from pmor.report.data_sheet import sheet_of, sheet_tables
 from pmor.report.drawing import draw
 from pmor.report.iso_blank_rows import iso_root_stress
 from pmor.report.live.section import LiveSection, live_section
+from pmor.report.machine_tables import tolerance_table
 from pmor.report.page import Block, Heading, Picture, Warning, provenance, write_page
 from pmor.report.readings_blocks import readings_picture_names, readings_pictures, sensitivities_table
 from pmor.report.run_figures import (
@@ -43,6 +44,7 @@ from pmor.report.summary import (
     pitches_words,
     root_stress_figures,
     summary_rows,
+    tolerances_of,
     warnings,
 )
 from pmor.report.sweep_figures import (
@@ -54,7 +56,7 @@ from pmor.report.sweep_figures import (
     stiffness_figure,
 )
 from pmor.report.table import Table
-from pmor.report.torque_figures import revolution_figure, waterfall_figure
+from pmor.report.torque_figures import revolution_figure, tolerance_figure, waterfall_figure
 from pmor.report.torque_table import (
     causes_table,
     condition_table,
@@ -77,7 +79,7 @@ if TYPE_CHECKING:
 #: names of all pictures that a run of one model can have
 PICTURES = (
     "ste", "load_sharing", "stiffness", "spectrum", "error", "conditions", "contact_pattern", "root_stress",
-    "root_stress_cycle", "mesh", "blanks", "revolution", "waterfall",
+    "root_stress_cycle", "mesh", "blanks", "revolution", "waterfall", "tolerances",
 )  # fmt: skip
 #: pictures by the parts of the page: before all else, by theme, after all else
 FIRST, OF_GEARS = "ste.png", "blanks.png"
@@ -85,6 +87,7 @@ THEMES = {
     "Transmission error": ("revolution.png", "waterfall.png", "spectrum.png", "harris.png", "conditions.png"),
     "Stiffness and load sharing": ("stiffness.png", "load_sharing.png"),
     "Flanks": ("flank_maps.png", "flank_pattern.png", "load_distribution.png", "contact_pattern.png"),
+    "Tolerances": ("tolerances.png",),
     "Losses and duty cycle": (),
     "Root stress": ("root_stress.png", "root_stress_cycle.png"),
 }
@@ -100,6 +103,7 @@ def page_files(case: Case) -> list[str]:
     drawn = [name for name in drawn if name not in ROOT_STRESS or case.root_stress]
     drawn = [name for name in drawn if name != "blanks" or any(case.pair.blanks)]
     drawn = [name for name in drawn if name not in OVER_PITCHES or case.pitches > 1]
+    drawn = [name for name in drawn if name != "tolerances" or case.tolerances is not None]
     drawn += MODEL_PICTURES if model_names(case) else ()
     drawn += readings_picture_names(case)
     pictures = [f"{name}.{kind}" for name in drawn for kind in case.output.format] if case.output.plots else []
@@ -153,6 +157,9 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
         caption = f"Contact pressure on the unrolled flanks at {nominal:g} N m{_places(result)}; mean over each cell."
         pictures.append(Picture("contact_pattern.png", caption, contact_pattern_figure(patterns)))
     pictures += _root_stress(result)
+    if result.samples is not None:
+        caption = "Pairs within tolerances, each solved; dashed: 95 % stay below."
+        pictures.append(Picture("tolerances.png", caption, tolerance_figure(result.samples, sweep.torque_Nm)))
     if (blanks := blank_figure(result.case, pair)) is not None:
         caption = "Blanks by dimensions: sections through the axis, and fronts. Mass and inertia are in the gear data."
         pictures.append(Picture(OF_GEARS, caption, blanks))
@@ -267,6 +274,7 @@ def run_blocks(
         ],
         "Stiffness and load sharing": [load_table(result, rows), *_classical_tables(result)],
         "Losses and duty cycle": loss_tables(rows, duty_of(result)),
+        "Tolerances": [tolerance_table({"": drawn}, "pairs")] if (drawn := tolerances_of(result)) else [],
         "Root stress": causes_table(root_stress_figures(result) | {"torque_Nm": case.torque_Nm}),
     }
     blocks: list[Block | LiveSection] = [

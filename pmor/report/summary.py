@@ -15,6 +15,7 @@ from pmor.case.models import LEAST_ELEMENTS
 from pmor.gear.pair import GearPair
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate
+from pmor.pair.samples import sample_data, sample_rows
 from pmor.report.data_files import (
     write_ste_csv,
     write_stiffness_csv,
@@ -55,10 +56,11 @@ from pmor.results.sweep import (
     torque_exponent,
 )
 from pmor_online.run import LostModel, OnlineResult
+from pmor_online.samples import sampled_figures
 from pmor_online.sweep import largest_size
 
 CONDITIONS, STRESS, ORDERS = "conditions.csv", "stress.csv", "orders.csv"
-WEB_STRESS = "web_stress.csv"
+WEB_STRESS, TOLERANCES = "web_stress.csv", "tolerances.csv"
 TORQUES, STIFFNESS = "torques.csv", "stiffness.csv"
 # Relative error of a model that solves the same equations as full FE.
 ROUND_OFF = 1e-9
@@ -77,6 +79,7 @@ def result_files(case: Case) -> tuple[str, ...]:
     """Return the names of the files that `write_results` leaves."""
     of_lines = (HARRIS,) if case.reduction.shapes == "line_loads" else ()
     further = ((CONDITIONS, case.conditions), (STRESS, case.root_stress), (ORDERS, case.pitches > 1),
+               (TOLERANCES, case.tolerances is not None),
                (WEB_STRESS, case.web_stress))  # fmt: skip
     return (
         "ste.csv",
@@ -123,6 +126,7 @@ def figures(result: OnlineResult) -> dict[str, Any]:
         "n_positions_failed": len(result.failures), **root_stress_figures(result), **iso_blank_figures(result),
         "web_stress": web_stress_figures(result),
         "torques": torque_rows(result), "duty": duty_of(result),
+        "tolerances": tolerances_of(result),
         "conditions": [row for listed in result.conditions for row in condition_rows(listed)] or None
     }  # fmt: skip
 
@@ -153,6 +157,13 @@ def _range_figures(cycles: tuple[LoadCycle, LoadCycle] | None, torque: int) -> d
             for cycle, of_teeth in zip(cycles or (), ranges, strict=True)
         ]
     return {f"root_stress_{key}": values or None for key, values in ranges_MPa.items()}
+
+
+def tolerances_of(result: OnlineResult) -> dict[str, Any] | None:
+    """Return percentiles of pairs within tolerances under each torque as plain data; None without tolerances."""
+    if result.samples is None:
+        return None
+    return sample_data(result.samples, sampled_figures(result.reduced, result.sweep), result.case.online.torques_Nm)
 
 
 def summary_rows(result: OnlineResult) -> list[Row]:
@@ -330,6 +341,8 @@ def write_results(result: OnlineResult, out: Path) -> None:
         write_stress_csv(out / STRESS, result.root_stress)
     if any(result.web_stress):
         write_table_csv(out / WEB_STRESS, web_stress_table(result))
+    if result.samples is not None:
+        write_table_csv(out / TOLERANCES, sample_rows(result.samples, sweep.torque_Nm))
     if sweep.pitches > 1:
         write_orders(result, out)
     if result.conditions:

@@ -162,7 +162,7 @@ def _tables(data: Data) -> list[Table]:
         if any(planet["bearings"] for planet in data["planets"]):
             found.append(table("Planets on their pins", PIN_COLUMNS, data["planets"], _wound(data)))
     if data["tolerances"]:
-        found.append(tolerance_table(data["tolerances"], "sets"))
+        found.append(tolerance_table({"": data["tolerances"]}, "sets"))
     if data["shaft_orders"]:
         found.append(table("Orders of shafts", ORDER_COLUMNS, data["shaft_orders"], SHAFT_ORDERS))
     found.append(table("Meshes", MESH_COLUMNS, data["meshes"], MESHES))

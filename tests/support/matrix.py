@@ -44,13 +44,16 @@ SPLIT = "\n".join(
 )
 
 
+WITHIN = {"profile_slope_um": 3.0, "samples": 8}
+
+
 def _pair(mesh=PLANE, torque=100.0, **more):
     sections = {
         "contact": {"scheme": "line", "lodm_profile": 2}, "reduction": None, "offline": None, "mesh": mesh,
         "load": {"torque_Nm": torque, "speed_rpm": 1000.0}, "online": {"angles_per_pitch": 4, "torques_Nm": [torque]},
         "compare": {"angles": 2, "torques_Nm": [torque]}, "results": {"maps": True, "harris_torques_Nm": [torque]},
     }  # fmt: skip
-    return case_text(**{**sections, **more}) + DUTY
+    return case_text(**{**sections, "tolerances": WITHIN, **more}) + DUTY
 
 
 def _blank(**more):
@@ -86,7 +89,9 @@ def _solid(radius, *_):
 
 def written_row(row, folder):
     """Write the machine of a row with the files that it names, and return its path."""
-    (folder / "small.toml").write_text(EVEN_SET if row == "set in a gearbox" else SMALL_CASE)
+    of_set = EVEN_SET + "[tolerances]\npins_tangential_um = 5.0\nsamples = 8\n"
+    of_case = SMALL_CASE + "[tolerances]\nhelix_slope_um = 5.0\nsamples = 8\n"
+    (folder / "small.toml").write_text(of_set if row == "set in a gearbox" else of_case)
     if row == "body by a mesh":
         write_mesh(folder / "body.inp", *body_mesh((20.0, 24.0, 30.0, 34.0), (-10.0, 0.0, 10.0), 42, _solid))
     path = folder / "machine.toml"
