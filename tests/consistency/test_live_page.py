@@ -263,7 +263,7 @@ def test_the_report_leaves_classical_formulas_out_where_they_do_not_take_the_cas
     titles = [getattr(block, "title", "") for block in run_blocks(spur[0], [])]
     monkeypatch.setitem(LIMITS, "Case", (Limit(lambda case: True, ("classical",), "no such case"),))
     without = [getattr(block, "title", "") for block in run_blocks(spur[0], [])]
-    assert {*titles} - {*without} == {"Classical formulas for the same pair", "Left out"}
+    assert [title for title in titles if title not in without] == ["Classical formulas for the same pair"]
 
 
 def test_a_case_can_do_without(spur):
