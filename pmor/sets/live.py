@@ -16,7 +16,6 @@ import numpy as np
 from pmor.case.capability import why_not
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import ALIGNED
-from pmor.line.hubs import HUB
 from pmor.pair.conditions import assembly_of
 from pmor.report.live.model import live_model, packed_far, packed_support
 from pmor.report.live.section import (
@@ -32,11 +31,9 @@ from pmor.report.page import Heading
 from pmor.sets.bounds import floats, room_of_axes
 from pmor.sets.loader import SetFile
 from pmor.sets.lost import known
-from pmor.sets.plan import planetary_errors
-from pmor.sets.settings import Eccentricity
+from pmor.sets.plan import with_errors
 from pmor.sets.shafts import shaft_of
 from pmor.sets.solution import SetSolution
-from pmor.sets.supports import ROTATION
 
 # Angles that the page solves at most: of more it takes the first mesh cycles.
 MOST_ANGLES = 240
@@ -200,7 +197,7 @@ def _planetary_errors(file: SetFile, solved: SetSolution) -> Iterator[_Error]:
     """Pins off their places, and gears off their axes."""
     said, plan = file.sections, solved.plan
     there = [number for number in range(said.planets.count) if number + 1 not in said.planets.missing]
-    centred, stepped = replace(said, eccentricity=Eccentricity()), any(body.on is not None for body in plan.bodies)
+    stepped = any(body.on is not None for body in plan.bodies)
     kinds = {"tangential_um": "tangential, µm", "radial_um": "radial, µm"}
     kinds |= {"timing_mrad": "second gear ahead, mrad"} if stepped else {}
     for key, label in kinds.items():
@@ -209,9 +206,7 @@ def _planetary_errors(file: SetFile, solved: SetSolution) -> Iterator[_Error]:
         for number in there:
             alone = tuple(float(n == number) for n in range(said.planets.count))
             none = dict.fromkeys(kinds, ()) | {key: alone}
-            unit, _ = planetary_errors(
-                replace(centred, planets=replace(said.planets, **none)), plan.bodies, plan.clockwise  # type: ignore[arg-type]
-            )
+            unit = with_errors(plan, replace(said, planets=replace(said.planets, **none))).displacement  # type: ignore[arg-type]
             yield _Error("pins", f"planet {number + 1}, {label}", "planets", key, number, given[number], ends,
                          {"unit": unit.tolist()})  # fmt: skip
     off = said.eccentricity
@@ -229,8 +224,8 @@ def _trained_errors(file: SetFile, solved: SetSolution) -> Iterator[_Error]:
     """Gears of a train off their axes, and ahead of their places on a shaft."""
     for body, gear in enumerate(file.sections.gears):
         if gear.shaft is not None:
-            unit = np.zeros(HUB * len(solved.plan.bodies))
-            unit[HUB * body + ROTATION] = 1e-3 * np.sign(solved.train.rates[body])
+            alone = tuple(replace(one, timing_mrad=float(one is gear)) for one in file.sections.gears)
+            unit = with_errors(solved.plan, replace(file.sections, gears=alone)).displacement
             ends = _ends([gear.timing_mrad], LEAST_TIMING)
             yield _Error("pins", f"{gear.name} ahead on its shaft, mrad", "[gears]", "timing_mrad", gear.name,
                          gear.timing_mrad, ends, {"unit": unit.tolist()})  # fmt: skip

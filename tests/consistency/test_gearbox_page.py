@@ -184,7 +184,7 @@ def test_two_rigid_bearings_at_one_place_are_one():
 def test_figures_beside_the_curve_are_those_of_the_program(box):
     page, mesh = box.solver, box.loads[0].meshes[1]
     script = (TEMPLATES / "live" / "page.js").read_text(encoding="utf-8")
-    page.run(script[: script.rindex("startLive(document")])
+    page.run(script[: script.rindex("for (const root of")])
     found = page.value(f"""(setting => {{
       const result = solver.solve(setting, 1), axes = DATA.machine.loads[0].meshes[1].axes;
       const model = solver.models[1];

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.report.page import page_html
 from pmor.sets.live import live_blocks, set_section
-from pmor.sets.loader import load, with_sections
+from pmor.sets.loader import load
 from pmor.sets.plan import with_errors
 from pmor.sets.run import first_torques_Nm, train_of
 from pmor.sets.solution import SetSolution, errors_of, solve_placed, solve_set
@@ -74,9 +74,7 @@ def plan_of(file, section, setting):
             values[place] = value
             value = tuple(values)
         said = replace(said, **{entry["section"]: replace(own, **{key: value})})
-    if file.plan.planets:  # a file would be refused where teeth jam
-        return with_errors(file.plan, said)
-    return with_sections(file, replace(said, sweep=replace(said.sweep, pitches=file.plan.cycle))).plan
+    return with_errors(file.plan, said)
 
 
 def in_python(file, found, section, setting):

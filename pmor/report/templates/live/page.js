@@ -2,8 +2,13 @@
 
 const ORDERS = 10, SHARE_COLOURS = 7;
 
+// An element of a section by its name: a page may have several sections.
+function partOf(root, name) {
+  return document.getElementById(`${root.id}-${name}`);
+}
+
 async function startLive(root, data) {
-  const solver = await solverOf(data), controls = controlsOf(root), chosen = root.querySelector("#live-mesh");
+  const solver = await solverOf(data), controls = controlsOf(root), chosen = partOf(root, "mesh");
   let result = null, waiting = false;
   const cases = new Map();  // results as the case has them, by load case and mesh
 
@@ -43,19 +48,19 @@ async function startLive(root, data) {
   function showMesh() {
     const { kind } = shown();
     root.querySelectorAll(".mesh").forEach((part, j) => { part.hidden = j !== kind; });
-    root.querySelector("#live-angle").max = solver.angles(kind) - 1;
+    partOf(root, "angle").max = solver.angles(kind) - 1;
   }
 
   wire(root, controls, soon);
   if (chosen) chosen.addEventListener("input", () => { showMesh(); soon(); });
-  root.querySelector("#live-angle").addEventListener("input", show);
-  root.querySelector("#live-reset").addEventListener("click", () => { reset(root, controls); soon(); });
+  partOf(root, "angle").addEventListener("input", show);
+  partOf(root, "reset").addEventListener("click", () => { reset(root, controls); soon(); });
   const toml = () => showToml(root, data, settingOf(data, controls), shown().kind);
-  root.querySelector("#live-toml").addEventListener("click", () => guarded(() => giveToml(toml())));
+  partOf(root, "toml").addEventListener("click", () => guarded(() => giveToml(toml())));
   window.addEventListener("resize", show);
   window.addEventListener("beforeprint", () => guarded(toml));
   reset(root, controls);
-  document.getElementById("live-missing").hidden = true;
+  partOf(root, "missing").hidden = true;
   root.hidden = false;
   showMesh();
   guarded(update);
@@ -63,15 +68,15 @@ async function startLive(root, data) {
 
 function showFailure(root, error) {
   for (const id of ["numbers", "time", "ste", "orders", "load", "flank", "shares"]) {
-    const place = root.querySelector(`#live-${id}`);
+    const place = partOf(root, id);
     if (place) place.replaceChildren();
   }
-  root.querySelector("#live-text").hidden = true;
+  partOf(root, "text").hidden = true;
   showWarnings(root, [`This setting could not be solved (${error.message}). Change it, or go back to the case.`]);
 }
 
 function showWarnings(root, said) {
-  const marker = root.querySelector("#live-marker");
+  const marker = partOf(root, "marker");
   marker.hidden = said.length === 0;
   marker.replaceChildren(...said.map(text => element("li", {}, text)));
 }
@@ -233,9 +238,9 @@ function warningsOf({ limits }, model, result, { pressure }) {
 
 function draw(root, data, solver, result) {
   const { before, mesh, part, kind } = result, model = solver.models[kind], { train } = solver.data, of = data.meshes[kind];
-  const angle = Math.min(Number(root.querySelector("#live-angle").value), result.states.length - 1);
+  const angle = Math.min(Number(partOf(root, "angle").value), result.states.length - 1);
   const state = result.states[angle], both = [result, before];
-  const fill = (id, ...nodes) => root.querySelector(id).replaceChildren(...nodes);
+  const fill = (name, ...nodes) => partOf(root, name).replaceChildren(...nodes);
   const findings = both.map(r => findingsOf(model, r, of.gears)), loads = lineLoads(model, state, part);
   const said = warningsOf(of, model, result, findings[0]);
   const number = value => Number.isFinite(value) ? String(Number(value.toPrecision(4))) : "–";
@@ -250,7 +255,7 @@ function draw(root, data, solver, result) {
       misalignmentOf(model, r.support, data.machine.loads[r.setting.load].meshes[mesh].axes)),
   ] : [];
   const shares = train ? both.map(r => sharesOf(train, r.states)) : [];
-  fill("#live-numbers", ...[
+  fill("numbers", ...[
     ...machine,
     row("STE mean, µm", r => r.mean),
     row("STE peak-to-peak, µm", r => r.peakToPeak),
@@ -262,17 +267,17 @@ function draw(root, data, solver, result) {
   ].map(([name, ...values]) => element("tr", {}, element("th", { scope: "row" }, name),
     ...values.map(value => element("td", { class: "number" }, value)))));
   showWarnings(root, said);
-  const wide = root.querySelector("#live-ste").clientWidth || 560;
+  const wide = partOf(root, "ste").clientWidth || 560;
   PLOT.width = Math.min(Math.max(wide, 300), 640);
   PLOT.height = Math.round(150 + 0.17 * PLOT.width);
   const axis = axisOf(solver, model, result.setting);
-  fill("#live-ste", stePlot(of.case.curves[result.setting.load], axis, result, angle, Boolean(data.machine)));
-  if (train) fill("#live-shares", sharesPlot(train, axis, shares, angle));
-  fill("#live-orders", ...train && !train.repeats ? [] : [ordersPlot(result, before, axis.pitches)]);
-  fill("#live-load", loadPlot(model, loads));
-  fill("#live-flank", flankPlot(model, loads, of.gears[0]));
-  root.querySelector("#live-angle-value").textContent = `${axis.degrees(angle).toFixed(2)}°`;
-  root.querySelector("#live-time").textContent = `${result.states.length} angles solved in ${result.ms.toFixed(0)} ms`;
+  fill("ste", stePlot(of.case.curves[result.setting.load], axis, result, angle, Boolean(data.machine)));
+  if (train) fill("shares", sharesPlot(train, axis, shares, angle));
+  fill("orders", ...train && !train.repeats ? [] : [ordersPlot(result, before, axis.pitches)]);
+  fill("load", loadPlot(model, loads));
+  fill("flank", flankPlot(model, loads, of.gears[0]));
+  partOf(root, "angle-value").textContent = `${axis.degrees(angle).toFixed(2)}°`;
+  partOf(root, "time").textContent = `${result.states.length} angles solved in ${result.ms.toFixed(0)} ms`;
 }
 
 // Angles of the first gear: over how many pitches, in degrees by their number, and whether curves go on as they began.
@@ -423,7 +428,7 @@ function tomlOf(data, setting, kind) {
 }
 
 function showToml(root, data, setting, mesh) {
-  const text = root.querySelector("#live-text");
+  const text = partOf(root, "text");
   text.value = tomlOf(data, setting, mesh);
   text.hidden = false;
   text.rows = text.value.split("\n").length;
@@ -435,11 +440,13 @@ function giveToml(text) {
   if (navigator.clipboard) navigator.clipboard.writeText(text.value).catch(() => {});
 }
 
-startLive(document.getElementById("live"), DATA).catch(error => {
-  const missing = document.getElementById("live-missing");
-  document.getElementById("live").hidden = true;
-  missing.hidden = false;
-  missing.textContent = typeof DecompressionStream === "undefined"
-    ? "This browser cannot unpack the model of this section: it needs DecompressionStream, of browsers since 2023."
-    : `This section could not start (${error.message}).`;
-});
+for (const root of document.querySelectorAll("section.live")) {
+  startLive(root, JSON.parse(partOf(root, "data").textContent)).catch(error => {
+    const missing = partOf(root, "missing");
+    root.hidden = true;
+    missing.hidden = false;
+    missing.textContent = typeof DecompressionStream === "undefined"
+      ? "This browser cannot unpack the model of this section: it needs DecompressionStream, of browsers since 2023."
+      : `This section could not start (${error.message}).`;
+  });
+}
