@@ -149,7 +149,6 @@ OF_GEARBOXES = (
           "gears with one mesh each: run it without, bodies of gears that several meshes bend are solved there"),
     Limit(lambda file: file.model.turned, ("page",),
           "loads on one side of the flanks: write a gearbox file for each sense"),
-    Limit(lambda file: file.model.sets, ("page",), "meshes of pairs: leave [[sets]] out, they have files of their own"),
 )  # fmt: skip
 LIMITS: Mapping[str, tuple[Limit, ...]] = {"Case": OF_CASES, "SetFile": OF_SETS, "GearboxFile": OF_GEARBOXES}
 # What takes the parts of a machine one by one: what a case of it does not take, the machine does not either.

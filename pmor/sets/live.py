@@ -91,10 +91,11 @@ def set_section(file: SetFile, solved: SetSolution) -> LiveSection:
     ste, kinds = abs(known(np.mean, solved.ste_um[nominal])), list(file.cases)
     meshes = [_kind(file, solved, name, ste, curve) for name in kinds]
     errors = list(_trained_errors(file, solved) if file.sections.gears else _planetary_errors(file, solved))
+    amounts = [float(f"{torque:.12g}") for torque in solved.torque_Nm * plan.nominal_Nm / plan.torque_Nm]
     load = file.sections.load
     member = file.sections.gears[0].name if load is None else load.on
     amount = ", amount" if load is not None and load.torque_Nm < 0.0 else ""
-    controls = [torque_control(f"torque on the {member}{amount}, N m", plan.nominal_Nm, tuple(file.torques_Nm))]
+    controls = [torque_control(f"torque on the {member}{amount}, N m", amounts[nominal], amounts)]
     last = max(solved.pitches, abs(solved.train.meshes[0].pair.meshed.pair.pinion.teeth)) - 1
     if last >= plan.cycle:
         ends = 0.0, last // plan.cycle * plan.cycle, plan.cycle
@@ -102,8 +103,8 @@ def set_section(file: SetFile, solved: SetSolution) -> LiveSection:
     for number, error in enumerate(errors):
         controls.append(Control(error.group, str(number), error.label, f"{error.value:.12g}", *error.ends))
     for _, data in meshes:
-        data["limits"]["torque_Nm"] = [min(file.torques_Nm), max(file.torques_Nm)]
-    setting = {"torque_Nm": plan.nominal_Nm, "load": 0, "pitch": 0, "errors": [error.value for error in errors]}
+        data["limits"]["torque_Nm"] = [min(amounts), max(amounts)]
+    setting = {"torque_Nm": amounts[nominal], "load": 0, "pitch": 0, "errors": [error.value for error in errors]}
     train = {
         "angles": angles, "pitches": pitches, "repeats": pitches % plan.cycle == 0,
         "torques": _torques(file), "count": file.sections.planets.count, **_train_data(file, solved, kinds),

@@ -114,7 +114,7 @@ function constrained({ size, added }, stiffness, rows) {
 
 // Displacements and mesh forces in equilibrium.
 function equilibrium(machine, load, { stiffness, force, held }, wrenches) {
-  const rows = [...held, ...load.held.map(at => [[at, machine.arm]])], first = rows.length;
+  const rows = [...held, ...load.held.map(at => [[at, machine.arm]]), ...load.sets], first = rows.length;
   machine.meshes.forEach(({ hubs }, j) => rows.push(hubs.flat().map((at, r) => [at, wrenches[j][r]])));
   const { moved, reactions } = constrained(machine, stiffness, rows)(force);
   return { moved, forces: [...reactions].slice(first) };
