@@ -124,12 +124,12 @@ def distances(plan: SetPlan, pairs: Mapping[str, GearPair]) -> FloatArray:
 def room_of_axes(case: Case, pair: GearPair, most: float) -> list[float]:
     """Return by how much the signed distance of axes may fall and rise until no pair runs, mm.
 
-    At most by `most`, of which it is known to a 500th.
+    At most by `most`, of which it is known to a millionth.
     """
     found, approach = [], approach_estimate(case, pair)
     for sign in (-1.0, 1.0):
         room, step = 0.0, most
-        for _ in range(9):
+        for _ in range(20):
             moved = pair.centre_distance + sign * (room + step)
             try:
                 refuse_moved_axes(pair, moved, moved, approach)

@@ -114,7 +114,8 @@ def set_section(file: SetFile, solved: SetSolution) -> LiveSection:
     train["still"] = (plan.displacement - _by_sliders(errors)).tolist()
     train["eccentric"] = _turning(errors)
     data = section_data([data for _, data in meshes], setting, train=train)
-    shown_meshes = [(name, kinds.index(mesh.case)) for name, mesh in zip(solved.mesh_names, plan.meshes, strict=True)]
+    names = solved.mesh_names if plan.planets else [f"{n}: {name}" for n, name in enumerate(solved.mesh_names, start=1)]
+    shown_meshes = [(name, kinds.index(mesh.case)) for name, mesh in zip(names, plan.meshes, strict=True)]
     note = " ".join([MODEL, PITCH, *_notes(file, solved, pitches)])
     return LiveSection(tuple(controls), tuple(mesh for mesh, _ in meshes), tuple(shown_meshes), data, note)
 

@@ -1,14 +1,18 @@
 """The live page of a set solves all meshes as the program does, at any setting of its sliders."""
 
 import json
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.core.errors import GeometryError
 from pmor.gear.condition import ALIGNED, Assembly
+from pmor.pair.model import gear_pair
 from pmor.report.page import page_html
+from pmor.sets.bounds import refuse_errors
 from pmor.sets.live import live_blocks, set_section
 from pmor.sets.loader import load
 from pmor.sets.plan import with_errors
@@ -164,3 +168,18 @@ def test_a_reader_moves_a_pin_and_takes_the_file_along(floating, tmp_path):
         assert page.nameless("slider", "spinbutton", "combobox", "checkbox", "button", "textbox", "image") == []
         page.fit_a_phone()
         assert page.named("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded") == []
+
+
+def test_the_page_warns_of_errors_that_a_file_may_not_have(floating):
+    """Tangential errors of pins hardly change distances, radial ones do."""
+    file, _, section = floating
+    page, setting = PageSolver(section.data), json.loads(json.dumps(section.data["setting"]))
+    pairs = {name: gear_pair(case) for name, case in file.cases.items()}
+    moved = [n for n, entry in enumerate(section.data["train"]["toml"]) if entry["key"] == "radial_um"]
+    for amount in (0.0, 0.3, 40.0):
+        setting["errors"][moved[1]] = amount
+        said = replace(file.sections, planets=replace(file.sections.planets, radial_um=(0.0, amount, 0.0)))
+        with pytest.raises(GeometryError) if amount > 1.0 else nullcontext():
+            refuse_errors(with_errors(file.plan, said), file.cases, pairs)
+        beyond = page.value(f"axesBeyond(solver.data.train, {json.dumps(setting)})")
+        assert beyond == (["planet 2 - ring"] if amount > 1.0 else [])

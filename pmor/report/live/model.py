@@ -21,6 +21,7 @@ import numpy as np
 from pmor.body.far_compliance import FarCompliance
 from pmor.body.support import Support
 from pmor.core.arrays import FloatArray
+from pmor.core.threads import one_thread
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.gear.kernels.types import Gear
 from pmor.gear.meshed_pair import MeshedPair
@@ -135,6 +136,7 @@ def _products(block: FloatArray, step: float) -> dict[str, Any]:
     }
 
 
+@one_thread()
 def _leading_vectors(block: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Singular vectors of a smooth matrix, from its products with a few random ones (Halko et al., SIAM Rev. 53)."""
     samples = np.random.default_rng(2011).standard_normal((len(block), min(len(block), MOST_VECTORS)))
