@@ -195,8 +195,8 @@ TRANSCRIBED = {
     "pmor/core/linear.py": {
         "eliminate": "d43d7556",
     },
-    "pmor/sets/solution.py": {
-        "_hubs_off": "288ea5f9",
+    "pmor/sets/plan.py": {
+        "hubs_off": "7e1a045d",
     },
 }  # fmt: skip
 

@@ -4,7 +4,7 @@ from tests.support.body_meshes import body_mesh, write_mesh
 from tests.support.gearboxes import SMALL, SMALL_CASE
 from tests.support.set_gearboxes import EVEN_SET, one_stage
 from tests.support.small_case import case_text
-from tests.support.small_sets import SMALL_SET
+from tests.support.small_sets import NO_STRESS, SMALL_SET
 
 PLANE = {"width": "plane_strain", "profile_elements": 8, "error_bar": True, "element": "hex20"}
 WIDE = {"width": "whole", "profile_elements": 8, "width_elements": 2, "error_bar": True, "element": "hex20"}
@@ -89,7 +89,7 @@ def _solid(radius, *_):
 
 def written_row(row, folder):
     """Write the machine of a row with the files that it names, and return its path."""
-    of_set = EVEN_SET + "[tolerances]\npins_tangential_um = 5.0\nsamples = 8\n"
+    of_set = EVEN_SET.replace(NO_STRESS, "") + "[tolerances]\npins_tangential_um = 5.0\nsamples = 8\n"
     of_case = SMALL_CASE + "[tolerances]\nhelix_slope_um = 5.0\nsamples = 8\n"
     (folder / "small.toml").write_text(of_set if row == "set in a gearbox" else of_case)
     if row == "body by a mesh":
