@@ -24,13 +24,14 @@ from pmor.campaigns.settings import GearboxCampaign, GearboxRelations, Relations
 from pmor.case import change_case
 from pmor.case.schema import SECTIONS
 from pmor.core.errors import CaseError, ConvergenceError, PmorError
+from pmor.core.ranges import Place
 from pmor.gear.inertia import Inertia
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.loader import GearboxFile
 from pmor.machine.loader import load as load_toml
 from pmor.machine.readings import load_data
 from pmor.machine.run import meshes_and_trains, solved_loads
-from pmor.machine.settings import Bearing, Place
+from pmor.machine.settings import Bearing
 from pmor.pair.drawn import gear_inertias
 from pmor.pair.model import refuse_loads_unmeshed
 from pmor.results.quantities import TABLE

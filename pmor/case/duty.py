@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Literal, NoReturn, Protocol
+from typing import Annotated, Literal, NoReturn
 
 from pmor.core.ranges import Range
 
@@ -13,7 +13,26 @@ ROUNDED_SHARE = 5e-3
 
 
 @dataclass(frozen=True, kw_only=True)
-class TimedLoad:
+class Timed:
+    """A load with its time.
+
+    Parameters
+    ----------
+    name : str
+        Of the load.
+    fraction : float or None
+        Share of the operating time: all loads have one, or none has. They add up to 1.
+    hours : float or None
+        Operating time in this load, h, instead of its share.
+    """
+
+    name: str
+    fraction: Annotated[float, Range(0.0, 1.0, low_excluded=True)] | None = None
+    hours: Annotated[float, Range(0.0, 1e9, "h", low_excluded=True)] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimedLoad(Timed):
     """A load of the duty cycle of a pair or a set (section `[[loads]]`), solved beside the nominal one.
 
     Parameters
@@ -30,11 +49,8 @@ class TimedLoad:
         Operating time in this load, h, instead of its share.
     """
 
-    name: str
     torque_Nm: Annotated[float, Range(0.0, 1e12, "N m", low_excluded=True)]
     speed_rpm: Annotated[float, Range(0.0, 1e7, "1/min", low_excluded=True)] | None = None
-    fraction: Annotated[float, Range(0.0, 1.0, low_excluded=True)] | None = None
-    hours: Annotated[float, Range(0.0, 1e9, "h", low_excluded=True)] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,19 +73,6 @@ class Lubricant:
     viscosity_mPas: Annotated[float, Range(0.1, 1e5, "mPa s")] = 20.0
     roughness_um: Annotated[float, Range(0.01, 100.0, "um")] = 0.4
     lubricant_factor: Annotated[float, Range(0.1, 3.0)] = 1.0
-
-
-class Timed(Protocol):
-    """A load with its time."""
-
-    @property
-    def name(self) -> str: ...  # noqa: D102
-
-    @property
-    def fraction(self) -> float | None: ...  # noqa: D102
-
-    @property
-    def hours(self) -> float | None: ...  # noqa: D102
 
 
 def shares(loads: Sequence[Timed]) -> tuple[float, ...]:

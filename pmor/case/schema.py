@@ -14,7 +14,7 @@ from pmor.case.gears import GearCase, PairCase
 from pmor.case.reader import INLINE
 from pmor.case.tolerances import PairTolerances
 from pmor.case.training import OfflineCase, Positions, ReductionCase
-from pmor.core.ranges import Range, Torque, Torques
+from pmor.core.ranges import Range, SignedTorque, Torque, Torques
 from pmor.core.shown import html_table
 from pmor.gear.condition import Misalignment
 from pmor.gear.modification import UNMODIFIED, Modification
@@ -125,7 +125,7 @@ class ConditionCase:
     """
 
     name: str
-    torque_Nm: Annotated[float, Range(-1e12, 1e12, "N m")]
+    torque_Nm: SignedTorque
     misalignment: Annotated[Misalignment, INLINE]
     pinion: Modification
     wheel: Modification

@@ -11,17 +11,14 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from pmor.body.bearing import AnyBearing
-from pmor.case.duty import Lubricant
+from pmor.case.duty import Lubricant, Timed
 from pmor.case.reader import Keys, Sections
-from pmor.core.ranges import GRAMS_PER_CM3, METRES, PASCALS, Length, Range, Stiffness, TiltStiffness
+from pmor.core import ranges
 from pmor.sets.settings import Member
 
-Place = Annotated[float, Range(-1e6, 1e6, "mm")]
-Diameter = Annotated[float, Range(0.0, 1e5, "mm", mistaken_for=(METRES,))]
-AnyTorque = Annotated[float, Range(-1e12, 1e12, "N m")] | Literal["balance"]
-Force = Annotated[float, Range(-1e12, 1e12, "N")]
-Moment = Annotated[float, Range(-1e12, 1e12, "N m")]
-Acceleration = Annotated[float, Range(-1e3, 1e3, "m/s2")]
+AnyTorque = ranges.SignedTorque | Literal["balance"]
+Force = Annotated[float, ranges.Range(-1e12, 1e12, "N")]
+Acceleration = Annotated[float, ranges.Range(-1e3, 1e3, "m/s2")]
 HOUSING = "housing"
 
 
@@ -35,9 +32,9 @@ class ShaftSection:
         Length and diameters.
     """
 
-    length_mm: Length
-    outer_mm: Length
-    inner_mm: Diameter = 0.0
+    length_mm: ranges.Length
+    outer_mm: ranges.Length
+    inner_mm: ranges.Diameter = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,12 +58,12 @@ class Shaft:
     """
 
     name: str
-    at_mm: Annotated[tuple[float, ...], Range(-1e6, 1e6, "mm", in_order=True)] = (0.0, 0.0)
-    start_mm: Place = 0.0
+    at_mm: ranges.Places = (0.0, 0.0)
+    start_mm: ranges.Place = 0.0
     sections: tuple[ShaftSection, ...]
-    youngs_modulus_GPa: Annotated[float, Range(1e-3, 1e4, "GPa", mistaken_for=PASCALS)] = 210.0
-    poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
-    density_kg_m3: Annotated[float, Range(100.0, 3e4, "kg/m3", mistaken_for=(GRAMS_PER_CM3,))] = 7810.0
+    youngs_modulus_GPa: ranges.YoungsModulus = 210.0
+    poisson_ratio: ranges.PoissonRatio = 0.3
+    density_kg_m3: ranges.Density = 7810.0
 
     @property
     def length(self) -> float:
@@ -110,9 +107,9 @@ class Bearing(AnyBearing):
     name: str
     shaft: str
     to: str = HOUSING
-    at_mm: Place
-    axial_N_per_mm: Stiffness = "free"
-    torsion_Nmm_per_rad: TiltStiffness = "free"
+    at_mm: ranges.Place
+    axial_N_per_mm: ranges.Stiffness = "free"
+    torsion_Nmm_per_rad: ranges.TiltStiffness = "free"
 
     @property
     def couples(self) -> bool:
@@ -135,7 +132,7 @@ class GearPlace:
     """
 
     shaft: str
-    at_mm: Place
+    at_mm: ranges.Place
     gear: Keys = field(default_factory=dict)
 
 
@@ -182,7 +179,7 @@ class MemberPlace:
     """
 
     shaft: str
-    at_mm: Place
+    at_mm: ranges.Place
 
 
 AnyMember = MemberPlace | Literal["housing"]
@@ -233,7 +230,7 @@ class ShaftTorque:
     """
 
     shaft: str
-    at_mm: Place
+    at_mm: ranges.Place
     torque_Nm: AnyTorque
 
 
@@ -252,7 +249,7 @@ class ShaftForce:
     """
 
     shaft: str
-    at_mm: Place
+    at_mm: ranges.Place
     x_N: Force = 0.0
     y_N: Force = 0.0
     z_N: Force = 0.0
@@ -273,13 +270,13 @@ class ShaftMoment:
     """
 
     shaft: str
-    at_mm: Place
-    y_Nm: Moment = 0.0
-    z_Nm: Moment = 0.0
+    at_mm: ranges.Place
+    y_Nm: ranges.SignedTorque = 0.0
+    z_Nm: ranges.SignedTorque = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class LoadCase:
+class LoadCase(Timed):
     """What acts on the shafts at once (section `[[loads]]`).
 
     Parameters
@@ -297,13 +294,10 @@ class LoadCase:
         Operating time in this load case, h, instead of its share.
     """
 
-    name: str
     torques: tuple[ShaftTorque, ...]
     forces: tuple[ShaftForce, ...] = ()
     moments: tuple[ShaftMoment, ...] = ()
-    speed_rpm: Annotated[float, Range(-1e6, 1e6, "rpm")] | None = None
-    fraction: Annotated[float, Range(0.0, 1.0, low_excluded=True)] | None = None
-    hours: Annotated[float, Range(0.0, 1e9, "h", low_excluded=True)] | None = None
+    speed_rpm: Annotated[float, ranges.Range(-1e6, 1e6, "rpm")] | None = None
 
     @property
     def places(self) -> tuple[tuple[str, float], ...]:

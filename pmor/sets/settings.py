@@ -16,20 +16,19 @@ from pmor.body.bearing import AnyBearing
 from pmor.case.duty import Lubricant, TimedLoad
 from pmor.case.reader import Sections
 from pmor.case.training import Positions
-from pmor.core.ranges import METRES, PASCALS, Length, Range, Stiffness, TiltStiffness, Torques, micrometres
+from pmor.core import ranges
 
-Deviations = Annotated[tuple[float, ...], micrometres(-1e4, 1e4, in_order=True)]
-Amount = Annotated[float, micrometres(0.0, 1e4)]
-Amounts = Annotated[tuple[float, ...], micrometres(0.0, 1e4, in_order=True)]
-Angle = Annotated[float, Range(-100.0, 100.0, "mrad")]
-Angles = Annotated[tuple[float, ...], Range(-100.0, 100.0, "mrad", in_order=True)]
-Direction = Annotated[float, Range(-360.0, 360.0, "deg")]
-Directions = Annotated[tuple[float, ...], Range(-360.0, 360.0, "deg", in_order=True)]
-Torsion = Annotated[float, Range(1e-3, 1e18, "N mm/rad")] | Literal["rigid"]
-AnyTorque = Annotated[float, Range(-1e12, 1e12, "N m")]
+Deviations = Annotated[tuple[float, ...], ranges.micrometres(-1e4, 1e4, in_order=True)]
+Amount = Annotated[float, ranges.micrometres(0.0, 1e4)]
+Amounts = Annotated[tuple[float, ...], ranges.micrometres(0.0, 1e4, in_order=True)]
+Angle = Annotated[float, ranges.Range(-100.0, 100.0, "mrad")]
+Angles = Annotated[tuple[float, ...], ranges.Range(-100.0, 100.0, "mrad", in_order=True)]
+Direction = Annotated[float, ranges.Range(-360.0, 360.0, "deg")]
+Directions = Annotated[tuple[float, ...], ranges.Range(-360.0, 360.0, "deg", in_order=True)]
+Torsion = Annotated[float, ranges.Range(1e-3, 1e18, "N mm/rad")] | Literal["rigid"]
 Member = Literal["sun", "ring", "carrier"]
 # Along the axis, from the middle of the face width.
-Place = Annotated[float, Range(-1e5, 1e5, "mm")]
+Place = Annotated[float, ranges.Range(-1e5, 1e5, "mm")]
 Cheek = Literal["-z", "+z"]
 
 
@@ -55,12 +54,12 @@ class Planets:
         torque on the sun turns the planet.
     """
 
-    count: Annotated[int, Range(1, 24)] = 3
+    count: Annotated[int, ranges.Range(1, 24)] = 3
     positions_deg: Directions = ()
-    missing: Annotated[tuple[int, ...], Range(1, 24)] = ()
+    missing: Annotated[tuple[int, ...], ranges.Range(1, 24)] = ()
     radial_um: Deviations = ()
     tangential_um: Deviations = ()
-    second_z_mm: Annotated[float, Range(-1e6, 1e6, "mm")] | None = None
+    second_z_mm: ranges.Place | None = None
     timing_mrad: Angles = ()
 
 
@@ -117,13 +116,13 @@ class Tolerances:
 
     pins_radial_um: Amount = 0.0
     pins_tangential_um: Amount = 0.0
-    timing_mrad: Annotated[float, Range(0.0, 100.0, "mrad")] = 0.0
+    timing_mrad: Annotated[float, ranges.Range(0.0, 100.0, "mrad")] = 0.0
     sun_eccentricity_um: Amount = 0.0
     ring_eccentricity_um: Amount = 0.0
     planets_eccentricity_um: Amount = 0.0
     gears_eccentricity_um: Amount = 0.0
-    samples: Annotated[int, Range(8, 100_000)] = 200
-    seed: Annotated[int, Range(0, 1_000_000)] = 0
+    samples: Annotated[int, ranges.Range(8, 100_000)] = 200
+    seed: Annotated[int, ranges.Range(0, 1_000_000)] = 0
 
     @property
     def deviations(self) -> tuple[float, ...]:
@@ -159,9 +158,9 @@ class Gear:
     """
 
     name: str
-    at_mm: Annotated[tuple[float, ...], Range(-1e6, 1e6, "mm", in_order=True)]
+    at_mm: ranges.Places
     shaft: str | None = None
-    torque_Nm: AnyTorque | Literal["balance"] | None = None
+    torque_Nm: ranges.SignedTorque | Literal["balance"] | None = None
     timing_mrad: Angle = 0.0
     torsion_Nmm_per_rad: Torsion = "rigid"
     eccentricity_um: Amount = 0.0
@@ -201,10 +200,10 @@ class SetLoad:
         Of the member that the torque is on, for frequencies; None is left out.
     """
 
-    torque_Nm: AnyTorque
+    torque_Nm: ranges.SignedTorque
     on: Member = "sun"
     held: Member = "ring"
-    speed_rpm: Annotated[float, Range(0.0, 1e7, "1/min", low_excluded=True)] | None = None
+    speed_rpm: Annotated[float, ranges.Range(0.0, 1e7, "1/min", low_excluded=True)] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -223,12 +222,12 @@ class Supports:
         Between both gears of a stepped planet.
     """
 
-    sun_radial_N_per_mm: Stiffness = "rigid"
-    ring_radial_N_per_mm: Stiffness = "rigid"
-    planet_radial_N_per_mm: Stiffness = "rigid"
-    sun_tilt_Nmm_per_rad: TiltStiffness = "rigid"
-    ring_tilt_Nmm_per_rad: TiltStiffness = "rigid"
-    planet_tilt_Nmm_per_rad: TiltStiffness = "rigid"
+    sun_radial_N_per_mm: ranges.Stiffness = "rigid"
+    ring_radial_N_per_mm: ranges.Stiffness = "rigid"
+    planet_radial_N_per_mm: ranges.Stiffness = "rigid"
+    sun_tilt_Nmm_per_rad: ranges.TiltStiffness = "rigid"
+    ring_tilt_Nmm_per_rad: ranges.TiltStiffness = "rigid"
+    planet_tilt_Nmm_per_rad: ranges.TiltStiffness = "rigid"
     planet_torsion_Nmm_per_rad: Torsion = "rigid"
 
 
@@ -276,15 +275,15 @@ class Pins:
         Of the pin, usually steel.
     """
 
-    diameter_mm: Length
-    inner_mm: Annotated[float, Range(0.0, 1e5, "mm", mistaken_for=(METRES,))] = 0.0
-    length_mm: Length
+    diameter_mm: ranges.Length
+    inner_mm: ranges.Diameter = 0.0
+    length_mm: ranges.Length
     middle_mm: Place = 0.0
     cheeks: Literal["both", "-z", "+z"] = "both"
     ends: Literal["clamped", "supported"] = "clamped"
     bearings: tuple[PinBearing, ...]
-    youngs_modulus_GPa: Annotated[float, Range(1e-3, 1e4, "GPa", mistaken_for=PASCALS)] = 210.0
-    poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
+    youngs_modulus_GPa: ranges.YoungsModulus = 210.0
+    poisson_ratio: ranges.PoissonRatio = 0.3
 
     @property
     def ends_mm(self) -> tuple[float, float]:
@@ -320,11 +319,11 @@ class Carrier:
         Along the axis, from the middle of the face width: where a force across does not tilt the carrier.
     """
 
-    windup_Nmm_per_rad: TiltStiffness = "rigid"
+    windup_Nmm_per_rad: ranges.TiltStiffness = "rigid"
     torque_at: Cheek | None = None
     stiffness: Path | None = None
-    radial_N_per_mm: Stiffness = "rigid"
-    tilt_Nmm_per_rad: TiltStiffness = "rigid"
+    radial_N_per_mm: ranges.Stiffness = "rigid"
+    tilt_Nmm_per_rad: ranges.TiltStiffness = "rigid"
     bearings_at_mm: Place = 0.0
 
 
@@ -344,8 +343,8 @@ class SetSweep:
     """
 
     angles_per_pitch: Positions = 60
-    torques_Nm: Torques = ()
-    pitches: Annotated[int, Range(1, 100_000)] | None = None
+    torques_Nm: ranges.Torques = ()
+    pitches: Annotated[int, ranges.Range(1, 100_000)] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
