@@ -12,13 +12,11 @@ from pmor.case.capability import left_out, why_not
 from pmor.case.document import GEARS
 from pmor.case.duty import shares
 from pmor.case.width import asks_for_live_page, intervals_across, meshed_width, sections_across, takes_whole_width
-from pmor.core.memory import memory_text
-from pmor.core.progress import format_time
 from pmor.pair.conditions import full_solves, misalignments, torques_of
 from pmor.pair.drawn import drawn_gears
 from pmor.pair.model import gear_pair, refuse_loads_unmeshed
 from pmor.report.blank_figure import section_text
-from pmor.work.cost import refuse_beyond_memory, stages, whole
+from pmor.work.cost import refuse_beyond_memory, stage_lines, stages
 
 NOT_WRITTEN = {
     "compare.models": "the case's own alone",
@@ -183,10 +181,7 @@ def _training_text(case: Case) -> str:
 
 
 def _cost(case: Case) -> list[str]:
-    all_stages = stages(case)
-    rows = [(s.name, memory_text(s.memory), format_time(s.seconds)) for s in (*all_stages, whole(all_stages))]
-    lines = ["Stages: peak memory and time of one core, within a factor of two"]
-    return [*lines, *(f"  {name:<30} {memory:>8}  {seconds:>12}" for name, memory, seconds in rows)]
+    return stage_lines(stages(case))
 
 
 def _ranges(case: Case) -> list[str]:

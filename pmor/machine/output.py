@@ -18,7 +18,6 @@ from pmor.machine.loader import GearboxFile
 from pmor.machine.readings import Data, duty_entry, load_data
 from pmor.machine.view import machine_figure
 from pmor.pair.losses import duty_data
-from pmor.pair.model import gear_pair
 from pmor.report.data_sheet import data_sheets
 from pmor.report.machine_tables import LOSS_COLUMNS, LOSSES, of_gear, spectrum_tables, tolerance_table
 from pmor.report.page import THEMES, Block, Picture, Warning, by_theme, themed
@@ -27,6 +26,7 @@ from pmor.results.load_distribution import PRESSURE
 from pmor.results.root_stress import GEARS
 from pmor.sets.figures import set_figure, share_figure
 from pmor.sets.output import tables_of_sets
+from pmor.sets.preview import pairs_of
 from pmor.work.results import Report
 
 #: files of a result beside the bases of its meshes
@@ -158,7 +158,7 @@ def gearbox_report(file: GearboxFile, loads: Sequence[SolvedLoad], data: Data) -
         cases, pairs = dict(file.cases), dict(file.model.pairs)
         for name, one in file.model.sets.items():
             cases |= {f"{name}, {mesh}": case for mesh, case in one.cases.items()}
-            pairs |= {f"{name}, {mesh}": gear_pair(case) for mesh, case in one.cases.items()}
+            pairs |= {f"{name}, {mesh}": pair for mesh, pair in pairs_of(one).items()}
         of_sets = [_set_pictures(loads, number) for number in range(len(loads[0].sets))]
         blocks += [
             _first_table(data),

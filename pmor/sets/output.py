@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.pair.model import gear_pair
 from pmor.pair.samples import Samples
 from pmor.report.data_sheet import data_sheets
 from pmor.report.machine_tables import LOSS_COLUMNS, LOSSES, spectrum_tables, tolerance_table
@@ -28,6 +27,7 @@ from pmor.sets.figures import (
     ste_figure,
 )
 from pmor.sets.loader import SetFile
+from pmor.sets.preview import pairs_of
 from pmor.sets.readings import Data
 from pmor.sets.solution import SetSolution
 from pmor.work.results import Report
@@ -109,7 +109,6 @@ MODEL = (
 
 def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, data: Data) -> Report:
     """Return numbers and page."""
-    pairs = {name: gear_pair(case) for name, case in file.cases.items()}
     first, nominal = list[Block](), nominal_torque(file, solved)
     if solved.converged[nominal].any():
         angle = int(np.flatnonzero(solved.converged[nominal])[0])
@@ -119,10 +118,10 @@ def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, data
     first.append(Picture("ste.png", "Static transmission error over all mesh cycles, and its orders.",
                          ste_figure(solved, shown), "svg"))  # fmt: skip
     turned = ["The first gear is loaded clockwise: angles and tooth numbers count clockwise."] * solved.plan.clockwise
+    sheets = {"Gear data": data_sheets(file.cases, pairs_of(file))}
     blocks = [
         *map(Warning, _warnings(file, solved, data)), _ste_table(data), *first,
-        *themed({"Gear data": data_sheets(file.cases, pairs)}, _pictures(file, solved, samples, shown), _tables(data)),
-        MODEL, *turned, *told_tables(data),
+        *themed(sheets, _pictures(file, solved, samples, shown), _tables(data)), MODEL, *turned, *told_tables(data),
     ]  # fmt: skip
     return Report("set", data, f"Set: {file.sections.title}", blocks)
 
