@@ -124,8 +124,6 @@ def _one_way(file: Any) -> str:
 ALL_FE = "reduced models: line loads of all meshes at once are exact on full finite elements, and nothing is beside"
 OF_SETS = (
     Limit(_always, ("full",), ALL_FE),
-    Limit(lambda file: file.sections.gears, ("campaign",),
-          "planetary sets, whose teeth follow from their ratio: write a case for each mesh of the train"),
     Limit(lambda file: max(map(_nodes, file.cases.values())) > MOST_NODES, ("page",),
           f"flanks of {MOST_NODES} nodes at most: lower [mesh] profile_elements or width_elements"),
     Limit(lambda file: file.sections.gears, ("rexs",),

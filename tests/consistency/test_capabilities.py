@@ -112,6 +112,7 @@ class Machine:
             "Case": ("case", "pinion.profile_shift"), "SetFile": ("set", "planet.bore_radius_mm"),
             "GearboxFile": ("gearbox", "bearings.A.at_mm"),
         }[self.kind]  # fmt: skip
+        varied = "input.bore_radius_mm" if self.row == "power split" else varied
         path = self.folder / "campaign.toml"
         values = {"Case": "0.0, 0.1", "SetFile": "15.0, 16.0", "GearboxFile": "9.0, 11.0"}[self.kind]
         path.write_text(f'{key} = "{self.path.name}"\n{CAMPAIGN.format(key=varied, values=values)}')
