@@ -8,12 +8,13 @@ from typing import Any
 
 from pmor.campaigns.settings import OF_TRAINS
 from pmor.case.schema import SECTIONS
+from pmor.core.ranges import Place, SignedTorque
 from pmor.pair.drawn import gear_inertias
 from pmor.results.quantities import TABLE, Quantity
 from pmor.sets.layout import PAIR, SHARED
 from pmor.sets.loader import SetFile
 from pmor.sets.preview import pairs_of
-from pmor.sets.settings import Amount, Angle, AnyTorque, Direction, Place, SetSections, Torsion
+from pmor.sets.settings import Amount, Angle, Direction, SetSections, Torsion
 
 Data = dict[str, Any]
 GEARS = "gears"
@@ -30,7 +31,7 @@ class GearKeys:
 
     x_mm: Place = 0.0
     y_mm: Place = 0.0
-    torque_Nm: AnyTorque = 0.0
+    torque_Nm: SignedTorque = 0.0
     timing_mrad: Angle = 0.0
     torsion_Nmm_per_rad: Torsion = "rigid"
     eccentricity_um: Amount = 0.0
