@@ -103,18 +103,17 @@ function neighbourProduct({ neighbours }, apart, g, to, by) {
   return total;
 }
 
-// Flexibility between two sections of an angle on their hubs, mm/N.
+// Flexibility between two sections of an angle on their hubs, mm/N; what is NaN, unlike itself, is not known yet.
 function flexibilityOf(system, place, n, m) {
-  const { left, right, width } = place;
-  let total = gearFlexibility(system, place, n, m);
+  const { left, right, width, flexibility, sections } = place, known = flexibility[n * sections.length + m];
+  let total = known === known ? known : gearFlexibility(system, place, n, m);
   for (let r = 0, a = width * n, b = width * m; r < width; r++) total += left[a + r] * right[b + r];
   return total;
 }
 
-// The part of the gears, computed once.
+// The part of the gears, found when it is first needed.
 function gearFlexibility(system, place, n, m) {
-  const { sections, flexibility } = place, size = sections.length, known = flexibility[n * size + m];
-  if (!Number.isNaN(known)) return known;
+  const { sections, flexibility } = place, size = sections.length;
   const low = sections[Math.min(n, m)], high = sections[Math.max(n, m)], { between, sections: { z } } = low.model;
   for (const section of [low, high]) if (!section.law) makeReady(section);
   let total = system.bodies.length ? bodyFlexibility(system, high, low) : 0;
