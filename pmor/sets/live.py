@@ -35,8 +35,9 @@ from pmor.sets.plan import with_errors
 from pmor.sets.shafts import shaft_of
 from pmor.sets.solution import SetSolution
 
-# Angles that the page solves at most: of more it takes the first mesh cycles.
-MOST_ANGLES = 240
+# Angles that the page solves at most, of many sections as many as take a second or two, by the cube of their number;
+# and at least.
+MOST_ANGLES, MOST_WORK, LEAST_ANGLES = 240, 1.5e10, 6
 # Ends of sliders: um, and mrad of a gear on its shaft; over the errors of the file.
 LEAST_ERROR, LEAST_TIMING, BEYOND_FILE = 50.0, 0.5, 2.0
 # Of the module: changes of a centre distance that are looked at.
@@ -82,42 +83,55 @@ def live_blocks(file: SetFile, solved: SetSolution) -> list[Heading | LiveSectio
 
 def set_section(file: SetFile, solved: SetSolution) -> LiveSection:
     """Return the section of a set, which begins as it was solved under its nominal torque."""
-    plan, nominal = solved.plan, int(np.argmin(np.abs(solved.torque_Nm - file.plan.torque_Nm)))
-    angles = solved.angles_per_pitch
-    pitches = min(plan.cycle, max(MOST_ANGLES // angles, 1))
-    shown = min(pitches, solved.pitches) * angles
-    points = np.stack([np.degrees(solved.phi_rad), solved.ste_um[nominal]], axis=1)[:shown]
-    curve = written_curve(points)
-    ste, kinds = abs(known(np.mean, solved.ste_um[nominal])), list(file.cases)
+    plan, nominal, kinds = solved.plan, int(np.argmin(np.abs(solved.torque_Nm - file.plan.torque_Nm))), list(file.cases)
+    most = _most_angles(solved)
+    angles = min(solved.angles_per_pitch, most)
+    pitches = min(plan.cycle, max(most // angles, 1))
+    points = np.stack([np.degrees(solved.phi_rad), solved.ste_um[nominal]], axis=1)[: pitches * solved.angles_per_pitch]
+    ste, curve = abs(known(np.mean, solved.ste_um[nominal])), written_curve(points)
     meshes = [_kind(file, solved, name, ste, curve) for name in kinds]
     errors = list(_trained_errors(file, solved) if file.sections.gears else _planetary_errors(file, solved))
     amounts = [float(f"{torque:.12g}") for torque in solved.torque_Nm * plan.nominal_Nm / plan.torque_Nm]
-    load = file.sections.load
-    member = file.sections.gears[0].name if load is None else load.on
-    amount = ", amount" if load is not None and load.torque_Nm < 0.0 else ""
-    controls = [torque_control(f"torque on the {member}{amount}, N m", amounts[nominal], amounts)]
-    last = max(solved.pitches, abs(solved.train.meshes[0].pair.meshed.pair.pinion.teeth)) - 1
-    if last >= plan.cycle:
-        ends = 0.0, last // plan.cycle * plan.cycle, plan.cycle
-        controls.append(Control("load", "pitch", "first mesh cycle that is shown", "0", *ends))
-    for number, error in enumerate(errors):
-        controls.append(Control(error.group, str(number), error.label, f"{error.value:.12g}", *error.ends))
-    for _, data in meshes:
+    for _, data in meshes if len(amounts) > 1 else ():
         data["limits"]["torque_Nm"] = [min(amounts), max(amounts)]
     setting = {"torque_Nm": amounts[nominal], "load": 0, "pitch": 0, "errors": [error.value for error in errors]}
     train = {
-        "angles": angles, "pitches": pitches, "repeats": pitches % plan.cycle == 0,
-        "torques": _torques(file), "count": file.sections.planets.count, **_train_data(file, solved, kinds),
-        "per_torque": plan.torque_Nm / plan.nominal_Nm, "errors": [error.data for error in errors],
-        "toml": [_in_file(error) for error in errors], "cycle": plan.cycle,
+        "angles": angles, "pitches": pitches, "repeats": pitches % plan.cycle == 0, "cycle": plan.cycle,
+        "step": plan.cycle if pitches == plan.cycle else 1,
+        "torques": _torques(file), "count": file.sections.planets.count, "per_torque": plan.torque_Nm / plan.nominal_Nm,
+        "errors": [error.data for error in errors], "toml": [_in_file(error) for error in errors],
+        "still": (plan.displacement - _by_sliders(errors)).tolist(), "eccentric": _turning(errors),
+        **_train_data(file, solved, kinds),
     }  # fmt: skip
-    train["still"] = (plan.displacement - _by_sliders(errors)).tolist()
-    train["eccentric"] = _turning(errors)
-    data = section_data([data for _, data in meshes], setting, train=train)
     names = solved.mesh_names if plan.planets else [f"{n}: {name}" for n, name in enumerate(solved.mesh_names, start=1)]
-    shown_meshes = [(name, kinds.index(mesh.case)) for name, mesh in zip(names, plan.meshes, strict=True)]
-    note = " ".join([MODEL, PITCH, *_notes(file, solved, pitches)])
-    return LiveSection(tuple(controls), tuple(mesh for mesh, _ in meshes), tuple(shown_meshes), data, note)
+    return LiveSection(
+        tuple(_controls(file, solved, errors, amounts[nominal], amounts, train["step"])),
+        tuple(mesh for mesh, _ in meshes),
+        tuple((name, kinds.index(mesh.case)) for name, mesh in zip(names, plan.meshes, strict=True)),
+        section_data([data for _, data in meshes], setting, train=train),
+        " ".join([MODEL, PITCH, *_notes(solved, angles, pitches)]),
+    )
+
+
+def _most_angles(solved: SetSolution) -> int:
+    """Angles that the page solves at most; beyond a mesh cycle of these it solves the first cycles."""
+    size = sum(mesh.pair.size for mesh in solved.train.meshes)
+    return max(min(MOST_ANGLES, int(MOST_WORK / size**3)), LEAST_ANGLES)
+
+
+def _controls(
+    file: SetFile, solved: SetSolution, errors: Sequence[_Error], torque_Nm: float, amounts: Sequence[float],
+    step: int,
+) -> Iterator[Control]:  # fmt: skip
+    load = file.sections.load
+    member = file.sections.gears[0].name if load is None else load.on
+    amount = ", amount" if load is not None and load.torque_Nm < 0.0 else ""
+    yield torque_control(f"torque on the {member}{amount}, N m", torque_Nm, amounts)
+    last = max(solved.pitches, abs(solved.train.meshes[0].pair.meshed.pair.pinion.teeth)) - 1
+    if last >= step:
+        yield Control("load", "pitch", "first mesh cycle that is shown", "0", 0.0, last // step * step, step)
+    for number, error in enumerate(errors):
+        yield Control(error.group, str(number), error.label, f"{error.value:.12g}", *error.ends)
 
 
 def _torques(file: SetFile) -> list[str]:
@@ -267,8 +281,10 @@ def _turning(errors: Sequence[_Error]) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
-def _notes(file: SetFile, solved: SetSolution, pitches: int) -> Iterator[str]:
-    cycle = solved.plan.cycle
+def _notes(solved: SetSolution, angles: int, pitches: int) -> Iterator[str]:
+    cycle, of_run = solved.plan.cycle, solved.angles_per_pitch
+    if angles < of_run:
+        yield f"It solves {angles} angles to a mesh cycle, the run {of_run}."
     if pitches < cycle:
         yield f"Meshes stand as before after {cycle} mesh cycles, of which it solves {pitches}: there are no orders."
     if solved.train.meshes[0].pair.meshed.mirrored:

@@ -12,6 +12,7 @@ from pmor.core.errors import GeometryError
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.pair.model import gear_pair
 from pmor.report.page import page_html
+from pmor.sets import live
 from pmor.sets.bounds import refuse_errors
 from pmor.sets.live import live_blocks, set_section
 from pmor.sets.loader import load
@@ -183,3 +184,15 @@ def test_the_page_warns_of_errors_that_a_file_may_not_have(floating):
             refuse_errors(with_errors(file.plan, said), file.cases, pairs)
         beyond = page.value(f"axesBeyond(solver.data.train, {json.dumps(setting)})")
         assert beyond == (["planet 2 - ring"] if amount > 1.0 else [])
+
+
+@pytest.mark.slow
+def test_a_page_that_solves_a_part_of_a_long_cycle_shows_any_of_it(tmp_path, monkeypatch):
+    file, found, section = solved(tmp_path, SPLIT)
+    monkeypatch.setattr(live, "MOST_ANGLES", file.angles_per_pitch)
+    short = set_section(file, found)
+    assert (short.data["train"]["pitches"], short.data["train"]["cycle"]) == (1, file.plan.cycle)
+    assert file.plan.cycle > 1
+    read = PageSolver(short.data).value(f"{READ}({json.dumps(short.data['setting'] | {'pitch': 1})})")
+    expected = found.ste_um[0, file.angles_per_pitch : 2 * file.angles_per_pitch]
+    assert_allclose(read["ste"], expected, rtol=0.0, atol=STE * np.abs(expected).max())

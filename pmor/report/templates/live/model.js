@@ -143,7 +143,8 @@ async function solverOf(data) {
 function sweep(system, places, removed, load) {
   const [{ model }] = system.parts;
   const states = places.map((place, i) => {
-    const found = solvePosition(system, place, removed[i], load);
+    const found = solvePosition(system, place, removed[i], load, place.before);
+    if (system.movements > 1 && found.converged) place.before = found.force;
     const overloaded = found.converged && isOverloaded(place, found.force);
     return { place, ...found, converged: found.converged && !overloaded, overloaded };
   });

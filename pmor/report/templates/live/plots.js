@@ -40,6 +40,7 @@ function curve(points, px, py, kind) {
 // Range of values with a margin; from 0 where that is near.
 function rangeOf(values, fromZero) {
   const known = values.filter(Number.isFinite);
+  if (!known.length) return [0, 1];
   let low = Math.min(...known), high = Math.max(...known);
   if (fromZero) low = Math.min(low, 0);
   const margin = 0.08 * (high - low) || 0.5 * Math.abs(high) || 1;

@@ -188,16 +188,34 @@ function turning(section, advance) {
 }
 
 // Turn the upper half of a symmetric matrix into its upper factor U; columns beyond it become U^-T B, and rows lose
-// B^T M^-1 B: eliminate in pmor/core/linear.py.
+// B^T M^-1 B: eliminate in pmor/core/linear.py. Four rows are taken off the rest at a time.
 function eliminate(matrix, stride, size, rows, columns) {
-  for (let j = 0; j < size; j++) {
-    const pivot = j * stride, inverse = 1 / Math.sqrt(matrix[pivot + j]);
-    for (let k = j; k < columns; k++) matrix[pivot + k] *= inverse;
-    for (let i = j + 1; i < rows; i++) {
-      const value = matrix[pivot + i], row = i * stride;
-      if (value !== 0) for (let k = i; k < columns; k++) matrix[row + k] -= value * matrix[pivot + k];
+  for (let first = 0; first < size; first += 4) {
+    const last = Math.min(first + 4, size);
+    for (let j = first; j < last; j++) {
+      const pivot = j * stride;
+      for (let above = first; above < j; above++) takeOff(matrix, above * stride, pivot, j, columns);
+      const inverse = 1 / Math.sqrt(matrix[pivot + j]);
+      for (let k = j; k < columns; k++) matrix[pivot + k] *= inverse;
+    }
+    const one = first * stride, two = one + stride, three = two + stride, four = three + stride;
+    for (let i = last; i < rows; i++) {
+      const row = i * stride;
+      if (last < first + 4) {
+        for (let above = first; above < last; above++) takeOff(matrix, above * stride, row, i, columns);
+        continue;
+      }
+      const a = matrix[one + i], b = matrix[two + i], c = matrix[three + i], d = matrix[four + i];
+      for (let k = i; k < columns; k++) {
+        matrix[row + k] -= a * matrix[one + k] + b * matrix[two + k] + c * matrix[three + k] + d * matrix[four + k];
+      }
     }
   }
+}
+
+function takeOff(matrix, above, row, first, columns) {
+  const value = matrix[above + first];
+  for (let k = first; k < columns; k++) matrix[row + k] -= value * matrix[above + k];
 }
 
 function solveUpper(factor, stride, size, vector) {

@@ -98,8 +98,10 @@ function axesBeyond({ meshes, eccentric, ...train }, { errors }) {
 // All meshes over the mesh cycles that are shown.
 function solveTrain(solver, setting) {
   const { data: { train }, models: [{ kinematics }], systems: [system] } = solver, { angles, pitches } = train;
-  const angleOf = i => kinematics.pitch * i / angles, pitch = train.cycle * Math.round(setting.pitch / train.cycle);
-  const places = solver.remembered(0, "", String(system.differ && pitch), () => {
+  // Meshes stand as before after whole cycles: other teeth carry then.
+  const first = train.step * Math.round(setting.pitch / train.step), within = first % train.cycle, pitch = first - within;
+  const angleOf = i => kinematics.pitch * (i / angles + within);
+  const places = solver.remembered(0, "", `${within}/${system.differ && pitch}`, () => {
     for (const part of system.parts) part.first_tooth = teethLater(part, pitch);
     return Array.from({ length: pitches * angles }, (_, i) => placeTrain(train, system, angleOf(i)));
   });
