@@ -90,14 +90,22 @@ OF_CASES = (
           "external gears, and the wheel is a ring: take the pair alone"),
     Limit(lambda case: _nodes(case) > MOST_NODES, ("page",),
           lambda case: f"flanks of {MOST_NODES} nodes at most, and these have {_nodes(case)} nodes"),
-    Limit(lambda case: case.pair.wheel.rim_gives, ("classical", "exudyn", "fmu", "rexs", "vtkhdf"),
+    Limit(lambda case: case.pair.wheel.rim_gives, ("classical", "exudyn", "fmu"),
           "rings that are rigid all over their outside: leave held and seats out of [wheel]"),
+    Limit(lambda case: case.pair.wheel.rim_gives, ("vtkhdf",),
+          "rings that are rigid all over their outside, as it shows one sector for all teeth, and between lugs each "
+          "stands otherwise: leave held and seats out of [wheel]"),
+    Limit(lambda case: case.pair.wheel.rim_gives, ("rexs",),
+          "rings that are rigid all over their outside, as a ring_gear of REXS 2.0 has no attribute of what holds it: "
+          "leave held and seats out of [wheel]"),
     Limit(lambda case: any(gear.body is not None for gear in _gears(case)), ("rexs",),
           "no body of one's own, a mesh or a matrix: give the blank by dimensions, or leave it out"),
     Limit(lambda case: any(gear.one_piece for gear in _gears(case)), ("rexs", "vtkhdf"),
           "gears that are rigid at their bores: leave one_piece out"),
-    Limit(lambda case: any(case.pair.holes), ("classical", "exudyn", "fmu", "vtkhdf"),
+    Limit(lambda case: any(case.pair.holes), ("classical", "exudyn", "fmu"),
           "no holes, with which it does not repeat each mesh cycle: leave them out"),
+    Limit(lambda case: any(case.pair.holes), ("vtkhdf",),
+          "no holes, as it shows one sector for all teeth, and beside holes each stands otherwise: leave them out"),
 )  # fmt: skip
 
 
@@ -133,11 +141,12 @@ OF_SETS = (
     Limit(lambda file: file.plan.clockwise, ("rexs",),
           "sets whose torque turns the sun counter-clockwise: give it the other sign"),
     Limit(_held_elsewhere, ("rexs",), "[supports] of sun and planets across alone: leave the others out"),
-    Limit(lambda file: not _is_default(file.sections.carrier), ("rexs",), "a rigid carrier: leave [carrier] out"),
+    Limit(lambda file: not _is_default(file.sections.carrier), ("rexs",),
+          "a rigid carrier, as a planet_carrier of REXS 2.0 has no stiffness: leave [carrier] out"),
     Limit(lambda file: file.sections.pins is not None and file.sections.pins.cheeks != "both", ("rexs",),
           'pins in both cheeks: write [pins] cheeks = "both"'),
     Limit(lambda file: not _is_default(file.sections.eccentricity), ("rexs",),
-          "gears that are centred: leave [eccentricity] out"),
+          "gears that are centred, as those of REXS 2.0 have no eccentricity: leave [eccentricity] out"),
     Limit(_one_way, ("rexs",),
           lambda file: f"gears of sets that are alike from both ends, and their teeth: no {_one_way(file)}"),
 )  # fmt: skip
