@@ -7,6 +7,9 @@
     result = model.sweep(torques_Nm=[50, 100, 150])
     result.plot_ste()
 
+Machines, whatever they are
+    `make`: makes a pair, a planetary set, a train or a gearbox from sections as files have them, or keywords; `change`:
+    changes any of them.
 Cases
     `load_case`: reads a case file. `make_case`: makes a `Case` from keywords. `change_case`: changes one by keywords.
     `import_rexs`: makes one of a stage in a gearbox file. `geometry`: the data sheet of its gears, a `Geometry`.
@@ -71,7 +74,7 @@ if TYPE_CHECKING:
         write_campaign_case,
         write_design_case,
     )
-    from pmor.app.cases import change_case, make_case
+    from pmor.app.cases import change, change_case, make, make_case
     from pmor.app.export import export_file, import_rexs
     from pmor.app.exudyn import exudyn_mesh
     from pmor.app.files import Verification, info, load_results, verify
@@ -121,7 +124,7 @@ _HOMES = {
     "pmor.app.training": ("compare", "load_model", "train"),
     "pmor.dynamics.result": ("DynamicsResult",),
     "pmor.app.result": ("ConditionsResult", "SweepResult"),
-    "pmor.app.cases": ("change_case", "make_case"),
+    "pmor.app.cases": ("change", "change_case", "make", "make_case"),
     "pmor.case": ("Case", "load_case"),
     "pmor.gear.condition": ("Misalignment", "Assembly"),
     "pmor.core.errors": (
@@ -144,9 +147,9 @@ __all__ = [
     "DesignResult", "DynamicsResult", "ExternalProgramError", "FileFormatError", "FullModel", "GearboxResult",
     "Geometry", "GeometryError", "MeshError", "Misalignment", "Modification", "OutputError", "PmorError",
     "ReducedModel", "ResultArray", "RootStress", "RunResult", "SetResult", "SweepResult", "Topography",
-    "Verification", "bench", "campaign", "change_case", "compare", "convergence", "export_file", "exudyn_mesh",
-    "full_model", "geometry", "import_rexs", "info", "load", "load_case", "load_model",
-    "load_results", "make_case", "plan", "reductions", "run", "run_case", "run_design", "run_dynamics",
+    "Verification", "bench", "campaign", "change", "change_case", "compare", "convergence", "export_file",
+    "exudyn_mesh", "full_model", "geometry", "import_rexs", "info", "load", "load_case", "load_model",
+    "load_results", "make", "make_case", "plan", "reductions", "run", "run_case", "run_design", "run_dynamics",
     "stability", "study", "train", "verify", "write_campaign_case", "write_design_case", "__version__",
 ]  # fmt: skip
 

@@ -22,7 +22,7 @@ from pmor.fe.sector import SectorMesh
 from pmor.line.layered_pair import layers_of
 from pmor.line.sections import loaded_components
 from pmor.pair.blank import blank_below
-from pmor.pair.model import ElasticModel, MeshModel, mesh_model, neighbouring_teeth, per_gear, solved_gear
+from pmor.pair.model import ElasticModel, MeshModel, mesh_model, per_gear, solved_gear
 from pmor.reduction.basis import Basis, basis_of_gears, untrained
 from pmor.storage.content_key import key_of
 from pmor.storage.gear_store import KeptGear, not_kept
@@ -85,7 +85,7 @@ def line_gear(
     """
     pair = mesh.meshed.pair
     place, tooth = (0, pair.pinion) if sector is mesh.pinion else (1, pair.wheel)
-    components, neighbours = loaded_components(True, tooth.helix_angle != 0.0), neighbouring_teeth(pair)
+    components, neighbours = loaded_components(True, tooth.helix_angle != 0.0), pair.neighbouring_teeth
     # What is brought is condensed for a new gear alone: the digest of its file stands for it.
     below = blank_below(case, gear, tooth, sector, place) if gear.body is None else (*_brought(gear), place)
     key = key_of(

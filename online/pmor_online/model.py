@@ -90,7 +90,8 @@ class ReducedPair:
     @cached_property
     def lines(self) -> LinePair:
         """The pair prepared for line loads."""
-        return LinePair(self.layered, self.section_compliance, self.components, self.flank_compliance.supports)
+        flanks = self.flank_compliance
+        return LinePair(self.layered, self.section_compliance, self.components, flanks.gears, flanks.supports)
 
     @property
     def kernel_compliance(self) -> tuple[FloatArray, FloatArray]:

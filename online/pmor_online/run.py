@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pmor.case import Case, model_names
 from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of
+from pmor.pair.samples import Samples, lost_samples
 from pmor.results.root_stress import RootStress, WebCycles
 from pmor.results.sweep import SteSweep
 from pmor_online.compare import Comparison, disagreement, failed_positions, training_failures
@@ -69,6 +70,8 @@ class OnlineResult:
         (`pmor_online.root_stress.root_stress_causes`); empty where there are none.
     web_stress : two dict of str to WebCycle
         Of pinion and wheel; empty where the basis has no stress on webs.
+    samples : Samples or None
+        Pairs within the tolerances of the case.
     """
 
     reduced: ReducedPair
@@ -83,6 +86,7 @@ class OnlineResult:
     root_stress: RootStress | None = None
     root_stress_causes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     web_stress: tuple[WebCycles, WebCycles] = field(default_factory=lambda: ({}, {}))
+    samples: Samples | None = None
 
     @property
     def case(self) -> Case:
@@ -127,6 +131,8 @@ class OnlineResult:
         if self.comparison is not None:
             found += failed_positions(self.comparison.full, "full FE")
             found += failed_positions(self.comparison.reduced, "reduced model, unseen angle")
+        if self.samples is not None:
+            found += lost_samples(self.samples, self.case.online.torques_Nm)
         return tuple(found)
 
 

@@ -1,14 +1,18 @@
-"""Cases made and changed in Python, each keyword with its type: editors and notebooks complete and check them."""
+"""Machines made and changed in Python; of cases each keyword has its type: editors and notebooks complete them."""
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any, Literal, TypedDict, Unpack
 
+from pmor.app.records import KINDS, called, kind_of_sections, kind_of_settings, typed
 from pmor.case import Case
 from pmor.case import change_case as changed_case
 from pmor.case import make_case as made_case
+from pmor.case.change import document_text, merged
 from pmor.core.errors import CaseError
 from pmor.core.wording import in_python, suggesting, typed_out
 
@@ -23,6 +27,7 @@ class Settings(TypedDict, total=False):
 
     title: str
     condition: Sequence[Section]
+    loads: Sequence[Section]
     load: Section
     pair: Section
     pinion: Section
@@ -36,6 +41,8 @@ class Settings(TypedDict, total=False):
     compare: Section
     results: Section
     dynamics: Section
+    lubricant: Section
+    tolerances: Section
     output: Section
     # [load]
     torque_Nm: float
@@ -128,6 +135,14 @@ class Settings(TypedDict, total=False):
     run_cycles: int
     accuracy_grade: int
     law: Literal["table", "exact"]
+    # [lubricant]
+    friction: float | Literal["schlenk"]
+    viscosity_mPas: float
+    roughness_um: float
+    lubricant_factor: float
+    # [tolerances]
+    samples: int
+    seed: int
     # [output]
     plots: bool
     report: bool
@@ -182,3 +197,70 @@ def change_case(case: Case, **settings: Unpack[Settings]) -> Case:
     """Return a case with some settings changed; see `make_case`."""
     with in_keywords():
         return changed_case(case, **settings)
+
+
+def make(name: str = "machine", **sections: Any) -> Any:
+    """Make a machine without a file: a pair, a planetary set, a train of gears or a gearbox, by its sections.
+
+    Parameters
+    ----------
+    name : str
+        Names results; used in messages.
+    **sections
+        As the file has them: mappings, and lists of mappings for what a file has in double brackets. Names of files in
+        them are whole paths. Of a pair single keys too, as `make_case` takes them.
+
+    Returns
+    -------
+    Case, SetFile or GearboxFile
+        As `load` returns it.
+
+    Raises
+    ------
+    CaseError, GeometryError
+        As for a file: key, value, allowed values and remedy.
+
+    Examples
+    --------
+    >>> make(teeth=21, bore_radius_mm=20.0, module_mm=4.0, face_width_mm=20.0, torque_Nm=100.0).pair.wheel.teeth
+    21
+    """
+    kind = KINDS[kind_of_sections(sections)]
+    if kind is KINDS["case"]:
+        return make_case(name, **sections)
+    if not kind.parse:
+        raise CaseError(f"{name}: is {kind.words}, which names a machine: write a file, and use {typed(kind.command)}")
+    with in_keywords():
+        return called(kind.parse)(document_text(merged({}, sections, name)), name, name)
+
+
+def change(machine: Any, **sections: Any) -> Any:
+    """Return a machine with some settings changed, checked as that of a file.
+
+    Parameters
+    ----------
+    machine : Case, SetFile or GearboxFile
+    **sections
+        Mappings with the keys that change; None takes a key or a section away. Of sections that have names, those that
+        change by their names: ``bearings={"left": {"at_mm": 12.0}}``; a list takes the place of all.
+
+    Raises
+    ------
+    CaseError, GeometryError
+
+    Examples
+    --------
+    >>> pair = make(teeth=21, bore_radius_mm=20.0, module_mm=4.0, face_width_mm=20.0, torque_Nm=100.0)
+    >>> change(pair, pair={"helix_angle_deg": 10.0}).pair.helix_angle_deg
+    10.0
+    """
+    kind = kind_of_settings(machine)
+    if kind == "case":
+        return change_case(machine, **sections)
+    if not KINDS[kind].parse or not machine.text:
+        rule = "is no text of sections: write a TOML file of it (pmor.export_file), and change that"
+        raise CaseError(f"{machine.name}: {rule}")
+    with in_keywords():
+        document = merged(tomllib.loads(machine.text), sections, machine.name)
+        changed = called(KINDS[kind].parse)(document_text(document), machine.name, machine.name, machine.inputs)
+    return replace(changed, notes=machine.notes, changed=machine.changed) if kind == "set" else changed

@@ -157,12 +157,9 @@ class ReducedModel:
 
     @suggesting
     def harris_map(
-        self,
-        torques_Nm: float | Iterable[float] | None = None,
-        angles: int | None = None,
-        *,
+        self, torques_Nm: float | Iterable[float] | None = None, angles: int | None = None, *,
         executor: Executor | None = None,
-    ) -> SweepResult:
+    ) -> SweepResult:  # fmt: skip
         """Sweep over the torques of the Harris map, those of the case by default; see `sweep`."""
         torques = self.case.results.harris_torques_Nm if torques_Nm is None else torques_Nm
         if torques_Nm is None and self.case.flank == "coast":

@@ -10,14 +10,13 @@ from pmor.app.skipped import computed, remarks, scene, skipped
 from pmor.case import Case, condition_words, describe, model_names, other_models, short_list
 from pmor.case.capability import left_out, why_not
 from pmor.case.document import GEARS
+from pmor.case.duty import shares
 from pmor.case.width import asks_for_live_page, intervals_across, meshed_width, sections_across, takes_whole_width
-from pmor.core.memory import memory_text
-from pmor.core.progress import format_time
 from pmor.pair.conditions import full_solves, misalignments, torques_of
 from pmor.pair.drawn import drawn_gears
 from pmor.pair.model import gear_pair, refuse_loads_unmeshed
 from pmor.report.blank_figure import section_text
-from pmor.work.cost import refuse_beyond_memory, stages, whole
+from pmor.work.cost import refuse_beyond_memory, stage_lines, stages
 
 NOT_WRITTEN = {
     "compare.models": "the case's own alone",
@@ -133,8 +132,17 @@ def _work(case: Case) -> list[str]:
         stages.insert(2, ("online, Harris map", *_sweep(angles, case.results.harris_torques_Nm)))
     if case.conditions:
         stages.insert(2, ("online, conditions", *_listed(case)))
+    if case.tolerances is not None:
+        sampled = case.tolerances.samples * max(angles, _turn(case) if case.tolerances.pitch_deviations_um else 0)
+        words = f"{case.tolerances.samples} pairs, {len(online.torques_Nm)} torques"
+        stages.insert(2, ("online, tolerances", sampled * len(online.torques_Nm), words))
     rows = (f"  {label:<30} {solves:>8}  ({text})" for label, solves, text in stages)
     return ["Work", *rows, *_ranges(case), *_live_page(case)]
+
+
+def _turn(case: Case) -> int:
+    """Angles of a turn of the larger gear."""
+    return case.online.angles_per_pitch * max(case.pair.pinion.teeth, case.pair.wheel.teeth)
 
 
 def _live_page(case: Case) -> list[str]:
@@ -173,10 +181,7 @@ def _training_text(case: Case) -> str:
 
 
 def _cost(case: Case) -> list[str]:
-    all_stages = stages(case)
-    rows = [(s.name, memory_text(s.memory), format_time(s.seconds)) for s in (*all_stages, whole(all_stages))]
-    lines = ["Stages: peak memory and time of one core, within a factor of two"]
-    return [*lines, *(f"  {name:<30} {memory:>8}  {seconds:>12}" for name, memory, seconds in rows)]
+    return stage_lines(stages(case))
 
 
 def _ranges(case: Case) -> list[str]:
@@ -211,6 +216,16 @@ def _conditions(case: Case) -> list[str]:
     return ["Conditions beside the case's own", *lines] if lines else []
 
 
+def _loads(case: Case) -> list[str]:
+    """The loads of a duty cycle."""
+    lines = []
+    for load, share in zip(case.loads, shares(case.loads) or [None] * len(case.loads), strict=True):
+        rpm = load.speed_rpm or case.speed_rpm
+        words = [f"{load.torque_Nm:g} N m", f"{rpm:g} rpm" if rpm else "", f"{100.0 * share:.3g} %" if share else ""]
+        lines.append(f"  {load.name:<22} {', '.join(filter(None, words))}")
+    return ["Duty cycle, and shares of the time", *lines] if lines else []
+
+
 def _models(case: Case) -> list[str]:
     """The models that a case compares: contact scheme, shapes, work beside the finite elements."""
     cases = {case.contact.scheme: case, **dict(other_models(case))}
@@ -237,5 +252,5 @@ def _torques_text(torques: tuple[float, ...]) -> str:
 
 
 PARTS: tuple[Callable[[Case], list[str]], ...] = (
-    _heading, _settings, _geometry, _blanks, _conditions, _sizes, _work, _models, _cost, _computed_and_skipped,
+    _heading, _settings, _geometry, _blanks, _conditions, _loads, _sizes, _work, _models, _cost, _computed_and_skipped,
 )  # fmt: skip

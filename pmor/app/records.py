@@ -36,8 +36,8 @@ class Kind:
         Of a file in TOML: one of them tells the kind. Empty of the kind that is left.
     types : tuple of str
         Names of the classes of what `load` returns.
-    load, plan : str
-        Reads a file; tells how much work it is, empty where nothing does.
+    load, plan, parse : str
+        Reads a file; tells how much work it is, empty where nothing does; takes the text of a machine, made in Python.
     """
 
     words: str
@@ -46,6 +46,7 @@ class Kind:
     types: tuple[str, ...]
     load: str
     plan: str = ""
+    parse: str = ""
 
 
 # In the order in which they are told from each other: what asks about a machine before what describes one.
@@ -60,11 +61,11 @@ KINDS: Mapping[str, Kind] = {
     ),
     "gearbox": Kind(
         "a gearbox", "run", ("shafts", "bearings"), ("GearboxFile",), "pmor.rexs.files:load_gearbox",
-        "pmor.machine.plan:plan",
+        "pmor.machine.plan:plan", "pmor.rexs.files:parse_gearbox",
     ),
     "set": Kind(
         "a planetary set or a train of gears", "run", ("sun", "planet", "planets", "ring", "gears"), ("SetFile",),
-        "pmor.rexs.files:load_set", "pmor.sets.preview:plan",
+        "pmor.rexs.files:load_set", "pmor.sets.preview:plan", "pmor.sets.loader:parse_set",
     ),
     "case": Kind("a case of one pair", "run", (), ("Case",), "pmor.case:load_case", "pmor.app.plan:plan_case"),
 }  # fmt: skip
@@ -328,8 +329,12 @@ def kind_of(path: Path, expected: str = "case") -> str:
         from pmor.rexs.sets import is_one_set
 
         return "set" if is_one_set(path) else "gearbox"
-    written = parse_toml(read_text(path, f"{expected} file"), str(path)).keys()
-    return next(name for name, kind in KINDS.items() if not kind.sections or written & set(kind.sections))
+    return kind_of_sections(parse_toml(read_text(path, f"{expected} file"), str(path)))
+
+
+def kind_of_sections(written: Mapping[str, Any]) -> str:
+    """Return what kind of file has these sections."""
+    return next(name for name, kind in KINDS.items() if not kind.sections or written.keys() & set(kind.sections))
 
 
 def kind_of_settings(settings: object) -> str:

@@ -21,7 +21,7 @@ from pmor.gear.pair import GearPair
 from pmor.line.sections import loaded_components
 from pmor.pair.conditions import full_solves
 from pmor.pair.limits import range_warnings
-from pmor.pair.model import approach_estimate, contact_scheme, gear_pair, neighbouring_teeth, same_body, sector_meshes
+from pmor.pair.model import approach_estimate, contact_scheme, gear_pair, same_body, sector_meshes
 from pmor.work.cost import sharing_bodies
 from pmor.work.sizes import rows_in_contact
 
@@ -129,7 +129,7 @@ def unknowns(sector: SectorMesh) -> int:
 
 
 def _of_bodies(scene: Scene) -> Iterator[Skipped]:
-    right_sides, kept = scene.flank_unknowns * len(scene.bodies), 2 * neighbouring_teeth(scene.pair) + 1
+    right_sides, kept = scene.flank_unknowns * len(scene.bodies), 2 * scene.pair.neighbouring_teeth + 1
     if len(scene.bodies) == 1:
         saving = f"{unknowns(scene.sectors[1])} unknowns, {scene.flank_unknowns} right-hand sides"
         yield Skipped("the wheel's finite elements", "the gears are identical", saving)
@@ -239,7 +239,7 @@ def _compliance(scene: Scene) -> str:
     """Size of the compliance between loaded flanks, as a basis holds it."""
     components = loaded_components(scene.case.contact.kind != "nodal", scene.pair.pinion.helix_angle != 0.0)
     size = components * scene.lines * scene.columns
-    blocks = (neighbouring_teeth(scene.pair) + 1) * len(scene.bodies)
+    blocks = (scene.pair.neighbouring_teeth + 1) * len(scene.bodies)
     return f"{blocks} matrices of {size} x {size} in the basis, {_mib(blocks * size**2 * DOUBLE)}"
 
 

@@ -13,9 +13,10 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from pmor.body.blank import LEFT_OUT, Blank, Ring, signed_teeth
+from pmor.body.blank import LEFT_OUT, Blank, signed_teeth
 from pmor.body.far_compliance import FaceResponse
 from pmor.body.rim import RimStress, face_patterns, rim_stress
+from pmor.body.ring_on_blank import Ring
 from pmor.body.support import (
     Change,
     Support,

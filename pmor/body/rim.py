@@ -86,7 +86,7 @@ def rim_stress(
     rows : ndarray, shape (n, q)
         These patterns.
     pressed : ndarray, shape (m, 2 N + 1, c)
-        Faces of tooth 0 under loads on the web's circles, as in `pmor.body.blank.Ring`.
+        Faces of tooth 0 under loads on the web's circles, as in `pmor.body.ring_on_blank.Ring`.
     forces : ndarray, shape (s, t, q)
         g under them on teeth 0 ... t - 1, N, or of lugs the displacements; no rows without either, and one tooth.
     teeth : int

@@ -30,7 +30,7 @@ from scipy.special import ellipe, ellipk
 
 from pmor.body.bearing_estimate import LINE, LINE_LENGTH_EXPONENT, LINE_STIFFNESS
 from pmor.core.arrays import FloatArray
-from pmor.core.ranges import Length, Range
+from pmor.core.ranges import Length, PoissonRatio, Range
 
 DOF = 5
 # Displacements across, and about an axis across.
@@ -143,7 +143,7 @@ class BallBearing:
     inner_osculation: Osculation = 0.52
     outer_osculation: Osculation = 0.53
     youngs_modulus_GPa: Annotated[float, Range(1.0, 1000.0, "GPa")] = 207.0
-    poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
+    poisson_ratio: PoissonRatio = 0.3
     first_ball_deg: Annotated[float, Range(-360.0, 360.0, "deg")] = 0.0
 
     @property

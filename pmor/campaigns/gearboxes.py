@@ -24,13 +24,14 @@ from pmor.campaigns.settings import GearboxCampaign, GearboxRelations, Relations
 from pmor.case import change_case
 from pmor.case.schema import SECTIONS
 from pmor.core.errors import CaseError, ConvergenceError, PmorError
+from pmor.core.ranges import Place
 from pmor.gear.inertia import Inertia
-from pmor.machine.coupled import SolvedLoad, solve_load
+from pmor.machine.coupled import SolvedLoad
 from pmor.machine.loader import GearboxFile
 from pmor.machine.loader import load as load_toml
 from pmor.machine.readings import load_data
-from pmor.machine.run import lost_of_load, meshes_and_trains, with_rigid_supports
-from pmor.machine.settings import Bearing, Place
+from pmor.machine.run import meshes_and_trains, solved_loads
+from pmor.machine.settings import Bearing
 from pmor.pair.drawn import gear_inertias
 from pmor.pair.model import refuse_loads_unmeshed
 from pmor.results.quantities import TABLE
@@ -38,7 +39,6 @@ from pmor.rexs.files import load_gearbox
 from pmor.rexs.to_toml import gearbox_texts
 from pmor.storage.gear_store import Store
 from pmor.work.cost import FINITE_ELEMENTS, START_S, refuse_beyond_memory, stages
-from pmor_online.model import keeping_sections
 
 # Stands for the name of the gearbox file in the names of those beside it.
 STEM = "{stem}"
@@ -202,12 +202,10 @@ def _seconds(text: str, name: str) -> float:
 
 def _solve(text: str, name: str, store: Store, keys: tuple[str, ...]) -> Solved:
     with _opened(text, name) as file:
-        reduced, trains = meshes_and_trains(file, store.get)
-        pairs, angles = {name: keeping_sections(pair) for name, pair in reduced.items()}, file.angles_per_pitch
-        loads = [solve_load(file.model, load, pairs, angles, trains=trains) for load in file.model.sections.loads]
-        failures = [sentence for load in loads for sentence in lost_of_load(load)]
-        solved = with_rigid_supports(loads, pairs, trains, angles)
-        return Solved(figures_of(file, solved), next(iter(failures), ""))
+        loads, failures = solved_loads(file, *meshes_and_trains(file, store.get))
+        if len(loads) < len(file.model.sections.loads):
+            raise ConvergenceError(next(iter(failures)))
+        return Solved(figures_of(file, loads), next(iter(failures), ""))
 
 
 def figures_of(file: GearboxFile, loads: Iterable[SolvedLoad]) -> dict[str, float | None]:

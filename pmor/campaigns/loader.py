@@ -59,6 +59,7 @@ class _Reader(Reader):
         """Return a campaign, its base file and its table of designs read."""
         designs, base = said.designs, path.parent / getattr(said, self.kind.key)
         self.check_method(designs)
+        self.check_results(said)
         fixed, varied = self.keys(designs)
         inputs, made_from = [path, base], text
         if designs.file is not None:
@@ -192,6 +193,14 @@ class _Reader(Reader):
                 'takes one of each for a design: write as many, or method = "grid"',
             )  # fmt: skip
         return lengths[longest]
+
+    def check_results(self, said: CampaignSections) -> None:
+        """Refuse results that the base has none of, where the file names its own."""
+        known = dict.fromkeys(split(figure.key)[1] for figure in self.kind.figures)
+        for key in said.results.keys if said.results != type(said.results)() else ():
+            if key not in known:
+                rule = f"is none of this {self.kind.key}: take some of {', '.join(known)}"
+                self.refuse(f'[results] keys: "{key}"', rule)
 
     def check_relations(self, said: CampaignSections, named: set[str]) -> None:
         """Refuse designs with keys that follow from relations."""

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from pmor.campaigns.keys import by_section, setting, split
 from pmor.campaigns.kind import Design, Number
 from pmor.campaigns.settings import SetRelations
+from pmor.campaigns.trains import GEARS, changed_gears
 from pmor.case.change import document_text, laid_over
 from pmor.case.document import flattened
 from pmor.case.reader import sections_in
@@ -39,6 +40,8 @@ DIGITS = 12
 def with_relations(base_text: str, design: Design, relations: SetRelations) -> dict[str, Number]:
     """Return the keys of a design with those that follow from relations; GeometryError when these cannot be met."""
     found, document = dict(design), _document(base_text)
+    if GEARS in document:
+        return found
 
     def said(name: str) -> Any:
         section, key = split(name)
@@ -70,8 +73,12 @@ def with_relations(base_text: str, design: Design, relations: SetRelations) -> d
 
 def text_of_design(base_text: str, design: Design) -> str:
     """Return the TOML text of the set file of a design."""
-    document = dict(_document(base_text))
-    for section, keys in by_section(design).items():
+    document, changes = dict(_document(base_text)), by_section(design)
+    if GEARS in document:
+        document[GEARS] = changed_gears(document[GEARS], changes)
+    for section, keys in changes.items():
+        if section.split(".")[0] == GEARS:
+            continue
         document[section] = laid_over(document.get(section, {}), keys)
     return document_text(document)
 
@@ -155,4 +162,5 @@ def _flanks(said: Callable[[str], Any], member: str, planet: str) -> _Flanks:
 
 @lru_cache(maxsize=4)
 def _document(base_text: str) -> dict[str, Any]:
-    return flattened(tomllib.loads(base_text), tuple(MEMBERS))
+    document = tomllib.loads(base_text)
+    return flattened(document, (*MEMBERS, *(gear["name"] for gear in document.get(GEARS, []))))

@@ -13,7 +13,7 @@ from pmor.campaigns.kind import PEAKS, Kind, Solved
 from pmor.campaigns.peaks import settled_peaks
 from pmor.campaigns.set_relations import KNOWN, text_of_design, why_infeasible, with_relations
 from pmor.campaigns.settings import OF_SETS, SetCampaign, SetRelations
-from pmor.case.capability import rule_of
+from pmor.campaigns.trains import figures_in, figures_of_train, known_of
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
 from pmor.line.several import GearTrain
@@ -36,6 +36,7 @@ FIRST = (
     PEAKS[0], "mass_kg", "root_stress_sun_MPa", "root_stress_planet_MPa", "root_stress_ring_MPa", "k_gamma",
     "speed_ratio", "mesh_phase_pitches",
 )  # fmt: skip
+OF_TRAIN = (PEAKS[0], "mass_kg", "share_max", "k_h_beta", "flank_pressure_max_MPa")
 # Results of the meshes of sun and ring, and keys of a mesh in `set.json`.
 OF_MESHES = {
     "line_load_max_{}_N_per_mm": "line_load_max_N_per_mm",
@@ -56,8 +57,8 @@ def _base_text(base: Path, relations: SetRelations, fixed: Mapping[str, Any], pl
     def refuse(what: str, rule: str) -> NoReturn:
         raise CaseError(f"{place}: {what}: {rule}")
 
-    if said.gears:
-        refuse(str(base), rule_of("SetFile", "campaign"))
+    if said.gears and relations != SetRelations():
+        refuse("[relations]", f"is of planetary sets, and {base} is a train on fixed axes: leave it out")
     if said.carrier.stiffness is not None:
         rule = "a matrix is of one number of planets and one centre distance: leave it out there"
         refuse(f"{base}: [carrier] stiffness", rule)
@@ -97,10 +98,12 @@ def _peaks(text: str, name: str, store: Store) -> Mapping[str, float]:
 
 
 def figures_of(file: SetFile, data: Data) -> dict[str, float | None]:
-    """Return all figures of a planetary set at its nominal torque, from the content of its `set.json`.
+    """Return all figures of a set at its nominal torque, from the content of its `set.json`.
 
     None where the file does not ask for them, or where a single planet is in no phase with another.
     """
+    if file.sections.gears:
+        return figures_of_train(file, data)
     orders = data["ste_harmonics_um"]
     return {
         "ste_mean_um": data["ste_mean_um"],
@@ -184,9 +187,18 @@ def _largest(values: Iterable[float | None]) -> float | None:
     known = [value for value in values if value is not None]
     return max(known) if known else None
 
+
+def _of_base(base: Path) -> Kind:
+    """Return the kind with the keys and the figures of a train, by the names of its gears; of planetary sets itself."""
+    _, said = read_sections(base)
+    if not said.gears:
+        return SETS
+    return replace(SETS, gear=said.gears[0].name, known=known_of(said, KNOWN), figures=figures_in(said), first=OF_TRAIN)
+
+
 SETS = Kind(
     key="set", gear="sun", sections=SetCampaign, known=KNOWN, first=FIRST, base_text=_base_text,
     figures=tuple(TABLE[key] for key in OF_SETS),
     complete=with_relations, text=text_of_design, why=why_infeasible, refuse=_refuse, seconds=_seconds, solve=_solve,
-    peaks=_peaks,
+    peaks=_peaks, of_base=_of_base,
 )  # fmt: skip

@@ -37,6 +37,11 @@ OF_SETS = (
     "contact_ratio_planet_ring", "overlap_ratio", "speed_ratio", "mesh_phase_pitches", "centre_distance_mm",
     "planets_gap_mm", "outside_diameter_mm", "mass_kg", "mass_sun_kg", "mass_planet_kg", "mass_ring_kg",
 )  # fmt: skip
+#: of trains on fixed axes: of the whole, then of each mesh and gear
+OF_TRAINS = (
+    *STE, "share_max", "k_h_beta", "flank_pressure_max_MPa", "line_load_max_N_per_mm", "contact_ratio",
+    "max_principal_MPa", "mass_kg",
+)  # fmt: skip
 OF_GEARBOXES = (
     "ste_mean_um", "ste_peak_to_peak_um", "ste_order_1_um", "k_h_beta", "f_beta_um", "flank_pressure_max_MPa",
     "root_stress_pinion_MPa", "root_stress_wheel_MPa", "k_gamma", "radial_force_N", "axial_force_N", "losses_W",
@@ -47,7 +52,7 @@ if TYPE_CHECKING:
     SetResultKey = str
     GearboxResultKey = str
 else:
-    ResultKey, SetResultKey = Literal[(*USUAL, *OF_RELIEF)], Literal[OF_SETS]
+    ResultKey, SetResultKey = Literal[(*USUAL, *OF_RELIEF)], Literal[(*OF_SETS, *OF_TRAINS)]
     GearboxResultKey = Literal[OF_GEARBOXES]
 # Ten times the work of a thousand cores in a day, at a minute for each design.
 MOST_DESIGNS = 10_000_000
@@ -229,10 +234,11 @@ class SetResults:
     Parameters
     ----------
     keys : tuple of str
-        In the units of their names; those of a mesh are the largest ones over the planets.
+        In the units of their names; those of a mesh are the largest ones over the planets. Of trains, of each mesh and
+        gear by its name.
     """
 
-    keys: tuple[SetResultKey, ...] = OF_SETS
+    keys: tuple[SetResultKey, ...] = tuple(dict.fromkeys((*OF_SETS, *OF_TRAINS)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -325,14 +331,15 @@ class PairCampaign(CampaignSections):
 
 @dataclass(frozen=True, kw_only=True)
 class SetCampaign(CampaignSections):
-    """A campaign file of planetary sets; `[designs]`, `[workers]` and `[store]` as in one of pairs.
+    """A campaign file of planetary sets or trains; `[designs]`, `[workers]` and `[store]` as in one of pairs.
 
     Parameters
     ----------
     title : str
         One line for the report; by default the name of the file.
     set : str
-        File of the base set, relative to this one: TOML, or REXS with a planetary stage.
+        File of the base set, relative to this one: TOML, or REXS with a planetary stage. Of trains designs change
+        sections of gears and pairs, `[sweep]`, and `gears.NAME.x_mm`, `y_mm` and the numbers of `[[gears]]`.
     designs, relations, results, workers, store
         One dataclass per section.
     """

@@ -79,9 +79,10 @@ def _untrained(case: Case) -> str:
 
 OF_CASES = (
     Limit(lambda case: case.reduction.shapes != "line_loads",
-          ("campaign", "design", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set"), _untrained),
+          ("campaign", "design", "duty", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set",
+           "tolerances"), _untrained),
     Limit(lambda case: case.flank != "drive",
-          ("exudyn", "fmu", "page", "rexs"),
+          ("exudyn", "fmu", "rexs"),
           "drive flanks: give [load] torque_Nm positive, and the coast flanks as a [[condition]]"),
     Limit(lambda case: any(m.pitch_deviations_um for m in (case.pinion_modification, case.wheel_modification)),
           ("exudyn", "fmu"), "no pitch deviations, with which it does not repeat each mesh cycle: leave them out"),
@@ -89,16 +90,22 @@ OF_CASES = (
           "external gears, and the wheel is a ring: take the pair alone"),
     Limit(lambda case: _nodes(case) > MOST_NODES, ("page",),
           lambda case: f"flanks of {MOST_NODES} nodes at most, and these have {_nodes(case)} nodes"),
-    Limit(lambda case: case.pair.wheel.rim_gives, ("classical", "exudyn", "fmu", "page", "rexs", "vtkhdf"),
+    Limit(lambda case: case.pair.wheel.rim_gives, ("classical", "exudyn", "fmu"),
           "rings that are rigid all over their outside: leave held and seats out of [wheel]"),
+    Limit(lambda case: case.pair.wheel.rim_gives, ("vtkhdf",),
+          "rings that are rigid all over their outside, as it shows one sector for all teeth, and between lugs each "
+          "stands otherwise: leave held and seats out of [wheel]"),
+    Limit(lambda case: case.pair.wheel.rim_gives, ("rexs",),
+          "rings that are rigid all over their outside, as a ring_gear of REXS 2.0 has no attribute of what holds it: "
+          "leave held and seats out of [wheel]"),
     Limit(lambda case: any(gear.body is not None for gear in _gears(case)), ("rexs",),
           "no body of one's own, a mesh or a matrix: give the blank by dimensions, or leave it out"),
     Limit(lambda case: any(gear.one_piece for gear in _gears(case)), ("rexs", "vtkhdf"),
           "gears that are rigid at their bores: leave one_piece out"),
-    Limit(lambda case: any(case.pair.holes), ("classical", "exudyn", "fmu", "page", "vtkhdf"),
+    Limit(lambda case: any(case.pair.holes), ("classical", "exudyn", "fmu"),
           "no holes, with which it does not repeat each mesh cycle: leave them out"),
-    Limit(_always, ("duty",), "sets and gearboxes, whose loads have hours: put the pair in a gearbox file"),
-    Limit(_always, ("tolerances",), "planets, whose errors share out the load: flanks of a pair scatter in a design"),
+    Limit(lambda case: any(case.pair.holes), ("vtkhdf",),
+          "no holes, as it shows one sector for all teeth, and beside holes each stands otherwise: leave them out"),
 )  # fmt: skip
 
 
@@ -125,11 +132,8 @@ def _one_way(file: Any) -> str:
 ALL_FE = "reduced models: line loads of all meshes at once are exact on full finite elements, and nothing is beside"
 OF_SETS = (
     Limit(_always, ("full",), ALL_FE),
-    Limit(lambda file: file.sections.gears, ("tolerances",),
-          "planets, whose errors share out the load: leave [tolerances] out of a train on fixed axes"),
-    Limit(lambda file: file.sections.gears, ("campaign",),
-          "planetary sets, whose teeth follow from their ratio: write a case for each mesh of the train"),
-    Limit(_always, ("page",), "one mesh at a time: change the file and run it again, finite elements are kept"),
+    Limit(lambda file: max(map(_nodes, file.cases.values())) > MOST_NODES, ("page",),
+          f"flanks of {MOST_NODES} nodes at most: lower [mesh] profile_elements or width_elements"),
     Limit(lambda file: file.sections.gears, ("rexs",),
           "planetary sets, not trains on fixed axes: describe the shafts in a gearbox file"),
     Limit(lambda file: "second_planet" in file.sections.members, ("rexs",),
@@ -137,23 +141,21 @@ OF_SETS = (
     Limit(lambda file: file.plan.clockwise, ("rexs",),
           "sets whose torque turns the sun counter-clockwise: give it the other sign"),
     Limit(_held_elsewhere, ("rexs",), "[supports] of sun and planets across alone: leave the others out"),
-    Limit(lambda file: not _is_default(file.sections.carrier), ("rexs",), "a rigid carrier: leave [carrier] out"),
+    Limit(lambda file: not _is_default(file.sections.carrier), ("rexs",),
+          "a rigid carrier, as a planet_carrier of REXS 2.0 has no stiffness: leave [carrier] out"),
     Limit(lambda file: file.sections.pins is not None and file.sections.pins.cheeks != "both", ("rexs",),
           'pins in both cheeks: write [pins] cheeks = "both"'),
     Limit(lambda file: not _is_default(file.sections.eccentricity), ("rexs",),
-          "gears that are centred: leave [eccentricity] out"),
+          "gears that are centred, as those of REXS 2.0 have no eccentricity: leave [eccentricity] out"),
     Limit(_one_way, ("rexs",),
           lambda file: f"gears of sets that are alike from both ends, and their teeth: no {_one_way(file)}"),
 )  # fmt: skip
 OF_GEARBOXES = (
     Limit(_always, ("full",), ALL_FE),
-    Limit(lambda file: not file.model.sets, ("tolerances",),
-          "planetary sets, whose errors share out the load: search a design of a mesh with its scatter"),
     Limit(lambda file: file.model.groups, ("page", "rexs"),
           "gears with one mesh each: run it without, bodies of gears that several meshes bend are solved there"),
     Limit(lambda file: file.model.turned, ("page",),
           "loads on one side of the flanks: write a gearbox file for each sense"),
-    Limit(lambda file: file.model.sets, ("page",), "meshes of pairs: leave [[sets]] out, they have files of their own"),
 )  # fmt: skip
 LIMITS: Mapping[str, tuple[Limit, ...]] = {"Case": OF_CASES, "SetFile": OF_SETS, "GearboxFile": OF_GEARBOXES}
 # What takes the parts of a machine one by one: what a case of it does not take, the machine does not either.

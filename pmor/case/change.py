@@ -3,12 +3,12 @@
 import json
 import tomllib
 from collections.abc import Mapping
-from dataclasses import asdict, fields, is_dataclass, replace
+from dataclasses import MISSING, asdict, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from pmor.case.coast import TORQUES, as_drawn, without_pitch
-from pmor.case.document import BLANK, COAST, CONDITION, GEARS, HOLES, MODIFICATION, flattened
+from pmor.case.document import BLANK, COAST, CONDITION, GEARS, HOLES, LOADS, MODIFICATION, flattened
 from pmor.case.gears import GearCase
 from pmor.case.loader import parse_case
 from pmor.case.reader import keys_of
@@ -75,6 +75,8 @@ def text_of(case: Case) -> str:
     except CaseError:
         pass
     document: dict[str, Any] = {"title": case.title, **sections_of(case)}
+    if case.loads:
+        document[LOADS] = [asdict(load) for load in case.loads]
     if case.conditions:
         listed = map(_shallow, case.conditions)
         document[CONDITION] = [condition | vars(condition.pop("misalignment")) for condition in listed]
@@ -104,7 +106,7 @@ def sections_of(case: Case) -> dict[str, dict[str, Any]]:
                     key: value for key, value in _shallow(flank).items() if value != getattr(default, key)
                 }
     rest = [name for name in SECTIONS if name not in sections and MODIFICATION not in name and BLANK not in name]
-    sections |= {name: asdict(getattr(case, name)) for name in rest}
+    sections |= {name: asdict(settings) for name in rest if (settings := getattr(case, name)) is not None}
     if coast:
         sections["load"]["torque_Nm"] = -case.torque_Nm
         for section, key in TORQUES:
@@ -124,7 +126,7 @@ def _changed(document: dict[str, Any], settings: Mapping[str, Any], where: str) 
     """Lay settings over a document, single keys first into the section that has them."""
     document = flattened(document)
     for key, value in flattened(settings).items():
-        if key in ("title", CONDITION):
+        if key in ("title", CONDITION, LOADS):
             document[key] = value
         elif key in SECTIONS and value is None and BLANK in key:
             document = {name: keys for name, keys in document.items() if not name.startswith(key)}
@@ -143,6 +145,41 @@ def laid_over(section: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str
     """Return the keys of a section with some changed, without others that said where a relief starts or ends."""
     replaced = other_places(key for key, value in values.items() if value is not None)
     return {key: value for key, value in section.items() if key not in replaced} | dict(values)
+
+
+def merged(document: Mapping[str, Any], settings: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """Return the sections of any file with some keys changed; None takes one away.
+
+    Of a list of sections with names a mapping changes those that it names: ``shafts={"input": {"start_mm": 5.0}}``.
+    """
+    found = laid_over(document, {})
+    for key, value in settings.items():
+        own, value = found.get(key), written(value)
+        if isinstance(own, list) and isinstance(value, Mapping):
+            names = [section.get("name") for section in own]
+            for name in value:
+                if name not in names:
+                    raise CaseError(f"{where}: {key}: {name}: no section has this name: {did_you_mean(name, names)}")
+            changes = (value.get(name, {}) for name in names)
+            value = [merged(section, more, where) for section, more in zip(own, changes, strict=True)]
+        elif isinstance(own, Mapping) and isinstance(value, Mapping):
+            value = merged(own, value, where)
+        found = laid_over(found, {key: value})
+    return {key: value for key, value in found.items() if value is not None}
+
+
+def written(value: Any) -> Any:
+    """Return a value as a file has it: of a section its keys that are not the defaults, its name first."""
+    if isinstance(value, tuple | list):
+        return [written(part) for part in value]
+    if not is_dataclass(value) or isinstance(value, Topography | type):
+        return value
+    keys = dict[str, Any]()
+    for item in fields(value):
+        own = getattr(value, item.name)
+        if own != (item.default if item.default_factory is MISSING else item.default_factory()):
+            keys[item.name] = written(own)
+    return {"name": keys.pop("name"), **keys} if "name" in keys else keys
 
 
 def _homes(key: str, document: Mapping[str, Any], where: str) -> tuple[str, ...]:
@@ -207,8 +244,8 @@ def _toml(value: Any) -> str:
         value = value.tolist()
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(_toml, value)) + "]"
-    if isinstance(value, Topography):
-        value = _shallow(value)
+    if is_dataclass(value):
+        value = _shallow(value) if isinstance(value, Topography) else written(value)
     if isinstance(value, Mapping):
         return "{" + ", ".join(_lines(value)) + "}"
     if isinstance(value, float):

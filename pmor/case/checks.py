@@ -13,6 +13,7 @@ from pmor.case.gears import GearCase, PairCase
 from pmor.case.models import other_models
 from pmor.case.rings import check_ring
 from pmor.case.schema import Case
+from pmor.case.tolerances import OVER_WIDTH
 from pmor.case.values import toml_text, wrong_unit_text
 from pmor.case.width import meshed_width
 from pmor.core.errors import CaseError
@@ -60,6 +61,7 @@ def check_together(case: Case, document: dict[str, Any], where: str) -> None:
     _check_sampling(case, where)
     _check_misalignment(case, where)
     _check_conditions(case, where)
+    _check_tolerances(case, where)
     _check_extrapolation(case, where)
     _check_allowances(pair.pinion, f"{where}: [pinion]")
     _check_allowances(pair.wheel, f"{where}: [wheel]")
@@ -356,6 +358,21 @@ def _check_conditions(case: Case, where: str) -> None:
                 f"largest training torque, {largest} N m: lower it, add a larger one to [offline] torques_Nm, or write "
                 f"{EXTRAPOLATE}"
             )
+
+
+def _check_tolerances(case: Case, where: str) -> None:
+    sizes = case.tolerances
+    if sizes is None:
+        return
+    if not sizes.scattering():
+        raise CaseError(
+            f"{where}: [tolerances]: scatters nothing: write a standard deviation, as helix_slope_um = 5.0"
+        )
+    if case.mesh.width == "plane_strain" and (over := sizes.scattering(OVER_WIDTH)):
+        raise CaseError(
+            f'{where}: [tolerances] {over[0]}: varies over the width, of which [mesh] width = "plane_strain" has one '
+            'section: write width = "whole", or leave it out'
+        )
 
 
 def refuse_uneven_load(case: Case, where: str) -> None:

@@ -9,7 +9,7 @@ GEARS = ("pinion", "wheel")
 MODIFICATION = "modification"
 BLANK, HOLES, MESH, MATRIX = "blank", "holes", "mesh", "matrix"
 COAST = "coast_modification"
-CONDITION = "condition"
+CONDITION, LOADS = "condition", "loads"
 
 
 def flattened(document: Mapping[str, Any], gears: Sequence[str] = GEARS) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pmor.case.values import toml_text
 from pmor.core.errors import CaseError
-from pmor.core.ranges import GRAMS_PER_CM3, Range, Torques
+from pmor.core.ranges import Density, Range, Torques
 
 DEGREES_OF_FREEDOM = (1, 6, 12)
 # Values that lists by direction hold, by the degrees of freedom.
@@ -85,7 +85,7 @@ class DynamicsCase:
     damping_ratio: Annotated[float, Range(0.0, 2.0, low_excluded=True)] = 0.02
     mesh_damping_N_s_mm: Annotated[float, Range(0.0, 1e9, "N s/mm", low_excluded=True)] | None = None
     backlash_um: Annotated[float, Range(0.0, 1e5, "um")] | None = None
-    density_kg_m3: Annotated[float, Range(100.0, 3e4, "kg/m3", mistaken_for=(GRAMS_PER_CM3,))] = 7810.0
+    density_kg_m3: Density = 7810.0
     pinion_inertia_kg_m2: Inertia | None = None
     wheel_inertia_kg_m2: Inertia | None = None
     pinion_shaft_inertia_kg_m2: Annotated[float, Range(0.0, 1e9, "kg m2")] = 0.0

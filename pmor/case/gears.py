@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 
 from pmor.case.blank import BlankCase
 from pmor.case.body import BodyCase, MatrixCase, repetition
-from pmor.core.ranges import METRES, PASCALS, RADIANS, TAKEN_OFF, Length, Range, Stiffness
+from pmor.core.ranges import METRES, RADIANS, TAKEN_OFF, Length, PoissonRatio, Range, Stiffness, YoungsModulus
 from pmor.gear.modification import Modification
 
 # Angles of lugs that are equal.
@@ -170,8 +170,8 @@ class GearCase:
     tip_chamfer_mm: Annotated[float, Range(0.0, 1e3, "mm", mistaken_for=(METRES,))] = 0.0
     tip_shortening_mm: Annotated[float, Range(0.0, 1e3, "mm", mistaken_for=(METRES,))] = 0.0
     tooth_thickness_allowance_um: Annotated[tuple[float, ...], Range(-1e4, 0.0, "um", mistaken_for=(TAKEN_OFF,))] = ()
-    youngs_modulus_GPa: Annotated[float, Range(1e-3, 1e4, "GPa", mistaken_for=PASCALS)] = 210.0
-    poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
+    youngs_modulus_GPa: YoungsModulus = 210.0
+    poisson_ratio: PoissonRatio = 0.3
     blank: BlankCase | None = None
     body: BodyCase | MatrixCase | None = None
 

@@ -8,12 +8,14 @@ from typing import Any
 
 from pmor.case.blank import BlankCase
 from pmor.case.body import UNITS, BodyCase, MatrixCase
+from pmor.case.capability import refuse_beyond
 from pmor.case.checks import check_together
 from pmor.case.coast import in_amounts, other_by_default, other_flank, without_pitch
-from pmor.case.document import BLANK, COAST, CONDITION, GEARS, HOLES, MATRIX, MESH, MODIFICATION, flattened
+from pmor.case.document import BLANK, COAST, CONDITION, GEARS, HOLES, LOADS, MATRIX, MESH, MODIFICATION, flattened
+from pmor.case.duty import TimedLoad, check_duty
 from pmor.case.gears import GearCase, PairCase
 from pmor.case.reader import NOTHING, Reader, parse_toml, read_text
-from pmor.case.schema import SECTIONS, Case, ConditionCase
+from pmor.case.schema import SECTIONS, Case, ConditionCase, OnlineCase
 from pmor.case.values import NO_LOAD, toml_text
 from pmor.core.errors import CaseError, printable
 from pmor.core.wording import suggesting
@@ -72,7 +74,7 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     where : str
         Name of the text in error messages, usually the path.
     folder : Path, optional
-        Base of the names of files in it; without it, it may not name any.
+        Base of the names of files in it; without it they are whole paths.
 
     Returns
     -------
@@ -82,7 +84,7 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     document, name = flattened(parse_toml(text, where)), printable(name)
     document, coast = in_amounts(document, where)
     reader = Reader(where, {key: kind for key, kind in SECTIONS.items() if COAST not in key}, folder)
-    names = ["title", *SECTIONS, CONDITION]
+    names = ["title", *SECTIONS, CONDITION, LOADS]
     for key in SECTIONS:
         reader.refuse_value(key, document.get(key, {}))
     reader.refuse_unknown({key: value for key, value in document.items() if key not in names}, names, "")
@@ -113,22 +115,36 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     compared: dict[str, Any] = {"torques_Nm": _multiples(torque_Nm, COMPARE_TORQUES)}
     if reduction.shapes == "line_loads" and set(section("compare", **compared).models or ()) <= {"line"}:
         compared = {"torques_Nm": _multiples(torque_Nm, COMPARED_LOADS), "angles": EXACT_ANGLES}
+    loads = tuple(reader.section(table, TimedLoad, LOADS) for table in reader.list_of(document.get(LOADS, []), LOADS))
+    check_duty(loads, reader.refuse)
     swept = [(others if coast else modifications), *((condition.pinion, condition.wheel) for condition in conditions)]
     case = Case(
         name=name, title=title, torque_Nm=torque_Nm, speed_rpm=load.speed_rpm, pair=pair,
         pinion_modification=modifications[0], wheel_modification=modifications[1], other_flanks=(others[0], others[1]),
-        conditions=conditions,
+        conditions=conditions, loads=loads, lubricant=section("lubricant"),
+        tolerances=section("tolerances") if "tolerances" in document else None,
         mesh=section("mesh", **across), contact=contact, misalignment=misalignment, reduction=reduction,
         offline=section("offline", torques_Nm=_multiples(torque_Nm, OFFLINE_TORQUES)),
-        online=section("online", torques_Nm=_multiples(torque_Nm, ONLINE_TORQUES), **_whole_period(pair, swept)),
+        online=_with_loads(
+            section("online", torques_Nm=_multiples(torque_Nm, ONLINE_TORQUES), **_whole_period(pair, swept)), loads
+        ),
         compare=section("compare", **compared),
         results=section("results", harris_torques_Nm=_multiples(torque_Nm, HARRIS_TORQUES)),
         dynamics=section("dynamics", torques_Nm=_multiples(torque_Nm, DYNAMICS_TORQUES)), output=section("output"),
         text=text
     )  # fmt: skip
     case = other_flank(case) if coast else case
+    if loads:
+        refuse_beyond(case, "duty", f"{where}: [[{LOADS}]]")
+    if case.tolerances is not None:
+        refuse_beyond(case, "tolerances", f"{where}: [tolerances]")
     check_together(case, document, where)
     return case
+
+
+def _with_loads(online: OnlineCase, loads: Sequence[TimedLoad]) -> OnlineCase:
+    """Return a sweep with the torques of a duty cycle among its own."""
+    return replace(online, torques_Nm=tuple(sorted({*online.torques_Nm, *(load.torque_Nm for load in loads)})))
 
 
 def _read_conditions(
@@ -175,15 +191,14 @@ def _with_blank(
         reader.refuse(f"[{name}] {key}", f"a {key} has its holes: leave holes out")
     place = f"[{name}] {key} = {toml_text(table[key])}"
     if isinstance(table[key], str):
-        if reader.folder is None:
-            reader.refuse(place, "there is no folder to look for it in: read the case from its file with load_case")
+        path = reader.beside(table[key], place)
         from pmor.case.body_matrix import body_matrix  # only where there is one
         from pmor.case.body_mesh import body_mesh
 
         unit = table.get("unit", "mm")
         try:
             read = body_mesh if key == MESH else body_matrix
-            content = read(reader.folder / table[key], unit if unit in UNITS else "mm")
+            content = read(path, unit if unit in UNITS else "mm")
         except CaseError as error:
             reader.refuse(place, str(error))
         table = {**table, key: content}

@@ -38,7 +38,7 @@ def other_models(case: Case) -> Iterator[tuple[Scheme, Case]]:
             mesh = case.mesh if contact.kind == "line" else of_linear_elements(case.mesh)
             yield scheme, replace(
                 case, name=f"{case.name}_{scheme}", mesh=mesh, contact=contact, reduction=reduction, conditions=(),
-                compare=alone,
+                loads=(), tolerances=None, compare=alone,
             )  # fmt: skip
 
 

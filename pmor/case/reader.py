@@ -128,7 +128,7 @@ class Reader:
     sections : mapping of str to type
         All sections of the format: an unknown key may belong in another one.
     folder : Path, optional
-        Base of the names of files; without it the file may not name any.
+        Base of the names of files; without it they are whole paths.
     """
 
     where: str
@@ -138,6 +138,13 @@ class Reader:
     def refuse(self, place: str, rule: str) -> NoReturn:
         """Raise `CaseError`."""
         raise CaseError(f"{self.where}: {place}: {rule}")
+
+    def beside(self, name: Path | str, place: str) -> Path:
+        """Return the path of a file that a key names; CaseError where there is no folder to look for it in."""
+        if self.folder is None and not Path(name).is_absolute():
+            rule = "there is no folder to look for it in: write its whole path, or read the file with pmor.load"
+            self.refuse(place, rule)
+        return (self.folder or Path()) / name
 
     def value(self, value: Any, hint: Any, place: str) -> Any:
         """Check one value against the annotation of its key."""
@@ -241,9 +248,7 @@ class Reader:
 
     def _topography(self, name: str, place: str) -> Topography:
         place = f"{place} = {toml_text(name)}"
-        if self.folder is None:
-            self.refuse(place, "there is no folder to look for it in: read the case from its file with load_case")
-        text = read_text(self.folder / name, "file beside the case", f"{self.where}: {place}")
+        text = read_text(self.beside(name, place), "file beside the case", f"{self.where}: {place}")
         try:
             return read_topography(text)
         except CaseError as error:

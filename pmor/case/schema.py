@@ -8,11 +8,13 @@ from dataclasses import asdict, dataclass, replace
 from typing import Annotated, Literal, Self
 
 from pmor.case.blank import BlankCase, HolesCase
+from pmor.case.duty import Lubricant, TimedLoad
 from pmor.case.dynamics import DynamicsCase
 from pmor.case.gears import GearCase, PairCase
 from pmor.case.reader import INLINE
+from pmor.case.tolerances import PairTolerances
 from pmor.case.training import OfflineCase, Positions, ReductionCase
-from pmor.core.ranges import Range, Torque, Torques
+from pmor.core.ranges import Range, SignedTorque, Torque, Torques
 from pmor.core.shown import html_table
 from pmor.gear.condition import Misalignment
 from pmor.gear.modification import UNMODIFIED, Modification
@@ -123,7 +125,7 @@ class ConditionCase:
     """
 
     name: str
-    torque_Nm: Annotated[float, Range(-1e12, 1e12, "N m")]
+    torque_Nm: SignedTorque
     misalignment: Annotated[Misalignment, INLINE]
     pinion: Modification
     wheel: Modification
@@ -142,7 +144,7 @@ class OnlineCase:
         revolution, or z / gcd(z, count) pitches, with pitch deviations of one gear its revolution, of both until the
         same two teeth meet again. `revolution`: one of the pinion. `hunting`: until the same two teeth meet again.
     torques_Nm : tuple of float
-        Torques in N m, increasing; the nominal one is among them.
+        Torques in N m, increasing; the nominal one is among them, and those of `[[loads]]` are.
     extrapolate : bool
         Allow torques and a misalignment beyond the training, where only the error bar tells the accuracy.
     """
@@ -262,6 +264,11 @@ class Case:
         Of the loaded flanks (sections `[pinion.modification]` and `[wheel.modification]`).
     conditions : tuple of ConditionCase
         Swept beside the case's own condition.
+    loads : tuple of TimedLoad
+        Of a duty cycle (sections `[[loads]]`).
+    lubricant : Lubricant
+    tolerances : PairTolerances or None
+        Without them no pairs are drawn.
     flank : {"drive", "coast"}
         Flanks that carry. A case of coast flanks is the mirrored pair (`pmor.case.coast`), its torques are amounts.
     other_flanks : (Modification, Modification)
@@ -278,6 +285,9 @@ class Case:
     pinion_modification: Modification = UNMODIFIED
     wheel_modification: Modification = UNMODIFIED
     conditions: tuple[ConditionCase, ...] = ()
+    loads: tuple[TimedLoad, ...] = ()
+    lubricant: Lubricant = Lubricant()
+    tolerances: PairTolerances | None = None
     flank: Literal["drive", "coast"] = "drive"
     other_flanks: tuple[Modification, Modification] = (UNMODIFIED, UNMODIFIED)
     mesh: MeshCase
@@ -383,5 +393,7 @@ SECTIONS: dict[str, type] = {
     "compare": CompareCase,
     "results": ResultsCase,
     "dynamics": DynamicsCase,
+    "lubricant": Lubricant,
+    "tolerances": PairTolerances,
     "output": OutputCase,
 }

@@ -39,9 +39,8 @@ def read_seats(
     ------
     CaseError
     """
-    assert reader.folder is not None
     where = f'[{section}] {key} = "{name}"'
-    text = read_text(reader.folder / name, "CSV file beside the file that names it", f"{reader.where}: {where}")
+    text = read_text(reader.beside(name, where), "CSV file beside the file that names it", f"{reader.where}: {where}")
     try:
         matrix = np.array([[float(cell) for cell in row] for row in csv.reader(io.StringIO(text)) if row])
     except ValueError as error:

@@ -14,6 +14,7 @@ from dataclasses import replace
 
 from pmor.case.capability import why_not
 from pmor.case.schema import Case, Width
+from pmor.case.tolerances import UNEVEN
 
 
 def mirrors_at_mid_width(case: Case) -> bool:
@@ -73,6 +74,8 @@ def _uneven(case: Case) -> bool:
         return True
     if case.reduction.trained:
         return False
+    if case.tolerances is not None and case.tolerances.scattering(UNEVEN):
+        return True
     misalignments = [case.misalignment, *(condition.misalignment for condition in case.conditions)]
     flanks = [case.pinion_modification, case.wheel_modification, *case.other_flanks]
     flanks += [flank for condition in case.conditions for flank in (condition.pinion, condition.wheel)]

@@ -187,12 +187,12 @@ class DesignFile:
 
 def source_text(source: Case | GearboxFile | SetFile) -> str:
     """Return the text of what a design starts from, files that it names included."""
-    return source.whole_text if isinstance(source, SetFile) else source.text
+    return source.text if isinstance(source, Case) else source.whole_text
 
 
 def pins_of(source: Case | GearboxFile | SetFile) -> dict[str, float]:
     """Return the standard deviations of pins of a set, by their keys; empty of all else."""
-    sizes = source.sections.tolerances if isinstance(source, SetFile) else None
+    sizes = source.sections.tolerances if isinstance(source, SetFile) and not source.sections.gears else None
     deviations = {key: getattr(sizes, key) for key in PINS} if sizes is not None else {}
     return {key: size for key, size in deviations.items() if size > 0.0}
 

@@ -10,6 +10,7 @@ from typing import Any
 from pmor.case import Case, change_case, check_flanks, load_case, without_models
 from pmor.case.capability import refuse_beyond
 from pmor.case.document import COAST, GEARS, MODIFICATION
+from pmor.case.duty import shares
 from pmor.case.flanks import EXTENTS
 from pmor.case.reader import Reader, checked, parse_toml, read_text, sections_in
 from pmor.case.values import toml_text
@@ -38,7 +39,6 @@ from pmor.pair.conditions import assembly_of
 from pmor.pair.model import gear_pair
 from pmor.pair.modifications import refuse_modifications_off_the_flank
 from pmor.rexs.files import load_gearbox, load_set
-from pmor.sets.duty import shares
 from pmor.sets.loader import SetFile, with_sections
 from pmor.sets.settings import SetSections
 

@@ -32,7 +32,7 @@ from pmor.line.full_model import solve_angle
 from pmor.line.layered_pair import LayeredPair
 from pmor.pair.blank import blank_below
 from pmor.pair.conditions import nominal_condition
-from pmor.pair.model import mesh_model, neighbouring_teeth, per_gear
+from pmor.pair.model import mesh_model, per_gear
 from pmor.penalty.pair import as_penalty
 from pmor.penalty.solve import solve_position
 from pmor.storage.atomic import atomic_path
@@ -145,7 +145,7 @@ def _volumes(case: Case) -> tuple[ElasticGear, ElasticGear]:
     mesh = mesh_model(case)
 
     def build(sector: SectorMesh, gear: GearCase) -> ElasticGear:
-        young, neighbours = gear.youngs_modulus_GPa * 1e3, neighbouring_teeth(mesh.meshed.pair)
+        young, neighbours = gear.youngs_modulus_GPa * 1e3, mesh.meshed.pair.neighbouring_teeth
         place, tooth = (0, mesh.meshed.pair.pinion) if sector is mesh.pinion else (1, mesh.meshed.pair.wheel)
         blank = blank_below(case, gear, tooth, sector, place)
         return elastic_gear(sector, young, gear.poisson_ratio, case.mesh.element, neighbours, True, blank=blank)

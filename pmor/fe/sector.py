@@ -110,6 +110,14 @@ class SectorMesh:
         """Whether the mesh ends in a plane of symmetry at mid width: forces on it count twice."""
         return self.width == "half"
 
+    def is_like(self, other: SectorMesh) -> bool:
+        """Return whether another sector has the same nodes and elements."""
+        return self is other or (
+            (self.teeth, self.width) == (other.teeth, other.width)
+            and np.array_equal(self.nodes, other.nodes)
+            and np.array_equal(self.elements, other.elements)
+        )
+
     @property
     def angular_pitch(self) -> float:
         """Angle from the right side face to the left one, rad; negative in an internal gear."""

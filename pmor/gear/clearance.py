@@ -74,7 +74,7 @@ def _fault(pair: GearPair, gear: int) -> _Fault | None:
     if clearance < -ROUNDED:
         below = f"{-clearance:.4g} mm below the {mate}'s root circle, the tip clearance must not be below 0"
         return _Fault(f"the {name}'s tip circle reaches {below}", -clearance)
-    gap, at = _least_gap(pair, gear)
+    gap, at = least_gap(pair, gear)
     if gap >= -ROUNDED:
         return None
     if at > form_radius(_own_and_mate(pair, gear)[1]):
@@ -192,27 +192,22 @@ def below_form_circle(pair: GearPair, gear: int) -> float:
     return max(0.0, length - pair.action_length)
 
 
-def corner_clearance(pair: GearPair, gear: int) -> float:
-    """Return the smallest gap between a gear's tip corner, or its edge, and the mate's flank and fillet, mm.
+def form_radius(tooth: Tooth) -> float:
+    """Return the radius at which the involute ends towards the root, mm; negative of an internal gear."""
+    return tooth.base_radius * math.hypot(1.0, tooth.form_roll_angle)
 
-    Negative where the corner cuts into the mate. The corner passes the mate's flank at a gap of 0 where the path of
-    contact ends at the tip.
+
+def least_gap(pair: GearPair, gear: int) -> tuple[float, float]:
+    """Return the smallest gap between a gear's tip corner, or its edge, and the mate, and where that is, mm.
+
+    The gap is negative where the corner cuts into the mate's flank or fillet, and 0 where the path of contact ends at
+    the tip; the place is the mate's signed radius.
 
     Parameters
     ----------
     gear : int
         Whose corner: 0 pinion, 1 wheel.
     """
-    return _least_gap(pair, gear)[0]
-
-
-def form_radius(tooth: Tooth) -> float:
-    """Return the radius at which the involute ends towards the root, mm; negative of an internal gear."""
-    return tooth.base_radius * math.hypot(1.0, tooth.form_roll_angle)
-
-
-def _least_gap(pair: GearPair, gear: int) -> tuple[float, float]:
-    """Smallest gap between a gear's tip corner and the mate, and the mate's signed radius at which it is, mm."""
     own, mate = _own_and_mate(pair, gear)
     # Within the mate's tip circle the corner is no further than this from the line of centres.
     cosine = own.tip_radius**2 + pair.centre_distance**2 - mate.tip_radius**2

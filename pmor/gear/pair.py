@@ -207,6 +207,11 @@ class GearPair:
         return math.floor(self.total_contact_ratio + 1.0 + ROUND_OFF_PITCHES) + 1
 
     @property
+    def neighbouring_teeth(self) -> int:
+        """How many neighbouring teeth can be loaded together with a tooth, contact beyond the path counted."""
+        return self.most_touching_pairs - 1
+
+    @property
     def pitch_point_radius(self) -> float:
         """Relative radius of curvature of the flanks at the pitch point, mm."""
         tangent = math.tan(self.working_pressure_angle)

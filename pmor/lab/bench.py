@@ -29,7 +29,7 @@ from pmor.lab.core.measures import ms_per_position, times_in_turn
 from pmor.lab.core.stages import measure_stages
 from pmor.line.layered_pair import layers_of
 from pmor.pair.conditions import conditions_of, nominal_condition
-from pmor.pair.model import elastic_model, neighbouring_teeth
+from pmor.pair.model import elastic_model
 from pmor.report.data_files import write_summary_json
 from pmor.report.markdown import write_markdown
 from pmor.report.page import machine
@@ -179,7 +179,7 @@ def offline_rows(case: Case) -> list[Row]:
     mesh, meshing = _timed(lambda: meshed_within_memory(case))
     gear = case.pair.pinion
     elastic = gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element
-    neighbours, layers = neighbouring_teeth(mesh.meshed.pair), layers_of(mesh.meshed)
+    neighbours, layers = mesh.meshed.pair.neighbouring_teeth, layers_of(mesh.meshed)
     columns = layers[0].columns if layers else 0
     # Once before the clock runs: first calls import and compile.
     elastic_gear(mesh.pinion, *elastic, neighbours, layer_columns=columns)

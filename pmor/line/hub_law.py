@@ -10,7 +10,7 @@ couple, N mm. Off a tip corner the direction turns a little, and c is the neares
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -61,9 +61,7 @@ def law_at(pair: LinePair, phi: FloatArray, condition: Condition, displacement: 
         Of both hubs, the rotations about their axes too, in axes of the pair, mm and rad.
     """
     standing = Hubs(np.zeros((len(displacement), len(displacement))), np.zeros(len(displacement)))
-    placed = LinePair(pair.meshed.on_hubs(standing), pair.compliance, pair.components, pair.supports).place(
-        phi, condition.misalignment
-    )
+    placed = replace(pair, meshed=pair.meshed.on_hubs(standing), kept=None).place(phi, condition.misalignment)
     columns = mesh_coordinates(pair.meshed.pair)
     rows = placed.hub_rows @ np.linalg.pinv(columns).T
     meshes = meshes_of([pair], np.array([[-1.0 / pair.base_radius, 0.0]]), np.array([[-1.0, 0.0]]))

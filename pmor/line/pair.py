@@ -36,6 +36,8 @@ class LinePair:
         Between sections of the flanks of teeth 0, 1, ... apart, of pinion and wheel, mm/N (`line_compliance_between`).
     components : int
         c, of displacement: 2 without, 3 with those along the axis.
+    flanks : two ndarrays
+        Compliance of the flanks, as in `pmor.body.flank_compliance.FlankCompliance`, that it is of.
     supports : two Support or None
         The part of low rank of the compliance of pinion and wheel.
     kept : dict, optional
@@ -46,6 +48,7 @@ class LinePair:
     meshed: LayeredPair
     compliance: tuple[FloatArray, FloatArray]
     components: int
+    flanks: tuple[FloatArray, FloatArray] = field(repr=False)
     supports: tuple[Support | None, Support | None] = (None, None)
     kept: dict[tuple[bytes, Misalignment], tuple[PlacedSections, PlacedSections]] | None = None
 

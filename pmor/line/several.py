@@ -288,12 +288,6 @@ class PlacedTrain:
         """Fill the flexibilities of sections, (A, N), in a workspace."""
         make_all_ready(self.lines, self.train.compliance_between, workspace, wanted.copy())
 
-    def levers_at(self, movement: FloatArray) -> FloatArray:
-        """Return l, turned where the pinion's corners carry, at movements (..., A, K): shape (..., A, N, K)."""
-        ahead = self.train.joined.ahead[self.train.joined.mesh]
-        further = np.maximum(movement @ ahead.T - self.lines.corner_advance, 0.0)
-        return np.asarray(self.rows + (self.lines.lever_slope * further)[..., None] * ahead)
-
     def _sections(
         self, workspace: Flexibility | None, pitch: int
     ) -> tuple[Lines, FloatArray, Meshes, Compliance, Flexibility]:

@@ -18,8 +18,9 @@ from pmor.core.arrays import FloatArray, IntArray
 from pmor.export.gear_surface import BEFORE, flank_columns, gear_rings, quads_between
 from pmor.gear.pair import GearPair
 from pmor.machine.coupled import SolvedLoad
+from pmor.machine.loaded import ABOUT_AXIS, LoadedGearbox, Supported
 from pmor.machine.mesh_force import MeshFrame
-from pmor.machine.model import ABOUT_AXIS, GearboxModel, LoadedGearbox, Supported
+from pmor.machine.model import GearboxModel
 from pmor.machine.set_bodies import gears_of_set, member_places
 from pmor.machine.settings import Shaft
 from pmor.results.flank_maps import flank_map

@@ -12,6 +12,7 @@ import numpy as np
 
 from pmor.body.bearing import check_bearing
 from pmor.case import Case
+from pmor.case.duty import check_duty
 from pmor.case.reader import Reader
 from pmor.case.values import did_you_mean
 from pmor.core.errors import PmorError
@@ -20,7 +21,6 @@ from pmor.machine.groups import ROUNDED_MM, alike_from_both_ends, same_gear
 from pmor.machine.model import GearboxModel, pinion_senses, set_torques
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.settings import HOUSING, Bearing, GearboxSections, LoadCase, Mesh, PlanetarySet, Shaft, ShaftSection
-from pmor.sets.duty import check_duty
 from pmor.sets.loader import SetFile
 
 # Of the largest torque through a set over all loads: none.

@@ -27,11 +27,13 @@ from pmor.machine.coupled_sets import SolvedSet, mean_wrenches, solved_sets
 from pmor.machine.fixed_point import Mixing
 from pmor.machine.groups import GroupKey, PlacedGroup, group_under, mesh_sweep
 from pmor.machine.hub_compliance import compliance_below
+from pmor.machine.loaded import ABOUT_AXIS, LoadedGearbox, Meshing, loaded
 from pmor.machine.mesh_force import MeshFrame
-from pmor.machine.model import ABOUT_AXIS, GearboxModel, LoadedGearbox, Meshing, loaded
+from pmor.machine.model import GearboxModel
 from pmor.machine.settings import LoadCase
 from pmor.machine.system import Equilibrium
 from pmor.pair.conditions import nominal_condition
+from pmor.pair.samples import Samples
 from pmor.results.sweep import SteSweep
 from pmor.sets.solution import SetSolution
 from pmor_online.mesh_error import with_mesh_error
@@ -70,6 +72,8 @@ class SolvedMesh(NamedTuple):
         Of both hubs without the rotation about their axes, in axes of the pair, mm and rad.
     sweep : SteSweep
         On its supports.
+    samples : Samples or None
+        Pairs within the tolerances of its case, on the same supports; none before they are drawn (`pmor.machine.run`).
     """
 
     meshing: Meshing
@@ -79,6 +83,7 @@ class SolvedMesh(NamedTuple):
     displacement: FloatArray
     sweep: SteSweep
     root_stress: RootStresses = None
+    samples: Samples | None = None
 
 
 class RigidMesh(NamedTuple):

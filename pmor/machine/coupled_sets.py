@@ -23,13 +23,14 @@ from pmor.line.hubs import HUB
 from pmor.line.several import GearTrain, Workspaces
 from pmor.machine.groups import GroupKey
 from pmor.machine.hub_compliance import compliance_below
-from pmor.machine.model import ABOUT_AXIS, LoadedGearbox, SetMeshing
+from pmor.machine.loaded import ABOUT_AXIS, LoadedGearbox, SetMeshing
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.system import ARM, Equilibrium
+from pmor.pair.samples import Samples
 from pmor.sets.kinematics import torque_ratios
-from pmor.sets.plan import InHousing, SetPlan
-from pmor.sets.solution import SetSolution, solve_on, solve_set, turned_housing, with_mesh_error
-from pmor.sets.tolerances import Samples, solve_samples
+from pmor.sets.plan import InHousing, SetPlan, turned_housing
+from pmor.sets.solution import SetSolution, solve_on, solve_set, with_mesh_error
+from pmor.sets.tolerances import solve_samples
 
 # Angles of a pitch over which the mean wrench of a set is found.
 MEAN_ANGLES = 16

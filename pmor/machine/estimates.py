@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from pmor.core.errors import PmorError
-from pmor.machine.model import GearboxModel, loaded
+from pmor.machine.loaded import loaded
+from pmor.machine.model import GearboxModel
 from pmor.machine.readings import carried
 
 # Loads and stiffness follow from each other: loads change little with it.

@@ -29,7 +29,7 @@ from pmor.machine.settings import GearPlace, Mesh, Shaft
 from pmor.pair.conditions import assembly_of
 from pmor.results.loads import SweepStates
 from pmor.results.sweep import SteSweep
-from pmor.sets.kinematics import Meeting, Placement, pair_direction
+from pmor.sets.kinematics import Meeting, Placement, placements
 from pmor.sets.model import SetBody, SetMesh, build_train
 from pmor.sets.plan import SetPlan
 from pmor.sets.solution import SetSolution, solve_set
@@ -184,9 +184,9 @@ def placed_group(
         name = f'gear at {gear.at_mm:g} mm of shaft "{gear.shaft}"'
         bodies.append(SetBody(name, name, float(x_mm), float(y_mm)))
     own = [pairs[mesh.name] for mesh in group.meshes]
-    meetings = [Meeting(pair, *ends) for pair, ends in zip(own, group.ends, strict=True)]
-    sides = [along * senses[mesh.name] for mesh in group.meshes]
-    placed = _placements(bodies, meetings, sides)
+    sides = [round(along * senses[mesh.name]) for mesh in group.meshes]
+    meetings = [Meeting(pair, *ends, side) for pair, ends, side in zip(own, group.ends, sides, strict=True)]
+    placed = placements([body.centre for body in bodies], meetings)
     turning = [body for body in range(len(bodies)) if body != group.ends[0][1]]
     free = np.zeros((len(turning), HUB * len(bodies)))
     free[np.arange(len(turning)), HUB * np.array(turning) + ROTATION] = 1.0
@@ -200,34 +200,6 @@ def placed_group(
     )  # fmt: skip
     key = GroupKey(group.meshes[0].name, tuple(senses[mesh.name] for mesh in group.meshes))
     return PlacedGroup(group, key, plan, placed, turn)
-
-
-def _placements(
-    bodies: Sequence[SetBody], meetings: Sequence[Meeting], sides: Sequence[float]
-) -> tuple[Placement, ...]:
-    """Place meshes that are a tree, from the first one on; a pinion is turned until its teeth meet a wheel's."""
-    turns, left = {meetings[0].pinion: (0.0, 1.0)}, list(range(len(meetings)))
-    found: dict[int, Placement] = {}
-    while left:
-        number = next(n for n in left if {meetings[n].pinion, meetings[n].wheel} & set(turns))
-        left.remove(number)
-        (pair, pinion, wheel), side = meetings[number], sides[number]
-        direction = pair_direction(bodies[pinion].centre, bodies[wheel].centre, pair)
-        ratio = pair.pinion.base_radius / pair.wheel.base_radius
-
-        def driven(start: float, pair: GearPair = pair, direction: float = direction, side: float = side) -> float:
-            return direction + side * (math.pi + pair.wheel_tooth_rotation(side * (start - direction)))
-
-        if pinion not in turns:
-            at, rate = turns[wheel]
-            misses = (driven(direction) - at) / pair.wheel.angular_pitch
-            turns[pinion] = direction + (misses - round(misses)) * pair.pinion.angular_pitch, -rate / ratio
-        start, rate = turns[pinion]
-        turns.setdefault(wheel, (driven(start), -rate * ratio))
-        misses = (driven(start) - turns[wheel][0]) / pair.wheel.angular_pitch
-        first_tooth = 0, round(side * misses)
-        found[number] = Placement(direction, side < 0.0, side * (start - direction), side * rate, first_tooth)
-    return tuple(found[number] for number in range(len(meetings)))
 
 
 def group_trains(

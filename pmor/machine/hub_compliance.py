@@ -9,7 +9,7 @@ from scipy.linalg import null_space
 
 from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray, IntArray
-from pmor.machine.model import ABOUT_AXIS, LoadedGearbox
+from pmor.machine.loaded import ABOUT_AXIS, LoadedGearbox
 from pmor.machine.system import ARM, Equilibrium, tangent_of
 
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from pmor.case.capability import why_not
-from pmor.case.reader import parse_toml
+from pmor.case import capability
+from pmor.case.duty import shares
 from pmor.machine.iso import unknown_arrangements
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import speeds_rpm
-from pmor.sets.duty import shares
 
 
 def left_out(file: GearboxFile) -> list[tuple[str, str]]:
-    """Return what results leave out of this gearbox by what it says: what, and why."""
+    """Return what results leave out of this gearbox and what cannot be asked of it: what, and why."""
     model, found = file.model, list[tuple[str, str]]()
     for name, why in unknown_arrangements(model):
         found.append((f"f_sh of ISO 6336-1:2006, {name}", why))
@@ -20,12 +19,16 @@ def left_out(file: GearboxFile) -> list[tuple[str, str]]:
             found.append((f"root stress, {name}", "[results] root_stress is off"))
         if not case.mesh.error_bar:
             found.append((f"error bar of the mesh, {name}", "it is asked for by mesh = { error_bar = true } there"))
+        if case.loads:
+            found.append((f"duty cycle of {name} alone", "loads are those of the gearbox"))
+        if name in model.shared and case.tolerances is not None:
+            found.append((f"tolerances, {name}", "one of its gears has several meshes"))
         if name in model.shared:
             found.append((f"the flank that fits, {name}", "one of its gears has several meshes"))
     for name, one in model.sets.items():
         if not all(case.mesh.error_bar for case in one.cases.values()):
             found.append((f"error bar of the mesh, {name}", "its file asks for it by [mesh] error_bar = true"))
-        if parse_toml(one.text, one.name).get("sweep", {}).get("torques_Nm"):
+        if one.sections.sweep.torques_Nm:
             found.append((f"torques of [sweep], {name}", "loads of the gearbox are those of its load cases"))
         if one.held != "carrier":
             found.append((f"unevenness of supports, {name}", "they turn against the carrier: their mean is taken"))
@@ -38,6 +41,4 @@ def left_out(file: GearboxFile) -> list[tuple[str, str]]:
         found.append(("duty cycle", "loads have neither fraction nor hours"))
     if all(bearing.inner is None for bearing in model.sections.bearings):
         found.append(("static safety of bearings", "none has its inner geometry"))
-    if why := why_not(file, "rexs"):
-        found.append(("gearbox.rexs", why))
-    return found
+    return [*found, *capability.left_out(file)]

@@ -14,14 +14,16 @@ from typing import Any
 import numpy as np
 
 from pmor.body.beam import NODE
-from pmor.case.capability import rule_of
+from pmor.case.capability import why_not
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.machine.coupled import MEAN_ANGLES, MOST_ROUNDS, SolvedLoad
-from pmor.machine.model import ABOUT_AXIS, AXIAL, BEARING_ROWS, RADIAL, TILT, LoadedGearbox, Supported, other_key
+from pmor.machine.loaded import ABOUT_AXIS, AXIAL, BEARING_ROWS, RADIAL, TILT, LoadedGearbox, Supported
+from pmor.machine.model import other_key
 from pmor.machine.system import ARM
-from pmor.report.live.section import Control, LiveSection, curve, live_mesh, notes, section_data
+from pmor.report.live.section import Control, LiveSection, curve, live_pair_mesh, notes, section_data
 from pmor.report.page import Heading
 from pmor.results.sweep import ste_mean_um
+from pmor.sets.live import set_section
 from pmor.work.live import live_pair
 from pmor_online.model import ReducedPair
 
@@ -37,11 +39,18 @@ STILL = -1
 
 
 def live_blocks(loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair]) -> list[Heading | LiveSection | str]:
-    """Return the blocks of the page that solve the gearbox; parameters as of `machine_section`."""
+    """Return the blocks of the page that solve the gearbox, and its sets; parameters as of `machine_section`."""
     found = machine_section(loads, pairs) if loads else None
-    if found is None:
-        return []
-    return [Heading("Change the gearbox"), f"Left out: {found}." if isinstance(found, str) else found]
+    blocks = list[Heading | LiveSection | str]()
+    if found is not None:
+        blocks = [Heading("Change the gearbox"), f"Left out: {found}." if isinstance(found, str) else found]
+    for solved in loads[0].sets if loads else ():
+        name, file = solved.meshing.settings.name, solved.meshing.file
+        why = why_not(file, "page")
+        text = f"On its shafts under the load case {loads[0].load.name}, with the torque that arrives there."
+        blocks += [Heading(f"Change the set {name}"), text]
+        blocks.append(f"Left out: {why}." if why else set_section(file, solved.solution))
+    return blocks
 
 
 def machine_section(loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair]) -> LiveSection | str | None:
@@ -54,8 +63,8 @@ def machine_section(loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair
     pairs : mapping of str to ReducedPair
         Of the meshes, by name.
     """
-    if loads[0].gearbox.sets:
-        return rule_of("GearboxFile", "page")
+    if not loads[0].meshes:
+        return None
     found, meshes = list[ReducedPair](), [mesh.meshing.settings.name for mesh in loads[0].meshes]
     for name in meshes:
         if other_key(name) in pairs:
@@ -65,18 +74,21 @@ def machine_section(loads: Sequence[SolvedLoad], pairs: Mapping[str, ReducedPair
         pair = live_pair(pairs[name])
         if not isinstance(pair, ReducedPair):
             return pair and f"mesh {name}: {pair}"
+        if any(pair.lines.supports):
+            return f"mesh {name}: its teeth differ, and shafts bend under the mean force of all of them"
         found.append(pair)
     shown = []
     for number, (name, pair) in enumerate(zip(meshes, found, strict=True)):
         curves = [curve(solved.meshes[number].sweep, 0) for solved in loads]
         rigid = loads[0].rigid[number]
-        shown.append(live_mesh(name, pair.basis.case, pair, float(ste_mean_um(rigid.sweep)[rigid.row]), curves))
+        shown.append(live_pair_mesh(name, pair, float(ste_mean_um(rigid.sweep)[rigid.row]), curves))
     machine = machine_data(loads)
     bearings = [0.0 if bearing["rigid"] else 1.0 for bearing in machine["bearings"]]
     setting = {"load": 0, "share": 1.0, "stiffness": 1.0, "give": 0.0, "bearings": bearings}
     data = section_data([data for _, data in shown], setting, machine)
     controls = tuple(_controls(loads, machine))
-    return LiveSection(controls, tuple(mesh for mesh, _ in shown), data, _note(loads, found))
+    names = tuple((name, number) for number, name in enumerate(meshes))
+    return LiveSection(controls, tuple(mesh for mesh, _ in shown), names, data, _note(loads, found))
 
 
 def machine_data(loads: Sequence[SolvedLoad]) -> dict[str, Any]:
@@ -90,7 +102,8 @@ def machine_data(loads: Sequence[SolvedLoad]) -> dict[str, Any]:
         whether all that it bears is `rigid`, and the keys that it `gives` then. `meshes`: `hubs`, the displacements of
         both, and the numbers of their `shafts`; `turned`: a rotation about the axis of each shaft. `loads`: `force` and
         `weight` on all displacements; rotations `held` by a torque; of each bearing its `stiffness` (6 x 6) and its
-        `force` at displacement 0; of each mesh its `axes` and the mean `wrench` on its hubs by a unit force.
+        `force` at displacement 0; of each mesh its `axes` and the mean `wrench` on its hubs by a unit force; of each
+        set what it does to its hubs by a unit torque, pairs of displacements and wrenches.
     """
     gearbox = loads[0].gearbox
     kept, whole = _kept(loads), gearbox.structure
@@ -123,9 +136,10 @@ def _kept(loads: Sequence[SolvedLoad]) -> BoolArray:
     kept = np.zeros(len(gearbox.load), dtype=bool)
     for bearing in gearbox.bearings:
         kept |= bearing.rows.any(axis=0)
-    for mesh in gearbox.meshes:
-        for hub in mesh.hubs:
-            kept[hub : hub + NODE] = True
+    hubs = [hub for mesh in gearbox.meshes for hub in mesh.hubs]
+    hubs += [hub for one in gearbox.sets for hub in one.hubs if hub is not None]
+    for hub in hubs:
+        kept[hub : hub + NODE] = True
     for solved in loads:
         for held in solved.gearbox.balances:
             kept |= held != 0.0
@@ -173,9 +187,13 @@ def _load(solved: SolvedLoad, kept: BoolArray, inside: FloatArray, place: IntArr
         for mesh in solved.meshes
     ]
     held = [int(place[row.argmax()]) for row in gearbox.balances]
+    sets = [
+        [[int(place[hub + way]), float(value)] for hub, wrench in zip(one.hubs, one.wrenches, strict=True)
+         if hub is not None for way, value in enumerate(wrench)] for one in gearbox.sets
+    ]  # fmt: skip
     return {
         "name": solved.load.name, "force": force.tolist(), "weight": weight.tolist(), "held": held,
-        "bearings": bearings, "meshes": meshes,
+        "bearings": bearings, "meshes": meshes, "sets": sets,
     }  # fmt: skip
 
 
@@ -206,6 +224,10 @@ def _note(loads: Sequence[SolvedLoad], pairs: Sequence[ReducedPair]) -> str:
     if any(bearing.inner is not None for bearing in loads[0].gearbox.bearings):
         found.append(
             "Rolling bearings count by their stiffness under the solved load case: exact there, a tangent elsewhere."
+        )
+    if loads[0].sets:
+        found.append(
+            "Sets press on their shafts as under the solved load case, in the ratio of their torque: exact there."
         )
     for pair, mesh in zip(pairs, loads[0].meshes, strict=True):
         found += notes(pair.basis.case, pair.meshed, len(mesh.sweep.phi_rad))

@@ -35,7 +35,7 @@ class GearboxFile:
     name : str
         Stem of the file name.
     text : str
-        Of the file and of the cases that it names.
+        Of the file; empty of one in REXS.
     cases : dict of str to Case
         Of the meshes, ready to be trained.
     inputs : tuple of Path
@@ -50,6 +50,13 @@ class GearboxFile:
     cases: dict[str, Case]
     inputs: tuple[Path, ...]
     notes: tuple[str, ...] = ()
+
+    @property
+    def whole_text(self) -> str:
+        """Text of the gearbox file and of those that it names."""
+        texts = [self.text or repr(self.model.sections), *(case.text for case in self.cases.values())]
+        housing = [] if self.model.housing is None else [repr(self.model.housing.tolist())]
+        return "\n".join([*texts, *(one.whole_text for one in self.model.sets.values()), *housing])
 
     @property
     def angles_per_pitch(self) -> int:
@@ -77,33 +84,42 @@ def load(path: Path | str, read_set: Callable[[Path, OnShafts], SetFile] = load_
         One line with file, place, rule and remedy.
     """
     path = Path(path)
-    where, name = str(path), printable(path.stem)
-    reader = GearboxReader(where, sections_in(GearboxSections), path.parent)
-    text = read_text(path, "gearbox file")
+    return parse_gearbox(read_text(path, "gearbox file"), printable(path.stem), str(path), (path,), read_set)
+
+
+def parse_gearbox(
+    text: str, name: str, where: str, inputs: tuple[Path, ...] = (),
+    read_set: Callable[[Path, OnShafts], SetFile] = load_set,
+) -> GearboxFile:  # fmt: skip
+    """Check the text of a gearbox file; `where` names it in messages.
+
+    Raises
+    ------
+    CaseError, GeometryError
+    """
+    reader = GearboxReader(where, sections_in(GearboxSections), inputs[0].parent if inputs else None)
+    folder = reader.folder or Path()
     said = reader.section(parse_toml(text, where), GearboxSections, filled={"title": name})
     reader.check(said)
     cases = {mesh.name: placed_case(_case(reader, mesh), reader, mesh, said) for mesh in said.meshes}
     sets = {one.name: _set(reader, one, read_set) for one in said.sets}
-    model, inputs = model_of(said, cases, sets), [path, *(path.parent / mesh.case for mesh in said.meshes if mesh.case)]
-    inputs += [path.parent / one.set for one in said.sets]
+    model, files = model_of(said, cases, sets), list(inputs[:1])
+    files += [folder / mesh.case for mesh in said.meshes if mesh.case] + [folder / one.set for one in said.sets]
     torques = largest_torques(model)
     model = replace(model, sets={one.name: _set(reader, one, read_set, torques[one.name]) for one in said.sets})
     inside = [mesh for mesh in said.meshes if mesh.case is None and torques[mesh.name] > 0.0]
     cases |= {mesh.name: placed_case(_case(reader, mesh, torques[mesh.name]), reader, mesh, said) for mesh in inside}
-    texts = [text, *(case.text for case in cases.values()), *(one.whole_text for one in sets.values())]
     reader.check_gears(model, cases)
     reader.check_turned(model)
     model, read = with_housing(model, reader)
-    inputs += read
-    texts += [path.read_text(encoding="utf-8-sig") for path in read]
+    files += read
     model, notes = with_estimates(model)
-    return GearboxFile(name, "\n".join(texts), model, cases, tuple(dict.fromkeys(inputs)), tuple(notes))
+    return GearboxFile(name, text, model, cases, tuple(dict.fromkeys(files)), tuple(notes))
 
 
 def with_housing(model: GearboxModel, reader: GearboxReader) -> tuple[GearboxModel, list[Path]]:
     """Return a gearbox on the housing that its file names, and the files of its matrices."""
     housing, each = model.sections.housing, "bearing to the housing"
-    assert reader.folder is not None
     named = {key: name for key in ("stiffness", "mass", "surface") if (name := getattr(housing, key)) is not None}
     if not named:
         return model, []
@@ -114,18 +130,18 @@ def with_housing(model: GearboxModel, reader: GearboxReader) -> tuple[GearboxMod
     others = {key: read_seats(reader, "housing", name, model.seats, each, key, len(stiffness))
               for key, name in named.items()}  # fmt: skip
     moving = HousingMatrices(stiffness, **others)
-    files = [reader.folder / name for name in (housing.stiffness, *named.values())]
+    files = [reader.beside(name, "[housing]") for name in (housing.stiffness, *named.values())]
     return replace(model, housing=moving.at_seats(model.seats), housing_matrices=moving), files
 
 
 def _case(reader: GearboxReader, mesh: Mesh, torque_Nm: float = 1.0) -> Case:
     """Return the case that a mesh names, with its changes; without one that of its own sections, under a torque."""
-    assert reader.folder is not None
+    where = f'{reader.where}: [[meshes]] "{mesh.name}"'
     if mesh.case is not None:
-        case = load_case(reader.folder / mesh.case)
+        case = load_case(reader.beside(mesh.case, f'[[meshes]] case = "{mesh.case}"'))
         return change_case(case, **mesh.sections) if mesh.sections else case
     text = changed_text("", {"load": {"torque_Nm": torque_Nm}, **mesh.sections})
-    return parse_case(text, mesh.name, f'{reader.where}: [[meshes]] "{mesh.name}"', reader.folder)
+    return parse_case(text, mesh.name, where, reader.folder)
 
 
 def _set(
@@ -133,9 +149,9 @@ def _set(
     most_Nm: float | None = None,
 ) -> SetFile:  # fmt: skip
     """Return a set on its shafts, under a largest torque on its sun."""
-    assert reader.folder is not None
+    path = reader.beside(one.set, f'[[sets]] set = "{one.set}"')
     with reader.named(one):
-        found = read_set(reader.folder / one.set, OnShafts(tuple(one.members), most_Nm))
+        found = read_set(path, OnShafts(tuple(one.members), most_Nm))
     reader.check_set(one, found)
     return found
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from itertools import chain
 
 import numpy as np
 
@@ -16,16 +17,16 @@ from pmor.machine.left_out import left_out
 from pmor.machine.loader import GearboxFile
 from pmor.machine.readings import Data, duty_entry, load_data
 from pmor.machine.view import machine_figure
-from pmor.report.page import Block, Picture, Warning
+from pmor.pair.losses import duty_data
+from pmor.report.data_sheet import data_sheets
+from pmor.report.machine_tables import LOSS_COLUMNS, LOSSES, of_gear, spectrum_tables, tolerance_table
+from pmor.report.page import THEMES, Block, Picture, Warning, by_theme, themed
 from pmor.report.table import Column, Columns, Table, heads, screen_text, table, told_tables
 from pmor.results.load_distribution import PRESSURE
 from pmor.results.root_stress import GEARS
-from pmor.sets.duty import duty_data
 from pmor.sets.figures import set_figure, share_figure
-from pmor.sets.output import LOSS_COLUMNS, LOSSES, PLANET_COLUMNS, PLANETS, of_gear, spectrum_tables
-from pmor.sets.output import MESH_COLUMNS as MESHES_OF_SET
-from pmor.sets.output import STRESS as SET_STRESS
-from pmor.sets.output import STRESS_COLUMNS as SET_STRESS_COLUMNS
+from pmor.sets.output import tables_of_sets
+from pmor.sets.preview import pairs_of
 from pmor.work.results import Report
 
 #: files of a result beside the bases of its meshes
@@ -56,7 +57,6 @@ SET_COLUMNS: Columns = {
     **heads("losses_W"),
 }  # fmt: skip
 OF_SET: Columns = {"load": "load", "set": "set"}
-SET_MESH_COLUMNS: Columns = {**OF_SET, **MESHES_OF_SET, "K_Hβ, rigid": "rigid_k_h_beta"}
 POWER_COLUMNS: Columns = {"load": "name", **heads("power_W", "losses_W", "efficiency")}
 DUTY_COLUMNS: Columns = {**POWER_COLUMNS, **heads("fraction", "hours")}
 
@@ -122,9 +122,11 @@ SETS = (
     "its parts: bearings with what they stand in, shafts that bend between them, and teeth with pins and wind-up. "
     "Rigid: the same set with the hubs of sun, carrier and ring held."
 )
-SET_MESHES = (
-    "Phase: where in its mesh cycle each mesh is at angle 0. K_Hβ: over all mesh cycles; rigid: with the hubs of sun, "
-    f"carrier and ring held. Pressure: {PRESSURE}."
+MESHES = (
+    "STE mean by its parts: bearings with what they stand in, shafts that bend between them (their twist left "
+    "out), and what is left, of teeth. Rigid: the same pair on rigid supports. Slices: those of other programs, which "
+    f"do not feel each other, of {SLICE_STIFFNESS:g} N/(mm µm), under the same tilt and flanks; kinks and ends load "
+    f"teeth more than that. Pressure: {PRESSURE}."
 )
 POWER = "What enters, and what the meshes lose."
 DUTY = "All: means by time, the efficiency that of the work."
@@ -153,17 +155,20 @@ def gearbox_report(file: GearboxFile, loads: Sequence[SolvedLoad], data: Data) -
     """Return numbers and page."""
     blocks: list[Block] = [*map(Warning, (*data["failures"], *data["bounds"]))]
     if loads:
-        first, *others = _tables(data)
+        cases, pairs = dict(file.cases), dict(file.model.pairs)
+        for name, one in file.model.sets.items():
+            cases |= {f"{name}, {mesh}": case for mesh, case in one.cases.items()}
+            pairs |= {f"{name}, {mesh}": pair for mesh, pair in pairs_of(one).items()}
+        of_sets = [_set_pictures(loads, number) for number in range(len(loads[0].sets))]
         blocks += [
-            first,
+            _first_table(data),
             Picture("machine.png", "The machine under the first load, deflections exaggerated: axes at rest "
                     "(dash-dotted) and deflected. Bearings are grey, their size made up where it is not given.",
                     machine_figure(file.model, loads[0])),
             Picture("deflection.png", "Shafts at rest, gears in outline, and their deflection lines under the first "
                     "load; bearings are triangles.", deflection_figure(file.model, loads[0]), "svg"),
-            *(_mesh_pictures(loads) if loads[0].meshes else ()),
-            *(picture for number in range(len(loads[0].sets)) for picture in _set_pictures(loads, number)),
-            *others,
+            *themed({"Gear data": data_sheets(cases, pairs)}, _mesh_pictures(loads) if loads[0].meshes else {},
+                    *of_sets, _tables(data)),
         ]  # fmt: skip
     housing = "the housing is rigid" if file.model.housing is None else "the housing is the stiffness of its seats"
     blocks += [
@@ -176,13 +181,13 @@ def gearbox_report(file: GearboxFile, loads: Sequence[SolvedLoad], data: Data) -
     return Report("gearbox", data, f"Gearbox: {file.model.sections.title}", blocks)
 
 
-def _mesh_pictures(loads: Sequence[SolvedLoad]) -> list[Picture]:
-    return [
-        Picture("face_load.png", "Line load over the face, added up over tooth pairs; dotted: on rigid supports.",
-                face_load_figure(loads), "svg"),
-        Picture("ste.png", "Static transmission error over all pitches about its mean; dotted: on rigid supports.",
-                ste_figure(loads), "svg"),
-    ]  # fmt: skip
+def _mesh_pictures(loads: Sequence[SolvedLoad]) -> dict[str, list[Picture]]:
+    face = "Line load over the face, added up over tooth pairs; dotted: on rigid supports."
+    ste = "Static transmission error over all pitches about its mean; dotted: on rigid supports."
+    return {
+        "Flanks": [Picture("face_load.png", face, face_load_figure(loads), "svg")],
+        "Transmission error": [Picture("ste.png", ste, ste_figure(loads), "svg")],
+    }
 
 
 def set_files(file: GearboxFile) -> tuple[str, ...]:
@@ -190,7 +195,7 @@ def set_files(file: GearboxFile) -> tuple[str, ...]:
     return tuple(f"set_{name}_{what}" for name in file.model.sets for what in SET_FILES)
 
 
-def _set_pictures(loads: Sequence[SolvedLoad], number: int) -> list[Picture]:
+def _set_pictures(loads: Sequence[SolvedLoad], number: int) -> dict[str, list[Picture]]:
     first, one = loads[0], loads[0].sets[number]
     name, solution = one.meshing.settings.name, one.solution
     of, names = f"of set {name} under {first.load.name}", [f"set_{name}_{what}" for what in SET_FILES]
@@ -205,12 +210,13 @@ def _set_pictures(loads: Sequence[SolvedLoad], number: int) -> list[Picture]:
         f"Static transmission error of set {name}: mean of all mesh cycles, within their limits, and its orders; "
         "dotted: on rigid supports."
     )
-    return [*found, Picture(names[2], words, set_ste_figure(loads, number), "svg")]
+    ste = Picture(names[2], words, set_ste_figure(loads, number), "svg")
+    return {"Stiffness and load sharing": found, "Transmission error": [ste]}
 
 
 def gearbox_text(data: Data) -> str:
     """Return the tables for the screen."""
-    tables = _tables(data) if data["loads"] else []
+    tables = [_first_table(data), *chain(*by_theme(_tables(data)).values())] if data["loads"] else []
     return screen_text(f"Gearbox: {data['title']}", tables, data, (*data["failures"], *data["bounds"]))
 
 
@@ -223,44 +229,42 @@ def _power_table(data: Data) -> Table:
     return table("Power", DUTY_COLUMNS, [*timed, {"name": "all", "fraction": 1.0, **duty}], f"{POWER} {DUTY}")
 
 
-def _tables(data: Data) -> list[Table]:
-    def rows(key: str) -> list[Data]:
-        return [{"load": load["name"], **entry} for load in data["loads"] for entry in load[key]]
+def _rows(data: Data, key: str) -> list[Data]:
+    return [{"load": load["name"], **entry} for load in data["loads"] for entry in load[key]]
 
-    def of_sets(key: str) -> list[Data]:
-        return [{**entry, "load": one["load"], "set": one["name"]} for one in sets for entry in one[key]]
 
-    meshes, sets, found = rows("meshes"), rows("sets"), list[Table]()
-    if meshes:
-        words = (
-            "STE mean by its parts: bearings with what they stand in, shafts that bend between them (their twist left "
-            f"out), and what is left, of teeth. Rigid: the same pair on rigid supports. Slices: "
-            f"those of other programs, which do not feel each other, of {SLICE_STIFFNESS:g} N/(mm µm), under the same "
-            f"tilt and flanks; kinks and ends load teeth more than that. Pressure: {PRESSURE}."
-        )
-        found += [
-            table("Misalignment of the meshes", MISALIGNMENT_COLUMNS, meshes, MISALIGNMENT),
-            table("Transmission error and load", MESH_COLUMNS, meshes, words),
-        ]
-    if sets:
-        found += [
-            table("Planetary sets", SET_COLUMNS, sets, SETS),
-            table("Planets", {**OF_SET, **PLANET_COLUMNS}, of_sets("planets"), PLANETS),
-            table("Meshes of planetary sets", SET_MESH_COLUMNS, of_sets("meshes"), SET_MESHES),
-        ]
-    if set_stress := of_sets("root_stress"):
-        found.append(table("Root stress of planetary sets", {**OF_SET, **SET_STRESS_COLUMNS}, set_stress, SET_STRESS))
-    if stressed := [mesh for mesh in meshes if mesh["root_stress_max_MPa"]]:
-        found.append(table("Root stress", STRESS_COLUMNS, stressed, STRESS))
-    if crude := [mesh for mesh in meshes if mesh["iso_f_sh_um"] is not None]:
-        found.append(table("Beside ISO 6336-1:2006", ISO_COLUMNS, crude, ISO))
-    joints = [*meshes, *({**mesh, "name": f"{mesh['set']}: {mesh['name']}"} for mesh in of_sets("meshes"))]
-    if any(mesh["losses_W"] is not None for mesh in joints):
-        found += [table("Losses of the meshes", {**OF_MESH, **LOSS_COLUMNS}, joints, LOSSES), _power_table(data)]
-    if data["duty"]:
-        found += spectrum_tables(data["duty"])
-    if data["fits"]:
-        found.append(table("The flank that fits", FIT_COLUMNS, data["fits"], FIT))
-    if rolling := [bearing for bearing in rows("bearings") if "loaded_elements" in bearing]:
-        found.append(table("Rolling elements", ROLLING_COLUMNS, rolling, ROLLING))
-    return [*found, table("Bearings", BEARING_COLUMNS, rows("bearings"), BEARINGS)]
+def _first_table(data: Data) -> Table:
+    if meshes := _rows(data, "meshes"):
+        return table("Misalignment of the meshes", MISALIGNMENT_COLUMNS, meshes, MISALIGNMENT)
+    return table("Planetary sets", SET_COLUMNS, _rows(data, "sets"), SETS)
+
+
+def _tables(data: Data) -> dict[str, list[Table]]:
+    """Tables but the first one, by theme."""
+    meshes, sets = _rows(data, "meshes"), [{**one, "set": one["name"]} for one in _rows(data, "sets")]
+    found = {theme: list[Table]() for theme in THEMES}
+
+    def add(theme: str, title: str, columns: Columns, rows: list[Data], words: str) -> None:
+        if rows:
+            found[theme].append(table(title, columns, rows, words))
+
+    add("Transmission error", "Transmission error and load", MESH_COLUMNS, meshes, MESHES)
+    add("Transmission error", "Planetary sets", SET_COLUMNS, sets if meshes else [], SETS)
+    add("Root stress", "Root stress", STRESS_COLUMNS, [mesh for mesh in meshes if mesh["root_stress_max_MPa"]], STRESS)
+    crude = [mesh for mesh in meshes if mesh["iso_f_sh_um"] is not None]
+    add("Flanks", "Beside ISO 6336-1:2006", ISO_COLUMNS, crude, ISO)
+    add("Flanks", "The flank that fits", FIT_COLUMNS, data["fits"], FIT)
+    of_sets = [{**mesh, "load": one["load"], "name": f"{one['set']}: {mesh['name']}"} for one in sets
+               for mesh in one["meshes"]]  # fmt: skip
+    losses = "Losses and duty cycle"
+    if any(mesh["losses_W"] is not None for mesh in (*meshes, *of_sets)):
+        add(losses, "Losses of the meshes", {**OF_MESH, **LOSS_COLUMNS}, [*meshes, *of_sets], LOSSES)
+        found[losses].append(_power_table(data))
+    found[losses] += spectrum_tables(data["duty"]) if data["duty"] else []
+    drawn = {f"{one['load']}, {one['name']}": one["tolerances"] for one in (*meshes, *sets) if one["tolerances"]}
+    found["Tolerances"] += [tolerance_table(drawn, "pairs or sets")] if drawn else []
+    bearings = _rows(data, "bearings")
+    rolling = [bearing for bearing in bearings if "loaded_elements" in bearing]
+    add("Shafts and bearings", "Rolling elements", ROLLING_COLUMNS, rolling, ROLLING)
+    add("Shafts and bearings", "Bearings", BEARING_COLUMNS, bearings, BEARINGS)
+    return by_theme(tables_of_sets(sets, OF_SET, " of planetary sets") if sets else {}, found)

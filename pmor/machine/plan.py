@@ -5,19 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from pmor.case import Case, capability
+from pmor.case import Case
+from pmor.case.duty import shares
 from pmor.case.width import sections_across, whole_width
 from pmor.core.errors import ConvergenceError
-from pmor.core.memory import memory_text
-from pmor.core.progress import format_time
 from pmor.gear.pair import GearPair
 from pmor.machine.coupled import MEAN_ANGLES
 from pmor.machine.coupled_sets import MEAN_PLACES
 from pmor.machine.left_out import left_out
+from pmor.machine.loaded import loaded
 from pmor.machine.loader import GearboxFile
-from pmor.machine.model import loaded, pinion_torques, set_torques
+from pmor.machine.model import pinion_torques, set_torques
 from pmor.machine.settings import Bearing
-from pmor.sets.duty import shares
 from pmor.sets.preview import SWEEP, refuse_large_set, stages_of_set
 from pmor.work.cost import (
     COMPILING,
@@ -26,10 +25,12 @@ from pmor.work.cost import (
     PAGE_BYTES,
     START,
     Stage,
+    left_out_lines,
     loaded_bytes,
+    plan_text,
     refuse_beyond_memory,
+    stage_lines,
     stages,
-    whole,
 )
 
 TRAINING = "training"
@@ -52,10 +53,8 @@ def plan(file: GearboxFile) -> str:
         refuse_beyond_memory(_alone(case))
     for one in file.model.sets.values():
         refuse_large_set(one)
-    found = _machine(file), _meshes(file), _sets(file), _loads(file), _cost(file), _left_out(file)
-    parts = [list(lines) for lines in found]
-    parts.append([f"! {note}" for note in file.notes])
-    return "\n\n".join("\n".join(lines) for lines in parts if lines)
+    parts = _machine(file), _meshes(file), _sets(file), _loads(file), _cost(file), left_out_lines(left_out(file))
+    return plan_text([*parts, [f"! {note}" for note in file.notes]])
 
 
 def _alone(case: Case) -> Case:
@@ -125,7 +124,7 @@ def _loads(file: GearboxFile) -> Iterator[str]:
             yield f"  ! {error}"
 
 
-def _cost(file: GearboxFile) -> Iterator[str]:
+def _cost(file: GearboxFile) -> list[str]:
     loads, held = len(file.model.sections.loads), 0  # bases that are there are held to the end
     found, more = list[Stage](), list[tuple[str, float]]()
     for name, case in file.cases.items():
@@ -154,17 +153,9 @@ def _cost(file: GearboxFile) -> Iterator[str]:
     held += of_sets + KERNEL_BYTES
     found += [Stage(name, held, seconds) for name, seconds in more]
     found.append(Stage("page", held + PAGE_BYTES, PAGE_S))
-    yield "Stages: peak memory and time of one core, within a factor of two; bases that are there take none"
-    for stage in (*found, whole(found)):
-        yield f"  {stage.name:<34} {memory_text(stage.memory):>8}  {format_time(stage.seconds):>12}"
+    return stage_lines(found, "; bases that are there take none")
 
 
 def _position_seconds(pair: GearPair, case: Case) -> float:
     sections = sections_across(whole_width(case))  # hubs tilt
     return POSITION_S + SECTIONS_S * (pair.total_contact_ratio * sections) ** 2
-
-
-def _left_out(file: GearboxFile) -> Iterator[str]:
-    yield "Left out: what, because"
-    for what, why in (*left_out(file), *capability.left_out(file)):
-        yield f"  {what:<34} {why}"

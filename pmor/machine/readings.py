@@ -11,24 +11,28 @@ import numpy as np
 from pmor.body.beam import NODE
 from pmor.body.rolling_bearing import BearingState
 from pmor.case import Case
+from pmor.case.duty import Lubricant
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.machine.coupled import RigidMesh, RootStresses, SolvedLoad, SolvedMesh
 from pmor.machine.coupled_sets import SolvedSet
 from pmor.machine.iso import CrudeMisalignment, crude_misalignment, sliced_k_h_beta
+from pmor.machine.loaded import LoadedGearbox, Supported
 from pmor.machine.mesh_force import f_beta_um
-from pmor.machine.model import GearboxModel, LoadedGearbox, Supported, speeds_rpm
+from pmor.machine.model import GearboxModel, speeds_rpm
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.settings import LoadCase
 from pmor.machine.ste_parts import parts_data, set_ste_parts, ste_parts
 from pmor.machine.system import Equilibrium
-from pmor.pair.losses import Lubricant, mesh_losses, per_second, total
+from pmor.pair.losses import mesh_losses, per_second, total
+from pmor.pair.samples import sample_data
 from pmor.results.load_distribution import line_states
 from pmor.results.quantities import figures_of_mesh
 from pmor.results.sweep import SteSweep, mesh_orders, peak_to_peak_um, ste_mean_um
 from pmor.sets.kinematics import torque_ratios
-from pmor.sets.readings import mesh_frequency_Hz, plain, sample_data, spectrum_rows, torque_data
+from pmor.sets.readings import mesh_frequency_Hz, plain, spectrum_rows, torque_data
 from pmor.sets.settings import Member
+from pmor.sets.tolerances import sampled_figures
 
 Data = dict[str, Any]
 HARMONICS = 5
@@ -108,7 +112,11 @@ def mesh_data(
         **parts_data(ste_parts(solved.gearbox, solved.equilibrium.displacement, mesh.meshing), swept["ste_mean_um"]),
         **{f"rigid_{key}": value for key, value in sweep_data(pair, *rigid).items()},
         **mesh_losses(pair, factor, mesh.force, rpm, lubricant),
-    }
+        "tolerances": None if mesh.samples is None else sample_data(
+            mesh.samples, {key: [math.nan if swept[key] is None else swept[key]] for key in mesh.samples.figures},
+            [1e-3 * mesh.torque],
+        ),
+    }  # fmt: skip
 
 
 def _iso(found: CrudeMisalignment | None) -> Data:
@@ -225,7 +233,7 @@ def set_entry(solved: SolvedLoad, one: SolvedSet, speeds_rpm: Mapping[str, float
         "planets": planets,
         **{f"rigid_{key}": rigid[key] for key in COMPARED},
         "supports_uneven_percent": 100.0 * one.uneven,
-        "tolerances": sample_data(one.samples, solution, [1e-3 * one.torque]) if one.samples else None,
+        "tolerances": sample_data(one.samples, sampled_figures(solution), [1e-3 * one.torque]) if one.samples else None,
     }
 
 

@@ -138,9 +138,8 @@ class GearboxResult(Tabular):
         ------
         OutputError
         """
-        inputs = self.file.inputs
-        files = (*FILES, *set_files(self.file))
-        with writing_results(folder, files, self.file.text, inputs=inputs, overwrite=overwrite, working=()) as out:
+        inputs, files, text = self.file.inputs, (*FILES, *set_files(self.file)), self.file.whole_text
+        with writing_results(folder, files, text, inputs=inputs, overwrite=overwrite, working=()) as out:
             report = gearbox_report(self.file, self.loads, self.data)
             replace(report, page_only=live_blocks(self.loads, self.pairs)).write(out)
             if self.loads:

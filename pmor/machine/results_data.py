@@ -73,7 +73,7 @@ def write_gearbox_results(file: GearboxFile, loads: Sequence[SolvedLoad], path: 
     names = {
         "loads": tuple(load.load.name for load in loads), "meshes": tuple(file.cases), "sets": tuple(file.model.sets)
     }  # fmt: skip
-    write_results_file(path, ResultsFile(file.name, file.text, arrays, names, OF_A_GEARBOX))
+    write_results_file(path, ResultsFile(file.name, file.whole_text, arrays, names, OF_A_GEARBOX))
 
 
 def _mesh_arrays(mesh: SolvedMesh) -> dict[str, np.ndarray]:

@@ -39,19 +39,20 @@ from pmor.machine.model import GearboxModel, placed_groups
 from pmor.machine.output import FILES, set_files
 from pmor.machine.result import GearboxResult
 from pmor.machine.settings import LoadCase
+from pmor.pair.samples import lost_samples
 from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep
 from pmor.sets.lost import lost_positions
 from pmor.sets.run import coarse_train_of, train_of
 from pmor.sets.solution import SetSolution
-from pmor.sets.tolerances import lost_samples
 from pmor.storage.gear_store import KeptGear, kept_beside, not_kept
 from pmor.storage.results_folder import results_folder
 from pmor.work.cost import meshed_within_memory
 from pmor_offline.gears import line_basis, solved_once
 from pmor_online.mesh_error import with_mesh_error
-from pmor_online.model import ReducedPair, keeping_sections, reduced_pair
+from pmor_online.model import ReducedPair, keeping_sections, on_hubs, reduced_pair
 from pmor_online.root_stress import root_stress_of
+from pmor_online.samples import solve_samples
 from pmor_online.sweep import sweep_reduced_pair
 
 # Angles of a pitch, at least, at which stress is found, of those that are swept. *Measured* on two helical pairs: the
@@ -80,20 +81,42 @@ def run(
         kept = kept_beside(None if folder is None else Path(folder), overwrite)
         with _timed(seconds, "finite elements"):
             trained, trains = meshes_and_trains(file, kept, executor)
-    loads, failures = list[SolvedLoad](), list[str]()
-    angles, every = file.angles_per_pitch, file.model.sections.loads
+    loads, failures = solved_loads(file, trained, trains, executor, step, seconds)
+    with _timed(seconds, "tolerances"):
+        loads = tuple(with_samples(load, trained, file.angles_per_pitch, executor) for load in loads)
+    failures += tuple(text for load in loads for text in lost_within_tolerances(load))
+    pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
+    with _timed(seconds, "flanks that fit"), stage("flanks that fit"):
+        fits = fit_meshes(file.model, loads, pairs)
+    return GearboxResult(file, loads, failures, fits, trained, seconds)
+
+
+def solved_loads(
+    file: GearboxFile, trained: Mapping[str, ReducedPair], trains: Trains, executor: Executor | None = None,
+    step: Callable[[int], None] = quietly, seconds: dict[str, float] | None = None,
+) -> tuple[tuple[SolvedLoad, ...], tuple[str, ...]]:  # fmt: skip
+    """Solve all loads of a gearbox that have an equilibrium, beside rigid supports; sentences tell what has none.
+
+    Parameters
+    ----------
+    trained, trains : mapping
+        As `meshes_and_trains` returns them.
+    seconds : dict, optional
+        Takes the time of each phase.
+    """
+    seconds, failures = {} if seconds is None else seconds, list[str]()
+    loads, angles, every = list[SolvedLoad](), file.angles_per_pitch, file.model.sections.loads
+    over_loads, inside = (None, executor) if len(every) == 1 else (executor, None)
 
     def solve(load: LoadCase) -> SolvedLoad | str:
         pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
         try:
-            return solve_load(
-                file.model, load, pairs, angles, trains=trains, executor=executor if len(every) == 1 else None
-            )
+            return solve_load(file.model, load, pairs, angles, trains=trains, executor=inside)
         except ConvergenceError as error:
             return f"load {load.name}: {error}"
 
     with _timed(seconds, "loads"):
-        for solved in in_order(solve, every, None if len(every) == 1 else executor, lambda: step(1)):
+        for solved in in_order(solve, every, over_loads, lambda: step(1)):
             if isinstance(solved, str):
                 failures.append(solved)
             else:
@@ -101,10 +124,29 @@ def run(
                 failures += lost_of_load(solved)
     pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
     with _timed(seconds, "rigid supports, root stress"):
-        compared = with_rigid_supports(loads, pairs, trains, angles, executor)
-    with _timed(seconds, "flanks that fit"), stage("flanks that fit"):
-        fits = fit_meshes(file.model, loads, pairs)
-    return GearboxResult(file, compared, tuple(failures), fits, trained, seconds)
+        return with_rigid_supports(loads, pairs, trains, angles, executor), tuple(failures)
+
+
+def with_samples(
+    solved: SolvedLoad, trained: Mapping[str, ReducedPair], angles: int, executor: Executor | None = None
+) -> SolvedLoad:
+    """Return a load with the pairs that the tolerances of its meshes draw; of meshes that share gears none are."""
+    meshes = []
+    for number, mesh in enumerate(solved.meshes):
+        if number not in solved.gearbox.grouped:
+            pair = on_hubs(trained[mesh.meshing.key], mesh.hubs)
+            mesh = mesh._replace(samples=solve_samples(pair, [1e-3 * mesh.torque], angles, executor))
+        meshes.append(mesh)
+    return replace(solved, meshes=tuple(meshes))
+
+
+def lost_within_tolerances(solved: SolvedLoad) -> Iterator[str]:
+    """Yield a sentence for meshes and sets of which samples lack positions under a load."""
+    parts = [(f"mesh {one.meshing.settings.name}", one.samples, one.torque) for one in solved.meshes]
+    parts += [(f"set {one.meshing.settings.name}", one.samples, one.torque) for one in solved.sets]
+    for name, samples, torque in parts:
+        for text in lost_samples(samples, [1e-3 * torque]) if samples else ():
+            yield f"load {solved.load.name}, {name}: {text}"
 
 
 def meshes_and_trains(
@@ -145,9 +187,6 @@ def lost_of_load(solved: SolvedLoad) -> list[str]:
         found += lost_of_pair([name], mesh.sweep.converged, mesh.sweep.overloaded)
     for one in solved.sets:
         found += lost_positions(one.solution, [f"{load}, set {one.meshing.settings.name}"])
-        if one.samples is not None:
-            lost = lost_samples(one.samples, [1e-3 * one.torque])
-            found += [f"{load}, set {one.meshing.settings.name}: {text}" for text in lost]
     return found
 
 

@@ -11,7 +11,8 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.export.gear_surface import gear_rings
 from pmor.line.train import to_train
-from pmor.machine.model import GearboxModel, SetMeshing
+from pmor.machine.loaded import SetMeshing
+from pmor.machine.model import GearboxModel
 from pmor.machine.set_frame import CARRIED_BY, MEMBERS
 from pmor.pair.model import gear_pair, sector_ends
 from pmor.sets.kinematics import Meeting, placements

@@ -11,18 +11,15 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from pmor.body.bearing import AnyBearing
+from pmor.case.duty import Lubricant, Timed
 from pmor.case.reader import Keys, Sections
-from pmor.core.ranges import GRAMS_PER_CM3, METRES, PASCALS, Length, Range, Stiffness, TiltStiffness
-from pmor.pair.losses import Lubricant
+from pmor.core import ranges
 from pmor.sets.settings import Member
 
-Place = Annotated[float, Range(-1e6, 1e6, "mm")]
-Diameter = Annotated[float, Range(0.0, 1e5, "mm", mistaken_for=(METRES,))]
-AnyTorque = Annotated[float, Range(-1e12, 1e12, "N m")] | Literal["balance"]
-Force = Annotated[float, Range(-1e12, 1e12, "N")]
-Moment = Annotated[float, Range(-1e12, 1e12, "N m")]
-Acceleration = Annotated[float, Range(-1e3, 1e3, "m/s2")]
-InertiaValue = Annotated[float, Range(0.0, 1e12, "kg m2")]
+AnyTorque = ranges.SignedTorque | Literal["balance"]
+Force = Annotated[float, ranges.Range(-1e12, 1e12, "N")]
+Acceleration = Annotated[float, ranges.Range(-1e3, 1e3, "m/s2")]
+InertiaValue = Annotated[float, ranges.Range(0.0, 1e12, "kg m2")]
 HOUSING = "housing"
 
 
@@ -36,9 +33,9 @@ class ShaftSection:
         Length and diameters.
     """
 
-    length_mm: Length
-    outer_mm: Length
-    inner_mm: Diameter = 0.0
+    length_mm: ranges.Length
+    outer_mm: ranges.Length
+    inner_mm: ranges.Diameter = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,12 +59,12 @@ class Shaft:
     """
 
     name: str
-    at_mm: Annotated[tuple[float, ...], Range(-1e6, 1e6, "mm", in_order=True)] = (0.0, 0.0)
-    start_mm: Place = 0.0
+    at_mm: ranges.Places = (0.0, 0.0)
+    start_mm: ranges.Place = 0.0
     sections: tuple[ShaftSection, ...]
-    youngs_modulus_GPa: Annotated[float, Range(1e-3, 1e4, "GPa", mistaken_for=PASCALS)] = 210.0
-    poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
-    density_kg_m3: Annotated[float, Range(100.0, 3e4, "kg/m3", mistaken_for=(GRAMS_PER_CM3,))] = 7810.0
+    youngs_modulus_GPa: ranges.YoungsModulus = 210.0
+    poisson_ratio: ranges.PoissonRatio = 0.3
+    density_kg_m3: ranges.Density = 7810.0
 
     @property
     def length(self) -> float:
@@ -111,9 +108,9 @@ class Bearing(AnyBearing):
     name: str
     shaft: str
     to: str = HOUSING
-    at_mm: Place
-    axial_N_per_mm: Stiffness = "free"
-    torsion_Nmm_per_rad: TiltStiffness = "free"
+    at_mm: ranges.Place
+    axial_N_per_mm: ranges.Stiffness = "free"
+    torsion_Nmm_per_rad: ranges.TiltStiffness = "free"
 
     @property
     def couples(self) -> bool:
@@ -136,7 +133,7 @@ class GearPlace:
     """
 
     shaft: str
-    at_mm: Place
+    at_mm: ranges.Place
     gear: Keys = field(default_factory=dict)
 
 
@@ -149,7 +146,8 @@ class Mesh:
     name : str
         Of the mesh, and of its basis file.
     case : Path or None
-        Case file of the pair, beside the gearbox file. Without it the sections of a case stand here.
+        Case file of the pair, beside the gearbox file. Without it the sections of a case stand here. Loads, speeds and
+        the lubricant are those of the gearbox; pairs within its `[tolerances]` are solved under each load.
     pinion, wheel : GearPlace
     changes : mapping
         Sections of the case that are otherwise here: `pair = { helix_angle_deg = -10.0 }`; all of them without a case.
@@ -182,7 +180,7 @@ class MemberPlace:
     """
 
     shaft: str
-    at_mm: Place
+    at_mm: ranges.Place
 
 
 AnyMember = MemberPlace | Literal["housing"]
@@ -230,9 +228,9 @@ class Ripple:
         About the mean torque, from zero to peak; the phase at the angle 0.
     """
 
-    order: Annotated[float, Range(0.0, 1e4, low_excluded=True)]
-    amplitude_Nm: Annotated[float, Range(0.0, 1e12, "N m")]
-    phase_deg: Annotated[float, Range(-360.0, 360.0, "deg")] = 0.0
+    order: Annotated[float, ranges.Range(0.0, 1e4, low_excluded=True)]
+    amplitude_Nm: Annotated[float, ranges.Range(0.0, 1e12, "N m")]
+    phase_deg: Annotated[float, ranges.Range(-360.0, 360.0, "deg")] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -252,7 +250,7 @@ class ShaftTorque:
     """
 
     shaft: str
-    at_mm: Place
+    at_mm: ranges.Place
     torque_Nm: AnyTorque
     ripple: tuple[Ripple, ...] = ()
 
@@ -272,7 +270,7 @@ class ShaftForce:
     """
 
     shaft: str
-    at_mm: Place
+    at_mm: ranges.Place
     x_N: Force = 0.0
     y_N: Force = 0.0
     z_N: Force = 0.0
@@ -293,13 +291,13 @@ class ShaftMoment:
     """
 
     shaft: str
-    at_mm: Place
-    y_Nm: Moment = 0.0
-    z_Nm: Moment = 0.0
+    at_mm: ranges.Place
+    y_Nm: ranges.SignedTorque = 0.0
+    z_Nm: ranges.SignedTorque = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class LoadCase:
+class LoadCase(Timed):
     """What acts on the shafts at once (section `[[loads]]`).
 
     Parameters
@@ -317,13 +315,10 @@ class LoadCase:
         Operating time in this load case, h, instead of its share.
     """
 
-    name: str
     torques: tuple[ShaftTorque, ...]
     forces: tuple[ShaftForce, ...] = ()
     moments: tuple[ShaftMoment, ...] = ()
-    speed_rpm: Annotated[float, Range(-1e6, 1e6, "rpm")] | None = None
-    fraction: Annotated[float, Range(0.0, 1.0, low_excluded=True)] | None = None
-    hours: Annotated[float, Range(0.0, 1e9, "h", low_excluded=True)] | None = None
+    speed_rpm: Annotated[float, ranges.Range(-1e6, 1e6, "rpm")] | None = None
 
     @property
     def places(self) -> tuple[tuple[str, float], ...]:
@@ -397,12 +392,12 @@ class Mass:
 
     name: str
     shaft: str
-    at_mm: Place
-    mass_kg: Annotated[float, Range(0.0, 1e9, "kg")] = 0.0
+    at_mm: ranges.Place
+    mass_kg: Annotated[float, ranges.Range(0.0, 1e9, "kg")] = 0.0
     polar_inertia_kg_m2: InertiaValue = 0.0
     tilting_inertia_kg_m2: InertiaValue = 0.0
-    unbalance_kg_mm: Annotated[float, Range(0.0, 1e9, "kg mm")] = 0.0
-    unbalance_deg: Annotated[float, Range(-360.0, 360.0, "deg")] = 0.0
+    unbalance_kg_mm: Annotated[float, ranges.Range(0.0, 1e9, "kg mm")] = 0.0
+    unbalance_deg: Annotated[float, ranges.Range(-360.0, 360.0, "deg")] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -426,11 +421,11 @@ class Motion:
         "varying" over the mesh cycle; "mean" is the usual simplification, which stands beside it anyway.
     """
 
-    speed_range_rpm: Annotated[tuple[float, ...], Range(1e-3, 1e7, "rpm", in_order=True)] | None = None
-    speeds: Annotated[int, Range(2, 100_000)] = 400
-    harmonics: Annotated[int, Range(1, 20)] = 6
-    highest_frequency_Hz: Annotated[float, Range(1.0, 1e5, "Hz")] = 10_000.0
-    damping_ratio: Annotated[float, Range(0.0, 0.5, low_excluded=True)] = 0.02
+    speed_range_rpm: Annotated[tuple[float, ...], ranges.Range(1e-3, 1e7, "rpm", in_order=True)] | None = None
+    speeds: Annotated[int, ranges.Range(2, 100_000)] = 400
+    harmonics: Annotated[int, ranges.Range(1, 20)] = 6
+    highest_frequency_Hz: Annotated[float, ranges.Range(1.0, 1e5, "Hz")] = 10_000.0
+    damping_ratio: Annotated[float, ranges.Range(0.0, 0.5, low_excluded=True)] = 0.02
     mesh_stiffness: Literal["varying", "mean"] = "varying"
 
 

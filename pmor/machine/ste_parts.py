@@ -21,7 +21,7 @@ from pmor.core.arrays import FloatArray
 from pmor.line.hubs import HUB
 from pmor.machine.coupled_sets import ABOUT, ACROSS, QUARTERS, SolvedSet, turned
 from pmor.machine.hub_compliance import fields_below
-from pmor.machine.model import ABOUT_AXIS, LoadedGearbox, Meshing, Supported
+from pmor.machine.loaded import ABOUT_AXIS, LoadedGearbox, Meshing, Supported
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.system import Equilibrium
 

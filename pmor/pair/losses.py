@@ -1,36 +1,21 @@
-"""Power that a mesh loses, from the loss factor of its line loads, speed and lubricant."""
+"""Power that meshes lose, from the loss factor of their line loads, speed and lubricant; means over a duty cycle.
+
+A duty cycle is a listing, without damage: what bears how often how much. Means of powers are by time; the efficiency is
+that of the work.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from collections.abc import Sequence
+from typing import Any
 
-from pmor.core.ranges import Range
+from pmor.case.duty import Lubricant, Timed, shares
 from pmor.gear.pair import GearPair
 from pmor.results.load_distribution import friction_schlenk
 
-
-@dataclass(frozen=True, kw_only=True)
-class Lubricant:
-    """What friction in the meshes depends on (section `[lubricant]`).
-
-    Parameters
-    ----------
-    friction : "schlenk" or float
-        Mean coefficient of friction: after Schlenk (1995), or a number. Formulas differ by up to a factor of two.
-    viscosity_mPas : float
-        Dynamic viscosity at the temperature of the oil.
-    roughness_um : float
-        Ra of the flanks, mean of both gears.
-    lubricant_factor : float
-        X_L of Schlenk's formula: 1 of mineral oil.
-    """
-
-    friction: Annotated[float, Range(0.0, 1.0)] | Literal["schlenk"] = "schlenk"
-    viscosity_mPas: Annotated[float, Range(0.1, 1e5, "mPa s")] = 20.0
-    roughness_um: Annotated[float, Range(0.01, 100.0, "um")] = 0.4
-    lubricant_factor: Annotated[float, Range(0.1, 3.0)] = 1.0
+Data = dict[str, Any]
+LISTED = ("torque_Nm", "flank_pressure_max_MPa", "root_stress_max_MPa")
 
 
 def mesh_losses(
@@ -72,3 +57,50 @@ def total(rows: list[dict[str, Any]], key: str) -> float | None:
 def per_second(rpm: float) -> float:
     """Return an angular speed, rad/s."""
     return rpm * 2.0 * math.pi / 60.0
+
+
+def duty_data(loads: Sequence[Timed], entries: Sequence[Data]) -> Data | None:
+    """Return the duty cycle; None without one, or where a load has no result.
+
+    Parameters
+    ----------
+    entries : sequence of mapping
+        Of the loads: ``power_W``, ``losses_W``, and ``meshes``, each with its ``name``, the same of it, speeds of both
+        gears (``pinion_rpm``, ``wheel_rpm``) and what `LISTED` names.
+    """
+    fractions = shares(loads)
+    if not fractions or len(entries) < len(loads):
+        return None
+    names = [mesh["name"] for mesh in entries[0]["meshes"]]
+    of_meshes = [[entry["meshes"][number] for entry in entries] for number in range(len(names))]
+    return {
+        "hours": sum(load.hours for load in loads if load.hours) or None,
+        **_means(entries, fractions),
+        "meshes": [
+            {"name": name, **_means(rows, fractions)} for name, rows in zip(names, of_meshes, strict=True)
+        ],
+        "spectrum": [row for rows in of_meshes for row in _spectrum(loads, rows, fractions)],
+    }  # fmt: skip
+
+
+def _means(rows: Sequence[Data], fractions: Sequence[float]) -> Data:
+    found: Data = {}
+    for key in ("power_W", "losses_W"):
+        known = [row[key] for row in rows if row[key] is not None]
+        whole = len(known) == len(rows)
+        found[key] = sum(f * value for f, value in zip(fractions, known, strict=True)) if whole else None
+    power, lost = found["power_W"], found["losses_W"]
+    return {**found, "efficiency": 1.0 - lost / power if power and lost is not None else None}
+
+
+def _spectrum(loads: Sequence[Timed], rows: Sequence[Data], fractions: Sequence[float]) -> list[Data]:
+    """Return rows of the load spectrum of a mesh, the largest torque first."""
+    found = []
+    for load, mesh, fraction in zip(loads, rows, fractions, strict=True):
+        row = {"mesh": mesh["name"], "load": load.name, "fraction": fraction, "hours": load.hours}
+        for gear in ("pinion", "wheel"):
+            speed = mesh[f"{gear}_rpm"]
+            row[f"{gear}_rpm"] = speed
+            row[f"{gear}_cycles"] = None if not load.hours or speed is None else 60.0 * load.hours * abs(speed)
+        found.append(row | {key: mesh[key] for key in LISTED})
+    return sorted(found, key=lambda row: -(row["torque_Nm"] or 0.0))

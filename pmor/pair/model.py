@@ -89,7 +89,7 @@ class ElasticModel:
         """Refuse compliances of another mesh: sizes may agree, and every result be wrong."""
         for gear, (sector, body) in enumerate(((self.mesh.pinion, self.pinion), (self.mesh.wheel, self.wheel))):
             name = ("pinion", "wheel")[gear]
-            if not _same_sector(sector, body.mesh):
+            if not sector.is_like(body.mesh):
                 raise ValueError(f"{name}: the compliance is that of another mesh than the flanks are of")
             layers = layers_of(self.mesh.meshed)
             columns = layers[gear].columns if layers else 0
@@ -349,7 +349,7 @@ def solved_gear(
     layers, pair = layers_of(mesh.meshed), mesh.meshed.pair
     place, tooth = (0, pair.pinion) if sector is mesh.pinion else (1, pair.wheel)
     return elastic_gear(
-        sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, neighbouring_teeth(pair),
+        sector, gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio, case.mesh.element, pair.neighbouring_teeth,
         keep_volume, layers[place].columns if layers else 0, build_fillet(tooth, sector) if case.root_stress else None,
         far, blank_below(case, gear, tooth, sector, place),
     )  # fmt: skip
@@ -373,7 +373,7 @@ def model_of_solved(case: Case, mesh: MeshModel, solved: ElasticModel) -> Elasti
     if not layers:
         pinion = with_layer(solved.pinion)
         bodies = pinion, pinion if solved.wheel is solved.pinion else with_layer(solved.wheel)
-    alike = all(_same_sector(sector, body.mesh) for sector, body in zip(sectors, bodies, strict=True))
+    alike = all(sector.is_like(body.mesh) for sector, body in zip(sectors, bodies, strict=True))
     columns = [layer.columns for layer in layers] or [0, 0]
     if alike and columns == [body.layer_columns for body in bodies]:
         return ElasticModel(mesh, *bodies)
@@ -387,25 +387,12 @@ def per_gear(case: Case, mesh: MeshModel, work: Callable[[SectorMesh, GearCase],
     return pinion, pinion if same_body(case, mesh.pinion, mesh.wheel) else work(mesh.wheel, gears[1])
 
 
-def neighbouring_teeth(pair: GearPair) -> int:
-    """Return how many neighbouring teeth can be loaded together with a tooth, counting contact beyond the path."""
-    return pair.most_touching_pairs - 1
-
-
 def _layer(case: Case, gear: GearCase, tooth: Tooth) -> SurfaceLayer:
     wanted = case.contact.layer_depth * case.pair.module_mm
     columns, depth = surface_layer(tooth, case.mesh.profile_elements, case.mesh.spacing, wanted, case.mesh.order)
     compliance = line_compliance(gear.youngs_modulus_GPa * 1e3, gear.poisson_ratio)
     return SurfaceLayer(depth, compliance, approach_constants(depth, gear.poisson_ratio), columns,
                         gear.poisson_ratio)  # fmt: skip
-
-
-def _same_sector(one: SectorMesh, other: SectorMesh) -> bool:
-    return one is other or (
-        (one.teeth, one.width) == (other.teeth, other.width)
-        and np.array_equal(one.nodes, other.nodes)
-        and np.array_equal(one.elements, other.elements)
-    )
 
 
 def _tooth(case: Case, gear: GearCase, hand: float) -> Tooth:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from pmor.case import Case
@@ -112,6 +113,14 @@ def sheet_tables(sheet: DataSheet) -> list[Table]:
         Table("Places on the profile of the pinion", _PLACES, _places(sheet.pinion), folded=True),
         Table("Places on the profile of the wheel", _PLACES, _places(sheet.wheel), NOTE, folded=True),
     ]
+
+
+def data_sheets(cases: Mapping[str, Case], pairs: Mapping[str, GearPair]) -> list[Table]:
+    """Return the data sheets of the meshes of a machine, by their names."""
+    return [
+        replace(shown, title=f"{name}: {shown.title[0].lower()}{shown.title[1:]}", folded=True)
+        for name, case in cases.items() for shown in sheet_tables(sheet_of(case, pairs[name]))
+    ]  # fmt: skip
 
 
 def _label(name: str, symbol: str, unit: str) -> str:

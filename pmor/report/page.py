@@ -15,7 +15,7 @@ import os
 import platform
 import re
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -76,6 +76,22 @@ class Picture:
 SCRIPT = re.compile("<script>(.*?)</script>", re.DOTALL)
 #: parts of a page; text is a paragraph
 Block = str | Heading | Warning | Table | Picture
+#: of the page of any machine, in the order of reading
+THEMES = (
+    "Gear data", "Change the pair", "Transmission error", "Stiffness and load sharing", "Flanks",
+    "Losses and duty cycle", "Root stress", "Shafts and bearings", "Tolerances", "Accuracy and run time",
+)  # fmt: skip
+
+
+def by_theme(*parts: Mapping[str, Sequence[Any]]) -> dict[str, list[Any]]:
+    """Return blocks of the parts of a page, by theme; within a theme part after part, none where there is no block."""
+    themes = {theme: [block for part in parts for block in part.get(theme, ())] for theme in THEMES}
+    return {theme: blocks for theme, blocks in themes.items() if blocks}
+
+
+def themed(*parts: Mapping[str, Sequence[Any]]) -> list[Any]:
+    """Return the blocks of the parts of a page below the headings of their themes."""
+    return [shown for theme, blocks in by_theme(*parts).items() for shown in (Heading(theme), *blocks)]
 
 
 def write_page(path: Path, title: str, blocks: Iterable[Block | LiveSection | Designs]) -> None:

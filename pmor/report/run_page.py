@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.case import Case, GearCase, describe, model_names, short_list
-from pmor.case.capability import why_not
+from pmor.case.capability import left_out, why_not
 from pmor.fe.sector import SectorMesh
 from pmor.gear.classical.formulas import GearBody, classical_results
 from pmor.pair.conditions import nominal_condition
@@ -21,7 +21,8 @@ from pmor.report.data_sheet import sheet_of, sheet_tables
 from pmor.report.drawing import draw
 from pmor.report.iso_blank_rows import iso_root_stress
 from pmor.report.live.section import LiveSection, live_section
-from pmor.report.page import Block, Heading, Picture, Warning, provenance, write_page
+from pmor.report.machine_tables import tolerance_table
+from pmor.report.page import Block, Picture, Warning, provenance, themed, write_page
 from pmor.report.readings_blocks import readings_picture_names, readings_pictures, sensitivities_table
 from pmor.report.run_figures import (
     MODEL_PICTURES,
@@ -43,6 +44,7 @@ from pmor.report.summary import (
     pitches_words,
     root_stress_figures,
     summary_rows,
+    tolerances_of,
     warnings,
 )
 from pmor.report.sweep_figures import (
@@ -53,12 +55,14 @@ from pmor.report.sweep_figures import (
     ste_figure,
     stiffness_figure,
 )
-from pmor.report.table import Table
-from pmor.report.torque_figures import revolution_figure, waterfall_figure
+from pmor.report.table import Table, told_tables
+from pmor.report.torque_figures import revolution_figure, tolerance_figure, waterfall_figure
 from pmor.report.torque_table import (
     causes_table,
     condition_table,
+    duty_of,
     load_table,
+    loss_tables,
     shaft_order_table,
     ste_table,
     torque_row,
@@ -75,14 +79,16 @@ if TYPE_CHECKING:
 #: names of all pictures that a run of one model can have
 PICTURES = (
     "ste", "load_sharing", "stiffness", "spectrum", "error", "conditions", "contact_pattern", "root_stress",
-    "root_stress_cycle", "mesh", "blanks", "revolution", "waterfall",
+    "root_stress_cycle", "mesh", "blanks", "revolution", "waterfall", "tolerances",
 )  # fmt: skip
 #: pictures by the parts of the page: before all else, by theme, after all else
-FIRST, OF_GEARS = "ste.png", "blanks.png"
-THEMES = {
+FIRST = ("ste.png",)
+DRAWN = {
+    "Gear data": ("blanks.png",),
     "Transmission error": ("revolution.png", "waterfall.png", "spectrum.png", "harris.png", "conditions.png"),
     "Stiffness and load sharing": ("stiffness.png", "load_sharing.png"),
     "Flanks": ("flank_maps.png", "flank_pattern.png", "load_distribution.png", "contact_pattern.png"),
+    "Tolerances": ("tolerances.png",),
     "Root stress": ("root_stress.png", "root_stress_cycle.png"),
 }
 LAST = ("error.png", "models.png", "error_time.png", "mesh.png")
@@ -97,6 +103,7 @@ def page_files(case: Case) -> list[str]:
     drawn = [name for name in drawn if name not in ROOT_STRESS or case.root_stress]
     drawn = [name for name in drawn if name != "blanks" or any(case.pair.blanks)]
     drawn = [name for name in drawn if name not in OVER_PITCHES or case.pitches > 1]
+    drawn = [name for name in drawn if name != "tolerances" or case.tolerances is not None]
     drawn += MODEL_PICTURES if model_names(case) else ()
     drawn += readings_picture_names(case)
     pictures = [f"{name}.{kind}" for name in drawn for kind in case.output.format] if case.output.plots else []
@@ -117,7 +124,7 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
     stiffness = mesh_stiffness(sweep, pair.pinion.base_radius, pair.common_width)
     pictures = [
         Picture(
-            FIRST, f"Static transmission error over {pitches_words(sweep)}{', about its mean' if helical else ''}"
+            FIRST[0], f"Static transmission error over {pitches_words(sweep)}{', about its mean' if helical else ''}"
             f"{_bars(sweep)}{_rigid(result)}.",
             ste_figure(sweep, nominal_Nm=nominal, about_mean=helical),
         ),
@@ -150,9 +157,12 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
         caption = f"Contact pressure on the unrolled flanks at {nominal:g} N m{_places(result)}; mean over each cell."
         pictures.append(Picture("contact_pattern.png", caption, contact_pattern_figure(patterns)))
     pictures += _root_stress(result)
+    if result.samples is not None:
+        caption = "Pairs within tolerances, each solved; dashed: 95 % stay below."
+        pictures.append(Picture("tolerances.png", caption, tolerance_figure(result.samples, sweep.torque_Nm)))
     if (blanks := blank_figure(result.case, pair)) is not None:
         caption = "Blanks by dimensions: sections through the axis, and fronts. Mass and inertia are in the gear data."
-        pictures.append(Picture(OF_GEARS, caption, blanks))
+        pictures.append(Picture("blanks.png", caption, blanks))
     if mesh is not None:
         caption = "Section of the pinion's sector mesh, loaded flank marked."
         pictures.append(Picture("mesh.png", caption, _mesh_figure(mesh)))
@@ -256,37 +266,38 @@ def run_blocks(
 ) -> list[Block | LiveSection]:
     """Return the blocks of a run's page: STE and figures, gear data, live model, themes, accuracy, settings."""
     case, rows = result.reduced.basis.case, torque_rows(result)
-    tables = {
+    tables: dict[str, Sequence[Block]] = {
         "Transmission error": [
             *([condition_table(result)] if result.conditions else []),
             *sensitivities_table(result),
             *shaft_order_table(result),
         ],
         "Stiffness and load sharing": [load_table(result, rows), *_classical_tables(result)],
+        "Losses and duty cycle": loss_tables(rows, duty_of(result)),
+        "Tolerances": [tolerance_table({"": drawn}, "pairs")] if (drawn := tolerances_of(result)) else [],
         "Root stress": causes_table(root_stress_figures(result) | {"torque_Nm": case.torque_Nm}),
+        "Gear data": [*sheet_tables(sheet_of(case, result.reduced.meshed.pair))],
+        "Accuracy and run time": [
+            _quantities("Held against full FE, and run time", accuracy_rows(result)), *_error_tables(result),
+            model_table(result), Table("Which model to take", ("model", "take it"), advice(result)),
+            *_shown(pictures, LAST),
+        ],
     }
-    blocks: list[Block | LiveSection] = [
-        *map(Warning, warnings(result)), *([COAST_FLANKS] if case.flank == "coast" else []),
-        *(picture for picture in pictures if picture.file_name == FIRST),
-        _quantities("Results at nominal torque", summary_rows(result)), ste_table(rows),
-        Heading("Gear data"), *(picture for picture in pictures if picture.file_name == OF_GEARS),
-        *sheet_tables(sheet_of(case, result.reduced.meshed.pair)),
-        *_live(result, live),
-    ]  # fmt: skip
-    for theme, names in THEMES.items():
-        shown: list[Block] = [picture for picture in pictures if picture.file_name in names]
-        shown += tables.get(theme, [])
-        blocks += [Heading(theme), *shown] if shown else []
+    pictured = {theme: _shown(pictures, names) for theme, names in DRAWN.items()}
+    left = [f"{what}: {why}" for what, why in left_out(case)]
     settings = [
         (key, _cell(value), "default" if is_default else "case file") for key, value, is_default in describe(case)
     ]
     return [
-        *blocks, Heading("Accuracy and run time"),
-        _quantities("Held against full FE, and run time", accuracy_rows(result)),
-        *_error_tables(result), model_table(result), Table("Which model to take", ("model", "take it"), advice(result)),
-        *(picture for picture in pictures if picture.file_name in LAST),
+        *map(Warning, warnings(result)), *([COAST_FLANKS] if case.flank == "coast" else []), *_shown(pictures, FIRST),
+        _quantities("Results at nominal torque", summary_rows(result)), ste_table(rows),
+        *themed(pictured, tables, {"Change the pair": _live(result, live)}), *told_tables({"left_out": left}),
         *provenance(case), Table("Case settings", ("setting", "value", "source"), settings, folded=True),
     ]  # fmt: skip
+
+
+def _shown(pictures: Sequence[Picture], names: Sequence[str]) -> list[Block]:
+    return [picture for picture in pictures if picture.file_name in names]
 
 
 def _quantities(title: str, rows: Sequence[Row]) -> Table:
@@ -305,8 +316,7 @@ def _live(result: OnlineResult, live: ReducedPair | str | None) -> list[Block | 
     """The live section, or why there is none."""
     if live is None:
         return []
-    body = f"Left out: {live}." if isinstance(live, str) else live_section(result, live)
-    return [Heading("Change the pair"), body]
+    return [f"Left out: {live}." if isinstance(live, str) else live_section(result, live)]
 
 
 def _cell(value: object) -> str | float | int | bool | None:

@@ -15,6 +15,7 @@ from pmor.case.models import LEAST_ELEMENTS
 from pmor.gear.pair import GearPair
 from pmor.pair.limits import range_warnings
 from pmor.pair.model import approach_estimate
+from pmor.pair.samples import sample_data, sample_rows
 from pmor.report.data_files import (
     write_ste_csv,
     write_stiffness_csv,
@@ -37,6 +38,7 @@ from pmor.report.torque_table import (
     CAUSES,
     SHAFT_ORDER_COLUMNS,
     condition_rows,
+    duty_of,
     shaft_order_rows,
     shaft_orders_of,
     torque_row,
@@ -54,10 +56,11 @@ from pmor.results.sweep import (
     torque_exponent,
 )
 from pmor_online.run import LostModel, OnlineResult
+from pmor_online.samples import sampled_figures
 from pmor_online.sweep import largest_size
 
 CONDITIONS, STRESS, ORDERS = "conditions.csv", "stress.csv", "orders.csv"
-WEB_STRESS = "web_stress.csv"
+WEB_STRESS, TOLERANCES = "web_stress.csv", "tolerances.csv"
 TORQUES, STIFFNESS = "torques.csv", "stiffness.csv"
 # Relative error of a model that solves the same equations as full FE.
 ROUND_OFF = 1e-9
@@ -76,6 +79,7 @@ def result_files(case: Case) -> tuple[str, ...]:
     """Return the names of the files that `write_results` leaves."""
     of_lines = (HARRIS,) if case.reduction.shapes == "line_loads" else ()
     further = ((CONDITIONS, case.conditions), (STRESS, case.root_stress), (ORDERS, case.pitches > 1),
+               (TOLERANCES, case.tolerances is not None),
                (WEB_STRESS, case.web_stress))  # fmt: skip
     return (
         "ste.csv",
@@ -121,7 +125,8 @@ def figures(result: OnlineResult) -> dict[str, Any]:
         "offline_s": result.reduced.basis.training.seconds, "basis_mib": result.basis_mib,
         "n_positions_failed": len(result.failures), **root_stress_figures(result), **iso_blank_figures(result),
         "web_stress": web_stress_figures(result),
-        "torques": torque_rows(result),
+        "torques": torque_rows(result), "duty": duty_of(result),
+        "tolerances": tolerances_of(result),
         "conditions": [row for listed in result.conditions for row in condition_rows(listed)] or None
     }  # fmt: skip
 
@@ -154,6 +159,13 @@ def _range_figures(cycles: tuple[LoadCycle, LoadCycle] | None, torque: int) -> d
     return {f"root_stress_{key}": values or None for key, values in ranges_MPa.items()}
 
 
+def tolerances_of(result: OnlineResult) -> dict[str, Any] | None:
+    """Return percentiles of pairs within tolerances under each torque as plain data; None without tolerances."""
+    if result.samples is None:
+        return None
+    return sample_data(result.samples, sampled_figures(result.reduced, result.sweep), result.case.online.torques_Nm)
+
+
 def summary_rows(result: OnlineResult) -> list[Row]:
     """Return the results at the nominal torque in words."""
     s = figures(result)
@@ -165,6 +177,7 @@ def summary_rows(result: OnlineResult) -> list[Row]:
         ("STE peak-to-peak", s["ste_peak_to_peak_um"], "um", ""),
         *_unloaded_rows(s),
         *_readings_rows(s, result),
+        *_loss_rows(s),
         *_root_stress_rows(result),
         *web_stress_rows(result),
         *iso_blank_rows(result, s),
@@ -232,6 +245,15 @@ def _readings_rows(s: dict[str, Any], result: OnlineResult) -> list[Row]:
         _known("flank pressure, max", s["flank_pressure_max_MPa"], "MPa", PRESSURE if edges else "of Hertz",
                "a sharp tip edge carries all" if edges else lacks),
     ]  # fmt: skip
+
+
+def _loss_rows(s: dict[str, Any]) -> list[Row]:
+    """Power lost in the mesh, where the case has a speed; and over its duty cycle."""
+    rows: list[Row] = []
+    for label, data in (("losses", s), ("losses, duty cycle", s["duty"] or {"losses_W": None})):
+        if data["losses_W"] is not None:
+            rows.append((label, data["losses_W"], "W", f"of {data['power_W']:.4g} W; load-dependent, without churning"))
+    return rows
 
 
 def _unloaded_contact_ratio(pair: GearPair) -> str:
@@ -319,6 +341,8 @@ def write_results(result: OnlineResult, out: Path) -> None:
         write_stress_csv(out / STRESS, result.root_stress)
     if any(result.web_stress):
         write_table_csv(out / WEB_STRESS, web_stress_table(result))
+    if result.samples is not None:
+        write_table_csv(out / TOLERANCES, sample_rows(result.samples, sweep.torque_Nm))
     if sweep.pitches > 1:
         write_orders(result, out)
     if result.conditions:

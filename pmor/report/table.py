@@ -110,7 +110,8 @@ def told_tables(data: Mapping[str, Any]) -> list[Table]:
     """Return what data of a machine leave out, and what was assumed, as tables; none where there is nothing."""
     heads = {"left_out": ("Left out", "what, and why"),
              "assumptions": ("Assumptions", "what the file does not say, and what was taken")}  # fmt: skip
-    return [Table(title, (head,), [[text] for text in data[key]]) for key, (title, head) in heads.items() if data[key]]
+    told = ((title, head, data.get(key)) for key, (title, head) in heads.items())
+    return [Table(title, (head,), [[text] for text in texts]) for title, head, texts in told if texts]
 
 
 def screen_text(title: str, tables: Iterable[Table], data: Mapping[str, Any], warnings: Iterable[str]) -> str:

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.report.style import COLOURS, log_ticks, panels
+from pmor.pair.samples import Samples
+from pmor.report.style import COLOURS, log_ticks, panels, plot_share_below
 from pmor.report.sweep_figures import UNLOADED, angle_axes, periodic, spread
+from pmor.results.quantities import TABLE
 from pmor.results.shaft_orders import ShaftOrder, shaft_orders
 from pmor.results.sweep import SteSweep, mesh_orders, orders_of, peak_to_peak_um
 
@@ -186,3 +188,15 @@ def _spectrum(axes: Axes, sweep: SteSweep, listed: Sequence[ShaftOrder], place: 
 def _slow_gear(holes: tuple[int, int]) -> int:
     """Gear whose shaft orders count: the wheel where that has holes."""
     return 1 if holes[1] else 0
+
+
+def tolerance_figure(samples: Samples, shown_Nm: Sequence[float] | FloatArray) -> Figure:
+    """Share of the machines within tolerances that stay below each figure, a curve for each torque."""
+    known = {key: values for key, values in samples.figures.items() if np.isfinite(values).any()}
+    with panels(len(known), 3.0 + 3.1 * len(known), 4.2, legend=6, sharey=True) as (figure, all_axes):
+        for axes, (key, values) in zip(all_axes, known.items(), strict=True):
+            for number, torque in enumerate(shown_Nm):
+                plot_share_below(axes, values[:, number], COLOURS[number % len(COLOURS)], f"{torque:g} N m")
+            axes.set(xlabel=TABLE[key].head)
+        all_axes[0].set(ylabel=f"{samples.made.capitalize()} that stay below [%]", ylim=(0.0, 100.0))
+    return figure

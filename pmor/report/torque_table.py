@@ -10,8 +10,11 @@ from typing import Any
 import numpy as np
 
 from pmor.case import Case, condition_words
+from pmor.case.duty import shares
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
+from pmor.pair.losses import duty_data, mesh_losses
+from pmor.report.machine_tables import LOSS_COLUMNS, LOSSES, spectrum_tables
 from pmor.report.table import Table, heads, table
 from pmor.results.load_distribution import PRESSURE
 from pmor.results.quantities import OF_MESHES
@@ -102,7 +105,41 @@ def torque_rows(result: OnlineResult) -> list[dict[str, Any]]:
 def torque_row(result: OnlineResult, t: int) -> dict[str, Any]:
     """Return the figures at one of the torques, by its place."""
     figures = dict.fromkeys(OF_MESHES) if result.readings is None else result.readings.figures
-    return figures_at(result.sweep, result.reduced.meshed.pair, figures, result.root_stress, t)
+    row = figures_at(result.sweep, result.reduced.meshed.pair, figures, result.root_stress, t)
+    return row | losses_of(result, row, result.case.speed_rpm)
+
+
+def losses_of(result: OnlineResult, row: Mapping[str, Any], speed_rpm: float | None) -> dict[str, Any]:
+    """Return friction, power and power lost of a row at a speed of the pinion."""
+    pair, factor = result.reduced.meshed.pair, row["loss_factor"]
+    force_N = 1e3 * row["torque_Nm"] / pair.pinion.base_radius
+    return mesh_losses(pair, math.nan if factor is None else factor, force_N, speed_rpm, result.case.lubricant)
+
+
+def duty_of(result: OnlineResult) -> dict[str, Any] | None:
+    """Return the duty cycle of a pair as plain data; None without one, or where a load did not converge."""
+    case, pair, entries = result.case, result.reduced.meshed.pair, list[dict[str, Any]]()
+    for load in case.loads if shares(case.loads) else ():
+        row, rpm = torque_row(result, case.online.torques_Nm.index(load.torque_Nm)), load.speed_rpm or case.speed_rpm
+        if row["n_positions_failed"]:
+            return None
+        row |= losses_of(result, row, rpm)
+        stress = [row[f"root_stress_{gear}_MPa"] for gear in GEARS]
+        ratio = pair.pinion.teeth / abs(pair.wheel.teeth)
+        mesh = row | {
+            "name": "pinion - wheel", "pinion_rpm": rpm, "wheel_rpm": rpm and ratio * rpm,
+            "root_stress_max_MPa": None if None in stress else stress,
+        }  # fmt: skip
+        entries.append(row | {"meshes": [mesh]})
+    return duty_data(case.loads, entries)
+
+
+def loss_tables(rows: list[dict[str, Any]], duty: Mapping[str, Any] | None) -> list[Table]:
+    """Return the losses at each torque where there is a speed, and the load spectrum of a duty cycle."""
+    found = spectrum_tables(duty) if duty else []
+    if any(row["losses_W"] is not None for row in rows):
+        found.insert(0, table("Losses at each torque", {**heads("torque_Nm"), **LOSS_COLUMNS}, rows, LOSSES))
+    return found
 
 
 def figures_at(

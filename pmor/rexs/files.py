@@ -13,7 +13,7 @@ from pmor.core.errors import printable
 from pmor.machine.checks import GearboxReader
 from pmor.machine.estimates import with_estimates
 from pmor.machine.loader import GearboxFile, largest_torques, model_of, placed_case
-from pmor.machine.loader import load as load_toml
+from pmor.machine.loader import parse_gearbox as parse_toml_gearbox
 from pmor.machine.model import GearboxModel, held_torques, pinion_senses, set_torques
 from pmor.rexs.gearbox import read_gearbox
 from pmor.rexs.model import is_rexs
@@ -66,7 +66,14 @@ def load_gearbox(path: Path | str) -> GearboxFile:
         One line with file, place, rule and remedy.
     """
     path = Path(path)
-    return _of_rexs(path) if is_rexs(path) else load_toml(path, load_set)
+    if is_rexs(path):
+        return _of_rexs(path)
+    return parse_gearbox(read_text(path, "gearbox file"), printable(path.stem), str(path), (path,))
+
+
+def parse_gearbox(text: str, name: str, where: str, inputs: tuple[Path, ...] = ()) -> GearboxFile:
+    """Check the text of a gearbox file, as `pmor.machine.loader.parse_gearbox`, whose sets may be in REXS."""
+    return parse_toml_gearbox(text, name, where, inputs, load_set)
 
 
 def _of_rexs(path: Path) -> GearboxFile:
@@ -86,14 +93,11 @@ def _of_rexs(path: Path) -> GearboxFile:
         pinion, wheel = (round(senses[name] * offset, OFFSET_DIGITS) for offset in offsets)
         cases[name] = change_case(cases[name], pinion={"face_offset_mm": pinion}, wheel={"face_offset_mm": wheel})
     model, estimated = with_estimates(replace(model_of(said, cases, sets), housing=found.housing))
-    said = model.sections
-    housing = [] if found.housing is None else found.housing.tolist()
-    texts = repr(said), *(case.text for case in cases.values()), *(one.text for one in sets.values()), repr(housing)
     reader.check_gears(model, cases)
     reader.check_turned(model)
     of_sets = [f"{name}: {note}" for name, one in sets.items() for note in (*one.changed, *one.notes)]
     notes = (*found.notes, *estimated, *_other_results(model, found.results), *of_sets)
-    return GearboxFile(printable(path.stem), "\n".join(texts), model, cases, (path,), notes)
+    return GearboxFile(printable(path.stem), "", model, cases, (path,), notes)
 
 
 def _stage(path: Path, stage: StageOnShafts, on_sun_Nm: float) -> SetFile:

@@ -18,7 +18,7 @@ from pmor.core.arrays import FloatArray
 from pmor.gear.classical.iso6336 import running_in
 from pmor.gear.pair import GearPair
 from pmor.machine.coupled import SolvedLoad, SolvedMesh
-from pmor.machine.model import BEARING_ROWS, Supported
+from pmor.machine.loaded import BEARING_ROWS, Supported
 from pmor.machine.readings import Data
 from pmor.results.load_distribution import line_states
 from pmor.results.sweep import mesh_stiffness

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from pmor.case.duty import ROUNDED_SHARE
 from pmor.core.errors import CaseError
 from pmor.machine.settings import Gravity, LoadCase, ShaftForce, ShaftMoment, ShaftTorque
 from pmor.rexs.drive import drives, said, shaft_speeds
 from pmor.rexs.joints import COUPLINGS, axis_of, joints
 from pmor.rexs.model import Component, Gearbox
 from pmor.rexs.units import rounded
-from pmor.sets.duty import ROUNDED_SHARE
 
 STANDARD_GRAVITY = 9.80665
 LOAD_NAME = "custom_pmor_load_name"

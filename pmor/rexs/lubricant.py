@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from pmor.pair.losses import Lubricant
+from pmor.case.duty import Lubricant
 from pmor.rexs.document import Attributes
 from pmor.rexs.model import Component, Gearbox
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
-from pmor.case.change import document_text
+from pmor.case.change import document_text, written
 from pmor.core.errors import printable
 from pmor.machine.loader import GearboxFile
 from pmor.storage.atomic import atomic_path, refuse_existing
@@ -38,7 +37,7 @@ def gearbox_texts(file: GearboxFile, stem: str) -> dict[str, str]:
     beside = {f"{stem}_{name}.toml": case.text for name, case in file.cases.items()}
     beside |= {f"{stem}_{name}.toml": part.text for name, part in file.model.sets.items()}
     document: dict[str, Any] = {"title": said.title}
-    document |= {name: [_keys(part) for part in getattr(said, name)] for name in TABLES if getattr(said, name)}
+    document |= {name: written(getattr(said, name)) for name in TABLES if getattr(said, name)}
     for name, key in (("meshes", "case"), ("sets", "set")):
         for keys in document.get(name, ()):
             keys[key] = f"{stem}_{keys['name']}.toml"
@@ -46,26 +45,10 @@ def gearbox_texts(file: GearboxFile, stem: str) -> dict[str, str]:
         keys.pop("changes", None)
         keys["pinion"].pop("gear", None)
         keys["wheel"].pop("gear", None)
-    document |= {name: keys for name in ("gravity", "lubricant") if (keys := _keys(getattr(said, name)))}
+    document |= {name: keys for name in ("gravity", "lubricant") if (keys := written(getattr(said, name)))}
     if file.model.housing is not None:
         rows = [",".join(map(repr, row)) for row in file.model.housing.tolist()]
         document["housing"] = {"stiffness": f"{stem}_housing.csv"}
         beside[f"{stem}_housing.csv"] = "\n".join(rows) + "\n"
     notes = "".join(f"# {printable(note)}\n" for note in file.notes)
     return {"": notes + document_text(document), **beside}
-
-
-def _keys(section: Any) -> dict[str, Any]:
-    """Keys of a section that are not the defaults, sections inside of it likewise."""
-    keys = dict[str, Any]()
-    for item in fields(section):
-        value = getattr(section, item.name)
-        if value != (item.default if item.default_factory is MISSING else item.default_factory()):
-            keys[item.name] = _written(value)
-    return {"name": keys.pop("name"), **keys} if "name" in keys else keys
-
-
-def _written(value: Any) -> Any:
-    if isinstance(value, tuple):
-        return [_written(part) for part in value]
-    return _keys(value) if is_dataclass(value) else value

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pmor.case.duty import shares
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import pinion_senses, set_torques
@@ -24,7 +25,6 @@ from pmor.rexs.lubricant import lubricant_attributes
 from pmor.rexs.parts import ACROSS, ALONG, add_rolling, add_shaft, at, springs, stiffness
 from pmor.rexs.write import add_gear, misaligned, stage_attributes
 from pmor.rexs.write_set import SetParts
-from pmor.sets.duty import shares
 
 
 @dataclass

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.case import Case
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import BoolArray, FloatArray
 from pmor.core.errors import GeometryError
 from pmor.gear.pair import GearPair
 from pmor.line.hubs import HUB
@@ -108,17 +108,44 @@ def distances(plan: SetPlan, pairs: Mapping[str, GearPair]) -> FloatArray:
     their axes jam in a part of the turn: the least distance is that of their axes.
     """
     moved, off = plan.displacement.reshape(-1, HUB), np.hypot(*plan.eccentricity.T)
-    floats = (plan.free.reshape(len(plan.free), -1, HUB)[:, :, :2] != 0.0).any(axis=(0, 2))
+    floating = floats(plan)
     found = np.empty((len(plan.meshes), 3))
     for row, mesh in zip(found, plan.meshes, strict=True):
         one, other, distance = plan.bodies[mesh.pinion], plan.bodies[mesh.wheel], pairs[mesh.case].centre_distance
         row[:] = distance
-        if not (floats[mesh.pinion] or floats[mesh.wheel]):
+        if not (floating[mesh.pinion] or floating[mesh.wheel]):
             between = np.array([other.x - one.x, other.y - one.y])
             further = np.linalg.norm(between + moved[mesh.wheel, :2] - moved[mesh.pinion, :2]) - np.linalg.norm(between)
             row[1:] += math.copysign(1.0, distance) * further
             row[2] += off[mesh.pinion] + off[mesh.wheel]
     return found
+
+
+def room_of_axes(case: Case, pair: GearPair, most: float) -> list[float]:
+    """Return by how much the signed distance of axes may fall and rise until no pair runs, mm.
+
+    At most by `most`, of which it is known to a millionth.
+    """
+    found, approach = [], approach_estimate(case, pair)
+    for sign in (-1.0, 1.0):
+        room, step = 0.0, most
+        for _ in range(20):
+            moved = pair.centre_distance + sign * (room + step)
+            try:
+                refuse_moved_axes(pair, moved, moved, approach)
+                room += step
+            except GeometryError:
+                pass
+            if room >= most:
+                break
+            step *= 0.5
+        found.append(room)
+    return found
+
+
+def floats(plan: SetPlan) -> BoolArray:
+    """Return which bodies are free to move across their axes, (B,)."""
+    return np.asarray((plan.free.reshape(len(plan.free), -1, HUB)[:, :, :2] != 0.0).any(axis=(0, 2)))
 
 
 def _refuse(

@@ -1,4 +1,4 @@
-"""Errors of sets that are drawn within tolerances."""
+"""Errors of sets and trains that are drawn within tolerances."""
 
 from __future__ import annotations
 
@@ -13,7 +13,26 @@ from pmor.sets.settings import Eccentricity, SetSections
 
 
 def drawn(said: SetSections) -> Iterator[SetSections]:
-    """Draw sets within the tolerances of a planetary set; the draws of one error do not depend on the others' sizes."""
+    """Draw sets within the tolerances of a file; the draws of one error do not depend on the others' sizes."""
+    return _drawn_trains(said) if said.gears else _drawn_sets(said)
+
+
+def _drawn_trains(said: SetSections) -> Iterator[SetSections]:
+    sizes, shafts = said.tolerances, [gear.shaft for gear in said.gears if gear.shaft]
+    assert sizes is not None
+    rng, of_timing = np.random.default_rng(sizes.seed), np.random.default_rng([sizes.seed, 1])
+    for _ in range(sizes.samples):
+        off, ahead = rng.standard_normal((len(said.gears), 2)), of_timing.standard_normal(len(said.gears))
+        gears = []
+        for gear, moved, angle in zip(said.gears, sizes.gears_eccentricity_um * off, ahead, strict=True):
+            keys = _eccentric("eccentricity", gear.eccentricity_um, gear.eccentricity_deg, moved)
+            # Of a gear that is alone on its shaft an angle is none.
+            timing = float(sizes.timing_mrad * angle) if shafts.count(gear.shaft or "") > 1 else 0.0
+            gears.append(replace(gear, **keys, timing_mrad=gear.timing_mrad + timing))
+        yield replace(said, gears=tuple(gears))
+
+
+def _drawn_sets(said: SetSections) -> Iterator[SetSections]:
     sizes, pins, off = said.tolerances, said.planets, said.eccentricity
     assert sizes is not None
     rng, nothing = np.random.default_rng(sizes.seed), (0.0,) * pins.count

@@ -12,7 +12,7 @@ from pmor.core.errors import MeshError
 from pmor.fe.outline import tooth_outline
 from pmor.gear.tooth import Tooth
 from pmor.report.blank_figure import hole_outline
-from pmor.report.style import COLOURS, legend_label, panels, plot_share_below
+from pmor.report.style import COLOURS, legend_label, panels
 from pmor.results.load_distribution import face_line
 from pmor.sets.lost import known
 from pmor.sets.pins import pin_shapes
@@ -20,7 +20,6 @@ from pmor.sets.root_stress import GearStress
 from pmor.sets.settings import Pins
 from pmor.sets.shafts import shaft_of
 from pmor.sets.solution import SetSolution
-from pmor.sets.tolerances import Samples
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -169,17 +168,6 @@ def ring_figure(solved: SetSolution, torque: int) -> Figure:
             axes.axvline(place, color="0.6", lw=0.8, ls="--")
         axes.set(xlabel="Place, counter-clockwise from the y axis [deg]", ylabel="Displacement [µm]", xlim=(0.0, 360.0))
         axes.set_xticks(range(0, 361, 60))
-    return figure
-
-
-def tolerance_figure(samples: Samples, shown_Nm: FloatArray) -> Figure:
-    """Share of the sets within tolerances that stay below a mesh load factor, and below a transmission error."""
-    with panels(2, 9.2, 4.2, legend=6, sharey=True) as (figure, (load_factor, error)):
-        for number, torque in enumerate(shown_Nm):
-            for axes, values in ((load_factor, samples.k_gamma), (error, samples.ste_peak_to_peak_um)):
-                plot_share_below(axes, values[:, number], COLOURS[number % len(COLOURS)], f"{torque:g} N m")
-        load_factor.set(xlabel="Mesh load factor K_γ [-]", ylabel="Sets that stay below [%]", ylim=(0.0, 100.0))
-        error.set(xlabel="Peak-to-peak STE [µm]")
     return figure
 
 

@@ -41,11 +41,18 @@ class Centre(NamedTuple):
 
 
 class Meeting(NamedTuple):
-    """A mesh: its pair, and the numbers of the bodies that are its pinion and its wheel; the pinion drives."""
+    """A mesh: its pair, and the numbers of the bodies that are its pinion and its wheel.
+
+    Attributes
+    ----------
+    sense : {-1, 1, 0}
+        Of the torque on the pinion, counter-clockwise positive; 0 where the pinion drives what stands after it.
+    """
 
     pair: GearPair
     pinion: int
     wheel: int
+    sense: int = 0
 
 
 class Placement(NamedTuple):
@@ -104,6 +111,8 @@ class _Turn(NamedTuple):
 def placements(centres: Sequence[Centre], meetings: Sequence[Meeting]) -> tuple[Placement, ...]:
     """Return how the meshes of a train stand; the pinion of the first one drives counter-clockwise.
 
+    Meshes whose senses are given are a tree, in any order; a pinion is turned until its teeth meet those of a wheel.
+
     Raises
     ------
     GeometryError
@@ -113,7 +122,10 @@ def placements(centres: Sequence[Centre], meetings: Sequence[Meeting]) -> tuple[
     teeth |= {meeting.wheel: abs(meeting.pair.wheel.teeth) for meeting in meetings}
     train = _Turning(centres, teeth)
     train.turns[meetings[0].pinion] = _Turn(1, 0.0, 1.0)
-    for meeting in meetings:
+    left = list(meetings)
+    while left:
+        meeting = next(mesh for mesh in left if not mesh.sense or {mesh.pinion, mesh.wheel} & set(train.turns))
+        left.remove(meeting)
         train.mesh(meeting)
     return tuple(train.placement(meeting) for meeting in meetings)
 
@@ -152,6 +164,11 @@ class _Turning:
     def mesh(self, meeting: Meeting) -> None:
         """Place the gears of a mesh; where both shafts stand already, turn what can be turned until teeth meet."""
         pinion, wheel = meeting.pinion, meeting.wheel
+        if pinion not in self.turns and meeting.sense:
+            rate = -self.turns[wheel].rate * meeting.pair.wheel.base_radius / meeting.pair.pinion.base_radius
+            self.turns[pinion] = _Turn(meeting.sense, self._direction(meeting), rate)
+            self._assemble(meeting, [pinion])
+            return
         if _first_on_shaft(self.centres, pinion) not in self.turns:
             name = self.centres[pinion].name
             raise GeometryError(f"gear {name}: drives before anything drives it: list meshes from the driven gear on")
@@ -169,7 +186,7 @@ class _Turning:
 
     def placement(self, meeting: Meeting) -> Placement:
         """Return how a mesh stands; GeometryError where its teeth miss each other."""
-        own, misses = self.turns[meeting.pinion], self._misses(meeting)
+        own, misses = self._pinion(meeting), self._misses(meeting)
         if abs(misses - round(misses)) > MISSES:
             pinion, wheel = self.centres[meeting.pinion].name, self.centres[meeting.wheel].name
             raise GeometryError(
@@ -185,9 +202,14 @@ class _Turning:
         on = self.turns[self._on(body)]
         self.turns.setdefault(body, on._replace(start=on.start + self.ahead.get(self._kind(body), 0.0)))
 
+    def _pinion(self, meeting: Meeting) -> _Turn:
+        """How the pinion of a mesh turns, in the sense in which it is loaded there."""
+        own = self.turns[meeting.pinion]
+        return own._replace(sense=meeting.sense or own.sense)
+
     def _driven(self, meeting: Meeting) -> _Turn:
         """How the driven gear of a mesh turns."""
-        own, pair, direction = self.turns[meeting.pinion], meeting.pair, self._direction(meeting)
+        own, pair, direction = self._pinion(meeting), meeting.pair, self._direction(meeting)
         turned = pair.wheel_tooth_rotation(own.sense * (own.start - direction))
         return _Turn(
             -own.sense if pair.wheel.teeth > 0 else own.sense,
@@ -196,8 +218,10 @@ class _Turning:
         )
 
     def _counted(self, meeting: Meeting) -> _Turn:
-        """The same, its teeth counted from the one that is nearest to the pinion at angle 0."""
+        """The same; where the pinion drives, its teeth counted from the one nearest to the pinion at angle 0."""
         own, driven, pair = self.turns[meeting.pinion], self._driven(meeting), meeting.pair
+        if meeting.sense:
+            return driven
         nearest = round(own.sense * (self._direction(meeting) - own.start) / pair.pitch)
         return driven._replace(start=driven.start - own.sense * nearest * pair.wheel.angular_pitch)
 

@@ -126,7 +126,8 @@ class SetFile:
     @property
     def whole_text(self) -> str:
         """Text of the set file and of those that it names."""
-        return "\n".join([self.text, *(path.read_text(encoding="utf-8-sig") for path in self.inputs[1:])])
+        named = self.inputs[-1:] if self.sections.carrier.stiffness else ()
+        return "\n".join([self.text, *(path.read_text(encoding="utf-8-sig") for path in named)])
 
 
 def load(path: Path | str, shafts: OnShafts | None = None) -> SetFile:
@@ -174,7 +175,8 @@ def parse_set(
 
 def with_sections(file: SetFile, said: SetSections) -> SetFile:
     """Return a set that was read with other sections, checked as those of a file; the errors of `parse_set`."""
-    reader = SetReader(str(file.inputs[0]), sections_in(SetSections), file.inputs[0].parent)
+    where, folder = (str(file.inputs[0]), file.inputs[0].parent) if file.inputs else (file.name, None)
+    reader = SetReader(where, sections_in(SetSections), folder)
     return checked_set(reader, said, file.name, file.text, file.inputs, file.notes, file.changed)
 
 
@@ -201,7 +203,8 @@ def checked_set(
             plan = set_plan(said, layout, pairs, carrier)
     except (CaseError, GeometryError) as error:
         raise type(error)(f"{reader.where}: {str(error).removeprefix(f'{reader.where}: ')}") from None
-    most = max((plan.nominal_Nm, *_further_torques(said))) / plan.nominal_Nm
+    further = _further_torques(said) if shafts is None else ()
+    most = max((plan.nominal_Nm, *further)) / plan.nominal_Nm
     most = most if shafts is None or shafts.most_Nm is None else shafts.most_Nm / plan.torque_Nm
     torques_Nm = {key: most * torque for key, torque in plan.mesh_torques_Nm.items()}
     cases = reader.cases(said, layout, torques_Nm)
@@ -211,7 +214,7 @@ def checked_set(
     pitches = reader.pitches(said, plan, cases), reader.sample_pitches(said, plan, cases)
     housed = 1 if shafts is None else reader.pitches(said, plan, cases, housed=True)
     if said.carrier.stiffness is not None:
-        inputs = (*inputs[:1], inputs[0].parent / said.carrier.stiffness)
+        inputs = (*inputs[:1], (reader.folder or Path()) / said.carrier.stiffness)
     return SetFile(name, text, said, plan, cases, inputs, notes, changed, *pitches, housed)
 
 
@@ -229,8 +232,7 @@ def _part_of_a_gearbox(said: SetSections, shafts: OnShafts) -> SetSections:
         carrier = replace(
             carrier, radial_N_per_mm="rigid", tilt_Nmm_per_rad="rigid", bearings_at_mm=Carrier().bearings_at_mm
         )
-    sweep = replace(said.sweep, torques_Nm=())
-    return replace(said, supports=supports, carrier=carrier, sweep=sweep, loads=())
+    return replace(said, supports=supports, carrier=carrier, loads=())
 
 
 def _further_torques(said: SetSections) -> tuple[float, ...]:

@@ -195,7 +195,7 @@ def _gears_of(case: str, uses: Mapping[str, Sequence[_Use]]) -> list[tuple[str, 
 def _line_pair(meshed: LayeredPair, gears: tuple[FloatArray, FloatArray]) -> LinePair:
     """Prepare a pair for line loads from the compliance of its flanks."""
     components = loaded_components(True, meshed.pair.pinion.helix_angle != 0.0)
-    return LinePair(meshed, line_compliance_between(meshed, gears, components), components)
+    return LinePair(meshed, line_compliance_between(meshed, gears, components), components, gears)
 
 
 def _near(solved: SolvedGear, sector: SectorMesh, flipped: bool) -> FloatArray:

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import chain
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pmor.report.page import Block, Picture, Warning
-from pmor.report.table import Column, Columns, Table, heads, screen_text, table, told_tables
+from pmor.core.arrays import FloatArray
+from pmor.pair.samples import Samples
+from pmor.report.data_sheet import data_sheets
+from pmor.report.machine_tables import LOSS_COLUMNS, LOSSES, spectrum_tables, tolerance_table
+from pmor.report.page import THEMES, Block, Picture, Warning, by_theme, themed
+from pmor.report.table import Columns, Table, heads, screen_text, table, told_tables
+from pmor.report.torque_figures import tolerance_figure
 from pmor.results.load_distribution import PRESSURE
-from pmor.results.root_stress import GEARS
 from pmor.sets.figures import (
     face_load_figure,
     path_figure,
@@ -19,13 +25,15 @@ from pmor.sets.figures import (
     set_figure,
     share_figure,
     ste_figure,
-    tolerance_figure,
 )
 from pmor.sets.loader import SetFile
+from pmor.sets.preview import pairs_of
 from pmor.sets.readings import Data
 from pmor.sets.solution import SetSolution
-from pmor.sets.tolerances import Samples
 from pmor.work.results import Report
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: files of a result
 FILES = (
@@ -54,7 +62,6 @@ MESH_COLUMNS: Columns = {"mesh": "name", **heads(
 LOAD_COLUMNS: Columns = {**heads("torque_Nm"), "mesh": "name", **heads(
     "k_h_beta", "flank_pressure_max_MPa", "line_load_max_N_per_mm", "carrying_face_percent", "effective_contact_ratio",
 )}  # fmt: skip
-LOSS_COLUMNS: Columns = heads("loss_factor", "friction", "losses_W", "efficiency")
 STRESS_COLUMNS: Columns = {
     "gear": "name",
     **heads("max_principal_MPa"),
@@ -66,27 +73,6 @@ STRESS_COLUMNS: Columns = {
 }
 
 
-def _millions(key: str) -> Column:
-    return lambda row: None if row[key] is None else 1e-6 * row[key]
-
-
-def of_gear(key: str, gear: int) -> Column:
-    """Return the column of a figure of pinion or wheel."""
-    return lambda row: None if row[key] is None else row[key][gear]
-
-
-SPECTRUM_COLUMNS: Columns = {
-    "mesh": "mesh", "load": "load", "pinion torque [N m]": "torque_Nm", **heads("fraction", "pinion_rpm", "hours"),
-    **{f"{gear} [10⁶ turns]": _millions(f"{gear}_cycles") for gear in GEARS}, **heads("flank_pressure_max_MPa"),
-    **{f"root stress, {name} [MPa]": of_gear("root_stress_max_MPa", gear) for gear, name in enumerate(GEARS)},
-}  # fmt: skip
-# Of the spectrum, known with hours alone.
-OF_HOURS = ("time [h]", "pinion [10⁶ turns]", "wheel [10⁶ turns]")
-DUTY = "Means by time; the efficiency is that of the work."
-SPECTRUM = (
-    "What each mesh carries, and how often: revolutions of both gears. A list, without any damage. Pressure: "
-    f"{PRESSURE}."
-)
 ORDER_COLUMNS: Columns = {
     **heads("mesh_order", "amplitude_um"),
     "times a turn, or a mesh cycle": lambda row: _times(row),
@@ -111,20 +97,10 @@ STRESS = (
     "point where it is largest, and the limits between which it changes there. Side: of the flank that this mate "
     "loads; –: no mate."
 )
-LOSSES = "Load-dependent, of the line loads; formulas of friction differ by up to a factor of two. Without churning."
 SHAFT_ORDERS = (
     "Of the transmission error between the orders of the first mesh, at the nominal torque; turns of the members "
     "against the carrier, and cycles of the other meshes, or sums and differences of two."
 )
-SAMPLE_COLUMNS: Columns = {
-    "torque [N m]": "torque_Nm",
-    "K_γ as filed": lambda row: row["k_gamma"]["as_filed"],
-    "50 %": lambda row: row["k_gamma"]["percentile_50"],
-    "95 %": lambda row: row["k_gamma"]["percentile_95"],
-    "STE p-p as filed [µm]": lambda row: row["ste_peak_to_peak_um"]["as_filed"],
-    "50 % [µm]": lambda row: row["ste_peak_to_peak_um"]["percentile_50"],
-    "95 % [µm]": lambda row: row["ste_peak_to_peak_um"]["percentile_95"],
-}
 MODEL = (
     "All meshes are solved at once: exact line loads on the finite-element compliance of every member, which couples "
     "the flanks of one body; one rotation for each gear that is free to turn. A planetary set is seen from its carrier."
@@ -133,53 +109,71 @@ MODEL = (
 
 def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, data: Data) -> Report:
     """Return numbers and page."""
-    nominal, tables = nominal_torque(file, solved), _tables(data)
-    blocks: list[Block] = [*map(Warning, _warnings(file, solved, data)), tables[0]]
+    first, nominal = list[Block](), nominal_torque(file, solved)
     if solved.converged[nominal].any():
         angle = int(np.flatnonzero(solved.converged[nominal])[0])
-        blocks.append(Picture("set.png", "All gears as the calculation places them.",
-                              set_figure(solved, nominal, angle), "svg"))  # fmt: skip
+        first.append(Picture("set.png", "All gears as the calculation places them.",
+                             set_figure(solved, nominal, angle), "svg"))  # fmt: skip
     shown = np.array([row["torque_Nm"] for row in data["torques"]])
-    blocks.append(Picture("ste.png", "Static transmission error over all mesh cycles, and its orders.",
-                          ste_figure(solved, shown), "svg"))  # fmt: skip
-    if not solved.plan.planets and any(len(meshes) > 1 for meshes in solved.beside):
-        blocks.append(Picture("shares.png", "Share of each path in the torque, at the nominal one.",
-                              path_figure(solved, nominal), "svg"))  # fmt: skip
-    if solved.plan.planets:
-        blocks.append(Picture("shares.png", "Share of each planet, and the orbit of the sun, at the nominal torque.",
-                              share_figure(solved, nominal), "svg"))  # fmt: skip
-    if file.sections.pins is not None:
-        blocks.append(Picture("pins.png", "Pins, and the axes of the planets on them (dashed), against where they "
-                              "stand without load, means over the mesh cycle at the nominal torque; dots: bearings.",
-                              pin_figure(file.sections.pins, solved, nominal), "svg"))  # fmt: skip
-    if samples is not None:
-        blocks.append(Picture("tolerances.png", "Sets within tolerances, each solved; dashed: 95 % stay below.",
-                              tolerance_figure(samples, shown), "svg"))  # fmt: skip
-    blocks += [
-        *tables[1:],
-        Picture("face_load.png", "Line load over the face, added up over tooth pairs, at the nominal torque.",
-                face_load_figure(solved, nominal), "svg"),
+    first.append(Picture("ste.png", "Static transmission error over all mesh cycles, and its orders.",
+                         ste_figure(solved, shown), "svg"))  # fmt: skip
+    turned = ["The first gear is loaded clockwise: angles and tooth numbers count clockwise."] * solved.plan.clockwise
+    sheets = {"Gear data": data_sheets(file.cases, pairs_of(file))}
+    blocks = [
+        *map(Warning, _warnings(file, solved, data)), _ste_table(data), *first,
+        *themed(sheets, _pictures(file, solved, samples, shown), _tables(data)), MODEL, *turned, *told_tables(data),
     ]  # fmt: skip
-    if solved.root_stress:
-        blocks.append(Picture("root_stress.png", "Stress across the root of a tooth of each member, on the side of its "
-                              "largest principal stress, where the range is largest, at the nominal torque.",
-                              root_stress_figure(solved, nominal), "svg"))  # fmt: skip
-    if solved.ring_deflection is not None and not solved.converged[nominal, 0]:
-        blocks.append("ring.png is left out: angle 0 did not converge.")
-    elif solved.ring_deflection is not None:
-        blocks.append(Picture("ring.png", "Displacement of the ring's root between its teeth at angle 0, mean over the "
-                              "width, beyond that of its hub, at the nominal torque; lines: planets.",
-                              ring_figure(solved, nominal), "svg"))  # fmt: skip
-    blocks.append(MODEL)
-    if solved.plan.clockwise:
-        blocks.append("The first gear is loaded clockwise: angles and tooth numbers count clockwise.")
-    blocks += told_tables(data)
     return Report("set", data, f"Set: {file.sections.title}", blocks)
+
+
+def _pictures(
+    file: SetFile, solved: SetSolution, samples: Samples | None, torques_Nm: FloatArray
+) -> dict[str, list[Block]]:
+    """Pictures but those of the beginning, by theme."""
+    nominal, found = nominal_torque(file, solved), {theme: list[Block]() for theme in THEMES}
+
+    def draw(theme: str, name: str, caption: str, figure: Figure) -> None:
+        found[theme].append(Picture(name, caption, figure, "svg"))
+
+    sharing, supports = "Stiffness and load sharing", "Shafts and bearings"
+    if solved.plan.planets:
+        words = "Share of each planet, and the orbit of the sun, at the nominal torque."
+        draw(sharing, "shares.png", words, share_figure(solved, nominal))
+    elif any(len(meshes) > 1 for meshes in solved.beside):
+        words = "Share of each path in the torque, at the nominal one."
+        draw(sharing, "shares.png", words, path_figure(solved, nominal))
+    if file.sections.pins is not None:
+        words = (
+            "Pins, and the axes of the planets on them (dashed), against where they stand without load, means over the "
+            "mesh cycle at the nominal torque; dots: bearings."
+        )
+        draw(supports, "pins.png", words, pin_figure(file.sections.pins, solved, nominal))
+    if samples is not None:
+        words = "Sets within tolerances, each solved; dashed: 95 % stay below."
+        draw("Tolerances", "tolerances.png", words, tolerance_figure(samples, torques_Nm))
+    words = "Line load over the face, added up over tooth pairs, at the nominal torque."
+    draw("Flanks", "face_load.png", words, face_load_figure(solved, nominal))
+    if solved.root_stress:
+        words = (
+            "Stress across the root of a tooth of each member, on the side of its largest principal stress, where the "
+            "range is largest, at the nominal torque."
+        )
+        draw("Root stress", "root_stress.png", words, root_stress_figure(solved, nominal))
+    if solved.ring_deflection is not None and not solved.converged[nominal, 0]:
+        found[supports].append("ring.png is left out: angle 0 did not converge.")
+    elif solved.ring_deflection is not None:
+        words = (
+            "Displacement of the ring's root between its teeth at angle 0, mean over the width, beyond that of its "
+            "hub, at the nominal torque; lines: planets."
+        )
+        draw(supports, "ring.png", words, ring_figure(solved, nominal))
+    return found
 
 
 def set_text(file: SetFile, solved: SetSolution, data: Data) -> str:
     """Return the tables for the screen."""
-    return screen_text(f"Set: {file.sections.title}", _tables(data), data, _warnings(file, solved, data))
+    tables = [_ste_table(data), *chain(*by_theme(_tables(data)).values())]
+    return screen_text(f"Set: {file.sections.title}", tables, data, _warnings(file, solved, data))
 
 
 def nominal_torque(file: SetFile, solved: SetSolution) -> int:
@@ -187,41 +181,55 @@ def nominal_torque(file: SetFile, solved: SetSolution) -> int:
     return int(np.argmin(np.abs(solved.torque_Nm - file.plan.torque_Nm)))
 
 
-def _tables(data: Data) -> list[Table]:
-    found = [table("Transmission error", TORQUE_COLUMNS, data["torques"], STE)]
-    if data["planets"]:
-        found.append(table("Planets", PLANET_COLUMNS, data["planets"], PLANETS))
-        if any(planet["bearings"] for planet in data["planets"]):
-            found.append(table("Planets on their pins", PIN_COLUMNS, data["planets"], _wound(data)))
+def _ste_table(data: Data) -> Table:
+    return table("Transmission error", TORQUE_COLUMNS, data["torques"], STE)
+
+
+def _tables(data: Data) -> dict[str, list[Table]]:
+    """Tables but the first one, by theme."""
+    found = tables_of_sets([data], {})
     if data["tolerances"]:
-        drawn = data["tolerances"]
-        note = f"Values that 50 % and 95 % of {drawn['samples']} sets stay below, each solved."
-        found.append(table("Tolerances", SAMPLE_COLUMNS, drawn["torques"], note))
+        found["Tolerances"] = [tolerance_table({"": data["tolerances"]}, "sets")]
     if data["shaft_orders"]:
-        found.append(table("Orders of shafts", ORDER_COLUMNS, data["shaft_orders"], SHAFT_ORDERS))
-    found.append(table("Meshes", MESH_COLUMNS, data["meshes"], MESHES))
+        found["Transmission error"] = [table("Orders of shafts", ORDER_COLUMNS, data["shaft_orders"], SHAFT_ORDERS)]
     of_torques = [{**mesh, "torque_Nm": row["torque_Nm"]} for row in data["torques"] for mesh in row["meshes"]]
     if len(data["torques"]) > 1:
-        found.append(table("Meshes at each torque", LOAD_COLUMNS, of_torques, f"Pressure: {PRESSURE}."))
-    if data["losses_W"] is not None:
-        columns = {**heads("torque_Nm"), "mesh": "name", **LOSS_COLUMNS}
-        found.append(table("Losses of the meshes", columns, of_torques, LOSSES))
-    if data["duty"]:
-        found += spectrum_tables(data["duty"])
-    if data["root_stress"]:
-        found.append(table("Root stress", STRESS_COLUMNS, data["root_stress"], STRESS))
+        found["Flanks"] = [table("Meshes at each torque", LOAD_COLUMNS, of_torques, f"Pressure: {PRESSURE}.")]
+    columns = {**heads("torque_Nm"), "mesh": "name", **LOSS_COLUMNS}
+    found["Losses and duty cycle"] = [
+        *([table("Losses of the meshes", columns, of_torques, LOSSES)] if data["losses_W"] is not None else []),
+        *(spectrum_tables(data["duty"]) if data["duty"] else []),
+    ]
     return found
 
 
-def spectrum_tables(duty: Data) -> list[Table]:
-    """Return means and load spectrum of a duty cycle."""
-    hidden = () if duty["hours"] else OF_HOURS
-    timed = {head: column for head, column in SPECTRUM_COLUMNS.items() if head not in hidden}
-    return [
-        table("Duty cycle", {"mesh": "name", **heads("power_W", "losses_W", "efficiency")},
-              [*duty["meshes"], {"name": "all", **duty}], DUTY),
-        table("Load spectrum", timed, duty["spectrum"], SPECTRUM),
-    ]  # fmt: skip
+def tables_of_sets(sets: Sequence[Data], of: Columns, what: str = "") -> dict[str, list[Table]]:
+    """Return the tables of planets, meshes and root stress of sets, by theme.
+
+    Parameters
+    ----------
+    sets : sequence of mapping
+        Data of a set under a load.
+    of : mapping
+        Columns that tell them apart.
+    what : str
+        What the titles say of meshes and root stress.
+    """
+
+    def rows(key: str) -> list[Data]:
+        return [{**one, **entry} for one in sets for entry in one[key]]
+
+    planets, meshes, stress = rows("planets"), rows("meshes"), rows("root_stress")
+    rigid = {"K_Hβ, rigid": "rigid_k_h_beta"} if meshes and "rigid_k_h_beta" in meshes[0] else {}
+    words = f"{MESHES} Rigid: with the hubs of sun, carrier and ring held." if rigid else MESHES
+    found = {"Stiffness and load sharing": [table(f"Meshes{what}", {**of, **MESH_COLUMNS, **rigid}, meshes, words)]}
+    if planets:
+        found["Stiffness and load sharing"].insert(0, table("Planets", {**of, **PLANET_COLUMNS}, planets, PLANETS))
+    if any(planet["bearings"] for planet in planets):
+        found["Shafts and bearings"] = [table("Planets on their pins", {**of, **PIN_COLUMNS}, planets, _wound(sets))]
+    if stress:
+        found["Root stress"] = [table(f"Root stress{what}", {**of, **STRESS_COLUMNS}, stress, STRESS)]
+    return found
 
 
 def _warnings(file: SetFile, solved: SetSolution, data: Data) -> list[str]:
@@ -235,10 +243,12 @@ def _warnings(file: SetFile, solved: SetSolution, data: Data) -> list[str]:
     return said
 
 
-def _wound(data: Data) -> str:
-    """What the table of pins tells, and the wind-up of the carrier where it has one."""
-    wound = data["carrier_windup_mrad"]
-    return PINS if wound is None else f"{PINS} Cheeks of the carrier turn against each other by {wound:.4g} mrad."
+def _wound(sets: Sequence[Data]) -> str:
+    """What the table of pins tells, and the wind-up of the carrier of a single set that has one."""
+    wound = [one["carrier_windup_mrad"] for one in sets]
+    if len(wound) != 1 or wound[0] is None:
+        return PINS
+    return f"{PINS} Cheeks of the carrier turn against each other by {wound[0]:.4g} mrad."
 
 
 def _forces(bearings: Sequence[Data]) -> str | None:

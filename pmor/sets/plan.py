@@ -20,7 +20,7 @@ from pmor.gear.pair import GearPair
 from pmor.line.hubs import HUB
 from pmor.line.train import smooth_rows
 from pmor.sets.kinematics import Meeting, Placement, mesh_rates, placements
-from pmor.sets.layout import SECOND_PLANET, Layout
+from pmor.sets.layout import SECOND_PLANET, Layout, train_layout
 from pmor.sets.model import SetBody, SetMesh
 from pmor.sets.pins import PlanetsOnPins
 from pmor.sets.settings import Planets, SetSections
@@ -221,8 +221,11 @@ def planetary_errors(said: SetSections, bodies: Sequence[SetBody], clockwise: bo
 
 
 def with_errors(plan: SetPlan, said: SetSections) -> SetPlan:
-    """Return a planetary set with the errors that other sections say."""
-    displacement, eccentricity = planetary_errors(said, plan.bodies, plan.clockwise)
+    """Return a set with the errors that other sections say."""
+    displacement, eccentricity = (
+        train_errors(said, train_layout(said)) if said.gears
+        else planetary_errors(said, plan.bodies, plan.clockwise)
+    )  # fmt: skip
     return replace(plan, displacement=displacement, eccentricity=eccentricity)
 
 
@@ -297,21 +300,29 @@ def _trained(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair]) -
         if gear.torque_Nm == "balance":
             del torques[shaft]
     size = HUB * len(bodies)
-    free, compliance, displacement = np.zeros((len(torques), size)), np.zeros((size, size)), np.zeros(size)
+    free, compliance = np.zeros((len(torques), size)), np.zeros((size, size))
     for row, turning in zip(free, torques, strict=True):
         row[[HUB * number + ROTATION for number, shaft in enumerate(shafts) if shaft == turning]] = 1.0
     for number, gear in enumerate(said.gears):
         place = HUB * number + ROTATION
-        displacement[place] = 1e-3 * side * layout.senses.get(gear.name, 0) * gear.timing_mrad
         compliance[place, place] = gives(gear.torsion_Nmm_per_rad)
-    eccentric = [_eccentric(gear.eccentricity_um, side * gear.eccentricity_deg) for gear in said.gears]
+    displacement, eccentricity = train_errors(said, layout)
     first_Nm, *_ = amounts = list(torques.values())
     plan = SetPlan(
         bodies=tuple(bodies), meshes=tuple(meshes), planets=(), free=free, compliance=compliance,
-        displacement=displacement, eccentricity=np.array(eccentric), driver=0, load=np.array(amounts) / first_Nm,
+        displacement=displacement, eccentricity=eccentricity, driver=0, load=np.array(amounts) / first_Nm,
         torque_Nm=first_Nm, nominal_Nm=first_Nm, clockwise=layout.clockwise,
     )  # fmt: skip
     return _under_load(plan, pairs)
+
+
+def train_errors(said: SetSections, layout: Layout) -> tuple[FloatArray, FloatArray]:
+    """Return what `planetary_errors` does of a train: timing of gears on shared shafts, and eccentricities."""
+    side = -1.0 if layout.clockwise else 1.0
+    displacement = np.zeros((len(said.gears), HUB))
+    displacement[:, ROTATION] = [1e-3 * side * layout.senses.get(one.name, 0) * one.timing_mrad for one in said.gears]
+    eccentric = [_eccentric(gear.eccentricity_um, side * gear.eccentricity_deg) for gear in said.gears]
+    return displacement.ravel(), np.array(eccentric)
 
 
 def closing_rows(
@@ -319,8 +330,9 @@ def closing_rows(
 ) -> FloatArray:
     """Return the change of the gap of each mesh by displacements of all hubs, (M, 6 B)."""
     rows = np.zeros((len(meetings), HUB * len(bodies)))
-    for row, (pair, *ends), place in zip(rows, meetings, placed, strict=True):
-        for body, wrench in zip(ends, smooth_rows(pair, place.direction, place.image), strict=True):
+    for row, mesh, place in zip(rows, meetings, placed, strict=True):
+        wrenches = smooth_rows(mesh.pair, place.direction, place.image)
+        for body, wrench in zip((mesh.pinion, mesh.wheel), wrenches, strict=True):
             row[HUB * body : HUB * (body + 1)] += wrench
     return rows
 
@@ -345,3 +357,23 @@ def _under_load(plan: SetPlan, pairs: Mapping[str, GearPair]) -> SetPlan:
         torques[mesh.case] = max(torques.get(mesh.case, 0.0), torque)
     rates = mesh_rates(centres, meetings)
     return replace(plan, mesh_torques_Nm=torques, rates=rates, wrench=forces @ rows)
+
+
+def turned_housing(plan: SetPlan, angle: float) -> SetPlan:
+    """Return a set whose housing stands further around its carrier, counter-clockwise, rad."""
+    assert plan.in_housing is not None
+    ahead = plan.in_housing.displacement * np.exp(1j * angle)
+    return replace(plan, in_housing=replace(plan.in_housing, displacement=ahead))
+
+
+def hubs_off(plan: SetPlan, still: FloatArray, rates: FloatArray, phi: FloatArray) -> FloatArray:
+    """Return hubs off their places at angles of the first gear by what stands `still` (6 B,) and turns, (A, B, 6)."""
+    displacement = np.tile(still.reshape(-1, HUB), (len(phi), 1, 1))
+    turn = np.exp(1j * np.outer(phi, rates))
+    turned = turn * (plan.eccentricity @ [1.0, 1j])
+    displacement[..., 0] += turned.real
+    displacement[..., 1] += turned.imag
+    if plan.in_housing is not None:
+        ahead = turn[:, plan.in_housing.housing]
+        displacement += np.outer(ahead, plan.in_housing.displacement).real.reshape(displacement.shape)
+    return displacement

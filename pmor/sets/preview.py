@@ -8,8 +8,6 @@ from dataclasses import replace
 from pmor.case.capability import left_out
 from pmor.case.gears import GearCase
 from pmor.case.width import meshed_width
-from pmor.core.memory import memory_text
-from pmor.core.progress import format_time
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair
 from pmor.sets.loader import SetFile
@@ -22,9 +20,11 @@ from pmor.work.cost import (
     PAGE_BYTES,
     START,
     Stage,
+    left_out_lines,
+    plan_text,
     refuse_beyond_memory,
+    stage_lines,
     stages,
-    whole,
 )
 from pmor.work.finite_element_cost import held_bytes
 from pmor.work.sizes import pair_size
@@ -43,9 +43,8 @@ def plan(file: SetFile) -> str:
         When the finite elements of a mesh take more memory than there is.
     """
     refuse_large_set(file)
-    parts = [list(lines) for lines in (_gears(file), _meshes(file), _loads(file), _cost(file), _left_out(file))]
-    parts.append([f"! {note}" for note in (*file.changed, *file.notes)])
-    return "\n\n".join("\n".join(lines) for lines in parts if lines)
+    found = _gears(file), _meshes(file), _loads(file), stage_lines(stages_of_set(file)), left_out_lines(left_out(file))
+    return plan_text([*found, [f"! {note}" for note in (*file.changed, *file.notes)]])
 
 
 def refuse_large_set(file: SetFile) -> None:
@@ -127,13 +126,6 @@ def _loads(file: SetFile) -> Iterator[str]:
         yield f"Tolerances: {file.sections.tolerances.samples} sets x {angles} angles x {len(amounts)} torques"
 
 
-def _cost(file: SetFile) -> Iterator[str]:
-    found = stages_of_set(file)
-    yield "Stages: peak memory and time of one core, within a factor of two"
-    for stage in (*found, whole(found)):
-        yield f"  {stage.name:<34} {memory_text(stage.memory):>8}  {format_time(stage.seconds):>12}"
-
-
 def stages_of_set(file: SetFile) -> list[Stage]:
     """Return the stages of a set: finite elements of each mesh, the sweep, tolerances, page.
 
@@ -162,9 +154,3 @@ def stages_of_set(file: SetFile) -> list[Stage]:
     if file.sections.tolerances is not None:
         found.append(Stage("tolerances", held, file.sections.tolerances.samples * file.sample_pitches * a_pitch))
     return [*found, Stage(PAGE, held + PAGE_BYTES, PAGE_S)]
-
-
-def _left_out(file: SetFile) -> Iterator[str]:
-    yield "Left out: what, because"
-    for what, why in left_out(file):
-        yield f"  {what:<34} {why}"

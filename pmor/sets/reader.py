@@ -12,6 +12,7 @@ from pmor.case import Case
 from pmor.case.capability import refuse_beyond
 from pmor.case.change import case_of_settings
 from pmor.case.document import BLANK, COAST, MODIFICATION
+from pmor.case.duty import check_duty
 from pmor.case.reader import Reader
 from pmor.case.seats import read_seats
 from pmor.case.width import meshed_width, whole_width
@@ -23,12 +24,11 @@ from pmor.pair.conditions import assembly_of
 from pmor.pair.model import gear_pair, refuse_loads_unmeshed
 from pmor.sets.bounds import refuse_draws, refuse_errors
 from pmor.sets.draws import drawn
-from pmor.sets.duty import check_duty
 from pmor.sets.layout import PAIR, SECOND_PAIR, SECOND_PLANET, SHARED, Layout, Share, planetary_layout, train_layout
 from pmor.sets.plan import SetPlan, planetary_errors, with_errors
 from pmor.sets.settings import Eccentricity, SetSections
 from pmor.sets.support_checks import check_supports
-from pmor.sets.train_checks import check_stepped, check_train
+from pmor.sets.train_checks import check_stepped, check_tolerances, check_train
 
 # Torque of cases before that of their meshes is known, N m.
 ANY = 1.0
@@ -84,8 +84,7 @@ class SetReader(Reader):
             if given and len(given) != planets.count:
                 rule = f"must be one number for each of the {planets.count} planets"
                 self.refuse(f"{key} with {len(given)} numbers", rule)
-        if said.tolerances is not None and not any(said.tolerances.deviations):
-            self.refuse("[tolerances]", "scatters nothing: write a standard deviation, as pins_tangential_um = 10.0")
+        check_tolerances(said, self.refuse)
         if any(number > planets.count for number in planets.missing):
             self.refuse(f"[planets] missing = {list(planets.missing)}", f"there are planets 1 to {planets.count}")
         if len(planets.missing) >= planets.count:
@@ -117,9 +116,6 @@ class SetReader(Reader):
         if said.carrier.stiffness is None:
             return None
         assert said.pins is not None
-        if self.folder is None:
-            rule = "there is no folder to look for it in: read the set from its file with pmor.load"
-            self.refuse(f'[carrier] stiffness = "{said.carrier.stiffness}"', rule)
         seats = said.planets.count * (2 if said.pins.cheeks == "both" else 1)
         return read_seats(self, "carrier", said.carrier.stiffness, seats, "seat of a pin in a cheek")
 
@@ -264,6 +260,9 @@ class SetReader(Reader):
         if said.tolerances is None:
             return 1
         sizes, off = said.tolerances, said.eccentricity
+        if said.gears:
+            off_axis = plan.eccentricity + sizes.gears_eccentricity_um
+            return self.pitches(said, replace(plan, eccentricity=off_axis), cases)
         widest = Eccentricity(
             sun_um=off.sun_um + sizes.sun_eccentricity_um, ring_um=off.ring_um + sizes.ring_eccentricity_um,
             planets_um=tuple(sizes.planets_eccentricity_um + amount

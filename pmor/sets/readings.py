@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from pmor.case.capability import why_not
-from pmor.pair.losses import Lubricant, mesh_losses, per_second, total
+from pmor.case.capability import left_out
+from pmor.case.duty import Lubricant, shares
+from pmor.pair.losses import duty_data, mesh_losses, per_second, total
+from pmor.pair.samples import Samples, sample_bounds, sample_data
 from pmor.report.data_files import plain_data
 from pmor.sets.bounds import named_bounds
-from pmor.sets.duty import duty_data, shares
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import SetFile
 from pmor.sets.lost import known
 from pmor.sets.plan import SetPlan
 from pmor.sets.root_stress import GearStress
 from pmor.sets.solution import SetSolution
-from pmor.sets.tolerances import Samples, sample_bounds
+from pmor.sets.tolerances import sampled_figures
 
 Data = dict[str, Any]
 ORDERS = 10
@@ -31,8 +32,6 @@ MOST_COMBINED = 8
 # Of slopes in mrad: rounding leaves less of planets that do not tilt.
 TILT_DIGITS = 9
 MINERAL_OIL = Lubricant()
-# Percentiles of sets within tolerances.
-PERCENT = (5.0, 50.0, 95.0, 99.0)
 
 
 def set_data(file: SetFile, solved: SetSolution, samples: Samples | None, failures: tuple[str, ...]) -> Data:
@@ -52,11 +51,13 @@ def set_data(file: SetFile, solved: SetSolution, samples: Samples | None, failur
         "phi_rad": solved.phi_rad.tolist(),
         "torques": rows,
         "duty": duty_data(file.sections.loads, duty_entries(file, solved)),
-        "tolerances": sample_data(samples, solved, [row["torque_Nm"] for row in rows]) if samples else None,
+        "tolerances": None if samples is None else sample_data(
+            samples, sampled_figures(solved), [row["torque_Nm"] for row in rows]
+        ),
         "failures": list(failures),
         "bounds": [*bounds(file, solved, samples), *file.slips, *file.rounded],
         "changed": list(file.changed),
-        "left_out": [f"set.rexs: {why}" for why in [why_not(file, "rexs")] if why and file.plan.planets],
+        "left_out": [f"{what}: {why}" for what, why in left_out(file)],
         "assumptions": list(file.notes),
     }
 
@@ -184,23 +185,6 @@ def combined_orders(plan: SetPlan, order: Fraction) -> dict[str, int]:
             if rate != 1 and times and rest.denominator == 1 and 0 < abs(rest) <= MOST_COMBINED:
                 found.append({first: int(rest), mesh.case: times})
     return min(found, key=lambda both: sum(map(abs, both.values())), default={})
-
-
-def sample_data(samples: Samples, solved: SetSolution, torques_Nm: Sequence[float]) -> dict[str, Any]:
-    """Return percentiles under each torque as plain data, beside those of the set without tolerances."""
-    alone = {"k_gamma": solved.k_gamma, "ste_peak_to_peak_um": np.array([known(np.ptp, ste) for ste in solved.ste_um])}
-    drawn = {"k_gamma": samples.k_gamma, "ste_peak_to_peak_um": samples.ste_peak_to_peak_um}
-    rows = []
-    for number, torque in enumerate(torques_Nm):
-        row: dict[str, Any] = {"torque_Nm": torque, "missing": int(samples.missing[number]),
-                               "incomplete": int(samples.incomplete[number])}  # fmt: skip
-        for name, values in drawn.items():
-            there = values[:, number][np.isfinite(values[:, number])]
-            found = np.percentile(there, PERCENT) if len(there) else np.full(len(PERCENT), np.nan)
-            row[name] = {"as_filed": alone[name][number], "mean": known(np.mean, values[:, number])}
-            row[name] |= {f"percentile_{percent:g}": v for percent, v in zip(PERCENT, found, strict=True)}
-        rows.append(row)
-    return dict(plain_data({"samples": len(samples.sections), "pitches": samples.pitches, "torques": rows}))
 
 
 def _planet_data(solved: SetSolution, number: int, place: int) -> Data:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +13,9 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
 from pmor.core.shown import Columns, Tabular
+from pmor.pair.samples import Samples, sample_rows
 from pmor.report.data_files import write_columns_csv, write_table_csv
+from pmor.report.torque_figures import tolerance_figure
 from pmor.sets.figures import (
     path_figure,
     pin_figure,
@@ -22,15 +24,14 @@ from pmor.sets.figures import (
     set_figure,
     share_figure,
     ste_figure,
-    tolerance_figure,
 )
+from pmor.sets.live import live_blocks
 from pmor.sets.loader import SetFile
 from pmor.sets.lost import known
 from pmor.sets.output import FILES, PIN_FILES, REXS_FILES, SAMPLE_FILES, nominal_torque, set_report, set_text
 from pmor.sets.readings import Data, set_data
 from pmor.sets.results_data import mesh_rows, set_columns, torque_rows, write_set_results
 from pmor.sets.solution import SetSolution
-from pmor.sets.tolerances import Samples, sample_rows
 from pmor.sets.vtkhdf import write_set
 from pmor.work.results import writing_results
 
@@ -171,7 +172,8 @@ class SetResult(Tabular):
         with writing_results(
             folder, files, self.file.whole_text, inputs=inputs, overwrite=overwrite, working=()
         ) as out:
-            set_report(self.file, self.solution, self.samples, self.data).write(out)
+            report = set_report(self.file, self.solution, self.samples, self.data)
+            replace(report, page_only=live_blocks(self.file, self.solution)).write(out)
             if self.samples is not None:
                 write_table_csv(out / "tolerances.csv", sample_rows(self.samples, self._torques_Nm))
             self.to_csv(out / "ste.csv")

@@ -14,13 +14,14 @@ from pmor.case.models import coarser
 from pmor.core.arrays import FloatArray
 from pmor.core.progress import quietly, stage
 from pmor.line.several import GearTrain
+from pmor.pair.samples import lost_samples
 from pmor.sets.loader import SetFile
 from pmor.sets.lost import lost_positions
 from pmor.sets.model import build_train
 from pmor.sets.output import FILES, PIN_FILES, REXS_FILES, SAMPLE_FILES
 from pmor.sets.result import SetResult
 from pmor.sets.solution import solve_set, with_mesh_error
-from pmor.sets.tolerances import lost_samples, solve_samples
+from pmor.sets.tolerances import solve_samples
 from pmor.storage.gear_store import KeptGear, kept_beside, not_kept
 from pmor.storage.results_folder import results_folder
 

@@ -13,23 +13,22 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from pmor.body.bearing import AnyBearing
+from pmor.case.duty import Lubricant, TimedLoad
 from pmor.case.reader import Sections
 from pmor.case.training import Positions
-from pmor.core.ranges import METRES, PASCALS, Length, Range, Stiffness, TiltStiffness, Torques, micrometres
-from pmor.pair.losses import Lubricant
+from pmor.core import ranges
 
-Deviations = Annotated[tuple[float, ...], micrometres(-1e4, 1e4, in_order=True)]
-Amount = Annotated[float, micrometres(0.0, 1e4)]
-Amounts = Annotated[tuple[float, ...], micrometres(0.0, 1e4, in_order=True)]
-Angle = Annotated[float, Range(-100.0, 100.0, "mrad")]
-Angles = Annotated[tuple[float, ...], Range(-100.0, 100.0, "mrad", in_order=True)]
-Direction = Annotated[float, Range(-360.0, 360.0, "deg")]
-Directions = Annotated[tuple[float, ...], Range(-360.0, 360.0, "deg", in_order=True)]
-Torsion = Annotated[float, Range(1e-3, 1e18, "N mm/rad")] | Literal["rigid"]
-AnyTorque = Annotated[float, Range(-1e12, 1e12, "N m")]
+Deviations = Annotated[tuple[float, ...], ranges.micrometres(-1e4, 1e4, in_order=True)]
+Amount = Annotated[float, ranges.micrometres(0.0, 1e4)]
+Amounts = Annotated[tuple[float, ...], ranges.micrometres(0.0, 1e4, in_order=True)]
+Angle = Annotated[float, ranges.Range(-100.0, 100.0, "mrad")]
+Angles = Annotated[tuple[float, ...], ranges.Range(-100.0, 100.0, "mrad", in_order=True)]
+Direction = Annotated[float, ranges.Range(-360.0, 360.0, "deg")]
+Directions = Annotated[tuple[float, ...], ranges.Range(-360.0, 360.0, "deg", in_order=True)]
+Torsion = Annotated[float, ranges.Range(1e-3, 1e18, "N mm/rad")] | Literal["rigid"]
 Member = Literal["sun", "ring", "carrier"]
 # Along the axis, from the middle of the face width.
-Place = Annotated[float, Range(-1e5, 1e5, "mm")]
+Place = Annotated[float, ranges.Range(-1e5, 1e5, "mm")]
 Cheek = Literal["-z", "+z"]
 
 
@@ -55,12 +54,12 @@ class Planets:
         torque on the sun turns the planet.
     """
 
-    count: Annotated[int, Range(1, 24)] = 3
+    count: Annotated[int, ranges.Range(1, 24)] = 3
     positions_deg: Directions = ()
-    missing: Annotated[tuple[int, ...], Range(1, 24)] = ()
+    missing: Annotated[tuple[int, ...], ranges.Range(1, 24)] = ()
     radial_um: Deviations = ()
     tangential_um: Deviations = ()
-    second_z_mm: Annotated[float, Range(-1e6, 1e6, "mm")] | None = None
+    second_z_mm: ranges.Place | None = None
     timing_mrad: Angles = ()
 
 
@@ -93,19 +92,22 @@ class Eccentricity:
 
 @dataclass(frozen=True, kw_only=True)
 class Tolerances:
-    """Standard deviations of the errors of a planetary set (section `[tolerances]`), normal and independent.
+    """Standard deviations of the errors of a set (section `[tolerances]`), normal and independent.
 
-    They are about the errors that `[planets]` and `[eccentricity]` say. Each sample is a set of its own, solved as any
-    other: percentiles of the mesh load factor and of the peak-to-peak transmission error come out.
+    They are about the errors that `[planets]`, `[eccentricity]` and `[[gears]]` say. Each sample is a set of its own,
+    solved as any other: percentiles of the peak-to-peak transmission error, of the mesh load factor, or of trains the
+    largest share of a path, of K_Hbeta and pressure come out.
 
     Parameters
     ----------
     pins_radial_um, pins_tangential_um : float
         Of the place of each pin in the carrier.
     timing_mrad : float
-        Of the second gear of each stepped planet on its shaft.
+        Of the second gear of each stepped planet on its shaft, and of gears of a train that share one.
     sun_eccentricity_um, ring_eccentricity_um, planets_eccentricity_um : float
         Of both components of the eccentricity, in any direction; the runout is about twice the eccentricity.
+    gears_eccentricity_um : float
+        The same of all gears of a train on fixed axes.
     samples : int
         Sets that are drawn.
     seed : int
@@ -114,19 +116,20 @@ class Tolerances:
 
     pins_radial_um: Amount = 0.0
     pins_tangential_um: Amount = 0.0
-    timing_mrad: Annotated[float, Range(0.0, 100.0, "mrad")] = 0.0
+    timing_mrad: Annotated[float, ranges.Range(0.0, 100.0, "mrad")] = 0.0
     sun_eccentricity_um: Amount = 0.0
     ring_eccentricity_um: Amount = 0.0
     planets_eccentricity_um: Amount = 0.0
-    samples: Annotated[int, Range(8, 100_000)] = 200
-    seed: Annotated[int, Range(0, 1_000_000)] = 0
+    gears_eccentricity_um: Amount = 0.0
+    samples: Annotated[int, ranges.Range(8, 100_000)] = 200
+    seed: Annotated[int, ranges.Range(0, 1_000_000)] = 0
 
     @property
     def deviations(self) -> tuple[float, ...]:
         """All standard deviations."""
         return (
             self.pins_radial_um, self.pins_tangential_um, self.timing_mrad, self.sun_eccentricity_um,
-            self.ring_eccentricity_um, self.planets_eccentricity_um,
+            self.ring_eccentricity_um, self.planets_eccentricity_um, self.gears_eccentricity_um,
         )  # fmt: skip
 
 
@@ -155,9 +158,9 @@ class Gear:
     """
 
     name: str
-    at_mm: Annotated[tuple[float, ...], Range(-1e6, 1e6, "mm", in_order=True)]
+    at_mm: ranges.Places
     shaft: str | None = None
-    torque_Nm: AnyTorque | Literal["balance"] | None = None
+    torque_Nm: ranges.SignedTorque | Literal["balance"] | None = None
     timing_mrad: Angle = 0.0
     torsion_Nmm_per_rad: Torsion = "rigid"
     eccentricity_um: Amount = 0.0
@@ -197,35 +200,10 @@ class SetLoad:
         Of the member that the torque is on, for frequencies; None is left out.
     """
 
-    torque_Nm: AnyTorque
+    torque_Nm: ranges.SignedTorque
     on: Member = "sun"
     held: Member = "ring"
-    speed_rpm: Annotated[float, Range(0.0, 1e7, "1/min", low_excluded=True)] | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class TimedLoad:
-    """A load of the duty cycle of a set (section `[[loads]]`), solved beside the nominal one.
-
-    Parameters
-    ----------
-    name : str
-        Of the load.
-    torque_Nm : float
-        Amount of the torque of `[load]`, or of the first gear.
-    speed_rpm : float or None
-        As in `[load]`, whose it is by default.
-    fraction : float or None
-        Share of the operating time: all loads have one, or none has. They add up to 1.
-    hours : float or None
-        Operating time in this load, h, instead of its share.
-    """
-
-    name: str
-    torque_Nm: Annotated[float, Range(0.0, 1e12, "N m", low_excluded=True)]
-    speed_rpm: Annotated[float, Range(0.0, 1e7, "1/min", low_excluded=True)] | None = None
-    fraction: Annotated[float, Range(0.0, 1.0, low_excluded=True)] | None = None
-    hours: Annotated[float, Range(0.0, 1e9, "h", low_excluded=True)] | None = None
+    speed_rpm: Annotated[float, ranges.Range(0.0, 1e7, "1/min", low_excluded=True)] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -244,12 +222,12 @@ class Supports:
         Between both gears of a stepped planet.
     """
 
-    sun_radial_N_per_mm: Stiffness = "rigid"
-    ring_radial_N_per_mm: Stiffness = "rigid"
-    planet_radial_N_per_mm: Stiffness = "rigid"
-    sun_tilt_Nmm_per_rad: TiltStiffness = "rigid"
-    ring_tilt_Nmm_per_rad: TiltStiffness = "rigid"
-    planet_tilt_Nmm_per_rad: TiltStiffness = "rigid"
+    sun_radial_N_per_mm: ranges.Stiffness = "rigid"
+    ring_radial_N_per_mm: ranges.Stiffness = "rigid"
+    planet_radial_N_per_mm: ranges.Stiffness = "rigid"
+    sun_tilt_Nmm_per_rad: ranges.TiltStiffness = "rigid"
+    ring_tilt_Nmm_per_rad: ranges.TiltStiffness = "rigid"
+    planet_tilt_Nmm_per_rad: ranges.TiltStiffness = "rigid"
     planet_torsion_Nmm_per_rad: Torsion = "rigid"
 
 
@@ -297,15 +275,15 @@ class Pins:
         Of the pin, usually steel.
     """
 
-    diameter_mm: Length
-    inner_mm: Annotated[float, Range(0.0, 1e5, "mm", mistaken_for=(METRES,))] = 0.0
-    length_mm: Length
+    diameter_mm: ranges.Length
+    inner_mm: ranges.Diameter = 0.0
+    length_mm: ranges.Length
     middle_mm: Place = 0.0
     cheeks: Literal["both", "-z", "+z"] = "both"
     ends: Literal["clamped", "supported"] = "clamped"
     bearings: tuple[PinBearing, ...]
-    youngs_modulus_GPa: Annotated[float, Range(1e-3, 1e4, "GPa", mistaken_for=PASCALS)] = 210.0
-    poisson_ratio: Annotated[float, Range(0.0, 0.5, high_excluded=True)] = 0.3
+    youngs_modulus_GPa: ranges.YoungsModulus = 210.0
+    poisson_ratio: ranges.PoissonRatio = 0.3
 
     @property
     def ends_mm(self) -> tuple[float, float]:
@@ -341,11 +319,11 @@ class Carrier:
         Along the axis, from the middle of the face width: where a force across does not tilt the carrier.
     """
 
-    windup_Nmm_per_rad: TiltStiffness = "rigid"
+    windup_Nmm_per_rad: ranges.TiltStiffness = "rigid"
     torque_at: Cheek | None = None
     stiffness: Path | None = None
-    radial_N_per_mm: Stiffness = "rigid"
-    tilt_Nmm_per_rad: TiltStiffness = "rigid"
+    radial_N_per_mm: ranges.Stiffness = "rigid"
+    tilt_Nmm_per_rad: ranges.TiltStiffness = "rigid"
     bearings_at_mm: Place = 0.0
 
 
@@ -365,8 +343,8 @@ class SetSweep:
     """
 
     angles_per_pitch: Positions = 60
-    torques_Nm: Torques = ()
-    pitches: Annotated[int, Range(1, 100_000)] | None = None
+    torques_Nm: ranges.Torques = ()
+    pitches: Annotated[int, ranges.Range(1, 100_000)] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -25,7 +25,7 @@ from pmor.results.loads import LineStates
 from pmor.results.quantities import Figures, figures_of_mesh
 from pmor.results.solution import MeshView, PartView, place_of
 from pmor.results.sweep import Orders, orders
-from pmor.sets.plan import SetPlan
+from pmor.sets.plan import SetPlan, hubs_off
 from pmor.sets.ring import RingDeflection, ring_deflection
 from pmor.sets.root_stress import GearStress, root_stress_of_set
 from pmor.sets.shafts import at_place, shaft_of
@@ -165,7 +165,7 @@ class SetSolution:
 
     @cached_property
     def _from_the_drawing(self) -> FloatArray:
-        return self.hub_displacement + _hubs_off(self.plan, self.plan.displacement, self.train.rates, self.phi_rad)
+        return self.hub_displacement + hubs_off(self.plan, self.plan.displacement, self.train.rates, self.phi_rad)
 
     @cached_property
     def planet_share(self) -> FloatArray:
@@ -289,11 +289,9 @@ class SetSolution:
         passed = one.lines._replace(row=NO_ROWS, gradient=NONE)
         lines = Lines._make(np.tile(values, (self.cycles, *[1] * (values.ndim - 1))) for values in passed)
         levers = levers_of(lines, self.found.movement @ self.train.joined.ahead[mesh])
-        pairs = lines.roll.shape[1] // len(one.mesh.pair.meshed.width)
-        return line_states_of(
-            one.mesh.pair.meshed, lines, self.found.force[..., one.part], self.converged,
-            self.first_pair(mesh)[:, None] + np.arange(pairs), levers,
-        )  # fmt: skip
+        pairs = self.first_pair(mesh)[:, None] + np.arange(one.mesh.pair.meshed.tooth_pair_count)
+        force = self.found.force[..., one.part]
+        return line_states_of(one.mesh.pair.meshed, lines, force, self.converged, pairs, levers)
 
     @cached_property
     def mesh_figures(self) -> tuple[Figures, ...]:
@@ -408,34 +406,14 @@ def solve_placed(
     return found
 
 
-def turned_housing(plan: SetPlan, angle: float) -> SetPlan:
-    """Return a set whose housing stands further around its carrier, counter-clockwise, rad."""
-    assert plan.in_housing is not None
-    ahead = plan.in_housing.displacement * np.exp(1j * angle)
-    return replace(plan, in_housing=replace(plan.in_housing, displacement=ahead))
-
-
 def errors_of(plan: SetPlan, placed: PlacedTrain, pitch: int) -> FloatArray:
     """By how much flanks stand off by errors beyond those of the placed set in a pitch, (A, N), mm; empty without."""
     pitch_rad, found = placed.train.meshes[0].pair.meshed.pair.pitch, NONE
     moved = plan.displacement - (0.0 if placed.displacement is None else placed.displacement)
-    displacement = _hubs_off(plan, moved, placed.train.rates, placed.phi + pitch * pitch_rad)
+    displacement = hubs_off(plan, moved, placed.train.rates, placed.phi + pitch * pitch_rad)
     if displacement.any():
         found = placed.opened(displacement.reshape(len(placed.phi), -1))
     if any(mesh.assembly.uneven for mesh in placed.train.meshes):
         deviation = placed.pitch_deviation(pitch)
         found = found + deviation if found.size else deviation
     return found
-
-
-def _hubs_off(plan: SetPlan, still: FloatArray, rates: FloatArray, phi: FloatArray) -> FloatArray:
-    """Hubs off their places at angles of the first gear by what stands `still` (6 B,) and what turns, (A, B, 6)."""
-    displacement = np.tile(still.reshape(-1, HUB), (len(phi), 1, 1))
-    turn = np.exp(1j * np.outer(phi, rates))
-    turned = turn * (plan.eccentricity @ [1.0, 1j])
-    displacement[..., 0] += turned.real
-    displacement[..., 1] += turned.imag
-    if plan.in_housing is not None:
-        ahead = turn[:, plan.in_housing.housing]
-        displacement += np.outer(ahead, plan.in_housing.displacement).real.reshape(displacement.shape)
-    return displacement

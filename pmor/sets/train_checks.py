@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 
-from pmor.case.capability import rule_of
 from pmor.core.wording import did_you_mean
 from pmor.sets.layout import SECOND_PLANET, SHARED
 from pmor.sets.plan import planet_positions
@@ -36,17 +35,36 @@ def check_stepped(said: SetSections, refuse: Refuse) -> None:
         planet_positions(planets, (sun, ring), (first, second))
 
 
+def check_tolerances(said: SetSections, refuse: Refuse) -> None:
+    """Refuse tolerances of nothing, and of what a planetary set or a train on fixed axes does not have."""
+    sizes = said.tolerances
+    if sizes is None:
+        return
+    of_trains = {"timing_mrad": sizes.timing_mrad, "gears_eccentricity_um": sizes.gears_eccentricity_um}
+    usual = "gears_eccentricity_um = 10.0" if said.gears else "pins_tangential_um = 10.0"
+    if not any(sizes.deviations):
+        refuse("[tolerances]", f"scatters nothing: write a standard deviation, as {usual}")
+    if said.gears and sum(of_trains.values()) != sum(sizes.deviations):
+        rule = f"those of a train on fixed axes are {' and '.join(of_trains)}: leave the others out"
+        refuse("[tolerances]", rule)
+    if said.gears and sizes.timing_mrad and len({gear.shaft or gear.name for gear in said.gears}) == len(said.gears):
+        refuse("[tolerances] timing_mrad", "is of gears that share a shaft: name the shaft, or leave it out")
+    if not said.gears and sizes.gears_eccentricity_um:
+        rule = "is of a train on fixed axes: write sun_, ring_ and planets_eccentricity_um"
+        refuse("[tolerances] gears_eccentricity_um", rule)
+
+
 def check_train(said: SetSections, refuse: Refuse) -> None:
     """Refuse gears and meshes that do not fit together."""
     if said.load is not None:
         refuse("[load]", "is of a planetary set: torques of a train stand in [[gears]]; leave it out")
     given = {
-        "tolerances": said.tolerances is not None, "pins": said.pins is not None, "carrier": said.carrier != Carrier(),
-        "planets": said.planets != Planets(), "supports": said.supports != Supports(),
+        "pins": said.pins is not None, "carrier": said.carrier != Carrier(), "planets": said.planets != Planets(),
+        "supports": said.supports != Supports(),
     }  # fmt: skip
     for name in (name for name, is_there in given.items() if is_there):
-        rule = "is of a planetary set, not of a train on fixed axes: leave it out"
-        refuse(f"[{name}]", rule_of("SetFile", "tolerances") if name == "tolerances" else rule)
+        refuse(f"[{name}]", "is of a planetary set, not of a train on fixed axes: leave it out")
+    check_tolerances(said, refuse)
     if said.eccentricity != Eccentricity():
         rule = "is of a planetary set: write eccentricity_um of each of the [[gears]]; leave it out"
         refuse("[eccentricity]", rule)

@@ -13,7 +13,6 @@ from pmor.case import Case
 from pmor.case.width import intervals_across
 from pmor.gear.pair import GearPair
 from pmor.line.sections import loaded_components
-from pmor.pair.model import neighbouring_teeth
 from pmor.reduction.contact_shapes import STENCIL
 from pmor.storage.condition_table import CONDITIONS, NAME
 from pmor.storage.layout import Field
@@ -157,7 +156,7 @@ def compliance_group(case: Case) -> str:
 
 def basis_sizes(case: Case, pair: GearPair) -> dict[str, int]:
     """Return the lengths of the axes that follow from a case."""
-    rows, columns, neighbours = case.mesh.profile_intervals + 1, intervals_across(case) + 1, neighbouring_teeth(pair)
+    rows, columns, neighbours = case.mesh.profile_intervals + 1, intervals_across(case) + 1, pair.neighbouring_teeth
     stencil = STENCIL[case.reduction.interpolation] if case.reduction.shapes != "global_pod" else 2
     parts = loaded_components(case.contact.kind != "nodal", pair.pinion.helix_angle != 0.0)
     return {

@@ -17,6 +17,7 @@ from pmor.case.width import case_of_page, meshed_width, takes_whole_width
 from pmor.core.errors import InsufficientMemoryError
 from pmor.core.keeping import is_kept
 from pmor.core.memory import MemoryLimit, memory_limits, memory_text
+from pmor.core.progress import format_time
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.pair import GearPair
 from pmor.line.kernels.loads import solve_lines
@@ -222,6 +223,23 @@ def refuse_large_sweep_of(case: Case, meshed: MeshedPair) -> None:
 
 def _swept_torques(case: Case) -> int:
     return len(case.online.torques_Nm) + sum(len(torques_of(case, condition)) for condition in case.conditions)
+
+
+def plan_text(parts: Iterable[Iterable[str]]) -> str:
+    """Return the parts of a plan, each of lines, with a blank line between those that have any."""
+    return "\n\n".join(text for lines in parts if (text := "\n".join(lines)))
+
+
+def stage_lines(every: Sequence[Stage], more: str = "") -> list[str]:
+    """Return what a plan says of stages, and of all of them."""
+    lines = [f"Stages: peak memory and time of one core, within a factor of two{more}"]
+    rows = ((stage.name, memory_text(stage.memory), format_time(stage.seconds)) for stage in (*every, whole(every)))
+    return [*lines, *(f"  {name:<34} {memory:>8}  {seconds:>12}" for name, memory, seconds in rows)]
+
+
+def left_out_lines(rows: Iterable[tuple[str, str]]) -> list[str]:
+    """Return what a plan says is left out: what, and why."""
+    return ["Left out: what, because", *(f"  {what:<34} {why}" for what, why in rows)]
 
 
 def _sweep_bytes(positions: int, pairs: int, sections: int = 0) -> int:

@@ -28,8 +28,8 @@ def live_pair(reduced: ReducedPair) -> ReducedPair | str | None:
         return None
     if why := why_not(case, "page"):
         return why
-    if reduced.layered.hubs is not None or any(reduced.flank_compliance.supports):
-        return "the page solves solid gears on rigid hubs alone"
+    if reduced.layered.hubs is not None:
+        return "the page solves gears on rigid hubs alone"
     whole = with_whole_width(reduced.basis).whole
     return reduced if whole is None else reduced_pair(whole)
 

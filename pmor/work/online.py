@@ -15,6 +15,7 @@ from pmor_online.model import ReducedPair, sweep_angles
 from pmor_online.readings import read_off
 from pmor_online.root_stress import root_stress_causes
 from pmor_online.run import OnlineResult, root_stress_of_case, sweep_case, web_stress_of_case
+from pmor_online.samples import solve_samples
 
 
 def run_online(
@@ -47,10 +48,11 @@ def run_online(
     if case.conditions:
         with Progress(angles * len(case.conditions), "conditions", further=progress) as bar:
             conditions = sweep_listed(reduced, executor, bar.step)
+    samples = solve_samples(reduced, case.online.torques_Nm, case.online.angles_per_pitch, executor)
     size_mib = (basis_path.stat().st_size if basis_bytes is None else basis_bytes) / 2**20
     found = OnlineResult(reduced, sweep, None, size_mib, executor is not None, conditions, basis_path.name,
                          readings=readings, root_stress=stress, root_stress_causes=causes,
-                         web_stress=web_stress_of_case(reduced, executor))  # fmt: skip
+                         web_stress=web_stress_of_case(reduced, executor), samples=samples)  # fmt: skip
     return found if model is None else with_comparison(found, model, executor, progress)
 
 

@@ -14,7 +14,7 @@ from pmor.gear.tooth import Tooth
 from pmor.line.sections import loaded_components
 from pmor.pair.blank import blank_below
 from pmor.pair.conditions import assembly_of, full_solves, misalignments, training_values
-from pmor.pair.model import approach_estimate, contact_scheme, neighbouring_teeth, sector_ends, sector_meshes
+from pmor.pair.model import approach_estimate, contact_scheme, sector_ends, sector_meshes
 from pmor.penalty.pair import LOCAL_SHARE
 from pmor.penalty.solve import WINDOW_MARGIN
 
@@ -209,7 +209,7 @@ def pair_size(case: Case, pair: GearPair) -> PairSize:
     kept = case.reduction.error_estimate or case.reduction.shapes == "line_loads"
     components = loaded_components(case.contact.kind != "nodal", case.pair.helix_angle_deg != 0.0) if kept else 0
     return PairSize(
-        tuple(both[:1] if alike else both), neighbouring_teeth(pair), pairs, rows, positions if solves else 0, solves,
+        tuple(both[:1] if alike else both), pair.neighbouring_teeth, pairs, rows, positions if solves else 0, solves,
         shapes, active_shapes, components,
     )  # fmt: skip
 

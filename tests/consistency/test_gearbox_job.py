@@ -19,8 +19,8 @@ from pmor.machine.iso import arrangement
 from pmor.machine.loader import load
 from pmor.machine.output import FILES
 from pmor.machine.run import with_rigid_supports
+from pmor.pair.losses import LISTED
 from pmor.results.quantities import OF_MESHES, TABLE
-from pmor.sets.duty import LISTED
 from pmor_online.model import with_flanks
 from tests.support.gearboxes import INLINE, SMALL, written
 from tests.support.stored_files import rows_of
@@ -201,7 +201,7 @@ def test_the_plan_says_what_is_solved_and_left_out(job, capsys):
 
 
 def test_the_plan_names_a_load_without_an_equilibrium(tmp_path, monkeypatch):
-    monkeypatch.setattr("pmor.machine.model.LoadedGearbox.solve", lambda self: _fail())
+    monkeypatch.setattr("pmor.machine.loaded.LoadedGearbox.solve", lambda self: _fail())
     assert "! no equilibrium" in pmor.plan(written(tmp_path))
 
 

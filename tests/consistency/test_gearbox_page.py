@@ -8,21 +8,23 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+import pmor
 from pmor.machine.coupled import hubs_of, mesh_force, solve_load
 from pmor.machine.live import live_blocks, machine_data, machine_section
+from pmor.machine.loaded import loaded
 from pmor.machine.loader import load
 from pmor.machine.mesh_force import f_beta_um
-from pmor.machine.model import loaded
 from pmor.machine.run import with_rigid_supports
 from pmor.pair.model import elastic_model, mesh_model
-from pmor.report.live.section import HELICAL_ANGLES
+from pmor.report.live.section import HELICAL_ANGLES, LiveSection
 from pmor.report.page import page_html
 from pmor.results.load_distribution import face_load_factor, line_states
 from pmor_offline.train import train
 from pmor_online.model import reduced_pair
 from tests.support.chromium import browser
 from tests.support.gearboxes import SMALL, fva_box, written
-from tests.support.page_solver import TEMPLATES, PageSolver
+from tests.support.page_solver import STE, TEMPLATES, PageSolver
+from tests.support.set_gearboxes import TWO_STAGES, written_reducer
 
 pytestmark = pytest.mark.jit
 # Of the largest: asked for; the flanks' compliance is rounded. Measured: 1e-7 to 4e-7.
@@ -122,6 +124,26 @@ def test_other_bearings_loads_and_flanks_are_what_the_program_solves_anew(box):
         assert_page_agrees(box, setting, expected)
 
 
+@pytest.mark.slow
+def test_meshes_beside_a_set_and_the_set_are_those_of_the_program(tmp_path):
+    """Under the load that was solved; the set has a section of its own."""
+    file = load(written_reducer(tmp_path, TWO_STAGES))
+    found = pmor.run(file)
+    blocks = live_blocks(found.loads, found.pairs)
+    machine, of_set = [block for block in blocks if isinstance(block, LiveSection)]
+    mesh, solver = found.loads[0].meshes[0], PageSolver(machine.data)
+    read = solver.sweep(machine.data["setting"], range(HELICAL_ANGLES))
+    assert read["support"]["force"] == pytest.approx(mesh.force, rel=AGREES)
+    offset = mesh.hubs.offset
+    assert_allclose([*read["support"]["hubs"]["offset"].values()], offset, atol=AGREES * np.abs(offset).max())
+    solution = found.loads[0].sets[0].solution
+    ste = PageSolver(of_set.data).value("solver.solve(DATA.setting, 0).ste")
+    expected = solution.ste_um[0, : len(ste)]
+    assert_allclose(ste, expected, rtol=0.0, atol=STE * np.abs(expected).max())
+    html = page_html("Gearbox", blocks)
+    assert 'id="live2-numbers"' in html
+
+
 def test_rolling_bearings_are_exact_at_the_load_that_was_solved(tmp_path):
     small = solved(tmp_path, SMALL)
     assert [bearing["rolling"] for bearing in small.section.data["machine"]["bearings"]] == [False, False, True, True]
@@ -184,11 +206,11 @@ def test_two_rigid_bearings_at_one_place_are_one():
 def test_figures_beside_the_curve_are_those_of_the_program(box):
     page, mesh = box.solver, box.loads[0].meshes[1]
     script = (TEMPLATES / "live" / "page.js").read_text(encoding="utf-8")
-    page.run(script[: script.rindex("startLive(document")])
+    page.run(script[: script.rindex("for (const root of")])
     found = page.value(f"""(setting => {{
       const result = solver.solve(setting, 1), axes = DATA.machine.loads[0].meshes[1].axes;
       const model = solver.models[1];
-      return [misalignmentOf(model, result.support, axes), faceLoadFactor(model, result.states),
+      return [misalignmentOf(model, result.support, axes), faceLoadFactor(model, result),
         findingsOf(model, result).pressure];
     }})({json.dumps(setting_of(box))})""")
     f_beta = mesh.meshing.frame.along * f_beta_um(mesh.meshing.pair, mesh.displacement)

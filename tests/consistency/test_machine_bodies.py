@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 import pmor
 from pmor.core.conventions import rotation_z
 from pmor.machine.bodies import bodies
-from pmor.machine.model import loaded
+from pmor.machine.loaded import loaded
 from pmor.machine.vtkhdf import FIELDS, FINE, write_machine
 from pmor.results.load_distribution import line_states
 from tests.support.gearboxes import SMALL, fva_box, written

@@ -12,7 +12,8 @@ from pmor.campaigns.loader import load
 from pmor.campaigns.run import task_of
 from pmor.campaigns.solve import row_of
 from pmor.campaigns.table import designs_of
-from pmor.storage.gear_store import open_store
+from pmor.storage.gear_store import Store, open_store
+from tests.support.matrix import SPLIT
 from tests.support.small_set_campaign import written
 
 ROUND_OFF = 1e-12
@@ -98,3 +99,29 @@ def test_members_come_from_the_store_and_give_the_same_row(folder, rows, monkeyp
     row = row_of(task_of(campaign, store), 4, designs_of(campaign)(3), store)
     assert row["results"]["ste_mean_um"] == float(rows[3]["ste_mean_um"])
     assert row["results"]["root_stress_planet_MPa"] == float(rows[3]["root_stress_planet_MPa"])
+
+
+def test_the_row_of_a_train_is_what_its_file_gives(tmp_path):
+    """Keys of a gear, of its place in the list, and of the sweep; results of the whole, of meshes and of gears."""
+    (tmp_path / "set.toml").write_text(SPLIT)
+    path = tmp_path / "split.toml"
+    path.write_text(
+        'set = "set.toml"\n[designs]\nmethod = "list"\ninput.bore_radius_mm = [16.0, 18.0]\n'
+        "gears.left_pinion.timing_mrad = [0.1, 0.2]\ngears.right_pinion.x_mm = 84.0\nsweep.angles_per_pitch = 5\n"
+    )
+    campaign, store = load(path), Store(tmp_path, 0.0)
+    row = row_of(task_of(campaign, store), 2, designs_of(campaign)(1), store)["results"]
+    assert set(row) == set(campaign.results)
+    file = pmor.write_campaign_case(path, tmp_path / "out", 2)
+    written, found = file.read_text(), pmor.run(file)
+    assert written.count("\ntiming_mrad = 0.2\n") == written.count("\nbore_radius_mm = 18.0\n") - 2 == 1
+    data, shares = found.data, [mesh["share_max"] for mesh in found.data["meshes"]]
+    assert data["angles_per_pitch"] == 5
+    expected = {
+        "ste_peak_to_peak_um": data["ste_peak_to_peak_um"], "share_max": max(shares),
+        "k_h_beta": max(mesh["k_h_beta"] for mesh in data["meshes"]),
+        "left_pinion-output.share_max": shares[2],
+        "output.max_principal_MPa": {row["name"]: row for row in data["root_stress"]}["output"]["max_principal_MPa"],
+    }  # fmt: skip
+    assert {key: row[key] for key in expected} == pytest.approx(expected, rel=ROUND_OFF, abs=ROUND_OFF)
+    assert shares[2] > 0.51

@@ -195,7 +195,7 @@ def test_another_body_and_a_damaged_file_are_solved_anew_and_no_other(job, count
 
 @pytest.mark.slow
 def test_tolerances_leave_their_files_and_differ_no_other(tmp_path, job, undrawn):
-    text = f"{SMALL_SET}[tolerances]\npins_radial_um = 5.0\nsun_eccentricity_um = 5.0\nsamples = 8\n"
+    text = f"{TIMED}[tolerances]\npins_radial_um = 5.0\nsun_eccentricity_um = 5.0\nsamples = 8\n"
     path = written_set(tmp_path, text)
     assert "Tolerances: 8 sets x 108 angles x 2 torques" in pmor.plan(path)
     assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 0
@@ -218,7 +218,7 @@ def test_tolerances_leave_their_files_and_differ_no_other(tmp_path, job, undrawn
         values = row["k_gamma"]
         assert 1.0 < values["percentile_5"] < values["percentile_50"] <= values["percentile_95"] <= 3.0 + SOLVED
     found = pmor.run(path, tmp_path / "out")
-    assert len(found.plot_tolerances().axes) == 2
+    assert len(found.plot_tolerances().axes) == 4
     assert "Tolerances" in str(found)
     with pytest.raises(pmor.PmorError, match="add \\[tolerances\\]"):
         pmor.run(job[0], shutil.copytree(job[1], tmp_path / "plain")).plot_tolerances()

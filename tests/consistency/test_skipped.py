@@ -11,7 +11,7 @@ from pmor.fe.assembly import degrees_of_freedom
 from pmor.fe.condensation import condense_sector
 from pmor.gear.condition import Condition
 from pmor.pair.conditions import full_solves
-from pmor.pair.model import mesh_model, neighbouring_teeth
+from pmor.pair.model import mesh_model
 from pmor.penalty.position import active_patches
 from pmor.penalty.solve import window_depth
 from pmor.storage.basis_file import read_basis
@@ -129,7 +129,7 @@ def test_as_many_models_are_solved_as_are_announced(changes, models, monkeypatch
     for gear, sector in zip((elastic.pinion, elastic.wheel), found.sectors, strict=True):
         kept, size = gear.compliance.shape[:2]
         assert size == found.flank_unknowns
-        assert kept == 2 * neighbouring_teeth(found.pair) + 1 < sector.teeth
+        assert kept == 2 * found.pair.neighbouring_teeth + 1 < sector.teeth
 
 
 def test_matrices_and_bytes_of_distant_teeth_are_those_not_held():

@@ -20,7 +20,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 from pmor.campaigns.settings import GearboxCampaign, PairCampaign, SetCampaign
 from pmor.case import ConditionCase
 from pmor.case.body import MatrixCase
-from pmor.case.document import COAST, CONDITION
+from pmor.case.document import COAST, CONDITION, LOADS
+from pmor.case.duty import TimedLoad
 from pmor.case.loader import (
     COMPARE_TORQUES,
     COMPARED_LOADS,
@@ -91,7 +92,7 @@ def formats() -> dict[str, dict[str, type]]:
         "gearbox": GearboxSections,
         "set": SetSections,
     }
-    return {"case": {**case, f"[[{CONDITION}]]": ConditionCase}} | {
+    return {"case": {**case, f"[[{CONDITION}]]": ConditionCase, f"[[{LOADS}]]": TimedLoad}} | {
         name: {"": root} | {_brackets(section, root): kind for section, kind in sections_in(root).items()
                             if root not in (SetCampaign, GearboxCampaign)
                             or kind not in sections_in(PairCampaign).values()}

@@ -71,8 +71,16 @@ BROKEN = {
         BASE + GRID + TEETH + '[store]\nfolder = "taken"\n', ["taken", "holds other things"],
     ),
     "a set beside a case": (BASE + 'set = "set.toml"\n' + GRID + "sun.teeth = [18, 20]\n", ["case: unknown key"]),
-    "a train in place of a planetary set": (
-        'set = "chain.toml"\n' + GRID + "sun.teeth = [18, 20]\n", ["chain.toml", "planetary sets"],
+    "a sun of a train": (
+        'set = "chain.toml"\n' + GRID + "sun.teeth = [18, 20]\n", ["sun: no section of a set", "valid are"],
+    ),
+    "relations of a train": (
+        'set = "chain.toml"\n' + GRID + "input.teeth = [18, 20]\n[relations]\nratio = 3.0\n",
+        ["[relations]", "is of planetary sets", "chain.toml"],
+    ),
+    "a result of planets of a train": (
+        'set = "chain.toml"\n' + GRID + 'input.teeth = [18, 20]\n[results]\nkeys = ["k_gamma"]\n',
+        ['"k_gamma"', "is none of this set"],
     ),
     "a base set that cannot be": ('set = "none.toml"\n' + GRID + "sun.teeth = [18, 20]\n", ["none.toml", "assembled"]),
     "gear that no set has": (SET + "pinion.teeth = [18, 20]\n", ["pinion: no section of a set", "valid are"]),

@@ -175,7 +175,10 @@ CHAINS = {
     "driven before it drives": ('["input", "idler"]', '["output", "idler"]', "drives the first mesh"),
     "too close": ("at_mm = [88.0, 92.0]", "at_mm = [87.0, 92.0]", "mesh idler-output"),
     "too far": ("at_mm = [88.0, 92.0]", "at_mm = [98.0, 92.0]", "mesh idler-output"),
-    "tolerances of a planetary set": ("[sweep]", "[tolerances]\n[sweep]", "a run with tolerances takes planets"),
+    "tolerances of a planetary set": (
+        "[sweep]", "[tolerances]\npins_radial_um = 1.0\n[sweep]", "those of a train on fixed axes are timing_mrad and"
+    ),
+    "timing of no shaft": ("[sweep]", "[tolerances]\ntiming_mrad = 0.1\n[sweep]", "is of gears that share a shaft"),
     "eccentricity of a planetary set": ("[sweep]", "[eccentricity]\nsun_um = 5.0\n[sweep]", "of each of the [[gears]]"),
     "supports of a planetary set": (
         "[sweep]", "[supports]\nsun_radial_N_per_mm = 1e5\n[sweep]", "[supports]: is of a planetary set",

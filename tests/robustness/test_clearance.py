@@ -15,7 +15,7 @@ from pmor.gear.clearance import (
     ROUNDED,
     below_form_circle,
     clearance_warnings,
-    corner_clearance,
+    least_gap,
     refuse_interference,
     tip_clearance,
     tip_land,
@@ -188,7 +188,7 @@ def test_clearance_land_and_overreach_are_those_of_the_textbook():
 
 def test_the_tip_corner_just_touches_the_flank_at_the_end_of_the_path_and_no_more():
     for gear in (0, 1):
-        assert 0.0 <= corner_clearance(both(), gear) < 1e-7
+        assert 0.0 <= least_gap(both(), gear)[0] < 1e-7
 
 
 def test_an_ordinary_pair_is_not_worth_a_word_and_unusual_ones_are_named_with_the_number():
@@ -213,9 +213,9 @@ def test_a_tip_that_is_chamfered_or_rounded_clears_what_its_sharp_corner_would_c
         pair_of_case(make_case("sharp", **PLANET, wheel=RING))
     shorter = pair_of_case(make_case("short", **PLANET, wheel=RING | {"addendum": 0.9}))
     bare = replace(shorter, wheel=replace(shorter.wheel, addendum=1.0), wheel_edge=None)
-    sharp = corner_clearance(bare, 1)
+    sharp = least_gap(bare, 1)[0]
     for edge in ("rounding", "chamfer"):
-        gaps = [corner_clearance(replace(bare, wheel_edge=tip_edge(bare.wheel, **{edge: size})), 1)
+        gaps = [least_gap(replace(bare, wheel_edge=tip_edge(bare.wheel, **{edge: size})), 1)[0]
                 for size in (1e-7, 0.01, 0.02, 0.5)]  # fmt: skip
         assert_allclose(gaps[0], sharp, atol=1e-6)  # that of the sharp corner as it vanishes
         assert sharp < gaps[1] < gaps[2] < 0.0 <= gaps[3] < 1e-7, edge  # at the end of the path

@@ -4,11 +4,20 @@ from tests.support.body_meshes import body_mesh, write_mesh
 from tests.support.gearboxes import SMALL, SMALL_CASE
 from tests.support.set_gearboxes import EVEN_SET, one_stage
 from tests.support.small_case import case_text
-from tests.support.small_sets import SMALL_SET
+from tests.support.small_sets import NO_STRESS, SMALL_SET
 
 PLANE = {"width": "plane_strain", "profile_elements": 8, "error_bar": True, "element": "hex20"}
 WIDE = {"width": "whole", "profile_elements": 8, "width_elements": 2, "error_bar": True, "element": "hex20"}
 RING = {"teeth": 60, "internal": True, "addendum": 0.8, "root_fillet_mm": 0.6, "rim_thickness_mm": 12.0}
+DUTY = """[[loads]]
+name = "often"
+torque_Nm = 50.0
+hours = 30.0
+[[loads]]
+name = "full"
+torque_Nm = 100.0
+hours = 10.0
+"""
 LUGS = {"held": {"lugs": 6, "lug_deg": 10.0}}
 WEB = {"rim_thickness_mm": 6.0, "web_thickness_mm": 5.0, "hub_radius_mm": 24.0}
 HOLES = {"holes": {"count": 7, "radius_mm": 2.0, "on_radius_mm": 27.5}}
@@ -35,13 +44,16 @@ SPLIT = "\n".join(
 )
 
 
+WITHIN = {"profile_slope_um": 3.0, "samples": 8}
+
+
 def _pair(mesh=PLANE, torque=100.0, **more):
     sections = {
         "contact": {"scheme": "line", "lodm_profile": 2}, "reduction": None, "offline": None, "mesh": mesh,
-        "load": {"torque_Nm": torque}, "online": {"angles_per_pitch": 4, "torques_Nm": [torque]},
+        "load": {"torque_Nm": torque, "speed_rpm": 1000.0}, "online": {"angles_per_pitch": 4, "torques_Nm": [torque]},
         "compare": {"angles": 2, "torques_Nm": [torque]}, "results": {"maps": True, "harris_torques_Nm": [torque]},
     }  # fmt: skip
-    return case_text(**{**sections, **more})
+    return case_text(**{**sections, "tolerances": WITHIN, **more}) + DUTY
 
 
 def _blank(**more):
@@ -66,7 +78,7 @@ ROWS = {
     "shafts and bearings": SMALL.replace('name = "drive"\n', 'name = "drive"\nspeed_rpm = 1000.0\nhours = 10.0\n'),
     "planetary set": COARSE + "[tolerances]\npins_tangential_um = 5.0\nsamples = 8\n",
     "stepped planets": STEPPED,
-    "power split": SPLIT,
+    "power split": SPLIT + "[tolerances]\ntiming_mrad = 0.05\nsamples = 8\n",
     "set in a gearbox": one_stage(),
 }
 
@@ -77,7 +89,9 @@ def _solid(radius, *_):
 
 def written_row(row, folder):
     """Write the machine of a row with the files that it names, and return its path."""
-    (folder / "small.toml").write_text(EVEN_SET if row == "set in a gearbox" else SMALL_CASE)
+    of_set = EVEN_SET.replace(NO_STRESS, "") + "[tolerances]\npins_tangential_um = 5.0\nsamples = 8\n"
+    of_case = SMALL_CASE + "[tolerances]\nhelix_slope_um = 5.0\nsamples = 8\n"
+    (folder / "small.toml").write_text(of_set if row == "set in a gearbox" else of_case)
     if row == "body by a mesh":
         write_mesh(folder / "body.inp", *body_mesh((20.0, 24.0, 30.0, 34.0), (-10.0, 0.0, 10.0), 42, _solid))
     path = folder / "machine.toml"

@@ -25,7 +25,7 @@ ROOT = Path(__file__).parents[2]
 TEMPLATES = ROOT / "pmor" / "report" / "templates"
 CASES = ROOT / "cases"
 STE = 1e-5  # asked for; measured over 50 settings: 4.3e-6 of the paper's pair, 6.1e-6 of the helical one
-SCRIPTS = "law", "geometry", "flanks", "solver", "machine", "model"
+SCRIPTS = "law", "geometry", "flanks", "solver", "machine", "train", "model"
 # Layout and comments are no code.
 NO_CODE = tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.ENCODING, tokenize.ENDMARKER
 
@@ -65,8 +65,7 @@ class PageSolver:
             self.run((TEMPLATES / "live" / f"{name}.js").read_text(encoding="utf-8"))
         self.run("""unpackIntegers = async text => Int32Array.from(JSON.parse(unpackedText(text)));
         let solver = null, problem = null;
-        Promise.all(DATA.meshes.map(unpackModel)).then(models => { solver = new Solver(DATA, models); },
-          error => { problem = String(error); });""")
+        solverOf(DATA).then(found => { solver = found; }, error => { problem = String(error); });""")
         while self._engine.execute_pending_job():
             pass
         assert self.run("problem") is None

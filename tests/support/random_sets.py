@@ -11,7 +11,7 @@ from pmor.sets.loader import load
 from pmor.sets.model import build_train
 from pmor.sets.solution import SetSolution, errors_of
 from tests.support.set_variants import BASE, teeth
-from tests.support.small_sets import written_set
+from tests.support.small_sets import levers_at, written_set
 
 TEETH = {3: (18, 18, 54), 4: (40, 20, 80), 5: (40, 20, 80), 6: (40, 20, 80), 7: (42, 21, 84)}
 FREE = {
@@ -67,7 +67,7 @@ def balance_of(planets, free, count, seed):
         torque = planets * LIGHTEST_NM * (HEAVIEST_NM / LIGHTEST_NM) ** rng.random()
         loads = 1e3 * torque * plan.load[None]
         state = placed.solve(loads, errors_of(own, placed, later), later)
-        levers, force = placed.levers_at(state.movement[0]), state.force[0]
+        levers, force = levers_at(placed, state.movement[0]), state.force[0]
         left = np.abs(np.einsum("an,ank->ak", force, levers) + loads)
         over = np.abs(placed.rows).max(axis=1) * force.sum(axis=1, keepdims=True)
         solution = SetSolution(own, placed, np.array([torque]), state, 1)

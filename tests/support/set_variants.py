@@ -11,7 +11,7 @@ from pmor.core.errors import PmorError
 from pmor.sets.loader import load
 from pmor.sets.model import build_train
 from pmor.sets.solution import solve_set
-from tests.support.small_sets import NO_STRESS, SMALL_SET, written_set
+from tests.support.small_sets import NO_STRESS, SMALL_SET, levers_at, written_set
 
 BASE = SMALL_SET.replace("tangential_um = [10.0, 0.0, 0.0]\n", "").replace("torques_Nm = [100.0]\n", "")
 # Of a pitch: neighbours that a transmission error without jumps is between.
@@ -199,7 +199,7 @@ def _solved(entry, variant):
     if not solved.converged.all():
         return replace(entry, note=f"{int((~solved.converged).sum())} of 6 positions did not converge")
     force, movement = solved.found.force[0], solved.found.movement[0]
-    levers = solved.placed.levers_at(movement)
+    levers = levers_at(solved.placed, movement)
     held = np.einsum("an,ank->ak", force, levers) + 1e3 * plan.torque_Nm * plan.load
     pitch, ste = solved.pitch_rad, solved.ste_um[0]
     beside = []

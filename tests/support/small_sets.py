@@ -26,6 +26,14 @@ def line_case(pinion, wheel, helix=0.0, torque_Nm=100.0, mesh=None, **more):
     )  # fmt: skip
 
 
+def levers_at(placed, movement):
+    """Levers of the sections of a placed train, turned where corners carry, at movements (A, K): (A, N, K)."""
+    joined = placed.train.joined
+    ahead = joined.ahead[joined.mesh]
+    further = np.maximum(movement @ ahead.T - placed.lines.corner_advance, 0.0)
+    return placed.rows + (placed.lines.lever_slope * further)[..., None] * ahead
+
+
 def rotations(bodies, held=()):
     """Rotations of all bodies but the held ones, as rows of the movements of a train."""
     rows = [body for body in range(bodies) if body not in held]

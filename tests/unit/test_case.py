@@ -19,7 +19,7 @@ import pmor.app.plan
 from pmor.app.cases import Settings
 from pmor.case import Case, GearCase, basis_key, change_case, describe, load_case, make_case, parse_case, text_of
 from pmor.case.change import changed_text
-from pmor.case.document import CONDITION
+from pmor.case.document import CONDITION, LOADS
 from pmor.case.reader import keys_of
 from pmor.case.schema import SECTIONS
 from pmor.core.errors import CaseError, FileFormatError
@@ -182,7 +182,7 @@ def test_error_names_file_section_key_value_rule_and_remedy():
     assert str(caught.value) == ("demo.toml: [pair] module_mm = -4.0: must be between 0.05 and 100 (mm): raise it")
 
 
-SINGLE = ("title", CONDITION, *(name for name in SECTIONS if "." not in name))
+SINGLE = ("title", CONDITION, LOADS, *(name for name in SECTIONS if "." not in name))
 
 
 def single_keys():
@@ -248,6 +248,19 @@ def test_shipped_cases_say_what_they_are_for_and_read_back_when_changed(path):
     text = text_of(other)
     assert text != case.text
     assert parse_case(text, case.name, case.name) == replace(other, text=text)
+
+
+def test_loads_of_a_duty_cycle_are_swept_and_read_back():
+    loads = [{"name": "often", "torque_Nm": 60.0, "hours": 9.0}, {"name": "rare", "torque_Nm": 130.0, "hours": 1.0}]
+    for sign in (1.0, -1.0):
+        case = make_case(**SMALL | {"torque_Nm": 100.0 * sign}, loads=loads)
+        assert case.online.torques_Nm == (60.0, 100.0, 130.0)
+        other = replace(case, title="another")
+        assert replace(parse_case(text_of(other), case.name, case.name), text=case.text) == other
+    with pytest.raises(CaseError, match="adds up to 0.5"):
+        change_case(case, loads=[{"name": "half", "torque_Nm": 60.0, "fraction": 0.5}])
+    with pytest.raises(CaseError, match=r"\[\[loads\]\]: a duty cycle takes line loads"):
+        change_case(case, scheme="direct")
 
 
 def test_a_key_of_the_gears_changes_both_and_a_section_one():

@@ -13,7 +13,8 @@ from pmor.app.export import export_file
 from pmor.body.bearing_estimate import CatalogueBearing
 from pmor.body.rolling_bearing import BallBearing, RollerBearing
 from pmor.core.errors import CaseError, OutputError
-from pmor.machine.model import loaded, pinion_torques, speeds_rpm
+from pmor.machine.loaded import loaded
+from pmor.machine.model import pinion_torques, speeds_rpm
 from pmor.machine.readings import carried
 from pmor.machine.settings import Gravity
 from pmor.rexs.files import load_gearbox as load

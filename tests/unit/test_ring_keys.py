@@ -104,6 +104,6 @@ def test_what_takes_no_lugs_says_so():
         case_of(RING | {"held": LUGS}, mesh={"width": "plane_strain"})
     with pytest.raises(CaseError, match=r'seat_radial_N_per_mm: \[mesh\] width = "plane_strain" takes rings'):
         case_of(RING | {"seat_tangential_N_per_mm": 1e6}, mesh={"width": "plane_strain"})
-    for capability in ("exudyn", "fmu", "page", "rexs", "vtkhdf"):
+    for capability in ("exudyn", "fmu", "rexs", "vtkhdf"):
         for gives in ({"held": LUGS}, {"seat_radial_N_per_mm": 1e6}):
             assert "takes rings that are rigid all over their outside" in why_not(case_of(RING | gives), capability)

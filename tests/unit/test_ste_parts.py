@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from pmor.line.train import smooth_rows
 from pmor.machine.fixed_point import Mixing
+from pmor.machine.loaded import loaded
 from pmor.machine.loader import load
-from pmor.machine.model import loaded
 from pmor.machine.ste_parts import ste_parts
 from pmor.pair.bounds import coast_gap_um
 from pmor.results.load_distribution import largest_pressure

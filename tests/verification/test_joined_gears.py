@@ -16,6 +16,7 @@ from pmor.machine.loader import load as load_gearbox
 from pmor.machine.model import speeds_rpm
 from pmor.pair.conditions import conditions_of
 from pmor.pair.model import gear_pair
+from pmor.pair.samples import sample_rows
 from pmor.sets.draws import drawn
 from pmor.sets.kinematics import Centre, Meeting, placements
 from pmor.sets.loader import load
@@ -24,7 +25,7 @@ from pmor.sets.root_stress import root_stress_of_set
 from pmor.sets.run import train_of
 from pmor.sets.settings import Planets
 from pmor.sets.solution import solve_set
-from pmor.sets.tolerances import sample_rows, solve_samples
+from pmor.sets.tolerances import solve_samples
 from pmor_online.root_cycle import root_stress_and_cycles
 from tests.support.set_gearboxes import one_stage, written_reducer
 from tests.support.small_sets import NO_STRESS, SMALL_CHAIN, SMALL_SET, line_case, written_set
@@ -315,7 +316,7 @@ def test_a_sample_has_the_timing_that_its_row_says(stepped, tmp_path):
     drawn_about = solve_set(file.plan, stepped.solution.train, np.array([300.0]), 6, 8)
     samples = solve_samples(file, drawn_about)
     with threads(2) as executor:
-        assert np.array_equal(solve_samples(file, drawn_about, executor).k_gamma, samples.k_gamma)
+        assert np.array_equal(solve_samples(file, drawn_about, executor).figures["k_gamma"], samples.figures["k_gamma"])
     row, _ = sample_rows(samples, np.array([300.0]))[:2]
     timing, pins = ([row[f"{key}_{n}"] for n in (1, 2, 3)] for key in ("timing_mrad", "tangential_um"))
     text = STEPPED.replace("count = 3", f"count = 3\ntiming_mrad = {timing}\ntangential_um = {pins}")

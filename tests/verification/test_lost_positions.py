@@ -17,6 +17,7 @@ from pmor.line.kernels.loads import MOST_SINGLE_STEPS
 from pmor.machine.loader import load as load_gearbox
 from pmor.machine.output import gearbox_data
 from pmor.machine.run import lost_of_load
+from pmor.pair.samples import lost_samples, sample_rows
 from pmor.rexs.write_set import set_rexs
 from pmor.sets.loader import load
 from pmor.sets.lost import lost_positions
@@ -24,7 +25,7 @@ from pmor.sets.output import set_report
 from pmor.sets.readings import set_data, torque_data
 from pmor.sets.results_data import write_set_results
 from pmor.sets.solution import solve_on
-from pmor.sets.tolerances import lost_samples, sample_rows, solve_samples
+from pmor.sets.tolerances import solve_samples
 from pmor_online.root_cycle import Extremes
 from tests.support.set_gearboxes import one_stage, written_reducer
 from tests.support.set_variants import BASE, teeth
@@ -154,9 +155,9 @@ def test_samples_keep_the_positions_that_converged_and_say_so(result, tmp_path, 
     samples = solve_samples(file, result.solution)
     assert samples.lost[:, 0].tolist() == [0, 1, solved[2].converged.shape[1], *5 * [0]]
     there = np.delete(solved[1].ste_um[0], LOST)
-    assert_allclose(samples.ste_peak_to_peak_um[1, 0], np.ptp(there), rtol=1e-12)
-    assert_allclose(samples.k_gamma[1], without(solved[1]).k_gamma, rtol=1e-12)
-    assert np.isnan([samples.ste_peak_to_peak_um[2, 0], samples.k_gamma[2, 0]]).all()
+    assert_allclose(samples.figures["ste_peak_to_peak_um"][1, 0], np.ptp(there), rtol=1e-12)
+    assert_allclose(samples.figures["k_gamma"][1], without(solved[1]).k_gamma, rtol=1e-12)
+    assert np.isnan([samples.figures["ste_peak_to_peak_um"][2, 0], samples.figures["k_gamma"][2, 0]]).all()
     assert (samples.incomplete, samples.missing) == (1, 1)
     some, none = lost_samples(samples, [300.0])
     assert some.startswith("300 N m: 1 of 8 sets within tolerances have positions that did not converge")

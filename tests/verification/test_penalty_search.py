@@ -14,7 +14,7 @@ from pmor.core.errors import ConvergenceError
 from pmor.gear.condition import ALIGNED, PLAIN, Condition, at_torques
 from pmor.gear.kernels.types import Motion
 from pmor.pair.conditions import nominal_condition
-from pmor.pair.model import mesh_model, neighbouring_teeth
+from pmor.pair.model import mesh_model
 from pmor.penalty.elasticity import ReducedElasticity
 from pmor.penalty.equilibrium import solve_equilibrium
 from pmor.penalty.kernels.nodal import search_pair
@@ -131,7 +131,7 @@ def test_kernels_never_count_more_tooth_pairs_than_there_is_memory_for():
         for end in (first, last):
             phi = end + pair.pitch * rng.integers(-40, 40)
             patches, _ = place_windows(phi, 10.0 * MODULE, 1.0, 12, kinematics, kernel.gears, kernel.limits)
-            assert patches.pairs <= pair.most_touching_pairs == neighbouring_teeth(pair) + 1
+            assert patches.pairs <= pair.most_touching_pairs == pair.neighbouring_teeth + 1
             assert len(pair.touching_pairs(phi, 0.5 * pair.pitch)) <= pair.most_touching_pairs
             counted.add(pair.most_touching_pairs - patches.pairs)
     assert 0 in counted, "the angles are those of the largest number"

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.machine.loaded import loaded
 from pmor.machine.mesh_force import f_beta_um
-from pmor.machine.model import loaded, pinion_senses, set_torques, speeds_rpm
+from pmor.machine.model import pinion_senses, set_torques, speeds_rpm
 from pmor.rexs.files import load_gearbox as load
 
 SHARED = Path(__file__).parents[3] / "shared" / "rexs"

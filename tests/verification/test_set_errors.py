@@ -11,10 +11,13 @@ import pmor
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.gear.modification import Modification
 from pmor.pair.conditions import assembly_of
+from pmor.pair.samples import sample_rows
 from pmor.sets.draws import drawn
 from pmor.sets.loader import load
 from pmor.sets.run import run
 from pmor.sets.solution import solve_placed
+from pmor.sets.tolerances import sampled_figures
+from tests.support.matrix import SPLIT, SPLIT_GEARS
 from tests.support.small_sets import NO_STRESS, SMALL_SET, chain, written_set
 
 # Solutions by Newton's method, to its tolerance.
@@ -129,6 +132,26 @@ def test_a_sample_is_the_set_that_a_file_with_its_errors_says(tmp_path, undrawn)
     assert again.k_gamma[0] > 1.01
 
 
+def test_a_sample_of_a_train_is_the_train_with_the_errors_of_its_row(tmp_path):
+    """Timing of gears that share a shaft and eccentricities, about those of the file; paths share alike without."""
+    plain = SPLIT.replace('shaft = "left"', 'shaft = "left"\neccentricity_um = 4.0')
+    sizes = "[tolerances]\ntiming_mrad = 0.1\ngears_eccentricity_um = 3.0\nsamples = 8\n"
+    short = plain.replace("angles_per_pitch = 4", "angles_per_pitch = 4\npitches = 2")
+    found = solved(tmp_path, short + sizes)
+    row = sample_rows(found.samples, [100.0])[3]
+    filed = found.data["tolerances"]["torques"][0]["share_max"]["as_filed"]
+    assert row["input.timing_mrad"] == 0.0 != row["left_pinion.timing_mrad"]
+    text, keys = short.replace("\neccentricity_um = 4.0", ""), ("timing_mrad", "eccentricity_um", "eccentricity_deg")
+    for name in SPLIT_GEARS:
+        errors = "".join(f"{key} = {row[f'{name}.{key}']}\n" for key in keys)
+        text = text.replace(f'name = "{name}"\n', f'name = "{name}"\n{errors}')
+    again = sampled_figures(solved(tmp_path, text).solution)
+    assert set(again) == {"ste_peak_to_peak_um", "share_max", "k_h_beta", "flank_pressure_max_MPa"}
+    for key, value in again.items():
+        assert_allclose(row[f"{key}_100_Nm"], value[0], rtol=SOLVED)
+    assert row["share_max_100_Nm"] > filed + 0.01
+
+
 @pytest.mark.slow
 def test_percentiles_of_one_pin_are_those_of_its_normal_distribution(tmp_path):
     """Two planets on a fixed sun, off by little: K_gamma - 1 goes with the amount of the difference of two draws."""
@@ -136,10 +159,10 @@ def test_percentiles_of_one_pin_are_those_of_its_normal_distribution(tmp_path):
     sizes = "[tolerances]\npins_tangential_um = {}\nsamples = {}\n"
     found = solved(tmp_path, text + sizes.format(0.5, 2000))
     rows = found.data["tolerances"]["torques"][0]["k_gamma"]
-    tangential = np.array([said.planets.tangential_um for said in found.samples.sections])
+    tangential = np.array([[row[f"tangential_um_{n}"] for n in (1, 2)] for row in found.samples.errors])
     assert_allclose(tangential.std(), 0.5, rtol=0.05)
     apart = np.abs(tangential[:, 0] - tangential[:, 1])
-    ahead = found.samples.k_gamma[:, 0] - 1.0
+    ahead = found.samples.figures["k_gamma"][:, 0] - 1.0
     assert_allclose(ahead / apart, np.median(ahead / apart), rtol=5e-3)
     # Of |N(0, 1)|: 0.6745 and 1.9600.
     ratio = (rows["percentile_95"] - 1.0) / (rows["percentile_50"] - 1.0)

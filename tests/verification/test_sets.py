@@ -11,7 +11,7 @@ from pmor.gear.condition import ALIGNED
 from pmor.line.kernels.law import approach_of
 from pmor.line.kernels.tip_corner import LineLaw
 from pmor.sets.kinematics import Centre, Meeting, placements
-from tests.support.small_sets import chain
+from tests.support.small_sets import chain, levers_at
 
 TORQUE = 1e5
 # Solutions by two ways of Newton's method, to its tolerance.
@@ -73,7 +73,7 @@ def test_an_elastic_idler_couples_its_meshes_and_keeps_its_balance(helix, width)
     assert found.converged.all()
     change = found.movement[0, :, 0] / without.movement[0, :, 0] - 1.0
     assert ((np.abs(change) > 1e-3) & (np.abs(change) < 0.05)).all()
-    held = np.einsum("ank,an->ak", placed.levers_at(found.movement[0]), found.force[0])
+    held = np.einsum("ank,an->ak", levers_at(placed, found.movement[0]), found.force[0])
     assert_allclose(held, np.broadcast_to([-TORQUE, 0.0], held.shape), rtol=0.0, atol=1e-8 * TORQUE)
 
 

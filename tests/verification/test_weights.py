@@ -7,8 +7,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.body.beam import NODE, Beam, CircularSection, ShaftMaterial
+from pmor.machine.loaded import loaded
 from pmor.machine.mesh_force import mesh_frame
-from pmor.machine.model import loaded
 from pmor.machine.readings import carried
 from pmor.machine.weights import gear_weight
 from pmor.rexs.files import load_gearbox as load

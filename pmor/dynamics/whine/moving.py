@@ -23,7 +23,8 @@ from pmor.core.arrays import FloatArray
 from pmor.gear.inertia import Inertia
 from pmor.line.hub_law import COORDINATES, mesh_coordinates
 from pmor.machine.coupled import SolvedLoad
-from pmor.machine.model import ABOUT_AXIS, BEARING_ROWS, GearboxModel, LoadedGearbox, Meshing, loaded, speeds_rpm
+from pmor.machine.loaded import ABOUT_AXIS, BEARING_ROWS, LoadedGearbox, Meshing, loaded
+from pmor.machine.model import GearboxModel, speeds_rpm
 from pmor.machine.settings import LoadCase
 from pmor.machine.system import ARM, tangent_of
 from pmor.machine.weights import M3_OF_MM3, gears_on_shafts

@@ -17,7 +17,8 @@ from pmor.dynamics.whine.moving import KG, MovingMachine, bearing_rows, moving_m
 from pmor.dynamics.whine.orders import Order, along
 from pmor.line.hub_law import COORDINATES
 from pmor.machine.coupled import SolvedLoad
-from pmor.machine.model import ABOUT_AXIS, GearboxModel
+from pmor.machine.loaded import ABOUT_AXIS
+from pmor.machine.model import GearboxModel
 from pmor.machine.settings import Motion
 from pmor_online.model import ReducedPair
 

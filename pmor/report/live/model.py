@@ -13,11 +13,15 @@ from __future__ import annotations
 
 import base64
 import zlib
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from pmor.body.far_compliance import FarCompliance
+from pmor.body.support import Support
 from pmor.core.arrays import FloatArray
+from pmor.core.threads import one_thread
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.gear.kernels.types import Gear
 from pmor.gear.meshed_pair import MeshedPair
@@ -27,7 +31,7 @@ from pmor.line.hertz import mean_layer_constant
 from pmor.line.kernels import contact_point, law, loads, movements, places, pressure, starts, tip_corner
 from pmor.line.kernels.tip_corner import Corner
 from pmor.line.layered_pair import LayeredPair
-from pmor_online.model import ReducedPair
+from pmor.line.pair import LinePair
 
 # Steps to the largest entry.
 STEPS = 2**21
@@ -71,37 +75,50 @@ def packed_compliance(blocks: FloatArray, gear: Gear) -> dict[str, Any]:
     }
 
 
-def packed_coupling(added: FloatArray) -> dict[str, Any]:
-    """Pack what the layer of a gear adds between sections (`LayeredPair.layer_coupling`), (n, S, S).
+def packed_array(array: FloatArray) -> dict[str, Any]:
+    """Pack numbers of an array, one after the other: `step`, and `numbers` of steps as packed integers."""
+    step = float(np.abs(array).max(initial=0.0)) / STEPS or 1.0
+    return {"step": step, "numbers": packed_integers(np.round(array / step))}
 
-    Returns
-    -------
-    dict
-        `step`, mm/N; `added`, the upper triangle between sections of each row of nodes as packed integers.
-    """
-    step = float(np.abs(added).max()) / STEPS
-    upper = np.triu_indices(added.shape[1])
-    return {"step": step, "added": packed_integers(np.round(added[:, upper[0], upper[1]] / step))}
+
+def packed_shapes(shapes: FloatArray, gear: Gear) -> dict[str, Any]:
+    """Pack vectors over the components of displacement of a flank's nodes, (n, r), in the nodes' own directions."""
+    return {"rank": shapes.shape[1], **packed_array(_along(shapes, gear).T)}
+
+
+def packed_far(far: FarCompliance | None) -> dict[str, Any] | None:
+    """Pack the movement of shapes of far teeth; teeth that are in no mesh together have none."""
+    if far is None:
+        return None
+    return {name: packed_array(np.nan_to_num(getattr(far, name))) for name in ("flanks", "images", "backs")}
+
+
+def packed_support(support: Support | None) -> dict[str, Any] | None:
+    """Pack the movement of patterns by what makes teeth differ."""
+    if support is None:
+        return None
+    period, covered = support.compliance.shape[:2]
+    return {"period": period, "covered": covered, "blocks": packed_array(support.compliance)}
 
 
 def _local(blocks: FloatArray, gear: Gear) -> FloatArray:
     """Compliance in the nodes' own directions: (teeth, n, n)."""
+    return np.stack([_along(_along(block, gear).T, gear).T for block in blocks])
+
+
+def _along(array: FloatArray, gear: Gear) -> FloatArray:
+    """Displacements of all nodes, the first axis, in the nodes' own directions, column by column."""
     rows, columns = gear.nodes.shape[:2]
-    nodes, components = rows * columns, blocks.shape[1] // (rows * columns)
+    nodes, components = rows * columns, array.shape[0] // (rows * columns)
     angle = (gear.half_angle - gear.roll[:, None] + gear.twist * gear.nodes[0, :, 2]).T.ravel()
     cosine, sine, axial = np.cos(angle)[:, None], np.sin(angle)[:, None], gear.twist * gear.base_radius
     by_column = components * np.arange(nodes).reshape(rows, columns).T.ravel()
-
-    def along(array: FloatArray) -> FloatArray:
-        """Take displacements, the first axis, in the nodes' own directions."""
-        x, y = array[by_column], array[by_column + 1]
-        normal, tangential = cosine * x + sine * y, cosine * y - sine * x
-        if components == 2:
-            return np.concatenate([normal, tangential])
-        z = axial * array[by_column + 2]
-        return np.concatenate([normal + z, tangential, z])
-
-    return np.stack([along(along(block).T).T for block in blocks])
+    x, y = array[by_column], array[by_column + 1]
+    normal, tangential = cosine * x + sine * y, cosine * y - sine * x
+    if components == 2:
+        return np.concatenate([normal, tangential])
+    z = axial * array[by_column + 2]
+    return np.concatenate([normal + z, tangential, z])
 
 
 def _products(block: FloatArray, step: float) -> dict[str, Any]:
@@ -119,6 +136,7 @@ def _products(block: FloatArray, step: float) -> dict[str, Any]:
     }
 
 
+@one_thread()
 def _leading_vectors(block: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Singular vectors of a smooth matrix, from its products with a few random ones (Halko et al., SIAM Rev. 53)."""
     samples = np.random.default_rng(2011).standard_normal((len(block), min(len(block), MOST_VECTORS)))
@@ -147,60 +165,85 @@ def packed_integers(numbers: FloatArray) -> str:
 ALIKE = 1e-9
 
 
-# The program begins anew where so many steps as PATIENCE lead nowhere; the page goes on, with sections one at a time.
-MAX_STEPS = 60
-#: of the kernels that the page's solver transcribes, and its own
-CONSTANTS = {"MAX_STEPS": MAX_STEPS} | {
+#: of the kernels that the page's solver transcribes
+CONSTANTS = {
     name: getattr(module, name)
     for module, names in (
-        (loads, ("PATIENCE", "TOLERANCE", "ROUND_OFF", "LAST_DIGITS", "BEGINNING")), (starts, ("NEARBY",)),
-        (movements, ("BALANCED",)), (tip_corner, ("SHORT", "LONGEST", "NEAREST")),
-        (contact_point, ("CORNER", "LEAST_ROLL")),
+        (loads, ("PATIENCE", "MOST_SINGLE_STEPS", "TOLERANCE", "ROUND_OFF", "LAST_DIGITS", "BEGINNING", "NOTHING")),
+        (starts, ("NEARBY",)), (movements, ("BALANCED", "LOOSE", "ROUNDING")),
+        (tip_corner, ("SHORT", "LONGEST", "NEAREST")), (contact_point, ("CORNER", "LEAST_ROLL")),
         (places, ("LEAST_LEVER",)), (bonded_layer, ("WIDEST",)), (pressure, ("PRESSURES",)),
         (law, ("FLATTEST", "LEAST_SLOPE")),
     ) for name in names
 }  # fmt: skip
 
 
-def live_model(reduced: ReducedPair, assembly: Assembly, angles: int) -> dict[str, Any]:
-    """Return the reduced model as plain numbers.
+def live_model(
+    lines: LinePair, assembly: Assembly, angles: int, far: Sequence[FarCompliance | None] = (None, None),
+    supports: Sequence[Support | None] | None = None,
+) -> dict[str, Any]:  # fmt: skip
+    """Return the reduced model of a mesh as plain numbers.
 
     Parameters
     ----------
-    reduced : ReducedPair
-        Of line loads, on the whole width.
+    lines : LinePair
     assembly : Assembly
         Its pitch deviations and topographies stay as they are.
     angles : int
         Over a pitch.
+    far, supports : sequence
+        What pinion and wheel share with other meshes, and by what their teeth differ; by default that of the pair.
 
     Returns
     -------
     dict
-        `model`, `bodies` (packed compliances) and `body_of` (which one pinion and wheel have, and whether mirrored).
+        `model`, `bodies` (packed compliances), `body_of` (which one pinion and wheel have, and whether mirrored),
+        `shapes` (of far teeth and of teeth that differ, on either gear), `supports` (of a pair by itself).
     """
-    meshed = reduced.layered
-    bodies, body_of = _bodies(reduced)
+    meshed = lines.meshed
+    bodies, body_of = _bodies(lines)
     sections = meshed.sections
     model = {
         "angles": angles,
         "pair_count": meshed.tooth_pair_count,
-        "rate": meshed.expected_approach(1.0),
+        "softness": meshed.expected_approach(lines.base_radius),
         "layer_constant": mean_layer_constant(meshed),
         "kinematics": _kinematics(meshed),
         "common_face": list(meshed.pair.common_face),
         "pinion_roll_range": list(meshed.pair.pinion_roll_range),
+        "mirrored": meshed.mirrored,
         "sections": {
             "z": sections.z.tolist(),
             "first_z": meshed.pair.common_face[0],
-            "width": sections.width.tolist(),
+            "width": meshed.width.tolist(),
             "column": sections.column.tolist(),
             "share": sections.share.tolist(),
         },
         "gears": [_gear(meshed, assembly, gear) for gear in range(2)],
-        "layer_coupling": [packed_coupling(added) for added in meshed.layer_coupling] if meshed.free_ends else None,
+        "layer_coupling": [_coupling(added) for added in meshed.layer_coupling] if meshed.free_ends else None,
     }
-    return {"model": model, "bodies": bodies, "body_of": body_of}
+    teeth = abs(meshed.pair.pinion.teeth), abs(meshed.pair.wheel.teeth)
+    own = zip(teeth, lines.supports, strict=True)
+    shapes = [
+        {"far": each and packed_shapes(each.shapes, gear), "support": _patterns(support, gear)}
+        for each, support, gear in zip(far, supports or lines.supports, meshed.gears, strict=True)
+    ]
+    return {
+        "model": model, "bodies": bodies, "body_of": body_of, "shapes": shapes,
+        "supports": [{"teeth": count, "far": None, "support": packed_support(support)} for count, support in own],
+    }  # fmt: skip
+
+
+def _patterns(support: Support | None, gear: Gear) -> list[dict[str, Any]]:
+    """Patterns on the flanks, and on the other ones in their image, where these carry."""
+    found = () if support is None else (support.rows, support.backs)
+    return [packed_shapes(patterns, gear) for patterns in found if patterns is not None]
+
+
+def _coupling(added: FloatArray) -> dict[str, Any]:
+    """What the layer of a gear adds between sections: upper triangles of `LayeredPair.layer_coupling`, (n, S, S)."""
+    upper = np.triu_indices(added.shape[1])
+    return packed_array(added[:, upper[0], upper[1]])
 
 
 def _kinematics(meshed: MeshedPair) -> dict[str, float]:
@@ -241,23 +284,21 @@ def _flank(meshed: MeshedPair, assembly: Assembly, number: int) -> dict[str, Any
     }  # fmt: skip
 
 
-def _bodies(reduced: ReducedPair) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+def _bodies(lines: LinePair) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Compliances that differ, and which gear has which."""
-    compliance, gears = reduced.flank_compliance, reduced.meshed.gears
-    pinion, wheel = compliance.gears
+    (pinion, wheel), gears = lines.flanks, lines.meshed.gears
     own = packed_compliance(pinion, gears[0])
     same = {"body": 0, "mirrored": False}
     if wheel is pinion:
         return [own], [same, same]
-    if _mirror_images(reduced):
+    if _mirror_images(lines):
         return [own], [same, {"body": 0, "mirrored": True}]
     return [own, packed_compliance(wheel, gears[1])], [same, {"body": 1, "mirrored": False}]
 
 
-def _mirror_images(reduced: ReducedPair) -> bool:
+def _mirror_images(lines: LinePair) -> bool:
     """Whether the wheel is the pinion of the other hand."""
-    (pinion, wheel), components = reduced.flank_compliance.gears, reduced.components
-    gears = reduced.meshed.gears
+    (pinion, wheel), components, gears = lines.flanks, lines.components, lines.meshed.gears
     if pinion.shape != wheel.shape or gears[0].nodes.shape != gears[1].nodes.shape:
         return False
     if gears[0].twist != -gears[1].twist or not np.array_equal(gears[0].roll, gears[1].roll):

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from pmor.case import Case
+from pmor.case.coast import mirrored_flank
+from pmor.core.arrays import FloatArray
 from pmor.core.errors import GeometryError
 from pmor.gear.clearance import refuse_working_geometry
 from pmor.gear.condition import ALIGNED, Misalignment
@@ -18,6 +20,7 @@ from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.modification import UNMODIFIED, Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.profile import profiles
+from pmor.line.layered_pair import LayeredPair
 from pmor.pair.conditions import assembly_of
 from pmor.pair.limits import LARGE_APPROACH, PRESSURE_OVER_MODULUS, hertz_pressure
 from pmor.report.live.model import CONSTANTS, live_model
@@ -46,7 +49,7 @@ class Control:
 
     Parameters
     ----------
-    group : {"load", "bearings", "pinion", "wheel", "axes"}
+    group : {"load", "bearings", "pins", "eccentricity", "pinion", "wheel", "axes"}
     key : str
         As in a case file.
     initial : str
@@ -80,16 +83,18 @@ class LiveMesh:
     Parameters
     ----------
     name : str
-        Of the mesh of a gearbox; empty of a pair by itself.
+        Of the mesh of a gearbox, or of a kind of mesh of a set; empty of a pair by itself.
     controls : tuple of Control
         Of its flanks and axes.
     same : bool
         Both gears start alike.
+    gears : (str, str)
     """
 
     name: str
     controls: tuple[Control, ...]
     same: bool
+    gears: tuple[str, str]
 
 
 @dataclass(frozen=True)
@@ -99,13 +104,16 @@ class LiveSection:
     Parameters
     ----------
     controls : tuple of Control
-        Of the load, and of the bearings of a gearbox.
+        Of the load, of the bearings of a gearbox, and of the errors of a set.
+    shown : tuple of (str, int)
+        Meshes that can be looked at, and the one of `meshes` that each is.
     data : dict
         Data of the solver, and the results of the case.
     """
 
     controls: tuple[Control, ...]
     meshes: tuple[LiveMesh, ...]
+    shown: tuple[tuple[str, int], ...]
     data: dict[str, Any]
     note: str
 
@@ -121,20 +129,26 @@ def live_section(result: OnlineResult, pair: ReducedPair) -> LiveSection:
         Of line loads, on the whole width: the model that the page solves.
     """
     case, ste = result.case, float(ste_mean_um(result.sweep)[result.nominal])
-    highest = _rounded(max(TORQUE_RANGE * case.torque_Nm, *case.online.torques_Nm))
-    step = _rounded(highest) / 200.0
-    torque = Control("load", "torque_Nm", "torque on the pinion, N m", _written(case.torque_Nm), step, highest, step)
-    mesh, data = live_mesh("", case, pair, ste, [curve(result.sweep, result.nominal)])
+    torque = torque_control("torque on the pinion, N m", case.torque_Nm, case.online.torques_Nm)
+    mesh, data = live_pair_mesh("", pair, ste, [curve(result.sweep, result.nominal)])
     swept = *case.online.torques_Nm, *(condition.torque_Nm for condition in case.conditions)
     data["limits"]["torque_Nm"] = [min(swept), max(swept)]
     setting = {"torque_Nm": case.torque_Nm, "load": 0}
     note = " ".join([MODEL, *notes(case, pair.meshed, case.online.angles_per_pitch)])
-    return LiveSection((torque,), (mesh,), section_data([data], setting, None), note)
+    return LiveSection((torque,), (mesh,), (("", 0),), section_data([data], setting), note)
+
+
+def torque_control(label: str, nominal_Nm: float, swept_Nm: Sequence[float]) -> Control:
+    """Return the slider of a torque, to beyond those of the run."""
+    highest = rounded(max(TORQUE_RANGE * nominal_Nm, *swept_Nm))
+    step = rounded(highest) / 200.0
+    return Control("load", "torque_Nm", label, _written(nominal_Nm), step, highest, step)
 
 
 def section_data(
-    meshes: Sequence[dict[str, Any]], setting: dict[str, Any], machine: dict[str, Any] | None
-) -> dict[str, Any]:
+    meshes: Sequence[dict[str, Any]], setting: dict[str, Any], machine: dict[str, Any] | None = None,
+    train: dict[str, Any] | None = None,
+) -> dict[str, Any]:  # fmt: skip
     """Return the data of a section: `setting` begins it, beside the axes and modifications of the meshes."""
     return {
         "constants": CONSTANTS,
@@ -142,35 +156,52 @@ def section_data(
         "meshes": list(meshes),
         "setting": {**setting, "meshes": [mesh["case"]["setting"] for mesh in meshes]},
         "machine": machine,
+        "train": train,
     }
 
 
-def live_mesh(
-    name: str, case: Case, pair: ReducedPair, ste_um: float, curves: list[list[list[float]]]
+def live_pair_mesh(
+    name: str, pair: ReducedPair, ste_um: float, curves: list[list[list[float]]]
 ) -> tuple[LiveMesh, dict[str, Any]]:
+    """Return a pair in the section, and its data; parameters as of `live_mesh`."""
+    case, meshed = pair.basis.case, pair.layered
+    model = live_model(pair.lines, assembly_of(case), _angles(meshed))
+    return live_mesh(name, case, meshed, model, ste_um, curves)
+
+
+def live_mesh(
+    name: str, case: Case, meshed: LayeredPair, model: dict[str, Any], ste_um: float, curves: list[list[list[float]]],
+    members: tuple[str, str] | None = None,
+) -> tuple[LiveMesh, dict[str, Any]]:  # fmt: skip
     """Return a mesh of the section, and its data.
 
     Parameters
     ----------
+    model : dict
+        As `pmor.report.live.model.live_model` gives it.
     ste_um : float
         Mean transmission error, which the amounts of sliders go by.
     curves : list
         Transmission error of the case under each load (`curve`).
+    members : (str, str), optional
+        Sections of both gears in the file of a set, whose axes the errors of its pins move.
     """
-    meshed = pair.meshed
-    own = _own(case, meshed.pair)
-    controls = tuple(_controls(case, meshed, ste_um))
+    own, gears = _own(case, meshed.pair), members or ("pinion", "wheel")
+    controls = tuple(_controls(case, meshed, ste_um, members is None))
     starts = [{c.key: c.initial for c in controls if c.group == group} for group in ("pinion", "wheel")]
-    data = live_model(pair, assembly_of(case), _angles(meshed)) | {
+    coast = case.flank == "coast"
+    data = model | {
         "name": name,
+        "gears": gears,
+        "coast": coast,
         "case": {
             "setting": {"axes": asdict(case.misalignment), "modifications": [_amounts(flank) for flank in own]},
-            "kept": [_kept(modification) for modification in own],
+            "kept": [_kept(mirrored_flank(flank) if coast else flank) for flank in own],
             "curves": curves,
         },
         "limits": _limits(case, meshed),
     }
-    return LiveMesh(name, controls, starts[0] == starts[1] and own[0] == own[1]), data
+    return LiveMesh(name, controls, starts[0] == starts[1] and own[0] == own[1], gears), data
 
 
 def _own(case: Case, pair: GearPair) -> tuple[Modification, Modification]:
@@ -193,9 +224,13 @@ def _kept(modification: Modification) -> dict[str, Any]:
 def curve(sweep: SteSweep, torque_index: int) -> list[list[float]]:
     """Return the transmission error over the first pitch, (deg, um)."""
     ste = sweep.ste_um[torque_index]
-    shown = (sweep.phi_rad < sweep.pitch_rad * (1.0 - 1e-9)) & np.isfinite(ste)
-    points = np.stack([np.degrees(sweep.phi_rad[shown]), ste[shown]], axis=1)
-    return [[float(f"{value:.7g}") for value in point] for point in points]
+    shown = sweep.phi_rad < sweep.pitch_rad * (1.0 - 1e-9)
+    return written_curve(np.stack([np.degrees(sweep.phi_rad[shown]), ste[shown]], axis=1))
+
+
+def written_curve(points: FloatArray) -> list[list[float]]:
+    """Return the points of a curve, (n, 2), that have a value, as a page has them."""
+    return [[float(f"{value:.7g}") for value in point] for point in points[np.isfinite(points[:, 1])]]
 
 
 def _limits(case: Case, meshed: MeshedPair) -> dict[str, Any]:
@@ -204,15 +239,17 @@ def _limits(case: Case, meshed: MeshedPair) -> dict[str, Any]:
     return {"pressure_MPa": PRESSURE_OVER_MODULUS * modulus, "approach_um": 1e3 * LARGE_APPROACH * case.pair.module_mm}
 
 
-def _controls(case: Case, meshed: MeshedPair, ste: float) -> Iterable[Control]:
+def _controls(case: Case, meshed: LayeredPair, ste: float, axes: bool) -> Iterable[Control]:
     flanks = _own(case, meshed.pair)
     present = [abs(getattr(flank, key)) for flank in flanks for key in _SLID]
     deviations = asdict(case.misalignment)
-    amount = _rounded(max(AMOUNT_RANGE * ste if math.isfinite(ste) else 0.0, BEYOND_CASE * max(present), 10.0))
-    even = case.mesh.width == "plane_strain"
+    amount = rounded(max(AMOUNT_RANGE * ste if math.isfinite(ste) else 0.0, BEYOND_CASE * max(present), 10.0))
+    even = meshed.plane_strain or meshed.mirrored
     for number, group in enumerate(("pinion", "wheel")):
         start = _relief_start(group, flanks[number], meshed, number)
         yield from _flank_controls(group, flanks[number], start, amount, even)
+    if not axes:
+        return
     names = {"centre_distance_um": "centre distance, µm further apart"}
     if not even:
         names |= {
@@ -220,7 +257,7 @@ def _controls(case: Case, meshed: MeshedPair, ste: float) -> Iterable[Control]:
             "out_of_plane_um": "out-of-plane misalignment, µm over the face",
         }
     present_off = max(map(abs, deviations.values()))
-    far = max(present_off, _meshing(meshed.pair, _rounded(max(amount, BEYOND_CASE * present_off)), tuple(names)))
+    far = max(present_off, _meshing(meshed.pair, rounded(max(amount, BEYOND_CASE * present_off)), tuple(names)))
     for key, label in names.items():
         yield Control("axes", key, label, _written(deviations[key]), -far, far, far / 100.0)
 
@@ -277,8 +314,8 @@ def _written(value: float) -> str:
     return f"{value:.15g}"
 
 
-def _rounded(value: float) -> float:
-    """Next larger of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten."""
+def rounded(value: float) -> float:
+    """Return the next larger of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(power * factor for factor in (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0) if power * factor >= value)
 
@@ -299,6 +336,9 @@ def notes(case: Case, meshed: MeshedPair, angles: int) -> list[str]:
         sentences.append("In plane strain nothing differs over the width: sliders of the helix and of tilted axes are "
                      "left out.")  # fmt: skip
     flanks = case.pinion_modification, case.wheel_modification
+    if case.flank == "coast":
+        sentences.append("Coast flanks are solved in their image, as in the run: the torque is an amount, and the "
+                         "wheel's axis is out of plane to the other side.")  # fmt: skip
     if any(flank.topography is not None or flank.pitch_deviations_um for flank in flanks):
         sentences.append("Topographies and pitch deviations stay as they are in the case.")
     return sentences

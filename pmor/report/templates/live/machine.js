@@ -2,7 +2,7 @@
 // pmor/machine/coupled.py and system.py, for bearings of constant stiffness (see pmor/machine/live.py).
 
 // Wrenches on both hubs by a unit force in each section of a placed position, twelve numbers each.
-function hubRows(model, { sections }) {
+function hubRows(model, sections) {
   const { gears, kinematics: { centre_distance: distance } } = model, found = new Float64Array(12 * sections.length);
   const tangent = gears[0].twist * gears[0].base_radius;
   sections.forEach((section, n) => {
@@ -21,13 +21,40 @@ function hubRows(model, { sections }) {
 
 // What hubs add to the gaps of a position and to its flexibility; `hubs` are their compliance (12 x 12) and their offset.
 function standOn(model, place, hubs) {
-  const size = place.sections.length, rows = place.rows = place.rows || hubRows(model, place);
-  const given = place.given = new Float64Array(size), pressed = place.pressed = new Float64Array(12 * size);
+  const size = place.sections.length, rows = place.right = place.right || hubRows(model, place.sections);
+  const given = place.given = new Float64Array(size), left = place.left = new Float64Array(12 * size);
+  place.width = 12;
   for (let n = 0; n < size; n++) {
     for (let r = 0; r < 12; r++) {
       given[n] += rows[12 * n + r] * hubs.offset[r];
-      for (let s = 0; s < 12; s++) pressed[12 * n + s] += rows[12 * n + r] * hubs.compliance[12 * r + s];
+      for (let s = 0; s < 12; s++) left[12 * n + s] += rows[12 * n + r] * hubs.compliance[12 * r + s];
     }
+  }
+}
+
+// Cholesky factor of the first `count` rows of a symmetric matrix (its upper triangle is read), in place of `factor`.
+function cholesky(matrix, stride, count, factor) {
+  for (let j = 0; j < count; j++) {
+    let sum = matrix[j * stride + j];
+    for (let k = 0; k < j; k++) sum -= factor[j * stride + k] ** 2;
+    const root = Math.sqrt(sum);
+    factor[j * stride + j] = root;
+    for (let i = j + 1; i < count; i++) {
+      let value = matrix[j * stride + i];
+      for (let k = 0; k < j; k++) value -= factor[i * stride + k] * factor[j * stride + k];
+      factor[i * stride + j] = value / root;
+    }
+  }
+}
+
+function solveFactored(factor, stride, count, x) {
+  for (let i = 0; i < count; i++) {
+    for (let k = 0; k < i; k++) x[i] -= factor[i * stride + k] * x[k];
+    x[i] /= factor[i * stride + i];
+  }
+  for (let i = count - 1; i >= 0; i--) {
+    for (let k = i + 1; k < count; k++) x[i] -= factor[k * stride + i] * x[k];
+    x[i] /= factor[i * stride + i];
   }
 }
 
@@ -87,7 +114,7 @@ function constrained({ size, added }, stiffness, rows) {
 
 // Displacements and mesh forces in equilibrium.
 function equilibrium(machine, load, { stiffness, force, held }, wrenches) {
-  const rows = [...held, ...load.held.map(at => [[at, machine.arm]])], first = rows.length;
+  const rows = [...held, ...load.held.map(at => [[at, machine.arm]]), ...load.sets], first = rows.length;
   machine.meshes.forEach(({ hubs }, j) => rows.push(hubs.flat().map((at, r) => [at, wrenches[j][r]])));
   const { moved, reactions } = constrained(machine, stiffness, rows)(force);
   return { moved, forces: [...reactions].slice(first) };
@@ -127,15 +154,15 @@ function hubsOf(machine, load, { stiffness, held }, moved, j, force, wrench) {
 }
 
 // Mean wrench on both hubs of a mesh by a unit force, in axes of the machine.
-function meanWrench(model, places, removed, { torque, hubs, force }, axes) {
-  const mean = new Float64Array(12);
+function meanWrench(system, places, removed, { torque, hubs, force }, axes) {
+  const [{ model }] = system.parts, mean = new Float64Array(12);
   for (const [i, place] of places.entries()) {
     standOn(model, place, hubs);
-    const found = solvePosition(model, place, removed[i], torque, place.before);
+    const found = solvePosition(system, place, removed[i], [torque], place.before);
     if (!found.converged) throw new Error(`mesh ${model.name}: contact was not found`);
     place.before = found.force;
     found.force.forEach((f, n) => {
-      if (f > 0) for (let r = 0; r < 12; r++) mean[r] += f * place.rows[12 * n + r] / (force * places.length);
+      if (f > 0) for (let r = 0; r < 12; r++) mean[r] += f * place.right[12 * n + r] / (force * places.length);
     });
   }
   closeTorques(model, mean);
@@ -151,8 +178,8 @@ function closeTorques({ gears, kinematics }, mean) {
 }
 
 // Torque and hubs of all meshes under a setting; `places` are the positions at which the mean force of each is found.
-function supportsOf(machine, models, places, setting) {
-  const load = machine.loads[setting.load], assembled = machineMatrix(machine, load, setting);
+function supportsOf(machine, systems, places, setting) {
+  const models = systems.map(({ parts: [{ model }] }) => model), load = machine.loads[setting.load], assembled = machineMatrix(machine, load, setting);
   const removed = models.map((model, j) => removedBy(model, places[j], setting.meshes[j].modifications));
   let wrenches = load.meshes.map(mesh => mesh.wrench);
   for (let round = 0; round < machine.most_rounds; round++) {
@@ -161,7 +188,7 @@ function supportsOf(machine, models, places, setting) {
       const force = forces[j], torque = force * model.gears[0].base_radius;
       return { force, torque, hubs: hubsOf(machine, load, assembled, moved, j, force, wrenches[j]) };
     });
-    const found = models.map((model, j) => meanWrench(model, places[j], removed[j], supports[j], load.meshes[j].axes));
+    const found = systems.map((system, j) => meanWrench(system, places[j], removed[j], supports[j], load.meshes[j].axes));
     const change = models.map((model, j) =>
       Math.max(...found[j].map((value, r) => Math.abs(value - wrenches[j][r]))) / model.kinematics.centre_distance);
     if (Math.max(...change) < machine.settled) return supports;

@@ -14,7 +14,7 @@ async function unpackIntegers(text) {
 }
 
 // Compliance between the displacements of a flank's nodes, and its factors between those of teeth 1, 2, ... apart, mm/N:
-// see pmor/report/live/compliance.py.
+// see pmor/report/live/model.py.
 async function unpackBody({ step, scale, own: packed, neighbours: teeth }) {
   const size = scale.length, own = new Float64Array(size * size), numbers = await unpackIntegers(packed);
   const before = (i, k) => i < 0 || k < 0 ? 0 : own[i * size + k];
@@ -34,26 +34,21 @@ async function unpackBody({ step, scale, own: packed, neighbours: teeth }) {
   return { size, scale, own, neighbours };
 }
 
-// What the layer of a gear adds to plane strain between the sections of a tooth, at each row of nodes, mm/N: the upper
-// triangles, see pmor/report/live/compliance.py.
-async function unpackCoupling({ step, added }) {
-  return Float64Array.from(await unpackIntegers(added), value => step * value);
-}
-
 // Compliance between the sections of a gear's flanks: `own`, a block for each two sections, and the vectors of the
-// neighbours, (section, unknown, rank). A section has for each row of nodes as many unknowns as a node.
+// neighbours, (section, unknown, rank); `added` is what the layer of a gear adds to plane strain between the sections of a
+// tooth, at each row of nodes, upper triangles. A section has for each row of nodes as many unknowns as a node.
 function betweenSections(model, gear, body, mirrored, added) {
   const { column, share, z } = model.sections, { twist, roll, column_z: columnZ } = model.gears[gear];
   const rows = roll.length, columns = columnZ.length, nodes = rows * columns, parts = body.size / nodes;
   const size = parts * Math.max(rows, 4), count = z.length, full = count * size;
   // Each section takes its columns' displacements, turned by the twist between it and them.
-  const carriers = z.map((place, s) => share[gear][s].map((weight, b) => {
+  const carriersOf = image => z.map((place, s) => share[gear][s].map((weight, b) => {
     const own = Math.min(column[gear][s] + b, columns - 1), turn = twist * (place - columnZ[own]);
-    const at = rows * (mirrored ? columns - 1 - own : own);
+    const at = rows * (image ? columns - 1 - own : own);
     return { at, weight, cosine: weight * Math.cos(turn), sine: weight * Math.sin(turn) };
-  }).filter(carrier => carrier.weight !== 0));
+  }).filter(carrier => carrier.weight !== 0)), carriersOfBody = carriersOf(mirrored);
   // Of numbers `from` for each displacement of each node, `step` apart, to numbers for each unknown of each section.
-  function spread(from, start, step, to, first, apart) {
+  function spread(from, start, step, to, first, apart, carriers = carriersOfBody) {
     for (let s = 0; s < count; s++) {
       for (let row = 0; row < rows; row++) {
         let normal = 0, tangential = 0, along = 0;
@@ -94,74 +89,117 @@ function betweenSections(model, gear, body, mirrored, added) {
     }
   }
   const neighbours = body.neighbours.map(({ rank, factors, sides }) => sides.map((vectors, side) => {
-    const found = new Float64Array(full * rank), local = new Float64Array(body.size);
+    const values = new Float64Array(full * rank), local = new Float64Array(body.size);
     for (let r = 0; r < rank; r++) {
       const factor = side === 0 ? factors[r] : 1;
       for (let k = 0; k < body.size; k++) local[k] = factor * vectors[r * body.size + k] / body.scale[k];
-      spread(local, 0, 1, found, r, rank);
+      spread(local, 0, 1, values, r, rank);
     }
-    return { rank, vectors: found };
+    return { rank, values };
   }));
-  return { size, parts, own, neighbours };
+  // Other vectors over the displacements of the flank, one after the other.
+  const vectors = (rank, flank) => {
+    const values = new Float64Array(full * rank), ofGear = carriersOf(false);
+    for (let r = 0; r < rank; r++) spread(flank, r * body.size, 1, values, r, rank, ofGear);
+    return { rank, values };
+  };
+  return { size, parts, own, neighbours, vectors };
 }
 
-async function unpackModel(data) {
-  const model = { ...data.model, name: data.name, between: [] }, bodies = [];
+async function unpackArray({ step, numbers }) {
+  return Float64Array.from(await unpackIntegers(numbers), value => step * value);
+}
+
+async function unpackModel(data, number) {
+  const model = { ...data.model, name: data.name, number, between: [], shapes: [], bodies: [] }, bodies = [];
   for (const packed of data.bodies) bodies.push(await unpackBody(packed));
   for (let gear = 0; gear < 2; gear++) {
     const { body, mirrored } = data.body_of[gear];
-    const added = model.layer_coupling && await unpackCoupling(model.layer_coupling[gear]);
-    model.between.push(betweenSections(model, gear, bodies[body], mirrored, added));
+    const added = model.layer_coupling && await unpackArray(model.layer_coupling[gear]);
+    const between = betweenSections(model, gear, bodies[body], mirrored, added), { far, support } = data.shapes[gear];
+    const unpacked = async shapes => shapes && between.vectors(shapes.rank, await unpackArray(shapes));
+    model.between.push(between);
+    model.shapes.push({ far: await unpacked(far), support: await Promise.all(support.map(unpacked)) });
+    model.bodies.push(await unpackShared(data.supports[gear]));
   }
   return model;
 }
 
-// Sections of all tooth pairs at angles over a pitch; they depend on the position of the axes alone.
-function placedPair(model, axes, count) {
-  const kinematics = kinematicsAt(model, axes), places = [];
-  for (let i = 0; i < count; i++) places.push(placeSections(model, kinematics, kinematics.pitch * i / count));
-  return places;
+// What the teeth of a gear share: between far ones, and by what makes them differ.
+async function unpackShared({ teeth, far, support }) {
+  const unpacked = { teeth, far: far && {}, support: support && { ...support, blocks: await unpackArray(support.blocks) } };
+  for (const name in far) unpacked.far[name] = await unpackArray(far[name]);
+  return unpacked;
 }
 
-// Static transmission error over a pitch, um, with the forces of all sections; `support` is the torque, and hubs that
-// give way.
-function sweep(model, places, modifications, support) {
-  const removed = removedBy(model, places, modifications);
+async function solverOf(data) {
+  const models = [], bodies = [];
+  for (const [number, mesh] of data.meshes.entries()) models.push(await unpackModel(mesh, number));
+  if (data.train) for (const body of data.train.bodies) bodies.push(await unpackShared(body));
+  return new Solver({ ...data, train: data.train && { ...data.train, bodies } }, models);
+}
+
+// Static transmission error over angles from 0, um, of which so many make a pitch, with the forces of all sections.
+function sweep(system, places, removed, load) {
+  const [{ model }] = system.parts;
   const states = places.map((place, i) => {
-    if (support.hubs) standOn(model, place, support.hubs);
-    const found = solvePosition(model, place, removed[i], support.torque);
-    const overloaded = found.converged && isOverloaded(model, place, found.force);
+    const found = solvePosition(system, place, removed[i], load, place.before);
+    if (system.movements > 1 && found.converged) place.before = found.force;
+    const overloaded = found.converged && isOverloaded(place, found.force);
     return { place, ...found, converged: found.converged && !overloaded, overloaded };
   });
-  const ste = states.map(state => state.converged ? 1e3 * model.gears[0].base_radius * state.advance : NaN);
+  const driver = system.driver || 0, radius = model.gears[0].base_radius;
+  const ste = states.map(state => state.converged ? 1e3 * radius * state.movement[driver] : NaN);
   const known = ste.filter(Number.isFinite);
   return {
-    support, states, ste, mean: known.reduce((a, b) => a + b, 0) / known.length,
+    states, ste, mean: known.reduce((a, b) => a + b, 0) / known.length,
     peakToPeak: Math.max(...known) - Math.min(...known),
   };
 }
 
-// A pair by itself, or the meshes of a machine, which remember the places of their sections.
+// A pair by itself, the meshes of a machine, or of a train, which remember the places of their sections.
 class Solver {
   constructor(data, models) {
-    Object.assign(this, { data, models, placed: models.map(() => new Map()) });
+    const { train } = data, systems = train ? [trainSystem(train, models)] : models.map(systemOf);
+    Object.assign(this, { data, models, systems, placed: systems.map(() => new Map()) });
   }
 
+  // Sections of all tooth pairs at so many angles over a pitch; they depend on the position of the axes alone.
   places(j, { axes }, count) {
-    const known = this.placed[j].get(count), key = JSON.stringify(axes);
+    const system = this.systems[j], [{ model }] = system.parts;
+    return this.remembered(j, count, JSON.stringify(axes), () => {
+      const kinematics = kinematicsAt(model, axes);
+      return Array.from({ length: count }, (_, i) => {
+        const sections = placeSections(model, kinematics, kinematics.pitch * i / count);
+        return positionOf(sections, Float64Array.from(sections, ({ lever }) => lever));
+      });
+    });
+  }
+
+  remembered(j, name, key, make) {
+    const known = this.placed[j].get(name);
     if (known && known.key === key) return known.places;
-    const places = placedPair(this.models[j], axes, count);
-    this.placed[j].set(count, { key, places });
+    const places = make();
+    this.placed[j].set(name, { key, places });
     return places;
   }
 
-  // The transmission error of a mesh under a setting.
+  // Angles at which a mesh is solved.
+  angles(j) {
+    const { data: { train }, models } = this;
+    return train ? train.angles * train.pitches : models[j].angles;
+  }
+
+  // The transmission error of a mesh, or of a train, under a setting.
   solve(setting, j) {
-    const { machine } = this.data, { models } = this, mesh = setting.meshes[j];
+    const { data: { machine, train }, models, systems } = this, mesh = setting.meshes[j];
+    if (train) return solveTrain(this, setting);
     const mean = machine && models.map((_, i) => this.places(i, setting.meshes[i], machine.mean_angles));
-    const supports = machine ? supportsOf(machine, models, mean, setting) : [{ torque: 1e3 * setting.torque_Nm }];
-    const places = this.places(j, mesh, models[j].angles);
-    return { setting, ...sweep(models[j], places, mesh.modifications, supports[j]) };
+    const supports = machine ? supportsOf(machine, systems, mean, setting) : [{ torque: 1e3 * setting.torque_Nm }];
+    const support = supports[j], places = this.places(j, mesh, models[j].angles);
+    if (support.hubs) for (const place of places) standOn(models[j], place, support.hubs);
+    const removed = removedBy(models[j], places, mesh.modifications);
+    return { setting, support, ...sweep(systems[j], places, removed, [support.torque]) };
   }
 }
 
@@ -178,10 +216,10 @@ function deviationAt(model, flanks, section) {
     + flankDeviation(flanks[1], section.roll[1], z, -section.pair);
 }
 
-// Amplitudes (zero to peak) of the first orders of the mesh frequency.
-function meshOrders(ste, count) {
+// Amplitudes (zero to peak) of the first orders of the mesh frequency, over so many pitches.
+function meshOrders(ste, count, pitches = 1) {
   const n = ste.length, amplitudes = [];
-  for (let order = 1; order <= count; order++) {
+  for (let order = pitches; order <= count * pitches; order += pitches) {
     let real = 0, imaginary = 0;
     for (let i = 0; i < n; i++) {
       real += ste[i] * Math.cos(2 * Math.PI * order * i / n);

@@ -26,7 +26,7 @@ function frame(options, inside) {
     svgElement("path", { class: "axis", d: `M${p.left} ${p.top}V${p.top + h}H${p.left + w}` }),
     text("label", { x: p.left + w / 2, y: p.height - 6 }, "middle", xLabel),
     text("label", { transform: `translate(14 ${p.top + h / 2}) rotate(-90)` }, "middle", yLabel),
-    ...inside(px, py, h));
+    ...inside(px, py, h, w));
 }
 
 // A curve through points, with gaps where there is no value.
@@ -40,6 +40,7 @@ function curve(points, px, py, kind) {
 // Range of values with a margin; from 0 where that is near.
 function rangeOf(values, fromZero) {
   const known = values.filter(Number.isFinite);
+  if (!known.length) return [0, 1];
   let low = Math.min(...known), high = Math.max(...known);
   if (fromZero) low = Math.min(low, 0);
   const margin = 0.08 * (high - low) || 0.5 * Math.abs(high) || 1;
