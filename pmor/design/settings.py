@@ -50,13 +50,12 @@ class Variable:
     key : str
         Key of a modification.
     gear : str
-        Gear that it is of: `pinion`, `wheel` or, the same value on both, `both`. Of a set it is a member: `sun`,
-        `planet`, `ring`, or the name of a gear; all planets have the same value.
+        Gear that it is of: `pinion`, `wheel`, or the same value on both; of a set a member: `sun`, `planet` (all
+        alike), `ring`, or the name of a gear.
     mesh : str or None
         Mesh of a gearbox whose gear it is; None where one mesh is designed, or for the same value in all of them.
     flank : {"both", "drive", "coast"}
-        Section `modification`, `coast_modification`, or the same value in both. Planets carry on one towards the sun,
-        on the other towards the ring; a pair on those that its torque loads.
+        Section `modification`, `coast_modification`, or the same value in both.
     range : tuple of float
         From the lowest to the highest value, in the unit of the key.
     step : float or None
@@ -129,13 +128,13 @@ class Goal:
     Parameters
     ----------
     minimise : {"peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um", "k_h_beta", "k_gamma"}
-        Peak-to-peak STE, the amplitude of an order of the mesh, `k_h_beta`, the largest face load factor of the meshes,
-        or `k_gamma`, the mesh load factor of a set.
+        Peak-to-peak STE, amplitude of an order of the mesh, largest face load factor of the meshes, or mesh load factor
+        of a set.
     meshes : str
         Of several meshes of a gearbox: `sum` of the result over them, `worst`, the largest one, or that of the mesh
-        with this name. Results without a mesh are then this for the objective, and the largest for all others.
+        with this name.
     value : {"nominal", "expected", "percentile_95"}
-        Nominal, without scatter; or the mean over the scatter, or its 95 % quantile. Constraints are on the same value.
+        Without scatter; mean over it, or 95 % quantile. Constraints are on the same value.
     """
 
     minimise: Objective = "peak_to_peak_um"
@@ -165,10 +164,9 @@ class Constraint:
     Parameters
     ----------
     result : str
-        `pressure_MPa`: largest pressure of Hertz where no sharp tip edge carries. `k_h_beta`: face load factor.
-        `tip_edge_load_N_per_mm`: largest line load where the edge of a tip is in contact; 0 keeps it clear.
-        `root_stress_MPa`: largest principal stress at the roots. `k_gamma`: mesh load factor of a set. Or an objective.
-        Figures of meshes are the largest of a set.
+        An objective, or `pressure_MPa`: largest of Hertz where no sharp tip edge carries; `tip_edge_load_N_per_mm`:
+        largest line load at the edge of a tip, 0 keeps it clear; `root_stress_MPa`: largest principal stress at the
+        roots. Of a set the largest of all meshes.
     mesh : str or None
         Of a gearbox the mesh that it is of; None is the largest of all.
     at_most : float
@@ -189,8 +187,8 @@ class Constraint:
 class Scatter:
     """Standard deviations of manufacture and mounting (section `[scatter]`), normal and independent of each other.
 
-    Both gears scatter independently; of a set all flanks of all gears, and pins by `[tolerances]` of its file. Under a
-    nominal objective the scatter is only shown for the best variant.
+    Of a set of all flanks of all gears, and pins by its `[tolerances]`. Under a nominal objective for the best variant
+    alone.
 
     Parameters
     ----------
