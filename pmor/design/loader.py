@@ -158,9 +158,7 @@ def _of_meshes(said: Design, box: GearboxFile, where: str) -> Design:
         known = names if place == "mesh" else list(said.mesh or names)
         if mesh is not None and mesh not in known:
             raise CaseError(f"{where}: {place} = {toml_text(mesh)}: {box.name} has none: {did_you_mean(mesh, known)}")
-    if not names:
-        rule = "has meshes of sets, and of gears with several meshes, alone: design these as sets"
-        raise CaseError(f"{where}: gearbox: {box.name} {rule}")
+    refuse_beyond(box, "design", f"{where}: gearbox")
     meshes, model = said.mesh or tuple(names), box.model
     if len(meshes) == 1:  # its results are those of the design
         constraints = tuple(replace(constraint, mesh=None) for constraint in said.constraints)
