@@ -92,9 +92,9 @@ found, lost, started = {}, 0, time.perf_counter()
 for count in TEETH:
     for name, support in SUPPORTS.items():
         samples = solved(count, support)
-        found[count, name] = samples.k_gamma
+        found[count, name] = samples.figures["k_gamma"]
         lost += int(samples.missing.sum())
-        middle, high = np.nanpercentile(samples.k_gamma, [50.0, 95.0], axis=0)
+        middle, high = np.nanpercentile(samples.figures["k_gamma"], [50.0, 95.0], axis=0)
         print(f"{count} planets, {name}: K_gamma at 50 %", middle.round(3), "at 95 %", high.round(3), flush=True)
 sets = sum(factors.size for factors in found.values())
 print(f"{lost} of {sets} sets under a load did not converge and are left out of it")

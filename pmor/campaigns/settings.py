@@ -65,8 +65,8 @@ class DesignsSection:
     Parameters
     ----------
     method : {"grid", "list", "csv", "sobol"}
-        `grid`: every value with every other. `list`: the first values of all keys, the second ones, and so on. `csv`:
-        one design per line of a file. `sobol`: spread evenly over lists and ranges.
+        `grid`: every value with every other. `list`: the first values of all keys, the second ones, ... `csv`: a design
+        per line of a file. `sobol`: spread evenly over lists and ranges.
     count : int or None
         Number of designs of Sobol's sequence.
     file : str or None
@@ -130,8 +130,8 @@ class ResultsSection:
     Parameters
     ----------
     keys : tuple of str
-        Keys that begin with `best_` are of the tip relief that suits each design under all torques of the sweep, the
-        same amount on both gears: they take a search for each design.
+        Those that begin with `best_` are of the tip relief, equal on both gears, that suits each design under all
+        torques: a search for each.
     """
 
     keys: tuple[ResultKey, ...] = USUAL
@@ -180,8 +180,7 @@ class SetRelations:
     ratio_tolerance_percent : float
         Largest deviation from the ratio; a design beyond is infeasible.
     planet_teeth_fewer : int or None
-        By how much the planet has fewer teeth than half the difference of ring and sun, rounded down; None leaves its
-        teeth as they are.
+        By how much the planet has fewer teeth than half the difference of ring and sun, rounded down.
     ring_diameter_mm : float or None
         Of the reference circle of the ring: the module follows.
     bore_share : float or None
@@ -189,8 +188,7 @@ class SetRelations:
     centre_distance_mm : float or None
         Reached without backlash in both meshes by the profile shifts of sun and ring.
     solve : {"sun", "ring"} or None
-        Member whose profile shift is found, so that its mesh has no backlash at the centre distance at which the other
-        mesh has none.
+        Member whose profile shift follows, so that neither mesh has backlash.
     """
 
     ratio: Annotated[float, Range(0.001, 1000.0)] | None = None
@@ -358,9 +356,9 @@ class GearboxCampaign(CampaignSections):
     title : str
         One line for the report; by default the name of the file.
     gearbox : str
-        File of the base gearbox, relative to this one: TOML or REXS. Designs change keys of its meshes and sets, each
-        behind its name (`high_speed.pinion.teeth`), `shafts.NAME.y_mm` and `z_mm`, numbers of `bearings.NAME`, and
-        `places.MESH.shift_mm`, by which both of its gears are moved along their shafts.
+        File of the base gearbox, relative to this one: TOML or REXS. `[designs]` has keys of its meshes and sets behind
+        their names (`high_speed.pinion.teeth`), `shafts.NAME.y_mm` and `z_mm`, numbers of `bearings.NAME`, and
+        `places.MESH.shift_mm`, of both gears along their shafts.
     designs, relations, results, workers, store
         One dataclass per section.
     """

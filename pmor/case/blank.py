@@ -36,12 +36,10 @@ class HolesCase:
     on_radius_mm : float
         Radius in mm of the circle that their centres lie on.
     length_deg : float
-        Angle in degrees about the gear's axis between the centres of the round ends of a kidney-shaped slot, which is
-        where a round hole goes along that circle; 0 is a round hole.
+        Angle in degrees between the centres of the round ends of a kidney-shaped slot; 0 is a round hole.
     first_deg : float
-        Place of the middle of the first one at pinion angle 0, in degrees: from the line from this gear's centre to its
-        mate's, counter-clockwise seen from +z; of a set from the y axis, on its planets from where the pin lies
-        outwards.
+        Place of the middle of the first one at pinion angle 0, in degrees, counter-clockwise seen from +z: from the
+        line to the mate's centre; of a set from the y axis, on its planets from where the pin lies outwards.
     """
 
     count: Annotated[int, Range(1, 1000)]
@@ -64,9 +62,9 @@ class BlankCase:
     web_offset_mm : float
         Of the middle of the web from the middle of the face along z, in mm.
     web_profile : tuple of (float, float, float) or None
-        Stepped web, cone or dish, in place of `web_thickness_mm`: `[[radius_mm, from_mm, to_mm], ...]`, z of both
-        faces from the middle of the face, at radii that rise from hub to rim. Faces are straight between stations, keep
-        their z up to hub and rim, and have a step where two stations are at one radius.
+        Stepped web, cone or dish, in place of `web_thickness_mm`: `[[radius_mm, from_mm, to_mm], ...]`, z of both faces
+        from the middle of the face, at radii that rise from hub to rim; straight between, a step where two are at one
+        radius.
     hub_radius_mm : float
         Outer radius of the hub in mm; its inner one is the bore.
     hub_width_mm : float or None
@@ -78,8 +76,7 @@ class BlankCase:
     held_offset_mm : float
         Of the middle of the held length from the middle of the face along z, in mm.
     stress : bool
-        Stress on the faces of the web and at the edges of its holes, as `pmor run` tells it; under line contact. The
-        basis then holds it.
+        Stress on the faces of the web and at the edges of its holes; under line contact.
     """
 
     rim_thickness_mm: Length

@@ -109,8 +109,8 @@ def _found_in(value: object, kind: type[Found], what: str) -> Found:
 class BodyCase:
     """All of a gear below its rim as a mesh of one's own, in place of dimensions: held at its bore.
 
-    Its axis is z, and its outside a whole cylinder as wide as the face, at least half a module below the root circle:
-    there the rim with its teeth stands on it. Material and bore are those of the gear.
+    Its axis is z, its outside a whole cylinder as wide as the face, at least half a module below the root circle: there
+    the rim with its teeth stands on it.
 
     Parameters
     ----------
@@ -120,8 +120,7 @@ class BodyCase:
     unit : {"mm", "m", "in"}
         Of its coordinates.
     x_axis_deg : float
-        Place of its x axis at pinion angle 0, in degrees: from the line from this gear's centre to its mate's,
-        counter-clockwise seen from +z; of a set as `first_deg` of holes.
+        Place of its x axis, as `first_deg` of holes.
     """
 
     mesh: BodyMesh
@@ -143,20 +142,17 @@ class BodyCase:
 class MatrixCase:
     """All of a gear below its rim as a stiffness matrix that an FE package condensed, in place of dimensions.
 
-    It is over the nodes of a whole cylinder about z, as wide as the face, at least half a module below the root circle:
-    there the rim with its teeth stands on it. The body's bore is held in it. Its mass is not: FE packages print it.
+    It is over the nodes of such a cylinder as the outside of a mesh, the bore held in it.
 
     Parameters
     ----------
     matrix : BodyMatrix
-        File of numpy (`.npz`) with the arrays `nodes`, x, y, z in n rows, and `stiffness`, 3 n x 3 n, symmetric, over
-        x, y, z of the first node, then of the second; or of Matrix Market (`.mtx`), and beside it the nodes in a `.csv`
-        of the same name. Relative to the case.
+        File of numpy (`.npz`): `nodes`, x, y, z in n rows, and `stiffness`, 3 n x 3 n, symmetric, over x, y, z of each
+        node; or of Matrix Market (`.mtx`), with nodes in a `.csv` of the same name. Relative to the case.
     unit : {"mm", "m", "in"}
         Of its coordinates; the stiffness is then in N/mm, N/m or lbf/in.
     x_axis_deg : float
-        Place of its x axis at pinion angle 0, in degrees: from the line from this gear's centre to its mate's,
-        counter-clockwise seen from +z; of a set as `first_deg` of holes.
+        Place of its x axis, as `first_deg` of holes.
     mass_kg : float
         Of the body without rim and teeth, kg.
     polar_inertia_kg_m2, tilting_inertia_kg_m2 : float

@@ -154,6 +154,8 @@ OF_GEARBOXES = (
     Limit(_always, ("full",), ALL_FE),
     Limit(lambda file: file.model.groups, ("page", "rexs"),
           "gears with one mesh each: run it without, bodies of gears that several meshes bend are solved there"),
+    Limit(lambda file: not set(file.cases) - set(file.model.shared), ("design",),
+          "meshes of two gears that have no other one: design meshes of sets, and of gears with several, as sets"),
     Limit(lambda file: file.model.turned, ("page",),
           "loads on one side of the flanks: write a gearbox file for each sense"),
 )  # fmt: skip

@@ -34,8 +34,8 @@ class DynamicsCase:
     torques_Nm : tuple of float
         Mean torques in N m, increasing; a frequency response each.
     degrees_of_freedom : int
-        1: along the line of action. 6: with two displacements of each gear. 12: with an axial and two tilting ones of
-        each, for helical pairs.
+        1: along the line of action. 6: with two displacements of each gear. 12: with axial and tilting ones too, for
+        helical pairs.
     mesh_frequency_ratio : tuple of float
         Lowest and highest mesh frequency, over the natural frequency.
     mesh_frequency_Hz : tuple of float or None
@@ -43,8 +43,8 @@ class DynamicsCase:
     speed_range_rpm : tuple of float or None
         The same as speeds of the pinion in rpm; None is by the ratio.
     damping_ratio : float
-        Of the mesh: 2 damping_ratio sqrt(k m) is its damping, k the mean stiffness, m the mass on the line of action.
-        Models of the literature take 0.01 to 0.1; peaks of resonance are inverse to it.
+        Of the mesh: its damping over 2 sqrt(k m), k the mean stiffness, m the mass on the line of action. Literature:
+        0.01 to 0.1; peaks of resonance are inverse to it.
     mesh_damping_N_s_mm : float or None
         Damping of the mesh in N s/mm; None is by the ratio.
     backlash_um : float or None
@@ -70,11 +70,10 @@ class DynamicsCase:
     run_cycles : int
         Mesh cycles of the run-up, and of the run-down, integrated over time with evenly changing speed; 0: none.
     accuracy_grade : int
-        Flank tolerance class of both gears, ISO 1328-1:2013. Its deviations are in K_v of ISO 6336-1, which stands
-        beside the dynamic factor found, and nowhere else.
+        Flank tolerance class of both gears, ISO 1328-1:2013, for K_v of ISO 6336-1 alone.
     law : {"table", "exact"}
-        Where branches take the mesh force from: a table of the line loads, or these themselves, some ten times slower.
-        Runs take the table.
+        Mesh force of branches: from a table of the line loads, or these themselves, ten times slower. Runs take the
+        table.
     """
 
     torques_Nm: Torques

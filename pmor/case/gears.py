@@ -55,8 +55,7 @@ class LugsCase:
     lug_deg : float
         Angle in degrees that each of them takes of the outside.
     first_deg : float
-        Place of the middle of the first one at pinion angle 0, in degrees: from the line from the ring's centre to its
-        pinion's, of a set from the y axis, counter-clockwise seen from +z.
+        Place of the middle of the first one, as `first_deg` of holes.
     """
 
     lugs: Annotated[int, Range(1, 1000)] | None = None
@@ -104,13 +103,12 @@ class GearCase:
     internal : bool
         Whether the wheel is a ring with teeth on its inside: its number of teeth is written positive all the same.
     profile_shift : float
-        Profile shift coefficient, in modules: positive towards the tip, so that it makes the teeth thicker, those of a
-        ring too (ISO 21771).
+        Profile shift coefficient, in modules: positive makes the teeth thicker, those of a ring too (ISO 21771).
     addendum, dedendum : float
         Of the basic rack, in modules; with a shaper, that makes the dedendum.
     rack_tip_radius : float
-        Tip radius of the generating rack, in modules; it makes the root fillet. In a ring with neither of the two
-        following keys, the radius of the fillet.
+        Tip radius of the generating rack, in modules; it makes the root fillet. Of a ring with neither of the next two,
+        the fillet's radius.
     root_fillet_mm : float or None
         Radius in mm of the arc between flank and root circle of a ring that no shaper is given for.
     shaper : ShaperCase or None
@@ -118,15 +116,15 @@ class GearCase:
     bore_radius_mm : float or None
         Radius in mm at which the body is rigid on its shaft. A ring has none.
     one_piece : bool
-        Whether the gear is of one piece with a solid shaft as thick as its bore: what is held, or moves with a shaft,
-        is the mean motion of the bore.
+        Whether the gear is of one piece with a solid shaft as thick as its bore: the mean motion of the bore is then
+        the shaft's.
     rim_thickness_mm : float or None
         Of a ring, in mm: from its root circle to its outside.
     held : {"outside"} or LugsCase
         Where a ring is held: all over its outside, or at lugs alone, as in held = {lugs = 8, lug_deg = 10.0}.
     seat_radial_N_per_mm, seat_tangential_N_per_mm : float, "rigid" or "free"
-        What the housing gives way below a ring, spread evenly over each lug, or over all of its outside; radially, and
-        around and along the axis. The sum over the area, were all of it moved alike.
+        Stiffness of the housing below a ring, spread evenly over each lug, or over all of its outside: radially, and
+        around and along the axis; of the whole area, moved alike.
     face_width_mm : float or None
         Face width in mm; None is that of the pair.
     face_offset_mm : float
@@ -251,7 +249,7 @@ class PairCase:
         Normal pressure angle at the reference cylinder, in degrees.
     helix_angle_deg : float
         Helix angle at the reference cylinder, in degrees: positive with a right-handed pinion and a left-handed wheel;
-        a ring has the hand of its pinion.
+        of a ring that of its pinion.
     face_width_mm : float
         Face width in mm of both gears, unless they have their own; misalignments count over it.
     centre_distance_mm : float or None

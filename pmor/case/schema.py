@@ -38,15 +38,15 @@ class MeshCase:
     element : {"hex20", "hex8i", "hex8"}
         Quadratic hexahedron, or linear ones with or without incompatible modes.
     width : {"half", "whole", "plane_strain"}
-        How much of the face width is meshed. `half`: half of it where the pair is symmetric about mid width, else the
-        whole. `plane_strain`: one layer of elements without axial displacement.
+        `half`: half of the face width where the pair is symmetric, else the whole. `plane_strain`: one layer of
+        elements without axial displacement.
     spacing : {"arc_length", "roll_angle"}
         Measure in which the flank nodes are equally spaced along the profile.
     share_identical : bool
         Mesh gears of one shape once, and solve the finite elements of identical gears once.
     error_bar : bool
-        Solve the gears on half as many elements too, for an error bar of the mesh on the STE of exact line loads. Sets,
-        and meshes of gearboxes, have one where they ask for it.
+        Solve the gears on half as many elements too, for an error bar of the mesh on the STE; of sets and gearboxes
+        where they ask for it.
     """
 
     profile_elements: Annotated[int, Range(2, 512)] = 8
@@ -75,15 +75,15 @@ class ContactCase:
     Parameters
     ----------
     scheme : {"line", "direct", "paper", "facet"}
-        `line`: exact flanks, one line load per section, closed-form local compliance, no penalty. `direct`: points of
-        Hermite patches through the deformed nodes, projected on the mate's. `paper`: the same on bilinear facets of the
-        mate (Cosco et al. 2016). `facet`: bilinear facets all through.
+        `line`: exact flanks, a line load per section, local compliance in closed form. By penalty: `direct`: points of
+        Hermite patches through the deformed nodes, projected on the mate's; `paper`: on its bilinear facets (Cosco et
+        al. 2016); `facet`: facets all through.
     slave : {"tip", "pinion", "wheel", "both"}
         Gear whose points are projected on its mate: the one whose tip is nearer, a fixed one, or both with half the
-        penalty each. Lines have no slave.
+        penalty each.
     edge_normals : {"parabolic", "average"} or None
-        Node normals at the edges of Hermite patches: one-sided parabolic fit, or the paper's plain average; None is
-        `average` for the scheme `paper`, else `parabolic`.
+        Node normals at the edges of Hermite patches: one-sided parabolic fit, or the plain average, which the scheme
+        `paper` takes by default.
     lodm_profile, lodm_width : int
         Level-of-detail magnification: subdivisions per element and direction, of the penalty schemes.
     penalty_N_mm3 : float
@@ -140,9 +140,9 @@ class OnlineCase:
     angles_per_pitch : int
         Positions per angular pitch; by default 32 of a sweep that by default spans several pitches.
     pitches : int, "revolution" or "hunting", or None
-        Angular pitches that the sweep spans; by default one, with holes until these stand to the mesh as before, a
-        revolution, or z / gcd(z, count) pitches, with pitch deviations of one gear its revolution, of both until the
-        same two teeth meet again. `revolution`: one of the pinion. `hunting`: until the same two teeth meet again.
+        Angular pitches that the sweep spans; None is as many as it takes until holes, or teeth with deviations, stand
+        as before: one where all are alike. `revolution`: one of the pinion. `hunting`: until the same two teeth meet
+        again.
     torques_Nm : tuple of float
         Torques in N m, increasing; the nominal one is among them, and those of `[[loads]]` are.
     extrapolate : bool
@@ -166,12 +166,11 @@ class CompareCase:
     torques_Nm : tuple of float
         Torques in N m, increasing.
     models : tuple of {"line", "direct", "paper", "facet"} or None
-        Reduced models that are held against each other, by their contact schemes: `paper` has the shapes `positions`,
-        `line` `line_loads`, the others `flank_lines`. The case's own model is always among them; None is that one
-        alone.
+        Reduced models held against each other, by their contact schemes: `paper` has the shapes `positions`, `line`
+        `line_loads`, the others `flank_lines`. The case's own is always among them.
     largest_error_percent : float
-        Largest difference of the transmission errors of reduced model and full FE, in percent of the deflection: a
-        larger one is named, and makes the exit code 3.
+        Largest difference of STE between reduced model and full FE, in percent of the deflection: a larger one is
+        named, with exit code 3.
     """
 
     angles: Annotated[int, Range(1, 10_000)] = 40
@@ -187,8 +186,8 @@ class ResultsCase:
     Parameters
     ----------
     maps : bool
-        Largest line load, pressure and half-width at each point of the flanks over the mesh cycle, and the contact
-        pattern at a hundredth of the nominal torque.
+        Largest line load, pressure and half-width at each point of the flanks, and the contact pattern at a hundredth
+        of the nominal torque.
     harris_torques_Nm : tuple of float
         Torques in N m, increasing, of the Harris map: transmission error and its peak-to-peak over torque.
     root_stress : bool
@@ -211,10 +210,9 @@ class OutputCase:
     report : bool
         One self-contained HTML page.
     live_page : bool
-        The page solves the pair anew as its reader changes flanks, load and axes. Where half the width stands for the
-        whole, the finite elements of the whole are solved for it.
+        The page solves the pair anew as its reader changes flanks, load and axes, on the whole width.
     format : tuple of {"png", "svg", "pdf"}
-        Of the picture files: one, or a list. The page shows SVG where it is among them, which stays sharp in print.
+        Of the picture files. The page shows SVG where it is among them.
     """
 
     plots: bool = True

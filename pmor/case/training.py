@@ -17,21 +17,19 @@ class ReductionCase:
     Parameters
     ----------
     shapes : {"line_loads", "flank_lines", "positions", "pod", "global_pod", "static_modes"}
-        `line_loads`: the compliance between flank nodes, line loads as unknowns: exact, without training; with the
-        scheme `line` alone. `flank_lines`, the default of the others: a shape for each line of flank nodes, its load
-        over the width from the training. `positions`: one for each trained roll position and torque (the paper). `pod`:
-        the same, compressed to modes at each position. `global_pod`: one set of modes for all positions.
-        `static_modes`: unit forces on all flank nodes, without training: exact, with the most unknowns.
+        `line_loads`: compliance between flank nodes: exact, untrained; of the scheme `line` alone. `flank_lines`: a
+        shape for each line of flank nodes, its load over the width trained. `positions`: one for each trained position
+        and torque (the paper). `pod`: the same as modes at each position. `global_pod`: modes for all positions.
+        `static_modes`: unit forces on all flank nodes: exact, untrained, most unknowns.
     interpolation : {"linear", "cubic"}
         Of shapes at positions and of modes (`pod`), over the roll position. The others are not interpolated.
     pod_tolerance : float
         Share of the energy of the snapshots that POD may discard.
     distribution_tolerance : float
         Of flank lines: a further load distribution over the width is kept where it carries more than this share of the
-        first one's forces. Smaller for misaligned axes, whose distributions vary.
+        first one's forces. Smaller for misaligned axes.
     error_estimate : bool
-        Keep the data of an error bar on every online result in the basis (`pmor.penalty.kernels.estimate`). Line loads
-        have no error to estimate.
+        Keep the data of an error bar of every online result in the basis. Line loads need none.
     """
 
     shapes: Shapes
@@ -58,9 +56,9 @@ class OfflineCase:
     Parameters
     ----------
     sampling : {"grid", "sobol", "greedy"}
-        `grid`: every angle with every torque and misalignment below. `sobol`: `solves` states spread evenly over these
-        ranges. `greedy`: one state after the other where the error estimate is largest in them, until it is below the
-        tolerance. The last two need shapes that are not interpolated.
+        `grid`: every angle with every torque and misalignment below. `sobol`: `solves` states spread evenly. `greedy`:
+        one after the other where the error estimate is largest, until it is below the tolerance. The last two need
+        shapes that are not interpolated.
     angles_per_pitch : int
         Training positions per angular pitch; of the greedy sampling, those that it begins with.
     torques_Nm : tuple of float

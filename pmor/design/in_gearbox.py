@@ -22,6 +22,7 @@ from pmor.machine.coupled import MEAN_ANGLES, solve_load
 from pmor.machine.fit import Helix, level
 from pmor.report.parameter_words import parameter_words
 from pmor.report.table import Cell, Table
+from pmor.results.quantities import TABLE
 from pmor_online.model import with_flanks
 
 CASE, ALIGNED, BEST = "flanks of the case", "best for aligned axes", "best for the gearbox"
@@ -195,7 +196,10 @@ def gearbox_tables(box: InGearbox) -> list[Table]:
         [f"{one} over {other}", *[None] * len(variables), *(box.ratio(key, (one, other)) for key in RESULTS), None]
         for one, other in COMPARED
     ]
-    heads = ("flanks", *(parameter_words(v.name) for v in variables), "mean p-p, µm", "largest K_Hβ", "pressure, MPa")
+    heads = (
+        "flanks", *(parameter_words(v.name) for v in variables),
+        "mean p-p, µm", "largest K_Hβ", TABLE["flank_pressure_max_MPa"].head,
+    )  # fmt: skip
     note = (
         "The whole gearbox solved anew with these flanks, all other meshes as they are; mean by the weights of the "
         f"loads, on {box.angles} angles to a pitch."

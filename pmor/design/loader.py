@@ -179,9 +179,7 @@ def _of_meshes(said: Design, box: GearboxFile, where: str) -> Design:
         if said.motion.bearing is not None and said.motion.bearing not in known:
             rule = f"{box.name} has none: {did_you_mean(said.motion.bearing, known)}"
             raise CaseError(f"{where}: [motion] bearing = {toml_text(said.motion.bearing)}: {rule}")
-    if not names:
-        rule = "has meshes of sets, and of gears with several meshes, alone: design these as sets"
-        raise CaseError(f"{where}: gearbox: {box.name} {rule}")
+    refuse_beyond(box, "design", f"{where}: gearbox")
     meshes, model = said.mesh or tuple(names), box.model
     if len(meshes) == 1:  # its results are those of the design
         constraints = tuple(replace(constraint, mesh=None) for constraint in said.constraints)

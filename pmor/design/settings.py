@@ -55,13 +55,12 @@ class Variable:
     key : str
         Key of a modification.
     gear : str
-        Gear that it is of: `pinion`, `wheel` or, the same value on both, `both`. Of a set it is a member: `sun`,
-        `planet`, `ring`, or the name of a gear; all planets have the same value.
+        Gear that it is of: `pinion`, `wheel`, or the same value on both; of a set a member: `sun`, `planet` (all
+        alike), `ring`, or the name of a gear.
     mesh : str or None
         Mesh of a gearbox whose gear it is; None where one mesh is designed, or for the same value in all of them.
     flank : {"both", "drive", "coast"}
-        Section `modification`, `coast_modification`, or the same value in both. Planets carry on one towards the sun,
-        on the other towards the ring; a pair on those that its torque loads.
+        Section `modification`, `coast_modification`, or the same value in both.
     range : tuple of float
         From the lowest to the highest value, in the unit of the key.
     step : float or None
@@ -134,14 +133,14 @@ class Goal:
     Parameters
     ----------
     minimise : str
-        `peak_to_peak_um`, `order_1_um`, `order_2_um`, `order_3_um`: peak-to-peak STE, or the amplitude of an order of
-        the mesh. `k_h_beta`: the largest face load factor of the meshes. `k_gamma`: the mesh load factor of a set. Of a
-        gearbox in motion `mesh_force_N`, `bearing_force_N`, `radiated_power_mW`, see `[motion]`.
+        `peak_to_peak_um`, `order_1_um` to `order_3_um`: STE, or an order of it. `k_h_beta`: largest face load factor of
+        the meshes. `k_gamma`: mesh load factor of a set. Of a gearbox in motion `mesh_force_N`, `bearing_force_N`,
+        `radiated_power_mW` (`[motion]`).
     meshes : str
         Of several meshes of a gearbox: `sum` of the result over them, `worst`, the largest one, or that of the mesh
-        with this name. Results without a mesh are then this for the objective, and the largest for all others.
+        with this name.
     value : {"nominal", "expected", "percentile_95"}
-        Nominal, without scatter; or the mean over the scatter, or its 95 % quantile. Constraints are on the same value.
+        Without scatter; mean over it, or 95 % quantile. Constraints are on the same value.
     """
 
     minimise: Objective = "peak_to_peak_um"
@@ -172,10 +171,9 @@ class Constraint:
     Parameters
     ----------
     result : str
-        `pressure_MPa`: largest pressure of Hertz where no sharp tip edge carries. `k_h_beta`: face load factor.
-        `tip_edge_load_N_per_mm`: largest line load where the edge of a tip is in contact; 0 keeps it clear.
-        `root_stress_MPa`: largest principal stress at the roots. `k_gamma`: mesh load factor of a set. Or an objective.
-        Figures of meshes are the largest of a set.
+        An objective, or `pressure_MPa`: largest of Hertz where no sharp tip edge carries; `tip_edge_load_N_per_mm`:
+        largest line load at the edge of a tip, 0 keeps it clear; `root_stress_MPa`: largest principal stress at the
+        roots. Of a set the largest of all meshes.
     mesh : str or None
         Of a gearbox the mesh that it is of; None is the largest of all.
     at_most : float
@@ -218,8 +216,8 @@ class InMotion:
 class Scatter:
     """Standard deviations of manufacture and mounting (section `[scatter]`), normal and independent of each other.
 
-    Both gears scatter independently; of a set all flanks of all gears, and pins by `[tolerances]` of its file. Under a
-    nominal objective the scatter is only shown for the best variant.
+    Of a set of all flanks of all gears, and pins by its `[tolerances]`. Under a nominal objective for the best variant
+    alone.
 
     Parameters
     ----------

@@ -45,9 +45,8 @@ def other_places(keys: Iterable[str]) -> set[str]:
 class Modification:
     """Deviations of the loaded flanks of one gear (sections `[pinion.modification]` and `[wheel.modification]`).
 
-    Amounts are in um along the transverse line of action, positive removes material; normal to the flank they are
-    cos(beta_b) times that. Roll angles are the gear's own. The active profile is what its mate can touch on parallel
-    axes; all laws continue beyond it. One key says where a relief starts or ends.
+    Amounts are in um along the transverse line of action, positive removes material. Roll angles are the gear's own.
+    All laws continue beyond the active profile. One key says where a relief starts or ends.
 
     Parameters
     ----------
@@ -95,13 +94,12 @@ class Modification:
         How far end relief reaches from each face, in mm; needed with `end_relief_um`.
     twist_um : float
         By which the helix slope at the end of the active profile exceeds the one at its start, in um: a quarter of it
-        in two corners of the active flank, minus a quarter in the others.
+        in two corners of the active flank, minus that in the others.
     topography : Topography or None
-        Amounts on a grid; in a case file the name of a CSV file, relative to the case: the first row holds z in mm
-        from the gear's own mid width, the first column roll angles in degrees, the rest amounts in um.
+        Amounts on a grid; in a case file a CSV file beside it: z in mm from the gear's own mid width in the first row,
+        roll angles in degrees in the first column, amounts in um.
     pitch_deviations_um : tuple of float
-        Of each tooth's flank, in um, in the order in which the teeth follow counter-clockwise, the tooth on the line of
-        centres at pinion angle 0 first. They count from their median.
+        Of each tooth's flank, in um, counter-clockwise, the tooth on the line of centres at pinion angle 0 first.
     """
 
     tip_relief_um: Amount = 0.0

@@ -96,8 +96,8 @@ class Bearing(AnyBearing):
     radial_N_per_mm, axial_N_per_mm, tilt_Nmm_per_rad : float, "rigid" or "free"
         Of a bearing by its stiffness.
     torsion_Nmm_per_rad : float, "rigid" or "free"
-        About the axis, of a coupling, a key, a spline or a press fit between two shafts: it carries torque. A coupling
-        reaches rigidly from `at_mm` to the end of the other shaft.
+        About the axis, of a coupling, key, spline or press fit between two shafts: it carries torque, rigidly from
+        `at_mm` to the end of the other shaft.
     ball, roller : BallBearing, RollerBearing
         Of a bearing by its inner geometry.
     catalogue : CatalogueBearing
@@ -175,8 +175,7 @@ class MemberPlace:
     shaft : str
         That carries the member.
     at_mm : float
-        Along the shaft: of the sun the middle of the face width, of carrier and ring where they join it; they are
-        rigid from there to that middle.
+        Along the shaft: of the sun the middle of the face width, of carrier and ring where they join it.
     """
 
     shaft: str
@@ -195,10 +194,9 @@ class PlanetarySet:
     name : str
         Of the set.
     set : Path
-        Set file, beside the gearbox file. Its `[load]` says by the sign of its torque which flanks carry, and which
-        member stands still; torques and speeds are those of the load cases here. `[supports]` of members on shafts,
-        bearings of a `[carrier]` on one and `[sweep] torques_Nm` are left aside; `[tolerances]` are solved under each
-        load.
+        Set file, beside the gearbox file. The sign of its torque says which flanks carry, `held` which member stands
+        still. `[supports]` of members on shafts, bearings of a `[carrier]` on one and `[sweep] torques_Nm` are left
+        aside; `[tolerances]` are solved under each load.
     sun, carrier, ring : MemberPlace or "housing"
         Two of them stand on shafts, on one axis. "housing" is the member that the set file has `held`.
     """
@@ -331,7 +329,7 @@ class LoadCase(Timed):
 class Gravity:
     """By what shafts and gears are heavy (section `[gravity]`); without it they have no weight.
 
-    Weights of gears are those of their drawing, of `density_kg_m3` in `[dynamics]` of their case.
+    Gears weigh as drawn, of `density_kg_m3` in `[dynamics]` of their case.
 
     Parameters
     ----------

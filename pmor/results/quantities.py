@@ -136,7 +136,7 @@ QUANTITIES = (
     Quantity("iso_f_sh_um", "um", "f_sh, ISO", "ISO 6336-1:2006, method C", "mesh", (BOX,)),
     Quantity("effective_contact_ratio", "1", "contact ratio, loaded", "tooth pairs that carry, on average", "mesh",
              found=lambda pair, lines: effective_contact_ratio(lines)),
-    Quantity("flank_pressure_max_MPa", "MPa", "pressure", PRESSURE, "mesh",
+    Quantity("flank_pressure_max_MPa", "MPa", "largest pressure", PRESSURE, "mesh",
              found=lambda pair, lines: largest_pressure(lines.pressure_MPa, (1, 2, 3))),
     Quantity("line_load_max_N_per_mm", "N/mm", "line load, largest", "over flanks and mesh cycle", "mesh",
              found=lambda pair, lines: lines.load_N_per_mm.max(axis=(1, 2, 3))),

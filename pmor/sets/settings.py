@@ -45,13 +45,13 @@ class Planets:
     missing : tuple of int
         Numbers of planets, from 1 on, that are left out.
     radial_um, tangential_um : tuple of float
-        By how much each pin is off its place in the carrier, one number for each planet: outwards, and in the sense in
-        which the torque turns the sun.
+        By how much each pin is off its place, a number for each planet: outwards, and in the sense in which the torque
+        turns the sun.
     second_z_mm : float or None
         Mid width of `[second_planet]`, and of the ring, from that of `[planet]` along z; by default beside it.
     timing_mrad : tuple of float
-        By how much the second gear of each stepped planet is ahead of its place on the shaft, in the sense in which the
-        torque on the sun turns the planet.
+        By how much the second gear of each stepped planet is ahead on the shaft, in the sense in which the torque turns
+        the planet.
     """
 
     count: Annotated[int, ranges.Range(1, 24)] = 3
@@ -174,7 +174,7 @@ class Mesh:
     Parameters
     ----------
     gears : (str, str)
-        Names of the gear that drives, and of the one that is driven.
+        Names of driving and driven gear.
     pair : str
         Section with keys of its pair that differ from those of `[pair]`.
     """
@@ -190,8 +190,8 @@ class SetLoad:
     Parameters
     ----------
     torque_Nm : float
-        On one of its members from outside; it says that of the others. A positive one on the sun loads the drive
-        flanks of the sun, a negative one the coast flanks.
+        On one of its members from outside. A positive one on the sun loads its drive flanks, a negative one its coast
+        flanks.
     on : {"sun", "ring", "carrier"}
         Member that the torque is on.
     held : {"sun", "ring", "carrier"}
@@ -303,14 +303,13 @@ class Carrier:
     Parameters
     ----------
     windup_Nmm_per_rad : float or "rigid"
-        Of one cheek against the other about the axis, by what joins them: it tilts all pins around. Clamped pins resist
-        it beside that.
+        Of one cheek against the other about the axis: it tilts all pins around. Clamped pins resist it beside that.
     torque_at : {"-z", "+z"} or None
         Side of the cheek that leads the torque out; the other one turns.
     stiffness : Path or None
-        CSV file beside the set file, in place of the wind-up: the stiffness matrix of the carrier at the seats of its
-        pins, its shaft held, without head; for each planet, and for its seat at -z before that at +z, displacements
-        along and rotations about x, y, z of the set at angle 0; N/mm, N, N mm/rad.
+        CSV file beside the set file, in place of the wind-up: the carrier's stiffness matrix at the seats of its pins,
+        its shaft held, without head; for each planet, its seat at -z first, displacements along and rotations about x,
+        y, z of the set at angle 0; N/mm, N, N mm/rad.
     radial_N_per_mm : float, "rigid" or "free"
         Of the carrier's bearings, across the axis; "free" floats.
     tilt_Nmm_per_rad : float or "rigid"
@@ -338,8 +337,8 @@ class SetSweep:
     torques_Nm : tuple of float
         Amounts of the torque of `[load]`, or of the first gear, in N m, increasing; the nominal one is among them.
     pitches : int or None
-        Of the first gear, that are solved; by default as many as it takes until all meshes, gears whose teeth differ,
-        and eccentric ones stand as before: one without such errors where all mesh cycles are alike.
+        Of the first gear, that are solved; None is as many as it takes until meshes, unequal teeth and eccentric gears
+        stand as before.
     """
 
     angles_per_pitch: Positions = 60

@@ -295,6 +295,7 @@ def test_a_disk_that_is_full_ends_it_and_the_same_command_goes_on(folder, faulty
     assert results(folder / "out") == results(folder / "plain")
 
 
+@pytest.mark.slow
 def test_chunks_of_another_campaign_or_another_hand_are_solved_again(folder, faulty, monkeypatch, capsys):
     keep, kept = chunks_module.ChunkFiles.write, []
 
@@ -360,6 +361,7 @@ def malformed_chunks(first, rows, key):
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("half", [pytest.param(slice(6), marks=pytest.mark.slow), slice(6, 12)])
 def test_malformed_chunks_are_solved_again_and_malformed_plans_written_anew(half, folder, faulty, monkeypatch, capsys):
     assert main(["campaign", "campaign.toml", "--out", "plain"]) == 0
@@ -443,6 +445,7 @@ def test_the_end_of_a_campaign_ends_no_process_of_another_one(folder, faulty, pr
     assert all(process.poll() is not None for process in processes)
 
 
+@pytest.mark.slow
 def test_case_files_edited_by_hand_and_folders_of_others_stay(folder, faulty, capsys):
     assert main(["campaign", "campaign.toml", "--out", "out"]) == 0
     edited = folder / "out" / "cases" / "design_000012.toml"

@@ -320,6 +320,7 @@ def test_the_api_gives_what_the_command_finds(file, found):
         model.design(**sections | {"pareto": {"against": "root_stress_MPa"}})
 
 
+@pytest.mark.slow
 def test_pieces_are_taken_over_and_threads_change_nothing(file, reduced, found, tmp_path, monkeypatch):
     steps, told = [], []
 

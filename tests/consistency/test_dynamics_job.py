@@ -91,6 +91,7 @@ def test_motion_that_overloads_a_section_is_named_with_its_speeds(model):
         assert 0.7 < low / found.natural_frequency_Hz[1] < high / found.natural_frequency_Hz[1] < 1.0
 
 
+@pytest.mark.slow
 def test_finished_torques_are_taken_over(tmp_path, model, monkeypatch):
     case = replace(model.case, dynamics=replace(model.case.dynamics, run_cycles=0, damping_ratio=0.1))
     first = run.run(case, reduced=model.reduced, folder=tmp_path)

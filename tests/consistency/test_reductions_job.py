@@ -21,7 +21,7 @@ from pmor_online.errors import estimate_errors
 from tests.support.small_case import case_text, fail_where, full_fe
 from tests.support.stored_files import results_in
 
-pytestmark = [pytest.mark.jit, pytest.mark.usefixtures("few_candidates")]
+pytestmark = [pytest.mark.jit, pytest.mark.slow, pytest.mark.usefixtures("few_candidates")]
 
 genuine_run = pmor.lab.comparison.run.run
 FEW = {"states": 6, "repeats": 2, "most_solves": 32}
@@ -80,7 +80,6 @@ def case_path(tmp_path, monkeypatch):
     return path
 
 
-@pytest.mark.slow
 def test_the_command_leaves_numbers_page_and_pictures(finished):
     out, text, _ = finished
     pictures = {"error_run_time.png", "decay.png", "estimate.png"}
@@ -95,7 +94,6 @@ def test_the_command_leaves_numbers_page_and_pictures(finished):
         assert entry["solves"] <= 24
 
 
-@pytest.mark.slow
 def test_the_json_holds_what_was_measured(finished, compared):
     found = json.loads((finished[0] / "reductions.json").read_text())
     assert compared.failures == ()
@@ -125,7 +123,6 @@ def test_line_contact_has_no_shapes_to_compare(tmp_path, capsys):
     assert "no trained shapes to compare" in capsys.readouterr().err
 
 
-@pytest.mark.slow
 def test_counted_solves_are_those_of_the_offline_stage(case, model, compared, tmp_path):
     by_label = {entry["label"]: entry for entry in compared.entries}
     greedy = compared.entries[0]["solves"]
@@ -143,7 +140,6 @@ def test_counted_solves_are_those_of_the_offline_stage(case, model, compared, tm
     assert not checked
 
 
-@pytest.mark.slow
 def test_states_that_do_not_converge_are_named_and_end_with_exit_code_3(case_path, capsys, monkeypatch, model, undrawn):
     few = load_case(case_path)
     states = unseen_states(few.offline, model.mesh.meshed.pair, FEWEST["states"])

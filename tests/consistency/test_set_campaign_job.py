@@ -16,6 +16,9 @@ from pmor.storage.gear_store import Store, open_store
 from tests.support.matrix import SPLIT
 from tests.support.small_set_campaign import written
 
+# `test_capabilities` runs a campaign of a set always.
+pytestmark = pytest.mark.slow
+
 ROUND_OFF = 1e-12
 
 
@@ -41,7 +44,6 @@ def of_mates(data, key):
 
 
 @pytest.mark.parametrize("number", [1, 4])
-@pytest.mark.slow
 def test_the_row_of_a_set_is_what_its_file_gives(number, folder, rows):
     row = rows[number - 1]
     path = pmor.write_campaign_case(folder / "sets.toml", folder, number, overwrite=True)

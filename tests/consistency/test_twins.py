@@ -112,6 +112,7 @@ def test_a_report_of_a_model_is_that_of_a_run(run, tmp_path):
     assert "too long" not in page
 
 
+@pytest.mark.slow
 def test_compare(run, tmp_path):
     path, _ = run
     assert main(["compare", str(path), "--out", str(tmp_path / "command")]) == 0

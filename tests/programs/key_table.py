@@ -49,13 +49,16 @@ from pmor.storage.atomic import atomic_path
 
 HEAD = """# All keys
 
-`python -m tests.programs.key_table cases/manual/keys.md` made this page from the program itself. `pmor plan FILE` shows
-the keys of a file with their defaults. Units stand in the names of the keys, words in quotes in a file. *list* is a
-list of such values, `> 0` excludes the end, a dash is a key that may be left out; `[[name]]` may stand several times.
-How a gear is made is told under `[pinion]`: `[wheel]` of a case, `[sun]`, `[planet]`, `[ring]` and gears by their
-names of a set, and the sections of a mesh of a gearbox have these keys and sections too.
+Made by `python -m tests.programs.key_table cases/manual/keys.md`. `pmor plan FILE` shows the keys of a file with their
+defaults. Units stand in the names of the keys, words in quotes in a file. *list* is a list of such values, `> 0`
+excludes the end, ends that no machine comes near are left out (*any*: both); a dash is a key that may be left out,
+`[[name]]` may stand several times. All files but cases have a `title`, by default their name. A section is told where
+it first stands. How a gear is made is told under `[pinion]`: `[wheel]` of a case, `[sun]`, `[planet]`, `[ring]` and
+gears by their names of a set, and the sections of a mesh of a gearbox have these keys and sections too.
 """
 NUMBERS = {int: "whole", float: "", tuple[float, ...]: "list", tuple[int, ...]: "list, whole"}
+# Ends of ranges that only catch slips of unit.
+LEAST_LENGTH, BEYOND = 0.001, 1e5
 MOST_CHOICES, QUANTITIES = 12, "[quantities](quantities.md#names-of-results) of campaigns"
 # Units that stand in the name of the key.
 UNIT_WORDS = re.compile(
@@ -103,19 +106,26 @@ def formats() -> dict[str, dict[str, type]]:
 def key_page() -> str:
     """Return the page: for each kind of file a table of its keys, section by section."""
     parts = [HEAD.rstrip()]
+    told: dict[type, str] = {}
     for name, sections in formats().items():
         places: dict[type, list[str]] = {}
         for heading, kind in sections.items():
             places.setdefault(kind, []).append(heading)
-        rows = [row for kind, headings in places.items() for row in _rows(headings, kind)]
-        head = f"## Keys of a {name} file", "", "| key | allowed | default | meaning |", "|---|---|---|---|"
+        rows = [row for kind, headings in places.items() for row in _rows(headings, kind, told.get(kind))]
+        told = {kind: f"`{headings[0]}` of a {name}" for kind, headings in places.items()} | told
+        head = f"## Keys of a {name} file", "", "key | allowed | default | meaning", "---|---|---|---"
         parts.append("\n".join([*head, *rows]))
     return "\n\n".join(parts) + "\n"
 
 
 def keys_in_file(kind: type) -> dict[str, Any]:
-    """Return the keys of a section; a study's own name and place are none."""
-    return {key: hint for key, hint in keys_of(kind).items() if kind is not Study or key not in ("name", "where")}
+    """Return the keys of a section that are told under it; a study's own name and place are none."""
+    elsewhere = {"title"}
+    if kind is Study:
+        elsewhere |= {"name", "where"}
+    if kind is ConditionCase:
+        elsewhere |= set(keys_of(Misalignment))
+    return {key: hint for key, hint in keys_of(kind).items() if key not in elsewhere}
 
 
 def _brackets(section: str, root: type) -> str:
@@ -129,16 +139,25 @@ def _brackets(section: str, root: type) -> str:
     return f"[[{section}]]" if section in lists else f"[{section}]"
 
 
-def _rows(headings: Sequence[str], kind: type) -> list[str]:
+def _rows(headings: Sequence[str], kind: type, told_as: str | None) -> list[str]:
+    if told_as:
+        return [_row([_bold(headings), "", "", f"As {told_as}."])]
     summary, meanings = _documented(kind)
     defaults = {item.name: item.default for item in fields(kind)}
     told: dict[tuple[str, str, str], list[str]] = {}
     for key, annotation in keys_in_file(kind).items():
         default = _default(headings[0].strip("[]"), key, defaults.get(key, MISSING))
         told.setdefault((_allowed(annotation), default, meanings[key]), []).append(f"`{key}`")
-    sections = [(", ".join(f"**{heading}**" for heading in headings), "", "", summary)] if headings[0] else []
-    cells = [*sections, *((", ".join(keys), *row) for row, keys in told.items())]
-    return ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in cells]
+    sections = [(_bold(headings), "", "", summary)] if headings[0] else []
+    return [_row(row) for row in [*sections, *((", ".join(keys), *row) for row, keys in told.items())]]
+
+
+def _bold(headings: Sequence[str]) -> str:
+    return ", ".join(f"**{heading}**" for heading in headings)
+
+
+def _row(cells: Sequence[str]) -> str:
+    return " | ".join(cell.replace("|", "\\|") for cell in cells).replace(" |  |", " | |")
 
 
 def _documented(kind: type) -> tuple[str, dict[str, str]]:
@@ -154,8 +173,7 @@ def _documented(kind: type) -> tuple[str, dict[str, str]]:
         described = re.sub(r"[;,] (None is|by default) left out", "", described).replace("None is", "left out:")
         described = UNIT_WORDS.sub("", described)
         meanings |= dict.fromkeys(names.split(", "), described[:1].upper() + described[1:])
-    inside = Misalignment if kind is ConditionCase else None
-    return summary, meanings if inside is None else meanings | _documented(inside)[1]
+    return summary, meanings
 
 
 def _allowed(annotation: Any) -> str:
@@ -183,15 +201,14 @@ def _allowed(annotation: Any) -> str:
 
 
 def _range(allowed: Range) -> str:
-    ends = (f"{end:g}".replace("100000", "1e+05") for end in (allowed.low, allowed.high))
-    low, high = (re.sub(r"e\+0?", "e", end) for end in ends)
+    low = "> 0" if allowed.low_excluded or allowed.low == LEAST_LENGTH else f"{allowed.low:g}"
     unit = "" if allowed.unit != "modules" else " modules"
-    return f"{'> ' * allowed.low_excluded}{low} to {'< ' * allowed.high_excluded}{high}{unit}"
+    if allowed.high >= BEYOND:
+        return "any" if allowed.low <= -BEYOND else low if low == "> 0" else f"from {low}"
+    return f"{low} to {'< ' * allowed.high_excluded}{allowed.high:g}{unit}"
 
 
 def _default(section: str, key: str, default: Any) -> str:
-    if key == "title":
-        return "name of the file"
     if default is MISSING and section in MULTIPLES and key.endswith("torques_Nm"):
         alone = f"; {_shares(COMPARED_LOADS)} of exact line loads alone" if section == "compare" else ""
         return f"load × {_shares(MULTIPLES[section])}{alone}"

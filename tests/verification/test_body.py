@@ -132,6 +132,7 @@ def test_a_part_of_low_rank_is_the_compliance_of_all_rows_together(name, monkeyp
     assert np.abs(stiff.states.lines.load_N_per_mm - loads).max() > 0.005 * loads.max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["spur", "helical"])
 def test_full_and_reduced_pair_agree_with_holes(name):
     full, reduced = holed(name)

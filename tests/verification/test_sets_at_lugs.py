@@ -98,6 +98,7 @@ def test_a_single_mesh_is_the_pair_at_lugs(bend_deg):
     assert np.ptp(expected.reshape(-1, ANGLES).mean(axis=1)) > 1e-2 * expected.mean()
 
 
+@pytest.mark.slow
 def test_a_pitch_later_a_set_is_as_it_is_where_it_is_placed():
     built = planetary(3, False, TEETH["in phase"], lugs=(4, 10.0, 7.0), **COARSE)[1]
     pitch, load = built.meshes[0].pair.meshed.pair.pitch, np.r_[TORQUE, np.zeros(len(built.free) - 1)]

@@ -203,3 +203,26 @@ function misalignmentOf(model, { hubs: { displacement } }, axes) {
   const slope = hub => -Math.cos(angle) * displacement[6 * hub + 4] - Math.sin(angle) * displacement[6 * hub + 3];
   return axes[0][2] * 1e3 * width * (slope(0) - slope(1));
 }
+
+// Figures of the supports of a mesh.
+function rowsOfMachine({ loads }, model, mesh, row) {
+  return [
+    row("torque on the pinion, N m", r => 1e-3 * r.support.torque),
+    row("misalignment F_β, µm", r => misalignmentOf(model, r.support, loads[r.setting.load].meshes[mesh].axes)),
+  ];
+}
+
+function isOffTangent({ bearings }, setting) {
+  return bearings.some(({ rolling }, b) => rolling && (setting.share !== 1 || setting.stiffness * setting.bearings[b] !== 1));
+}
+
+// Bearings of a gearbox file as they are set.
+function bearingsToml(machine, setting, lines, section) {
+  lines.push("# Gearbox file", `# Torques and forces of the load case: times ${setting.share}`);
+  machine.bearings.forEach(({ name, rigid, rolling, given, gives }, b) => {
+    const factor = setting.stiffness * setting.bearings[b], give = 1e-6 * (setting.give + setting.bearings[b]);
+    const values = rigid ? gives.map(key => [key, 1 / give]) : Object.entries(given).map(([key, k]) => [key, factor * k]);
+    if (rolling && factor !== 1) lines.push(`# Rolling bearing ${JSON.stringify(name)}: stiffness times ${factor}`);
+    else if (rigid ? give > 0 : factor !== 1) section("[bearings]", { name, ...Object.fromEntries(values) }, {});
+  });
+}

@@ -249,14 +249,9 @@ function draw(root, data, solver, result) {
   if (data.machine && isOffTangent(data.machine, result.setting)) {
     said.push("Rolling bearings count by their stiffness under the load case as it is, of which this setting is none.");
   }
-  const machine = data.machine ? [
-    row("torque on the pinion, N m", r => 1e-3 * r.support.torque),
-    row("misalignment F_β, µm", r =>
-      misalignmentOf(model, r.support, data.machine.loads[r.setting.load].meshes[mesh].axes)),
-  ] : [];
   const shares = train ? both.map(r => sharesOf(train, r.states)) : [];
   fill("numbers", ...[
-    ...machine,
+    ...data.machine ? rowsOfMachine(data.machine, model, mesh, row) : [],
     row("STE mean, µm", r => r.mean),
     row("STE peak-to-peak, µm", r => r.peakToPeak),
     ...train ? rowsOfTrain(train, both, shares, number) : [],
@@ -294,10 +289,6 @@ function axisOf({ data: { train }, models: [first], systems }, model, { errors }
 // Whether a roll angle is at the tip of a gear or beyond it; towards the tips of a ring they fall.
 function atTip(gear, roll) {
   return gear.base_radius * (roll - gear.tip_roll) >= 0;
-}
-
-function isOffTangent({ bearings }, setting) {
-  return bearings.some(({ rolling }, b) => rolling && (setting.share !== 1 || setting.stiffness * setting.bearings[b] !== 1));
 }
 
 // Largest line load over the mean one, added up over tooth pairs and angles: face_load_factor in pmor/results.
@@ -402,13 +393,7 @@ function tomlOf(data, setting, kind) {
     if (said.length) lines.push(`[${name}]`, ...said.map(([key, value]) => `${key} = ${JSON.stringify(value)}`), "");
   };
   if (machine) {
-    lines.push("# Gearbox file", `# Torques and forces of the load case: times ${setting.share}`);
-    machine.bearings.forEach(({ name, rigid, rolling, given, gives }, b) => {
-      const factor = setting.stiffness * setting.bearings[b], give = 1e-6 * (setting.give + setting.bearings[b]);
-      const values = rigid ? gives.map(key => [key, 1 / give]) : Object.entries(given).map(([key, k]) => [key, factor * k]);
-      if (rolling && factor !== 1) lines.push(`# Rolling bearing ${JSON.stringify(name)}: stiffness times ${factor}`);
-      else if (rigid ? give > 0 : factor !== 1) section("[bearings]", { name, ...Object.fromEntries(values) }, {});
-    });
+    bearingsToml(machine, setting, lines, section);
     lines.push(`# Case of the mesh ${JSON.stringify(data.meshes[kind].name)}`);
   } else if (train) {
     lines.push(...train.torques.map(text => text.replace("{}", setting.torque_Nm)));
