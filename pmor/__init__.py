@@ -26,10 +26,10 @@ Results
     `SweepResult`: transmission error, load sharing, stiffness over angles and torques. `ConditionsResult`: of many
     assemblies. `RootStress`: along the fillets.
 Capabilities and experiments, with their files where a folder is given
-    `run_dynamics`: the pair in motion, a `DynamicsResult`. `run_design`: a search for flank modifications, a
-    `DesignResult`. `campaign`: a table of macro-geometries, a `CampaignResult`. `study`: a grid of meshes and models.
-    `convergence`: finer and finer meshes. `stability`: extreme variants. `reductions`: reductions and samplings.
-    `bench`: run times.
+    `run_dynamics`: a pair in motion, a `DynamicsResult`, or a gearbox, a `MotionResult`. `run_design`: a search for
+    flank modifications, a `DesignResult`. `campaign`: a table of macro-geometries, a `CampaignResult`.
+    `study`: a grid of meshes and models. `convergence`: finer and finer meshes. `stability`: extreme variants.
+    `reductions`: reductions and samplings. `bench`: run times.
     `write_design_case`, `write_campaign_case`: one of many designs as a case file.
 Conditions
     `Misalignment`: position of the wheel's axis. `Modification`: deviation of a gear's flanks; `Topography`: on a grid.
@@ -98,6 +98,7 @@ if TYPE_CHECKING:
     )
     from pmor.design.result import DesignResult
     from pmor.dynamics.result import DynamicsResult
+    from pmor.dynamics.whine.result import MotionResult
     from pmor.export.tables import ResultArray
     from pmor.gear.condition import Assembly, Misalignment
     from pmor.gear.modification import Modification
@@ -123,6 +124,7 @@ _HOMES = {
     "pmor.app.run": ("RunResult", "run_case"),
     "pmor.app.training": ("compare", "load_model", "train"),
     "pmor.dynamics.result": ("DynamicsResult",),
+    "pmor.dynamics.whine.result": ("MotionResult",),
     "pmor.app.result": ("ConditionsResult", "SweepResult"),
     "pmor.app.cases": ("change", "change_case", "make", "make_case"),
     "pmor.case": ("Case", "load_case"),
@@ -145,8 +147,8 @@ _MOVED = {"gear_set": "run", "gearbox": "run"}
 __all__ = [
     "Assembly", "CampaignResult", "Case", "CaseError", "Comparison", "ConditionsResult", "ConvergenceError",
     "DesignResult", "DynamicsResult", "ExternalProgramError", "FileFormatError", "FullModel", "GearboxResult",
-    "Geometry", "GeometryError", "MeshError", "Misalignment", "Modification", "OutputError", "PmorError",
-    "ReducedModel", "ResultArray", "RootStress", "RunResult", "SetResult", "SweepResult", "Topography",
+    "Geometry", "GeometryError", "MeshError", "Misalignment", "Modification", "MotionResult", "OutputError",
+    "PmorError", "ReducedModel", "ResultArray", "RootStress", "RunResult", "SetResult", "SweepResult", "Topography",
     "Verification", "bench", "campaign", "change", "change_case", "compare", "convergence", "export_file",
     "exudyn_mesh", "full_model", "geometry", "import_rexs", "info", "load", "load_case", "load_model",
     "load_results", "make", "make_case", "plan", "reductions", "run", "run_case", "run_design", "run_dynamics",

@@ -34,12 +34,14 @@ if TYPE_CHECKING:
     from pmor.design.files import DesignFile
     from pmor.design.result import DesignResult
     from pmor.dynamics.result import DynamicsResult
+    from pmor.dynamics.whine.result import MotionResult
     from pmor.lab.bench import Bench
     from pmor.lab.comparison.result import Comparison as ReductionsResult
     from pmor.lab.convergence.result import Convergence as ConvergenceResult
     from pmor.lab.stability.result import Stability as StabilityResult
     from pmor.lab.study.result import StudyResult
     from pmor.lab.study.settings import Study
+    from pmor.machine.loader import GearboxFile
 
 Place = Path | str
 
@@ -150,8 +152,13 @@ def run(
 
 @suggesting
 @WORKING
-def run_dynamics(file: Place | Case, folder: Place | None = None, **options: Unpack[Work]) -> DynamicsResult:
-    """Find the motion of a pair over its speed, as `pmor dynamics`; the executor is one of processes."""
+def run_dynamics(
+    file: Place | Case | GearboxFile, folder: Place | None = None, **options: Unpack[Work]
+) -> DynamicsResult | MotionResult:
+    """Find the motion of a machine over its speed, as `pmor dynamics`.
+
+    The executor is one of processes, of a gearbox one of threads.
+    """
     return _answer("dynamics", file, folder, options)
 
 

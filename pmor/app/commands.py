@@ -35,7 +35,8 @@ def _answer(
 ) -> None:  # fmt: skip
     command = COMMANDS[name]
     folder = out or default_folder(settings.name, command.folder + suffix)
-    workers = workers or command.workers(jobs)
+    make = threads if kind_of_settings(settings) in command.on_threads else command.workers
+    workers = workers or make(jobs)
     result = capabilities.answered(name, settings, folder, overwrite, workers, **options)
     _finish(result, folder, result.failures, command.failed)
 

@@ -93,6 +93,8 @@ class Command:
         What the usual folder of results has behind the name of the file.
     workers : callable
         Makes an executor from a number of jobs.
+    on_threads : tuple of str
+        Kinds of files that are answered on threads, whatever the others take.
     """
 
     words: str
@@ -103,6 +105,7 @@ class Command:
     failed: str = "did not converge"
     folder: str = ""
     workers: Callable[[int], AbstractContextManager[Executor | None]] = threads
+    on_threads: tuple[str, ...] = ()
 
 
 def _option(*flags: str, **settings: Any) -> Option:
@@ -197,10 +200,12 @@ COMMANDS: Mapping[str, Command] = {
         "pmor.run_case(case, folder, pages=False)`; figures alone: `pmor.compare(model)",
     ),
     "dynamics": _question(
-        "a machine in motion: response over the speed with its jumps, run-up and run-down, dynamic factor",
+        "a pair in motion: response over the speed with its jumps, run-up and run-down; a gearbox in motion: modes, "
+        "mesh and bearing forces over the speed",
         "pmor.run_dynamics(file, folder)", {"case": "pmor.dynamics.run:run", "gearbox": "pmor.dynamics.whine.run:run"},
         ("FILE", "case or gearbox file (TOML)"),
-        jobs=_jobs("torques"), failed="parts of responses are missing", folder="_dynamics", workers=processes,
+        jobs=_jobs("torques, or loads,"), failed="parts of responses are missing", folder="_dynamics",
+        workers=processes, on_threads=("gearbox",),
     ),
     "design": _question(
         "flank modifications searched over ranges, of a case, of meshes of a gearbox or of a set, with tolerances, and "

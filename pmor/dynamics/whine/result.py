@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class WhineResult(Tabular):
+class MotionResult(Tabular):
     """A gearbox in small motion over its speed, about each load that has an equilibrium."""
 
     file: GearboxFile
@@ -104,7 +104,7 @@ class WhineResult(Tabular):
         }
 
     def __repr__(self) -> str:
-        return f"<WhineResult of {self.file.name!r}: {len(self.loads)} loads>"
+        return f"<MotionResult of {self.file.name!r}: {len(self.loads)} loads>"
 
     def __str__(self) -> str:
         return whine_text(self.data)

@@ -15,7 +15,7 @@ from pmor.core.progress import quietly, stage
 from pmor.core.threads import in_order, one_thread
 from pmor.dynamics.whine.output import FILES
 from pmor.dynamics.whine.response import LoadResponse, respond
-from pmor.dynamics.whine.result import WhineResult
+from pmor.dynamics.whine.result import MotionResult
 from pmor.machine.coupled import solve_load
 from pmor.machine.loader import GearboxFile
 from pmor.machine.run import meshes_and_trains
@@ -34,7 +34,7 @@ ANGLES = 32
 def run(
     settings: GearboxFile, *, folder: Path | str | None = None, overwrite: bool = False,
     executor: Executor | None = None, progress: Callable[[int], None] | None = None,
-) -> WhineResult:  # fmt: skip
+) -> MotionResult:  # fmt: skip
     """Find the small motion of a gearbox over its speed, about each of its loads.
 
     Parameters
@@ -66,7 +66,7 @@ def run(
     with stage("motion about the loads"):
         found = list(in_order(about, settings.model.sections.loads, executor, lambda: step(1)))
     responses = tuple(one for one in found if not isinstance(one, str))
-    return WhineResult(settings, responses, tuple(one for one in found if isinstance(one, str)))
+    return MotionResult(settings, responses, tuple(one for one in found if isinstance(one, str)))
 
 
 def speeds_of(file: GearboxFile) -> FloatArray:
