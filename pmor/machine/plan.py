@@ -9,6 +9,7 @@ from pmor.case import Case
 from pmor.case.duty import shares
 from pmor.case.width import sections_across, whole_width
 from pmor.core.errors import ConvergenceError
+from pmor.core.progress import format_time
 from pmor.gear.pair import GearPair
 from pmor.machine.coupled import MEAN_ANGLES
 from pmor.machine.coupled_sets import MEAN_PLACES
@@ -37,6 +38,9 @@ TRAINING = "training"
 # *Measured*, seconds: of a position, of two sections in contact in it; rounds in which mean forces settle; positions
 # that take as long as the flank that fits, of a mesh under a load; page and pictures.
 POSITION_S, SECTIONS_S, ROUNDS, FIT_POSITIONS, PAGE_S = 3e-5, 2.2e-7, 4, 700, 4.0
+# *Measured* of motion, seconds: modes of a load, a line of a mesh at a speed, page; positions of a mesh cycle to each
+# harmonic; cycles of a mesh about a load, and of what a micrometre of its flanks does.
+MODES_S, LINE_S, MOTION_PAGE_S, PER_HARMONIC, CYCLES, CHANGED = 0.15, 1e-5, 9.0, 16, 4, 32
 
 
 def plan(file: GearboxFile) -> str:
@@ -53,7 +57,10 @@ def plan(file: GearboxFile) -> str:
         refuse_beyond_memory(_alone(case))
     for one in file.model.sets.values():
         refuse_large_set(one)
-    parts = _machine(file), _meshes(file), _sets(file), _loads(file), _cost(file), left_out_lines(left_out(file))
+    parts = (
+        _machine(file), _meshes(file), _sets(file), _loads(file), _cost(file), _motion(file),
+        left_out_lines(left_out(file)),
+    )  # fmt: skip
     return plan_text([*parts, [f"! {note}" for note in file.notes]])
 
 
@@ -154,6 +161,22 @@ def _cost(file: GearboxFile) -> list[str]:
     found += [Stage(name, held, seconds) for name, seconds in more]
     found.append(Stage("page", held + PAGE_BYTES, PAGE_S))
     return stage_lines(found, "; bases that are there take none")
+
+
+def _motion(file: GearboxFile) -> Iterator[str]:
+    """What `pmor dynamics` does beyond finite elements, where the file says at which speeds."""
+    said = file.model.sections
+    motion, speeds = said.dynamics, [load.speed_rpm for load in said.loads if load.speed_rpm]
+    if motion.speed_range_rpm is None and not speeds:
+        return
+    seconds = MOTION_PAGE_S + len(said.loads) * MODES_S
+    for name, case in file.cases.items():
+        positions = PER_HARMONIC * motion.harmonics * (len(said.loads) * CYCLES + CHANGED)
+        seconds += positions * (POSITION_S + _position_seconds(file.model.pairs[name], case))
+        seconds += len(said.loads) * motion.speeds * motion.harmonics * LINE_S
+    yield "In motion, by pmor dynamics: beside finite elements"
+    words = f"{len(said.loads)} loads, {motion.speeds} speeds, {motion.harmonics} harmonics of {len(file.cases)} meshes"
+    yield f"  {'modes, lines, page':<34} {words}, about {format_time(seconds)}"
 
 
 def _position_seconds(pair: GearPair, case: Case) -> float:
