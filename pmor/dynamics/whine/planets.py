@@ -1,0 +1,199 @@
+"""A planetary set as rigid bodies in small motion: sun, carrier, ring and planets, on a carrier that turns evenly.
+
+Axes are those of the set's plan, z along its axis. Hubs of sun, carrier and ring are seen in the housing, and planets
+against the carrier, along their own radius, in the coordinates of `pmor.dynamics.whine.blades`: together y. What a
+body's hub does in axes that turn with the carrier at W is u = E exp(S W t) y, so that in the housing its velocity has
+u' + W J u, J the turn by a right angle, and
+
+    M = E^T m E,    G = 2 E^T m D + s E^T g E,    K = E^T m (J D + D S) + s E^T g D,    D = J E + E S,            (1)
+
+at W = 1, with the bodies' masses m, gyroscopic moments g and spins s: inertia and Coriolis forces, and centrifugal ones
+that go with W^2. That loads turn with the carrier as it moves is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import null_space, orth
+
+from pmor.body.beam import NODE
+from pmor.core.arrays import FloatArray
+from pmor.core.conventions import rotation_z
+from pmor.dynamics.whine.blades import Blades
+from pmor.gear.inertia import Inertia
+from pmor.machine.set_frame import MEMBERS
+from pmor.machine.system import ARM
+
+# Tonnes of a kilogram, t mm^2 of a kg m^2.
+KG, KG_M2 = 1e-3, 1e3
+# Sun and ring before the planets, among bodies; displacements of sun, carrier and ring before those of planets.
+CENTRAL, HUBS = 2, NODE * len(MEMBERS)
+# Turn by a right angle of displacements and rotations across the axis.
+TURN = np.kron(np.eye(2), np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]))
+# Of the largest compliance: what is rigid.
+RIGID = 1e-12
+# In coordinates of like size, a hub's displacements and rotations.
+LIKE = np.repeat([1.0, ARM], 3)
+
+
+@dataclass(frozen=True)
+class PlanetCoordinates:
+    """Coordinates y of a set, L of them.
+
+    Parameters
+    ----------
+    carried : ndarray, shape (6 B, 18)
+        Displacements of the hubs of all bodies by those of sun, carrier and ring (`pmor.machine.set_frame`); bodies
+        are sun, ring, all planets, and their second gears.
+    """
+
+    blades: Blades
+    carried: FloatArray
+
+    @property
+    def gears(self) -> int:
+        """Gears of a planet."""
+        return (len(self.carried) // NODE - CENTRAL) // self.blades.count
+
+    @property
+    def size(self) -> int:
+        """L."""
+        return HUBS + NODE * self.gears * self.blades.count
+
+    @cached_property
+    def standing(self) -> FloatArray:
+        """Displacements of the hubs of planets against the carrier by y, (6 N g, L), in axes of the plan at time 0."""
+        count, gears = self.blades.count, self.gears
+        found = np.zeros((gears, count, NODE, self.size))
+        for number, direction in enumerate(self.blades.directions):
+            turned = np.kron(np.eye(2), rotation_z(direction))
+            for gear in range(gears):
+                for blade, share in enumerate(self.blades.matrix[number]):
+                    first = HUBS + NODE * (gears * blade + gear)
+                    found[gear, number, :, first : first + NODE] = share * turned
+        return found.reshape(-1, self.size)
+
+    @cached_property
+    def bodies(self) -> FloatArray:
+        """E: displacements of the hubs of all bodies by y, (6 B, L)."""
+        found = np.zeros((len(self.carried), self.size))
+        found[:, :HUBS] = self.carried
+        found[NODE * CENTRAL :] += self.standing
+        return found
+
+    @cached_property
+    def turning(self) -> FloatArray:
+        """S, (L, L)."""
+        found = np.zeros((self.size, self.size))
+        found[:HUBS, :HUBS] = np.kron(np.eye(len(MEMBERS)), -TURN)
+        found[HUBS:, HUBS:] = np.kron(self.blades.turning, np.eye(NODE * self.gears))
+        return found
+
+    @cached_property
+    def families(self) -> FloatArray:
+        """Whether a coordinate belongs to each family, (3, L): motion of hubs about and along the axis, across it."""
+        across = np.tile(np.diag(TURN @ TURN) != 0.0, len(MEMBERS)).astype(int)
+        number = np.concatenate([across, np.repeat(self.blades.family, NODE * self.gears)])
+        return np.asarray(number == np.arange(3)[:, None], dtype=float)
+
+    def ports(self, columns: FloatArray) -> FloatArray:
+        """Return what meshes do as planets do in (1) of `blades`, (P, L).
+
+        Parameters
+        ----------
+        columns : ndarray, shape (6 B, P)
+            Wrenches on all hubs by unit forces on the coordinates of the meshes, planet by planet, at time 0.
+        """
+        each = columns.shape[1] // self.blades.count
+        return np.asarray(np.linalg.inv(np.kron(self.blades.matrix, np.eye(each))) @ columns.T @ self.bodies)
+
+
+@dataclass(frozen=True)
+class PlanetMatrices:
+    """Matrices of a set, (L, L), at a unit speed of the machine; t, N, mm.
+
+    Parameters
+    ----------
+    constraints : ndarray, shape (c, L)
+        Rows of the displacements that rigid supports hold.
+    """
+
+    mass: FloatArray
+    stiffness: FloatArray
+    gyroscopic: FloatArray
+    centrifugal: FloatArray
+    constraints: FloatArray
+
+
+def planet_matrices(
+    coordinates: PlanetCoordinates, inertias: Sequence[Inertia], compliance: FloatArray, free: FloatArray,
+    carrier: float, spins: Sequence[float], own: Sequence[int] = (),
+) -> PlanetMatrices:  # fmt: skip
+    """Return the matrices of a set: equation (1), and what planets stand on in the carrier.
+
+    Parameters
+    ----------
+    inertias : sequence of Inertia, length B
+    compliance, free : ndarray, shape (6 B, 6 B) and (K, 6 B)
+        Of what hubs of planets stand on in the carrier, and of `own` bodies in the housing, in axes of the plan: as of
+        `pmor.line.several.GearTrain`.
+    carrier, spins : float, sequence of float, length B
+        Speeds of the carrier and of all bodies, counter-clockwise in the plan, over that of the machine.
+    own : sequence of int
+        Of sun (0) and ring (1), those that no shaft carries.
+    """
+    size, places = coordinates.size, [*own, *range(CENTRAL, len(inertias))]
+    mass, gyroscopic, centrifugal = np.zeros((3, size, size))
+    for number, inertia in enumerate(inertias):
+        rows = coordinates.bodies[NODE * number : NODE * (number + 1)]
+        moved = carrier * (TURN @ rows + rows @ coordinates.turning)
+        inert, spinning = _disc(inertia)
+        mass += rows.T @ inert @ rows
+        gyroscopic += rows.T @ (2.0 * inert @ moved + spins[number] * spinning @ rows)
+        further = carrier * (TURN @ moved + moved @ coordinates.turning)
+        centrifugal += rows.T @ (inert @ further + spins[number] * spinning @ moved)
+    stand = np.concatenate([_hub(coordinates, number) for number in own] + [coordinates.standing])
+    taken = (NODE * np.array(places)[:, None] + np.arange(NODE)).ravel()
+    inner, held = _springs(compliance[np.ix_(taken, taken)], free[:, taken])
+    return PlanetMatrices(mass, stand.T @ inner @ stand, gyroscopic, centrifugal, held @ stand)
+
+
+def uneven(matrix: FloatArray, left: FloatArray, right: FloatArray) -> float:
+    """Return by how much a matrix changes as the carrier turns, over its size; `left` and `right` turn its sides."""
+    return float(np.abs(left.T @ matrix + matrix @ right).max() / (np.abs(matrix).max() or 1.0))
+
+
+def _hub(coordinates: PlanetCoordinates, body: int) -> FloatArray:
+    """Displacements of the hub of sun or ring by y, (6, L)."""
+    member = 2 * body
+    return np.eye(coordinates.size)[NODE * member : NODE * (member + 1)]
+
+
+def _disc(inertia: Inertia) -> tuple[FloatArray, FloatArray]:
+    """Mass and gyroscopic moments of a body about z, (6, 6)."""
+    mass, polar, tilting = KG * inertia.mass_kg, KG_M2 * inertia.polar_kg_m2, KG_M2 * inertia.tilting_kg_m2
+    spin = np.zeros((NODE, NODE))
+    spin[3, 4], spin[4, 3] = polar, -polar
+    return np.diag([mass, mass, mass, tilting, tilting, polar]), spin
+
+
+def _springs(compliance: FloatArray, free: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Stiffness of supports by compliance C and free movements, and rows of what is rigid.
+
+    Forces that do no work on free movements, w = Z b, move hubs by Z^T u = Z^T C Z b.
+    """
+    like = np.tile(LIKE, len(compliance) // NODE)
+    soft, moves = like[:, None] * compliance * like, free * like
+    values, vectors = np.linalg.eigh(soft)
+    gives = vectors[:, values > RIGID * max(values.max(initial=0.0), 1e-300)]
+    moves = moves[np.abs(moves).max(axis=1, initial=0.0) > 0.0]
+    basis = orth(np.concatenate([gives, moves.T], axis=1)) if len(moves) else gives
+    loaded = basis @ null_space(moves @ basis) if len(moves) else basis
+    inner = loaded @ np.linalg.solve(loaded.T @ soft @ loaded, loaded.T) if loaded.size else np.zeros_like(soft)
+    # Where nothing moves all is held.
+    held = null_space(basis.T).T if basis.size else np.eye(len(soft))
+    return like[:, None] * inner * like, held * like

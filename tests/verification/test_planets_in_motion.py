@@ -1,0 +1,163 @@
+"""Planetary sets in small motion: published natural frequencies, coordinates that stand still against integration in the
+carrier's frame, and what phasing forbids."""
+
+import math
+from functools import partial
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm, null_space
+
+from pmor.body.beam import NODE
+from tests.support.planets_in_motion import CARRIER, COLUMN, PLANET, RADIUS, RING, SUN, PlanarSet
+
+LIN_PARKER = partial(
+    PlanarSet, mass={SUN: 0.4, RING: 2.35, CARRIER: 5.43, PLANET: 0.66},
+    inertia={SUN: 0.39, RING: 3.0, CARRIER: 6.29, PLANET: 0.61}, mesh=(5e8, 5e8),
+    bearing=dict.fromkeys((SUN, RING, CARRIER, PLANET), 1e8), torsion={RING: 1e9}, alpha_deg=24.6,
+)  # fmt: skip
+# Rotational, translational and planet modes, Hz. Of four planets the paper's 727.0 and 1091.0 are 727.27 and 1091.16.
+LIN_PARKER_HZ = {
+    3: ([0.0, 1475.7, 1930.3, 2658.3, 7462.8, 11775.3], [743.2, 1102.4, 1896.0, 2276.4, 6986.3, 9647.9], []),
+    4: ([0.0, 1536.6, 1970.6, 2625.7, 7773.6, 13071.1], [727.27, 1091.16, 1892.8, 2342.5, 7189.9, 10437.6],
+        [1808.2, 5963.8, 6981.7]),
+    5: ([0.0, 1567.4, 2006.1, 2614.8, 8065.4, 14253.1], [710.0, 1072.0, 1888.1, 2425.3, 7382.4, 11172.3],
+        [1808.2, 5963.8, 6981.7]),
+}  # fmt: skip
+COOLEY_PARKER = partial(
+    PlanarSet, mass={SUN: 3.0, RING: 7.64, CARRIER: 12.0, PLANET: 1.86},
+    inertia={SUN: 1.75, RING: 8.09, CARRIER: 6.80, PLANET: 1.25}, mesh=(1e8, 1e8),
+    bearing={SUN: 2e7, RING: 1e8, CARRIER: 5e7, PLANET: 1e7}, torsion={SUN: 2e7, RING: 1e8, CARRIER: 1e8},
+    alpha_deg=20.0,
+)  # fmt: skip
+# At rest, over sqrt(k_p / m_p).
+COOLEY_PARKER_RATIO = {
+    3: ([0.9296, 1.090, 1.358, 1.931, 5.566, 7.741], [0.7432, 1.018, 1.265, 1.487, 4.976, 6.282], []),
+    4: ([0.9077, 1.046, 1.317, 2.013, 5.809, 8.383], [0.7199, 1.001, 1.317, 1.481, 5.153, 6.488],
+        [0.9617, 4.320, 5.672]),
+    5: ([0.8802, 1.019, 1.281, 2.090, 6.030, 8.986], [0.6992, 0.9863, 1.344, 1.496, 5.317, 6.693],
+        [0.9617, 4.320, 5.672]),
+}  # fmt: skip
+# Digits that the papers print: one after the point, and four.
+FIRST_DIGIT, FOUR_DIGITS = 0.066, 6e-4
+# Of a rotation that nothing holds: the root of round-off.
+AT_REST = 1e-3
+
+
+def by_family(found, planets):
+    """Frequencies of each family, those of several modes once; each as often as the structure of modes has it."""
+    times = (1, 2, max(planets - 3, 1))
+    for modes, count in zip(found, times, strict=True):
+        assert len(modes) in (0, 6 * count, 3 * count)
+        assert_allclose(modes.reshape(-1, count), np.tile(modes[::count], (count, 1)).T, rtol=1e-6, atol=AT_REST)
+    return [modes[::count] for modes, count in zip(found, times, strict=True)]
+
+
+@pytest.mark.parametrize("planets", [3, 4, 5])
+def test_families_have_the_frequencies_of_lin_and_parker(planets):
+    """J. Vib. Acoust. 121 (1999) 316, table 1."""
+    for found, published in zip(by_family(LIN_PARKER(planets).modes(), planets), LIN_PARKER_HZ[planets], strict=True):
+        assert_allclose(found, published, atol=FIRST_DIGIT)
+
+
+@pytest.mark.parametrize("planets", [3, 4, 5])
+def test_families_have_the_frequencies_of_cooley_and_parker(planets):
+    """J. Vib. Acoust. 134 (2012), table 1."""
+    scale = 2.0 * math.pi / math.sqrt(1e7 / 1.86)
+    found = by_family(COOLEY_PARKER(planets).modes(), planets)
+    for own, published in zip(found, COOLEY_PARKER_RATIO[planets], strict=True):
+        assert_allclose(scale * own, published, rtol=FOUR_DIGITS)
+
+
+def test_rotation_alone_has_the_frequencies_of_kahraman():
+    """J. Sound Vib. 173 (1994) 125, of a ring that is held: the carrier's mass holds that of planets."""
+    held = {"bearing": {}, "torsion": {RING: "rigid"}, "held": (SUN, CARRIER, RING)}
+    one = PlanarSet(3, {}, {SUN: 2.0, CARRIER: 4.0, PLANET: 3.0, RING: 1.0}, (7.0, 11.0), **held)
+    rotational, translational, _ = one.modes()
+    assert_allclose(rotational[1:], [0.508728970094716, 0.707886793423852], atol=1e-12)
+    assert_allclose(translational, math.sqrt(18.0 / 3.0) / (2.0 * math.pi), atol=1e-12)
+    assert_allclose(translational, 0.389848400616838, atol=1e-12)
+    assert rotational[0] < 1e-6
+
+
+def carrier_frame(one):
+    """Mass and stiffness of all bodies in the carrier's frame, x, y and r times the angle, and of the housing's springs.
+
+    Written as the papers have it: bodies are sun, ring, carrier and planets; N, mm, t.
+    """
+    count = 3 + one.planets
+    mass, stiffness = np.zeros((2, 3 * count, 3 * count))
+    names = [SUN, RING, CARRIER, *[PLANET] * one.planets]
+    for body, name in enumerate(names):
+        mass[range(3 * body, 3 * body + 3), range(3 * body, 3 * body + 3)] = 1e-3 * np.array(
+            [one.mass[name], one.mass[name], one.inertia[name]]
+        )
+        if name != PLANET:
+            stiffness[3 * body + 2, 3 * body + 2] += 1e-3 * one.torsion.get(name, 0.0)
+    alpha = math.radians(one.alpha_deg)
+    for planet, psi in enumerate(one.blades.directions, start=3):
+        radial, around = np.array([-math.sin(psi), math.cos(psi)]), -np.array([math.cos(psi), math.sin(psi)])
+        meshes = ((0, math.cos(alpha) * around + math.sin(alpha) * radial, 1.0, one.mesh[0]),
+                  (1, math.cos(alpha) * around - math.sin(alpha) * radial, -1.0, one.mesh[1]))  # fmt: skip
+        springs = []
+        for body, direction, spin, spring in meshes:
+            row = np.zeros(3 * count)
+            row[3 * body : 3 * body + 3] = *direction, 1.0
+            row[3 * planet : 3 * planet + 3] = *-direction, spin
+            springs.append((row, spring))
+        for way, turn in ((radial, 0.0), (around, 1.0)):
+            row = np.zeros(3 * count)
+            row[6:9], row[3 * planet : 3 * planet + 2] = [*way, turn], -way
+            springs.append((row, one.bearing[PLANET]))
+        stiffness += sum(1e-3 * spring * np.outer(row, row) for row, spring in springs)
+    housing = [1e-3 * np.array(one.across.get(name, (one.bearing[name],) * 2)) for name in names[:3]]
+    return mass, stiffness, housing
+
+
+def test_coordinates_that_stand_still_are_integration_in_the_carriers_frame_on_any_housing():
+    """Free motion from random velocities over two thirds of a turn, the housing twice as stiff one way as the other."""
+    speed, time = 2000.0, 2e-3
+    across = {SUN: (1e8, 3e8), RING: (5e7, 1e8), CARRIER: (2e8, 1e8)}
+    one = LIN_PARKER(4, across=across, carrier=1.0, first_deg=17.0)
+    mass, stiffness, housing = carrier_frame(one)
+    size, turn = len(mass), np.array([[0.0, -1.0], [1.0, 0.0]])
+    spinning = np.kron(np.eye(size // 3), np.pad(turn, (0, 1)))
+    inert = 2.0 * speed * mass @ spinning
+    inner = stiffness + speed**2 * mass @ spinning @ spinning
+
+    def rate(now, state):
+        angle = speed * now
+        back = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+        force = -inner @ state[:size] - inert @ state[size:]
+        for body, springs in enumerate(housing):
+            force[3 * body : 3 * body + 2] -= back @ (springs * (back.T @ state[3 * body : 3 * body + 2]))
+        return np.concatenate([state[size:], force / np.diag(mass)])
+
+    start = np.concatenate([np.zeros(size), np.random.default_rng(3).normal(size=size)])
+    expected = solve_ivp(rate, (0.0, time), start, "DOP853", rtol=1e-11, atol=1e-14).y[:size, -1]
+
+    # The same motion in coordinates that stand still.
+    inertia, springs, gyroscopic, centrifugal, held = one.matrices
+    free = null_space(held)
+    shown = np.zeros((size, len(inertia)))
+    for body, first in enumerate(COLUMN[name] for name in (SUN, RING, CARRIER)):
+        shown[3 * body : 3 * body + 3, [first, first + 1, first + 5]] = np.diag([1.0, 1.0, RADIUS])
+    for planet in range(one.planets):
+        rows = NODE * (2 + planet)
+        shown[9 + 3 * planet : 12 + 3 * planet] = one.coordinates.bodies[[rows, rows + 1, rows + 5]]
+        shown[11 + 3 * planet] *= RADIUS
+    turning = speed * one.coordinates.turning
+    reduced = np.linalg.solve(
+        free.T @ inertia @ free,
+        np.hstack([-free.T @ (springs + speed**2 * centrifugal) @ free, -speed * free.T @ gyroscopic @ free]),
+    )
+    begin = np.linalg.lstsq(shown @ free, start[size:], rcond=None)[0]
+    count = free.shape[1]
+    whole = np.vstack([np.hstack([np.zeros((count, count)), np.eye(count)]), reduced])
+    moved = expm(time * whole) @ np.concatenate([np.zeros(count), begin])
+    found = shown @ expm(time * turning) @ free @ moved[:count]
+    assert_allclose(found, expected, atol=1e-7 * abs(expected).max())
+    assert_allclose(gyroscopic, -gyroscopic.T, atol=1e-12 * abs(gyroscopic).max())
+    assert_allclose(centrifugal, centrifugal.T, atol=1e-12 * abs(centrifugal).max())
