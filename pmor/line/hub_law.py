@@ -17,9 +17,10 @@ import numpy as np
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.gear.condition import Condition
 from pmor.gear.pair import GearPair
-from pmor.line.hubs import Hubs
+from pmor.line.hubs import HUB, Hubs
 from pmor.line.kernels.loads import COLD, solve_lines
-from pmor.line.pair import LinePair, meshes_of, no_results
+from pmor.line.pair import NONE, LinePair, meshes_of, no_results
+from pmor.line.several import GearTrain, PlacedTrain
 from pmor.line.train import smooth_rows
 
 # Coordinates of a mesh: by how much the flanks part at the pitch point, mm, and by how much they tilt, rad.
@@ -32,9 +33,9 @@ class HubLaw:
 
     Parameters
     ----------
-    force : ndarray, shape (A, 2)
-        On both coordinates, positive where flanks push apart: N, N mm.
-    tangent : ndarray, shape (A, 2, 2)
+    force : ndarray, shape (A, K)
+        On both coordinates, of a train on those of all meshes, positive where flanks push apart: N, N mm.
+    tangent : ndarray, shape (A, K, K)
         Of the forces that resist: -d force / d coordinate.
     """
 
@@ -73,3 +74,54 @@ def law_at(pair: LinePair, phi: FloatArray, condition: Condition, displacement: 
     )  # fmt: skip
     force = np.einsum("an,anc->ac", found.force[0], rows)
     return HubLaw(force, found.stiffness[0], found.converged[0])
+
+
+def train_coordinates(train: GearTrain) -> FloatArray:
+    """Return the wrenches on all hubs by unit forces on the coordinates of all meshes, in axes of the train, (6 B, K).
+
+    K is twice the number of meshes; of half a width, which does not tilt, as large as that.
+    """
+    kept = 1 if any(mesh.pair.meshed.mirrored for mesh in train.meshes) else COORDINATES
+    found = np.zeros((len(train.meshes), kept, len(train.bodies), HUB))
+    for number, mesh in enumerate(train.meshes):
+        columns = mesh_coordinates(mesh.pair.meshed.pair).reshape(2, HUB, COORDINATES)
+        for body, own in zip(mesh.bodies, columns, strict=True):
+            found[number, :, body] = (mesh.to_train @ own).T[:kept]
+    return found.reshape(kept * len(train.meshes), -1).T
+
+
+def train_rows(placed: PlacedTrain) -> FloatArray:
+    """Return the change of the gaps of all sections by the coordinates of all meshes, (A, N, K)."""
+    columns = train_coordinates(placed.train)
+    kept, last = columns.shape[1] // len(placed.placed), placed.placed[-1].part.stop
+    rows = np.zeros((len(placed.phi), last, columns.shape[1]))
+    for number, one in enumerate(placed.placed):
+        own = slice(kept * number, kept * (number + 1))
+        hubs = np.concatenate([HUB * body + np.arange(HUB) for body in one.mesh.bodies])
+        by_hubs = np.linalg.pinv(columns[hubs, own]).T
+        rows[:, one.part, own] = one.rows.reshape(*one.rows.shape[:2], -1) @ by_hubs
+    return rows
+
+
+def train_law_at(placed: PlacedTrain, moved: FloatArray) -> HubLaw:
+    """Return the forces of all meshes of a train whose hubs stand where coordinates say, (K,); mm and rad.
+
+    What bodies give way that meshes share is in it, what hubs stand on is not.
+    """
+    train = replace(placed.train, compliance=np.zeros_like(placed.train.compliance))
+    found = [_of_block(block, moved) for block in replace(placed, train=train).blocks]
+    return HubLaw(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+
+
+def _of_block(placed: PlacedTrain, moved: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Force, tangent, and whether they converged, of some angles."""
+    rows, workspace, pairs = train_rows(placed), placed.workspace(), [mesh.pair for mesh in placed.train.meshes]
+    kept = len(moved) // len(pairs)
+    first = np.kron(np.eye(len(pairs)), np.eye(1, kept))
+    meshes = meshes_of(pairs, -first / np.array([[pair.base_radius] for pair in pairs]), -first)
+    everywhere = np.ascontiguousarray(np.broadcast_to(moved, (1, len(placed.phi), len(moved))))
+    found = no_results(everywhere.shape, rows.shape[1], tangent=True)
+    solve_lines(
+        placed.lines, rows, meshes, placed.train.compliance_between, workspace, NONE, everywhere, True, COLD, found
+    )
+    return np.einsum("an,anc->ac", found.force[0], rows), found.stiffness[0], found.converged[0]

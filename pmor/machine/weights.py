@@ -75,12 +75,19 @@ def set_weights(file: SetFile, frame: SetFrame, sun_shaft_mm: float, gravity: Se
     sun_shaft_mm : float
         Radius of the shaft of the sun, which fills it; 0 of a sun in the housing.
     """
-    along = frame.turn[:3, :3].T @ np.asarray(gravity)
-    bodies, found = file.plan.bodies, np.zeros((len(file.plan.bodies), NODE))
+    along, inertias = frame.turn[:3, :3].T @ np.asarray(gravity), inertias_of_set(file, sun_shaft_mm)
+    found = np.zeros((len(inertias), NODE))
+    found[:, :3] = np.outer([inertia.mass_kg for inertia in inertias], along)
+    return frame.in_machine(found.ravel() @ frame.carried)
+
+
+def inertias_of_set(file: SetFile, sun_shaft_mm: float) -> list[Inertia]:
+    """Return mass and inertias of all bodies of a set as drawn; what its shaft fills of the sun counts as shaft."""
+    bodies, found = file.plan.bodies, dict[int, Inertia]()
     for name, case in file.cases.items():
         gears = drawn_gears(case, gear_pair(case))
         for mesh in (mesh for mesh in file.plan.meshes if mesh.case == name):
             for body, drawn in zip((mesh.pinion, mesh.wheel), gears, strict=True):
                 filled = sun_shaft_mm if bodies[body].member == "sun" else 0.0
-                found[body, :3] = _outside(drawn, case, filled).mass_kg * along
-    return frame.in_machine(found.ravel() @ frame.carried)
+                found.setdefault(body, _outside(drawn, case, filled))
+    return [found[body] for body in range(len(bodies))]

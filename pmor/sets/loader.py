@@ -81,11 +81,15 @@ class SetFile:
 
     @property
     def angles_per_pitch(self) -> int:
-        """Positions to a mesh cycle: as many as the file says, or more until planets that are equal pass the same ones.
+        """Positions to a mesh cycle: as many as the file says, or more (`alike_from`)."""
+        return self.alike_from(self.sections.sweep.angles_per_pitch)
+
+    def alike_from(self, asked: int) -> int:
+        """Return how many positions to a mesh cycle, so many at least, are the same ones for planets that are equal.
 
         Sun and ring meet planets in N equal places by z / N of a pitch after each other.
         """
-        asked, planets = self.sections.sweep.angles_per_pitch, self.sections.planets
+        planets = self.sections.planets
         if not self.plan.planets or planets.positions_deg:
             return asked
         inner, outer = (case.pair for case in self.cases.values())

@@ -1,4 +1,4 @@
-"""Coordinates of planets that stand still while the carrier turns: multi-blade (Coleman & Feingold, NACA TN 3844, 1957).
+"""Coordinates of planets that stand still as the carrier turns: multi-blade (Coleman & Feingold, NACA TN 3844, 1957).
 
 A value x_n of planet n, which is at psi_n + W t, is put together from as many as there are planets,
 

@@ -20,6 +20,8 @@ from scipy.linalg import null_space
 
 from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
+from pmor.dynamics.whine.discs import KG, disc_matrices
+from pmor.dynamics.whine.planets import MovingSet
 from pmor.gear.inertia import Inertia
 from pmor.line.hub_law import COORDINATES, mesh_coordinates
 from pmor.machine.coupled import SolvedLoad
@@ -29,8 +31,6 @@ from pmor.machine.settings import LoadCase
 from pmor.machine.system import ARM, tangent_of
 from pmor.machine.weights import M3_OF_MM3, gears_on_shafts
 
-# Tonnes of a kilogram, t mm^2 of a kg m^2.
-KG, KG_M2 = 1e-3, 1e3
 # Elements to a bending wave of the highest frequency: natural frequencies are within 0.1 %.
 PER_WAVE = 8
 # Displacements of all shafts, at most: what is finer is cut.
@@ -58,6 +58,8 @@ class MovingMachine:
         Of that speed: 1 or -1.
     surface : ndarray, shape (r, H)
         Root of the integrals over the housing's surface, mm; empty where none are given.
+    sets : tuple of MovingSet
+        Planetary sets, whose meshes follow the others'.
     """
 
     gearbox: LoadedGearbox
@@ -69,27 +71,41 @@ class MovingMachine:
     rates: Mapping[str, float]
     sense: float
     surface: FloatArray
+    sets: tuple[MovingSet, ...] = ()
 
     @cached_property
     def constraints(self) -> FloatArray:
-        """Rows of the displacements that rigid bearings hold, (c, n)."""
+        """Rows of the displacements that rigid bearings hold, and rigid supports in sets, (c, n)."""
         rows = [bearing.rows[i] for bearing in self.gearbox.bearings for i in bearing.rigid]
-        return self.padded(np.array(rows)) if rows else np.zeros((0, len(self.mass)))
+        own = self.padded(np.array(rows)) if rows else np.zeros((0, len(self.mass)))
+        return np.concatenate([own, *(one.matrices.constraints @ self.padded(one.by) for one in self.sets)])
+
+    @cached_property
+    def centrifugal(self) -> FloatArray:
+        """Further stiffness at 1 rad/s, that goes with the square of the speed: of planets, (n, n)."""
+        found = np.zeros_like(self.mass)
+        for one in self.sets:
+            by = self.padded(one.by)
+            found += by.T @ one.matrices.centrifugal @ by
+        return found
 
     def padded(self, rows: FloatArray) -> FloatArray:
-        """Return rows by displacements of shafts and seats as rows by all, with further coordinates of the housing."""
+        """Return rows by the first displacements, such as those of shafts and seats, as rows by all."""
         return np.pad(rows, ((0, 0), (0, len(self.mass) - rows.shape[1])))
 
     @property
     def housing(self) -> slice:
         """Coordinates of the housing among the displacements."""
-        return slice(len(self.gearbox.load) - len(self.gearbox.housing), len(self.mass))
+        first = len(self.gearbox.load) - len(self.gearbox.housing)
+        return slice(first, len(self.mass) - sum(one.added for one in self.sets))
 
     @cached_property
     def free(self) -> FloatArray:
         """Displacements that they leave, in coordinates of like size, (n, r); those without mass follow the others."""
-        turns = np.arange(len(self.gearbox.load)) % NODE >= ABOUT_AXIS
-        scale = np.where(np.pad(turns, (0, len(self.mass) - len(turns))), 1.0 / ARM, 1.0)
+        turns = np.zeros(len(self.mass), dtype=bool)
+        for hubs in (slice(len(self.gearbox.load)), slice(self.housing.stop, None)):
+            turns[hubs] = np.arange(len(turns[hubs])) % NODE >= ABOUT_AXIS
+        scale = np.where(turns, 1.0 / ARM, 1.0)
         basis = scale[:, None] * _null_space(self.constraints * scale)
         masses, directions = np.linalg.eigh(basis.T @ self.mass @ basis)
         light = masses < MASSLESS * masses[-1]
@@ -167,17 +183,6 @@ def surface_of(model: GearboxModel) -> FloatArray:
     values, vectors = np.linalg.eigh(matrices.surface)
     kept = values > MASSLESS * values[-1]
     return np.asarray((vectors[:, kept] * np.sqrt(values[kept])).T)
-
-
-def disc_matrices(inertia: Inertia, along: float) -> tuple[FloatArray, FloatArray]:
-    """Return mass and gyroscopic matrices of a rigid disc, its middle `along` the axis from its node, mm, (6, 6)."""
-    moved = np.eye(NODE)
-    moved[1, 5], moved[2, 4] = along, -along
-    mass, tilting = KG * inertia.mass_kg, KG_M2 * inertia.tilting_kg_m2
-    polar = KG_M2 * inertia.polar_kg_m2
-    spin = np.zeros((NODE, NODE))
-    spin[4, 5], spin[5, 4] = polar, -polar
-    return moved.T @ np.diag([mass, mass, mass, polar, tilting, tilting]) @ moved, spin
 
 
 def longest_elements(model: GearboxModel, highest_Hz: float) -> dict[str, float]:

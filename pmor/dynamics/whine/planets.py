@@ -24,12 +24,11 @@ from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
 from pmor.core.conventions import rotation_z
 from pmor.dynamics.whine.blades import Blades
+from pmor.dynamics.whine.discs import disc_matrices
 from pmor.gear.inertia import Inertia
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.system import ARM
 
-# Tonnes of a kilogram, t mm^2 of a kg m^2.
-KG, KG_M2 = 1e-3, 1e3
 # Sun and ring before the planets, among bodies; displacements of sun, carrier and ring before those of planets.
 CENTRAL, HUBS = 2, NODE * len(MEMBERS)
 # Turn by a right angle of displacements and rotations across the axis.
@@ -129,6 +128,55 @@ class PlanetMatrices:
     constraints: FloatArray
 
 
+@dataclass(frozen=True)
+class MovingSet:
+    """A set in a machine of n displacements, at least.
+
+    Parameters
+    ----------
+    by : ndarray, shape (L, n)
+        y by the displacements of the machine.
+    added : int
+        Displacements that it brings, the last ones of n.
+    first : int
+        Of its P coordinates among those of all meshes; planet by planet in (1) of `blades`.
+    carrier, pitches : float
+        Speed of the carrier, and pitches of the sun's teeth by radian, over the machine's speed, in the plan.
+    """
+
+    name: str
+    coordinates: PlanetCoordinates
+    matrices: PlanetMatrices
+    by: FloatArray
+    added: int
+    first: int
+    size: int
+    carrier: float
+    pitches: float
+
+    @property
+    def own(self) -> slice:
+        """Its coordinates among those of all meshes."""
+        return slice(self.first, self.first + self.size)
+
+    @cached_property
+    def on_supports(self) -> FloatArray:
+        """Forces and moments on what holds sun, carrier and ring, in axes of the plan, by forces on y, (18, L).
+
+        Of sun and ring on shafts none; on the carrier's hub those of all planets.
+        """
+        found = np.eye(HUBS, self.coordinates.size)
+        moved = np.linalg.lstsq(self.coordinates.standing[:, HUBS:], self.coordinates.carried[NODE * CENTRAL :])[0]
+        found[NODE : 2 * NODE] = 0.0
+        found[NODE : 2 * NODE, HUBS:] = moved[:, NODE : 2 * NODE].T
+        return found
+
+    def families(self, shape: FloatArray) -> FloatArray:
+        """Return the kinetic energy of each family, twice, of modes (n, m) at 1 rad/s: (3, m)."""
+        moved = self.coordinates.families[..., None] * (self.by @ shape[: self.by.shape[1]])
+        return np.asarray(np.einsum("flm,lk,fkm->fm", moved, self.matrices.mass, moved))
+
+
 def planet_matrices(
     coordinates: PlanetCoordinates, inertias: Sequence[Inertia], compliance: FloatArray, free: FloatArray,
     carrier: float, spins: Sequence[float], own: Sequence[int] = (),
@@ -151,7 +199,7 @@ def planet_matrices(
     for number, inertia in enumerate(inertias):
         rows = coordinates.bodies[NODE * number : NODE * (number + 1)]
         moved = carrier * (TURN @ rows + rows @ coordinates.turning)
-        inert, spinning = _disc(inertia)
+        inert, spinning = disc_matrices(inertia, 0.0, axis=2)
         mass += rows.T @ inert @ rows
         gyroscopic += rows.T @ (2.0 * inert @ moved + spins[number] * spinning @ rows)
         further = carrier * (TURN @ moved + moved @ coordinates.turning)
@@ -171,14 +219,6 @@ def _hub(coordinates: PlanetCoordinates, body: int) -> FloatArray:
     """Displacements of the hub of sun or ring by y, (6, L)."""
     member = 2 * body
     return np.eye(coordinates.size)[NODE * member : NODE * (member + 1)]
-
-
-def _disc(inertia: Inertia) -> tuple[FloatArray, FloatArray]:
-    """Mass and gyroscopic moments of a body about z, (6, 6)."""
-    mass, polar, tilting = KG * inertia.mass_kg, KG_M2 * inertia.polar_kg_m2, KG_M2 * inertia.tilting_kg_m2
-    spin = np.zeros((NODE, NODE))
-    spin[3, 4], spin[4, 3] = polar, -polar
-    return np.diag([mass, mass, mass, tilting, tilting, polar]), spin
 
 
 def _springs(compliance: FloatArray, free: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,0 +1,157 @@
+"""Planetary sets in a machine in small motion: on the shafts of a gearbox, or a set file's on its own supports.
+
+Gears have mass and inertias as drawn; planets stand in the carrier as they do at rest (`pmor.sets.supports`). A carrier
+has the mass of its shaft, and none in a set file: there, carrier and members that stand still turn evenly, and the sun
+turns freely, or the ring where the sun is held.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from pmor.body.beam import NODE
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import CaseError
+from pmor.dynamics.whine.blades import LEAST_PLANETS, Blades
+from pmor.dynamics.whine.moving import MovingMachine
+from pmor.dynamics.whine.planets import CENTRAL, HUBS, MovingSet, PlanetCoordinates, planet_matrices, uneven
+from pmor.line.hub_law import train_coordinates
+from pmor.line.several import GearTrain
+from pmor.machine.coupled_sets import SolvedSet
+from pmor.machine.model import ABOUT_AXIS, GearboxModel, LoadedGearbox
+from pmor.machine.set_frame import MEMBERS, set_frame
+from pmor.machine.settings import LoadCase
+from pmor.machine.weights import inertias_of_set
+from pmor.sets.kinematics import member_speeds, torque_ratios
+from pmor.sets.loader import SetFile
+from pmor.sets.supports import ROTATION
+
+# Members that sun and ring are, which come first among bodies.
+CENTRAL_MEMBERS = MEMBERS.index("sun"), MEMBERS.index("ring")
+# Of the stiffness of supports in the carrier: what may differ as it turns.
+ALIKE = 1e-6
+
+
+class _Hubs(NamedTuple):
+    """Where a set stands.
+
+    Attributes
+    ----------
+    places : tuple of int or None
+        First displacements of the nodes of sun, carrier and ring; None of the housing.
+    turn, carried : ndarray
+        As in `pmor.machine.set_frame.SetFrame`.
+    filled_mm : float
+        Radius of the sun's shaft.
+    loose : int or None
+        Body that nothing holds about the axis, of those without a shaft.
+    """
+
+    places: tuple[int | None, ...]
+    turn: FloatArray
+    carried: FloatArray
+    filled_mm: float = 0.0
+    loose: int | None = None
+
+
+def with_sets(machine: MovingMachine, model: GearboxModel, sets: Sequence[SolvedSet]) -> MovingMachine:
+    """Return a machine with the planets of its sets, their meshes behind its own.
+
+    Raises
+    ------
+    CaseError
+        Where no coordinates that stand still have constant stiffness.
+    """
+    for one in sets:
+        meshing = one.meshing
+        sun = meshing.settings.members.get("sun")
+        filled = 0.0 if sun is None else 0.5 * model.shafts[sun.shaft].section_at(sun.at_mm).outer_mm
+        frame, members = meshing.frame, meshing.settings.members
+        about = frame.turn[ABOUT_AXIS, ROTATION]
+        speeds = {name: about * machine.rates.get(place.shaft, 0.0) for name, place in members.items()}
+        hubs = _Hubs(meshing.hubs, frame.turn, frame.carried, filled)
+        machine = _joined(machine, meshing.settings.name, meshing.file, one.solution.train, hubs, speeds)
+    return machine
+
+
+def machine_of_set(file: SetFile, train: GearTrain) -> MovingMachine:
+    """Return the machine that a set file describes, alone on its supports; its speed is that of the loaded member.
+
+    Raises
+    ------
+    CaseError
+    """
+    assert file.sections.load is not None, "of a planetary set"
+    none, load = np.zeros((0, 0)), file.sections.load
+    alone = LoadedGearbox({}, {}, (), (), (), (), np.zeros(0), np.zeros(0), none)
+    machine = MovingMachine(alone, LoadCase(name=file.name, torques=()), none, none, none, none, {}, 1.0)
+    ratios = torque_ratios(file.teeth)
+    driven = math.copysign(1.0, ratios[load.on] / ratios["sun"])
+    speeds = member_speeds(file.teeth, load.on, load.held, driven)
+    frame = set_frame(file.plan, 1.0, (0.0, 0.0, 0.0))
+    hubs = _Hubs((None,) * len(MEMBERS), np.eye(NODE), frame.carried, loose=1 if load.held == "sun" else 0)
+    return _joined(machine, file.name, file, train, hubs, speeds)
+
+
+def _joined(
+    machine: MovingMachine, name: str, file: SetFile, train: GearTrain, hubs: _Hubs, speeds: Mapping[str, float]
+) -> MovingMachine:
+    """A machine with one more set; speeds are those of its members in the plan, over the machine's."""
+    plan, carrier = file.plan, speeds.get("carrier", 0.0)
+    blades = Blades(np.array([math.atan2(-plan.bodies[n].x, plan.bodies[n].y) for n in plan.planets]))
+    if carrier and not blades.even:
+        raise CaseError(
+            f'set "{name}": [planets]: on a carrier that turns {blades.count} planets move as a machine of constant '
+            f"stiffness where they are {LEAST_PLANETS} at least and evenly spaced: take such planets"
+        )
+    own = [body for body, member in enumerate(CENTRAL_MEMBERS) if hubs.places[member] is None]
+    carried = hubs.carried.copy()
+    for body in own:
+        carried[NODE * body : NODE * (body + 1)] = np.eye(HUBS)[NODE * CENTRAL_MEMBERS[body] :][:NODE]
+    coordinates = PlanetCoordinates(blades, carried)
+    against = train.rates / train.rates[0] * (speeds.get("sun", 0.0) - carrier)
+    spins = [speeds.get("sun", 0.0), speeds.get("ring", 0.0), *(carrier + against[CENTRAL:])]
+    free = plan.free.copy()
+    free[0] = 0.0  # seen from the carrier: the sun's
+    if hubs.loose is not None:
+        free[0, NODE * hubs.loose + ROTATION] = 1.0
+    inertias = inertias_of_set(file, hubs.filled_mm)
+    matrices = planet_matrices(coordinates, inertias, plan.compliance, free, carrier, spins, own)
+    if carrier and uneven(matrices.stiffness, coordinates.turning, coordinates.turning) > ALIKE:
+        raise CaseError(
+            f'set "{name}": [carrier] stiffness: planets stand unlike on a carrier that turns: no constant stiffness, '
+            "motion is not found: give all seats of the matrix their mean"
+        )
+    by = _by(len(machine.mass), hubs, own, coordinates.size)
+    further = by.shape[1] - len(machine.mass)
+    grown = [
+        np.pad(whole, (0, further)) + by.T @ local @ by
+        for whole, local in ((machine.mass, matrices.mass), (machine.stiffness, matrices.stiffness),
+                             (machine.gyroscopic, matrices.gyroscopic))
+    ]  # fmt: skip
+    ports = coordinates.ports(train_coordinates(train))
+    meshes = np.concatenate([np.pad(machine.meshes, ((0, 0), (0, further))), ports @ by])
+    pitches = float(against[0]) * train.bodies[0].teeth / (2.0 * math.pi)
+    joined = MovingSet(name, coordinates, matrices, by, further, len(machine.meshes), len(ports), carrier, pitches)
+    mass, stiffness, gyroscopic = grown
+    return replace(
+        machine, mass=mass, stiffness=stiffness, gyroscopic=gyroscopic, meshes=meshes, sets=(*machine.sets, joined)
+    )
+
+
+def _by(before: int, hubs: _Hubs, own: Sequence[int], size: int) -> FloatArray:
+    """Coordinates of a set by the displacements of the machine, its own ones behind those before, (L, n)."""
+    by = np.zeros((size, before + NODE * len(own) + size - HUBS))
+    for member, hub in enumerate(hubs.places):
+        if hub is not None:
+            by[NODE * member : NODE * (member + 1), hub : hub + NODE] = hubs.turn.T
+    for number, body in enumerate(own):
+        column = before + NODE * number
+        by[NODE * CENTRAL_MEMBERS[body] :, column : column + NODE][:NODE] = np.eye(NODE)
+    by[HUBS:, before + NODE * len(own) :] = np.eye(size - HUBS)
+    return by
