@@ -63,6 +63,10 @@ class Blades:
         first = np.column_stack([np.ones(self.count), np.cos(self.directions), np.sin(self.directions)])
         return np.column_stack([first, null_space(first.T)])
 
+    def at(self, angle: float) -> FloatArray:
+        """B at an angle W t, (N, N)."""
+        return np.asarray(sum(np.exp(1j * order * angle) * part for order, part in self.by_order.items()).real)
+
     @cached_property
     def turning(self) -> FloatArray:
         """S, (N, N)."""
@@ -89,4 +93,4 @@ class Blades:
         """Family of each coordinate p, by its number."""
         if self.count < LEAST_PLANETS:
             return (0,) * self.count
-        return 0, 1, 1, *[2] * (self.count - LEAST_PLANETS)
+        return (0, 1, 1) + (2,) * (self.count - LEAST_PLANETS)

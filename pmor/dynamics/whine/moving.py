@@ -170,7 +170,7 @@ def moving_machine(model: GearboxModel, solved: SolvedLoad, highest_Hz: float) -
         stiffness[first:, first:] += model.housing_matrices.stiffness
         if model.housing_matrices.mass is not None:
             mass[first:, first:] += model.housing_matrices.mass
-    meshes = np.concatenate([_coordinates(mesh, size) for mesh in gearbox.meshes])
+    meshes = np.concatenate([np.zeros((0, size)), *(_coordinates(mesh, size) for mesh in gearbox.meshes)])
     sense = -1.0 if (solved.load.speed_rpm or 1.0) < 0.0 else 1.0
     return MovingMachine(gearbox, solved.load, mass, stiffness, gyroscopic, meshes, rates, sense, surface_of(model))
 

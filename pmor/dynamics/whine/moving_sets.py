@@ -73,7 +73,7 @@ def with_sets(machine: MovingMachine, model: GearboxModel, sets: Sequence[Solved
         filled = 0.0 if sun is None else 0.5 * model.shafts[sun.shaft].section_at(sun.at_mm).outer_mm
         frame, members = meshing.frame, meshing.settings.members
         about = frame.turn[ABOUT_AXIS, ROTATION]
-        speeds = {name: about * machine.rates.get(place.shaft, 0.0) for name, place in members.items()}
+        speeds: dict[str, float] = {name: about * machine.rates.get(place.shaft, 0.0) for name, place in members.items()}
         hubs = _Hubs(meshing.hubs, frame.turn, frame.carried, filled)
         machine = _joined(machine, meshing.settings.name, meshing.file, one.solution.train, hubs, speeds)
     return machine
