@@ -117,9 +117,10 @@ def _of_block(placed: PlacedTrain, moved: FloatArray) -> tuple[FloatArray, Float
     """Force, tangent, and whether they converged, of some angles."""
     rows, workspace, pairs = train_rows(placed), placed.workspace(), [mesh.pair for mesh in placed.train.meshes]
     kept = len(moved) // len(pairs)
-    first = np.kron(np.eye(len(pairs)), np.eye(1, kept))
+    first = np.kron(np.eye(len(pairs)), np.eye(1, kept)).astype(np.float64)
     base = np.array([[pair.base_radius] for pair in pairs], dtype=float)
-    meshes = meshes_of(pairs, np.asarray(-first / base), -first)
+    ahead: FloatArray = -first / base
+    meshes = meshes_of(pairs, ahead, -first)
     everywhere = np.ascontiguousarray(np.broadcast_to(moved, (1, len(placed.phi), len(moved))))
     found = no_results(everywhere.shape, rows.shape[1], tangent=True)
     solve_lines(

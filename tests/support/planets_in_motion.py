@@ -9,8 +9,11 @@ from scipy.linalg import eigh, null_space
 from pmor.body.beam import NODE
 from pmor.core.conventions import rotation_z
 from pmor.dynamics.whine.blades import Blades
-from pmor.dynamics.whine.planets import CENTRAL, HUBS, PlanetCoordinates, planet_matrices
+from pmor.dynamics.whine.moving import MovingMachine
+from pmor.dynamics.whine.planets import CENTRAL, HUBS, MovingSet, PlanetCoordinates, PlanetMatrices, planet_matrices
 from pmor.gear.inertia import Inertia
+from pmor.machine.model import LoadedGearbox
+from pmor.machine.settings import LoadCase
 
 # Any: inertias and torsional springs are given over the square of the radius, mm.
 RADIUS = 100.0
@@ -130,3 +133,17 @@ class PlanarSet:
     def _inertia(self, name):
         polar = 1e-6 * RADIUS**2 * self.inertia[name]
         return Inertia(self.mass.get(name, 0.0), polar, 0.5 * polar)
+
+
+def machine_of(one, teeth=17):
+    """A planar set as a machine by itself; its speed is that at which the carrier turns `one.carrier` times."""
+    mass, stiffness, gyroscopic, centrifugal, held = one.matrices
+    ports, none = one.ports, np.zeros((0, 0))
+    stiffness = stiffness - ports.T @ one.tangent @ ports
+    alone = LoadedGearbox({}, {}, (), (), (), (), np.zeros(0), np.zeros(0), none)
+    moving = MovingSet(
+        "set", one.coordinates, PlanetMatrices(mass, stiffness, gyroscopic, centrifugal, held), np.eye(len(mass)),
+        len(mass), 0, len(ports), one.carrier, teeth * (one.spins[0] - one.carrier), teeth,
+    )  # fmt: skip
+    load = LoadCase(name="set", torques=())
+    return MovingMachine(alone, load, mass, stiffness, gyroscopic, ports, {}, 1.0, none, (moving,))

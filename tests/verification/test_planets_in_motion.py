@@ -1,5 +1,5 @@
-"""Planetary sets in small motion: published natural frequencies, coordinates that stand still against integration in the
-carrier's frame, and what phasing forbids."""
+"""Planetary sets in small motion: published natural frequencies, coordinates that stand still against integration in
+the carrier's frame, and what phasing forbids."""
 
 import math
 from functools import partial
@@ -11,7 +11,12 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm, null_space
 
 from pmor.body.beam import NODE
-from tests.support.planets_in_motion import CARRIER, COLUMN, PLANET, RADIUS, RING, SUN, PlanarSet
+from pmor.dynamics.whine.blades import Blades
+from pmor.dynamics.whine.hill import MeshCycle
+from pmor.dynamics.whine.modal import closed, modes_of, receptance_of, transfer
+from pmor.dynamics.whine.set_cycle import SetCycle
+from pmor.dynamics.whine.set_response import mesh_forces_of, set_excitation
+from tests.support.planets_in_motion import CARRIER, COLUMN, PLANET, RADIUS, RING, SUN, PlanarSet, machine_of
 
 LIN_PARKER = partial(
     PlanarSet, mass={SUN: 0.4, RING: 2.35, CARRIER: 5.43, PLANET: 0.66},
@@ -44,6 +49,7 @@ COOLEY_PARKER_RATIO = {
 FIRST_DIGIT, FOUR_DIGITS = 0.066, 6e-4
 # Of a rotation that nothing holds: the root of round-off.
 AT_REST = 1e-3
+TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
 
 
 def by_family(found, planets):
@@ -83,11 +89,12 @@ def test_rotation_alone_has_the_frequencies_of_kahraman():
 
 
 def carrier_frame(one):
-    """Mass and stiffness of all bodies in the carrier's frame, x, y and r times the angle, and of the housing's springs.
+    """Mass and stiffness of all bodies in the carrier's frame, x, y and r times the angle; what closes the meshes,
+    which are not in it; the housing's springs.
 
     Written as the papers have it: bodies are sun, ring, carrier and planets; N, mm, t.
     """
-    count = 3 + one.planets
+    count, closing = 3 + one.planets, []
     mass, stiffness = np.zeros((2, 3 * count, 3 * count))
     names = [SUN, RING, CARRIER, *[PLANET] * one.planets]
     for body, name in enumerate(names):
@@ -99,21 +106,21 @@ def carrier_frame(one):
     alpha = math.radians(one.alpha_deg)
     for planet, psi in enumerate(one.blades.directions, start=3):
         radial, around = np.array([-math.sin(psi), math.cos(psi)]), -np.array([math.cos(psi), math.sin(psi)])
-        meshes = ((0, math.cos(alpha) * around + math.sin(alpha) * radial, 1.0, one.mesh[0]),
-                  (1, math.cos(alpha) * around - math.sin(alpha) * radial, -1.0, one.mesh[1]))  # fmt: skip
+        meshes = ((0, math.cos(alpha) * around + math.sin(alpha) * radial, 1.0),
+                  (1, math.cos(alpha) * around - math.sin(alpha) * radial, -1.0))  # fmt: skip
         springs = []
-        for body, direction, spin, spring in meshes:
+        for body, direction, spin in meshes:
             row = np.zeros(3 * count)
             row[3 * body : 3 * body + 3] = *direction, 1.0
             row[3 * planet : 3 * planet + 3] = *-direction, spin
-            springs.append((row, spring))
+            closing.append(row)
         for way, turn in ((radial, 0.0), (around, 1.0)):
             row = np.zeros(3 * count)
             row[6:9], row[3 * planet : 3 * planet + 2] = [*way, turn], -way
             springs.append((row, one.bearing[PLANET]))
         stiffness += sum(1e-3 * spring * np.outer(row, row) for row, spring in springs)
     housing = [1e-3 * np.array(one.across.get(name, (one.bearing[name],) * 2)) for name in names[:3]]
-    return mass, stiffness, housing
+    return mass, stiffness, np.array(closing), housing
 
 
 def test_coordinates_that_stand_still_are_integration_in_the_carriers_frame_on_any_housing():
@@ -121,9 +128,10 @@ def test_coordinates_that_stand_still_are_integration_in_the_carriers_frame_on_a
     speed, time = 2000.0, 2e-3
     across = {SUN: (1e8, 3e8), RING: (5e7, 1e8), CARRIER: (2e8, 1e8)}
     one = LIN_PARKER(4, across=across, carrier=1.0, first_deg=17.0)
-    mass, stiffness, housing = carrier_frame(one)
-    size, turn = len(mass), np.array([[0.0, -1.0], [1.0, 0.0]])
-    spinning = np.kron(np.eye(size // 3), np.pad(turn, (0, 1)))
+    mass, stiffness, closing, housing = carrier_frame(one)
+    stiffness += closing.T @ np.diag(np.tile(1e-3 * np.array(one.mesh), one.planets)) @ closing
+    size = len(mass)
+    spinning = np.kron(np.eye(size // 3), np.pad(TURN, (0, 1)))
     inert = 2.0 * speed * mass @ spinning
     inner = stiffness + speed**2 * mass @ spinning @ spinning
 
@@ -161,3 +169,125 @@ def test_coordinates_that_stand_still_are_integration_in_the_carriers_frame_on_a
     assert_allclose(found, expected, atol=1e-7 * abs(expected).max())
     assert_allclose(gyroscopic, -gyroscopic.T, atol=1e-12 * abs(gyroscopic).max())
     assert_allclose(centrifugal, centrifugal.T, atol=1e-12 * abs(centrifugal).max())
+
+
+def varying(one, teeth, harmonics):
+    """Random forces, and stiffness that varies, of meshes one after the other; bodies couple neighbours."""
+    rng, count = np.random.default_rng(5), one.planets
+    most = 2 * harmonics
+    later = np.exp(-1j * np.outer(np.arange(most + 1), teeth * (one.blades.directions - one.blades.directions[0])))
+    force = rng.normal(size=(harmonics + 1, 1, 2)) + 1j * rng.normal(size=(harmonics + 1, 1, 2))
+    force = (force * later[: harmonics + 1, :, None]).reshape(harmonics + 1, -1)
+    force[0] = 0.0
+    tangent = np.zeros((most + 1, count, 2, count, 2), dtype=complex)
+    for harmonic in range(1, most + 1):
+        own, beside = rng.normal(size=(2, 2, 2)) * 1e5 / harmonic**2
+        for planet in range(count):
+            tangent[harmonic, planet, :, planet] = own * later[harmonic, planet]
+            tangent[harmonic, planet, :, (planet + 1) % count] += 0.3 * beside * later[harmonic, planet]
+    tangent = tangent.reshape(most + 1, 2 * count, 2 * count)
+    tangent[0] = np.diag(np.tile(1e-3 * np.array(one.mesh), count))
+    return MeshCycle(force, tangent)
+
+
+def excited(one, meshes, harmonics, speeds, teeth):
+    """Response of a planar set without damping, all of its modes taken."""
+    machine, cycle = machine_of(one, teeth), SetCycle(meshes, 1, one.blades, 0.0)
+    stiffness = closed(machine, one.tangent)
+    modes = modes_of(machine, stiffness, 1e5)
+    receptance = receptance_of(machine, stiffness, modes, machine.meshes, machine.meshes, 0.0)
+    at_rest = transfer(receptance, np.zeros(1)).ports[0].real
+    (moving,) = machine.sets
+    return moving, cycle, set_excitation(receptance, at_rest, moving, cycle, harmonics, speeds, 1.0)
+
+
+@pytest.mark.parametrize("planets", [3, 4, 5])
+def test_planets_that_are_one_in_hills_equations_are_all_of_them_in_the_carriers_frame(planets):
+    """Every harmonic of all bodies at once, without damping, and no line astray; the sun's 17 teeth pass them.
+
+    The sun is held about the axis: Coriolis forces on a rotation that nothing holds are left out, which is 3e-7.
+    """
+    harmonics, teeth, speed = 4, 17, 150.0
+    held = {SUN: 1e8, RING: 1e9}
+    one = LIN_PARKER(planets, carrier=0.25, spins=(1.0, 0.0, 0.0), first_deg=17.0, torsion=held)
+    meshes = varying(one, teeth, harmonics + 1)
+    moving, cycle, found = excited(one, meshes, harmonics, np.array([speed]), teeth)
+    assert found.why_constant == ""
+    forces = mesh_forces_of(moving, cycle, found.lines, found.orders, found.varying)
+
+    mass, stiffness, closing, housing = carrier_frame(one)
+    for body, springs in enumerate(housing):
+        stiffness[[3 * body, 3 * body + 1], [3 * body, 3 * body + 1]] += springs
+    size, spinning, turns = len(mass), np.kron(np.eye(len(mass) // 3), np.pad(TURN, (0, 1))), 0.25 * speed
+    orders = np.arange(-harmonics - 1, harmonics + 2)
+    signed = np.concatenate([meshes.tangent[:0:-1].conj(), meshes.tangent])
+    between = signed[orders[:, None] - orders + len(meshes.tangent) - 1]
+    whole = np.einsum("mi,nlmk,kj->nilj", closing, between, closing).reshape(len(orders) * size, -1)
+    for place, order in enumerate(orders):
+        omega, own = order * 12.75 * speed, slice(place * size, (place + 1) * size)
+        inert = -(omega**2) * mass + 2j * omega * turns * mass @ spinning + turns**2 * mass @ spinning @ spinning
+        whole[own, own] += stiffness + inert
+    acting = np.concatenate([meshes.force[:0:-1].conj(), meshes.force])
+    moved = np.linalg.lstsq(whole, (acting @ closing).ravel(), rcond=1e-14)[0].reshape(len(orders), size) @ closing.T
+    expected = acting - np.einsum("nlmk,lk->nm", between, moved)
+    for harmonic in range(1, harmonics + 1):
+        own = expected[harmonic + harmonics + 1]
+        assert_allclose(forces[harmonic, 0][0], own, atol=1e-7 * abs(own).max())
+    largest = max(abs(force).max() for force in forces.values())
+    assert max(abs(force).max() for (_, sideband), force in forces.items() if sideband) < 1e-9 * largest
+
+
+def test_each_class_of_harmonics_arrives_at_one_line_in_the_housing():
+    """17 teeth and four planets: h 17 mod 4 is 1, 2, 3, 0. The ring is held, with 51 teeth.
+
+    Lines that move central members are at multiples of four turns of the carrier (McFadden & Smith, Proc. IMechE 199 C,
+    1985).
+    """
+    one = LIN_PARKER(4, carrier=0.25, spins=(1.0, 0.0, 0.0))
+    _, _, found = excited(one, varying(one, 17, 5), 4, np.array([100.0]), 17)
+    assert [(line.harmonic, line.sideband) for line in found.lines] == [(1, 1), (2, 0), (3, -1), (4, 0)]
+    assert_allclose([line.order for line in found.lines], [13.0, 25.5, 38.0, 51.0])
+    moving = [line.order / 0.25 for line in found.lines if line.harmonic != 2]
+    assert_allclose(np.mod(moving, 4.0), 0.0, atol=1e-9)
+
+
+def test_on_a_housing_that_is_not_alike_all_around_stiffness_that_varies_is_not_found_and_said_so():
+    """Planets see their motion at two turns of the carrier beside the mesh frequency then."""
+    across = {RING: (1e8, 3e7)}
+    one = LIN_PARKER(4, across=across, carrier=0.25, spins=(1.0, 0.0, 0.0))
+    moving, cycle, found = excited(one, varying(one, 17, 5), 4, np.array([100.0]), 17)
+    assert "alike" in found.why_constant
+    assert found.varying is found.constant
+    forces = mesh_forces_of(moving, cycle, found.lines, found.orders, found.constant)
+    assert {sideband for (harmonic, sideband) in forces if abs(forces[harmonic, sideband]).max() > 1e-6} == {-2, 0, 2}
+
+
+def test_around_a_carrier_that_stands_still_equal_planets_are_solved_alike_as_one_and_all_together():
+    """With an even housing both are the same equations; all together is what unequal ones take."""
+    one = LIN_PARKER(3, spins=(1.0, 0.0, 0.0))
+    meshes, speeds = varying(one, 17, 4), np.array([90.0, 140.0])
+    as_one = excited(one, meshes, 3, speeds, 17)[2]
+    force = meshes.force.copy()
+    force[1:, 0] *= 1.0 + 1e-5  # of one planet, more than equal ones may have
+    together = excited(one, MeshCycle(force, meshes.tangent), 3, speeds, 17)[2]
+    assert as_one.why_constant == together.why_constant == ""
+    known = {(line.harmonic, line.sideband): n for n, line in enumerate(together.lines)}
+    for number, line in enumerate(as_one.lines):
+        own, other = as_one.varying[:, number], together.varying[:, known[line.harmonic, line.sideband]]
+        assert_allclose(other, own, atol=1e-4 * abs(own).max())
+
+
+@pytest.mark.parametrize(("places_deg", "even"), [((0, 120, 240), True), ((0, 180, 90, 270), True), ((0, 180), False),
+                                                  ((0, 110, 240), False), ((0, 90, 180), False)])  # fmt: skip
+def test_planets_are_even_where_they_are_three_and_as_far_from_each_other(places_deg, even):
+    """In any order of counting."""
+    assert Blades(np.radians(places_deg)).even == even
+
+
+def test_coordinates_at_an_angle_are_the_sum_of_their_lines():
+    """1, cos and sin of the places that planets have turned to."""
+    blades = Blades(np.radians(20.0) + 2.0 * np.pi * np.arange(5) / 5)
+    turned = blades.directions + 0.7
+    assert_allclose(blades.at(0.7)[:, :3], np.column_stack([np.ones(5), np.cos(turned), np.sin(turned)]), atol=1e-14)
+    rate = (blades.at(0.7 + 1e-6) - blades.at(0.7 - 1e-6)) / 2e-6
+    assert_allclose(rate, blades.at(0.7) @ blades.turning, atol=1e-8)

@@ -27,7 +27,7 @@ class MeshCycle:
     Parameters
     ----------
     force : ndarray of complex, shape (K + 1, 2)
-        w_n on both coordinates, less the mean load: N, N mm.
+        w_n on both coordinates, or on those of all meshes of a set, less the mean load: N, N mm.
     tangent : ndarray of complex, shape (2 K + 1, 2, 2)
         k_n.
     """
@@ -48,7 +48,9 @@ def mesh_cycle(force: FloatArray, tangent: FloatArray, load: FloatArray, harmoni
     return MeshCycle(forces, np.fft.rfft(tangent, axis=0)[: 2 * most + 1] / angles)
 
 
-def hill(cycle: MeshCycle, receptance: ComplexArray, closed_by: FloatArray | None = None) -> ComplexArray:
+def hill(
+    cycle: MeshCycle, receptance: ComplexArray, closed_by: FloatArray | None = None, shapes: ComplexArray | None = None
+) -> ComplexArray:
     """Return the forces f_n of (1) on the closed machine, shape (S, K + 1, 2).
 
     Parameters
@@ -57,25 +59,35 @@ def hill(cycle: MeshCycle, receptance: ComplexArray, closed_by: FloatArray | Non
         H at harmonics 0, 1, ..., K of S speeds.
     closed_by : ndarray, shape (2, 2), optional
         Mean tangent that closes the machine, where it is another one.
+    shapes : ndarray of complex, shape (K + 1, P, 2), optional
+        What the P coordinates of the cycle do at each harmonic, orthonormal: those of equal planets.
     """
     orders = np.arange(-receptance.shape[1] + 1, receptance.shape[1])
-    found = np.linalg.solve(equations(cycle, receptance, closed_by), signed(cycle.force, orders).reshape(-1, 1))
-    return np.asarray(found.reshape(len(receptance), len(orders), 2)[:, receptance.shape[1] - 1 :])
+    right = signed(cycle.force[: receptance.shape[1]], orders)
+    if shapes is not None:
+        right = np.einsum("npq,np->nq", signed(shapes, orders).conj(), right)
+    found = np.linalg.solve(equations(cycle, receptance, closed_by, shapes), right.reshape(-1, 1))
+    return np.asarray(found.reshape(len(receptance), *right.shape)[:, receptance.shape[1] - 1 :])
 
 
-def equations(cycle: MeshCycle, receptance: ComplexArray, closed_by: FloatArray | None = None) -> ComplexArray:
+def equations(
+    cycle: MeshCycle, receptance: ComplexArray, closed_by: FloatArray | None = None, shapes: ComplexArray | None = None
+) -> ComplexArray:
     """Return the matrices of (1) for the forces, f + k H f = w, of all harmonics of either sign, (S, 4 K + 2, ...)."""
     further = 0.0 if closed_by is None else cycle.mean - closed_by
-    speeds, count = receptance.shape[:2]
+    speeds, count, size = receptance.shape[:3]
     orders = np.arange(-count + 1, count)
-    apart = orders[:, None] - orders
+    apart, every = orders[:, None] - orders, size * len(orders)
     varying = np.where((apart == 0)[..., None, None], further, signed(cycle.tangent, apart))
-    blocks = varying.transpose(0, 2, 1, 3).reshape(2 * len(orders), 2 * len(orders))
-    matrix = np.empty((speeds, *blocks.shape), dtype=complex)
+    if shapes is not None:
+        by = signed(shapes, orders)
+        varying = np.einsum("npa,njpq,jqb->njab", by.conj(), varying, by, optimize=True)
+    blocks = varying.transpose(0, 2, 1, 3).reshape(every, every)
+    matrix = np.empty((speeds, every, every), dtype=complex)
     for place, order in enumerate(orders):
-        own, columns = receptance[:, abs(order)], slice(2 * place, 2 * place + 2)
+        own, columns = receptance[:, abs(order)], slice(size * place, size * (place + 1))
         matrix[:, :, columns] = blocks[:, columns] @ (own if order >= 0 else own.conj())
-    matrix[:, np.arange(2 * len(orders)), np.arange(2 * len(orders))] += 1.0
+    matrix[:, np.arange(every), np.arange(every)] += 1.0
     return matrix
 
 
@@ -91,10 +103,10 @@ def moved(receptance: ComplexArray, closing: ComplexArray) -> ComplexArray:
 
 def time_invariant(cycle: MeshCycle) -> ComplexArray:
     """Return the forces f_n of a mesh of constant stiffness, by its transmission error at fixed load, (K + 1, 2)."""
-    count = len(cycle.force)
+    count, size = cycle.force.shape
     orders = np.arange(-count + 1, count)
-    matrix = signed(cycle.tangent, orders[:, None] - orders).transpose(0, 2, 1, 3).reshape(2 * len(orders), -1)
-    moved = np.linalg.solve(matrix, signed(cycle.force, orders).ravel()).reshape(-1, 2)[count - 1 :]
+    matrix = signed(cycle.tangent, orders[:, None] - orders).transpose(0, 2, 1, 3).reshape(size * len(orders), -1)
+    moved = np.linalg.solve(matrix, signed(cycle.force, orders).ravel()).reshape(-1, size)[count - 1 :]
     return np.asarray(moved @ cycle.mean.T)
 
 

@@ -73,7 +73,9 @@ def with_sets(machine: MovingMachine, model: GearboxModel, sets: Sequence[Solved
         filled = 0.0 if sun is None else 0.5 * model.shafts[sun.shaft].section_at(sun.at_mm).outer_mm
         frame, members = meshing.frame, meshing.settings.members
         about = frame.turn[ABOUT_AXIS, ROTATION]
-        speeds: dict[str, float] = {name: about * machine.rates.get(place.shaft, 0.0) for name, place in members.items()}
+        speeds: dict[str, float] = {
+            name: about * machine.rates.get(place.shaft, 0.0) for name, place in members.items()
+        }
         hubs = _Hubs(meshing.hubs, frame.turn, frame.carried, filled)
         machine = _joined(machine, meshing.settings.name, meshing.file, one.solution.train, hubs, speeds)
     return machine
@@ -89,7 +91,7 @@ def machine_of_set(file: SetFile, train: GearTrain) -> MovingMachine:
     assert file.sections.load is not None, "of a planetary set"
     none, load = np.zeros((0, 0)), file.sections.load
     alone = LoadedGearbox({}, {}, (), (), (), (), np.zeros(0), np.zeros(0), none)
-    machine = MovingMachine(alone, LoadCase(name=file.name, torques=()), none, none, none, none, {}, 1.0)
+    machine = MovingMachine(alone, LoadCase(name=file.name, torques=()), none, none, none, none, {}, 1.0, none)
     ratios = torque_ratios(file.teeth)
     driven = math.copysign(1.0, ratios[load.on] / ratios["sun"])
     speeds = member_speeds(file.teeth, load.on, load.held, driven)
@@ -136,8 +138,11 @@ def _joined(
     ]  # fmt: skip
     ports = coordinates.ports(train_coordinates(train))
     meshes = np.concatenate([np.pad(machine.meshes, ((0, 0), (0, further))), ports @ by])
-    pitches = float(against[0]) * train.bodies[0].teeth / (2.0 * math.pi)
-    joined = MovingSet(name, coordinates, matrices, by, further, len(machine.meshes), len(ports), carrier, pitches)
+    teeth = train.bodies[0].teeth
+    rate = float(against[0]) * teeth
+    joined = MovingSet(
+        name, coordinates, matrices, by, further, len(machine.meshes), len(ports), carrier, rate, teeth
+    )
     mass, stiffness, gyroscopic = grown
     return replace(
         machine, mass=mass, stiffness=stiffness, gyroscopic=gyroscopic, meshes=meshes, sets=(*machine.sets, joined)

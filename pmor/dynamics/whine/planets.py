@@ -140,8 +140,11 @@ class MovingSet:
         Displacements that it brings, the last ones of n.
     first : int
         Of its P coordinates among those of all meshes; planet by planet in (1) of `blades`.
-    carrier, pitches : float
-        Speed of the carrier, and pitches of the sun's teeth by radian, over the machine's speed, in the plan.
+    carrier, rate : float
+        Speed of the carrier, and pitches of the sun that pass by its turn against the carrier, over the machine's
+        speed; counter-clockwise in the plan.
+    teeth : int
+        Of the sun.
     """
 
     name: str
@@ -152,7 +155,8 @@ class MovingSet:
     first: int
     size: int
     carrier: float
-    pitches: float
+    rate: float
+    teeth: int
 
     @property
     def own(self) -> slice:

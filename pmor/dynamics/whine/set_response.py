@@ -1,0 +1,209 @@
+"""What the meshes of a planetary set excite: lines h w_m + j W_c in the housing, of mesh and carrier.
+
+The forces of all meshes at a harmonic h, seen from the carrier, are in coordinates that stand still (`blades`) forces
+at three frequencies, j = -1, 0, 1: on what is alike in all planets and what moves no central member at j = 0, on cos
+and sin at the others. Of equal planets the class h z mod N says which: each harmonic has one.
+
+With the mean stiffness that is exact on any housing. Stiffness that varies over the cycle takes the motion that planets
+see: where the housing is alike all around, N equal planets are one, with the receptance
+
+    H_h = q^H H(h w_m + j W_c) q,    q = B_j^T v,    v_n = exp(-i h z psi_n) / sqrt(N),                              (1)
+
+in Hill's equations (`hill`). Where it is not, motion at a harmonic strays to further lines. Planets of any kind around
+a carrier that stands still are solved all together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pmor.core.arrays import ComplexArray, FloatArray
+from pmor.dynamics.whine.blades import Blades
+from pmor.dynamics.whine.hill import MeshCycle, hill, time_invariant
+from pmor.dynamics.whine.modal import Receptance
+from pmor.dynamics.whine.orders import Order, along
+from pmor.dynamics.whine.planets import MovingSet
+from pmor.dynamics.whine.set_cycle import SetCycle
+
+# Of the largest force: lines that phasing forbids.
+FORBIDDEN = 1e-9
+# Of forces and stiffness: planets that are equal. Of the motion at a harmonic: what may stray.
+EQUAL, STRAY = 1e-6, 1e-3
+# Speeds that are solved at a time. Beyond the highest mode nothing moves.
+BLOCK, TINY = 64, 1e-300
+
+
+@dataclass(frozen=True)
+class SetLine:
+    """A line in the housing: harmonic of the cycle, order of the carrier's turn beside it, frequency over the speed."""
+
+    harmonic: int
+    sideband: int
+    order: float
+
+
+@dataclass(frozen=True)
+class SetExcitation:
+    """What a set excites at S speeds: L lines, and forces on its P coordinates of the closed machine.
+
+    Parameters
+    ----------
+    varying, constant : ndarray, shape (S, L, P)
+        By stiffness that varies, and by its mean.
+    why_constant : str
+        Why stiffness that varies is not found, and both are the same; empty where it is.
+    """
+
+    lines: tuple[SetLine, ...]
+    orders: tuple[Order, ...]
+    varying: ComplexArray
+    constant: ComplexArray
+    why_constant: str = ""
+
+
+def set_excitation(
+    receptance: Receptance, at_rest: FloatArray, one: MovingSet, cycle: SetCycle, harmonics: int, speeds: FloatArray,
+    sense: float,
+) -> SetExcitation:  # fmt: skip
+    """Return what a set excites.
+
+    Parameters
+    ----------
+    at_rest : ndarray, shape (P, P)
+        Receptance of its coordinates at rest.
+    harmonics : int
+        Of the sun's mesh.
+    speeds : ndarray, shape (S,)
+        rad/s.
+    sense : float
+        Of the machine's speed.
+    """
+    meshes, parts = _passing(cycle.meshes, one.rate * sense), _parts(cycle.blades, one.carrier)
+    by_mean, found, forces = time_invariant(meshes), list[SetLine](), list[ComplexArray]()
+    largest = float(np.abs(by_mean[1:]).max())
+    for harmonic in range(1, harmonics * cycle.pitches + 1):
+        for sideband, part in parts.items():
+            acting = _widened(part, cycle.each).T @ by_mean[harmonic]
+            if np.abs(acting).max() > FORBIDDEN * largest:
+                found.append(_line(one, cycle, harmonic, sideband, sense))
+                forces.append(acting)
+    orders = tuple(along(receptance, line.order, speeds, sense) for line in found)
+    constant = np.array(np.broadcast_to(np.array(forces), (len(speeds), len(found), one.size)))
+    problem = _Planets(receptance, at_rest, one, cycle, meshes, parts, speeds, sense)
+    varying, why = problem.as_one(found, orders)
+    if why and not one.carrier and cycle.pitches == 1:
+        varying, why = problem.each(found), ""
+    return SetExcitation(tuple(found), orders, constant if why else varying, constant, why)
+
+
+def mesh_forces_of(
+    one: MovingSet, cycle: SetCycle, lines: tuple[SetLine, ...], orders: tuple[Order, ...], acting: ComplexArray
+) -> dict[tuple[int, int], ComplexArray]:
+    """Return the forces of all meshes beside their means as planets see them, planet by planet, (S, P).
+
+    By harmonic of the cycle, and order of the carrier's turn beside it: 0 alone on a housing that is alike all around.
+
+    Parameters
+    ----------
+    acting : ndarray, shape (S, L, P)
+        As in `SetExcitation`.
+    """
+    parts, found = _parts(cycle.blades, one.carrier), dict[tuple[int, int], ComplexArray]()
+    inverse = np.linalg.inv(cycle.blades.matrix.T @ cycle.blades.matrix)
+    for number, (line, order) in enumerate(zip(lines, orders, strict=True)):
+        moved = np.einsum("sab,sb->sa", order.ports(one.own, one.own), acting[:, number])
+        force = acting[:, number] - moved @ cycle.tangent.T
+        for sideband, part in parts.items():
+            key = line.harmonic, line.sideband + sideband
+            shown = force @ _widened(part @ inverse, cycle.each).T
+            found[key] = found.get(key, 0.0) + shown
+    return found
+
+
+@dataclass(frozen=True)
+class _Planets:
+    """Hill's equations of the meshes of a set."""
+
+    receptance: Receptance
+    at_rest: FloatArray
+    one: MovingSet
+    cycle: SetCycle
+    meshes: MeshCycle
+    parts: Mapping[int, ComplexArray]
+    speeds: FloatArray
+    sense: float
+
+    def as_one(self, lines: list[SetLine], orders: tuple[Order, ...]) -> tuple[ComplexArray, str]:
+        """Solve N planets as one, equation (1): forces on all coordinates, (S, L, P); or say why they are not one."""
+        cycle, blades, none = self.cycle, self.cycle.blades, np.zeros((0, 0, 0), dtype=complex)
+        if cycle.pitches > 1:
+            return none, "both gears of a stepped planet mesh in cycles of their own"
+        count, each = len(self.meshes.force), np.eye(cycle.each)
+        turns = np.sign(self.one.rate * self.sense) * self.one.teeth * (blades.directions - blades.directions[0])
+        shapes = np.exp(-1j * np.arange(count)[:, None] * turns) / np.sqrt(blades.count)
+        whole = np.array([np.kron(shape[:, None], each) for shape in shapes])
+        alike = np.einsum("hpq,hrq,hr->hp", whole, whole.conj(), self.meshes.force)
+        apart = np.abs(alike - self.meshes.force)[1:].max() / np.abs(self.meshes.force[1:]).max()
+        if not blades.even or max(apart, cycle.uneven) > EQUAL:
+            return none, "planets are not equal"
+        known = {(line.harmonic, line.sideband): order for line, order in zip(lines, orders, strict=True)}
+        moving, stray, acting = list[ComplexArray](), 0.0, dict[tuple[int, int], ComplexArray]()
+        for harmonic in range(count):
+            sideband = max(self.parts, key=lambda j: float(np.abs(self.parts[j].T @ shapes[harmonic]).max()))
+            by = _widened(self.parts[sideband], cycle.each).T @ whole[harmonic]
+            if harmonic:
+                order = known.get((harmonic, sideband)) or self._order(harmonic, sideband)
+                ports = order.ports(self.one.own, self.one.own)
+            else:
+                ports = np.broadcast_to(self.at_rest, (len(self.speeds), *self.at_rest.shape)).astype(complex)
+            moved = ports @ by
+            own = by @ np.linalg.solve(by.conj().T @ by, by.conj().T @ moved)
+            stray = max(stray, float(np.abs(moved - own).max() / max(np.abs(moved).max(), TINY)))
+            moving.append(by.conj().T @ moved)
+            acting[harmonic, sideband] = by
+        if stray > STRAY:
+            return none, f"shafts and housing are not alike all around: {100.0 * stray:.2g} % of motion goes astray"
+        forces = _by_blocks(self.meshes, np.stack(moving, axis=1), whole)
+        by_line = [forces[:, line.harmonic] @ acting[line.harmonic, line.sideband].T for line in lines]
+        return np.stack(by_line, axis=1), ""
+
+    def each(self, lines: list[SetLine]) -> ComplexArray:
+        """Solve all planets together around a carrier that stands still."""
+        blades = _widened(self.cycle.blades.matrix, self.cycle.each)
+        moving = [np.broadcast_to(self.at_rest, (len(self.speeds), *self.at_rest.shape)).astype(complex)]
+        for harmonic in range(1, len(self.meshes.force)):
+            moving.append(self._order(harmonic, 0).ports(self.one.own, self.one.own))
+        forces = _by_blocks(self.meshes, np.stack([blades @ one @ blades.T for one in moving], axis=1))
+        return np.stack([forces[:, line.harmonic] @ blades for line in lines], axis=1)
+
+    def _order(self, harmonic: int, sideband: int) -> Order:
+        line = _line(self.one, self.cycle, harmonic, sideband, self.sense)
+        return along(self.receptance, line.order, self.speeds, self.sense)
+
+
+def _line(one: MovingSet, cycle: SetCycle, harmonic: int, sideband: int, sense: float) -> SetLine:
+    return SetLine(harmonic, sideband, harmonic * abs(one.rate) / cycle.pitches + sideband * sense * one.carrier)
+
+
+def _by_blocks(meshes: MeshCycle, moving: ComplexArray, shapes: ComplexArray | None = None) -> ComplexArray:
+    """Solve some speeds at a time: matrices of all are large."""
+    starts = range(0, len(moving), BLOCK)
+    return np.concatenate([hill(meshes, moving[first : first + BLOCK], shapes=shapes) for first in starts])
+
+
+def _passing(meshes: MeshCycle, rate: float) -> MeshCycle:
+    """Harmonics over time of meshes that pass one way or the other."""
+    return MeshCycle(meshes.force.conj(), meshes.tangent.conj()) if rate < 0.0 else meshes
+
+
+def _parts(blades: Blades, carrier: float) -> Mapping[int, ComplexArray]:
+    """Parts of B by the order of the carrier's turn, B whole where it stands still."""
+    return blades.by_order if carrier else {0: blades.matrix.astype(complex)}
+
+
+def _widened(part: ComplexArray | FloatArray, each: int) -> ComplexArray:
+    """A matrix of planets over the coordinates of each."""
+    return np.asarray(np.kron(part, np.eye(each)), dtype=complex)
