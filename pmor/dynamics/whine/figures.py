@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.dynamics.whine.compliance import mesh_compliance
-from pmor.dynamics.whine.readings import bearing_names, bearing_rms, force_lines, mesh_rms
-from pmor.dynamics.whine.response import LoadResponse
+from pmor.dynamics.whine.readings import bearing_names, bearing_rms, force_lines, line_name, mesh_rms
+from pmor.dynamics.whine.response import LoadResponse, Source
 from pmor.report.style import COLOURS, log_ticks, new_figure, plot_style
 from pmor.results.root_stress import GEARS
 
@@ -50,7 +50,7 @@ def bearings_figure(responses: Sequence[LoadResponse]) -> Figure:
 
 def meshes_figure(responses: Sequence[LoadResponse]) -> Figure:
     """Dynamic force of each mesh over the speed."""
-    names = [mesh.name for mesh in responses[0].meshes]
+    names = responses[0].mesh_names
     with plot_style():
         figure = new_figure(9.2, 0.9 + 2.4 * len(names))
         panels = list(figure.subplots(len(names), 1, sharex=True, squeeze=False).flat)
@@ -74,16 +74,16 @@ def campbell_figure(response: LoadResponse, highest_Hz: float) -> Figure:
         axes = figure.subplots()
         for frequency in response.modes.frequency_Hz[response.modes.square > 0.0]:
             axes.axhline(1e-3 * frequency, color="#999999", lw=0.6)
-        top = min(1e-3 * highest_Hz, 1.05e-3 * max(mesh.frequency_Hz(speeds)[-1, 0] for mesh in response.meshes) * 3.0)
-        for colour, mesh in zip(COLOURS, response.meshes, strict=False):
-            for harmonic, frequency in enumerate(1e-3 * mesh.frequency_Hz(speeds).T, start=1):
-                own = frequency <= top
-                axes.plot(speeds[own], frequency[own], color=colour, lw=1.4 if harmonic == 1 else 0.8,
-                          label=mesh.name if harmonic == 1 else None)  # fmt: skip
+        top = min(1e-3 * highest_Hz, 1.05e-3 * max(mesh.frequency_Hz(speeds)[-1, 0] for mesh in response.passing) * 3.0)
+        for colour, mesh in zip(COLOURS, response.passing, strict=False):
+            for number, frequency in enumerate(1e-3 * mesh.frequency_Hz(speeds).T):
+                own, text = frequency <= top, line_name(*mesh.places[number])
+                axes.plot(speeds[own], frequency[own], color=colour, lw=0.8 if number else 1.4,
+                          label=None if number else mesh.name)  # fmt: skip
                 if own.any():
-                    axes.annotate(f"{harmonic}", (speeds[own][-1], frequency[own][-1]), fontsize=8, color=colour,
+                    axes.annotate(text, (speeds[own][-1], frequency[own][-1]), fontsize=8, color=colour,
                                   xytext=(2, 0), textcoords="offset points", va="center")  # fmt: skip
-            for rpm, frequency, strain in _meetings(response, mesh.name):
+            for rpm, frequency, strain in _meetings(response, mesh):
                 if speeds[0] <= rpm <= speeds[-1] and 1e-3 * frequency <= top:
                     axes.plot(rpm, 1e-3 * frequency, "o", color=colour, ms=2.0 + 6.0 * math.sqrt(strain), mfc="none")
         axes.set(xlabel=SPEED, ylabel="Frequency [kHz]", xlim=(speeds[0], speeds[-1]), ylim=(0.0, top))
@@ -114,10 +114,9 @@ def compliance_figure(response: LoadResponse, highest_Hz: float) -> Figure:
     return figure
 
 
-def _meetings(response: LoadResponse, name: str) -> Iterator[tuple[float, float, float]]:
+def _meetings(response: LoadResponse, mesh: Source) -> Iterator[tuple[float, float, float]]:
     """Speed, frequency and strain energy of the mesh where its harmonics meet modes that strain it."""
-    number = [mesh.name for mesh in response.meshes].index(name)
-    mesh, own = response.meshes[number], slice(2 * number, 2 * number + 2)
+    own = mesh.ports
     for order in mesh.orders[: mesh.told.shape[1]]:
         by = order.by_ports[own]
         strain = np.einsum("am,ab,bm->m", by.conj(), response.tangent[own, own], by).real
@@ -146,7 +145,7 @@ def waterfall_figure(response: LoadResponse, highest_Hz: float) -> Figure:
                 shown = axes.scatter(np.broadcast_to(speeds[:, None], size.shape), frequency, c=size, norm=norm,
                                      cmap="viridis", s=9.0, linewidths=0.0, rasterized=True)  # fmt: skip
             axes.set(title=name, ylabel="Frequency [kHz]")
-        panels[0].set_ylim(0.0, 1e-3 * min(highest_Hz, max(m.frequency_Hz(speeds)[-1, -1] for m in response.meshes)))
+        panels[0].set_ylim(0.0, 1e-3 * min(highest_Hz, max(m.frequency_Hz(speeds)[-1, -1] for m in response.passing)))
         _finish(figure, panels, len(names))
         figure.colorbar(shown, ax=panels[: len(names)], format="%g", label="Line of the bearing force, rms [N]")
     return figure

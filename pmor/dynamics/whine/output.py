@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from pmor.core.arrays import FloatArray
 from pmor.dynamics.whine.figures import (
     bearings_figure,
     campbell_figure,
@@ -21,6 +22,7 @@ from pmor.dynamics.whine.readings import (
     bearing_rms,
     force_lines,
     housing_rows,
+    line_name,
     mesh_rms,
     mode_rows,
     peak_rows,
@@ -101,8 +103,25 @@ def _load_data(response: LoadResponse) -> Data:
              "dynamic_factor": 1.0 + float(swings[:, n].max() / solved.force),
              "mean_tangent_N_per_um": 1e-3 * float(response.tangent[2 * n, 2 * n]), "pitches_per_turn": mesh.rate}
             for n, (mesh, solved) in enumerate(zip(response.meshes, response.solved.meshes, strict=True))
-        ],
+        ] + _set_meshes(response, forces, swings),
     }  # fmt: skip
+
+
+def _set_meshes(response: LoadResponse, forces: FloatArray, swings: FloatArray) -> list[Data]:
+    """The meshes of sets, each of one planet; why their stiffness does not vary, or None."""
+    rows, place = list[Data](), len(response.meshes)
+    for source, cycle in zip(response.passing[place:], response.cycles, strict=True):
+        for mesh in range(2):
+            number, first = place + len(rows), mesh * cycle.each // 2
+            load = float(cycle.load[first])
+            rows.append({
+                "name": response.mesh_names[number], "mean_force_N": load,
+                "force_rms_max_N": float(forces[:, number].max()),
+                "dynamic_factor": 1.0 + float(swings[:, number].max() / load),
+                "mean_tangent_N_per_um": 1e-3 * float(cycle.meshes.mean[first, first]),
+                "pitches_per_turn": source.rate, "why_constant": source.why_constant or None,
+            })  # fmt: skip
+    return rows
 
 
 def response_rows(responses: Sequence[LoadResponse]) -> list[Data]:
@@ -112,7 +131,7 @@ def response_rows(responses: Sequence[LoadResponse]) -> list[Data]:
         bearings, meshes = bearing_rms(response), mesh_rms(response)
         for place, speed in enumerate(response.speeds_rpm.tolist()):
             row: Data = {"load": response.solved.load.name, "speed_rpm": speed}
-            row |= {f"mesh {mesh.name}, rms_N": float(meshes[place, n]) for n, mesh in enumerate(response.meshes)}
+            row |= {f"mesh {name}, rms_N": float(meshes[place, n]) for n, name in enumerate(response.mesh_names)}
             names = bearing_names(response)
             rows.append(row | {f"bearing {name}, rms_N": float(bearings[place, n]) for n, name in enumerate(names)})
     return rows
@@ -130,10 +149,11 @@ def line_columns(responses: Sequence[LoadResponse]) -> dict[str, np.ndarray]:
             meshes = 2.0 * abs(source.lines.mesh_forces) * told, 2e3 * abs(source.lines.parted) * told
             parts.append({
                 **{key: np.full(count * harmonics, text, dtype=object) for key, text in own.items()},
-                "harmonic": np.tile(np.arange(1, harmonics + 1), count),
+                "harmonic": np.tile([harmonic for harmonic, _ in source.places], count),
+                "carrier_order": np.tile([sideband for _, sideband in source.places], count),
                 "speed_rpm": np.repeat(response.speeds_rpm, harmonics),
                 "frequency_Hz": source.frequency_Hz(response.speeds_rpm).ravel(),
-                **{f"mesh {mesh.name}, {key}": values[..., n].ravel() for n, mesh in enumerate(response.meshes)
+                **{f"mesh {name}, {key}": values[..., n].ravel() for n, name in enumerate(response.mesh_names)
                    for key, values in zip(("force_N", "transmission_error_um"), meshes, strict=True)},
                 **{f"bearing {name}, rms_N": forces[..., n].ravel() for n, name in enumerate(bearing_names(response))},
             })  # fmt: skip
@@ -221,7 +241,7 @@ def _blocks(file: GearboxFile, data: Data, responses: Sequence[LoadResponse]) ->
                 f"{name}, the mesh open, and the mesh force by transmission error, the mesh closed; "
                 "shafts at rest.", compliance_figure(last, highest)),
         _micrometres(data),
-        Heading("Modes"), _modes(data, [mesh.name for mesh in last.meshes]),
+        Heading("Modes"), _modes(data, last.mesh_names),
     ]  # fmt: skip
     return blocks
 
@@ -241,7 +261,11 @@ def _meshes(data: Data) -> Table:
         "dynamic factor": lambda row: row[1]["dynamic_factor"],
         "mean stiffness between hubs, N/µm": lambda row: row[1]["mean_tangent_N_per_um"],
     }  # fmt: skip
-    return table("Meshes", columns, rows, "Dynamic factor: 1 and the sum of all lines over the mean force, at most.")
+    note = "Dynamic factor: 1 and the sum of all lines over the mean force, at most."
+    for _, mesh in rows:
+        if mesh.get("why_constant") and mesh["why_constant"] not in note:
+            note += f" {mesh['name']}: with its mean stiffness, as {mesh['why_constant']}."
+    return table("Meshes", columns, rows, note)
 
 
 def _peaks(data: Data, loads: Sequence[str], folded: bool = False) -> Table:
@@ -250,7 +274,7 @@ def _peaks(data: Data, loads: Sequence[str], folded: bool = False) -> Table:
         "load": lambda row: row[0]["load"], "bearing": lambda row: row[1]["bearing"],
         "speed, rpm": lambda row: row[1]["speed_rpm"],
         "force, rms, N": lambda row: row[1]["force_rms_N"],
-        "by": lambda row: f"{row[1]['source']}, harmonic {row[1]['harmonic']}",
+        "by": lambda row: f"{row[1]['source']}, harmonic {line_name(row[1]['harmonic'], row[1]['carrier_order'])}",
         "at, Hz": lambda row: row[1]["frequency_Hz"],
         "without this line, N": lambda row: row[1]["without_line_rms_N"],
         "mode": lambda row: row[1]["mode"],
@@ -299,6 +323,10 @@ def _micrometres(data: Data) -> Table:
     return table("What a micrometre of each modification does", columns, load["micrometres"], note)
 
 
+def _family(name: str) -> Callable[[Data], str]:
+    return lambda row: str(row["families"][name]["family"])
+
+
 def _modes(data: Data, names: Sequence[str]) -> Table:
     load = _main(data)
     rows = [mode for mode in load["modes"] if mode["natural_frequency_Hz"] <= data["highest_frequency_Hz"]]
@@ -311,6 +339,7 @@ def _modes(data: Data, names: Sequence[str]) -> Table:
         "moves most": "moves_most",
         "its share, %": lambda row: 100.0 * row["kinetic_energy_share"][row["moves_most"]],
         **{f"strain energy in {name}, %": strain(number) for number, name in enumerate(names)},
+        **{f"family in {name}": _family(name) for name in load["modes"][0]["families"]},
     }  # fmt: skip
     note = f"Under {load['load']}, meshes with their mean stiffness, shafts at rest."
     return table("Natural modes", columns, rows, note)

@@ -9,6 +9,7 @@ from scipy.signal import argrelmax
 
 from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
+from pmor.dynamics.whine.blades import FAMILIES
 from pmor.dynamics.whine.moving import MovingMachine
 from pmor.dynamics.whine.response import RPM, Lines, LoadResponse, Source, of_mesh
 from pmor.machine.settings import HOUSING
@@ -20,6 +21,13 @@ KINDS = (("axial", (0,)), ("torsion", (3,)), ("bending", (1, 2, 4, 5)))
 MOST_PEAKS = 3
 # Of levels of power.
 REFERENCE_MW = 1e-9
+# Of the largest force of all bearings: round-off.
+NOTHING = 1e-9
+
+
+def line_name(harmonic: float, sideband: int) -> str:
+    """Return the name of a line: its harmonic, and on which side of it a set's line is in the housing."""
+    return f"{harmonic:.4g}{('', '+', '-')[sideband]}"
 
 
 def bearing_names(response: LoadResponse) -> list[str]:
@@ -91,15 +99,13 @@ def mode_rows(response: LoadResponse) -> list[Data]:
     """Return each natural mode: frequency, strain energy of the meshes, what moves, its family."""
     machine, modes = response.machine, response.modes
     own = machine.mass @ modes.shape * modes.shape
-    parted = response.receptance.ports[: len(response.tangent)].reshape(len(response.meshes), -1, len(modes.square))
+    strains = _strains(response)
+    families = [one.families(modes.shape) for one in machine.sets]
     rows = []
     for number in range(len(modes.square)):
         if modes.square[number] == 0.0:
             continue
-        strain = [
-            float(x @ response.tangent[of_mesh(n), of_mesh(n)] @ x) / float(modes.square[number])
-            for n, x in enumerate(parted[..., number])
-        ]
+        strain = [float(one[number]) / float(modes.square[number]) for one in strains]
         shares = _kinetic(machine, own[:, number])
         shaft = max(shares, key=lambda name: sum(shares[name].values()))
         kinds = {kind: sum(share[kind] for share in shares.values()) for kind, _ in KINDS}
@@ -109,8 +115,23 @@ def mode_rows(response: LoadResponse) -> list[Data]:
             "mesh_strain_energy_share": strain,
             "kinetic_energy_share": {name: sum(share.values()) for name, share in shares.items()},
             "moves_most": shaft, "kind": max(kinds, key=lambda kind: kinds[kind]), "kind_share": max(kinds.values()),
+            "families": {
+                one.name: {"family": FAMILIES[int(own_share[:, number].argmax())],
+                           "kinetic_energy_share": float(own_share[:, number].sum())}
+                for one, own_share in zip(machine.sets, families, strict=True)
+            },
         })  # fmt: skip
     return rows
+
+
+def _strains(response: LoadResponse) -> list[FloatArray]:
+    """Strain energy, twice, of each mesh in all modes; of sets of the suns' and the rings' meshes of all planets."""
+    ports, count = response.receptance.ports[: len(response.tangent)], len(response.modes.square)
+    each = ports * (response.tangent @ ports)
+    found = [each[of_mesh(number)].sum(axis=0) for number in range(len(response.meshes))]
+    for one, cycle in zip(response.machine.sets, response.cycles, strict=True):
+        found += list(each[one.own].reshape(cycle.blades.count, 2, -1, count).sum(axis=(0, 2)))
+    return found
 
 
 def _kinetic(machine: MovingMachine, energy: FloatArray) -> dict[str, dict[str, float]]:
@@ -122,6 +143,13 @@ def _kinetic(machine: MovingMachine, energy: FloatArray) -> dict[str, dict[str, 
     for name, (first, size) in parts.items():
         nodes = energy[first : first + size].reshape(-1, NODE)
         found[name] = {kind: float(nodes[:, list(ways)].sum()) for kind, ways in KINDS}
+    place = machine.housing.stop
+    for one in machine.sets:
+        alike = one.coordinates.families[0][-one.added :] > 0.0
+        own = energy[place : place + one.added]
+        kinds = {"torsion": float(own[alike].sum()), "bending": float(own[~alike].sum())}
+        found[one.name] = {kind: kinds.get(kind, 0.0) for kind, _ in KINDS}
+        place += one.added
     return found
 
 
@@ -135,6 +163,8 @@ def peak_rows(response: LoadResponse) -> list[Data]:
     rows = []
     for bearing, name in enumerate(bearing_names(response)):
         over_speed = total[:, bearing]
+        if over_speed.max() <= NOTHING * total.max():  # planets in phase leave it alone
+            continue
         tops = sorted(argrelmax(over_speed)[0].tolist(), key=lambda place: -float(over_speed[place]))
         for place in tops[:MOST_PEAKS]:
             around, speed = slice(place - 1, place + 2), float(response.speeds_rpm[place])
@@ -143,9 +173,11 @@ def peak_rows(response: LoadResponse) -> list[Data]:
                 for harmonic, bend in enumerate(np.diff(own[around, :, bearing] ** 2, n=2, axis=0)[0])
             ]  # fmt: skip
             _, source, harmonic, line = min(bends, key=lambda one: one[0])
+            told_as, sideband = source.places[harmonic]
             rows.append({
                 "bearing": name, "speed_rpm": speed, "force_rms_N": float(over_speed[place]), "source": source.name,
-                "harmonic": harmonic + 1, "frequency_Hz": speed / 60.0 * source.rate * (harmonic + 1),
+                "harmonic": told_as, "carrier_order": sideband,
+                "frequency_Hz": speed / 60.0 * float(source.orders[harmonic].order),
                 "line_rms_N": line, "without_line_rms_N": float(np.sqrt(max(over_speed[place] ** 2 - line**2, 0.0))),
                 **_mode_of(response, source, harmonic, place, bearing),
                 "constant_stiffness_rms_N": float(constant[place, bearing]),

@@ -11,10 +11,15 @@ import numpy as np
 from pmor.body.beam import NODE
 from pmor.core.arrays import BoolArray, ComplexArray, FloatArray
 from pmor.dynamics.whine.cycle import StandingMesh, standing_meshes
+from pmor.dynamics.whine.discs import KG
 from pmor.dynamics.whine.hill import FURTHER, MeshCycle, hill, mesh_forces, time_invariant
 from pmor.dynamics.whine.modal import Modes, Receptance, closed, modes_of, receptance_of, transfer
-from pmor.dynamics.whine.moving import KG, MovingMachine, bearing_rows, moving_machine
+from pmor.dynamics.whine.moving import MovingMachine, bearing_rows, moving_machine
+from pmor.dynamics.whine.moving_sets import with_sets
 from pmor.dynamics.whine.orders import Order, along
+from pmor.dynamics.whine.planets import HUBS, MovingSet
+from pmor.dynamics.whine.set_cycle import SetCycle, solved_cycle
+from pmor.dynamics.whine.set_response import over_planets, set_excitation
 from pmor.line.hub_law import COORDINATES
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.loaded import ABOUT_AXIS
@@ -38,7 +43,8 @@ class Lines:
     acting : ndarray, shape (S, K, q)
         Forces of the source on its ports of the machine whose meshes are closed by their mean stiffness.
     mesh_forces : ndarray, shape (S, K, M)
-        Of all meshes in the transverse plane beside their means, N.
+        Of all meshes in the transverse plane beside their means, N; of the sun's and the ring's meshes of a set the
+        root mean square of all planets.
     parted : ndarray, shape (S, K, M)
         By how much their flanks part at the pitch point, mm.
     readings : ndarray, shape (S, K, o)
@@ -61,8 +67,28 @@ class MeshMotion:
 
 
 @dataclass(frozen=True)
+class MeanMeshes:
+    """All meshes with their mean stiffness: of pairs (M, 2, 2), and of sets."""
+
+    pairs: FloatArray
+    sets: tuple[tuple[MovingSet, SetCycle], ...]
+
+    def moved(self, ports: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """Return forces of all meshes, and by how much they part, (..., M) each, by all coordinates (..., P)."""
+        count = COORDINATES * len(self.pairs)
+        own = ports[..., :count].reshape(*ports.shape[:-1], len(self.pairs), COORDINATES)
+        forces, parted = [-np.einsum("mb,...mb->...m", self.pairs[:, 0], own)], [own[..., 0]]
+        for one, cycle in self.sets:
+            there = ports[..., one.own]
+            force, apart = over_planets(cycle, there @ cycle.tangent.T, there)
+            forces.append(force.astype(complex))
+            parted.append(apart.astype(complex))
+        return np.concatenate(forces, axis=-1), np.concatenate(parted, axis=-1)
+
+
+@dataclass(frozen=True)
 class Source:
-    """A mesh, an unbalanced shaft, or a torque that swings, and what it moves.
+    """A mesh, a set, an unbalanced shaft, or a torque that swings, and what it moves.
 
     Parameters
     ----------
@@ -77,6 +103,10 @@ class Source:
     told : ndarray of bool, shape (S, K)
         Lines below the highest frequency.
     mesh : MeshMotion, optional
+    sidebands : tuple of (float, int)
+        Of a set: harmonic of the sun's mesh, and order of the carrier's turn beside it, of each line.
+    why_constant : str
+        Why stiffness that varies is not found, so that `lines` are `constant`; else empty.
     """
 
     name: str
@@ -87,10 +117,18 @@ class Source:
     constant: Lines
     told: BoolArray
     mesh: MeshMotion | None = None
+    sidebands: tuple[tuple[float, int], ...] = ()
+    why_constant: str = ""
+
+    @property
+    def places(self) -> tuple[tuple[float, int], ...]:
+        """Harmonic, and order of a carrier's turn beside it, of each line."""
+        return self.sidebands or tuple((harmonic, 0) for harmonic in range(1, self.told.shape[1] + 1))
 
     def frequency_Hz(self, speeds_rpm: FloatArray) -> FloatArray:
         """Frequencies of the lines, (S, K)."""
-        return np.asarray(speeds_rpm[:, None] / 60.0 * self.rate * np.arange(1, self.told.shape[1] + 1))
+        orders = [order.order for order in self.orders[: self.told.shape[1]]]
+        return np.asarray(speeds_rpm[:, None] / 60.0 * orders)
 
 
 @dataclass(frozen=True)
@@ -99,10 +137,12 @@ class LoadResponse:
 
     Parameters
     ----------
-    tangent : ndarray, shape (2 M, 2 M)
+    tangent : ndarray, shape (P, P)
         Mean stiffness of the meshes on their coordinates.
     sources : tuple of Source
-        The M meshes first.
+        Meshes of pairs first, then sets.
+    cycles : tuple of SetCycle
+        Of the sets.
     """
 
     solved: SolvedLoad
@@ -112,26 +152,54 @@ class LoadResponse:
     tangent: FloatArray
     speeds_rpm: FloatArray
     sources: tuple[Source, ...]
+    cycles: tuple[SetCycle, ...] = ()
 
     @property
     def meshes(self) -> tuple[Source, ...]:
-        """Sources that are meshes."""
+        """Sources that are meshes of pairs."""
         return self.sources[: len(self.solved.meshes)]
+
+    @property
+    def passing(self) -> tuple[Source, ...]:
+        """Sources that are meshes of pairs, or sets."""
+        return self.sources[: len(self.solved.meshes) + len(self.cycles)]
+
+    @property
+    def mesh_names(self) -> list[str]:
+        """Names of all M meshes."""
+        of_sets = [f"{one.name}: {mesh}" for one in self.machine.sets for mesh in ("sun - planet", "planet - ring")]
+        return [mesh.name for mesh in self.meshes] + of_sets
 
     def bearing_forces(self, readings: ComplexArray) -> ComplexArray:
         """Return forces and moments on what holds each bearing, (..., bearings, 6), from readings (..., o)."""
         bearings = self.machine.gearbox.bearings
         found = readings[..., : NODE * len(bearings)].reshape(*readings.shape[:-1], len(bearings), NODE).copy()
-        place = NODE * len(bearings) + self.machine.housing.stop - self.machine.housing.start
+        place = self._first_of_sets + HUBS * len(self.machine.sets)
         for number, bearing in enumerate(bearings):
             for direction in bearing.rigid:
                 found[..., number, direction] -= readings[..., place]  # a reaction acts on the shaft
                 place += 1
         return found
 
+    def support_forces(self, number: int, readings: ComplexArray) -> ComplexArray:
+        """Return forces and moments of a set on what holds sun, carrier and ring, (..., 3, 6), from readings (..., o).
+
+        In axes of its plan: of sun and ring on shafts none; of the carrier those of all pins, about its hub.
+        """
+        sets, first = self.machine.sets, self._first_of_sets
+        rigid = readings.shape[-1] - sum(len(one.matrices.constraints) for one in sets[number:])
+        one, found = sets[number], readings[..., first + HUBS * number : first + HUBS * (number + 1)]
+        held = one.on_supports @ one.matrices.constraints.T
+        return (found - readings[..., rigid : rigid + held.shape[1]] @ held.T).reshape(*found.shape[:-1], 3, NODE)
+
+    @property
+    def _first_of_sets(self) -> int:
+        """First reading of the supports of sets, behind those of bearings and housing."""
+        return NODE * len(self.machine.gearbox.bearings) + self.machine.housing.stop - self.machine.housing.start
+
     def power(self, lines: Lines, source: Source) -> FloatArray:
         """Return the equivalent radiated power of the housing by lines, (S, K), mW: 0 where no surface is given."""
-        omega = RPM * self.speeds_rpm[:, None] * source.rate * np.arange(1, source.told.shape[1] + 1)
+        omega = 2.0 * math.pi * source.frequency_Hz(self.speeds_rpm)
         normal = self.housing(lines.readings) @ self.machine.surface.T
         return np.asarray(2.0 * AIR * omega**2 * (abs(normal) ** 2).sum(axis=-1) * source.told)
 
@@ -167,28 +235,42 @@ def respond(
     ------
     ConvergenceError
         Where a mesh has no law about its load.
+    CaseError
+        Where a set has no motion of constant coefficients.
     """
-    machine = moving_machine(model, solved, motion.highest_frequency_Hz)
+    machine = with_sets(moving_machine(model, solved, motion.highest_frequency_Hz), model, solved.sets)
     standing = standing_meshes(solved, pairs, motion.harmonics)
     cycles = [mesh.cycle() for mesh in standing]
-    tangent = np.zeros((COORDINATES * len(cycles), COORDINATES * len(cycles)))
+    of_sets = tuple(
+        (one, solved_cycle(set_of, one.coordinates.blades, motion.harmonics))
+        for one, set_of in zip(machine.sets, solved.sets, strict=True)
+    )
+    tangent = np.zeros((len(machine.meshes), len(machine.meshes)))
     for number, cycle in enumerate(cycles):
         tangent[of_mesh(number), of_mesh(number)] = cycle.mean
+    for one, passing in of_sets:
+        tangent[one.own, one.own] = passing.tangent
     stiffness = closed(machine, tangent)
     modes = modes_of(machine, stiffness, FURTHER_MODES * motion.highest_frequency_Hz)
     swinging = [*unbalances(model, machine), *ripples(machine)]
     acting = np.concatenate([machine.meshes, *(one.rows for one in swinging)])
-    readings = np.concatenate([*bearing_rows(machine, solved), np.eye(len(machine.mass))[machine.housing]])
+    readings = np.concatenate([
+        *bearing_rows(machine, solved), np.eye(len(machine.mass))[machine.housing],
+        *(one.on_supports @ one.matrices.stiffness @ machine.padded(one.by) for one in machine.sets),
+    ])  # fmt: skip
     receptance = receptance_of(machine, stiffness, modes, acting, readings, motion.damping_ratio)
-    sources, first, means = [], len(tangent), np.array([cycle.mean for cycle in cycles])
+    sources, first = list[Source](), len(tangent)
+    means = MeanMeshes(np.array([cycle.mean for cycle in cycles]).reshape(-1, COORDINATES, COORDINATES), of_sets)
     for number, (mesh, cycle) in enumerate(zip(standing, cycles, strict=True)):
         own = MeshMotion(mesh, cycle, transfer(receptance, np.zeros(1)).ports[0, of_mesh(number), of_mesh(number)].real)
         sources.append(_of_mesh(machine, receptance, means, number, own, motion, speeds_rpm))
-    for one in swinging:
-        ports = slice(first, first + len(one.rows))
-        sources.append(_of_shaft(machine, receptance, means, one, ports, motion, speeds_rpm))
+    sources += [_of_set(machine, receptance, means, number, motion, speeds_rpm) for number in range(len(of_sets))]
+    for swings in swinging:
+        ports = slice(first, first + len(swings.rows))
+        sources.append(_of_shaft(machine, receptance, means, swings, ports, motion, speeds_rpm))
         first = ports.stop
-    return LoadResponse(solved, machine, modes, receptance, tangent, speeds_rpm, tuple(sources))
+    passing_sets = tuple(passing for _, passing in of_sets)
+    return LoadResponse(solved, machine, modes, receptance, tangent, speeds_rpm, tuple(sources), passing_sets)
 
 
 def of_mesh(number: int) -> slice:
@@ -225,10 +307,10 @@ def ripples(machine: MovingMachine) -> list[Swinging]:
 
 
 def _of_mesh(
-    machine: MovingMachine, receptance: Receptance, means: FloatArray, number: int, mesh: MeshMotion, motion: Motion,
+    machine: MovingMachine, receptance: Receptance, means: MeanMeshes, number: int, mesh: MeshMotion, motion: Motion,
     speeds_rpm: FloatArray,
 ) -> Source:  # fmt: skip
-    """Return what a mesh excites; `means` are the mean stiffnesses of all meshes, (M, 2, 2)."""
+    """Return what a mesh excites."""
     cycle, own, rate = mesh.cycle, of_mesh(number), machine.mesh_rate(number)
     speeds, harmonics = RPM * speeds_rpm, range(1, motion.harmonics + FURTHER + 1)
     orders = tuple(along(receptance, harmonic * rate, speeds, machine.sense) for harmonic in harmonics)
@@ -241,31 +323,58 @@ def _of_mesh(
         lines = _lines(orders[: motion.harmonics], means, own, acting[:, wanted])
         lines.mesh_forces[..., number] = mesh_forces(cycle.mean, moving, acting)[:, wanted, 0]
         found.append(lines)
-    told = _told(rate, motion.harmonics, motion, speeds_rpm)
+    told = _told(orders[: motion.harmonics], motion)
     return Source(mesh.standing.name, rate, own, orders, found[0], found[1], told, mesh)
 
 
+def _of_set(
+    machine: MovingMachine, receptance: Receptance, means: MeanMeshes, number: int, motion: Motion,
+    speeds_rpm: FloatArray,
+) -> Source:  # fmt: skip
+    (one, cycle), speeds = means.sets[number], RPM * speeds_rpm
+    at_rest = transfer(receptance, np.zeros(1)).ports[0, one.own, one.own].real
+    mean = motion.mesh_stiffness == "mean"
+    excited = set_excitation(receptance, at_rest, one, cycle, motion.harmonics, speeds, machine.sense, mean)
+    found, place = list[Lines](), len(means.pairs) + 2 * number
+    for acting in (excited.varying, excited.constant):
+        lines = _lines(excited.orders, means, one.own, acting)
+        moved = np.stack([
+            np.einsum("sab,sb->sa", order.ports(one.own, one.own), acting[:, n])
+            for n, order in enumerate(excited.orders)
+        ], axis=1)  # fmt: skip
+        lines.mesh_forces[..., place : place + 2] = over_planets(cycle, acting - moved @ cycle.tangent.T, moved)[0]
+        found.append(lines)
+    sidebands = tuple((line.harmonic / cycle.pitches, line.sideband) for line in excited.lines)
+    told = _told(excited.orders, motion)
+    return Source(
+        one.name, abs(one.rate), one.own, excited.orders, found[0], found[1], told, sidebands=sidebands,
+        why_constant=excited.why_constant,
+    )  # fmt: skip
+
+
 def _of_shaft(
-    machine: MovingMachine, receptance: Receptance, means: FloatArray, swinging: Swinging, own: slice, motion: Motion,
+    machine: MovingMachine, receptance: Receptance, means: MeanMeshes, swinging: Swinging, own: slice, motion: Motion,
     speeds_rpm: FloatArray,
 ) -> Source:  # fmt: skip
     order = along(receptance, swinging.rate, RPM * speeds_rpm, machine.sense)
     growing = np.ones(len(speeds_rpm)) if swinging.steady else (RPM * speeds_rpm) ** 2
     lines = _lines((order,), means, own, (growing[:, None] * swinging.by_speed)[:, None])
-    told = _told(swinging.rate, 1, motion, speeds_rpm)
+    told = _told((order,), motion)
     return Source(swinging.name, swinging.rate, own, (order,), lines, lines, told)
 
 
-def _lines(orders: Sequence[Order], means: FloatArray, own: slice, acting: ComplexArray) -> Lines:
+def _lines(orders: Sequence[Order], means: MeanMeshes, own: slice, acting: ComplexArray) -> Lines:
     """Motion under forces on some ports, (S, K, q), all meshes with their mean stiffness."""
-    every = slice(0, COORDINATES * len(means))
-    parted = np.stack(
+    every = slice(0, COORDINATES * len(means.pairs) + sum(one.size for one, _ in means.sets))
+    ports = np.stack(
         [np.einsum("sab,sb->sa", order.ports(every, own), acting[:, n]) for n, order in enumerate(orders)], axis=1
-    ).reshape(*acting.shape[:2], len(means), COORDINATES)
+    )
+    forces, parted = means.moved(ports)
     readings = np.stack([order.readings(own, acting[:, n]) for n, order in enumerate(orders)], axis=1)
-    return Lines(acting, -np.einsum("mb,skmb->skm", means[:, 0], parted), parted[..., 0].copy(), readings)
+    return Lines(acting, forces, parted.copy(), readings)
 
 
-def _told(rate: float, harmonics: int, motion: Motion, speeds_rpm: FloatArray) -> BoolArray:
-    frequency = speeds_rpm[:, None] / 60.0 * rate * np.arange(1, harmonics + 1)
-    return np.asarray(frequency <= motion.highest_frequency_Hz)
+def _told(orders: Sequence[Order], motion: Motion) -> BoolArray:
+    """Whether the lines are below the highest frequency, (S, K)."""
+    omega = np.stack([order.order * order.speeds for order in orders], axis=1)
+    return np.asarray(omega <= 2.0 * math.pi * motion.highest_frequency_Hz)

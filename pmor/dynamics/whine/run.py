@@ -16,6 +16,7 @@ from pmor.core.threads import in_order, one_thread
 from pmor.dynamics.whine.output import FILES
 from pmor.dynamics.whine.response import LoadResponse, respond
 from pmor.dynamics.whine.result import MotionResult
+from pmor.dynamics.whine.set_cycle import refuse_pitches
 from pmor.machine.coupled import solve_load
 from pmor.machine.loader import GearboxFile
 from pmor.machine.run import meshes_and_trains
@@ -83,10 +84,10 @@ def speeds_of(file: GearboxFile) -> FloatArray:
 
 
 def refuse_unsolved(file: GearboxFile) -> None:
-    """Refuse machines whose motion is not found yet: sets, gears in several meshes, periods of several pitches."""
+    """Refuse machines whose motion is not found yet: gears in several meshes of pairs, periods of several pitches."""
     model = file.model
-    for name in model.sets:
-        raise CaseError(f'{file.name}: [[sets]] "{name}": motion takes meshes of pairs: leave the set out')
+    for name, of_set in model.sets.items():
+        refuse_pitches(name, of_set)
     for name in sorted(model.shared):
         raise CaseError(f'{file.name}: [[meshes]] "{name}": motion takes gears in one mesh each: leave a mesh out')
     for name, case in file.cases.items():

@@ -13,9 +13,10 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, ConvergenceError
 from pmor.dynamics.whine.blades import Blades
-from pmor.dynamics.whine.cycle import MOST_STEPS, SETTLED
+from pmor.dynamics.whine.cycle import MOST_STEPS, PER_HARMONIC, SETTLED
 from pmor.dynamics.whine.hill import FURTHER, MeshCycle, mesh_cycle
 from pmor.line.hub_law import HubLaw, train_coordinates, train_law_at, train_rows
+from pmor.machine.coupled_sets import SolvedSet
 from pmor.sets.loader import SetFile
 from pmor.sets.solution import SetSolution
 
@@ -31,6 +32,8 @@ class SetCycle:
     ----------
     meshes : MeshCycle
         On K coordinates, planet by planet; harmonics of the whole cycle of all meshes.
+    load : ndarray, shape (K,)
+        Mean forces, N and N mm.
     pitches : int
         Of the sun's teeth in that cycle.
     blades : Blades
@@ -39,6 +42,7 @@ class SetCycle:
     """
 
     meshes: MeshCycle
+    load: FloatArray
     pitches: int
     blades: Blades
     uneven: float
@@ -52,6 +56,12 @@ class SetCycle:
     def tangent(self) -> FloatArray:
         """Mean tangent on the coordinates of `pmor.dynamics.whine.blades`, (K, K): the same wherever the carrier is."""
         return around(self.blades, self.meshes.mean)
+
+
+def solved_cycle(solved: SolvedSet, blades: Blades, harmonics: int) -> SetCycle:
+    """Return the cycle of a set of a gearbox under its load; errors as of `set_cycle`."""
+    one, angles = solved.meshing, PER_HARMONIC * 2 * (harmonics + FURTHER)
+    return set_cycle(one.settings.name, one.file, solved.solution, 0, blades, harmonics, angles)
 
 
 def around(blades: Blades, tangent: FloatArray) -> FloatArray:
@@ -84,17 +94,22 @@ def set_cycle(
         Where pitches of the set differ.
     ConvergenceError
     """
+    refuse_pitches(name, file)
     pitches = file.plan.cycle
-    if file.pitches > pitches:
-        raise CaseError(
-            f'set "{name}": motion takes sets that repeat with each mesh cycle: leave out eccentricities, '
-            "pitch_deviations_um, holes and lugs"
-        )
     law, load = law_under_load(name, solution, row, file.alike_from(angles))
     cycle = mesh_cycle(law.force, law.tangent, load, pitches * (harmonics + FURTHER) - FURTHER)
     whole = np.kron(blades.matrix, np.eye(len(load) // blades.count))
     apart = whole.T @ cycle.mean @ whole - around(blades, cycle.mean)
-    return SetCycle(cycle, pitches, blades, float(np.abs(apart).max() / np.abs(cycle.mean).max()))
+    return SetCycle(cycle, load, pitches, blades, float(np.abs(apart).max() / np.abs(cycle.mean).max()))
+
+
+def refuse_pitches(name: str, file: SetFile) -> None:
+    """Refuse sets whose pitches differ: CaseError."""
+    if file.pitches > file.plan.cycle:
+        raise CaseError(
+            f'set "{name}": motion takes sets that repeat with each mesh cycle: leave out eccentricities, '
+            "pitch_deviations_um, holes and lugs"
+        )
 
 
 def law_under_load(name: str, solution: SetSolution, row: int, angles: int) -> tuple[HubLaw, FloatArray]:

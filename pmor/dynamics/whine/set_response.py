@@ -66,7 +66,7 @@ class SetExcitation:
 
 def set_excitation(
     receptance: Receptance, at_rest: FloatArray, one: MovingSet, cycle: SetCycle, harmonics: int, speeds: FloatArray,
-    sense: float,
+    sense: float, mean: bool = False,
 ) -> SetExcitation:  # fmt: skip
     """Return what a set excites.
 
@@ -80,6 +80,8 @@ def set_excitation(
         rad/s.
     sense : float
         Of the machine's speed.
+    mean : bool
+        Whether by the mean stiffness alone.
     """
     meshes, parts = _passing(cycle.meshes, one.rate * sense), _parts(cycle.blades, one.carrier)
     by_mean, found, forces = time_invariant(meshes), list[SetLine](), list[ComplexArray]()
@@ -92,11 +94,35 @@ def set_excitation(
                 forces.append(acting)
     orders = tuple(along(receptance, line.order, speeds, sense) for line in found)
     constant = np.array(np.broadcast_to(np.array(forces), (len(speeds), len(found), one.size)))
+    if mean:
+        return SetExcitation(tuple(found), orders, constant, constant)
     problem = _Planets(receptance, at_rest, one, cycle, meshes, parts, speeds, sense)
     varying, why = problem.as_one(found, orders)
     if why and not one.carrier and cycle.pitches == 1:
         varying, why = problem.each(found), ""
     return SetExcitation(tuple(found), orders, constant if why else varying, constant, why)
+
+
+def over_planets(cycle: SetCycle, force: ComplexArray, moved: ComplexArray) -> tuple[FloatArray, FloatArray]:
+    """Return forces of the sun's and of the ring's meshes, N, and by how much they part, mm: mean of all planets.
+
+    Root of the mean square over planets and a turn of the carrier.
+
+    Parameters
+    ----------
+    force, moved : ndarray of complex, shape (..., P)
+        At a line, on the coordinates of `blades` and by them.
+
+    Returns
+    -------
+    (ndarray, ndarray), shape (..., 2) each
+    """
+    count, square = cycle.blades.count, np.diagonal(cycle.blades.matrix.T @ cycle.blades.matrix)
+    found = []
+    for values, weights in ((force, 1.0 / square), (moved, square)):
+        each = abs(values.reshape(*values.shape[:-1], count, -1)) ** 2 * weights[:, None] / count
+        found.append(np.sqrt(each.sum(axis=-2))[..., [0, cycle.each // 2]])
+    return found[0], found[1]
 
 
 def mesh_forces_of(

@@ -1,0 +1,177 @@
+"""Planetary sets of files in small motion: at rest they are the set that is solved, on springs and on shafts; what
+phasing forbids is not there, in meshes, bearings and frequencies."""
+
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.core.errors import CaseError
+from pmor.dynamics.whine.modal import closed, modes_of
+from pmor.dynamics.whine.moving import moving_machine
+from pmor.dynamics.whine.moving_sets import machine_of_set, with_sets
+from pmor.dynamics.whine.run import run
+from pmor.dynamics.whine.set_cycle import set_cycle
+from pmor.line.hub_law import train_coordinates, train_law_at, train_rows
+from pmor.line.hubs import HUB
+from pmor.machine.coupled import solve_load
+from pmor.machine.loader import load
+from pmor.machine.run import trains_of
+from pmor.sets.loader import load as load_set
+from pmor.sets.run import train_of
+from pmor.sets.solution import solve_set
+from tests.support.set_gearboxes import EVEN_SET, bearing, one_stage, written_reducer
+
+# Relief keeps tip corners out of mesh, where rows of sections turn with the load: 4e-4 of forces.
+RELIEF = "".join(
+    f"[{gear}.modification]\ntip_relief_um = 60.0\ntip_relief_length_mm = 2.0\n" for gear in ("sun", "planet", "ring")
+)
+SPRINGS = """[supports]
+sun_radial_N_per_mm = 2e5
+ring_radial_N_per_mm = 5e5
+planet_radial_N_per_mm = 3e5
+"""
+# A floating sun, planets that tilt on pins in a carrier that tilts on soft bearings.
+LOOSE = """[supports]
+sun_radial_N_per_mm = "free"
+sun_tilt_Nmm_per_rad = 1e8
+[carrier]
+radial_N_per_mm = 3e5
+tilt_Nmm_per_rad = 1e9
+bearings_at_mm = 20.0
+[pins]
+diameter_mm = 30.0
+length_mm = 30.0
+bearings = [{at_mm = -6.0}, {at_mm = 5.0, radial_N_per_mm = 1e6}]
+"""
+HELICAL = EVEN_SET.replace("face_width_mm = 20.0", "face_width_mm = 20.0\nhelix_angle_deg = 10.0")
+# The FVA's tooth numbers: three planets are a third of a pitch after each other.
+PHASED = EVEN_SET.replace("teeth = 18", "teeth = 17", 1).replace("teeth = 18", "teeth = 22").replace("54", "61")
+# Torques, of which the difference is a tangent; what is left of the solutions' own tolerance.
+STEP, TANGENT = 1e-3, 2e-6
+FORBIDDEN = 1e-9
+
+
+@cache
+def set_and_train(text):
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "set.toml"
+        path.write_text(text)
+        file = load_set(path)
+    return file, train_of(file)
+
+
+def closed_at(machine, train, place, moved, plan):
+    """The machine with the meshes' own tangents at one angle, and their forces."""
+    (one,) = machine.sets
+    law = train_law_at(train.place(place, plan.displacement), moved)
+    whole = np.kron(one.coordinates.blades.matrix, np.eye(len(moved) // one.coordinates.blades.count))
+    tangent = np.zeros((len(machine.meshes), len(machine.meshes)))
+    tangent[one.own, one.own] = whole.T @ law.tangent[0] @ whole
+    return closed(machine, tangent), law.force[0]
+
+
+@pytest.mark.parametrize("text", [EVEN_SET + SPRINGS, HELICAL + LOOSE], ids=["springs", "pins"])
+def test_at_rest_a_set_gives_way_as_the_one_that_is_solved(text):
+    """At one angle: forces on the coordinates, and displacements of all hubs by a little more torque."""
+    file, train = set_and_train(text + RELIEF)
+    torque, place = file.plan.torque_Nm, 2
+    torques = torque * np.array([1.0 - STEP, 1.0, 1.0 + STEP])
+    solution = solve_set(file.plan, train, torques, file.angles_per_pitch, file.pitches)
+    machine, displacement = machine_of_set(file, train), solution.hub_displacement[:, place].reshape(3, -1)
+    moved = train_coordinates(train).T @ displacement[1]
+    stiffness, force = closed_at(machine, train, solution.placed.phi[[place]], moved, file.plan)
+    expected = solution.found.force[1, place] @ train_rows(solution.placed)[place]
+    assert_allclose(force, expected, atol=1e-9 * abs(expected).max())
+    acting, free = np.zeros(len(machine.mass)), machine.free
+    acting[HUB - 1] = 1e3 * torque * STEP  # the sun's hub comes first
+    (one,) = machine.sets
+    answer = free @ np.linalg.solve(free.T @ stiffness @ free, free.T @ acting)
+    found = (one.coordinates.bodies @ one.by @ answer).reshape(-1, HUB)
+    difference = 0.5 * (displacement[2] - displacement[0]).reshape(-1, HUB)
+    for part in (slice(0, 3), slice(3, HUB)):
+        assert_allclose(found[:, part], difference[:, part], atol=TANGENT * abs(difference[:, part]).max())
+
+
+@pytest.mark.parametrize("torque", [300.0, -300.0])
+def test_at_rest_a_set_on_shafts_gives_way_as_the_one_that_is_solved(tmp_path, torque):
+    """Either way round, on soft bearings: relative to the carrier, whose hub is held about the axis."""
+    text = one_stage("1e5", "1e9", torque=torque, extra=bearing("C", "carrier", 50.0, "3e5", '"free"'))
+    text = text.replace(bearing("B", "carrier", 10.0), bearing("B", "carrier", 20.0, "2e5", '"free"'))
+    file = load(written_reducer(tmp_path, text, EVEN_SET + SPRINGS + RELIEF))
+    nominal = file.model.sections.loads[0]
+    trains = trains_of(file.model, [nominal])
+    solved = solve_load(file.model, nominal, {}, 6, trains=trains)
+    (one_set,) = solved.sets
+    plan, train, place = one_set.solution.plan, one_set.solution.train, 2
+    torques = 1e-3 * one_set.torque * np.array([1.0 - STEP, 1.0, 1.0 + STEP])
+    solution = solve_set(plan, train, torques, 6)
+    machine = with_sets(moving_machine(file.model, solved, 3000.0), file.model, solved.sets)
+    (one,) = machine.sets
+    displacement = solution.hub_displacement[:, place].reshape(3, -1)
+    moved = train_coordinates(train).T @ displacement[1]
+    stiffness, _ = closed_at(machine, train, solution.placed.phi[[place]], moved, plan)
+    sun, carrier = (one_set.meshing.hubs[member] + 3 for member in (0, 1))
+    held = machine.free @ np.linalg.svd(machine.free[[carrier]])[2][1:].T
+    acting = np.zeros(len(machine.mass))
+    acting[sun] = np.sign(torque) * one_set.torque * STEP
+    answer = held @ np.linalg.solve(held.T @ stiffness @ held, held.T @ acting)
+    found = (one.coordinates.bodies @ one.by @ answer).reshape(-1, HUB)
+    difference = 0.5 * (displacement[2] - displacement[0]).reshape(-1, HUB)
+    for part in (slice(0, 3), slice(3, HUB)):
+        assert_allclose(found[:, part], difference[:, part], atol=TANGENT * abs(difference[:, part]).max())
+
+
+def test_orders_that_phasing_forbids_are_in_no_sum_of_the_meshes_forces():
+    """17 teeth, three planets: harmonics 1 and 2 cancel about the axis, 3 across it; tangents of all are the same."""
+    file, train = set_and_train(PHASED)
+    solution = solve_set(file.plan, train, np.array([file.plan.torque_Nm]), file.angles_per_pitch)
+    (one,) = machine_of_set(file, train).sets
+    blades = one.coordinates.blades
+    cycle = set_cycle("set", file, solution, 0, blades, 3, 48)
+    force = cycle.meshes.force.reshape(len(cycle.meshes.force), blades.count, -1)
+    largest = abs(force[1:]).max()
+    around = np.exp(1j * np.outer((0, 1, -1), blades.directions))
+    for harmonic, there in ((1, 2), (2, 1), (3, 0)):
+        sums = abs(around @ force[harmonic]).max(axis=1)
+        assert sums[there] > 1e-3 * largest
+        assert max(sums[other] for other in range(3) if other != there) < FORBIDDEN * largest
+    assert cycle.uneven < FORBIDDEN
+    # Modes that a planet by itself has are none of three.
+    machine = machine_of_set(file, train)
+    modes = modes_of(machine, closed(machine, cycle.tangent), 2e4)
+    shares = one.families(modes.shape)
+    assert_allclose(shares[:2].max(axis=0), 1.0, atol=1e-9)
+
+
+def test_a_gearbox_with_a_set_hums_at_mesh_frequencies_and_whirls_at_their_sidebands(tmp_path):
+    """Lines across the axis beside multiples of the mesh frequency alone, and the bearing feels these alone."""
+    motion = "[dynamics]\nspeed_range_rpm = [800.0, 4000.0]\nspeeds = 12\nharmonics = 3\n"
+    file = load(written_reducer(tmp_path, one_stage("1e5", "1e9") + motion, PHASED))
+    (response,) = run(file).loads
+    (source,) = response.sources
+    assert source.places == ((1.0, -1), (2.0, 1), (3.0, 0))
+    # The ring is held: its 61 teeth pass the carrier, which turns 17 / 78 times.
+    orders = 17 / 78 * np.array([61 - 1, 122 + 1, 183])
+    assert_allclose(source.frequency_Hz(np.array([60.0]))[0], orders)
+    forces = abs(response.bearing_forces(source.lines.readings))[..., :3].max(axis=(0, 2, 3))
+    assert forces[2] < FORBIDDEN * forces.max()
+    assert source.why_constant == ""
+    held = abs(response.support_forces(0, source.lines.readings))
+    # The ring's torque on the housing at the third alone.
+    assert held[:, :2, 2, 5].max() < FORBIDDEN * held[:, 2, 2, 5].max()
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [("count = 2", "evenly spaced"), ("count = 4\nmissing = [2]", "evenly spaced"),
+     ("count = 3\n[eccentricity]\nsun_um = 5.0", "repeat with each mesh cycle")],
+)  # fmt: skip
+def test_planets_that_are_not_even_on_a_carrier_that_turns_are_refused(tmp_path, changes, words):
+    motion = "[dynamics]\nspeed_range_rpm = [800.0, 1000.0]\nspeeds = 2\n"
+    file = load(written_reducer(tmp_path, one_stage() + motion, EVEN_SET.replace("count = 3", changes)))
+    with pytest.raises(CaseError, match=words):
+        run(file)
