@@ -192,7 +192,8 @@ def varying(one, teeth, harmonics):
 
 def excited(one, meshes, harmonics, speeds, teeth):
     """Response of a planar set without damping, all of its modes taken."""
-    machine, cycle = machine_of(one, teeth), SetCycle(meshes, 1, one.blades, 0.0)
+    machine, load = machine_of(one, teeth), np.zeros(2 * one.planets)
+    cycle = SetCycle(meshes, load, 1, one.blades, one.carrier != 0.0, 0.0)
     stiffness = closed(machine, one.tangent)
     modes = modes_of(machine, stiffness, 1e5)
     receptance = receptance_of(machine, stiffness, modes, machine.meshes, machine.meshes, 0.0)

@@ -131,7 +131,7 @@ def test_orders_that_phasing_forbids_are_in_no_sum_of_the_meshes_forces():
     solution = solve_set(file.plan, train, np.array([file.plan.torque_Nm]), file.angles_per_pitch)
     (one,) = machine_of_set(file, train).sets
     blades = one.coordinates.blades
-    cycle = set_cycle("set", file, solution, 0, blades, 3, 48)
+    cycle = set_cycle(one, file, solution, 0, 3)
     force = cycle.meshes.force.reshape(len(cycle.meshes.force), blades.count, -1)
     largest = abs(force[1:]).max()
     around = np.exp(1j * np.outer((0, 1, -1), blades.directions))

@@ -65,7 +65,7 @@ def with_sets(machine: MovingMachine, model: GearboxModel, sets: Sequence[Solved
     Raises
     ------
     CaseError
-        Where no coordinates that stand still have constant stiffness.
+        As of `refuse_unsolved_set`, and where planets stand unlike in a carrier that turns.
     """
     for one in sets:
         meshing = one.meshing
@@ -100,17 +100,33 @@ def machine_of_set(file: SetFile, train: GearTrain) -> MovingMachine:
     return _joined(machine, file.name, file, train, hubs, speeds)
 
 
-def _joined(
-    machine: MovingMachine, name: str, file: SetFile, train: GearTrain, hubs: _Hubs, speeds: Mapping[str, float]
-) -> MovingMachine:
-    """A machine with one more set; speeds are those of its members in the plan, over the machine's."""
-    plan, carrier = file.plan, speeds.get("carrier", 0.0)
-    blades = Blades(np.array([math.atan2(-plan.bodies[n].x, plan.bodies[n].y) for n in plan.planets]))
-    if carrier and not blades.even:
+def blades_of(file: SetFile) -> Blades:
+    """Return the planets of a set around its carrier."""
+    plan = file.plan
+    return Blades(np.array([math.atan2(-plan.bodies[n].x, plan.bodies[n].y) for n in plan.planets]))
+
+
+def refuse_unsolved_set(name: str, file: SetFile, turns: bool) -> None:
+    """Refuse sets whose motion is not found, on a carrier that `turns` or not: CaseError."""
+    blades = blades_of(file)
+    if turns and not blades.even:
         raise CaseError(
             f'set "{name}": [planets]: on a carrier that turns {blades.count} planets move as a machine of constant '
             f"stiffness where they are {LEAST_PLANETS} at least and evenly spaced: take such planets"
         )
+    if file.pitches > file.plan.cycle:
+        raise CaseError(
+            f'set "{name}": motion takes sets that repeat with each mesh cycle: leave out eccentricities, '
+            "pitch_deviations_um, holes and lugs"
+        )
+
+
+def _joined(
+    machine: MovingMachine, name: str, file: SetFile, train: GearTrain, hubs: _Hubs, speeds: Mapping[str, float]
+) -> MovingMachine:
+    """A machine with one more set; speeds are those of its members in the plan, over the machine's."""
+    plan, carrier, blades = file.plan, speeds.get("carrier", 0.0), blades_of(file)
+    refuse_unsolved_set(name, file, carrier != 0.0)
     own = [body for body, member in enumerate(CENTRAL_MEMBERS) if hubs.places[member] is None]
     carried = hubs.carried.copy()
     for body in own:
@@ -140,8 +156,9 @@ def _joined(
     meshes = np.concatenate([np.pad(machine.meshes, ((0, 0), (0, further))), ports @ by])
     teeth = train.bodies[0].teeth
     rate = float(against[0]) * teeth
+    housed = tuple(member for member, place in enumerate(hubs.places) if place is None)
     joined = MovingSet(
-        name, coordinates, matrices, by, further, len(machine.meshes), len(ports), carrier, rate, teeth
+        name, coordinates, matrices, by, further, len(machine.meshes), len(ports), carrier, rate, teeth, housed
     )
     mass, stiffness, gyroscopic = grown
     return replace(

@@ -236,14 +236,16 @@ def _blocks(file: GearboxFile, data: Data, responses: Sequence[LoadResponse]) ->
                 campbell_figure(last, highest)),
         Picture("waterfall.png", f"Lines of the bearing forces under {name}.",
                 waterfall_figure(last, highest)),
-        Heading("Each mesh"),
-        Picture("compliance.png", f"Compliance of both gears in the direction of the mesh force under "
-                f"{name}, the mesh open, and the mesh force by transmission error, the mesh closed; "
-                "shafts at rest.", compliance_figure(last, highest)),
-        _micrometres(data),
-        Heading("Modes"), _modes(data, last.mesh_names),
     ]  # fmt: skip
-    return blocks
+    if last.meshes:
+        blocks += [
+            Heading("Each mesh of two gears" if last.cycles else "Each mesh"),
+            Picture("compliance.png", f"Compliance of both gears in the direction of the mesh force under "
+                    f"{name}, the mesh open, and the mesh force by transmission error, the mesh closed; "
+                    "shafts at rest.", compliance_figure(last, highest)),
+            _micrometres(data),
+        ]  # fmt: skip
+    return [*blocks, Heading("Modes"), _modes(data, last.mesh_names)]
 
 
 # Bearings, the most loaded, whose force is told by modifications.

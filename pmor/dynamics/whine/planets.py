@@ -145,6 +145,8 @@ class MovingSet:
         speed; counter-clockwise in the plan.
     teeth : int
         Of the sun.
+    housed : tuple of int
+        Members that stand in the housing, by their number in `MEMBERS`.
     """
 
     name: str
@@ -157,6 +159,7 @@ class MovingSet:
     carrier: float
     rate: float
     teeth: int
+    housed: tuple[int, ...] = ()
 
     @property
     def own(self) -> slice:

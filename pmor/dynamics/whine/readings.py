@@ -12,6 +12,7 @@ from pmor.core.arrays import FloatArray
 from pmor.dynamics.whine.blades import FAMILIES
 from pmor.dynamics.whine.moving import MovingMachine
 from pmor.dynamics.whine.response import RPM, Lines, LoadResponse, Source, of_mesh
+from pmor.machine.set_frame import MEMBERS
 from pmor.machine.settings import HOUSING
 
 Data = dict[str, Any]
@@ -21,7 +22,7 @@ KINDS = (("axial", (0,)), ("torsion", (3,)), ("bending", (1, 2, 4, 5)))
 MOST_PEAKS = 3
 # Of levels of power.
 REFERENCE_MW = 1e-9
-# Of the largest force of all bearings: round-off.
+# Of the largest force of all meshes: round-off.
 NOTHING = 1e-9
 
 
@@ -31,8 +32,10 @@ def line_name(harmonic: float, sideband: int) -> str:
 
 
 def bearing_names(response: LoadResponse) -> list[str]:
-    """Return the names of the bearings."""
-    return [bearing.settings.name for bearing in response.machine.gearbox.bearings]
+    """Return the names of the bearings, and of members of sets that stand in the housing."""
+    machine = response.machine
+    housed = [f"{one.name}: {MEMBERS[member]} in the housing" for one in machine.sets for member in one.housed]
+    return [bearing.settings.name for bearing in machine.gearbox.bearings] + housed
 
 
 def force_lines(response: LoadResponse, source: Source, lines: Lines) -> FloatArray:
@@ -163,7 +166,7 @@ def peak_rows(response: LoadResponse) -> list[Data]:
     rows = []
     for bearing, name in enumerate(bearing_names(response)):
         over_speed = total[:, bearing]
-        if over_speed.max() <= NOTHING * total.max():  # planets in phase leave it alone
+        if over_speed.max() <= NOTHING * mesh_rms(response).max():  # planets in phase leave it alone
             continue
         tops = sorted(argrelmax(over_speed)[0].tolist(), key=lambda place: -float(over_speed[place]))
         for place in tops[:MOST_PEAKS]:

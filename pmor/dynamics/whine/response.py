@@ -15,16 +15,19 @@ from pmor.dynamics.whine.discs import KG
 from pmor.dynamics.whine.hill import FURTHER, MeshCycle, hill, mesh_forces, time_invariant
 from pmor.dynamics.whine.modal import Modes, Receptance, closed, modes_of, receptance_of, transfer
 from pmor.dynamics.whine.moving import MovingMachine, bearing_rows, moving_machine
-from pmor.dynamics.whine.moving_sets import with_sets
+from pmor.dynamics.whine.moving_sets import machine_of_set, with_sets
 from pmor.dynamics.whine.orders import Order, along
 from pmor.dynamics.whine.planets import HUBS, MovingSet
-from pmor.dynamics.whine.set_cycle import SetCycle, solved_cycle
+from pmor.dynamics.whine.set_cycle import SetCycle, set_cycle
 from pmor.dynamics.whine.set_response import over_planets, set_excitation
 from pmor.line.hub_law import COORDINATES
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.loaded import ABOUT_AXIS
 from pmor.machine.model import GearboxModel
 from pmor.machine.settings import Motion
+from pmor.machine.system import Equilibrium
+from pmor.sets.loader import SetFile
+from pmor.sets.solution import SetSolution
 from pmor_online.model import ReducedPair
 
 # Modes go up to this times the highest frequency.
@@ -171,7 +174,10 @@ class LoadResponse:
         return [mesh.name for mesh in self.meshes] + of_sets
 
     def bearing_forces(self, readings: ComplexArray) -> ComplexArray:
-        """Return forces and moments on what holds each bearing, (..., bearings, 6), from readings (..., o)."""
+        """Return forces and moments on what holds each bearing, (..., bearings, 6), from readings (..., o).
+
+        Members of sets that stand in the housing follow the bearings, in axes of their plan.
+        """
         bearings = self.machine.gearbox.bearings
         found = readings[..., : NODE * len(bearings)].reshape(*readings.shape[:-1], len(bearings), NODE).copy()
         place = self._first_of_sets + HUBS * len(self.machine.sets)
@@ -179,7 +185,8 @@ class LoadResponse:
             for direction in bearing.rigid:
                 found[..., number, direction] -= readings[..., place]  # a reaction acts on the shaft
                 place += 1
-        return found
+        housed = [self.support_forces(n, readings)[..., one.housed, :] for n, one in enumerate(self.machine.sets)]
+        return np.concatenate([found, *housed], axis=-2)
 
     def support_forces(self, number: int, readings: ComplexArray) -> ComplexArray:
         """Return forces and moments of a set on what holds sun, carrier and ring, (..., 3, 6), from readings (..., o).
@@ -240,11 +247,42 @@ def respond(
     """
     machine = with_sets(moving_machine(model, solved, motion.highest_frequency_Hz), model, solved.sets)
     standing = standing_meshes(solved, pairs, motion.harmonics)
-    cycles = [mesh.cycle() for mesh in standing]
     of_sets = tuple(
-        (one, solved_cycle(set_of, one.coordinates.blades, motion.harmonics))
-        for one, set_of in zip(machine.sets, solved.sets, strict=True)
+        (one, set_cycle(one, of.meshing.file, of.solution, 0, motion.harmonics))
+        for one, of in zip(machine.sets, solved.sets, strict=True)
     )
+    swinging = [*unbalances(model, machine), *ripples(machine)]
+    return _responded(machine, solved, standing, of_sets, swinging, motion, speeds_rpm)
+
+
+def respond_set(
+    file: SetFile, solution: SetSolution, row: int, motion: Motion, speeds_rpm: FloatArray
+) -> LoadResponse:  # fmt: skip
+    """Return the response of a set by itself on its supports, over speeds of its loaded member.
+
+    Parameters
+    ----------
+    row : int
+        Of the torque in the solution.
+
+    Raises
+    ------
+    ConvergenceError, CaseError
+        As `respond`.
+    """
+    machine = machine_of_set(file, solution.train)
+    (one,), nothing = machine.sets, np.zeros(0)
+    solved = SolvedLoad(machine.load, machine.gearbox, Equilibrium(nothing, nothing, ()), ())
+    cycle = set_cycle(one, file, solution, row, motion.harmonics)
+    return _responded(machine, solved, [], ((one, cycle),), [], motion, speeds_rpm)
+
+
+def _responded(
+    machine: MovingMachine, solved: SolvedLoad, standing: Sequence[StandingMesh],
+    of_sets: tuple[tuple[MovingSet, SetCycle], ...], swinging: Sequence[Swinging], motion: Motion,
+    speeds_rpm: FloatArray,
+) -> LoadResponse:  # fmt: skip
+    cycles = [mesh.cycle() for mesh in standing]
     tangent = np.zeros((len(machine.meshes), len(machine.meshes)))
     for number, cycle in enumerate(cycles):
         tangent[of_mesh(number), of_mesh(number)] = cycle.mean
@@ -252,7 +290,6 @@ def respond(
         tangent[one.own, one.own] = passing.tangent
     stiffness = closed(machine, tangent)
     modes = modes_of(machine, stiffness, FURTHER_MODES * motion.highest_frequency_Hz)
-    swinging = [*unbalances(model, machine), *ripples(machine)]
     acting = np.concatenate([machine.meshes, *(one.rows for one in swinging)])
     readings = np.concatenate([
         *bearing_rows(machine, solved), np.eye(len(machine.mass))[machine.housing],

@@ -90,7 +90,7 @@ class MotionResult(Tabular):
             for name, response in named.items() for key, values in motion_arrays(response).items()
         }  # fmt: skip
         names = {
-            "loads": tuple(named), "meshes": tuple(mesh.name for mesh in first.meshes),
+            "loads": tuple(named), "meshes": tuple(first.mesh_names),
             "bearings": tuple(bearing_names(first)), "sources": tuple(source.name for source in first.sources),
         }  # fmt: skip
         return ResultsFile(self.file.name, self.file.text, arrays, names, OF_MOTION)

@@ -13,10 +13,10 @@ from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, ConvergenceError
 from pmor.core.progress import quietly, stage
 from pmor.core.threads import in_order, one_thread
+from pmor.dynamics.whine.moving_sets import refuse_unsolved_set
 from pmor.dynamics.whine.output import FILES
 from pmor.dynamics.whine.response import LoadResponse, respond
 from pmor.dynamics.whine.result import MotionResult
-from pmor.dynamics.whine.set_cycle import refuse_pitches
 from pmor.machine.coupled import solve_load
 from pmor.machine.loader import GearboxFile
 from pmor.machine.run import meshes_and_trains
@@ -86,8 +86,8 @@ def speeds_of(file: GearboxFile) -> FloatArray:
 def refuse_unsolved(file: GearboxFile) -> None:
     """Refuse machines whose motion is not found yet: gears in several meshes of pairs, periods of several pitches."""
     model = file.model
-    for name, of_set in model.sets.items():
-        refuse_pitches(name, of_set)
+    for planetary in model.sections.sets:
+        refuse_unsolved_set(planetary.name, model.sets[planetary.name], "carrier" in planetary.members)
     for name in sorted(model.shared):
         raise CaseError(f'{file.name}: [[meshes]] "{name}": motion takes gears in one mesh each: leave a mesh out')
     for name, case in file.cases.items():

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.core.errors import CaseError, ConvergenceError
+from pmor.core.errors import ConvergenceError
 from pmor.dynamics.whine.blades import Blades
 from pmor.dynamics.whine.cycle import MOST_STEPS, PER_HARMONIC, SETTLED
 from pmor.dynamics.whine.hill import FURTHER, MeshCycle, mesh_cycle
+from pmor.dynamics.whine.planets import MovingSet
 from pmor.line.hub_law import HubLaw, train_coordinates, train_law_at, train_rows
-from pmor.machine.coupled_sets import SolvedSet
 from pmor.sets.loader import SetFile
 from pmor.sets.solution import SetSolution
 
@@ -37,6 +37,8 @@ class SetCycle:
     pitches : int
         Of the sun's teeth in that cycle.
     blades : Blades
+    turns : bool
+        Whether the carrier turns.
     uneven : float
         By how much the mean tangents of planets differ, over the largest.
     """
@@ -45,6 +47,7 @@ class SetCycle:
     load: FloatArray
     pitches: int
     blades: Blades
+    turns: bool
     uneven: float
 
     @property
@@ -54,62 +57,40 @@ class SetCycle:
 
     @property
     def tangent(self) -> FloatArray:
-        """Mean tangent on the coordinates of `pmor.dynamics.whine.blades`, (K, K): the same wherever the carrier is."""
-        return around(self.blades, self.meshes.mean)
+        """Mean tangent on the coordinates of `blades`, (K, K), over a turn of a carrier that turns."""
+        quarters = range(QUARTERS if self.turns else 1)
+        return np.asarray(np.mean([_at(self.blades, self.meshes.mean, quarter) for quarter in quarters], axis=0))
 
 
-def solved_cycle(solved: SolvedSet, blades: Blades, harmonics: int) -> SetCycle:
-    """Return the cycle of a set of a gearbox under its load; errors as of `set_cycle`."""
-    one, angles = solved.meshing, PER_HARMONIC * 2 * (harmonics + FURTHER)
-    return set_cycle(one.settings.name, one.file, solved.solution, 0, blades, harmonics, angles)
+def _at(blades: Blades, tangent: FloatArray, quarter: int) -> FloatArray:
+    """A tangent of all planets in coordinates that stand still, the carrier turned by quarters, (K, K)."""
+    whole = np.kron(blades.at(0.5 * np.pi * quarter), np.eye(len(tangent) // blades.count))
+    return np.asarray(whole.T @ tangent @ whole)
 
 
-def around(blades: Blades, tangent: FloatArray) -> FloatArray:
-    """Return a tangent of all planets (K, K) in coordinates that stand still, its mean over a turn of the carrier."""
-    each, found = np.eye(len(tangent) // blades.count), []
-    for quarter in range(QUARTERS):
-        turned = blades.at(0.5 * np.pi * quarter)
-        whole = np.kron(turned, each)
-        found.append(whole.T @ tangent @ whole)
-    return np.asarray(np.mean(found, axis=0))
-
-
-def set_cycle(
-    name: str, file: SetFile, solution: SetSolution, row: int, blades: Blades, harmonics: int, angles: int
-) -> SetCycle:
+def set_cycle(one: MovingSet, file: SetFile, solution: SetSolution, row: int, harmonics: int) -> SetCycle:
     """Return the harmonics of all meshes of a set along the deflection under which its load is the mean.
 
     Parameters
     ----------
+    file : SetFile
+        That repeats with each mesh cycle.
     row : int
         Of the load in the solution.
     harmonics : int
         Of the first mesh.
-    angles : int
-        Of a pitch, at least.
 
     Raises
     ------
-    CaseError
-        Where pitches of the set differ.
     ConvergenceError
     """
-    refuse_pitches(name, file)
-    pitches = file.plan.cycle
-    law, load = law_under_load(name, solution, row, file.alike_from(angles))
+    pitches, blades = file.plan.cycle, one.coordinates.blades
+    angles = file.alike_from(PER_HARMONIC * 2 * (harmonics + FURTHER))
+    law, load = law_under_load(one.name, solution, row, angles)
     cycle = mesh_cycle(law.force, law.tangent, load, pitches * (harmonics + FURTHER) - FURTHER)
-    whole = np.kron(blades.matrix, np.eye(len(load) // blades.count))
-    apart = whole.T @ cycle.mean @ whole - around(blades, cycle.mean)
-    return SetCycle(cycle, load, pitches, blades, float(np.abs(apart).max() / np.abs(cycle.mean).max()))
-
-
-def refuse_pitches(name: str, file: SetFile) -> None:
-    """Refuse sets whose pitches differ: CaseError."""
-    if file.pitches > file.plan.cycle:
-        raise CaseError(
-            f'set "{name}": motion takes sets that repeat with each mesh cycle: leave out eccentricities, '
-            "pitch_deviations_um, holes and lugs"
-        )
+    still, *turned = (_at(blades, cycle.mean, quarter) for quarter in range(QUARTERS))
+    apart = max(float(np.abs(other - still).max()) for other in turned) / float(np.abs(cycle.mean).max())
+    return SetCycle(cycle, load, pitches, blades, one.carrier != 0.0, apart)
 
 
 def law_under_load(name: str, solution: SetSolution, row: int, angles: int) -> tuple[HubLaw, FloatArray]:
