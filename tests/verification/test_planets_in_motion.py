@@ -15,7 +15,7 @@ from pmor.dynamics.whine.blades import Blades
 from pmor.dynamics.whine.hill import MeshCycle
 from pmor.dynamics.whine.modal import closed, modes_of, receptance_of, transfer
 from pmor.dynamics.whine.set_cycle import SetCycle
-from pmor.dynamics.whine.set_response import mesh_forces_of, set_excitation
+from pmor.dynamics.whine.set_response import mesh_forces_of, over_planets, set_excitation
 from tests.support.planets_in_motion import CARRIER, COLUMN, PLANET, RADIUS, RING, SUN, PlanarSet, machine_of
 
 LIN_PARKER = partial(
@@ -234,6 +234,12 @@ def test_planets_that_are_one_in_hills_equations_are_all_of_them_in_the_carriers
     for harmonic in range(1, harmonics + 1):
         own = expected[harmonic + harmonics + 1]
         assert_allclose(forces[harmonic, 0][0], own, atol=1e-7 * abs(own).max())
+    # The mean of all planets that a gearbox is told is that of each one.
+    for number, line in enumerate(found.lines):
+        order, acting = found.orders[number], found.varying[0, number]
+        moved = order.ports(moving.own, moving.own)[0] @ acting
+        told, _ = over_planets(cycle, acting - cycle.tangent @ moved, moved)
+        assert_allclose(told, abs(forces[line.harmonic, 0][0, :2]), rtol=1e-6)
     largest = max(abs(force).max() for force in forces.values())
     assert max(abs(force).max() for (_, sideband), force in forces.items() if sideband) < 1e-9 * largest
 

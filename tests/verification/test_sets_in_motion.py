@@ -13,6 +13,8 @@ from pmor.core.errors import CaseError
 from pmor.dynamics.whine.modal import closed, modes_of
 from pmor.dynamics.whine.moving import moving_machine
 from pmor.dynamics.whine.moving_sets import machine_of_set, with_sets
+from pmor.dynamics.whine.readings import bearing_names
+from pmor.dynamics.whine.response import respond_set
 from pmor.dynamics.whine.run import run
 from pmor.dynamics.whine.set_cycle import set_cycle
 from pmor.line.hub_law import train_coordinates, train_law_at, train_rows
@@ -20,6 +22,7 @@ from pmor.line.hubs import HUB
 from pmor.machine.coupled import solve_load
 from pmor.machine.loader import load
 from pmor.machine.run import trains_of
+from pmor.machine.settings import Motion
 from pmor.sets.loader import load as load_set
 from pmor.sets.run import train_of
 from pmor.sets.solution import solve_set
@@ -52,6 +55,8 @@ HELICAL = EVEN_SET.replace("face_width_mm = 20.0", "face_width_mm = 20.0\nhelix_
 PHASED = EVEN_SET.replace("teeth = 18", "teeth = 17", 1).replace("teeth = 18", "teeth = 22").replace("54", "61")
 # Torques, of which the difference is a tangent; what is left of the solutions' own tolerance.
 STEP, TANGENT = 1e-3, 2e-6
+# Of the largest order: what line contact is beyond its tangent over the cycle.
+FIRST_ORDER = 0.01
 FORBIDDEN = 1e-9
 
 
@@ -145,6 +150,38 @@ def test_orders_that_phasing_forbids_are_in_no_sum_of_the_meshes_forces():
     modes = modes_of(machine, closed(machine, cycle.tangent), 2e4)
     shares = one.families(modes.shape)
     assert_allclose(shares[:2].max(axis=0), 1.0, atol=1e-9)
+
+
+def test_a_slow_set_moves_as_its_transmission_error_and_its_meshes_carry_the_load_alone():
+    """Planets in phase, the sun free about the axis: what the sun's and the ring's meshes part adds up to that of the
+    solved set, to first order in how far it is from the mean."""
+    file, train = set_and_train(EVEN_SET + SPRINGS + RELIEF)
+    solution = solve_set(file.plan, train, np.array([file.plan.torque_Nm]), file.alike_from(96))
+    response = respond_set(file, solution, 0, Motion(harmonics=5), np.array([0.01]))
+    (source,), own = response.sources, response.sources[0].ports
+    assert source.why_constant == ""
+    assert source.places == tuple((float(harmonic), 0) for harmonic in range(1, 6))
+    moved = [order.ports(own, own)[0] @ source.lines.acting[0, n] for n, order in enumerate(source.orders)]
+    sums = 2e3 * np.abs([one[:2].sum() for one in moved])  # of all planets alike
+    expected = solution.mesh_orders(0)[:5]
+    assert_allclose(sums, expected, atol=FIRST_ORDER * expected.max())
+    assert abs(source.lines.mesh_forces).max() < 1e-7 * response.cycles[0].load.max()
+
+
+def test_a_slow_set_is_in_balance_with_what_holds_its_members():
+    """Forces across the axis on sun, carrier and ring of planets that are out of phase, pins among them."""
+    file, train = set_and_train(PHASED + SPRINGS)
+    solution = solve_set(file.plan, train, np.array([file.plan.torque_Nm]), file.angles_per_pitch)
+    response = respond_set(file, solution, 0, Motion(harmonics=2), np.array([0.01]))
+    (source,) = response.sources
+    assert source.places == ((1.0, -1), (2.0, 1))
+    held = response.bearing_forces(source.lines.readings)[0, :, :, :2]
+    assert bearing_names(response) == [f"set: {member} in the housing" for member in ("sun", "carrier", "ring")]
+    assert abs(held).min() > 1e-3 * abs(held).max()
+    assert abs(held.sum(axis=1)).max() < 1e-6 * abs(held).max()
+    # Lines whirl: forwards above a harmonic, backwards below.
+    assert_allclose(held[0, :, 1], 1j * held[0, :, 0], rtol=1e-6)
+    assert_allclose(held[1, :, 1], -1j * held[1, :, 0], rtol=1e-6)
 
 
 def test_a_gearbox_with_a_set_hums_at_mesh_frequencies_and_whirls_at_their_sidebands(tmp_path):
