@@ -14,8 +14,10 @@ from pmor.body.beam import NODE
 from pmor.dynamics.whine.blades import Blades
 from pmor.dynamics.whine.hill import MeshCycle
 from pmor.dynamics.whine.modal import closed, modes_of, receptance_of, transfer
+from pmor.dynamics.whine.planets import HUBS, planet_matrices
 from pmor.dynamics.whine.set_cycle import SetCycle
 from pmor.dynamics.whine.set_response import mesh_forces_of, over_planets, set_excitation
+from pmor.gear.inertia import Inertia
 from tests.support.planets_in_motion import CARRIER, COLUMN, PLANET, RADIUS, RING, SUN, PlanarSet, machine_of
 
 LIN_PARKER = partial(
@@ -282,6 +284,40 @@ def test_around_a_carrier_that_stands_still_equal_planets_are_solved_alike_as_on
     for number, line in enumerate(as_one.lines):
         own, other = as_one.varying[:, number], together.varying[:, known[line.harmonic, line.sideband]]
         assert_allclose(other, own, atol=1e-4 * abs(own).max())
+
+
+def test_mean_stiffness_of_unequal_planets_is_theirs_where_they_stand_and_a_mean_where_they_turn():
+    """Around the axis it is then the same whatever way one looks."""
+    blades = LIN_PARKER(4).blades
+    stiffness = np.diag([1.0, 2.0, 1.0, 2.0, 5.0, 2.0, 1.0, 2.0])
+    meshes = MeshCycle(np.zeros((2, 8), dtype=complex), stiffness[None].astype(complex))
+    still, turning = (SetCycle(meshes, np.zeros(8), 1, blades, turns, 0.0).tangent for turns in (False, True))
+    each = np.linalg.inv(np.kron(blades.matrix, np.eye(2)))
+    assert_allclose(each.T @ still @ each, stiffness, atol=1e-12)
+    around = np.kron(blades.turning, np.eye(2))
+    assert_allclose(around.T @ turning + turning @ around, 0.0, atol=1e-12)
+
+
+def test_planets_that_tilt_whirl_as_rotors_do():
+    """In the housing, a spinning disc on a spring against tilting: I w^2 - s I_p w - k = 0; seen by coordinates that
+    turn with the carrier, and by cos and sin of its place, a turn of the carrier less, none and two."""
+    polar, tilting, spring, carrier, spin = 8.0, 5.0, 4e5, 30.0, -200.0
+    one = LIN_PARKER(3, first_deg=17.0)
+    inertia = [Inertia(1.0, 1e-3 * polar, 1e-3 * tilting)] * 5
+    compliance = np.zeros_like(one.compliance)
+    tilts = NODE * (2 + np.arange(3))[:, None] + np.array([3, 4])
+    compliance[tilts, tilts] = 1.0 / spring
+    found = planet_matrices(one.coordinates, inertia, compliance, 0.0 * one.free, carrier, [0.0, 0.0, *[spin] * 3])
+    free = null_space(np.vstack([found.constraints, np.eye(HUBS, len(found.mass))]))
+    assert free.shape[1] == 6
+    mass, gyroscopic, stiffness = (
+        free.T @ matrix @ free for matrix in (found.mass, found.gyroscopic, found.stiffness + found.centrifugal)
+    )
+    whole = np.block([[np.zeros((6, 6)), np.eye(6)], [-np.linalg.solve(mass, np.hstack([stiffness, gyroscopic]))]])
+    own = np.roots([tilting, -spin * polar, -spring])
+    expected = np.abs(np.concatenate([own, own - carrier, own - 2.0 * carrier]))
+    found_omega = np.sort(np.abs(np.linalg.eigvals(whole).imag))[::2]
+    assert_allclose(found_omega, np.sort(expected), rtol=1e-9)
 
 
 @pytest.mark.parametrize(("places_deg", "even"), [((0, 120, 240), True), ((0, 180, 90, 270), True), ((0, 180), False),

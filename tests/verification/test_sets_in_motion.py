@@ -57,6 +57,7 @@ PHASED = EVEN_SET.replace("teeth = 18", "teeth = 17", 1).replace("teeth = 18", "
 STEP, TANGENT = 1e-3, 2e-6
 # Of the largest order: what line contact is beyond its tangent over the cycle.
 FIRST_ORDER = 0.01
+MOTION = "[dynamics]\nspeed_range_rpm = [800.0, 4000.0]\nspeeds = 12\nharmonics = 3\n"
 FORBIDDEN = 1e-9
 
 
@@ -186,10 +187,7 @@ def test_a_slow_set_is_in_balance_with_what_holds_its_members():
 
 def test_a_gearbox_with_a_set_hums_at_mesh_frequencies_and_whirls_at_their_sidebands(tmp_path):
     """Lines across the axis beside multiples of the mesh frequency alone, and the bearing feels these alone."""
-    motion = "[dynamics]\nspeed_range_rpm = [800.0, 4000.0]\nspeeds = 12\nharmonics = 3\n"
-    file = load(written_reducer(tmp_path, one_stage("1e5", "1e9") + motion, PHASED))
-    (response,) = run(file).loads
-    (source,) = response.sources
+    response, source = in_a_gearbox(tmp_path, 300.0, 1000.0)
     assert source.places == ((1.0, -1), (2.0, 1), (3.0, 0))
     # The ring is held: its 61 teeth pass the carrier, which turns 17 / 78 times.
     orders = 17 / 78 * np.array([61 - 1, 122 + 1, 183])
@@ -200,6 +198,29 @@ def test_a_gearbox_with_a_set_hums_at_mesh_frequencies_and_whirls_at_their_sideb
     held = abs(response.support_forces(0, source.lines.readings))
     # The ring's torque on the housing at the third alone.
     assert held[:, :2, 2, 5].max() < FORBIDDEN * held[:, 2, 2, 5].max()
+
+
+def in_a_gearbox(folder, torque, speed):
+    """The response of a reducer, and its only source."""
+    text = one_stage("1e5", "1e9", torque=torque) + MOTION
+    file = load(written_reducer(folder, text.replace("speed_rpm = 1000.0", f"speed_rpm = {speed}"), PHASED))
+    (response,) = run(file).loads
+    (source,) = response.sources
+    return response, source
+
+
+def test_a_set_run_the_other_way_by_the_other_torque_is_its_image_and_one_run_backwards_is_not(tmp_path):
+    """Its lines are the same; harmonics of the meshes come in the opposite order of time then, which damping tells."""
+    speeds = np.array([60.0])
+    forwards, image, backwards = (
+        in_a_gearbox(tmp_path, torque, speed)
+        for torque, speed in ((300.0, 1000.0), (-300.0, -1000.0), (-300.0, 1000.0))
+    )
+    expected = abs(forwards[0].bearing_forces(forwards[1].lines.readings))[..., :3]
+    for (response, source), same in ((image, True), (backwards, False)):
+        assert_allclose(source.frequency_Hz(speeds), forwards[1].frequency_Hz(speeds))
+        found = abs(response.bearing_forces(source.lines.readings))[..., :3]
+        assert (abs(found - expected).max() < 1e-6 * expected.max()) == same
 
 
 @pytest.mark.parametrize(
