@@ -67,8 +67,7 @@ def with_sets(machine: MovingMachine, model: GearboxModel, sets: Sequence[Solved
     CaseError
         As of `refuse_unsolved_set`, and where planets stand unlike in a carrier that turns.
     """
-    for one in sets:
-        meshing = one.meshing
+    for meshing, one in zip(machine.gearbox.sets, sets, strict=True):  # its shafts have further nodes
         sun = meshing.settings.members.get("sun")
         filled = 0.0 if sun is None else 0.5 * model.shafts[sun.shaft].section_at(sun.at_mm).outer_mm
         frame, members = meshing.frame, meshing.settings.members
