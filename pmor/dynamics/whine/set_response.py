@@ -174,7 +174,7 @@ class _Planets:
         alike = np.einsum("hpq,hrq,hr->hp", whole, whole.conj(), self.meshes.force)
         apart = np.abs(alike - self.meshes.force)[1:].max() / np.abs(self.meshes.force[1:]).max()
         if not blades.even or max(apart, cycle.uneven) > EQUAL:
-            return none, "planets are not equal"
+            return none, f"planets are not equal: their stiffness differs by {100.0 * cycle.uneven:.2g} %"
         known = {(line.harmonic, line.sideband): order for line, order in zip(lines, orders, strict=True)}
         moving, stray, acting = list[ComplexArray](), 0.0, dict[tuple[int, int], ComplexArray]()
         for harmonic in range(count):
