@@ -23,7 +23,8 @@ from pmor.dynamics.whine.planets import CENTRAL, HUBS, MovingSet, PlanetCoordina
 from pmor.line.hub_law import train_coordinates
 from pmor.line.several import GearTrain
 from pmor.machine.coupled_sets import SolvedSet
-from pmor.machine.model import ABOUT_AXIS, GearboxModel, LoadedGearbox
+from pmor.machine.loaded import ABOUT_AXIS, LoadedGearbox
+from pmor.machine.model import GearboxModel
 from pmor.machine.set_frame import MEMBERS, set_frame
 from pmor.machine.settings import LoadCase
 from pmor.machine.weights import inertias_of_set
