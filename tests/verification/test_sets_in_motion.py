@@ -212,7 +212,8 @@ def in_a_gearbox(folder, torque, speed):
     text = one_stage("1e5", "1e9", torque=torque).replace("speed_rpm = 1000.0", f"speed_rpm = {speed}")
     file = load(written_reducer(folder, text, PHASED))
     solved = solve_load(file.model, file.model.sections.loads[0], {}, 6, trains=trains_once(file, PHASED))
-    response = respond(file.model, solved, {}, Motion(harmonics=3, highest_frequency_Hz=4e3), np.linspace(800.0, 4000.0, 12))
+    motion = Motion(harmonics=3, highest_frequency_Hz=4e3)
+    response = respond(file.model, solved, {}, motion, np.linspace(800.0, 4000.0, 12))
     (source,) = response.sources
     return response, source
 
