@@ -13,7 +13,7 @@ from pmor.case.document import COAST, MODIFICATION
 from pmor.case.dynamics import DynamicsCase
 from pmor.core.errors import CaseError, GeometryError, printable
 from pmor.gear.condition import Misalignment
-from pmor.gear.modification import Modification
+from pmor.gear.modification import AMOUNTS, UNEVEN
 from pmor.gear.pair import ROUNDING, GearPair
 from pmor.pair.model import gear_pair
 from pmor.rexs.drive import shaft_speeds
@@ -35,8 +35,6 @@ SAME_DISTANCE, SAME_PLACE = 1e-10, 2e-3
 NOTED_BACKLASH = 0.02
 SIDES, GEARS = ("left", "right"), ("pinion", "wheel")
 PITCHES = "pitch_deviations_um"
-# Amounts of a modification, which are 0 on a flank without it.
-AMOUNTS = [item.name for item in fields(Modification) if item.name.endswith("_um") and item.name != PITCHES]
 MISALIGNED = [item.name for item in fields(Misalignment)]
 T = TypeVar("T")
 UNDERSTOOD = (*READERS, "end_relief_datum_face", "end_relief_non_datum_face")
@@ -383,4 +381,4 @@ def _present(keys: dict[str, Any]) -> dict[str, Any]:
 def _uneven(sections: dict[str, Any]) -> bool:
     """Whether flanks differ between the halves of a spur pair, which is meshed in halves by default."""
     keys = [sections.get(f"{gear}.{name}", {}) for gear in GEARS for name in (MODIFICATION, COAST)]
-    return any(name in one for one in keys for name in ("helix_slope_um", "twist_um", "topography"))
+    return any(name in one for one in keys for name in (*UNEVEN, "topography"))
