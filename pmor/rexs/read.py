@@ -80,13 +80,13 @@ def stage_case(path: Path, gearbox: Gearbox, found: Stage, where: str, both_flan
     draft = _Draft(gearbox, found, where)
     sections = draft.sections()
     pair = draft.checked(lambda: gear_pair(make_case(path.stem, **sections)))
-    carrying, others = list(draft.modifications(pair)), list(draft.others(pair) if both_flanks else ())
-    for gear, keys in zip(GEARS, carrying, strict=True):
+    carrying, others = list(draft.modifications(pair)), list(draft.others(pair) if both_flanks else (None, None))
+    for gear, own, other in zip(GEARS, carrying, others, strict=True):
+        keys, coast = (other or {}, own) if found.coast else (own, other)
         if keys:
             sections[f"{gear}.{MODIFICATION}"] = keys
-    for gear, keys, other in zip(GEARS, carrying, others, strict=bool(others)):
-        if other is not None and other != {key: value for key, value in keys.items() if key != PITCHES}:
-            sections[f"{gear}.{COAST}"] = {**dict.fromkeys((key for key in keys if key in AMOUNTS), 0.0), **other}
+        if coast is not None and coast != {key: value for key, value in keys.items() if key != PITCHES}:
+            sections[f"{gear}.{COAST}"] = {**dict.fromkeys((key for key in keys if key in AMOUNTS), 0.0), **coast}
     draft.note_unread()
     if _uneven(sections):
         sections["mesh"] = {"width": "whole"}
@@ -110,8 +110,9 @@ class _Draft:
         self.gears = stage.pinion, stage.wheel
         self.notes, self.changed, self.contradiction = list(stage.notes), list[str](), ""
         self.datum = [self._datum(gear) for gear in self.gears]
-        # Seen from the larger z the pinion's carrying flank is the left one.
-        self.along = [a * self.datum[0] * (1 if stage.loaded == "left" else -1) for a in axis_of(stage.pinion)]
+        # Seen from the larger z the pinion's carrying flank is the left one; of coast flanks the other one is.
+        drives_left = stage.coast or stage.loaded == "left"
+        self.along = [a * self.datum[0] * (1 if drives_left else -1) for a in axis_of(stage.pinion)]
         self.flanks = [self._flank(gear) for gear in self.gears]
 
     def checked(self, make: Callable[[], T]) -> T:
@@ -145,8 +146,9 @@ class _Draft:
         self.notes += said
         self.changed += said
         torques = self.stage.torques_Nm or (self._assumed_torque(rack, faces[0][2]),)
+        signed = [-torque for torque in torques] if self.stage.coast else list(torques)
         sections: dict[str, Any] = {
-            "title": self._title(), "load": {"torque_Nm": torques[-1], **self._speed()}, "pair": _present(pair),
+            "title": self._title(), "load": {"torque_Nm": signed[-1], **self._speed()}, "pair": _present(pair),
             "pinion": tooth[0], "wheel": tooth[1],
         }  # fmt: skip
         if off := {key: value for key in MISALIGNED if (value := self.stage.component.number_of(f"{OFF_PLACE}{key}"))}:
@@ -154,7 +156,7 @@ class _Draft:
         if (density := self._density()) is not None:
             sections["dynamics"] = {"density_kg_m3": density}
         if len(torques) > 1:
-            sections["online"] = {"torques_Nm": list(torques)}
+            sections["online"] = {"torques_Nm": signed}
         return sections
 
     def _rack(self) -> Rack:
