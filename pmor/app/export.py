@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pmor.app.records import KINDS, called, kind_of
+from pmor.app.records import FORMATS, KINDS, called, kind_of
 from pmor.case.capability import refuse_beyond
 from pmor.case.reader import Reader
 from pmor.core.errors import CaseError, OutputError, printable
@@ -23,15 +23,6 @@ if TYPE_CHECKING:
     from pmor.results.sweep import SteSweep
     from pmor_online.model import ReducedPair
 
-#: formats, and what their files end with; tables are files in a folder
-ENDINGS = {"case": ".toml", "csv": "_tables", "fmu": ".fmu", "gearbox": ".toml", "rexs": ".rexs", "vtkhdf": ".vtkhdf"}
-# What answers, and what a set leaves in place of a basis, which it has none of.
-TAKEN = {
-    "csv": "takes a basis or results.h5; pmor run leaves results.h5 of a set",
-    "fmu": "takes a basis, which a set has none of",
-    "rexs": "takes a basis, or the file of a machine; pmor run leaves set.rexs with results of a set",
-    "vtkhdf": "takes a basis; pmor run leaves set.vtkhdf of a set",
-}
 # Formats that arguments belong to.
 TAKEN_BY = {"stage": "case", "torque_Nm": "fmu"}
 _LOG = logging.getLogger("pmor.export")
@@ -51,9 +42,9 @@ def export_file(
     source : Path or str
         A basis; a REXS file for a case or a gearbox; a file of results for tables; the file of a machine for REXS,
         without results.
-    to : {"case", "csv", "fmu", "gearbox", "rexs", "vtkhdf"}
-        A case; tables of a sweep or of results; a unit for co-simulation; a gearbox file with its cases beside it; the
-        pair with results as REXS; an animation.
+    to : str
+        A format of `pmor export --help`: tables, ``"csv"``, are of a sweep or of results, a ``"gearbox"`` has its cases
+        beside it.
     target : Path or str, optional
         File to write, or folder for tables; named after the source in the current folder by default.
     stage : int, optional
@@ -74,13 +65,13 @@ def export_file(
     PmorError
         When the source is none for this format, or the target cannot be written.
     """
-    if to not in ENDINGS:
-        raise CaseError(f"to = {to!r}: must be one of {', '.join(ENDINGS)}")
+    if to not in FORMATS:
+        raise CaseError(f"to = {to!r}: must be one of {', '.join(sorted(FORMATS))}")
     for name, value in (("stage", stage), ("torque_Nm", torque_Nm)):
         if value is not None and TAKEN_BY[name] != to:
             raise CaseError(f"{name} = {value:g}: is for the format {TAKEN_BY[name]} alone: leave it out")
     source = Path(source)
-    path = Path(source.stem + ENDINGS[to]) if target is None else Path(target)
+    path = Path(source.stem + FORMATS[to].ending) if target is None else Path(target)
     if to == "csv":
         _tables(source, path, overwrite)
         return path
@@ -91,14 +82,6 @@ def export_file(
         _case(source, path, overwrite, stage)
     elif to == "gearbox":
         _gearbox(source, path, overwrite)
-    elif to == "vtkhdf":
-        from pmor.export.vtkhdf import export
-        from pmor.work.cost import refuse_beyond_memory
-
-        reduced = _reduced(source, to)
-        refuse_beyond(reduced.basis.case, "vtkhdf")
-        refuse_beyond_memory(reduced.basis.case)
-        export(reduced, path, overwrite)
     elif to == "rexs" and source.suffix == ".toml":
         _machine(source, path, overwrite)
     else:
@@ -107,16 +90,38 @@ def export_file(
 
 
 def export_model(model: ReducedPair, to: str, path: Path, overwrite: bool, torque_Nm: float | None) -> None:
-    """Write what follows from a reduced model: a unit for co-simulation, or a REXS file with its results."""
-    if to == "fmu":
-        from pmor.dynamics.fmu.law import mesh_law
-        from pmor.dynamics.fmu.write import write_fmu
+    """Write what follows from a reduced model, in one of the formats that do."""
+    formats = [name for name, made in FORMATS.items() if made.of_model]
+    if to not in formats:
+        raise CaseError(f"to = {to!r}: must be csv, {', '.join(formats[:-1])} or {formats[-1]}")
+    refuse_existing(path, overwrite)
+    ensure_folder(path.parent)
+    if torque_Nm is not None:
+        torque_Nm = Reader(model.basis.case.name).value(torque_Nm, Torque, "torque_Nm")
+    called(FORMATS[to].of_model)(model, path, overwrite, torque_Nm)
 
-        if torque_Nm is not None:
-            torque_Nm = Reader(model.basis.case.name).value(torque_Nm, Torque, "torque_Nm")
-        if not write_fmu(mesh_law(model, torque_Nm), path, overwrite):
-            _LOG.info("no compiler here: the unit holds its source, and no binary")
-        return
+
+def write_unit(model: ReducedPair, path: Path, overwrite: bool, torque_Nm: float | None) -> None:
+    """Write a unit for co-simulation."""
+    from pmor.dynamics.fmu.law import mesh_law
+    from pmor.dynamics.fmu.write import write_fmu
+
+    if not write_fmu(mesh_law(model, torque_Nm), path, overwrite):
+        _LOG.info("no compiler here: the unit holds its source, and no binary")
+
+
+def write_animation(model: ReducedPair, path: Path, overwrite: bool, torque_Nm: None) -> None:
+    """Write both gears in motion."""
+    from pmor.export.vtkhdf import export
+    from pmor.work.cost import refuse_beyond_memory
+
+    refuse_beyond(model.basis.case, "vtkhdf")
+    refuse_beyond_memory(model.basis.case)
+    export(model, path, overwrite)
+
+
+def write_rexs(model: ReducedPair, path: Path, overwrite: bool, torque_Nm: None) -> None:
+    """Write a pair with its results as REXS."""
     from pmor.rexs.document import save
     from pmor.rexs.results import stage_results
     from pmor.rexs.write import not_written, rexs_text
@@ -215,7 +220,7 @@ def _reduced(source: Path, to: str) -> ReducedPair:
 
     of_sets = (SET_RESULTS_SCHEMA.name, COMPLIANCE_SCHEMA.name)
     if source.is_dir() or source.suffix in (".json", ".toml") or schema_name(source) in of_sets:
-        raise CaseError(f"{source}: --to {to} {TAKEN[to]}")
+        raise CaseError(f"{source}: --to {to} {FORMATS[to].takes}")
     refuse_large_basis(source)
     return reduced_pair(read_basis(source))
 

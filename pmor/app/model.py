@@ -43,7 +43,7 @@ from pmor.line.unloaded import with_unloaded
 from pmor.pair.model import refuse_loads
 from pmor.reduction.basis import Basis
 from pmor.results.root_stress import RootStress
-from pmor.storage.atomic import ensure_folder, refuse_existing
+from pmor.storage.atomic import ensure_folder
 from pmor.storage.basis_file import write_basis
 from pmor.work.cost import meshed_within_memory
 from pmor.work.offline import trained_on
@@ -349,8 +349,8 @@ class ReducedModel:
         ----------
         path : Path or str
             File to write, or folder for tables.
-        to : {"csv", "fmu", "rexs"}
-            Tables of the sweep that the case asks for; a unit for co-simulation; the pair with results as REXS.
+        to : str
+            A format of `pmor export --help` that takes a basis; tables, ``"csv"``, are of the sweep of the case.
         torque_Nm, overwrite
             As in `pmor.export_file`.
 
@@ -366,10 +366,6 @@ class ReducedModel:
             swept = self.sweep()
             export_sweep(swept.sweep, swept.pair, f"case {self.case.name}", target, overwrite)
             return
-        if to not in ("fmu", "rexs"):
-            raise CaseError(f"to = {to!r}: must be csv, fmu or rexs")
-        refuse_existing(target, overwrite)
-        ensure_folder(target.parent)
         export_model(self.reduced, to, target, overwrite, torque_Nm)
 
     @suggesting

@@ -108,6 +108,49 @@ class Command:
     on_threads: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True)
+class Format:
+    """A format of `pmor export`.
+
+    Parameters
+    ----------
+    ending : str
+        What its files end with; tables are files in a folder.
+    words : str
+        What it is, in help and README.
+    takes : str
+        What it takes, and what a set leaves in place of a basis, which it has none of; empty of those from REXS alone.
+    of_model : str
+        Writes it from a reduced model: called with that, path, overwrite and the torque that was asked for.
+    """
+
+    ending: str
+    words: str
+    takes: str = ""
+    of_model: str = ""
+
+
+FORMATS: Mapping[str, Format] = {
+    "csv": Format("_tables", "tables", "takes a basis or results.h5; pmor run leaves results.h5 of a set"),
+    "rexs": Format(
+        ".rexs", "REXS", "takes a basis, or the file of a machine; pmor run leaves set.rexs with results of a set",
+        "pmor.app.export:write_rexs",
+    ),
+    "fmu": Format(
+        ".fmu", "unit for co-simulation", "takes a basis, which a set has none of", "pmor.app.export:write_unit"
+    ),
+    "vtkhdf": Format(
+        ".vtkhdf", "animation", "takes a basis; pmor run leaves set.vtkhdf of a set", "pmor.app.export:write_animation"
+    ),
+    "case": Format(".toml", "a case"),
+    "gearbox": Format(".toml", "gearbox file"),
+}  # fmt: skip
+
+
+def _formats(of_basis: bool) -> list[str]:
+    return [f"{made.words} (`{name}`)" for name, made in FORMATS.items() if bool(made.takes) == of_basis]
+
+
 def _option(*flags: str, **settings: Any) -> Option:
     return flags, settings
 
@@ -227,11 +270,11 @@ COMMANDS: Mapping[str, Command] = {
         jobs=_jobs("designs"), failed="designs have no results",
     ),
     "export": Command(
-        "a basis as tables (`csv`), REXS (`rexs`), unit for co-simulation (`fmu`), animation (`vtkhdf`); a REXS "
-        "gearbox as a case (`case`) or gearbox file (`gearbox`); the file of a machine as REXS",
+        f"a basis as {', '.join(_formats(True))}; a REXS gearbox as {' or '.join(_formats(False))}; the file of a "
+        "machine as REXS",
         (_file("FILE", "a basis, results, or the file of a machine", "source"),
-         _option("--to", metavar="FORMAT", choices=("case", "csv", "fmu", "gearbox", "rexs", "vtkhdf"), required=True,
-                 help="case, csv, fmu, gearbox, rexs or vtkhdf"),
+         _option("--to", metavar="FORMAT", choices=sorted(FORMATS), required=True,
+                 help=f"{', '.join(sorted(FORMATS)[:-1])} or {max(FORMATS)}"),
          _option("-o", dest="target", metavar="PATH", type=_path,
                  help="file to write, or folder for tables (default: named after FILE, in the current folder)"),
          _option("--stage", metavar="ID", type=_positive, help="stage of a REXS file that has several"),

@@ -82,7 +82,7 @@ OF_CASES = (
           ("campaign", "design", "duty", "dynamics", "exudyn", "fmu", "gearbox", "page", "rexs", "set",
            "tolerances"), _untrained),
     Limit(lambda case: case.flank != "drive",
-          ("exudyn", "fmu", "rexs"),
+          ("exudyn", "fmu"),
           "drive flanks: give [load] torque_Nm positive, and the coast flanks as a [[condition]]"),
     Limit(lambda case: any(m.pitch_deviations_um for m in (case.pinion_modification, case.wheel_modification)),
           ("exudyn", "fmu"), "no pitch deviations, with which it does not repeat each mesh cycle: leave them out"),
@@ -194,9 +194,9 @@ def why_not(machine: Any, capability: Capability) -> str:
 
 
 def _reasons_of_parts(machine: Any, capability: Capability) -> Iterator[str]:
-    """Reasons of the cases of a set, whose planets carry on both flanks, or of the meshes and sets of a gearbox."""
+    """Reasons of the cases of a set, or of the meshes and sets of a gearbox."""
     if type(machine).__name__ == "SetFile":
-        yield from filter(None, (why_not(replace(case, flank="drive"), capability) for case in machine.cases.values()))
+        yield from filter(None, (why_not(case, capability) for case in machine.cases.values()))
     elif type(machine).__name__ == "GearboxFile":
         for name, part in {**machine.cases, **machine.model.sets}.items():
             if reason := why_not(part, capability):

@@ -18,7 +18,6 @@ from pmor.core.errors import CaseError, GeometryError, PmorError, printable
 from pmor.core.wording import did_you_mean
 from pmor.design.files import PINS, DesignFile, of_case, on_flanks, pins_of, source_text
 from pmor.design.settings import (
-    AMOUNT_KEYS,
     MISALIGNMENT_KEYS,
     OVER_MESHES,
     RESULTS_OF_MOTION,
@@ -31,7 +30,7 @@ from pmor.design.variables import assembly_at, corners, drawn
 from pmor.dynamics.whine.run import refuse_unsolved, speeds_of
 from pmor.gear.clearance import refuse_working_geometry
 from pmor.gear.condition import Assembly
-from pmor.gear.modification import Modification
+from pmor.gear.modification import AMOUNTS, OVER_WIDTH, UNEVEN, Modification
 from pmor.gear.pair import GearPair
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import pinion_senses
@@ -46,8 +45,6 @@ Source = Case | GearboxFile | SetFile
 # Place of a design without a file, in messages.
 WHERE = "design"
 READERS: Mapping[str, Callable[[Path], Source]] = {"case": load_case, "gearbox": load_gearbox, "set": load_set}
-# Keys that load the halves of the face differently.
-UNEVEN = ("helix_slope_um", "twist_um", "in_plane_um", "out_of_plane_um")
 # More variables have too many corners of their ranges to check each, 2 to their number.
 MOST_VARIABLES = 10
 # Sections of flanks by their names.
@@ -290,8 +287,12 @@ def _with_members(error: PmorError, case: str, file: DesignFile) -> PmorError:
 
 def uneven(design: Design) -> bool:
     """Whether variables or scatter load the halves of the face differently."""
-    scattered = {**design.scatter.modifications, **design.scatter.axes}
-    return bool(({v.key for v in design.variables} | set(scattered)) & set(UNEVEN))
+    return not _moved(design).isdisjoint((*UNEVEN, *MISALIGNMENT_KEYS[:2]))
+
+
+def _moved(design: Design) -> set[str]:
+    """Keys that variables or scatter change."""
+    return {v.key for v in design.variables}.union(design.scatter.modifications, design.scatter.axes)
 
 
 def check_ranges(design: Design, case: Case, where: str) -> None:
@@ -300,7 +301,7 @@ def check_ranges(design: Design, case: Case, where: str) -> None:
     varied = {(gear, v.key) for v in design.variables for gear in v.gears}
     scattered = design.scatter.modifications
     for gear, modification in (("pinion", base.pinion), ("wheel", base.wheel)):
-        asked = [key for key in AMOUNT_KEYS if (gear, key) in varied or key in scattered]
+        asked = [key for key in AMOUNTS if (gear, key) in varied or key in scattered]
         for amount, extents, _ in EXTENTS:
             given = [key for key in extents if getattr(modification, key) is not None]
             given = [key for key in extents if (gear, key) in varied] or given
@@ -316,7 +317,7 @@ def check_ranges(design: Design, case: Case, where: str) -> None:
                 )
     for x in corners(design.variables):
         _check_corner(assembly_at(base, design.variables, x), case, pair, where)
-    if case.mesh.width == "plane_strain" and (uneven(design) or any("helix" in v.key for v in design.variables)):
+    if case.mesh.width == "plane_strain" and (uneven(design) or _moved(design).intersection(OVER_WIDTH)):
         raise CaseError(
             f'{where}: flanks or axes differ over the width, and the case has [mesh] width = "plane_strain": write '
             '"whole" there, or leave it out'
@@ -389,7 +390,7 @@ def check_together(design: Design, where: str, pins: Collection[str] = ()) -> No
     if design.scatters and not (scatter.modifications or scatter.axes or pins):
         raise CaseError(
             f'{where}: [objective] value = "{design.objective.value}": needs a scatter: add [scatter] with '
-            f"standard deviations, such as {AMOUNT_KEYS[0]} = 2.0 or {MISALIGNMENT_KEYS[0]} = 10.0"
+            f"standard deviations, such as {AMOUNTS[0]} = 2.0 or {MISALIGNMENT_KEYS[0]} = 10.0"
         )
     if design.pareto.against == design.objective.minimise:
         raise CaseError(

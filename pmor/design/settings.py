@@ -4,27 +4,17 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, fields
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal
 
 from pmor.core.ranges import Range, micrometres
+from pmor.gear.modification import AmountKey, ExtentKey
 
-AmountKey = Literal[
-    "tip_relief_um", "root_relief_um", "profile_crowning_um", "profile_slope_um", "helix_crowning_um",
-    "helix_slope_um", "end_relief_um", "twist_um",
-]  # fmt: skip
-ExtentKey = Literal[
-    "tip_relief_start_roll_deg", "tip_relief_start_roll_length_mm", "tip_relief_start_diameter_mm",
-    "tip_relief_length_mm", "tip_relief_start_percent", "root_relief_end_roll_deg", "root_relief_end_roll_length_mm",
-    "root_relief_end_diameter_mm", "root_relief_length_mm", "root_relief_end_percent", "end_relief_length_mm",
-]  # fmt: skip
 VariableKey = Literal[AmountKey, ExtentKey]
 Objective = Literal[
     "peak_to_peak_um", "order_1_um", "order_2_um", "order_3_um", "k_h_beta", "k_gamma", "mesh_force_N",
     "bearing_force_N", "radiated_power_mW",
 ]  # fmt: skip
 ResultKey = Literal[Objective, "pressure_MPa", "tip_edge_load_N_per_mm", "root_stress_MPa"]
-# Keys of amounts of a modification, and of axes.
-AMOUNT_KEYS: tuple[AmountKey, ...] = get_args(AmountKey)
 MISALIGNMENT_KEYS = ("in_plane_um", "out_of_plane_um", "centre_distance_um")
 #: results of each variant under each torque
 RESULTS: tuple[ResultKey, ...] = (

@@ -11,23 +11,8 @@ from pmor.core.arrays import FloatArray, IntArray
 from pmor.gear.condition import Assembly
 from pmor.gear.kernels.deviation import Deviation, deviations_at
 from pmor.gear.meshed_pair import MeshedPair
-from pmor.gear.modification import RELIEF_PLACES, Modification
+from pmor.gear.modification import AMOUNTS, OVER_WIDTH, RELIEF_PLACES, UNEVEN, Modification
 from pmor.gear.profile import profiles
-
-# Amounts of a case file with their fields in `Deviation`: the deviation is linear in each.
-AMOUNTS = {
-    "tip_relief_um": "tip_relief",
-    "root_relief_um": "root_relief",
-    "profile_crowning_um": "profile_crowning",
-    "profile_slope_um": "profile_slope",
-    "helix_crowning_um": "helix_crowning",
-    "helix_slope_um": "helix_slope",
-    "end_relief_um": "end_relief",
-    "twist_um": "twist",
-}
-OVER_WIDTH = ("helix_crowning_um", "helix_slope_um", "end_relief_um", "twist_um")
-# Antisymmetric over the face: not possible on half a mesh.
-UNEVEN = ("helix_slope_um", "twist_um")
 
 
 class SectionStates(Protocol):
@@ -106,7 +91,7 @@ def _points(lines: SectionStates, loaded: np.ndarray, gear: int) -> _Points:
 def _unit(deviation: Deviation, key: str, points: _Points) -> FloatArray:
     """Deviation by one amount of 1 and nothing else: um/um."""
     none, out = np.empty(0), np.empty(len(points[0]))
-    amounts: dict[str, Any] = dict.fromkeys(AMOUNTS.values(), 0.0) | {AMOUNTS[key]: 1.0}
+    amounts: dict[str, Any] = {name.removesuffix("_um"): float(name == key) for name in AMOUNTS}
     nowhere = {"pitch": none, "grid_roll": none, "grid_z": none, "grid": np.empty((0, 0, 4))}
     deviations_at(deviation._replace(**{"present": True, **nowhere, **amounts}), *points, out)
     return out

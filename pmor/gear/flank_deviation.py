@@ -6,7 +6,7 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.gear.kernels.deviation import Deviation
-from pmor.gear.modification import Modification
+from pmor.gear.modification import AMOUNTS, Modification
 from pmor.gear.profile import Profile
 from pmor.gear.tooth import Tooth
 from pmor.gear.topography import Topography
@@ -42,21 +42,14 @@ def kernel_deviation(
         roll_span=end - start,
         middle_z=0.5 * (face[0] + face[1]),
         width=face[1] - face[0],
-        tip_relief=MICROMETRE * m.tip_relief_um,
+        **{key.removesuffix("_um"): MICROMETRE * getattr(m, key) for key in AMOUNTS},
         tip_relief_start=tip_start,
         tip_relief_span=tip - tip_start,
         tip_relief_parabolic=m.tip_relief_shape == "parabolic",
-        root_relief=MICROMETRE * m.root_relief_um,
         root_relief_end=root_end,
         root_relief_span=root_end - start,
         root_relief_parabolic=m.root_relief_shape == "parabolic",
-        profile_crowning=MICROMETRE * m.profile_crowning_um,
-        profile_slope=MICROMETRE * m.profile_slope_um,
-        helix_crowning=MICROMETRE * m.helix_crowning_um,
-        helix_slope=MICROMETRE * m.helix_slope_um,
-        end_relief=MICROMETRE * m.end_relief_um,
         end_relief_length=1.0 if m.end_relief_length_mm is None else m.end_relief_length_mm,
-        twist=MICROMETRE * m.twist_um,
         pitch=_pitch(m.pitch_deviations_um),
         grid_roll=grid_roll,
         grid_z=grid_z,

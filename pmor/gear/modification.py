@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pmor.core.ranges import METRES, RADIANS, SHARE, Length, Range, micrometres
 from pmor.core.shown import brief
@@ -16,6 +16,20 @@ Amounts = Annotated[tuple[float, ...], micrometres(-1000.0, 1000.0, in_order=Tru
 RollAngle = Annotated[float, Range(0.0, 180.0, "deg", mistaken_for=(RADIANS,))]
 Percent = Annotated[float, Range(1.0, 100.0, "%", mistaken_for=(SHARE,))]
 ReliefShape = Literal["linear", "parabolic"]
+AmountKey = Literal[
+    "tip_relief_um", "root_relief_um", "profile_crowning_um", "profile_slope_um", "helix_crowning_um",
+    "helix_slope_um", "end_relief_um", "twist_um",
+]  # fmt: skip
+ExtentKey = Literal[
+    "tip_relief_start_roll_deg", "tip_relief_start_roll_length_mm", "tip_relief_start_diameter_mm",
+    "tip_relief_length_mm", "tip_relief_start_percent", "root_relief_end_roll_deg", "root_relief_end_roll_length_mm",
+    "root_relief_end_diameter_mm", "root_relief_length_mm", "root_relief_end_percent", "end_relief_length_mm",
+]  # fmt: skip
+#: amounts, in each of which the deviation is linear; fields of `pmor.gear.kernels.deviation.Deviation` without the unit
+AMOUNTS: tuple[AmountKey, ...] = get_args(AmountKey)
+OVER_WIDTH: tuple[AmountKey, ...] = ("helix_crowning_um", "helix_slope_um", "end_relief_um", "twist_um")
+#: antisymmetric over the face: not possible on half a mesh, of the other sign from the other end
+UNEVEN: tuple[AmountKey, ...] = ("helix_slope_um", "twist_um")
 
 #: keys of the place at which a relief starts or ends, by its amount, and what they measure
 #: (fields of `pmor.gear.profile.ProfilePoint`)
@@ -135,7 +149,7 @@ class Modification:
     def mirrored(self) -> bool:
         """Whether both halves of the face are alike."""
         mirrored = self.topography is None or self.topography.mirrored
-        return mirrored and self.helix_slope_um == self.twist_um == 0.0
+        return mirrored and not any(getattr(self, key) for key in UNEVEN)
 
     def place_of(self, amount: str) -> str | None:
         """Return the key that says how far a relief goes, by the key of its amount; None where none does."""
@@ -149,11 +163,8 @@ class Modification:
     def over_width(self) -> Modification:
         """Terms that vary over the width."""
         return Modification(
-            helix_crowning_um=self.helix_crowning_um,
-            helix_slope_um=self.helix_slope_um,
-            end_relief_um=self.end_relief_um,
+            **{key: getattr(self, key) for key in OVER_WIDTH},
             end_relief_length_mm=self.end_relief_length_mm if self.end_relief_um else None,
-            twist_um=self.twist_um,
             topography=None if self.topography is None or self.topography.even else self.topography,
         )
 
@@ -165,10 +176,7 @@ class Modification:
 
     @property
     def _amounts(self) -> tuple[float, ...]:
-        return (
-            self.tip_relief_um, self.root_relief_um, self.profile_crowning_um, self.profile_slope_um,
-            self.helix_crowning_um, self.helix_slope_um, self.end_relief_um, self.twist_um,
-        )  # fmt: skip
+        return tuple(getattr(self, key) for key in AMOUNTS)
 
 
 UNMODIFIED = Modification()

@@ -90,7 +90,8 @@ def _of_rexs(path: Path) -> GearboxFile:
         stage.name: _stage(path, stage, math.copysign(most[stage.name], first[stage.name])) for stage in found.stages
     }
     for name, offsets in found.face_offsets.items():
-        pinion, wheel = (round(senses[name] * offset, OFFSET_DIGITS) for offset in offsets)
+        along = -senses[name] if cases[name].flank == "coast" else senses[name]
+        pinion, wheel = (round(along * offset, OFFSET_DIGITS) for offset in offsets)
         cases[name] = change_case(cases[name], pinion={"face_offset_mm": pinion}, wheel={"face_offset_mm": wheel})
     model, estimated = with_estimates(replace(model_of(said, cases, sets), housing=found.housing))
     reader.check_gears(model, cases)

@@ -13,7 +13,7 @@ from pmor.case.document import COAST, MODIFICATION
 from pmor.case.dynamics import DynamicsCase
 from pmor.core.errors import CaseError, GeometryError, printable
 from pmor.gear.condition import Misalignment
-from pmor.gear.modification import Modification
+from pmor.gear.modification import AMOUNTS, UNEVEN
 from pmor.gear.pair import ROUNDING, GearPair
 from pmor.pair.model import gear_pair
 from pmor.rexs.drive import shaft_speeds
@@ -35,8 +35,6 @@ SAME_DISTANCE, SAME_PLACE = 1e-10, 2e-3
 NOTED_BACKLASH = 0.02
 SIDES, GEARS = ("left", "right"), ("pinion", "wheel")
 PITCHES = "pitch_deviations_um"
-# Amounts of a modification, which are 0 on a flank without it.
-AMOUNTS = [item.name for item in fields(Modification) if item.name.endswith("_um") and item.name != PITCHES]
 MISALIGNED = [item.name for item in fields(Misalignment)]
 T = TypeVar("T")
 UNDERSTOOD = (*READERS, "end_relief_datum_face", "end_relief_non_datum_face")
@@ -82,13 +80,13 @@ def stage_case(path: Path, gearbox: Gearbox, found: Stage, where: str, both_flan
     draft = _Draft(gearbox, found, where)
     sections = draft.sections()
     pair = draft.checked(lambda: gear_pair(make_case(path.stem, **sections)))
-    carrying, others = list(draft.modifications(pair)), list(draft.others(pair) if both_flanks else ())
-    for gear, keys in zip(GEARS, carrying, strict=True):
+    carrying, others = list(draft.modifications(pair)), list(draft.others(pair) if both_flanks else (None, None))
+    for gear, own, other in zip(GEARS, carrying, others, strict=True):
+        keys, coast = (other or {}, own) if found.coast else (own, other)
         if keys:
             sections[f"{gear}.{MODIFICATION}"] = keys
-    for gear, keys, other in zip(GEARS, carrying, others, strict=bool(others)):
-        if other is not None and other != {key: value for key, value in keys.items() if key != PITCHES}:
-            sections[f"{gear}.{COAST}"] = {**dict.fromkeys((key for key in keys if key in AMOUNTS), 0.0), **other}
+        if coast is not None and coast != {key: value for key, value in keys.items() if key != PITCHES}:
+            sections[f"{gear}.{COAST}"] = {**dict.fromkeys((key for key in keys if key in AMOUNTS), 0.0), **coast}
     draft.note_unread()
     if _uneven(sections):
         sections["mesh"] = {"width": "whole"}
@@ -112,8 +110,9 @@ class _Draft:
         self.gears = stage.pinion, stage.wheel
         self.notes, self.changed, self.contradiction = list(stage.notes), list[str](), ""
         self.datum = [self._datum(gear) for gear in self.gears]
-        # Seen from the larger z the pinion's carrying flank is the left one.
-        self.along = [a * self.datum[0] * (1 if stage.loaded == "left" else -1) for a in axis_of(stage.pinion)]
+        # Seen from the larger z the pinion's carrying flank is the left one; of coast flanks the other one is.
+        drives_left = stage.coast or stage.loaded == "left"
+        self.along = [a * self.datum[0] * (1 if drives_left else -1) for a in axis_of(stage.pinion)]
         self.flanks = [self._flank(gear) for gear in self.gears]
 
     def checked(self, make: Callable[[], T]) -> T:
@@ -147,8 +146,9 @@ class _Draft:
         self.notes += said
         self.changed += said
         torques = self.stage.torques_Nm or (self._assumed_torque(rack, faces[0][2]),)
+        signed = [-torque for torque in torques] if self.stage.coast else list(torques)
         sections: dict[str, Any] = {
-            "title": self._title(), "load": {"torque_Nm": torques[-1], **self._speed()}, "pair": _present(pair),
+            "title": self._title(), "load": {"torque_Nm": signed[-1], **self._speed()}, "pair": _present(pair),
             "pinion": tooth[0], "wheel": tooth[1],
         }  # fmt: skip
         if off := {key: value for key in MISALIGNED if (value := self.stage.component.number_of(f"{OFF_PLACE}{key}"))}:
@@ -156,7 +156,7 @@ class _Draft:
         if (density := self._density()) is not None:
             sections["dynamics"] = {"density_kg_m3": density}
         if len(torques) > 1:
-            sections["online"] = {"torques_Nm": list(torques)}
+            sections["online"] = {"torques_Nm": signed}
         return sections
 
     def _rack(self) -> Rack:
@@ -383,4 +383,4 @@ def _present(keys: dict[str, Any]) -> dict[str, Any]:
 def _uneven(sections: dict[str, Any]) -> bool:
     """Whether flanks differ between the halves of a spur pair, which is meshed in halves by default."""
     keys = [sections.get(f"{gear}.{name}", {}) for gear in GEARS for name in (MODIFICATION, COAST)]
-    return any(name in one for one in keys for name in ("helix_slope_um", "twist_um", "topography"))
+    return any(name in one for one in keys for name in (*UNEVEN, "topography"))

@@ -19,6 +19,7 @@ from pmor.case.change import document_text
 from pmor.case.document import COAST, MODIFICATION
 from pmor.case.reader import sections_in
 from pmor.core.errors import CaseError, printable
+from pmor.gear.modification import UNEVEN
 from pmor.rexs.drive import drives, shaft_speeds
 from pmor.rexs.joints import COUPLINGS, RING, axis_of, shafts_of, stages, turning_together
 from pmor.rexs.model import Component, Gearbox, read_rexs
@@ -33,8 +34,6 @@ STAGE = "planetary_stage"
 SHARED = ("module_mm", "pressure_angle_deg", "face_width_mm")
 # Of the back flank of a planet whose front is modified: without keys it would be like that.
 PLAIN = {"profile_crowning_um": 0.0}
-# Amounts of flanks that have the other sign from the other end: the two meshes of a planet are seen from opposite ends.
-SIGNED = ("helix_slope_um", "twist_um")
 # Of the angles of planets that are equally spaced, deg.
 EVENLY = 1e-6
 # Of places of planets that a file rounds: from angles where teeth fit, deg; of sizes that follow from them, relative.
@@ -319,8 +318,8 @@ def _nested(document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _from_the_other_end(modification: dict[str, Any]) -> dict[str, Any]:
-    """Return the keys of a flank that is seen from the other end of its gear."""
-    return {key: -value if key in SIGNED else value for key, value in modification.items()}
+    """Return the keys of a flank that is seen from the other end of its gear, as the two meshes of a planet see it."""
+    return {key: -value if key in UNEVEN else value for key, value in modification.items()}
 
 
 def _alike(one: Any, other: Any) -> bool:

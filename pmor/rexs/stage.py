@@ -17,6 +17,8 @@ PARALLEL = 1e-6
 
 # Of a stage whose wheel is off its place: names of ours, with a key of the case.
 OFF_PLACE = "custom_pmor_misalignment_"
+# Of a stage, a name of ours: which flanks of its case carry, drive or coast. REXS has left and right flanks alone.
+CARRYING = "custom_pmor_carrying_flanks"
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,8 @@ class Stage:
         Flank of the driving gear that carries, "left" or "right", seen from its datum face with the tip up.
     loaded_known : bool
         Whether the file says so.
+    coast : bool
+        Whether the loaded flanks are those of coast: then z of the case looks along the datum face all the same.
     notes : tuple of str
         Assumptions.
     """
@@ -44,6 +48,7 @@ class Stage:
     loaded: str
     loaded_known: bool
     notes: tuple[str, ...]
+    coast: bool = False
 
 
 def find_stage(gearbox: Gearbox, wanted: int | None, where: str) -> Stage:
@@ -68,11 +73,12 @@ def find_stage(gearbox: Gearbox, wanted: int | None, where: str) -> Stage:
     pinion, wheel = (two, one) if drivers.get(number, one.number) == two.number else (one, two)
     if pinion.kind == RING:
         pinion, wheel = wheel, pinion
+    coast = gearbox.components[number].text_of(CARRYING) == "coast"
     flanks = {data.text_of("loaded_tooth_flank") for data in _gear_data(gearbox, number, pinion)} & {"left", "right"}
-    said, known = min(flanks, default="left"), len(flanks) == 1
+    said, known = "right" if coast else min(flanks, default="left"), coast or len(flanks) == 1
     return Stage(
         gearbox.components[number], pinion, wheel, tuple(sorted(torques.get(pinion.number, ()))),
-        said, known, tuple(notes.get(number, ())),
+        said, known, tuple(notes.get(number, ())), coast,
     )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pmor.case import Case, GearCase
-from pmor.gear.condition import Misalignment
+from pmor.case.coast import as_drawn
 from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.profile import profiles
@@ -23,7 +23,7 @@ from pmor.rexs.joints import RING
 from pmor.rexs.parts import add_shaft
 from pmor.rexs.results import StageResults
 from pmor.rexs.rings import CUTTER, cutter_attributes, ring_attributes
-from pmor.rexs.stage import OFF_PLACE
+from pmor.rexs.stage import CARRYING, OFF_PLACE
 from pmor.rexs.units import rounded
 
 MM = 1e-3  # per um
@@ -33,32 +33,36 @@ def rexs_text(case: Case, pair: GearPair, results: StageResults | None, date: st
     """Return the text of the file of a case, its pair and its results; `date` is ISO 8601."""
     document = Document()
     unit = document.add("gear_unit", case.title, model_name=case.name)
+    loaded, sense, drawn = "left", 1.0, as_drawn(case)
+    if case.flank == "coast":
+        loaded, sense = "right", -1.0
     stage = document.add_to(
-        unit, "cylindrical_stage", f"Stage of {case.name}", **stage_attributes(pair), **misaligned(case.misalignment)
+        unit, "cylindrical_stage", f"Stage of {case.name}", **stage_attributes(pair), **case_attributes(case)
     )
     start = min(low for low, _ in pair.faces)
     gears, data, flanks = list[int](), list[int](), list[int]()
     for number, name in enumerate(("pinion", "wheel")):
-        speed: Attributes = {} if number or case.speed_rpm is None else {"rotational_speed": case.speed_rpm}
-        place = start, 0.0, number * pair.centre_distance
+        speed: Attributes = {} if number or case.speed_rpm is None else {"rotational_speed": sense * case.speed_rpm}
+        # What is read again has z = 0 in the middle of the common face.
+        place = start - 0.5 * sum(pair.common_face), 0.0, number * pair.centre_distance
         shaft = add_shaft(document, unit, f"Shaft of the {name}", place, **speed)
-        gear, flank = add_gear(document, case, pair, number, name, pair.faces[number][0] - start)
+        gear, sides = add_gear(document, drawn, pair, number, name, pair.faces[number][0] - start)
         document.relate("assembly", assembly=shaft, part=gear)
         gears.append(gear)
-        flanks.append(flank)
+        flanks.append(sides[loaded])
         data.append(document.add("cylindrical_stage_gear_data", "", is_driving_gear=number == 0))
         document.relate("stage_gear_data", stage=stage, gear=gear, stage_gear_data=data[-1])
     document.relate("stage", stage=stage, gear_1=gears[0], gear_2=gears[1])
     ratio = pair.wheel.teeth / pair.pinion.teeth
     for nominal in torques_of(case):
         document.cases.append({
-            data[number]: {"torque": rounded(torque), "loaded_tooth_flank": "left"}
+            data[number]: {"torque": rounded(sense * torque), "loaded_tooth_flank": loaded}
             for number, torque in enumerate((nominal, -nominal * ratio))
         })  # fmt: skip
     loads = document.cases[0]
     if results is not None:
         loads[stage] = _found(results)
-        loads |= _points(document, pair, flanks[0], results)
+        loads |= _points(document, pair, flanks[0], results, sense)
     return document.text(date)
 
 
@@ -75,9 +79,12 @@ def not_written(case: Case) -> str:
     return f"not in the REXS file: {', '.join(lost)}"
 
 
-def misaligned(misalignment: Misalignment) -> dict[str, Value]:
-    """Return the attributes of a stage whose wheel is off its place; names of ours."""
-    return {f"{OFF_PLACE}{key}": value for key, value in vars(misalignment).items() if value}
+def case_attributes(case: Case) -> dict[str, Value]:
+    """Return what a stage has under names of ours: by how much its wheel is off its place, and carrying flanks."""
+    off: dict[str, Value] = {
+        f"{OFF_PLACE}{key}": value for key, value in vars(as_drawn(case).misalignment).items() if value
+    }
+    return off | ({} if case.flank == "drive" else {CARRYING: case.flank})
 
 
 def stage_attributes(pair: GearPair) -> dict[str, Value]:
@@ -92,11 +99,13 @@ def stage_attributes(pair: GearPair) -> dict[str, Value]:
 def add_gear(
     document: Document, case: Case, pair: GearPair, number: int, name: str, place: float, datum: str = "positive",
     image: bool = False, back: tuple[Modification, GearPair] | None = None, /, **more: Value,
-) -> tuple[int, int]:  # fmt: skip
-    """Add a gear with flanks, tool, material and modifications; return its id and that of the loaded flank.
+) -> tuple[int, dict[str, int]]:  # fmt: skip
+    """Add a gear with flanks, tool, material and modifications; return its id and those of its left and right flank.
 
     Parameters
     ----------
+    case : Case
+        As it is drawn.
     number : int
         0 pinion, 1 wheel.
     place : float
@@ -161,7 +170,7 @@ def add_gear(
         for kind, attributes in _modifications(modification, tooth):
             document.refer(flanks[side], kind, **attributes)
     document.relate("flank", gear=gear, **flanks)
-    return gear, flanks[loaded]
+    return gear, flanks
 
 
 def _modifications(one: Modification, tooth: Tooth) -> list[tuple[str, Mapping[str, Value]]]:
@@ -218,7 +227,9 @@ def _found(results: StageResults) -> dict[str, Value]:
     }  # fmt: skip
 
 
-def _points(document: Document, pair: GearPair, flank: int, results: StageResults) -> dict[int, Attributes]:
+def _points(
+    document: Document, pair: GearPair, flank: int, results: StageResults, sense: float
+) -> dict[int, Attributes]:
     """Add the points of the pinion's flank that carry over the cycle, and return their load and pressure."""
     roll = results.roll_rad[:, 0]
     ids = np.arange(1, len(roll) + 1)
@@ -227,7 +238,7 @@ def _points(document: Document, pair: GearPair, flank: int, results: StageResult
         kind_of_point_list="meshing_contact_points", point_ids=ids,
         point_coordinates_u_coord=results.point_z_mm - pair.faces[0][0],
         point_coordinates_radius=pair.pinion.base_radius * np.hypot(1.0, roll),
-        point_coordinates_angle_about_u_axis=np.degrees(_angle(pair, roll, results.point_z_mm)),
+        point_coordinates_angle_about_u_axis=np.degrees(sense * _angle(pair, roll, results.point_z_mm)),
     )  # fmt: skip
     data = document.refer(points, "meshing_contact_stage_data_set")
     return {data: {

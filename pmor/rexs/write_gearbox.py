@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pmor.case.coast import as_drawn
 from pmor.case.duty import shares
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.loader import GearboxFile
@@ -23,7 +24,7 @@ from pmor.rexs.gearbox_results import GEARS, Numbers, found_attributes
 from pmor.rexs.loads import LOAD_NAME
 from pmor.rexs.lubricant import lubricant_attributes
 from pmor.rexs.parts import ACROSS, ALONG, add_rolling, add_shaft, at, springs, stiffness
-from pmor.rexs.write import add_gear, misaligned, stage_attributes
+from pmor.rexs.write import add_gear, case_attributes, stage_attributes
 from pmor.rexs.write_set import SetParts
 
 
@@ -134,11 +135,12 @@ def _add_bearings(draft: _Draft) -> None:
 
 
 def _add_mesh(draft: _Draft, mesh: Mesh, sense: float) -> None:
-    """Add a stage with its gears; z of the case looks along `sense` x under the first load."""
+    """Add a stage with its gears; z of the drawing looks along `sense` x under the first load, of coast flanks back."""
     document, model = draft.document, draft.file.model
     pair, case = model.pairs[mesh.name], draft.file.cases[mesh.name]
+    sense = -sense if case.flank == "coast" else sense
     stage = document.add_to(
-        draft.unit, "cylindrical_stage", mesh.name, **stage_attributes(pair), **misaligned(case.misalignment)
+        draft.unit, "cylindrical_stage", mesh.name, **stage_attributes(pair), **case_attributes(case)
     )
     draft.stages[mesh.name] = stage
     for number, (name, place) in enumerate(zip(GEARS, (mesh.pinion, mesh.wheel), strict=True)):
@@ -146,7 +148,7 @@ def _add_mesh(draft: _Draft, mesh: Mesh, sense: float) -> None:
         low, high = pair.faces[number]
         middle = place.at_mm + sense * 0.5 * (low + high)
         gear, _ = add_gear(
-            document, case, pair, number, f"{mesh.name}, {name}", middle - 0.5 * (high - low),
+            document, as_drawn(case), pair, number, f"{mesh.name}, {name}", middle - 0.5 * (high - low),
             "positive" if sense > 0.0 else "negative", **at([shaft.start_mm + middle, *shaft.at_mm]),
         )  # fmt: skip
         document.relate("assembly", assembly=draft.shafts[place.shaft], part=gear)
@@ -214,5 +216,6 @@ def _given(draft: _Draft, load: LoadCase, part: float | None, senses: Mapping[st
     case |= {number: dict(zip(names, values.tolist(), strict=True)) for number, values in acting.items()}
     now = pinion_senses(draft.file.model, load)
     for (mesh, _), number in draft.data.items():
-        case[number] = {"loaded_tooth_flank": "left" if now[mesh] == senses[mesh] else "right"}
+        drives = (now[mesh] == senses[mesh]) == (draft.file.cases[mesh].flank == "drive")
+        case[number] = {"loaded_tooth_flank": "left" if drives else "right"}
     return case

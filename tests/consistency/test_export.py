@@ -136,7 +136,7 @@ def test_wrong_usage_exits_with_2(arguments, capsys):
 
 
 def test_a_model_refuses_a_format_that_it_does_not_have(model, tmp_path):
-    with pytest.raises(pmor.CaseError, match="to = 'step': must be csv, fmu or rexs"):
+    with pytest.raises(pmor.CaseError, match="to = 'step': must be csv, rexs, fmu or vtkhdf"):
         model.export(tmp_path / "x", to="step")
 
 

@@ -261,3 +261,12 @@ def test_a_design_starts_from_the_motion_of_its_gearbox():
     found = QuietMesh(response, 0, None, 100.0).results(Assembly())
     assert_allclose(found["mesh_force_N"], mesh_rms(response)[:, 0].max(), rtol=1e-6)
     assert_allclose(found["bearing_force_N"], bearing_rms(response).max(), rtol=1e-6)
+
+
+@pytest.mark.parametrize("torque", [60.0, -60.0])
+@pytest.mark.parametrize("speed", [1500.0, -1500.0])
+def test_a_mesh_passes_backwards_where_its_pinion_turns_against_its_torque(torque, speed):
+    """The wheel drives then."""
+    text = SMALL.replace('name = "drive"', f'name = "drive"\nspeed_rpm = {speed}').replace("60.0 }", f"{torque} }}")
+    response = moving(with_motion(text)).loads[0]
+    assert response.machine.backwards(0) == (torque * speed < 0.0)

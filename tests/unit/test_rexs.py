@@ -4,6 +4,7 @@ import base64
 import json
 import math
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -22,7 +23,7 @@ from pmor.rexs.read import read_stage
 from pmor.rexs.stage import find_stage
 from pmor.rexs.units import UNITS, factor_of
 from pmor.rexs.write import rexs_text
-from tests.support.rexs_file import made, part
+from tests.support.rexs_file import made, numbers_and_words, part
 
 GEARBOX = Path(__file__).parents[2] / "cases" / "gearbox.rexs"
 DATE = "2026-01-01T00:00:00+00:00"
@@ -431,12 +432,20 @@ CASES = [
      "pinion.modification": Modification(tip_relief_um=20.0, tip_relief_start_roll_deg=25.0, helix_crowning_um=4.0),
      "pinion.coast_modification": {"tip_relief_um": 0.0, "helix_crowning_um": 9.0},
      "wheel.coast_modification": {"helix_slope_um": 6.0}},
+    {"load": {"torque_Nm": -100.0, "speed_rpm": 1500.0}, "online": {"torques_Nm": [-100.0, -40.0]}, "whole": True,
+     "scheme": "line", "helix_angle_deg": 12.0, "misalignment": {"in_plane_um": 5.0, "out_of_plane_um": -12.0},
+     "pinion": {"teeth": 21, "bore_radius_mm": 20.0, "face_offset_mm": 2.0, "blank": {
+         "rim_thickness_mm": 6.0, "web_thickness_mm": 5.0, "web_offset_mm": -2.0, "hub_radius_mm": 24.0,
+         "holes": {"count": 6, "radius_mm": 2.0, "on_radius_mm": 27.5, "first_deg": 5.0}}},
+     "pinion.modification": Modification(tip_relief_um=20.0, tip_relief_start_roll_deg=25.0),
+     "pinion.coast_modification": {"tip_relief_um": 0.0, "helix_slope_um": 9.0,
+                                   "pitch_deviations_um": [float(i % 4) for i in range(21)]}},
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
     "settings", CASES,
-    ids=["plain", "helical", "distance", "modified", "topography", "blanks", "profile", "both flanks"],
+    ids=["plain", "helical", "distance", "modified", "topography", "blanks", "profile", "both flanks", "coast"],
 )  # fmt: skip
 def test_a_case_that_goes_out_and_comes_in_is_the_same(tmp_path, settings):
     settings = dict(settings)
@@ -447,9 +456,14 @@ def test_a_case_that_goes_out_and_comes_in_is_the_same(tmp_path, settings):
             plain = vars(Modification())
             settings[f"{gear}.modification"] = {k: v for k, v in vars(one).items() if v != plain[k]}
     settings.setdefault("pinion", {"teeth": 21, "bore_radius_mm": 20.0})
-    case = make_case("out", module_mm=4.0, face_width_mm=20.0, torque_Nm=100.0, **settings)
-    (tmp_path / "out.rexs").write_bytes(rexs_text(case, gear_pair(case), None, DATE))
+    settings.setdefault("load", {}).setdefault("torque_Nm", 100.0)
+    case = make_case("out", module_mm=4.0, face_width_mm=20.0, **settings)
+    first = rexs_text(case, gear_pair(case), None, DATE)
+    (tmp_path / "out.rexs").write_bytes(first)
     again = read_stage(tmp_path / "out.rexs").case
+    assert again.flank == case.flank == ("coast" if settings["load"]["torque_Nm"] < 0.0 else "drive")
+    second = rexs_text(replace(again, title=case.title), gear_pair(again), None, DATE)
+    assert numbers_and_words(second) == numbers_and_words(first)
     assert (again.torque_Nm, again.speed_rpm, again.misalignment) == (case.torque_Nm, case.speed_rpm, case.misalignment)
     assert again.online.torques_Nm == case.online.torques_Nm
     for one, other in zip(again.other_flanks, case.other_flanks, strict=True):

@@ -340,7 +340,8 @@ def test_the_example_gearbox_is_a_gearbox():
     assert {name: round(abs(force[0])) for name, force in forces(file).items()} == dict.fromkeys(forces(file), 0)
 
 
-def test_what_is_written_again_is_the_same(tmp_path):
+@pytest.mark.parametrize("flank", ["drive", "coast"])
+def test_what_is_written_again_is_the_same(tmp_path, flank):
     """Cones and balls that look both ways, a web, lubricant, weights, flanks: the second file is the first."""
     cone = "roller = { rollers = 18, roller_diameter_mm = 7.0, effective_length_mm = 11.0, pitch_diameter_mm = 50.0, "
     ball = "ball = { balls = 9, ball_diameter_mm = 9.0, pitch_diameter_mm = 44.0, "
@@ -355,7 +356,8 @@ def test_what_is_written_again_is_the_same(tmp_path):
     path = written(tmp_path, f"{text}{more}[gravity]\nx_m_s2 = 2.0\nz_m_s2 = -9.81\n")
     blank = "blank = { rim_thickness_mm = 4.0, web_thickness_mm = 6.0, web_offset_mm = -1.0, hub_radius_mm = 20.0 }"
     (tmp_path / "small.toml").write_text(
-        SMALL_CASE.replace("bore_radius_mm = 14.0", f"bore_radius_mm = 14.0\n{blank}")
+        SMALL_CASE.replace("torque_Nm = ", "torque_Nm = -" if flank == "coast" else "torque_Nm = ")
+        .replace("bore_radius_mm = 14.0", f"bore_radius_mm = 14.0\n{blank}")
         + "[dynamics]\ndensity_kg_m3 = 7200.0\n[misalignment]\nout_of_plane_um = 15.0\n"
         "[pinion.modification]\nhelix_crowning_um = 5.0\n[pinion.coast_modification]\nhelix_crowning_um = 9.0\n"
     )
@@ -372,8 +374,9 @@ def test_what_is_written_again_is_the_same(tmp_path):
     assert all(bearing.inner is not None for bearing in ours.bearings)
     assert two.model.masses_kg["mesh"] == pytest.approx(one.model.masses_kg["mesh"], rel=1e-12)
     (a,), (b,) = one.cases.values(), two.cases.values()
-    assert (b.pair, b.misalignment, b.pinion_modification) == (a.pair, a.misalignment, a.pinion_modification)
-    assert b.other_flanks[0].helix_crowning_um == 9.0
+    assert (a.flank, b.pair, b.misalignment) == (flank, a.pair, a.misalignment)
+    assert (b.flank, b.pinion_modification, b.other_flanks) == (flank, a.pinion_modification, a.other_flanks)
+    assert {a.pinion_modification.helix_crowning_um, a.other_flanks[0].helix_crowning_um} == {5.0, 9.0}
     assert numbers_and_words(gearbox_rexs(two, (), (), DATE)) == numbers_and_words(first)
 
 

@@ -150,8 +150,8 @@ def test_python_takes_torques_of_one_sign_at_a_time(right_handed):
 
 def test_what_stands_for_drive_flanks_refuses_coast_flanks_in_words():
     coast = change_case(case_of(), torque_Nm=-100.0, online={"torques_Nm": [-100.0]})
-    with pytest.raises(pmor.CaseError, match="a REXS file takes drive flanks: give .* positive"):
-        refuse_beyond(coast, "rexs")
+    with pytest.raises(pmor.CaseError, match="a unit for co-simulation takes drive flanks: give .* positive"):
+        refuse_beyond(coast, "fmu")
 
 
 def test_backs_of_teeth_with_modifications_of_their_own_are_no_images():

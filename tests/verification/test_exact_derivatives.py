@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.design.settings import AMOUNT_KEYS, Design, ExtentKey, Goal, Load, Scatter, Search, Trade, Variable
+from pmor.design.settings import Design, Goal, Load, Scatter, Search, Trade, Variable
 from pmor.design.solvers import Built
 from pmor.gear.condition import PLAIN, Assembly, at_torques
 from pmor.gear.deviation_rates import deviation_rates
-from pmor.gear.modification import RELIEF_PLACES, Modification
+from pmor.gear.modification import AMOUNTS, RELIEF_PLACES, ExtentKey, Modification
 from pmor.gear.profile import profiles
 from pmor.line.hubs import Hubs
 from pmor.pair.conditions import conditions_of_assembly
@@ -107,7 +107,7 @@ EXTENTS = {
 MEASURES = {key: measure for places in RELIEF_PLACES.values() for key, measure in places.items()}
 VARIABLES = tuple(
     Variable(key=key, gear=gear, range=(-1000.0, 1000.0)) for gear, extents in EXTENTS.items()
-    for key in (*AMOUNT_KEYS, *extents)
+    for key in (*AMOUNTS, *extents)
 )  # fmt: skip
 
 

@@ -33,6 +33,8 @@ class StandingMesh:
         Of both hubs.
     harmonics : int
         Told.
+    backwards : bool
+        Whether the mesh passes against its pinion's angle, as where the wheel drives.
     """
 
     name: str
@@ -41,6 +43,7 @@ class StandingMesh:
     load: FloatArray
     displacement: FloatArray
     harmonics: int
+    backwards: bool = False
 
     def law(self) -> HubLaw:
         """Return the forces over the cycle; ConvergenceError where some are not found."""
@@ -51,9 +54,10 @@ class StandingMesh:
         return law
 
     def cycle(self) -> MeshCycle:
-        """Return the harmonics of the forces."""
+        """Return the harmonics of the forces over time."""
         law = self.law()
-        return mesh_cycle(law.force, law.tangent, self.load, self.harmonics)
+        found = mesh_cycle(law.force, law.tangent, self.load, self.harmonics)
+        return MeshCycle(found.force.conj(), found.tangent.conj()) if self.backwards else found
 
     def moved(self, coordinates: FloatArray) -> StandingMesh:
         """Return the mesh with its coordinates moved by so much, (2,)."""

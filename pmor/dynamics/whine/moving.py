@@ -130,6 +130,12 @@ class MovingMachine:
         found[self.gearbox.first[shaft] + NODE * self.gearbox.beams[shaft].node_at(place) + direction] = 1.0
         return found
 
+    def backwards(self, number: int) -> bool:
+        """Whether a mesh passes against its pinion's angle: its pinion turns against the torque on it."""
+        mesh = self.gearbox.meshes[number]
+        turning = self.sense * self.rates[mesh.settings.pinion.shaft]
+        return turning * mesh.frame.along * mesh.frame.hand < 0.0
+
     def mesh_rate(self, number: int) -> float:
         """Return the pitches that pass through a mesh by a turn of the first torque's shaft."""
         settings, pair = self.gearbox.meshes[number].settings, self.gearbox.meshes[number].pair

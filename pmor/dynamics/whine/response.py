@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -246,7 +246,8 @@ def respond(
         Where a set has no motion of constant coefficients.
     """
     machine = with_sets(moving_machine(model, solved, motion.highest_frequency_Hz), model, solved.sets)
-    standing = standing_meshes(solved, pairs, motion.harmonics)
+    found = enumerate(standing_meshes(solved, pairs, motion.harmonics))
+    standing = [replace(mesh, backwards=machine.backwards(number)) for number, mesh in found]
     of_sets = tuple(
         (one, set_cycle(one, of.meshing.file, of.solution, 0, motion.harmonics))
         for one, of in zip(machine.sets, solved.sets, strict=True)
