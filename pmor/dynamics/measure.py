@@ -153,7 +153,7 @@ def _branches(task: Task) -> Data:
     for number, branch in enumerate(solved.branches):
         balance = branch.balance
         wide = [
-            p.speed for p in branch.points if _overloads(task, balance.phase, balance.displacement(p.unknowns)).any()
+            p.speed for p in branch.points if _overloads(task, balance.phase, balance.displacement(p.unknowns)[0]).any()
         ]
         lost += _overloaded(f"branch {number}", wide)
     static = UM * static_displacement(task.law, float(rest.oscillator.load[0]), _phases(task.law), rest.interval)
@@ -275,7 +275,7 @@ def resting_state(oscillator: Oscillator, law: ForceTable, interval: tuple[float
     """Return displacements and velocities at rest under the load at phase 0."""
     force = float(oscillator.load[0] / oscillator.lever[0])
     along = static_displacement(law, force, np.zeros(1), interval)[0]
-    return np.append(position_under(oscillator, force, float(along)), np.zeros(oscillator.size))
+    return np.append(position_under(oscillator, np.array([force]), np.array([along])), np.zeros(oscillator.size))
 
 
 def follow(pieces: Iterable[Motion], cycles: int) -> tuple[list[Data], Data | None]:
