@@ -12,7 +12,7 @@ The unknowns are real: mean, then cosine and sine of each harmonic (Cameron & Gr
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -43,6 +43,8 @@ class Balance:
     law: ForceLaw
     cycles: int  # Mesh cycles p after which the motion repeats
     harmonics: int  # Of a mesh cycle: there are p times as many unknown harmonics
+    # shape (n,): Forces on the mesh beside its load, by harmonics
+    further: FloatArray | None = None
 
     @property
     def orders(self) -> int:
@@ -97,6 +99,8 @@ class Balance:
         linear, rate = self._linear(speed)
         residual = linear @ unknowns + np.concatenate([harmonics_of(part, self.orders) for part in force])
         self.by_coordinate(residual)[:, 0] -= self.at_rest[1]
+        if self.further is not None:
+            residual -= self.further
         products = np.block([[product_rows(harmonics_of(part, 2 * self.orders)) for part in row] for row in slope])
         return residual, linear + products, rate @ unknowns
 
@@ -201,6 +205,15 @@ def rest(balance: Balance) -> FloatArray:
 
     start[0] = _bearing(balance, mean_force, 1)[0]
     return start
+
+
+def without_harmonic(balance: Balance, order: int) -> Balance:
+    """Return the equations of a mesh of one coordinate without a harmonic of its force at rest under the mean load."""
+    at_rest = forces_at(balance.law, balance.phase, np.full(len(balance.phase), rest(balance)[0]))[0]
+    further = np.zeros(balance.size)
+    own = slice(2 * balance.cycles * order - 1, 2 * balance.cycles * order + 1)
+    further[own] = harmonics_of(at_rest, balance.orders)[own]
+    return replace(balance, further=further)
 
 
 def quasi_static(balance: Balance) -> FloatArray:

@@ -79,7 +79,7 @@ def static_stiffness_of(oscillator: Oscillator) -> tuple[FloatArray, FloatArray]
 
 
 def position_under(oscillator: Oscillator, force: FloatArray, along: FloatArray) -> FloatArray:
-    """Return the displacements at rest, (n,), under the load and mesh forces (r,), at coordinates of the mesh (r,)."""
+    """Return the displacements at rest, (n,), under the load and mesh forces, at coordinates of the mesh, (r,) each."""
     scale, rows = _scale(oscillator), oscillator.rows
     matrix = np.vstack([scale[:, None] * oscillator.stiffness * scale, scale * rows])
     right = np.append(scale * (oscillator.load - force @ rows), along)

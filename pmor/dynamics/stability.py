@@ -48,6 +48,20 @@ def stability_of(grown: FloatArray) -> BoolArray:
     return np.asarray(np.abs(np.linalg.eigvals(grown)).max(axis=1) <= 1.0 + GROWTH)
 
 
+def complex_crossings(branch: Branch, grown: FloatArray) -> list[float]:
+    """Return the angular mesh frequencies where a pair of complex multipliers leaves the unit circle.
+
+    There motion begins to sway with a frequency of its own. Halfway between neighbouring points of the branch.
+    """
+    multipliers = np.linalg.eigvals(grown)
+    largest = multipliers[np.arange(len(grown)), np.abs(multipliers).argmax(axis=1)]
+    stable, speed = stability_of(grown), branch.speed
+    places = np.flatnonzero(stable[:-1] != stable[1:])
+    beyond = places + stable[places]
+    swaying = abs(largest[beyond].imag) > GROWTH
+    return [float(0.5 * (speed[i] + speed[i + 1])) for i in places[swaying]]
+
+
 def alternating(balance: Balance, unknowns: FloatArray, speed: float) -> tuple[FloatArray, FloatArray]:
     """Return the phases of a period and the disturbance there, (steps, r), that comes nearest to -1."""
     multipliers, vectors = np.linalg.eig(monodromy(balance, unknowns, speed))
@@ -148,7 +162,11 @@ def doubled_branch(point: Point, follow: Follower, limits: tuple[float, float]) 
     direction = np.append(_direction(old, new, point), 0.0)
     start = twice.at(embedded(old.by_coordinate(point.unknowns)).ravel(), point.speed)
     off, _ = twice.correct(start + FIRST_STEP * direction, direction)
-    return trace(twice, off, limits, lambda p: between_orders(new.by_coordinate(p.unknowns)[0]) < VANISHED * abs(p.unknowns[0]))
+    return trace(twice, off, limits, lambda p: _vanished(new.by_coordinate(p.unknowns)[0]))
+
+
+def _vanished(unknowns: FloatArray) -> bool:
+    return between_orders(unknowns) < VANISHED * abs(float(unknowns[0]))
 
 
 def embedded(unknowns: FloatArray) -> FloatArray:

@@ -1,10 +1,12 @@
 """Compiled kernels of dynamics against slow twins; stability and folds of the benchmark of `pmor.validation.motion`."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import eigvalsh
 
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.continuation import Follower
@@ -175,6 +177,21 @@ def test_the_linear_oscillator_is_unstable_where_theory_says():
     np.testing.assert_allclose(limits, [2.08995, 1.90679], rtol=1e-5)
     inside = (branch.speed > limits[1]) & (branch.speed < limits[0])
     np.testing.assert_array_equal(stability_of(monodromies(branch)), ~inside)
+
+
+def test_complex_multipliers_that_leave_the_unit_circle_are_told():
+    """A mesh that pulls, varying with the sum of two natural frequencies: motion sways, and no fold nor doubling."""
+    oscillator = replace(on_bearings(3.0), damping=np.diag([0.004, 0.004, 0.004]))
+    law = LAW._replace(pulls=True)
+    mesh = np.outer(oscillator.lever, oscillator.lever)
+    natural = np.sqrt(eigvalsh(oscillator.stiffness + mesh, oscillator.mass))
+    together = natural[0] + natural[2]
+    found = response(oscillator, law, (0.97 * together, 1.03 * together), 4)
+    assert found.folds == found.doublings == ()
+    assert len(found.swaying) == 2
+    assert found.swaying[1] < together < found.swaying[0]
+    inside = (found.branches[0].speed < found.swaying[0]) & (found.branches[0].speed > found.swaying[1])
+    np.testing.assert_array_equal(found.stable[0], ~inside)
 
 
 def test_no_doubling_is_told_of_outside_the_speeds_that_were_asked_for():
