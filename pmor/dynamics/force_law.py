@@ -29,8 +29,6 @@ class SolvedLaw(Protocol):
         """Return forces and stiffnesses at phases and displacements, (n,) each; NaN outside its range."""
 
 
-
-
 class MachineLaw(Protocol):
     """A law on r coordinates of meshes."""
 

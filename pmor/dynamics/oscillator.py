@@ -48,10 +48,10 @@ def mesh_stiffness_of(oscillator: Oscillator, frequency: FloatArray) -> tuple[Co
         np.linalg.solve(matrix, np.broadcast_to(rows.T, (len(matrix), *rows.T.shape)))
         for matrix in (impedance, impedance.transpose(0, 2, 1))
     )
-    stiffness = np.linalg.inv(rows @ moved)
+    stiffness = np.asarray(np.linalg.inv(rows @ moved), dtype=complex)
     w = np.asarray(frequency, dtype=float)[:, None, None]
     rate = -2.0 * w * oscillator.mass + 1j * oscillator.damping
-    return stiffness, stiffness @ (seen.transpose(0, 2, 1) @ rate @ moved) @ stiffness
+    return stiffness, np.asarray(stiffness @ (seen.transpose(0, 2, 1) @ rate @ moved) @ stiffness)
 
 
 def _impedance(oscillator: Oscillator, frequency: FloatArray) -> ComplexArray:
@@ -75,11 +75,11 @@ def static_stiffness_of(oscillator: Oscillator) -> tuple[FloatArray, FloatArray]
     solution = np.linalg.lstsq(bordered, right, rcond=None)[0]
     if np.abs(bordered @ solution - right).max() > UNBALANCED * max(np.abs(right).max(), 1e-300):
         raise ValueError("the load moves masses that neither bearings nor mesh hold")
-    return -solution[n:, 1:], solution[n:, 0]
+    return np.asarray(-solution[n:, 1:], dtype=float), np.asarray(solution[n:, 0], dtype=float)
 
 
 def position_under(oscillator: Oscillator, force: FloatArray, along: FloatArray) -> FloatArray:
-    """Return the displacements at rest, (n,), under the load and mesh forces, at coordinates of the mesh, (r,) each."""
+    """Return the displacements at rest, (n,), under the load and mesh forces, at coordinates, (r,) each."""
     scale, rows = _scale(oscillator), oscillator.rows
     matrix = np.vstack([scale[:, None] * oscillator.stiffness * scale, scale * rows])
     right = np.append(scale * (oscillator.load - force @ rows), along)
@@ -94,4 +94,6 @@ def _scale(oscillator: Oscillator) -> FloatArray:
 
 def motion_of(oscillator: Oscillator, frequency: FloatArray, forces: ComplexArray) -> ComplexArray:
     """Return the amplitudes of all degrees of freedom, (k, n), under the mesh forces of frequencies, (k, r)."""
-    return np.asarray(np.linalg.solve(_impedance(oscillator, frequency), -(forces @ oscillator.rows)[..., None])[..., 0])
+    return np.asarray(
+        np.linalg.solve(_impedance(oscillator, frequency), -(forces @ oscillator.rows)[..., None])[..., 0]
+    )

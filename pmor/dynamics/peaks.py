@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -36,7 +37,7 @@ def peaks_of(branches: Sequence[Sequence[Data]], modes: Sequence[Data], without:
         (the next of them), `orders_tried`.
     """
     peaks = [
-        _peak(branch[place], modes, lambda order, at=(number, place): without(*at, order))
+        _peak(branch[place], modes, partial(without, number, place))
         for number, branch in enumerate(branches)
         for place in _tops(branch)
     ]
@@ -74,7 +75,7 @@ def _peak(point: Data, modes: Sequence[Data], without: Callable[[int], float | N
         **{key: point[key] for key in ("mesh_frequency_Hz", "dte_rms_um", "dte_peak_to_peak_um", "dynamic_factor")},
         "order": order, "order_um": amplitudes[order - 1] if ranked else point["dominant_order_um"], "mode": mode + 1,
         "over_natural": over(order, mode), "dte_rms_without_um": left.get(order), "further_order": further,
-        "dte_rms_without_further_um": left.get(further), "orders_tried": tried,
+        "dte_rms_without_further_um": None if further is None else left[further], "orders_tried": tried,
     }  # fmt: skip
 
 

@@ -31,7 +31,7 @@ def test_contact_is_lost_while_neither_flanks_nor_backs_touch(monkeypatch):
 
 
 def test_a_line_at_the_order_of_a_shaft_keeps_its_height_and_its_order():
-    """Once to 21 mesh cycles 10 um, and 1 um in each with sidebands: no lines beside them, rms about the mean of all."""
+    """Once to 21 mesh cycles 10 um, 1 um in each, a sideband: no lines beside them, rms about the mean of all."""
     period, cycles = 21, 210
     phase = 2.0 * np.pi * np.arange(1, cycles * SAMPLES + 1) / SAMPLES
     x = 1e-3 * (10.0 * np.sin(phase / period) + np.cos(phase) + 0.2 * np.cos(22.0 / 21.0 * phase))

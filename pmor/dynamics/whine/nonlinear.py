@@ -216,8 +216,7 @@ def _range(mesh: StandingMesh, centre: FloatArray) -> tuple[float, float]:
     for _ in range(2):
         ends = [np.column_stack([centre[0] * TOUCHING[::-1], np.full(len(TOUCHING), centre[1] + side * tilt)])
                 for side in (-1.0, 1.0)]  # fmt: skip
-        touching = [(_law(mesh, end, 16).force[..., 0] > 0.0).any(axis=1) for end in ends]
-        free = ~np.logical_or(*touching)
+        free = np.all([(_law(mesh, end, 16).force[..., 0] == 0.0).all(axis=1) for end in ends], axis=0)
         if not free.any():
             raise ConvergenceError(f"mesh {mesh.name}: flanks touch however far they are apart: lower the torque")
         low = float(centre[0] * TOUCHING[::-1][np.flatnonzero(free)[-1]])
