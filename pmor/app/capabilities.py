@@ -252,7 +252,9 @@ def bench(
 
 
 @suggesting
-def write_design_case(file: Place | DesignFile, folder: Place, variant: int, *, overwrite: bool = False) -> Path:
+def write_design_case(
+    file: Place | DesignFile, folder: Place, variant: int, *, overwrite: bool = False
+) -> Path:
     """Write a variant of finished results of a design file in a folder as a case or set file, and return its path."""
     from pmor.design.variant_case import write_variant
 

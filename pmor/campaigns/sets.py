@@ -184,7 +184,6 @@ def _largest(values: Iterable[float | None]) -> float | None:
     known = [value for value in values if value is not None]
     return max(known) if known else None
 
-
 SETS = Kind(
     key="set", gear="sun", sections=SetCampaign, known=KNOWN, first=FIRST, base_text=_base_text,
     figures=tuple(TABLE[key] for key in OF_SETS),

@@ -289,6 +289,7 @@ def _with_members(error: PmorError, case: str, file: DesignFile) -> PmorError:
     return type(error)(text)
 
 
+
 def uneven(design: Design) -> bool:
     """Whether variables or scatter load the halves of the face differently."""
     scattered = {**design.scatter.modifications, **design.scatter.axes}

@@ -194,7 +194,9 @@ class PlacedTrain:
             name: np.concatenate([getattr(lines, name) for lines in placed], axis=1)
             for name in ("lever", "mate_lever", "lever_slope", "corner_advance", "roll", "law", "row")
         }
-        return Lines(first_pair=placed[0].first_pair, gap=gap, gradient=np.concatenate(gradients, axis=1), **joined)
+        return Lines(
+            first_pair=placed[0].first_pair, gap=gap, gradient=np.concatenate(gradients, axis=1), **joined
+        )
 
     @cached_property
     def rows(self) -> FloatArray:

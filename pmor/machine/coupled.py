@@ -168,7 +168,9 @@ def solve_load(
         before = np.array([one.wrenches * one.scale for one in gearbox.sets])
         after = before.copy()
         for number, one in enumerate(gearbox.sets if trains else ()):
-            after[number] = one.scale * mean_wrenches(gearbox, equilibrium, number, trains[one.settings.name], executor)
+            after[number] = one.scale * mean_wrenches(
+                gearbox, equilibrium, number, trains[one.settings.name], executor
+            )
         settled = float(np.abs(after - before).max(initial=0.0)) < SETS_SETTLED
         if moved < SETTLED and settled:
             return _solved(load, gearbox, equilibrium, pairs, angles, trains, executor)

@@ -109,7 +109,9 @@ def mean_wrenches(
     return one.frame.in_machine(mean)
 
 
-def _over_a_turn(one: SetMeshing, found: _Supported, torque: float, executor: Executor | None) -> FloatArray:
+def _over_a_turn(
+    one: SetMeshing, found: _Supported, torque: float, executor: Executor | None
+) -> FloatArray:
     """Mean wrench on the hubs of the members over a turn of the carrier, in axes of the plan, in the housing, (18,)."""
     plan, train, torques = found.plan, found.train, np.array([1e-3 * torque])
     # Gears that differ, an eccentric ring among them, may press on the housing in one direction.

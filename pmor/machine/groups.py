@@ -287,7 +287,9 @@ def _ste_mm(solution: SetSolution, number: int) -> FloatArray:
     return np.asarray(-rotations[..., [HUB * body + ROTATION for body in mesh.bodies]] @ mesh.smooth_rows[:, ROTATION])
 
 
-def mesh_sweep(placed: PlacedGroup, solution: SetSolution, number: int, coarse: SetSolution | None = None) -> SteSweep:
+def mesh_sweep(
+    placed: PlacedGroup, solution: SetSolution, number: int, coarse: SetSolution | None = None
+) -> SteSweep:
     """Return a mesh of a group, by its number, as a sweep of its pair; its transmission error without the others'.
 
     That counts the rotations of both gears along its line of action.

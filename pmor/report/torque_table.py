@@ -193,3 +193,4 @@ def _mean(values: FloatArray) -> float:
     """Mean of the finite values; NaN without any."""
     known = values[np.isfinite(values)]
     return float(known.mean()) if len(known) else math.nan
+

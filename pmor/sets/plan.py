@@ -314,7 +314,9 @@ def _trained(said: SetSections, layout: Layout, pairs: Mapping[str, GearPair]) -
     return _under_load(plan, pairs)
 
 
-def closing_rows(bodies: Sequence[SetBody], meetings: Sequence[Meeting], placed: Sequence[Placement]) -> FloatArray:
+def closing_rows(
+    bodies: Sequence[SetBody], meetings: Sequence[Meeting], placed: Sequence[Placement]
+) -> FloatArray:
     """Return the change of the gap of each mesh by displacements of all hubs, (M, 6 B)."""
     rows = np.zeros((len(meetings), HUB * len(bodies)))
     for row, (pair, *ends), place in zip(rows, meetings, placed, strict=True):

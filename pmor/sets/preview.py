@@ -34,7 +34,6 @@ from pmor.work.sizes import pair_size
 POSITION_S, SECTIONS_S, STRESS_S, PAGE_S = 2e-5, 8e-10, 4e-4, 3.0
 SWEEP, PAGE = "sweep of all meshes", "page"
 
-
 def plan(file: SetFile) -> str:
     """Return the plan of a set.
 

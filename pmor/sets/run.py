@@ -78,7 +78,9 @@ def train_of(file: SetFile, kept: KeptGear = not_kept, executor: Executor | None
         return build_train(file.cases, plan.bodies, plan.meshes, plan.free, plan.compliance, kept, executor)
 
 
-def coarse_train_of(file: SetFile, kept: KeptGear = not_kept, executor: Executor | None = None) -> GearTrain | None:
+def coarse_train_of(
+    file: SetFile, kept: KeptGear = not_kept, executor: Executor | None = None
+) -> GearTrain | None:
     """Return the train of a set on half as many elements; None where no error bar of the mesh is asked for."""
     halves = {name: half for name, case in file.cases.items() if (half := coarser(case)) is not None}
     if len(halves) < len(file.cases):

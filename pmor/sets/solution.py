@@ -279,8 +279,7 @@ class SetSolution:
         number = place_of("support", name, [body.name for body in self.plan.bodies if body.on is None])
         wrench = sum(
             self.hub_wrench[:, :, body] @ at_place(self.plan.bodies[body].z - self.plan.bodies[number].z)
-            for body, on in enumerate(shaft_of(self.plan.bodies))
-            if on == number
+            for body, on in enumerate(shaft_of(self.plan.bodies)) if on == number
         )
         return PartView(name, np.asarray(wrench), self.hub_displacement[:, :, number])
 

@@ -151,7 +151,9 @@ def motion_arrays(response: LoadResponse) -> dict[str, np.ndarray]:
 
     frequency = np.stack([padded(source.frequency_Hz(speeds), source) for source in sources])
     meshes = np.stack([padded(source.lines.mesh_forces, source) for source in sources])
-    bearings = np.stack([padded(response.bearing_forces(source.lines.readings)[..., :3], source) for source in sources])
+    bearings = np.stack(
+        [padded(response.bearing_forces(source.lines.readings)[..., :3], source) for source in sources]
+    )
     return {
         "speed/speed": speeds, "speed/bearing_force": bearing_rms(response), "speed/mesh_force": mesh_rms(response),
         "lines/frequency": frequency, "lines/mesh_force": 2.0 * abs(meshes), "lines/mesh_force_phase": np.angle(meshes),

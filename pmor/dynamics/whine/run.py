@@ -55,7 +55,6 @@ def run(
     with nullcontext() if folder is None else results_folder(Path(folder), FILES, (), overwrite, settings.inputs):
         kept = kept_beside(None if folder is None else Path(folder), overwrite)
         trained, trains = meshes_and_trains(settings, kept)
-
     def about(load: LoadCase) -> LoadResponse | str:
         pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
         try:
