@@ -149,11 +149,10 @@ def test_harmonic_balance_with_loss_of_contact_is_motion_over_time():
     force, approach = machine.law.mesh_forces(balance.phase, balance.displacement(point.unknowns))
     assert (force[0] == 0.0).mean() > 0.1
     start, speeds = state_at(machine, point.unknowns, point.speed), np.full(400, point.speed)
-    _, seen, pushed = machine.march(start, speeds, steps=PHASES)
+    _, seen, pushed = machine.march(start, speeds, steps=PHASES // 2)
     assert_allclose(seen[-1, :, 0].std(), approach[0].std(), rtol=1e-3)
-    # Kicks are in the middle of steps.
-    between = len(balance.phase) // PHASES
-    assert_allclose(seen[-1, :, 0], approach[0, between // 2 :: between], atol=1e-2 * np.ptp(approach[0]))
+    # Kicks are in the middle of steps, at every other phase.
+    assert_allclose(seen[-1, :, 0], approach[0, 1::2], atol=1e-2 * np.ptp(approach[0]))
     assert_allclose(pushed[-1, :, 0].std(), force[0].std(), rtol=5e-3)
 
 
@@ -171,7 +170,7 @@ def test_slow_runs_jump_within_a_hertz_of_the_folds(kind):
     start = size(near, key=lambda p: rms(balance.by_coordinate(p.unknowns)[0]))
     state, previous = state_at(machine, start.unknowns, start.speed), None
     for speed in np.linspace(start.speed / HZ, fold + 3.0 * way, 60):
-        state, seen, _ = machine.march(state, np.full(600, HZ * speed), steps=PHASES)
+        state, seen, _ = machine.march(state, np.full(600, HZ * speed), steps=PHASES // 2)
         now = seen[-1, :, 0].std()
         if previous and abs(np.log(now / previous)) > 0.2:
             break

@@ -26,17 +26,16 @@ from pmor.dynamics.whine.modal import Receptance
 from pmor.line.hub_law import COORDINATES, HubLaw, laws_at, mesh_coordinates
 from pmor_online.model import online_angles
 
-# Of a table: phases that are solved, and those between which it is linear; approaches and second coordinates.
-SOLVED_PHASES, PHASES, APPROACHES, TILTS = 128, 256, 33, 13
+# Of a table: phases that are solved, and those between which it is linear and which harmonic balance takes (with 256 a
+# fold where flanks part was 0.3 per mille off); approaches and second coordinates.
+SOLVED_PHASES, PHASES, APPROACHES, TILTS = 128, 512, 33, 13
 # Its range: of the mean deflection, from where flanks touch.
 REACH, TILT_REACH = 6.0, 1.0
-# Samples of a mesh cycle that harmonic balance takes: at 256 a fold where flanks part was 0.3 per mille off.
-SAMPLES = 1024
 # Steps in which it is looked for where flanks touch, over the mean approach.
 TOUCHING = np.linspace(1.0, -4.0, 51)
 # Steps of a cycle over time, with kicks at phases of the table; splittings. That of fourth order keeps energy better,
 # but gains nothing where teeth come into contact and leave it.
-STEPS = PHASES // 2
+STEPS = 128
 SECOND_ORDER = np.ones(1)
 FOURTH_ORDER = np.array([1.0, -(2.0 ** (1.0 / 3.0)), 1.0]) / (2.0 - 2.0 ** (1.0 / 3.0))
 
@@ -46,7 +45,7 @@ class ClosedLaw:
     """The law of meshes as the modes of their machine feel them (`pmor.dynamics.force_law.MachineLaw`)."""
 
     meshes: ClosedMeshes
-    samples: int = SAMPLES
+    samples: int = PHASES
 
     @property
     def centre(self) -> FloatArray:
