@@ -29,7 +29,37 @@ class SolvedLaw(Protocol):
         """Return forces and stiffnesses at phases and displacements, (n,) each; NaN outside its range."""
 
 
-ForceLaw = CompiledLaw | SolvedLaw
+class MachineLaw(Protocol):
+    """A law on r coordinates of meshes."""
+
+    #: phases of a mesh cycle at which it is known best
+    samples: int
+    #: shape (r,): where the coordinates stand about which the machine has its modes
+    centre: FloatArray
+
+    def forces(self, phase: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return forces (r, n) and stiffnesses (r, r, n) at phases (n,) and coordinates (r, n); NaN out of range."""
+
+
+ForceLaw = CompiledLaw | SolvedLaw | MachineLaw
+
+
+def samples_of(law: ForceLaw, samples: int) -> int:
+    """Return at how many phases of a mesh cycle a law is looked at: so many, unless it says by itself."""
+    return int(getattr(law, "samples", samples))
+
+
+def centre_of(law: ForceLaw) -> FloatArray | None:
+    """Return where the coordinates of a law stand under its load; None where that is to be found."""
+    return getattr(law, "centre", None)
+
+
+def coordinate_forces(law: ForceLaw, phase: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return forces (r, n) and stiffnesses (r, r, n) at phases (n,) and coordinates (r, n)."""
+    if centre_of(law) is not None:
+        return law.forces(phase, x)  # type: ignore[union-attr]
+    force, slope = forces_at(law, phase, x[0])
+    return force[None], slope[None, None]
 
 
 def forces_at(law: ForceLaw, phase: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -12,14 +12,14 @@ The unknowns are real: mean, then cosine and sine of each harmonic (Cameron & Gr
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.core.errors import ConvergenceError
-from pmor.dynamics.force_law import ForceLaw, forces_at
+from pmor.dynamics.force_law import ForceLaw, centre_of, coordinate_forces, forces_at, samples_of
 from pmor.dynamics.oscillator import Oscillator, mesh_stiffness_of, static_stiffness_of
 
 # Samples per mesh cycle. Where flanks part between two of them the force has a kink: at 320 samples that alone made
@@ -34,12 +34,17 @@ SMALLEST, LARGEST, BISECTIONS = 1e-9, 1e9, 60
 
 @dataclass(frozen=True)
 class Balance:
-    """The equations of harmonic balance of an oscillator under a force law."""
+    """The equations of harmonic balance of an oscillator under a force law.
+
+    Unknowns are those of one coordinate of the mesh after the other.
+    """
 
     oscillator: Oscillator
     law: ForceLaw
     cycles: int  # Mesh cycles p after which the motion repeats
     harmonics: int  # Of a mesh cycle: there are p times as many unknown harmonics
+    # shape (n,): Forces on the mesh beside its load, by harmonics
+    further: FloatArray | None = None
 
     @property
     def orders(self) -> int:
@@ -47,31 +52,41 @@ class Balance:
         return self.cycles * self.harmonics
 
     @property
+    def coordinates(self) -> int:
+        """Number of coordinates of the mesh, r."""
+        return len(self.oscillator.rows)
+
+    @property
     def size(self) -> int:
-        """Number of unknowns, mean included."""
-        return 2 * self.orders + 1
+        """Number of unknowns, means included."""
+        return self.coordinates * (2 * self.orders + 1)
 
     @cached_property
     def phase(self) -> FloatArray:
         """Phases of the mesh at which forces are evaluated, over the whole period."""
-        return np.asarray(2.0 * np.pi / SAMPLES * np.arange(SAMPLES * self.cycles), dtype=float)
+        samples = samples_of(self.law, SAMPLES)
+        return np.asarray(2.0 * np.pi / samples * np.arange(samples * self.cycles), dtype=float)
 
     @cached_property
-    def at_rest(self) -> tuple[float, float]:
-        """Static stiffness and force that the mesh feels."""
+    def at_rest(self) -> tuple[FloatArray, FloatArray]:
+        """Static stiffness (r, r) and force (r,) that the mesh feels."""
         return static_stiffness_of(self.oscillator)
 
+    def by_coordinate(self, unknowns: FloatArray) -> FloatArray:
+        """Unknowns, (r, 2 orders + 1)."""
+        return unknowns.reshape(self.coordinates, -1)
+
     def displacement(self, unknowns: FloatArray) -> FloatArray:
-        """Displacement at `phase`."""
-        samples = len(self.phase)
-        spectrum = np.zeros(samples // 2 + 1, dtype=complex)
-        spectrum[1 : self.orders + 1] = 0.5 * samples * (unknowns[1::2] - 1j * unknowns[2::2])
-        spectrum[0] = samples * unknowns[0]
+        """Displacement at `phase`, (r, s)."""
+        samples, each = len(self.phase), self.by_coordinate(unknowns)
+        spectrum = np.zeros((len(each), samples // 2 + 1), dtype=complex)
+        spectrum[:, 1 : self.orders + 1] = 0.5 * samples * (each[:, 1::2] - 1j * each[:, 2::2])
+        spectrum[:, 0] = samples * each[:, 0]
         return np.fft.irfft(spectrum, samples)
 
     def forces(self, unknowns: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Mesh forces at `phase`, and their derivatives by the displacement."""
-        return forces_at(self.law, self.phase, self.displacement(unknowns))
+        """Mesh forces at `phase`, (r, s), and their derivatives by the displacement, (r, r, s)."""
+        return coordinate_forces(self.law, self.phase, self.displacement(unknowns))
 
     def residual(self, unknowns: FloatArray, speed: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Residual of (1) at a mesh frequency, its derivatives by the unknowns, and by the frequency.
@@ -82,21 +97,25 @@ class Balance:
         if not np.isfinite(force).all():
             raise ConvergenceError(f"at mesh frequency {in_Hz(speed)} the motion leaves the range of the force law")
         linear, rate = self._linear(speed)
-        residual = linear @ unknowns + harmonics_of(force, self.orders)
-        residual[0] -= self.at_rest[1]
-        return residual, linear + product_rows(harmonics_of(slope, 2 * self.orders)), rate @ unknowns
+        residual = linear @ unknowns + np.concatenate([harmonics_of(part, self.orders) for part in force])
+        self.by_coordinate(residual)[:, 0] -= self.at_rest[1]
+        if self.further is not None:
+            residual -= self.further
+        products = np.block([[product_rows(harmonics_of(part, 2 * self.orders)) for part in row] for row in slope])
+        return residual, linear + products, rate @ unknowns
 
     def _linear(self, speed: float) -> tuple[FloatArray, FloatArray]:
         """Matrix of the dynamic stiffnesses, and its derivative by the mesh frequency."""
-        order = np.arange(1, self.orders + 1) / self.cycles
+        order, r = np.arange(1, self.orders + 1) / self.cycles, self.coordinates
         stiffness, rate = mesh_stiffness_of(self.oscillator, order * speed)
-        matrix, rates = np.zeros((self.size, self.size)), np.zeros((self.size, self.size))
-        matrix[0, 0] = self.at_rest[0]
+        shape = (r, 2 * self.orders + 1, r, 2 * self.orders + 1)
+        matrix, rates = np.zeros(shape), np.zeros(shape)
+        matrix[:, 0, :, 0] = self.at_rest[0]
         cosine = 2 * np.arange(self.orders) + 1
-        for target, value in ((matrix, stiffness), (rates, order * rate)):
-            target[cosine, cosine] = target[cosine + 1, cosine + 1] = value.real
-            target[cosine, cosine + 1], target[cosine + 1, cosine] = value.imag, -value.imag
-        return matrix, rates
+        for target, value in ((matrix, stiffness), (rates, order[:, None, None] * rate)):
+            target[:, cosine, :, cosine] = target[:, cosine + 1, :, cosine + 1] = value.real
+            target[:, cosine, :, cosine + 1], target[:, cosine + 1, :, cosine] = value.imag, -value.imag
+        return matrix.reshape(self.size, -1), rates.reshape(self.size, -1)
 
 
 def in_Hz(speed: float) -> str:
@@ -176,6 +195,10 @@ def solve_at(balance: Balance, speed: float, start: FloatArray) -> FloatArray:
 def rest(balance: Balance) -> FloatArray:
     """Return a start: the mean displacement at which the mean of the force over the cycle bears the load."""
     phase, start = balance.phase, np.zeros(balance.size)
+    centre = centre_of(balance.law)
+    if centre is not None:
+        balance.by_coordinate(start)[:, 0] = centre
+        return start
 
     def mean_force(x: FloatArray) -> FloatArray:
         return np.asarray(forces_at(balance.law, phase, np.repeat(x, len(phase)))[0].mean(keepdims=True))
@@ -184,15 +207,26 @@ def rest(balance: Balance) -> FloatArray:
     return start
 
 
+def without_harmonic(balance: Balance, order: int) -> Balance:
+    """Return the equations of a mesh of one coordinate without a harmonic of its force at rest under the mean load."""
+    at_rest = forces_at(balance.law, balance.phase, np.full(len(balance.phase), rest(balance)[0]))[0]
+    further = np.zeros(balance.size)
+    own = slice(2 * balance.cycles * order - 1, 2 * balance.cycles * order + 1)
+    further[own] = harmonics_of(at_rest, balance.orders)[own]
+    return replace(balance, further=further)
+
+
 def quasi_static(balance: Balance) -> FloatArray:
     """Return a start at low frequencies: the displacement at which the force at each phase bears the load."""
     phase = balance.phase
+    if centre_of(balance.law) is not None:
+        return rest(balance)
     return harmonics_of(_bearing(balance, lambda x: forces_at(balance.law, phase, x)[0], len(phase)), balance.orders)
 
 
 def _bearing(balance: Balance, force: Callable[[FloatArray], FloatArray], count: int) -> FloatArray:
     """Displacements (count,) at which a force that rises with them bears the load."""
-    stiffness, load = balance.at_rest
+    stiffness, load = (float(part.item()) for part in balance.at_rest)
 
     def short(x: FloatArray) -> BoolArray:
         # Beyond the range of the law, where the force is no number, is too far.
@@ -209,5 +243,5 @@ def _bearing(balance: Balance, force: Callable[[FloatArray], FloatArray], count:
 
 
 def rms(unknowns: FloatArray) -> FloatArray:
-    """Root mean square of the motion about its mean, of unknowns (..., n)."""
+    """Root mean square of the motion about its mean, of unknowns (..., n) of one coordinate."""
     return np.asarray(np.sqrt(0.5 * (unknowns[..., 1:] ** 2).sum(axis=-1)))

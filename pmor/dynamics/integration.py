@@ -38,11 +38,19 @@ class Motion:
     displacement: FloatArray
     force: FloatArray
     steps: int
+    period: int = 1  # Mesh cycles after which the law repeats
 
     @property
     def rms(self) -> FloatArray:
-        """Root mean square of the displacement about the mean of each mesh cycle, (cycles,)."""
-        return np.asarray(self.displacement.reshape(-1, SAMPLES).std(axis=1))
+        """Root mean square of the displacement of each mesh cycle about its mean over the period of the law, (cycles,).
+
+        What is left of a period at the end has its own mean.
+        """
+        cycles = self.displacement.reshape(-1, SAMPLES)
+        first = np.arange(0, len(cycles), self.period)
+        lengths = np.diff(np.append(first, len(cycles)))
+        means = np.repeat(np.add.reduceat(cycles.mean(axis=1), first) / lengths, lengths)
+        return np.asarray(np.sqrt(((cycles - means[:, None]) ** 2).mean(axis=1)))
 
     @property
     def cycle_speed(self) -> FloatArray:
@@ -86,7 +94,7 @@ def integrate(
             f"between mesh frequencies {in_Hz(first)} and {in_Hz(last)} the motion leaves the range of the force law"
         )
     along = seen[:, : oscillator.size] @ oscillator.lever
-    return Motion(phase, first + rate * times, seen, along, forces_at(law, phase, along)[0], steps)
+    return Motion(phase, first + rate * times, seen, along, forces_at(law, phase, along)[0], steps, cycles_of(law))
 
 
 def run_through(

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,11 +19,13 @@ from pmor.core.errors import ConvergenceError
 from pmor.dynamics.continuation import Branch
 from pmor.dynamics.force_law import LoadLimit, SolvedLaw, cycles_of, mean_stiffness, static_displacement
 from pmor.dynamics.gear_model import GearModel, NaturalModes, natural_modes
-from pmor.dynamics.harmonic_balance import SAMPLES, in_Hz, rms
+from pmor.dynamics.harmonic_balance import SAMPLES, in_Hz, rms, solve_at, without_harmonic
+from pmor.dynamics.harmonic_balance import rest as resting
 from pmor.dynamics.integration import SAMPLES as RUN_SAMPLES
 from pmor.dynamics.integration import Motion, integrate, run_through
 from pmor.dynamics.kernels.laws import ForceTable
 from pmor.dynamics.oscillator import Oscillator, position_under
+from pmor.dynamics.peaks import peaks_of
 from pmor.dynamics.quantities import UM, cycle_of, quantities
 from pmor.dynamics.response import HARMONICS, Response, response
 from pmor.line.hertz import TOO_WIDE
@@ -36,7 +39,7 @@ BEYOND_NATURAL = 1.6
 MOST_HARMONICS = SAMPLES // 4
 # Points that are kept of a run.
 RUN_POINTS = 400
-# Spectra of a run: cycles of each, highest order, how many.
+# Spectra of a run: cycles of each, at least, highest order, how many.
 SPECTRUM_CYCLES, HIGHEST_ORDER, SPECTRA = 8, 5.0, 150
 # Samples of a cycle that are kept where motion is largest.
 HISTORY = 256
@@ -153,15 +156,17 @@ def _branches(task: Task) -> Data:
     for number, branch in enumerate(solved.branches):
         balance = branch.balance
         wide = [
-            p.speed for p in branch.points if _overloads(task, balance.phase, balance.displacement(p.unknowns)).any()
+            p.speed for p in branch.points if _overloads(task, balance.phase, balance.displacement(p.unknowns)[0]).any()
         ]
         lost += _overloaded(f"branch {number}", wide)
+    points = [_points(task.model, *pair) for pair in zip(solved.branches, solved.stable, strict=True)]
+    modes = _modes(task.model, rest.modes)
     static = UM * static_displacement(task.law, float(rest.oscillator.load[0]), _phases(task.law), rest.interval)
     return {
         "torque_Nm": task.torque_Nm,
         "natural_frequency_Hz": _hz(rest.natural),
         "natural_frequencies_Hz": [_hz(frequency) for frequency in rest.modes.frequency],
-        "modes": _modes(task.model, rest.modes),
+        "modes": modes,
         "mesh_stiffness_mean_N_per_um": 1e-3 * rest.stiffness,
         "mesh_damping_N_s_mm": float(rest.oscillator.damping[0, 0]),
         "mesh_force_mean_N": float(rest.oscillator.load[0]),
@@ -169,14 +174,15 @@ def _branches(task: Task) -> Data:
         "ste_rms_um": float(static.std()),
         "ste_peak_to_peak_um": float(np.ptp(static)),
         "mesh_frequencies_Hz": [_hz(speed) for speed in limits],
-        "branches": [_points(task.model, branch, stable) for branch, stable in zip(
-            solved.branches, solved.stable, strict=True)],
+        "branches": points,
+        "peaks": peaks_of(points, modes, partial(_rms_without, task, solved)),
         "folds": [
             {"mesh_frequency_Hz": _hz(fold.point.speed), "dte_rms_um": UM * float(rms(fold.point.unknowns)),
              "kind": fold.kind}
             for fold in solved.folds
         ],
         "period_doublings_Hz": [_hz(point.speed) for point in solved.doublings],
+        "swaying_Hz": [_hz(speed) for speed in solved.swaying],
         "largest": _largest(task.model, solved),
         "lost": lost,
     }  # fmt: skip
@@ -197,6 +203,18 @@ def _points(model: GearModel, branch: Branch, stable: Any) -> list[Data]:
         | asdict(quantities(model, branch.balance, point.unknowns, point.speed))
         for point, holds in zip(branch.points, stable, strict=True)
     ]
+
+
+def _rms_without(task: Task, solved: Response, branch: int, place: int, order: int) -> float | None:
+    """Transmission error at a point with a harmonic of the excitation switched off, by the table; None: not found."""
+    balance, point = replace(solved.branches[branch].balance, law=task.law), solved.branches[branch].points[place]
+    balance = without_harmonic(balance, order)
+    for start in (resting(balance), point.unknowns):
+        try:
+            return UM * float(rms(solve_at(balance, point.speed, start)))
+        except ConvergenceError:
+            continue
+    return None
 
 
 def _largest(model: GearModel, solved: Response) -> Data | None:
@@ -234,7 +252,7 @@ def _run(task: Task, key: str) -> Data:
         limits = speeds_of(task, rest)
         pieces = _pieces(task, rest, *(limits if key == RUN_UP else limits[::-1]))
         wide = list[float]()
-        points, spectra = follow(_watched(task, pieces, wide), task.run_cycles)
+        points, spectra = follow(_watched(task, pieces, wide), task.run_cycles, cycles_of(task.law))
     except ConvergenceError as error:
         return {key: None, "lost": [f"{key}: {error}"]}
     return {key: points, "lost": _overloaded(key, wide)} | ({"waterfall": spectra} if key == RUN_UP else {})
@@ -275,57 +293,64 @@ def resting_state(oscillator: Oscillator, law: ForceTable, interval: tuple[float
     """Return displacements and velocities at rest under the load at phase 0."""
     force = float(oscillator.load[0] / oscillator.lever[0])
     along = static_displacement(law, force, np.zeros(1), interval)[0]
-    return np.append(position_under(oscillator, force, float(along)), np.zeros(oscillator.size))
+    return np.append(position_under(oscillator, np.array([force]), np.array([along])), np.zeros(oscillator.size))
 
 
-def follow(pieces: Iterable[Motion], cycles: int) -> tuple[list[Data], Data | None]:
+def follow(pieces: Iterable[Motion], cycles: int, period: int = 1) -> tuple[list[Data], Data | None]:
     """Return the points of a run, piece by piece, and the spectra along it; None for a short run.
 
-    A long run, of so many cycles in all, has more samples than memory.
+    A long run, of so many cycles in all, has more samples than memory. Spectra are those of whole periods of the law.
     """
     kept, spectra = list[FloatArray](), list[tuple[float, FloatArray]]()
-    stride, due, done = max(SPECTRUM_CYCLES, cycles // SPECTRA), 0, 0
+    block = period * math.ceil(SPECTRUM_CYCLES / period)
+    stride, due, done = max(block, cycles // SPECTRA), 0, 0
     for piece in pieces:
-        apart = (piece.force == 0.0).reshape(-1, RUN_SAMPLES).mean(axis=1)
-        kept.append(np.column_stack([piece.cycle_speed, piece.rms, apart]))
+        force = piece.force.reshape(-1, RUN_SAMPLES)
+        apart = (force == 0.0).mean(axis=1)
+        parted = np.maximum(0.0, -piece.displacement.reshape(-1, RUN_SAMPLES).min(axis=1))
+        pushed = force.max(axis=1), force.mean(axis=1)
+        kept.append(np.column_stack([piece.cycle_speed, piece.rms, apart, *pushed, parted]))
         count = len(apart)
         while due < done + count:
-            start = min(due - done, count - SPECTRUM_CYCLES)
+            start = min(due - done, count - block)
             if start >= 0:
-                spectra.append((float(piece.cycle_speed[start : start + SPECTRUM_CYCLES].mean()),
-                                _spectrum(piece.displacement[start * RUN_SAMPLES :])))  # fmt: skip
+                spectra.append((float(piece.cycle_speed[start : start + block].mean()),
+                                _spectrum(piece.displacement[start * RUN_SAMPLES :], block)))  # fmt: skip
             due += stride
         done += count
-    return _run_points(np.concatenate(kept)), _spectra(spectra)
+    return _run_points(np.concatenate(kept), period), _spectra(spectra, block)
 
 
-def _run_points(kept: FloatArray) -> list[Data]:
-    """Mesh frequency, transmission error and loss of contact over a run, means of neighbouring cycles."""
-    speed, size, apart = kept.T
-    ends = np.linspace(0, len(speed), min(RUN_POINTS, len(speed)) + 1).astype(int)
-    return [
-        {"mesh_frequency_Hz": _hz(speed[a:b].mean()), "dte_rms_um": UM * float(np.sqrt((size[a:b] ** 2).mean())),
-         "contact_loss": float(apart[a:b].mean())}
-        for a, b in zip(ends[:-1], ends[1:], strict=True)
-    ]  # fmt: skip
+def _run_points(kept: FloatArray, period: int) -> list[Data]:
+    """Motion over a run, of neighbouring cycles: mean frequency and loss of contact, largest force and separation."""
+    ends = np.linspace(0, len(kept), min(RUN_POINTS, max(len(kept) // period, 1)) + 1).astype(int)
+    points = []
+    for a, b in zip(ends[:-1], ends[1:], strict=True):
+        speed, size, apart, largest, mean, parted = kept[a:b].T
+        points.append({
+            "mesh_frequency_Hz": _hz(speed.mean()), "dte_rms_um": UM * float(np.sqrt((size**2).mean())),
+            "contact_loss": float(apart.mean()), "largest_force_N": float(largest.max()),
+            "dynamic_factor": float(largest.max() / mean.mean()), "separation_um": UM * float(parted.max()),
+        })  # fmt: skip
+    return points
 
 
-def _spectrum(displacement: FloatArray) -> FloatArray:
-    """Amplitudes of the orders of the mesh frequency in the first cycles of some, whole and broken orders."""
-    length = SPECTRUM_CYCLES * RUN_SAMPLES
-    block = displacement[:length] - displacement[:length].mean()
-    # Hann's window keeps an order from those beside it; the mean of it is a half.
-    window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(length) / length)
-    count = int(HIGHEST_ORDER * SPECTRUM_CYCLES) + 1
-    return np.asarray(np.abs(np.fft.rfft(block * window))[:count] * (4.0 / length))
+def _spectrum(displacement: FloatArray, cycles: int) -> FloatArray:
+    """Amplitudes of the orders of the mesh frequency in the first cycles of some, whole and broken orders.
+
+    Without a window: motion repeats after these cycles, or after a part of them.
+    """
+    block = displacement[: cycles * RUN_SAMPLES]
+    count = int(HIGHEST_ORDER * cycles) + 1
+    return np.asarray(np.abs(np.fft.rfft(block - block.mean()))[:count] * (2.0 / len(block)))
 
 
-def _spectra(spectra: list[tuple[float, FloatArray]]) -> Data | None:
+def _spectra(spectra: list[tuple[float, FloatArray]], cycles: int) -> Data | None:
     if not spectra:
         return None
     return {
         "mesh_frequency_Hz": [_hz(speed) for speed, _ in spectra],
-        "order": (np.arange(len(spectra[0][1])) / SPECTRUM_CYCLES).tolist(),
+        "order": (np.arange(len(spectra[0][1])) / cycles).tolist(),
         # Of five digits: a picture shows three.
         "amplitude_um": [[float(f"{UM * amplitude:.5g}") for amplitude in spectrum] for _, spectrum in spectra],
     }
@@ -346,6 +371,7 @@ SPEEDS = {
     "natural_frequency_Hz": "natural_speed_rpm",
     "natural_frequencies_Hz": "natural_speeds_rpm",
     "period_doublings_Hz": "period_doublings_rpm",
+    "swaying_Hz": "swaying_rpm",
     "resonance_Hz": "resonance_rpm",
 }
 

@@ -9,7 +9,8 @@ from pmor.case import Case
 from pmor.dynamics.figures import contact_figure, motion_figure, response_figure, waterfall_figure
 from pmor.dynamics.force_law import cycles_of
 from pmor.dynamics.law import MeshLaw
-from pmor.dynamics.measure import Data, rpm, with_speeds
+from pmor.dynamics.measure import RUNS, Data, rpm, with_speeds
+from pmor.dynamics.quantities import ORDERS
 from pmor.dynamics.rating import by_range, rated
 from pmor.dynamics.solution import Dynamics
 from pmor.pair.conditions import backs_mirror_flanks
@@ -96,14 +97,26 @@ def _blocks(solved: Dynamics) -> list[Block]:
     if any(response["branches"] for response in responses):
         blocks.append(Picture("contact.png", "Loss of contact, and force on the bearings.", contact_figure(responses)))
     for name, caption, figure in (
-        ("waterfall.png", "Orders of the transmission error along the run-up; broken orders are motion that does not "
-         "repeat with the mesh.", waterfall_figure(responses)),
+        ("waterfall.png", _orders_sentence(solved), waterfall_figure(responses)),
         ("motion.png", "The stable motion of the largest transmission error of each torque: left of the dashed line, "
          "or below it, the nominal flanks are separated.", motion_figure(responses)),
     ):  # fmt: skip
         if figure is not None:
             blocks.append(Picture(name, caption, figure))
     return [*blocks, *_tables(solved), _law_paragraph(case, solved.laws, responses)]
+
+
+def _orders_sentence(solved: Dynamics) -> str:
+    """Return what a waterfall shows, and the orders of both shafts in it."""
+    cycles = cycles_of(solved.laws[0].table)
+    said = "Orders of the transmission error along the run-up, each spectrum over whole periods without a window; "
+    if cycles == 1:
+        return said + "broken orders are motion that does not repeat with the mesh."
+    return (
+        f"{said}the mesh repeats after {cycles} cycles. Once to a turn of the pinion is order "
+        f"1/{solved.pair.pinion.teeth} of the mesh frequency, of the wheel 1/{abs(solved.pair.wheel.teeth)}; sidebands "
+        "lie so far from whole orders, or at multiples of it."
+    )
 
 
 def _law_paragraph(case: Case, laws: Sequence[MeshLaw], responses: Sequence[Data]) -> str:
@@ -185,14 +198,19 @@ def _peaks(responses: Sequence[Data]) -> Table:
         "DTE rms, µm": lambda row: row[1]["dte_rms_um"],
         "peak-to-peak, µm": lambda row: row[1]["dte_peak_to_peak_um"],
         "dynamic factor": lambda row: row[1]["dynamic_factor"],
-        "largest order": lambda row: row[1]["order"],
+        "harmonic": lambda row: row[1]["order"],
         "its amplitude, µm": lambda row: row[1]["order_um"],
         "mode": lambda row: row[1]["mode"],
-        "order × mesh frequency over its natural one": lambda row: row[1]["over_natural"],
+        "harmonic × mesh frequency over its natural one": lambda row: row[1]["over_natural"],
+        "DTE rms without that harmonic, µm": lambda row: row[1]["dte_rms_without_um"],
+        "next harmonic": lambda row: row[1]["further_order"],
+        "DTE rms without that one, µm": lambda row: row[1]["dte_rms_without_further_um"],
     }
     note = (
-        "Of stable motion; amplitudes zero to peak. The mode is the one whose natural frequency is nearest to that of "
-        "the largest order; where flanks part, peaks lie below it."
+        "Of stable motion; amplitudes zero to peak. Each harmonic of the excitation that comes near to a mode was "
+        f"switched off in turn, up to the {ORDERS}th: that of a peak is the one without which motion is least, and the "
+        "mode is the nearest to it, however little of its energy is in the mesh. Higher harmonics were left out. Where "
+        "flanks part, peaks lie below the mode."
     )
     return table("Peaks of the response", columns, rows, note)
 
@@ -259,7 +277,10 @@ def _ratings(solved: Dynamics) -> Table:
 
 
 def _most(response: Data, key: str) -> float | None:
+    """Largest value of stable motion; of the runs, where there are no branches."""
     values = [point[key] for branch in response["branches"] for point in branch if point["stable"]]
+    if not response["branches"]:
+        values = [point[key] for run in RUNS for point in response[run] or ()]
     return max(values, default=None)
 
 

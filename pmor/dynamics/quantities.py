@@ -52,7 +52,7 @@ class PointQuantities:
 
 def cycle_of(model: GearModel, balance: Balance, unknowns: FloatArray, speed: float) -> Cycle:
     """Return the motion over its period that harmonic balance found at an angular mesh frequency."""
-    oscillator, force = balance.oscillator, balance.forces(unknowns)[0]
+    oscillator, force = balance.oscillator, balance.forces(unknowns)[0][0]
     states = _states(balance, unknowns, speed, force)
     lever = oscillator.lever
     return Cycle(
@@ -88,9 +88,9 @@ def _states(balance: Balance, unknowns: FloatArray, speed: float, force: FloatAr
     oscillator, samples = balance.oscillator, len(balance.phase)
     coefficients = harmonics_of(force, balance.orders)
     frequency = speed * np.arange(1, balance.orders + 1) / balance.cycles
-    moved = motion_of(oscillator, frequency, coefficients[1::2] - 1j * coefficients[2::2])
+    moved = motion_of(oscillator, frequency, (coefficients[1::2] - 1j * coefficients[2::2])[:, None])
     spectrum = np.zeros((2, samples // 2 + 1, oscillator.size), dtype=complex)
-    spectrum[0, 0] = samples * position_under(oscillator, float(coefficients[0]), float(unknowns[0]))
+    spectrum[0, 0] = samples * position_under(oscillator, coefficients[:1], unknowns[:1])
     spectrum[0, 1 : balance.orders + 1] = 0.5 * samples * moved
     spectrum[1, 1 : balance.orders + 1] = 0.5 * samples * 1j * frequency[:, None] * moved
     return np.asarray(np.hstack(list(np.fft.irfft(spectrum, samples, axis=1))))

@@ -12,7 +12,7 @@ from pmor.dynamics.continuation import Branch, Fold, Follower, Point, first_poin
 from pmor.dynamics.force_law import ForceLaw
 from pmor.dynamics.harmonic_balance import Balance, in_Hz, quasi_static, rest, solve_at
 from pmor.dynamics.oscillator import Oscillator
-from pmor.dynamics.stability import doubled_branch, doublings, monodromy, stability_of
+from pmor.dynamics.stability import complex_crossings, doubled_branch, doublings, monodromy, stability_of
 
 # Harmonics of the mesh frequency: on the benchmark the last quarter of them makes 4e-5 of the motion where it is
 # largest, 3.6 times the displacement under the mean load.
@@ -35,6 +35,8 @@ class Response:
     stable: tuple[BoolArray, ...]  # By point, of each branch
     doublings: tuple[Point, ...]  # Where branches of twice the period begin
     lost: tuple[str, ...]  # Failures, and why
+    # Mesh frequencies at which complex multipliers leave the unit circle: motion sways from there
+    swaying: tuple[float, ...] = ()
 
     @property
     def folds(self) -> tuple[Fold, ...]:
@@ -65,7 +67,8 @@ def response(
         except ConvergenceError as error:
             lost.append(f"{name}: {error}")
     branches, growth = [branch for branch, _ in known], [stability_of(grown) for _, grown in known]
-    return Response(tuple(branches), tuple(growth), tuple(places), tuple(lost))
+    swaying = [speed for branch, grown in known for speed in complex_crossings(branch, grown)]
+    return Response(tuple(branches), tuple(growth), tuple(places), tuple(lost), tuple(swaying))
 
 
 def _from_above(balance: Balance, high: float) -> tuple[Follower, Point]:

@@ -90,7 +90,7 @@ class DynamicsResult(Tabular):
 
     @property
     def peaks(self) -> tuple[tuple[Data, ...], ...]:
-        """Peaks of the response, for each torque (`pmor.dynamics.solution.peaks_of`)."""
+        """Peaks of the response, for each torque (`pmor.dynamics.peaks.peaks_of`)."""
         return tuple(tuple(response["peaks"]) for response in self.found.responses)
 
     @property

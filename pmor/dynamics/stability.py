@@ -1,6 +1,6 @@
 """Stability of periodic motion: Floquet multipliers from the growth of disturbances over a period.
 
-A disturbance y of the motion obeys M y'' + C y' + K y + l F'(psi, x(psi)) l . y = 0. What its 2n independent solutions
+A disturbance y of the motion obeys M y'' + C y' + K y + l^T F'(psi, x(psi)) l y = 0. What its 2n independent solutions
 become after a period is the monodromy matrix; motion is stable where no eigenvalue of it is outside the unit circle.
 One that leaves it at 1 makes a fold, at -1 motion of twice the period (Nayfeh & Balachandran, Applied Nonlinear
 Dynamics, 1995, ch. 7).
@@ -19,7 +19,7 @@ from scipy.linalg import expm
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.continuation import Branch, Follower, Point, trace
-from pmor.dynamics.force_law import forces_at
+from pmor.dynamics.force_law import coordinate_forces, samples_of
 from pmor.dynamics.harmonic_balance import Balance, fourier_rows, in_Hz, rms
 from pmor.dynamics.kernels.growth import grow
 
@@ -37,7 +37,7 @@ def monodromy(balance: Balance, unknowns: FloatArray, speed: float) -> FloatArra
     ConvergenceError where the motion leaves the force law between the samples of the balance.
     """
     slope = _slopes(balance, unknowns, speed)
-    fine, coarse = (_grown(balance, means, speed)[0] for means in (slope, slope.reshape(-1, 2).mean(axis=1)))
+    fine, coarse = (_grown(balance, means, speed)[0] for means in (slope, _means(slope, 2)))
     if not (np.isfinite(fine).all() and np.isfinite(coarse).all()):
         raise ConvergenceError("the growth of disturbances over a period is beyond all numbers")
     return (4.0 * fine - coarse) / 3.0
@@ -48,11 +48,25 @@ def stability_of(grown: FloatArray) -> BoolArray:
     return np.asarray(np.abs(np.linalg.eigvals(grown)).max(axis=1) <= 1.0 + GROWTH)
 
 
+def complex_crossings(branch: Branch, grown: FloatArray) -> list[float]:
+    """Return the angular mesh frequencies where a pair of complex multipliers leaves the unit circle.
+
+    There motion begins to sway with a frequency of its own. Halfway between neighbouring points of the branch.
+    """
+    multipliers = np.linalg.eigvals(grown)
+    largest = multipliers[np.arange(len(grown)), np.abs(multipliers).argmax(axis=1)]
+    stable, speed = stability_of(grown), branch.speed
+    places = np.flatnonzero(stable[:-1] != stable[1:])
+    beyond = places + stable[places]
+    swaying = abs(largest[beyond].imag) > GROWTH
+    return [float(0.5 * (speed[i] + speed[i + 1])) for i in places[swaying]]
+
+
 def alternating(balance: Balance, unknowns: FloatArray, speed: float) -> tuple[FloatArray, FloatArray]:
-    """Return the phases of a period and the disturbance there, along the line of action, that comes nearest to -1."""
+    """Return the phases of a period and the disturbance there, (steps, r), that comes nearest to -1."""
     multipliers, vectors = np.linalg.eig(monodromy(balance, unknowns, speed))
     nearest = vectors[:, [np.abs(multipliers + 1.0).argmin()]].real
-    seen = _grown(balance, _slopes(balance, unknowns, speed), speed, nearest)[1][:, 0]
+    seen = _grown(balance, _slopes(balance, unknowns, speed), speed, nearest)[1][:, :, 0]
     return 2.0 * np.pi * balance.cycles * (np.arange(len(seen)) + 0.5) / len(seen), seen
 
 
@@ -64,31 +78,51 @@ def _rows(samples: int, orders: int) -> FloatArray:
 
 def _slopes(balance: Balance, unknowns: FloatArray, speed: float) -> FloatArray:
     """Mean of dF/dx over each step of a period, (steps,)."""
-    phase = 2.0 * np.pi * (np.arange(SAMPLES * balance.cycles) + 0.5) / SAMPLES
-    _, slope = forces_at(balance.law, phase, _rows(len(phase), balance.orders) @ unknowns)
+    samples = samples_of(balance.law, SAMPLES)
+    phase = 2.0 * np.pi * (np.arange(samples * balance.cycles) + 0.5) / samples
+    displacement = balance.by_coordinate(unknowns) @ _rows(len(phase), balance.orders).T
+    slope = coordinate_forces(balance.law, phase, displacement)[1].transpose(2, 0, 1)
     if not np.isfinite(slope).all():
         raise ConvergenceError("the motion leaves the range of the force law")
-    lever = balance.oscillator.lever
-    fastest = np.sqrt(max(float(slope.max()), 0.0) * float(lever @ np.linalg.solve(balance.oscillator.mass, lever)))
-    steps = STEPS
-    while steps < SAMPLES and 2.0 * np.pi * fastest > LONGEST_STEP * steps * speed:
+    rows = balance.oscillator.rows
+    mobility = rows @ np.linalg.solve(balance.oscillator.mass, rows.T)
+    fastest = np.sqrt(max(float(np.einsum("sab,ba->s", slope, mobility).max()), 0.0))
+    steps = min(STEPS, samples)
+    while steps < samples and 2.0 * np.pi * fastest > LONGEST_STEP * steps * speed:
         steps *= 2
-    return np.asarray(slope.reshape(-1, SAMPLES // steps).mean(axis=1))
+    return _means(slope, samples // steps)
+
+
+def _means(slope: FloatArray, together: int) -> FloatArray:
+    """Means of neighbouring slopes, (steps, r, r)."""
+    return np.asarray(slope.reshape(-1, together, *slope.shape[1:]).mean(axis=1))
 
 
 def _grown(
     balance: Balance, slope: FloatArray, speed: float, start: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Carry disturbances, by default all independent ones, through a period; return them, and those of the mesh."""
-    oscillator, n = balance.oscillator, balance.oscillator.size
+    oscillator, n, rows = balance.oscillator, balance.oscillator.size, balance.oscillator.rows
     h = 2.0 * np.pi * balance.cycles / len(slope) / speed
     inverse = np.linalg.inv(oscillator.mass)
-    free = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ oscillator.stiffness, -inverse @ oscillator.damping]])
     matrix = np.eye(2 * n) if start is None else np.array(start)
-    seen = np.empty((len(slope), matrix.shape[1]))
-    half = np.ascontiguousarray(expm(0.5 * h * free))
-    grow(half, oscillator.lever, -inverse @ oscillator.lever, h * slope, matrix, np.empty_like(matrix), seen)
+    seen = np.empty((len(slope), len(rows), matrix.shape[1]))
+    half = _drift(inverse @ oscillator.stiffness, inverse @ oscillator.damping, 0.5 * h)
+    push = np.ascontiguousarray(-inverse @ rows.T)
+    grow(half, np.ascontiguousarray(rows), push, h * slope, matrix, np.empty_like(matrix), seen)
     return matrix, seen
+
+
+def _drift(stiffness: FloatArray, damping: FloatArray, time: float) -> FloatArray:
+    """What displacements and velocities become without the mesh, (2n, 2n), by matrices over the mass."""
+    n, matrix = len(stiffness), np.zeros((2, 2, *stiffness.shape))
+    matrix[0, 1], matrix[1, 0], matrix[1, 1] = np.eye(n), -stiffness, -damping
+    if any(np.any(part != np.diag(np.diag(part))) for part in (stiffness, damping)):
+        return np.ascontiguousarray(expm(time * matrix.transpose(0, 2, 1, 3).reshape(2 * n, 2 * n)))
+    # Modes are by themselves.
+    each, grown = expm(time * np.diagonal(matrix, axis1=2, axis2=3).transpose(2, 0, 1)), np.zeros_like(matrix)
+    grown[:, :, np.arange(n), np.arange(n)] = each.transpose(1, 2, 0)
+    return np.ascontiguousarray(grown.transpose(0, 2, 1, 3).reshape(2 * n, 2 * n))
 
 
 # First step off the branch, in the scaled space, and the share of motion between the old harmonics that is none.
@@ -126,16 +160,20 @@ def doubled_branch(point: Point, follow: Follower, limits: tuple[float, float]) 
     new = replace(old, cycles=2 * old.cycles)
     twice = Follower(new, np.append(np.full(new.size, follow.scale[0]), follow.scale[-1]))
     direction = np.append(_direction(old, new, point), 0.0)
-    start = twice.at(embedded(point.unknowns), point.speed)
+    start = twice.at(embedded(old.by_coordinate(point.unknowns)).ravel(), point.speed)
     off, _ = twice.correct(start + FIRST_STEP * direction, direction)
-    return trace(twice, off, limits, lambda p: between_orders(p.unknowns) < VANISHED * abs(p.unknowns[0]))
+    return trace(twice, off, limits, lambda p: _vanished(new.by_coordinate(p.unknowns)[0]))
+
+
+def _vanished(unknowns: FloatArray) -> bool:
+    return between_orders(unknowns) < VANISHED * abs(float(unknowns[0]))
 
 
 def embedded(unknowns: FloatArray) -> FloatArray:
-    """Return motion as motion of twice the period: its harmonics become the even ones."""
-    orders = (len(unknowns) - 1) // 2
-    twice = np.zeros(4 * orders + 1)
-    twice[0], twice[3::4], twice[4::4] = unknowns[0], unknowns[1::2], unknowns[2::2]
+    """Return motion (..., n) as motion of twice the period: its harmonics become the even ones."""
+    orders = (unknowns.shape[-1] - 1) // 2
+    twice = np.zeros((*unknowns.shape[:-1], 4 * orders + 1))
+    twice[..., 0], twice[..., 3::4], twice[..., 4::4] = unknowns[..., 0], unknowns[..., 1::2], unknowns[..., 2::2]
     return twice
 
 
@@ -155,5 +193,5 @@ def _direction(old: Balance, new: Balance, point: Point) -> FloatArray:
     """Return the disturbance that turns its sign from period to period, as unknowns of the doubled motion."""
     phase, seen = alternating(old, point.unknowns, point.speed)
     both = np.concatenate([phase, phase + 2.0 * np.pi * old.cycles]) / new.cycles
-    unknowns = fourier_rows(both, new.orders).T @ np.concatenate([seen, -seen])
+    unknowns = (fourier_rows(both, new.orders).T @ np.concatenate([seen, -seen])).T.ravel()
     return np.asarray(unknowns / np.linalg.norm(unknowns))

@@ -29,13 +29,13 @@ COORDINATES = 2
 
 @dataclass(frozen=True)
 class HubLaw:
-    """Forces of a mesh over its cycle at hubs that stand still, A angles.
+    """Forces of a mesh over its cycle at hubs that stand still, A angles, or of many such places of the hubs.
 
     Parameters
     ----------
-    force : ndarray, shape (A, K)
+    force : ndarray, shape (..., A, K)
         On both coordinates, of a train on those of all meshes, positive where flanks push apart: N, N mm.
-    tangent : ndarray, shape (A, K, K)
+    tangent : ndarray, shape (..., A, K, K)
         Of the forces that resist: -d force / d coordinate.
     """
 
@@ -61,19 +61,24 @@ def law_at(pair: LinePair, phi: FloatArray, condition: Condition, displacement: 
     displacement : ndarray, shape (12,)
         Of both hubs, the rotations about their axes too, in axes of the pair, mm and rad.
     """
-    standing = Hubs(np.zeros((len(displacement), len(displacement))), np.zeros(len(displacement)))
+    found = laws_at(pair, phi, condition, (mesh_coordinates(pair.meshed.pair).T @ displacement)[None])
+    return HubLaw(found.force[0], found.tangent[0], found.converged[0])
+
+
+def laws_at(pair: LinePair, phi: FloatArray, condition: Condition, coordinates: FloatArray) -> HubLaw:
+    """Return the forces as `law_at` does, at many places of the coordinates, (D, 2)."""
+    standing = Hubs(np.zeros((2 * HUB, 2 * HUB)), np.zeros(2 * HUB))
     placed = replace(pair, meshed=pair.meshed.on_hubs(standing), kept=None).place(phi, condition.misalignment)
-    columns = mesh_coordinates(pair.meshed.pair)
-    rows = placed.hub_rows @ np.linalg.pinv(columns).T
+    rows = placed.hub_rows @ np.linalg.pinv(mesh_coordinates(pair.meshed.pair)).T
     meshes = meshes_of([pair], np.array([[-1.0 / pair.base_radius, 0.0]]), np.array([[-1.0, 0.0]]))
-    moved = np.ascontiguousarray(np.broadcast_to(columns.T @ displacement, (1, len(phi), COORDINATES)))
-    found = no_results(moved.shape, pair.size, tangent=True)
+    grid = len(coordinates), len(phi), COORDINATES
+    moved = np.ascontiguousarray(np.broadcast_to(coordinates[:, None], grid))
+    found = no_results(grid, pair.size, tangent=True)
     solve_lines(
         placed.lines, rows, meshes, pair.between_flanks, placed.flexibility, placed.deviation(condition.assembly),
         moved, True, COLD, found,
     )  # fmt: skip
-    force = np.einsum("an,anc->ac", found.force[0], rows)
-    return HubLaw(force, found.stiffness[0], found.converged[0])
+    return HubLaw(np.einsum("dan,anc->dac", found.force, rows), found.stiffness, found.converged)
 
 
 def train_coordinates(train: GearTrain) -> FloatArray:

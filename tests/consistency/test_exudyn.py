@@ -266,7 +266,7 @@ def test_gears_on_bearings_move_as_our_own_six_degrees_of_freedom_do(exudyn):
     at_rest = rest_of(task_of(case, gears, law.table, 1e-3 * TORQUE))
     oscillator, speed, radius = at_rest.oscillator, RATIO * at_rest.natural, pair.pinion.base_radius
     start = static_displacement(law.table, oscillator.load[0], np.zeros(1), (law.table.low, law.table.high))[0]
-    position = position_under(oscillator, oscillator.load[0], float(start))
+    position = position_under(oscillator, oscillator.load[:1], np.atleast_1d(start))
     own_motion = integrate(oscillator, law.table, np.r_[position, 0.0 * position], (speed, speed), CYCLES)
     expected = 1e3 * own_motion.states[:, 0].reshape(-1, SAMPLES)[-LAST:]
     item, mbs, bodies = exudyn.itemInterface, exudyn.SystemContainer().AddSystem(), []

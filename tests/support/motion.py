@@ -16,10 +16,10 @@ def along_line_of_action(mass, damping, load):
 def state_of(balance, unknowns, speed):
     """Return displacements and velocities at phase 0 of motion that harmonic balance found, (2n,)."""
     oscillator = balance.oscillator
-    coefficients = harmonics_of(balance.forces(unknowns)[0], balance.orders)
+    each = np.array([harmonics_of(force, balance.orders) for force in balance.forces(unknowns)[0]])
     frequency = speed * np.arange(1, balance.orders + 1) / balance.cycles
-    moved = motion_of(oscillator, frequency, coefficients[1::2] - 1j * coefficients[2::2])
-    mean = position_under(oscillator, float(coefficients[0]), float(unknowns[0]))
+    moved = motion_of(oscillator, frequency, (each[:, 1::2] - 1j * each[:, 2::2]).T)
+    mean = position_under(oscillator, each[:, 0], balance.by_coordinate(unknowns)[:, 0])
     velocity = (1j * frequency[:, None] * moved).real.sum(axis=0)
     return np.concatenate([mean + moved.real.sum(axis=0), velocity])
 

@@ -1,4 +1,4 @@
-"""Quantities of periodic motion, from a cycle that is made up."""
+"""Quantities of motion, from cycles and runs that are made up."""
 
 from types import SimpleNamespace
 
@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from pmor.dynamics import quantities
+from pmor.dynamics.integration import SAMPLES, Motion
+from pmor.dynamics.measure import HIGHEST_ORDER, follow
 from pmor.dynamics.quantities import Cycle
 
 
@@ -26,3 +28,21 @@ def test_contact_is_lost_while_neither_flanks_nor_backs_touch(monkeypatch):
     assert found.separation_um == pytest.approx(2.0)
     assert found.dte_orders_um[:3] == pytest.approx((5.0, 0.0, 1.0))
     assert found.bearing_force_N == pytest.approx((5.0, 13.0))
+
+
+def test_a_line_at_the_order_of_a_shaft_keeps_its_height_and_its_order():
+    """Once to 21 mesh cycles 10 um, 1 um in each, a sideband: no lines beside them, rms about the mean of all."""
+    period, cycles = 21, 210
+    phase = 2.0 * np.pi * np.arange(1, cycles * SAMPLES + 1) / SAMPLES
+    x = 1e-3 * (10.0 * np.sin(phase / period) + np.cos(phase) + 0.2 * np.cos(22.0 / 21.0 * phase))
+    zero = np.zeros((len(x), 2))
+    run = Motion(phase, np.full(len(x), 1000.0), zero, x, 1.0 + 0.0 * x, 0, period)
+    points, spectra = follow([run], cycles, period)
+    expected = np.zeros(int(HIGHEST_ORDER * period) + 1)
+    expected[[1, 21, 22]] = 10.0, 1.0, 0.2
+    for amplitudes in spectra["amplitude_um"]:
+        np.testing.assert_allclose(amplitudes, expected, atol=1e-4)  # five digits are kept
+    np.testing.assert_allclose(spectra["order"], np.arange(len(expected)) / period, rtol=1e-12)
+    exact = np.sqrt(0.5 * (100.0 + 1.0 + 0.04))
+    np.testing.assert_allclose([point["dte_rms_um"] for point in points], exact, rtol=1e-9)
+    np.testing.assert_allclose([point["separation_um"] for point in points], -1e3 * x.min(), rtol=1e-2)

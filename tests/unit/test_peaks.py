@@ -3,7 +3,7 @@
 import numpy as np
 
 from pmor.dynamics.measure import with_speeds
-from pmor.dynamics.solution import PROMINENCE, peaks_of
+from pmor.dynamics.peaks import PROMINENCE, peaks_of
 
 MODES = [
     {"natural_frequency_Hz": 400.0, "mesh_strain_energy_share": 1e-4},
@@ -12,28 +12,35 @@ MODES = [
 ]
 
 
-def point(frequency, rms, order=1.0, stable=True):
-    amplitudes = {"dominant_order": order, "dominant_order_um": 1.4 * rms, "dynamic_factor": 1.0 + rms}
-    size = {"dte_rms_um": rms, "dte_peak_to_peak_um": 2.8 * rms}
-    return {"mesh_frequency_Hz": frequency, "stable": stable} | size | amplitudes
+def point(frequency, rms, stable=True, period=1, dominant=1.0):
+    amplitudes = {"dominant_order": dominant, "dominant_order_um": 1.4 * rms, "dte_orders_um": (0.9 * rms, 0.5, 0.2)}
+    size = {"dte_rms_um": rms, "dte_peak_to_peak_um": 2.8 * rms, "dynamic_factor": 1.0 + rms}
+    return {"mesh_frequency_Hz": frequency, "stable": stable, "period_mesh_cycles": period} | size | amplitudes
 
 
-def test_a_peak_names_the_order_and_the_mode_that_it_excites():
-    """Order 2 at 480 Hz excites the mode of 1,000 Hz, and not that of 400 Hz, which the mesh does not move."""
-    branch = [point(300.0, 1.0), point(480.0, 2.0, 2.0), point(700.0, 1.0), point(980.0, 5.0), point(1500.0, 1.0),
-              point(2950.0, 2.0), point(3500.0, 0.5)]  # fmt: skip
-    found = peaks_of({"branches": [branch], "modes": MODES})
-    assert [(peak["mesh_frequency_Hz"], peak["order"], peak["mode"]) for peak in found] == [
-        (480.0, 2.0, 2), (980.0, 1.0, 2), (2950.0, 1.0, 3)]  # fmt: skip
-    np.testing.assert_allclose([peak["over_natural"] for peak in found], [0.96, 0.98, 2950.0 / 3000.0], rtol=1e-14)
-    assert found[1]["order_um"] == 7.0
+def test_a_peak_names_the_harmonic_without_which_it_is_gone_and_the_mode_nearest_to_it():
+    """At 490 Hz order 1 is largest, but without order 2 motion is least; at 410 Hz a mode of little strain."""
+    branch = [point(300.0, 1.0), point(410.0, 3.0), point(440.0, 1.0), point(490.0, 2.0), point(1500.0, 1.0)]
+    left = {(1, 1): 0.5, (1, 2): 2.9, (1, 3): 3.0, (3, 1): 1.9, (3, 2): 0.4}
+    first, second = peaks_of([branch], MODES, lambda branch, place, order: left.get((place, order)))
+    assert (first["order"], first["mode"], first["dte_rms_without_um"]) == (1, 1, 0.5)
+    assert (second["order"], second["mode"], second["order_um"]) == (2, 2, 0.5)
+    assert (second["further_order"], second["dte_rms_without_further_um"]) == (1, 1.9)
+    assert first["orders_tried"] == [1, 2, 3]
+    np.testing.assert_allclose([first["over_natural"], second["over_natural"]], [1.025, 0.98], rtol=1e-14)
+
+
+def test_motion_of_several_cycles_has_its_largest_order_and_no_proof():
+    branch = [point(1900.0, 1.0), point(2000.0, 3.0, period=2, dominant=0.5), point(2100.0, 1.0)]
+    (peak,) = peaks_of([branch], MODES, lambda *place: 0.0)
+    assert (peak["order"], peak["mode"], peak["dte_rms_without_um"]) == (0.5, 2, None)
 
 
 def test_ripples_unstable_motion_ends_and_the_same_motion_twice_are_no_peaks():
     ripple = 1.0 + 0.9 * PROMINENCE
     branch = [point(2000.0, 9.0), point(1800.0, 1.0), point(1700.0, ripple), point(1600.0, 1.0),
               point(1200.0, 4.0, stable=False), point(1100.0, 1.0), point(900.0, 3.0), point(800.0, 2.0)]  # fmt: skip
-    found = peaks_of({"branches": [branch, branch[5:]], "modes": MODES})
+    found = peaks_of([branch, branch[5:]], MODES, lambda *place: None)
     assert [peak["mesh_frequency_Hz"] for peak in found] == [900.0]
 
 

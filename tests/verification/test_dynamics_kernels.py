@@ -1,10 +1,12 @@
 """Compiled kernels of dynamics against slow twins; stability and folds of the benchmark of `pmor.validation.motion`."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import eigvalsh
 
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.continuation import Follower
@@ -91,7 +93,7 @@ def test_harmonic_balance_of_many_degrees_of_freedom_is_motion_over_time():
 
 def test_gears_that_turn_together_are_not_held_and_need_not_be():
     turning = Oscillator(np.eye(2), 0.1 * np.eye(2), np.zeros((2, 2)), np.array([1.0, 1.0]), np.array([1.0, 1.0]))
-    assert static_stiffness_of(turning) == pytest.approx((0.0, 1.0), abs=1e-12)
+    assert [part.item() for part in static_stiffness_of(turning)] == pytest.approx([0.0, 1.0], abs=1e-12)
     with pytest.raises(ValueError, match="neither bearings nor mesh"):
         static_stiffness_of(Oscillator(turning.mass, turning.damping, turning.stiffness, turning.lever, np.eye(2)[0]))
 
@@ -177,6 +179,21 @@ def test_the_linear_oscillator_is_unstable_where_theory_says():
     np.testing.assert_array_equal(stability_of(monodromies(branch)), ~inside)
 
 
+def test_complex_multipliers_that_leave_the_unit_circle_are_told():
+    """A mesh that pulls, varying with the sum of two natural frequencies: motion sways, and no fold nor doubling."""
+    oscillator = replace(on_bearings(3.0), damping=np.diag([0.004, 0.004, 0.004]))
+    law = LAW._replace(pulls=True)
+    mesh = np.outer(oscillator.lever, oscillator.lever)
+    natural = np.sqrt(eigvalsh(oscillator.stiffness + mesh, oscillator.mass))
+    together = natural[0] + natural[2]
+    found = response(oscillator, law, (0.97 * together, 1.03 * together), 4)
+    assert found.folds == found.doublings == ()
+    assert len(found.swaying) == 2
+    assert found.swaying[1] < together < found.swaying[0]
+    inside = (found.branches[0].speed < found.swaying[0]) & (found.branches[0].speed > found.swaying[1])
+    np.testing.assert_array_equal(found.stable[0], ~inside)
+
+
 def test_no_doubling_is_told_of_outside_the_speeds_that_were_asked_for():
     branch, follow = followed(0.02, BENCHMARK._replace(pulls=True), (1.7, 2.3))
     limits = [point.speed for point in doublings(branch, follow, monodromies(branch), (2.0, 2.3), [])]
@@ -193,7 +210,7 @@ def test_slow_motion_is_quasi_static_and_stable(zeta):
     assert stable.all()
     phase = branch.balance.phase
     for point in branch.points[:: len(branch.points) // 2]:
-        displacement = branch.balance.displacement(point.unknowns)
+        displacement = branch.balance.displacement(point.unknowns)[0]
         # Of the damping, 2 zeta w dx/dpsi, at most.
         np.testing.assert_allclose(
             displacement, 1.0 / (1.0 + 0.2 * np.cos(phase)), atol=1e-4 + 0.7 * zeta * point.speed

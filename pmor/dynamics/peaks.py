@@ -1,0 +1,84 @@
+"""Peaks of a response: where they are, which harmonic of the mesh makes them, and the mode that it moves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+Data = dict[str, Any]
+#: root mean square in um at a point, (branch, place), with a harmonic of the excitation switched off; None: not found
+Without = Callable[[int, int, int], float | None]
+
+# Least height of a peak over the higher of the valleys beside it, over the peak.
+PROMINENCE = 0.05
+# Peaks of two branches that are nearer to each other, over their speed, are the same motion.
+SAME = 1e-3
+# Logarithm of the frequency of a harmonic over that of a mode: where flanks part, peaks lie below modes. Harmonics
+# that are farther from all modes are not tried.
+NEAR = 0.3
+
+
+def peaks_of(branches: Sequence[Sequence[Data]], modes: Sequence[Data], without: Without) -> list[Data]:
+    """Return the peaks of the stable dynamic transmission error of a response to one torque, by rising speed.
+
+    The harmonic is the one without which motion is least, of all that come near to a mode; the mode the one nearest to
+    it. Motion of several mesh cycles has the order of its largest amplitude, without such a proof.
+
+    Returns
+    -------
+    list of dict
+        `mesh_frequency_Hz`, `dte_rms_um`, `dte_peak_to_peak_um`, `dynamic_factor`, `order`, `order_um` (its amplitude,
+        zero to peak), `mode` (number in `modes`, from 1), `over_natural` (order times mesh frequency, over that of the
+        mode), `dte_rms_without_um` (with that harmonic switched off), `further_order`, `dte_rms_without_further_um`
+        (the next of them), `orders_tried`.
+    """
+    peaks = [
+        _peak(branch[place], modes, partial(without, number, place))
+        for number, branch in enumerate(branches)
+        for place in _tops(branch)
+    ]
+    peaks.sort(key=lambda peak: (peak["mesh_frequency_Hz"], peak["dte_rms_um"]))
+    return [peak for peak, before in zip(peaks, [None, *peaks], strict=False) if not _same(peak, before)]
+
+
+def _tops(branch: Sequence[Data]) -> list[int]:
+    """Return the stable local maxima of the transmission error along a branch; its ends are none."""
+    from scipy.signal import find_peaks
+
+    size = np.array([point["dte_rms_um"] for point in branch])
+    places, properties = find_peaks(size, prominence=0.0)
+    high = properties["prominences"] >= PROMINENCE * size[places]
+    return [int(place) for place in places[high] if branch[place]["stable"]]
+
+
+def _peak(point: Data, modes: Sequence[Data], without: Callable[[int], float | None]) -> Data:
+    frequency, amplitudes = point["mesh_frequency_Hz"], point["dte_orders_um"]
+
+    def mode_of(order: float) -> int:
+        return min(range(len(modes)), key=lambda n: abs(math.log(over(order, n))))
+
+    def over(order: float, mode: int) -> float:
+        return float(order * frequency / modes[mode]["natural_frequency_Hz"])
+
+    tried = list[int]()
+    if point["period_mesh_cycles"] == 1:
+        tried = [k for k in range(1, len(amplitudes) + 1) if abs(math.log(over(k, mode_of(k)))) < NEAR]
+    left = {order: size for order in tried if (size := without(order)) is not None}
+    ranked = sorted(left, key=lambda order: left[order])
+    order, further = (ranked[0] if ranked else point["dominant_order"]), (ranked[1] if len(ranked) > 1 else None)
+    mode = mode_of(order)
+    return {
+        **{key: point[key] for key in ("mesh_frequency_Hz", "dte_rms_um", "dte_peak_to_peak_um", "dynamic_factor")},
+        "order": order, "order_um": amplitudes[order - 1] if ranked else point["dominant_order_um"], "mode": mode + 1,
+        "over_natural": over(order, mode), "dte_rms_without_um": left.get(order), "further_order": further,
+        "dte_rms_without_further_um": None if further is None else left[further], "orders_tried": tried,
+    }  # fmt: skip
+
+
+def _same(peak: Data, other: Data | None) -> bool:
+    keys = "mesh_frequency_Hz", "dte_rms_um"
+    return other is not None and all(abs(peak[key] - other[key]) <= SAME * peak[key] for key in keys)
