@@ -374,7 +374,7 @@ def kind_of(path: Path, expected: str = "case") -> str:
     from pmor.rexs.model import is_rexs
 
     if is_rexs(path):
-        from pmor.rexs.sets import is_one_set
+        from pmor.rexs.files import is_one_set
 
         return "set" if is_one_set(path) else "gearbox"
     return kind_of_sections(parse_toml(read_text(path, f"{expected} file"), str(path)))

@@ -118,8 +118,15 @@ def _held_elsewhere(file: Any) -> bool:
     return not _is_default(replace(file.sections.supports, **held))
 
 
+def _eccentric(file: Any) -> bool:
+    gears = file.sections.gears
+    return not _is_default(file.sections.eccentricity) or any(gear.eccentricity_um for gear in gears)
+
+
 def _one_way(file: Any) -> str:
-    """First key of a gear or its flanks that is not alike from both ends."""
+    """First key of a gear of a planetary set or its flanks that is not alike from both ends."""
+    if file.sections.gears:
+        return ""
     for case in file.cases.values():
         flanks = case.pinion_modification, case.wheel_modification
         for gear, flank in zip(_gears(case), flanks, strict=True):
@@ -134,18 +141,16 @@ OF_SETS = (
     Limit(_always, ("full",), ALL_FE),
     Limit(lambda file: max(map(_nodes, file.cases.values())) > MOST_NODES, ("page",),
           f"flanks of {MOST_NODES} nodes at most: lower [mesh] profile_elements or width_elements"),
-    Limit(lambda file: file.sections.gears, ("rexs",),
-          "planetary sets, not trains on fixed axes: describe the shafts in a gearbox file"),
     Limit(lambda file: "second_planet" in file.sections.members, ("rexs",),
           "no stepped planets: leave [second_planet] out"),
-    Limit(lambda file: file.plan.clockwise, ("rexs",),
-          "sets whose torque turns the sun counter-clockwise: give it the other sign"),
+    Limit(lambda file: file.plan.clockwise and not file.sections.gears, ("rexs",),
+          "planetary sets whose torque turns the sun counter-clockwise: give it the other sign"),
     Limit(_held_elsewhere, ("rexs",), "[supports] of sun and planets across alone: leave the others out"),
     Limit(lambda file: not _is_default(file.sections.carrier), ("rexs",),
           "a rigid carrier, as a planet_carrier of REXS 2.0 has no stiffness: leave [carrier] out"),
     Limit(lambda file: file.sections.pins is not None and file.sections.pins.cheeks != "both", ("rexs",),
           'pins in both cheeks: write [pins] cheeks = "both"'),
-    Limit(lambda file: not _is_default(file.sections.eccentricity), ("rexs",),
+    Limit(_eccentric, ("rexs",),
           "gears that are centred, as those of REXS 2.0 have no eccentricity: leave [eccentricity] out"),
     Limit(_one_way, ("rexs",),
           lambda file: f"gears of sets that are alike from both ends, and their teeth: no {_one_way(file)}"),

@@ -9,16 +9,18 @@ from pathlib import Path
 
 from pmor.case.change import change_case
 from pmor.case.reader import read_text, sections_in
-from pmor.core.errors import printable
+from pmor.core.errors import CaseError, printable
 from pmor.machine.checks import GearboxReader
 from pmor.machine.estimates import with_estimates
 from pmor.machine.loader import GearboxFile, largest_torques, model_of, placed_case
 from pmor.machine.loader import parse_gearbox as parse_toml_gearbox
 from pmor.machine.model import GearboxModel, held_torques, pinion_senses, set_torques
 from pmor.rexs.gearbox import read_gearbox
-from pmor.rexs.model import is_rexs
-from pmor.rexs.sets import PlanetaryStage, ReadSet, read_set
+from pmor.rexs.joints import stages
+from pmor.rexs.model import is_rexs, read_rexs
+from pmor.rexs.sets import STAGE, PlanetaryStage, ReadSet
 from pmor.rexs.sets_on_shafts import StageOnShafts
+from pmor.rexs.trains import on_fixed_axes, read_train
 from pmor.sets.loader import OnShafts, SetFile, checked_set, sections_of
 from pmor.sets.loader import load as load_set_toml
 from pmor.sets.reader import SetReader
@@ -27,6 +29,35 @@ from pmor.sets.settings import SetSections
 OFFSET_DIGITS = 9
 # Relative; results of other programs have losses, or are rounded.
 DIFFERS = 0.01
+
+
+def is_one_set(path: Path) -> bool:
+    """Return whether a REXS file is of a train on fixed axes, or of one planetary stage without stages beside it."""
+    gearbox = read_rexs(path)
+    if on_fixed_axes(gearbox):
+        return True
+    found = gearbox.of_kind(STAGE)
+    return len(found) == 1 and PlanetaryStage(gearbox, path, found[0]).meshes == {*stages(gearbox)}
+
+
+def read_set(path: Path) -> ReadSet:
+    """Read the planetary stage of a REXS file, or a train on fixed axes.
+
+    Raises
+    ------
+    FileFormatError
+        When it is no REXS file.
+    CaseError, GeometryError
+        When it has no such stage, or does not say enough of it, with what is missing.
+    """
+    gearbox = read_rexs(path)
+    if on_fixed_axes(gearbox):
+        return read_train(gearbox, path)
+    found = gearbox.of_kind(STAGE)
+    if len(found) != 1:
+        count = f"has {len(found)} planetary stages" if found else "has no planetary stage"
+        raise CaseError(f"{path}: {count}: a set file has one; pmor run takes it as a gearbox")
+    return PlanetaryStage(gearbox, path, found[0]).read()
 
 
 def load_set(path: Path | str, shafts: OnShafts | None = None) -> SetFile:

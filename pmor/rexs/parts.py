@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
 from pmor.body.rolling_bearing import STEEL_MODULUS, STEEL_RATIO, BallBearing, RollerBearing
 from pmor.rexs.document import Attributes, Document, Value
 
 ALONG, ACROSS = [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]
+# Axes u, v, w of the file by x, y, z of a set alone.
+ALONE = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 # What stands for rigid, N/m and N mm/rad.
 STIFF = 1e20
 

@@ -18,11 +18,11 @@ from pmor.case.capability import ONE_WAY
 from pmor.case.change import document_text
 from pmor.case.document import COAST, MODIFICATION
 from pmor.case.reader import sections_in
-from pmor.core.errors import CaseError, printable
+from pmor.core.errors import printable
 from pmor.gear.modification import UNEVEN
 from pmor.rexs.drive import drives, shaft_speeds
 from pmor.rexs.joints import COUPLINGS, RING, axis_of, shafts_of, stages, turning_together
-from pmor.rexs.model import Component, Gearbox, read_rexs
+from pmor.rexs.model import Component, Gearbox
 from pmor.rexs.read import Imported, stage_case
 from pmor.rexs.set_supports import RexsSupports, on_casing
 from pmor.rexs.stage import find_stage
@@ -60,31 +60,6 @@ class ReadSet:
     text: str
     notes: tuple[str, ...]
     changed: tuple[str, ...]
-
-
-def is_one_set(path: Path) -> bool:
-    """Return whether a REXS file is of a single planetary stage, without stages beside it."""
-    gearbox = read_rexs(path)
-    found = gearbox.of_kind(STAGE)
-    return len(found) == 1 and PlanetaryStage(gearbox, path, found[0]).meshes == {*stages(gearbox)}
-
-
-def read_set(path: Path) -> ReadSet:
-    """Read the planetary stage of a REXS file.
-
-    Raises
-    ------
-    FileFormatError
-        When it is no REXS file.
-    CaseError, GeometryError
-        When it has no such stage, or does not say enough of it, with what is missing.
-    """
-    gearbox = read_rexs(path)
-    found = gearbox.of_kind(STAGE)
-    if len(found) != 1:
-        count = f"has {len(found)} planetary stages" if found else "has no planetary stage"
-        raise CaseError(f"{path}: {count}: a set file has one; pmor run takes it as a gearbox")
-    return PlanetaryStage(gearbox, path, found[0]).read()
 
 
 class PlanetaryStage:
@@ -131,7 +106,7 @@ class PlanetaryStage:
         inner = self.mesh(self.inner[first.number], sense, self.sun)
         outer = self.mesh(self.outer[first.number], -sense, first)
         self.refuse_unequal(inner, outer, sense)
-        said = _nested(inner.sections), _nested(outer.sections)
+        said = nested(inner.sections), nested(outer.sections)
         helical, force = bool(said[0]["pair"].get("helix_angle_deg")), self.mesh_force(load, *said)
         supports = RexsSupports(self.gearbox, self.path, self.notes, sense, helical, alone, force)
         document: dict[str, Any] = {
@@ -146,7 +121,7 @@ class PlanetaryStage:
         if alone:
             self.notes.append("ring's shaft: rigid; tilt and twist of the sun's shaft are left out")
         reader = SetReader(f"{self.path}: {self.stage.label}", sections_in(SetSections), self.path.parent)
-        sections = reader.section(_nested(document), SetSections)
+        sections = reader.section(nested(document), SetSections)
         return ReadSet(sections, document_text(document), tuple(dict.fromkeys(self.notes)), tuple(self.changed))
 
     def mesh_force(self, load: dict[str, Any], inner: dict[str, Any], outer: dict[str, Any]) -> float:
@@ -305,7 +280,7 @@ class PlanetaryStage:
         return {"count": len(angles), "positions_deg": turned}
 
 
-def _nested(document: Mapping[str, Any]) -> dict[str, Any]:
+def nested(document: Mapping[str, Any]) -> dict[str, Any]:
     """Return sections by their dotted names as TOML gives them, one inside the other."""
     nested: dict[str, Any] = {}
     for name, content in document.items():

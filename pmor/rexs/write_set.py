@@ -1,4 +1,4 @@
-"""A planetary set and its results as a REXS 2.0 file, alone or on the shafts of a gearbox.
+"""A set and its results as a REXS 2.0 file: a planetary one alone or on the shafts of a gearbox.
 
 Alone its axis is x, its x and y are y and z, and its members stand on shafts of the width of their faces, on bearings
 of the stiffness that the set file says. Mesh, sweep of angles and tolerances of the set file are left out.
@@ -17,21 +17,19 @@ from pmor.case.capability import refuse_beyond
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair
-from pmor.results.load_distribution import face_line
 from pmor.rexs.document import Attributes, Document, Value
-from pmor.rexs.parts import add_shaft, at, springs
+from pmor.rexs.parts import ALONE, add_shaft, at, springs
+from pmor.rexs.set_results import gear_forces, mesh_attributes, stage_results
 from pmor.rexs.sets import DIGITS, STAGE
 from pmor.rexs.sets_on_shafts import JOINED_AT
 from pmor.rexs.write import add_gear, stage_attributes
+from pmor.rexs.write_train import train_rexs
 from pmor.sets.loader import SetFile
-from pmor.sets.lost import known
 from pmor.sets.settings import Member
 from pmor.sets.solution import SetSolution
 
 # Number of the ring among the bodies: the sun is before it, planets are behind.
 RING = 1
-# Axes u, v, w of the file by x, y, z of a set alone.
-ALONE = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
 def set_rexs(file: SetFile, solved: SetSolution | None, date: str) -> bytes:
@@ -43,6 +41,8 @@ def set_rexs(file: SetFile, solved: SetSolution | None, date: str) -> bytes:
         When REXS has no words for it: `pmor.case.capability`.
     """
     refuse_beyond(file, "rexs")
+    if file.sections.gears:
+        return train_rexs(file, solved, date)
     document, load = Document(), file.sections.load
     assert load is not None
     unit = document.add("gear_unit", file.sections.title, model_name=file.name)
@@ -246,40 +246,5 @@ class SetParts:
         return {
             self.stage: stage_results(solved, torque),
             **{mesh: mesh_attributes(solved, torque, number) for number, mesh in enumerate(self.meshes)},
-            **{gear: self.shaft_force(solved, torque, number) for number, gear in enumerate(self.gears)},
+            **{gear: gear_forces(solved, torque, number, self.turn) for number, gear in enumerate(self.gears)},
         }
-
-    def shaft_force(self, solved: SetSolution, torque: int, body: int) -> Attributes:
-        """Force and moment of the meshes on a gear, mean over the mesh cycle, seen from the carrier."""
-        wrench = solved.hub_wrench[torque, solved.converged[torque], body].mean(axis=0)
-        force, moment = self.turn @ wrench[:3], 1e-3 * self.turn @ wrench[3:]
-        return {
-            **{f"force_acting_on_shaft_{way}": float(part) for way, part in zip("uvw", force, strict=True)},
-            **{f"torque_acting_on_shaft_{way}": float(part) for way, part in zip("uvw", moment, strict=True)},
-        }
-
-
-def stage_results(solved: SetSolution, torque: int) -> Attributes:
-    """Transmission error of the sun over a mesh cycle, where positions converged."""
-    there = solved.converged[torque]
-    return {
-        "custom_pmor_pinion_angle": np.degrees(solved.phi_rad[there]),
-        "custom_pmor_transmission_error": solved.ste_um[torque, there],
-        "custom_pmor_transmission_error_peak_to_peak": known(np.ptp, solved.ste_um[torque]),
-    }
-
-
-def mesh_attributes(solved: SetSolution, torque: int, mesh: int) -> Attributes:
-    """Load over the face from its beginning, K_Hβ, K_γ of the set, force, and share in the torque."""
-    meshed = solved.train.meshes[mesh].pair.meshed
-    z, load = face_line(solved.lines(mesh), torque)
-    numbers: dict[str, float] = {
-        "face_load_factor_contact_stress": float(solved.k_h_beta(mesh)[torque]),
-        "mesh_load_factor_iso_6336_2019": float(solved.k_gamma[torque]),
-        "nominal_tangential_force_at_base_diameter": known(np.mean, solved.mesh_force_N[torque, :, mesh]),
-        "custom_pmor_share": known(np.mean, solved.mesh_share[torque, :, mesh]),
-    }
-    return {
-        **{name: value for name, value in numbers.items() if np.isfinite(value)},
-        "load_distribution_node_positions": z - meshed.pair.common_face[0], "load_distribution_along_face_width": load,
-    }  # fmt: skip

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from pmor.body.bearing_estimate import CatalogueBearing
 from pmor.core.errors import CaseError
-from pmor.rexs.sets import read_set
+from pmor.rexs.files import read_set
 from pmor.rexs.shifts import Rack
 from pmor.rexs.write_set import set_rexs
 from pmor.sets.loader import parse_set
