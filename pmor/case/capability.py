@@ -114,7 +114,8 @@ def _is_default(section: Any) -> bool:
 
 
 def _held_elsewhere(file: Any) -> bool:
-    held = {"sun_radial_N_per_mm": "rigid", "planet_radial_N_per_mm": "rigid"}
+    said = "sun_radial_N_per_mm", "planet_radial_N_per_mm", "planet_torsion_Nmm_per_rad"
+    held = dict.fromkeys(said, "rigid")
     return not _is_default(replace(file.sections.supports, **held))
 
 
@@ -141,8 +142,6 @@ OF_SETS = (
     Limit(_always, ("full",), ALL_FE),
     Limit(lambda file: max(map(_nodes, file.cases.values())) > MOST_NODES, ("page",),
           f"flanks of {MOST_NODES} nodes at most: lower [mesh] profile_elements or width_elements"),
-    Limit(lambda file: "second_planet" in file.sections.members, ("rexs",),
-          "no stepped planets: leave [second_planet] out"),
     Limit(lambda file: file.plan.clockwise and not file.sections.gears, ("rexs",),
           "planetary sets whose torque turns the sun counter-clockwise: give it the other sign"),
     Limit(_held_elsewhere, ("rexs",), "[supports] of sun and planets across alone: leave the others out"),

@@ -25,8 +25,10 @@ from pmor.rexs.joints import COUPLINGS, RING, axis_of, shafts_of, stages, turnin
 from pmor.rexs.model import Component, Gearbox
 from pmor.rexs.read import Imported, stage_case
 from pmor.rexs.set_supports import RexsSupports, on_casing
+from pmor.rexs.shafts import on_shaft
 from pmor.rexs.stage import find_stage
 from pmor.sets.kinematics import torque_ratios
+from pmor.sets.layout import PAIR, SECOND_PAIR, SECOND_PLANET
 from pmor.sets.reader import SetReader
 from pmor.sets.settings import Member, SetSections
 
@@ -78,17 +80,30 @@ class PlanetaryStage:
         listed = {number: gears for number, gears in stages(gearbox).items() if number in meshes}
         rings = {n: sorted(gears, key=lambda gear: gear.kind == RING) for n, gears in listed.items()
                  if RING in (gears[0].kind, gears[1].kind)}  # fmt: skip
-        self.outer = {planet.number: number for number, (planet, _) in rings.items()}
+        # By gears of planets those that mesh with the ring: of stepped ones others than those that do with the sun.
+        mates = {gear: planet for planet, _ in rings.values() for gear in self.on_shaft_of(planet)}
         self.inner = {
             gear.number: number for number, gears in listed.items() if number not in rings for gear in gears
-            if gear.number in self.outer
+            if gear.number in mates
         }  # fmt: skip
-        others = {gear.number: gear for n in self.inner.values() for gear in listed[n] if gear.number not in self.outer}
+        others = {gear.number: gear for n in self.inner.values() for gear in listed[n] if gear.number not in mates}
         self.rings = {ring.number: ring for _, ring in rings.values()}
-        if (len(others), len(self.rings)) != (1, 1) or sorted(self.inner) != sorted(self.outer):
+        to_ring = {planet.number: number for number, (planet, _) in rings.items()}
+        alike = sorted(mates[number].number for number in self.inner) == sorted(to_ring)
+        if (len(others), len(self.rings)) != (1, 1) or not alike:
             raise self.stage.refusal("is solved where each planet meshes with one sun and one ring, the same ones")
         (self.sun,), (self.ring,) = others.values(), self.rings.values()
+        first = {mates[number].number: number for number in self.inner}
+        self.outer = {first[number]: mesh for number, mesh in to_ring.items()}
+        self.mates = {number: mates[number] for number in self.inner}
         self.planets = [gearbox.components[number] for number in self.outer]
+        self.steps = {number: dict(on_shaft(mate)) for number, mate in self.mates.items() if number != mate.number}
+
+    def on_shaft_of(self, planet: Component) -> list[int]:
+        """Numbers of the gears of a planet."""
+        beside = [gear.number for shaft in shafts_of(self.gearbox, planet)
+                  for gear in self.gearbox.beside(shaft.number, planet.kind, "assembly")]  # fmt: skip
+        return list(dict.fromkeys([planet.number, *beside]))
 
     def read(self, on_sun_Nm: float | None = None) -> ReadSet:
         """Return the stage as a set file.
@@ -104,7 +119,7 @@ class PlanetaryStage:
         self.planets.sort(key=lambda planet: angles[planet.number])
         first = self.planets[0]
         inner = self.mesh(self.inner[first.number], sense, self.sun)
-        outer = self.mesh(self.outer[first.number], -sense, first)
+        outer = self.mesh(self.outer[first.number], -sense, self.mates[first.number])
         self.refuse_unequal(inner, outer, sense)
         said = nested(inner.sections), nested(outer.sections)
         helical, force = bool(said[0]["pair"].get("helix_angle_deg")), self.mesh_force(load, *said)
@@ -114,6 +129,8 @@ class PlanetaryStage:
             "planets": self.places([angles[planet.number] for planet in self.planets], sense) | self.pin_errors(sense),
             **supports.sections(self.sun, first, self.member_shafts()["carrier"]),
         }  # fmt: skip
+        if self.steps:
+            self.add_steps(document, sense)
         document |= {"sweep": sweep} if sweep else {}
         for found in (inner, outer):
             self.changed += found.changed
@@ -124,9 +141,21 @@ class PlanetaryStage:
         sections = reader.section(nested(document), SetSections)
         return ReadSet(sections, document_text(document), tuple(dict.fromkeys(self.notes)), tuple(self.changed))
 
+    def add_steps(self, document: dict[str, Any], sense: int) -> None:
+        """Add to the sections where second gears are, by how much they are ahead, and what twists before them."""
+        first, steps = self.planets[0], [self.steps[planet.number] for planet in self.planets]
+        places = [np.array(gear.numbers_of("support_vector")) for gear in (first, self.mates[first.number])]
+        along = sense * float(np.dot(places[1] - places[0], axis_of(self.sun)))
+        document["planets"]["second_z_mm"] = round(along, DIGITS) + 0.0
+        if any("timing_mrad" in step for step in steps):
+            document["planets"]["timing_mrad"] = [step.get("timing_mrad", 0.0) for step in steps]
+        if torsion := steps[0].get("torsion_Nmm_per_rad"):
+            document.setdefault("supports", {})["planet_torsion_Nmm_per_rad"] = torsion
+
     def mesh_force(self, load: dict[str, Any], inner: dict[str, Any], outer: dict[str, Any]) -> float:
         """Return the force of a mesh at the reference circle of the sun, N, where planets share the load."""
-        ratios = torque_ratios((inner["pinion"]["teeth"], outer["wheel"]["teeth"]))
+        through = outer["wheel"]["teeth"] * inner["wheel"]["teeth"] / outer["pinion"]["teeth"]
+        ratios = torque_ratios((inner["pinion"]["teeth"], through))
         on_sun = 1e3 * abs(load["torque_Nm"] * ratios["sun"] / ratios[load["on"]])
         helix = math.radians(inner["pair"].get("helix_angle_deg", 0.0))
         radius = 0.5 * inner["pair"]["module_mm"] * inner["pinion"]["teeth"] / math.cos(helix)
@@ -146,7 +175,7 @@ class PlanetaryStage:
         """Refuse planets that differ: one is solved for all of them."""
         for planet in self.planets[1:]:
             sun, ring = self.inner[planet.number], self.outer[planet.number]
-            others = self.mesh(sun, sense, self.sun), self.mesh(ring, -sense, planet)
+            others = self.mesh(sun, sense, self.sun), self.mesh(ring, -sense, self.mates[planet.number])
             for one, other in zip((inner, outer), others, strict=True):
                 alike = [stage.sections | {"title": ""} for stage in (one, other)]
                 if not _alike(*alike):
@@ -156,7 +185,7 @@ class PlanetaryStage:
         """Return the sections of the pair and of the members."""
         pair = inner["pair"]
         for key in SHARED:
-            if pair[key] != outer["pair"][key]:
+            if pair[key] != outer["pair"][key] and not self.steps:
                 raise self.stage.refusal(f"{key} is {pair[key]:g} and {outer['pair'][key]:g} of its meshes: no set"
                 )
         for side in ("pinion", "wheel"):
@@ -167,6 +196,18 @@ class PlanetaryStage:
                     raise self.stage.refusal(rule)
         distance = pair.get("centre_distance_mm", outer["pair"].get("centre_distance_mm"))
         planet, ring = inner["wheel"], outer["wheel"]
+        if self.steps:
+            shared = pair | ({} if distance is None else {"centre_distance_mm": distance})
+            second = {key: value for key, value in outer["pair"].items() if key != "centre_distance_mm"}
+            flanks = {
+                f"sun.{MODIFICATION}": inner["pinion"].pop(MODIFICATION, {}),
+                f"planet.{MODIFICATION}": planet.pop(MODIFICATION, {}),
+                f"{SECOND_PLANET}.{MODIFICATION}": _from_the_other_end(outer["pinion"].pop(MODIFICATION, {})),
+                f"ring.{COAST}": _from_the_other_end(ring.pop(MODIFICATION, {})),
+            }
+            sections = {PAIR: shared, SECOND_PAIR: second, "sun": inner["pinion"], "planet": planet,
+                        SECOND_PLANET: outer["pinion"], "ring": ring}  # fmt: skip
+            return sections | {name: keys for name, keys in flanks.items() if keys}
         # Tips of a planet that the file leaves open clear both of its mates.
         if addenda := [keys["addendum"] for keys in (planet, outer["pinion"]) if "addendum" in keys]:
             planet["addendum"] = min(addenda)
@@ -258,7 +299,9 @@ class PlanetaryStage:
         first = self.planets[0].numbers_of("support_vector") - places[0]
         first -= axis * (first @ axis)
         angle = math.degrees(sense * math.atan2(offset @ np.cross(axis, first), offset @ first))
-        step = 360.0 / sum(int(gear.number_of("number_of_teeth") or 0) for gear in (self.sun, self.ring))
+        gears = self.sun, self.ring, planet, self.mates[planet.number]
+        sun, ring, own, mate = (int(gear.number_of("number_of_teeth") or 0) for gear in gears)
+        step = 360.0 * math.gcd(own, mate) / (sun * mate + ring * own)
         fits = step * round(angle / step)
         return round((fits if abs(angle - fits) < ROUNDED_DEG else angle) % 360.0, DIGITS) % 360.0
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from pmor.rexs.joints import axis_of
 from pmor.rexs.model import Component, Gearbox
+from pmor.rexs.units import rounded
 
 # What a vector is that a file does not have.
 VECTORS = {"support_vector": None, "u_axis_vector": [1.0, 0.0, 0.0], "w_axis_vector": [0.0, 0.0, 1.0]}
@@ -19,6 +20,9 @@ STEEL = 210e3, 0.3
 PARALLEL = 1e-9
 # By how much sections miss each other where their places are rounded, and by how much they may overlap, mm.
 ROUNDED, MOST_OVERLAP = 1e-3, 1.0
+
+# Of gears on a shaft that others share, names of ours: by how much a gear is ahead, and how the shaft twists before it.
+TIMING, TORSION = "custom_pmor_timing", "custom_pmor_torsion"
 
 Note = Callable[[str], None]
 
@@ -118,3 +122,17 @@ def _turned(component: Component, axes: np.ndarray) -> dict[str, tuple[list[floa
         elif usual:
             found[name] = (axes @ np.array(usual)).tolist(), ""
     return found
+
+
+def shaft_attributes(timing_mrad: float, torsion_Nmm_per_rad: float | str) -> dict[str, float]:
+    """Return the attributes of a gear that shares its shaft."""
+    timing = {TIMING: math.degrees(1e-3 * timing_mrad)} if timing_mrad else {}
+    return timing | ({} if torsion_Nmm_per_rad == "rigid" else {TORSION: float(torsion_Nmm_per_rad)})
+
+
+def on_shaft(gear: Component) -> Iterator[tuple[str, float]]:
+    """Yield the keys of a gear that shares its shaft."""
+    if timing := gear.number_of(TIMING):
+        yield "timing_mrad", rounded(1e3 * math.radians(timing))
+    if torsion := gear.number_of(TORSION):
+        yield "torsion_Nmm_per_rad", torsion

@@ -5,7 +5,6 @@ Such a file says by a name of ours that its shafts stand rigidly below each gear
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -20,14 +19,15 @@ from pmor.rexs.joints import shafts_of, stages
 from pmor.rexs.model import Component, Gearbox
 from pmor.rexs.read import stage_case
 from pmor.rexs.sets import ReadSet, nested
+from pmor.rexs.shafts import on_shaft
 from pmor.rexs.stage import find_stage
 from pmor.rexs.units import rounded
 from pmor.sets.layout import PAIR
 from pmor.sets.reader import SetReader
 from pmor.sets.settings import SetSections
 
-# Names of ours: of the gear unit, and of gears on a shaft that others share.
-FIXED_AXES, TIMING, TORSION = "custom_pmor_fixed_axes", "custom_pmor_timing", "custom_pmor_torsion"
+# Of the gear unit: a name of ours.
+FIXED_AXES = "custom_pmor_fixed_axes"
 # Of torques of load cases that differ by a factor.
 SAME = 1e-9
 
@@ -62,7 +62,7 @@ class _Train:
         self.gears = {gear.number: gear for gear in sorted(
             {gear.number: gear for _, pair in self.meshes for gear in pair}.values(), key=lambda gear: gear.number
         )}  # fmt: skip
-        self.on_shaft = {gear.number: dict(_on_shaft(gear)) for gear in self.gears.values()}
+        self.on_shaft = {gear.number: dict(on_shaft(gear)) for gear in self.gears.values()}
         self.names = {number: printable(gear.name or f"gear_{number}") for number, gear in self.gears.items()}
 
     def document(self) -> dict[str, Any]:
@@ -170,14 +170,6 @@ class _Train:
     def start(self, shaft: Component) -> float:
         """Where a shaft begins along the axes."""
         return (shaft.numbers_of("support_vector") or [0.0])[0]
-
-
-def _on_shaft(gear: Component) -> Iterator[tuple[str, float]]:
-    """Yield keys of a gear that shares its shaft."""
-    if timing := gear.number_of(TIMING):
-        yield "timing_mrad", rounded(1e3 * math.radians(timing))
-    if torsion := gear.number_of(TORSION):
-        yield "torsion_Nmm_per_rad", torsion
 
 
 def _amount(case: list[Drive]) -> float:

@@ -22,8 +22,10 @@ from pmor.rexs.parts import ALONE, add_shaft, at, springs
 from pmor.rexs.set_results import gear_forces, mesh_attributes, stage_results
 from pmor.rexs.sets import DIGITS, STAGE
 from pmor.rexs.sets_on_shafts import JOINED_AT
+from pmor.rexs.shafts import shaft_attributes
 from pmor.rexs.write import add_gear, stage_attributes
 from pmor.rexs.write_train import train_rexs
+from pmor.sets.layout import SECOND_PLANET
 from pmor.sets.loader import SetFile
 from pmor.sets.settings import Member
 from pmor.sets.solution import SetSolution
@@ -131,8 +133,9 @@ class SetParts:
     @property
     def cheeks_mm(self) -> tuple[float, float]:
         """Where the pins end, along the axis."""
-        pins, width = self.file.sections.pins, max(self.widths)
-        return (-0.5 * width, 0.5 * width) if pins is None else pins.ends_mm
+        pins, half = self.file.sections.pins, 0.5 * max(self.widths)
+        places = [body.z for body in self.file.plan.bodies]
+        return (min(places) - half, max(places) + half) if pins is None else pins.ends_mm
 
     @property
     def widths(self) -> list[float]:
@@ -149,19 +152,31 @@ class SetParts:
         load, radial = self.file.sections.load, self.file.sections.supports.sun_radial_N_per_mm
         assert load is not None
         (inner, outer), (inner_pair, outer_pair) = cases, pairs
+        bodies, stepped = self.file.plan.bodies, SECOND_PLANET in self.file.sections.members
         bore = 2.0 * (inner.pair.pinion.bore_radius_mm or 1.0)
         speed: Attributes = {"rotational_speed": load.speed_rpm} if load.speed_rpm and not self.given else {}
-        for number, body in enumerate(self.file.plan.bodies):
-            planet, of_ring = number > RING, number == RING
-            case, pair, gear = (outer, outer_pair, 1) if of_ring else (inner, inner_pair, int(planet))
-            more = {**(speed if body.name == load.on else {}), **self.pin_error(number)}
-            begin, joined = self.member(body.name, pair.faces[gear], (body.x, body.y), bore, more)
+        for number, body in enumerate(bodies):
+            second, of_ring = body.on is not None, number == RING
+            planet = number > RING and not second
+            case, pair, gear = inner, inner_pair, int(planet)
+            if of_ring or second:
+                case, pair, gear = outer, outer_pair, int(of_ring)
+            face = [body.z + end for end in pair.faces[gear]]
+            more: Attributes = {**(speed if body.name == load.on else {}), **self.pin_error(number)}
+            if body.on is not None:
+                joined, name = self.on_planet(number), bodies[body.on].name
+                begin = min(self.along * end for end in face) - min(self.along * end for end in self.planet_ends(pairs))
+            else:
+                ends = self.planet_ends(pairs) if planet else (face[0], face[1])
+                name, (begin, joined) = body.name, self.member(body.name, ends, (body.x, body.y), bore, more)
+                if planet:
+                    begin = min(self.along * end for end in face) - min(self.along * end for end in ends)
             self.gears.append(add_gear(
                 self.document, case, pair, gear, body.name, begin, "positive" if self.along > 0.0 else "negative",
-                of_ring, (outer.pinion_modification, outer_pair) if planet else None,
-                **self.at(0.0, body.x, body.y), **joined,
+                of_ring or second, (outer.pinion_modification, outer_pair) if planet and not stepped else None,
+                **self.at(body.z, body.x, body.y), **joined,
             )[0])  # fmt: skip
-            self.document.relate("assembly", assembly=self.shafts[body.name], part=self.gears[number])
+            self.document.relate("assembly", assembly=self.shafts[name], part=self.gears[number])
             if planet:
                 self.document.relate("planet_shaft", planetary_stage=self.stage, shaft=self.shafts[body.name])
                 self.pin(body.name, (body.x, body.y))
@@ -186,12 +201,26 @@ class SetParts:
         begin = middle + min(self.along * end for end in ends)
         return begin, {} if abs(joined_at - middle) < 10.0**-DIGITS else {JOINED_AT: joined_at}
 
+    def planet_ends(self, pairs: list[GearPair]) -> tuple[float, float]:
+        """Where shafts of planets begin and end along the axis."""
+        ends = list(pairs[0].faces[1])
+        if (second := self.file.plan.bodies[-1]).on is not None:
+            ends += [second.z + end for end in pairs[1].faces[0]]
+        return min(ends), max(ends)
+
+    def on_planet(self, body: int) -> Attributes:
+        """Return what the second gear of a stepped planet has: by how much it is ahead, and what twists before it."""
+        said, bodies = self.file.sections, self.file.plan.bodies
+        planet = int(bodies[bodies[body].on or 0].name.removeprefix("planet ")) - 1
+        timing = said.planets.timing_mrad[planet] if said.planets.timing_mrad else 0.0
+        return shaft_attributes(timing, said.supports.planet_torsion_Nmm_per_rad)
+
     def pin_error(self, body: int) -> Attributes:
         """By how much the pin of a planet is off its place, outwards and about x of the file."""
-        planets, number = self.file.sections.planets, self.file.plan.bodies[body].name.removeprefix("planet ")
-        if body <= RING or not (planets.radial_um or planets.tangential_um):
+        planets, plan = self.file.sections.planets, self.file.plan
+        if body not in plan.planets or not (planets.radial_um or planets.tangential_um):
             return {}
-        place, none = int(number) - 1, (0.0,) * planets.count
+        place, none = int(plan.bodies[body].name.removeprefix("planet ")) - 1, (0.0,) * planets.count
         radial, around = ((sizes or none)[place] for sizes in (planets.radial_um, planets.tangential_um))
         return {"custom_pmor_pin_error": [radial, self.along * around + 0.0]}
 

@@ -6,14 +6,13 @@ each of them. Mesh, sweep of angles, tolerances and duty cycle of the set file a
 
 from __future__ import annotations
 
-import math
-
 from pmor.case.coast import as_drawn
 from pmor.pair.model import gear_pair
-from pmor.rexs.document import Attributes, Document, Value
+from pmor.rexs.document import Attributes, Document
 from pmor.rexs.parts import ALONE, add_shaft, at, springs
 from pmor.rexs.set_results import gear_forces, mesh_attributes, stage_results
-from pmor.rexs.trains import FIXED_AXES, TIMING, TORSION
+from pmor.rexs.shafts import shaft_attributes
+from pmor.rexs.trains import FIXED_AXES
 from pmor.rexs.write import add_gear, stage_attributes
 from pmor.sets.loader import SetFile
 from pmor.sets.settings import Gear
@@ -45,8 +44,7 @@ def train_rexs(file: SetFile, solved: SetSolution | None, date: str) -> bytes:
                 document, unit, name, (start, x, y), [(end - start, 2.0 * min(bores), 0.0)]
             )  # fmt: skip
         case, role = part[number]
-        more: dict[str, Value] = {TIMING: math.degrees(1e-3 * gear.timing_mrad)} if gear.timing_mrad else {}
-        more |= {} if gear.torsion_Nmm_per_rad == "rigid" else {TORSION: gear.torsion_Nmm_per_rad}
+        more = shaft_attributes(gear.timing_mrad, gear.torsion_Nmm_per_rad)
         gears.append(add_gear(
             document, as_drawn(file.cases[case]), pairs[case], role, gear.name, faces[number][0] - start,
             **at((middle, x, y)), **more,

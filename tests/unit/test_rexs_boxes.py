@@ -383,13 +383,17 @@ def test_what_is_written_again_is_the_same(tmp_path, flank):
 OFF_PLACE = EVEN_SET.replace("count = 3", "count = 3\ntangential_um = [10.0, 3.0, -1.0]").replace(
     "[mesh]", "[pins]\ndiameter_mm = 30.0\nlength_mm = 36.0\nbearings = [{at_mm = 2.0, tilt_Nmm_per_rad = 1e9}]\n[mesh]"
 )  # fmt: skip
+STEPPED = EVEN_SET.replace("[planet]\nteeth = 18", "[planet]\nteeth = 24").replace("teeth = 54", "teeth = 57").replace(
+    "[ring]", "[second_planet]\nteeth = 15\nbore_radius_mm = 15.0\n[ring]"
+).replace("count = 3", "count = 3\ntiming_mrad = [0.1, 0.0, 0.0]")
 STAR = one_stage(torque=-300.0).replace("carrier = {", 'carrier = "housing"\nring = {')
 
 
 @pytest.mark.parametrize(("text", "of_set"), [
     (TWO_STAGES, EVEN_SET), (one_stage(torque=-300.0), OFF_PLACE),
     (STAR, OFF_PLACE.replace("[load]", '[load]\nheld = "carrier"')),
-], ids=["with a pair", "from the other end", "star"])  # fmt: skip
+    (one_stage(torque=-300.0), STEPPED),
+], ids=["with a pair", "from the other end", "star", "stepped"])  # fmt: skip
 def test_sets_on_shafts_go_out_and_come_back_as_they_are(text, of_set, tmp_path):
     """Members on their shafts, planets on their pins, errors of these: the second file is the first."""
     one = load(written_reducer(tmp_path, text, of_set))

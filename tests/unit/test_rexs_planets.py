@@ -1,6 +1,7 @@
 """What a REXS file of a planetary stage determines: shifts of planets and ring, whose hands, whose tips."""
 
 import math
+from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
@@ -8,7 +9,9 @@ from numpy.testing import assert_allclose
 
 from pmor.body.bearing_estimate import CatalogueBearing
 from pmor.core.errors import CaseError
-from pmor.rexs.files import read_set
+from pmor.rexs.drive import shaft_speeds
+from pmor.rexs.files import load_set, read_set
+from pmor.rexs.model import read_rexs
 from pmor.rexs.shifts import Rack
 from pmor.rexs.write_set import set_rexs
 from pmor.sets.loader import parse_set
@@ -105,6 +108,53 @@ def test_a_helical_set_with_blanks_on_pins_is_the_same_in_what_is_written_again(
         assert getattr(two.sections, name) == getattr(one.sections, name), name
     assert [case.pair for case in two.cases.values()] == [case.pair for case in one.cases.values()]
     assert two.torques_Nm == one.torques_Nm
+
+
+STEPPED = (Path(__file__).parents[2] / "cases" / "stepped_planets.toml").read_text()
+ON_PINS = STEPPED.replace("[supports]", '''tangential_um = [5.0, 0.0, 0.0, 0.0]
+[pins]
+diameter_mm = 14.0
+length_mm = 70.0
+middle_mm = 13.0
+bearings = [{ at_mm = 0.0, radial_N_per_mm = 3e5 }, { at_mm = 26.0, radial_N_per_mm = 4e5 }]
+[supports]
+planet_torsion_Nmm_per_rad = 5e7''').replace("[ring]", '''[second_planet.modification]
+helix_slope_um = 3.0
+tip_relief_um = 8.0
+tip_relief_start_roll_deg = 32.0
+[ring]''').replace("face_width_mm = 30.0", "face_width_mm = 30.0\nhelix_angle_deg = -15.0")  # fmt: skip
+
+
+@pytest.mark.parametrize("text", [STEPPED, ON_PINS], ids=["as drawn", "on pins"])
+def test_stepped_planets_are_two_gears_on_a_shaft_and_come_back_as_they_are(tmp_path, text):
+    """With who is ahead, what twists and what they stand on: the second file is the first."""
+    one = parse_set(text, "planets", "planets")
+    first = set_rexs(one, None, DATE)
+    (tmp_path / "planets.rexs").write_bytes(first)
+    gearbox = read_rexs(tmp_path / "planets.rexs")
+    carrier = next(relation.role("shaft") for relation in gearbox.relations if relation.kind == "planet_carrier_shaft")
+    # By the relations of the file alone: Willis, with 25/49 and 21/95 teeth.
+    assert shaft_speeds(gearbox, {})[carrier] == pytest.approx(12000.0 / (1.0 + 49.0 * 95.0 / (25.0 * 21.0)))
+    gears = {gear.name: gear for gear in (*gearbox.of_kind("cylindrical_gear"), *gearbox.of_kind("ring_gear"))}
+    turning = "planet 2", "second planet 2", "ring"
+    assert [gears[name].number_of("helix_angle_reference_diameter") for name in turning] == [-15.0, -15.0, 15.0]
+    two = load_set(tmp_path / "planets.rexs")
+    assert numbers_and_words(set_rexs(two, None, DATE)) == numbers_and_words(first)
+    assert not [note for note in two.notes if "not read" in note]
+    for ours, theirs in zip(one.plan.bodies, two.plan.bodies, strict=True):
+        assert (theirs.name, theirs.on, theirs.z) == (ours.name, ours.on, ours.z)
+        assert_allclose([theirs.x, theirs.y], [ours.x, ours.y], atol=1e-9)
+    for name in ("free", "compliance", "displacement", "load"):
+        ours, theirs = getattr(one.plan, name), getattr(two.plan, name)
+        assert_allclose(theirs, ours, rtol=1e-8, atol=1e-12 * abs(ours).max(initial=1e-9))
+    for case, back in zip(one.cases.values(), two.cases.values(), strict=True):
+        assert (back.pair, back.flank) == (case.pair, case.flank)
+        assert back.torque_Nm == pytest.approx(case.torque_Nm)
+        for name in ("pinion_modification", "wheel_modification"):
+            ours, theirs = (vars(getattr(file, name)) for file in (case, back))
+            assert {key: value for key, value in theirs.items() if value} == pytest.approx(
+                {key: value for key, value in ours.items() if value}
+            )
 
 
 def test_a_bearing_by_its_catalogue_number_is_as_stiff_as_estimated_under_the_force_of_a_mesh(tmp_path):
