@@ -14,12 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.core.arrays import BoolArray, FloatArray
+from pmor.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from pmor.gear.condition import Condition
 from pmor.gear.pair import GearPair
 from pmor.line.hubs import Hubs
 from pmor.line.kernels.loads import COLD, solve_lines
-from pmor.line.pair import LinePair, meshes_of, no_results
+from pmor.line.pair import LinePair, LineResults, PlacedSections, meshes_of, no_results, section_patterns
 from pmor.line.train import smooth_rows
 
 # Coordinates of a mesh: by how much the flanks part at the pitch point, mm, and by how much they tilt, rad.
@@ -50,7 +50,9 @@ def mesh_coordinates(pair: GearPair) -> FloatArray:
     return np.column_stack([smooth_rows(pair).ravel(), np.concatenate([normal, -normal])])
 
 
-def law_at(pair: LinePair, phi: FloatArray, condition: Condition, displacement: FloatArray) -> HubLaw:
+def law_at(
+    pair: LinePair, phi: FloatArray, condition: Condition, displacement: FloatArray, taken_out: FloatArray | None = None
+) -> HubLaw:
     """Return the forces at pinion angles (A,), rad, with both hubs displaced.
 
     Parameters
@@ -59,13 +61,67 @@ def law_at(pair: LinePair, phi: FloatArray, condition: Condition, displacement: 
         Over the whole width.
     displacement : ndarray, shape (12,)
         Of both hubs, the rotations about their axes too, in axes of the pair, mm and rad.
+    taken_out : ndarray, shape (2, 2), optional
+        Compliance at the coordinates that gears have and the law is to be without.
     """
-    standing = Hubs(np.zeros((len(displacement), len(displacement))), np.zeros(len(displacement)))
+    placed, rows, found = _solved(pair, phi, condition, displacement, taken_out)
+    return HubLaw(np.einsum("an,anc->ac", found.force[0], rows), found.stiffness[0], found.converged[0])
+
+
+def mode_coordinates(
+    pair: LinePair, phi: FloatArray, condition: Condition, displacement: FloatArray, gear: int, diameters: IntArray,
+    flank: ComplexArray,
+) -> FloatArray:  # fmt: skip
+    """Return how the modes of a gear move the coordinates of its mesh: mean over the cycle by the load of the sections.
+
+    Of the displacement Re((a - i b) phi e^(i n theta)), theta in axes of the pair from the line of centres on.
+
+    Parameters
+    ----------
+    pair, phi, condition, displacement
+        As in `law_at`.
+    gear : int
+        0 the pinion, 1 the wheel.
+    diameters : ndarray of int, shape (m,)
+        n.
+    flank : ndarray of complex, shape (3 f, m)
+        phi at the nodes of the flank of a tooth, in its frame.
+
+    Returns
+    -------
+    ndarray, shape (2, m, 2)
+        By amplitudes a and b.
+    """
+    placed, rows, found = _solved(pair, phi, condition, displacement, None)
+    gaps = [section_patterns(pair.meshed, placed.lines, gear, np.ascontiguousarray(part))
+            for part in (flank.real, flank.imag)]  # fmt: skip
+    geometry, count = pair.meshed.pair, pair.meshed.tooth_pair_count
+    teeth = placed.lines.first_pair[:, None] + np.arange(count)
+    roll = phi[:, None] + geometry.pitch * teeth
+    angle = roll
+    if gear == 1:
+        angle = math.pi + geometry.contact_roll_angles(roll)[1]
+        angle = angle - geometry.wheel.base_half_angle - geometry.working_pressure_angle
+    turned = np.exp(1j * diameters * np.repeat(angle, rows.shape[1] // count, axis=1)[..., None])
+    gap = (gaps[0] + 1j * gaps[1]) * turned
+    loaded = found.force[0][..., None] * rows
+    weight = np.einsum("anc,and->cd", loaded, rows)
+    mean = np.linalg.solve(weight, np.einsum("anc,anm->cm", loaded, gap))
+    return np.stack([mean.real, mean.imag], axis=-1)
+
+
+def _solved(
+    pair: LinePair, phi: FloatArray, condition: Condition, displacement: FloatArray, taken_out: FloatArray | None
+) -> tuple[PlacedSections, FloatArray, LineResults]:
+    """Sections, their rows by the coordinates, and their loads between hubs that stand."""
+    columns = mesh_coordinates(pair.meshed.pair)
+    back = np.linalg.pinv(columns)
+    compliance = np.zeros((len(displacement),) * 2) if taken_out is None else -back.T @ taken_out @ back
+    standing = Hubs(compliance, np.zeros(len(displacement)))
     placed = LinePair(pair.meshed.on_hubs(standing), pair.compliance, pair.components, pair.supports).place(
         phi, condition.misalignment
     )
-    columns = mesh_coordinates(pair.meshed.pair)
-    rows = placed.hub_rows @ np.linalg.pinv(columns).T
+    rows = placed.hub_rows @ back.T
     meshes = meshes_of([pair], np.array([[-1.0 / pair.base_radius, 0.0]]), np.array([[-1.0, 0.0]]))
     moved = np.ascontiguousarray(np.broadcast_to(columns.T @ displacement, (1, len(phi), COORDINATES)))
     found = no_results(moved.shape, pair.size, tangent=True)
@@ -73,5 +129,4 @@ def law_at(pair: LinePair, phi: FloatArray, condition: Condition, displacement: 
         placed.lines, rows, meshes, pair.between_flanks, placed.flexibility, placed.deviation(condition.assembly),
         moved, True, COLD, found,
     )  # fmt: skip
-    force = np.einsum("an,anc->ac", found.force[0], rows)
-    return HubLaw(force, found.stiffness[0], found.converged[0])
+    return placed, rows, found

@@ -60,8 +60,8 @@ class Receptance:
         Static part of all that is not in the modes.
     second_readings : ndarray, shape (o, p)
         What of it grows with the square of the frequency.
-    gyroscopic : ndarray, shape (m, m)
-        At 1 rad/s.
+    gyroscopic, spun : ndarray, shape (m, m)
+        At 1 rad/s; what speed adds to the stiffness, with its square.
     damping_ratio : ndarray, shape (m,)
     """
 
@@ -72,6 +72,7 @@ class Receptance:
     left_readings: FloatArray
     second_readings: FloatArray
     gyroscopic: FloatArray
+    spun: FloatArray
     damping_ratio: FloatArray
 
 
@@ -128,7 +129,8 @@ def receptance_of(
         modes, ports @ modes.shape, shown, ports @ at_rest - participation @ (ports @ elastic).T,
         left - shown[:, ~rigid] @ participation.T,
         further - shown[:, ~rigid] @ (participation / modes.square[~rigid]).T,
-        modes.shape.T @ machine.gyroscopic @ modes.shape, np.full(len(modes.square), damping_ratio),
+        modes.shape.T @ machine.gyroscopic @ modes.shape, modes.shape.T @ machine.spun @ modes.shape,
+        np.full(len(modes.square), damping_ratio),
     )  # fmt: skip
 
 
@@ -171,6 +173,7 @@ def transfer(receptance: Receptance, omega: FloatArray, spin: FloatArray | None 
         answer = np.asarray(ports.T / own[..., None])
     else:
         matrix = np.asarray(1j * (omega * spin)[:, None, None] * receptance.gyroscopic)
+        matrix += (spin**2)[:, None, None] * receptance.spun
         own[:, rigid] = 1.0
         matrix[:, rigid] = matrix[:, :, rigid] = 0.0
         matrix[:, np.arange(len(square)), np.arange(len(square))] += own

@@ -16,10 +16,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import null_space
+from scipy.linalg import block_diag, null_space
 
 from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
+from pmor.dynamics.whine.ringing import RingingGear
 from pmor.gear.inertia import Inertia
 from pmor.line.hub_law import COORDINATES, mesh_coordinates
 from pmor.machine.coupled import SolvedLoad
@@ -57,6 +58,10 @@ class MovingMachine:
         Of that speed: 1 or -1.
     surface : ndarray, shape (r, H)
         Root of the integrals over the housing's surface, mm; empty where none are given.
+    spun : ndarray, shape (n, n)
+        What speed adds to the stiffness, at 1 rad/s; with its square.
+    ringing : int
+        Displacements that are modes of gears: the last ones.
     """
 
     gearbox: LoadedGearbox
@@ -68,6 +73,8 @@ class MovingMachine:
     rates: Mapping[str, float]
     sense: float
     surface: FloatArray
+    spun: FloatArray
+    ringing: int = 0
 
     @cached_property
     def constraints(self) -> FloatArray:
@@ -82,7 +89,7 @@ class MovingMachine:
     @property
     def housing(self) -> slice:
         """Coordinates of the housing among the displacements."""
-        return slice(len(self.gearbox.load) - len(self.gearbox.housing), len(self.mass))
+        return slice(len(self.gearbox.load) - len(self.gearbox.housing), len(self.mass) - self.ringing)
 
     @cached_property
     def free(self) -> FloatArray:
@@ -119,13 +126,17 @@ class MovingMachine:
         return abs(self.rates[settings.pinion.shaft]) * abs(pair.pinion.teeth)
 
 
-def moving_machine(model: GearboxModel, solved: SolvedLoad, highest_Hz: float) -> MovingMachine:
+def moving_machine(
+    model: GearboxModel, solved: SolvedLoad, highest_Hz: float, ringing: Sequence[RingingGear] = ()
+) -> MovingMachine:
     """Return a gearbox in motion about its solution under a load.
 
     Parameters
     ----------
     highest_Hz : float
         Up to where shafts bend as they do: elements are short beside the wave.
+    ringing : sequence of RingingGear
+        Gears whose modes move too.
     """
     fine = replace(model, longest_mm=longest_elements(model, highest_Hz))
     gearbox = loaded(fine, solved.load)
@@ -155,7 +166,26 @@ def moving_machine(model: GearboxModel, solved: SolvedLoad, highest_Hz: float) -
             mass[first:, first:] += model.housing_matrices.mass
     meshes = np.concatenate([_coordinates(mesh, size) for mesh in gearbox.meshes])
     sense = -1.0 if (solved.load.speed_rpm or 1.0) < 0.0 else 1.0
-    return MovingMachine(gearbox, solved.load, mass, stiffness, gyroscopic, meshes, rates, sense, surface_of(model))
+    spun = np.zeros_like(mass)
+    for gear in ringing:
+        meshing = gearbox.meshes[gear.mesh]
+        place = (meshing.settings.pinion, meshing.settings.wheel)[gear.gear]
+        rate = rates.get(place.shaft, 0.0) * meshing.frame.along * meshing.frame.hand
+        more = gear.matrices(rate)
+        first_own, count = len(mass), len(more.stiffness)
+        mass, gyroscopic, stiffness, spun = (
+            block_diag(*both) for both in
+            ((mass, more.mass), (gyroscopic, more.gyroscopic), (stiffness, more.stiffness), (spun, more.spun))
+        )  # fmt: skip
+        at_hub = slice(meshing.hubs[gear.gear], meshing.hubs[gear.gear] + NODE)
+        mass[first_own:, at_hub] = gear.inertia @ meshing.frame.turn.T
+        mass[at_hub, first_own:] = mass[first_own:, at_hub].T
+        meshes = np.pad(meshes, ((0, 0), (0, count)))
+        meshes[COORDINATES * gear.mesh : COORDINATES * (gear.mesh + 1), first_own:] = gear.coordinates
+    return MovingMachine(
+        gearbox, solved.load, mass, stiffness, gyroscopic, meshes, rates, sense, surface_of(model), spun,
+        len(mass) - size,
+    )  # fmt: skip
 
 
 def surface_of(model: GearboxModel) -> FloatArray:

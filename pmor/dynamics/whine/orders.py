@@ -2,7 +2,7 @@
 
 Along the order r the frequency is r W, W the speed, and modes with their gyroscopic moments
 
-    diag(s) - (r W)^2 + i r W^2 G = diag(s) - W^2 B,    B = r^2 - i r G,
+    diag(s) - (r W)^2 + i r W^2 G + W^2 K_s = diag(s) - W^2 B,    B = r^2 - i r G - K_s,
 
 are one Hermitian problem for all speeds, B v = v / W_n^2 diag(s): W_n are the speeds at which the order meets a mode,
 forwards and backwards whirl apart; there is none where 1 / W_n^2 is negative.
@@ -91,9 +91,9 @@ def along(receptance: Receptance, order: float, speeds: FloatArray, sense: float
     """Return the receptances along an order; `sense` is that of the first torque's shaft."""
     square = receptance.modes.square
     elastic = np.flatnonzero(square > 0.0)
-    gyroscopic = receptance.gyroscopic[np.ix_(elastic, elastic)]
+    gyroscopic, spun = (part[np.ix_(elastic, elastic)] for part in (receptance.gyroscopic, receptance.spun))
     root = np.sqrt(square[elastic])
-    inertia = (order**2 * np.eye(len(root)) - 1j * sense * order * gyroscopic) / np.outer(root, root)
+    inertia = (order**2 * np.eye(len(root)) - 1j * sense * order * gyroscopic - spun) / np.outer(root, root)
     inverse, shape = eigh(inertia)
     mixed = np.zeros((len(square), len(elastic)), dtype=complex)
     mixed[elastic] = shape / root[:, None]

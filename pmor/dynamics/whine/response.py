@@ -15,6 +15,7 @@ from pmor.dynamics.whine.hill import FURTHER, MeshCycle, hill, mesh_forces, time
 from pmor.dynamics.whine.modal import Modes, Receptance, closed, modes_of, receptance_of, transfer
 from pmor.dynamics.whine.moving import KG, MovingMachine, bearing_rows, moving_machine
 from pmor.dynamics.whine.orders import Order, along
+from pmor.dynamics.whine.ringing import ringing_gears
 from pmor.line.hub_law import COORDINATES
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.model import ABOUT_AXIS, GearboxModel
@@ -167,8 +168,13 @@ def respond(
     ConvergenceError
         Where a mesh has no law about its load.
     """
-    machine = moving_machine(model, solved, motion.highest_frequency_Hz)
     standing = standing_meshes(solved, pairs, motion.harmonics)
+    ringing = ringing_gears(model, solved, standing, FURTHER_MODES * motion.highest_frequency_Hz)
+    machine = moving_machine(model, solved, motion.highest_frequency_Hz, ringing)
+    for gear in ringing:
+        before = standing[gear.mesh].taken_out
+        compliance = gear.compliance if before is None else gear.compliance + before
+        standing[gear.mesh] = standing[gear.mesh].without(compliance)
     cycles = [mesh.cycle() for mesh in standing]
     tangent = np.zeros((COORDINATES * len(cycles), COORDINATES * len(cycles)))
     for number, cycle in enumerate(cycles):
