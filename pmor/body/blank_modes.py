@@ -209,9 +209,9 @@ def _ring_on(
     faces_moved = every[:, free:] + every[:, :free] @ brought
     found = back_substitute(sector, np.hstack([faces_moved.real, faces_moved.imag]), 3 * len(mesh.nodes))
     moved = np.asarray(found[:, : 3 * layers] + 1j * found[:, 3 * layers :], dtype=np.complex128)
-    by_mass = mass @ moved
-    return _RingOnHarmonic(count * 0.5 * (stiffness + stiffness.conj().T), count * moved.conj().T @ by_mass, moved,
-                           by_mass)  # fmt: skip
+    by_mass = np.asarray(mass @ moved, dtype=np.complex128)
+    whole = np.asarray(0.5 * count * (stiffness + stiffness.conj().T), dtype=np.complex128)
+    return _RingOnHarmonic(whole, np.asarray(count * moved.conj().T @ by_mass, dtype=np.complex128), moved, by_mass)
 
 
 def _rigid(n: int, nodes: FloatArray, twist: float) -> ComplexArray:

@@ -13,7 +13,17 @@ import numpy as np
 import scipy.sparse as sp
 
 from pmor.core.arrays import FloatArray, IntArray
-from pmor.fe.blank_section import POINTS, Amplitudes, Block, Span, beyond, hookes_law, parabolas, row_stiffness, with_middles
+from pmor.fe.blank_section import (
+    POINTS,
+    Amplitudes,
+    Block,
+    Span,
+    beyond,
+    hookes_law,
+    parabolas,
+    row_stiffness,
+    with_middles,
+)
 
 # Nodes of neighbouring blocks that are closer to each other are one, mm.
 ONE_NODE = 7.31e-7
