@@ -118,7 +118,7 @@ def by_bricks(held):
 @pytest.mark.slow
 @pytest.mark.parametrize("held", [True, False])
 def test_modes_of_a_wheel_on_a_web_are_those_of_bricks(held):
-    """Free, and held at its bore, by nodal diameters: of teeth that follow as at rest up to half of their share.
+    """Free, and held at its bore, by nodal diameters, up to 9 kHz; above, they come out more than 0.5 % too high.
 
     *Measured*, held: 0.27 % at 3.1 kHz (n = 0), 0.28 at 2.3 (1), 0.1 at 4.0 (2); 0.57 at 9.9 (3), 1.9 at 17.3 (4).
     """
