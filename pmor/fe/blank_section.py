@@ -150,7 +150,7 @@ def ring_stiffness(
         u^H K u / 2 with the amplitudes u. With loads [[K, -r], [-r^H, -F]]: r the forces that they pass on to the
         outermost row, were it held, and F the displacements that they then cause.
     """
-    law = _law(youngs_modulus, poisson_ratio)
+    law = hookes_law(youngs_modulus, poisson_ratio)
     plane, count = law_in_surface(youngs_modulus, poisson_ratio), sum(load.size for load in loads)
     rows = list[_Row]()
     for number, block in enumerate(blocks):
@@ -160,8 +160,8 @@ def ring_stiffness(
                 (count + 3 * int(g), *_surface_stress(block, place, gauges.across[g], gauges.upper[g], plane, twist))
                 for g in on if gauges
             ]  # fmt: skip
-            free = _beyond(with_middles(block.at_radii[0]), held) if held and not rows else NONE
-            stiffness = _row_stiffness(block, place, law, twist)
+            free = beyond(with_middles(block.at_radii[0]), held) if held and not rows else NONE
+            stiffness = row_stiffness(block, place, law, twist)
             z = [with_middles(lines) for lines in block.at_radii[place : place + 2]]
             rows.append(_Row(z[0], z[1], block.radii[place + 1], stiffness, own, free))
     count += 3 * len(gauges.row) if gauges else 0
@@ -314,7 +314,7 @@ def _handed_on(matrix: Amplitudes, count: int, z: FloatArray, wanted: FloatArray
     return handed_on
 
 
-def _beyond(z: FloatArray, held: Span) -> IntArray:
+def beyond(z: FloatArray, held: Span) -> IntArray:
     """Unknowns of nodes that are not between two places along the axis, of which lines of elements go through."""
     slack = 1e-9 * (z[-1] - z[0])
     return _unknowns(np.flatnonzero((z < held[0] - slack) | (z > held[1] + slack)))
@@ -324,7 +324,7 @@ def _unknowns(nodes: IntArray) -> IntArray:
     return (3 * np.asarray(nodes, dtype=np.int64)[:, None] + np.arange(3)).ravel()
 
 
-def _law(youngs_modulus: float, poisson_ratio: float) -> FloatArray:
+def hookes_law(youngs_modulus: float, poisson_ratio: float) -> FloatArray:
     """Hooke's law over strain rr, tt, zz, rz, rt, tz."""
     shear = 0.5 * youngs_modulus / (1.0 + poisson_ratio)
     law = np.zeros((6, 6))
@@ -341,7 +341,7 @@ def _surface_stress(
     Steady, and what n multiplies.
     """
     inner, outer = block.radii[row : row + 2]
-    (shape_r, slope_r), (shape_z, slope_z) = _parabolas(across), _parabolas(1.0 if upper else -1.0)
+    (shape_r, slope_r), (shape_z, slope_z) = parabolas(across), parabolas(1.0 if upper else -1.0)
     element = len(block.z) - 2 if upper else 0
     shape = np.outer(shape_r, shape_z).ravel()
     by_r = np.outer(slope_r, shape_z).ravel() * 2.0 / (outer - inner)
@@ -354,7 +354,7 @@ def _surface_stress(
     return stress[0], stress[1]
 
 
-def _row_stiffness(block: Block, row: int, law: FloatArray, twist: float) -> tuple[Amplitudes, Amplitudes, Amplitudes]:
+def row_stiffness(block: Block, row: int, law: FloatArray, twist: float) -> tuple[Amplitudes, Amplitudes, Amplitudes]:
     """K_0, K_1 and K_2 of a row of elements, over its three rows of nodes: (9 m, 9 m) each, for an angle of 1 rad."""
     inner, outer = block.radii[row : row + 2]
     height, (lines, further) = outer - inner, block.at_radii[row : row + 2]
@@ -366,11 +366,11 @@ def _row_stiffness(block: Block, row: int, law: FloatArray, twist: float) -> tup
     kind = complex if twist else float
     assembled, own = np.zeros((3, size, size), dtype=kind), np.zeros((3, elements, 27, 27), dtype=kind)
     for a, weight in zip(places, weights, strict=True):
-        shape_r, slope_r = _parabolas(a)
+        shape_r, slope_r = parabolas(a)
         r = 0.5 * (inner + outer + a * height)
         width = widths + 0.5 * (1.0 + a) * wider
         for b, other in zip(places, weights, strict=True):
-            shape_z, slope_z = _parabolas(b)
+            shape_z, slope_z = parabolas(b)
             shape = np.outer(shape_r, shape_z).ravel()
             by_z = np.outer(shape_r, slope_z).ravel() * 2.0 / width[:, None]
             slope = (moved + 0.5 * (1.0 + b) * wider)[:, None] / height
@@ -407,7 +407,7 @@ def _strains(
     return steady, turning - 1j * along
 
 
-def _parabolas(place: float) -> tuple[FloatArray, FloatArray]:
+def parabolas(place: float) -> tuple[FloatArray, FloatArray]:
     """Shape functions of three nodes on a line, at -1, 0 and 1, and their slopes."""
     x = float(place)
     return np.array([0.5 * x * (x - 1.0), 1.0 - x * x, 0.5 * x * (x + 1.0)]), np.array([x - 0.5, -2.0 * x, x + 0.5])

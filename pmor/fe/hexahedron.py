@@ -89,6 +89,23 @@ def element_stiffness(
     return stiffness
 
 
+def element_mass(nodes: FloatArray, elements: IntArray, density: float) -> FloatArray:
+    """Return the consistent mass matrices of all elements, of each direction: (n_elements, k, k), t.
+
+    Parameters
+    ----------
+    nodes, elements
+        As in `element_stiffness`.
+    density : float
+        t/mm^3.
+    """
+    order = 1 if elements.shape[1] == len(node_places(1)) else 2
+    slopes, points, weights = _quadrature(order)
+    shapes = np.stack([shape_functions(point, order) for point in points])
+    volume = weights * np.linalg.det(slopes.transpose(0, 2, 1) @ nodes[elements][:, None])
+    return np.asarray(density * np.einsum("ep,pa,pb->eab", volume, shapes, shapes, optimize=True))
+
+
 def _stiffness(
     nodes: FloatArray, elements: IntArray, first: int, youngs_modulus: float, poisson_ratio: float, element: str
 ) -> FloatArray:

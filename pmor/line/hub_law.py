@@ -14,12 +14,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pmor.core.arrays import BoolArray, FloatArray
+from pmor.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from pmor.gear.condition import Condition
 from pmor.gear.pair import GearPair
 from pmor.line.hubs import HUB, Hubs
 from pmor.line.kernels.loads import COLD, solve_lines
-from pmor.line.pair import NONE, LinePair, meshes_of, no_results
+from pmor.line.pair import (
+    NONE,
+    LinePair,
+    LineResults,
+    PlacedSections,
+    meshes_of,
+    no_results,
+    section_patterns,
+)
 from pmor.line.several import GearTrain, PlacedTrain
 from pmor.line.train import smooth_rows
 
@@ -51,7 +59,9 @@ def mesh_coordinates(pair: GearPair) -> FloatArray:
     return np.column_stack([smooth_rows(pair).ravel(), np.concatenate([normal, -normal])])
 
 
-def law_at(pair: LinePair, phi: FloatArray, condition: Condition, displacement: FloatArray) -> HubLaw:
+def law_at(
+    pair: LinePair, phi: FloatArray, condition: Condition, displacement: FloatArray, taken_out: FloatArray | None = None
+) -> HubLaw:
     """Return the forces at pinion angles (A,), rad, with both hubs displaced.
 
     Parameters
@@ -60,16 +70,73 @@ def law_at(pair: LinePair, phi: FloatArray, condition: Condition, displacement: 
         Over the whole width.
     displacement : ndarray, shape (12,)
         Of both hubs, the rotations about their axes too, in axes of the pair, mm and rad.
+    taken_out : ndarray, shape (2, 2), optional
+        Compliance at the coordinates that gears have and the law is to be without.
     """
-    found = laws_at(pair, phi, condition, (mesh_coordinates(pair.meshed.pair).T @ displacement)[None])
+    found = laws_at(pair, phi, condition, (mesh_coordinates(pair.meshed.pair).T @ displacement)[None], taken_out)
     return HubLaw(found.force[0], found.tangent[0], found.converged[0])
 
 
-def laws_at(pair: LinePair, phi: FloatArray, condition: Condition, coordinates: FloatArray) -> HubLaw:
+def laws_at(
+    pair: LinePair, phi: FloatArray, condition: Condition, coordinates: FloatArray, taken_out: FloatArray | None = None
+) -> HubLaw:
     """Return the forces as `law_at` does, at many places of the coordinates, (D, 2)."""
-    standing = Hubs(np.zeros((2 * HUB, 2 * HUB)), np.zeros(2 * HUB))
+    _, rows, found = _solved(pair, phi, condition, coordinates, taken_out)
+    return HubLaw(np.einsum("dan,anc->dac", found.force, rows), found.stiffness, found.converged)
+
+
+def mode_coordinates(
+    pair: LinePair, phi: FloatArray, condition: Condition, displacement: FloatArray, gear: int, diameters: IntArray,
+    flank: ComplexArray,
+) -> FloatArray:  # fmt: skip
+    """Return how the modes of a gear move the coordinates of its mesh: mean over the cycle by the load of the sections.
+
+    Of the displacement Re((a - i b) phi e^(i n theta)), theta in axes of the pair from the line of centres on.
+
+    Parameters
+    ----------
+    pair, phi, condition, displacement
+        As in `law_at`.
+    gear : int
+        0 the pinion, 1 the wheel.
+    diameters : ndarray of int, shape (m,)
+        n.
+    flank : ndarray of complex, shape (3 f, m)
+        phi at the nodes of the flank of a tooth, in its frame.
+
+    Returns
+    -------
+    ndarray, shape (2, m, 2)
+        By amplitudes a and b.
+    """
+    coordinates = (mesh_coordinates(pair.meshed.pair).T @ displacement)[None]
+    placed, rows, found = _solved(pair, phi, condition, coordinates, None)
+    gaps = [section_patterns(pair.meshed, placed.lines, gear, np.ascontiguousarray(part))
+            for part in (flank.real, flank.imag)]  # fmt: skip
+    geometry, count = pair.meshed.pair, pair.meshed.tooth_pair_count
+    teeth = placed.lines.first_pair[:, None] + np.arange(count)
+    roll = phi[:, None] + geometry.pitch * teeth
+    angle = roll
+    if gear == 1:
+        angle = math.pi + geometry.contact_roll_angles(roll)[1]
+        angle = angle - geometry.wheel.base_half_angle - geometry.working_pressure_angle
+    turned = np.exp(1j * diameters * np.repeat(angle, rows.shape[1] // count, axis=1)[..., None])
+    gap = (gaps[0] + 1j * gaps[1]) * turned
+    loaded = found.force[0][..., None] * rows
+    weight = np.einsum("anc,and->cd", loaded, rows)
+    mean = np.linalg.solve(weight, np.einsum("anc,anm->cm", loaded, gap))
+    return np.stack([mean.real, mean.imag], axis=-1)
+
+
+def _solved(
+    pair: LinePair, phi: FloatArray, condition: Condition, coordinates: FloatArray, taken_out: FloatArray | None
+) -> tuple[PlacedSections, FloatArray, LineResults]:
+    """Sections, their rows by the coordinates, and their loads between hubs that stand."""
+    back = np.linalg.pinv(mesh_coordinates(pair.meshed.pair))
+    compliance = np.zeros((2 * HUB, 2 * HUB)) if taken_out is None else -back.T @ taken_out @ back
+    standing = Hubs(compliance, np.zeros(2 * HUB))
     placed = replace(pair, meshed=pair.meshed.on_hubs(standing), kept=None).place(phi, condition.misalignment)
-    rows = placed.hub_rows @ np.linalg.pinv(mesh_coordinates(pair.meshed.pair)).T
+    rows = placed.hub_rows @ back.T
     meshes = meshes_of([pair], np.array([[-1.0 / pair.base_radius, 0.0]]), np.array([[-1.0, 0.0]]))
     grid = len(coordinates), len(phi), COORDINATES
     moved = np.ascontiguousarray(np.broadcast_to(coordinates[:, None], grid))
@@ -78,7 +145,7 @@ def laws_at(pair: LinePair, phi: FloatArray, condition: Condition, coordinates: 
         placed.lines, rows, meshes, pair.between_flanks, placed.flexibility, placed.deviation(condition.assembly),
         moved, True, COLD, found,
     )  # fmt: skip
-    return HubLaw(np.einsum("dan,anc->dac", found.force, rows), found.stiffness, found.converged)
+    return placed, rows, found
 
 
 def train_coordinates(train: GearTrain) -> FloatArray:

@@ -26,7 +26,7 @@ from pmor.case import change_case, make_case
 from pmor.case.blank import BlankCase
 from pmor.core.conventions import rotation_z
 from pmor.fe.assembly import assemble, degrees_of_freedom
-from pmor.fe.blank_section import Block, ring_stiffness
+from pmor.fe.blank_section import Block, hookes_law, ring_stiffness, row_stiffness
 from pmor.fe.completion import completion, nodes_of_elements
 from pmor.fe.element import tributary_widths
 from pmor.fe.fillet import build_fillet
@@ -82,10 +82,8 @@ def test_a_disc_twists_as_the_closed_form_says():
 @pytest.mark.parametrize("twist", [0.0, 0.02])
 def test_rigid_motions_cost_nothing(twist):
     """A body of revolution that hangs together but is held nowhere: the row of elements next to the bore aside."""
-    from pmor.fe.blank_section import _law, _row_stiffness
-
     block = Block(np.array([30.0, 33.0]), np.array([-4.0, 1.0, 5.0]))
-    parts = _row_stiffness(block, 0, _law(E, NU), twist)
+    parts = row_stiffness(block, 0, hookes_law(E, NU), twist)
     r = np.repeat([30.0, 31.5, 33.0], 5)
     z = np.tile(block.nodes_z, 3)
     none, one = np.zeros_like(r), np.ones_like(r)
@@ -106,10 +104,8 @@ def test_rigid_motions_cost_nothing(twist):
 @pytest.mark.parametrize("twist", [0.0, 0.02])
 def test_a_solid_core_is_held_in_the_mean_motion_of_its_cylinder_alone(twist):
     """Against one system of equations of all nodes, in which that motion is constrained."""
-    from pmor.fe.blank_section import _law, _row_stiffness
-
     block = Block(np.array([0.4, 6.0, 13.0, 20.0, 27.0]), np.array([-8.0, -3.0, 1.0, 6.0]))
-    z, law, harmonics = block.nodes_z, _law(E, NU), [0, 1, 2, 5]
+    z, law, harmonics = block.nodes_z, hookes_law(E, NU), [0, 1, 2, 5]
     row, bore = 3 * len(z), 6
     area = np.array([5.0, 20.0, 5.0 + 4.0, 16.0, 4.0 + 5.0, 20.0, 5.0]) / 6.0
     none, one = np.zeros_like(z), np.ones_like(z)
@@ -118,7 +114,7 @@ def test_a_solid_core_is_held_in_the_mean_motion_of_its_cylinder_alone(twist):
     for n, reduced in zip(harmonics, found, strict=True):
         whole = np.zeros((9 * row, 9 * row), dtype=complex)
         for place in range(4):
-            constant, linear, square = _row_stiffness(block, place, law, twist)
+            constant, linear, square = row_stiffness(block, place, law, twist)
             at = slice(2 * place * row, (2 * place + 3) * row)
             whole[at, at] += 2.0 * np.pi * (constant + n * linear + n * n * square)
         held = np.zeros((len(motions.get(n, [])), 9 * row), dtype=complex)

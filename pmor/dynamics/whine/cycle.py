@@ -35,6 +35,8 @@ class StandingMesh:
         Told.
     backwards : bool
         Whether the mesh passes against its pinion's angle, as where the wheel drives.
+    taken_out : ndarray, shape (2, 2), optional
+        Compliance of modes of its gears, which the machine has: displacements are those beside it.
     """
 
     name: str
@@ -44,11 +46,13 @@ class StandingMesh:
     displacement: FloatArray
     harmonics: int
     backwards: bool = False
+    taken_out: FloatArray | None = None
 
     def law(self) -> HubLaw:
         """Return the forces over the cycle; ConvergenceError where some are not found."""
         pair, count = self.reduced.meshed.pair, PER_HARMONIC * 2 * (self.harmonics + FURTHER)
-        law = law_at(self.reduced.lines, online_angles(pair.pitch, count, 1), self.condition, self.displacement)
+        law = law_at(self.reduced.lines, online_angles(pair.pitch, count, 1), self.condition, self.displacement,
+                     self.taken_out)  # fmt: skip
         if not law.converged.all():
             raise ConvergenceError(f"mesh {self.name}: contact was not found between hubs that stand", [])
         return law
@@ -58,6 +62,19 @@ class StandingMesh:
         law = self.law()
         found = mesh_cycle(law.force, law.tangent, self.load, self.harmonics)
         return MeshCycle(found.force.conj(), found.tangent.conj()) if self.backwards else found
+
+    def without(self, compliance: FloatArray) -> StandingMesh:
+        """Return the mesh whose law is without a compliance (2, 2), at the same load.
+
+        Raises
+        ------
+        ConvergenceError
+            Where what is left is no stiffness.
+        """
+        left = np.linalg.inv(self.law().tangent) - compliance
+        if np.linalg.eigvalsh(left).min() <= 0.0:
+            raise ConvergenceError(f"mesh {self.name}: modes of its gears are softer than its flanks", [])
+        return _settled(replace(self.moved(compliance @ self.load), taken_out=compliance))
 
     def moved(self, coordinates: FloatArray) -> StandingMesh:
         """Return the mesh with its coordinates moved by so much, (2,)."""
@@ -87,11 +104,16 @@ def _under_load(mesh: SolvedMesh, reduced: ReducedPair, harmonics: int) -> Stand
     displacement = mesh.displacement.ravel().copy()
     # The pinion's advance, which the compliance of hubs leaves out.
     displacement[5] = 1e-3 * float(np.mean(mesh.sweep.ste_um)) / pair.pinion.base_radius
-    standing = StandingMesh(name, reduced, condition_of(reduced, mesh.torque), load, displacement, harmonics)
+    return _settled(StandingMesh(name, reduced, condition_of(reduced, mesh.torque), load, displacement, harmonics))
+
+
+def _settled(standing: StandingMesh) -> StandingMesh:
+    """The mesh at the deflection under which its load is the mean."""
+    load = standing.load
     for _ in range(MOST_STEPS):
         law = standing.law()
         more = law.force.mean(axis=0) - load
         if abs(more[0]) <= SETTLED * load[0]:
             return standing
         standing = standing.moved(np.linalg.solve(law.tangent.mean(axis=0), more))
-    raise ConvergenceError(f"mesh {name}: no deflection found under which its mean force is the load", [])
+    raise ConvergenceError(f"mesh {standing.name}: no deflection found under which its mean force is the load", [])

@@ -61,7 +61,7 @@ class Receptance:
     second_readings : ndarray, shape (o, p)
         What of it grows with the square of the frequency.
     gyroscopic, centrifugal : ndarray, shape (m, m)
-        At 1 rad/s.
+        At 1 rad/s; the second adds to the stiffness, with the square of the speed.
     damping_ratio : ndarray, shape (m,)
     """
 

@@ -16,12 +16,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import null_space
+from scipy.linalg import block_diag, null_space
 
 from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
 from pmor.dynamics.whine.discs import KG, disc_matrices
 from pmor.dynamics.whine.planets import MovingSet
+from pmor.dynamics.whine.ringing import RingingGear
 from pmor.gear.inertia import Inertia
 from pmor.line.hub_law import COORDINATES, mesh_coordinates
 from pmor.machine.coupled import SolvedLoad
@@ -60,6 +61,10 @@ class MovingMachine:
         Root of the integrals over the housing's surface, mm; empty where none are given.
     sets : tuple of MovingSet
         Planetary sets, whose meshes follow the others'.
+    ringing : int
+        Displacements that are modes of gears, behind the housing.
+    spun : ndarray, shape (n', n'), optional
+        What the speed adds to the stiffness of these, at 1 rad/s.
     """
 
     gearbox: LoadedGearbox
@@ -72,6 +77,8 @@ class MovingMachine:
     sense: float
     surface: FloatArray
     sets: tuple[MovingSet, ...] = ()
+    ringing: int = 0
+    spun: FloatArray | None = None
 
     @cached_property
     def constraints(self) -> FloatArray:
@@ -82,8 +89,10 @@ class MovingMachine:
 
     @cached_property
     def centrifugal(self) -> FloatArray:
-        """Further stiffness at 1 rad/s, that goes with the square of the speed: of planets, (n, n)."""
+        """Further stiffness at 1 rad/s, that goes with the square of the speed: of planets and blanks, (n, n)."""
         found = np.zeros_like(self.mass)
+        if self.spun is not None:
+            found[: len(self.spun), : len(self.spun)] += self.spun
         for one in self.sets:
             by = self.padded(one.by)
             found += by.T @ one.matrices.centrifugal @ by
@@ -97,7 +106,7 @@ class MovingMachine:
     def housing(self) -> slice:
         """Coordinates of the housing among the displacements."""
         first = len(self.gearbox.load) - len(self.gearbox.housing)
-        return slice(first, len(self.mass) - sum(one.added for one in self.sets))
+        return slice(first, len(self.mass) - self.ringing - sum(one.added for one in self.sets))
 
     @cached_property
     def free(self) -> FloatArray:
@@ -142,13 +151,17 @@ class MovingMachine:
         return abs(self.rates[settings.pinion.shaft]) * abs(pair.pinion.teeth)
 
 
-def moving_machine(model: GearboxModel, solved: SolvedLoad, highest_Hz: float) -> MovingMachine:
+def moving_machine(
+    model: GearboxModel, solved: SolvedLoad, highest_Hz: float, ringing: Sequence[RingingGear] = ()
+) -> MovingMachine:
     """Return a gearbox in motion about its solution under a load.
 
     Parameters
     ----------
     highest_Hz : float
         Up to where shafts bend as they do: elements are short beside the wave.
+    ringing : sequence of RingingGear
+        Gears whose modes move too.
     """
     fine = replace(model, longest_mm=longest_elements(model, highest_Hz))
     gearbox = loaded(fine, solved.load)
@@ -178,7 +191,26 @@ def moving_machine(model: GearboxModel, solved: SolvedLoad, highest_Hz: float) -
             mass[first:, first:] += model.housing_matrices.mass
     meshes = np.concatenate([np.zeros((0, size)), *(_coordinates(mesh, size) for mesh in gearbox.meshes)])
     sense = -1.0 if (solved.load.speed_rpm or 1.0) < 0.0 else 1.0
-    return MovingMachine(gearbox, solved.load, mass, stiffness, gyroscopic, meshes, rates, sense, surface_of(model))
+    spun = np.zeros_like(mass)
+    for gear in ringing:
+        meshing = gearbox.meshes[gear.mesh]
+        place = (meshing.settings.pinion, meshing.settings.wheel)[gear.gear]
+        rate = rates.get(place.shaft, 0.0) * meshing.frame.along * meshing.frame.hand
+        more = gear.matrices(rate)
+        first_own, count = len(mass), len(more.stiffness)
+        mass, gyroscopic, stiffness, spun = (
+            block_diag(*both) for both in
+            ((mass, more.mass), (gyroscopic, more.gyroscopic), (stiffness, more.stiffness), (spun, more.spun))
+        )  # fmt: skip
+        at_hub = slice(meshing.hubs[gear.gear], meshing.hubs[gear.gear] + NODE)
+        mass[first_own:, at_hub] = gear.inertia @ meshing.frame.turn.T
+        mass[at_hub, first_own:] = mass[first_own:, at_hub].T
+        meshes = np.pad(meshes, ((0, 0), (0, count)))
+        meshes[COORDINATES * gear.mesh : COORDINATES * (gear.mesh + 1), first_own:] = gear.coordinates
+    return MovingMachine(
+        gearbox, solved.load, mass, stiffness, gyroscopic, meshes, rates, sense, surface_of(model),
+        ringing=len(mass) - size, spun=spun,
+    )  # fmt: skip
 
 
 def surface_of(model: GearboxModel) -> FloatArray:

@@ -204,8 +204,9 @@ def _blocks(file: GearboxFile, data: Data, responses: Sequence[LoadResponse]) ->
     motion, blocks = file.model.sections.dynamics, list[Block]()
     blocks.append(
         "Small motion of shafts, gears and bearings about each load: Timoshenko beams with their inertia and "
-        "gyroscopic moments, gears as rigid discs, bearings by their stiffness under the load, and line contact on "
-        "finite elements whose stiffness varies over the mesh cycle. Flanks stay in contact. Speeds are those of the "
+        "gyroscopic moments, gears as rigid discs, those on light blanks without holes with the modes of rim and web, "
+        "bearings by their stiffness under the load, and line contact on finite elements whose stiffness varies over "
+        "the mesh cycle. Flanks stay in contact. Speeds are those of the "
         f"shaft of the first torque. Each mode has a damping of {100.0 * motion.damping_ratio:g} % of the critical "
         "one, which no calculation gives: peaks are inverse to it."
     )

@@ -18,6 +18,8 @@ from pmor.machine.settings import HOUSING
 Data = dict[str, Any]
 # Directions of a shaft's nodes by the kind of motion, and their names.
 KINDS = (("axial", (0,)), ("torsion", (3,)), ("bending", (1, 2, 4, 5)))
+# Name of the part that rims and webs are, and of how they move.
+RINGING = "blanks"
 # Peaks that are told of each reading.
 MOST_PEAKS = 3
 # Of levels of power.
@@ -111,7 +113,7 @@ def mode_rows(response: LoadResponse) -> list[Data]:
         strain = [float(one[number]) / float(modes.square[number]) for one in strains]
         shares = _kinetic(machine, own[:, number])
         shaft = max(shares, key=lambda name: sum(shares[name].values()))
-        kinds = {kind: sum(share[kind] for share in shares.values()) for kind, _ in KINDS}
+        kinds = {kind: sum(share.get(kind, 0.0) for share in shares.values()) for kind in (*dict(KINDS), RINGING)}
         rows.append({
             "mode": number + 1 - int((modes.square == 0.0).sum()),
             "natural_frequency_Hz": float(modes.frequency_Hz[number]),
@@ -143,6 +145,8 @@ def _kinetic(machine: MovingMachine, energy: FloatArray) -> dict[str, dict[str, 
     parts = {name: (first, NODE * len(gearbox.beams[name].stations)) for name, first in gearbox.first.items()}
     if len(gearbox.housing):
         parts["housing"] = machine.housing.start, len(gearbox.housing)
+    if machine.ringing:
+        found[RINGING] = {RINGING: float(energy[-machine.ringing :].sum())}
     for name, (first, size) in parts.items():
         nodes = energy[first : first + size].reshape(-1, NODE)
         found[name] = {kind: float(nodes[:, list(ways)].sum()) for kind, ways in KINDS}

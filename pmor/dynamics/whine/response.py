@@ -18,6 +18,7 @@ from pmor.dynamics.whine.moving import MovingMachine, bearing_rows, moving_machi
 from pmor.dynamics.whine.moving_sets import machine_of_set, with_sets
 from pmor.dynamics.whine.orders import Order, along
 from pmor.dynamics.whine.planets import HUBS, MovingSet
+from pmor.dynamics.whine.ringing import ringing_gears
 from pmor.dynamics.whine.set_cycle import SetCycle, set_cycle
 from pmor.dynamics.whine.set_response import over_planets, set_excitation
 from pmor.line.hub_law import COORDINATES
@@ -245,9 +246,15 @@ def respond(
     CaseError
         Where a set has no motion of constant coefficients.
     """
-    machine = with_sets(moving_machine(model, solved, motion.highest_frequency_Hz), model, solved.sets)
-    found = enumerate(standing_meshes(solved, pairs, motion.harmonics))
-    standing = [replace(mesh, backwards=machine.backwards(number)) for number, mesh in found]
+    standing = standing_meshes(solved, pairs, motion.harmonics)
+    ringing = ringing_gears(model, solved, standing, FURTHER_MODES * motion.highest_frequency_Hz)
+    for gear in ringing:
+        before = standing[gear.mesh].taken_out
+        compliance = gear.compliance if before is None else gear.compliance + before
+        standing[gear.mesh] = standing[gear.mesh].without(compliance)
+    machine = moving_machine(model, solved, motion.highest_frequency_Hz, ringing)
+    machine = with_sets(machine, model, solved.sets)
+    standing = [replace(mesh, backwards=machine.backwards(number)) for number, mesh in enumerate(standing)]
     of_sets = tuple(
         (one, set_cycle(one, of.meshing.file, of.solution, 0, motion.harmonics))
         for one, of in zip(machine.sets, solved.sets, strict=True)

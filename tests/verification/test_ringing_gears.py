@@ -1,0 +1,107 @@
+"""Gears on light blanks in a machine in motion: what the modes have, the law of the mesh has not."""
+
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.body.blank_modes import BlankModes
+from pmor.dynamics.whine.cycle import standing_meshes
+from pmor.dynamics.whine.modal import closed, modes_of, receptance_of, transfer
+from pmor.dynamics.whine.moving import moving_machine
+from pmor.dynamics.whine.ringing import MODAL_MASS, RingingGear, ringing_gears
+from pmor.line.hub_law import law_at, mesh_coordinates, mode_coordinates
+from pmor.machine.coupled import solve_load
+from pmor.machine.loader import load
+from pmor.machine.run import meshes_and_trains
+from pmor.pair.model import sector_meshes
+from tests.support.gearboxes import SMALL, SMALL_CASE
+
+BORE = "bore_radius_mm = 14.0\n"
+LIGHT = "\n[wheel.blank]\nrim_thickness_mm = 4.0\nweb_thickness_mm = 4.0\nhub_radius_mm = 18.0\n"
+HIGHEST = 9000.0
+# Directions of sections turn at tip corners; of the mean.
+NEAREST = 2e-3
+# Of sections that leave contact as the hubs' compliance is another: solutions of the law are this close.
+SOLVED, ROUNDING = 1e-6, 1e-9
+
+
+@cache
+def light_box():
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "small.toml").write_text(SMALL_CASE.replace(BORE, BORE + LIGHT))
+        (folder / "box.toml").write_text(SMALL)
+        file = load(folder / "box.toml")
+    pairs, trains = meshes_and_trains(file)
+    solved = solve_load(file.model, file.model.sections.loads[0], pairs, 16, trains=trains)
+    standing = standing_meshes(solved, pairs, 4)
+    return file, solved, standing[0], ringing_gears(file.model, solved, standing, 2.0 * HIGHEST)[0]
+
+
+@pytest.mark.parametrize("gear", [0, 1])
+def test_motions_of_a_rigid_body_move_the_mesh_as_its_hubs_do(gear):
+    """As modes of 1, 0 and 0 nodal diameters: along y and -x, about z, along z."""
+    file, _, standing, _ = light_box()
+    lines, pair = standing.reduced.lines, standing.reduced.meshed.pair
+    mesh = sector_meshes(file.cases["mesh"], pair)[gear]
+    x, y, z = mesh.nodes[mesh.flank].reshape(-1, 3).T
+    along = np.column_stack([-1j + 0 * x, 1.0 + 0 * x, 0 * x])
+    flank = np.column_stack([along.ravel(), np.column_stack([-y, x, 0 * z]).ravel(),
+                             np.column_stack([0 * x, 0 * x, 1.0 + 0 * x]).ravel()])  # fmt: skip
+    phi = np.linspace(0.0, pair.pitch, 16, endpoint=False)
+    found = mode_coordinates(lines, phi, standing.condition, standing.displacement, gear, np.array([1, 0, 0]), flank)
+    hub = mesh_coordinates(pair)[6 * gear : 6 * gear + 6, 0]
+    known = hub[[1, 0, 5, 2]] * [1.0, -1.0, 1.0, 1.0]
+    assert_allclose(found[0][[0, 0, 1, 2], [0, 1, 0, 0]], known, rtol=NEAREST)
+
+
+def test_a_law_without_the_modes_is_that_with_them_beside_their_deflection():
+    """The same forces where the flanks are moved by what the modes give way, and compliances add."""
+    _, _, standing, gear = light_box()
+    pair = standing.reduced
+    for phi in (0.02, 0.1):
+        at = pair.lines, np.array([phi]), standing.condition
+        with_modes = law_at(*at, standing.displacement)
+        moved = standing.moved(gear.compliance @ with_modes.force[0]).displacement
+        without = law_at(*at, moved, gear.compliance)
+        assert_allclose(without.force, with_modes.force, rtol=SOLVED)
+        left = np.linalg.inv(with_modes.tangent[0]) - gear.compliance
+        np.linalg.cholesky(left)
+        assert_allclose(np.linalg.inv(without.tangent[0]), left, rtol=SOLVED, atol=SOLVED * left.max())
+
+
+def test_at_rest_a_machine_with_ringing_gears_gives_way_as_without():
+    """Force of a mesh by how far its flanks are pushed, modes and residual beside the static answer."""
+    file, solved, standing, gear = light_box()
+    tangent = standing.law().tangent.mean(axis=0)
+    left = np.linalg.inv(np.linalg.inv(tangent) - gear.compliance)
+    found = []
+    for stiffness, gears in ((tangent, ()), (left, (gear,))):
+        machine = moving_machine(file.model, solved, HIGHEST, gears)
+        closed_by = closed(machine, stiffness)
+        modes = modes_of(machine, closed_by, HIGHEST)
+        receptance = receptance_of(machine, closed_by, modes, machine.meshes, machine.meshes, 0.02)
+        found.append(stiffness - stiffness @ transfer(receptance, np.zeros(1)).ports[0].real @ stiffness)
+    assert_allclose(found[1], found[0], atol=SOLVED * abs(found[0]).max())
+
+
+@pytest.mark.parametrize("n", [2, 5])
+def test_modes_that_turn_under_a_load_that_stands_are_met_n_turns_apart(n):
+    """Receptance of the doublet by its two waves, and its poles n W / pi apart."""
+    square, omega, spin, row = (2.0 * np.pi * 1500.0) ** 2, 2.0 * np.pi * 1390.0, 2.0 * np.pi * 40.0, 0.7
+    modes = BlankModes(np.array([n]), np.array([square]), np.zeros((0, 1)), np.zeros((1, 2, 6)), np.zeros(1))
+    gear = RingingGear(0, 1, modes, np.array([[[row, 0.0]], [[0.0, 0.0]]]))
+    own = gear.matrices(1.0)
+    matrix = own.stiffness - omega**2 * own.mass + 1j * omega * spin * own.gyroscopic + spin**2 * own.spun
+    phi = gear.coordinates[0]
+    waves = sum(1.0 / (MODAL_MASS * (square - (omega + sign * n * spin) ** 2)) for sign in (1.0, -1.0))
+    assert_allclose(phi @ np.linalg.solve(matrix, phi), 0.5 * phi[0] ** 2 * waves, rtol=ROUNDING)
+    first = np.block([[np.zeros((2, 2)), np.eye(2)], [
+        -(own.stiffness + spin**2 * own.spun) / MODAL_MASS, -spin * own.gyroscopic / MODAL_MASS,
+    ]])  # fmt: skip
+    poles = np.sort(abs(np.linalg.eigvals(first).imag))[::2] / (2.0 * np.pi)
+    assert_allclose(poles[1] - poles[0], n * spin / np.pi, rtol=ROUNDING)
