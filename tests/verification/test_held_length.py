@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import make_case
-from pmor.fe.blank_section import Block, _law, _row_stiffness, ring_stiffness
+from pmor.fe.blank_section import Block, hookes_law, ring_stiffness, row_stiffness
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.train import train
@@ -45,13 +45,13 @@ def test_nodes_of_the_bore_are_free_beyond_the_length_that_is_held(twist):
     """Against one system of equations of all nodes of two blocks."""
     z = np.array([-8.0, -3.0, 1.0, 6.0])
     blocks, harmonics = (Block(np.array([6.0, 13.0]), z), Block(np.array([13.0, 20.0, 27.0]), z)), [0, 1, 2, 60]
-    law, nodes = _law(E, NU), blocks[0].nodes_z
+    law, nodes = hookes_law(E, NU), blocks[0].nodes_z
     row = 3 * len(nodes)
     found = ring_stiffness(blocks, E, NU, np.array(harmonics), False, twist, held=(-3.0, 1.0))
     for n, reduced in zip(harmonics, found, strict=True):
         whole = np.zeros((7 * row, 7 * row), dtype=complex)
         for place, (block, own) in enumerate(((blocks[0], 0), (blocks[1], 0), (blocks[1], 1))):
-            constant, linear, square = _row_stiffness(block, own, law, twist)
+            constant, linear, square = row_stiffness(block, own, law, twist)
             at = slice(2 * place * row, (2 * place + 3) * row)
             whole[at, at] += 2.0 * np.pi * (constant + n * linear + n * n * square)
         kept = np.append(~((nodes >= -3.0) & (nodes <= 1.0)).repeat(3), np.ones(6 * row, dtype=bool))

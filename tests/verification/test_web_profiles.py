@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case import make_case
-from pmor.fe.blank_section import Block, _law, _row_stiffness, ring_stiffness
+from pmor.fe.blank_section import Block, hookes_law, ring_stiffness, row_stiffness
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.model import elastic_model, mesh_model
 from pmor_offline.train import train
@@ -47,7 +47,7 @@ def test_stations_of_a_straight_web_are_the_plain_web(helix):
 @pytest.mark.parametrize("twist", [0.0, 0.02])
 def test_rigid_motions_of_a_tapered_row_cost_nothing(twist):
     lines = np.array([[-4.0, 1.0, 5.0], [-1.5, 0.2, 4.0]])
-    parts = _row_stiffness(Block(np.array([30.0, 33.0]), lines), 0, _law(E, NU), twist)
+    parts = row_stiffness(Block(np.array([30.0, 33.0]), lines), 0, hookes_law(E, NU), twist)
     r = np.repeat([30.0, 31.5, 33.0], 5)
     z = np.concatenate([[c[0], (c[0] + c[1]) / 2, c[1], (c[1] + c[2]) / 2, c[2]]
                         for c in (lines[0], lines.mean(axis=0), lines[1])])  # fmt: skip
