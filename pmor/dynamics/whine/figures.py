@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pmor.core.arrays import FloatArray
 from pmor.dynamics.whine.compliance import mesh_compliance
 from pmor.dynamics.whine.readings import bearing_names, bearing_rms, force_lines, line_name, mesh_rms
 from pmor.dynamics.whine.response import LoadResponse, Source
@@ -32,34 +33,32 @@ FREQUENCIES, LOWEST = 600, 0.005
 def bearings_figure(responses: Sequence[LoadResponse]) -> Figure:
     """Dynamic forces of all bearings over the speed, a panel each, a colour for each load; thin by mean stiffness."""
     names = bearing_names(responses[0])
-    with plot_style():
-        rows = math.ceil(len(names) / 2)
-        figure = new_figure(9.2, 0.9 + 2.2 * rows)
-        panels = list(figure.subplots(rows, 2, sharex=True, squeeze=False).flat)
-        for number, (axes, name) in enumerate(zip(panels, names, strict=False)):
-            for colour, response in zip(_colours(responses), responses, strict=True):
-                speeds = response.speeds_rpm
-                axes.plot(speeds, bearing_rms(response)[:, number], color=colour, label=response.solved.load.name)
-                axes.plot(speeds, bearing_rms(response, constant=True)[:, number], color=colour, lw=0.6, ls="--")
-            axes.set(title=name, ylabel="Force, rms [N]")
-            axes.set_ylim(bottom=0.0)
-        _finish(figure, panels, len(names))
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
-    return figure
+    rows = math.ceil(len(names) / 2)
+    return _forces_figure(responses, names, bearing_rms, (rows, 2), 0.9 + 2.2 * rows, "Force, rms [N]")
 
 
 def meshes_figure(responses: Sequence[LoadResponse]) -> Figure:
     """Dynamic force of each mesh over the speed."""
     names = responses[0].mesh_names
+    grid, height = (len(names), 1), 0.9 + 2.4 * len(names)
+    return _forces_figure(responses, names, mesh_rms, grid, height, "Dynamic mesh force, rms [N]")
+
+
+def _forces_figure(
+    responses: Sequence[LoadResponse], names: Sequence[str], forces: Callable[[LoadResponse, bool], FloatArray],
+    grid: tuple[int, int], height_in: float, label: str,
+) -> Figure:  # fmt: skip
+    """A panel for each name, the forces with varying stiffness and with its mean, under all loads."""
+    every = [(response, forces(response, False), forces(response, True)) for response in responses]
     with plot_style():
-        figure = new_figure(9.2, 0.9 + 2.4 * len(names))
-        panels = list(figure.subplots(len(names), 1, sharex=True, squeeze=False).flat)
-        for number, (axes, name) in enumerate(zip(panels, names, strict=True)):
-            for colour, response in zip(_colours(responses), responses, strict=True):
-                speeds, label = response.speeds_rpm, response.solved.load.name
-                axes.plot(speeds, mesh_rms(response)[:, number], color=colour, label=label)
-                axes.plot(speeds, mesh_rms(response, constant=True)[:, number], color=colour, lw=0.6, ls="--")
-            axes.set(title=name, ylabel="Dynamic mesh force, rms [N]")
+        figure = new_figure(9.2, height_in)
+        panels = list(figure.subplots(*grid, sharex=True, squeeze=False).flat)
+        for number, (axes, name) in enumerate(zip(panels, names, strict=False)):
+            for colour, (response, varying, mean) in zip(_colours(responses), every, strict=True):
+                load = response.solved.load.name
+                axes.plot(response.speeds_rpm, varying[:, number], color=colour, label=load)
+                axes.plot(response.speeds_rpm, mean[:, number], color=colour, lw=0.6, ls="--")
+            axes.set(title=name, ylabel=label)
             axes.set_ylim(bottom=0.0)
         _finish(figure, panels, len(names))
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)

@@ -45,14 +45,14 @@ FILES = (
 
 def whine_data(file: GearboxFile, responses: Sequence[LoadResponse], failures: Sequence[str]) -> Data:
     """Return the content of `dynamics.json`."""
-    motion = file.model.sections.dynamics
+    motion, loud = file.model.sections.dynamics, loudest(responses) if responses else None
     return {
         "gearbox": file.name,
         "damping_ratio": motion.damping_ratio,
         "mesh_stiffness": motion.mesh_stiffness,
         "highest_frequency_Hz": motion.highest_frequency_Hz,
         "loads": [
-            _load_data(response) | (micrometre_data(response) if response is loudest(responses) else {})
+            _load_data(response) | (micrometre_data(response) if response is loud else {})
             for response in responses
         ],
         "failures": list(failures),
@@ -185,9 +185,8 @@ def motion_arrays(response: LoadResponse) -> dict[str, np.ndarray]:
     }  # fmt: skip
 
 
-def whine_report(file: GearboxFile, responses: Sequence[LoadResponse], failures: Sequence[str]) -> Report:
-    """Return numbers and page."""
-    data = whine_data(file, responses, failures)
+def whine_report(file: GearboxFile, responses: Sequence[LoadResponse], data: Data) -> Report:
+    """Return numbers and page; `data` as `whine_data` gives them."""
     return Report("dynamics", data, f"In motion: {file.model.sections.title}", _blocks(file, data, responses))
 
 

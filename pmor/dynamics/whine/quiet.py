@@ -7,6 +7,7 @@ equations are solved with it. Lines of other sources are those of the machine as
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from pmor.core.errors import ConvergenceError
 from pmor.dynamics.whine.gradient import cycle_of_flanks
 from pmor.dynamics.whine.hill import hill, mesh_forces
 from pmor.dynamics.whine.readings import bearing_names, force_lines
-from pmor.dynamics.whine.response import AIR, RPM, LoadResponse
+from pmor.dynamics.whine.response import LoadResponse, Source
 from pmor.gear.condition import Assembly
 
 #: results of motion by their keys
@@ -47,7 +48,7 @@ class QuietMesh:
 
     def results(self, assembly: Assembly) -> dict[str, float]:
         """Return the results of motion with some flanks; NaN where the mesh has no law."""
-        response, source = self.response, self.response.meshes[self.number]
+        source = self.response.meshes[self.number]
         motion = source.mesh
         assert motion is not None, "of a mesh"
         flanks = replace(motion.standing.condition, pinion=assembly.pinion, wheel=assembly.wheel)
@@ -56,50 +57,45 @@ class QuietMesh:
         except ConvergenceError:
             return dict.fromkeys(RESULTS, np.nan)
         own, told = source.ports, source.told.shape[1]
-        still = np.broadcast_to(motion.at_rest, (len(response.speeds_rpm), 1, 2, 2))
-        moving = np.concatenate([still, np.stack([one.ports(own, own) for one in source.orders], axis=1)], axis=1)
-        acting = hill(cycle, moving, motion.cycle.mean)
+        acting = hill(cycle, self._moving, motion.cycle.mean)
         readings = np.stack([source.orders[n].readings(own, acting[:, n + 1]) for n in range(told)], axis=1)
-        mesh = mesh_forces(motion.cycle.mean, moving, acting)[:, 1 : told + 1, 0]
-        return {
-            "mesh_force_N": self._over_speed(np.asarray(2.0 * abs(mesh) ** 2 * source.told), "mesh"),
-            "bearing_force_N": self._over_speed(self._of_bearings(readings) * source.told, "bearing"),
-            "radiated_power_mW": self._over_speed(self._power(readings) * source.told, "power") ** 2,
-        }
+        forces = source.lines.mesh_forces.copy()
+        forces[..., self.number] = mesh_forces(motion.cycle.mean, self._moving, acting)[:, 1 : told + 1, 0]
+        squares = self._squares(replace(source, lines=replace(source.lines, mesh_forces=forces, readings=readings)))
+        total = {key: np.sqrt(one + self._others[key]) for key, one in squares.items()}
+        found = {key: float(np.percentile(root, self.percentile)) for key, root in total.items()}
+        return {**found, "radiated_power_mW": found["radiated_power_mW"] ** 2}
 
-    def _over_speed(self, squares: FloatArray, kind: str) -> float:
-        """Root of the squares of all lines, own ones (S, K) and those of other sources, over the speeds."""
-        total = np.sqrt(squares.sum(axis=1) + self._others(kind))
-        return float(np.percentile(total, self.percentile))
+    @cached_property
+    def _moving(self) -> ComplexArray:
+        """Receptance of the closed machine at the mesh, at rest and at all harmonics, (S, K + 1, 2, 2)."""
+        source, own = self.response.meshes[self.number], self.response.meshes[self.number].ports
+        assert source.mesh is not None, "of a mesh"
+        still = np.broadcast_to(source.mesh.at_rest, (len(self.response.speeds_rpm), 1, 2, 2))
+        return np.concatenate([still, np.stack([one.ports(own, own) for one in source.orders], axis=1)], axis=1)
 
-    def _of_bearings(self, readings: ComplexArray) -> FloatArray:
-        force = self.response.bearing_forces(readings)[..., self._bearing, :3]
-        return np.asarray(2.0 * (abs(force) ** 2).sum(axis=-1))
-
-    def _power(self, readings: ComplexArray) -> FloatArray:
-        source, response = self.response.meshes[self.number], self.response
-        omega = RPM * response.speeds_rpm[:, None] * source.rate * np.arange(1, source.told.shape[1] + 1)
-        normal = response.housing(readings) @ response.machine.surface.T
-        return np.asarray(2.0 * AIR * omega**2 * (abs(normal) ** 2).sum(axis=-1))
-
-    @property
+    @cached_property
     def _bearing(self) -> int:
+        """Number of the bearing whose force counts."""
         names = bearing_names(self.response)
         if self.bearing is not None:
             return names.index(self.bearing)
         source = self.response.meshes[self.number]
         return int((force_lines(self.response, source, source.lines) ** 2).sum(axis=1).max(axis=0).argmax())
 
-    def _others(self, kind: str) -> FloatArray:
-        """Squares of the lines of other sources, (S,)."""
-        total = np.zeros(len(self.response.speeds_rpm))
-        for place, source in enumerate(self.response.sources):
-            if place == self.number:
-                continue
-            if kind == "mesh":
-                total += (2.0 * abs(source.lines.mesh_forces[..., self.number]) ** 2 * source.told).sum(axis=1)
-            elif kind == "bearing":
-                total += (force_lines(self.response, source, source.lines)[..., self._bearing] ** 2).sum(axis=1)
-            else:
-                total += self.response.power(source.lines, source).sum(axis=1)
-        return total
+    @cached_property
+    def _others(self) -> dict[str, FloatArray]:
+        """Squares of the lines of all other sources over the speed."""
+        every = [self._squares(one) for place, one in enumerate(self.response.sources) if place != self.number]
+        return {key: np.asarray(sum((one[key] for one in every), np.zeros(len(self.response.speeds_rpm))))
+                for key in RESULTS}  # fmt: skip
+
+    def _squares(self, source: Source) -> dict[str, FloatArray]:
+        """Squares of the results over the speed by the lines of a source, (S,); of power itself."""
+        force = force_lines(self.response, source, source.lines)[..., self._bearing]
+        mesh = abs(source.lines.mesh_forces[..., self.number])
+        return {
+            "mesh_force_N": 2.0 * (mesh**2 * source.told).sum(axis=1),
+            "bearing_force_N": (force**2).sum(axis=1),
+            "radiated_power_mW": self.response.power(source.lines, source).sum(axis=1),
+        }

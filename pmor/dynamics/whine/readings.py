@@ -74,7 +74,7 @@ def seat_rms(response: LoadResponse) -> FloatArray:
         return total
     squares = []
     for source in response.sources:
-        omega = RPM * response.speeds_rpm[:, None] * source.rate * np.arange(1, source.told.shape[1] + 1)
+        omega = 2.0 * np.pi * source.frequency_Hz(response.speeds_rpm)
         moved = response.housing(source.lines.readings)[..., : NODE * seats]
         along = moved.reshape(*moved.shape[:2], seats, NODE)[..., :3]
         squares.append((2e-6 * (omega**4 * source.told)[..., None] * (abs(along) ** 2).sum(axis=-1)).sum(axis=1))
@@ -167,10 +167,10 @@ def peak_rows(response: LoadResponse) -> list[Data]:
     """
     total, constant = bearing_rms(response), bearing_rms(response, constant=True)
     lines = [(one, force_lines(response, one, one.lines)) for one in response.sources]
-    rows = []
+    rows, nothing = list[Data](), NOTHING * mesh_rms(response).max()
     for bearing, name in enumerate(bearing_names(response)):
         over_speed = total[:, bearing]
-        if over_speed.max() <= NOTHING * mesh_rms(response).max():  # planets in phase leave it alone
+        if over_speed.max() <= nothing:  # planets in phase leave it alone
             continue
         tops = sorted(argrelmax(over_speed)[0].tolist(), key=lambda place: -float(over_speed[place]))
         for place in tops[:MOST_PEAKS]:

@@ -76,7 +76,7 @@ class MotionResult(Tabular):
         """
         inputs, text = self.file.inputs, self.file.text
         with writing_results(folder, FILES, text, inputs=inputs, overwrite=overwrite, working=()) as out:
-            whine_report(self.file, self.loads, self.failures).write(out)
+            whine_report(self.file, self.loads, self.data).write(out)
             if self.loads:
                 rows = response_rows(self.loads)
                 write_table_csv(out / "response.csv", rows, list(rows[0]))
