@@ -262,7 +262,7 @@ def _revolutions(case: Case) -> int:
     flanks = [case.pinion_modification, case.wheel_modification, *case.other_flanks]
     flanks += [flank for condition in case.conditions for flank in (condition.pinion, condition.wheel)]
     pinion, wheel = case.pair.pinion.teeth, case.pair.wheel.teeth
-    uneven = any(flank.pitch_deviations_um for flank in flanks)
+    uneven = any(flank.tooth_keys for flank in flanks)
     return wheel // math.gcd(pinion, wheel) if uneven else math.ceil(case.pair.repeats_after / pinion)
 
 

@@ -84,8 +84,10 @@ OF_CASES = (
     Limit(lambda case: case.flank != "drive",
           ("exudyn", "fmu"),
           "drive flanks: give [load] torque_Nm positive, and the coast flanks as a [[condition]]"),
-    Limit(lambda case: any(m.pitch_deviations_um for m in (case.pinion_modification, case.wheel_modification)),
-          ("exudyn", "fmu"), "no pitch deviations, with which it does not repeat each mesh cycle: leave them out"),
+    Limit(lambda case: _tooth_keys(case), ("exudyn", "fmu"), lambda case: (
+          "teeth that are alike, with which it repeats each mesh cycle: leave out " + " and ".join(_tooth_keys(case)))),
+    Limit(lambda case: _measured(case), ("rexs",),
+          lambda case: f"flanks that are alike but for their pitch: leave out {' and '.join(_measured(case))}"),
     Limit(lambda case: case.pair.wheel.internal, ("stability",),
           "external gears, and the wheel is a ring: take the pair alone"),
     Limit(lambda case: _nodes(case) > MOST_NODES, ("page",),
@@ -107,6 +109,14 @@ OF_CASES = (
     Limit(lambda case: any(case.pair.holes), ("vtkhdf",),
           "no holes, as it shows one sector for all teeth, and beside holes each stands otherwise: leave them out"),
 )  # fmt: skip
+
+
+def _tooth_keys(case: Any) -> list[str]:
+    return sorted({*case.pinion_modification.tooth_keys, *case.wheel_modification.tooth_keys})
+
+
+def _measured(case: Any) -> list[str]:
+    return [key for key in _tooth_keys(case) if key != "pitch_deviations_um"]
 
 
 def _is_default(section: Any) -> bool:
@@ -131,7 +141,7 @@ def _one_way(file: Any) -> str:
     for case in file.cases.values():
         flanks = case.pinion_modification, case.wheel_modification
         for gear, flank in zip(_gears(case), flanks, strict=True):
-            for key in (*ONE_WAY, "pitch_deviations_um"):
+            for key in (*ONE_WAY, "pitch_deviations_um", "waves"):
                 if getattr(gear, key, None) or getattr(flank, key, None):
                     return key
     return ""

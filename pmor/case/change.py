@@ -7,7 +7,7 @@ from dataclasses import MISSING, asdict, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from pmor.case.coast import TORQUES, as_drawn, without_pitch
+from pmor.case.coast import TORQUES, as_drawn
 from pmor.case.document import BLANK, COAST, CONDITION, GEARS, HOLES, LOADS, MODIFICATION, flattened
 from pmor.case.gears import GearCase
 from pmor.case.loader import parse_case
@@ -99,7 +99,7 @@ def sections_of(case: Case) -> dict[str, dict[str, Any]]:
             sections |= {name: blank} | ({} if holes is None else {f"{name}.{HOLES}": holes})
     drive = case.pinion_modification, case.wheel_modification
     for gear, modification, other in zip(GEARS, drive, case.other_flanks, strict=True):
-        usual = without_pitch(modification)
+        usual = modification.alike
         for name, flank, default in ((MODIFICATION, modification, UNMODIFIED), (COAST, other, usual)):
             if flank != default:
                 sections[f"{gear}.{name}"] = {

@@ -94,8 +94,10 @@ def mirrored_axes(misalignment: Misalignment) -> Misalignment:
 
 def mirrored_flank(modification: Modification) -> Modification:
     """Return a modification with its teeth in the opposite order, the first one first."""
-    first, rest = modification.pitch_deviations_um[:1], modification.pitch_deviations_um[1:]
-    return replace(modification, pitch_deviations_um=first + rest[::-1])
+    pitch, grid = modification.pitch_deviations_um, modification.topography
+    if grid is not None:
+        grid = replace(grid, teeth_um=grid.teeth_um[:1] + grid.teeth_um[:0:-1])
+    return replace(modification, pitch_deviations_um=pitch[:1] + pitch[:0:-1], topography=grid)
 
 
 def flank_of(condition: ConditionCase) -> str:
@@ -113,14 +115,9 @@ def as_solved(condition: ConditionCase) -> ConditionCase:
     )  # fmt: skip
 
 
-def without_pitch(modification: Modification) -> Modification:
-    """Return what both flanks of the teeth have by default: pitch deviations are of one side."""
-    return replace(modification, pitch_deviations_um=())
-
-
 def other_by_default(modification: Modification, given: Iterable[str]) -> Modification:
     """Return what the other flanks have where a file says some of their keys, and nothing of the rest."""
-    return without_pitch(modification).changed(dict.fromkeys(other_places(given)))
+    return modification.alike.changed(dict.fromkeys(other_places(given)))
 
 
 def _number(value: Any) -> bool:

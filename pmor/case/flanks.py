@@ -96,16 +96,30 @@ def check_flanks(case: Case, where: str) -> None:
                     f"{place} {amount} = {getattr(flank.modification, amount)}: needs {what}: "
                     f"add {' or '.join(extents)} = ..."
                 )
-        _check_pitch(flank, place)
+        _check_teeth(flank, place)
+        _check_waves(flank, case.online.angles_per_pitch, place)
         _check_over_width(flank, case.pair.face_width_mm, place)
         _refuse_uneven_flank(width, flank.modification, place)
 
 
-def _check_pitch(flank: ModifiedFlank, place: str) -> None:
-    count = len(flank.modification.pitch_deviations_um)
-    if count not in (0, flank.gear.teeth):
+def _check_teeth(flank: ModifiedFlank, place: str) -> None:
+    grid, teeth = flank.modification.topography, flank.gear.teeth
+    given = {
+        "pitch_deviations_um": (len(flank.modification.pitch_deviations_um), "numbers"),
+        "topography": (0 if grid is None else len(grid.teeth_um), "grids"),
+    }
+    for key, (count, what) in given.items():
+        if count not in (0, teeth):
+            raise CaseError(f"{place} {key}: {count} {what} for {teeth} teeth: give one for each tooth")
+
+
+def _check_waves(flank: ModifiedFlank, angles: int, place: str) -> None:
+    count = max((wave.count for wave in flank.modification.waves), default=0)
+    least = 2 * count // flank.gear.teeth + 1
+    if count and angles < least:
         raise CaseError(
-            f"{place} pitch_deviations_um: {count} numbers for {flank.gear.teeth} teeth: give one for each tooth"
+            f"{place} waves: {count} waves on {flank.gear.teeth} teeth are missed by {angles} angles to a pitch: raise "
+            f"angles_per_pitch to {least} at least"
         )
 
 

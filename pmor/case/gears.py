@@ -284,9 +284,8 @@ class PairCase:
     def repeats_with(self, flanks: Iterable[tuple[Modification, Modification]]) -> int:
         """Return the pitches after which all is as before, with flanks of pinion and wheel whose teeth may differ."""
         differ = {
-            gear.teeth
+            flank.repeats_after(gear.teeth)
             for both in flanks
             for gear, flank in zip((self.pinion, self.wheel), both, strict=True)
-            if any(flank.pitch_deviations_um)
         }
         return math.lcm(self.repeats_after, *differ)

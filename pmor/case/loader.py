@@ -10,7 +10,7 @@ from pmor.case.blank import BlankCase
 from pmor.case.body import UNITS, BodyCase, MatrixCase
 from pmor.case.capability import refuse_beyond
 from pmor.case.checks import check_together
-from pmor.case.coast import in_amounts, other_by_default, other_flank, without_pitch
+from pmor.case.coast import in_amounts, other_by_default, other_flank
 from pmor.case.document import BLANK, COAST, CONDITION, GEARS, HOLES, LOADS, MATRIX, MESH, MODIFICATION, flattened
 from pmor.case.duty import TimedLoad, check_duty
 from pmor.case.gears import GearCase, PairCase
@@ -103,7 +103,7 @@ def parse_case(text: str, name: str, where: str, folder: Path | None = None) -> 
     others = [
         section(key, **vars(other_by_default(own, document[key])))
         if (key := f"{gear}.{COAST}") in document
-        else without_pitch(own)
+        else own.alike
         for gear, own in zip(GEARS, modifications, strict=True)
     ]
     contact = section("contact")

@@ -21,7 +21,7 @@ from pmor.case.values import REMOVED, Refused, convert, toml_text
 from pmor.core.errors import CaseError
 from pmor.core.reading import MOST_TEXT, read_bytes
 from pmor.core.wording import did_you_mean
-from pmor.gear.topography import Topography, read_topography
+from pmor.gear.topography import Topography, of_teeth, read_topography
 
 Section = TypeVar("Section")
 Sections = Mapping[str, Mapping[str, Any]]
@@ -148,8 +148,17 @@ class Reader:
 
     def value(self, value: Any, hint: Any, place: str) -> Any:
         """Check one value against the annotation of its key."""
-        if isinstance(value, str) and Topography in get_args(hint):
-            return self._topography(value, place)
+        if Topography in get_args(hint):
+            if isinstance(value, str):
+                return self._topography(value, place)
+            if isinstance(value, list) and value and all(isinstance(one, str) for one in value):
+                grids = [self._topography(one, place) for one in value]
+                if any(grid.teeth_um for grid in grids):
+                    self.refuse(place, "lists a file that has all teeth: write its name alone, not as a list")
+                try:
+                    return of_teeth(grids)
+                except CaseError as error:
+                    self.refuse(place, str(error))
         try:
             return convert(value, hint)
         except Refused as refused:
@@ -274,7 +283,14 @@ def checked(section: Any, kind: type[Section], where: str, name: str) -> Section
         raise CaseError(f"{where}: {name} = {section!r:.60}: must be a {kind.__name__}: write {made}")
     written = {item.name: value for item in fields(kind)  # type: ignore[arg-type]
                if (value := getattr(section, item.name)) is not item.default}  # fmt: skip
-    return Reader(where).section({key: v for key, v in written.items() if v is not None}, kind, name)
+    return Reader(where).section({key: _as_tables(v) for key, v in written.items() if v is not None}, kind, name)
+
+
+def _as_tables(value: Any) -> Any:
+    """Sections in a list as tables of what they give."""
+    if not isinstance(value, tuple) or not all(is_dataclass(one) and not hasattr(one, "from_toml") for one in value):
+        return value
+    return tuple(vars(one) for one in value)
 
 
 @dataclass(frozen=True)

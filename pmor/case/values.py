@@ -105,12 +105,12 @@ def forms_of(annotation: Any) -> list[tuple[Any, Range | None]]:
 def _topography(value: object) -> Topography:
     if isinstance(value, Topography):
         return value
-    if not isinstance(value, dict) or set(value) != {field.name for field in fields(Topography)}:
-        raise Refused('must be the name of a CSV file, in quotes: write "flank.csv"')
+    if not isinstance(value, dict) or {*value, "teeth_um"} != {field.name for field in fields(Topography)}:
+        raise Refused('must be the name of a CSV file, in quotes: write "flank.csv", or a list with one of each tooth')
     try:
-        roll, z, amounts = (value[field.name] for field in fields(Topography))
-        rows = tuple(tuple(map(float, row)) for row in amounts)
-        return Topography(tuple(map(float, roll)), tuple(map(float, z)), rows)
+        grids = (value["amount_um"], *value.get("teeth_um", ()))
+        rows, *teeth = (tuple(tuple(map(float, row)) for row in grid) for grid in grids)
+        return Topography(tuple(map(float, value["roll_deg"])), tuple(map(float, value["z_mm"])), rows, tuple(teeth))
     except (TypeError, ValueError):
         raise Refused("must hold lists of numbers: correct it") from None
     except CaseError as error:

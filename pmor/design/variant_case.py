@@ -11,7 +11,7 @@ from typing import Any
 
 from pmor.case import Case, change_case, load_case, text_of
 from pmor.case.change import document_text
-from pmor.case.coast import mirrored_flank, other_by_default, without_pitch
+from pmor.case.coast import mirrored_flank, other_by_default
 from pmor.case.document import COAST, MODIFICATION
 from pmor.case.reader import Reader, parse_toml
 from pmor.core.arrays import FloatArray
@@ -134,7 +134,7 @@ def members_at(
             for flank in variable.flanks if variable.gear == member else ():
                 values[flank][variable.key] = float(value)
         drive, coast = drive.changed(values["drive"]), coast.changed(values["coast"])
-        for section, changed, usual in ((MODIFICATION, drive, UNMODIFIED), (COAST, coast, without_pitch(drive))):
+        for section, changed, usual in ((MODIFICATION, drive, UNMODIFIED), (COAST, coast, drive.alike)):
             own = {key: value for key, value in vars(changed).items() if value not in (None, getattr(usual, key))}
             if own:
                 keys[section] = own

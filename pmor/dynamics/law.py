@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import math
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -165,7 +164,7 @@ def backlash_of(case: Case, pair: GearPair) -> float | None:
 
 def with_pitch(assembly: Assembly) -> bool:
     """Whether teeth are out of their places."""
-    return any(any(flank.pitch_deviations_um) for flank in (assembly.pinion, assembly.wheel))
+    return assembly.uneven
 
 
 def cycles_of(case: Case, pair: GearPair) -> int:
@@ -173,13 +172,10 @@ def cycles_of(case: Case, pair: GearPair) -> int:
 
     CaseError where they are too many, or coast flanks are asked for: pitch deviations are those of drive flanks.
     """
-    teeth = [
-        gear.teeth
-        for gear, flank in ((pair.pinion, case.pinion_modification), (pair.wheel, case.wheel_modification))
-        if any(flank.pitch_deviations_um)
-    ]
-    cycles = math.lcm(*teeth, case.pair.repeats_after)
-    what = "pitch_deviations_um" if teeth else "holes" if case.pair.wheel.lugs is None else "lugs"
+    flanks = case.pinion_modification, case.wheel_modification
+    cycles = case.pair.repeats_with([flanks])
+    keys = flanks[0].tooth_keys + flanks[1].tooth_keys
+    what = keys[0] if keys else "holes" if case.pair.wheel.lugs is None else "lugs"
     where = f"case {case.name}: {what}"
     if cycles > MOST_CYCLES:
         raise CaseError(
@@ -196,22 +192,28 @@ def cycles_of(case: Case, pair: GearPair) -> int:
 def alike_cycles(reduced: ReducedPair, assembly: Assembly) -> tuple[int, ...]:
     """Return the kind of each mesh cycle of the period of a force law; kinds are numbered as they first come.
 
-    Two cycles are of one kind where the teeth that can touch have the same pitch deviations, those of the neighbouring
+    Two cycles are of one kind where the teeth that can touch have the same deviations, those of the neighbouring
     cycles too, and holes stand alike.
     """
     meshed, holes = reduced.meshed, reduced.basis.case.pair.repeats_after
-    pinion, wheel = (flank.pitch_deviations_um for flank in (assembly.pinion, assembly.wheel))
+    flanks, gears = (assembly.pinion, assembly.wheel), (meshed.pair.pinion, meshed.pair.wheel)
+    pinion, wheel = (flank.pitch_deviations_um for flank in flanks)
     if not with_pitch(assembly):
         return tuple(range(holes))
-    cycles = math.lcm(holes, *(len(deviations) for deviations in (pinion, wheel) if any(deviations)))
+    cycles = reduced.basis.case.pair.repeats_with([flanks])
+    others = [
+        replace(flank, pitch_deviations_um=()).repeats_after(abs(gear.teeth))
+        for flank, gear in zip(flanks, gears, strict=True)
+    ]
     pitch = meshed.pair.pitch
     lines = place_flanks_of(meshed, np.array([0.0, np.nextafter(pitch, 0.0)]), assembly.misalignment)
     pair_count = lines.gap.shape[1] // len(as_layered(meshed).sections.z)
     pairs = range(int(lines.first_pair.min()), int(lines.first_pair.max()) + pair_count)
 
-    def apart(tooth_pair: int) -> float:
+    def apart(tooth_pair: int) -> tuple[float, ...]:
         deviation = pinion[tooth_pair % len(pinion)] if pinion else 0.0
-        return deviation + (wheel[-tooth_pair % len(wheel)] if wheel else 0.0)
+        deviation += wheel[-tooth_pair % len(wheel)] if wheel else 0.0
+        return deviation, *(tooth_pair % other for other in others)
 
     teeth = [tuple(apart(pair - cycle) for pair in pairs) for cycle in range(cycles)]
     kinds: dict[object, int] = {}

@@ -83,7 +83,17 @@ class Assembly:
     @property
     def uneven(self) -> bool:
         """Whether teeth of a gear differ."""
-        return any(self.pinion.pitch_deviations_um) or any(self.wheel.pitch_deviations_um)
+        return bool(self.pinion.tooth_keys or self.wheel.tooth_keys)
+
+    @property
+    def of_teeth(self) -> Assembly:
+        """What differs from tooth to tooth, alone."""
+        return Assembly(self.misalignment, self.pinion.of_teeth, self.wheel.of_teeth)
+
+    @property
+    def alike(self) -> Assembly:
+        """What all teeth of a gear have."""
+        return Assembly(self.misalignment, self.pinion.alike, self.wheel.alike)
 
     @property
     def backs_mirror_flanks(self) -> bool:

@@ -40,8 +40,8 @@ def deviation_rates(
     """Return d deviation / d parameter at all sections, (A, P, S), um per unit, by ``gear.key`` of the case file.
 
     All amounts that the pair can be built with are included, also those that are 0. Tip, root and end relief are
-    included where the case gives their extent. Pitch deviations and topographies are not; `LineStates.sensitivity`
-    serves for them.
+    included where the case gives their extent. Pitch deviations, waves and topographies are not;
+    `LineStates.sensitivity` serves for them.
 
     Parameters
     ----------
@@ -92,7 +92,8 @@ def _unit(deviation: Deviation, key: str, points: _Points) -> FloatArray:
     """Deviation by one amount of 1 and nothing else: um/um."""
     none, out = np.empty(0), np.empty(len(points[0]))
     amounts: dict[str, Any] = {name.removesuffix("_um"): float(name == key) for name in AMOUNTS}
-    nowhere = {"pitch": none, "grid_roll": none, "grid_z": none, "grid": np.empty((0, 0, 4))}
+    nowhere = {"pitch": none, "waves": np.empty((0, 4)), "grid_roll": none, "grid_z": none,
+               "grid": np.empty((0, 0, 0, 4))}  # fmt: skip
     deviations_at(deviation._replace(**{"present": True, **nowhere, **amounts}), *points, out)
     return out
 

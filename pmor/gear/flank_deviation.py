@@ -6,7 +6,7 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.gear.kernels.deviation import Deviation
-from pmor.gear.modification import AMOUNTS, Modification
+from pmor.gear.modification import AMOUNTS, Modification, Wave
 from pmor.gear.profile import Profile
 from pmor.gear.tooth import Tooth
 from pmor.gear.topography import Topography
@@ -51,6 +51,8 @@ def kernel_deviation(
         root_relief_parabolic=m.root_relief_shape == "parabolic",
         end_relief_length=1.0 if m.end_relief_length_mm is None else m.end_relief_length_mm,
         pitch=_pitch(m.pitch_deviations_um),
+        angular_pitch=tooth.angular_pitch,
+        waves=_waves(m.waves, face[1] - face[0]),
         grid_roll=grid_roll,
         grid_z=grid_z,
         grid=grid,
@@ -64,12 +66,20 @@ def _pitch(deviations_um: tuple[float, ...]) -> FloatArray:
     return np.asarray(MICROMETRE * (deviations - np.median(deviations)))
 
 
+def _waves(waves: tuple[Wave, ...], width: float) -> FloatArray:
+    rows = [
+        (wave.count, MICROMETRE * wave.amplitude_um, *np.radians([wave.phase_deg, wave.helix_phase_deg / width]))
+        for wave in waves
+    ]
+    return np.array(rows, dtype=float).reshape(-1, 4)
+
+
 def _grid(topography: Topography | None) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Points of a topography, and there its amounts and their slopes, along both directions and mixed."""
     if topography is None:
-        return np.empty(0), np.empty(0), np.empty((0, 0, 4))
+        return np.empty(0), np.empty(0), np.empty((0, 0, 0, 4))
     roll, z = np.radians(topography.roll_deg), np.array(topography.z_mm)
-    amount = MICROMETRE * np.array(topography.amount_um)
+    amount = MICROMETRE * np.array(topography.grids_um)
     along_roll, along_z = _slopes(roll), _slopes(z)
     layers = amount, along_roll @ amount, amount @ along_z.T, along_roll @ amount @ along_z.T
     return roll, z, np.ascontiguousarray(np.stack(layers, axis=-1))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal, get_args
 
-from pmor.core.ranges import METRES, RADIANS, SHARE, Length, Range, micrometres
+from pmor.core.ranges import METRES, MILLIMETRES, RADIANS, SHARE, Length, Range, micrometres
 from pmor.core.shown import brief
 from pmor.core.wording import suggesting
 from pmor.gear.topography import Topography
@@ -51,6 +52,35 @@ def other_places(keys: Iterable[str]) -> set[str]:
     """Return the keys that say otherwise what some of the given keys say: where a relief starts or ends."""
     given = set(keys)
     return {key for places in RELIEF_PLACES.values() if given & set(places) for key in places} - given
+
+
+@brief
+@suggesting
+@dataclass(frozen=True, kw_only=True)
+class Wave:
+    """A wave around a gear (list `waves` of a modification), as machine tools leave it: it runs on from tooth to tooth.
+
+    Along the path of contact of any tooth it is amplitude cos(count psi + phase), where psi is the roll angle on the
+    first tooth, less the angle from there to the tooth: all teeth in mesh have one psi in a transverse section. Teeth
+    count as those of pitch deviations, on coast flanks clockwise.
+
+    Parameters
+    ----------
+    count : int
+        Waves in a revolution of the gear.
+    amplitude_um : float
+        Half of the height from valley to crest, in um.
+    phase_deg : float
+        At roll angle 0 of the first tooth, at the gear's own mid width, in degrees of the wave.
+    helix_phase_deg : float
+        By how much the phase grows from the face with the smaller z to the other at the same roll angle, in degrees of
+        the wave. 0: crests stand across the face at one roll angle.
+    """
+
+    count: Annotated[int, Range(1, 100_000)]
+    amplitude_um: Annotated[float, Range(0.0, 100.0, "um", mistaken_for=(MILLIMETRES,), low_excluded=True)]
+    phase_deg: Annotated[float, Range(-360.0, 360.0, "deg")] = 0.0
+    helix_phase_deg: Annotated[float, Range(-1e6, 1e6, "deg")] = 0.0
 
 
 @brief
@@ -111,9 +141,14 @@ class Modification:
         in two corners of the active flank, minus that in the others.
     topography : Topography or None
         Amounts on a grid; in a case file a CSV file beside it: z in mm from the gear's own mid width in the first row,
-        roll angles in degrees in the first column, amounts in um.
+        roll angles in degrees in the first column, amounts in um. Where teeth differ: a list of such files, one for
+        each tooth, or one file whose corner says ``tooth`` and whose first column has the number of the tooth, from 1
+        on, before the roll angle; teeth follow as those of pitch deviations.
     pitch_deviations_um : tuple of float
-        Of each tooth's flank, in um, counter-clockwise, the tooth on the line of centres at pinion angle 0 first.
+        Of each tooth's flank, in um, counter-clockwise, the tooth on the line of centres at pinion angle 0 first. They
+        count from their median.
+    waves : tuple of Wave
+        Waves around the gear.
     """
 
     tip_relief_um: Amount = 0.0
@@ -139,17 +174,43 @@ class Modification:
     twist_um: Amount = 0.0
     topography: Topography | None = None
     pitch_deviations_um: Amounts = ()
+    waves: tuple[Wave, ...] = ()
 
     @property
     def present(self) -> bool:
         """Whether any of it deviates from the involute helicoid."""
-        return self.topography is not None or any(self._amounts) or any(self.pitch_deviations_um)
+        return self.topography is not None or any(self._amounts) or bool(self.tooth_keys)
+
+    @property
+    def tooth_keys(self) -> tuple[str, ...]:
+        """Keys of what differs from tooth to tooth."""
+        teeth = self.topography is not None and self.topography.teeth_um
+        given = {"pitch_deviations_um": any(self.pitch_deviations_um), "topography": teeth, "waves": self.waves}
+        return tuple(key for key, value in given.items() if value)
+
+    @property
+    def of_teeth(self) -> Modification:
+        """What differs from tooth to tooth, alone."""
+        return Modification(**{key: getattr(self, key) for key in self.tooth_keys})
+
+    @property
+    def alike(self) -> Modification:
+        """What all teeth have: the rest of it."""
+        usual: dict[str, Any] = {"pitch_deviations_um": (), "topography": None, "waves": ()}
+        return replace(self, **{key: usual[key] for key in self.tooth_keys})
+
+    def repeats_after(self, teeth: int) -> int:
+        """Return after how many teeth of so many the flanks repeat; 1 where all are alike."""
+        if set(self.tooth_keys) - {"waves"}:
+            return teeth
+        return math.lcm(1, *(teeth // math.gcd(teeth, wave.count) for wave in self.waves))
 
     @property
     def mirrored(self) -> bool:
         """Whether both halves of the face are alike."""
         mirrored = self.topography is None or self.topography.mirrored
-        return mirrored and not any(getattr(self, key) for key in UNEVEN)
+        even = all(wave.helix_phase_deg == 0.0 for wave in self.waves)
+        return mirrored and even and not any(getattr(self, key) for key in UNEVEN)
 
     def place_of(self, amount: str) -> str | None:
         """Return the key that says how far a relief goes, by the key of its amount; None where none does."""
@@ -166,13 +227,15 @@ class Modification:
             **{key: getattr(self, key) for key in OVER_WIDTH},
             end_relief_length_mm=self.end_relief_length_mm if self.end_relief_um else None,
             topography=None if self.topography is None or self.topography.even else self.topography,
+            waves=tuple(wave for wave in self.waves if wave.helix_phase_deg != 0.0),
         )
 
     @property
     def largest_um(self) -> float:
         """Most that it can deviate on the active flank, or by which teeth can differ."""
         pitch, grid = self.pitch_deviations_um or (0.0,), self.topography.largest_um if self.topography else 0.0
-        return sum(map(abs, self._amounts)) + grid + max(pitch) - min(pitch)
+        waves = 2.0 * sum(wave.amplitude_um for wave in self.waves)
+        return sum(map(abs, self._amounts)) + grid + max(pitch) - min(pitch) + waves
 
     @property
     def _amounts(self) -> tuple[float, ...]:

@@ -17,6 +17,7 @@ from pmor.body.far_compliance import ROWS
 from pmor.body.support import carried_shapes, support_flexibility
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.gear.condition import ALIGNED, Assembly
+from pmor.gear.kernels.deviation import deviations_at
 from pmor.line.hubs import HUB, hub_rows
 from pmor.line.kernels.derivatives import differentiate_lines
 from pmor.line.kernels.flexibility import Compliance, Flexibility, gather, make_all_ready
@@ -210,18 +211,21 @@ class PlacedTrain:
         return np.concatenate(found, axis=1)
 
     def deviation(self, assemblies: Sequence[Assembly]) -> FloatArray:
-        """Return the deviations of the flanks of other assemblies of all meshes, pitch left out, mm, (A, N)."""
+        """Return the deviations of other assemblies of all meshes, those of single teeth left out, mm, (A, N)."""
         found = [_deviation(one, assembly) for one, assembly in zip(self.placed, assemblies, strict=True)]
         return np.concatenate(found, axis=1)
 
-    def pitch_deviation(self, pitch: int) -> FloatArray:
+    def tooth_deviation(self, pitch: int) -> FloatArray:
         """Deviations of the teeth that are in mesh so many pitches later, in all sections, mm, (A, N)."""
         found = np.zeros(self.lines.gap.shape)
         for one, later in zip(self.placed, np.rint(self.train.mesh_cycles(pitch)).astype(int), strict=True):
-            tooth = section_teeth(one) + later * np.array(LATER)
-            for gear, flank in enumerate(one.mesh.pair.meshed.deviations(one.mesh.assembly)):
-                if flank.pitch.size:
-                    found[:, one.part] += flank.pitch[tooth[..., gear] % flank.pitch.size]
+            tooth, meshed = section_teeth(one) + later * np.array(LATER), one.mesh.pair.meshed
+            z = np.resize(meshed.sections.z, tooth.shape[:2])  # those of all tooth pairs, at all angles
+            for gear, flank in enumerate(meshed.deviations(one.mesh.assembly.of_teeth)):
+                if flank.present:
+                    own = np.empty(z.size)
+                    deviations_at(flank, one.lines.roll[..., gear].ravel(), z.ravel(), tooth[..., gear].ravel(), own)
+                    found[:, one.part] += own.reshape(z.shape)
         return found
 
     def workspace(self) -> Flexibility:
@@ -384,8 +388,7 @@ def _deviation(one: PlacedMesh, assembly: Assembly) -> FloatArray:
     found = np.zeros_like(one.lines.gap)
     if assembly.modified:
         meshed = one.mesh.pair.meshed
-        flanks = (flank._replace(pitch=np.empty(0)) for flank in meshed.deviations(assembly))
-        line_deviations(one.lines, meshed.sections.z, *flanks, found)
+        line_deviations(one.lines, meshed.sections.z, *meshed.deviations(assembly.alike), found)
     return found
 
 

@@ -248,7 +248,7 @@ def group_under(
     repeats = [len(body.support.compliance) for body in train.bodies if body.support is not None]
     for mesh in train.meshes:
         flanks = zip(mesh.bodies, (mesh.assembly.pinion, mesh.assembly.wheel), strict=True)
-        repeats += [train.bodies[body].teeth for body, flank in flanks if flank.pitch_deviations_um]
+        repeats += [flank.repeats_after(train.bodies[body].teeth) for body, flank in flanks]
     return solve_set(plan, train, np.array([1e-3 * torque]), angles, math.lcm(1, *repeats))
 
 

@@ -8,7 +8,7 @@ from dataclasses import astuple, fields, replace
 from itertools import product
 
 from pmor.case import Case, ConditionCase, OfflineCase, trained_flanks
-from pmor.case.coast import as_solved, without_pitch
+from pmor.case.coast import as_solved
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import ALIGNED, Assembly, Condition, Misalignment, at_torques
 
@@ -58,7 +58,7 @@ def torques_of(case: Case, condition: ConditionCase) -> tuple[float, ...]:
 def backs_mirror_flanks(case: Case) -> bool:
     """Return whether the flanks that do not carry are mirror images of those that do."""
     assembly = assembly_of(case)
-    same = tuple(map(without_pitch, (assembly.pinion, assembly.wheel))) == case.other_flanks
+    same = (assembly.pinion.alike, assembly.wheel.alike) == case.other_flanks
     return same and assembly.backs_mirror_flanks
 
 

@@ -150,15 +150,12 @@ def _in_file(error: _Error) -> dict[str, Any]:
 
 
 def _kind(file: SetFile, solved: SetSolution, name: str, ste_um: float, curve: list[list[float]]) -> Any:
-    """A mesh of a kind in the section, and its data: flanks have no pitch deviations, which are of the meshes."""
+    """A mesh of a kind in the section, and its data: what differs from tooth to tooth is of the meshes."""
     number = next(n for n, mesh in enumerate(solved.plan.meshes) if mesh.case == name)
     mesh, case = solved.train.meshes[number], file.cases[name]
     bodies = [solved.train.bodies[body] for body in mesh.bodies]
-    plain = assembly_of(case)
-    plain = replace(plain, pinion=replace(plain.pinion, pitch_deviations_um=()),
-                    wheel=replace(plain.wheel, pitch_deviations_um=()))  # fmt: skip
     far, supports = [body.far for body in bodies], [body.support for body in bodies]
-    model = live_model(mesh.pair, plain, solved.angles_per_pitch, far, supports)
+    model = live_model(mesh.pair, assembly_of(case).alike, solved.angles_per_pitch, far, supports)
     pinion, wheel = (solved.plan.bodies[body].member for body in mesh.bodies)
     return live_mesh(name, case, mesh.pair.meshed, model, ste_um, [curve], (pinion, wheel))
 
@@ -292,4 +289,4 @@ def _notes(solved: SetSolution, angles: int, pitches: int) -> Iterator[str]:
     if solved.plan.clockwise:
         yield "The first gear is loaded clockwise: angles count clockwise."
     if any(mesh.assembly.uneven for mesh in solved.train.meshes):
-        yield "Pitch deviations stay as they are in the file."
+        yield "What differs from tooth to tooth stays as it is in the file."

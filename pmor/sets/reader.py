@@ -236,8 +236,8 @@ class SetReader(Reader):
             ):
                 teeth = gear.unlike_teeth(case.pair.face_width_mm)
                 held = housed and said.load is not None and plan.bodies[body].member == said.load.held
-                if held or plan.eccentricity[body].any() or any(flank.pitch_deviations_um):
-                    teeth = gear.teeth
+                turned = held or plan.eccentricity[body].any()
+                teeth = gear.teeth if turned else math.lcm(teeth, flank.repeats_after(gear.teeth))
                 # Until whole pitches of the gear, a multiple of its unlike teeth, have passed.
                 spans.add(rate.denominator * teeth // math.gcd(rate.numerator, teeth))
         pitches = said.sweep.pitches or math.lcm(*spans)

@@ -414,6 +414,6 @@ def errors_of(plan: SetPlan, placed: PlacedTrain, pitch: int) -> FloatArray:
     if displacement.any():
         found = placed.opened(displacement.reshape(len(placed.phi), -1))
     if any(mesh.assembly.uneven for mesh in placed.train.meshes):
-        deviation = placed.pitch_deviation(pitch)
+        deviation = placed.tooth_deviation(pitch)
         found = found + deviation if found.size else deviation
     return found

@@ -15,7 +15,6 @@ import numpy as np
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.gear.condition import Assembly
 from pmor.gear.deviation_rates import deviation_rates
-from pmor.gear.modification import Modification
 from pmor.line.kernels.types import LineResults
 from pmor.line.pair import joined_results
 from pmor.line.several import GearTrain, PlacedMesh, Workspaces
@@ -222,19 +221,12 @@ class SetVariants:
 
 
 def train_of_variants(file: SetFile, executor: Executor | None = None) -> GearTrain:
-    """Solve the finite elements of a set, and put its train together without modifications but pitch deviations."""
+    """Solve the finite elements of a set, and put its train together with no modifications but those of teeth."""
     meshes = tuple(
-        replace(mesh, assembly=_as_generated(mesh.assembly or assembly_of(file.cases[mesh.case])))
+        replace(mesh, assembly=(mesh.assembly or assembly_of(file.cases[mesh.case])).of_teeth)
         for mesh in file.plan.meshes
     )
     return train_of(replace(file, plan=replace(file.plan, meshes=meshes)), executor=executor)
-
-
-def _as_generated(assembly: Assembly) -> Assembly:
-    pinion, wheel = (
-        Modification(pitch_deviations_um=flank.pitch_deviations_um) for flank in (assembly.pinion, assembly.wheel)
-    )
-    return Assembly(assembly.misalignment, pinion, wheel)
 
 
 def _states(one: PlacedMesh, by_deviation: FloatArray) -> _States:

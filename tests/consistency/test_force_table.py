@@ -258,5 +258,5 @@ def test_motion_with_a_tooth_out_of_its_place_is_that_of_runs(tmp_path, undrawn,
 def test_deviations_of_which_no_law_is_made_are_refused(model):
     with pytest.raises(CaseError, match="coast flanks.*leave one out"):
         model.dynamics(backlash_um=100.0)
-    with pytest.raises(CaseError, match="no branches to compare: leave them out"):
+    with pytest.raises(CaseError, match="no branches to compare: leave out"):
         run_slices(model.case, reduced=model.reduced)

@@ -10,8 +10,8 @@ from numpy.testing import assert_allclose
 
 from pmor.case import load_case
 from pmor.gear.condition import ALIGNED, Condition
-from pmor.gear.modification import Modification
-from pmor.gear.topography import Topography
+from pmor.gear.modification import Modification, Wave
+from pmor.gear.topography import Topography, of_teeth
 from pmor.line.kernels import loads
 from pmor.line.kernels.law import approach_of
 from pmor.line.kernels.pressure import PATCH_FIELDS, line_patches
@@ -151,10 +151,10 @@ TRANSCRIBED = {
         "section_offset": "28b81155", "axial_opening": "a100d342", "section_motion": "f9949d80",
     },
     "pmor/gear/kernels/deviation.py": {
-        "flank_deviation": "6a07753d", "_relief": "f7c721d8", "_on_grid": "27f1ecbe", "_cell": "d28fd817",
+        "flank_deviation": "b9edab52", "_relief": "f7c721d8", "_on_grid": "c70a5221", "_cell": "d28fd817",
     },
     "pmor/gear/flank_deviation.py": {
-        "kernel_deviation": "5040b651",
+        "kernel_deviation": "0aec1742",
     },
     "pmor/line/kernels/contact_point.py": {
         "cubic_rows": "e670fbce", "involute_foot": "6c3e16ce", "_tip_foot": "8c9785be",
@@ -245,13 +245,15 @@ def test_what_has_no_slider_counts_as_it_stands_in_the_case():
     """Also on rounded tips, whose contact crosses the edge, and in plane strain, where all sections are alike."""
     rng = np.random.default_rng(5)
     amounts = tuple(map(tuple, rng.uniform(0.0, 5.0, (5, 3))))
-    grid = Topography(tuple(np.linspace(3.0, 36.0, 5)), (-10.0, 0.0, 10.0), amounts)
+    grids = [Topography(tuple(np.linspace(3.0, 36.0, 5)), (-10.0, 0.0, 10.0), amounts)]
+    grids += [replace(grids[0], amount_um=amounts[::-1])] * 20
     pitch = tuple(rng.uniform(-3.0, 3.0, 21))
     more = {
+        "waves": (Wave(count=30, amplitude_um=1.0, phase_deg=70.0),),
         "root_relief_um": 4.0, "root_relief_end_roll_deg": 12.0, "root_relief_shape": "parabolic", "twist_um": 6.0,
         "end_relief_um": 5.0, "end_relief_length_mm": 3.0,
     }  # fmt: skip
-    flanks = Modification(topography=grid, pitch_deviations_um=pitch, tip_relief_um=2.0,
+    flanks = Modification(topography=of_teeth(grids), pitch_deviations_um=pitch, tip_relief_um=2.0,
                           tip_relief_start_roll_deg=28.0), Modification(**more)  # fmt: skip
     gear = {"teeth": 21, "bore_radius_mm": 20.0, "tip_rounding_mm": 0.3}
     for width in "half", "plane_strain":

@@ -40,7 +40,7 @@ from pmor.case.values import toml_text
 from pmor.core.ranges import Range
 from pmor.design.settings import Design
 from pmor.gear.condition import Misalignment
-from pmor.gear.modification import Modification
+from pmor.gear.modification import Modification, Wave
 from pmor.gear.topography import Topography
 from pmor.lab.study.settings import Study
 from pmor.machine.settings import GearboxSections
@@ -95,7 +95,8 @@ def formats() -> dict[str, dict[str, type]]:
         "gearbox": GearboxSections,
         "set": SetSections,
     }
-    return {"case": {**case, f"[[{CONDITION}]]": ConditionCase, f"[[{LOADS}]]": TimedLoad}} | {
+    waves = {f"[[{gear}.modification.waves]]": Wave for gear in ("pinion", "wheel")}
+    return {"case": {**case, **waves, f"[[{CONDITION}]]": ConditionCase, f"[[{LOADS}]]": TimedLoad}} | {
         name: {"": root} | {_brackets(section, root): kind for section, kind in sections_in(root).items()
                             if root not in (SetCampaign, GearboxCampaign)
                             or kind not in sections_in(PairCampaign).values()}

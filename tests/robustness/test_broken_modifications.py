@@ -25,6 +25,7 @@ width_elements = 2
 TRAINED = GOOD + '[contact]\nscheme = "direct"\n'
 RELIEF = "[pinion.modification]\ntip_relief_um = 20.0\n"
 TOPOGRAPHY = '[pinion.modification]\ntopography = "flank.csv"\n'
+WAVE = "[pinion.modification]\nwaves = "
 WHOLE = '[mesh]\nprofile_elements = 6\nwidth_elements = 2\nwidth = "whole"\n'
 TILTED_HALVES = "[wheel.modification]\nhelix_slope_um = 4.0\n"
 
@@ -67,6 +68,21 @@ BROKEN = {
     "crowning in plane strain": (
         GOOD.replace("width_elements = 2", 'width = "plane_strain"') + "[pinion.modification]\nhelix_crowning_um = 4",
         ["differs over the width", 'write "whole"'],
+    ),
+    "wave without an amplitude": (WAVE + "[{ count = 30 }]", ["amplitude_um", "is missing"]),
+    "wave that never comes": (WAVE + "[{ count = 0, amplitude_um = 1.0 }]", ["count = 0", "raise it"]),
+    "half a wave": (WAVE + "[{ count = 30.5, amplitude_um = 1.0 }]", ["count = 30.5", "whole number"]),
+    "wave out of phase": (WAVE + "[{ count = 30, amplitude_um = 1.0, phase_deg = 400 }]", ["phase_deg", "lower it"]),
+    "wave by words": (WAVE + '"ghost"', ["waves", "list of sections"]),
+    "waves between the angles": (WAVE + "[{ count = 2100, amplitude_um = 1.0 }]", ["missed by", "angles_per_pitch"]),
+    "topographies of too few teeth": (
+        TOPOGRAPHY, ["2 grids for 21 teeth"], "tooth,roll,-10,10\n1,3,0,0\n1,36,0,0\n2,3,0,0\n2,36,0,0",
+    ),
+    "topography of no tooth": (
+        TOPOGRAPHY, ["is no number of a tooth"], "tooth,roll,-10,10\n0,3,0,0\n0,36,0,0",
+    ),
+    "topographies at other angles": (
+        TOPOGRAPHY, ["give all the same points"], "tooth,roll,-10,10\n1,3,0,0\n1,36,0,0\n2,4,0,0\n2,36,0,0",
     ),
     "no such topography": (TOPOGRAPHY.replace("flank.csv", "none.csv"), ["none.csv", "no such file"]),
     "topography as a number": ("[pinion.modification]\ntopography = 3", ["name of a CSV file"]),

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 import pmor
 from pmor.gear.condition import ALIGNED, Assembly
-from pmor.gear.modification import Modification
+from pmor.gear.modification import Modification, Wave
 from pmor.pair.conditions import assembly_of
 from pmor.pair.samples import sample_rows
 from pmor.sets.draws import drawn
@@ -72,12 +72,13 @@ def test_three_planets_average_an_eccentric_sun_in_its_bearings(tmp_path):
 
 
 @pytest.mark.parametrize("helix", [0.0, 15.0])
-def test_pitch_deviations_are_those_of_pairs(helix, rng):
+def test_pitch_deviations_and_waves_are_those_of_pairs(helix, rng):
     """A train of a rigid idler: each mesh, the image too, by itself with the teeth that are in mesh there."""
     _, train = chain((21, 25, 19), helix, 0.0, width="whole")
     first, second = train.meshes
     deviations = [tuple(rng.normal(0.0, 3.0, count)) for count in (21, 25, 25, 19)]
-    flanks = [Modification(pitch_deviations_um=values) for values in deviations]
+    waves = (Wave(count=37, amplitude_um=2.0, phase_deg=50.0, helix_phase_deg=90.0),)
+    flanks = [Modification(pitch_deviations_um=values, waves=waves) for values in deviations]
     meshes = tuple(
         replace(mesh, assembly=Assembly(pinion=one, wheel=other))
         for mesh, one, other in ((first, *flanks[:2]), (second, *flanks[2:]))
@@ -87,12 +88,15 @@ def test_pitch_deviations_are_those_of_pairs(helix, rng):
     phi = pitch * np.arange(3) / 3
     placed = train.place(phi)
     for number in (0, 7):
-        found = solve_placed(placed, np.array([[1e5, 0.0]]), placed.pitch_deviation(number))
+        found = solve_placed(placed, np.array([[1e5, 0.0]]), placed.tooth_deviation(number))
         ahead = 0.0
         for mesh, torque in zip(meshes, (1e5, 1e5 * 25 / 21), strict=True):
             # The teeth that the pair counts as 0 are others on the bodies.
             turned = [
-                replace(flank, pitch_deviations_um=tuple(np.roll(flank.pitch_deviations_um, -tooth)))
+                replace(
+                    flank, pitch_deviations_um=tuple(np.roll(flank.pitch_deviations_um, -tooth)),
+                    waves=(replace(waves[0], phase_deg=50.0 - 37 * 360.0 * tooth / len(flank.pitch_deviations_um)),),
+                )
                 for flank, tooth in zip((mesh.assembly.pinion, mesh.assembly.wheel), mesh.first_tooth, strict=True)
             ]
             alone = mesh.pair.place(mesh.start + mesh.rate * (phi + number * pitch), ALIGNED)

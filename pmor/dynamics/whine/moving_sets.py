@@ -117,7 +117,7 @@ def refuse_unsolved_set(name: str, file: SetFile, turns: bool) -> None:
     if file.pitches > file.plan.cycle:
         raise CaseError(
             f'set "{name}": motion takes sets that repeat with each mesh cycle: leave out eccentricities, '
-            "pitch_deviations_um, holes and lugs"
+            "pitch_deviations_um, waves, a topography of each tooth, holes and lugs"
         )
 
 

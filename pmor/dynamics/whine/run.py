@@ -94,5 +94,5 @@ def refuse_unsolved(file: GearboxFile) -> None:
         if case.repeats_after > 1:
             raise CaseError(
                 f'{file.name}: [[meshes]] "{name}": motion takes meshes that repeat with each pitch: leave out '
-                "pitch_deviations_um, holes and lugs"
+                "pitch_deviations_um, waves, a topography of each tooth, holes and lugs"
             )

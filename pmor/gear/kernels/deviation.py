@@ -47,10 +47,15 @@ class Deviation(NamedTuple):
         By which the helix slope at the end of the active profile exceeds the one at its start, mm.
     pitch : ndarray, shape (teeth,)
         Of the flank of each tooth, mm; empty where there is none.
+    angular_pitch : float
+        Of the gear, of the sign of its number of teeth, rad.
+    waves : ndarray, shape (W, 4)
+        Of each wave: number in a revolution, amplitude, mm, phase at the gear's own mid width, rad, and its slope along
+        z, rad/mm.
     grid_roll, grid_z : ndarray, shape (n,), (m,)
         Of a topography's points, ascending, rad and mm, z from the gear's own mid width; empty without one.
-    grid : ndarray, shape (n, m, 4)
-        Its amount, mm, with its slopes by roll angle, by z and by both.
+    grid : ndarray, shape (T, n, m, 4)
+        Its amount, mm, with its slopes by roll angle, by z and by both: of all teeth, T = 1, or of each.
     """
 
     present: bool
@@ -74,6 +79,8 @@ class Deviation(NamedTuple):
     end_relief_length: float
     twist: float
     pitch: FloatArray
+    angular_pitch: float
+    waves: FloatArray
     grid_roll: FloatArray
     grid_z: FloatArray
     grid: FloatArray
@@ -110,9 +117,13 @@ def flank_deviation(deviation, u, z, tooth):
         if inwards < d.end_relief_length:
             amount += d.end_relief * (1.0 - inwards / d.end_relief_length)
     if d.grid_roll.size > 0:
-        amount += _on_grid(d, u, z - d.middle_z)
+        amount += _on_grid(d, d.grid[tooth % len(d.grid)], u, z - d.middle_z)
     if d.pitch.size > 0:
         amount += d.pitch[tooth % d.pitch.size]
+    for w in range(len(d.waves)):
+        # By the angle at which the line of action touches the base circle, seen from the gear: one for all its teeth.
+        phase = d.waves[w, 0] * (u - tooth * d.angular_pitch) + d.waves[w, 2] + d.waves[w, 3] * (z - d.middle_z)
+        amount += d.waves[w, 1] * np.cos(phase)
     return amount
 
 
@@ -129,14 +140,14 @@ def _relief(way, amount, parabolic):
 
 
 @inlined
-def _on_grid(d, u, z):
+def _on_grid(d, grid, u, z):
     """Bicubic with continuous slopes through the grid's points, constant beyond its border."""
     i, u0, u1, du0, du1 = _cell(d.grid_roll, u)
     k, z0, z1, dz0, dz1 = _cell(d.grid_z, z)
     amount = 0.0
     for a in range(2):
         value, slope = (u0, du0) if a == 0 else (u1, du1)
-        low, high = d.grid[i + a, k], d.grid[i + a, k + 1]
+        low, high = grid[i + a, k], grid[i + a, k + 1]
         amount += value * (z0 * low[0] + z1 * high[0] + dz0 * low[2] + dz1 * high[2])
         amount += slope * (z0 * low[1] + z1 * high[1] + dz0 * low[3] + dz1 * high[3])
     return amount

@@ -45,8 +45,8 @@ def run_slices(case: Case, *, reduced: ReducedPair | None = None, executor: Exec
     reduced = reduced or reduced_of(case)
     if cycles_of(case, reduced.meshed.pair) > 1:
         raise CaseError(
-            f"case {case.name}: pitch_deviations_um: motion does not repeat with the mesh, and has no branches to "
-            "compare: leave them out"
+            f"case {case.name}: motion does not repeat with the mesh, and has no branches to compare: leave out "
+            "pitch_deviations_um, waves, a topography of each tooth, holes and lugs"
         )
     model = gear_model(case, reduced.meshed.pair)
     compliance = without_neighbours(reduced.flank_compliance)

@@ -275,11 +275,11 @@ def _flank(meshed: MeshedPair, assembly: Assembly, number: int) -> dict[str, Any
     """Reference of the deviations of a gear's flank, and those that stay constant."""
     pair, deviation = meshed.pair, meshed.deviations(assembly)[number]
     tooth: Tooth = (pair.pinion, pair.wheel)[number]
-    points = {"roll": deviation.grid_roll, "z": deviation.grid_z, "points": deviation.grid}
+    points = {"roll": deviation.grid_roll, "z": deviation.grid_z, "teeth": deviation.grid}
     return {
         "tip_circle_roll": tooth.tip_roll_angle, "form_roll": tooth.form_roll_angle,
         "active_roll": list(pair.active_rolls[number]), "middle_z": deviation.middle_z, "width": deviation.width,
-        "pitch": deviation.pitch.tolist(),
+        "pitch": deviation.pitch.tolist(), "angular_pitch": deviation.angular_pitch, "waves": deviation.waves.tolist(),
         "grid": {name: array.tolist() for name, array in points.items()} if deviation.grid.size else None
     }  # fmt: skip
 

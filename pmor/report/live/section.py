@@ -212,13 +212,14 @@ def _own(case: Case, pair: GearPair) -> tuple[Modification, Modification]:
 
 def _amounts(modification: Modification) -> dict[str, Any]:
     """Parameters of a modification that the page may change."""
-    kept = "topography", "pitch_deviations_um"
+    kept = "topography", "pitch_deviations_um", "waves"
     return {key: value for key, value in asdict(modification).items() if key not in kept}
 
 
 def _kept(modification: Modification) -> dict[str, Any]:
-    deviations = modification.pitch_deviations_um
-    return {"pitch_deviations_um": list(deviations)} if deviations else {}
+    waves = list(map(asdict, modification.waves))
+    kept = {"pitch_deviations_um": list(modification.pitch_deviations_um), "waves": waves}
+    return {key: value for key, value in kept.items() if value}
 
 
 def curve(sweep: SteSweep, torque_index: int) -> list[list[float]]:
@@ -339,8 +340,8 @@ def notes(case: Case, meshed: MeshedPair, angles: int) -> list[str]:
     if case.flank == "coast":
         sentences.append("Coast flanks are solved in their image, as in the run: the torque is an amount, and the "
                          "wheel's axis is out of plane to the other side.")  # fmt: skip
-    if any(flank.topography is not None or flank.pitch_deviations_um for flank in flanks):
-        sentences.append("Topographies and pitch deviations stay as they are in the case.")
+    if any(flank.topography is not None or flank.tooth_keys for flank in flanks):
+        sentences.append("Topographies, pitch deviations and waves stay as they are in the case.")
     return sentences
 
 

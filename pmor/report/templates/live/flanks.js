@@ -32,18 +32,25 @@ function flankDeviation(d, u, z, tooth) {
     if (inwards < d.end_relief_length_mm) um += d.end_relief_um * (1 - inwards / d.end_relief_length_mm);
   }
   let mm = 1e-3 * um;
-  if (d.grid) mm += onGrid(d.grid, u, z - d.middle_z);
-  if (d.pitch.length) mm += d.pitch[((tooth % d.pitch.length) + d.pitch.length) % d.pitch.length];
+  if (d.grid) mm += onGrid(d.grid, ofTooth(d.grid.teeth, tooth), u, z - d.middle_z);
+  if (d.pitch.length) mm += ofTooth(d.pitch, tooth);
+  for (const [count, amplitude, phase, slope] of d.waves) {
+    mm += amplitude * Math.cos(count * (u - tooth * d.angular_pitch) + phase + slope * (z - d.middle_z));
+  }
   return mm;
 }
 
+function ofTooth(values, tooth) {
+  return values[((tooth % values.length) + values.length) % values.length];
+}
+
 // A topography's bicubic: amount, and slopes by roll angle, by z and by both, at the points of the grid.
-function onGrid(grid, u, z) {
+function onGrid(grid, points, u, z) {
   const [i, along] = gridCell(grid.roll, u), [k, across] = gridCell(grid.z, z);
   let amount = 0;
   for (let a = 0; a < 2; a++) {
     for (let b = 0; b < 2; b++) {
-      const at = grid.points[i + a][k + b];
+      const at = points[i + a][k + b];
       amount += along[a] * (across[b] * at[0] + across[2 + b] * at[2]);
       amount += along[2 + a] * (across[b] * at[1] + across[2 + b] * at[3]);
     }
