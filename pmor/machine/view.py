@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from pmor.body.beam import NODE
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import BoolArray, FloatArray
 from pmor.machine.bodies import Body, Detail, bodies
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.figures import exaggeration
+from pmor.machine.loaded import LoadedGearbox
 from pmor.machine.model import GearboxModel
 from pmor.report.style import COLOURS, new_figure, plot_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
 
 COARSE = Detail(circle=36, profile=3, fillet=1, planes=4)
@@ -31,11 +34,25 @@ HEIGHT_IN, BESIDE_IN, WIDTHS_IN = 6.0, 1.2, (5.5, 9.0)
 
 
 class _Faces(NamedTuple):
-    """Faces that look at the viewer: corners (m, 4, 3), and over each its share of light and its displacement, um."""
+    """Faces that look at the viewer: corners (m, 4, 3), and over each its share of light and its displacement, mm."""
 
     corners: FloatArray
     light: FloatArray
-    moved_um: FloatArray
+    moved: FloatArray
+
+
+class Drawing(NamedTuple):
+    """Moved bodies as seen: faces, which of them are bearings', camera, axes of shafts as they move and at rest."""
+
+    faces: _Faces
+    bearing: BoolArray
+    camera: FloatArray
+    shafts: tuple[list[FloatArray], list[FloatArray]]
+
+    @property
+    def largest(self) -> float:
+        """Largest displacement of what is no bearing, mm."""
+        return float(self.faces.moved[~self.bearing].max())
 
 
 def machine_figure(model: GearboxModel, solved: SolvedLoad) -> Figure:
@@ -43,43 +60,63 @@ def machine_figure(model: GearboxModel, solved: SolvedLoad) -> Figure:
 
     Without the rotations about the axes, which grow along a shaft and are none of its bending.
     """
-    moved = solved.equilibrium.displacement.reshape(-1, NODE)
-    factor, camera = exaggeration(model, moved[:, :3]), _camera(model)
-    found = bodies(model, solved.gearbox, COARSE)
-    faces = [_faces(body, solved, factor, camera) for body in found]
-    corners, light, moved_um = (np.concatenate(values) for values in zip(*faces, strict=True))
-    bearing = np.repeat([body.kind == "bearing" for body in found], [len(one.light) for one in faces])
-    order = np.argsort(corners[..., 2].mean(axis=1))
+    moved = solved.equilibrium.displacement
+    factor = exaggeration(model, moved.reshape(-1, NODE)[:, :3])
+    drawn = drawing(model, solved.gearbox, bodies(model, solved.gearbox, COARSE), moved, factor)
     with plot_style():
-        from matplotlib import colormaps
-        from matplotlib.cm import ScalarMappable
-        from matplotlib.collections import LineCollection, PolyCollection
-        from matplotlib.colors import BoundaryNorm
         from matplotlib.ticker import MaxNLocator
 
-        levels = MaxNLocator(STEPS).tick_values(0.0, float(moved_um[~bearing].max()) or 1.0)
-        scale = ScalarMappable(BoundaryNorm(levels, 256), colormaps["viridis"])
-        colours = np.where(bearing[:, None], BEARING, scale.to_rgba(moved_um))
-        colours[:, :3] *= np.round(light[:, None] * LIGHTS) / LIGHTS
-        width, height = np.ptp(corners[..., :2].reshape(-1, 2), axis=0)
+        scale = colour_scale(np.asarray(MaxNLocator(STEPS).tick_values(0.0, 1e3 * drawn.largest or 1.0)))
+        width, height = np.ptp(drawn.faces.corners[..., :2].reshape(-1, 2), axis=0)
         figure = new_figure(float(np.clip(HEIGHT_IN * width / height + BESIDE_IN, *WIDTHS_IN)), HEIGHT_IN)
         axes = figure.subplots()
-        axes.add_collection(
-            PolyCollection(
-                list(corners[order, :, :2]), facecolors=colours[order], edgecolors=colours[order], linewidths=0.3
-            )
-        )
-        # Where a shaft hardly moves both lie on each other: dashes of one colour would be a solid line.
-        for exaggerated, style, colour in ((factor, "solid", INK), (0.0, "dashdot", COLOURS[1])):
-            lines = _shaft_axes(solved, model, exaggerated, camera)
-            axes.add_collection(LineCollection(lines, colors=colour, linewidths=1.1, linestyles=style, zorder=3))
-        axes.set_aspect("equal")
-        axes.autoscale_view()
-        axes.axis("off")
-        _draw_axes(axes, camera)
+        draw(axes, drawn, scale, 1e3)
+        _draw_axes(axes, drawn.camera)
         figure.colorbar(scale, ax=axes, label="displacement, without twist [µm]", shrink=0.6)
         figure.suptitle(f"{solved.load.name}: displacements {factor:g} times as large", fontsize=11)
     return figure
+
+
+def drawing(
+    model: GearboxModel, gearbox: LoadedGearbox, found: Sequence[Body], moved: FloatArray, factor: float,
+    twist: bool = False,
+) -> Drawing:  # fmt: skip
+    """Return how bodies look to the viewer that move so far, mm and rad, drawn `factor` times as large."""
+    camera = _camera(model)
+    faces = [_faces(body, moved, factor, camera, twist) for body in found]
+    bearing = np.repeat([body.kind == "bearing" for body in found], [len(one.light) for one in faces])
+    shafts = [_shaft_axes(gearbox, moved, model, exaggerated, camera) for exaggerated in (factor, 0.0)]
+    every = _Faces(*(np.concatenate(values) for values in zip(*faces, strict=True)))
+    return Drawing(every, bearing, camera, (shafts[0], shafts[1]))
+
+
+def colour_scale(levels: FloatArray) -> ScalarMappable:
+    """Return the colours between levels of displacement."""
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import BoundaryNorm
+
+    return ScalarMappable(BoundaryNorm(levels, 256), colormaps["viridis"])
+
+
+def draw(axes: Axes, drawn: Drawing, scale: ScalarMappable, per_mm: float) -> None:
+    """Draw bodies into axes, by a scale of displacements times `per_mm`."""
+    from matplotlib.collections import LineCollection, PolyCollection
+
+    faces, order = drawn.faces, np.argsort(drawn.faces.corners[..., 2].mean(axis=1))
+    colours = np.where(drawn.bearing[:, None], BEARING, scale.to_rgba(per_mm * faces.moved))
+    colours[:, :3] *= np.round(faces.light[:, None] * LIGHTS) / LIGHTS
+    axes.add_collection(
+        PolyCollection(
+            list(faces.corners[order, :, :2]), facecolors=colours[order], edgecolors=colours[order], linewidths=0.3
+        )
+    )
+    # Where a shaft hardly moves both lie on each other: dashes of one colour would be a solid line.
+    for lines, style, colour in zip(drawn.shafts, ("solid", "dashdot"), (INK, COLOURS[1]), strict=True):
+        axes.add_collection(LineCollection(lines, colors=colour, linewidths=1.1, linestyles=style, zorder=3))
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.axis("off")
 
 
 def _camera(model: GearboxModel) -> FloatArray:
@@ -93,24 +130,26 @@ def _camera(model: GearboxModel) -> FloatArray:
     return np.array([right, np.cross(towards, right), towards])
 
 
-def _faces(body: Body, solved: SolvedLoad, factor: float, camera: FloatArray) -> _Faces:
-    moved = body.displacement(solved.equilibrium.displacement, twist=False)
+def _faces(body: Body, moved: FloatArray, factor: float, camera: FloatArray, twist: bool) -> _Faces:
+    moved = body.displacement(moved, twist)
     corners = ((body.rings + factor * moved) @ camera.T).reshape(-1, 3)[body.quads]
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     size = np.linalg.norm(normal, axis=1)
     seen = (normal[:, 2] > 0.0) & (size > 0.0)
     cosine = normal[seen] @ LIGHT / (np.linalg.norm(LIGHT) * size[seen])
-    distance = 1e3 * np.linalg.norm(moved, axis=2).ravel()[body.quads[seen]].mean(axis=1)
+    distance = np.linalg.norm(moved, axis=2).ravel()[body.quads[seen]].mean(axis=1)
     return _Faces(corners[seen], AMBIENT + (1.0 - AMBIENT) * np.maximum(cosine, 0.0), distance)
 
 
-def _shaft_axes(solved: SolvedLoad, model: GearboxModel, factor: float, camera: FloatArray) -> list[FloatArray]:
+def _shaft_axes(
+    gearbox: LoadedGearbox, moved: FloatArray, model: GearboxModel, factor: float, camera: FloatArray
+) -> list[FloatArray]:
     found = []
     for shaft in model.sections.shafts:
-        stations, first = solved.gearbox.beams[shaft.name].stations, solved.gearbox.first[shaft.name]
-        moved = solved.equilibrium.displacement[first : first + NODE * len(stations)].reshape(-1, NODE)[:, :3]
+        stations, first = gearbox.beams[shaft.name].stations, gearbox.first[shaft.name]
+        own = moved[first : first + NODE * len(stations)].reshape(-1, NODE)[:, :3]
         at_rest = np.array([shaft.start_mm, *shaft.at_mm]) + np.outer(stations, [1.0, 0.0, 0.0])
-        found.append((at_rest + factor * moved) @ camera[:2].T)
+        found.append((at_rest + factor * own) @ camera[:2].T)
     return found
 
 

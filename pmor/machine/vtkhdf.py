@@ -5,8 +5,9 @@ Time is the number of the load case, from 0 on.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -31,6 +32,23 @@ def write_machine(model: GearboxModel, loads: Sequence[SolvedLoad], target: Path
     attributes of the file.
     """
     found = bodies(model, loads[0].gearbox, FINE)
+    told = {"loads": [solved.load.name for solved in loads]}
+    write_bodies(found, target, told, np.arange(float(len(loads))), FIELDS, _fields(found, loads))
+
+
+def write_bodies(
+    found: Sequence[Body], target: Path, told: Mapping[str, Any], steps: FloatArray,
+    fields: Mapping[str, int], parts: Iterable[Mapping[str, FloatArray]],
+) -> None:  # fmt: skip
+    """Write surfaces of bodies with fields over steps; OutputError where that fails.
+
+    Parameters
+    ----------
+    told : mapping
+        Attributes of the file.
+    steps, fields, parts
+        As of `pmor.export.gear_surface.write_grid`, a part for each body.
+    """
     firsts = np.cumsum([0, *(body.rings[..., 0].size for body in found)])
     quads = [body.quads for body in found]
     grid = Grid(
@@ -42,8 +60,9 @@ def write_machine(model: GearboxModel, loads: Sequence[SolvedLoad], target: Path
     with atomic_path(target) as temporary, h5py.File(temporary, "w") as file:
         file.attrs["pmor_version"] = __version__
         file.attrs["bodies"] = [f"{body.kind} {body.name}" for body in found]
-        file.attrs["loads"] = [solved.load.name for solved in loads]
-        write_grid(file, grid, np.arange(float(len(loads))), FIELDS, _fields(found, loads))
+        for name, values in told.items():
+            file.attrs[name] = values
+        write_grid(file, grid, steps, fields, parts)
 
 
 def _fields(found: Sequence[Body], loads: Sequence[SolvedLoad]) -> Iterator[dict[str, FloatArray]]:

@@ -4,15 +4,19 @@ from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import h5py
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy.linalg import eigh
 
 import pmor
+from pmor.dynamics.whine import readings
 from pmor.dynamics.whine.gradient import Target, changes, cycle_with
 from pmor.dynamics.whine.modal import closed
 from pmor.dynamics.whine.moving import bearing_rows
+from pmor.dynamics.whine.orders import spinning_Hz
+from pmor.dynamics.whine.pictures import CYCLE_STEPS
 from pmor.dynamics.whine.quiet import QuietMesh
 from pmor.dynamics.whine.readings import bearing_rms, force_lines, mesh_rms, peak_rows
 from pmor.dynamics.whine.response import RPM
@@ -110,7 +114,7 @@ def test_a_peak_names_the_line_without_which_there_is_none():
         assert_allclose(row["without_line_rms_N"] ** 2, rest[1], rtol=1e-9, atol=1e-12)
 
 
-def test_files_hold_what_the_result_tells(tmp_path):
+def test_files_hold_what_the_result_tells(tmp_path, undrawn):
     """Page, tables, numbers; and a second run into the folder is refused nothing of its own."""
     result = moving()
     result.write(tmp_path / "out")
@@ -122,6 +126,50 @@ def test_files_hold_what_the_result_tells(tmp_path):
     force = arrays["motion/gearbox/drive/speed/bearing_force"].values
     assert_allclose(force, bearing_rms(result.loads[0]))
     assert "In motion" in (tmp_path / "out" / "dynamics.md").read_text()
+    with h5py.File(tmp_path / "out" / "modes.vtkhdf") as file:
+        moved = np.linalg.norm(file["VTKHDF/PointData/displacement_mm"], axis=1)
+        points = len(file["VTKHDF/Points"])
+        steps, shown = file["VTKHDF/Steps/Values"][:], file.attrs["frequency_Hz"]
+    assert len(moved) == points * len(steps) == points * CYCLE_STEPS * len(shown)
+    of_step = moved.reshape(len(shown), CYCLE_STEPS, points).max(axis=2)
+    assert_allclose(of_step, np.tile(abs(np.cos(2.0 * np.pi * np.arange(CYCLE_STEPS) / CYCLE_STEPS)), (len(shown), 1)),
+                    atol=1e-6)  # fmt: skip
+    frequencies = {mode["mode"]: mode["natural_frequency_Hz"] for mode in result.data["loads"][0]["modes"]}
+    assert_allclose(shown, [frequencies[int(step)] for step in steps[::CYCLE_STEPS]])
+
+
+def test_modes_and_their_static_rest_add_up_to_the_force_at_a_peak(monkeypatch):
+    """In its direction and phase; the most of it is the mode that the order meets there."""
+    monkeypatch.setattr(readings, "MOST_SHARES", 10**6)
+    response = moving().loads[0]
+    row = max(peak_rows(response), key=lambda row: row["line_rms_N"])
+    source = next(one for one in response.sources if one.name == row["source"])
+    place, number = int(abs(response.speeds_rpm - row["speed_rpm"]).argmin()), row["harmonic"] - 1
+    names = [bearing.settings.name for bearing in response.machine.gearbox.bearings]
+    left = response.receptance.left_readings[:, source.ports] @ source.lines.acting[place, number]
+    whole, rest = (response.bearing_forces(part)[names.index(row["bearing"]), :3]
+                   for part in (source.lines.readings[place, number], left))  # fmt: skip
+    static = (rest @ whole.conj()).real / (abs(whole) ** 2).sum()
+    assert_allclose(sum(one["share"] for one in row["mode_shares"]) + static, 1.0, atol=ROUNDING)
+    assert row["mode_shares"][0]["mode"] == row["mode"]
+    assert abs(row["resonance_rpm"] / row["speed_rpm"] - 1.0) < 0.05
+
+
+def test_natural_frequencies_that_spin_are_those_of_all_displacements():
+    """Lowest modes of the dense gyroscopic problem, forwards and backwards apart."""
+    response = moving().loads[0]
+    machine, free = response.machine, response.machine.free
+    mass, gyroscopic, stiffness = (
+        free.T @ one @ free for one in (machine.mass, machine.gyroscopic, closed(machine, response.tangent))
+    )
+    for speed in (0.0, 3000.0):
+        state = np.block([[np.zeros_like(mass), np.eye(len(mass))],
+                          [-np.linalg.solve(mass, stiffness), -speed * np.linalg.solve(mass, gyroscopic)]])  # fmt: skip
+        dense = np.sort(np.linalg.eigvals(state).imag)
+        dense = dense[dense > 1.0][:8] / (2.0 * np.pi)
+        found = spinning_Hz(response.receptance, np.array([speed]), 1e5)[0, : len(dense)]
+        assert_allclose(found, dense, rtol=CUT)
+    assert abs(found / response.modes.frequency_Hz[response.modes.square > 0.0][: len(found)] - 1.0).max() > 2.0 * CUT
 
 
 @pytest.mark.parametrize(

@@ -13,16 +13,19 @@ from pmor.core.errors import CaseError
 from pmor.dynamics.whine.modal import closed, modes_of
 from pmor.dynamics.whine.moving import moving_machine
 from pmor.dynamics.whine.moving_sets import machine_of_set, with_sets
+from pmor.dynamics.whine.pictures import moving_bodies
 from pmor.dynamics.whine.readings import bearing_names
 from pmor.dynamics.whine.response import respond, respond_set
 from pmor.dynamics.whine.run import run
 from pmor.dynamics.whine.set_cycle import set_cycle
 from pmor.line.hub_law import train_coordinates, train_law_at, train_rows
 from pmor.line.hubs import HUB
+from pmor.machine.bodies import bodies
 from pmor.machine.coupled import solve_load
 from pmor.machine.loader import load
 from pmor.machine.run import trains_of
 from pmor.machine.settings import Motion
+from pmor.machine.view import COARSE
 from pmor.sets.loader import load as load_set
 from pmor.sets.run import train_of
 from pmor.sets.solution import solve_set
@@ -205,6 +208,23 @@ def test_a_gearbox_with_a_set_hums_at_mesh_frequencies_and_whirls_at_their_sideb
     held = abs(response.support_forces(0, source.lines.readings))
     # The ring's torque on the housing at the third alone.
     assert held[:, :2, 2, 5].max() < FORBIDDEN * held[:, 2, 2, 5].max()
+
+
+def test_planets_that_go_with_their_carrier_are_drawn_where_it_carries_them(tmp_path):
+    """As in the loaded machine; by its own coordinate a planet leaves its place, the other bodies stay."""
+    response, _ = in_a_gearbox(tmp_path, 300.0, 1000.0)
+    machine, model = response.machine, load(written_reducer(tmp_path, one_stage("1e5", "1e9"), PHASED)).model
+    carried = bodies(model, machine.gearbox, COARSE)
+    found, by = moving_bodies(model, machine, COARSE)
+    moved = np.zeros(len(machine.mass))
+    moved[: len(machine.gearbox.load)] = np.random.default_rng(1).standard_normal(len(machine.gearbox.load))
+    for one, body in zip(carried, found, strict=True):
+        assert_allclose(body.displacement(by @ moved), one.displacement(moved), atol=1e-9)
+    moved[:] = 0.0
+    moved[-HUB] = 1.0  # cos or sin of the planets' place
+    left = {body.name for body in found if np.abs(body.displacement(by @ moved)).max() > 1e-12}
+    assert len(left) >= 2
+    assert not any(place in name for name in left for place in ("sun", "ring", "bearing"))
 
 
 def in_a_gearbox(folder, torque, speed):

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.dynamics.whine.compliance import mesh_compliance
+from pmor.dynamics.whine.orders import spinning_Hz
 from pmor.dynamics.whine.readings import bearing_names, bearing_rms, force_lines, line_name, mesh_rms
-from pmor.dynamics.whine.response import LoadResponse, Source
-from pmor.report.style import COLOURS, log_ticks, new_figure, plot_style
+from pmor.dynamics.whine.response import RPM, LoadResponse, Source
+from pmor.report.style import COLOURS, legend_label, log_ticks, new_figure, plot_style
 from pmor.results.root_stress import GEARS
 
 if TYPE_CHECKING:
@@ -26,6 +27,11 @@ SPEED = "Speed of the first torque's shaft [rpm]"
 DECADES = 3.0
 # Of a mode's strain energy: a mesh that moves so little is not marked in the Campbell diagram.
 MARKED = 0.01
+# Orders of shafts' turns, speeds at which natural frequencies are found, and over the highest shown those among which
+# gyroscopic moments act.
+SHAFT_ORDERS, SPINS, BEYOND = 3, 13, 1.5
+# Lines that are cut out.
+CUTS, TINY = 6, 1e-300
 # Frequencies of a compliance, and the lowest over the highest.
 FREQUENCIES, LOWEST = 600, 0.005
 
@@ -58,7 +64,7 @@ def _forces_figure(
                 load = response.solved.load.name
                 axes.plot(response.speeds_rpm, varying[:, number], color=colour, label=load)
                 axes.plot(response.speeds_rpm, mean[:, number], color=colour, lw=0.6, ls="--")
-            axes.set(title=name, ylabel=label)
+            axes.set(title=name, ylabel=label, xlim=(responses[0].speeds_rpm[0], responses[0].speeds_rpm[-1]))
             axes.set_ylim(bottom=0.0)
         _finish(figure, panels, len(names))
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
@@ -66,27 +72,74 @@ def _forces_figure(
 
 
 def campbell_figure(response: LoadResponse, highest_Hz: float) -> Figure:
-    """Natural frequencies and the harmonics of all meshes over the speed; marks where a harmonic meets a mode."""
-    speeds = response.speeds_rpm
+    """Natural frequencies over the speed, with the lines of each mesh, marked where they meet, and with shafts' turns.
+
+    A panel for each, as meshes of fast shafts have many times the frequency of slow ones.
+    """
+    speeds, passing = response.speeds_rpm, response.passing
+    rows, at = math.ceil((len(passing) + 1) / 2), np.linspace(response.speeds_rpm[0], response.speeds_rpm[-1], SPINS)
     with plot_style():
-        figure = new_figure(9.2, 5.6)
-        axes = figure.subplots()
-        for frequency in response.modes.frequency_Hz[response.modes.square > 0.0]:
-            axes.axhline(1e-3 * frequency, color="#999999", lw=0.6)
-        top = min(1e-3 * highest_Hz, 1.05e-3 * max(mesh.frequency_Hz(speeds)[-1, 0] for mesh in response.passing) * 3.0)
-        for colour, mesh in zip(COLOURS, response.passing, strict=False):
-            for number, frequency in enumerate(1e-3 * mesh.frequency_Hz(speeds).T):
-                own, text = frequency <= top, line_name(*mesh.places[number])
-                axes.plot(speeds[own], frequency[own], color=colour, lw=0.8 if number else 1.4,
-                          label=None if number else mesh.name)  # fmt: skip
-                if own.any():
-                    axes.annotate(text, (speeds[own][-1], frequency[own][-1]), fontsize=8, color=colour,
-                                  xytext=(2, 0), textcoords="offset points", va="center")  # fmt: skip
+        figure = new_figure(9.2, 0.6 + 3.6 * rows)
+        panels = list(figure.subplots(rows, 2, squeeze=False).flat)
+        for axes, colour, mesh in zip(panels, COLOURS * len(passing), passing, strict=False):
+            top = min(highest_Hz, 1.05 * float(mesh.frequency_Hz(speeds)[-1].max()))
+            for number, frequency in enumerate(mesh.frequency_Hz(speeds).T):
+                _order_line(axes, speeds, frequency, top, line_name(*mesh.places[number]), color=colour,
+                            lw=0.8 if number else 1.4)  # fmt: skip
             for rpm, frequency, strain in _meetings(response, mesh):
-                if speeds[0] <= rpm <= speeds[-1] and 1e-3 * frequency <= top:
-                    axes.plot(rpm, 1e-3 * frequency, "o", color=colour, ms=2.0 + 6.0 * math.sqrt(strain), mfc="none")
-        axes.set(xlabel=SPEED, ylabel="Frequency [kHz]", xlim=(speeds[0], speeds[-1]), ylim=(0.0, top))
-        figure.legend(loc="outside lower center", ncols=4)
+                if speeds[0] <= rpm <= speeds[-1] and frequency <= top:
+                    axes.plot(rpm, frequency, "o", color=colour, ms=2.0 + 6.0 * math.sqrt(strain), mfc="none")
+            axes.set(title=mesh.name, ylim=(0.0, top))
+        below, rates = panels[len(passing)], {name: abs(rate) for name, rate in response.machine.rates.items() if rate}
+        top = 1.05 * SHAFT_ORDERS * max(rates.values(), default=1.0) * float(speeds[-1]) / 60.0
+        for colour, (name, rate) in zip(COLOURS * len(rates), rates.items(), strict=False):
+            for order in range(1, SHAFT_ORDERS + 1):
+                _order_line(below, speeds, order * rate * speeds / 60.0, top, str(order), color=colour,
+                            lw=0.8 if order > 1 else 1.4, label=legend_label(name) if order == 1 else None)  # fmt: skip
+        below.set(title="turns of the shafts", ylim=(0.0, top))
+        if rates:
+            below.legend(loc="upper left", frameon=True, framealpha=0.9)
+        for number, axes in enumerate(panels[: len(passing) + 1]):
+            highest = BEYOND * axes.get_ylim()[1]
+            axes.plot(at, spinning_Hz(response.receptance, RPM * at, highest), color="#8c8c8c", lw=0.6, zorder=1)
+            axes.set_xlim(speeds[0], speeds[-1])
+            axes.set_ylabel("" if number % 2 else "Frequency [Hz]")
+        _finish(figure, panels, len(passing) + 1)
+    return figure
+
+
+def _order_line(axes: Axes, speeds: FloatArray, frequency: FloatArray, top: float, name: str, **style: Any) -> None:
+    """A frequency over the speed as far as it is below the top, its name at its end."""
+    own = frequency <= top
+    axes.plot(speeds[own], frequency[own], **style)
+    if own.any():
+        axes.annotate(name, (speeds[own][-1], frequency[own][-1]), fontsize=8, color=style["color"], xytext=(2, 0),
+                      textcoords="offset points", va="center")  # fmt: skip
+
+
+def orders_figure(response: LoadResponse) -> Figure:
+    """Order cuts: the largest lines of the bearing forces over the speed, a panel each bearing, and all lines."""
+    names, total, speeds = bearing_names(response), bearing_rms(response), response.speeds_rpm
+    cuts = [
+        (f"{source.name}, harmonic {line_name(*source.places[number])}", own[:, number])
+        for source in response.sources for own in [force_lines(response, source, source.lines)]
+        for number in range(own.shape[1])
+    ]  # fmt: skip
+    # The largest over the forces of each bearing: no bearing is left out for being light.
+    share = [float((line.max(axis=0) / np.maximum(total.max(axis=0), TINY)).max()) for _, line in cuts]
+    shown = [cuts[number] for number in np.argsort(share)[::-1][:CUTS]]
+    with plot_style():
+        rows = math.ceil(len(names) / 2)
+        figure = new_figure(9.2, 0.9 + 2.2 * rows)
+        panels = list(figure.subplots(rows, 2, sharex=True, squeeze=False).flat)
+        for number, (axes, name) in enumerate(zip(panels, names, strict=False)):
+            axes.plot(speeds, total[:, number], color="#b5b5b5", lw=2.4, label="all lines")
+            for colour, (words, line) in zip(COLOURS, shown, strict=False):
+                axes.plot(speeds, line[:, number], color=colour, lw=1.1, label=words)
+            axes.set(title=name, ylabel="Force, rms [N]", xlim=(speeds[0], speeds[-1]))
+            axes.set_ylim(bottom=0.0)
+        _finish(figure, panels, len(names))
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 
 

@@ -99,3 +99,22 @@ def along(receptance: Receptance, order: float, speeds: FloatArray, sense: float
     mixed = np.zeros((len(square), len(elastic)), dtype=complex)
     mixed[elastic] = shape / root[:, None]
     return Order(receptance, order, speeds, inverse, mixed)
+
+
+def spinning_Hz(receptance: Receptance, speeds: FloatArray, highest_Hz: float) -> FloatArray:
+    """Return the natural frequencies below a limit at speeds (S,), rad/s: rising, (S, m); NaN where motion grows.
+
+    With gyroscopic moments and centrifugal forces among these modes: whirl forwards and backwards apart.
+    """
+    square = receptance.modes.square
+    own = np.flatnonzero((square > 0.0) & (square < (2.0 * np.pi * highest_Hz) ** 2))
+    among, count, found = np.ix_(own, own), len(own), np.full((len(speeds), len(own)), np.nan)
+    for place, speed in enumerate(speeds):
+        try:
+            root = np.linalg.cholesky(np.diag(square[own]) + speed**2 * receptance.centrifugal[among])
+        except np.linalg.LinAlgError:
+            continue
+        # Of root^T q and velocities: skew, so that frequencies are real.
+        turning = np.block([[np.zeros((count, count)), root.T], [-root, -speed * receptance.gyroscopic[among]]])
+        found[place] = np.linalg.eigvalsh(1j * turning)[count:] / (2.0 * np.pi)
+    return found

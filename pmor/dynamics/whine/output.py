@@ -14,15 +14,18 @@ from pmor.dynamics.whine.figures import (
     campbell_figure,
     compliance_figure,
     meshes_figure,
+    orders_figure,
     waterfall_figure,
 )
 from pmor.dynamics.whine.gradient import Target, changes
+from pmor.dynamics.whine.pictures import drawn_modes, modes_figure
 from pmor.dynamics.whine.readings import (
     bearing_names,
     bearing_rms,
     force_lines,
     housing_rows,
     line_name,
+    main_load,
     mesh_rms,
     mode_rows,
     peak_rows,
@@ -39,7 +42,7 @@ Data = dict[str, Any]
 #: files of a result
 FILES = (
     "dynamics.json", "dynamics.md", "report.html", "response.csv", "lines.csv", "results.h5", "bearings.png",
-    "meshes.png", "campbell.png", "waterfall.png", "compliance.png",
+    "meshes.png", "campbell.png", "waterfall.png", "orders.png", "compliance.png", "modes.png", "modes.vtkhdf",
 )  # fmt: skip
 
 
@@ -86,6 +89,7 @@ def micrometre_data(response: LoadResponse) -> Data:
 
 def _load_data(response: LoadResponse) -> Data:
     total, forces, swings = bearing_rms(response), mesh_rms(response), swing(response)
+    constant = bearing_rms(response, constant=True), mesh_rms(response, constant=True)
     return {
         "load": response.solved.load.name,
         "speeds_rpm": [float(response.speeds_rpm[0]), float(response.speeds_rpm[-1])],
@@ -95,19 +99,23 @@ def _load_data(response: LoadResponse) -> Data:
         "housing": housing_rows(response),
         "bearings": [
             {"name": name, "force_rms_max_N": float(total[:, n].max()),
-             "at_rpm": float(response.speeds_rpm[total[:, n].argmax()])}
+             "at_rpm": float(response.speeds_rpm[total[:, n].argmax()]),
+             "constant_stiffness_rms_max_N": float(constant[0][:, n].max())}
             for n, name in enumerate(bearing_names(response))
         ],
         "meshes": [
             {"name": mesh.name, "mean_force_N": float(solved.force), "force_rms_max_N": float(forces[:, n].max()),
+             "constant_stiffness_rms_max_N": float(constant[1][:, n].max()),
              "dynamic_factor": 1.0 + float(swings[:, n].max() / solved.force),
              "mean_tangent_N_per_um": 1e-3 * float(response.tangent[2 * n, 2 * n]), "pitches_per_turn": mesh.rate}
             for n, (mesh, solved) in enumerate(zip(response.meshes, response.solved.meshes, strict=True))
-        ] + _set_meshes(response, forces, swings),
+        ] + _set_meshes(response, forces, swings, constant[1]),
     }  # fmt: skip
 
 
-def _set_meshes(response: LoadResponse, forces: FloatArray, swings: FloatArray) -> list[Data]:
+def _set_meshes(
+    response: LoadResponse, forces: FloatArray, swings: FloatArray, constant: FloatArray
+) -> list[Data]:
     """The meshes of sets, each of one planet; why their stiffness does not vary, or None."""
     rows, place = list[Data](), len(response.meshes)
     for source, cycle in zip(response.passing[place:], response.cycles, strict=True):
@@ -117,6 +125,7 @@ def _set_meshes(response: LoadResponse, forces: FloatArray, swings: FloatArray) 
             rows.append({
                 "name": response.mesh_names[number], "mean_force_N": load,
                 "force_rms_max_N": float(forces[:, number].max()),
+                "constant_stiffness_rms_max_N": float(constant[:, number].max()),
                 "dynamic_factor": 1.0 + float(swings[:, number].max() / load),
                 "mean_tangent_N_per_um": 1e-3 * float(cycle.meshes.mean[first, first]),
                 "pitches_per_turn": source.rate, "why_constant": source.why_constant or None,
@@ -193,7 +202,7 @@ def whine_report(file: GearboxFile, responses: Sequence[LoadResponse], data: Dat
 def whine_text(data: Data) -> str:
     """Return the tables for the screen."""
     lines = [f"The gearbox in motion: {data['gearbox']}"]
-    for shown in (_meshes(data), _peaks(data, [_main(data)["load"]] if data["loads"] else [])):
+    for shown in (_meshes(data), _peaks(data, [main_load(data)["load"]] if data["loads"] else [])):
         if shown.rows:
             lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
     return "\n".join([*lines, *(f"  ! {sentence}" for sentence in data["failures"])])
@@ -223,7 +232,7 @@ def _blocks(file: GearboxFile, data: Data, responses: Sequence[LoadResponse]) ->
         text = f"Flanks would part ({names}): dynamic forces exceed the load, where small motion ends."
         blocks.append(Warning(text))
     blocks += [
-        _meshes(data), _peaks(data, [name]),
+        _meshes(data), _bearings(data), _peaks(data, [name]),
         _peaks(data, [load["load"] for load in data["loads"] if load["load"] != name], folded=True),
         *([_housing(data)] if last.machine.heavy_housing else []),
         Heading("Over the speed"),
@@ -232,10 +241,13 @@ def _blocks(file: GearboxFile, data: Data, responses: Sequence[LoadResponse]) ->
         Picture("meshes.png", "Dynamic forces of the meshes. Dashed: with a mesh of constant stiffness.",
                 meshes_figure(responses)),
         Picture("campbell.png", f"Natural frequencies, and harmonics of the meshes, under {name}. "
-                "Circles: where a harmonic meets a mode that strains its mesh, the larger the more.",
+                "Circles: where a harmonic meets a mode that strains its mesh, the larger the more. Natural "
+                "frequencies part with the speed by gyroscopic moments. Below: orders of each shaft's turn.",
                 campbell_figure(last, highest)),
         Picture("waterfall.png", f"Lines of the bearing forces under {name}.",
                 waterfall_figure(last, highest)),
+        Picture("orders.png", f"Order cuts under {name}: the largest lines of the bearing forces by themselves.",
+                orders_figure(last)),
     ]  # fmt: skip
     if last.meshes:
         blocks += [
@@ -245,11 +257,24 @@ def _blocks(file: GearboxFile, data: Data, responses: Sequence[LoadResponse]) ->
                     "shafts at rest.", compliance_figure(last, highest)),
             _micrometres(data),
         ]  # fmt: skip
-    return [*blocks, Heading("Modes"), _modes(data, last.mesh_names)]
+    drawn = drawn_modes(data)
+    caption = (
+        f"Modes under {name} that make the peaks, and that strain meshes most: as they move (lines), and at rest "
+        "(dash-dotted); bearings are grey. modes.vtkhdf has them in motion."
+    )
+    if last.machine.ringing:
+        caption += " Rims and webs that ring are drawn stiff."
+    return [
+        *blocks, Heading("Modes"),
+        *([Picture("modes.png", caption, modes_figure(file.model, last, drawn))] if drawn else []),
+        _modes(data, last.mesh_names),
+    ]  # fmt: skip
 
 
 # Bearings, the most loaded, whose force is told by modifications.
 MOST_TARGETS = 2
+# Of a force: shares of modes that are shown.
+SHOWN = 0.05
 # Largest dynamic factor of flanks that stay in contact.
 MOST_FACTOR = 2.0
 
@@ -260,6 +285,7 @@ def _meshes(data: Data) -> Table:
         "load": lambda row: row[0]["load"], "mesh": lambda row: row[1]["name"],
         "mean force, N": lambda row: row[1]["mean_force_N"],
         "largest dynamic force, rms, N": lambda row: row[1]["force_rms_max_N"],
+        "with constant stiffness, N": lambda row: row[1]["constant_stiffness_rms_max_N"],
         "dynamic factor": lambda row: row[1]["dynamic_factor"],
         "mean stiffness between hubs, N/µm": lambda row: row[1]["mean_tangent_N_per_um"],
     }  # fmt: skip
@@ -270,21 +296,40 @@ def _meshes(data: Data) -> Table:
     return table("Meshes", columns, rows, note)
 
 
+def _bearings(data: Data) -> Table:
+    rows = [(load, bearing) for load in data["loads"] for bearing in load["bearings"]]
+    columns: Columns = {
+        "load": lambda row: row[0]["load"], "bearing": lambda row: row[1]["name"],
+        "largest dynamic force, rms, N": lambda row: row[1]["force_rms_max_N"],
+        "at, rpm": lambda row: row[1]["at_rpm"],
+        "with constant stiffness, N": lambda row: row[1]["constant_stiffness_rms_max_N"],
+    }  # fmt: skip
+    note = "With constant stiffness: each mesh by its mean stiffness, as is usual; the largest over the speed likewise."
+    return replace(table("Bearings", columns, rows, note), folded=len(data["loads"]) > 1)
+
+
 def _peaks(data: Data, loads: Sequence[str], folded: bool = False) -> Table:
     rows = [(load, peak) for load in data["loads"] if load["load"] in loads for peak in load["peaks"]]
+    told = {"load": lambda row: row[0]["load"]} if len(loads) > 1 else {}
     columns: Columns = {
-        "load": lambda row: row[0]["load"], "bearing": lambda row: row[1]["bearing"],
+        **told, "bearing": lambda row: row[1]["bearing"],
         "speed, rpm": lambda row: row[1]["speed_rpm"],
         "force, rms, N": lambda row: row[1]["force_rms_N"],
         "by": lambda row: f"{row[1]['source']}, harmonic {line_name(row[1]['harmonic'], row[1]['carrier_order'])}",
         "at, Hz": lambda row: row[1]["frequency_Hz"],
         "without this line, N": lambda row: row[1]["without_line_rms_N"],
         "mode": lambda row: row[1]["mode"],
+        "shares of modes, %": lambda row: ", ".join(
+            f"{one['mode']}: {100.0 * one['share']:.0f}" for one in row[1]["mode_shares"] if abs(one["share"]) > SHOWN
+        ),
         "which it meets at, rpm": lambda row: row[1]["resonance_rpm"],
         "with constant stiffness, N": lambda row: row[1]["constant_stiffness_rms_N"],
     }  # fmt: skip
-    note = "The mode is the one that gives most of the line's force on the bearing."
-    words = "Peaks of the bearing forces" + ", under the other loads" * folded
+    note = (
+        "The mode is the one that gives most of the line's force on the bearing. Shares are in the direction and phase "
+        "of that force: of all modes and their static rest they add up to 100; opposite ones are negative."
+    )
+    words = "Peaks of the bearing forces under " + ("the other loads" if folded else ", ".join(loads))
     return replace(table(words, columns, rows, note), folded=folded)
 
 
@@ -300,13 +345,8 @@ def _housing(data: Data) -> Table:
     return table("The housing", columns, rows, note)
 
 
-def _main(data: Data) -> Data:
-    """The load with the largest bearing force."""
-    return next(load for load in data["loads"] if "micrometres" in load)
-
-
 def _micrometres(data: Data) -> Table:
-    load = _main(data)
+    load = main_load(data)
     heads = {"mesh": "its own dynamic force, N"} | {key: f"force of {key}, N" for key in load["micrometre_bearings"]}
 
     def force(key: str) -> Callable[[Data], float]:
@@ -330,17 +370,20 @@ def _family(name: str) -> Callable[[Data], str]:
 
 
 def _modes(data: Data, names: Sequence[str]) -> Table:
-    load = _main(data)
+    load = main_load(data)
     rows = [mode for mode in load["modes"] if mode["natural_frequency_Hz"] <= data["highest_frequency_Hz"]]
 
     def strain(number: int) -> Callable[[Data], float]:
         return lambda row: 100.0 * float(row["mesh_strain_energy_share"][number])
 
+    def kinetic(name: str) -> Callable[[Data], float]:
+        return lambda row: 100.0 * float(row["kinetic_energy_share"][name])
+
     columns: Columns = {
         "mode": "mode", "natural frequency, Hz": "natural_frequency_Hz", "motion": "kind",
         "moves most": "moves_most",
-        "its share, %": lambda row: 100.0 * row["kinetic_energy_share"][row["moves_most"]],
         **{f"strain energy in {name}, %": strain(number) for number, name in enumerate(names)},
+        **{f"kinetic energy of {name}, %": kinetic(name) for name in load["modes"][0]["kinetic_energy_share"]},
         **{f"family in {name}": _family(name) for name in load["modes"][0]["families"]},
     }  # fmt: skip
     note = f"Under {load['load']}, meshes with their mean stiffness, shafts at rest."

@@ -20,12 +20,17 @@ Data = dict[str, Any]
 KINDS = (("axial", (0,)), ("torsion", (3,)), ("bending", (1, 2, 4, 5)))
 # Name of the part that rims and webs are, and of how they move.
 RINGING = "blanks"
-# Peaks that are told of each reading.
-MOST_PEAKS = 3
+# Peaks that are told of each reading, and modes of each.
+MOST_PEAKS, MOST_SHARES = 3, 3
 # Of levels of power.
 REFERENCE_MW = 1e-9
 # Of the largest force of all meshes: round-off.
 NOTHING = 1e-9
+
+
+def main_load(data: Data) -> Data:
+    """Return what is told of the load with the largest bearing force, of the content of `dynamics.json`."""
+    return next(load for load in data["loads"] if "micrometres" in load)
 
 
 def line_name(harmonic: float, sideband: int) -> str:
@@ -193,11 +198,21 @@ def peak_rows(response: LoadResponse) -> list[Data]:
 
 
 def _mode_of(response: LoadResponse, source: Source, harmonic: int, place: int, bearing: int) -> Data:
-    """The mode that gives most of a line's force on a bearing, and the speed at which the order meets it."""
+    """The mode that gives most of a line's force on a bearing, the speed at which the order meets it, and shares.
+
+    A share is what a mode gives of the force's direction and phase: of all modes and their static rest they add to 1.
+    """
     order = source.orders[harmonic]
     amplitude = order.modal(source.ports, source.lines.acting[:, harmonic])[place]
     share = response.bearing_forces((order.by_readings * amplitude).T)[:, bearing, :3]
     dominant = int((abs(share) ** 2).sum(axis=1).argmax())
-    at_rest = int((abs(order.mixed[:, dominant]) ** 2 * response.modes.square).argmax())
-    rigid = int((response.modes.square == 0.0).sum())
-    return {"mode": at_rest + 1 - rigid, "resonance_rpm": float(order.resonance[dominant] / RPM)}
+    # Modes that spin, by those at rest that they are most of.
+    at_rest = (abs(order.mixed) ** 2 * response.modes.square[:, None]).argmax(axis=0)
+    numbers = at_rest + 1 - int((response.modes.square == 0.0).sum())
+    whole = response.bearing_forces(source.lines.readings[place, harmonic])[bearing, :3]
+    parts = np.bincount(numbers, weights=(share @ whole.conj()).real / (abs(whole) ** 2).sum())
+    most = abs(parts).argsort()[::-1][:MOST_SHARES]
+    return {
+        "mode": int(numbers[dominant]), "resonance_rpm": float(order.resonance[dominant] / RPM),
+        "mode_shares": [{"mode": int(number), "share": float(parts[number])} for number in most],
+    }  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -15,12 +16,14 @@ from pmor.dynamics.whine.output import (
     FILES,
     Data,
     line_columns,
+    loudest,
     motion_arrays,
     response_rows,
     whine_data,
     whine_report,
     whine_text,
 )
+from pmor.dynamics.whine.pictures import drawn_modes, modes_figure, write_modes
 from pmor.dynamics.whine.readings import bearing_names, bearing_rms
 from pmor.dynamics.whine.response import LoadResponse
 from pmor.machine.loader import GearboxFile
@@ -65,10 +68,15 @@ class MotionResult(Tabular):
         """Draw the lines of the bearing forces over speed and frequency, of a load by its number."""
         return waterfall_figure(self.loads[load], self.file.model.sections.dynamics.highest_frequency_Hz)
 
-    def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
-        """Write `dynamics.json`, `dynamics.md`, `report.html`, tables, pictures, and `results.h5`.
+    def plot_modes(self, numbers: Sequence[int], load: int = 0) -> Figure:
+        """Draw natural modes by their numbers, as the page has them, of a load by its number."""
+        return modes_figure(self.file.model, self.loads[load], numbers)
 
-        Tables are `response.csv` and `lines.csv`; `results.h5` holds the lines and the model by modes.
+    def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
+        """Write `dynamics.json`, `dynamics.md`, `report.html`, tables, pictures, `results.h5` and `modes.vtkhdf`.
+
+        Tables are `response.csv` and `lines.csv`; `results.h5` holds the lines and the model by modes, `modes.vtkhdf`
+        the modes in motion under the load with the largest bearing force.
 
         Raises
         ------
@@ -78,6 +86,8 @@ class MotionResult(Tabular):
         with writing_results(folder, FILES, text, inputs=inputs, overwrite=overwrite, working=()) as out:
             whine_report(self.file, self.loads, self.data).write(out)
             if self.loads:
+                if drawn := drawn_modes(self.data):
+                    write_modes(self.file.model, loudest(self.loads), drawn, out / "modes.vtkhdf")
                 rows = response_rows(self.loads)
                 write_table_csv(out / "response.csv", rows, list(rows[0]))
                 write_columns_csv(out / "lines.csv", self.columns())
