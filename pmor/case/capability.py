@@ -27,12 +27,12 @@ NAMES: dict[Capability, str] = {
     "tolerances": "a run with tolerances", "design": "a design",
     "campaign": "a campaign", "page": "the live page", "vtkhdf": "a VTKHDF file", "rexs": "a REXS file",
     "tables": "the file of all numbers, results.h5,", "python": "a model in Python", "plan": "a plan",
-    "dynamics": "the force law of dynamics", "fmu": "the force law of a unit for co-simulation",
+    "dynamics": "motion", "fmu": "the force law of a unit for co-simulation",
     "exudyn": "a mesh in exudyn", "classical": "the table of classical formulas", "gearbox": "a gearbox",
     "set": "a set", "stability": "the matrix of stability",
 }  # fmt: skip
 # Columns of the page of the manual: what is asked of every machine.
-ASKED: tuple[Capability, ...] = tuple(NAMES)[:17]
+ASKED: tuple[Capability, ...] = tuple(NAMES)[:18]
 # Nodes of a flank beyond which its compliance takes more of a page than all else: 8 x 8 quadratic elements have 289.
 MOST_NODES = 600
 # Keys of gears and flanks that differ from end to end: files of sets have one planet for both of its meshes.
@@ -150,6 +150,9 @@ def _one_way(file: Any) -> str:
 ALL_FE = "reduced models: line loads of all meshes at once are exact on full finite elements, and nothing is beside"
 OF_SETS = (
     Limit(_always, ("full",), ALL_FE),
+    Limit(lambda file: file.sections.gears, ("dynamics",),
+          "trains of gears on shafts: give gears, shafts and bearings in the file of a gearbox"),
+    Limit(_always, ("dynamics",), "sets on the shafts of a gearbox: name the file in its [[sets]]"),
     Limit(lambda file: max(map(_nodes, file.cases.values())) > MOST_NODES, ("page",),
           f"flanks of {MOST_NODES} nodes at most: lower [mesh] profile_elements or width_elements"),
     Limit(lambda file: file.plan.clockwise and not file.sections.gears, ("rexs",),
@@ -164,12 +167,33 @@ OF_SETS = (
     Limit(_one_way, ("rexs",),
           lambda file: f"gears of sets that are alike from both ends, and their teeth: no {_one_way(file)}"),
 )  # fmt: skip
+def _uneven(file: Any) -> str:
+    """First set on a carrier that turns whose planets are too few or not even there."""
+    sets, model = file.model.sections.sets, file.model
+    turning = (one.name for one in sets if "carrier" in one.members)
+    return next((name for name in turning if not model.sets[name].plan.even), "")
+
+
+def _long_periods(file: Any) -> str:
+    """First mesh, or set, that is not the same in each of its cycles."""
+    found = [name for name, case in file.cases.items() if case.repeats_after > 1]
+    return next(iter(found + [name for name, one in file.model.sets.items() if one.pitches > one.plan.cycle]), "")
+
+
 OF_GEARBOXES = (
     Limit(_always, ("full",), ALL_FE),
     Limit(lambda file: file.model.groups, ("page", "rexs"),
           "gears with one mesh each: run it without, bodies of gears that several meshes bend are solved there"),
     Limit(lambda file: not set(file.cases) - set(file.model.shared), ("design",),
           "meshes of two gears that have no other one: design meshes of sets, and of gears with several, as sets"),
+    Limit(lambda file: file.model.shared, ("dynamics",),
+          lambda file: f"gears in one mesh each, and {min(file.model.shared)} shares some: leave a mesh out"),
+    Limit(_uneven, ("dynamics",),
+          lambda file: f"three or more planets, evenly spaced, on a carrier that turns, where their stiffness is "
+          f"constant as it turns, and those of {_uneven(file)} are not: change its [planets]"),
+    Limit(_long_periods, ("dynamics",),
+          lambda file: f"meshes that repeat with each cycle, and {_long_periods(file)} does not: leave out "
+          "pitch_deviations_um, waves, a topography of each tooth, eccentricities, holes and lugs"),
     Limit(lambda file: file.model.turned, ("page",),
           "loads on one side of the flanks: write a gearbox file for each sense"),
 )  # fmt: skip
@@ -179,7 +203,6 @@ PART_BY_PART: tuple[Capability, ...] = ("rexs",)
 # What no results of a kind have, beside what can be asked elsewhere: what, and why.
 NEVER: Mapping[str, tuple[tuple[str, str], ...]] = {
     "SetFile": (
-        ("motion", "of sets it is not solved"),
         ("contact of the other flanks", "each mesh is driven in one sense"),
         ("equal gears", "finite elements are solved once for each member, and kept beside the results"),
     ),

@@ -27,7 +27,7 @@ from pmor.design.settings import (
     Variable,
 )
 from pmor.design.variables import assembly_at, corners, drawn
-from pmor.dynamics.whine.run import refuse_unsolved, speeds_of
+from pmor.dynamics.whine.run import speeds_of
 from pmor.gear.clearance import refuse_working_geometry
 from pmor.gear.condition import Assembly
 from pmor.gear.modification import AMOUNTS, OVER_WIDTH, UNEVEN, Modification
@@ -170,7 +170,7 @@ def _of_meshes(said: Design, box: GearboxFile, where: str) -> Design:
         if mesh is not None and mesh not in known:
             raise CaseError(f"{where}: {place} = {toml_text(mesh)}: {box.name} has none: {did_you_mean(mesh, known)}")
     if said.moves:
-        refuse_unsolved(box)
+        refuse_beyond(box, "dynamics", f"{where}: gearbox")
         speeds_of(box)
         known = [bearing.name for bearing in box.model.sections.bearings]
         if said.motion.bearing is not None and said.motion.bearing not in known:

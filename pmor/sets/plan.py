@@ -31,6 +31,10 @@ from pmor.sets.supports import ROTATION, gives, standing
 ASSEMBLED_DEG = 4e-4
 # Of the forces of meshes: loads that they do not hold.
 UNBALANCED = 1e-9
+# Planets from which on a housing may be stiffer one way than another, as the carrier turns.
+LEAST_PLANETS = 3
+# Of a space between planets: directions of planets that are as said.
+EVEN = 1e-6
 
 
 @dataclass(frozen=True)
@@ -110,6 +114,16 @@ class SetPlan:
         """Pitches of the first gear after which all meshes stand as before."""
         return math.lcm(*(rate.denominator for rate in self.rates))
 
+    @property
+    def directions(self) -> FloatArray:
+        """Of the planets around the axis, rad."""
+        return np.array([math.atan2(-self.bodies[n].x, self.bodies[n].y) for n in self.planets])
+
+    @property
+    def even(self) -> bool:
+        """Whether planets are three at least, and evenly spaced."""
+        return evenly_spaced(self.directions)
+
     def placed_pitches(self, pitches: int) -> int:
         """Return over how many of the pitches to solve a set is placed: until all meshes stand as before."""
         return pitches if pitches % self.cycle else self.cycle
@@ -119,6 +133,16 @@ class SetPlan:
         return next(
             rate for mesh, rate in zip(self.meshes, self.rates, strict=True) if body in (mesh.pinion, mesh.wheel)
         )
+
+
+def evenly_spaced(directions: FloatArray) -> bool:
+    """Whether planets are three at least, and evenly spaced."""
+    count = len(directions)
+    if count < LEAST_PLANETS:
+        return False
+    steps = count * (directions - directions[0]) / (2.0 * math.pi)
+    places = np.rint(steps)
+    return float(abs(steps - places).max()) < EVEN and len(set(places % count)) == count
 
 
 def set_plan(

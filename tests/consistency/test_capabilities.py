@@ -7,6 +7,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import pmor
@@ -141,6 +142,9 @@ class Machine:
     def plan(self):
         assert pmor.plan(self.file)
 
+    def dynamics(self):
+        """Takes up to minutes: in a test of its own."""
+
 
 # Gears whose flanks a design varies, where it has no pinion.
 ROWS_GEARS = {
@@ -169,6 +173,22 @@ def test_every_cell_of_the_matrix_does_what_it_says(row, tmp_path):
             refused(machine, asked, why)
         else:
             getattr(machine, asked)()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("row", ROWS)
+def test_machines_move_where_the_matrix_says_so(row, tmp_path):
+    """All of it is found, and it is motion."""
+    file = pmor.load(written_row(row, tmp_path))
+    if why := why_not(file, "dynamics"):
+        with pytest.raises(pmor.PmorError) as refusal:
+            pmor.run_dynamics(file)
+        assert type(file).__name__ == "SetFile" or why in str(refusal.value)
+        return
+    moved = pmor.run_dynamics(file, tmp_path / "out")
+    assert moved.failures == ()
+    frame = np.genfromtxt(tmp_path / "out" / "response.csv", delimiter=",", names=True)
+    assert max(np.nanmax(frame[key]) for key in frame.dtype.names if "rms" in key) > 0.0
 
 
 def test_the_page_of_the_manual_is_made_from_the_table():

@@ -44,6 +44,7 @@ SPLIT = "\n".join(
 )
 
 
+MOTION = "[dynamics]\nspeed_range_rpm = [800.0, 1000.0]\nspeeds = 3\nharmonics = 1\n"
 WITHIN = {"profile_slope_um": 3.0, "samples": 8}
 
 
@@ -52,6 +53,7 @@ def _pair(mesh=PLANE, torque=100.0, **more):
         "contact": {"scheme": "line", "lodm_profile": 2}, "reduction": None, "offline": None, "mesh": mesh,
         "load": {"torque_Nm": torque, "speed_rpm": 1000.0}, "online": {"angles_per_pitch": 4, "torques_Nm": [torque]},
         "compare": {"angles": 2, "torques_Nm": [torque]}, "results": {"maps": True, "harris_torques_Nm": [torque]},
+        "dynamics": {"mesh_frequency_ratio": [0.4, 0.5], "damping_ratio": 0.1, "run_cycles": 300},
     }  # fmt: skip
     return case_text(**{**sections, "tolerances": WITHIN, **more}) + DUTY
 
@@ -75,11 +77,12 @@ ROWS = {
     "body by a mesh": _pair(WIDE, **{"pinion.blank": {"mesh": "body.inp"}}),
     "ring at lugs": _pair(WIDE, pinion={"teeth": 20}, wheel=RING | LUGS),
     "supports": EVEN + "[supports]\nsun_radial_N_per_mm = 2e5\nplanet_radial_N_per_mm = 5e5\n",
-    "shafts and bearings": SMALL.replace('name = "drive"\n', 'name = "drive"\nspeed_rpm = 1000.0\nhours = 10.0\n'),
+    "shafts and bearings": SMALL.replace('name = "drive"\n', 'name = "drive"\nspeed_rpm = 1000.0\nhours = 10.0\n')
+    + MOTION,
     "planetary set": COARSE + "[tolerances]\npins_tangential_um = 5.0\nsamples = 8\n",
     "stepped planets": STEPPED,
     "power split": SPLIT + "[tolerances]\ntiming_mrad = 0.05\nsamples = 8\n",
-    "set in a gearbox": one_stage(),
+    "set in a gearbox": one_stage() + MOTION,
 }
 
 

@@ -19,13 +19,10 @@ import numpy as np
 from scipy.linalg import null_space
 
 from pmor.core.arrays import ComplexArray, FloatArray
+from pmor.sets.plan import LEAST_PLANETS, evenly_spaced
 
-# Planets from which on a housing may be stiffer one way than another.
-LEAST_PLANETS = 3
 # Families of modes: what is alike in all planets, goes as cos and sin, and the rest.
 FAMILIES = ("rotational", "translational", "planet")
-# Of a turn: directions of planets that are as said.
-EVEN = 1e-6
 # Orders of the carrier's turn at which a line of the meshes arrives in the housing.
 SIDEBANDS = (-1, 0, 1)
 
@@ -50,10 +47,7 @@ class Blades:
     @property
     def even(self) -> bool:
         """Whether planets are enough and evenly spaced: (1) has constants."""
-        steps = self.count * (self.directions - self.directions[0]) / (2.0 * math.pi)
-        places = sorted(np.rint(steps).astype(int) % self.count)
-        apart = float(np.abs(steps - np.rint(steps)).max())
-        return self.count >= LEAST_PLANETS and apart < EVEN and places == list(range(self.count))
+        return evenly_spaced(self.directions)
 
     @cached_property
     def matrix(self) -> FloatArray:

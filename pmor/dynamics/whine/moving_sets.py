@@ -17,7 +17,7 @@ import numpy as np
 from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
-from pmor.dynamics.whine.blades import LEAST_PLANETS, Blades
+from pmor.dynamics.whine.blades import Blades
 from pmor.dynamics.whine.moving import MovingMachine
 from pmor.dynamics.whine.planets import CENTRAL, HUBS, MovingSet, PlanetCoordinates, planet_matrices, uneven
 from pmor.line.hub_law import train_coordinates
@@ -66,7 +66,7 @@ def with_sets(machine: MovingMachine, model: GearboxModel, sets: Sequence[Solved
     Raises
     ------
     CaseError
-        As of `refuse_unsolved_set`, and where planets stand unlike in a carrier that turns.
+        Where planets stand unlike in a carrier that turns.
     """
     for meshing, one in zip(machine.gearbox.sets, sets, strict=True):  # its shafts have further nodes
         sun = meshing.settings.members.get("sun")
@@ -100,33 +100,11 @@ def machine_of_set(file: SetFile, train: GearTrain) -> MovingMachine:
     return _joined(machine, file.name, file, train, hubs, speeds)
 
 
-def blades_of(file: SetFile) -> Blades:
-    """Return the planets of a set around its carrier."""
-    plan = file.plan
-    return Blades(np.array([math.atan2(-plan.bodies[n].x, plan.bodies[n].y) for n in plan.planets]))
-
-
-def refuse_unsolved_set(name: str, file: SetFile, turns: bool) -> None:
-    """Refuse sets whose motion is not found, on a carrier that `turns` or not: CaseError."""
-    blades = blades_of(file)
-    if turns and not blades.even:
-        raise CaseError(
-            f'set "{name}": [planets]: on a carrier that turns {blades.count} planets move as a machine of constant '
-            f"stiffness where they are {LEAST_PLANETS} at least and evenly spaced: take such planets"
-        )
-    if file.pitches > file.plan.cycle:
-        raise CaseError(
-            f'set "{name}": motion takes sets that repeat with each mesh cycle: leave out eccentricities, '
-            "pitch_deviations_um, waves, a topography of each tooth, holes and lugs"
-        )
-
-
 def _joined(
     machine: MovingMachine, name: str, file: SetFile, train: GearTrain, hubs: _Hubs, speeds: Mapping[str, float]
 ) -> MovingMachine:
     """A machine with one more set; speeds are those of its members in the plan, over the machine's."""
-    plan, carrier, blades = file.plan, speeds.get("carrier", 0.0), blades_of(file)
-    refuse_unsolved_set(name, file, carrier != 0.0)
+    plan, carrier, blades = file.plan, speeds.get("carrier", 0.0), Blades(file.plan.directions)
     own = [body for body, member in enumerate(CENTRAL_MEMBERS) if hubs.places[member] is None]
     carried = hubs.carried.copy()
     for body in own:

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
+from pmor.case.capability import refuse_beyond
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, ConvergenceError
 from pmor.core.progress import quietly, stage
 from pmor.core.threads import in_order, one_thread
-from pmor.dynamics.whine.moving_sets import refuse_unsolved_set
 from pmor.dynamics.whine.output import FILES
 from pmor.dynamics.whine.response import LoadResponse, respond
 from pmor.dynamics.whine.result import MotionResult
@@ -52,7 +52,7 @@ def run(
     OutputError
     """
     speeds, step = speeds_of(settings), progress or quietly
-    refuse_unsolved(settings)
+    refuse_beyond(settings, "dynamics")
     with nullcontext() if folder is None else results_folder(Path(folder), FILES, (), overwrite, settings.inputs):
         kept = kept_beside(None if folder is None else Path(folder), overwrite)
         trained, trains = meshes_and_trains(settings, kept)
@@ -81,18 +81,3 @@ def speeds_of(file: GearboxFile) -> FloatArray:
         )
     low, high = motion.speed_range_rpm or (USUAL_RANGE[0] * largest, USUAL_RANGE[1] * largest)
     return np.linspace(low, high, motion.speeds)
-
-
-def refuse_unsolved(file: GearboxFile) -> None:
-    """Refuse machines whose motion is not found yet: gears in several meshes of pairs, periods of several pitches."""
-    model = file.model
-    for planetary in model.sections.sets:
-        refuse_unsolved_set(planetary.name, model.sets[planetary.name], "carrier" in planetary.members)
-    for name in sorted(model.shared):
-        raise CaseError(f'{file.name}: [[meshes]] "{name}": motion takes gears in one mesh each: leave a mesh out')
-    for name, case in file.cases.items():
-        if case.repeats_after > 1:
-            raise CaseError(
-                f'{file.name}: [[meshes]] "{name}": motion takes meshes that repeat with each pitch: leave out '
-                "pitch_deviations_um, waves, a topography of each tooth, holes and lugs"
-            )
