@@ -192,7 +192,7 @@ OF_GEARBOXES = (
           lambda file: f"three or more planets, evenly spaced, on a carrier that turns, where their stiffness is "
           f"constant as it turns, and those of {_uneven(file)} are not: change its [planets]"),
     Limit(_long_periods, ("dynamics",),
-          lambda file: f"meshes that repeat with each cycle, and {_long_periods(file)} does not: leave out "
+          lambda file: f"meshes that repeat with each mesh cycle, and {_long_periods(file)} does not: leave out "
           "pitch_deviations_um, waves, a topography of each tooth, eccentricities, holes and lugs"),
     Limit(lambda file: file.model.turned, ("page",),
           "loads on one side of the flanks: write a gearbox file for each sense"),

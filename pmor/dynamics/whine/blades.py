@@ -11,7 +11,6 @@ and evenly spaced, three at least, whatever central members stand on.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
