@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import pmor
@@ -187,8 +187,8 @@ def test_machines_move_where_the_matrix_says_so(row, tmp_path):
         return
     moved = pmor.run_dynamics(file, tmp_path / "out")
     assert moved.failures == ()
-    frame = np.genfromtxt(tmp_path / "out" / "response.csv", delimiter=",", names=True)
-    assert max(np.nanmax(frame[key]) for key in frame.dtype.names if "rms" in key) > 0.0
+    rows = list(csv.DictReader((tmp_path / "out" / "response.csv").read_text().splitlines()))
+    assert max(float(row[key]) for row in rows for key in row if "rms" in key and row[key]) > 0.0
 
 
 def test_the_page_of_the_manual_is_made_from_the_table():
