@@ -82,12 +82,12 @@ def drawing(
     twist: bool = False,
 ) -> Drawing:  # fmt: skip
     """Return how bodies look to the viewer that move so far, mm and rad, drawn `factor` times as large."""
-    camera = _camera(model)
-    faces = [_faces(body, moved, factor, camera, twist) for body in found]
+    seen = camera(model)
+    faces = [_faces(body, moved, factor, seen, twist) for body in found]
     bearing = np.repeat([body.kind == "bearing" for body in found], [len(one.light) for one in faces])
-    shafts = [_shaft_axes(gearbox, moved, model, exaggerated, camera) for exaggerated in (factor, 0.0)]
+    shafts = [_shaft_axes(gearbox, moved, model, exaggerated, seen) for exaggerated in (factor, 0.0)]
     every = _Faces(*(np.concatenate(values) for values in zip(*faces, strict=True)))
-    return Drawing(every, bearing, camera, (shafts[0], shafts[1]))
+    return Drawing(every, bearing, seen, (shafts[0], shafts[1]))
 
 
 def colour_scale(levels: FloatArray) -> ScalarMappable:
@@ -119,8 +119,8 @@ def draw(axes: Axes, drawn: Drawing, scale: ScalarMappable, per_mm: float) -> No
     axes.axis("off")
 
 
-def _camera(model: GearboxModel) -> FloatArray:
-    """Rows: to the right, upwards, and towards the viewer, who sees the shafts side by side."""
+def camera(model: GearboxModel) -> FloatArray:
+    """Return rows: to the right, upwards, and towards the viewer, who sees the shafts side by side."""
     places = np.array([shaft.at_mm for shaft in model.sections.shafts])
     spread = np.ptp(places, axis=0)
     up = np.array([0.0, 1.0, 0.0] if spread[0] > spread[1] else [0.0, 0.0, 1.0])

@@ -26,6 +26,7 @@ import numpy as np
 from pmor.case import Case
 from pmor.core.threads import linear_algebra_threads
 from pmor.core.version import __version__
+from pmor.report.live.motion import MotionSection
 from pmor.report.live.section import LiveSection
 from pmor.report.style import data_uri, picture_bytes
 from pmor.report.table import Table, format_cell
@@ -94,14 +95,14 @@ def themed(*parts: Mapping[str, Sequence[Any]]) -> list[Any]:
     return [shown for theme, blocks in by_theme(*parts).items() for shown in (Heading(theme), *blocks)]
 
 
-def write_page(path: Path, title: str, blocks: Iterable[Block | LiveSection | Designs]) -> None:
+def write_page(path: Path, title: str, blocks: Iterable[Block | LiveSection | MotionSection | Designs]) -> None:
     """Write a page; the target is replaced only when it is complete; OutputError where it cannot be."""
     page = page_html(title, blocks)
     with atomic_path(path) as temporary:
         temporary.write_text(page, encoding="utf-8")
 
 
-def page_html(title: str, blocks: Iterable[Block | LiveSection | Designs]) -> str:
+def page_html(title: str, blocks: Iterable[Block | LiveSection | MotionSection | Designs]) -> str:
     """Return a page as text. Tables without rows are left out with their titles.
 
     Its policy of content security lets no script run but its own, told by their hashes, and nothing be fetched.

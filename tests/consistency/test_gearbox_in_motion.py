@@ -1,5 +1,6 @@
 """A gearbox in motion, from its file to its results: consistent with equilibrium, with itself, and with its parts."""
 
+import json
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -7,28 +8,37 @@ from tempfile import TemporaryDirectory
 import h5py
 import numpy as np
 import pytest
+import quickjs
 from numpy.testing import assert_allclose
 from scipy.linalg import eigh
 
 import pmor
 from pmor.dynamics.whine import readings
 from pmor.dynamics.whine.gradient import Target, changes, cycle_with
+from pmor.dynamics.whine.live import motion_section
 from pmor.dynamics.whine.modal import closed
 from pmor.dynamics.whine.moving import bearing_rows
 from pmor.dynamics.whine.orders import spinning_Hz
-from pmor.dynamics.whine.pictures import CYCLE_STEPS
+from pmor.dynamics.whine.output import loudest
+from pmor.dynamics.whine.pictures import CYCLE_STEPS, moving_bodies
 from pmor.dynamics.whine.quiet import QuietMesh
-from pmor.dynamics.whine.readings import bearing_rms, force_lines, mesh_rms, peak_rows
+from pmor.dynamics.whine.readings import bearing_names, bearing_rms, force_lines, mesh_rms, peak_rows, shown_modes
 from pmor.dynamics.whine.response import RPM
 from pmor.dynamics.whine.run import run
 from pmor.gear.condition import Assembly
 from pmor.gear.modification import Modification
 from pmor.machine.loader import load
+from pmor.machine.view import COARSE
+from pmor.report.page import page_html
+from tests.support.chromium import browser
 from tests.support.gearboxes import SMALL, written
+from tests.support.page_solver import TEMPLATES, unpacked
 
 ROUNDING = 1e-8
 # What modes up to twice the highest frequency leave of lines below it.
 CUT = 5e-3
+# On the live page: of the largest force of a reading; of a mode's largest displacement.
+FORCES, SHAPES = 1e-6, 2e-4
 MOTION = """
 [dynamics]
 speed_range_rpm = [200.0, 6000.0]
@@ -318,3 +328,87 @@ def test_a_mesh_passes_backwards_where_its_pinion_turns_against_its_torque(torqu
     text = SMALL.replace('name = "drive"', f'name = "drive"\nspeed_rpm = {speed}').replace("60.0 }", f"{torque} }}")
     response = moving(with_motion(text)).loads[0]
     assert response.machine.backwards(0) == (torque * speed < 0.0)
+
+
+@cache
+def live_section():
+    result = moving()
+    return motion_section(result.file.model, result.loads, loudest(result.loads), shown_modes(result.data))
+
+
+class Page:
+    """The section's script with its data, in an engine without a browser."""
+
+    def __init__(self):
+        self._engine, data = quickjs.Context(), live_section().data
+        for script in ("numbers.js", "motion/motion.js"):
+            self._engine.eval((TEMPLATES / script).read_text(encoding="utf-8"))
+        self._engine.eval(f"const DATA = {json.dumps(data)};")
+        for number, one in enumerate(data["by_load"]):
+            self._engine.eval(f"""DATA.by_load[{number}].values =
+                unpackForces(DATA.by_load[{number}], {unpacked(one["forces"]).tolist()}, DATA.speeds.length);""")
+        moves = (data["modes"]["step"] * unpacked(data["modes"]["packed"])).tolist()
+        self._engine.eval(f"DATA.modes.moves = {json.dumps(moves)};")
+
+    def value(self, expression):
+        return json.loads(self._engine.eval(f"JSON.stringify({expression})"))
+
+
+def test_forces_of_the_page_are_those_of_the_run():
+    """Each line, and all together, at each speed, of bearings and meshes."""
+    page, response = Page(), moving().loads[0]
+    totals = np.concatenate([bearing_rms(response), mesh_rms(response)], axis=1)
+    bearings = len(bearing_names(response))
+    lines = np.concatenate([force_lines(response, one, one.lines) for one in response.sources], axis=1)
+    frequencies = np.concatenate([one.frequency_Hz(response.speeds_rpm) for one in response.sources], axis=1)
+    for reading in range(totals.shape[1]):
+        over_speed = page.value(f"[...totalsOf(DATA, DATA.by_load[0], {reading})]")
+        # Lines are rounded one by one.
+        assert_allclose(over_speed, totals[:, reading], atol=lines.shape[1] * FORCES * totals[:, reading].max())
+        for place in (3, 40):
+            found = page.value(f"motionAt(DATA, DATA.by_load[0], {reading}, {place})")
+            assert_allclose([one["frequency"] for one in found["lines"]], frequencies[place])
+            if reading < bearings:
+                own = lines[..., reading]
+                assert_allclose([one["force"] for one in found["lines"]], own[place], atol=FORCES * own.max())
+
+
+def test_a_mode_of_the_page_moves_as_the_machine():
+    """Ends of a shaft, seen by the page's camera, over a common factor."""
+    page, result = Page(), moving()
+    response, modes = result.loads[0], live_section().data["modes"]
+    found, by = moving_bodies(result.file.model, response.machine, COARSE)
+    rigid = int((response.modes.square == 0.0).sum())
+    line = modes["lines"][0]
+    assert line["kind"] == found[0].kind == "shaft"
+    ends, seen = [line["first"], line["first"] + line["count"] - 1], np.array([modes["across"], modes["up"]])
+    for mode in (0, 3):
+        still, moved = (np.array(page.value(f"shapeAt(DATA.modes, {mode}, {cosine})"))[ends] for cosine in (0.0, 1.0))
+        own = (by @ response.modes.shape[:, rigid + mode])[found[0].node[:, None] + np.arange(3)]
+        first, last = own[found[0].node.argmin()] @ seen.T, own[found[0].node.argmax()] @ seen.T
+        shown = moved - still
+        factor = (shown * [first, last]).sum() / (np.array([first, last]) ** 2).sum()
+        assert_allclose(shown, factor * np.array([first, last]), atol=SHAPES * modes["reach"])
+
+
+@pytest.mark.slow
+def test_a_reader_goes_through_speeds_and_modes(tmp_path):
+    path = tmp_path / "report.html"
+    path.write_text(page_html("Motion", [live_section()]), encoding="utf-8")
+    result, response = "document.getElementById('motion').result", moving().loads[0]
+    with browser() as page:
+        page.open(path)
+        page.wait_for(f"!!{result}")
+        first = page.evaluate(result)
+        assert first["total"] == pytest.approx(bearing_rms(response)[:, 0].max(), rel=1e-5)
+        page.evaluate("document.getElementById('motion-peak').click()")
+        assert page.evaluate(result)["place"] != first["place"]
+        page.evaluate("""(input => { input.value = 3000; input.dispatchEvent(new Event("change")); })(
+            document.getElementById("motion-rpm"))""")
+        place = page.evaluate(result)["place"]
+        assert place == int(abs(response.speeds_rpm - 3000.0).argmin())
+        before = page.evaluate("document.querySelector('#motion-shape .shaft').getAttribute('d')")
+        page.evaluate("document.getElementById('motion-play').click()")
+        page.wait_for(f"document.querySelector('#motion-shape .shaft').getAttribute('d') !== {json.dumps(before)}")
+        page.fit_a_phone()
+        assert page.named("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded") == []

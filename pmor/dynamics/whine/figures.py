@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 SPEED = "Speed of the first torque's shaft [rpm]"
 # Decades below the largest that a waterfall shows.
 DECADES = 3.0
+# Highest over lowest line of a waterfall from which on frequencies are logarithmic: slow shafts are seen too.
+SPREAD = 100.0
 # Of a mode's strain energy: a mesh that moves so little is not marked in the Campbell diagram.
 MARKED = 0.01
 # Orders of shafts' turns, speeds at which natural frequencies are found, and over the highest shown those among which
@@ -197,7 +199,12 @@ def waterfall_figure(response: LoadResponse, highest_Hz: float) -> Figure:
                 shown = axes.scatter(np.broadcast_to(speeds[:, None], size.shape), frequency, c=size, norm=norm,
                                      cmap="viridis", s=9.0, linewidths=0.0, rasterized=True)  # fmt: skip
             axes.set(title=name, ylabel="Frequency [kHz]")
-        panels[0].set_ylim(0.0, 1e-3 * min(highest_Hz, max(m.frequency_Hz(speeds)[-1, -1] for m in response.passing)))
+        tops = [source.frequency_Hz(speeds)[-1] for source in response.passing]
+        top, lowest = min(highest_Hz, max(float(one.max()) for one in tops)), min(float(one.min()) for one in tops)
+        if top > SPREAD * lowest:
+            panels[0].set(yscale="log", ylim=(1e-4 * lowest, 1e-3 * top))
+        else:
+            panels[0].set_ylim(0.0, 1e-3 * top)
         _finish(figure, panels, len(names))
         figure.colorbar(shown, ax=panels[: len(names)], format="%g", label="Line of the bearing force, rms [N]")
     return figure

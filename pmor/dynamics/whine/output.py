@@ -18,6 +18,7 @@ from pmor.dynamics.whine.figures import (
     waterfall_figure,
 )
 from pmor.dynamics.whine.gradient import Target, changes
+from pmor.dynamics.whine.live import motion_section
 from pmor.dynamics.whine.pictures import drawn_modes, modes_figure
 from pmor.dynamics.whine.readings import (
     bearing_names,
@@ -29,6 +30,7 @@ from pmor.dynamics.whine.readings import (
     mesh_rms,
     mode_rows,
     peak_rows,
+    shown_modes,
     swing,
 )
 from pmor.dynamics.whine.response import LoadResponse, Source
@@ -196,7 +198,11 @@ def motion_arrays(response: LoadResponse) -> dict[str, np.ndarray]:
 
 def whine_report(file: GearboxFile, responses: Sequence[LoadResponse], data: Data) -> Report:
     """Return numbers and page; `data` as `whine_data` gives them."""
-    return Report("dynamics", data, f"In motion: {file.model.sections.title}", _blocks(file, data, responses))
+    title, blocks, live = f"In motion: {file.model.sections.title}", _blocks(file, data, responses), list[Any]()
+    if responses:
+        section = motion_section(file.model, responses, loudest(responses), shown_modes(data))
+        live = [Heading("Through the speeds"), section]
+    return Report("dynamics", data, title, blocks, page_only=live)
 
 
 def whine_text(data: Data) -> str:
@@ -370,8 +376,7 @@ def _family(name: str) -> Callable[[Data], str]:
 
 
 def _modes(data: Data, names: Sequence[str]) -> Table:
-    load = main_load(data)
-    rows = [mode for mode in load["modes"] if mode["natural_frequency_Hz"] <= data["highest_frequency_Hz"]]
+    load, rows = main_load(data), shown_modes(data)
 
     def strain(number: int) -> Callable[[Data], float]:
         return lambda row: 100.0 * float(row["mesh_strain_energy_share"][number])

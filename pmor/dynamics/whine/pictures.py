@@ -13,7 +13,7 @@ import numpy as np
 from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.dynamics.whine.moving import MovingMachine
-from pmor.dynamics.whine.readings import Data, main_load
+from pmor.dynamics.whine.readings import Data, main_load, shown_modes
 from pmor.dynamics.whine.response import LoadResponse
 from pmor.machine.bodies import Body, Detail, bodies
 from pmor.machine.figures import exaggeration
@@ -70,9 +70,8 @@ def drawn_modes(data: Data) -> list[int]:
     data : dict
         As of `pmor.dynamics.whine.output.whine_data`; the load is the one with the largest bearing force.
     """
-    load, highest = main_load(data), data["highest_frequency_Hz"]
-    told = {mode["mode"]: mode for mode in load["modes"] if mode["natural_frequency_Hz"] <= highest}
-    peaks = sorted(load["peaks"], key=lambda peak: -float(peak["force_rms_N"]))
+    told = {mode["mode"]: mode for mode in shown_modes(data)}
+    peaks = sorted(main_load(data)["peaks"], key=lambda peak: -float(peak["force_rms_N"]))
     strained = sorted(told, key=lambda number: -sum(told[number]["mesh_strain_energy_share"]))
     wanted = dict.fromkeys([peak["mode"] for peak in peaks] + strained)
     return sorted([number for number in wanted if number in told][:MOST_DRAWN])
@@ -81,7 +80,7 @@ def drawn_modes(data: Data) -> list[int]:
 def modes_figure(model: GearboxModel, response: LoadResponse, numbers: Sequence[int]) -> Figure:
     """Natural modes of a loaded gearbox by their numbers, a panel each, coloured by the share of the largest motion."""
     found, by = moving_bodies(model, response.machine, COARSE)
-    own = _places(response, numbers)
+    own = places_of(response, numbers)
     drawings = [_drawn(model, response, found, moved) for moved in (by @ response.modes.shape[:, own]).T]
     frequency = response.modes.frequency_Hz[own]
     rows, columns = math.ceil(len(numbers) / COLUMNS), min(COLUMNS, len(numbers))
@@ -99,8 +98,8 @@ def modes_figure(model: GearboxModel, response: LoadResponse, numbers: Sequence[
     return figure
 
 
-def _places(response: LoadResponse, numbers: Sequence[int]) -> IntArray:
-    """Places of modes by their numbers, behind rotations that nothing holds."""
+def places_of(response: LoadResponse, numbers: Sequence[int]) -> IntArray:
+    """Return the places of modes by their numbers, behind rotations that nothing holds."""
     return np.array(numbers, dtype=int) + int((response.modes.square == 0.0).sum()) - 1
 
 
@@ -116,7 +115,7 @@ def write_modes(model: GearboxModel, response: LoadResponse, numbers: Sequence[i
     Time is the number of the mode and the share of its cycle; the largest displacement of each is 1 mm. Frequencies,
     Hz, are an attribute of the file.
     """
-    own = _places(response, numbers)
+    own = places_of(response, numbers)
     found, by = moving_bodies(model, response.machine, MOVING)
     moved = by @ response.modes.shape[:, own]
     size = np.zeros(len(own))

@@ -33,6 +33,11 @@ def main_load(data: Data) -> Data:
     return next(load for load in data["loads"] if "micrometres" in load)
 
 
+def shown_modes(data: Data) -> list[Data]:
+    """Return what is told of its modes up to the highest frequency."""
+    return [mode for mode in main_load(data)["modes"] if mode["natural_frequency_Hz"] <= data["highest_frequency_Hz"]]
+
+
 def line_name(harmonic: float, sideband: int) -> str:
     """Return the name of a line: its harmonic, and on which side of it a set's line is in the housing."""
     return f"{harmonic:.4g}{('', '+', '-')[sideband]}"
