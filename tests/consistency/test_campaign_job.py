@@ -319,6 +319,7 @@ def test_chunks_of_another_campaign_or_another_hand_are_solved_again(folder, fau
     assert set(statuses(folder / "out")) == {"ok", "infeasible"}
 
 
+@pytest.mark.slow
 def test_a_design_that_stands_in_the_table_twice_is_solved_once(folder, faulty, capsys):
     widths = [15.0, 16.0, 15.0, 17.0, 16.0, 15.0, 18.0]
     (folder / "designs.csv").write_text("\n".join(["pair.face_width_mm", *map(str, widths)]))
@@ -437,6 +438,7 @@ def test_an_interruption_leaves_no_process_behind(folder, faulty, processes, req
     assert [process.poll() for process in processes] == [-signal.SIGKILL] * 2
 
 
+@pytest.mark.slow
 def test_the_end_of_a_campaign_ends_no_process_of_another_one(folder, faulty, processes):
     with supervise_module.LocalProcesses(1) as going_on:
         assert pmor.campaign("campaign.toml", "first", executor=going_on).count("ok") == 16

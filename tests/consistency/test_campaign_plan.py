@@ -44,6 +44,7 @@ def test_a_plan_counts_designs_and_says_by_which_relation_they_cannot_be_made(pa
     assert sorted(file.name for file in path.parent.iterdir()) == ["base.toml", "many.toml"]
 
 
+@pytest.mark.slow
 def test_a_plan_judges_as_the_campaign_does(tmp_path):
     """A third or so of the designs are infeasible by their geometry."""
     from pmor.campaigns.plan import why_not

@@ -48,6 +48,7 @@ def test_meshes_that_take_too_long_are_left_out_and_named(case, tmp_path, monkey
     assert not (tmp_path / "convergence.png").exists()
 
 
+@pytest.mark.slow
 def test_a_mesh_that_does_not_converge_is_named_and_leaves_the_others(tmp_path, undrawn, monkeypatch, capsys):
     genuine = run._solve
 
@@ -86,6 +87,7 @@ def test_positions_without_equilibrium_are_no_mean(case, monkeypatch):
         run._solve(change_case(case, mesh={"error_bar": False}))
 
 
+@pytest.mark.slow
 def test_a_ladder_without_a_limit_has_no_picture(case, tmp_path):
     run.run(case, profile_elements=LADDER[:2]).write(tmp_path)
     assert (tmp_path / "convergence.json").exists()

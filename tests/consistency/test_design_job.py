@@ -82,6 +82,7 @@ def test_what_is_chosen_is_worth_on_3200_angles_what_is_told_of_it(found):
     assert min(few) < 0.98
 
 
+@pytest.mark.slow
 def test_no_variant_is_better_on_fine_angles_than_the_best(found):
     judge = found.judge.on_angles(int(found.angles.max()))
     order = np.argsort(np.where(found.kept, found.searched, np.inf))

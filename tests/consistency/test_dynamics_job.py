@@ -99,6 +99,7 @@ def test_finished_torques_are_taken_over(tmp_path, model, monkeypatch):
     assert run.run(case, reduced=model.reduced, folder=tmp_path).data == first.data
 
 
+@pytest.mark.slow
 def test_an_interrupted_torque_goes_on_where_it_stopped(tmp_path, model, monkeypatch):
     case = replace(model.case, dynamics=replace(model.case.dynamics, damping_ratio=0.1, torques_Nm=(80.0,)))
     solved = []

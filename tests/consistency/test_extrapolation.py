@@ -109,7 +109,9 @@ def error_and_bar(basis, model, condition):
 
 
 @pytest.mark.jit
-@pytest.mark.parametrize("shapes", ["flank_lines", "positions", "pod"])
+@pytest.mark.parametrize(
+    "shapes", ["flank_lines", *(pytest.param(one, marks=pytest.mark.slow) for one in ("positions", "pod"))]
+)
 def test_the_error_bar_at_twice_the_trained_torque_tells_the_error(shapes, tmp_path):
     """Measured: 1 to 6 times as long as the error. The roll positions of a grid end where the trained torques end.
 

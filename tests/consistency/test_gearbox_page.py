@@ -144,6 +144,7 @@ def test_meshes_beside_a_set_and_the_set_are_those_of_the_program(tmp_path):
     assert 'id="live2-numbers"' in html
 
 
+@pytest.mark.slow
 def test_rolling_bearings_are_exact_at_the_load_that_was_solved(tmp_path):
     small = solved(tmp_path, SMALL)
     assert [bearing["rolling"] for bearing in small.section.data["machine"]["bearings"]] == [False, False, True, True]

@@ -165,7 +165,7 @@ def greedy_whole(greedy, tmp_path_factory):
 
 
 @pytest.mark.jit
-@pytest.mark.parametrize("solved", [2, 4, 6])
+@pytest.mark.parametrize("solved", [*(pytest.param(solved, marks=pytest.mark.slow) for solved in (2, 6)), 4])
 def test_an_interrupted_greedy_run_goes_on_to_the_same_basis(solved, greedy, greedy_whole, tmp_path, monkeypatch):
     """Interrupted among the angles that it begins with, between them and the search, and within the search."""
     path, parts = tmp_path / "basis.h5", tmp_path / "basis.h5.parts"

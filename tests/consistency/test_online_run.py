@@ -170,6 +170,7 @@ def test_a_torque_at_which_nothing_converges_gives_nulls_not_numbers(compared, t
     assert "did not converge" in (tmp_path / "report.html").read_text()
 
 
+@pytest.mark.slow
 def test_full_fe_that_fails_leaves_gaps_in_the_comparison(compared, tmp_path):
     gap = with_full_failures(compared, (0, 1))
     error = compared.comparison.relative_error

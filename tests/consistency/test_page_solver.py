@@ -75,6 +75,7 @@ def test_the_solver_without_a_browser_solves_what_python_solves(spur, count):
     compare_solver(*spur, count)
 
 
+@pytest.mark.slow
 def test_the_page_names_positions_that_overload_a_section_where_python_does(spur):
     result, pair = spur
     section = live_section(*spur)

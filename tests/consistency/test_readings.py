@@ -127,6 +127,7 @@ def test_harris_table_begins_with_the_rigid_flanks(run, tmp_path):
     assert_allclose(sweep.ste_um[2], run.sweep.ste_um[1], rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_harris_map_and_light_pattern_see_all_teeth_that_the_sweep_sees(tmp_path):
     """With pitch deviations the first pitch shows a part of the peak-to-peak alone: a turn is the default."""
     online = {"torques_Nm": TORQUES, "angles_per_pitch": 6}

@@ -31,6 +31,7 @@ def first(tmp_path_factory):
         return pmor.run_case(pmor.make_case(**PAIR), folder, asked=look), seen
 
 
+@pytest.mark.slow
 def test_what_was_asked_for_is_written_before_the_proof_and_the_page(first):
     found, seen = first
     assert {"ste.csv", "stress.csv", "harris.csv", "results.h5", "summary.json"} <= seen["files"]
@@ -50,8 +51,9 @@ def test_the_screen_tells_each_line_once(first):
     assert sorted(map(str.split, told)) == sorted(map(str.split, result_text(found.found).splitlines()))
 
 
-@pytest.mark.parametrize("change", [{"torque_Nm": 80.0}, {"pinion.modification": {"tip_relief_um": 10.0,
-                         "tip_relief_start_roll_deg": 25.0}}])  # fmt: skip
+@pytest.mark.parametrize("change", [pytest.param({"torque_Nm": 80.0}, marks=pytest.mark.slow), {
+    "pinion.modification": {"tip_relief_um": 10.0, "tip_relief_start_roll_deg": 25.0}
+}])  # fmt: skip
 def test_another_torque_or_modification_takes_no_finite_elements(change, first, undrawn, monkeypatch):
     folder, page = first[0].folder, (first[0].folder / "report.html").read_text()
     assert read_basis(folder / "basis.h5").whole is not None

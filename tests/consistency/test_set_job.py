@@ -146,6 +146,7 @@ def test_files_of_a_set_that_are_no_basis_are_refused_with_what_to_take(argument
     assert words in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_tooth_pairs_of_a_results_file_go_on_from_pitch_to_pitch(job, undrawn, tmp_path):
     """Pinions turn uniformly: each pair stays one pitch before the next one."""
     folder = shutil.copytree(job[1], tmp_path / "out")
@@ -169,6 +170,7 @@ def counted(monkeypatch):
     return sectors
 
 
+@pytest.mark.slow
 def test_another_torque_support_pin_error_or_modification_takes_no_finite_elements(job, counted, undrawn, tmp_path):
     folder = shutil.copytree(job[1], tmp_path / "out")
     shutil.copytree(job[1].parent / "compliances", tmp_path / "compliances")
@@ -182,6 +184,7 @@ def test_another_torque_support_pin_error_or_modification_takes_no_finite_elemen
     assert json.dumps(again.data) == json.dumps(anew.data)
 
 
+@pytest.mark.slow
 def test_another_body_and_a_damaged_file_are_solved_anew_and_no_other(job, counted, undrawn, tmp_path):
     folder = shutil.copytree(job[1], tmp_path / "out")
     store = shutil.copytree(job[1].parent / "compliances", tmp_path / "compliances")

@@ -158,6 +158,7 @@ PICKED = (
 )  # fmt: skip
 DEAR = (
     "helix angle 60 deg", "crowning of 0.5 mm both ways, helical", "faces that share 0.1 of their width, helical",
+    "relief and crowning, helical, direct",
 )  # fmt: skip
 
 
@@ -220,6 +221,7 @@ def test_everything_is_there_and_holds(case_path, capsys):
     assert "14 variants: 12 ok, 2 explained limits, 0 failed" in text
 
 
+@pytest.mark.slow
 @pytest.mark.jit
 def test_a_variant_that_crashes_is_named_and_stops_nothing(case_path, capsys, monkeypatch):
     genuine = pmor.lab.stability.measure.solve_variant

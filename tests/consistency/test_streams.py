@@ -55,6 +55,7 @@ def test_a_reader_that_leaves_does_not_stop_the_work(pipe, monkeypatch):
     assert done == [True]
 
 
+@pytest.mark.slow
 def test_plan_into_head_leaves_no_traceback():
     done = shell("pmor plan cases/small_spur.toml | head -1; exit ${PIPESTATUS[0]}")
     assert (done.returncode, done.stderr) == (0, "")

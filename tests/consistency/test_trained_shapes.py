@@ -54,7 +54,9 @@ def assert_training_is_reproduced(reduced, rtol):
     return sweep
 
 
-@pytest.mark.parametrize("name", ["positions", "positions, whole width", "cubic positions"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("positions", marks=pytest.mark.slow), "positions, whole width", "cubic positions"]
+)
 def test_training_positions_are_reproduced(name, reduced_by):
     assert_training_is_reproduced(reduced_by(name), TRAINED)
 

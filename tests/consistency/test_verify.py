@@ -112,6 +112,7 @@ def test_shapes_at_positions_whose_displacements_and_products_do_not_belong_toge
     assert broken(replace(good, shapes=shapes), model) == {"energy products"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shapes", ["flank_lines", "pod"])
 def test_members_that_store_another_energy(shapes, basis_file, model, monkeypatch):
     """A factorisation gone wrong."""

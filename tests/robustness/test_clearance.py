@@ -123,10 +123,10 @@ def check_pairs(count, seed):
 
 
 def test_random_pairs_run_without_overlap_or_are_refused_with_the_reason():
-    tally, _ = check_pairs(60, 1)
-    assert tally["remedies"] > 10
-    assert tally["accepted"] > 10
-    assert tally["fillet"] > 5
+    tally, _ = check_pairs(30, 1)
+    assert tally["remedies"] > 5
+    assert tally["accepted"] > 5
+    assert tally["fillet"] > 1
 
 
 def both(distance=0.0, **keys):

@@ -23,6 +23,7 @@ OF_DATA = "is damaged, or was edited by hand: the checksum of"
 OF_NAMES = "is damaged, or was edited by hand: contents_sha256 does not fit"
 
 
+@pytest.mark.slow
 def test_a_changed_number_in_any_dataset_is_refused(small_basis_path, basis, original):
     with h5py.File(basis) as file:
         names = datasets_of(file)

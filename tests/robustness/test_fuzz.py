@@ -1,6 +1,6 @@
 """Basis, snapshot and case files broken by somebody who knows how they are made: refused in words, or harmless.
 
-    pytest -n 0 tests/robustness/test_fuzz.py             # twenty files
+    pytest -n 0 tests/robustness/test_fuzz.py             # eight files
     pytest -n 0 -s -m slow tests/robustness/test_fuzz.py  # five thousand, some twenty minutes on two cores
 
 Harmless is what ends with the numbers of the sound file. Nothing else is allowed: no traceback, no crash, no hang, no
@@ -20,7 +20,7 @@ import pytest
 from tests.support.fuzz_trials import load_sound, prepare, trial, warm_up
 from tests.support.processes import ROOT
 
-FEW, MANY = 20, 5000
+FEW, MANY = 8, 5000
 PATIENCE = 120.0  # until a process says something, s: the computer may have other work
 MOST = 50  # times the file
 NOISE = 16 << 20  # by which the resident memory of a process moves whatever it does, bytes
@@ -46,7 +46,7 @@ def check(outcomes):
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")  # of numbers that are absurd on purpose
-def test_twenty_broken_files_are_refused_or_harmless(tmp_path):
+def test_eight_broken_files_are_refused_or_harmless(tmp_path):
     prepare(tmp_path, ("flank_lines", "positions"))
     sound = load_sound(tmp_path)
     warm_up(tmp_path, sound)

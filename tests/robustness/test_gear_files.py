@@ -46,6 +46,7 @@ def kept(tmp_path, rng):
     return path, found
 
 
+@pytest.mark.slow
 def test_random_damage_is_refused_or_changes_nothing(kept, rng):
     path, expected = kept
     data, refused = path.read_bytes(), 0

@@ -96,10 +96,10 @@ def run_examples(count, strategy, ended):
 
 
 def test_case_files_give_a_mesh_or_one_line(tmp_path):
-    tally = run_examples(50, case_bytes(), lambda data: plan_and_mesh(data, tmp_path / "random.toml"))
+    tally = run_examples(30, case_bytes(), lambda data: plan_and_mesh(data, tmp_path / "random.toml"))
     # That the examples reach both: the more keys a case has, the more are stopped by one that is wrong.
-    assert tally["meshed"] > 1
-    assert tally["refused by the case rules"] > 12
+    assert tally["meshed"] > 0
+    assert tally["refused by the case rules"] > 7
 
 
 @pytest.mark.slow

@@ -166,6 +166,7 @@ def finished(tmp_path, undrawn, capsys):
     return path, out
 
 
+@pytest.mark.slow
 def test_after_an_edit_nothing_of_the_old_text_lies_beside_new_results(finished, capsys):
     path, out = finished
     before, case = results_in(out), load_case(path)

@@ -55,11 +55,11 @@ def check_pairs(count, seed):
 
 
 def test_random_internal_pairs_run_without_overlap_or_are_refused_with_the_reason():
-    tally = check_pairs(100, 3)
-    assert tally["accepted"] > 30
-    assert tally["fillet"] > 3
-    assert tally["tips"] > 1
-    assert tally["remedies"] > 3
+    tally = check_pairs(50, 3)
+    assert tally["accepted"] > 15
+    assert tally["fillet"] > 0
+    assert tally["tips"] > 0
+    assert tally["remedies"] > 1
 
 
 @pytest.mark.slow

@@ -112,6 +112,7 @@ def test_ste_curve_goes_through_the_positions_that_are_compared():
         assert_allclose(np.interp(np.degrees(odd.phi_rad), *curve.get_data()), ste, rtol=ROUND_OFF)
 
 
+@pytest.mark.slow
 def test_positions_that_did_not_converge_are_gaps_and_are_counted():
     sweep = make_sweep()
     sweep.ste_um[1, 3:5] = np.nan
@@ -208,6 +209,7 @@ def test_logarithmic_axes_have_plain_numbers(top):
         float(label)
 
 
+@pytest.mark.slow
 def test_pictures_look_the_same_whatever_the_users_settings():
     def picture():
         return picture_bytes(ste_figure(make_sweep(), make_sweep((100.0,), 7)), "png")

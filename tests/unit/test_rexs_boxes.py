@@ -390,8 +390,8 @@ STAR = one_stage(torque=-300.0).replace("carrier = {", 'carrier = "housing"\nrin
 
 
 @pytest.mark.parametrize(("text", "of_set"), [
-    (TWO_STAGES, EVEN_SET), (one_stage(torque=-300.0), OFF_PLACE),
-    (STAR, OFF_PLACE.replace("[load]", '[load]\nheld = "carrier"')),
+    pytest.param(TWO_STAGES, EVEN_SET, marks=pytest.mark.slow), (one_stage(torque=-300.0), OFF_PLACE),
+    pytest.param(STAR, OFF_PLACE.replace("[load]", '[load]\nheld = "carrier"'), marks=pytest.mark.slow),
     (one_stage(torque=-300.0), STEPPED),
 ], ids=["with a pair", "from the other end", "star", "stepped"])  # fmt: skip
 def test_sets_on_shafts_go_out_and_come_back_as_they_are(text, of_set, tmp_path):

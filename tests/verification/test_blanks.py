@@ -204,6 +204,7 @@ def test_finite_volumes_twist_a_disc_as_the_closed_form_says():
     assert_allclose(disc_um(RADII[0], RADII[-1], 20.0), 1.688, rtol=3e-4)
 
 
+@pytest.mark.slow
 def test_a_web_adds_the_twist_of_its_closed_form_and_of_the_steps_of_width():
     web = sum(disc_um(*ends, width) for *ends, width in zip(RADII, RADII[1:], (20.0, 6.0, 20.0), strict=False))
     assert_allclose(web, 3.295, rtol=3e-4)
@@ -529,7 +530,7 @@ def moved_by_itself(gear):
     return np.einsum("ik,ij,jk->k", rows, compliance, rows)
 
 
-@pytest.mark.parametrize("holes", [None, HOLES])
+@pytest.mark.parametrize("holes", [None, pytest.param(HOLES, marks=pytest.mark.slow)])
 def test_last_harmonics_add_what_the_gear_with_fewer_is_stiffer_by(holes, monkeypatch):
     monkeypatch.setattr(pmor.body.support, "LEAST_MOVED", 1e-12)
     monkeypatch.setattr(pmor.body.on_blank, "LEFT_OUT", np.inf)

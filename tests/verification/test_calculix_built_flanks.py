@@ -169,6 +169,7 @@ def resolved(name, share, fine, coarse=0.6, width=6):
     return calculix_ste(case, mesh, angle(pair, share), 1e3 * case.torque_Nm, "surface_to_surface", beside=1)
 
 
+@pytest.mark.slow
 def test_helical_facets_give_the_ste_of_calculix():
     assert_allclose(same_mesh("helical", 0.6, 6, 2, beside=1), 1.0, rtol=SAME_MESH)
 

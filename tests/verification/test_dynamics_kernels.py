@@ -200,7 +200,7 @@ def test_no_doubling_is_told_of_outside_the_speeds_that_were_asked_for():
     np.testing.assert_allclose(limits, [2.08995], rtol=1e-5)
 
 
-@pytest.mark.parametrize("zeta", [0.5, 0.05])
+@pytest.mark.parametrize("zeta", [pytest.param(0.5, marks=pytest.mark.slow), 0.05])
 def test_slow_motion_is_quasi_static_and_stable(zeta):
     """At 0.005 of the natural frequency x = 1 / (1 + 0.2 cos psi), to the order of the inertia, 0.005^2 x 0.2."""
     found = response(along_line_of_action(1.0, 2.0 * zeta, 1.0), BENCHMARK, (0.005, 0.01), 320)

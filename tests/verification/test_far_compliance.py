@@ -40,7 +40,9 @@ def forces(mesh, parts, rng):
     return found
 
 
-@pytest.mark.parametrize(("helix_deg", "element", "order"), [(0.0, "hex8i", 1), (15.0, "hex20", 2)])
+@pytest.mark.parametrize(
+    ("helix_deg", "element", "order"), [(0.0, "hex8i", 1), pytest.param(15.0, "hex20", 2, marks=pytest.mark.slow)]
+)
 def test_far_flanks_and_roots_of_far_teeth_give_way_as_in_the_whole_gear(helix_deg, element, order):
     """Other flanks and both fillets too: the stress there is that of the displacement of each sector."""
     mesh, body, fillet = gear(helix_deg, element, order)

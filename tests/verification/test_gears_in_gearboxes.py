@@ -120,7 +120,7 @@ HOLED += "holes = { count = 4, radius_mm = 3.0, on_radius_mm = 24.0 } }"
 TOLD = 0.03
 
 
-@pytest.mark.parametrize("body", [RING, HOLED], ids=["a ring", "holes"])
+@pytest.mark.parametrize("body", [RING, pytest.param(HOLED, marks=pytest.mark.slow)], ids=["a ring", "holes"])
 def test_rings_and_gears_with_holes_stand_on_shafts_as_other_gears_do(tmp_path, monkeypatch, body):
     """What bearings and shafts add to the transmission error follows from the force: the rest is as on rigid ones."""
     monkeypatch.setitem(TEETH, "four", 58 if body is RING else 32)
@@ -134,6 +134,7 @@ def test_rings_and_gears_with_holes_stand_on_shafts_as_other_gears_do(tmp_path, 
     assert entry["pitches"] == (1 if body is RING else 8)
 
 
+@pytest.mark.slow
 def test_error_bars_of_a_mesh_are_those_of_its_pair_and_of_meshes_that_share_gears_too(tmp_path):
     asked = ", error_bar = true"
     path = box(tmp_path, IDLER[:1], (("one", 60.0), ("two", '"balance"')), mesh=asked)
@@ -158,6 +159,7 @@ def loaded_both_ways(tmp_path, more=""):
     return path
 
 
+@pytest.mark.slow
 def test_the_image_in_axes_that_stay_is_the_pair_seen_from_its_other_end(tmp_path, monkeypatch):
     path = loaded_both_ways(tmp_path)
     seen = run(load(path)).data["loads"][1]

@@ -42,7 +42,7 @@ def angles(reduced, count=20):
     return np.linspace(0.0, reduced.meshed.pair.pitch, count, endpoint=False)
 
 
-@pytest.mark.parametrize("helix", [0.0, 21.0, pytest.param(-12.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("helix", [*(pytest.param(helix, marks=pytest.mark.slow) for helix in (0.0, -12.0)), 21.0])
 @pytest.mark.parametrize(
     ("misalignment", "wheel"),
     [
@@ -170,6 +170,7 @@ def test_mesh_and_machine_agree_on_where_the_hubs_stand():
     assert_allclose([mesh.torque for mesh in found.meshes], [5e5, 5e5 * 51 / 27], rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_line_loads_and_hubs_together_are_a_fixed_point_by_hand():
     """Hubs are displaced by the mean forces, without S in the equations: iterated until they no longer move."""
     model, pairs, found = solved()
@@ -271,6 +272,7 @@ def test_a_flank_with_which_the_machine_has_no_equilibrium_is_no_better_than_tha
         assert fit.after == fit.before
 
 
+@pytest.mark.slow
 def test_the_flank_that_fits_levels_the_load_of_the_machine_solved_anew():
     model, pairs, found = solved()
     for fit, mesh in zip(fit_meshes(model, [found], pairs), found.meshes, strict=True):

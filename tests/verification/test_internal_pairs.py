@@ -91,6 +91,7 @@ def test_torques_have_the_ratio_of_the_tooth_numbers_at_every_angle(model):
         assert_allclose(lines.lever[0][on_path], -pair.pinion.base_radius, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_sector_of_a_ring_gives_what_the_whole_ring_gives_in_one_matrix():
     mesh = build_sector(ring(24, 2.0, addendum=0.4, root_fillet=0.5), -34.0, 4.0, 4, 1, order=2)
     body = elastic_gear(mesh, 210_000.0, 0.3, "hex20", 2, False)

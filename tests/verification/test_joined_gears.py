@@ -266,6 +266,7 @@ def test_a_shaft_twists_by_its_torque_over_its_stiffness(tmp_path):
     assert_allclose(soft.ste_um, expected, rtol=1e-2)
 
 
+@pytest.mark.slow
 def test_both_stages_have_the_root_stress_of_their_pairs(tmp_path):
     """The second stage passes 3 cycles in 4 of the first; its 24 positions are 8 different ones."""
     found = solved(tmp_path, two_stages())
@@ -352,6 +353,7 @@ def test_a_set_that_is_solved_angle_by_angle_is_the_same(stepped, monkeypatch, t
     assert np.abs(second / first - 1.0).max() > 1e-3
 
 
+@pytest.mark.slow
 def test_a_span_that_is_cut_off_says_so(stepped, tmp_path):
     part = solved(tmp_path, STEPPED.replace("[sweep]", "[sweep]\npitches = 3"))
     assert_allclose(part.ste_um, stepped.ste_um[:, : part.ste_um.shape[1]], rtol=SAME)

@@ -211,6 +211,7 @@ def test_error_bars_of_random_blanks_are_as_long_as_their_errors(capsys):
     assert min(ratios) >= LEAST_OF_ALL
 
 
+@pytest.mark.slow
 def test_a_saved_basis_keeps_the_coarser_mesh_and_is_incomplete_without_it(tmp_path):
     basis = train(case := pair_case({}, profile_elements=8, width_elements=2), full := full_fe(case)).basis
     write_basis(tmp_path / "basis.h5", basis, np.empty((0, 0, 2, full.pinion.compliance.shape[1])))

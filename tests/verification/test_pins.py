@@ -170,6 +170,7 @@ def test_very_stiff_pins_are_a_set_without_pins(sets):
     assert (sets["pins"].ste_um > sets["held"].ste_um).all()
 
 
+@pytest.mark.slow
 def test_a_carrier_that_winds_up_loads_the_side_where_its_torque_leads_out(sets):
     """The other cheek runs ahead with its ends of the pins. Equal planets still share equally."""
     wound = sets["wound"]
@@ -197,6 +198,7 @@ def test_helical_planets_tilt_in_the_plane_of_their_axial_forces(tmp_path):
     assert abs(outwards) == pytest.approx(gives * moment, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_carrier_as_a_matrix_is_the_image_in_the_other_sense(tmp_path):
     rng = np.random.default_rng(2)
     root = rng.normal(size=(36, 36))

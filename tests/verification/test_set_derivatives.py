@@ -77,6 +77,7 @@ def test_gradients_know_all_mesh_cycles(tmp_path, rng):
     check_gradient(judge, rng)
 
 
+@pytest.mark.slow
 def test_gradients_of_percentiles_are_difference_quotients(tmp_path, rng):
     """Flanks and pins scatter: a gear's flank is the same in all its meshes, each planet has its own."""
     judge = judge_of(tmp_path, f"{SMALL_SET}[tolerances]\npins_tangential_um = 8.0\n", SCATTER)

@@ -136,6 +136,7 @@ def test_hubs_that_other_loads_move_in_the_housing_are_a_ring_that_is_eccentric_
     same(found.solution, expected, GIVES_WAY)
 
 
+@pytest.mark.slow
 def test_an_eccentric_ring_presses_on_the_bearings_of_the_sun_in_one_direction_of_the_housing(folder, trains):
     of_set = EVEN_SET + "[eccentricity]\nring_um = 30.0\nring_deg = 180.0\n"
     found, solved = on_shafts(folder, trains, one_stage(sun=2e4), of_set)

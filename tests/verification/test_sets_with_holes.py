@@ -55,6 +55,7 @@ def four(tmp_path_factory):
     return solved(tmp_path_factory.mktemp("four"), of_holes())
 
 
+@pytest.mark.slow
 def test_all_is_as_before_when_holes_stand_to_the_teeth_as_before(four):
     """18 teeth and 4 holes repeat after 9 pitches; planets alike to sun and ring carry alike at any angle."""
     assert four.data["pitches"] == PLANET // math.gcd(PLANET, 4)

@@ -108,7 +108,9 @@ def test_softness_of_the_half_plane_is_one_and_of_the_quarter_the_known_one():
     assert_allclose(wedge_softness(0.5 * math.pi), 0.25 * math.pi * (1 / (math.pi / 4 + 0.5) + 1 / (math.pi / 4 - 0.5)))
 
 
-@pytest.mark.parametrize(("middle", "spread"), [(0.03, 1.0), (0.3, 0.0), (0.3, 0.5), (0.8, 0.3)])
+@pytest.mark.parametrize(
+    ("middle", "spread"), [pytest.param(0.03, 1.0, marks=pytest.mark.slow), (0.3, 0.0), (0.3, 0.5), (0.8, 0.3)]
+)
 def test_table_holds_what_finite_elements_give(middle, spread):
     """At an angle between those that were solved. The fit is within 0.006, of the 8 to 13 of the whole approach."""
     y, coefficients = middle / INFLUENCE_LENGTH, corner_coefficients(ANGLE, POISSON)
