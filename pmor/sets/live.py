@@ -17,7 +17,7 @@ from pmor.case.capability import why_not
 from pmor.core.arrays import FloatArray
 from pmor.gear.condition import ALIGNED
 from pmor.pair.conditions import assembly_of
-from pmor.report.live.model import live_model, packed_far, packed_support
+from pmor.report.live.model import live_model, packed_far, packed_support, tooth_deviation
 from pmor.report.live.section import (
     Control,
     LiveSection,
@@ -169,13 +169,13 @@ def _train_data(file: SetFile, solved: SetSolution, kinds: Sequence[str]) -> dic
     floating, meshes = floats(plan), list[dict[str, Any]]()
     for number, (mesh, of_plan) in enumerate(zip(train.meshes, plan.meshes, strict=True)):
         image = [int(mesh.image != train.bodies[body].image) for body in mesh.bodies]
-        deviations = mesh.pair.meshed.deviations(mesh.assembly)
+        teeth = mesh.pair.meshed.deviations(mesh.assembly.of_teeth) if mesh.assembly.uneven else ()
         meshes.append({
             "model": kinds.index(of_plan.case), "bodies": list(mesh.bodies), "image": image,
             "to_train": mesh.to_train.ravel().tolist(), "start": mesh.start, "rate": mesh.rate,
             "first_tooth": list(mesh.first_tooth), "cycles": float(cycles[number]),
             "ahead": joined.ahead[number].tolist(), "share": joined.share[number].tolist(),
-            "pitch": [flank.pitch.tolist() for flank in deviations],
+            "teeth": [tooth_deviation(flank) for flank in teeth],
         })  # fmt: skip
     for data, of_plan in zip(meshes, plan.meshes, strict=True):
         one, other = plan.bodies[of_plan.pinion], plan.bodies[of_plan.wheel]

@@ -25,9 +25,13 @@ from tests.support.page_solver import STE, PageSolver
 from tests.support.small_sets import MODIFIED_SET, NO_STRESS, SMALL_CHAIN, SMALL_SET, written_set
 
 pytestmark = pytest.mark.jit
-# A floating sun, planets on springs; errors in the file.
+# A floating sun, planets on springs; errors in the file, and planets whose teeth differ.
 FLOATING = SMALL_SET + NO_STRESS + '[supports]\nsun_radial_N_per_mm = "free"\nplanet_radial_N_per_mm = 5e5\n'
 FLOATING += "[eccentricity]\nring_um = 8.0\nring_deg = 40.0\n"
+GRIDS = [[[0.2 * (tooth % 5)] * 2, [0.3 * (tooth % 3)] * 2] for tooth in range(18)]
+GRIDS = f"{{ roll_deg = [0.0, 60.0], z_mm = [-10.0, 10.0], amount_um = {GRIDS[0]}, teeth_um = {GRIDS} }}"
+WAVES = "waves = [{ count = 37, amplitude_um = 2.0, phase_deg = 20.0 }]\n"
+FLOATING += f"[planet.modification]\ntopography = {GRIDS}\n{WAVES}"
 # Rings on lugs, and teeth off their places.
 LUGS = SMALL_SET.replace("rim_thickness_mm = 12.0\n", "rim_thickness_mm = 12.0\nheld = { lugs = 6, lug_deg = 20.0 }\n")
 LUGS = f"{LUGS}{NO_STRESS}[planet.modification]\npitch_deviations_um = {[0.0, 4.0, -3.0] * 6}\n"

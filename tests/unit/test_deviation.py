@@ -1,18 +1,23 @@
 """Flank deviations: what each term of a modification removes where, in the kernels' words."""
 
+import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+import quickjs
 
 from pmor.gear.flank_deviation import kernel_deviation
 from pmor.gear.kernels.deviation import deviations_at, flank_deviation
-from pmor.gear.modification import Modification
+from pmor.gear.modification import Modification, Wave
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 from pmor.gear.topography import Topography, read_topography
+from pmor.report.live.model import tooth_deviation
 
 WIDTH, MIDDLE = 20.0, 1.5
+LIVE = Path(__file__).parents[2] / "pmor" / "report" / "templates" / "live" / "flanks.js"
 FACE = MIDDLE - 0.5 * WIDTH, MIDDLE + 0.5 * WIDTH
 
 
@@ -151,3 +156,23 @@ def test_topography_swings_little_beyond_its_amounts_however_uneven_its_points_a
     noise = Topography(roll, (-10.0, -9.9, 10.0), tuple(tuple(rng.uniform(-9.0, 9.0, 3)) for _ in roll))
     found = [_on_grid(pair, noise, *rng.uniform([8.0, -10.0], [34.0, 10.0])) for _ in range(2000)]
     assert max(map(abs, found)) < 25.0
+
+
+def test_waves_run_along_the_face_as_they_say_and_in_the_page_as_in_the_kernel(pair, amount_um):
+    """A phase that grows by a turn over the face: crests at both faces, a valley in the middle. Teeth in order."""
+    wave = Wave(count=34, amplitude_um=2.0, phase_deg=25.0, helix_phase_deg=360.0)
+    one = Modification(waves=(wave,))
+    start, end = pair.active_rolls[0]
+    crest = (math.pi - math.radians(25.0)) % (2.0 * math.pi) + 2.0 * math.pi * np.ceil(34 * start / (2.0 * math.pi))
+    along = (crest / 34 - 0.5 * (start + end)) / (end - start)
+    expected = [2.0, 0.0, -2.0, 0.0, 2.0]
+    np.testing.assert_allclose([amount_um(one, along, zeta) for zeta in np.linspace(-0.5, 0.5, 5)], expected, atol=1e-9)
+    # 34 waves on 21 teeth: from tooth to tooth 13/21 of a wave less.
+    assert amount_um(one, along, 0.0, 3) == pytest.approx(-2.0 * math.cos(2.0 * math.pi * 3 * 34 / 21), abs=1e-9)
+
+    deviation = kernel_deviation(one, pair.pinion, (start, end), FACE)
+    page = quickjs.Context()
+    page.eval(LIVE.read_text(encoding="utf-8"))
+    for u, z, tooth in ((start, 0.0, 0), (end, -7.0, 4), (0.4, 9.0, -3)):
+        there = page.eval(f"toothDeviation({json.dumps(tooth_deviation(deviation))}, {u}, {z - MIDDLE}, {tooth})")
+        assert there == pytest.approx(flank_deviation(deviation, u, z, tooth), abs=1e-12)

@@ -23,6 +23,7 @@ from pmor.body.support import Support
 from pmor.core.arrays import FloatArray
 from pmor.core.threads import one_thread
 from pmor.gear.condition import ALIGNED, Assembly
+from pmor.gear.kernels.deviation import Deviation
 from pmor.gear.kernels.types import Gear
 from pmor.gear.meshed_pair import MeshedPair
 from pmor.gear.tooth import Tooth
@@ -275,12 +276,21 @@ def _flank(meshed: MeshedPair, assembly: Assembly, number: int) -> dict[str, Any
     """Reference of the deviations of a gear's flank, and those that stay constant."""
     pair, deviation = meshed.pair, meshed.deviations(assembly)[number]
     tooth: Tooth = (pair.pinion, pair.wheel)[number]
-    points = {"roll": deviation.grid_roll, "z": deviation.grid_z, "teeth": deviation.grid}
+    modification = (assembly.pinion, assembly.wheel)[number]
     return {
         "tip_circle_roll": tooth.tip_roll_angle, "form_roll": tooth.form_roll_angle,
-        "active_roll": list(pair.active_rolls[number]), "middle_z": deviation.middle_z, "width": deviation.width,
-        "pitch": deviation.pitch.tolist(), "angular_pitch": deviation.angular_pitch, "waves": deviation.waves.tolist(),
-        "grid": {name: array.tolist() for name, array in points.items()} if deviation.grid.size else None
+        "active_roll": list(pair.active_rolls[number]), "width": deviation.width,
+        "alike": modification.repeats_after(abs(tooth.teeth)) == 1, **tooth_deviation(deviation),
+    }  # fmt: skip
+
+
+def tooth_deviation(deviation: Deviation) -> dict[str, Any]:
+    """Return what can differ from tooth to tooth, as `toothDeviation` of `live/flanks.js` takes it."""
+    points = {"roll": deviation.grid_roll, "z": deviation.grid_z, "teeth": deviation.grid}
+    return {
+        "middle_z": deviation.middle_z, "pitch": deviation.pitch.tolist(), "angular_pitch": deviation.angular_pitch,
+        "waves": deviation.waves.tolist(),
+        "grid": {name: array.tolist() for name, array in points.items()} if deviation.grid.size else None,
     }  # fmt: skip
 
 

@@ -31,11 +31,15 @@ function flankDeviation(d, u, z, tooth) {
     const inwards = (0.5 - Math.abs(zeta)) * d.width;
     if (inwards < d.end_relief_length_mm) um += d.end_relief_um * (1 - inwards / d.end_relief_length_mm);
   }
-  let mm = 1e-3 * um;
-  if (d.grid) mm += onGrid(d.grid, ofTooth(d.grid.teeth, tooth), u, z - d.middle_z);
-  if (d.pitch.length) mm += ofTooth(d.pitch, tooth);
-  for (const [count, amplitude, phase, slope] of d.waves) {
-    mm += amplitude * Math.cos(count * (u - tooth * d.angular_pitch) + phase + slope * (z - d.middle_z));
+  return 1e-3 * um + toothDeviation(d, u, z - d.middle_z, tooth);
+}
+
+// What can differ from tooth to tooth, mm; z from the gear's own mid width.
+function toothDeviation({ grid, pitch, waves, angular_pitch: angle }, u, z, tooth) {
+  let mm = grid ? onGrid(grid, ofTooth(grid.teeth, tooth), u, z) : 0;
+  if (pitch.length) mm += ofTooth(pitch, tooth);
+  for (const [count, amplitude, phase, slope] of waves) {
+    mm += amplitude * Math.cos(count * (u - tooth * angle) + phase + slope * z);
   }
   return mm;
 }

@@ -281,7 +281,7 @@ function axisOf({ data: { train }, models: [first], systems }, model, { errors }
   const { angles, pitches } = train || { angles: model.angles, pitches: 1 };
   const { kinematics, gears } = train ? first : model, pitch = 180 / Math.PI * kinematics.pitch;
   const closed = train ? train.repeats && !systems[0].unlike && !train.eccentric.some(({ amount }) => errors[amount])
-    : !systems[model.number].bodies.length && !gears.some(gear => gear.flank.pitch.length);
+    : !systems[model.number].bodies.length && gears.every(gear => gear.flank.alike);
   const label = train ? "angle of the first gear, deg" : "pinion angle, deg";
   return { pitches, span: pitch * pitches, degrees: i => pitch * i / angles, closed, label };
 }

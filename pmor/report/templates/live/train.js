@@ -4,7 +4,7 @@
 function trainSystem(train, models) {
   const parts = train.meshes.map(mesh => ({ ...mesh, model: models[mesh.model], first: mesh.first_tooth }));
   const differ = train.bodies.some(({ support }) => support);
-  const unlike = differ || Boolean(train.housing) || parts.some(({ pitch }) => pitch.some(({ length }) => length));
+  const unlike = differ || Boolean(train.housing) || parts.some(({ teeth }) => teeth.length);
   return { movements: train.free.length, parts, bodies: train.bodies, driver: train.driver, differ, unlike };
 }
 
@@ -52,16 +52,17 @@ function workOf({ bodies }, wrenches, n, moved) {
   return total;
 }
 
-// Deviations of the flanks and of their pitch, mm; what errors of hubs open is `given`.
+// Deviations of the flanks and of single teeth, mm; what errors of hubs open is `given`.
 function removedOfTrain(train, system, place, { meshes, errors, pitch }, angle) {
   const moved = hubsOff(train, errors, angle);
   place.given = Float64Array.from(place.sections, ({ mesh }, n) => workOf(system.parts[mesh], place.wrenches, n, moved));
   const flanks = meshes.map(({ modifications }, m) =>
     modifications.map((own, g) => deviationOf(own, system.parts.find(({ model }) => model.number === m).model.gears[g].flank)));
   return place.sections.map(section => {
-    const part = system.parts[section.mesh], teeth = { first_tooth: teethLater(part, pitch) };
-    return deviationAt(section.model, flanks[section.model.number], section) + part.pitch.reduce((sum, deviations, g) =>
-      sum + (deviations.length ? deviations[modulo(toothOf(teeth, g, section), deviations.length)] : 0), 0);
+    const part = system.parts[section.mesh], later = { first_tooth: teethLater(part, pitch) };
+    const z = section.model.sections.z[section.section];
+    return deviationAt(section.model, flanks[section.model.number], section) + part.teeth.reduce((sum, own, g) =>
+      sum + toothDeviation(own, section.roll[g], z - own.middle_z, toothOf(later, g, section)), 0);
   });
 }
 
