@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from pmor.lab.study.result import StudyResult
     from pmor.lab.study.settings import Study
     from pmor.machine.loader import GearboxFile
+    from pmor.sets.loader import SetFile
 
 Place = Path | str
 
@@ -153,11 +154,11 @@ def run(
 @suggesting
 @WORKING
 def run_dynamics(
-    file: Place | Case | GearboxFile, folder: Place | None = None, **options: Unpack[Work]
+    file: Place | Case | SetFile | GearboxFile, folder: Place | None = None, **options: Unpack[Work]
 ) -> DynamicsResult | MotionResult:
     """Find the motion of a machine over its speed, as `pmor dynamics`.
 
-    The executor is one of processes, of a gearbox one of threads.
+    The executor is one of processes, of a gearbox or a set one of threads.
     """
     return _answer("dynamics", file, folder, options)
 

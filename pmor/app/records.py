@@ -243,12 +243,15 @@ COMMANDS: Mapping[str, Command] = {
         "pmor.run_case(case, folder, pages=False)`; figures alone: `pmor.compare(model)",
     ),
     "dynamics": _question(
-        "a pair in motion: response over the speed with its jumps, run-up and run-down; a gearbox in motion: modes, "
-        "mesh and bearing forces over the speed",
-        "pmor.run_dynamics(file, folder)", {"case": "pmor.dynamics.run:run", "gearbox": "pmor.dynamics.whine.run:run"},
-        ("FILE", "case or gearbox file (TOML)"),
+        "a pair in motion: response over the speed with its jumps, run-up and run-down; a planetary set or a "
+        "gearbox: modes, mesh and bearing forces over the speed",
+        "pmor.run_dynamics(file, folder)", {
+            "case": "pmor.dynamics.run:run", "set": "pmor.dynamics.whine.run:run",
+            "gearbox": "pmor.dynamics.whine.run:run",
+        },
+        ("FILE", "file of a case, a planetary set or a gearbox (TOML, or REXS)"),
         jobs=_jobs("torques, or loads,"), failed="parts of responses are missing", folder="_dynamics",
-        workers=processes, on_threads=("gearbox",),
+        workers=processes, on_threads=("gearbox", "set"),
     ),
     "design": _question(
         "flank modifications searched over ranges, of a case, of meshes of a gearbox or of a set, with tolerances, and "

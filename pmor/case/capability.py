@@ -147,12 +147,36 @@ def _one_way(file: Any) -> str:
     return ""
 
 
+def _sets(file: Any) -> dict[str, Any]:
+    """Planetary sets of a gearbox, or the one of a set file, by name."""
+    return file.model.sets if hasattr(file, "model") else {file.name: file}
+
+
+def _uneven(file: Any) -> str:
+    """First set on a carrier that turns whose planets are too few or not even there."""
+    turning = (name for name, one in _sets(file).items() if not one.sections.gears and one.held != "carrier")
+    return next((name for name in turning if not _sets(file)[name].plan.even), "")
+
+
+def _long_periods(file: Any) -> str:
+    """First mesh of two gears, or set, that is not the same in each of its cycles."""
+    found = [name for name, case in file.cases.items() if hasattr(file, "model") and case.repeats_after > 1]
+    return next(iter(found + [name for name, one in _sets(file).items() if one.pitches > one.plan.cycle]), "")
+
+
+UNEVEN = Limit(_uneven, ("dynamics",),
+               lambda file: f"three or more planets, evenly spaced, on a carrier that turns, where their stiffness is "
+               f"constant as it turns, and those of {_uneven(file)} are not: change its [planets]")  # fmt: skip
+LONG_PERIODS = Limit(_long_periods, ("dynamics",),
+                     lambda file: f"meshes that repeat with each mesh cycle, and {_long_periods(file)} does not: "
+                     "leave out pitch_deviations_um, waves, a topography of each tooth, eccentricities, holes and lugs",
+)  # fmt: skip
 ALL_FE = "reduced models: line loads of all meshes at once are exact on full finite elements, and nothing is beside"
 OF_SETS = (
     Limit(_always, ("full",), ALL_FE),
     Limit(lambda file: file.sections.gears, ("dynamics",),
           "trains of gears on shafts: give gears, shafts and bearings in the file of a gearbox"),
-    Limit(_always, ("dynamics",), "sets on the shafts of a gearbox: name the file in its [[sets]]"),
+    UNEVEN, LONG_PERIODS,
     Limit(lambda file: max(map(_nodes, file.cases.values())) > MOST_NODES, ("page",),
           f"flanks of {MOST_NODES} nodes at most: lower [mesh] profile_elements or width_elements"),
     Limit(lambda file: file.plan.clockwise and not file.sections.gears, ("rexs",),
@@ -167,19 +191,6 @@ OF_SETS = (
     Limit(_one_way, ("rexs",),
           lambda file: f"gears of sets that are alike from both ends, and their teeth: no {_one_way(file)}"),
 )  # fmt: skip
-def _uneven(file: Any) -> str:
-    """First set on a carrier that turns whose planets are too few or not even there."""
-    sets, model = file.model.sections.sets, file.model
-    turning = (one.name for one in sets if "carrier" in one.members)
-    return next((name for name in turning if not model.sets[name].plan.even), "")
-
-
-def _long_periods(file: Any) -> str:
-    """First mesh, or set, that is not the same in each of its cycles."""
-    found = [name for name, case in file.cases.items() if case.repeats_after > 1]
-    return next(iter(found + [name for name, one in file.model.sets.items() if one.pitches > one.plan.cycle]), "")
-
-
 OF_GEARBOXES = (
     Limit(_always, ("full",), ALL_FE),
     Limit(lambda file: file.model.groups, ("page", "rexs"),
@@ -188,12 +199,7 @@ OF_GEARBOXES = (
           "meshes of two gears that have no other one: design meshes of sets, and of gears with several, as sets"),
     Limit(lambda file: file.model.shared, ("dynamics",),
           lambda file: f"gears in one mesh each, and {min(file.model.shared)} shares some: leave a mesh out"),
-    Limit(_uneven, ("dynamics",),
-          lambda file: f"three or more planets, evenly spaced, on a carrier that turns, where their stiffness is "
-          f"constant as it turns, and those of {_uneven(file)} are not: change its [planets]"),
-    Limit(_long_periods, ("dynamics",),
-          lambda file: f"meshes that repeat with each mesh cycle, and {_long_periods(file)} does not: leave out "
-          "pitch_deviations_um, waves, a topography of each tooth, eccentricities, holes and lugs"),
+    UNEVEN, LONG_PERIODS,
     Limit(lambda file: file.model.turned, ("page",),
           "loads on one side of the flanks: write a gearbox file for each sense"),
 )  # fmt: skip

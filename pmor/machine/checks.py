@@ -13,6 +13,7 @@ import numpy as np
 from pmor.body.bearing import check_bearing
 from pmor.case import Case
 from pmor.case.duty import check_duty
+from pmor.case.motion import check_motion
 from pmor.case.reader import Reader
 from pmor.case.values import did_you_mean
 from pmor.core.errors import PmorError
@@ -58,10 +59,7 @@ class GearboxReader(Reader):
         for load in said.loads:
             self.check_balance(load, said)
         check_duty(said.loads, self.refuse)
-        limits = said.dynamics.speed_range_rpm
-        if limits is not None and (len(limits) != 2 or limits[0] >= limits[1]):
-            rule = "must be the lowest and the highest speed: write both, as in [100.0, 3000.0]"
-            self.refuse(f"[dynamics] speed_range_rpm = {list(limits)}", rule)
+        check_motion(said.dynamics, self.refuse)
 
     def check_shaft(self, shaft: Shaft) -> None:
         """Refuse an axis without two coordinates, and sections without material."""

@@ -52,6 +52,11 @@ class GearboxFile:
     notes: tuple[str, ...] = ()
 
     @property
+    def sections(self) -> GearboxSections:
+        """Of the file."""
+        return self.model.sections
+
+    @property
     def whole_text(self) -> str:
         """Text of the gearbox file and of those that it names."""
         texts = [self.text or repr(self.model.sections), *(case.text for case in self.cases.values())]

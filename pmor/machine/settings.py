@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 
 from pmor.body.bearing import AnyBearing
 from pmor.case.duty import Lubricant, Timed
+from pmor.case.motion import Body, Motion
 from pmor.case.reader import Keys, Sections
 from pmor.core import ranges
 from pmor.sets.settings import Member
@@ -19,7 +20,6 @@ from pmor.sets.settings import Member
 AnyTorque = ranges.SignedTorque | Literal["balance"]
 Force = Annotated[float, ranges.Range(-1e12, 1e12, "N")]
 Acceleration = Annotated[float, ranges.Range(-1e3, 1e3, "m/s2")]
-InertiaValue = Annotated[float, ranges.Range(0.0, 1e12, "kg m2")]
 HOUSING = "housing"
 
 
@@ -195,8 +195,8 @@ class PlanetarySet:
         Of the set.
     set : Path
         Set file, beside the gearbox file. The sign of its torque says which flanks carry, `held` which member stands
-        still. `[supports]` of members on shafts, bearings of a `[carrier]` on one and `[sweep] torques_Nm` are left
-        aside; `[tolerances]` are solved under each load.
+        still. `[supports]` of members on shafts, bearings of a `[carrier]` on one, `[masses]`, `[dynamics]` and
+        `[sweep] torques_Nm` are left aside; `[tolerances]` are solved under each load.
     sun, carrier, ring : MemberPlace or "housing"
         Two of them stand on shafts, on one axis. "housing" is the member that the set file has `held`.
     """
@@ -371,7 +371,7 @@ class Housing:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Mass:
+class Mass(Body):
     """A rigid body on a shaft that the drawing does not show (section `[[masses]]`): motor, coupling, brake, load.
 
     Parameters
@@ -391,40 +391,8 @@ class Mass:
     name: str
     shaft: str
     at_mm: ranges.Place
-    mass_kg: Annotated[float, ranges.Range(0.0, 1e9, "kg")] = 0.0
-    polar_inertia_kg_m2: InertiaValue = 0.0
-    tilting_inertia_kg_m2: InertiaValue = 0.0
     unbalance_kg_mm: Annotated[float, ranges.Range(0.0, 1e9, "kg mm")] = 0.0
     unbalance_deg: Annotated[float, ranges.Range(-360.0, 360.0, "deg")] = 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Motion:
-    """The gearbox in motion (section `[dynamics]`, of `pmor dynamics`).
-
-    Parameters
-    ----------
-    speed_range_rpm : (float, float) or None
-        Lowest and highest speed of the shaft of the first torque, whichever way it turns. Without it from a fiftieth to
-        six fifths of the largest `speed_rpm` of the loads.
-    speeds : int
-        Number of speeds, evenly spaced.
-    harmonics : int
-        Harmonics of each mesh that are told.
-    highest_frequency_Hz : float
-        Lines above it are left out; shafts bend as they do up to there, and modes go to twice as much.
-    damping_ratio : float
-        Of each mode. Peaks are inverse to it, and no calculation gives it; gearboxes are found between 0.01 and 0.07.
-    mesh_stiffness : {"varying", "mean"}
-        "varying" over the mesh cycle; "mean" is the usual simplification, which stands beside it anyway.
-    """
-
-    speed_range_rpm: Annotated[tuple[float, ...], ranges.Range(1e-3, 1e7, "rpm", in_order=True)] | None = None
-    speeds: Annotated[int, ranges.Range(2, 100_000)] = 400
-    harmonics: Annotated[int, ranges.Range(1, 20)] = 6
-    highest_frequency_Hz: Annotated[float, ranges.Range(1.0, 1e5, "Hz")] = 10_000.0
-    damping_ratio: Annotated[float, ranges.Range(0.0, 0.5, low_excluded=True)] = 0.02
-    mesh_stiffness: Literal["varying", "mean"] = "varying"
 
 
 @dataclass(frozen=True, kw_only=True)

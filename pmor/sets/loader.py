@@ -236,7 +236,7 @@ def _part_of_a_gearbox(said: SetSections, shafts: OnShafts) -> SetSections:
         carrier = replace(
             carrier, radial_N_per_mm="rigid", tilt_Nmm_per_rad="rigid", bearings_at_mm=Carrier().bearings_at_mm
         )
-    return replace(said, supports=supports, carrier=carrier, loads=())
+    return replace(said, supports=supports, carrier=carrier, loads=(), masses=())
 
 
 def _further_torques(said: SetSections) -> tuple[float, ...]:

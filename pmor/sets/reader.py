@@ -13,6 +13,7 @@ from pmor.case.capability import refuse_beyond
 from pmor.case.change import case_of_settings
 from pmor.case.document import BLANK, COAST, MODIFICATION
 from pmor.case.duty import check_duty
+from pmor.case.motion import check_motion
 from pmor.case.reader import Reader
 from pmor.case.seats import read_seats
 from pmor.case.width import meshed_width, whole_width
@@ -49,11 +50,14 @@ class SetReader(Reader):
         """Return which members mesh."""
         if said.gears or said.meshes:
             check_train(said, self.refuse)
+            if said.masses:
+                self.refuse("[[masses]]", "is of planetary sets: give a train with masses as a gearbox")
             layout = train_layout(said)
         else:
             self.check_planets(said)
             layout = planetary_layout(said, whole_width)
         check_duty(said.loads, self.refuse)
+        check_motion(said.dynamics, self.refuse)
         members = list(dict.fromkeys(member for share in layout.shares for member in share.members))
         sections = dict.fromkeys((PAIR, *(share.section for share in layout.shares)))
         for name in said.members:

@@ -14,6 +14,7 @@ from typing import Annotated, Literal
 
 from pmor.body.bearing import AnyBearing
 from pmor.case.duty import Lubricant, TimedLoad
+from pmor.case.motion import Body, Motion
 from pmor.case.reader import Sections
 from pmor.case.training import Positions
 from pmor.core import ranges
@@ -327,6 +328,22 @@ class Carrier:
 
 
 @dataclass(frozen=True, kw_only=True)
+class MemberMass(Body):
+    """What turns with a member and the drawing does not show (section `[[masses]]`), for motion: carrier, motor, load.
+
+    Parameters
+    ----------
+    on : {"sun", "ring", "carrier"}
+        Member that it moves with. The inertia of one that is not held lets it swing about the axis; without any, the
+        carrier, and the ring beside a sun that is not held, turn evenly.
+    mass_kg, polar_inertia_kg_m2, tilting_inertia_kg_m2 : float
+        As of a gearbox: mass, inertia about the axis, and about an axis across it through mid width.
+    """
+
+    on: Member
+
+
+@dataclass(frozen=True, kw_only=True)
 class SetSweep:
     """Positions and loads that are solved (section `[sweep]`).
 
@@ -370,6 +387,9 @@ class SetSections:
         Of a train on fixed axes, in place of sun, planets and ring.
     meshes : tuple of Mesh
     sweep : SetSweep
+    masses : tuple of MemberMass
+    dynamics : Motion
+        Of a planetary set.
     members : mapping
         Sections of a case file, and those of the members.
     """
@@ -387,4 +407,6 @@ class SetSections:
     gears: tuple[Gear, ...] = ()
     meshes: tuple[Mesh, ...] = ()
     sweep: SetSweep = SetSweep()
+    masses: tuple[MemberMass, ...] = ()
+    dynamics: Motion = Motion()
     members: Sections

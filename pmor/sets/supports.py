@@ -103,7 +103,7 @@ def planets_in_carrier(
     else:
         pin = planet_on_pin(said.pins)
     places = np.array([(body.x, body.y, z) for body in bodies for z in pin.seats_mm])
-    compliance = _on_bearings(said, places)
+    compliance = carrier_on_bearings(said, places)
     if stiffness is not None:
         compliance += _of_matrix(said, pin, stiffness, clockwise)
     turns = np.zeros((len(places), SEAT))
@@ -114,8 +114,8 @@ def planets_in_carrier(
     return PlanetsOnPins(pin, compliance + windup * np.outer(turned, turned), turned, windup)
 
 
-def _on_bearings(said: SetSections, places: FloatArray) -> FloatArray:
-    """Compliance of seats at places (n, 3) by the bearings of a rigid carrier, (6 n, 6 n)."""
+def carrier_on_bearings(said: SetSections, places: FloatArray) -> FloatArray:
+    """Return the compliance of places (n, 3) on a rigid carrier by its bearings, (6 n, 6 n)."""
     carrier, rows = said.carrier, []
     for x, y, z in places:
         arm = z - carrier.bearings_at_mm

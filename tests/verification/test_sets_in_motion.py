@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.case.motion import Motion
 from pmor.core.errors import CaseError
 from pmor.dynamics.whine.modal import closed, modes_of
 from pmor.dynamics.whine.moving import moving_machine
@@ -24,9 +25,9 @@ from pmor.machine.bodies import bodies
 from pmor.machine.coupled import solve_load
 from pmor.machine.loader import load
 from pmor.machine.run import trains_of
-from pmor.machine.settings import Motion
 from pmor.machine.view import COARSE
 from pmor.sets.loader import load as load_set
+from pmor.sets.loader import parse_set
 from pmor.sets.run import train_of
 from pmor.sets.solution import solve_set
 from tests.support.set_gearboxes import EVEN_SET, bearing, one_stage, written_reducer
@@ -61,6 +62,8 @@ STEP, TANGENT = 1e-3, 2e-6
 # Of the largest order: what line contact is beyond its tangent over the cycle.
 FIRST_ORDER = 0.01
 TRAINS = {}
+# Of meshes, N/mm.
+ANY_TANGENT = 3e5
 FORBIDDEN = 1e-9
 
 
@@ -161,6 +164,24 @@ def test_orders_that_phasing_forbids_are_in_no_sum_of_the_meshes_forces():
     modes = modes_of(machine, closed(machine, cycle.tangent), 2e4)
     shares = one.families(modes.shape)
     assert_allclose(shares[:2].max(axis=0), 1.0, atol=1e-9)
+
+
+def test_a_carrier_with_endless_mass_is_one_on_rigid_bearings_that_turns_evenly():
+    """Mass and inertia that `[[masses]]` has: natural frequencies of all else are the same, beside those of rest."""
+    _, train = set_and_train(EVEN_SET + SPRINGS)
+    soft = "[carrier]\nradial_N_per_mm = 3e5\ntilt_Nmm_per_rad = 1e9\n"
+    heavy = '[[masses]]\non = "carrier"\n' + "".join(
+        f"{key} = 1e6\n" for key in ("mass_kg", "polar_inertia_kg_m2", "tilting_inertia_kg_m2")
+    )
+    found = []
+    for more in ("", soft, soft + heavy):
+        machine = machine_of_set(parse_set(EVEN_SET + SPRINGS + more, "set", "set"), train)
+        whole = np.kron(machine.sets[0].coordinates.blades.matrix, np.eye(len(machine.meshes) // 3))
+        found.append(modes_of(machine, closed(machine, ANY_TANGENT * whole.T @ whole), 2e4).frequency_Hz)
+    rigid, light, still = found
+    assert_allclose(still[still > 10.0], rigid[rigid > 10.0], rtol=1e-5)
+    assert len(still) == len(rigid) + 5  # across, against tilting, about the axis
+    assert light[1] < 0.99 * rigid[1]
 
 
 def test_a_slow_set_moves_as_its_transmission_error_and_its_meshes_carry_the_load_alone():

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SPEED = "Speed of the first torque's shaft [rpm]"
 # Decades below the largest that a waterfall shows.
 DECADES = 3.0
 # Highest over lowest line of a waterfall from which on frequencies are logarithmic: slow shafts are seen too.
@@ -68,7 +67,7 @@ def _forces_figure(
                 axes.plot(response.speeds_rpm, mean[:, number], color=colour, lw=0.6, ls="--")
             axes.set(title=name, ylabel=label, xlim=(responses[0].speeds_rpm[0], responses[0].speeds_rpm[-1]))
             axes.set_ylim(bottom=0.0)
-        _finish(figure, panels, len(names))
+        _finish(figure, panels, len(names), responses[0])
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
 
@@ -106,7 +105,7 @@ def campbell_figure(response: LoadResponse, highest_Hz: float) -> Figure:
             axes.plot(at, spinning_Hz(response.receptance, RPM * at, highest), color="#8c8c8c", lw=0.6, zorder=1)
             axes.set_xlim(speeds[0], speeds[-1])
             axes.set_ylabel("" if number % 2 else "Frequency [Hz]")
-        _finish(figure, panels, len(passing) + 1)
+        _finish(figure, panels, len(passing) + 1, response)
     return figure
 
 
@@ -140,7 +139,7 @@ def orders_figure(response: LoadResponse) -> Figure:
                 axes.plot(speeds, line[:, number], color=colour, lw=1.1, label=words)
             axes.set(title=name, ylabel="Force, rms [N]", xlim=(speeds[0], speeds[-1]))
             axes.set_ylim(bottom=0.0)
-        _finish(figure, panels, len(names))
+        _finish(figure, panels, len(names), response)
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 
@@ -205,7 +204,7 @@ def waterfall_figure(response: LoadResponse, highest_Hz: float) -> Figure:
             panels[0].set(yscale="log", ylim=(1e-4 * lowest, 1e-3 * top))
         else:
             panels[0].set_ylim(0.0, 1e-3 * top)
-        _finish(figure, panels, len(names))
+        _finish(figure, panels, len(names), response)
         figure.colorbar(shown, ax=panels[: len(names)], format="%g", label="Line of the bearing force, rms [N]")
     return figure
 
@@ -214,9 +213,13 @@ def _colours(responses: Sequence[LoadResponse]) -> list[str]:
     return [COLOURS[number % len(COLOURS)] for number in range(len(responses))]
 
 
-def _finish(figure: Figure, panels: list[Axes], used: int) -> None:
+def _speed(response: LoadResponse) -> str:
+    return f"Speed of {response.speed_of} [rpm]"
+
+
+def _finish(figure: Figure, panels: list[Axes], used: int, response: LoadResponse) -> None:
     for axes in panels[used:]:
         axes.set_visible(False)
     for axes in panels[max(used - 2, 0) : used]:
-        axes.set_xlabel(SPEED)
+        axes.set_xlabel(_speed(response))
         axes.tick_params(labelbottom=True)

@@ -246,7 +246,7 @@ def _bodies(model: GearboxModel, gearbox: LoadedGearbox) -> list[tuple[int, Iner
             found.setdefault(hub, (hub, inertia, along, place.shaft))
     bodies = [
         (gearbox.first[one.shaft] + NODE * gearbox.beams[one.shaft].node_at(one.at_mm),
-         Inertia(one.mass_kg, one.polar_inertia_kg_m2, one.tilting_inertia_kg_m2), 0.0, one.shaft)
+         one.inertia, 0.0, one.shaft)
         for one in model.sections.masses
     ]  # fmt: skip
     return [*found.values(), *bodies]

@@ -1,4 +1,4 @@
-"""Files of a gearbox in motion, its page, and its summary on the screen."""
+"""Files of a gearbox or a set in motion, its page, and its summary on the screen."""
 
 from __future__ import annotations
 
@@ -38,9 +38,11 @@ from pmor.machine.loader import GearboxFile
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.parameter_words import parameter_words
 from pmor.report.table import Columns, Table, table, text_lines
+from pmor.sets.loader import SetFile
 from pmor.work.results import Report
 
 Data = dict[str, Any]
+MovingFile = GearboxFile | SetFile
 #: files of a result
 FILES = (
     "dynamics.json", "dynamics.md", "report.html", "response.csv", "lines.csv", "results.h5", "bearings.png",
@@ -48,11 +50,11 @@ FILES = (
 )  # fmt: skip
 
 
-def whine_data(file: GearboxFile, responses: Sequence[LoadResponse], failures: Sequence[str]) -> Data:
+def whine_data(file: MovingFile, responses: Sequence[LoadResponse], failures: Sequence[str]) -> Data:
     """Return the content of `dynamics.json`."""
-    motion, loud = file.model.sections.dynamics, loudest(responses) if responses else None
+    motion, loud = file.sections.dynamics, loudest(responses) if responses else None
     return {
-        "gearbox": file.name,
+        kind_of(file): file.name,
         "damping_ratio": motion.damping_ratio,
         "mesh_stiffness": motion.mesh_stiffness,
         "highest_frequency_Hz": motion.highest_frequency_Hz,
@@ -62,6 +64,11 @@ def whine_data(file: GearboxFile, responses: Sequence[LoadResponse], failures: S
         ],
         "failures": list(failures),
     }
+
+
+def kind_of(file: MovingFile) -> str:
+    """Return "set" or "gearbox"."""
+    return "set" if isinstance(file, SetFile) else "gearbox"
 
 
 def loudest(responses: Sequence[LoadResponse]) -> LoadResponse:
@@ -196,10 +203,10 @@ def motion_arrays(response: LoadResponse) -> dict[str, np.ndarray]:
     }  # fmt: skip
 
 
-def whine_report(file: GearboxFile, responses: Sequence[LoadResponse], data: Data) -> Report:
+def whine_report(file: MovingFile, responses: Sequence[LoadResponse], data: Data) -> Report:
     """Return numbers and page; `data` as `whine_data` gives them."""
-    title, blocks, live = f"In motion: {file.model.sections.title}", _blocks(file, data, responses), list[Any]()
-    if responses:
+    title, blocks, live = f"In motion: {file.sections.title}", _blocks(file, data, responses), list[Any]()
+    if responses and not isinstance(file, SetFile):
         section = motion_section(file.model, responses, loudest(responses), shown_modes(data))
         live = [Heading("Through the speeds"), section]
     return Report("dynamics", data, title, blocks, page_only=live)
@@ -207,22 +214,20 @@ def whine_report(file: GearboxFile, responses: Sequence[LoadResponse], data: Dat
 
 def whine_text(data: Data) -> str:
     """Return the tables for the screen."""
-    lines = [f"The gearbox in motion: {data['gearbox']}"]
+    lines = [f"The {kind} in motion: {data[kind]}" for kind in ("gearbox", "set") if kind in data]
     for shown in (_meshes(data), _peaks(data, [main_load(data)["load"]] if data["loads"] else [])):
         if shown.rows:
             lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
     return "\n".join([*lines, *(f"  ! {sentence}" for sentence in data["failures"])])
 
 
-def _blocks(file: GearboxFile, data: Data, responses: Sequence[LoadResponse]) -> list[Block]:
-    motion, blocks = file.model.sections.dynamics, list[Block]()
+def _blocks(file: MovingFile, data: Data, responses: Sequence[LoadResponse]) -> list[Block]:
+    motion, blocks = file.sections.dynamics, list[Block]()
     blocks.append(
-        "Small motion of shafts, gears and bearings about each load: Timoshenko beams with their inertia and "
-        "gyroscopic moments, gears as rigid discs, those on light blanks without holes with the modes of rim and web, "
-        "bearings by their stiffness under the load, and line contact on finite elements whose stiffness varies over "
-        "the mesh cycle. Flanks stay in contact. Speeds are those of the "
-        f"shaft of the first torque. Each mode has a damping of {100.0 * motion.damping_ratio:g} % of the critical "
-        "one, which no calculation gives: peaks are inverse to it."
+        f"{OF_A_SET if isinstance(file, SetFile) else OF_SHAFTS}, and line contact on finite elements whose stiffness "
+        "varies over the mesh cycle. Flanks stay in contact. Speeds are those of "
+        f"{responses[0].speed_of if responses else 'the load'}. Each mode has a damping of "
+        f"{100.0 * motion.damping_ratio:g} % of the critical one, which no calculation gives: peaks are inverse to it."
     )
     blocks += [*map(Warning, [*file.notes, *data["failures"]])]
     if not responses:
@@ -263,20 +268,30 @@ def _blocks(file: GearboxFile, data: Data, responses: Sequence[LoadResponse]) ->
                     "shafts at rest.", compliance_figure(last, highest)),
             _micrometres(data),
         ]  # fmt: skip
-    drawn = drawn_modes(data)
     caption = (
         f"Modes under {name} that make the peaks, and that strain meshes most: as they move (lines), and at rest "
         "(dash-dotted); bearings are grey. modes.vtkhdf has them in motion."
     )
     if last.machine.ringing:
         caption += " Rims and webs that ring are drawn stiff."
-    return [
-        *blocks, Heading("Modes"),
-        *([Picture("modes.png", caption, modes_figure(file.model, last, drawn))] if drawn else []),
-        _modes(data, last.mesh_names),
-    ]  # fmt: skip
+    # A set by itself has no shafts on which it could be drawn.
+    pictures = list[Block]()
+    if not isinstance(file, SetFile) and (drawn := drawn_modes(data)):
+        pictures.append(Picture("modes.png", caption, modes_figure(file.model, last, drawn)))
+    return [*blocks, Heading("Modes"), *pictures, _modes(data, last.mesh_names)]
 
 
+# What moves, of gearboxes and of sets by themselves.
+OF_SHAFTS = (
+    "Small motion of shafts, gears and bearings about each load: Timoshenko beams with their inertia and gyroscopic "
+    "moments, gears as rigid discs, those on light blanks without holes with the modes of rim and web, bearings by "
+    "their stiffness under the load"
+)
+OF_A_SET = (
+    "Small motion of a planetary set by itself about each torque: gears as rigid discs on the supports of the file. "
+    "The carrier has the mass of its pins and of [[masses]]; members without inertia in [[masses]] turn evenly, but "
+    "for the sun, or the ring beside a sun that is held"
+)
 # Bearings, the most loaded, whose force is told by modifications.
 MOST_TARGETS = 2
 # Of a force: shares of modes that are shown.

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import null_space, orth
@@ -170,9 +171,11 @@ class MovingSet:
     def on_supports(self) -> FloatArray:
         """Forces and moments on what holds sun, carrier and ring, in axes of the plan, by forces on y, (18, L).
 
-        Of sun and ring on shafts none; on the carrier's hub those of all planets.
+        Of sun and ring on shafts none; on a shaft that is the carrier those of all planets on its hub.
         """
         found = np.eye(HUBS, self.coordinates.size)
+        if MEMBERS.index("carrier") in self.housed:
+            return found
         moved = np.linalg.lstsq(self.coordinates.standing[:, HUBS:], self.coordinates.carried[NODE * CENTRAL :])[0]
         found[NODE : 2 * NODE] = 0.0
         found[NODE : 2 * NODE, HUBS:] = moved[:, NODE : 2 * NODE].T
@@ -184,34 +187,53 @@ class MovingSet:
         return np.asarray(np.einsum("flm,lk,fkm->fm", moved, self.matrices.mass, moved))
 
 
+class Further(NamedTuple):
+    """What moves with a member beside the gears: displacements of its node by y, (6, L), and how it turns.
+
+    Attributes
+    ----------
+    along, spin : float
+        Of its middle from that node, mm; its speed as that of bodies.
+    """
+
+    rows: FloatArray
+    inertia: Inertia
+    along: float
+    spin: float
+
+
 def planet_matrices(
     coordinates: PlanetCoordinates, inertias: Sequence[Inertia], compliance: FloatArray, free: FloatArray,
-    carrier: float, spins: Sequence[float], own: Sequence[int] = (),
+    carrier: float, spins: Sequence[float], own: Sequence[int] = (), further: Sequence[Further] = (),
 ) -> PlanetMatrices:  # fmt: skip
     """Return the matrices of a set: equation (1), and what planets stand on in the carrier.
 
     Parameters
     ----------
     inertias : sequence of Inertia, length B
-    compliance, free : ndarray, shape (6 B, 6 B) and (K, 6 B)
-        Of what hubs of planets stand on in the carrier, and of `own` bodies in the housing, in axes of the plan: as of
+    compliance, free : ndarray, shape (6 B, 6 B) and (K, 6 B), or of one body more, the carrier
+        Of what hubs of planets stand on in the carrier, and of `own` members in the housing, in axes of the plan: as of
         `pmor.line.several.GearTrain`.
     carrier, spins : float, sequence of float, length B
         Speeds of the carrier and of all bodies, counter-clockwise in the plan, over that of the machine.
     own : sequence of int
-        Of sun (0) and ring (1), those that no shaft carries.
+        Members that no shaft carries, by their number in `MEMBERS`.
+    further : sequence of Further
+        What moves with members beside the gears.
     """
-    size, places = coordinates.size, [*own, *range(CENTRAL, len(inertias))]
+    size, bodies = coordinates.size, len(inertias)
     mass, gyroscopic, centrifugal = np.zeros((3, size, size))
-    for number, inertia in enumerate(inertias):
-        rows = coordinates.bodies[NODE * number : NODE * (number + 1)]
+    every = [(coordinates.bodies[NODE * number : NODE * (number + 1)], inertia, 0.0, spins[number])
+             for number, inertia in enumerate(inertias)]  # fmt: skip
+    for rows, inertia, along, spin in (*every, *further):
         moved = carrier * (TURN @ rows + rows @ coordinates.turning)
-        inert, spinning = disc_matrices(inertia, 0.0, axis=2)
+        inert, spinning = disc_matrices(inertia, along, axis=2)
         mass += rows.T @ inert @ rows
-        gyroscopic += rows.T @ (2.0 * inert @ moved + spins[number] * spinning @ rows)
-        further = carrier * (TURN @ moved + moved @ coordinates.turning)
-        centrifugal += rows.T @ (inert @ further + spins[number] * spinning @ moved)
-    stand = np.concatenate([_hub(coordinates, number) for number in own] + [coordinates.standing])
+        gyroscopic += rows.T @ (2.0 * inert @ moved + spin * spinning @ rows)
+        faster = carrier * (TURN @ moved + moved @ coordinates.turning)
+        centrifugal += rows.T @ (inert @ faster + spin * spinning @ moved)
+    stand = np.concatenate([hub_rows(coordinates, member) for member in own] + [coordinates.standing])
+    places = [(0, bodies, 1)[member] for member in own] + list(range(CENTRAL, bodies))
     taken = (NODE * np.array(places)[:, None] + np.arange(NODE)).ravel()
     inner, held = _springs(compliance[np.ix_(taken, taken)], free[:, taken])
     return PlanetMatrices(mass, stand.T @ inner @ stand, gyroscopic, centrifugal, held @ stand)
@@ -222,9 +244,8 @@ def uneven(matrix: FloatArray, left: FloatArray, right: FloatArray) -> float:
     return float(np.abs(left.T @ matrix + matrix @ right).max() / (np.abs(matrix).max() or 1.0))
 
 
-def _hub(coordinates: PlanetCoordinates, body: int) -> FloatArray:
-    """Displacements of the hub of sun or ring by y, (6, L)."""
-    member = 2 * body
+def hub_rows(coordinates: PlanetCoordinates, member: int) -> FloatArray:
+    """Return the displacements of the hub of a member, by its number in `MEMBERS`, by y, (6, L)."""
     return np.eye(coordinates.size)[NODE * member : NODE * (member + 1)]
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pmor.body.beam import NODE
+from pmor.case.motion import Motion
 from pmor.core.arrays import BoolArray, ComplexArray, FloatArray
 from pmor.dynamics.whine.cycle import StandingMesh, standing_meshes
 from pmor.dynamics.whine.discs import KG
@@ -25,7 +26,7 @@ from pmor.line.hub_law import COORDINATES
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.loaded import ABOUT_AXIS
 from pmor.machine.model import GearboxModel
-from pmor.machine.settings import Motion
+from pmor.machine.settings import LoadCase
 from pmor.machine.system import Equilibrium
 from pmor.sets.loader import SetFile
 from pmor.sets.solution import SetSolution
@@ -169,6 +170,11 @@ class LoadResponse:
         return self.sources[: len(self.solved.meshes) + len(self.cycles)]
 
     @property
+    def speed_of(self) -> str:
+        """Words for what turns at the speeds."""
+        return "the shaft of the first torque" if self.machine.gearbox.beams else "the member that the torque is on"
+
+    @property
     def mesh_names(self) -> list[str]:
         """Names of all M meshes."""
         of_sets = [f"{one.name}: {mesh}" for one in self.machine.sets for mesh in ("sun - planet", "planet - ring")]
@@ -265,7 +271,7 @@ def respond(
 
 def respond_set(
     file: SetFile, solution: SetSolution, row: int, motion: Motion, speeds_rpm: FloatArray
-) -> LoadResponse:  # fmt: skip
+) -> LoadResponse:
     """Return the response of a set by itself on its supports, over speeds of its loaded member.
 
     Parameters
@@ -280,9 +286,15 @@ def respond_set(
     """
     machine = machine_of_set(file, solution.train)
     (one,), nothing = machine.sets, np.zeros(0)
-    solved = SolvedLoad(machine.load, machine.gearbox, Equilibrium(nothing, nothing, ()), ())
+    load = LoadCase(name=torque_names(file)[row], torques=())
+    solved = SolvedLoad(load, machine.gearbox, Equilibrium(nothing, nothing, ()), ())
     cycle = set_cycle(one, file, solution, row, motion.harmonics)
     return _responded(machine, solved, [], ((one, cycle),), [], motion, speeds_rpm)
+
+
+def torque_names(file: SetFile) -> list[str]:
+    """Return names of the torques of a set, as those of the loads of a gearbox."""
+    return [f"{torque:g} N m" for torque in file.torques_Nm]
 
 
 def _responded(

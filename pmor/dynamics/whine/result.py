@@ -1,4 +1,4 @@
-"""The result of a gearbox in motion: its arrays, pictures and files."""
+"""The result of a gearbox or a set in motion: its arrays, pictures and files."""
 
 from __future__ import annotations
 
@@ -10,11 +10,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pmor.core.errors import CaseError
 from pmor.core.shown import Columns, Tabular
 from pmor.dynamics.whine.figures import bearings_figure, campbell_figure, meshes_figure, waterfall_figure
 from pmor.dynamics.whine.output import (
     FILES,
     Data,
+    MovingFile,
+    kind_of,
     line_columns,
     loudest,
     motion_arrays,
@@ -28,6 +31,7 @@ from pmor.dynamics.whine.readings import bearing_names, bearing_rms
 from pmor.dynamics.whine.response import LoadResponse
 from pmor.machine.loader import GearboxFile
 from pmor.report.data_files import write_columns_csv, write_table_csv
+from pmor.sets.loader import SetFile
 from pmor.storage.results_file import OF_MOTION, ResultsFile, write_results_file
 from pmor.work.results import writing_results
 
@@ -37,9 +41,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MotionResult(Tabular):
-    """A gearbox in small motion over its speed, about each load that has an equilibrium."""
+    """A gearbox or a planetary set in small motion over its speed, about each load that has an equilibrium."""
 
-    file: GearboxFile
+    file: MovingFile
     loads: tuple[LoadResponse, ...]
     failures: tuple[str, ...]
 
@@ -62,14 +66,16 @@ class MotionResult(Tabular):
 
     def plot_campbell(self, load: int = 0) -> Figure:
         """Draw natural frequencies and harmonics over the speed, of a load by its number."""
-        return campbell_figure(self.loads[load], self.file.model.sections.dynamics.highest_frequency_Hz)
+        return campbell_figure(self.loads[load], self.file.sections.dynamics.highest_frequency_Hz)
 
     def plot_waterfall(self, load: int = 0) -> Figure:
         """Draw the lines of the bearing forces over speed and frequency, of a load by its number."""
-        return waterfall_figure(self.loads[load], self.file.model.sections.dynamics.highest_frequency_Hz)
+        return waterfall_figure(self.loads[load], self.file.sections.dynamics.highest_frequency_Hz)
 
     def plot_modes(self, numbers: Sequence[int], load: int = 0) -> Figure:
         """Draw natural modes by their numbers, as the page has them, of a load by its number."""
+        if isinstance(self.file, SetFile):
+            raise CaseError(f"{self.file.name}: modes of a set by itself are not drawn: give it shafts in a gearbox")
         return modes_figure(self.file.model, self.loads[load], numbers)
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
@@ -86,7 +92,7 @@ class MotionResult(Tabular):
         with writing_results(folder, FILES, text, inputs=inputs, overwrite=overwrite, working=()) as out:
             whine_report(self.file, self.loads, self.data).write(out)
             if self.loads:
-                if drawn := drawn_modes(self.data):
+                if isinstance(self.file, GearboxFile) and (drawn := drawn_modes(self.data)):
                     write_modes(self.file.model, loudest(self.loads), drawn, out / "modes.vtkhdf")
                 rows = response_rows(self.loads)
                 write_table_csv(out / "response.csv", rows, list(rows[0]))
@@ -96,7 +102,7 @@ class MotionResult(Tabular):
     def _results_file(self) -> ResultsFile:
         first, named = self.loads[0], {response.solved.load.name: response for response in self.loads}
         arrays = {
-            f"motion/gearbox/{name.replace('/', '_')}/{key}": values
+            f"motion/{kind_of(self.file)}/{name.replace('/', '_')}/{key}": values
             for name, response in named.items() for key, values in motion_arrays(response).items()
         }  # fmt: skip
         names = {

@@ -1,4 +1,4 @@
-"""The front door of a gearbox in motion: a gearbox file in, its response over the speed out."""
+"""The front door of machines in motion: a gearbox or set file in, its response over the speed out."""
 
 from __future__ import annotations
 
@@ -7,36 +7,36 @@ from concurrent.futures import Executor
 from contextlib import nullcontext
 from pathlib import Path
 
-import numpy as np
-
 from pmor.case.capability import refuse_beyond
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, ConvergenceError
 from pmor.core.progress import quietly, stage
 from pmor.core.threads import in_order, one_thread
-from pmor.dynamics.whine.output import FILES
-from pmor.dynamics.whine.response import LoadResponse, respond
+from pmor.dynamics.whine.output import FILES, MovingFile
+from pmor.dynamics.whine.response import LoadResponse, respond, respond_set, torque_names
 from pmor.dynamics.whine.result import MotionResult
 from pmor.machine.coupled import solve_load
 from pmor.machine.loader import GearboxFile
 from pmor.machine.run import meshes_and_trains
-from pmor.machine.settings import LoadCase
-from pmor.storage.gear_store import kept_beside
+from pmor.sets.loader import SetFile
+from pmor.sets.run import first_torques_Nm, train_of
+from pmor.sets.solution import solve_set
+from pmor.storage.gear_store import KeptGear, kept_beside
 from pmor.storage.results_folder import results_folder
 from pmor_online.model import keeping_sections
 
-# Lowest and highest speed over the largest of the loads, where no range is given.
-USUAL_RANGE = 0.02, 1.2
 # Angles of a pitch over which the mean transmission error of a mesh is found.
 ANGLES = 32
+# Motion about a load by its name.
+About = Callable[[str], LoadResponse]
 
 
 @one_thread()
 def run(
-    settings: GearboxFile, *, folder: Path | str | None = None, overwrite: bool = False,
+    settings: MovingFile, *, folder: Path | str | None = None, overwrite: bool = False,
     executor: Executor | None = None, progress: Callable[[int], None] | None = None,
 ) -> MotionResult:  # fmt: skip
-    """Find the small motion of a gearbox over its speed, about each of its loads.
+    """Find the small motion of a gearbox or a planetary set over its speed, about each of its loads.
 
     Parameters
     ----------
@@ -51,33 +51,63 @@ def run(
         Where no load has a speed and no range is given, or motion of such a machine is not found here.
     OutputError
     """
-    speeds, step = speeds_of(settings), progress or quietly
     refuse_beyond(settings, "dynamics")
+    speeds, step = speeds_of(settings), progress or quietly
     with nullcontext() if folder is None else results_folder(Path(folder), FILES, (), overwrite, settings.inputs):
         kept = kept_beside(None if folder is None else Path(folder), overwrite)
-        trained, trains = meshes_and_trains(settings, kept)
-    def about(load: LoadCase) -> LoadResponse | str:
-        pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
+        if isinstance(settings, SetFile):
+            loads, about = _of_set(settings, kept, speeds)
+        else:
+            loads, about = _of_gearbox(settings, kept, speeds)
+
+    def found(name: str) -> LoadResponse | str:
         try:
-            solved = solve_load(settings.model, load, pairs, ANGLES, trains=trains)
-            return respond(settings.model, solved, trained, settings.model.sections.dynamics, speeds)
+            return about(name)
         except ConvergenceError as error:
-            return f"load {load.name}: {error}"
+            return f"load {name}: {error}"
 
     with stage("motion about the loads"):
-        found = list(in_order(about, settings.model.sections.loads, executor, lambda: step(1)))
-    responses = tuple(one for one in found if not isinstance(one, str))
-    return MotionResult(settings, responses, tuple(one for one in found if isinstance(one, str)))
+        every = list(in_order(found, loads, executor, lambda: step(1)))
+    responses = tuple(one for one in every if not isinstance(one, str))
+    return MotionResult(settings, responses, tuple(one for one in every if isinstance(one, str)))
 
 
-def speeds_of(file: GearboxFile) -> FloatArray:
-    """Return the speeds that a gearbox file asks for, rpm."""
-    motion, loads = file.model.sections.dynamics, file.model.sections.loads
-    largest = max((abs(load.speed_rpm or 0.0) for load in loads), default=0.0)
-    if motion.speed_range_rpm is None and not largest:
+def _of_gearbox(file: GearboxFile, kept: KeptGear, speeds: FloatArray) -> tuple[list[str], About]:
+    """Names of the loads of a gearbox, and what finds motion about one."""
+    trained, trains = meshes_and_trains(file, kept)
+    loads = {load.name: load for load in file.sections.loads}
+
+    def about(name: str) -> LoadResponse:
+        pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
+        solved = solve_load(file.model, loads[name], pairs, ANGLES, trains=trains)
+        return respond(file.model, solved, trained, file.sections.dynamics, speeds)
+
+    return list(loads), about
+
+
+def _of_set(file: SetFile, kept: KeptGear, speeds: FloatArray) -> tuple[list[str], About]:
+    """Torques of a set, and what finds motion about one."""
+    plan, names = file.plan, torque_names(file)
+    solution = solve_set(plan, train_of(file, kept), first_torques_Nm(file), file.angles_per_pitch, plan.cycle)
+
+    def about(name: str) -> LoadResponse:
+        return respond_set(file, solution, names.index(name), file.sections.dynamics, speeds)
+
+    return names, about
+
+
+def speeds_of(file: MovingFile) -> FloatArray:
+    """Return the speeds that a file asks for, rpm."""
+    of, speeds = "the shaft of the first torque", list[float | None]()
+    if isinstance(file, SetFile):
+        of = "the member that the torque is on"
+        speeds.append(file.sections.load.speed_rpm if file.sections.load else None)
+    else:
+        speeds += [load.speed_rpm for load in file.sections.loads]
+    found = file.sections.dynamics.over(speeds)
+    if found is None:
         raise CaseError(
             f"{file.name}: [dynamics] speed_range_rpm: no load has a speed: give the lowest and the highest speed of "
-            "the shaft of the first torque, as in [100.0, 3000.0]"
+            f"{of}, as in [100.0, 3000.0]"
         )
-    low, high = motion.speed_range_rpm or (USUAL_RANGE[0] * largest, USUAL_RANGE[1] * largest)
-    return np.linspace(low, high, motion.speeds)
+    return found
