@@ -22,7 +22,8 @@ LUGS = {"held": {"lugs": 6, "lug_deg": 10.0}}
 WEB = {"rim_thickness_mm": 6.0, "web_thickness_mm": 5.0, "hub_radius_mm": 24.0}
 HOLES = {"holes": {"count": 7, "radius_mm": 2.0, "on_radius_mm": 27.5}}
 RELIEF = {"tip_relief_um": 10.0, "tip_relief_start_roll_deg": 27.0}
-COARSE = SMALL_SET.replace("angles_per_pitch = 6\ntorques_Nm = [100.0]", "angles_per_pitch = 4")
+MOTION = "[dynamics]\nspeed_range_rpm = [800.0, 1000.0]\nspeeds = 3\nharmonics = 1\n"
+COARSE = SMALL_SET.replace("angles_per_pitch = 6\ntorques_Nm = [100.0]", "angles_per_pitch = 4") + MOTION
 EVEN = COARSE.replace("tangential_um = [10.0, 0.0, 0.0]\n", "")
 STEPPED = EVEN.replace("[planet]\nteeth = 18", "[planet]\nteeth = 24").replace("teeth = 54", "teeth = 57")
 STEPPED = STEPPED.replace("[ring]", "[second_planet]\nteeth = 15\nbore_radius_mm = 15.0\n[ring]")
@@ -44,7 +45,6 @@ SPLIT = "\n".join(
 )
 
 
-MOTION = "[dynamics]\nspeed_range_rpm = [800.0, 1000.0]\nspeeds = 3\nharmonics = 1\n"
 WITHIN = {"profile_slope_um": 3.0, "samples": 8}
 
 
