@@ -37,6 +37,8 @@ class StandingMesh:
         Whether the mesh passes against its pinion's angle, as where the wheel drives.
     taken_out : ndarray, shape (2, 2), optional
         Compliance of modes of its gears, which the machine has: displacements are those beside it.
+    settled : HubLaw, optional
+        The law there, where it was found already.
     """
 
     name: str
@@ -47,9 +49,12 @@ class StandingMesh:
     harmonics: int
     backwards: bool = False
     taken_out: FloatArray | None = None
+    settled: HubLaw | None = None
 
     def law(self) -> HubLaw:
         """Return the forces over the cycle; ConvergenceError where some are not found."""
+        if self.settled is not None:
+            return self.settled
         pair, count = self.reduced.meshed.pair, PER_HARMONIC * 2 * (self.harmonics + FURTHER)
         law = law_at(self.reduced.lines, online_angles(pair.pitch, count, 1), self.condition, self.displacement,
                      self.taken_out)  # fmt: skip
@@ -79,7 +84,7 @@ class StandingMesh:
     def moved(self, coordinates: FloatArray) -> StandingMesh:
         """Return the mesh with its coordinates moved by so much, (2,)."""
         by_hubs = np.linalg.pinv(mesh_coordinates(self.reduced.meshed.pair))
-        return replace(self, displacement=self.displacement + by_hubs.T @ coordinates)
+        return replace(self, displacement=self.displacement + by_hubs.T @ coordinates, settled=None)
 
 
 def standing_meshes(solved: SolvedLoad, pairs: Mapping[str, ReducedPair], harmonics: int) -> list[StandingMesh]:
@@ -114,6 +119,6 @@ def _settled(standing: StandingMesh) -> StandingMesh:
         law = standing.law()
         more = law.force.mean(axis=0) - load
         if abs(more[0]) <= SETTLED * load[0]:
-            return standing
+            return replace(standing, settled=law)
         standing = standing.moved(np.linalg.solve(law.tangent.mean(axis=0), more))
     raise ConvergenceError(f"mesh {standing.name}: no deflection found under which its mean force is the load", [])
