@@ -18,6 +18,7 @@ from pmor.machine.loaded import loaded
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import pinion_torques, set_torques
 from pmor.machine.settings import Bearing
+from pmor.sets.loader import SetFile
 from pmor.sets.preview import SWEEP, refuse_large_set, stages_of_set
 from pmor.work.cost import (
     COMPILING,
@@ -38,9 +39,11 @@ TRAINING = "training"
 # *Measured*, seconds: of a position, of two sections in contact in it; rounds in which mean forces settle; positions
 # that take as long as the flank that fits, of a mesh under a load; page and pictures.
 POSITION_S, SECTIONS_S, ROUNDS, FIT_POSITIONS, PAGE_S = 3e-5, 2.2e-7, 4, 700, 4.0
-# *Measured* of motion, seconds: modes of a load, a line of a mesh at a speed, page; positions of a mesh cycle to each
-# harmonic; cycles of a mesh about a load, and of what a micrometre of its flanks does.
-MODES_S, LINE_S, MOTION_PAGE_S, PER_HARMONIC, CYCLES, CHANGED = 0.15, 1e-5, 9.0, 16, 4, 32
+# *Measured* of motion, seconds: modes of a load, a line at a speed, a set about a load; page, panel of a bearing, tooth
+# in pictures of modes; positions of a mesh cycle to each harmonic; cycles of a mesh about a load, and of what a
+# micrometre of its flanks does; angles of the mean deflection.
+MODES_S, LINE_S, SET_S, MOTION_PAGE_S, PANEL_S, TOOTH_S = 0.3, 2e-5, 2.0, 6.0, 0.6, 0.035
+PER_HARMONIC, CYCLES, CHANGED, MEAN_DEFLECTION = 16, 4, 32, 32
 
 
 def plan(file: GearboxFile) -> str:
@@ -154,9 +157,7 @@ def _cost(file: GearboxFile) -> list[str]:
                 found.append(replace(stage, name=f"{stage.name}, {name}", memory=stage.memory + held))
             elif stage.name == SWEEP:
                 of_sets += stage.memory - KERNEL_BYTES
-                rounds = ROUNDS * MEAN_PLACES * MEAN_ANGLES / one.angles_per_pitch
-                times = (one.housed_pitches + rounds) / one.pitches
-                more.append((f"{loads} loads, {name}", loads * times * stage.seconds))
+                more.append((f"{loads} loads, {name}", loads * _rounds(one) * stage.seconds))
     held += of_sets + KERNEL_BYTES
     found += [Stage(name, held, seconds) for name, seconds in more]
     found.append(Stage("page", held + PAGE_BYTES, PAGE_S))
@@ -169,14 +170,29 @@ def _motion(file: GearboxFile) -> Iterator[str]:
     motion, speeds = said.dynamics, [load.speed_rpm for load in said.loads if load.speed_rpm]
     if motion.speed_range_rpm is None and not speeds:
         return
-    seconds = MOTION_PAGE_S + len(said.loads) * MODES_S
+    loads, meshes = len(said.loads), len(file.cases) + len(file.model.sets)
+    seconds = loads * (MODES_S + meshes * motion.speeds * motion.harmonics * LINE_S)
     for name, case in file.cases.items():
-        positions = PER_HARMONIC * motion.harmonics * (len(said.loads) * CYCLES + CHANGED)
+        positions = case.repeats_after * PER_HARMONIC * motion.harmonics * (loads * CYCLES + CHANGED)
+        positions += loads * (MEAN_DEFLECTION + ROUNDS * MEAN_ANGLES)
         seconds += positions * (POSITION_S + _position_seconds(file.model.pairs[name], case))
-        seconds += len(said.loads) * motion.speeds * motion.harmonics * LINE_S
+    for one in file.model.sets.values():
+        seconds += loads * SET_S
+        seconds += sum(loads * _rounds(one) * stage.seconds for stage in stages_of_set(one) if stage.name == SWEEP)
+    teeth = sum(float(abs(gear.teeth)) for pair in file.model.pairs.values() for gear in (pair.pinion, pair.wheel))
+    teeth += sum(abs(case.pair.wheel.teeth) * len(one.plan.planets) + sum(map(abs, one.teeth))
+                 for one in file.model.sets.values() for case in [next(iter(one.cases.values()))])  # fmt: skip
+    page = MOTION_PAGE_S + len(said.bearings) * PANEL_S + teeth * TOOTH_S
     yield "In motion, by pmor dynamics: beside finite elements"
-    words = f"{len(said.loads)} loads, {motion.speeds} speeds, {motion.harmonics} harmonics of {len(file.cases)} meshes"
-    yield f"  {'modes, lines, page':<34} {words}, about {format_time(seconds)}"
+    words = f"{loads} loads, {motion.speeds} speeds, {motion.harmonics} harmonics of {meshes} meshes and sets"
+    yield f"  {'equilibrium, modes, lines':<34} {words}, about {format_time(seconds)}"
+    yield f"  {'page and pictures':<34} about {format_time(page)}"
+
+
+def _rounds(one: SetFile) -> float:
+    """Sweeps of a set on its shafts under a load, over one by itself."""
+    rounds = ROUNDS * MEAN_PLACES * MEAN_ANGLES / one.angles_per_pitch
+    return (one.housed_pitches + rounds) / one.pitches
 
 
 def _position_seconds(pair: GearPair, case: Case) -> float:

@@ -148,6 +148,30 @@ def test_files_hold_what_the_result_tells(tmp_path, undrawn):
     assert_allclose(shown, [frequencies[int(step)] for step in steps[::CYCLE_STEPS]])
 
 
+def test_numbers_of_the_first_load_are_on_disk_when_the_second_is_interrupted(tmp_path, monkeypatch):
+    """And nothing else: the page comes with the last."""
+    response = moving().loads[0]
+    second = SMALL[SMALL.index("[[loads]]") :].replace('"drive"', '"further"')
+    file, asked = load(written(tmp_path, with_motion() + second)), []
+
+    def solved(model, load, *_, **__):
+        asked.append(load.name)
+        if len(asked) > 1:
+            raise KeyboardInterrupt
+        return None
+
+    monkeypatch.setattr("pmor.dynamics.whine.run.meshes_and_trains", lambda *_: ({}, {}))
+    monkeypatch.setattr("pmor.dynamics.whine.run.solve_load", solved)
+    monkeypatch.setattr("pmor.dynamics.whine.run.respond", lambda *_: response)
+    with pytest.raises(KeyboardInterrupt):
+        run(file, folder=tmp_path / "out")
+    assert asked == ["drive", "further"]
+    names = {path.name for path in (tmp_path / "out").iterdir() if path.suffix != ".jsonl"}
+    assert names == {"response.csv", "results.h5"}
+    force = pmor.load_results(tmp_path / "out" / "results.h5")["motion/gearbox/drive/speed/bearing_force"].values
+    assert_allclose(force, bearing_rms(response))
+
+
 def test_modes_and_their_static_rest_add_up_to_the_force_at_a_peak(monkeypatch):
     """In its direction and phase; the most of it is the mode that the order meets there."""
     monkeypatch.setattr(readings, "MOST_SHARES", 10**6)

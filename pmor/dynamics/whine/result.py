@@ -94,10 +94,24 @@ class MotionResult(Tabular):
             if self.loads:
                 if isinstance(self.file, GearboxFile) and (drawn := drawn_modes(self.data)):
                     write_modes(self.file.model, loudest(self.loads), drawn, out / "modes.vtkhdf")
-                rows = response_rows(self.loads)
-                write_table_csv(out / "response.csv", rows, list(rows[0]))
+                self._write_numbers(out)
                 write_columns_csv(out / "lines.csv", self.columns())
-                write_results_file(out / "results.h5", self._results_file())
+
+    def write_numbers(self, folder: Path | str, *, overwrite: bool = False) -> None:
+        """Write `response.csv` and `results.h5` alone, as of the first loads while others are solved.
+
+        Raises
+        ------
+        OutputError
+        """
+        inputs, text = self.file.inputs, self.file.text
+        with writing_results(folder, FILES, text, inputs=inputs, overwrite=overwrite, working=()) as out:
+            self._write_numbers(out)
+
+    def _write_numbers(self, out: Path) -> None:
+        rows = response_rows(self.loads)
+        write_table_csv(out / "response.csv", rows, list(rows[0]))
+        write_results_file(out / "results.h5", self._results_file())
 
     def _results_file(self) -> ResultsFile:
         first, named = self.loads[0], {response.solved.load.name: response for response in self.loads}

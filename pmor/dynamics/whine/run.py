@@ -10,7 +10,7 @@ from pathlib import Path
 from pmor.case.capability import refuse_beyond
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, ConvergenceError
-from pmor.core.progress import quietly, stage
+from pmor.core.progress import Progress, quietly, stage
 from pmor.core.threads import in_order, one_thread
 from pmor.dynamics.whine.output import FILES, MovingFile
 from pmor.dynamics.whine.response import LoadResponse, respond, respond_set, torque_names
@@ -41,7 +41,7 @@ def run(
     Parameters
     ----------
     folder, overwrite, progress
-        As in `pmor.app.capabilities`. Gears are kept beside the folder.
+        As in `pmor.app.capabilities`. Gears are kept beside the folder, and in it the numbers of the loads so far.
     executor
         Of threads: shares out the loads.
 
@@ -66,10 +66,17 @@ def run(
         except ConvergenceError as error:
             return f"load {name}: {error}"
 
-    with stage("motion about the loads"):
-        every = list(in_order(found, loads, executor, lambda: step(1)))
-    responses = tuple(one for one in every if not isinstance(one, str))
-    return MotionResult(settings, responses, tuple(one for one in every if isinstance(one, str)))
+    every = list[LoadResponse | str]()
+    with stage("motion about the loads"), Progress(len(loads), "motion, loads", further=step) as bar:
+        for one in in_order(found, loads, executor, bar.step):
+            every.append(one)
+            result = MotionResult(
+                settings, tuple(one for one in every if not isinstance(one, str)),
+                tuple(one for one in every if isinstance(one, str)),
+            )  # fmt: skip
+            if folder is not None and result.loads and len(every) < len(loads):
+                result.write_numbers(folder, overwrite=overwrite)
+    return result
 
 
 def _of_gearbox(file: GearboxFile, kept: KeptGear, speeds: FloatArray) -> tuple[list[str], About]:
