@@ -82,6 +82,8 @@ def export_file(
         _case(source, path, overwrite, stage)
     elif to == "gearbox":
         _gearbox(source, path, overwrite)
+    elif to == "uff":
+        _universal(source, path, overwrite)
     elif to == "rexs" and source.suffix == ".toml":
         _machine(source, path, overwrite)
     else:
@@ -187,6 +189,17 @@ def _gearbox(source: Path, path: Path, overwrite: bool) -> None:
         _LOG.info("%s", note)
     _, *beside = write_gearbox_toml(file, path, overwrite)
     _LOG.info("beside it: %s", ", ".join(one.name for one in beside))
+
+
+def _universal(source: Path, path: Path, overwrite: bool) -> None:
+    """Write results of motion as a universal file."""
+    from pmor.export.universal import write_universal
+    from pmor.storage.hdf5 import schema_name
+    from pmor.storage.results_file import MOTION_RESULTS_SCHEMA, read_results
+
+    if source.is_dir() or schema_name(source) != MOTION_RESULTS_SCHEMA.name:
+        raise CaseError(f"{source}: --to uff {FORMATS['uff'].takes}")
+    write_universal(read_results(source), path, overwrite)
 
 
 def _machine(source: Path, path: Path, overwrite: bool) -> None:

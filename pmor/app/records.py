@@ -142,6 +142,7 @@ FORMATS: Mapping[str, Format] = {
     "vtkhdf": Format(
         ".vtkhdf", "animation", "takes a basis; pmor run leaves set.vtkhdf of a set", "pmor.app.export:write_animation"
     ),
+    "uff": Format(".uff", "universal file", "takes results.h5 of a gearbox or a set in motion (pmor dynamics)"),
     "case": Format(".toml", "a case"),
     "gearbox": Format(".toml", "gearbox file"),
 }  # fmt: skip

@@ -16,9 +16,9 @@ import pmor
 from pmor.dynamics.whine import readings
 from pmor.dynamics.whine.gradient import Target, changes, cycle_with
 from pmor.dynamics.whine.live import motion_section
-from pmor.dynamics.whine.modal import closed
+from pmor.dynamics.whine.modal import Modes, Receptance, closed
 from pmor.dynamics.whine.moving import bearing_rows
-from pmor.dynamics.whine.orders import spinning_Hz
+from pmor.dynamics.whine.orders import along, spinning_Hz
 from pmor.dynamics.whine.output import loudest
 from pmor.dynamics.whine.pictures import CYCLE_STEPS, moving_bodies
 from pmor.dynamics.whine.quiet import QuietMesh
@@ -146,6 +146,40 @@ def test_files_hold_what_the_result_tells(tmp_path, undrawn):
                     atol=1e-6)  # fmt: skip
     frequencies = {mode["mode"]: mode["natural_frequency_Hz"] for mode in result.data["loads"][0]["modes"]}
     assert_allclose(shown, [frequencies[int(step)] for step in steps[::CYCLE_STEPS]])
+
+
+def test_the_model_in_the_file_gives_the_bearing_forces_again_and_the_universal_file_holds_them(tmp_path):
+    """Modes, static parts and forces of the sources alone; the universal file is read by pyuff."""
+    moving().write_numbers(tmp_path / "out")
+    arrays = pmor.load_results(tmp_path / "out" / "results.h5")
+    own = {key.removeprefix("motion/gearbox/drive/"): one.values for key, one in arrays.items()}
+    square, count = (2.0 * np.pi * own["model/frequency"]) ** 2, own["model/ports"].shape[0]
+    bearing = own["model/bearing_force"].reshape(-1, len(square))
+    model = Receptance(
+        Modes(square, np.zeros((0, len(square))), np.inf), own["model/ports"], bearing, own["model/left_ports"],
+        own["model/left_bearing_force"].reshape(-1, count), np.zeros((len(bearing), count)), own["model/gyroscopic"],
+        own["model/centrifugal"], own["model/damping_ratio"],
+    )  # fmt: skip
+    acting = own["lines/acting"] * np.exp(1j * own["lines/acting_phase"])
+    expected = own["lines/bearing_force"] * np.exp(1j * own["lines/bearing_force_phase"])
+    for source, line in np.argwhere(np.isfinite(own["lines/order"])):
+        order = along(model, own["lines/order"][source, line], RPM * own["speed/speed"], 1.0)
+        told = np.isfinite(own["lines/frequency"][source, :, line])
+        found = order.readings(slice(None), np.where(told[:, None], acting[source, :, line], 0.0))[told]
+        wanted = expected[source, told, line].reshape(told.sum(), -1)
+        assert_allclose(found, wanted, atol=ROUNDING * abs(wanted).max())
+    pyuff = pytest.importorskip("pyuff", reason="universal files are read by pyuff")
+    pmor.export_file(tmp_path / "out" / "results.h5", "uff", tmp_path / "motion.uff")
+    sets = pyuff.UFF(str(tmp_path / "motion.uff")).read_sets()
+    lines = np.isfinite(own["lines/frequency"]).any(axis=1)
+    assert len(sets) == 3 * lines.sum() * expected.shape[3]
+    one = sets[-1]
+    source, line = np.argwhere(lines)[-1]
+    told = np.isfinite(own["lines/frequency"][source, :, line])
+    assert_allclose(one["data"], expected[source, told, line, -1, 2], rtol=1e-6)
+    assert_allclose(one["x"], own["speed/speed"][told], rtol=1e-4)
+    with pytest.raises(pmor.PmorError, match="takes results.h5 of a gearbox or a set in motion"):
+        pmor.export_file(tmp_path / "box.toml", "uff", tmp_path / "other.uff")
 
 
 def test_numbers_of_the_first_load_are_on_disk_when_the_second_is_interrupted(tmp_path, monkeypatch):

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import ComplexArray, FloatArray
 from pmor.dynamics.whine.figures import (
     bearings_figure,
     campbell_figure,
@@ -187,20 +187,38 @@ def motion_arrays(response: LoadResponse) -> dict[str, np.ndarray]:
         told = np.where(source.told.reshape(*source.told.shape, *(1,) * (values.ndim - 2)), values, np.nan)
         return np.pad(told, ((0, 0), (0, most - told.shape[1]), *((0, 0),) * (told.ndim - 2)), constant_values=np.nan)
 
+    def on_bearings(readings: FloatArray) -> FloatArray:
+        return response.bearing_forces(np.asarray(readings.T, dtype=complex)).real[..., :3].transpose(1, 2, 0)
+
     frequency = np.stack([padded(source.frequency_Hz(speeds), source) for source in sources])
     meshes = np.stack([padded(source.lines.mesh_forces, source) for source in sources])
     bearings = np.stack(
         [padded(response.bearing_forces(source.lines.readings)[..., :3], source) for source in sources]
     )
+    acting = np.stack([padded(_on_all_ports(source, len(model.ports)), source) for source in sources])
+    order = np.full((len(sources), most), np.nan)
+    for number, source in enumerate(sources):
+        order[number, : source.told.shape[1]] = [one.order for one in source.orders[: source.told.shape[1]]]
     return {
         "speed/speed": speeds, "speed/bearing_force": bearing_rms(response), "speed/mesh_force": mesh_rms(response),
         "lines/frequency": frequency, "lines/mesh_force": 2.0 * abs(meshes), "lines/mesh_force_phase": np.angle(meshes),
         "lines/bearing_force": 2.0 * abs(bearings), "lines/bearing_force_phase": np.angle(bearings),
+        "lines/order": order, "lines/acting": 2.0 * abs(acting), "lines/acting_phase": np.angle(acting),
         "model/frequency": response.modes.frequency_Hz, "model/damping_ratio": model.damping_ratio,
-        "model/ports": model.ports, "model/readings": model.readings, "model/gyroscopic": model.gyroscopic,
+        "model/ports": model.ports, "model/readings": model.readings,
+        "model/gyroscopic": response.machine.sense * model.gyroscopic, "model/centrifugal": model.centrifugal,
+        "model/bearing_force": on_bearings(model.readings),
+        "model/left_bearing_force": on_bearings(model.left_readings),
         "model/left_ports": model.left_ports, "model/left_readings": model.left_readings,
         "model/tangent": response.tangent,
     }  # fmt: skip
+
+
+def _on_all_ports(source: Source, ports: int) -> ComplexArray:
+    """Forces of a source's lines on all ports, (S, K, p)."""
+    found = np.zeros((*source.told.shape, ports), dtype=complex)
+    found[..., source.ports] = source.lines.acting[:, : source.told.shape[1]]
+    return found
 
 
 def whine_report(file: MovingFile, responses: Sequence[LoadResponse], data: Data) -> Report:
