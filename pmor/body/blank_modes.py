@@ -18,17 +18,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.linalg import block_diag, cho_factor, cho_solve
 from scipy.sparse.linalg import eigsh, splu
 
 from pmor.body.blank import Blank, blank_response, cylindrical, interpolation, signed_teeth
 from pmor.core.arrays import ComplexArray, FloatArray, IntArray
 from pmor.fe.assembly import added_up, degrees_of_freedom
 from pmor.fe.completion import completion, nodes_of_elements
-from pmor.fe.condensation import CondensedSector, back_substitute, condense_sector
+from pmor.fe.condensation import CondensedSector, back_substitute, condense_loads, condense_sector
 from pmor.fe.element import QUADRATIC_NODES
 from pmor.fe.hexahedron import element_mass
 from pmor.fe.section_matrices import section_matrices
@@ -40,6 +41,8 @@ DIAMETERS = range(8)
 SHIFT, RIGID = 1e-2, 1e-6
 # Modes of a harmonic that are looked for at first.
 AT_FIRST = 6
+# Of the largest compliance: functions of the sector that are the same within.
+ALIKE = 1e-9
 # Directions of a rigid body, along and about x, y and z.
 HUB = 6
 
@@ -104,51 +107,57 @@ def blank_modes(
     held : bool
         At its bore; else the gear is free, and its motions as a rigid body are left out.
     """
-    if blank.web is not None or blank.body is not None or blank.lugs is not None or blank.core or mesh.mirrored:
-        raise ValueError("modes are those of a whole blank of revolution by its dimensions, on its bore")
-    material = blank.youngs_modulus, blank.poisson_ratio
+    if not rings(blank) or mesh.mirrored:
+        raise ValueError("modes are those of a whole blank of revolution by its dimensions")
+    material, teeth = (blank.youngs_modulus, blank.poisson_ratio), abs(signed_teeth(mesh))
     elements = mesh.elements[:, :QUADRATIC_NODES]
-    sector = condense_sector(mesh, *material, element, keep_rows=True)
+    # Flanks are free.
+    sector = condense_sector(replace(mesh, flank=mesh.flank[:0]), *material, element, keep_rows=True)
     mass = sp.csr_array(sp.kron(added_up(element_mass(mesh.nodes, elements, density), elements, len(mesh.nodes)),
                                 np.eye(3)))  # fmt: skip
     section = section_matrices(blank.blocks, *material, density, mesh.twist_per_length)
     columns, at_rest = 3 * len(mesh.z), blank_response(mesh, blank).stiffness
     # The outermost row of nodes follows the interface's columns, the others are free, or held.
     outer = degrees_of_freedom(section.last)
-    still = np.union1d(outer, section.held(blank.held)) if held else outer
+    still = np.union1d(outer, section.held(blank.held)) if held and blank.bedding is None else outer
     own = np.setdiff1d(np.arange(3 * len(section.nodes)), still)
     shares = np.kron(interpolation(mesh.z, mesh.order, section.nodes[section.last, 1]), np.eye(3))
-    to = sp.lil_array((3 * len(section.nodes), len(own) + columns))
-    to[own, np.arange(len(own))] = 1.0
-    to[outer[:, None], len(own) + np.arange(columns)] = shares
-    to = to.tocsr()
-    found = list[BlankModes]()
+    below = section.on_bedding(blank.bedding) if held and blank.bedding is not None else None
+    found, onto = list[BlankModes](), completion(mesh, mesh.flank)
     for n in diameters:
         ring = _ring_on(mesh, sector, mass, at_rest, n)
+        to = sp.lil_array((3 * len(section.nodes), len(own) + len(ring.mass)))
+        to[own, np.arange(len(own))] = 1.0
+        to[outer[:, None], len(own) + np.arange(columns)] = shares
+        to, half, stiffness = to.tocsr(), 0.5 if n else 1.0, section.of_harmonic(n)
+        stiffness = stiffness if below is None else stiffness + below
         both = [to.T @ matrix @ to + sp.block_diag([sp.csr_array((len(own), len(own))), part])
-                for matrix, part in ((section.of_harmonic(n), ring.stiffness), (section.mass, ring.mass))]  # fmt: skip
-        half = 0.5 if n else 1.0
+                for matrix, part in ((stiffness, ring.stiffness), (section.mass, ring.mass))]  # fmt: skip
         square, shape = _lowest(both[0], both[1], (2.0 * math.pi * highest_Hz) ** 2)
         shape = shape / np.sqrt(half * np.einsum("ik,ik->k", shape.conj(), both[1] @ shape).real)
+        there = slice(len(own) + columns)
         if n == 0:  # of a real displacement U, i V, W
-            turned = shape * np.tile([1.0, 1.0j, 1.0], len(shape) // 3)[:, None]
+            turned = shape[there] * np.tile([1.0, 1.0j, 1.0], there.stop // 3)[:, None]
             largest = turned[abs(turned).argmax(axis=0), np.arange(len(square))]
             shape = shape * (abs(largest) / largest)
-        interface = shape[len(own) :]
-        weighed = (both[1] @ shape).conj() * shape
-        axial = half * weighed[2::3].sum(axis=0).real
-        onto = completion(mesh, mesh.flank)
-        flank = onto @ ring.moved[degrees_of_freedom(nodes_of_elements(mesh, mesh.flank))] @ interface
+        sectors = shape[len(own) :]
+        axial = half * ((both[1] @ shape).conj() * shape)[there][2::3].sum(axis=0).real
+        flank = onto @ ring.moved[degrees_of_freedom(nodes_of_elements(mesh, mesh.flank))] @ sectors
         rigid = _rigid(n, section.nodes, mesh.twist_per_length)
         inertia = half * (
             rigid.conj().T @ (section.mass @ (to @ shape))
-            + abs(signed_teeth(mesh)) * _rigid_sector(mesh, n).conj().T @ (ring.by_mass @ interface)
+            + teeth * _rigid_sector(mesh, n).conj().T @ (ring.by_mass @ sectors)
         )
         found.append(BlankModes(
             np.full(len(square), n), square, flank, np.stack([inertia.real.T, inertia.imag.T], axis=1), axial
         ))  # fmt: skip
     return BlankModes(*(np.concatenate([getattr(one, name) for one in found], axis=-1 if name == "flank" else 0)
                         for name in ("diameters", "square", "flank", "inertia", "axial")))  # fmt: skip
+
+
+def rings(blank: Blank) -> bool:
+    """Return whether the modes of a blank are found: of revolution, by its dimensions, on its bore or a bedding."""
+    return blank.web is None and blank.body is None and blank.lugs is None and not blank.core
 
 
 def _lowest(stiffness: sp.csr_array, mass: sp.csr_array, most: float) -> tuple[FloatArray, ComplexArray]:
@@ -175,19 +184,14 @@ def _ring_on(
     """Sectors on harmonic n of the interface, and on those that it brings along: equation (1)."""
     layers, teeth = len(mesh.z), signed_teeth(mesh)
     pitch = 2.0 * math.pi / teeth
-    flank, left, right, interface = (part[::3] // 3 for part in (sector.flank, sector.left, sector.right,
-                                                                 sector.interface))  # fmt: skip
+    left, right, interface = (part[::3] // 3 for part in (sector.left, sector.right, sector.interface))
     frames = cylindrical(mesh, np.arange(len(mesh.nodes))).transpose(0, 2, 1)
     angle, layer = np.divmod(np.flatnonzero(np.isin(mesh.bore, interface)), layers)
     theta, count = pitch * (0.5 - angle / (len(mesh.bore) // layers - 1)), abs(teeth)
     most = (len(at_rest) - 1 - n) // count
     short = [n + j * count for j in range(-most, most + 1) if j]
-    faces, three = len(flank) + len(left), np.arange(3)
-    parts = [
-        (np.arange(len(flank)), np.broadcast_to(np.eye(3), (len(flank), 3, 3))),
-        (len(flank) + np.arange(len(left)), frames[left]),
-        (len(flank) + np.arange(len(left)), frames[right] * np.exp(-1j * n * pitch)),
-    ]
+    faces, three = len(left), np.arange(3)
+    parts = [(np.arange(faces), frames[left]), (np.arange(faces), frames[right] * np.exp(-1j * n * pitch))]
     to = np.zeros((len(sector.retained) // 3, 3, faces + layers * (len(short) + 1), 3), dtype=complex)
     first = 0
     for follows, block in parts:
@@ -200,18 +204,42 @@ def _ring_on(
         follows = faces + layers * place + layer
         to[rows[:, None, None], three[:, None], follows[:, None, None], three] = frames[interface] * parted[:, None, :]
     every = to.reshape(len(sector.retained), -1)
-    matrix, free = every.conj().T @ sector.stiffness @ every, every.shape[1] - 3 * layers
+    matrix = every.conj().T @ _complex(sector.stiffness @ _columns(every))
+    free = every.shape[1] - 3 * layers
     for place, harmonic in enumerate(short):
         own = slice(3 * (faces + layers * place), 3 * (faces + layers * (place + 1)))
         matrix[own, own] += (at_rest[harmonic] if harmonic > 0 else at_rest[-harmonic].conj()) / count
-    brought = -np.linalg.solve(matrix[:free, :free], matrix[:free, free:])
-    stiffness = matrix[free:, free:] + matrix[free:, :free] @ brought
-    faces_moved = every[:, free:] + every[:, :free] @ brought
-    found = back_substitute(sector, np.hstack([faces_moved.real, faces_moved.imag]), 3 * len(mesh.nodes))
-    moved = np.asarray(found[:, : 3 * layers] + 1j * found[:, 3 * layers :], dtype=np.complex128)
-    by_mass = np.asarray(mass @ moved, dtype=np.complex128)
-    whole = np.asarray(0.5 * count * (stiffness + stiffness.conj().T), dtype=np.complex128)
-    return _RingOnHarmonic(whole, np.asarray(count * moved.conj().T @ by_mass, dtype=np.complex128), moved, by_mass)
+    factor, size = cho_factor(matrix[:free, :free]), 3 * len(mesh.nodes)
+    brought = -cho_solve(factor, matrix[:free, free:])
+    at_rest = matrix[free:, free:] + matrix[free:, :free] @ brought
+    moved = _within(sector, every[:, free:] + every[:, :free] @ brought, size)
+    # Under the forces by their mass, the interface held.
+    pushed = mass @ _columns(moved)
+    condensed, forward = condense_loads(sector, pushed)
+    own = every[:, :free] @ cho_solve(factor, every[:, :free].conj().T @ _complex(condensed))
+    second = _within(sector, own, size, forward)
+    gives, directions = np.linalg.eigh(_complex(pushed).conj().T @ second)
+    kept = gives > ALIKE * gives[-1]
+    second = second @ (directions[:, kept] / np.sqrt(gives[kept]))
+    every_moved = np.hstack([moved, second])
+    by_mass = np.hstack([_complex(pushed), _complex(mass @ _columns(second))])
+    whole = block_diag(0.5 * (at_rest + at_rest.conj().T), np.eye(second.shape[1]))
+    return _RingOnHarmonic(count * whole, np.asarray(count * every_moved.conj().T @ by_mass), every_moved, by_mass)
+
+
+def _within(
+    sector: CondensedSector, retained: ComplexArray, size: int, forward: FloatArray | None = None
+) -> ComplexArray:
+    return _complex(back_substitute(sector, _columns(retained), size, forward))
+
+
+def _columns(values: ComplexArray) -> FloatArray:
+    return np.hstack([values.real, values.imag])
+
+
+def _complex(columns: FloatArray) -> ComplexArray:
+    half = columns.shape[1] // 2
+    return np.asarray(columns[:, :half] + 1j * columns[:, half:], dtype=np.complex128)
 
 
 def _rigid(n: int, nodes: FloatArray, twist: float) -> ComplexArray:
@@ -230,7 +258,9 @@ def _rigid(n: int, nodes: FloatArray, twist: float) -> ComplexArray:
 
 def _rigid_sector(mesh: SectorMesh, n: int) -> ComplexArray:
     """The same of the nodes of sector 0, along x, y and z, (3 N, 6)."""
-    x, y, z = mesh.nodes.T
+    # Teeth of a ring are drawn on the other side.
+    x, y = math.copysign(1.0, mesh.angular_pitch) * mesh.nodes[:, :2].T
+    z = mesh.nodes[:, 2]
     amplitudes = _rigid(n, np.column_stack([np.hypot(x, y), z]), 0.0).reshape(-1, 3, HUB)
     around = np.array([1.0, 1j, 1.0]) * np.exp(1j * n * np.arctan2(-x, y))[:, None]
     frames = cylindrical(mesh, np.arange(len(mesh.nodes))).transpose(0, 2, 1)

@@ -200,14 +200,23 @@ class _Edge(NamedTuple):
     radius: float
     bedding: tuple[float, float]
 
-    def stiffness(self, z: FloatArray) -> FloatArray:
-        """Over U, V, W at the columns of nodes, for an angle of 1 rad, (3 m, 3 m)."""
-        shares = np.zeros((len(z), len(z)))
-        element = np.array([[4.0, 2.0, -1.0], [2.0, 16.0, 2.0], [-1.0, 2.0, 4.0]]) / 30.0
-        for place in range(0, len(z) - 1, 2):
-            shares[place : place + 3, place : place + 3] += (z[place + 2] - z[place]) * element
-        radial, along = self.bedding
-        return np.asarray(self.radius * np.kron(shares, np.diag([radial, along, along])))
+
+def edge_stiffness(radius: float, z: FloatArray, bedding: tuple[float, float]) -> FloatArray:
+    """Return the stiffness of a bedding over U, V, W at columns of nodes, for an angle of 1 rad, (3 m, 3 m).
+
+    Parameters
+    ----------
+    radius : float
+        Of the edge, mm.
+    bedding : (float, float)
+        Radially and along the surface, N/mm^3.
+    """
+    shares = np.zeros((len(z), len(z)))
+    element = np.array([[4.0, 2.0, -1.0], [2.0, 16.0, 2.0], [-1.0, 2.0, 4.0]]) / 30.0
+    for place in range(0, len(z) - 1, 2):
+        shares[place : place + 3, place : place + 3] += (z[place + 2] - z[place]) * element
+    radial, along = bedding
+    return np.asarray(radius * np.kron(shares, np.diag([radial, along, along])))
 
 
 class _MeanMotion(NamedTuple):
@@ -251,7 +260,7 @@ def _eliminated(
     size = 0 if edge is None else 3 * len(z)
     left: Amplitudes = np.zeros((len(n), size + count, size + count), dtype=rows[0].stiffness[0].dtype)
     if edge is not None:
-        left[:, :size, :size] += revolution * edge.stiffness(z)
+        left[:, :size, :size] += revolution * edge_stiffness(edge.radius, z, edge.bedding)
         _add_loads(left, loads, edge.radius, z, n)
     for row in rows:
         left, z, size = _handed_on(left, count, z, row.inner_z), row.z, 3 * len(row.z)

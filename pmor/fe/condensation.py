@@ -135,7 +135,31 @@ def uncouple(stiffness: FloatArray, held: BoolArray) -> None:
     stiffness[number, place, place] = diagonal
 
 
-def back_substitute(sector: CondensedSector, retained_displacement: FloatArray, size: int) -> FloatArray:
+def condense_loads(sector: CondensedSector, loads: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return what loads on all unknowns are on the retained ones, and what `back_substitute` needs of them within.
+
+    Parameters
+    ----------
+    sector : CondensedSector
+        Condensed with ``keep_rows=True``.
+    loads : ndarray, shape (size, m)
+        N.
+
+    Returns
+    -------
+    tuple of ndarray, shapes (n, m) and (size, m)
+    """
+    forward = loads.copy()
+    for part in sector.parts:
+        inner = la.solve_triangular(part.factor, forward[part.inner], trans="T", check_finite=False)
+        forward[part.inner] = inner
+        forward[part.border] -= part.coupling.T @ inner
+    return forward[sector.retained], forward
+
+
+def back_substitute(
+    sector: CondensedSector, retained_displacement: FloatArray, size: int, forward: FloatArray | None = None
+) -> FloatArray:
     """Recover the displacement of the whole sector from that of its retained unknowns.
 
     Parameters
@@ -146,6 +170,8 @@ def back_substitute(sector: CondensedSector, retained_displacement: FloatArray, 
         Displacements of flank, left and right unknowns for m load cases, mm.
     size : int
         Number of degrees of freedom of the sector mesh.
+    forward : ndarray, shape (size, m), optional
+        Of loads within, as of `condense_loads`.
 
     Returns
     -------
@@ -155,6 +181,8 @@ def back_substitute(sector: CondensedSector, retained_displacement: FloatArray, 
     displacement = np.zeros((size, retained_displacement.shape[1]))
     displacement[sector.retained] = retained_displacement
     for part in reversed(sector.parts):
-        rhs = part.coupling @ displacement[part.border]
-        displacement[part.inner] = -la.solve_triangular(part.factor, rhs, check_finite=False)
+        rhs = -(part.coupling @ displacement[part.border])
+        if forward is not None:
+            rhs += forward[part.inner]
+        displacement[part.inner] = la.solve_triangular(part.factor, rhs, check_finite=False)
     return displacement

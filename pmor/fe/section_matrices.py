@@ -19,6 +19,7 @@ from pmor.fe.blank_section import (
     Block,
     Span,
     beyond,
+    edge_stiffness,
     hookes_law,
     parabolas,
     row_stiffness,
@@ -61,6 +62,14 @@ class SectionMatrices:
         own = np.arange(3 * len(self.first))
         within = np.setdiff1d(own, beyond(self.nodes[self.first, 1], span))
         return np.asarray(3 * self.first[within // 3] + within % 3)
+
+    def on_bedding(self, bedding: tuple[float, float]) -> sp.csr_array:
+        """Return the stiffness of a bedding below the beginning, radially and along the surface, N/mm^3."""
+        radius, z = self.nodes[self.first].T
+        own = 2.0 * np.pi * edge_stiffness(float(radius[0]), z, bedding)
+        rows = (3 * self.first[:, None] + np.arange(3)).ravel()
+        place = np.repeat(rows, len(rows)), np.tile(rows, len(rows))
+        return sp.csr_array(sp.coo_array((own.ravel(), place), shape=self.mass.shape))
 
 
 def section_matrices(

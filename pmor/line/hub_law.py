@@ -14,11 +14,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pmor.body.far_compliance import ROWS
 from pmor.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from pmor.gear.condition import Condition
 from pmor.gear.pair import GearPair
 from pmor.line.hubs import HUB, Hubs
 from pmor.line.kernels.loads import COLD, solve_lines
+from pmor.line.kernels.places import Lines
 from pmor.line.pair import (
     NONE,
     LinePair,
@@ -111,21 +113,32 @@ def mode_coordinates(
     """
     coordinates = (mesh_coordinates(pair.meshed.pair).T @ displacement)[None]
     placed, rows, found = _solved(pair, phi, condition, coordinates, None)
-    gaps = [section_patterns(pair.meshed, placed.lines, gear, np.ascontiguousarray(part))
-            for part in (flank.real, flank.imag)]  # fmt: skip
+    gap = gap_patterns(pair, placed.lines, gear, flank)
     geometry, count = pair.meshed.pair, pair.meshed.tooth_pair_count
     teeth = placed.lines.first_pair[:, None] + np.arange(count)
     roll = phi[:, None] + geometry.pitch * teeth
     angle = roll
     if gear == 1:
-        angle = math.pi + geometry.contact_roll_angles(roll)[1]
+        # Teeth of a ring are drawn on the other side.
+        angle = math.pi if geometry.wheel.teeth > 0 else 0.0
+        angle = angle + geometry.contact_roll_angles(roll)[1]
         angle = angle - geometry.wheel.base_half_angle - geometry.working_pressure_angle
     turned = np.exp(1j * diameters * np.repeat(angle, rows.shape[1] // count, axis=1)[..., None])
-    gap = (gaps[0] + 1j * gaps[1]) * turned
+    gap = gap * turned
     loaded = found.force[0][..., None] * rows
     weight = np.einsum("anc,and->cd", loaded, rows)
     mean = np.linalg.solve(weight, np.einsum("anc,anm->cm", loaded, gap))
     return np.stack([mean.real, mean.imag], axis=-1)
+
+
+def gap_patterns(pair: LinePair, lines: Lines, gear: int, flank: ComplexArray) -> ComplexArray:
+    """Return by how much displacements of a gear's flank (3 f, m) open the gaps of placed sections, (A, N, m)."""
+    # Flanks of spur gears are pressed along x and y alone.
+    parts = lines.gradient.shape[3] // ROWS
+    pressed = np.ascontiguousarray(flank.reshape(-1, 3, flank.shape[1])[:, :parts].reshape(-1, flank.shape[1]))
+    real, imag = (section_patterns(pair.meshed, lines, gear, np.ascontiguousarray(part))
+                  for part in (pressed.real, pressed.imag))  # fmt: skip
+    return np.asarray(real + 1j * imag)
 
 
 def _solved(

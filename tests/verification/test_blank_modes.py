@@ -1,7 +1,9 @@
 """Modes of gears on light blanks: against plates, against three-dimensional elements, and by symmetry."""
 
+import re
 from dataclasses import replace
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -18,7 +20,8 @@ from pmor.fe.blank_section import Block, with_middles
 from pmor.fe.element import QUADRATIC_NODES
 from pmor.fe.hexahedron import element_mass
 from pmor.fe.section_matrices import section_matrices
-from pmor.fe.sector import _cells, build_sector, node_places
+from pmor.fe.sector import SectorMesh, _cells, build_sector, node_places
+from pmor.lab.rivals.calculix import calculix_available, run_deck
 from pmor.pair.blank import blank_below
 from pmor.pair.model import gear_pair, sector_meshes
 
@@ -29,6 +32,13 @@ WHOLE, UP_TO_HZ = 5e-3, 9e3
 THICK = 0.03
 ROUNDING = 1e-6
 HIGHEST = 20e3
+# Elements over the profile, lines above the middle of the width, and radii below the teeth, of bricks: ever finer.
+GRIDS = [
+    (2, (1.25, 3.0, 5.0), (9.0, 11.5, 13.0, 14.0, 17.0, 21.0, 25.0)),
+    (3, (1.25, 1.8, 3.0, 5.0), (9.0, 11.0, 12.5, 13.0, 13.4, 14.2, 16.0, 18.0, 21.0, 24.0, 26.5, 27.35, 27.95)),
+    (4, (0.8, 1.25, 1.45, 2.0, 3.2, 5.0),
+     (9.0, 10.5, 11.9, 12.6, 12.85, 13.0, 13.2, 13.6, 14.4, 15.6, 17.2, 19.2, 21.4, 23.6, 25.4, 26.7, 27.6, 28.05)),
+]  # fmt: skip
 WEB = {"rim_thickness_mm": 4.0, "hub_radius_mm": 13.0, "web_thickness_mm": 2.5}
 
 
@@ -50,31 +60,37 @@ def ours(held, elements=3, helix_deg=0.0):
     return blank_modes(mesh, blank, DENSITY, case.mesh.element, HIGHEST, held)
 
 
-@cache
-def by_bricks(held):
-    """Frequencies by nodal diameters of the wheel of twenty-node bricks from tip to bore.
+class Bricks(NamedTuple):
+    """Sector of the wheel from tip to bore: nodes that follow each other on the right, and those at the bore."""
 
-    Displacements of neighbouring sectors differ by exp(i n 2 pi / z): with all n those of the whole gear.
-    """
+    mesh: SectorMesh
+    elements: np.ndarray
+    left: np.ndarray
+    right: np.ndarray
+    bore: np.ndarray
+
+
+@cache
+def bricks(grid):
     case = wheel_case()
     tooth = gear_pair(case).wheel
     rim = tooth.root_radius - WEB["rim_thickness_mm"]
-    lines = np.array([-5.0, -3.0, -1.8, -1.25, 0.0, 1.25, 1.8, 3.0, 5.0])
+    profile, half, rows = GRIDS[grid]
+    lines = np.array([*(-z for z in half[::-1]), 0.0, *half])
     z = with_middles(lines)
-    mesh = build_sector(tooth, rim, 10.0, 3, len(lines) - 1, order=2)
+    mesh = build_sector(tooth, rim, 10.0, profile, len(lines) - 1, order=2)
     nodes = mesh.nodes.reshape(-1, len(z), 3).copy()
     nodes[..., 2] = z
-    rows = 9.0, 11.0, 12.5, 13.0, 13.4, 14.2, 16.0, 18.0, 21.0, 24.0, 26.5, rim - 0.9, rim - 0.3, rim
-    web = with_middles(np.array(rows))[:-1]
+    web = with_middles(np.array([*rows, rim]))[:-1]
     bore = mesh.bore.reshape(-1, len(z))
     direction = nodes.reshape(-1, 3)[bore[:, 0], :2]
     direction = direction / np.linalg.norm(direction, axis=1)[:, None]
     below = np.zeros((len(web), len(bore), len(z), 3))
     below[..., :2], below[..., 2] = web[:, None, None, None] * direction[:, None], z
     number = mesh.nodes.shape[0] + np.arange(below[..., 0].size).reshape(below.shape[:3])
-    grid = np.concatenate([number, bore[None]])
+    whole = np.concatenate([number, bore[None]])
     column, row, layer = node_places(2).T
-    cells = _cells(grid[..., 0], 2)
+    cells = _cells(whole[..., 0], 2)
     through = 2 * np.arange(len(lines) - 1)[:, None] + np.arange(3)
     more = (cells[:, None, :, :, None] + through[:, None, None])[:, :, row, column, layer]
     middle = 0.5 * (web[::2] + np.append(web[2::2], rim))
@@ -82,15 +98,24 @@ def by_bricks(held):
     made[np.ix_((middle > 13.0) & (middle < rim), np.arange(len(bore) // 2), abs(lines[1:] + lines[:-1]) > 2.6)] = False
     more = more.reshape(*made.shape, -1)[made]
     elements = np.concatenate([mesh.elements, more])[:, :QUADRATIC_NODES]
-    whole = replace(mesh, nodes=np.concatenate([nodes.reshape(-1, 3), below.reshape(-1, 3)]), z=z)
+    mesh = replace(mesh, nodes=np.concatenate([nodes.reshape(-1, 3), below.reshape(-1, 3)]), z=z)
+    left = np.concatenate([mesh.left, bore[0], number[:, 0].ravel()])
+    right = np.concatenate([mesh.right, bore[-1], number[:, -1].ravel()])
+    return Bricks(mesh, elements, left, right, number[0].ravel())
+
+
+@cache
+def by_bricks(held, grid, diameters=range(5)):
+    """Frequencies by nodal diameters of the wheel of twenty-node bricks from tip to bore, on one of `GRIDS`.
+
+    Displacements of neighbouring sectors differ by exp(i n 2 pi / z): with all n those of the whole gear.
+    """
+    whole, elements, left, right, bore = bricks(grid)
     stiffness = assemble(whole.nodes, elements, E_MPA, NU, "hex20")
     mass = added_up(element_mass(whole.nodes, elements, DENSITY), elements, len(whole.nodes))
     mass = sp.csr_array(sp.kron(mass, np.eye(3)))
-    left = np.concatenate([mesh.left, bore[0], number[:, 0].ravel()])
-    right = np.concatenate([mesh.right, bore[-1], number[:, -1].ravel()])
     used = np.unique(elements)
-    still = number[0].ravel() if held else number[:0].ravel()
-    own = np.setdiff1d(used, np.concatenate([right, still]))
+    own = np.setdiff1d(used, np.concatenate([right, bore if held else bore[:0]]))
     place = np.full(len(whole.nodes), -1)
     place[own], place[right] = np.arange(len(own)), -1
     place[right] = place[left]
@@ -99,8 +124,8 @@ def by_bricks(held):
     frames[both] = cylindrical(whole, both).transpose(0, 2, 1)
     told = used[place[used] >= 0]
     three, found = np.arange(3), {}
-    for n in range(5):
-        turned = np.where(np.isin(told, right), np.exp(-2j * np.pi * n / mesh.teeth), 1.0)
+    for n in diameters:
+        turned = np.where(np.isin(told, right), np.exp(-2j * np.pi * n / whole.teeth), 1.0)
         rows = (3 * told[:, None, None] + three[:, None] + 0 * three).ravel()
         columns = (3 * place[told][:, None, None] + three + 0 * three[:, None]).ravel()
         values = (frames[told] * turned[:, None, None]).ravel()
@@ -113,6 +138,32 @@ def by_bricks(held):
         frequency = np.sqrt(np.sort(np.maximum(square, 0.0))) / (2.0 * np.pi)
         found[n] = frequency[(frequency > 300.0) & (frequency < HIGHEST)]
     return found
+
+
+def by_calculix(grid):
+    """The same of the wheel that is held, by CalculiX on the same bricks and their cyclic symmetry."""
+    whole, elements, left, right, bore = bricks(grid)
+    used = np.unique(elements)
+    sides = [np.intersect1d(side, used) for side in (left, right)]
+    lines = ["*NODE", *(f"{n + 1},{x:.10e},{y:.10e},{z:.10e}" for n, (x, y, z) in zip(used, whole.nodes[used]))]
+    lines.append("*ELEMENT,TYPE=C3D20R,ELSET=WHEEL")
+    for number, nodes in enumerate(elements + 1, start=1):
+        lines += [",".join(map(str, [number, *nodes[:10]])) + ",", ",".join(map(str, nodes[10:]))]
+    for name, nodes in (("LEFT", sides[0]), ("RIGHT", sides[1]), ("BORE", np.setdiff1d(np.intersect1d(bore, used), left))):
+        lines += [f"*NSET,NSET={name}", *map(str, nodes + 1)]
+    lines += [
+        "*MATERIAL,NAME=STEEL", "*ELASTIC", f"{E_MPA},{NU}", "*DENSITY", f"{DENSITY}",
+        "*SOLID SECTION,ELSET=WHEEL,MATERIAL=STEEL",
+        "*SURFACE,NAME=LEFTS,TYPE=NODE", "LEFT", "*SURFACE,NAME=RIGHTS,TYPE=NODE", "RIGHT",
+        "*TIE,CYCLIC SYMMETRY,NAME=PITCH,POSITION TOLERANCE=0.01", "LEFTS,RIGHTS",
+        f"*CYCLIC SYMMETRY MODEL,N={whole.teeth},NGRAPH=1,TIE=PITCH", "0,0,-1,0,0,1",
+        "*BOUNDARY", "BORE,1,3", "*STEP", "*FREQUENCY", "6",
+        "*SELECT CYCLIC SYMMETRY MODES,NMIN=0,NMAX=4", "*END STEP",
+    ]  # fmt: skip
+    _, table = run_deck("\n".join(lines) + "\n")
+    rows = re.findall(r"^ +(\d) +\d+ +\S+ +\S+ +(0\.\d+E[+]\d+) +\S+$", table, re.MULTILINE)
+    every = [np.array([float(value) for diameters, value in rows if int(diameters) == n]) for n in range(5)]
+    return {n: frequency[::2] for n, frequency in enumerate(every)}
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Gears on light blanks that ring, as further displacements of a machine: amplitudes of the modes beside their hubs.
+"""Gears on light blanks that ring, and rings on a bedding, as further displacements of a machine: amplitudes of the modes beside their hubs.
 
 A mode with n nodal diameters turns with its gear; the load stands still. In the fixed frame its amplitudes a and b are
 
@@ -11,15 +11,17 @@ is taken out of the compliance of the mesh (`pmor.line.hub_law`); all further mo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from pmor.body.blank_modes import BlankModes, blank_modes
+from pmor.case import Case, GearCase
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.dynamics.whine.cycle import StandingMesh
+from pmor.gear.pair import GearPair
 from pmor.line.hub_law import mode_coordinates
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.model import GearboxModel
@@ -92,25 +94,63 @@ class RingingGear:
         )  # fmt: skip
 
 
+# Modes of gears by the flanks of their mesh that carry, and 0 or 1: pinion or wheel.
+KeptModes = dict[tuple[str, int], BlankModes]
+
+
 def ringing_gears(
-    model: GearboxModel, solved: SolvedLoad, standing: Sequence[StandingMesh], highest_Hz: float
+    model: GearboxModel, solved: SolvedLoad, standing: Sequence[StandingMesh], highest_Hz: float, kept: KeptModes
 ) -> list[RingingGear]:
-    """Return the gears of a loaded gearbox on light blanks, with their modes up to a frequency."""
+    """Return the gears of a loaded gearbox that ring, with their modes up to a frequency.
+
+    Parameters
+    ----------
+    kept : dict
+        Modes that are found already, to which others are added: they are those of all loads.
+    """
     found = []
     for number, (mesh, loaded) in enumerate(zip(standing, solved.meshes, strict=True)):
         case = loaded.meshing.of_case(model.cases[mesh.name])
         pair = mesh.reduced.meshed.pair
-        meshes = None
-        for gear, (own, tooth) in enumerate(((case.pair.pinion, pair.pinion), (case.pair.wheel, pair.wheel))):
-            if own.light_blank(case.pair.face_width_mm) is None or own.body is not None:
+        for gear, own in enumerate((case.pair.pinion, case.pair.wheel)):
+            if own.solid(case.pair.face_width_mm) or why_rigid(own):
                 continue
-            meshes = meshes or sector_meshes(case, pair)
-            blank = blank_below(case, own, tooth, meshes[gear], gear)
-            if blank is None or blank.core or blank.web is not None or blank.lugs is not None:
-                continue
-            modes = blank_modes(meshes[gear], blank, T_MM3 * case.dynamics.density_kg_m3, case.mesh.element, highest_Hz)
+            key = loaded.meshing.key, gear
+            if key not in kept:
+                kept[key] = modes_of_gear(case, pair, gear, highest_Hz)
             phi = np.linspace(0.0, pair.pitch, ANGLES, endpoint=False)
-            rows = mode_coordinates(mesh.reduced.lines, phi, mesh.condition, mesh.displacement, gear, modes.diameters,
-                                    modes.flank)  # fmt: skip
-            found.append(RingingGear(number, gear, modes, rows))
+            rows = mode_coordinates(mesh.reduced.lines, phi, mesh.condition, mesh.displacement, gear,
+                                    kept[key].diameters, kept[key].flank)  # fmt: skip
+            found.append(RingingGear(number, gear, kept[key], rows))
     return found
+
+
+def modes_of_gear(case: Case, pair: GearPair, gear: int, highest_Hz: float) -> BlankModes:
+    """Return the modes of the pinion, 0, or the wheel of a pair that rings."""
+    mesh, own = sector_meshes(case, pair)[gear], (case.pair.pinion, case.pair.wheel)[gear]
+    blank = blank_below(case, own, (pair.pinion, pair.wheel)[gear], mesh, gear)
+    assert blank is not None, "it is not solid"
+    return blank_modes(mesh, blank, T_MM3 * case.dynamics.density_kg_m3, case.mesh.element, highest_Hz)
+
+
+def why_rigid(gear: GearCase) -> str:
+    """Return why a gear that is not solid is a rigid body in motion; empty of one that rings."""
+    if gear.body is not None:
+        return "a mesh or a matrix of a body has no mass"
+    if gear.one_piece:
+        return "a gear of one piece with its shaft has no bore to be held at"
+    if gear.blank is not None and gear.blank.holes is not None:
+        return "through holes modes of all nodal diameters feel each other"
+    if gear.lugs is not None:
+        return "at lugs modes of all nodal diameters feel each other"
+    return ""
+
+
+def rigid_bodies(cases: Mapping[str, Case]) -> list[str]:
+    """Return a sentence for each gear of some meshes that gives way at rest, and is a rigid body in motion."""
+    return [
+        f"{name}: the {place} is a rigid body in motion beside what it gives way at rest, as {why_rigid(own)}."
+        for name, case in cases.items()
+        for place, own in (("pinion", case.pair.pinion), ("wheel", case.pair.wheel))
+        if not own.solid(case.pair.face_width_mm) and why_rigid(own)
+    ]
