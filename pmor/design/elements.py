@@ -25,6 +25,7 @@ from pmor.design.settings import Load
 from pmor.design.solvers import MeshSolver, Solver, TrainSolver
 from pmor.dynamics.whine.quiet import QuietMesh
 from pmor.dynamics.whine.response import LoadResponse, respond
+from pmor.dynamics.whine.ringing import KeptModes
 from pmor.dynamics.whine.run import speeds_of
 from pmor.line.several import GearTrain
 from pmor.machine.coupled import MEAN_ANGLES, SolvedLoad, SolvedMesh, solve_load
@@ -110,10 +111,9 @@ def in_motion(elements: Elements) -> Elements:
         return elements
     speeds = speeds_of(box)
     chosen = np.linspace(speeds[0], speeds[-1], design.motion.speeds)
-    said = box.model.sections.dynamics
-    return replace(
-        elements, motions=tuple(respond(box.model, load, elements.pairs, said, chosen) for load in elements.loads)
-    )
+    said, kept = box.model.sections.dynamics, KeptModes()
+    motions = [respond(box.model, load, elements.pairs, said, chosen, kept) for load in elements.loads]
+    return replace(elements, motions=tuple(motions))
 
 
 def elements_of(file: DesignFile, reduced: ReducedPair | None = None, executor: Executor | None = None) -> Elements:

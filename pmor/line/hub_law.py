@@ -120,8 +120,8 @@ def mode_coordinates(
     angle = roll
     if gear == 1:
         # Teeth of a ring are drawn on the other side.
-        angle = math.pi if geometry.wheel.teeth > 0 else 0.0
-        angle = angle + geometry.contact_roll_angles(roll)[1]
+        drawn = 0.0 if geometry.wheel.teeth > 0 else math.pi
+        angle = drawn + math.pi + geometry.contact_roll_angles(roll)[1]
         angle = angle - geometry.wheel.base_half_angle - geometry.working_pressure_angle
     turned = np.exp(1j * diameters * np.repeat(angle, rows.shape[1] // count, axis=1)[..., None])
     gap = gap * turned

@@ -112,7 +112,7 @@ class MovingMachine:
     def free(self) -> FloatArray:
         """Displacements that they leave, in coordinates of like size, (n, r); those without mass follow the others."""
         turns = np.zeros(len(self.mass), dtype=bool)
-        for hubs in (slice(len(self.gearbox.load)), slice(self.housing.stop, None)):
+        for hubs in (slice(len(self.gearbox.load)), slice(self.housing.stop + self.ringing, None)):
             turns[hubs] = np.arange(len(turns[hubs])) % NODE >= ABOUT_AXIS
         scale = np.where(turns, 1.0 / ARM, 1.0)
         basis = scale[:, None] * _null_space(self.constraints * scale)

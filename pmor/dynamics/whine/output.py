@@ -34,6 +34,7 @@ from pmor.dynamics.whine.readings import (
     swing,
 )
 from pmor.dynamics.whine.response import LoadResponse, Source
+from pmor.dynamics.whine.ringing import rigid_bodies
 from pmor.machine.loader import GearboxFile
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.parameter_words import parameter_words
@@ -62,6 +63,7 @@ def whine_data(file: MovingFile, responses: Sequence[LoadResponse], failures: Se
             _load_data(response) | (micrometre_data(response) if response is loud else {})
             for response in responses
         ],
+        "rigid_bodies": rigid_bodies(file.cases),
         "failures": list(failures),
     }
 
@@ -247,7 +249,7 @@ def _blocks(file: MovingFile, data: Data, responses: Sequence[LoadResponse]) -> 
         f"{responses[0].speed_of if responses else 'the load'}. Each mode has a damping of "
         f"{100.0 * motion.damping_ratio:g} % of the critical one, which no calculation gives: peaks are inverse to it."
     )
-    blocks += [*map(Warning, [*file.notes, *data["failures"]])]
+    blocks += [*map(Warning, [*file.notes, *data["rigid_bodies"], *data["failures"]])]
     if not responses:
         return blocks
     last, highest = loudest(responses), motion.highest_frequency_Hz
@@ -302,8 +304,9 @@ def _blocks(file: MovingFile, data: Data, responses: Sequence[LoadResponse]) -> 
 # What moves, of gearboxes and of sets by themselves.
 OF_SHAFTS = (
     "Small motion of shafts, gears and bearings about each load: Timoshenko beams with their inertia and gyroscopic "
-    "moments, gears as rigid discs, those on light blanks without holes with the modes of rim and web, bearings by "
+    "moments, gears as rigid discs, those on light blanks, and rings on a bedding, with the modes of rim and web, "
     "their stiffness under the load"
+    "bearings by "
 )
 OF_A_SET = (
     "Small motion of a planetary set by itself about each torque: gears as rigid discs on the supports of the file. "

@@ -156,11 +156,11 @@ def _kinetic(machine: MovingMachine, energy: FloatArray) -> dict[str, dict[str, 
     if len(gearbox.housing):
         parts["housing"] = machine.housing.start, len(gearbox.housing)
     if machine.ringing:
-        found[RINGING] = {RINGING: float(energy[-machine.ringing :].sum())}
+        found[RINGING] = {RINGING: float(energy[machine.housing.stop :][: machine.ringing].sum())}
     for name, (first, size) in parts.items():
         nodes = energy[first : first + size].reshape(-1, NODE)
         found[name] = {kind: float(nodes[:, list(ways)].sum()) for kind, ways in KINDS}
-    place = machine.housing.stop
+    place = machine.housing.stop + machine.ringing
     for one in machine.sets:
         alike = one.coordinates.families[0][-one.added :] > 0.0
         own = energy[place : place + one.added]

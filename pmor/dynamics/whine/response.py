@@ -19,7 +19,7 @@ from pmor.dynamics.whine.moving import MovingMachine, bearing_rows, moving_machi
 from pmor.dynamics.whine.moving_sets import machine_of_set, with_sets
 from pmor.dynamics.whine.orders import Order, along
 from pmor.dynamics.whine.planets import HUBS, MovingSet
-from pmor.dynamics.whine.ringing import ringing_gears
+from pmor.dynamics.whine.ringing import KeptModes, ringing_gears
 from pmor.dynamics.whine.set_cycle import SetCycle, set_cycle
 from pmor.dynamics.whine.set_response import over_planets, set_excitation
 from pmor.line.hub_law import COORDINATES
@@ -241,9 +241,15 @@ class Swinging:
 
 
 def respond(
-    model: GearboxModel, solved: SolvedLoad, pairs: Mapping[str, ReducedPair], motion: Motion, speeds_rpm: FloatArray
-) -> LoadResponse:
+    model: GearboxModel, solved: SolvedLoad, pairs: Mapping[str, ReducedPair], motion: Motion, speeds_rpm: FloatArray,
+    kept: KeptModes | None = None,
+) -> LoadResponse:  # fmt: skip
     """Return the response of a loaded gearbox.
+
+    Parameters
+    ----------
+    kept : dict, optional
+        Modes of gears, as of `ringing_gears`.
 
     Raises
     ------
@@ -253,7 +259,8 @@ def respond(
         Where a set has no motion of constant coefficients.
     """
     standing = standing_meshes(solved, pairs, motion.harmonics)
-    ringing = ringing_gears(model, solved, standing, FURTHER_MODES * motion.highest_frequency_Hz)
+    ringing = ringing_gears(model, solved, standing, FURTHER_MODES * motion.highest_frequency_Hz,
+                            {} if kept is None else kept)  # fmt: skip
     for gear in ringing:
         before = standing[gear.mesh].taken_out
         compliance = gear.compliance if before is None else gear.compliance + before

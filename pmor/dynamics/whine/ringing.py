@@ -1,4 +1,4 @@
-"""Gears on light blanks that ring, and rings on a bedding, as further displacements of a machine: amplitudes of the modes beside their hubs.
+"""Gears on light blanks that ring, and rings on a bedding: amplitudes of modes, as displacements beside their hubs.
 
 A mode with n nodal diameters turns with its gear; the load stands still. In the fixed frame its amplitudes a and b are
 

@@ -15,6 +15,7 @@ from pmor.core.threads import in_order, one_thread
 from pmor.dynamics.whine.output import FILES, MovingFile
 from pmor.dynamics.whine.response import LoadResponse, respond, respond_set, torque_names
 from pmor.dynamics.whine.result import MotionResult
+from pmor.dynamics.whine.ringing import KeptModes
 from pmor.machine.coupled import solve_load
 from pmor.machine.loader import GearboxFile
 from pmor.machine.run import meshes_and_trains
@@ -82,12 +83,12 @@ def run(
 def _of_gearbox(file: GearboxFile, kept: KeptGear, speeds: FloatArray) -> tuple[list[str], About]:
     """Names of the loads of a gearbox, and what finds motion about one."""
     trained, trains = meshes_and_trains(file, kept)
-    loads = {load.name: load for load in file.sections.loads}
+    loads, modes = {load.name: load for load in file.sections.loads}, KeptModes()
 
     def about(name: str) -> LoadResponse:
         pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
         solved = solve_load(file.model, loads[name], pairs, ANGLES, trains=trains)
-        return respond(file.model, solved, trained, file.sections.dynamics, speeds)
+        return respond(file.model, solved, trained, file.sections.dynamics, speeds, modes)
 
     return list(loads), about
 
