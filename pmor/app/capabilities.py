@@ -225,8 +225,9 @@ def reductions(file: Place | Case, folder: Place | None = None, **options: Unpac
 @suggesting
 @one_thread()
 def bench(
-    case: Case, file: Place | None = None, *, threads: int = 2, overwrite: bool = False, inputs: Sequence[Path] = ()
-) -> Bench:
+    case: Case | GearboxFile, file: Place | None = None, *, threads: int = 2, overwrite: bool = False,
+    inputs: Sequence[Path] = (),
+) -> Bench:  # fmt: skip
     """Measure run times by phase and size, as `pmor lab bench`.
 
     Parameters

@@ -83,7 +83,7 @@ def _hint(name: str) -> str:
     """How an interrupted command goes on: all questions but `run` keep finished pieces."""
     if name == "offline":
         return RESUME_HINT
-    return PIECES_HINT if COMMANDS[name].answers and name != "run" else USUAL_HINT
+    return PIECES_HINT if COMMANDS[name].answers and name not in ("run", "bench") else USUAL_HINT
 
 
 def _refuse_unknown(argv: Sequence[str]) -> None:

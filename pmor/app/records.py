@@ -323,11 +323,12 @@ COMMANDS: Mapping[str, Command] = {
         folder="_slices",
     ),
     "bench": Command(
-        "run time by phase and size, as ratios to FILE where it is there",
-        (CASE, _option("--json", dest="json_path", metavar="FILE", type=_path, required=True,
-                       help="file to write; one that is there is compared with first"),
+        "run time by phase and size, of a gearbox that of its motion, as ratios to FILE where it is there",
+        (_file("CASE", "case or gearbox file (TOML)", "case_path"),
+         _option("--json", dest="json_path", metavar="FILE", type=_path, required=True,
+                 help="file to write; one that is there is compared with first"),
          _jobs("parallel sweep on so many threads;", 2, "2"), OVERWRITE),
-        "pmor.bench(case, file)", lab=True,
+        "pmor.bench(case, file)", lab=True, answers=dict.fromkeys(("case", "gearbox"), "pmor.lab.bench:run"),
     ),
     "validation": Command(
         "figures of others beside those of the program, as a page",

@@ -26,8 +26,10 @@ from pmor.fe.condensation import condense_sector, sector_stiffness
 from pmor.gear.condition import ALIGNED, Assembly
 from pmor.gear.modification import Modification
 from pmor.lab.core.measures import ms_per_position, times_in_turn
+from pmor.lab.core.motion import motion_times
 from pmor.lab.core.stages import measure_stages
 from pmor.line.layered_pair import layers_of
+from pmor.machine.loader import GearboxFile
 from pmor.pair.conditions import conditions_of, nominal_condition
 from pmor.pair.model import elastic_model
 from pmor.report.data_files import write_summary_json
@@ -138,9 +140,10 @@ class Bench:
 
 
 def run(
-    case: Case, *, jobs: int = 2, before: Sequence[Row] = (), progress: Callable[[int], None] | None = None
-) -> Bench:
-    """Measure everything.
+    case: Case | GearboxFile, *, jobs: int = 2, before: Sequence[Row] = (),
+    progress: Callable[[int], None] | None = None,
+) -> Bench:  # fmt: skip
+    """Measure everything of a pair; of a gearbox its motion.
 
     Parameters
     ----------
@@ -153,6 +156,10 @@ def run(
     """
     with threads(jobs):
         pass  # refused now, not after minutes
+    if isinstance(case, GearboxFile):
+        meshed = next(iter(case.cases.values()))
+        moved = [_row(what, meshed, times) for what, times in motion_times(case, jobs).items()]
+        return Bench(moved, machine(), list(before))
     rows, listed, step = offline_rows(case), variants(case), progress or (lambda count: None)
     pace, models, sizes = Pace("bases", len(listed)), list[ReducedPair](), list[float]()
     with tempfile.TemporaryDirectory() as folder:

@@ -20,11 +20,14 @@ from pmor.lab.bench import (
     variants,
 )
 from pmor.lab.core import stages
+from pmor.machine.loader import load
 from pmor.pair.model import mesh_model
 from pmor.report.page import machine
 from pmor.work.cost import Stage
 from pmor_online.model import reduced_pair
 from pmor_online.sweep import largest_size
+from tests.support.gearboxes import SMALL, written
+from tests.support.matrix import MOTION
 from tests.support.small_case import case_with
 
 KEYS = {"phase", "n_profile", "n_width", "lodm_profile", "lodm_width", "median_ms", "repeats"}
@@ -132,3 +135,14 @@ def test_line_loads_are_timed_on_the_pair_on_tilted_axes_and_with_sixteen_sectio
     meshed = mesh_model(helical).meshed
     assert len(meshed.sections.z) == 16
     assert meshed.pair.total_contact_ratio < 3.0
+
+
+@pytest.mark.slow
+def test_of_a_gearbox_its_motion_is_timed(tmp_path, monkeypatch, undrawn):
+    monkeypatch.setattr("pmor.lab.core.motion.SPEEDS", 4)
+    monkeypatch.setattr("pmor.lab.core.motion.SHARES", (0.9, 1.0))
+    found = run(load(written(tmp_path, SMALL + MOTION)), jobs=1)
+    at_rest, linear, page = found.rows
+    assert (at_rest["repeats"], linear["repeats"], page["repeats"]) == (1, 3, 1)
+    assert "4 speeds, 6 harmonics, 2 torques, 1 threads" in linear["phase"]
+    assert "motion" in str(found)
