@@ -61,7 +61,8 @@ def checked_matrix(
     if not np.isfinite(matrix).all():
         refuse(f"must be finite: a {key} matrix is")
     refuse_half(matrix, refuse)
-    scale = 1.0 / np.sqrt(np.maximum(np.diagonal(matrix), np.finfo(float).tiny))
+    sizes = np.abs(np.diagonal(matrix))
+    scale = 1.0 / np.sqrt(np.where(sizes > 0.0, sizes, 1.0))
     least_value = np.linalg.eigvalsh(scale[:, None] * matrix * scale).min()
     if key == "stiffness" and (np.diagonal(matrix).min() <= 0.0 or least_value < HELD):
         refuse("must be positive definite: what carries the seats must be held")

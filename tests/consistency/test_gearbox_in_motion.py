@@ -240,23 +240,6 @@ def test_natural_frequencies_that_spin_are_those_of_all_displacements():
     assert abs(found / response.modes.frequency_Hz[response.modes.square > 0.0][: len(found)] - 1.0).max() > 2.0 * CUT
 
 
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        (MOTION.replace("[200.0, 6000.0]", "[6000.0, 200.0]"), "lowest and the highest"),
-        (MOTION.replace('shaft = "input"', 'shaft = "inptu"'), "there is no such shaft"),
-        (MOTION.replace("at_mm = 5.0", "at_mm = 500.0"), "goes from 0 to"),
-        (MOTION.replace("mass_kg = 0.4", "mass_kg = -0.4"), "mass_kg"),
-        (MOTION.replace("harmonics = 3", "harmonics = 0"), "harmonics"),
-        (MOTION + '[housing]\nmass = "mass.csv"\n', "give stiffness too"),
-    ],
-)
-def test_broken_motion_is_refused_with_place_and_remedy(more, words, tmp_path):
-    """One line, before any work."""
-    with pytest.raises(pmor.PmorError, match=words):
-        load(written(tmp_path, with_motion(more=more)))
-
-
 def housed(folder, mass, more=""):
     """The small box on a housing of springs, with a mass or without, and two coordinates that hang on a seat."""
     seats = SMALL.count("[[bearings]]")
