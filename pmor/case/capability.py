@@ -197,8 +197,6 @@ OF_GEARBOXES = (
           "gears with one mesh each: run it without, bodies of gears that several meshes bend are solved there"),
     Limit(lambda file: not set(file.cases) - set(file.model.shared), ("design",),
           "meshes of two gears that have no other one: design meshes of sets, and of gears with several, as sets"),
-    Limit(lambda file: file.model.shared, ("dynamics",),
-          lambda file: f"gears in one mesh each, and {min(file.model.shared)} shares some: leave a mesh out"),
     UNEVEN, LONG_PERIODS,
     Limit(lambda file: file.model.turned, ("page",),
           "loads on one side of the flanks: write a gearbox file for each sense"),

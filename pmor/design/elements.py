@@ -100,7 +100,7 @@ class Elements:
         """A mesh of the gearbox in motion under some loads."""
         chosen = [motion for motion in self.motions if motion.solved.load.name in loads]
         said = self.file.design.motion
-        return [QuietMesh(one, [mesh.name for mesh in one.meshes].index(name), said.bearing, said.percentile)
+        return [QuietMesh(one, one.mesh_names.index(name), said.bearing, said.percentile)
                 for one in chosen]  # fmt: skip
 
 

@@ -306,14 +306,14 @@ def rms_of(response, source, acting, target, place):
 def test_adjoint_is_the_difference_of_whole_solutions(parameter, target):
     """Of the equations of the mesh with a little more of an amount and a little less."""
     response, step = radiating(), 0.02
-    source = response.meshes[0]
+    source = response.sources[0]
     (found,) = changes(response, 0, [target], [parameter])
     place = int(abs(response.speeds_rpm - target.speed_rpm).argmin())
     own = source.ports
     answers = np.stack([source.mesh.at_rest + 0j, *(order.ports(own, own)[place] for order in source.orders)])
     ends = []
     for sign in (-1.0, 1.0):
-        cycle = cycle_with(source.mesh, parameter, sign * step)
+        cycle = cycle_with(source.mesh, 0, parameter, sign * step)
         # The machine stays closed by the mean stiffness that it had.
         more = np.stack([cycle.tangent[0] - source.mesh.cycle.mean, *cycle.tangent[1:]])
         ends.append(rms_of(response, source, hill_closed(cycle, more, answers), target, place))

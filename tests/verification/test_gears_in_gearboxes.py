@@ -1,6 +1,5 @@
 """Gears of gearboxes: with several meshes one body each; rings; holes; error bars as pairs have them."""
 
-import math
 
 import numpy as np
 import pytest
@@ -9,73 +8,11 @@ from numpy.testing import assert_allclose
 import pmor
 from pmor.machine.loader import load
 from pmor.machine.run import run
+from tests.support.gear_trains import BEND, BORE, DRIVE, IDLER, TEETH, box, places
 from tests.support.small_sets import NO_STRESS, SMALL_SET, written_set
 
 # Solutions by Newton's method, to its tolerance.
 SOLVED = 1e-8
-MODULE, BEND = 2.5, 0.9
-BACKLASH_MM = 0.02
-SHAFT = """[[shafts]]
-name = "{name}"
-at_mm = {place}
-sections = [{{ length_mm = 80.0, outer_mm = 24.0 }}]
-[[bearings]]
-name = "{name} A"
-shaft = "{name}"
-at_mm = 10.0
-axial_N_per_mm = {stiffness}
-radial_N_per_mm = {stiffness}
-[[bearings]]
-name = "{name} B"
-shaft = "{name}"
-at_mm = 70.0
-radial_N_per_mm = {stiffness}
-"""
-MESH = """[[meshes]]
-name = "{pinion}-{wheel}"
-pair = {{ module_mm = 2.5, face_width_mm = 16.0, helix_angle_deg = {helix} }}
-mesh = {{ profile_elements = 3, width_elements = 2 }}
-online = {{ angles_per_pitch = 6 }}
-wheel = {{ shaft = "{wheel}", at_mm = 35.0, teeth = {teeth[1]}, {body} }}
-[meshes.pinion]
-shaft = "{pinion}"
-at_mm = 35.0
-teeth = {teeth[0]}
-bore_radius_mm = 12.0
-"""
-BORE = "bore_radius_mm = 12.0"
-TORQUE = '{{ shaft = "{0}", at_mm = 0.0, torque_Nm = {1} }}'
-TEETH = {"one": 19, "two": 29, "three": 21}
-
-
-def places(meshes, helix, bend, ring=False):
-    """Axes of all shafts, y and z in mm: each mesh goes on from a shaft that stands, turned by an angle."""
-    found = {meshes[0][0]: (0.0, 0.0)}
-    for number, (pinion, wheel) in enumerate(meshes):
-        known, new = (pinion, wheel) if pinion in found else (wheel, pinion)
-        apart = 0.5 * MODULE * abs(TEETH[wheel] + (-1 if ring else 1) * TEETH[pinion]) / math.cos(math.radians(helix))
-        apart += -BACKLASH_MM if ring else BACKLASH_MM
-        y, z = found[known]
-        found[new] = y + apart * math.cos(number * bend), z + apart * math.sin(number * bend)
-    return found
-
-
-def box(tmp_path, meshes, torques, helices=(0.0, 0.0), bend=BEND, stiffness="2e5", body=BORE, mesh=""):
-    axes = places(meshes, helices[0], bend, "internal" in body)
-    text = "".join(SHAFT.format(name=name, place=list(axes[name]), stiffness=stiffness) for name in axes)
-    for (pinion, wheel), helix in zip(meshes, helices, strict=False):
-        text += MESH.format(pinion=pinion, wheel=wheel, helix=helix, teeth=(TEETH[pinion], TEETH[wheel]), body=body)
-    text = text.replace("width_elements = 2 }", f"width_elements = 2{mesh} }}")
-    listed = ", ".join(TORQUE.format(*torque) for torque in torques)
-    path = tmp_path / "box.toml"
-    path.write_text(f'{text}[[loads]]\nname = "drive"\ntorques = [{listed}]\n')
-    return path
-
-
-IDLER = (("one", "two"), ("two", "three"))
-DRIVE = (("one", 60.0), ("three", '"balance"'))
-
-
 @pytest.mark.parametrize("helix", [0.0, pytest.param(15.0, marks=pytest.mark.slow)])
 def test_an_idler_is_one_body_and_on_rigid_supports_the_train_that_a_set_file_describes(tmp_path, helix):
     result = run(load(box(tmp_path, IDLER, DRIVE, (helix, -helix))))

@@ -39,18 +39,21 @@ class MeshCompliance:
 
 def mesh_compliance(response: LoadResponse, number: int, frequency_Hz: FloatArray) -> MeshCompliance:
     """Return the compliance of both gears at a mesh, and its force by transmission error."""
-    machine, source, own = response.machine, response.meshes[number], of_mesh(number)
+    machine, tangent, own = response.machine, response.tangent, of_mesh(number)
     row, sides = machine.meshes[own.start], []
     for hub in machine.gearbox.meshes[number].hubs:
         sides.append(np.where((np.arange(len(row)) // NODE == hub // NODE), row, 0.0))
-    ports = np.concatenate([machine.meshes[own], sides])
+    ports = np.concatenate([machine.meshes, sides])
     ratio = float(response.receptance.damping_ratio[-1])
-    stiffness = closed(machine, response.tangent)
-    receptance = receptance_of(machine, stiffness, response.modes, ports, np.zeros((0, len(row))), ratio)
-    found = transfer(receptance, 2.0 * np.pi * frequency_Hz)
-    tangent = np.zeros((len(ports), len(ports)))
-    tangent[:2, :2] = response.tangent[own, own]
-    gears = np.diagonal(found.closed_further(-tangent).ports, axis1=1, axis2=2)[:, 2:]
-    closing = np.eye(2) - tangent[:2, :2] @ found.ports[:, :2, :2]
-    force = (closing @ tangent[:2, :2])[:, 0, 0]
-    return MeshCompliance(source.name, frequency_Hz, gears, 1.0 / float(tangent[0, 0]), force)
+    receptance = receptance_of(
+        machine, closed(machine, tangent), response.modes, ports, np.zeros((0, len(row))), ratio
+    )
+    found, count = transfer(receptance, 2.0 * np.pi * frequency_Hz), len(tangent)
+    # Forces of all other meshes where the flanks of this one are free, less those that close it.
+    taken = tangent[:, own] @ np.linalg.solve(tangent[own, own], tangent[own])
+    opened = np.pad(-taken, ((0, len(sides)), (0, len(sides))))
+    gears = np.diagonal(found.closed_further(opened).ports, axis1=1, axis2=2)[:, count:]
+    closing = np.eye(count) - tangent @ found.ports[:, :count, :count]
+    force = (closing @ tangent)[:, own.start, own.start]
+    name = response.mesh_names[number]
+    return MeshCompliance(name, frequency_Hz, gears, 1.0 / float(tangent[own.start, own.start]), force)

@@ -1,9 +1,14 @@
-"""The meshes of a loaded gearbox over their cycles, their hubs standing where the mean load holds them."""
+"""The meshes of a loaded machine over their cycles, their hubs standing where the mean load holds them.
+
+A pair stands by itself; meshes that share gears, and those of a set, stand together.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -11,14 +16,20 @@ from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.whine.hill import FURTHER, MeshCycle, mesh_cycle
 from pmor.gear.condition import Condition
-from pmor.line.hub_law import HubLaw, law_at, mesh_coordinates
+from pmor.gear.modification import Modification
+from pmor.line.hub_law import HubLaw, law_at, mesh_coordinates, train_coordinates, train_law_at, train_rows
+from pmor.line.several import GearTrain, PlacedTrain
 from pmor.machine.coupled import SolvedLoad, SolvedMesh, condition_of, in_axes_of_pair
+from pmor.sets.solution import SetSolution
 from pmor_online.model import ReducedPair, online_angles
 
 # Steps of the deflection until its mean force is the load; of the load, what is left.
 MOST_STEPS, SETTLED = 20, 1e-6
 # Angles of a mesh cycle to each harmonic of its stiffness.
 PER_HARMONIC = 8
+# Amounts of a flank that change their sign in its image, which is seen from the other end.
+FROM_END_TO_END = "helix_slope_um", "twist_um"
+GEARS = "pinion", "wheel"
 
 
 @dataclass(frozen=True)
@@ -27,6 +38,8 @@ class StandingMesh:
 
     Parameters
     ----------
+    number : int
+        In its gearbox.
     load : ndarray, shape (2,)
         Mean forces on its coordinates, N and N mm.
     displacement : ndarray, shape (12,)
@@ -42,6 +55,7 @@ class StandingMesh:
     """
 
     name: str
+    number: int
     reduced: ReducedPair
     condition: Condition
     load: FloatArray
@@ -50,6 +64,26 @@ class StandingMesh:
     backwards: bool = False
     taken_out: FloatArray | None = None
     settled: HubLaw | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Its own."""
+        return (self.name,)
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """Its own."""
+        return (self.number,)
+
+    def flank(self, mesh: int, gear: int) -> Modification:
+        """Return the flank of pinion (0) or wheel (1) of a mesh by its place here."""
+        return self.condition.wheel if gear else self.condition.pinion
+
+    def with_flank(self, mesh: int, gear: int, flank: Modification) -> StandingMesh:
+        """Return the mesh with another flank of pinion or wheel, its hubs where they are."""
+        condition = self.condition
+        changed = replace(condition, wheel=flank) if gear else replace(condition, pinion=flank)
+        return replace(self, condition=changed, settled=None)
 
     def law(self) -> HubLaw:
         """Return the forces over the cycle; ConvergenceError where some are not found."""
@@ -64,9 +98,7 @@ class StandingMesh:
 
     def cycle(self) -> MeshCycle:
         """Return the harmonics of the forces over time."""
-        law = self.law()
-        found = mesh_cycle(law.force, law.tangent, self.load, self.harmonics)
-        return MeshCycle(found.force.conj(), found.tangent.conj()) if self.backwards else found
+        return _cycle(self)
 
     def without(self, compliance: FloatArray) -> StandingMesh:
         """Return the mesh whose law is without a compliance (2, 2), at the same load.
@@ -87,8 +119,97 @@ class StandingMesh:
         return replace(self, displacement=self.displacement + by_hubs.T @ coordinates, settled=None)
 
 
+@dataclass(frozen=True)
+class StandingTrain:
+    """Meshes of a train whose hubs stand; K coordinates, two of each mesh.
+
+    Parameters
+    ----------
+    numbers : tuple of int
+        Of the meshes in their gearbox; of a set none.
+    load : ndarray, shape (K,)
+        Mean forces on their coordinates, N and N mm.
+    coordinates : ndarray, shape (K,)
+        Where they stand, beside `displacement` of all hubs (6 B,), in axes of the train: by errors or other loads.
+    pitches, angles : int
+        Of the first gear until all meshes stand as before, and to each.
+    harmonics, backwards, settled
+        As of `StandingMesh`; the first pinion's angle.
+    """
+
+    names: tuple[str, ...]
+    numbers: tuple[int, ...]
+    train: GearTrain
+    displacement: FloatArray
+    load: FloatArray
+    coordinates: FloatArray
+    pitches: int
+    angles: int
+    harmonics: int
+    backwards: bool = False
+    settled: HubLaw | None = None
+
+    @property
+    def name(self) -> str:
+        """All of them."""
+        return " and ".join(self.names)
+
+    @cached_property
+    def placed(self) -> PlacedTrain:
+        """The train over its cycle."""
+        pitch = self.train.meshes[0].pair.meshed.pair.pitch
+        return self.train.place(pitch * np.arange(self.pitches * self.angles) / self.angles, self.displacement)
+
+    def flank(self, mesh: int, gear: int) -> Modification:
+        """Return the flank of pinion (0) or wheel (1) of a mesh by its place here."""
+        assembly = self.train.meshes[mesh].assembly
+        return assembly.wheel if gear else assembly.pinion
+
+    def with_flank(self, mesh: int, gear: int, flank: Modification) -> StandingTrain:
+        """Return the meshes with another flank of pinion or wheel of one, in all where it carries."""
+        meshes = list(self.train.meshes)
+        for place, end in self.same_flank(mesh, gear):
+            before = meshes[place].assembly
+            after = replace(before, wheel=flank) if end else replace(before, pinion=flank)
+            meshes[place] = replace(meshes[place], assembly=after)
+        return replace(self, train=replace(self.train, meshes=tuple(meshes)), settled=None)
+
+    def same_flank(self, mesh: int, gear: int) -> list[tuple[int, int]]:
+        """Return meshes and their gears that have a flank: a gear has one in all that load it on the same side."""
+        own, flank = self._side(mesh, gear), self.flank(mesh, gear)
+        ends = [(place, end) for place in range(len(self.names)) for end in range(len(GEARS))]
+        return [one for one in ends if self._side(*one) == own and self.flank(*one) == flank]
+
+    def _side(self, mesh: int, gear: int) -> tuple[int, bool]:
+        """Gear, and whether its mesh turns it counter-clockwise."""
+        one = self.train.meshes[mesh]
+        return one.bodies[gear], bool(one.smooth_rows[gear, ABOUT_AXIS] > 0.0)
+
+    def law(self) -> HubLaw:
+        """Return the forces over the cycle; ConvergenceError where some are not found."""
+        if self.settled is not None:
+            return self.settled
+        law = train_law_at(self.placed, self.coordinates)
+        if not law.converged.all():
+            raise ConvergenceError(f"mesh {self.name}: contact was not found between hubs that stand", [])
+        return law
+
+    def cycle(self) -> MeshCycle:
+        """Return the harmonics of the forces over time."""
+        return _cycle(self)
+
+    def moved(self, coordinates: FloatArray) -> StandingTrain:
+        """Return the meshes with their coordinates moved by so much, (K,)."""
+        return replace(self, coordinates=self.coordinates + coordinates, settled=None)
+
+
+Standing = TypeVar("Standing", StandingMesh, StandingTrain)
+# Rotation of a hub about its axis, in axes of a train.
+ABOUT_AXIS = 5
+
+
 def standing_meshes(solved: SolvedLoad, pairs: Mapping[str, ReducedPair], harmonics: int) -> list[StandingMesh]:
-    """Return all meshes of a loaded gearbox, at the deflections under which their loads are the means.
+    """Return the meshes of a loaded gearbox that share no gears, where their loads are the means.
 
     Parameters
     ----------
@@ -99,26 +220,71 @@ def standing_meshes(solved: SolvedLoad, pairs: Mapping[str, ReducedPair], harmon
     ------
     ConvergenceError
     """
-    return [_under_load(mesh, pairs[mesh.meshing.key], harmonics) for mesh in solved.meshes]
+    alone = [number for number in range(len(solved.meshes)) if number not in solved.gearbox.grouped]
+    return [_under_load(solved.meshes[n], n, pairs[solved.meshes[n].meshing.key], harmonics) for n in alone]
 
 
-def _under_load(mesh: SolvedMesh, reduced: ReducedPair, harmonics: int) -> StandingMesh:
+def standing_trains(solved: SolvedLoad, harmonics: int) -> list[StandingTrain]:
+    """Return the meshes of a loaded gearbox that share gears, as `standing_meshes`."""
+    angles = PER_HARMONIC * 2 * (harmonics + FURTHER)
+    found = []
+    for placed in solved.gearbox.groups:
+        standing = train_under_load(solved.groups[placed.key], 0, 1, angles, harmonics)
+        names = tuple(mesh.name for mesh in placed.group.meshes)
+        found.append(replace(standing, names=names, numbers=placed.group.numbers))
+    return found
+
+
+def _under_load(mesh: SolvedMesh, number: int, reduced: ReducedPair, harmonics: int) -> StandingMesh:
     pair, name = reduced.meshed.pair, mesh.meshing.settings.name
     by_hubs = np.linalg.pinv(mesh_coordinates(pair))
     load = by_hubs @ in_axes_of_pair(mesh.meshing.frame) @ mesh.meshing.wrenches.ravel() * mesh.force
     displacement = mesh.displacement.ravel().copy()
     # The pinion's advance, which the compliance of hubs leaves out.
     displacement[5] = 1e-3 * float(np.mean(mesh.sweep.ste_um)) / pair.pinion.base_radius
-    return _settled(StandingMesh(name, reduced, condition_of(reduced, mesh.torque), load, displacement, harmonics))
+    condition = condition_of(reduced, mesh.torque)
+    return _settled(StandingMesh(name, number, reduced, condition, load, displacement, harmonics))
 
 
-def _settled(standing: StandingMesh) -> StandingMesh:
-    """The mesh at the deflection under which its load is the mean."""
+def train_under_load(solution: SetSolution, row: int, pitches: int, angles: int, harmonics: int) -> StandingTrain:
+    """Return the meshes of a solved train at the deflection whose mean force is that under its load.
+
+    Parameters
+    ----------
+    row : int
+        Of the load in the solution.
+    pitches, angles, harmonics
+        As of `StandingTrain`.
+
+    Raises
+    ------
+    ConvergenceError
+    """
+    train, plan = solution.train, solution.plan
+    names = tuple(mesh.case for mesh in plan.meshes)
+    if not solution.left(row).all():
+        raise ConvergenceError(f"mesh {' and '.join(names)}: contact was not found at all positions", [])
+    force = solution.found.force[row].reshape(solution.cycles, len(solution.placed.phi), -1).mean(axis=0)
+    load = np.einsum("an,anc->c", force, train_rows(solution.placed)) / len(force)
+    moved = train_coordinates(train).T @ solution.hub_displacement[row].reshape(len(solution.phi_rad), -1).mean(axis=0)
+    return _settled(StandingTrain(names, (), train, plan.displacement, load, moved, pitches, angles, harmonics))
+
+
+def _settled(standing: Standing) -> Standing:
+    """Meshes at the deflection under which their load is the mean."""
     load = standing.load
+    forces = slice(None, None, len(load) // len(standing.names))
     for _ in range(MOST_STEPS):
         law = standing.law()
         more = law.force.mean(axis=0) - load
-        if abs(more[0]) <= SETTLED * load[0]:
+        if (abs(more[forces]) <= SETTLED * abs(load[forces]).max()).all():
             return replace(standing, settled=law)
         standing = standing.moved(np.linalg.solve(law.tangent.mean(axis=0), more))
     raise ConvergenceError(f"mesh {standing.name}: no deflection found under which its mean force is the load", [])
+
+
+def _cycle(standing: StandingMesh | StandingTrain) -> MeshCycle:
+    """Harmonics over time, of meshes that pass one way or the other."""
+    law = standing.law()
+    found = mesh_cycle(law.force, law.tangent, standing.load, standing.harmonics)
+    return found.conj if standing.backwards else found

@@ -11,7 +11,7 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.dynamics.whine.compliance import mesh_compliance
 from pmor.dynamics.whine.orders import spinning_Hz
-from pmor.dynamics.whine.readings import bearing_names, bearing_rms, force_lines, line_name, mesh_rms
+from pmor.dynamics.whine.readings import bearing_names, bearing_rms, force_lines, line_name, line_words, mesh_rms
 from pmor.dynamics.whine.response import RPM, LoadResponse, Source
 from pmor.report.style import COLOURS, legend_label, log_ticks, new_figure, plot_style
 from pmor.results.root_stress import GEARS
@@ -122,7 +122,7 @@ def orders_figure(response: LoadResponse) -> Figure:
     """Order cuts: the largest lines of the bearing forces over the speed, a panel each bearing, and all lines."""
     names, total, speeds = bearing_names(response), bearing_rms(response), response.speeds_rpm
     cuts = [
-        (f"{source.name}, harmonic {line_name(*source.places[number])}", own[:, number])
+        (line_words(*source.maker(number), source.places[number][1]), own[:, number])
         for source in response.sources for own in [force_lines(response, source, source.lines)]
         for number in range(own.shape[1])
     ]  # fmt: skip
@@ -150,7 +150,7 @@ def compliance_figure(response: LoadResponse, highest_Hz: float) -> Figure:
     frequency = np.geomspace(lowest, highest_Hz, FREQUENCIES)
     with plot_style():
         figure = new_figure(9.2, 5.4)
-        panels = figure.subplots(2, len(response.meshes), sharex=True, squeeze=False)
+        panels = figure.subplots(2, len(response.solved.meshes), sharex=True, squeeze=False)
         for number, (above, below) in enumerate(panels.T):
             found = mesh_compliance(response, number, frequency)
             for gear, values, colour in zip(GEARS, found.gears.T, COLOURS, strict=False):
@@ -172,7 +172,7 @@ def _meetings(response: LoadResponse, mesh: Source) -> Iterator[tuple[float, flo
     own = mesh.ports
     for order in mesh.orders[: mesh.told.shape[1]]:
         by = order.by_ports[own]
-        strain = np.einsum("am,ab,bm->m", by.conj(), response.tangent[own, own], by).real
+        strain = np.einsum("am,ab,bm->m", by.conj(), response.tangent[own][:, own], by).real
         for speed, share in zip(order.resonance, strain, strict=True):
             if share > MARKED:
                 yield 60.0 * speed / (2.0 * math.pi), order.order * speed / (2.0 * math.pi), float(share)

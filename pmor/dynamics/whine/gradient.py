@@ -17,10 +17,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pmor.core.arrays import ComplexArray
-from pmor.dynamics.whine.cycle import StandingMesh
+from pmor.dynamics.whine.coherent import CoherentMeshes
+from pmor.dynamics.whine.cycle import FROM_END_TO_END, GEARS
 from pmor.dynamics.whine.hill import MeshCycle, equations, signed, time_invariant
 from pmor.dynamics.whine.response import AIR, RPM, LoadResponse, MeshMotion, Source
-from pmor.gear.condition import Condition
+from pmor.line.hub_law import COORDINATES
 
 # Amounts that each flank can have, whatever it has: um.
 AMOUNTS = "profile_crowning_um", "profile_slope_um", "helix_crowning_um", "helix_slope_um"
@@ -54,9 +55,10 @@ class Change:
     Parameters
     ----------
     targets : tuple of float
-        To the root mean square of each target by the lines of the mesh alone: N, or of power its square root, mW^0.5.
+        To the root mean square of each target by the lines of the mesh alone, with those that keep step with it: N, or
+        of power its square root, mW^0.5.
     transmission_error_um : float
-        To that of the static transmission error under the mean load.
+        To that of the mesh's static transmission error under the mean load.
     """
 
     parameter: str
@@ -74,49 +76,55 @@ def changes(
     parameters : sequence of str
         Such as ``pinion.helix_slope_um``; by default all amounts that the flanks can have.
     """
-    source, mesh = response.meshes[number], response.meshes[number].mesh
-    assert mesh is not None, "of a mesh"
-    adjoints, found = [_adjoint(response, source, mesh, target) for target in targets], []
-    for parameter in parameters or amounts(mesh.standing):
-        lower, upper = (cycle_with(mesh, parameter, step) for step in (-STEP, STEP))
-        force, tangent = (upper.force - lower.force) / (2 * STEP), (upper.tangent - lower.tangent) / (2 * STEP)
-        error = (error_rms(upper) - error_rms(lower)) / (2.0 * STEP)
+    source, mesh, place = response.source_of(number)
+    adjoints, found = [_adjoint(response, source, mesh, target, place) for target in targets], []
+    for parameter in parameters or amounts(mesh.standing, place):
+        lower, upper = (cycle_with(mesh, place, parameter, step) for step in (-STEP, STEP))
+        force, tangent = (upper.force - lower.force) / (2 * STEP), (upper.varying - lower.varying) / (2 * STEP)
+        error = (error_rms(upper, place) - error_rms(lower, place)) / (2.0 * STEP)
         found.append(Change(parameter, tuple(_changed(one, force, tangent) for one in adjoints), error))
     return found
 
 
-def amounts(standing: StandingMesh) -> list[str]:
-    """Return the amounts that the flanks of a mesh can have, and reliefs and twists where they have one."""
-    flanks = ("pinion", standing.condition.pinion), ("wheel", standing.condition.wheel)
-    return [f"{gear}.{key}" for gear, flank in flanks for key in (*AMOUNTS, *FURTHER)
-            if key in AMOUNTS or getattr(flank, key) != 0.0]  # fmt: skip
+def amounts(standing: CoherentMeshes, place: int) -> list[str]:
+    """Return the amounts that the flanks of a mesh, by its place, can have, and reliefs and twists where they have one.
+
+    Of a flank that carries in meshes before it, none: it is told there.
+    """
+    found = []
+    for gear, name in enumerate(GEARS):
+        flank = standing.flank(place, gear)
+        if not standing.told_before(place, gear):
+            found += [f"{name}.{key}" for key in (*AMOUNTS, *FURTHER) if key in AMOUNTS or getattr(flank, key) != 0.0]
+    return found
 
 
-def cycle_with(motion: MeshMotion, parameter: str, step: float) -> MeshCycle:
-    """Return the cycle of a mesh with a further amount, um, at the deflection that the machine takes with it."""
-    gear, _, key = parameter.partition(".")
-    flank = getattr(motion.standing.condition, gear)
-    changed = replace(flank, **{key: getattr(flank, key) + step})
-    return cycle_of_flanks(motion, replace(motion.standing.condition, **{gear: changed}), 1)
+def cycle_with(motion: MeshMotion, place: int, parameter: str, step: float) -> MeshCycle:
+    """Return the cycle with a further amount of a mesh, um, at the deflection that the machine takes with it."""
+    name, _, key = parameter.partition(".")
+    gear, standing = GEARS.index(name), motion.standing
+    flank, way = standing.flank(place, gear), -1.0 if standing.image(place) and key in FROM_END_TO_END else 1.0
+    changed = replace(flank, **{key: getattr(flank, key) + way * step})
+    return cycle_of_flanks(motion, standing.with_flank(place, gear, changed), 1)
 
 
-def cycle_of_flanks(motion: MeshMotion, condition: Condition, steps: int) -> MeshCycle:
-    """Return the cycle of a mesh with other flanks, at the deflection that the machine takes with them.
+def cycle_of_flanks(motion: MeshMotion, meshes: CoherentMeshes, steps: int) -> MeshCycle:
+    """Return the cycle of meshes with other flanks, at the deflection that the machine takes with them.
 
     One step leaves what goes with the square of small amounts, and out of a central difference.
     """
-    mesh, moved = replace(motion.standing, condition=condition), np.zeros(2)
-    own = np.linalg.inv(motion.at_rest) - motion.cycle.mean  # of the machine without the mesh
+    moved = np.zeros(len(meshes.load))
+    own = np.linalg.inv(motion.at_rest) - motion.cycle.mean  # of the machine without the meshes
     for _ in range(steps):
-        moved = moved + motion.at_rest @ (mesh.moved(moved).law().force.mean(axis=0) - mesh.load - own @ moved)
-    cycle = mesh.moved(moved).cycle()
+        moved = moved + motion.at_rest @ (meshes.moved(moved).mean_force() - meshes.load - own @ moved)
+    cycle = meshes.moved(moved).cycle()
     cycle.force[0] -= own @ moved
     return cycle
 
 
-def error_rms(cycle: MeshCycle) -> float:
-    """Return the root mean square of the transmission error at fixed load, um."""
-    moved = np.linalg.solve(cycle.mean, time_invariant(cycle)[1:].T)[0]
+def error_rms(cycle: MeshCycle, place: int) -> float:
+    """Return the root mean square of the transmission error of a mesh, by its place, at fixed load, um."""
+    moved = np.linalg.solve(cycle.mean, time_invariant(cycle)[1:].T)[COORDINATES * place]
     return float(1e3 * np.sqrt(2.0 * (abs(moved) ** 2).sum()))
 
 
@@ -129,32 +137,32 @@ class _Adjoint:
     rms: float
 
 
-def _adjoint(response: LoadResponse, source: Source, mesh: MeshMotion, target: Target) -> _Adjoint:
-    cycle, own = mesh.cycle, source.ports
+def _adjoint(response: LoadResponse, source: Source, mesh: MeshMotion, target: Target, mesh_place: int) -> _Adjoint:
+    cycle, size = mesh.cycle, len(mesh.at_rest)
     place = int(abs(response.speeds_rpm - target.speed_rpm).argmin())
-    receptance = np.stack([mesh.at_rest, *(order.ports(own, own)[place] for order in source.orders)])
-    orders = np.arange(-len(receptance) + 1, len(receptance))
-    matrix, answer = equations(cycle, receptance[None])[0], signed(receptance, orders)
-    acting = np.linalg.solve(matrix, signed(cycle.force, orders).ravel()).reshape(-1, 2)
+    receptance = mesh.moving(source.orders)[place]
+    matrix, answer = equations(cycle, receptance[None])[0], signed(receptance, cycle.places)
+    acting = np.linalg.solve(matrix, signed(cycle.force, cycle.places).ravel()).reshape(-1, size)
     right, square = np.zeros(acting.shape, dtype=complex), 0.0
-    for at, order in enumerate(orders.tolist()):
-        if order and abs(order) <= source.told.shape[1] and source.told[place, abs(order) - 1]:
-            rows = _rows(response, source, mesh, abs(order), place, target)
-            rows = rows if order > 0 else rows.conj()
+    for at, line in enumerate(cycle.places.tolist()):
+        if line and abs(line) <= source.told.shape[1] and source.told[place, abs(line) - 1]:
+            rows = _rows(response, source, mesh, abs(line), place, target, mesh_place)
+            rows = rows if line > 0 else rows.conj()
             right[at] = rows.conj().T @ rows @ acting[at]
             square += float(abs(np.vdot(acting[at], right[at])))
-    solution = np.linalg.solve(matrix.conj().T, right.ravel()).reshape(-1, 2)
+    solution = np.linalg.solve(matrix.conj().T, right.ravel()).reshape(-1, size)
     return _Adjoint(solution, np.einsum("nab,nb->na", answer, acting), math.sqrt(square))
 
 
 def _rows(
-    response: LoadResponse, source: Source, mesh: MeshMotion, harmonic: int, place: int, target: Target
+    response: LoadResponse, source: Source, mesh: MeshMotion, line: int, place: int, target: Target, mesh_place: int
 ) -> ComplexArray:
-    """Rows O of a target by the forces that act on the closed machine, (..., 2)."""
-    order, own = source.orders[harmonic - 1], source.ports
+    """Rows O of a target by the forces that act on the closed machine, (..., q)."""
+    order, own, size = source.orders[line - 1], source.ports, len(mesh.at_rest)
     if target.kind == "mesh":
-        return np.asarray((np.eye(2) - mesh.cycle.mean @ order.ports(own, own)[place])[:1])
-    units = np.broadcast_to(np.eye(2, dtype=complex)[:, None], (2, len(order.speeds), 2))
+        at = COORDINATES * mesh_place
+        return np.asarray((np.eye(size) - mesh.cycle.mean @ order.ports(own, own)[place])[at : at + 1])
+    units = np.broadcast_to(np.eye(size, dtype=complex)[:, None], (size, len(order.speeds), size))
     readings = order.readings(own, units)[:, place]
     if target.kind == "bearing":
         return np.asarray(response.bearing_forces(readings)[:, target.number, :3].T)
@@ -163,6 +171,7 @@ def _rows(
 
 
 def _changed(adjoint: _Adjoint, force: ComplexArray, tangent: ComplexArray) -> float:
-    orders = np.arange(-len(force) + 1, len(force))
-    stiffer = np.einsum("njab,jb->na", signed(tangent, orders[:, None] - orders), adjoint.moved)
-    return float(np.vdot(adjoint.solution, signed(force, orders) - stiffer).real) / adjoint.rms
+    """What further forces (K + 1, q) and tangents between harmonics do to a target."""
+    places = np.arange(-len(force) + 1, len(force))
+    stiffer = np.einsum("njab,jb->na", tangent, adjoint.moved)
+    return float(np.vdot(adjoint.solution, signed(force, places) - stiffer).real) / adjoint.rms

@@ -1,6 +1,6 @@
-"""Small motion of one mesh over its harmonics, its stiffness varying over the cycle: Hill's equations.
+"""Small motion of meshes over their harmonics, their stiffness varying over the cycle: Hill's equations.
 
-About a mean deflection the mesh pushes its hubs apart with w(phi) - k(phi) x. With the machine closed by the mean k_0,
+About a mean deflection a mesh pushes its hubs apart with w(phi) - k(phi) x. With the machine closed by the mean k_0,
 H its receptance at the mesh, and harmonics of the cycle x(phi) = sum_n x_n exp(i n phi),
 
     x_n = H(n W) f_n,    f_n = w_n - sum_(j != n) k_(n-j) x_j,                                               (1)
@@ -18,27 +18,53 @@ from pmor.core.arrays import ComplexArray, FloatArray, IntArray
 
 # Harmonics that are solved beyond those that are wanted.
 FURTHER = 1
+# Speeds that are solved at a time: matrices of all are large.
+BLOCK = 64
 
 
 @dataclass(frozen=True)
 class MeshCycle:
-    """Forces and tangents of a mesh along a fixed mean deflection, by harmonics.
+    """Forces and tangents of meshes along a fixed mean deflection, by harmonics; P coordinates, of a mesh 2.
 
     Parameters
     ----------
-    force : ndarray of complex, shape (K + 1, 2)
-        w_n on both coordinates, or on those of all meshes of a set, less the mean load: N, N mm.
-    tangent : ndarray of complex, shape (2 K + 1, 2, 2)
-        k_n.
+    force : ndarray of complex, shape (K + 1, P)
+        w_n less the mean load, at the harmonics that are solved: N, N mm.
+    tangent : ndarray of complex, shape (L, P, P)
+        k_n at the harmonics 0, 1, ..., up to twice the largest that is solved.
+    solved : ndarray of int, shape (K + 1,), optional
+        These harmonics, 0 first; by default 0, 1, ..., K.
     """
 
     force: ComplexArray
     tangent: ComplexArray
+    solved: IntArray | None = None
 
     @property
     def mean(self) -> FloatArray:
-        """Mean tangent, (2, 2)."""
+        """Mean tangent, (P, P)."""
         return np.asarray(self.tangent[0].real)
+
+    @property
+    def places(self) -> IntArray:
+        """Places of the harmonics of either sign among those that are solved, negative ones first, (2 K + 1,)."""
+        return np.arange(-len(self.force) + 1, len(self.force))
+
+    @property
+    def harmonics(self) -> IntArray:
+        """Those that are solved, 0 first, (K + 1,)."""
+        return np.arange(len(self.force)) if self.solved is None else self.solved
+
+    @property
+    def varying(self) -> ComplexArray:
+        """k_(n - j) between harmonics of either sign, (2 K + 1, 2 K + 1, P, P)."""
+        orders = np.sign(self.places) * self.harmonics[abs(self.places)]
+        return signed(self.tangent, orders[:, None] - orders)
+
+    @property
+    def conj(self) -> MeshCycle:
+        """The same run through the other way."""
+        return MeshCycle(self.force.conj(), self.tangent.conj(), self.solved)
 
 
 def mesh_cycle(force: FloatArray, tangent: FloatArray, load: FloatArray, harmonics: int) -> MeshCycle:
@@ -51,42 +77,44 @@ def mesh_cycle(force: FloatArray, tangent: FloatArray, load: FloatArray, harmoni
 def hill(
     cycle: MeshCycle, receptance: ComplexArray, closed_by: FloatArray | None = None, shapes: ComplexArray | None = None
 ) -> ComplexArray:
-    """Return the forces f_n of (1) on the closed machine, shape (S, K + 1, 2).
+    """Return the forces f_n of (1) on the closed machine, shape (S, K + 1, P).
 
     Parameters
     ----------
-    receptance : ndarray of complex, shape (S, K + 1, 2, 2)
-        H at harmonics 0, 1, ..., K of S speeds.
-    closed_by : ndarray, shape (2, 2), optional
+    receptance : ndarray of complex, shape (S, K + 1, P, P)
+        H at the harmonics that are solved, at S speeds.
+    closed_by : ndarray, shape (P, P), optional
         Mean tangent that closes the machine, where it is another one.
     shapes : ndarray of complex, shape (K + 1, P, 2), optional
         What the P coordinates of the cycle do at each harmonic, orthonormal: those of equal planets.
     """
-    orders = np.arange(-receptance.shape[1] + 1, receptance.shape[1])
-    right = signed(cycle.force[: receptance.shape[1]], orders)
+    places = cycle.places
+    right = signed(cycle.force, places)
     if shapes is not None:
-        right = np.einsum("npq,np->nq", signed(shapes, orders).conj(), right)
-    found = np.linalg.solve(equations(cycle, receptance, closed_by, shapes), right.reshape(-1, 1))
-    return np.asarray(found.reshape(len(receptance), *right.shape)[:, receptance.shape[1] - 1 :])
+        right = np.einsum("npq,np->nq", signed(shapes, places).conj(), right)
+    found = [
+        np.linalg.solve(equations(cycle, receptance[first : first + BLOCK], closed_by, shapes), right.reshape(-1, 1))
+        for first in range(0, len(receptance), BLOCK)
+    ]
+    return np.asarray(np.concatenate(found).reshape(-1, *right.shape)[:, len(cycle.force) - 1 :])
 
 
 def equations(
     cycle: MeshCycle, receptance: ComplexArray, closed_by: FloatArray | None = None, shapes: ComplexArray | None = None
 ) -> ComplexArray:
-    """Return the matrices of (1) for the forces, f + k H f = w, of all harmonics of either sign, (S, 4 K + 2, ...)."""
+    """Return the matrices of (1) for the forces, f + k H f = w, of harmonics of either sign, (S, 2 K P + P, ...)."""
     further = 0.0 if closed_by is None else cycle.mean - closed_by
-    speeds, count, size = receptance.shape[:3]
-    orders = np.arange(-count + 1, count)
-    apart, every = orders[:, None] - orders, size * len(orders)
-    varying = np.where((apart == 0)[..., None, None], further, signed(cycle.tangent, apart))
+    speeds, size, places = len(receptance), receptance.shape[2], cycle.places
+    every = size * len(places)
+    varying = np.where(np.eye(len(places), dtype=bool)[..., None, None], further, cycle.varying)
     if shapes is not None:
-        by = signed(shapes, orders)
+        by = signed(shapes, places)
         varying = np.einsum("npa,njpq,jqb->njab", by.conj(), varying, by, optimize=True)
     blocks = varying.transpose(0, 2, 1, 3).reshape(every, every)
     matrix = np.empty((speeds, every, every), dtype=complex)
-    for place, order in enumerate(orders):
-        own, columns = receptance[:, abs(order)], slice(size * place, size * (place + 1))
-        matrix[:, :, columns] = blocks[:, columns] @ (own if order >= 0 else own.conj())
+    for column, place in enumerate(places):
+        own, columns = receptance[:, abs(place)], slice(size * column, size * (column + 1))
+        matrix[:, :, columns] = blocks[:, columns] @ (own if place >= 0 else own.conj())
     matrix[:, np.arange(every), np.arange(every)] += 1.0
     return matrix
 
@@ -104,9 +132,8 @@ def moved(receptance: ComplexArray, closing: ComplexArray) -> ComplexArray:
 def time_invariant(cycle: MeshCycle) -> ComplexArray:
     """Return the forces f_n of a mesh of constant stiffness, by its transmission error at fixed load, (K + 1, 2)."""
     count, size = cycle.force.shape
-    orders = np.arange(-count + 1, count)
-    matrix = signed(cycle.tangent, orders[:, None] - orders).transpose(0, 2, 1, 3).reshape(size * len(orders), -1)
-    moved = np.linalg.solve(matrix, signed(cycle.force, orders).ravel()).reshape(-1, size)[count - 1 :]
+    matrix = cycle.varying.transpose(0, 2, 1, 3).reshape(size * len(cycle.places), -1)
+    moved = np.linalg.solve(matrix, signed(cycle.force, cycle.places).ravel()).reshape(-1, size)[count - 1 :]
     return np.asarray(moved @ cycle.mean.T)
 
 

@@ -17,8 +17,11 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import eigh
 
-from pmor.core.arrays import BoolArray, ComplexArray, FloatArray
+from pmor.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from pmor.dynamics.whine.modal import Receptance
+
+# Some of the ports.
+Ports = slice | IntArray
 
 
 @dataclass(frozen=True)
@@ -71,18 +74,18 @@ class Order:
         """Speeds at which the order is below the highest mode, (S,)."""
         return np.asarray(self.order * self.speeds <= np.sqrt(self.receptance.modes.square.max(initial=0.0)))
 
-    def ports(self, told: slice, acting: slice) -> ComplexArray:
+    def ports(self, told: Ports, acting: Ports) -> ComplexArray:
         """Return displacements of some ports under unit forces on others, (S, p, q)."""
         by, under = self.by_ports[told], self.by_ports[acting].conj()
         products = (by[:, None] * under).reshape(len(by) * len(under), by.shape[1])
         moving = (self.amplification @ products.T).reshape(len(self.speeds), len(by), len(under))
-        return np.asarray(moving + self.within[:, None, None] * self.receptance.left_ports[told, acting])
+        return np.asarray(moving + self.within[:, None, None] * self.receptance.left_ports[told][:, acting])
 
-    def modal(self, own: slice, force: ComplexArray) -> ComplexArray:
+    def modal(self, own: Ports, force: ComplexArray) -> ComplexArray:
         """Return the amplitudes of the modes under forces on q of the ports, (..., S, q): shape (..., S, m)."""
         return np.asarray(self.amplification * (force @ self.by_ports[own].conj()))
 
-    def readings(self, own: slice, force: ComplexArray) -> ComplexArray:
+    def readings(self, own: Ports, force: ComplexArray) -> ComplexArray:
         """Return the readings under forces on q of the ports, (..., S, q): shape (..., S, o)."""
         left = self.within[:, None] * (force @ self.receptance.left_readings[:, own].T)
         return np.asarray(self.modal(own, force) @ self.by_readings.T + left)

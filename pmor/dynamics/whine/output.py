@@ -25,7 +25,7 @@ from pmor.dynamics.whine.readings import (
     bearing_rms,
     force_lines,
     housing_rows,
-    line_name,
+    line_words,
     main_load,
     mesh_rms,
     mode_rows,
@@ -63,7 +63,7 @@ def whine_data(file: MovingFile, responses: Sequence[LoadResponse], failures: Se
             _load_data(response) | (micrometre_data(response) if response is loud else {})
             for response in responses
         ],
-        "rigid_bodies": rigid_bodies(file.cases),
+        "rigid_bodies": rigid_bodies(file.cases, file.cases if isinstance(file, SetFile) else file.model.shared),
         "failures": list(failures),
     }
 
@@ -83,7 +83,8 @@ def micrometre_data(response: LoadResponse) -> Data:
     rows, speeds = list[Data](), dict[str, float]()
     names, total = bearing_names(response), bearing_rms(response)
     largest = total.max(axis=0).argsort()[::-1][:MOST_TARGETS]
-    for number, source in enumerate(response.meshes):
+    for number, name in enumerate(response.mesh_names[: len(response.solved.meshes)]):
+        source, *_ = response.source_of(number)
         own = force_lines(response, source, source.lines)
         at = (own**2).sum(axis=1).argmax(axis=0)
         tops = {names[n]: (int(n), float(response.speeds_rpm[at[n]])) for n in largest}
@@ -92,9 +93,9 @@ def micrometre_data(response: LoadResponse) -> Data:
         targets += [Target("bearing", speed, n) for n, speed in tops.values()]
         for change in changes(response, number, targets):
             values = dict(zip(("mesh", *tops), change.targets, strict=True))
-            rows.append({"mesh": source.name, "parameter": change.parameter, "force_N": values,
+            rows.append({"mesh": name, "parameter": change.parameter, "force_N": values,
                          "transmission_error_um": change.transmission_error_um})  # fmt: skip
-        speeds |= {f"{name}, {source.name}": speed for name, (_, speed) in tops.items()}
+        speeds |= {f"{bearing}, {name}": speed for bearing, (_, speed) in tops.items()}
     return {"micrometres": rows, "micrometre_targets": speeds, "micrometre_bearings": [names[n] for n in largest]}
 
 
@@ -107,6 +108,10 @@ def _load_data(response: LoadResponse) -> Data:
         "unknowns": response.machine.free.shape[1],
         "modes": mode_rows(response),
         "peaks": peak_rows(response),
+        "in_step": [
+            list(source.mesh.standing.names) for source in response.sources
+            if source.mesh is not None and len(source.mesh.standing.names) > 1
+        ],
         "housing": housing_rows(response),
         "bearings": [
             {"name": name, "force_rms_max_N": float(total[:, n].max()),
@@ -115,11 +120,13 @@ def _load_data(response: LoadResponse) -> Data:
             for n, name in enumerate(bearing_names(response))
         ],
         "meshes": [
-            {"name": mesh.name, "mean_force_N": float(solved.force), "force_rms_max_N": float(forces[:, n].max()),
+            {"name": response.mesh_names[n], "mean_force_N": float(solved.force),
+             "force_rms_max_N": float(forces[:, n].max()),
              "constant_stiffness_rms_max_N": float(constant[1][:, n].max()),
              "dynamic_factor": 1.0 + float(swings[:, n].max() / solved.force),
-             "mean_tangent_N_per_um": 1e-3 * float(response.tangent[2 * n, 2 * n]), "pitches_per_turn": mesh.rate}
-            for n, (mesh, solved) in enumerate(zip(response.meshes, response.solved.meshes, strict=True))
+             "mean_tangent_N_per_um": 1e-3 * float(response.tangent[2 * n, 2 * n]),
+             "pitches_per_turn": response.machine.mesh_rate(n)}
+            for n, solved in enumerate(response.solved.meshes)
         ] + _set_meshes(response, forces, swings, constant[1]),
     }  # fmt: skip
 
@@ -128,8 +135,8 @@ def _set_meshes(
     response: LoadResponse, forces: FloatArray, swings: FloatArray, constant: FloatArray
 ) -> list[Data]:
     """The meshes of sets, each of one planet; why their stiffness does not vary, or None."""
-    rows, place = list[Data](), len(response.meshes)
-    for source, cycle in zip(response.passing[place:], response.cycles, strict=True):
+    rows, place = list[Data](), len(response.solved.meshes)
+    for source, cycle in zip(response.of_sets, response.cycles, strict=True):
         for mesh in range(2):
             number, first = place + len(rows), mesh * cycle.each // 2
             load = float(cycle.load[first])
@@ -280,7 +287,7 @@ def _blocks(file: MovingFile, data: Data, responses: Sequence[LoadResponse]) -> 
         Picture("orders.png", f"Order cuts under {name}: the largest lines of the bearing forces by themselves.",
                 orders_figure(last)),
     ]  # fmt: skip
-    if last.meshes:
+    if last.solved.meshes:
         blocks += [
             Heading("Each mesh of two gears" if last.cycles else "Each mesh"),
             Picture("compliance.png", f"Compliance of both gears in the direction of the mesh force under "
@@ -305,8 +312,7 @@ def _blocks(file: MovingFile, data: Data, responses: Sequence[LoadResponse]) -> 
 OF_SHAFTS = (
     "Small motion of shafts, gears and bearings about each load: Timoshenko beams with their inertia and gyroscopic "
     "moments, gears as rigid discs, those on light blanks, and rings on a bedding, with the modes of rim and web, "
-    "their stiffness under the load"
-    "bearings by "
+    "bearings by their stiffness under the load"
 )
 OF_A_SET = (
     "Small motion of a planetary set by itself about each torque: gears as rigid discs on the supports of the file. "
@@ -335,6 +341,11 @@ def _meshes(data: Data) -> Table:
     for _, mesh in rows:
         if mesh.get("why_constant") and mesh["why_constant"] not in note:
             note += f" {mesh['name']}: with its mean stiffness, as {mesh['why_constant']}."
+    for names in dict.fromkeys(tuple(names) for load in data["loads"] for names in load["in_step"]):
+        note += (
+            f" {' and '.join(names)} keep step: their lines add up with their phases, as tooth numbers and centres "
+            "have it; of gears on one shaft a tooth each stands in line."
+        )
     return table("Meshes", columns, rows, note)
 
 
@@ -357,7 +368,7 @@ def _peaks(data: Data, loads: Sequence[str], folded: bool = False) -> Table:
         **told, "bearing": lambda row: row[1]["bearing"],
         "speed, rpm": lambda row: row[1]["speed_rpm"],
         "force, rms, N": lambda row: row[1]["force_rms_N"],
-        "by": lambda row: f"{row[1]['source']}, harmonic {line_name(row[1]['harmonic'], row[1]['carrier_order'])}",
+        "by": lambda row: line_words(row[1]["source"], row[1]["harmonic"], row[1]["carrier_order"]),
         "at, Hz": lambda row: row[1]["frequency_Hz"],
         "without this line, N": lambda row: row[1]["without_line_rms_N"],
         "mode": lambda row: row[1]["mode"],

@@ -14,7 +14,7 @@ import numpy as np
 from pmor.core.arrays import ComplexArray, FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.whine.gradient import cycle_of_flanks
-from pmor.dynamics.whine.hill import hill, mesh_forces
+from pmor.dynamics.whine.hill import hill
 from pmor.dynamics.whine.readings import bearing_names, force_lines
 from pmor.dynamics.whine.response import LoadResponse, Source
 from pmor.gear.condition import Assembly
@@ -48,19 +48,17 @@ class QuietMesh:
 
     def results(self, assembly: Assembly) -> dict[str, float]:
         """Return the results of motion with some flanks; NaN where the mesh has no law."""
-        source = self.response.meshes[self.number]
-        motion = source.mesh
-        assert motion is not None, "of a mesh"
-        flanks = replace(motion.standing.condition, pinion=assembly.pinion, wheel=assembly.wheel)
+        source, motion, place = self.response.source_of(self.number)
+        meshes = motion.standing.with_flank(place, 0, assembly.pinion).with_flank(place, 1, assembly.wheel)
         try:
-            cycle = cycle_of_flanks(motion, flanks, STEPS)
+            cycle = cycle_of_flanks(motion, meshes, STEPS)
         except ConvergenceError:
             return dict.fromkeys(RESULTS, np.nan)
-        own, told = source.ports, source.told.shape[1]
+        told = source.told.shape[1]
         acting = hill(cycle, self._moving, motion.cycle.mean)
-        readings = np.stack([source.orders[n].readings(own, acting[:, n + 1]) for n in range(told)], axis=1)
+        readings = np.stack([source.orders[n].readings(source.ports, acting[:, n + 1]) for n in range(told)], axis=1)
         forces = source.lines.mesh_forces.copy()
-        forces[..., self.number] = mesh_forces(motion.cycle.mean, self._moving, acting)[:, 1 : told + 1, 0]
+        forces[..., motion.standing.numbers] = motion.forces(self._moving, acting)[:, 1 : told + 1]
         squares = self._squares(replace(source, lines=replace(source.lines, mesh_forces=forces, readings=readings)))
         total = {key: np.sqrt(one + self._others[key]) for key, one in squares.items()}
         found = {key: float(np.percentile(root, self.percentile)) for key, root in total.items()}
@@ -68,11 +66,9 @@ class QuietMesh:
 
     @cached_property
     def _moving(self) -> ComplexArray:
-        """Receptance of the closed machine at the mesh, at rest and at all harmonics, (S, K + 1, 2, 2)."""
-        source, own = self.response.meshes[self.number], self.response.meshes[self.number].ports
-        assert source.mesh is not None, "of a mesh"
-        still = np.broadcast_to(source.mesh.at_rest, (len(self.response.speeds_rpm), 1, 2, 2))
-        return np.concatenate([still, np.stack([one.ports(own, own) for one in source.orders], axis=1)], axis=1)
+        """Receptance of the closed machine at the mesh, at rest and at all harmonics, (S, K + 1, q, q)."""
+        source, motion, _ = self.response.source_of(self.number)
+        return motion.moving(source.orders)
 
     @cached_property
     def _bearing(self) -> int:
@@ -80,13 +76,14 @@ class QuietMesh:
         names = bearing_names(self.response)
         if self.bearing is not None:
             return names.index(self.bearing)
-        source = self.response.meshes[self.number]
+        source, *_ = self.response.source_of(self.number)
         return int((force_lines(self.response, source, source.lines) ** 2).sum(axis=1).max(axis=0).argmax())
 
     @cached_property
     def _others(self) -> dict[str, FloatArray]:
         """Squares of the lines of all other sources over the speed."""
-        every = [self._squares(one) for place, one in enumerate(self.response.sources) if place != self.number]
+        own, *_ = self.response.source_of(self.number)
+        every = [self._squares(one) for one in self.response.sources if one is not own]
         return {key: np.asarray(sum((one[key] for one in every), np.zeros(len(self.response.speeds_rpm))))
                 for key in RESULTS}  # fmt: skip
 

@@ -43,6 +43,11 @@ def line_name(harmonic: float, sideband: int) -> str:
     return f"{harmonic:.4g}{('', '+', '-')[sideband]}"
 
 
+def line_words(maker: str, harmonic: float, sideband: int) -> str:
+    """Return what makes a line, and its name."""
+    return f"{maker}, harmonic {line_name(harmonic, sideband)}"
+
+
 def bearing_names(response: LoadResponse) -> list[str]:
     """Return the names of the bearings, and of members of sets that stand in the housing."""
     machine = response.machine
@@ -143,7 +148,7 @@ def _strains(response: LoadResponse) -> list[FloatArray]:
     """Strain energy, twice, of each mesh in all modes; of sets of the suns' and the rings' meshes of all planets."""
     ports, count = response.receptance.ports[: len(response.tangent)], len(response.modes.square)
     each = ports * (response.tangent @ ports)
-    found = [each[of_mesh(number)].sum(axis=0) for number in range(len(response.meshes))]
+    found = [each[of_mesh(number)].sum(axis=0) for number in range(len(response.solved.meshes))]
     for one, cycle in zip(response.machine.sets, response.cycles, strict=True):
         found += list(each[one.own].reshape(cycle.blades.count, 2, -1, count).sum(axis=(0, 2)))
     return found
@@ -190,10 +195,10 @@ def peak_rows(response: LoadResponse) -> list[Data]:
                 for harmonic, bend in enumerate(np.diff(own[around, :, bearing] ** 2, n=2, axis=0)[0])
             ]  # fmt: skip
             _, source, harmonic, line = min(bends, key=lambda one: one[0])
-            told_as, sideband = source.places[harmonic]
+            maker, told_as = source.maker(harmonic)
             rows.append({
-                "bearing": name, "speed_rpm": speed, "force_rms_N": float(over_speed[place]), "source": source.name,
-                "harmonic": told_as, "carrier_order": sideband,
+                "bearing": name, "speed_rpm": speed, "force_rms_N": float(over_speed[place]), "source": maker,
+                "harmonic": told_as, "carrier_order": source.places[harmonic][1],
                 "frequency_Hz": speed / 60.0 * float(source.orders[harmonic].order),
                 "line_rms_N": line, "without_line_rms_N": float(np.sqrt(max(over_speed[place] ** 2 - line**2, 0.0))),
                 **_mode_of(response, source, harmonic, place, bearing),

@@ -11,13 +11,14 @@ import numpy as np
 from pmor.body.beam import NODE
 from pmor.case.motion import Motion
 from pmor.core.arrays import BoolArray, ComplexArray, FloatArray
-from pmor.dynamics.whine.cycle import StandingMesh, standing_meshes
+from pmor.dynamics.whine.coherent import CoherentMeshes, coherent_meshes
+from pmor.dynamics.whine.cycle import StandingMesh, StandingTrain, standing_meshes, standing_trains
 from pmor.dynamics.whine.discs import KG
-from pmor.dynamics.whine.hill import FURTHER, MeshCycle, hill, mesh_forces, time_invariant
+from pmor.dynamics.whine.hill import MeshCycle, hill, mesh_forces, time_invariant
 from pmor.dynamics.whine.modal import Modes, Receptance, closed, modes_of, receptance_of, transfer
 from pmor.dynamics.whine.moving import MovingMachine, bearing_rows, moving_machine
 from pmor.dynamics.whine.moving_sets import machine_of_set, with_sets
-from pmor.dynamics.whine.orders import Order, along
+from pmor.dynamics.whine.orders import Order, Ports, along
 from pmor.dynamics.whine.planets import HUBS, MovingSet
 from pmor.dynamics.whine.ringing import KeptModes, ringing_gears
 from pmor.dynamics.whine.set_cycle import SetCycle, set_cycle
@@ -64,25 +65,34 @@ class Lines:
 
 @dataclass(frozen=True)
 class MeshMotion:
-    """A mesh about which motion is small: where its hubs stand, its cycle there, its receptance at rest, (2, 2)."""
+    """Meshes about which motion is small: where their hubs stand, their cycle there, the receptance at rest, (q, q)."""
 
-    standing: StandingMesh
+    standing: CoherentMeshes
     cycle: MeshCycle
     at_rest: FloatArray
+
+    def moving(self, orders: Sequence[Order]) -> ComplexArray:
+        """Return the receptance of the closed machine at the harmonics that are solved, 0 first, (S, K + 1, q, q)."""
+        own, speeds = self.standing.ports, len(orders[0].speeds)
+        still = np.broadcast_to(self.at_rest, (speeds, 1, *self.at_rest.shape))
+        return np.concatenate([still, np.stack([order.ports(own, own) for order in orders], axis=1)], axis=1)
+
+    def forces(self, moving: ComplexArray, acting: ComplexArray) -> ComplexArray:
+        """Return the forces of the meshes beside their means, (S, K + 1, M), by those on the closed machine."""
+        return mesh_forces(self.cycle.mean, moving, acting)[..., ::COORDINATES]
 
 
 @dataclass(frozen=True)
 class MeanMeshes:
-    """All meshes with their mean stiffness: of pairs (M, 2, 2), and of sets."""
+    """All meshes with their mean stiffness: of pairs (2 M, 2 M), and of sets."""
 
     pairs: FloatArray
     sets: tuple[tuple[MovingSet, SetCycle], ...]
 
     def moved(self, ports: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
         """Return forces of all meshes, and by how much they part, (..., M) each, by all coordinates (..., P)."""
-        count = COORDINATES * len(self.pairs)
-        own = ports[..., :count].reshape(*ports.shape[:-1], len(self.pairs), COORDINATES)
-        forces, parted = [-np.einsum("mb,...mb->...m", self.pairs[:, 0], own)], [own[..., 0]]
+        own = ports[..., : len(self.pairs)]
+        forces, parted = [-(own @ self.pairs[::COORDINATES].T)], [own[..., ::COORDINATES]]
         for one, cycle in self.sets:
             there = ports[..., one.own]
             force, apart = over_planets(cycle, there @ cycle.tangent.T, there)
@@ -93,16 +103,16 @@ class MeanMeshes:
 
 @dataclass(frozen=True)
 class Source:
-    """A mesh, a set, an unbalanced shaft, or a torque that swings, and what it moves.
+    """Meshes that keep step, a set, an unbalanced shaft, or a torque that swings, and what it moves.
 
     Parameters
     ----------
     rate : float
         Its first harmonic over the speed of the first torque's shaft.
-    ports : slice
+    ports : slice or ndarray of int
         On which it acts.
     orders : tuple of Order
-        K, or of a mesh a further one.
+        K, or of meshes further ones.
     constant : Lines
         By meshes of constant stiffness.
     told : ndarray of bool, shape (S, K)
@@ -116,7 +126,7 @@ class Source:
 
     name: str
     rate: float
-    ports: slice
+    ports: Ports
     orders: tuple[Order, ...]
     lines: Lines
     constant: Lines
@@ -127,8 +137,24 @@ class Source:
 
     @property
     def places(self) -> tuple[tuple[float, int], ...]:
-        """Harmonic, and order of a carrier's turn beside it, of each line."""
-        return self.sidebands or tuple((harmonic, 0) for harmonic in range(1, self.told.shape[1] + 1))
+        """Harmonic, and order of a carrier's turn beside it, of each line; of meshes in step of the first."""
+        if self.mesh is not None:
+            told, first = self.mesh.standing.told, self.mesh.standing.own_passes[0]
+            return tuple((n / first if n % first else n // first, 0) for n in told)
+        return self.sidebands or ((1, 0),)
+
+    def maker(self, line: int) -> tuple[str, float]:
+        """Return the names of what makes a line, and its harmonic there; of the first mesh where these differ."""
+        if self.mesh is None:
+            return self.name, self.places[line][0]
+        standing, harmonic = self.mesh.standing, self.mesh.standing.told[line]
+        makers = [
+            (name, harmonic // count) for name, count in zip(standing.names, standing.own_passes, strict=True)
+            if harmonic in standing.of_mesh(count)
+        ]  # fmt: skip
+        first = makers[0][1]
+        names = (name if own == first else f"{name} (its harmonic {own})" for name, own in makers)
+        return " and ".join(names), first
 
     def frequency_Hz(self, speeds_rpm: FloatArray) -> FloatArray:
         """Frequencies of the lines, (S, K)."""
@@ -145,7 +171,7 @@ class LoadResponse:
     tangent : ndarray, shape (P, P)
         Mean stiffness of the meshes on their coordinates.
     sources : tuple of Source
-        Meshes of pairs first, then sets.
+        Meshes of two gears first, those together that keep step, then sets.
     cycles : tuple of SetCycle
         Of the sets.
     """
@@ -160,14 +186,21 @@ class LoadResponse:
     cycles: tuple[SetCycle, ...] = ()
 
     @property
-    def meshes(self) -> tuple[Source, ...]:
-        """Sources that are meshes of pairs."""
-        return self.sources[: len(self.solved.meshes)]
+    def passing(self) -> tuple[Source, ...]:
+        """Sources that are meshes, or sets."""
+        return self.sources[: sum(source.mesh is not None for source in self.sources) + len(self.cycles)]
 
     @property
-    def passing(self) -> tuple[Source, ...]:
-        """Sources that are meshes of pairs, or sets."""
-        return self.sources[: len(self.solved.meshes) + len(self.cycles)]
+    def of_sets(self) -> tuple[Source, ...]:
+        """Sources that are sets."""
+        return self.passing[len(self.passing) - len(self.cycles) :]
+
+    def source_of(self, number: int) -> tuple[Source, MeshMotion, int]:
+        """Return the source in which a mesh of two gears is, its motion, and the place of the mesh there."""
+        for source in self.sources:
+            if source.mesh is not None and number in source.mesh.standing.numbers:
+                return source, source.mesh, source.mesh.standing.numbers.index(number)
+        raise IndexError(number)
 
     @property
     def speed_of(self) -> str:
@@ -176,9 +209,9 @@ class LoadResponse:
 
     @property
     def mesh_names(self) -> list[str]:
-        """Names of all M meshes."""
+        """Names of all M meshes, those of two gears first."""
         of_sets = [f"{one.name}: {mesh}" for one in self.machine.sets for mesh in ("sun - planet", "planet - ring")]
-        return [mesh.name for mesh in self.meshes] + of_sets
+        return [mesh.meshing.settings.name for mesh in self.solved.meshes] + of_sets
 
     def bearing_forces(self, readings: ComplexArray) -> ComplexArray:
         """Return forces and moments on what holds each bearing, (..., bearings, 6), from readings (..., o).
@@ -258,8 +291,8 @@ def respond(
     CaseError
         Where a set has no motion of constant coefficients.
     """
-    standing = standing_meshes(solved, pairs, motion.harmonics)
-    ringing = ringing_gears(model, solved, standing, FURTHER_MODES * motion.highest_frequency_Hz,
+    standing = {mesh.number: mesh for mesh in standing_meshes(solved, pairs, motion.harmonics)}
+    ringing = ringing_gears(model, solved, standing.values(), FURTHER_MODES * motion.highest_frequency_Hz,
                             {} if kept is None else kept)  # fmt: skip
     for gear in ringing:
         before = standing[gear.mesh].taken_out
@@ -267,13 +300,15 @@ def respond(
         standing[gear.mesh] = standing[gear.mesh].without(compliance)
     machine = moving_machine(model, solved, motion.highest_frequency_Hz, ringing)
     machine = with_sets(machine, model, solved.sets)
-    standing = [replace(mesh, backwards=machine.backwards(number)) for number, mesh in enumerate(standing)]
+    parts: list[StandingMesh | StandingTrain] = [*standing.values(), *standing_trains(solved, motion.harmonics)]
+    parts = [replace(part, backwards=machine.backwards(part.numbers[0])) for part in parts]
+    together = coherent_meshes(machine, sorted(parts, key=lambda part: part.numbers))
     of_sets = tuple(
         (one, set_cycle(one, of.meshing.file, of.solution, 0, motion.harmonics))
         for one, of in zip(machine.sets, solved.sets, strict=True)
     )
     swinging = [*unbalances(model, machine), *ripples(machine)]
-    return _responded(machine, solved, standing, of_sets, swinging, motion, speeds_rpm)
+    return _responded(machine, solved, together, of_sets, swinging, motion, speeds_rpm)
 
 
 def respond_set(
@@ -305,14 +340,14 @@ def torque_names(file: SetFile) -> list[str]:
 
 
 def _responded(
-    machine: MovingMachine, solved: SolvedLoad, standing: Sequence[StandingMesh],
+    machine: MovingMachine, solved: SolvedLoad, together: Sequence[CoherentMeshes],
     of_sets: tuple[tuple[MovingSet, SetCycle], ...], swinging: Sequence[Swinging], motion: Motion,
     speeds_rpm: FloatArray,
 ) -> LoadResponse:  # fmt: skip
-    cycles = [mesh.cycle() for mesh in standing]
+    cycles = [meshes.cycle() for meshes in together]
     tangent = np.zeros((len(machine.meshes), len(machine.meshes)))
-    for number, cycle in enumerate(cycles):
-        tangent[of_mesh(number), of_mesh(number)] = cycle.mean
+    for meshes, cycle in zip(together, cycles, strict=True):
+        tangent[np.ix_(meshes.ports, meshes.ports)] = cycle.mean
     for one, passing in of_sets:
         tangent[one.own, one.own] = passing.tangent
     stiffness = closed(machine, tangent)
@@ -324,10 +359,12 @@ def _responded(
     ])  # fmt: skip
     receptance = receptance_of(machine, stiffness, modes, acting, readings, motion.damping_ratio)
     sources, first = list[Source](), len(tangent)
-    means = MeanMeshes(np.array([cycle.mean for cycle in cycles]).reshape(-1, COORDINATES, COORDINATES), of_sets)
-    for number, (mesh, cycle) in enumerate(zip(standing, cycles, strict=True)):
-        own = MeshMotion(mesh, cycle, transfer(receptance, np.zeros(1)).ports[0, of_mesh(number), of_mesh(number)].real)
-        sources.append(_of_mesh(machine, receptance, means, number, own, motion, speeds_rpm))
+    pairs = COORDINATES * len(solved.meshes)
+    means = MeanMeshes(tangent[:pairs, :pairs], of_sets)
+    at_rest = transfer(receptance, np.zeros(1)).ports[0].real
+    for meshes, cycle in zip(together, cycles, strict=True):
+        own = MeshMotion(meshes, cycle, at_rest[np.ix_(meshes.ports, meshes.ports)])
+        sources.append(_of_meshes(machine, receptance, means, own, motion, speeds_rpm))
     sources += [_of_set(machine, receptance, means, number, motion, speeds_rpm) for number in range(len(of_sets))]
     for swings in swinging:
         ports = slice(first, first + len(swings.rows))
@@ -370,25 +407,24 @@ def ripples(machine: MovingMachine) -> list[Swinging]:
     ]  # fmt: skip
 
 
-def _of_mesh(
-    machine: MovingMachine, receptance: Receptance, means: MeanMeshes, number: int, mesh: MeshMotion, motion: Motion,
+def _of_meshes(
+    machine: MovingMachine, receptance: Receptance, means: MeanMeshes, mesh: MeshMotion, motion: Motion,
     speeds_rpm: FloatArray,
 ) -> Source:  # fmt: skip
-    """Return what a mesh excites."""
-    cycle, own, rate = mesh.cycle, of_mesh(number), machine.mesh_rate(number)
-    speeds, harmonics = RPM * speeds_rpm, range(1, motion.harmonics + FURTHER + 1)
-    orders = tuple(along(receptance, harmonic * rate, speeds, machine.sense) for harmonic in harmonics)
-    still = np.broadcast_to(mesh.at_rest, (len(speeds), 1, *mesh.at_rest.shape))
-    moving = np.concatenate([still, np.stack([order.ports(own, own) for order in orders], axis=1)], axis=1)
+    """Return what meshes that keep step excite."""
+    cycle, own, standing = mesh.cycle, mesh.standing.ports, mesh.standing
+    rate, speeds = machine.mesh_rate(standing.numbers[0]) / standing.own_passes[0], RPM * speeds_rpm
+    orders = tuple(along(receptance, harmonic * rate, speeds, machine.sense) for harmonic in cycle.harmonics[1:])
+    moving = mesh.moving(orders)
     constant = np.broadcast_to(time_invariant(cycle), moving.shape[:3])
     varying = constant if motion.mesh_stiffness == "mean" else hill(cycle, moving)
-    wanted, found = slice(1, motion.harmonics + 1), list[Lines]()
+    count, found = len(standing.told), list[Lines]()
+    wanted = slice(1, count + 1)
     for acting in (varying, constant):
-        lines = _lines(orders[: motion.harmonics], means, own, acting[:, wanted])
-        lines.mesh_forces[..., number] = mesh_forces(cycle.mean, moving, acting)[:, wanted, 0]
+        lines = _lines(orders[:count], means, own, acting[:, wanted])
+        lines.mesh_forces[..., standing.numbers] = mesh.forces(moving, acting)[:, wanted]
         found.append(lines)
-    told = _told(orders[: motion.harmonics], motion)
-    return Source(mesh.standing.name, rate, own, orders, found[0], found[1], told, mesh)
+    return Source(standing.name, rate, own, orders, found[0], found[1], _told(orders[:count], motion), mesh)
 
 
 def _of_set(
@@ -399,7 +435,7 @@ def _of_set(
     at_rest = transfer(receptance, np.zeros(1)).ports[0, one.own, one.own].real
     mean = motion.mesh_stiffness == "mean"
     excited = set_excitation(receptance, at_rest, one, cycle, motion.harmonics, speeds, machine.sense, mean)
-    found, place = list[Lines](), len(means.pairs) + 2 * number
+    found, place = list[Lines](), len(means.pairs) // COORDINATES + 2 * number
     for acting in (excited.varying, excited.constant):
         lines = _lines(excited.orders, means, one.own, acting)
         moved = np.stack([
@@ -417,7 +453,7 @@ def _of_set(
 
 
 def _of_shaft(
-    machine: MovingMachine, receptance: Receptance, means: MeanMeshes, swinging: Swinging, own: slice, motion: Motion,
+    machine: MovingMachine, receptance: Receptance, means: MeanMeshes, swinging: Swinging, own: Ports, motion: Motion,
     speeds_rpm: FloatArray,
 ) -> Source:  # fmt: skip
     order = along(receptance, swinging.rate, RPM * speeds_rpm, machine.sense)
@@ -427,9 +463,9 @@ def _of_shaft(
     return Source(swinging.name, swinging.rate, own, (order,), lines, lines, told)
 
 
-def _lines(orders: Sequence[Order], means: MeanMeshes, own: slice, acting: ComplexArray) -> Lines:
+def _lines(orders: Sequence[Order], means: MeanMeshes, own: Ports, acting: ComplexArray) -> Lines:
     """Motion under forces on some ports, (S, K, q), all meshes with their mean stiffness."""
-    every = slice(0, COORDINATES * len(means.pairs) + sum(one.size for one, _ in means.sets))
+    every = slice(0, len(means.pairs) + sum(one.size for one, _ in means.sets))
     ports = np.stack(
         [np.einsum("sab,sb->sa", order.ports(every, own), acting[:, n]) for n, order in enumerate(orders)], axis=1
     )

@@ -11,7 +11,7 @@ is taken out of the compliance of the mesh (`pmor.line.hub_law`); all further mo
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -99,29 +99,32 @@ KeptModes = dict[tuple[str, int], BlankModes]
 
 
 def ringing_gears(
-    model: GearboxModel, solved: SolvedLoad, standing: Sequence[StandingMesh], highest_Hz: float, kept: KeptModes
+    model: GearboxModel, solved: SolvedLoad, standing: Iterable[StandingMesh], highest_Hz: float, kept: KeptModes
 ) -> list[RingingGear]:
     """Return the gears of a loaded gearbox that ring, with their modes up to a frequency.
 
     Parameters
     ----------
+    standing : iterable of StandingMesh
+        Meshes whose gears have no other one.
     kept : dict
         Modes that are found already, to which others are added: they are those of all loads.
     """
     found = []
-    for number, (mesh, loaded) in enumerate(zip(standing, solved.meshes, strict=True)):
-        case = loaded.meshing.of_case(model.cases[mesh.name])
+    for mesh in standing:
+        meshing = solved.meshes[mesh.number].meshing
+        case = meshing.of_case(model.cases[mesh.name])
         pair = mesh.reduced.meshed.pair
         for gear, own in enumerate((case.pair.pinion, case.pair.wheel)):
             if own.solid(case.pair.face_width_mm) or why_rigid(own):
                 continue
-            key = loaded.meshing.key, gear
+            key = meshing.key, gear
             if key not in kept:
                 kept[key] = modes_of_gear(case, pair, gear, highest_Hz)
             phi = np.linspace(0.0, pair.pitch, ANGLES, endpoint=False)
             rows = mode_coordinates(mesh.reduced.lines, phi, mesh.condition, mesh.displacement, gear,
                                     kept[key].diameters, kept[key].flank)  # fmt: skip
-            found.append(RingingGear(number, gear, kept[key], rows))
+            found.append(RingingGear(mesh.number, gear, kept[key], rows))
     return found
 
 
@@ -146,11 +149,21 @@ def why_rigid(gear: GearCase) -> str:
     return ""
 
 
-def rigid_bodies(cases: Mapping[str, Case]) -> list[str]:
-    """Return a sentence for each gear of some meshes that gives way at rest, and is a rigid body in motion."""
-    return [
-        f"{name}: the {place} is a rigid body in motion beside what it gives way at rest, as {why_rigid(own)}."
+def rigid_bodies(cases: Mapping[str, Case], together: Collection[str]) -> list[str]:
+    """Return a sentence for each gear of some meshes that gives way at rest, and is a rigid body in motion.
+
+    Parameters
+    ----------
+    together : collection of str
+        Meshes that share gears.
+    """
+    bodies = [
+        (name, place, why_rigid(own) or (name in together and "the law of meshes that share gears has no modes"))
         for name, case in cases.items()
         for place, own in (("pinion", case.pair.pinion), ("wheel", case.pair.wheel))
-        if not own.solid(case.pair.face_width_mm) and why_rigid(own)
+        if not own.solid(case.pair.face_width_mm)
+    ]
+    return [
+        f"{name}: the {place} is a rigid body in motion beside what it gives way at rest, as {why}."
+        for name, place, why in bodies if why
     ]

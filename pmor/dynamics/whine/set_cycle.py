@@ -13,10 +13,9 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.whine.blades import Blades
-from pmor.dynamics.whine.cycle import MOST_STEPS, PER_HARMONIC, SETTLED
-from pmor.dynamics.whine.hill import FURTHER, MeshCycle, mesh_cycle
+from pmor.dynamics.whine.cycle import PER_HARMONIC, train_under_load
+from pmor.dynamics.whine.hill import FURTHER, MeshCycle
 from pmor.dynamics.whine.planets import MovingSet
-from pmor.line.hub_law import HubLaw, train_coordinates, train_law_at, train_rows
 from pmor.sets.loader import SetFile
 from pmor.sets.solution import SetSolution
 
@@ -71,6 +70,8 @@ def _at(blades: Blades, tangent: FloatArray, quarter: int) -> FloatArray:
 def set_cycle(one: MovingSet, file: SetFile, solution: SetSolution, row: int, harmonics: int) -> SetCycle:
     """Return the harmonics of all meshes of a set along the deflection under which its load is the mean.
 
+    What other loads do to the hubs in the housing, which turns against the carrier, is left out.
+
     Parameters
     ----------
     file : SetFile
@@ -86,34 +87,11 @@ def set_cycle(one: MovingSet, file: SetFile, solution: SetSolution, row: int, ha
     """
     pitches, blades = file.plan.cycle, one.coordinates.blades
     angles = file.alike_from(PER_HARMONIC * 2 * (harmonics + FURTHER))
-    law, load = law_under_load(one.name, solution, row, angles)
-    cycle = mesh_cycle(law.force, law.tangent, load, pitches * (harmonics + FURTHER) - FURTHER)
+    try:
+        standing = train_under_load(solution, row, pitches, angles, pitches * (harmonics + FURTHER) - FURTHER)
+        cycle = standing.cycle()
+    except ConvergenceError as error:
+        raise ConvergenceError(f"set {one.name}: {error}: no motion about this load", []) from None
     still, *turned = (_at(blades, cycle.mean, quarter) for quarter in range(QUARTERS))
     apart = max(float(np.abs(other - still).max()) for other in turned) / float(np.abs(cycle.mean).max())
-    return SetCycle(cycle, load, pitches, blades, one.carrier != 0.0, apart)
-
-
-def law_under_load(name: str, solution: SetSolution, row: int, angles: int) -> tuple[HubLaw, FloatArray]:
-    """Return the law of a set at the deflection whose mean force is that under its load, and this force, (K,).
-
-    What other loads do to the hubs in the housing, which turns against the carrier, is left out.
-    """
-    train, plan = solution.train, solution.plan
-    there = solution.left(row)
-    if not there.all():
-        raise ConvergenceError(f"set {name}: contact was not found at all positions: no motion about this load", [])
-    pitch = train.meshes[0].pair.meshed.pair.pitch
-    phi = pitch * np.arange(plan.cycle * angles) / angles
-    placed, columns = train.place(phi, plan.displacement), train_coordinates(train)
-    force = solution.found.force[row].reshape(solution.cycles, len(solution.placed.phi), -1).mean(axis=0)
-    load = np.einsum("an,anc->c", force, train_rows(solution.placed)) / len(force)
-    moved = columns.T @ solution.hub_displacement[row].reshape(len(solution.phi_rad), -1).mean(axis=0)
-    for _ in range(MOST_STEPS):
-        law = train_law_at(placed, moved)
-        if not law.converged.all():
-            break
-        more = law.force.mean(axis=0) - load
-        if np.abs(more).max() <= SETTLED * np.abs(load).max():
-            return law, load
-        moved = moved + np.linalg.solve(law.tangent.mean(axis=0), more)
-    raise ConvergenceError(f"set {name}: no deflection found under which its mean forces are those of the load", [])
+    return SetCycle(cycle, standing.load, pitches, blades, one.carrier != 0.0, apart)

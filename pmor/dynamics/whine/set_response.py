@@ -32,8 +32,8 @@ from pmor.dynamics.whine.set_cycle import SetCycle
 FORBIDDEN = 1e-9
 # Of forces and stiffness: planets that are equal. Of the motion at a harmonic: what may stray.
 EQUAL, STRAY = 1e-6, 1e-3
-# Speeds that are solved at a time. Beyond the highest mode nothing moves.
-BLOCK, TINY = 64, 1e-300
+# Beyond the highest mode nothing moves.
+TINY = 1e-300
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,7 @@ class _Planets:
             acting[harmonic, sideband] = by
         if stray > STRAY:
             return none, f"shafts and housing are not alike all around: {100.0 * stray:.2g} % of motion goes astray"
-        forces = _by_blocks(self.meshes, np.stack(moving, axis=1), whole)
+        forces = hill(self.meshes, np.stack(moving, axis=1), shapes=whole)
         by_line = [forces[:, line.harmonic] @ acting[line.harmonic, line.sideband].T for line in lines]
         return np.stack(by_line, axis=1), ""
 
@@ -202,7 +202,7 @@ class _Planets:
         moving = [np.broadcast_to(self.at_rest, (len(self.speeds), *self.at_rest.shape)).astype(complex)]
         for harmonic in range(1, len(self.meshes.force)):
             moving.append(self._order(harmonic, 0).ports(self.one.own, self.one.own))
-        forces = _by_blocks(self.meshes, np.stack([blades @ one @ blades.T for one in moving], axis=1))
+        forces = hill(self.meshes, np.stack([blades @ one @ blades.T for one in moving], axis=1))
         return np.stack([forces[:, line.harmonic] @ blades for line in lines], axis=1)
 
     def _order(self, harmonic: int, sideband: int) -> Order:
@@ -214,15 +214,9 @@ def _line(one: MovingSet, cycle: SetCycle, harmonic: int, sideband: int, sense: 
     return SetLine(harmonic, sideband, harmonic * abs(one.rate) / cycle.pitches + sideband * sense * one.carrier)
 
 
-def _by_blocks(meshes: MeshCycle, moving: ComplexArray, shapes: ComplexArray | None = None) -> ComplexArray:
-    """Solve some speeds at a time: matrices of all are large."""
-    starts = range(0, len(moving), BLOCK)
-    return np.concatenate([hill(meshes, moving[first : first + BLOCK], shapes=shapes) for first in starts])
-
-
 def _passing(meshes: MeshCycle, rate: float) -> MeshCycle:
     """Harmonics over time of meshes that pass one way or the other."""
-    return MeshCycle(meshes.force.conj(), meshes.tangent.conj()) if rate < 0.0 else meshes
+    return meshes.conj if rate < 0.0 else meshes
 
 
 def _parts(blades: Blades, carrier: float) -> Mapping[int, ComplexArray]:
