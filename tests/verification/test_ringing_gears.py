@@ -124,9 +124,9 @@ def test_slow_gears_have_the_mesh_force_of_rigid_ones(monkeypatch):
     """By inertia alone; all of the law that is left stays a stiffness."""
     slow = np.array([1.0]), 1e-9
     ringing = light_response(*slow)
-    np.linalg.cholesky(ringing.meshes[0].mesh.standing.law().tangent)
+    np.linalg.cholesky(ringing.sources[0].mesh.standing.parts[0].law().tangent)
     monkeypatch.setattr("pmor.dynamics.whine.response.ringing_gears", lambda *_: [])
-    lines, rigid = (one.meshes[0].lines.mesh_forces[0, :HARMONICS] for one in (ringing, light_response(*slow)))
+    lines, rigid = (one.sources[0].lines.mesh_forces[0, :HARMONICS] for one in (ringing, light_response(*slow)))
     assert_allclose(lines, rigid, atol=MORE_HARMONICS * abs(rigid).max())
 
 
