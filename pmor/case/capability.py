@@ -154,8 +154,8 @@ def _sets(file: Any) -> dict[str, Any]:
 
 def _uneven(file: Any) -> str:
     """First set on a carrier that turns whose planets are too few or not even there."""
-    turning = (name for name, one in _sets(file).items() if not one.sections.gears and one.held != "carrier")
-    return next((name for name in turning if not _sets(file)[name].plan.even), "")
+    turning = (name for name, one in file.model.sets.items() if one.held != "carrier")
+    return next((name for name in turning if not file.model.sets[name].plan.even), "")
 
 
 def _long_periods(file: Any) -> str:
@@ -164,9 +164,6 @@ def _long_periods(file: Any) -> str:
     return next(iter(found + [name for name, one in _sets(file).items() if one.pitches > one.plan.cycle]), "")
 
 
-UNEVEN = Limit(_uneven, ("dynamics",),
-               lambda file: f"three or more planets, evenly spaced, on a carrier that turns, where their stiffness is "
-               f"constant as it turns, and those of {_uneven(file)} are not: change its [planets]")  # fmt: skip
 LONG_PERIODS = Limit(_long_periods, ("dynamics",),
                      lambda file: f"meshes that repeat with each mesh cycle, and {_long_periods(file)} does not: "
                      "leave out pitch_deviations_um, waves, a topography of each tooth, eccentricities, holes and lugs",
@@ -176,7 +173,7 @@ OF_SETS = (
     Limit(_always, ("full",), ALL_FE),
     Limit(lambda file: file.sections.gears, ("dynamics",),
           "trains of gears on shafts: give gears, shafts and bearings in the file of a gearbox"),
-    UNEVEN, LONG_PERIODS,
+    LONG_PERIODS,
     Limit(lambda file: max(map(_nodes, file.cases.values())) > MOST_NODES, ("page",),
           f"flanks of {MOST_NODES} nodes at most: lower [mesh] profile_elements or width_elements"),
     Limit(lambda file: file.plan.clockwise and not file.sections.gears, ("rexs",),
@@ -197,7 +194,10 @@ OF_GEARBOXES = (
           "gears with one mesh each: run it without, bodies of gears that several meshes bend are solved there"),
     Limit(lambda file: not set(file.cases) - set(file.model.shared), ("design",),
           "meshes of two gears that have no other one: design meshes of sets, and of gears with several, as sets"),
-    UNEVEN, LONG_PERIODS,
+    Limit(_uneven, ("dynamics",),
+          lambda file: f"three or more planets, evenly spaced, on a carrier that turns, where their stiffness is "
+          f"constant as it turns, and those of {_uneven(file)} are not: change its [planets], or take it alone"),
+    LONG_PERIODS,
     Limit(lambda file: file.model.turned, ("page",),
           "loads on one side of the flanks: write a gearbox file for each sense"),
 )  # fmt: skip

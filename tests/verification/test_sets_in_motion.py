@@ -216,6 +216,46 @@ def test_a_slow_set_is_in_balance_with_what_holds_its_members():
     assert_allclose(held[1, :, 1], -1j * held[1, :, 0], rtol=1e-6)
 
 
+def test_planets_each_by_itself_seen_from_the_carrier_are_those_that_stand_still():
+    """Equal ones both ways, stiffness varying: lines, whirl and forces on the housing, and forces of the meshes."""
+    file, train = set_and_train(PHASED + SPRINGS)
+    off = parse_set((PHASED + SPRINGS).replace("count = 3", "count = 3\nradial_um = [1e-9, 0.0, 0.0]"), "set", "set")
+    solution = solve_set(file.plan, train, np.array([file.plan.torque_Nm]), file.angles_per_pitch)
+    motion, speeds = Motion(harmonics=3), np.array([400.0, 3000.0, 9000.0])
+    still, carried = (respond_set(one, solution, 0, motion, speeds) for one in (file, off))
+    assert carried.cycles[0].blades.carried
+    assert not still.cycles[0].blades.carried
+    (expected,), (found,) = still.sources, carried.sources
+    assert found.why_constant == expected.why_constant == ""
+    forces, frequency = carried.bearing_forces(found.lines.readings), found.frequency_Hz(speeds)
+    own = still.bearing_forces(expected.lines.readings)
+    for number, place in enumerate(expected.places):
+        same = found.places.index(place)
+        assert_allclose(frequency[:, same], expected.frequency_Hz(speeds)[:, number])
+        assert_allclose(forces[:, same], own[:, number], atol=1e-6 * abs(own).max())
+    others = [n for n, place in enumerate(found.places) if place not in expected.places]
+    assert len(others) == 6
+    assert abs(forces[:, others]).max() < 1e-6 * abs(own).max()
+    squares = [(abs(one.lines.mesh_forces) ** 2).sum(axis=1) for one in (expected, found)]
+    assert_allclose(*squares, rtol=1e-6)
+
+
+@pytest.mark.parametrize("planets", ["count = 3\nmissing = [2]", "count = 3\npositions_deg = [0.0, 106.153846, 240.0]"])
+def test_planets_that_are_missing_or_uneven_are_in_balance_with_what_holds_a_slow_set(planets):
+    """Of two planets and of three that are not evenly spaced."""
+    file, train = set_and_train((PHASED + SPRINGS).replace("count = 3", planets))
+    solution = solve_set(file.plan, train, np.array([file.plan.torque_Nm]), file.angles_per_pitch)
+    response = respond_set(file, solution, 0, Motion(harmonics=2), np.array([0.01]))
+    (source,) = response.sources
+    assert source.why_constant == ""
+    held = response.bearing_forces(source.lines.readings)[0, :, :, :2]
+    assert abs(held).max() > 1.0
+    assert abs(held.sum(axis=1)).max() < 1e-6 * abs(held).max()
+    # Lines whirl: forwards a turn above a harmonic, backwards a turn below.
+    for number, (_, sideband) in enumerate(source.places):
+        assert_allclose(held[number, :, 1], -1j * sideband * held[number, :, 0], atol=1e-9 * abs(held).max())
+
+
 def test_a_gearbox_with_a_set_hums_at_mesh_frequencies_and_whirls_at_their_sidebands(tmp_path):
     """Lines across the axis beside multiples of the mesh frequency alone, and the bearing feels these alone."""
     response, source = in_a_gearbox(tmp_path, 300.0, 1000.0)

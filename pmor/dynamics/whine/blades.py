@@ -34,9 +34,13 @@ class Blades:
     ----------
     directions : ndarray, shape (N,)
         psi_n, rad.
+    carried : bool
+        Whether all is seen from the carrier, each planet by itself: S = 0. That has constants with any planets where
+        what central members stand on is alike all around.
     """
 
     directions: FloatArray
+    carried: bool = False
 
     @property
     def count(self) -> int:
@@ -48,10 +52,15 @@ class Blades:
         """Whether planets are enough and evenly spaced: (1) has constants."""
         return evenly_spaced(self.directions)
 
+    @property
+    def alone(self) -> bool:
+        """Whether coordinates are those of each planet by itself."""
+        return self.carried or self.count < LEAST_PLANETS
+
     @cached_property
     def matrix(self) -> FloatArray:
         """B at time 0, (N, N); of less than three planets each one by itself."""
-        if self.count < LEAST_PLANETS:
+        if self.alone:
             return np.eye(self.count)
         first = np.column_stack([np.ones(self.count), np.cos(self.directions), np.sin(self.directions)])
         return np.column_stack([first, null_space(first.T)])
@@ -64,7 +73,7 @@ class Blades:
     def turning(self) -> FloatArray:
         """S, (N, N)."""
         found = np.zeros((self.count, self.count))
-        if self.count >= LEAST_PLANETS:
+        if not self.alone:
             found[1, 2], found[2, 1] = 1.0, -1.0
         return found
 
@@ -72,7 +81,7 @@ class Blades:
     def by_order(self) -> dict[int, ComplexArray]:
         """Parts of B that go with exp(i j W t), by j, (N, N)."""
         found = {order: np.zeros((self.count, self.count), dtype=complex) for order in SIDEBANDS}
-        if self.count < LEAST_PLANETS:
+        if self.alone:
             found[0] += self.matrix
             return found
         found[0][:, [0, *range(3, self.count)]] = self.matrix[:, [0, *range(3, self.count)]]
@@ -84,6 +93,6 @@ class Blades:
     @cached_property
     def family(self) -> tuple[int, ...]:
         """Family of each coordinate p, by its number."""
-        if self.count < LEAST_PLANETS:
+        if self.alone:
             return (0,) * self.count
         return (0, 1, 1) + (2,) * (self.count - LEAST_PLANETS)

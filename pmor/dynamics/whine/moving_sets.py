@@ -64,6 +64,8 @@ class _Hubs(NamedTuple):
         Members that nothing holds about the axis, of those without a shaft.
     masses : tuple of (int, Inertia)
         What moves with members beside the gears.
+    alike : bool
+        Whether all that they stand on is alike all around.
     """
 
     places: tuple[int | None, ...]
@@ -72,6 +74,7 @@ class _Hubs(NamedTuple):
     filled_mm: float = 0.0
     loose: tuple[int, ...] = ()
     masses: tuple[tuple[int, Inertia], ...] = ()
+    alike: bool = False
 
 
 def with_sets(machine: MovingMachine, model: GearboxModel, sets: Sequence[SolvedSet]) -> MovingMachine:
@@ -114,7 +117,7 @@ def machine_of_set(file: SetFile, train: GearTrain) -> MovingMachine:
     turning = {MEMBERS.index("ring" if load.held == "sun" else "sun")}
     turning |= {member for member, inertia in masses if inertia.polar_kg_m2}
     loose = tuple(turning - {MEMBERS.index(load.held)})
-    hubs = _Hubs((None,) * len(MEMBERS), np.eye(NODE), frame.carried, loose=loose, masses=masses)
+    hubs = _Hubs((None,) * len(MEMBERS), np.eye(NODE), frame.carried, loose=loose, masses=masses, alike=True)
     return _joined(machine, file.name, file, train, hubs, speeds)
 
 
@@ -122,7 +125,9 @@ def _joined(
     machine: MovingMachine, name: str, file: SetFile, train: GearTrain, hubs: _Hubs, speeds: Mapping[str, float]
 ) -> MovingMachine:
     """A machine with one more set; speeds are those of its members in the plan, over the machine's."""
-    carrier, blades = speeds.get("carrier", 0.0), Blades(file.plan.directions)
+    plan, carrier = file.plan, speeds.get("carrier", 0.0)
+    own_way = not plan.even or bool(plan.displacement.any()) or file.sections.carrier.stiffness is not None
+    blades = Blades(plan.directions, carried=bool(hubs.alike and carrier and own_way))
     own = [member for member, place in enumerate(hubs.places) if place is None]
     carried = hubs.carried.copy()
     for body, member in enumerate(CENTRAL_MEMBERS):

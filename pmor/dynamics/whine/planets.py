@@ -8,7 +8,8 @@ u' + W J u, J the turn by a right angle, and
     M = E^T m E,    G = 2 E^T m D + s E^T g E,    K = E^T m (J D + D S) + s E^T g D,    D = J E + E S,            (1)
 
 at W = 1, with the bodies' masses m, gyroscopic moments g and spins s: inertia and Coriolis forces, and centrifugal ones
-that go with W^2. That loads turn with the carrier as it moves is left out.
+that go with W^2. Seen from the carrier (`Blades.carried`) S = 0, hubs of sun, carrier and ring turn with it, and what
+they do in the housing is found by `MovingSet.in_housing`. That loads turn with the carrier as it moves is left out.
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ import numpy as np
 from scipy.linalg import null_space, orth
 
 from pmor.body.beam import NODE
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import ComplexArray, FloatArray
 from pmor.core.conventions import rotation_z
-from pmor.dynamics.whine.blades import Blades
+from pmor.dynamics.whine.blades import SIDEBANDS, Blades
 from pmor.dynamics.whine.discs import disc_matrices
 from pmor.gear.inertia import Inertia
 from pmor.machine.set_frame import MEMBERS
@@ -89,7 +90,8 @@ class PlanetCoordinates:
     def turning(self) -> FloatArray:
         """S, (L, L)."""
         found = np.zeros((self.size, self.size))
-        found[:HUBS, :HUBS] = np.kron(np.eye(len(MEMBERS)), -TURN)
+        if not self.blades.carried:
+            found[:HUBS, :HUBS] = np.kron(np.eye(len(MEMBERS)), -TURN)
         found[HUBS:, HUBS:] = np.kron(self.blades.turning, np.eye(NODE * self.gears))
         return found
 
@@ -180,6 +182,20 @@ class MovingSet:
         found[NODE : 2 * NODE] = 0.0
         found[NODE : 2 * NODE, HUBS:] = moved[:, NODE : 2 * NODE].T
         return found
+
+    def in_housing(self, readings: ComplexArray) -> ComplexArray:
+        """Return readings seen from the carrier of a set by itself, (S, K, o), as three lines each, (S, 3 K, o).
+
+        By the orders of the carrier's turn beside them: forwards whirl is a turn faster in the housing, backwards one a
+        turn slower, what goes along or about the axis is the same. All forces are then among those of supports.
+        """
+        held = self.on_supports @ self.matrices.constraints.T
+        forces = (readings[..., :HUBS] - readings[..., HUBS:] @ held.T).reshape(*readings.shape[:2], 1, -1, NODE)
+        across = -TURN @ TURN
+        whirl = [0.5 * (across - 1j * j * TURN) if j else np.eye(NODE) - across for j in SIDEBANDS]
+        seen = np.concatenate([forces @ part.T for part in whirl], axis=2)
+        shown = seen.reshape(len(readings), -1, HUBS)
+        return np.asarray(np.pad(shown, ((0, 0), (0, 0), (0, held.shape[1]))))
 
     def families(self, shape: FloatArray) -> FloatArray:
         """Return the kinetic energy of each family, twice, of modes (n, m) at 1 rad/s: (3, m)."""

@@ -120,7 +120,8 @@ def mode_rows(response: LoadResponse) -> list[Data]:
     machine, modes = response.machine, response.modes
     own = machine.mass @ modes.shape * modes.shape
     strains = _strains(response)
-    families = [one.families(modes.shape) for one in machine.sets]
+    sets = [one for one in machine.sets if not one.coordinates.blades.carried]
+    families = [one.families(modes.shape) for one in sets]
     rows = []
     for number in range(len(modes.square)):
         if modes.square[number] == 0.0:
@@ -138,7 +139,7 @@ def mode_rows(response: LoadResponse) -> list[Data]:
             "families": {
                 one.name: {"family": FAMILIES[int(own_share[:, number].argmax())],
                            "kinetic_energy_share": float(own_share[:, number].sum())}
-                for one, own_share in zip(machine.sets, families, strict=True)
+                for one, own_share in zip(sets, families, strict=True)
             },
         })  # fmt: skip
     return rows

@@ -11,6 +11,7 @@ import numpy as np
 from pmor.body.beam import NODE
 from pmor.case.motion import Motion
 from pmor.core.arrays import BoolArray, ComplexArray, FloatArray
+from pmor.dynamics.whine.blades import SIDEBANDS
 from pmor.dynamics.whine.coherent import CoherentMeshes, coherent_meshes
 from pmor.dynamics.whine.cycle import StandingMesh, StandingTrain, standing_meshes, standing_trains
 from pmor.dynamics.whine.discs import KG
@@ -444,12 +445,26 @@ def _of_set(
         ], axis=1)  # fmt: skip
         lines.mesh_forces[..., place : place + 2] = over_planets(cycle, acting - moved @ cycle.tangent.T, moved)[0]
         found.append(lines)
-    sidebands = tuple((line.harmonic / cycle.pitches, line.sideband) for line in excited.lines)
-    told = _told(excited.orders, motion)
+    orders, places = excited.orders, [(line.harmonic / cycle.pitches, line.sideband) for line in excited.lines]
+    if cycle.blades.carried:
+        varying, constant = (_in_housing(one, lines) for lines in found)
+        found, places = [varying, constant], [(harmonic, j) for harmonic, _ in places for j in SIDEBANDS]
+        orders = tuple(
+            replace(order, order=order.order + j * machine.sense * one.carrier) for order in orders for j in SIDEBANDS
+        )
     return Source(
-        one.name, abs(one.rate), one.own, excited.orders, found[0], found[1], told, sidebands=sidebands,
+        one.name, abs(one.rate), one.own, orders, found[0], found[1], _told(orders, motion), sidebands=tuple(places),
         why_constant=excited.why_constant,
     )  # fmt: skip
+
+
+def _in_housing(one: MovingSet, lines: Lines) -> Lines:
+    """Lines of a set by itself that were seen from its carrier: each as three; what meshes do is the middle one's."""
+    acting, forces, parted = (
+        np.repeat(values, len(SIDEBANDS), axis=1) for values in (lines.acting, lines.mesh_forces, lines.parted)
+    )
+    middle = np.tile(np.array(SIDEBANDS) == 0, lines.acting.shape[1])[:, None]
+    return Lines(acting, forces * middle, parted * middle, one.in_housing(lines.readings))
 
 
 def _of_shaft(

@@ -98,7 +98,7 @@ def set_excitation(
         return SetExcitation(tuple(found), orders, constant, constant)
     problem = _Planets(receptance, at_rest, one, cycle, meshes, parts, speeds, sense)
     varying, why = problem.as_one(found, orders)
-    if why and not one.carrier and cycle.pitches == 1:
+    if why and (cycle.blades.carried or not one.carrier) and cycle.pitches == 1:
         varying, why = problem.each(found), ""
     return SetExcitation(tuple(found), orders, constant if why else varying, constant, why)
 
