@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.core.errors import ConvergenceError
+from pmor.dynamics.kernels.hub_table import ClosedMeshes
 from pmor.dynamics.kernels.laws import ForceTable, VaryingStiffness, mesh_forces
 from pmor.gear.condition import Assembly
 from pmor_online.mesh_force import overload_of
@@ -29,19 +30,38 @@ class SolvedLaw(Protocol):
         """Return forces and stiffnesses at phases and displacements, (n,) each; NaN outside its range."""
 
 
+@runtime_checkable
 class MachineLaw(Protocol):
     """A law on r coordinates of meshes."""
 
-    #: phases of a mesh cycle at which it is known best
-    samples: int
-    #: shape (r,): where the coordinates stand about which the machine has its modes
-    centre: FloatArray
+    @property
+    def meshes(self) -> ClosedMeshes:
+        """The law as compiled code takes it."""
+
+    @property
+    def samples(self) -> int:
+        """Phases of a mesh cycle at which it is known best."""
+
+    @property
+    def steps(self) -> int:
+        """Steps over time to a sample."""
+
+    @property
+    def centre(self) -> FloatArray:
+        """Where the coordinates stand about which the machine has its modes, (r,)."""
 
     def forces(self, phase: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return forces (r, n) and stiffnesses (r, r, n) at phases (n,) and coordinates (r, n); NaN out of range."""
 
 
 ForceLaw = CompiledLaw | SolvedLaw | MachineLaw
+#: laws of motion over time
+OverTime = CompiledLaw | MachineLaw
+
+
+def compiled_law(law: OverTime) -> CompiledLaw | ClosedMeshes:
+    """Return a law as compiled code takes it."""
+    return law.meshes if isinstance(law, MachineLaw) else law
 
 
 def samples_of(law: ForceLaw, samples: int) -> int:
@@ -88,7 +108,16 @@ def shifted(table: ForceTable, shift: float) -> ForceTable:
     return table._replace(low=table.low + shift, high=table.high + shift, backlash=table.backlash - 2.0 * shift)
 
 
-def cycles_of(law: CompiledLaw) -> int:
+# Steps over time to a sample of a law of one coordinate: 2048 a mesh cycle.
+STEPS = 32
+
+
+def steps_of(law: OverTime) -> int:
+    """Return the steps over time to each sample of a mesh cycle."""
+    return int(getattr(law, "steps", STEPS))
+
+
+def cycles_of(law: OverTime) -> int:
     """Return after how many mesh cycles a law repeats."""
     return len(law.root) if isinstance(law, ForceTable) else 1
 

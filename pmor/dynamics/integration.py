@@ -1,6 +1,7 @@
 """Motion over time at constant speed or while the speed rises or falls: the second way to an answer, without orders.
 
-Nothing is assumed of the motion, so that a run-up passes over folds as the machine does, jumping where its motion ends.
+Pairs and machines whose meshes part go the same way, in steps of even phase (`pmor.dynamics.kernels.motion`). Nothing
+is assumed of the motion, so that a run-up passes over folds as the machine does, jumping where its motion ends.
 """
 
 from __future__ import annotations
@@ -10,21 +11,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import expm
 
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
-from pmor.dynamics.force_law import CompiledLaw, cycles_of, forces_at
+from pmor.dynamics.force_law import MachineLaw, OverTime, compiled_law, coordinate_forces, cycles_of, steps_of
 from pmor.dynamics.harmonic_balance import in_Hz
-from pmor.dynamics.kernels.motion import DONE, EquationOfMotion, move
-from pmor.dynamics.oscillator import Oscillator
+from pmor.dynamics.kernels.motion import FreeMotion, march
+from pmor.dynamics.oscillator import Oscillator, static_stiffness_of
 
 # Samples per mesh cycle, and cycles that are integrated at a time.
 SAMPLES, CYCLES_PER_PIECE = 64, 100
-# Error allowed per step, relative to the state. That of runs changes their root mean square by 6e-6 in the median and
-# 3e-5 at most between jumps; a jump comes some cycles earlier or later, as it does by round-off alone.
-TOLERANCE, RUN_TOLERANCE = 1e-9, 1e-7
-# Steps per sample to begin with.
-FIRST_SHARE = 0.25
 
 
 @dataclass(frozen=True)
@@ -34,10 +31,9 @@ class Motion:
     phase: FloatArray  # shape (s,): Of the mesh; the start is not among them, the end is
     speed: FloatArray  # shape (s,): Mesh frequency, angular
     states: FloatArray  # shape (s, 2n): Displacements and velocities
-    # shape (s,): Along the line of action
+    # shape (s,), or (s, r) of r coordinates: along the line of action
     displacement: FloatArray
     force: FloatArray
-    steps: int
     period: int = 1  # Mesh cycles after which the law repeats
 
     @property
@@ -59,10 +55,10 @@ class Motion:
 
 
 def integrate(
-    oscillator: Oscillator, law: CompiledLaw, start: FloatArray, speeds: tuple[float, float], cycles: int,
-    tolerance: float = TOLERANCE,
+    oscillator: Oscillator, law: OverTime, start: FloatArray, speeds: tuple[float, float], cycles: int,
+    steps: int | None = None, done: float = 0.0,
 ) -> Motion:  # fmt: skip
-    """Integrate over mesh cycles, from phase 0, while the speed changes evenly over time.
+    """Integrate over mesh cycles while the speed changes evenly over time, even in each cycle.
 
     Parameters
     ----------
@@ -70,35 +66,54 @@ def integrate(
         Displacements and velocities.
     speeds : tuple of float
         Mesh frequencies at the beginning and at the end.
-    tolerance : float
-        Error of a step, relative to the largest displacement or velocity at the start, and to the state.
+    steps : int, optional
+        Of a sample; by default those of the law.
+    done : float
+        Mesh cycles before these.
 
     Raises
     ------
     ConvergenceError
         Where the motion leaves the range of the force law.
     """
+    states, cycle_speed = _marched(oscillator, law, start, speeds, cycles, steps, done, kept=True)
+    states = states.reshape(-1, len(start))
+    phase = 2.0 * np.pi * (done + np.arange(1, cycles * SAMPLES + 1) / SAMPLES)
+    along = states[:, : oscillator.size] @ oscillator.lever.T
+    force = coordinate_forces(law, phase, np.atleast_2d(along.T))[0].T.reshape(along.shape)
+    return Motion(phase, np.repeat(cycle_speed, SAMPLES), states, along, force, cycles_of(law))
+
+
+def settle(
+    oscillator: Oscillator, law: OverTime, start: FloatArray, speed: float, cycles: int, done: float = 0.0
+) -> FloatArray:
+    """Return displacements and velocities after so many cycles at a speed; arguments as in `integrate`."""
+    state, _ = _marched(oscillator, law, start, (speed, speed), cycles, None, done, kept=False)
+    return state
+
+
+def _marched(
+    oscillator: Oscillator, law: OverTime, start: FloatArray, speeds: tuple[float, float], cycles: int,
+    steps: int | None, done: float, kept: bool,
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """States at the samples, or where they are not kept that at the end; the speed of each cycle."""
     first, last = speeds
-    duration = 4.0 * np.pi * cycles / (first + last)
-    rate = (last - first) / duration
-    phase = 2.0 * np.pi * np.arange(1, cycles * SAMPLES + 1) / SAMPLES
+    rate = (last**2 - first**2) / (4.0 * np.pi * cycles)
+    ends = 2.0 * np.pi * np.arange(cycles + 1)
     # Root of speed t + rate t^2 / 2 = phase that stays finite for a constant speed.
-    times = 2.0 * phase / (first + np.sqrt(np.maximum(first**2 + 2.0 * rate * phase, 0.0)))
-    state, seen = start.astype(float), np.empty((len(times), len(start)))
-    status, _, steps = move(
-        law, _equation(oscillator, first, rate), times, state, FIRST_SHARE * times[0], tolerance, _floor(start, first),
-        seen,
-    )  # fmt: skip
-    if status != DONE:
+    times = 2.0 * ends / (first + np.sqrt(np.maximum(first**2 + 2.0 * rate * ends, 0.0)))
+    cycle_speed, steps = 2.0 * np.pi / np.diff(times), steps or steps_of(law)
+    free, rest = _free_motion(oscillator, law, 2.0 * np.pi / (SAMPLES * steps * cycle_speed))
+    state, seen = start - rest, np.empty((cycles, SAMPLES, len(start) if kept else 0))
+    if not march(compiled_law(law), free, done, steps, state, seen):
         raise ConvergenceError(
             f"between mesh frequencies {in_Hz(first)} and {in_Hz(last)} the motion leaves the range of the force law"
         )
-    along = seen[:, : oscillator.size] @ oscillator.lever
-    return Motion(phase, first + rate * times, seen, along, forces_at(law, phase, along)[0], steps, cycles_of(law))
+    return seen + rest if kept else state + rest, cycle_speed
 
 
 def run_through(
-    oscillator: Oscillator, law: CompiledLaw, start: FloatArray, speeds: tuple[float, float], cycles: int
+    oscillator: Oscillator, law: OverTime, start: FloatArray, speeds: tuple[float, float], cycles: int
 ) -> Iterator[Motion]:
     """Integrate as `integrate` does, piece by piece of `CYCLES_PER_PIECE`; the last state of one is where to resume.
 
@@ -112,21 +127,36 @@ def run_through(
     while done < cycles:
         count = min(length, cycles - done)
         ends = [float(np.sqrt(first**2 + 4.0 * np.pi * rate * after)) for after in (done, done + count)]
-        piece = integrate(oscillator, law, state, (ends[0], ends[1]), count, RUN_TOLERANCE)
+        piece = integrate(oscillator, law, state, (ends[0], ends[1]), count)
         state, done = piece.states[-1], done + count
         yield piece
 
 
-def _equation(oscillator: Oscillator, speed: float, rate: float) -> EquationOfMotion:
-    inverse = np.linalg.inv(oscillator.mass)
-    rows = np.ascontiguousarray(-inverse @ np.hstack([oscillator.stiffness, oscillator.damping]))
-    return EquationOfMotion(
-        rows, inverse @ oscillator.load, -inverse @ oscillator.lever, oscillator.lever, 0.0, speed, rate
-    )
+def _free_motion(oscillator: Oscillator, law: OverTime, step: FloatArray) -> tuple[FreeMotion, FloatArray]:
+    """Motion without meshes in cycles of such steps, about a rest, and that, (2n,)."""
+    inverse, rows = np.linalg.inv(oscillator.mass), np.ascontiguousarray(oscillator.rows)
+    stiffness, damping = inverse @ oscillator.stiffness, inverse @ oscillator.damping
+    # Forces at rest, and the displacements of all that is not held by the mesh alone.
+    force = law.meshes.load if isinstance(law, MachineLaw) else static_stiffness_of(oscillator)[1]
+    rest = np.linalg.lstsq(oscillator.stiffness, oscillator.load - force @ rows, rcond=None)[0]
+    half, whole = (drifts(stiffness, damping, share * step) for share in (0.5, 1.0))
+    push = np.ascontiguousarray(-(inverse @ rows.T).T)
+    free = FreeMotion(half, whole, step, rows, push, -push @ rows.T, rows @ rest, np.array(force, dtype=float))
+    return free, np.append(rest, np.zeros(len(rest)))
 
 
-def _floor(start: FloatArray, speed: float) -> FloatArray:
-    """Size below which displacements and velocities need no digits of their own."""
-    half = len(start) // 2
-    size = max(float(np.abs(start[:half]).max()), float(np.abs(start[half:]).max()) / speed)
-    return np.repeat([size, size * speed], half)
+def drifts(stiffness: FloatArray, damping: FloatArray, times: FloatArray) -> FloatArray:
+    """Return what displacements and velocities become after times (C,), by matrices over the mass (n, n).
+
+    As `FreeMotion` has it.
+    """
+    if all(np.array_equal(part, np.diag(np.diag(part))) for part in (stiffness, damping)):
+        square, slow = np.diag(stiffness), 0.5 * np.diag(damping)
+        swing, time = np.sqrt(square - slow**2 + 0j), times[:, None]
+        cosine = (np.exp(-slow * time) * np.cos(swing * time)).real
+        sine = (np.exp(-slow * time) * time * np.sinc(swing * time / np.pi)).real
+        return np.stack([cosine + slow * sine, sine, -square * sine, cosine - slow * sine], axis=1)
+    n = len(stiffness)
+    matrix = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]])
+    different, place = np.unique(times, return_inverse=True)
+    return np.ascontiguousarray(expm(different[:, None, None] * matrix).transpose(0, 2, 1))[place]

@@ -1,7 +1,9 @@
-"""Motion over time, step by step: Runge-Kutta pairs of orders 5 and 4 with dense output.
+"""Motion over time, step by step: the free motion of masses on springs is exact, meshes kick them between.
 
-Dormand & Prince, J. Comput. Appl. Math. 6 (1980) 19; dense output of order 4: Shampine, Math. Comp. 46 (1986) 135. The
-force has kinks where flanks part and meet; they show in the error estimate, and steps shrink until they are resolved.
+A step is half a drift, the kick of the meshes, and another half (Strang 1968). The kick is that of forces less h^2 / 12
+of how much they change along the acceleration that they make: then what is left of order h^2 moves the places at which
+states are looked at, no frequency (Rowlands, J. Comput. Phys. 97 (1991) 235). Where flanks part and meet, and the
+force has a kink, an error of that order stays.
 """
 
 from __future__ import annotations
@@ -9,152 +11,149 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numba import types
+from numba.extending import overload
 
 from pmor.core.arrays import FloatArray
 from pmor.core.compiling import allocating, compiled
+from pmor.dynamics.kernels.hub_table import PER_MESH, ClosedMeshes, closed_forces
 from pmor.dynamics.kernels.laws import mesh_force
 
-STAGES = 7
-# When each stage is taken, and of what slopes it is made; the last row is the step of order 5.
-TIMES = np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0])
-SLOPES = np.array([
-    [0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-    [1 / 5, 0.0, 0.0, 0.0, 0.0, 0.0],
-    [3 / 40, 9 / 40, 0.0, 0.0, 0.0, 0.0],
-    [44 / 45, -56 / 15, 32 / 9, 0.0, 0.0, 0.0],
-    [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729, 0.0, 0.0],
-    [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0.0],
-    [35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
-])  # fmt: skip
-# Step of order 5 less that of order 4.
-ERRORS = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
-# Powers 1 to 4 of the share of a step that is gone, for the dense output.
-DENSE = np.array([
-    [1.0, -8048581381 / 2820520608, 8663915743 / 2820520608, -12715105075 / 11282082432],
-    [0.0, 0.0, 0.0, 0.0],
-    [0.0, 131558114200 / 32700410799, -68118460800 / 10900136933, 87487479700 / 32700410799],
-    [0.0, -1754552775 / 470086768, 14199869525 / 1410260304, -10690763975 / 1880347072],
-    [0.0, 127303824393 / 49829197408, -318862633887 / 49829197408, 701980252875 / 199316789632],
-    [0.0, -282668133 / 205662961, 2019193451 / 616988883, -1453857185 / 822651844],
-    [0.0, 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423],
-])  # fmt: skip
-# Steps grow and shrink by so much at most; the next one is to have less than the error allowed.
-MOST_GROWTH, LEAST_GROWTH, SAFETY = 5.0, 0.2, 0.9
-# Steps shorter than this share of the time between two samples find no force that they could resolve.
-LEAST_SHARE = 1e-9
 
-DONE, STUCK = 0, 1
+class FreeMotion(NamedTuple):
+    """Motion of n displacements about rest without meshes, in cycles, and what r coordinates of meshes are of it.
+
+    The speed is even in each of C cycles. Drifts are four numbers for each mode where these are by themselves,
+    displacement by displacement and by velocity, velocity by both: (C, 4, n); else matrices from columns to rows,
+    (C, 2n, 2n).
+    """
+
+    half: FloatArray  # Over half a step
+    whole: FloatArray
+    step: FloatArray  # shape (C,): Length of a step, s
+    lever: FloatArray  # shape (r, n): Coordinates by displacements
+    push: FloatArray  # shape (r, n): Accelerations per force of the meshes
+    mobility: FloatArray  # shape (r, r): Accelerations of the coordinates against their forces
+    # shape (r,): Coordinates and forces at rest
+    along: FloatArray
+    force: FloatArray
 
 
-class EquationOfMotion(NamedTuple):
-    """Masses that the mesh drives, and the phase of the mesh over time: phase + speed t + rate t^2 / 2."""
+class Pushed(NamedTuple):
+    """Coordinates of the meshes, their forces (r,), the slopes of these (r, r), and work space."""
 
-    rows: FloatArray  # shape (n, 2n): Accelerations per displacement and velocity, without the mesh
-    # shape (n,): Accelerations by the load, and per force of the mesh; displacement along the line of action
-    constant: FloatArray
-    push: FloatArray
-    lever: FloatArray
-    phase: float
-    speed: float
-    rate: float
+    along: FloatArray
+    force: FloatArray
+    slope: FloatArray
+    approach: FloatArray
+    one: FloatArray
+    beyond: FloatArray
+    matrix: FloatArray
 
 
 @compiled
-def _slope(law, equation, time, state, slope):
-    """Fill the derivative of displacements and velocities by time."""
-    n = len(equation.lever)
-    along = 0.0
-    for i in range(n):
-        along += equation.lever[i] * state[i]
-    force, _ = mesh_force(law, equation.phase + (equation.speed + 0.5 * equation.rate * time) * time, along)
-    for i in range(n):
-        total = equation.constant[i] + equation.push[i] * force
-        for k in range(2 * n):
-            total += equation.rows[i, k] * state[k]
-        slope[i], slope[n + i] = state[n + i], total
+def _push_of_pair(law, place, pushed):
+    pushed.force[0], pushed.slope[0, 0] = mesh_force(law, 2.0 * np.pi * place, pushed.along[0])
+    return not np.isnan(pushed.force[0])
 
 
 @compiled
-def _try_step(law, equation, time, step, state, slopes, new, tolerance, floor):
-    """Fill the state after a step, and its slopes from the second on; return the error over the allowed one."""
-    size = len(state)
-    for stage in range(1, STAGES):
-        for i in range(size):
-            total = 0.0
-            for k in range(stage):
-                total += SLOPES[stage, k] * slopes[k, i]
-            new[i] = state[i] + step * total
-        _slope(law, equation, time + TIMES[stage] * step, new, slopes[stage])
-    worst = 0.0
+def _push_of_meshes(law, place, pushed):
+    size, matrix = len(pushed.force), pushed.matrix
+    known = closed_forces(law, place, pushed.along, pushed.approach, pushed.one, pushed.beyond, matrix, pushed.force)
+    for a in range(size):
+        for b in range(size):
+            pushed.slope[a, b] = 0.0
+            for c in range(size):
+                pushed.slope[a, b] += pushed.beyond[a, c] * matrix[c, size + 1 + b]
+    return known
+
+
+def push(law, place, pushed):
+    """Fill the forces of meshes and their slopes at a place of the cycle and at coordinates; whether they are known."""
+    return (_push_of_meshes if isinstance(law, ClosedMeshes) else _push_of_pair)(law, place, pushed)
+
+
+@overload(push)
+def _compiled_push(law, place, pushed):
+    meshes = isinstance(law, types.NamedTuple) and law.instance_class is ClosedMeshes
+    kernel = _push_of_meshes if meshes else _push_of_pair
+    return lambda law, place, pushed: kernel(law, place, pushed)
+
+
+@compiled
+def _drift(values, state, new):
+    """Carry displacements and velocities through a drift."""
+    size, n = len(state), len(state) // 2
+    if values.shape[1] == n:
+        for k in range(n):
+            z, v = state[k], state[n + k]
+            state[k] = values[0, k] * z + values[1, k] * v
+            state[n + k] = values[2, k] * z + values[3, k] * v
+        return
     for i in range(size):
-        error = 0.0
-        for k in range(STAGES):
-            error += ERRORS[k] * slopes[k, i]
-        allowed = tolerance * (max(abs(state[i]), abs(new[i])) + floor[i])
-        share = abs(step * error) / allowed
-        if not share <= worst:  # NaN too
-            worst = share
-    return worst
+        new[i] = 0.0
+    for k in range(size):
+        for i in range(size):
+            new[i] += values[k, i] * state[k]
+    for i in range(size):
+        state[i] = new[i]
 
 
 @compiled
-def _look(state, slopes, step, share, seen):
-    """Fill the state at a share of a step."""
-    for i in range(len(state)):
-        total = 0.0
-        for k in range(STAGES):
-            weight = share * (DENSE[k, 0] + share * (DENSE[k, 1] + share * (DENSE[k, 2] + share * DENSE[k, 3])))
-            total += weight * slopes[k, i]
-        seen[i] = state[i] + step * total
+def _kick(law, free, place, step, state, pushed):
+    """Change the velocities by the meshes' impulse of a step; whether their forces are known."""
+    size, n = free.lever.shape
+    for a in range(size):
+        along = free.along[a]
+        for i in range(n):
+            along += free.lever[a, i] * state[i]
+        pushed.along[a] = along
+    if not push(law, place, pushed):
+        return False
+    for a in range(size):
+        pushed.force[a] -= free.force[a]
+    for a in range(size):
+        impulse = pushed.force[a]
+        for b in range(size):
+            for c in range(size):
+                impulse -= step * step / 12.0 * pushed.slope[a, b] * free.mobility[b, c] * pushed.force[c]
+        for i in range(n):
+            state[n + i] += step * impulse * free.push[a, i]
+    return True
 
 
 @allocating
-def move(law, equation, times, state, step, tolerance, floor, seen):
-    """Move on to the last of rising times from time 0.
+def march(law, free, first, steps, state, seen):
+    """Carry displacements and velocities about rest through cycles; whether all forces were known.
 
     Parameters
     ----------
     law : force law
-    equation : EquationOfMotion
-    times : ndarray, shape (s,)
+    free : FreeMotion
+    first : float
+        Cycles before these.
+    steps : int
+        Of each sample.
     state : ndarray, shape (2n,)
-        Displacements and velocities; those at the last time in the end.
-    step : float
-        To begin with.
-    tolerance : float
-        Of each step, relative to the state and `floor`.
-    floor : ndarray, shape (2n,)
-    seen : ndarray, shape (s, 2n)
-        Filled: the states at these times.
-
-    Returns
-    -------
-    tuple of (int, float, int)
-        DONE, or STUCK where steps became too short, as they do where the law gives no force; the step to go on with;
-        the number of steps.
+        That at the end in the end.
+    seen : ndarray, shape (C, samples, 2n)
+        Filled: states at the ends of the samples of each cycle. Of no length along the last axis: they are not kept.
     """
-    slopes, new = np.empty((STAGES, len(state))), np.empty(len(state))
-    time, index, count = 0.0, 0, 0
-    _slope(law, equation, time, state, slopes[0])
-    while index < len(times):
-        taken = min(step, times[-1] - time)
-        error = _try_step(law, equation, time, taken, state, slopes, new, tolerance, floor)
-        count += 1
-        growth = LEAST_GROWTH
-        if error >= 0.0:
-            growth = max(LEAST_GROWTH, min(MOST_GROWTH, SAFETY * max(error, 1e-10) ** -0.2))
-        if not error <= 1.0:
-            step = growth * taken
-            if step < LEAST_SHARE * times[-1] / len(times):
-                return STUCK, step, count
-            continue
-        last = taken >= times[-1] - time
-        while index < len(times) and (last or times[index] <= time + taken):
-            _look(state, slopes, taken, min((times[index] - time) / taken, 1.0), seen[index])
-            index += 1
-        time += taken
-        for i in range(len(state)):
-            state[i], slopes[0, i] = new[i], slopes[STAGES - 1, i]
-        # A step that was cut at the end says nothing against the longer one.
-        step = max(step, growth * taken) if last else growth * taken
-    return DONE, step, count
+    size, samples, kept = len(free.lever), seen.shape[1], seen.shape[2]
+    new = np.empty(len(state))
+    pushed = Pushed(
+        np.empty(size), np.empty(size), np.empty((size, size)), free.along.copy(), np.empty((PER_MESH, 3)),
+        np.empty((size, size)), np.empty((size, 2 * size + 1)),
+    )  # fmt: skip
+    for c in range(len(free.step)):
+        for s in range(samples):
+            _drift(free.half[c], state, new)
+            for k in range(steps):
+                place = first + c + (s + (k + 0.5) / steps) / samples
+                if not _kick(law, free, place, free.step[c], state, pushed):
+                    return False
+                _drift(free.whole[c] if k + 1 < steps else free.half[c], state, new)
+            for i in range(kept):
+                seen[c, s, i] = state[i]
+    return True

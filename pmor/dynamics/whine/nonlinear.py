@@ -3,7 +3,7 @@
 Modes are those with all meshes closed by their mean tangents; what a mesh does beside its tangent acts on them. So the
 equations have the form of `pmor.dynamics.oscillator`, and harmonic balance, continuation, stability and jumps are those
 of a pair. What the modes leave out is part of the law (`pmor.dynamics.kernels.hub_table`): the static limit is exact.
-Meshes that are not told stay at their mean tangents. Gyroscopic moments are left out.
+Meshes that are not told stay at their mean tangents. Gyroscopic moments are none, or those of one speed.
 
 The second coordinate counts by half the face width: a displacement of its ends, mm, under a force, N.
 """
@@ -11,33 +11,30 @@ The second coordinate counts by half the face width: a displacement of its ends,
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
-from pmor.dynamics.harmonic_balance import in_Hz
-from pmor.dynamics.kernels.hub_table import ClosedMeshes, HubTable, closed_forces_at, march
+from pmor.dynamics.kernels.hub_table import ClosedMeshes, HubTable, closed_forces_at
 from pmor.dynamics.oscillator import Oscillator
 from pmor.dynamics.whine.cycle import StandingMesh
 from pmor.dynamics.whine.modal import Receptance
 from pmor.line.hub_law import COORDINATES, HubLaw, laws_at, mesh_coordinates
+from pmor.line.train import smooth_rows
 from pmor_online.model import online_angles
 
 # Of a table: phases that are solved, and those between which it is linear and which harmonic balance takes (with 256 a
 # fold where flanks part was 0.3 per mille off); approaches and second coordinates.
 SOLVED_PHASES, PHASES, APPROACHES, TILTS = 128, 512, 33, 13
+# Steps over time to a sample, of 64 a mesh cycle.
+STEPS = 2
 # Its range: of the mean deflection, from where flanks touch.
 REACH, TILT_REACH = 6.0, 1.0
 # Steps in which it is looked for where flanks touch, over the mean approach.
 TOUCHING = np.linspace(1.0, -4.0, 51)
-# Steps of a cycle over time, with kicks at phases of the table; splittings. That of fourth order keeps energy better,
-# but gains nothing where teeth come into contact and leave it.
-STEPS = 128
-SECOND_ORDER = np.ones(1)
-FOURTH_ORDER = np.array([1.0, -(2.0 ** (1.0 / 3.0)), 1.0]) / (2.0 - 2.0 ** (1.0 / 3.0))
 
 
 @dataclass(frozen=True)
@@ -46,6 +43,7 @@ class ClosedLaw:
 
     meshes: ClosedMeshes
     samples: int = PHASES
+    steps: int = STEPS
 
     @property
     def centre(self) -> FloatArray:
@@ -75,53 +73,17 @@ class PartingMachine:
 
     oscillator: Oscillator
     law: ClosedLaw
-    damping_ratio: FloatArray  # shape (n,)
+    arms: FloatArray  # shape (r,): Coordinates of the ports by these, and forces on them by those of the law
 
-    def march(
-        self, state: FloatArray, speeds: FloatArray, first: float = 0.0, weights: FloatArray = SECOND_ORDER,
-        steps: int = STEPS,
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
-        """Carry modes through cycles of the first mesh, each at its own angular mesh frequency (C,).
-
-        Parameters
-        ----------
-        state : ndarray, shape (2, n)
-            Displacements, as the oscillator counts them, and velocities.
-        first : float
-            Cycle at the start.
-        weights : ndarray
-            `SECOND_ORDER` or `FOURTH_ORDER`.
-
-        Returns
-        -------
-        tuple of (ndarray (2, n), ndarray (C, steps, r), ndarray (C, steps, r))
-            State at the end; approaches and forces of the meshes.
-
-        Raises
-        ------
-        ConvergenceError
-            Where motion leaves the range of the tables.
-        """
-        rows, shift, meshes = self.oscillator.rows, self._shift, self.law.meshes
-        moved = np.array([state[0] - shift, state[1]])
-        seen, force = np.empty((2, len(speeds) * steps, len(rows)))
-        modes = np.column_stack([np.sqrt(np.diag(self.oscillator.stiffness)), self.damping_ratio])
-        if not march(meshes, modes, np.ascontiguousarray(rows), speeds, steps, weights, first, moved, seen, force):
-            raise ConvergenceError(
-                f"between mesh frequencies {in_Hz(speeds[0])} and {in_Hz(speeds[-1])} the motion leaves the range of "
-                "the force law"
-            )
-        shape = len(speeds), steps, len(rows)
-        return np.array([moved[0] + shift, moved[1]]), seen.reshape(shape), force.reshape(shape)
-
-    @property
-    def _shift(self) -> FloatArray:
-        return _held(self.oscillator.rows, np.diag(self.oscillator.stiffness), self.law.centre)
+    def spun(self, receptance: Receptance, spin: float) -> PartingMachine:
+        """Return the machine with gyroscopic moments and centrifugal forces at a speed, rad/s."""
+        return replace(self, oscillator=_oscillator(receptance, self.law, self.oscillator.rows, spin))
 
     @property
     def at_rest(self) -> FloatArray:
-        """State under the mean load, (2, n)."""
-        return np.array([self._shift, np.zeros(len(self._shift))])
+        """Displacements and velocities under the mean load, (2 n,)."""
+        held = _held(self.oscillator.rows, self.oscillator.stiffness, self.law.centre)
+        return np.concatenate([held, np.zeros(len(held))])
 
 
 def parting_machine(
@@ -150,22 +112,28 @@ def parting_machine(
     meshes = [standing[number] for number in parting]
     arms = np.concatenate([[1.0, arm_of(mesh)] for mesh in meshes])
     own = np.concatenate([COORDINATES * number + np.arange(COORDINATES) for number in parting])
-    elastic = receptance.modes.square > 0.0
-    square, ratio = receptance.modes.square[elastic], receptance.damping_ratio[elastic]
-    rows = -arms[:, None] * receptance.ports[own][:, elastic]
+    rows = -arms[:, None] * receptance.ports[own][:, receptance.modes.square > 0.0]
     centre = np.concatenate([approach_of(mesh) for mesh in meshes])
     load = np.concatenate([mesh.load for mesh in meshes]) / arms
     backs = [np.inf] * len(meshes) if backlash is None else backlash
+    # Meshes that pass against their pinions' angles run through their tables backwards.
+    passing = np.array([-cycle if mesh.backwards else cycle for mesh, cycle in zip(meshes, cycles, strict=True)])
     law = ClosedLaw(ClosedMeshes(
         tuple(hub_table(mesh, reach, back) for mesh, back in zip(meshes, backs, strict=True)),
-        np.array(cycles, dtype=float), np.zeros(len(meshes)), tangent[np.ix_(own, own)] / np.outer(arms, arms),
+        passing, np.zeros(len(meshes)), tangent[np.ix_(own, own)] / np.outer(arms, arms),
         receptance.left_ports[np.ix_(own, own)] * np.outer(arms, arms), centre, load,
     ))  # fmt: skip
-    steady = rows.T @ load + square * _held(rows, square, centre)
-    return PartingMachine(
-        Oscillator(np.eye(len(square)), np.diag(2.0 * ratio * np.sqrt(square)), np.diag(square), rows, steady), law,
-        ratio,
-    )  # fmt: skip
+    return PartingMachine(_oscillator(receptance, law, rows, 0.0), law, arms)
+
+
+def _oscillator(receptance: Receptance, law: ClosedLaw, rows: FloatArray, spin: float) -> Oscillator:
+    """Modes of a machine by themselves, or where it spins, with the mean load of its meshes."""
+    elastic = receptance.modes.square > 0.0
+    among, square = np.ix_(elastic, elastic), receptance.modes.square[elastic]
+    stiffness = np.diag(square) + spin**2 * receptance.centrifugal[among]
+    damping = np.diag(2.0 * receptance.damping_ratio[elastic] * np.sqrt(square)) + spin * receptance.gyroscopic[among]
+    steady = rows.T @ law.meshes.load + stiffness @ _held(rows, stiffness, law.centre)
+    return Oscillator(np.eye(len(square)), damping, stiffness, rows, steady)
 
 
 def arm_of(mesh: StandingMesh) -> float:
@@ -177,6 +145,12 @@ def approach_of(mesh: StandingMesh) -> FloatArray:
     """Return the approach of the flanks and the second coordinate under the mean load, (2,), mm."""
     parted = mesh_coordinates(mesh.reduced.meshed.pair).T @ mesh.displacement
     return np.asarray(-parted * [1.0, arm_of(mesh)])
+
+
+def backlash_at(mesh: StandingMesh, drawn: float) -> float:
+    """Return the backlash along the line of action where the hubs stand, mm, by that of the drawing."""
+    pair = mesh.reduced.meshed.pair
+    return drawn + sum(float(smooth_rows(pair, coast=coast).ravel() @ mesh.displacement) for coast in (False, True))
 
 
 def hub_table(mesh: StandingMesh, reach: float = REACH, backlash: float = np.inf) -> HubTable:
@@ -226,11 +200,12 @@ def _range(mesh: StandingMesh, centre: FloatArray) -> tuple[float, float]:
 def _law(mesh: StandingMesh, places: FloatArray, phases: int) -> HubLaw:
     """Forces (D, A, 2) and slopes by approaches (D, A, 2, 2), by half the face width, at places (D, 2)."""
     pair, arms = mesh.reduced.meshed.pair, np.array([1.0, arm_of(mesh)])
-    found = laws_at(mesh.reduced.lines, online_angles(pair.pitch, phases, 1), mesh.condition, -places / arms)
+    angles = online_angles(pair.pitch, phases, 1)
+    found = laws_at(mesh.reduced.lines, angles, mesh.condition, -places / arms, mesh.taken_out)
     return HubLaw(found.force / arms, found.tangent / np.outer(arms, arms), found.converged)
 
 
-def _held(rows: FloatArray, square: FloatArray, approach: FloatArray) -> FloatArray:
+def _held(rows: FloatArray, stiffness: FloatArray, approach: FloatArray) -> FloatArray:
     """Displacements of modes under forces on the meshes that make an approach."""
-    compliance = rows / square @ rows.T
-    return np.asarray(np.linalg.solve(compliance, approach) @ rows / square)
+    by_force = np.linalg.solve(stiffness, rows.T)
+    return np.asarray(by_force @ np.linalg.solve(rows @ by_force, approach))
