@@ -168,12 +168,15 @@ LONG_PERIODS = Limit(_long_periods, ("dynamics",),
                      lambda file: f"meshes that repeat with each mesh cycle, and {_long_periods(file)} does not: "
                      "leave out pitch_deviations_um, waves, a topography of each tooth, eccentricities, holes and lugs",
 )  # fmt: skip
+NONLINEAR = 'write [dynamics] motion = "linear"'
 ALL_FE = "reduced models: line loads of all meshes at once are exact on full finite elements, and nothing is beside"
 OF_SETS = (
     Limit(_always, ("full",), ALL_FE),
     Limit(lambda file: file.sections.gears, ("dynamics",),
           "trains of gears on shafts: give gears, shafts and bearings in the file of a gearbox"),
     LONG_PERIODS,
+    Limit(lambda file: file.sections.dynamics.motion == "nonlinear", ("dynamics",),
+          f"flanks of sets that stay in contact, as all planets would part together or not: {NONLINEAR}"),
     Limit(lambda file: max(map(_nodes, file.cases.values())) > MOST_NODES, ("page",),
           f"flanks of {MOST_NODES} nodes at most: lower [mesh] profile_elements or width_elements"),
     Limit(lambda file: file.plan.clockwise and not file.sections.gears, ("rexs",),
@@ -198,6 +201,9 @@ OF_GEARBOXES = (
           lambda file: f"three or more planets, evenly spaced, on a carrier that turns, where their stiffness is "
           f"constant as it turns, and those of {_uneven(file)} are not: change its [planets], or take it alone"),
     LONG_PERIODS,
+    Limit(lambda file: file.sections.dynamics.motion == "nonlinear" and (file.model.shared or _long_periods(file)),
+          ("dynamics",), "flanks that part in meshes of two gears that repeat with each mesh cycle, and have no other "
+          f"mesh: {NONLINEAR}"),
     Limit(lambda file: file.model.turned, ("page",),
           "loads on one side of the flanks: write a gearbox file for each sense"),
 )  # fmt: skip

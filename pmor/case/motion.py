@@ -58,6 +58,9 @@ class Motion:
         Of each mode. Peaks are inverse to it, and no calculation gives it; gearboxes are found between 0.01 and 0.07.
     mesh_stiffness : {"varying", "mean"}
         "varying" over the mesh cycle; "mean" is the usual simplification, which stands beside it anyway.
+    motion : {"linear", "nonlinear"}
+        "linear": small motion, flanks stay in contact. "nonlinear", of gearboxes: besides, motion of flanks that part,
+        of meshes of two gears whose least force is not above zero in the linear answer.
     """
 
     speed_range_rpm: Annotated[tuple[float, ...], ranges.Range(1e-3, 1e7, "rpm", in_order=True)] | None = None
@@ -66,6 +69,7 @@ class Motion:
     highest_frequency_Hz: Annotated[float, ranges.Range(1.0, 1e5, "Hz")] = 10_000.0
     damping_ratio: Annotated[float, ranges.Range(0.0, 0.5, low_excluded=True)] = 0.02
     mesh_stiffness: Literal["varying", "mean"] = "varying"
+    motion: Literal["linear", "nonlinear"] = "linear"
 
     def over(self, speeds_rpm: Iterable[float | None]) -> FloatArray | None:
         """Return the speeds that are asked for, rpm; None where neither `[dynamics]` nor a load says any."""

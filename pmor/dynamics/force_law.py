@@ -108,13 +108,22 @@ def shifted(table: ForceTable, shift: float) -> ForceTable:
     return table._replace(low=table.low + shift, high=table.high + shift, backlash=table.backlash - 2.0 * shift)
 
 
-# Steps over time to a sample of a law of one coordinate: 2048 a mesh cycle.
-STEPS = 32
+# Steps over time to a sample of a law of one coordinate, at least: 1024 a mesh cycle.
+STEPS = 16
 
 
 def steps_of(law: OverTime) -> int:
-    """Return the steps over time to each sample of a mesh cycle."""
+    """Return the steps over time to each sample of a mesh cycle, at least."""
     return int(getattr(law, "steps", STEPS))
+
+
+def stiffness_of(law: OverTime) -> FloatArray:
+    """Return about the largest stiffness that a law puts beside the springs of its machine, (r, r)."""
+    if isinstance(law, MachineLaw):
+        return law.meshes.tangent
+    if isinstance(law, VaryingStiffness):
+        return np.full((1, 1), law.stiffness * (1.0 + abs(law.variation)))
+    return np.full((1, 1), float(law.values.max()) / (law.high - law.low))
 
 
 def cycles_of(law: OverTime) -> int:

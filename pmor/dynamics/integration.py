@@ -15,13 +15,26 @@ from scipy.linalg import expm
 
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
-from pmor.dynamics.force_law import MachineLaw, OverTime, compiled_law, coordinate_forces, cycles_of, steps_of
+from pmor.dynamics.force_law import (
+    MachineLaw,
+    OverTime,
+    compiled_law,
+    coordinate_forces,
+    cycles_of,
+    steps_of,
+    stiffness_of,
+)
 from pmor.dynamics.harmonic_balance import in_Hz
 from pmor.dynamics.kernels.motion import FreeMotion, march
 from pmor.dynamics.oscillator import Oscillator, static_stiffness_of
 
 # Samples per mesh cycle, and cycles that are integrated at a time.
 SAMPLES, CYCLES_PER_PIECE = 64, 100
+# Longest step by the frequency of the masses on the mesh alone.
+LONGEST_STEP = 0.1
+
+# Of a sample, rad.
+PHASE = 2.0 * np.pi / SAMPLES
 
 
 @dataclass(frozen=True)
@@ -67,7 +80,7 @@ def integrate(
     speeds : tuple of float
         Mesh frequencies at the beginning and at the end.
     steps : int, optional
-        Of a sample; by default those of the law.
+        Of a sample; by default those of the law, and as many as its stiffness asks for.
     done : float
         Mesh cycles before these.
 
@@ -102,7 +115,8 @@ def _marched(
     ends = 2.0 * np.pi * np.arange(cycles + 1)
     # Root of speed t + rate t^2 / 2 = phase that stays finite for a constant speed.
     times = 2.0 * ends / (first + np.sqrt(np.maximum(first**2 + 2.0 * rate * ends, 0.0)))
-    cycle_speed, steps = 2.0 * np.pi / np.diff(times), steps or steps_of(law)
+    cycle_speed = 2.0 * np.pi / np.diff(times)
+    steps = steps or max(steps_of(law), math.ceil(_swing(oscillator, law) / (LONGEST_STEP * min(speeds)) * PHASE))
     free, rest = _free_motion(oscillator, law, 2.0 * np.pi / (SAMPLES * steps * cycle_speed))
     state, seen = start - rest, np.empty((cycles, SAMPLES, len(start) if kept else 0))
     if not march(compiled_law(law), free, done, steps, state, seen):
@@ -130,6 +144,12 @@ def run_through(
         piece = integrate(oscillator, law, state, (ends[0], ends[1]), count)
         state, done = piece.states[-1], done + count
         yield piece
+
+
+def _swing(oscillator: Oscillator, law: OverTime) -> float:
+    """Angular frequency of the masses on the mesh alone."""
+    mobility = oscillator.rows @ np.linalg.solve(oscillator.mass, oscillator.rows.T)
+    return float(np.sqrt(abs(np.linalg.eigvals(mobility @ stiffness_of(law))).max()))
 
 
 def _free_motion(oscillator: Oscillator, law: OverTime, step: FloatArray) -> tuple[FreeMotion, FloatArray]:

@@ -12,7 +12,7 @@ from pmor.dynamics.continuation import Branch, Fold, Follower, Point, first_poin
 from pmor.dynamics.force_law import ForceLaw
 from pmor.dynamics.harmonic_balance import Balance, in_Hz, quasi_static, rest, solve_at
 from pmor.dynamics.oscillator import Oscillator
-from pmor.dynamics.stability import complex_crossings, doubled_branch, doublings, monodromy, stability_of
+from pmor.dynamics.stability import complex_crossings, doubled_branch, doublings, monodromy, stable_along
 
 # Harmonics of the mesh frequency: on the benchmark the last quarter of them makes 4e-5 of the motion where it is
 # largest, 3.6 times the displacement under the mean load.
@@ -66,7 +66,7 @@ def response(
             known += _known(name, doubled_branch(place, follow, limits), lost)
         except ConvergenceError as error:
             lost.append(f"{name}: {error}")
-    branches, growth = [branch for branch, _ in known], [stability_of(grown) for _, grown in known]
+    branches, growth = [branch for branch, _ in known], [stable_along(branch, grown) for branch, grown in known]
     swaying = [speed for branch, grown in known for speed in complex_crossings(branch, grown)]
     return Response(tuple(branches), tuple(growth), tuple(places), tuple(lost), tuple(swaying))
 

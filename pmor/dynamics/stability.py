@@ -48,6 +48,27 @@ def stability_of(grown: FloatArray) -> BoolArray:
     return np.asarray(np.abs(np.linalg.eigvals(grown)).max(axis=1) <= 1.0 + GROWTH)
 
 
+def stable_along(branch: Branch, grown: FloatArray) -> BoolArray:
+    """Return the stability of the points of a branch, by monodromy matrices (points, 2n, 2n).
+
+    At a fold a real multiplier is 1 in the equations that are followed; that of the monodromy, which has no end of
+    harmonics, is there a little earlier or later. Beside a fold the points before it count as stable as far as they are
+    wrong by this multiplier alone, and those after it as unstable.
+    """
+    multipliers = np.linalg.eigvals(grown)
+    outside = np.abs(multipliers) > 1.0 + GROWTH
+    odd = (outside & (multipliers.imag == 0.0) & (multipliers.real > 0.0)).sum(axis=1) % 2 == 1
+    ahead = np.array([point.tangent[-1] > 0.0 for point in branch.points])
+    turned = ahead if (ahead == odd).mean() > 0.5 else ~ahead
+    stable, wrong = ~outside.any(axis=1), odd != turned
+    for fold in np.flatnonzero(ahead[:-1] != ahead[1:]):
+        for place, way in ((fold, -1), (fold + 1, 1)):
+            while 0 <= place < len(stable) and wrong[place]:
+                stable[place] = not turned[place] and outside[place].sum() == 1
+                place += way
+    return np.asarray(stable)
+
+
 def complex_crossings(branch: Branch, grown: FloatArray) -> list[float]:
     """Return the angular mesh frequencies where a pair of complex multipliers leaves the unit circle.
 

@@ -1,5 +1,7 @@
 """Gearboxes for tests: the two stages of the box that the FVA publishes as an example of REXS, and a small one."""
 
+import math
+
 from pmor.case import parse_case
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import GearboxModel
@@ -215,3 +217,56 @@ def written_design(folder, text=DESIGN, box=ASKEW):
     path = folder / "design.toml"
     path.write_text(text)
     return path
+
+
+# Two stages on the small shafts, meshes by the helix angles of both, with loads and settings of motion to follow.
+TWO_STAGES = """
+title = "Two stages"
+[[shafts]]
+name = "input"
+sections = [{{ length_mm = 80.0, outer_mm = 20.0 }}]
+[[shafts]]
+name = "middle"
+at_mm = [{distances[0]}, 0.0]
+sections = [{{ length_mm = 120.0, outer_mm = 24.0 }}]
+[[shafts]]
+name = "output"
+at_mm = [{distances[0]}, {distances[1]}]
+start_mm = 40.0
+sections = [{{ length_mm = 80.0, outer_mm = 28.0 }}]
+[[meshes]]
+name = "first"
+case = "small.toml"
+pair = {{ helix_angle_deg = {helix[0]} }}
+pinion = {{ shaft = "input", at_mm = 35.0 }}
+wheel = {{ shaft = "middle", at_mm = 35.0 }}
+[[meshes]]
+name = "second"
+case = "small.toml"
+pair = {{ helix_angle_deg = {helix[1]} }}
+pinion = {{ shaft = "middle", at_mm = 85.0 }}
+wheel = {{ shaft = "output", at_mm = 45.0 }}
+[[loads]]
+name = "drive"
+torques = [
+    {{ shaft = "input", at_mm = 0.0, torque_Nm = {torque} }},
+    {{ shaft = "output", at_mm = 80.0, torque_Nm = "balance" }},
+]
+"""
+_BEARINGS = (("input", 10.0, 70.0), ("middle", 10.0, 110.0), ("output", 10.0, 70.0))
+TWO_STAGES += "".join(
+    f"""[[bearings]]
+name = "{shaft} {number}"
+shaft = "{shaft}"
+at_mm = {place}
+radial_N_per_mm = 2e5
+{"axial_N_per_mm = 1e5" if number == 1 else ""}
+"""
+    for shaft, *places in _BEARINGS for number, place in enumerate(places, 1)
+)  # fmt: skip
+
+
+def two_stages(folder, helix, torque, more=""):
+    """Write the two stages with helix angles, deg, and a torque at the input, N m."""
+    distances = tuple(60.0 / math.cos(math.radians(angle)) + 0.05 for angle in helix)
+    return written(folder, TWO_STAGES.format(helix=helix, torque=torque, distances=distances) + more)

@@ -36,7 +36,7 @@ def test_a_line_at_the_order_of_a_shaft_keeps_its_height_and_its_order():
     phase = 2.0 * np.pi * np.arange(1, cycles * SAMPLES + 1) / SAMPLES
     x = 1e-3 * (10.0 * np.sin(phase / period) + np.cos(phase) + 0.2 * np.cos(22.0 / 21.0 * phase))
     zero = np.zeros((len(x), 2))
-    run = Motion(phase, np.full(len(x), 1000.0), zero, x, 1.0 + 0.0 * x, 0, period)
+    run = Motion(phase, np.full(len(x), 1000.0), zero, x, 1.0 + 0.0 * x, period)
     points, spectra = follow([run], cycles, period)
     expected = np.zeros(int(HIGHEST_ORDER * period) + 1)
     expected[[1, 21, 22]] = 10.0, 1.0, 0.2

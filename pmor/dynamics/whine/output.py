@@ -19,6 +19,7 @@ from pmor.dynamics.whine.figures import (
 )
 from pmor.dynamics.whine.gradient import Target, changes
 from pmor.dynamics.whine.live import motion_section
+from pmor.dynamics.whine.parting_output import parting_blocks, parting_data, parting_lines
 from pmor.dynamics.whine.pictures import drawn_modes, modes_figure
 from pmor.dynamics.whine.readings import (
     bearing_names,
@@ -48,6 +49,7 @@ MovingFile = GearboxFile | SetFile
 FILES = (
     "dynamics.json", "dynamics.md", "report.html", "response.csv", "lines.csv", "results.h5", "bearings.png",
     "meshes.png", "campbell.png", "waterfall.png", "orders.png", "compliance.png", "modes.png", "modes.vtkhdf",
+    "parting.csv", "parting.png",
 )  # fmt: skip
 
 
@@ -60,7 +62,7 @@ def whine_data(file: MovingFile, responses: Sequence[LoadResponse], failures: Se
         "mesh_stiffness": motion.mesh_stiffness,
         "highest_frequency_Hz": motion.highest_frequency_Hz,
         "loads": [
-            _load_data(response) | (micrometre_data(response) if response is loud else {})
+            _load_data(response) | (micrometre_data(response) if response is loud else {}) | parting_data(response)
             for response in responses
         ],
         "rigid_bodies": rigid_bodies(file.cases, file.cases if isinstance(file, SetFile) else file.model.shared),
@@ -245,7 +247,7 @@ def whine_text(data: Data) -> str:
     for shown in (_meshes(data), _peaks(data, [main_load(data)["load"]] if data["loads"] else [])):
         if shown.rows:
             lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
-    return "\n".join([*lines, *(f"  ! {sentence}" for sentence in data["failures"])])
+    return "\n".join([*lines, *parting_lines(data), *(f"  ! {sentence}" for sentence in data["failures"])])
 
 
 def _blocks(file: MovingFile, data: Data, responses: Sequence[LoadResponse]) -> list[Block]:
@@ -268,12 +270,14 @@ def _blocks(file: MovingFile, data: Data, responses: Sequence[LoadResponse]) -> 
     if lost:
         names = ", ".join(sorted({row["name"] for row in lost}))
         text = f"Flanks would part ({names}): dynamic forces exceed the load, where small motion ends."
+        if not last.parting and not isinstance(file, SetFile):
+            text += ' [dynamics] motion = "nonlinear" goes on from there.'
         blocks.append(Warning(text))
     blocks += [
         _meshes(data), _bearings(data), _peaks(data, [name]),
         _peaks(data, [load["load"] for load in data["loads"] if load["load"] != name], folded=True),
         *([_housing(data)] if last.machine.heavy_housing else []),
-        Heading("Over the speed"),
+        *parting_blocks(responses), Heading("Over the speed"),
         Picture("bearings.png", "Dynamic forces of the bearings, root mean square of all lines. Dashed: with a mesh of "
                 "constant stiffness, as is usual.", bearings_figure(responses)),
         Picture("meshes.png", "Dynamic forces of the meshes. Dashed: with a mesh of constant stiffness.",

@@ -115,25 +115,25 @@ def parting(response: LoadResponse, file: GearboxFile) -> Parting:
     backlash, found = [_backlash(response, file, number) for number in numbers], Parting(numbers, by, least, ranges)
     found = replace(found, backlash_um=tuple(1e3 * one for one in backlash))
     try:
-        machine = _machine(response, numbers, backlash)
+        machine = machine_of(response, numbers, backlash)
     except ConvergenceError as error:
         return replace(found, lost=(str(error),))
     for low, high in ranges:
-        found = (_balanced if by == BALANCE else _over_time)(response, found, machine, low, high)
+        found = (_balanced if by == BALANCE else over_time)(response, found, machine, low, high)
     return found
 
 
 def least_forces(response: LoadResponse) -> FloatArray:
     """Return the least force of each mesh of two gears in the linear answer over its mean, (S, meshes).
 
-    Lines of its own in their phases; those of other sources at their largest.
+    Lines of its own in their phases, those above the highest frequency too; those of other sources at their largest.
     """
     speeds, found = len(response.speeds_rpm), np.ones((len(response.speeds_rpm), len(response.meshes)))
     phase = 2.0 * np.pi * np.arange(PHASES) / PHASES
     for number, solved in enumerate(response.solved.meshes):
         least = np.zeros(speeds)
         for place, source in enumerate(response.sources):
-            lines = source.lines.mesh_forces[..., number] * source.told
+            lines = source.lines.mesh_forces[..., number]
             if place == number:
                 turns = np.exp(1j * np.arange(1, lines.shape[1] + 1)[:, None] * phase)
                 least += 2.0 * (lines @ turns).real.min(axis=1)
@@ -141,6 +141,12 @@ def least_forces(response: LoadResponse) -> FloatArray:
                 least -= 2.0 * abs(lines).sum(axis=1)
         found[:, number] += least / float(solved.force)
     return found
+
+
+def linear_rms(response: LoadResponse) -> FloatArray:
+    """Return the dynamic forces of all meshes in the linear answer, of all its lines, (S, M), N."""
+    every = [2.0 * (abs(source.lines.mesh_forces) ** 2).sum(axis=1) for source in response.sources]
+    return np.asarray(np.sqrt(sum(every)))
 
 
 def ranges_of(speeds: FloatArray, parted: BoolArray) -> tuple[tuple[float, float], ...]:
@@ -162,7 +168,8 @@ def _backlash(response: LoadResponse, file: GearboxFile, number: int) -> float:
     return np.inf if drawn is None else max(backlash_at(mesh.standing, drawn), 0.0)
 
 
-def _machine(response: LoadResponse, numbers: Sequence[int], backlash: Sequence[float]) -> PartingMachine:
+def machine_of(response: LoadResponse, numbers: Sequence[int], backlash: Sequence[float]) -> PartingMachine:
+    """Return the machine whose meshes part, by their numbers, with their backlash, mm; without gyroscopic moments."""
     standing = [source.mesh.standing for source in response.meshes if source.mesh]
     rates = [response.meshes[number].rate for number in numbers]
     return parting_machine(
@@ -180,7 +187,7 @@ def _balanced(response: LoadResponse, found: Parting, machine: PartingMachine, l
         solved = periodic_motion(spinning.oscillator, spinning.law, (rate * low, rate * high), harmonics)
     except ConvergenceError as error:
         reason = f"{error}; motion is integrated over time from {low:.5g} to {high:.5g} rpm"
-        return _over_time(response, replace(found, lost=(*found.lost, reason)), machine, low, high)
+        return over_time(response, replace(found, lost=(*found.lost, reason)), machine, low, high)
     further = _others(response, found.numbers)
     courses = tuple(
         _along(response, found, spinning, branch, stable, spin, further, f"branch {number}")
@@ -261,7 +268,7 @@ def _with_others(squares: FloatArray, speeds: FloatArray, response: LoadResponse
     return np.sqrt(squares + np.array(beside).T.reshape(squares.shape))
 
 
-def _over_time(response: LoadResponse, found: Parting, machine: PartingMachine, low: float, high: float) -> Parting:
+def over_time(response: LoadResponse, found: Parting, machine: PartingMachine, low: float, high: float) -> Parting:
     """Integrate speed by speed up and down a range, the motion at one the start of the next."""
     rate, oscillator = RPM * response.meshes[found.numbers[0]].rate, machine.oscillator
     slowest = min(_straining(response, found.numbers), default=np.inf)

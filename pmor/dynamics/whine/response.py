@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -33,6 +34,9 @@ from pmor.machine.system import Equilibrium
 from pmor.sets.loader import SetFile
 from pmor.sets.solution import SetSolution
 from pmor_online.model import ReducedPair
+
+if TYPE_CHECKING:
+    from pmor.dynamics.whine.parting import Parting
 
 # Modes go up to this times the highest frequency.
 FURTHER_MODES = 2.0
@@ -175,6 +179,8 @@ class LoadResponse:
         Meshes of two gears first, those together that keep step, then sets.
     cycles : tuple of SetCycle
         Of the sets.
+    parting : Parting, optional
+        Of flanks that part, where nonlinear motion is asked for.
     """
 
     solved: SolvedLoad
@@ -185,6 +191,7 @@ class LoadResponse:
     speeds_rpm: FloatArray
     sources: tuple[Source, ...]
     cycles: tuple[SetCycle, ...] = ()
+    parting: Parting | None = None
 
     @property
     def passing(self) -> tuple[Source, ...]:
@@ -202,6 +209,11 @@ class LoadResponse:
             if source.mesh is not None and number in source.mesh.standing.numbers:
                 return source, source.mesh, source.mesh.standing.numbers.index(number)
         raise IndexError(number)
+
+    @property
+    def lost(self) -> list[str]:
+        """What was not found of flanks that part, and why."""
+        return [f"load {self.solved.load.name}: {text}" for text in self.parting.lost] if self.parting else []
 
     @property
     def speed_of(self) -> str:

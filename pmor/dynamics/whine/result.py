@@ -26,6 +26,7 @@ from pmor.dynamics.whine.output import (
     whine_report,
     whine_text,
 )
+from pmor.dynamics.whine.parting_output import parting_arrays, parting_rows
 from pmor.dynamics.whine.pictures import drawn_modes, modes_figure, write_modes
 from pmor.dynamics.whine.readings import bearing_names, bearing_rms
 from pmor.dynamics.whine.response import LoadResponse
@@ -96,6 +97,8 @@ class MotionResult(Tabular):
                     write_modes(self.file.model, loudest(self.loads), drawn, out / "modes.vtkhdf")
                 self._write_numbers(out)
                 write_columns_csv(out / "lines.csv", self.columns())
+                if parted := parting_rows(self.loads):
+                    write_table_csv(out / "parting.csv", parted, list({key: None for row in parted for key in row}))
 
     def write_numbers(self, folder: Path | str, *, overwrite: bool = False) -> None:
         """Write `response.csv` and `results.h5` alone, as of the first loads while others are solved.
@@ -117,7 +120,8 @@ class MotionResult(Tabular):
         first, named = self.loads[0], {response.solved.load.name: response for response in self.loads}
         arrays = {
             f"motion/{kind_of(self.file)}/{name.replace('/', '_')}/{key}": values
-            for name, response in named.items() for key, values in motion_arrays(response).items()
+            for name, response in named.items()
+            for key, values in {**motion_arrays(response), **parting_arrays(response)}.items()
         }  # fmt: skip
         names = {
             "loads": tuple(named), "meshes": tuple(first.mesh_names),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Executor
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 
 from pmor.case.capability import refuse_beyond
@@ -13,6 +14,7 @@ from pmor.core.errors import CaseError, ConvergenceError
 from pmor.core.progress import Progress, quietly, stage
 from pmor.core.threads import in_order, one_thread
 from pmor.dynamics.whine.output import FILES, MovingFile
+from pmor.dynamics.whine.parting import parting
 from pmor.dynamics.whine.response import LoadResponse, respond, respond_set, torque_names
 from pmor.dynamics.whine.result import MotionResult
 from pmor.dynamics.whine.ringing import KeptModes
@@ -73,7 +75,7 @@ def run(
             every.append(one)
             result = MotionResult(
                 settings, tuple(one for one in every if not isinstance(one, str)),
-                tuple(one for one in every if isinstance(one, str)),
+                tuple(sentence for one in every for sentence in ((one,) if isinstance(one, str) else one.lost)),
             )  # fmt: skip
             if folder is not None and result.loads and len(every) < len(loads):
                 result.write_numbers(folder, overwrite=overwrite)
@@ -88,7 +90,9 @@ def _of_gearbox(file: GearboxFile, kept: KeptGear, speeds: FloatArray) -> tuple[
     def about(name: str) -> LoadResponse:
         pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
         solved = solve_load(file.model, loads[name], pairs, ANGLES, trains=trains)
-        return respond(file.model, solved, trained, file.sections.dynamics, speeds, modes)
+        response = respond(file.model, solved, trained, file.sections.dynamics, speeds, modes)
+        nonlinear = file.sections.dynamics.motion == "nonlinear"
+        return replace(response, parting=parting(response, file)) if nonlinear else response
 
     return list(loads), about
 
