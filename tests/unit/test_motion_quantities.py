@@ -9,6 +9,7 @@ from pmor.dynamics import quantities
 from pmor.dynamics.integration import SAMPLES, Motion
 from pmor.dynamics.measure import HIGHEST_ORDER, follow
 from pmor.dynamics.quantities import Cycle
+from pmor.dynamics.whine.parting import ranges_of
 
 
 def test_contact_is_lost_while_neither_flanks_nor_backs_touch(monkeypatch):
@@ -28,6 +29,14 @@ def test_contact_is_lost_while_neither_flanks_nor_backs_touch(monkeypatch):
     assert found.separation_um == pytest.approx(2.0)
     assert found.dte_orders_um[:3] == pytest.approx((5.0, 0.0, 1.0))
     assert found.bearing_force_N == pytest.approx((5.0, 13.0))
+
+
+def test_motion_of_flanks_that_part_is_looked_for_around_the_speeds_where_they_do():
+    """Down to 0.8 and up to 1.1 of them, within the speeds asked for; ranges that overlap are one."""
+    speeds, parted = np.linspace(100.0, 1000.0, 10), np.zeros(10, dtype=bool)
+    parted[[0, 5, 6, 9]] = True
+    expected = ((100.0, 110.0), (480.0, 770.0), (800.0, 1000.0))
+    np.testing.assert_allclose(ranges_of(speeds, parted), expected)
 
 
 def test_a_line_at_the_order_of_a_shaft_keeps_its_height_and_its_order():

@@ -24,7 +24,14 @@ from pmor.dynamics.whine.cycle import standing_meshes
 from pmor.dynamics.whine.hill import hill, mesh_cycle, mesh_forces
 from pmor.dynamics.whine.modal import closed, modes_of, receptance_of, transfer
 from pmor.dynamics.whine.moving import moving_machine
-from pmor.dynamics.whine.nonlinear import PHASES, ClosedLaw, PartingMachine, _law, parting_machine
+from pmor.dynamics.whine.nonlinear import (
+    PHASES,
+    ClosedLaw,
+    PartingMachine,
+    _law,
+    backlash_at,
+    parting_machine,
+)
 from pmor.machine.coupled import solve_load
 from pmor.machine.loader import load
 from pmor.machine.run import meshes_and_trains
@@ -94,6 +101,22 @@ def test_back_flanks_push_the_other_way_and_tilt_alike(rng):
         assert table_forces(backed, cycle, x, u, ahead)
         assert table_forces(backed, -cycle, -x - 0.05, u, behind)
         assert_allclose(behind, ahead * [[-1.0, 1.0, -1.0], [1.0, -1.0, 1.0]], rtol=1e-9)
+
+
+def test_backlash_grows_as_hubs_part_along_the_line_of_centres_alone():
+    mesh = spur_box()[2]
+    sine = np.sin(mesh.reduced.meshed.pair.working_pressure_angle)
+    for place, grows in ((7, 2.0 * sine), (6, 0.0), (5, 0.0), (8, 0.0)):
+        moved = replace(mesh, displacement=0.01 * np.eye(12)[place])
+        assert_allclose(backlash_at(moved, 0.1), 0.1 + 0.01 * grows, rtol=1e-12)
+
+
+def test_stability_changes_at_folds_and_nowhere_else():
+    found = branches()
+    ahead = np.array([point.tangent[-1] > 0.0 for point in found.branches[0].points])
+    changes, turns = (np.flatnonzero(each[:-1] != each[1:]) for each in (found.stable[0], ahead))
+    assert turns.tolist() == changes.tolist()
+    assert len(turns) == len(found.folds) == 2
 
 
 def test_slopes_of_the_law_are_those_of_its_forces(rng):
