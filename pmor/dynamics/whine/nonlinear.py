@@ -89,6 +89,7 @@ class PartingMachine:
 def parting_machine(
     receptance: Receptance, tangent: FloatArray, standing: Sequence[StandingMesh], parting: Sequence[int],
     cycles: Sequence[float] = (1.0,), reach: float = REACH, backlash: Sequence[float] | None = None,
+    ahead: Sequence[float] | None = None,
 ) -> PartingMachine:  # fmt: skip
     """Return a machine some of whose meshes part.
 
@@ -108,6 +109,8 @@ def parting_machine(
         Of the tables, in mean deflections.
     backlash : sequence of float, optional
         Of each along the line of action, mm; by default the backs of teeth carry nothing.
+    ahead : sequence of float, optional
+        By how much of its own cycle each is ahead at time 0.
     """
     meshes = [standing[number] for number in parting]
     arms = np.concatenate([[1.0, arm_of(mesh)] for mesh in meshes])
@@ -120,7 +123,7 @@ def parting_machine(
     passing = np.array([-cycle if mesh.backwards else cycle for mesh, cycle in zip(meshes, cycles, strict=True)])
     law = ClosedLaw(ClosedMeshes(
         tuple(hub_table(mesh, reach, back) for mesh, back in zip(meshes, backs, strict=True)),
-        passing, np.zeros(len(meshes)), tangent[np.ix_(own, own)] / np.outer(arms, arms),
+        passing, np.array(ahead or np.zeros(len(meshes))), tangent[np.ix_(own, own)] / np.outer(arms, arms),
         receptance.left_ports[np.ix_(own, own)] * np.outer(arms, arms), centre, load,
     ))  # fmt: skip
     return PartingMachine(_oscillator(receptance, law, rows, 0.0), law, arms)

@@ -1,9 +1,10 @@
 """Flanks of a gearbox that part: which meshes, over which speeds, and their motion there.
 
-Meshes part whose least force in the linear answer is not above zero. Where all of these have one period, motion that
-repeats with it is followed over the speed by harmonic balance; where they have several, it is integrated over time,
-speed by speed, upwards and downwards. All other meshes stay at their mean tangents; what they and other sources excite
-is added to the bearings' forces by its squares, as that of sources of different frequency is in the linear answer.
+Meshes part whose least force in the linear answer is not above zero, and with them those that keep step with them.
+Where all of these repeat with the slowest, motion that repeats with it is followed over the speed by harmonic balance;
+else it is integrated over time, speed by speed, upwards and downwards. All other meshes stay at their mean tangents;
+what they and other sources excite is added to the bearings' forces by its squares, as that of sources of different
+frequency is in the linear answer.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from pmor.dynamics.continuation import Branch
 from pmor.dynamics.integration import integrate, settle
 from pmor.dynamics.law import backlash_of
 from pmor.dynamics.response import response as periodic_motion
+from pmor.dynamics.whine.cycle import StandingMesh
 from pmor.dynamics.whine.modal import transfer
 from pmor.dynamics.whine.nonlinear import PartingMachine, backlash_at, parting_machine
 from pmor.dynamics.whine.readings import bearing_names, force_lines
@@ -36,7 +38,9 @@ LEAST_HARMONICS, MOST_HARMONICS, BEYOND_MODES, STRAINING = 15, 60, 1.2, 0.01
 # a mesh, and cycles that are looked at.
 SPEEDS, DECAYS, LEAST_CYCLES, MOST_CYCLES, SEEN_CYCLES = 40, 3.0, 60, 400, 64
 # Phases of a cycle at which the least force of the linear answer is looked for; of the mean force, what is none.
-PHASES, NOTHING = 64, 1e-9
+PHASES, NOTHING = 256, 1e-9
+# Of a ratio of periods: rounding.
+EXACT = 1e-9
 #: what is told of each parting mesh at each point, in this order
 TOLD = (
     "force_rms_N", "largest_force_N", "least_force_N", "dynamic_factor", "contact_loss", "back_contact", "separation_um"
@@ -73,7 +77,7 @@ class Parting:
     Parameters
     ----------
     numbers : tuple of int
-        Of the meshes that part; none do where it is empty.
+        Of the meshes that part, the slowest first; none do where it is empty.
     by : str
         `BALANCE`, `OVER_TIME`, or empty.
     least : ndarray, shape (S, meshes)
@@ -106,11 +110,13 @@ class Parting:
 def parting(response: LoadResponse, file: GearboxFile) -> Parting:
     """Find the motion of meshes of two gears whose flanks part about a load."""
     least = least_forces(response)
-    numbers = tuple(np.flatnonzero((least <= 0.0).any(axis=0)).tolist())
-    rates = [response.meshes[number].rate for number in numbers]
-    if not numbers:
+    parted = np.flatnonzero((least <= 0.0).any(axis=0)).tolist()
+    if not parted:
         return Parting((), "", least)
-    by = BALANCE if math.isclose(min(rates), max(rates), rel_tol=1e-9) else OVER_TIME
+    together = {number for one in parted for number in response.source_of(one)[1].standing.numbers}
+    numbers = tuple(sorted(together, key=response.machine.mesh_rate))
+    ratios = [response.machine.mesh_rate(number) / response.machine.mesh_rate(numbers[0]) for number in numbers]
+    by = BALANCE if all(abs(ratio - round(ratio)) <= EXACT for ratio in ratios) else OVER_TIME
     ranges = ranges_of(response.speeds_rpm, np.any(least <= 0.0, axis=1))
     backlash, found = [_backlash(response, file, number) for number in numbers], Parting(numbers, by, least, ranges)
     found = replace(found, backlash_um=tuple(1e3 * one for one in backlash))
@@ -128,14 +134,14 @@ def least_forces(response: LoadResponse) -> FloatArray:
 
     Lines of its own in their phases, those above the highest frequency too; those of other sources at their largest.
     """
-    speeds, found = len(response.speeds_rpm), np.ones((len(response.speeds_rpm), len(response.meshes)))
+    speeds, found = len(response.speeds_rpm), np.ones((len(response.speeds_rpm), len(response.solved.meshes)))
     phase = 2.0 * np.pi * np.arange(PHASES) / PHASES
     for number, solved in enumerate(response.solved.meshes):
         least = np.zeros(speeds)
-        for place, source in enumerate(response.sources):
+        for source in response.sources:
             lines = source.lines.mesh_forces[..., number]
-            if place == number:
-                turns = np.exp(1j * np.arange(1, lines.shape[1] + 1)[:, None] * phase)
+            if source.mesh is not None and number in source.mesh.standing.numbers:
+                turns = np.exp(1j * np.array(source.mesh.standing.told)[:, None] * phase)
                 least += 2.0 * (lines @ turns).real.min(axis=1)
             else:
                 least -= 2.0 * abs(lines).sum(axis=1)
@@ -162,25 +168,32 @@ def ranges_of(speeds: FloatArray, parted: BoolArray) -> tuple[tuple[float, float
 
 
 def _backlash(response: LoadResponse, file: GearboxFile, number: int) -> float:
-    meshing, mesh = response.machine.gearbox.meshes[number], response.meshes[number].mesh
-    assert mesh is not None, "a mesh of two gears"
+    meshing = response.machine.gearbox.meshes[number]
     drawn = backlash_of(file.cases[meshing.settings.name], meshing.pair)
-    return np.inf if drawn is None else max(backlash_at(mesh.standing, drawn), 0.0)
+    return np.inf if drawn is None else max(backlash_at(_standing(response, number)[0], drawn), 0.0)
+
+
+def _standing(response: LoadResponse, number: int) -> tuple[StandingMesh, float]:
+    """A mesh where its hubs stand, and by how much of its cycle it is ahead at time 0."""
+    _, motion, place = response.source_of(number)
+    mesh = motion.standing.parts[place]
+    assert isinstance(mesh, StandingMesh), "gears have no other mesh"
+    return mesh, motion.standing.ahead[place]
 
 
 def machine_of(response: LoadResponse, numbers: Sequence[int], backlash: Sequence[float]) -> PartingMachine:
     """Return the machine whose meshes part, by their numbers, with their backlash, mm; without gyroscopic moments."""
-    standing = [source.mesh.standing for source in response.meshes if source.mesh]
-    rates = [response.meshes[number].rate for number in numbers]
+    standing = [_standing(response, number) for number in range(len(response.solved.meshes))]
+    rates = [response.machine.mesh_rate(number) for number in numbers]
     return parting_machine(
-        response.receptance, response.tangent, standing, numbers, [rate / rates[0] for rate in rates],
-        backlash=backlash,
+        response.receptance, response.tangent, [mesh for mesh, _ in standing], numbers,
+        [rate / rates[0] for rate in rates], backlash=backlash, ahead=[standing[number][1] for number in numbers],
     )  # fmt: skip
 
 
 def _balanced(response: LoadResponse, found: Parting, machine: PartingMachine, low: float, high: float) -> Parting:
     """Follow motion that repeats with the mesh over a range of speeds; over time where none is found."""
-    rate = RPM * response.meshes[found.numbers[0]].rate
+    rate = RPM * response.machine.mesh_rate(found.numbers[0])
     spin = 0.5 * response.machine.sense * RPM * (low + high)
     spinning, harmonics = machine.spun(response.receptance, spin), _harmonics(response, found.numbers, rate * low)
     try:
@@ -241,7 +254,7 @@ def _along(
         readings: ComplexArray = np.einsum("kop,pk->ko", by_ports, machine.arms[:, None] * lines)
         squares = 2.0 * (abs(response.bearing_forces(readings)[..., :3]) ** 2).sum(axis=(0, 2))
         bearings.append(squares)
-    speeds = branch.speed / (RPM * response.meshes[found.numbers[0]].rate)
+    speeds = branch.speed / (RPM * response.machine.mesh_rate(found.numbers[0]))
     return Course(name, balance.cycles, speeds, stable, np.array(rows),
                   _with_others(np.array(bearings), speeds, response, further))  # fmt: skip
 
@@ -258,7 +271,8 @@ def _told(machine: PartingMachine, force: FloatArray, at: FloatArray) -> FloatAr
 
 def _others(response: LoadResponse, numbers: Sequence[int]) -> FloatArray:
     """Mean squares of the bearing forces by all other sources, in the linear answer, (S, B)."""
-    others = [source for place, source in enumerate(response.sources) if place not in numbers]
+    own = {id(response.source_of(number)[0]) for number in numbers}
+    others = [source for source in response.sources if id(source) not in own]
     nothing = np.zeros((len(response.speeds_rpm), len(bearing_names(response))))
     return np.asarray(sum(((force_lines(response, one, one.lines) ** 2).sum(axis=1) for one in others), nothing))
 
@@ -270,7 +284,7 @@ def _with_others(squares: FloatArray, speeds: FloatArray, response: LoadResponse
 
 def over_time(response: LoadResponse, found: Parting, machine: PartingMachine, low: float, high: float) -> Parting:
     """Integrate speed by speed up and down a range, the motion at one the start of the next."""
-    rate, oscillator = RPM * response.meshes[found.numbers[0]].rate, machine.oscillator
+    rate, oscillator = RPM * response.machine.mesh_rate(found.numbers[0]), machine.oscillator
     slowest = min(_straining(response, found.numbers), default=np.inf)
     decay = response.receptance.damping_ratio[-1] * math.sqrt(slowest)
     further, speeds = _others(response, found.numbers), np.linspace(low, high, SPEEDS)

@@ -86,7 +86,7 @@ def sentences(response: LoadResponse, found: Parting) -> list[str]:
         text += (
             "They have different periods, so that no motion repeats: it is integrated over time, at "
             f"{SPEEDS} speeds of {where} rpm, upwards and downwards, {SAMPLES} samples a mesh cycle, without "
-            "gyroscopic moments; what two meshes have to each other in phase is that of their angles 0. "
+            "gyroscopic moments. "
         )
     backs = [
         f"{response.mesh_names[number]}: backs of teeth touch beyond {one:.4g} µm of backlash under the load"
