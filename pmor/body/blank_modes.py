@@ -64,6 +64,9 @@ class BlankModes:
         mass: t^(1/2), t^(1/2) mm.
     axial : ndarray, shape (m,)
         Share of the motion along the axis in the kinetic energy.
+    coriolis : ndarray, shape (m,)
+        c: at W about z amplitudes in the gear's own frame have the forces -2 c W (b', -a') by each other's velocity, of
+        unit modal mass; of thin rings in their plane -2 n / (n^2 + 1) (Bryan, Proc. Camb. Phil. Soc. 7 (1890) 101).
     """
 
     diameters: IntArray
@@ -71,6 +74,7 @@ class BlankModes:
     flank: ComplexArray
     inertia: FloatArray
     axial: FloatArray
+    coriolis: FloatArray
 
     @property
     def frequency_Hz(self) -> FloatArray:
@@ -122,7 +126,7 @@ def blank_modes(
     still = np.union1d(outer, section.held(blank.held)) if held and blank.bedding is None else outer
     own = np.setdiff1d(np.arange(3 * len(section.nodes)), still)
     shares = np.kron(interpolation(mesh.z, mesh.order, section.nodes[section.last, 1]), np.eye(3))
-    below = section.on_bedding(blank.bedding) if held and blank.bedding is not None else None
+    bedding = section.on_bedding(blank.bedding) if held and blank.bedding is not None else None
     found, onto = list[BlankModes](), completion(mesh, mesh.flank)
     for n in diameters:
         ring = _ring_on(mesh, sector, mass, at_rest, n)
@@ -130,7 +134,7 @@ def blank_modes(
         to[own, np.arange(len(own))] = 1.0
         to[outer[:, None], len(own) + np.arange(columns)] = shares
         to, half, stiffness = to.tocsr(), 0.5 if n else 1.0, section.of_harmonic(n)
-        stiffness = stiffness if below is None else stiffness + below
+        stiffness = stiffness if bedding is None else stiffness + bedding
         both = [to.T @ matrix @ to + sp.block_diag([sp.csr_array((len(own), len(own))), part])
                 for matrix, part in ((stiffness, ring.stiffness), (section.mass, ring.mass))]  # fmt: skip
         square, shape = _lowest(both[0], both[1], (2.0 * math.pi * highest_Hz) ** 2)
@@ -143,16 +147,18 @@ def blank_modes(
         sectors = shape[len(own) :]
         axial = half * ((both[1] @ shape).conj() * shape)[there][2::3].sum(axis=0).real
         flank = onto @ ring.moved[degrees_of_freedom(nodes_of_elements(mesh, mesh.flank))] @ sectors
-        rigid = _rigid(n, section.nodes, mesh.twist_per_length)
-        inertia = half * (
-            rigid.conj().T @ (section.mass @ (to @ shape))
-            + teeth * _rigid_sector(mesh, n).conj().T @ (ring.by_mass @ sectors)
-        )
+        rigid, moved = _rigid(n, section.nodes, mesh.twist_per_length), to @ shape
+        below_mass, sector_mass = section.mass @ moved, ring.by_mass @ sectors
+        inertia = half * (rigid.conj().T @ below_mass + teeth * _rigid_sector(mesh, n).conj().T @ sector_mass)
+        crossed = -1j * (moved[::3].conj() * below_mass[1::3] + moved[1::3].conj() * below_mass[::3]).sum(axis=0)
+        moved = (ring.moved @ sectors).conj()
+        crossed += teeth * (moved[1::3] * sector_mass[::3] - moved[::3] * sector_mass[1::3]).sum(axis=0)
         found.append(BlankModes(
-            np.full(len(square), n), square, flank, np.stack([inertia.real.T, inertia.imag.T], axis=1), axial
+            np.full(len(square), n), square, flank, np.stack([inertia.real.T, inertia.imag.T], axis=1), axial,
+            half * crossed.imag,
         ))  # fmt: skip
     return BlankModes(*(np.concatenate([getattr(one, name) for one in found], axis=-1 if name == "flank" else 0)
-                        for name in ("diameters", "square", "flank", "inertia", "axial")))  # fmt: skip
+                        for name in ("diameters", "square", "flank", "inertia", "axial", "coriolis")))  # fmt: skip
 
 
 def rings(blank: Blank) -> bool:

@@ -35,11 +35,14 @@ ROUNDING = 1e-6
 # Of steel: of a ring that hardly bends, and what it still does.
 STIFF, RIGID = 1e4, 1e-3
 HIGHEST = 20e3
+# Share along the axis of motion in a plane; teeth and shear beside a thin ring that bends.
+IN_PLANE, THIN = 0.05, 0.12
 # Elements of a flank where nobody says otherwise.
 DRAWN = 8, 4
+# Of elements at the corners of a web, over its thickness.
+FINEST = 0.015
 # Elements over the profile, lines above the middle of the width, and radii below the teeth, of bricks: ever finer.
 GRIDS = [
-    (2, (1.25, 3.0, 5.0), (9.0, 11.5, 13.0, 14.0, 17.0, 21.0, 25.0)),
     (3, (1.25, 1.8, 3.0, 5.0), (9.0, 11.0, 12.5, 13.0, 13.4, 14.2, 16.0, 18.0, 21.0, 24.0, 26.5, 27.35, 27.95)),
     (4, (0.8, 1.25, 1.45, 2.0, 3.2, 5.0),
      (9.0, 10.5, 11.9, 12.6, 12.85, 13.0, 13.2, 13.6, 14.4, 15.6, 17.2, 19.2, 21.4, 23.6, 25.4, 26.7, 27.6, 28.05)),
@@ -172,13 +175,19 @@ def by_calculix(grid):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("held", [True, False])
-def test_modes_of_a_wheel_on_a_web_are_those_of_bricks(held):
-    """Free, and held at its bore, by nodal diameters, up to 20 kHz; finer bricks change less."""
-    modes, coarse, fine = ours(held, DRAWN), by_bricks(held, 1), by_bricks(held, 2)
-    for n, known in fine.items():
-        assert_allclose(coarse[n], known, rtol=WHOLE)
-        assert_allclose(modes.frequency_Hz[modes.diameters == n], known, rtol=WHOLE)
+@pytest.mark.parametrize(("held", "diameters"), [(True, (0, 1, 2)), (False, (2, 3, 4))])
+def test_modes_of_a_wheel_on_a_web_are_those_of_bricks(held, diameters, monkeypatch):
+    """Held at its bore, and free, up to 20 kHz; so are both where elements at the corners of the web are far smaller.
+
+    *Measured*, held, n = 1: bricks 2327 and 2314 Hz on `GRIDS`, by harmonics 2316, at corners 8 times finer 2307.
+    """
+    modes, bricks = ours(held, DRAWN), by_bricks(held, 1, diameters)
+    monkeypatch.setattr("pmor.pair.blank.CORNER", FINEST)
+    finest = ours.__wrapped__(held, DRAWN)
+    for n, known in bricks.items():
+        converged = finest.frequency_Hz[finest.diameters == n]
+        assert_allclose(modes.frequency_Hz[modes.diameters == n], converged, rtol=WHOLE)
+        assert_allclose(known, converged, rtol=WHOLE)
 
 
 @pytest.mark.slow
@@ -186,7 +195,7 @@ def test_modes_of_a_wheel_on_a_web_are_those_of_bricks(held):
 def test_modes_of_a_wheel_on_a_web_are_those_of_calculix():
     """Held at its bore."""
     modes = ours(True, DRAWN)
-    for n, known in by_calculix(1).items():
+    for n, known in by_calculix(0).items():
         assert_allclose(modes.frequency_Hz[modes.diameters == n], known[known < HIGHEST], rtol=WHOLE)
 
 
@@ -241,3 +250,12 @@ def test_free_modes_share_no_mass_with_motions_of_a_rigid_body(modes):
     size = abs(held.inertia).max(axis=(0, 1))
     assert (size > 0.0).all()
     assert (abs(free.inertia).max(axis=(0, 1)) < ROUNDING * size).all()
+
+
+def test_coriolis_forces_are_those_of_thin_rings_and_none_along_the_axis():
+    """Bryan's -2 n / (n^2 + 1) of the ring's bending in its plane."""
+    free = of_ring(False)
+    for n in (2, 3):
+        own = (free.diameters == n) & (free.axial < IN_PLANE)
+        assert_allclose(free.coriolis[own][0], -2.0 * n / (n**2 + 1.0), rtol=THIN)
+    assert (abs(free.coriolis)[free.axial > 1.0 - IN_PLANE] < 2.0 * IN_PLANE).all()

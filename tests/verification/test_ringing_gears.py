@@ -146,21 +146,22 @@ def test_modes_of_a_turning_blank_part_by_n_turns_on_the_campbell_diagram():
     alone = receptance_of(machine, open_mesh, modes, machine.meshes, machine.meshes, 0.0)
     at_rest, turning = spinning_Hz(alone, np.array([0.0, spin]), 2.0 * HIGHEST)
     own, apart = box.gear.modes, abs(machine.rates["output"]) * spin / np.pi
-    for n, frequency in zip(own.diameters[-2:], own.frequency_Hz[-2:], strict=True):
+    for n, frequency, c in zip(own.diameters[-2:], own.frequency_Hz[-2:], own.coriolis[-2:], strict=True):
         assert_allclose(np.sort(abs(at_rest - frequency))[:2], 0.0, atol=ROUNDING * frequency)
-        pair = frequency + np.array([-0.5, 0.5]) * n * apart
+        pair = np.hypot(frequency, 0.5 * c * apart) + np.array([-0.5, 0.5]) * (n + c) * apart
         assert_allclose([turning[abs(turning - one).argmin()] for one in pair], pair, rtol=ROUNDING)
     two = [number for number, row in enumerate(mode_rows(response)) if 5500.0 < row["natural_frequency_Hz"] < 6500.0]
     moved = [mode_rows(response)[number]["kinetic_energy_share"]["blanks"] for number in two]
     still, parted = (np.ptp(row[two]) for row in spinning_Hz(response.receptance, np.array([0.0, spin]), HIGHEST))
-    assert_allclose(parted**2 - still**2, (2.0 * apart) ** 2 * np.prod(moved), rtol=OF_ONE_PAIR)
+    assert_allclose(parted**2 - still**2, ((2.0 + own.coriolis[-2]) * apart) ** 2 * np.prod(moved), rtol=OF_ONE_PAIR)
 
 
 @pytest.mark.parametrize("n", [2, 5])
 def test_modes_that_turn_under_a_load_that_stands_are_met_n_turns_apart(n):
     """Receptance of the doublet by its two waves, and its poles n W / pi apart."""
     square, omega, spin, row = (2.0 * np.pi * 1500.0) ** 2, 2.0 * np.pi * 1390.0, 2.0 * np.pi * 40.0, 0.7
-    modes = BlankModes(np.array([n]), np.array([square]), np.zeros((0, 1)), np.zeros((1, 2, 6)), np.zeros(1))
+    none = np.zeros(1)
+    modes = BlankModes(np.array([n]), np.array([square]), np.zeros((0, 1)), np.zeros((1, 2, 6)), none, none)
     gear = RingingGear(0, 1, modes, np.array([[[row, 0.0]], [[0.0, 0.0]]]))
     own = gear.matrices(1.0)
     matrix = own.stiffness - omega**2 * own.mass + 1j * omega * spin * own.gyroscopic + spin**2 * own.spun

@@ -2,11 +2,11 @@
 
 A mode with n nodal diameters turns with its gear; the load stands still. In the fixed frame its amplitudes a and b are
 
-    m (q'' + 2 n W J q' - n^2 W^2 q) + k q,    J = (0, 1; -1, 0), W about z,                                       (1)
+    m (q'' + 2 (n + c) W J q' - (n^2 + 2 n c) W^2 q) + k q,    J = (0, 1; -1, 0), W about z,                       (1)
 
-so that a mode is met at two frequencies n W / pi apart. Rotation changes the shapes of modes by nothing else here: its
-forces across the motion in the plane of the wheel and the stress by it are left out. What these modes give way at rest
-is taken out of the compliance of the mesh (`pmor.line.hub_law`); all further modes stay there, at rest.
+c of the Coriolis forces, 0 of motion along the axis, so that a mode is met at two frequencies (n + c) W / pi apart.
+The stress by rotation is left out, and Coriolis forces between modes and with the hub. What these modes give way at
+rest is taken out of the compliance of the mesh (`pmor.line.hub_law`); all further modes stay there, at rest.
 """
 
 from __future__ import annotations
@@ -86,11 +86,12 @@ class RingingGear:
 
     def matrices(self, rate: float) -> RingingMatrices:
         """Return the matrices of (1) of a gear that turns about z at a rate to the machine's speed."""
-        moving, n = np.flatnonzero(self.moving), np.repeat(self.modes.diameters, 2)
-        swap = np.kron(np.diag(2.0 * rate * self.modes.diameters), np.array([[0.0, 1.0], [-1.0, 0.0]]))
+        moving, n, c = np.flatnonzero(self.moving), self.modes.diameters, self.modes.coriolis
+        swap = np.kron(np.diag(2.0 * rate * (n + c)), np.array([[0.0, 1.0], [-1.0, 0.0]]))
+        spun = np.repeat(-(rate**2) * (n**2 + 2.0 * n * c), 2)
         return RingingMatrices(
             MODAL_MASS * np.eye(len(moving)), np.diag(self.stiffness), MODAL_MASS * swap[np.ix_(moving, moving)],
-            -MODAL_MASS * np.diag((n[moving] * rate) ** 2),
+            MODAL_MASS * np.diag(spun[moving]),
         )  # fmt: skip
 
 
