@@ -15,6 +15,8 @@ from scipy.sparse.linalg import LinearOperator, eigsh, splu
 from pmor.body.blank import cylindrical
 from pmor.body.blank_modes import blank_modes
 from pmor.case import make_case
+from pmor.case.blank import BlankCase
+from pmor.dynamics.whine.rigid_gears import disc_frequency_Hz
 from pmor.dynamics.whine.ringing import modes_of_gear
 from pmor.fe.assembly import added_up, assemble
 from pmor.fe.blank_section import Block, with_middles
@@ -35,6 +37,8 @@ ROUNDING = 1e-6
 # Of steel: of a ring that hardly bends, and what it still does.
 STIFF, RIGID = 1e4, 1e-3
 HIGHEST = 20e3
+# Of an estimate: teeth as half their height.
+ABOUT = 0.1
 # Share along the axis of motion in a plane; teeth and shear beside a thin ring that bends.
 IN_PLANE, THIN = 0.05, 0.12
 # Elements of a flank where nobody says otherwise.
@@ -259,3 +263,19 @@ def test_coriolis_forces_are_those_of_thin_rings_and_none_along_the_axis():
         own = (free.diameters == n) & (free.axial < IN_PLANE)
         assert_allclose(free.coriolis[own][0], -2.0 * n / (n**2 + 1.0), rtol=THIN)
     assert (abs(free.coriolis)[free.axial > 1.0 - IN_PLANE] < 2.0 * IN_PLANE).all()
+
+
+def test_a_solid_wheel_is_said_to_ring_about_where_its_modes_are():
+    """With a web a little narrower than its face it has modes."""
+    solid = make_case(
+        module_mm=3.0, face_width_mm=10.0, torque_Nm=60.0, scheme="line", profile_elements=2, width_elements=4,
+        width="whole", pinion={"teeth": 20, "bore_radius_mm": 10.0}, wheel={"teeth": 48, "bore_radius_mm": 9.0},
+    )  # fmt: skip
+    pair = gear_pair(solid)
+    about = disc_frequency_Hz(solid, solid.pair.wheel, pair.wheel)
+    web = BlankCase(rim_thickness_mm=12.0, web_thickness_mm=9.9, hub_radius_mm=20.0)
+    light = replace(solid, pair=replace(solid.pair, wheel=replace(solid.pair.wheel, blank=web)))
+    mesh = sector_meshes(light, pair)[1]
+    blank = blank_below(light, light.pair.wheel, pair.wheel, mesh, 1)
+    modes = blank_modes(mesh, blank, DENSITY, "hex20", 2.0 * about, True, (0, 1, 2))
+    assert_allclose(modes.frequency_Hz.min(), about, rtol=ABOUT)

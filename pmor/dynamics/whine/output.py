@@ -35,7 +35,7 @@ from pmor.dynamics.whine.readings import (
     swing,
 )
 from pmor.dynamics.whine.response import LoadResponse, Source
-from pmor.dynamics.whine.ringing import rigid_bodies
+from pmor.dynamics.whine.rigid_gears import rigid_gears
 from pmor.machine.loader import GearboxFile
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.parameter_words import parameter_words
@@ -65,7 +65,7 @@ def whine_data(file: MovingFile, responses: Sequence[LoadResponse], failures: Se
             _load_data(response) | (micrometre_data(response) if response is loud else {}) | parting_data(response)
             for response in responses
         ],
-        "rigid_bodies": rigid_bodies(file.cases, file.cases if isinstance(file, SetFile) else file.model.shared),
+        "rigid_gears": rigid_gears(file),
         "failures": list(failures),
     }
 
@@ -258,7 +258,9 @@ def _blocks(file: MovingFile, data: Data, responses: Sequence[LoadResponse]) -> 
         f"{responses[0].speed_of if responses else 'the load'}. Each mode has a damping of "
         f"{100.0 * motion.damping_ratio:g} % of the critical one, which no calculation gives: peaks are inverse to it."
     )
-    blocks += [*map(Warning, [*file.notes, *data["rigid_bodies"], *data["failures"]])]
+    if data["rigid_gears"]:
+        blocks.append(" ".join(data["rigid_gears"]))
+    blocks += [*map(Warning, [*file.notes, *data["failures"]])]
     if not responses:
         return blocks
     last, highest = loudest(responses), motion.highest_frequency_Hz

@@ -11,7 +11,7 @@ rest is taken out of the compliance of the mesh (`pmor.line.hub_law`); all furth
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -148,23 +148,3 @@ def why_rigid(gear: GearCase) -> str:
     if gear.lugs is not None:
         return "at lugs modes of all nodal diameters feel each other"
     return ""
-
-
-def rigid_bodies(cases: Mapping[str, Case], together: Collection[str]) -> list[str]:
-    """Return a sentence for each gear of some meshes that gives way at rest, and is a rigid body in motion.
-
-    Parameters
-    ----------
-    together : collection of str
-        Meshes that share gears.
-    """
-    bodies = [
-        (name, place, why_rigid(own) or (name in together and "the law of meshes that share gears has no modes"))
-        for name, case in cases.items()
-        for place, own in (("pinion", case.pair.pinion), ("wheel", case.pair.wheel))
-        if not own.solid(case.pair.face_width_mm)
-    ]
-    return [
-        f"{name}: the {place} is a rigid body in motion beside what it gives way at rest, as {why}."
-        for name, place, why in bodies if why
-    ]
