@@ -14,13 +14,13 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from scipy.linalg import expm
 
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.continuation import Branch, Follower, Point, trace
 from pmor.dynamics.force_law import coordinate_forces, samples_of
 from pmor.dynamics.harmonic_balance import Balance, fourier_rows, in_Hz, rms
+from pmor.dynamics.integration import drifts
 from pmor.dynamics.kernels.growth import grow
 
 # Steps per mesh cycle at least, in two runs that are extrapolated; samples of the slope per mesh cycle, and most steps.
@@ -136,14 +136,10 @@ def _grown(
 
 def _drift(stiffness: FloatArray, damping: FloatArray, time: float) -> FloatArray:
     """What displacements and velocities become without the mesh, (2n, 2n), by matrices over the mass."""
-    n, matrix = len(stiffness), np.zeros((2, 2, *stiffness.shape))
-    matrix[0, 1], matrix[1, 0], matrix[1, 1] = np.eye(n), -stiffness, -damping
-    if any(np.any(part != np.diag(np.diag(part))) for part in (stiffness, damping)):
-        return np.ascontiguousarray(expm(time * matrix.transpose(0, 2, 1, 3).reshape(2 * n, 2 * n)))
-    # Modes are by themselves.
-    each, grown = expm(time * np.diagonal(matrix, axis1=2, axis2=3).transpose(2, 0, 1)), np.zeros_like(matrix)
-    grown[:, :, np.arange(n), np.arange(n)] = each.transpose(1, 2, 0)
-    return np.ascontiguousarray(grown.transpose(0, 2, 1, 3).reshape(2 * n, 2 * n))
+    found = drifts(stiffness, damping, np.array([time]))[0]
+    if found.shape[1] != len(stiffness):
+        return np.ascontiguousarray(found.T)
+    return np.block([[np.diag(found[0]), np.diag(found[1])], [np.diag(found[2]), np.diag(found[3])]])
 
 
 # First step off the branch, in the scaled space, and the share of motion between the old harmonics that is none.
