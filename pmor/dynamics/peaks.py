@@ -17,16 +17,19 @@ Without = Callable[[int, int, int], float | None]
 PROMINENCE = 0.05
 # Peaks of two branches that are nearer to each other, over their speed, are the same motion.
 SAME = 1e-3
-# Logarithm of the frequency of a harmonic over that of a mode: where flanks part, peaks lie below modes. Harmonics
-# that are farther from all modes are not tried.
-NEAR = 0.3
+# Logarithm of the frequency of a harmonic over that of a mode: harmonics that are farther from all modes are not tried.
+# Where flanks part, peaks lie below modes, down to half of them.
+NEAR, BELOW = 0.3, 0.75
+# Of motion that a harmonic makes: what is left without it. Where flanks part, it jumps back without any of several.
+MADE = 0.5
 
 
 def peaks_of(branches: Sequence[Sequence[Data]], modes: Sequence[Data], without: Without) -> list[Data]:
     """Return the peaks of the stable dynamic transmission error of a response to one torque, by rising speed.
 
-    The harmonic is the one without which motion is least, of all that come near to a mode; the mode the one nearest to
-    it. Motion of several mesh cycles has the order of its largest amplitude, without such a proof.
+    The harmonic is the one without which motion is least, of all that come near to a mode; where flanks part, and jump
+    back without any of several, the one of these that moves most. The mode is the one nearest to it. Motion of several
+    mesh cycles has the order of its largest amplitude, without such a proof.
 
     Returns
     -------
@@ -65,10 +68,17 @@ def _peak(point: Data, modes: Sequence[Data], without: Callable[[int], float | N
         return float(order * frequency / modes[mode]["natural_frequency_Hz"])
 
     tried = list[int]()
+    parted = point["contact_loss"] > 0.0
     if point["period_mesh_cycles"] == 1:
-        tried = [k for k in range(1, len(amplitudes) + 1) if abs(math.log(over(k, mode_of(k)))) < NEAR]
+        low = -BELOW if parted else -NEAR
+        tried = [k for k in range(1, len(amplitudes) + 1) if low < math.log(over(k, mode_of(k))) < NEAR]
     left = {order: size for order in tried if (size := without(order)) is not None}
-    ranked = sorted(left, key=lambda order: left[order])
+
+    def rank(order: int) -> float:
+        makes = parted and left[order] < MADE * point["dte_rms_um"]
+        return -float(amplitudes[order - 1]) if makes else left[order]
+
+    ranked = sorted(left, key=rank)
     order, further = (ranked[0] if ranked else point["dominant_order"]), (ranked[1] if len(ranked) > 1 else None)
     mode = mode_of(order)
     return {

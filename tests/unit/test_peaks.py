@@ -12,9 +12,9 @@ MODES = [
 ]
 
 
-def point(frequency, rms, stable=True, period=1, dominant=1.0):
+def point(frequency, rms, stable=True, period=1, dominant=1.0, lost=0.0):
     amplitudes = {"dominant_order": dominant, "dominant_order_um": 1.4 * rms, "dte_orders_um": (0.9 * rms, 0.5, 0.2)}
-    size = {"dte_rms_um": rms, "dte_peak_to_peak_um": 2.8 * rms, "dynamic_factor": 1.0 + rms}
+    size = {"dte_rms_um": rms, "dte_peak_to_peak_um": 2.8 * rms, "dynamic_factor": 1.0 + rms, "contact_loss": lost}
     return {"mesh_frequency_Hz": frequency, "stable": stable, "period_mesh_cycles": period} | size | amplitudes
 
 
@@ -28,6 +28,15 @@ def test_a_peak_names_the_harmonic_without_which_it_is_gone_and_the_mode_nearest
     assert (second["further_order"], second["dte_rms_without_further_um"]) == (1, 1.9)
     assert first["orders_tried"] == [1, 2, 3]
     np.testing.assert_allclose([first["over_natural"], second["over_natural"]], [1.025, 0.98], rtol=1e-14)
+
+
+def test_where_flanks_part_the_harmonic_that_moves_most_is_named_of_those_without_which_motion_jumps_back():
+    """At 550 Hz order 1 has come down from 1000 Hz, and order 2 would be beside that mode."""
+    modes, left = MODES[1:], {1: 0.5, 2: 0.4}
+    for lost, order in ((0.3, 1), (0.0, 2)):
+        branch = [point(500.0, 1.0), point(550.0, 9.0, lost=lost), point(600.0, 1.0)]
+        (peak,) = peaks_of([branch], modes, lambda branch, place, order: left.get(order))
+        assert peak["order"] == order
 
 
 def test_motion_of_several_cycles_has_its_largest_order_and_no_proof():
