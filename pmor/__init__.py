@@ -32,8 +32,8 @@ Capabilities and experiments, with their files where a folder is given
     `reductions`: reductions and samplings. `bench`: run times.
     `write_design_case`, `write_campaign_case`: one of many designs as a case file.
 Conditions
-    `Misalignment`: position of the wheel's axis. `Modification`: deviation of a gear's flanks; `Topography`: on a grid.
-    `Assembly`: misalignment and both modifications.
+    `Misalignment`: position of the wheel's axis. `Modification`: deviation of a gear's flanks; `Topography`: on a grid,
+    `Wave`: around a gear. `Assembly`: misalignment and both modifications.
 Files
     `load_results`: arrays of a results file by name, each a `ResultArray`. `info`: content of a file. `verify`:
     compares a basis file with full FE, a `Verification`. `export_file`: writes a file in the format of another program.
@@ -101,7 +101,7 @@ if TYPE_CHECKING:
     from pmor.dynamics.whine.result import MotionResult
     from pmor.export.tables import ResultArray
     from pmor.gear.condition import Assembly, Misalignment
-    from pmor.gear.modification import Modification
+    from pmor.gear.modification import Modification, Wave
     from pmor.gear.topography import Topography
     from pmor.machine.result import GearboxResult
     from pmor.results.root_stress import RootStress
@@ -134,7 +134,7 @@ _HOMES = {
         "OutputError", "PmorError",
     ),
     "pmor.export.tables": ("ResultArray",),
-    "pmor.gear.modification": ("Modification",),
+    "pmor.gear.modification": ("Modification", "Wave"),
     "pmor.gear.topography": ("Topography",),
     "pmor.machine.result": ("GearboxResult",),
     "pmor.results.root_stress": ("RootStress",),
@@ -149,7 +149,7 @@ __all__ = [
     "DesignResult", "DynamicsResult", "ExternalProgramError", "FileFormatError", "FullModel", "GearboxResult",
     "Geometry", "GeometryError", "MeshError", "Misalignment", "Modification", "MotionResult", "OutputError",
     "PmorError", "ReducedModel", "ResultArray", "RootStress", "RunResult", "SetResult", "SweepResult", "Topography",
-    "Verification", "bench", "campaign", "change", "change_case", "compare", "convergence", "export_file",
+    "Verification", "Wave", "bench", "campaign", "change", "change_case", "compare", "convergence", "export_file",
     "exudyn_mesh", "full_model", "geometry", "import_rexs", "info", "load", "load_case", "load_model",
     "load_results", "make", "make_case", "plan", "reductions", "run", "run_case", "run_design", "run_dynamics",
     "stability", "study", "train", "verify", "write_campaign_case", "write_design_case", "__version__",

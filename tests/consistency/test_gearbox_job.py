@@ -12,7 +12,7 @@ import pmor
 from pmor.app.cli import main
 from pmor.case import basis_key
 from pmor.gear.condition import Assembly
-from pmor.gear.modification import Modification
+from pmor.gear.modification import Modification, Wave
 from pmor.machine.bounds import named_bounds
 from pmor.machine.coupled import solve_load
 from pmor.machine.iso import arrangement
@@ -131,11 +131,12 @@ def test_bounds_are_named_with_load_part_and_value(job):
 
 
 def test_teeth_that_differ_are_swept_until_they_stand_as_before(job):
-    """Each pitch of the turn is that of the pair with the list of deviations so many teeth further."""
+    """Each pitch of the turn is that of the pair with the deviations, and the wave, so many teeth further."""
     path, out = job
     file, model = load(path), pmor.train(load(path).cases["mesh"])
     deviations = [12.0 * np.sin(2.0 * np.pi * tooth / 19) for tooth in range(19)]
-    uneven = Assembly(pinion=Modification(pitch_deviations_um=tuple(deviations)))
+    wave = Wave(count=37, amplitude_um=2.0, helix_phase_deg=90.0)
+    uneven = Assembly(pinion=Modification(pitch_deviations_um=tuple(deviations), waves=(wave,)))
     pairs = {"mesh": with_flanks(model.reduced, uneven)}
     loads = with_rigid_supports([solve_load(file.model, file.model.sections.loads[0], pairs, 6)], pairs, {}, 6)
     (mesh,), (rigid,) = loads[0].meshes, loads[0].rigid
@@ -151,9 +152,12 @@ def test_a_mesh_with_the_sections_of_its_case_is_that_of_the_case_file(tmp_path)
     assert basis_key(by_name.cases["mesh"]) == basis_key(inside.cases["mesh"])
     assert inside.cases["mesh"].torque_Nm == by_name.cases["mesh"].torque_Nm == 60.0
     assert inside.inputs == (tmp_path / "box.toml",)
-    relieved = INLINE.replace("[meshes.wheel]", "[meshes.pinion.modification]\ntopography = 'grid.csv'\n[meshes.wheel]")
+    flanks = "topography = 'grid.csv'\nwaves = [{ count = 37, amplitude_um = 2.0 }]\n"
+    relieved = INLINE.replace("[meshes.wheel]", f"[meshes.pinion.modification]\n{flanks}[meshes.wheel]")
     (tmp_path / "grid.csv").write_text(",-8,0,8\n5,1,0,1\n20,1,0,1\n40,2,1,2\n")
-    assert load(written(tmp_path, relieved)).cases["mesh"].pinion_modification.topography is not None
+    found = load(written(tmp_path, relieved)).cases["mesh"]
+    assert found.pinion_modification.topography is not None
+    assert found.repeats_after == found.pair.pinion.teeth == 19
     wider = 'wheel = { shaft = "output", at_mm = 35.0, profile_shift = -0.1 }'
     changed = load(written(tmp_path, SMALL.replace('wheel = { shaft = "output", at_mm = 35.0 }', wider)))
     assert changed.cases["mesh"].pair.wheel.profile_shift == -0.1
