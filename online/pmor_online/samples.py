@@ -14,8 +14,10 @@ from pmor.case.tolerances import OF_AXES, OF_FLANKS
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.threads import in_order
 from pmor.gear.condition import Assembly, Misalignment
+from pmor.gear.made_flanks import draw_flank, nominal_flanks, with_made
 from pmor.gear.modification import Modification
 from pmor.pair.conditions import assembly_of, conditions_of_assembly
+from pmor.pair.model import gear_pair
 from pmor.pair.samples import Samples
 from pmor.results.load_distribution import line_states
 from pmor.results.quantities import figures_of_mesh
@@ -47,8 +49,8 @@ def solve_samples(
     case = reduced.basis.case
     if case.tolerances is None:
         return None
-    uneven, teeth = case.tolerances.pitch_deviations_um > 0.0, (case.pair.pinion.teeth, case.pair.wheel.teeth)
-    pitches = max(case.pitches, max(teeth) if uneven else 1)
+    teeth = case.pair.pinion.teeth, case.pair.wheel.teeth
+    pitches = max(case.pitches, max(teeth) if case.tolerances.of_teeth else 1)
     phi, pairs = online_angles(reduced.meshed.pair.pitch, angles, pitches), tuple(drawn(case))
     recorded = can_record(reduced.meshed, case, len(phi), len(torques_Nm))
 
@@ -80,8 +82,10 @@ def drawn(case: Case) -> Iterator[tuple[dict[str, float], Assembly]]:
     """
     sizes, own = case.tolerances, assembly_of(case)
     assert sizes is not None
-    rng, of_teeth = np.random.default_rng(sizes.seed), np.random.default_rng([sizes.seed, 1])
+    rng = np.random.default_rng(sizes.seed)
+    of_teeth, of_made = (np.random.default_rng([sizes.seed, stream]) for stream in (1, 2))
     teeth = case.pair.pinion.teeth, case.pair.wheel.teeth
+    nominal = nominal_flanks(gear_pair(case)) if sizes.accuracy_grade else ()
     for _ in range(sizes.samples):
         amounts, axes = rng.standard_normal((len(GEARS), len(OF_FLANKS) - 1)), rng.standard_normal(len(OF_AXES))
         off = {key: float(getattr(sizes, key) * part) for key, part in zip(OF_AXES, axes, strict=True)}
@@ -96,6 +100,12 @@ def drawn(case: Case) -> Iterator[tuple[dict[str, float], Assembly]]:
                 moved_teeth = mirrored_flank(moved_teeth) if case.flank == "coast" else moved_teeth
                 pitch = list(moved_teeth.pitch_deviations_um)
             flanks.append(_added(modification, moved, pitch))
+        for number, (name, flank) in enumerate(zip(GEARS, nominal, strict=False)):
+            assert sizes.accuracy_grade is not None
+            made = draw_flank(flank, sizes.accuracy_grade, sizes.waves_per_pitch, of_made)
+            errors |= {f"{name}.made_{key}": value for key, value in made.errors().items()}
+            made = made.reversed if case.flank == "coast" else made
+            flanks[number] = with_made(flanks[number], made, flank)
         tilt = Misalignment(**off)
         tilt = mirrored_axes(tilt) if case.flank == "coast" else tilt
         sums = {key: getattr(own.misalignment, key) + getattr(tilt, key) for key in OF_AXES}

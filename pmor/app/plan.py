@@ -133,7 +133,7 @@ def _work(case: Case) -> list[str]:
     if case.conditions:
         stages.insert(2, ("online, conditions", *_listed(case)))
     if case.tolerances is not None:
-        sampled = case.tolerances.samples * max(angles, _turn(case) if case.tolerances.pitch_deviations_um else 0)
+        sampled = case.tolerances.samples * max(angles, _turn(case) if case.tolerances.of_teeth else 0)
         words = f"{case.tolerances.samples} pairs, {len(online.torques_Nm)} torques"
         stages.insert(2, ("online, tolerances", sampled * len(online.torques_Nm), words))
     rows = (f"  {label:<30} {solves:>8}  ({text})" for label, solves, text in stages)

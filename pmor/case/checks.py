@@ -13,7 +13,7 @@ from pmor.case.gears import GearCase, PairCase
 from pmor.case.models import other_models
 from pmor.case.rings import check_ring
 from pmor.case.schema import Case
-from pmor.case.tolerances import OVER_WIDTH
+from pmor.case.tolerances import OVER_WIDTH, refused_waves
 from pmor.case.values import toml_text, wrong_unit_text
 from pmor.case.width import meshed_width
 from pmor.core.errors import CaseError
@@ -366,8 +366,11 @@ def _check_tolerances(case: Case, where: str) -> None:
         return
     if not sizes.scattering():
         raise CaseError(
-            f"{where}: [tolerances]: scatters nothing: write a standard deviation, as helix_slope_um = 5.0"
+            f"{where}: [tolerances]: scatters nothing: write a standard deviation, as helix_slope_um = 5.0, or "
+            "accuracy_grade = 6"
         )
+    if refusal := refused_waves(sizes, case.online.angles_per_pitch):
+        raise CaseError(f"{where}: [tolerances] waves_per_pitch: {refusal}")
     if case.mesh.width == "plane_strain" and (over := sizes.scattering(OVER_WIDTH)):
         raise CaseError(
             f'{where}: [tolerances] {over[0]}: varies over the width, of which [mesh] width = "plane_strain" has one '

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
-from typing import Annotated
+from typing import Annotated, Protocol
 
 from pmor.core.ranges import Range, micrometres
 
@@ -12,7 +13,11 @@ Amount = Annotated[float, micrometres(0.0, 1000.0)]
 OF_FLANKS = ("profile_slope_um", "profile_crowning_um", "helix_slope_um", "helix_crowning_um", "pitch_deviations_um")
 OF_AXES = ("in_plane_um", "out_of_plane_um", "centre_distance_um")
 # Of those, what loads the width unevenly, and what varies over it.
-UNEVEN, OVER_WIDTH = ("helix_slope_um", *OF_AXES[:2]), ("helix_slope_um", "helix_crowning_um", *OF_AXES[:2])
+GRADE = "accuracy_grade"
+UNEVEN = ("helix_slope_um", *OF_AXES[:2], GRADE)
+OVER_WIDTH = ("helix_crowning_um", *UNEVEN)
+Grade = Annotated[int, Range(1, 11)]
+WavesPerPitch = Annotated[tuple[float, ...], Range(1.0, 50.0)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +35,14 @@ class PairTolerances:
         Of each tooth's flank. Samples are then solved over a turn of the larger gear.
     in_plane_um, out_of_plane_um, centre_distance_um : float
         Of the axes.
+    accuracy_grade : int or None
+        Flank tolerance class of ISO 1328-1:2013 to which both gears are made, besides: each drawn gear has the largest
+        deviations of pitch, slopes and form that the class allows, f_pT, F_pT, f_HalphaT, f_HbetaT, f_falphaT and
+        f_fbetaT, not rounded, in a random pattern. Pitch and slopes differ from tooth to tooth; samples are solved over
+        a turn of the larger gear.
+    waves_per_pitch : tuple of float
+        Deviations of form of that class: waves to a pitch, of which whole numbers around each gear are taken, with one
+        amplitude and random phases, also along the face. Without: no deviations of form.
     samples : int
         Pairs that are drawn.
     seed : int
@@ -44,10 +57,39 @@ class PairTolerances:
     in_plane_um: Amount = 0.0
     out_of_plane_um: Amount = 0.0
     centre_distance_um: Amount = 0.0
+    accuracy_grade: Grade | None = None
+    waves_per_pitch: WavesPerPitch = ()
     samples: Annotated[int, Range(8, 100_000)] = 200
     seed: Annotated[int, Range(0, 1_000_000)] = 0
 
-    def scattering(self, keys: tuple[str, ...] = (*OF_FLANKS, *OF_AXES)) -> list[str]:
+    def scattering(self, keys: tuple[str, ...] = (*OF_FLANKS, *OF_AXES, GRADE)) -> list[str]:
         """Keys of what scatters, of those that are asked for."""
         given = asdict(self)
-        return [key for key in keys if given[key] > 0.0]
+        return [key for key in keys if given[key]]
+
+    @property
+    def of_teeth(self) -> bool:
+        """Whether teeth of a gear come to differ."""
+        return bool(self.scattering((*OF_FLANKS[-1:], GRADE)))
+
+
+class MadeToGrade(Protocol):
+    """Tolerances with a class to which gears are made."""
+
+    @property
+    def accuracy_grade(self) -> int | None: ...  # noqa: D102
+
+    @property
+    def waves_per_pitch(self) -> tuple[float, ...]: ...  # noqa: D102
+
+
+def refused_waves(sizes: MadeToGrade, angles: int) -> str:
+    """Return why form cannot be drawn with so many angles to a pitch, and what to do; empty where it can."""
+    if not sizes.waves_per_pitch:
+        return ""
+    if sizes.accuracy_grade is None:
+        return "is the form of gears made to a class: write accuracy_grade, or leave it out"
+    least = math.floor(2.0 * max(sizes.waves_per_pitch)) + 1
+    if angles < least:
+        return f"waves are missed by {angles} angles to a pitch: raise angles_per_pitch to {least} at least"
+    return ""

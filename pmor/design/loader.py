@@ -251,7 +251,7 @@ def _refuse_runout(design: Design, base: SetFile, where: str) -> None:
     if sizes is None or not design.scatters:
         return
     for field in fields(sizes):
-        if field.name.endswith("eccentricity_um") and getattr(sizes, field.name) > 0.0:
+        if field.name.endswith(("eccentricity_um", "accuracy_grade")) and getattr(sizes, field.name):
             raise CaseError(
                 f'{where}: [objective] value = "{design.objective.value}": designs draw {", ".join(PINS)} of '
                 f"[tolerances], not {field.name}: leave it out of {base.name}"

@@ -15,8 +15,8 @@ from pmor.gear.classical.iso6336 import (
     RANGES,
     DynamicFactor,
     single_from_mesh_stiffness,
-    tolerances_um,
 )
+from pmor.gear.made_flanks import flank_tolerances
 from pmor.gear.pair import GearPair
 
 # Speeds at which K_v is given.
@@ -26,7 +26,8 @@ SPEEDS = 200
 def iso_factor(case: Case, pair: GearPair, response: Data) -> DynamicFactor:
     """Return K_v of a pair under the torque of a response, with the mean mesh stiffness that the response has."""
     grade, teeth = case.dynamics.accuracy_grade, (pair.pinion, pair.wheel)
-    pitch, form = np.max([tolerances_um(t.module, 2.0 * abs(t.reference_radius), grade) for t in teeth], axis=0)
+    allowed = [flank_tolerances(t.module, 2.0 * abs(t.reference_radius), pair.face_width, grade) for t in teeth]
+    pitch, form = (max(getattr(own, key) for own in allowed) for key in ("single_pitch", "profile_form"))
     reliefs = case.pinion_modification.tip_relief_um, case.wheel_modification.tip_relief_um
     return DynamicFactor(
         line_load=1e3 * response["torque_Nm"] / (pair.pinion.reference_radius * pair.common_width),

@@ -215,13 +215,14 @@ class PlacedTrain:
         found = [_deviation(one, assembly) for one, assembly in zip(self.placed, assemblies, strict=True)]
         return np.concatenate(found, axis=1)
 
-    def tooth_deviation(self, pitch: int) -> FloatArray:
-        """Deviations of the teeth that are in mesh so many pitches later, in all sections, mm, (A, N)."""
+    def tooth_deviation(self, pitch: int, assemblies: Sequence[Assembly]) -> FloatArray:
+        """Deviations of the teeth of assemblies that are in mesh so many pitches later, in all sections, mm, (A, N)."""
         found = np.zeros(self.lines.gap.shape)
-        for one, later in zip(self.placed, np.rint(self.train.mesh_cycles(pitch)).astype(int), strict=True):
+        cycles = np.rint(self.train.mesh_cycles(pitch)).astype(int)
+        for one, later, assembly in zip(self.placed, cycles, assemblies, strict=True):
             tooth, meshed = section_teeth(one) + later * np.array(LATER), one.mesh.pair.meshed
             z = np.resize(meshed.sections.z, tooth.shape[:2])  # those of all tooth pairs, at all angles
-            for gear, flank in enumerate(meshed.deviations(one.mesh.assembly.of_teeth)):
+            for gear, flank in enumerate(meshed.deviations(assembly.of_teeth)):
                 if flank.present:
                     own = np.empty(z.size)
                     deviations_at(flank, one.lines.roll[..., gear].ravel(), z.ravel(), tooth[..., gear].ravel(), own)

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.sets.settings import Eccentricity, SetSections
+from pmor.gear.condition import Assembly
+from pmor.gear.made_flanks import MadeFlank, draw_flank, nominal_flanks, with_made
+from pmor.sets.model import SetMesh
+from pmor.sets.settings import Eccentricity, SetSections, Tolerances
+from pmor.sets.solution import SetSolution
 
 
 def drawn(said: SetSections) -> Iterator[SetSections]:
@@ -55,6 +59,39 @@ def _drawn_sets(said: SetSections) -> Iterator[SetSections]:
                              sizes.planets_eccentricity_um * planets),
             ),
         )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class MadeOfSet:
+    """Meshes of a set whose gears are made to a class, and their deviations by keys of a table."""
+
+    meshes: tuple[SetMesh, ...]
+    errors: dict[str, float]
+
+
+def made_flanks(sizes: Tolerances, solved: SetSolution) -> Iterator[MadeOfSet]:
+    """Draw the flanks of the gears of a set within its tolerances: those of a gear that carry in one direction once."""
+    rng, meshes, of_train = np.random.default_rng([sizes.seed, 2]), solved.plan.meshes, solved.train.meshes
+    for _ in range(sizes.samples):
+        if sizes.accuracy_grade is None:
+            yield MadeOfSet(meshes, {})
+            continue
+        made, found, errors = dict[tuple[int, bool], MadeFlank](), [], dict[str, float]()
+        for mesh, placed in zip(meshes, of_train, strict=True):
+            assembly = mesh.assembly or placed.assembly
+            flanks = []
+            nominal = nominal_flanks(placed.pair.meshed.pair)
+            for body, flank, own in zip(placed.bodies, nominal, (assembly.pinion, assembly.wheel), strict=True):
+                if (side := (body, placed.image)) not in made:
+                    made[side] = draw_flank(flank, sizes.accuracy_grade, sizes.waves_per_pitch, rng)
+                    name = f"{solved.plan.bodies[body].name} in {mesh.case}"
+                    filed = made[side].reversed if placed.image else made[side]
+                    errors |= {f"{name}.made_{key}": value for key, value in filed.errors().items()}
+                # What all teeth have is in the placed set already.
+                own = replace(own, topography=own.of_teeth.topography)
+                flanks.append(with_made(own, made[side], flank))
+            found.append(replace(mesh, assembly=Assembly(assembly.misalignment, *flanks)))
+        yield MadeOfSet(tuple(found), errors)
 
 
 def _timing(said: SetSections, drawn: FloatArray) -> tuple[float, ...]:

@@ -185,7 +185,8 @@ class SetReader(Reader):
                 if inner in keys:
                     document[f"{role}.{inner}"] = self.of_planet(said, f"{member}.{inner}", keys.pop(inner), planet)
             document[role] = keys
-        whole = {"width": "whole"} if share.whole_width else {}
+        graded = said.tolerances is not None and said.tolerances.accuracy_grade is not None
+        whole = {"width": "whole"} if share.whole_width or graded else {}
         document["mesh"] = {"error_bar": False, **said.members.get("mesh", {}), **whole}
         document["contact"] = dict(said.members.get("contact", {}))
         results = dict(said.members.get("results", {}))
@@ -252,6 +253,9 @@ class SetReader(Reader):
                 f"{MOST_PLACED} are enough: all stand as before after {plan.cycle} pitches of the first gear; lower "
                 "angles_per_pitch or pitches, or take tooth numbers of gears on one shaft with common divisors"
             )  # fmt: skip
+        return self._few_enough(said, pitches)
+
+    def _few_enough(self, said: SetSections, pitches: int) -> int:
         if pitches * said.sweep.angles_per_pitch > MOST_ANGLES:
             self.refuse(
                 f"[sweep] pitches = {pitches}", f"makes {pitches * said.sweep.angles_per_pitch} angles with "
@@ -264,6 +268,14 @@ class SetReader(Reader):
         if said.tolerances is None:
             return 1
         sizes, off = said.tolerances, said.eccentricity
+        if sizes.accuracy_grade is not None:
+            # A turn of the gear that takes longest: until all teeth met as before it would be their common multiple.
+            span, turn = self.pitches(said, plan, cases), max(
+                gear.teeth / rate
+                for mesh, rate in zip(plan.meshes, plan.rates, strict=True)
+                for gear in (cases[mesh.case].pair.pinion, cases[mesh.case].pair.wheel)
+            )
+            return said.sweep.pitches or self._few_enough(said, span * math.ceil(turn / span))
         if said.gears:
             off_axis = plan.eccentricity + sizes.gears_eccentricity_um
             return self.pitches(said, replace(plan, eccentricity=off_axis), cases)

@@ -413,7 +413,9 @@ def errors_of(plan: SetPlan, placed: PlacedTrain, pitch: int) -> FloatArray:
     displacement = hubs_off(plan, moved, placed.train.rates, placed.phi + pitch * pitch_rad)
     if displacement.any():
         found = placed.opened(displacement.reshape(len(placed.phi), -1))
-    if any(mesh.assembly.uneven for mesh in placed.train.meshes):
-        deviation = placed.tooth_deviation(pitch)
+    meshes = zip(plan.meshes, placed.train.meshes, strict=True)
+    assemblies = [of_plan.assembly or mesh.assembly for of_plan, mesh in meshes]
+    if any(assembly.uneven for assembly in assemblies):
+        deviation = placed.tooth_deviation(pitch, assemblies)
         found = found + deviation if found.size else deviation
     return found

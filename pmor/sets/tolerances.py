@@ -15,7 +15,7 @@ from pmor.line.several import Workspaces
 from pmor.pair.bounds import Bound
 from pmor.pair.samples import Samples
 from pmor.sets.bounds import set_bounds
-from pmor.sets.draws import drawn
+from pmor.sets.draws import MadeOfSet, drawn, made_flanks
 from pmor.sets.loader import SetFile
 from pmor.sets.lost import known
 from pmor.sets.plan import with_errors
@@ -42,23 +42,29 @@ def solve_samples(
         return None
     pitches = math.lcm(file.sample_pitches, pitches)
     sections, workspaces = tuple(drawn(file.sections)), Workspaces(solved.placed.blocks)
+    made = tuple(made_flanks(file.sections.tolerances, solved))
 
-    def solve(said: SetSections) -> tuple[Mapping[str, FloatArray], IntArray, list[list[tuple[str, Bound]]]]:
+    def solve(
+        sample: tuple[SetSections, MadeOfSet],
+    ) -> tuple[Mapping[str, FloatArray], IntArray, list[list[tuple[str, Bound]]]]:
+        said, flanks = sample
         errors = with_errors(file.plan, said)
         # On shafts other loads move the hubs too.
         moved = errors.displacement + (solved.plan.displacement - file.plan.displacement)
-        plan = replace(solved.plan, displacement=moved, eccentricity=errors.eccentricity)
+        plan = replace(solved.plan, displacement=moved, eccentricity=errors.eccentricity, meshes=flanks.meshes)
         found = solve_on(plan, solved.placed, solved.torque_Nm, pitches, workspaces=workspaces)
         left = [list(set_bounds(file, found, torque)) for torque in range(len(solved.torque_Nm))]
         return sampled_figures(found), (~found.converged).sum(axis=1), left
 
-    figures, lost, left = zip(*in_order(solve, sections, executor), strict=True)
+    samples = tuple(zip(sections, made, strict=True))
+    figures, lost, left = zip(*in_order(solve, samples, executor), strict=True)
     bounds = tuple(
         tuple((number, *bound) for number, of_sample in enumerate(left) for bound in of_sample[torque])
         for torque in range(len(solved.torque_Nm))
     )
     each = {key: np.array([row[key] for row in figures]) for key in figures[0]}
-    return Samples("sets", tuple(map(_errors, sections)), each, np.array(lost), pitches, bounds)
+    rows = tuple(_errors(said) | flanks.errors for said, flanks in samples)
+    return Samples("sets", rows, each, np.array(lost), pitches, bounds)
 
 
 def sampled_figures(solved: SetSolution) -> dict[str, FloatArray]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 
+from pmor.case.tolerances import refused_waves
 from pmor.core.wording import did_you_mean
 from pmor.sets.layout import SECOND_PLANET, SHARED
 from pmor.sets.plan import planet_positions
@@ -42,8 +43,10 @@ def check_tolerances(said: SetSections, refuse: Refuse) -> None:
         return
     of_trains = {"timing_mrad": sizes.timing_mrad, "gears_eccentricity_um": sizes.gears_eccentricity_um}
     usual = "gears_eccentricity_um = 10.0" if said.gears else "pins_tangential_um = 10.0"
-    if not any(sizes.deviations):
-        refuse("[tolerances]", f"scatters nothing: write a standard deviation, as {usual}")
+    if not any(sizes.deviations) and sizes.accuracy_grade is None:
+        refuse("[tolerances]", f"scatters nothing: write a standard deviation, as {usual}, or accuracy_grade = 6")
+    if refusal := refused_waves(sizes, said.sweep.angles_per_pitch):
+        refuse("[tolerances] waves_per_pitch", refusal)
     if said.gears and sum(of_trains.values()) != sum(sizes.deviations):
         rule = f"those of a train on fixed axes are {' and '.join(of_trains)}: leave the others out"
         refuse("[tolerances]", rule)

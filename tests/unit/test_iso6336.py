@@ -19,10 +19,10 @@ from pmor.gear.classical.iso6336 import (
     shaft_misalignment,
     single_from_mesh_stiffness,
     sliced_face_load_factor,
-    tolerances_um,
     web_factor,
 )
 from pmor.gear.classical.iso6336_root import nominal_root_stress, root_factors
+from pmor.gear.made_flanks import flank_tolerances
 from pmor.gear.pair import GearPair, zero_backlash_centre_distance
 from pmor.gear.tooth import Tooth
 from pmor.machine.iso import sliced_k_h_beta
@@ -124,12 +124,6 @@ def test_relief_made_for_the_load_takes_the_stiffness_cycle_away():
     assert replace(relieved, line_load=400.0).at(np.array([1.0]))[0] > 1.4
 
 
-def test_tolerances_grow_by_the_root_of_two_from_class_to_class():
-    pitch, form = tolerances_um(3.0, 150.0, 5)
-    np.testing.assert_allclose([pitch, form], [0.15 + 1.2 + 5.0, 1.65 + 5.0], rtol=1e-12)
-    np.testing.assert_allclose(tolerances_um(3.0, 150.0, 7), [2.0 * pitch, 2.0 * form], rtol=1e-12)
-
-
 def test_the_stiffness_of_one_pair_is_that_whose_mesh_stiffness_was_given():
     assert single_from_mesh_stiffness(20.0, 1.6) == pytest.approx(20.0 / 1.45)
 
@@ -144,10 +138,10 @@ def test_the_inputs_of_a_pair_are_those_of_the_standard():
     )  # fmt: skip
     pair = gear_pair(case)
     factor = iso_factor(case, pair, {"torque_Nm": 100.0, "mesh_stiffness_mean_N_per_um": 300.0})
-    pitch, form = tolerances_um(4.0, 57 * 4.0 / math.cos(math.radians(20.0)), 5)
+    allowed = flank_tolerances(4.0, 57 * 4.0 / math.cos(math.radians(20.0)), 20.0, 5)
     transverse = math.atan(math.tan(math.radians(20.0)) / math.cos(math.radians(20.0)))
-    np.testing.assert_allclose(factor.pitch_um, pitch * math.cos(transverse), rtol=1e-12)
-    np.testing.assert_allclose(factor.form_um, form, rtol=1e-12)
+    np.testing.assert_allclose(factor.pitch_um, allowed.single_pitch * math.cos(transverse), rtol=1e-12)
+    np.testing.assert_allclose(factor.form_um, allowed.profile_form, rtol=1e-12)
     assert factor.relief_um == 20.0
     radius = 0.5 * 21 * 4.0 / math.cos(math.radians(20.0))
     np.testing.assert_allclose(factor.line_load, 1e5 / (radius * 20.0), rtol=1e-12)

@@ -6,12 +6,14 @@ from numpy.testing import assert_allclose
 
 import pmor
 from pmor.case import change_case, parse_case
+from pmor.gear.made_flanks import MadeFlank, nominal_flanks, with_made
+from pmor.gear.modification import Modification, Wave
 from pmor.machine.loader import load
 from pmor.machine.run import run
 from pmor.pair.conditions import conditions_of_assembly
 from pmor.pair.samples import sample_rows
 from pmor_online.model import on_hubs
-from pmor_online.samples import drawn, sampled_figures, solve_samples
+from pmor_online.samples import PITCH, drawn, sampled_figures, solve_samples
 from pmor_online.sweep import sweep_reduced_pair
 from tests.support.gearboxes import SMALL, SMALL_CASE
 from tests.support.matrix import PLANE, ROWS, WIDE
@@ -27,17 +29,22 @@ def small(**changes):
 
 def test_a_sample_is_the_pair_with_the_errors_of_its_row():
     """Coast flanks, in the frame of the drawing: amounts of both gears, axes, and each tooth over a turn."""
-    case = small(tolerances=ALL)
+    case = small(mesh=WIDE, tolerances=ALL | {"accuracy_grade": 6, "waves_per_pitch": [1.3]})
     reduced = pmor.train(case).reduced
     samples = solve_samples(reduced, case.online.torques_Nm, 4)
     assert (samples.pitches, len(samples.errors)) == (21, 8)
     row = sample_rows(samples, case.online.torques_Nm)[5]
-    flanks = {
-        f"{gear}.coast_modification": {
-            "profile_slope_um": row[f"{gear}.profile_slope_um"],
-            "pitch_deviations_um": [row[f"{gear}.pitch_deviations_um_{tooth}"] for tooth in range(1, 22)],
-        } for gear in ("pinion", "wheel")
-    }  # fmt: skip
+    flanks = {}
+    for gear, nominal in zip(("pinion", "wheel"), nominal_flanks(reduced.meshed.pair), strict=True):
+        pitch, made, profile, helix = (
+            np.array([row[f"{gear}.{key}_{tooth}"] for tooth in range(1, 22)])
+            for key in (PITCH, f"made_{PITCH}", "made_profile_slope_um", "made_helix_slope_um")
+        )
+        wave = {key: row[f"{gear}.made_wave_27_{key}"] for key in ("amplitude_um", "phase_deg", "helix_phase_deg")}
+        made_flank = MadeFlank(pitch + made, profile, helix, (Wave(count=27, **wave),))
+        own = with_made(Modification(profile_slope_um=row[f"{gear}.profile_slope_um"]), made_flank, nominal)
+        keys = "profile_slope_um", "pitch_deviations_um", "topography", "waves"
+        flanks[f"{gear}.coast_modification"] = {key: getattr(own, key) for key in keys}
     axes = {"centre_distance_um": row["centre_distance_um"]}
     other = change_case(case, misalignment=axes, online={"pitches": 21}, tolerances={"samples": 8}, **flanks)
     swept = pmor.train(other).sweep([-50.0, -100.0])
@@ -61,6 +68,9 @@ def test_draws_of_an_error_do_not_depend_on_the_others_and_have_their_size():
     [
         ({"tolerances": {"samples": 8}}, "scatters nothing"),
         ({"mesh": PLANE, "tolerances": {"helix_slope_um": 5.0}}, "helix_slope_um: varies over the width"),
+        ({"mesh": PLANE, "tolerances": {"accuracy_grade": 6}}, "accuracy_grade: varies over the width"),
+        ({"tolerances": ALL | {"waves_per_pitch": [2.0]}}, "waves_per_pitch: is the form of gears made to a class"),
+        ({"tolerances": {"accuracy_grade": 6, "waves_per_pitch": [40.0]}}, "raise angles_per_pitch to 81 at least"),
         ({"contact": {"scheme": "direct"}, "tolerances": ALL}, r"\[tolerances\]: a run with tolerances takes line"),
     ],
 )

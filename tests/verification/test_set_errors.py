@@ -1,6 +1,7 @@
 """Eccentric gears, pitch deviations, tolerances of sets: closed forms, pairs by themselves, sets as files say them."""
 
 import csv
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.testing import assert_allclose
 
 import pmor
 from pmor.gear.condition import ALIGNED, Assembly
+from pmor.gear.made_flanks import MadeFlank, nominal_flanks, with_made
 from pmor.gear.modification import Modification, Wave
 from pmor.pair.conditions import assembly_of
 from pmor.pair.samples import sample_rows
@@ -18,7 +20,7 @@ from pmor.sets.run import run
 from pmor.sets.solution import solve_placed
 from pmor.sets.tolerances import sampled_figures
 from tests.support.matrix import SPLIT, SPLIT_GEARS
-from tests.support.small_sets import NO_STRESS, SMALL_SET, chain, written_set
+from tests.support.small_sets import NO_STRESS, SMALL_CHAIN, SMALL_SET, chain, written_set
 
 # Solutions by Newton's method, to its tolerance.
 SOLVED = 1e-8
@@ -88,7 +90,8 @@ def test_pitch_deviations_and_waves_are_those_of_pairs(helix, rng):
     phi = pitch * np.arange(3) / 3
     placed = train.place(phi)
     for number in (0, 7):
-        found = solve_placed(placed, np.array([[1e5, 0.0]]), placed.tooth_deviation(number))
+        off = placed.tooth_deviation(number, [mesh.assembly for mesh in meshes])
+        found = solve_placed(placed, np.array([[1e5, 0.0]]), off)
         ahead = 0.0
         for mesh, torque in zip(meshes, (1e5, 1e5 * 25 / 21), strict=True):
             # The teeth that the pair counts as 0 are others on the bodies.
@@ -199,3 +202,35 @@ def test_pitch_deviations_by_planet_are_those_of_each_planet(tmp_path):
     assert np.ptp(first, axis=1).max() > 0.05
     # Planets are in phase: turned by a third of a turn the set is itself.
     assert_allclose(np.roll(first, 1, axis=1), second, atol=1e-6)
+
+
+@pytest.mark.slow
+def test_a_train_of_made_gears_is_the_one_whose_file_says_their_flanks(tmp_path):
+    """By the rows of its table, both flanks of an idler, in the frame of the drawing; over a turn of the idler."""
+    text = SMALL_CHAIN.replace("width_elements = 2", 'width_elements = 2\nwidth = "whole"') + NO_STRESS
+    sizes = "[tolerances]\naccuracy_grade = 7\nwaves_per_pitch = [1.2]\nsamples = 8\nseed = 5\n"
+    found = pmor.run(written_set(tmp_path, text + sizes))
+    row, told = found.samples.errors[3], found.samples.figures["ste_peak_to_peak_um"][3]
+    assert found.samples.pitches == 25
+    meshes, flanks = zip(found.solution.plan.meshes, found.solution.train.meshes, strict=True), ""
+    for mesh, placed in meshes:
+        for body, nominal in zip(placed.bodies, nominal_flanks(placed.pair.meshed.pair), strict=True):
+            gear = found.solution.plan.bodies[body].name
+            pitch, profile, helix = (
+                np.array([row[f"{gear} in {mesh.case}.made_{key}_{tooth}"] for tooth in range(1, nominal.teeth + 1)])
+                for key in ("pitch_deviations_um", "profile_slope_um", "helix_slope_um")
+            )
+            wave = f"{gear} in {mesh.case}.made_wave_{round(1.2 * nominal.teeth)}"
+            keys = {key: row[f"{wave}_{key}"] for key in ("amplitude_um", "phase_deg", "helix_phase_deg")}
+            waves = (Wave(count=round(1.2 * nominal.teeth), **keys),)
+            made = with_made(Modification(), MadeFlank(pitch, profile, helix, waves), nominal)
+            side = "coast_modification" if placed.image else "modification"
+            grid = made.topography
+            grid = {"roll_deg": grid.roll_deg, "z_mm": grid.z_mm, "amount_um": grid.amount_um, "teeth_um": grid.teeth_um}
+            grid = ", ".join(f"{key} = {json.dumps(value)}" for key, value in grid.items())
+            wave = ", ".join(f"{key} = {value}" for key, value in vars(waves[0]).items())
+            flanks += f"[{gear}.{side}]\npitch_deviations_um = {pitch.tolist()}\ntopography = {{ {grid} }}\n"
+            flanks += f"waves = [{{ {wave} }}]\n"
+    text = text.replace("[sweep]", "[sweep]\npitches = 25")
+    other = pmor.run(written_set(tmp_path, text + flanks))
+    assert_allclose(told, np.ptp(other.solution.ste_um, axis=1), rtol=SOLVED)

@@ -8,7 +8,7 @@ A light blank: factors of stiffness and of root stress for a web and a thin rim.
 
 Dynamic factor K_v: the dynamic mesh force over the nominal one, by formulas.
 
-Source: ISO 6336-1:2006, clause 6, equations (9) to (22) and the table of C_v1 to C_v7; tolerances: ISO 1328-1:2013.
+Source: ISO 6336-1:2006, clause 6, equations (9) to (22) and the table of C_v1 to C_v7.
 Running-in, which depends on the material, is left out: deviations count in full, and K_v is larger for it.
 
 Misalignment by the shafts and face load factor (7.6, method C): a shaft as one formula.
@@ -167,8 +167,6 @@ RANGES = ("subcritical", "main resonance", "intermediate", "supercritical")
 MAIN_END, INTERMEDIATE_END = 1.15, 1.5
 # Of this grade and coarser ones B_k is 1, whatever the tip relief (note to equation (17)).
 COARSE_GRADE = 6
-# Grade to which the tolerances of ISO 1328-1 are given; each next one is larger by the root of 2.
-BASIC_GRADE = 5
 # Line load, N/mm, below which the main resonance begins earlier.
 LIGHT_LOAD = 100.0
 
@@ -220,20 +218,6 @@ class DynamicFactor:
         between = above + (amid - above) * (INTERMEDIATE_END - n) / (INTERMEDIATE_END - MAIN_END)
         begin, end, far = self.limits
         return np.select([n <= begin, n <= end, n < far], [below, np.full_like(n, amid), between], above)
-
-
-def tolerances_um(module: float, diameter: float, grade: int) -> tuple[float, float]:
-    """Return the tolerances of single pitch and profile form, um, of ISO 1328-1:2013, equations of clause 5.
-
-    Parameters
-    ----------
-    module, diameter : float
-        Normal module and reference diameter, mm.
-    grade : int
-        Flank tolerance class, 1 to 11.
-    """
-    step = math.sqrt(2.0) ** (grade - BASIC_GRADE)
-    return (0.001 * diameter + 0.4 * module + 5.0) * step, (0.55 * module + 5.0) * step
 
 
 def single_from_mesh_stiffness(mesh_stiffness: float, transverse_contact_ratio: float) -> float:
