@@ -219,6 +219,7 @@ def checked_set(
     housed = 1 if shafts is None else reader.pitches(said, plan, cases, housed=True)
     if said.carrier.stiffness is not None:
         inputs = (*inputs[:1], (reader.folder or Path()) / said.carrier.stiffness)
+    notes = tuple(dict.fromkeys((*notes, *reader.idle_teeth(layout, cases))))
     return SetFile(name, text, said, plan, cases, inputs, notes, changed, *pitches, housed)
 
 

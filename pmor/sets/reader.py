@@ -165,6 +165,19 @@ class SetReader(Reader):
             meshes.append(mesh)
         return replace(plan, meshes=tuple(meshes))
 
+    def idle_teeth(self, layout: Layout, cases: Mapping[str, Case]) -> Iterator[str]:
+        """Yield a sentence for each flank whose teeth differ and that carries nothing, with the one that does."""
+        carrying, idle = set[str](), dict[str, tuple[str, str]]()
+        for share in layout.shares:
+            case = cases[share.name]
+            sections = (COAST, MODIFICATION) if case.flank == "coast" else (MODIFICATION, COAST)
+            for member, other in zip(share.members, case.other_flanks, strict=True):
+                carrying.add(f"{member}.{sections[0]}")
+                idle[f"{member}.{sections[1]}"] = " and ".join(other.tooth_keys), f"{member}.{sections[0]}"
+        for name, (keys, instead) in idle.items():
+            if keys and name not in carrying:
+                yield f"[{name}] {keys}: of flanks that carry nothing under this torque: those of [{instead}] carry"
+
     def case(self, said: SetSections, share: Share, torque_Nm: float, planet: int | None = None) -> Case:
         """Return the case of a mesh; a torque that turns its pinion clockwise makes the case of the image.
 

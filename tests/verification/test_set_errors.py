@@ -204,6 +204,15 @@ def test_pitch_deviations_by_planet_are_those_of_each_planet(tmp_path):
     assert_allclose(np.roll(first, 1, axis=1), second, atol=1e-6)
 
 
+def test_teeth_of_flanks_that_carry_nothing_are_told(tmp_path):
+    """The ring carries on its coast flanks while the torque on the sun is positive; planets carry on both."""
+    wave = "waves = [{ count = 20, amplitude_um = 1.0 }]\n"
+    for side, told in (("modification", 1), ("coast_modification", 0)):
+        notes = load(written_set(tmp_path, f"{THREE}[ring.{side}]\n{wave}[planet.{side}]\n{wave}")).notes
+        assert sum("[ring.modification] waves: of flanks that carry nothing" in note for note in notes) == told
+        assert len(notes) == told
+
+
 @pytest.mark.slow
 def test_a_train_of_made_gears_is_the_one_whose_file_says_their_flanks(tmp_path):
     """By the rows of its table, both flanks of an idler, in the frame of the drawing; over a turn of the idler."""
@@ -225,9 +234,7 @@ def test_a_train_of_made_gears_is_the_one_whose_file_says_their_flanks(tmp_path)
             waves = (Wave(count=round(1.2 * nominal.teeth), **keys),)
             made = with_made(Modification(), MadeFlank(pitch, profile, helix, waves), nominal)
             side = "coast_modification" if placed.image else "modification"
-            grid = made.topography
-            grid = {"roll_deg": grid.roll_deg, "z_mm": grid.z_mm, "amount_um": grid.amount_um, "teeth_um": grid.teeth_um}
-            grid = ", ".join(f"{key} = {json.dumps(value)}" for key, value in grid.items())
+            grid = ", ".join(f"{key} = {json.dumps(value)}" for key, value in vars(made.topography).items())
             wave = ", ".join(f"{key} = {value}" for key, value in vars(waves[0]).items())
             flanks += f"[{gear}.{side}]\npitch_deviations_um = {pitch.tolist()}\ntopography = {{ {grid} }}\n"
             flanks += f"waves = [{{ {wave} }}]\n"
