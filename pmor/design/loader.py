@@ -109,6 +109,8 @@ def _kind(said: Design, where: str) -> str:
     for place, key in asked if given != ["gearbox"] else ():
         if key in RESULTS_OF_MOTION:
             rule = "is of a gearbox in motion: put the pair in a gearbox file, with its shafts and bearings"
+            if given == ["set"]:
+                rule = "is of meshes of two gears in a gearbox: sets are designed at rest; take a result of sets"
             raise CaseError(f"{where}: {place} = {toml_text(key)}: {rule}")
     return given[0]
 

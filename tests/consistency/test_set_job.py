@@ -13,6 +13,8 @@ from numpy.testing import assert_allclose
 import pmor
 from pmor.app.cli import main
 from pmor.body import elastic_gear
+from pmor.machine.loader import load as load_gearbox
+from pmor.machine.model import speeds_rpm
 from pmor.pair.model import gear_pair
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import load
@@ -305,6 +307,19 @@ def test_the_shipped_wind_turbine_turns_as_willis_says():
     assert file.plan.clockwise
     ratios = [gear_pair(case).contact_ratio for case in file.cases.values()]
     assert_allclose(ratios, [1.1147, 1.2786], rtol=2e-3)
+
+
+def test_the_rig_of_750_kw_turns_and_carries_as_its_drawings_say():
+    """Mesh frequencies at 1,800 rpm, and by 360 kN m on the rotor the force and the overturning couple of a planet."""
+    file = load_gearbox(CASES / "nrel_750kw.toml")
+    (one,), (rated,) = file.model.sets.values(), file.sections.loads
+    speeds = speeds_rpm(file.model, rated)
+    found = [teeth * speeds[shaft] / 60.0 for shaft, teeth in (("carrier", 99), ("low speed", 82), ("high speed", 22))]
+    assert_allclose(found, [36.45, 172.5, 660.0], rtol=2e-4)
+    sun, ring, planet, *_ = 1e3 * one.plan.torque_Nm * one.plan.wrench.reshape(-1, 6)
+    assert_allclose(np.abs([sun[5], ring[5]]), [63.0e6, 297.0e6], rtol=1e-6)
+    assert_allclose(np.hypot(*planet[:2]), 389.6e3, rtol=1e-4)
+    assert_allclose(np.hypot(*planet[3:5]), 10.45e6, rtol=5e-4)
 
 
 @pytest.mark.parametrize("name", ["planetary_stage", "idler_chain", "stepped_planets", "power_split"])
