@@ -148,7 +148,7 @@ class CoherentMeshes:
 def coherent_meshes(machine: MovingMachine, parts: Sequence[StandingMesh | StandingTrain]) -> list[CoherentMeshes]:
     """Return the meshes of a machine, those together that keep step: of which harmonics that are told meet."""
     rates = [machine.mesh_rate(part.numbers[0]) for part in parts]
-    ahead, left = _ahead(machine, parts), list(range(len(parts)))
+    ahead, left = ahead_of(machine, parts), list(range(len(parts)))
     found = []
     while left:
         ratios = {left.pop(0): Fraction(1)}
@@ -176,8 +176,8 @@ def _ratio(one: float, other: float, harmonics: int) -> Fraction | None:
     return ratio if near else None
 
 
-def _ahead(machine: MovingMachine, parts: Sequence[StandingMesh | StandingTrain]) -> list[float]:
-    """By how much of its cycle each part is ahead at time 0, teeth of gears on a shaft in line as far as that goes."""
+def ahead_of(machine: MovingMachine, parts: Sequence[StandingMesh | StandingTrain]) -> list[float]:
+    """Return by how much of its cycle each part is ahead at time 0, teeth on a shaft in line as far as that goes."""
     shafts, found = dict[str, float](), [0.0] * len(parts)
     left = list(range(len(parts)))
     while left:
@@ -207,7 +207,7 @@ class GearAngle:
 
 
 def gears_of(machine: MovingMachine, part: StandingMesh | StandingTrain) -> list[GearAngle]:
-    """Gears of a part, pinion and wheel of each mesh."""
+    """Return the gears of a part, pinion and wheel of each mesh."""
     found = []
     for place, number in enumerate(part.numbers):
         mesh = machine.gearbox.meshes[number]
