@@ -202,6 +202,8 @@ def waterfall_figure(response: LoadResponse, highest_Hz: float) -> Figure:
         top, lowest = min(highest_Hz, max(float(one.max()) for one in tops)), min(float(one.min()) for one in tops)
         if top > SPREAD * lowest:
             panels[0].set(yscale="log", ylim=(1e-4 * lowest, 1e-3 * top))
+            for axes in panels:
+                log_ticks(axes.yaxis)
         else:
             panels[0].set_ylim(0.0, 1e-3 * top)
         _finish(figure, panels, len(names), response)
