@@ -75,6 +75,8 @@ class Picture:
 
 # Those that run: data are of another type.
 SCRIPT = re.compile("<script>(.*?)</script>", re.DOTALL)
+# What readers of the source are told, and pages need not carry.
+COMMENT_LINE = re.compile(r"^ *//.*\n", re.MULTILINE)
 #: parts of a page; text is a paragraph
 Block = str | Heading | Warning | Table | Picture
 #: of the page of any machine, in the order of reading
@@ -109,6 +111,7 @@ def page_html(title: str, blocks: Iterable[Block | LiveSection | MotionSection |
     """
     named = [(type(block).__name__, block) for block in blocks]
     page = html_template("page.html").render(title=title, blocks=named, kinds={name for name, _ in named})
+    page = SCRIPT.sub(lambda script: COMMENT_LINE.sub("", script.group()), page)
     hashes = {base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in SCRIPT.findall(page)}
     allowed = " ".join(f"'sha256-{value}'" for value in sorted(hashes)) or "'none'"
     return page.replace("SCRIPTS", allowed, 1)

@@ -208,7 +208,7 @@ def test_what_has_no_force_law_is_refused():
         mesh_law(dataclasses.replace(reduced, basis=dataclasses.replace(reduced.basis, case=shaped)))
     uneven = dataclasses.replace(case.pinion_modification, pitch_deviations_um=(1.0,) * 21)
     uneven = dataclasses.replace(case, pinion_modification=uneven)
-    with pytest.raises(CaseError, match="pitch deviations"):
+    with pytest.raises(CaseError, match="leave out pitch_deviations_um"):
         mesh_law(dataclasses.replace(reduced, basis=dataclasses.replace(reduced.basis, case=uneven)))
 
 
