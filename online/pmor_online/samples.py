@@ -85,7 +85,7 @@ def drawn(case: Case) -> Iterator[tuple[dict[str, float], Assembly]]:
     rng = np.random.default_rng(sizes.seed)
     of_teeth, of_made = (np.random.default_rng([sizes.seed, stream]) for stream in (1, 2))
     teeth = case.pair.pinion.teeth, case.pair.wheel.teeth
-    nominal = nominal_flanks(gear_pair(case)) if sizes.accuracy_grade else ()
+    nominal = nominal_flanks(gear_pair(case)) if sizes.flank_tolerance_class else ()
     for _ in range(sizes.samples):
         amounts, axes = rng.standard_normal((len(GEARS), len(OF_FLANKS) - 1)), rng.standard_normal(len(OF_AXES))
         off = {key: float(getattr(sizes, key) * part) for key, part in zip(OF_AXES, axes, strict=True)}
@@ -101,8 +101,8 @@ def drawn(case: Case) -> Iterator[tuple[dict[str, float], Assembly]]:
                 pitch = list(moved_teeth.pitch_deviations_um)
             flanks.append(_added(modification, moved, pitch))
         for number, (name, flank) in enumerate(zip(GEARS, nominal, strict=False)):
-            assert sizes.accuracy_grade is not None
-            made = draw_flank(flank, sizes.accuracy_grade, sizes.waves_per_pitch, of_made)
+            assert sizes.flank_tolerance_class is not None
+            made = draw_flank(flank, sizes.flank_tolerance_class, sizes.waves_per_pitch, of_made)
             errors |= {f"{name}.made_{key}": value for key, value in made.errors().items()}
             made = made.reversed if case.flank == "coast" else made
             flanks[number] = with_made(flanks[number], made, flank)

@@ -141,6 +141,8 @@ class Settings(TypedDict, total=False):
     roughness_um: float
     lubricant_factor: float
     # [tolerances]
+    flank_tolerance_class: int
+    waves_per_pitch: float | Sequence[float]
     samples: int
     seed: int
     # [output]

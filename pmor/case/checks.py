@@ -367,7 +367,7 @@ def _check_tolerances(case: Case, where: str) -> None:
     if not sizes.scattering():
         raise CaseError(
             f"{where}: [tolerances]: scatters nothing: write a standard deviation, as helix_slope_um = 5.0, or "
-            "accuracy_grade = 6"
+            "flank_tolerance_class = 6"
         )
     if refusal := refused_waves(sizes, case.online.angles_per_pitch):
         raise CaseError(f"{where}: [tolerances] waves_per_pitch: {refusal}")

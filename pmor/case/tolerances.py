@@ -13,7 +13,7 @@ Amount = Annotated[float, micrometres(0.0, 1000.0)]
 OF_FLANKS = ("profile_slope_um", "profile_crowning_um", "helix_slope_um", "helix_crowning_um", "pitch_deviations_um")
 OF_AXES = ("in_plane_um", "out_of_plane_um", "centre_distance_um")
 # Of those, what loads the width unevenly, and what varies over it.
-GRADE = "accuracy_grade"
+GRADE = "flank_tolerance_class"
 UNEVEN = ("helix_slope_um", *OF_AXES[:2], GRADE)
 OVER_WIDTH = ("helix_crowning_um", *UNEVEN)
 Grade = Annotated[int, Range(1, 11)]
@@ -35,7 +35,7 @@ class PairTolerances:
         Of each tooth's flank. Samples are then solved over a turn of the larger gear.
     in_plane_um, out_of_plane_um, centre_distance_um : float
         Of the axes.
-    accuracy_grade : int or None
+    flank_tolerance_class : int or None
         Flank tolerance class of ISO 1328-1:2013 to which both gears are made, besides: each drawn gear has the largest
         deviations of pitch, slopes and form that the class allows, f_pT, F_pT, f_HalphaT, f_HbetaT, f_falphaT and
         f_fbetaT, not rounded, in a random pattern. Pitch and slopes differ from tooth to tooth; samples are solved over
@@ -57,7 +57,7 @@ class PairTolerances:
     in_plane_um: Amount = 0.0
     out_of_plane_um: Amount = 0.0
     centre_distance_um: Amount = 0.0
-    accuracy_grade: Grade | None = None
+    flank_tolerance_class: Grade | None = None
     waves_per_pitch: WavesPerPitch = ()
     samples: Annotated[int, Range(8, 100_000)] = 200
     seed: Annotated[int, Range(0, 1_000_000)] = 0
@@ -77,7 +77,7 @@ class MadeToGrade(Protocol):
     """Tolerances with a class to which gears are made."""
 
     @property
-    def accuracy_grade(self) -> int | None: ...  # noqa: D102
+    def flank_tolerance_class(self) -> int | None: ...  # noqa: D102
 
     @property
     def waves_per_pitch(self) -> tuple[float, ...]: ...  # noqa: D102
@@ -87,8 +87,8 @@ def refused_waves(sizes: MadeToGrade, angles: int) -> str:
     """Return why form cannot be drawn with so many angles to a pitch, and what to do; empty where it can."""
     if not sizes.waves_per_pitch:
         return ""
-    if sizes.accuracy_grade is None:
-        return "is the form of gears made to a class: write accuracy_grade, or leave it out"
+    if sizes.flank_tolerance_class is None:
+        return "is the form of gears made to a class: write flank_tolerance_class, or leave it out"
     least = math.floor(2.0 * max(sizes.waves_per_pitch)) + 1
     if angles < least:
         return f"waves are missed by {angles} angles to a pitch: raise angles_per_pitch to {least} at least"

@@ -253,7 +253,7 @@ def _refuse_runout(design: Design, base: SetFile, where: str) -> None:
     if sizes is None or not design.scatters:
         return
     for field in fields(sizes):
-        if field.name.endswith(("eccentricity_um", "accuracy_grade")) and getattr(sizes, field.name):
+        if field.name.endswith(("eccentricity_um", "flank_tolerance_class")) and getattr(sizes, field.name):
             raise CaseError(
                 f'{where}: [objective] value = "{design.objective.value}": designs draw {", ".join(PINS)} of '
                 f"[tolerances], not {field.name}: leave it out of {base.name}"

@@ -73,7 +73,7 @@ def made_flanks(sizes: Tolerances, solved: SetSolution) -> Iterator[MadeOfSet]:
     """Draw the flanks of the gears of a set within its tolerances: those of a gear that carry in one direction once."""
     rng, meshes, of_train = np.random.default_rng([sizes.seed, 2]), solved.plan.meshes, solved.train.meshes
     for _ in range(sizes.samples):
-        if sizes.accuracy_grade is None:
+        if sizes.flank_tolerance_class is None:
             yield MadeOfSet(meshes, {})
             continue
         made, found, errors = dict[tuple[int, bool], MadeFlank](), [], dict[str, float]()
@@ -83,7 +83,7 @@ def made_flanks(sizes: Tolerances, solved: SetSolution) -> Iterator[MadeOfSet]:
             nominal = nominal_flanks(placed.pair.meshed.pair)
             for body, flank, own in zip(placed.bodies, nominal, (assembly.pinion, assembly.wheel), strict=True):
                 if (side := (body, placed.image)) not in made:
-                    made[side] = draw_flank(flank, sizes.accuracy_grade, sizes.waves_per_pitch, rng)
+                    made[side] = draw_flank(flank, sizes.flank_tolerance_class, sizes.waves_per_pitch, rng)
                     name = f"{solved.plan.bodies[body].name} in {mesh.case}"
                     filed = made[side].reversed if placed.image else made[side]
                     errors |= {f"{name}.made_{key}": value for key, value in filed.errors().items()}

@@ -198,7 +198,7 @@ class SetReader(Reader):
                 if inner in keys:
                     document[f"{role}.{inner}"] = self.of_planet(said, f"{member}.{inner}", keys.pop(inner), planet)
             document[role] = keys
-        graded = said.tolerances is not None and said.tolerances.accuracy_grade is not None
+        graded = said.tolerances is not None and said.tolerances.flank_tolerance_class is not None
         whole = {"width": "whole"} if share.whole_width or graded else {}
         document["mesh"] = {"error_bar": False, **said.members.get("mesh", {}), **whole}
         document["contact"] = dict(said.members.get("contact", {}))
@@ -281,7 +281,7 @@ class SetReader(Reader):
         if said.tolerances is None:
             return 1
         sizes, off = said.tolerances, said.eccentricity
-        if sizes.accuracy_grade is not None:
+        if sizes.flank_tolerance_class is not None:
             # A turn of the gear that takes longest: until all teeth met as before it would be their common multiple.
             span, turn = self.pitches(said, plan, cases), max(
                 gear.teeth / rate

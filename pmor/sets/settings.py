@@ -110,7 +110,7 @@ class Tolerances:
         Of both components of the eccentricity, in any direction; the runout is about twice the eccentricity.
     gears_eccentricity_um : float
         The same of all gears of a train on fixed axes.
-    accuracy_grade : int or None
+    flank_tolerance_class : int or None
         Flank tolerance class of ISO 1328-1:2013 to which all gears are made, besides, as in a case file; both flanks
         of a gear by themselves. Samples are solved over a turn of the gear that takes longest.
     waves_per_pitch : tuple of float
@@ -128,7 +128,7 @@ class Tolerances:
     ring_eccentricity_um: Amount = 0.0
     planets_eccentricity_um: Amount = 0.0
     gears_eccentricity_um: Amount = 0.0
-    accuracy_grade: Grade | None = None
+    flank_tolerance_class: Grade | None = None
     waves_per_pitch: WavesPerPitch = ()
     samples: Annotated[int, ranges.Range(8, 100_000)] = 200
     seed: Annotated[int, ranges.Range(0, 1_000_000)] = 0

@@ -43,8 +43,8 @@ def check_tolerances(said: SetSections, refuse: Refuse) -> None:
         return
     of_trains = {"timing_mrad": sizes.timing_mrad, "gears_eccentricity_um": sizes.gears_eccentricity_um}
     usual = "gears_eccentricity_um = 10.0" if said.gears else "pins_tangential_um = 10.0"
-    if not any(sizes.deviations) and sizes.accuracy_grade is None:
-        refuse("[tolerances]", f"scatters nothing: write a standard deviation, as {usual}, or accuracy_grade = 6")
+    if not any(sizes.deviations) and sizes.flank_tolerance_class is None:
+        refuse("[tolerances]", f"scatters nothing: write a deviation, as {usual}, or flank_tolerance_class = 6")
     if refusal := refused_waves(sizes, said.sweep.angles_per_pitch):
         refuse("[tolerances] waves_per_pitch", refusal)
     if said.gears and sum(of_trains.values()) != sum(sizes.deviations):

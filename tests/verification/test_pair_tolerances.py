@@ -29,7 +29,7 @@ def small(**changes):
 
 def test_a_sample_is_the_pair_with_the_errors_of_its_row():
     """Coast flanks, in the frame of the drawing: amounts of both gears, axes, and each tooth over a turn."""
-    case = small(mesh=WIDE, tolerances=ALL | {"accuracy_grade": 6, "waves_per_pitch": [1.3]})
+    case = small(mesh=WIDE, tolerances=ALL | {"flank_tolerance_class": 6, "waves_per_pitch": [1.3]})
     reduced = pmor.train(case).reduced
     samples = solve_samples(reduced, case.online.torques_Nm, 4)
     assert (samples.pitches, len(samples.errors)) == (21, 8)
@@ -68,9 +68,9 @@ def test_draws_of_an_error_do_not_depend_on_the_others_and_have_their_size():
     [
         ({"tolerances": {"samples": 8}}, "scatters nothing"),
         ({"mesh": PLANE, "tolerances": {"helix_slope_um": 5.0}}, "helix_slope_um: varies over the width"),
-        ({"mesh": PLANE, "tolerances": {"accuracy_grade": 6}}, "accuracy_grade: varies over the width"),
+        ({"mesh": PLANE, "tolerances": {"flank_tolerance_class": 6}}, "flank_tolerance_class: varies over the width"),
         ({"tolerances": ALL | {"waves_per_pitch": [2.0]}}, "waves_per_pitch: is the form of gears made to a class"),
-        ({"tolerances": {"accuracy_grade": 6, "waves_per_pitch": [40.0]}}, "raise angles_per_pitch to 81 at least"),
+        ({"tolerances": {"flank_tolerance_class": 6, "waves_per_pitch": [40.0]}}, "angles_per_pitch to 81 at least"),
         ({"contact": {"scheme": "direct"}, "tolerances": ALL}, r"\[tolerances\]: a run with tolerances takes line"),
     ],
 )

@@ -217,7 +217,7 @@ def test_teeth_of_flanks_that_carry_nothing_are_told(tmp_path):
 def test_a_train_of_made_gears_is_the_one_whose_file_says_their_flanks(tmp_path):
     """By the rows of its table, both flanks of an idler, in the frame of the drawing; over a turn of the idler."""
     text = SMALL_CHAIN.replace("width_elements = 2", 'width_elements = 2\nwidth = "whole"') + NO_STRESS
-    sizes = "[tolerances]\naccuracy_grade = 7\nwaves_per_pitch = [1.2]\nsamples = 8\nseed = 5\n"
+    sizes = "[tolerances]\nflank_tolerance_class = 7\nwaves_per_pitch = [1.2]\nsamples = 8\nseed = 5\n"
     found = pmor.run(written_set(tmp_path, text + sizes))
     row, told = found.samples.errors[3], found.samples.figures["ste_peak_to_peak_um"][3]
     assert found.samples.pitches == 25
