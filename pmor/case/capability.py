@@ -15,8 +15,8 @@ from pmor.core.errors import CaseError
 
 Capability = Literal[
     "campaign", "classical", "design", "duty", "dynamics", "error_bar", "exudyn", "fmu", "full", "gearbox", "losses",
-    "page", "plan", "pressure", "python", "rexs", "root_stress", "set", "stability", "sweep", "tables", "tolerances",
-    "vtkhdf", "what_if",
+    "page", "plan", "pressure", "python", "quiet", "rexs", "root_stress", "set", "stability", "sweep", "tables",
+    "tolerances", "vtkhdf", "what_if",
 ]  # fmt: skip
 
 # In words, in the order of the page of the manual.
@@ -29,12 +29,14 @@ NAMES: dict[Capability, str] = {
     "tables": "the file of all numbers, results.h5,", "python": "a model in Python", "plan": "a plan",
     "dynamics": "motion", "fmu": "the force law of a unit for co-simulation",
     "exudyn": "a mesh in exudyn", "classical": "the table of classical formulas", "gearbox": "a gearbox",
-    "set": "a set", "stability": "the matrix of stability",
+    "set": "a set", "stability": "the matrix of stability", "quiet": "a design for quiet",
 }  # fmt: skip
 # Columns of the page of the manual: what is asked of every machine.
 ASKED: tuple[Capability, ...] = tuple(NAMES)[:18]
 # Nodes of a flank beyond which its compliance takes more of a page than all else: 8 x 8 quadratic elements have 289.
 MOST_NODES = 600
+# Pitches after which teeth and bodies of a mesh in motion stand as before: gears have up to some hundred teeth.
+MOST_PITCHES = 250
 # Keys of gears and flanks that differ from end to end: files of sets have one planet for both of its meshes.
 ONE_WAY = ("face_offset_mm", "topography")
 
@@ -158,16 +160,24 @@ def _uneven(file: Any) -> str:
     return next((name for name in turning if not file.model.sets[name].plan.even), "")
 
 
+def _unlike_pitches(file: Any, most: int = 1) -> list[str]:
+    """Meshes of two gears of a gearbox that stand as before after more pitches than so many."""
+    return [name for name, case in file.cases.items() if hasattr(file, "model") and case.repeats_after > most]
+
+
 def _long_periods(file: Any) -> str:
-    """First mesh of two gears, or set, that is not the same in each of its cycles."""
-    found = [name for name, case in file.cases.items() if hasattr(file, "model") and case.repeats_after > 1]
+    """First mesh that stands as before after many pitches; set, or mesh that shares a gear, of more than one."""
+    found = _unlike_pitches(file, MOST_PITCHES)
+    if hasattr(file, "model"):
+        found += [name for name in _unlike_pitches(file) if name in file.model.shared]
     return next(iter(found + [name for name, one in _sets(file).items() if one.pitches > one.plan.cycle]), "")
 
 
 LONG_PERIODS = Limit(_long_periods, ("dynamics",),
-                     lambda file: f"meshes that repeat with each mesh cycle, and {_long_periods(file)} does not: "
-                     "leave out pitch_deviations_um, waves, a topography of each tooth, eccentricities, holes and lugs",
-)  # fmt: skip
+                     lambda file: f"meshes of two gears by themselves that repeat after {MOST_PITCHES} pitches, and "
+                     f"others that repeat with each mesh cycle, and {_long_periods(file)} does not: give "
+                     "pitch_deviations_um, waves, a topography of each tooth, holes and lugs of one gear of a mesh "
+                     "alone, and leave them and eccentricities out of sets and of meshes that share gears")  # fmt: skip
 NONLINEAR = 'write [dynamics] motion = "linear"'
 ALL_FE = "reduced models: line loads of all meshes at once are exact on full finite elements, and nothing is beside"
 OF_SETS = (
@@ -201,7 +211,11 @@ OF_GEARBOXES = (
           lambda file: f"three or more planets, evenly spaced, on a carrier that turns, where their stiffness is "
           f"constant as it turns, and those of {_uneven(file)} are not: change its [planets], or take it alone"),
     LONG_PERIODS,
-    Limit(lambda file: file.sections.dynamics.motion == "nonlinear" and (file.model.shared or _long_periods(file)),
+    Limit(_unlike_pitches, ("quiet",),
+          lambda file: f"meshes that repeat with each pitch, and {_unlike_pitches(file)[0]} does not, whose law each "
+          "variant would ask for over all of its pitches: leave out pitch_deviations_um, waves, a topography of each "
+          "tooth, holes and lugs"),
+    Limit(lambda file: file.sections.dynamics.motion == "nonlinear" and (file.model.shared or _unlike_pitches(file)),
           ("dynamics",), "flanks that part in meshes of two gears that repeat with each mesh cycle, and have no other "
           f"mesh: {NONLINEAR}"),
     Limit(lambda file: file.model.turned, ("page",),

@@ -173,6 +173,7 @@ def _of_meshes(said: Design, box: GearboxFile, where: str) -> Design:
             raise CaseError(f"{where}: {place} = {toml_text(mesh)}: {box.name} has none: {did_you_mean(mesh, known)}")
     if said.moves:
         refuse_beyond(box, "dynamics", f"{where}: gearbox")
+        refuse_beyond(box, "quiet", f"{where}: gearbox")
         speeds_of(box)
         known = [bearing.name for bearing in box.model.sections.bearings]
         if said.motion.bearing is not None and said.motion.bearing not in known:

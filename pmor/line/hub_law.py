@@ -82,7 +82,7 @@ def law_at(
 def laws_at(
     pair: LinePair, phi: FloatArray, condition: Condition, coordinates: FloatArray, taken_out: FloatArray | None = None
 ) -> HubLaw:
-    """Return the forces as `law_at` does, at many places of the coordinates, (D, 2)."""
+    """Return the forces as `law_at` does, at many places of the coordinates, (D, 2), or at each angle (D, A, 2)."""
     _, rows, found = _solved(pair, phi, condition, coordinates, taken_out)
     return HubLaw(np.einsum("dan,anc->dac", found.force, rows), found.stiffness, found.converged)
 
@@ -152,7 +152,7 @@ def _solved(
     rows = placed.hub_rows @ back.T
     meshes = meshes_of([pair], np.array([[-1.0 / pair.base_radius, 0.0]]), np.array([[-1.0, 0.0]]))
     grid = len(coordinates), len(phi), COORDINATES
-    moved = np.ascontiguousarray(np.broadcast_to(coordinates[:, None], grid))
+    moved = np.ascontiguousarray(np.broadcast_to(coordinates.reshape(len(coordinates), -1, COORDINATES), grid))
     found = no_results(grid, pair.size, tangent=True)
     solve_lines(
         placed.lines, rows, meshes, pair.between_flanks, placed.flexibility, placed.deviation(condition.assembly),

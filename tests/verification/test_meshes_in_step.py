@@ -113,6 +113,8 @@ def test_what_a_micrometre_does_in_a_train_is_the_difference_of_its_solutions(nu
 class Part(SimpleNamespace):
     """Meshes whose forces and tangents over the cycle are given."""
 
+    pitches = 1
+
     def cycle(self):
         found = mesh_cycle(self.force, self.tangent, self.load, self.harmonics)
         return found.conj if self.backwards else found

@@ -15,10 +15,16 @@ from numpy.testing import assert_allclose
 from scipy.linalg import eigh
 
 from pmor.body.beam import NODE, Beam, CircularSection, ShaftMaterial, refined
-from pmor.dynamics.whine.cycle import standing_meshes
+from pmor.case.motion import Motion
+from pmor.dynamics.whine.coherent import coherent_meshes
+from pmor.dynamics.whine.cycle import settled_pair, standing_meshes
 from pmor.dynamics.whine.hill import hill, mesh_forces, moved
 from pmor.dynamics.whine.modal import closed, modes_of, receptance_of, transfer, truncation
 from pmor.dynamics.whine.moving import bearing_rows, moving_machine
+from pmor.dynamics.whine.output import line_columns
+from pmor.dynamics.whine.readings import line_words
+from pmor.dynamics.whine.response import responded
+from pmor.gear.modification import Modification, Wave
 from pmor.line.hub_law import law_at, mesh_coordinates
 from pmor.machine.coupled import condition_of, solve_load
 from pmor.machine.loader import load
@@ -31,6 +37,8 @@ STEEL, DENSITY = ShaftMaterial(210e3, 0.3), 7.81e-9
 ELEMENTS, CUT = 2e-3, 2e-3
 ROUNDING = 1e-9
 HIGHEST, RATIO = 9000.0, 0.02
+# Of ghost orders of a wave of 0.01 um: what goes with its square, and that at other orders.
+FIRST_ORDER, SQUARE = 2e-2, 1e-2
 
 
 def shaft(elements):
@@ -217,3 +225,62 @@ def test_what_modes_leave_out_is_told(rng):
         shares.append(truncation(few, omega, *map(int, place)) / missed[place])
     assert 0.8 < min(shares)
     assert max(shares) < 1.6
+
+
+def with_flanks(harmonics=2, speeds=(0.01,), **flanks):
+    """The response of the small box with other flanks of its pinion of 19 teeth and its wheel of 29."""
+    solved, pairs, machine, *_ = loaded_box()
+    (mesh,) = standing_meshes(solved, pairs, harmonics)
+    mesh = settled_pair(replace(mesh, condition=replace(mesh.condition, **flanks), settled=None))
+    together = coherent_meshes(machine, [mesh])
+    return responded(machine, solved, together, (), [], Motion(harmonics=harmonics), np.array(speeds))
+
+
+def lines_at_rest(**flanks):
+    """How far the flanks of the slow box part by harmonics of the mesh, from zero to peak, um."""
+    source = with_flanks(**flanks).sources[0]
+    return {place[0]: 2e3 * abs(line) for place, line in zip(source.places, source.lines.parted[0, :, 0], strict=True)}
+
+
+def test_pitch_deviations_that_are_alike_are_none():
+    """All teeth 3 um off: one pitch, and not a line changes."""
+    solved, pairs, *_ = loaded_box()
+    (mesh,) = standing_meshes(solved, pairs, 2)
+    off = mesh.with_flank(0, 0, Modification(pitch_deviations_um=(3.0,) * 19))
+    assert off.pitches == 1
+    assert_allclose(off.cycle().force, mesh.cycle().force, rtol=0.0, atol=ROUNDING * abs(mesh.cycle().force).max())
+
+
+def test_a_single_tooth_out_of_place_is_solved_in_the_pitches_that_it_carries_in_alone():
+    """Kinds of pitches: five of nineteen at most differ from the others."""
+    solved, pairs, *_ = loaded_box()
+    (mesh,) = standing_meshes(solved, pairs, 2)
+    off = mesh.with_flank(0, 0, Modification(pitch_deviations_um=(2.0, *[0.0] * 18)))
+    assert off.pitches == 19
+    assert 2 < len(set(off.kinds)) < 9
+
+
+def test_a_wave_is_heard_at_its_own_order_and_beside_the_harmonics_of_the_mesh_alone():
+    """41 waves on 19 teeth: lines (41 + 19 k) / 19, in proportion to small amplitudes; others go with their square."""
+    found = lines_at_rest(pinion=Modification(waves=(Wave(count=41, amplitude_um=0.01),)))
+    ghosts = {line for line in found if round(19 * line) % 19 in (3, 16)}
+    others = [found[line] for line in found if line % 1.0 and line not in ghosts]
+    assert max(others) < SQUARE * max(map(found.get, ghosts))
+    twice = lines_at_rest(pinion=Modification(waves=(Wave(count=41, amplitude_um=0.02),)))
+    for line in ghosts:
+        assert twice[line] == pytest.approx(2.0 * found[line], rel=FIRST_ORDER)
+
+
+@pytest.mark.parametrize("amount", [1.0, 40.0])
+def test_a_gear_out_of_centre_swings_with_its_shaft_and_loses_no_contact(amount):
+    """Pitch deviations as of an eccentric wheel, up to four times the deflection: hubs follow it to a hundredth."""
+    teeth = 2.0 * np.pi * np.arange(29) / 29
+    response = with_flanks(wheel=Modification(pitch_deviations_um=tuple(amount * np.cos(teeth))))
+    (source,) = response.sources
+    parted = 2e3 * abs(source.lines.parted[0, :, 0])
+    first = source.places.index((1 / 29, 0))
+    assert line_words(response, source, first) == "mesh, order 1 of output"
+    assert line_columns([response])["order of output"][first] == 1.0
+    assert parted[first] == pytest.approx(amount, rel=1e-2)
+    (mesh,) = source.mesh.standing.parts
+    assert mesh.law().force[:, 0].min() > 0.5 * mesh.load[0]

@@ -3,7 +3,8 @@
 Meshes that share a gear have one frequency, and phases from tooth numbers and centres. So have meshes on one shaft
 whose tooth numbers are in the ratio of small whole numbers: harmonics of one are harmonics of the other. Their phases
 depend on how gears are put on the shaft; here a tooth of each stands in line with a tooth of the first, at mid width.
-Such meshes are one problem of Hill, each harmonic of the common cycle once.
+Such meshes are one problem of Hill, each harmonic of the common cycle once. A mesh whose pitches differ is taken by
+itself: what its lines share with those of others adds up by squares.
 """
 
 from __future__ import annotations
@@ -75,9 +76,16 @@ class CoherentMeshes:
         """Mean forces on the coordinates, (2 M,)."""
         return np.concatenate([part.load for part in self.parts])
 
+    @property
+    def unlike(self) -> bool:
+        """Whether it is one mesh whose pitches differ, which has all harmonics of its cycle."""
+        return len(self.parts) == 1 and self.passes[0] > 1
+
     @cached_property
     def told(self) -> tuple[int, ...]:
         """Harmonics of the common cycle that are told: those of any mesh."""
+        if self.unlike:
+            return tuple(range(1, self.passes[0] * self.parts[0].harmonics + 1))
         return tuple(sorted({harmonic for count in self.passes for harmonic in self.of_mesh(count)}))
 
     def of_mesh(self, count: int, further: int = 0) -> range:
@@ -148,8 +156,8 @@ class CoherentMeshes:
 def coherent_meshes(machine: MovingMachine, parts: Sequence[StandingMesh | StandingTrain]) -> list[CoherentMeshes]:
     """Return the meshes of a machine, those together that keep step: of which harmonics that are told meet."""
     rates = [machine.mesh_rate(part.numbers[0]) for part in parts]
-    ahead, left = ahead_of(machine, parts), list(range(len(parts)))
-    found = []
+    ahead, left = ahead_of(machine, parts), [number for number, part in enumerate(parts) if part.pitches == 1]
+    found = [CoherentMeshes((part,), (part.pitches,)) for part in parts if part.pitches > 1]
     while left:
         ratios = {left.pop(0): Fraction(1)}
         while meeting := [

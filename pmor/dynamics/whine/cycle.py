@@ -1,6 +1,8 @@
 """The meshes of a loaded machine over their cycles, their hubs standing where the mean load holds them.
 
-A pair stands by itself; meshes that share gears, and those of a set, stand together.
+A pair stands by itself; meshes that share gears, and those of a set, stand together. Of a pair that repeats after
+several pitches hubs follow what is slower than the mesh frequency, as gears out of centre have them do: along this path
+x_s of the first coordinate its forces are w + k x_s, and its tangents k.
 """
 
 from __future__ import annotations
@@ -12,12 +14,21 @@ from typing import TypeVar
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import ComplexArray, FloatArray
 from pmor.core.errors import ConvergenceError
+from pmor.dynamics.law import alike_cycles
 from pmor.dynamics.whine.hill import FURTHER, MeshCycle, mesh_cycle
 from pmor.gear.condition import Condition
 from pmor.gear.modification import Modification
-from pmor.line.hub_law import HubLaw, law_at, mesh_coordinates, train_coordinates, train_law_at, train_rows
+from pmor.line.hub_law import (
+    COORDINATES,
+    HubLaw,
+    laws_at,
+    mesh_coordinates,
+    train_coordinates,
+    train_law_at,
+    train_rows,
+)
 from pmor.line.several import GearTrain, PlacedTrain
 from pmor.machine.coupled import SolvedLoad, SolvedMesh, condition_of, in_axes_of_pair
 from pmor.sets.solution import SetSolution
@@ -25,6 +36,8 @@ from pmor_online.model import ReducedPair, online_angles
 
 # Steps of the deflection until its mean force is the load; of the load, what is left.
 MOST_STEPS, SETTLED = 20, 1e-6
+# Of the load, what slow forces and their mean are left on a path: motion beside it is small.
+FOLLOWED = 1e-2
 # Angles of a mesh cycle to each harmonic of its stiffness.
 PER_HARMONIC = 8
 # Amounts of a flank that change their sign in its image, which is seen from the other end.
@@ -52,6 +65,8 @@ class StandingMesh:
         Compliance of modes of its gears, which the machine has: displacements are those beside it.
     settled : HubLaw, optional
         The law there, where it was found already.
+    path : ndarray of complex, shape (p,), optional
+        Lines 0 to p - 1 over p pitches of how far the hubs go along the first coordinate, mm.
     """
 
     name: str
@@ -64,6 +79,29 @@ class StandingMesh:
     backwards: bool = False
     taken_out: FloatArray | None = None
     settled: HubLaw | None = None
+    path: ComplexArray | None = None
+
+    @cached_property
+    def kinds(self) -> tuple[int, ...]:
+        """Kind of each pitch until teeth and bodies stand as before; one where all are alike."""
+        kinds = alike_cycles(self.reduced, self.condition.assembly)
+        return kinds if len(set(kinds)) > 1 else kinds[:1]
+
+    @property
+    def pitches(self) -> int:
+        """After which it repeats."""
+        return len(self.kinds)
+
+    @property
+    def angles(self) -> int:
+        """Of a pitch."""
+        return PER_HARMONIC * 2 * (self.harmonics + FURTHER)
+
+    @property
+    def slow(self) -> FloatArray:
+        """The path at all angles of all pitches, mm."""
+        count = self.pitches * self.angles
+        return np.zeros(count) if self.path is None else np.fft.irfft(self.path * count, count)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -86,19 +124,29 @@ class StandingMesh:
         return replace(self, condition=changed, settled=None)
 
     def law(self) -> HubLaw:
-        """Return the forces over the cycle; ConvergenceError where some are not found."""
+        """Return the forces over all pitches along the path; ConvergenceError where some are not found.
+
+        Without a path pitches of a kind are found once.
+        """
         if self.settled is not None:
             return self.settled
-        pair, count = self.reduced.meshed.pair, PER_HARMONIC * 2 * (self.harmonics + FURTHER)
-        law = law_at(self.reduced.lines, online_angles(pair.pitch, count, 1), self.condition, self.displacement,
-                     self.taken_out)  # fmt: skip
-        if not law.converged.all():
+        pair, kinds = self.reduced.meshed.pair, self.kinds if self.path is None else range(self.pitches)
+        angles, mean = online_angles(pair.pitch, self.angles), mesh_coordinates(pair).T @ self.displacement
+        along, each = mean + self.slow.reshape(self.pitches, -1, 1) * np.eye(1, COORDINATES), dict[int, HubLaw]()
+        for place, kind in enumerate(kinds):
+            if kind not in each:
+                phi = pair.pitch * place + angles
+                each[kind] = laws_at(self.reduced.lines, phi, self.condition, along[place][None], self.taken_out)
+        if not all(law.converged.all() for law in each.values()):
             raise ConvergenceError(f"mesh {self.name}: contact was not found between hubs that stand", [])
-        return law
+        in_turn = [each[kind] for kind in kinds]
+        force, tangent = (np.concatenate([getattr(law, key)[0] for law in in_turn]) for key in ("force", "tangent"))
+        return HubLaw(force, tangent, np.ones(len(force), dtype=bool))
 
     def cycle(self) -> MeshCycle:
         """Return the harmonics of the forces over time."""
-        return _cycle(self)
+        law = self.law()
+        return _cycle(self, law.force + law.tangent[..., 0] * self.slow[:, None], self.pitches)
 
     def without(self, compliance: FloatArray) -> StandingMesh:
         """Return the mesh whose law is without a compliance (2, 2), at the same load.
@@ -111,7 +159,7 @@ class StandingMesh:
         left = np.linalg.inv(self.law().tangent) - compliance
         if np.linalg.eigvalsh(left).min() <= 0.0:
             raise ConvergenceError(f"mesh {self.name}: modes of its gears are softer than its flanks", [])
-        return _settled(replace(self.moved(compliance @ self.load), taken_out=compliance))
+        return settled_pair(replace(self.moved(compliance @ self.load), taken_out=compliance))
 
     def moved(self, coordinates: FloatArray) -> StandingMesh:
         """Return the mesh with its coordinates moved by so much, (2,)."""
@@ -196,7 +244,7 @@ class StandingTrain:
 
     def cycle(self) -> MeshCycle:
         """Return the harmonics of the forces over time."""
-        return _cycle(self)
+        return _cycle(self, self.law().force, 1)
 
     def moved(self, coordinates: FloatArray) -> StandingTrain:
         """Return the meshes with their coordinates moved by so much, (K,)."""
@@ -243,7 +291,7 @@ def _under_load(mesh: SolvedMesh, number: int, reduced: ReducedPair, harmonics: 
     # The pinion's advance, which the compliance of hubs leaves out.
     displacement[5] = 1e-3 * float(np.mean(mesh.sweep.ste_um)) / pair.pinion.base_radius
     condition = condition_of(reduced, mesh.torque)
-    return _settled(StandingMesh(name, number, reduced, condition, load, displacement, harmonics))
+    return settled_pair(StandingMesh(name, number, reduced, condition, load, displacement, harmonics))
 
 
 def train_under_load(solution: SetSolution, row: int, pitches: int, angles: int, harmonics: int) -> StandingTrain:
@@ -270,21 +318,49 @@ def train_under_load(solution: SetSolution, row: int, pitches: int, angles: int,
     return _settled(StandingTrain(names, (), train, plan.displacement, load, moved, pitches, angles, harmonics))
 
 
-def _settled(standing: Standing) -> Standing:
-    """Meshes at the deflection under which their load is the mean."""
+def settled_pair(standing: StandingMesh) -> StandingMesh:
+    """Return a mesh at the deflection under which its load is the mean, along the path that goes with it.
+
+    Raises
+    ------
+    ConvergenceError
+    """
+    if standing.pitches == 1:
+        return _settled(standing)
+    none = np.zeros(standing.pitches, dtype=complex)
+    found = _following(replace(standing, harmonics=0, path=none, settled=None))
+    return _settled(replace(standing, displacement=found.displacement, path=found.path, settled=None), FOLLOWED)
+
+
+def _following(standing: StandingMesh) -> StandingMesh:
+    """A mesh along a path on which its force slower than the mesh frequency is nearly the load."""
+    assert standing.path is not None
+    for _ in range(MOST_STEPS):
+        law = standing.law()
+        more, tangent = law.force.mean(axis=0) - standing.load, law.tangent.mean(axis=0)
+        slow = np.fft.rfft(law.force[:, 0])[: standing.pitches] / len(law.force)
+        slow[0] = 0.0
+        if max(2.0 * np.linalg.norm(slow), abs(more[0])) <= FOLLOWED * standing.load[0]:
+            break
+        path = standing.path + slow / tangent[0, 0]
+        standing = replace(standing.moved(np.linalg.solve(tangent, more)), path=path)
+    return standing
+
+
+def _settled(standing: Standing, within: float = SETTLED) -> Standing:
+    """Meshes at the deflection under which their load is the mean, within a share of it."""
     load = standing.load
     forces = slice(None, None, len(load) // len(standing.names))
     for _ in range(MOST_STEPS):
         law = standing.law()
         more = law.force.mean(axis=0) - load
-        if (abs(more[forces]) <= SETTLED * abs(load[forces]).max()).all():
+        if (abs(more[forces]) <= within * abs(load[forces]).max()).all():
             return replace(standing, settled=law)
         standing = standing.moved(np.linalg.solve(law.tangent.mean(axis=0), more))
     raise ConvergenceError(f"mesh {standing.name}: no deflection found under which its mean force is the load", [])
 
 
-def _cycle(standing: StandingMesh | StandingTrain) -> MeshCycle:
+def _cycle(standing: StandingMesh | StandingTrain, force: FloatArray, pitches: int) -> MeshCycle:
     """Harmonics over time, of meshes that pass one way or the other."""
-    law = standing.law()
-    found = mesh_cycle(law.force, law.tangent, standing.load, standing.harmonics)
+    found = mesh_cycle(force, standing.law().tangent, standing.load, standing.harmonics, pitches)
     return found.conj if standing.backwards else found

@@ -11,7 +11,16 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.dynamics.whine.compliance import mesh_compliance
 from pmor.dynamics.whine.orders import spinning_Hz
-from pmor.dynamics.whine.readings import bearing_names, bearing_rms, force_lines, line_name, line_words, mesh_rms
+from pmor.dynamics.whine.readings import (
+    MOST_LINES,
+    bearing_names,
+    bearing_rms,
+    force_lines,
+    line_words,
+    mesh_rms,
+    order_words,
+    shown_lines,
+)
 from pmor.dynamics.whine.response import RPM, LoadResponse, Source
 from pmor.report.style import COLOURS, legend_label, log_ticks, new_figure, plot_style
 from pmor.results.root_stress import GEARS
@@ -84,9 +93,10 @@ def campbell_figure(response: LoadResponse, highest_Hz: float) -> Figure:
         panels = list(figure.subplots(rows, 2, squeeze=False).flat)
         for axes, colour, mesh in zip(panels, COLOURS * len(passing), passing, strict=False):
             top = min(highest_Hz, 1.05 * float(mesh.frequency_Hz(speeds)[-1].max()))
-            for number, frequency in enumerate(mesh.frequency_Hz(speeds).T):
-                _order_line(axes, speeds, frequency, top, line_name(*mesh.places[number]), color=colour,
-                            lw=0.8 if number else 1.4)  # fmt: skip
+            for number in shown_lines(response, mesh):
+                words = order_words(response, mesh, number).removeprefix("harmonic ")
+                _order_line(axes, speeds, mesh.frequency_Hz(speeds)[:, number], top, words, color=colour,
+                            lw=1.4 if mesh.places[number][0] == 1 else 0.8)  # fmt: skip
             for rpm, frequency, strain in _meetings(response, mesh):
                 if speeds[0] <= rpm <= speeds[-1] and frequency <= top:
                     axes.plot(rpm, frequency, "o", color=colour, ms=2.0 + 6.0 * math.sqrt(strain), mfc="none")
@@ -122,7 +132,7 @@ def orders_figure(response: LoadResponse) -> Figure:
     """Order cuts: the largest lines of the bearing forces over the speed, a panel each bearing, and all lines."""
     names, total, speeds = bearing_names(response), bearing_rms(response), response.speeds_rpm
     cuts = [
-        (line_words(*source.maker(number), source.places[number][1]), own[:, number])
+        (line_words(response, source, number), own[:, number])
         for source in response.sources for own in [force_lines(response, source, source.lines)]
         for number in range(own.shape[1])
     ]  # fmt: skip
@@ -170,7 +180,7 @@ def compliance_figure(response: LoadResponse, highest_Hz: float) -> Figure:
 def _meetings(response: LoadResponse, mesh: Source) -> Iterator[tuple[float, float, float]]:
     """Speed, frequency and strain energy of the mesh where its harmonics meet modes that strain it."""
     own = mesh.ports
-    for order in mesh.orders[: mesh.told.shape[1]]:
+    for order in (mesh.orders[number] for number in shown_lines(response, mesh)):
         by = order.by_ports[own]
         strain = np.einsum("am,ab,bm->m", by.conj(), response.tangent[own][:, own], by).real
         for speed, share in zip(order.resonance, strain, strict=True):
@@ -195,7 +205,9 @@ def waterfall_figure(response: LoadResponse, highest_Hz: float) -> Figure:
             for source, own in zip(response.sources, lines, strict=True):
                 frequency = 1e-3 * source.frequency_Hz(speeds)
                 size = np.maximum(own[..., number], least)
-                shown = axes.scatter(np.broadcast_to(speeds[:, None], size.shape), frequency, c=size, norm=norm,
+                there = (size > least) | (len(source.places) <= MOST_LINES)
+                every = np.broadcast_to(speeds[:, None], size.shape)
+                shown = axes.scatter(every[there], frequency[there], c=size[there], norm=norm,
                                      cmap="viridis", s=9.0, linewidths=0.0, rasterized=True)  # fmt: skip
             axes.set(title=name, ylabel="Frequency [kHz]")
         tops = [source.frequency_Hz(speeds)[-1] for source in response.passing]

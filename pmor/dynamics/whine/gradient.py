@@ -19,7 +19,8 @@ import numpy as np
 from pmor.core.arrays import ComplexArray
 from pmor.dynamics.whine.coherent import CoherentMeshes
 from pmor.dynamics.whine.cycle import FROM_END_TO_END, GEARS
-from pmor.dynamics.whine.hill import MeshCycle, equations, signed, time_invariant
+from pmor.dynamics.whine.hill import MeshCycle, equations, signed
+from pmor.dynamics.whine.pitches import time_invariant
 from pmor.dynamics.whine.response import AIR, RPM, LoadResponse, MeshMotion, Source
 from pmor.line.hub_law import COORDINATES
 

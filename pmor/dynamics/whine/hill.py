@@ -34,11 +34,14 @@ class MeshCycle:
         k_n at the harmonics 0, 1, ..., up to twice the largest that is solved.
     solved : ndarray of int, shape (K + 1,), optional
         These harmonics, 0 first; by default 0, 1, ..., K.
+    pitches : int
+        After which a mesh repeats whose pitches differ: harmonics are those of so many.
     """
 
     force: ComplexArray
     tangent: ComplexArray
     solved: IntArray | None = None
+    pitches: int = 1
 
     @property
     def mean(self) -> FloatArray:
@@ -64,14 +67,22 @@ class MeshCycle:
     @property
     def conj(self) -> MeshCycle:
         """The same run through the other way."""
-        return MeshCycle(self.force.conj(), self.tangent.conj(), self.solved)
+        return MeshCycle(self.force.conj(), self.tangent.conj(), self.solved, self.pitches)
 
 
-def mesh_cycle(force: FloatArray, tangent: FloatArray, load: FloatArray, harmonics: int) -> MeshCycle:
-    """Return the harmonics of forces (A, 2) and tangents (A, 2, 2) over the cycle, under a mean load (2,)."""
-    angles, most = len(force), harmonics + FURTHER
+def mesh_cycle(
+    force: FloatArray, tangent: FloatArray, load: FloatArray, harmonics: int, pitches: int = 1
+) -> MeshCycle:  # fmt: skip
+    """Return the harmonics of forces (A, 2) and tangents (A, 2, 2) over so many pitches, under a mean load (2,).
+
+    Parameters
+    ----------
+    harmonics : int
+        Of a pitch.
+    """
+    angles, most = len(force), pitches * (harmonics + FURTHER)
     forces = np.fft.rfft(force - load, axis=0)[: most + 1] / angles
-    return MeshCycle(forces, np.fft.rfft(tangent, axis=0)[: 2 * most + 1] / angles)
+    return MeshCycle(forces, np.fft.rfft(tangent, axis=0)[: 2 * most + 1] / angles, pitches=pitches)
 
 
 def hill(
@@ -103,19 +114,30 @@ def equations(
     cycle: MeshCycle, receptance: ComplexArray, closed_by: FloatArray | None = None, shapes: ComplexArray | None = None
 ) -> ComplexArray:
     """Return the matrices of (1) for the forces, f + k H f = w, of harmonics of either sign, (S, 2 K P + P, ...)."""
-    further = 0.0 if closed_by is None else cycle.mean - closed_by
-    speeds, size, places = len(receptance), receptance.shape[2], cycle.places
-    every = size * len(places)
+    further, places = 0.0 if closed_by is None else cycle.mean - closed_by, cycle.places
     varying = np.where(np.eye(len(places), dtype=bool)[..., None, None], further, cycle.varying)
     if shapes is not None:
         by = signed(shapes, places)
         varying = np.einsum("npa,njpq,jqb->njab", by.conj(), varying, by, optimize=True)
-    blocks = varying.transpose(0, 2, 1, 3).reshape(every, every)
-    matrix = np.empty((speeds, every, every), dtype=complex)
-    for column, place in enumerate(places):
-        own, columns = receptance[:, abs(place)], slice(size * column, size * (column + 1))
-        matrix[:, :, columns] = blocks[:, columns] @ (own if place >= 0 else own.conj())
-    matrix[:, np.arange(every), np.arange(every)] += 1.0
+    return closing(varying, signed(receptance.swapaxes(0, 1), places).swapaxes(0, 1))
+
+
+def closing(varying: ComplexArray, receptance: ComplexArray) -> ComplexArray:
+    """Return the matrices of f + k H f for the forces at m orders, (..., m q, m q).
+
+    Parameters
+    ----------
+    varying : ndarray, shape (m, m, q, q)
+        k of the differences of the orders.
+    receptance : ndarray, shape (..., m, q, q)
+    """
+    count, size = receptance.shape[-3:-1]
+    blocks = varying.transpose(0, 2, 1, 3).reshape(count * size, -1)
+    matrix = np.empty((*receptance.shape[:-3], count * size, count * size), dtype=complex)
+    for place in range(count):
+        columns = slice(size * place, size * (place + 1))
+        matrix[..., columns] = blocks[:, columns] @ receptance[..., place, :, :]
+    matrix[..., np.arange(count * size), np.arange(count * size)] += 1.0
     return matrix
 
 
@@ -127,14 +149,6 @@ def mesh_forces(closed_by: FloatArray, receptance: ComplexArray, closing: Comple
 def moved(receptance: ComplexArray, closing: ComplexArray) -> ComplexArray:
     """Return the coordinates of the mesh, x_n, (S, K + 1, 2)."""
     return np.asarray(np.einsum("snab,snb->sna", receptance, closing))
-
-
-def time_invariant(cycle: MeshCycle) -> ComplexArray:
-    """Return the forces f_n of a mesh of constant stiffness, by its transmission error at fixed load, (K + 1, 2)."""
-    count, size = cycle.force.shape
-    matrix = cycle.varying.transpose(0, 2, 1, 3).reshape(size * len(cycle.places), -1)
-    moved = np.linalg.solve(matrix, signed(cycle.force, cycle.places).ravel()).reshape(-1, size)[count - 1 :]
-    return np.asarray(moved @ cycle.mean.T)
 
 
 def signed(harmonics: ComplexArray, orders: IntArray) -> ComplexArray:

@@ -26,7 +26,6 @@ from pmor.dynamics.whine.readings import (
     bearing_rms,
     force_lines,
     housing_rows,
-    line_words,
     main_load,
     mesh_rms,
     mode_rows,
@@ -86,7 +85,9 @@ def micrometre_data(response: LoadResponse) -> Data:
     names, total = bearing_names(response), bearing_rms(response)
     largest = total.max(axis=0).argsort()[::-1][:MOST_TARGETS]
     for number, name in enumerate(response.mesh_names[: len(response.solved.meshes)]):
-        source, *_ = response.source_of(number)
+        source, motion, _ = response.source_of(number)
+        if motion.cycle.pitches > 1:
+            continue
         own = force_lines(response, source, source.lines)
         at = (own**2).sum(axis=1).argmax(axis=0)
         tops = {names[n]: (int(n), float(response.speeds_rpm[at[n]])) for n in largest}
@@ -127,7 +128,8 @@ def _load_data(response: LoadResponse) -> Data:
              "constant_stiffness_rms_max_N": float(constant[1][:, n].max()),
              "dynamic_factor": 1.0 + float(swings[:, n].max() / solved.force),
              "mean_tangent_N_per_um": 1e-3 * float(response.tangent[2 * n, 2 * n]),
-             "pitches_per_turn": response.machine.mesh_rate(n)}
+             "pitches_per_turn": response.machine.mesh_rate(n),
+             "repeats_after_pitches": response.source_of(n)[1].cycle.pitches}
             for n, solved in enumerate(response.solved.meshes)
         ] + _set_meshes(response, forces, swings, constant[1]),
     }  # fmt: skip
@@ -174,7 +176,7 @@ def line_columns(responses: Sequence[LoadResponse]) -> dict[str, np.ndarray]:
             count, harmonics = source.told.shape
             forces = force_lines(response, source, source.lines)
             own = {"load": response.solved.load.name, "source": source.name}
-            told = source.told[..., None]
+            told, orders = source.told[..., None], np.array([order.order for order in source.orders[:harmonics]])
             meshes = 2.0 * abs(source.lines.mesh_forces) * told, 2e3 * abs(source.lines.parted) * told
             parts.append({
                 **{key: np.full(count * harmonics, text, dtype=object) for key, text in own.items()},
@@ -182,6 +184,8 @@ def line_columns(responses: Sequence[LoadResponse]) -> dict[str, np.ndarray]:
                 "carrier_order": np.tile([sideband for _, sideband in source.places], count),
                 "speed_rpm": np.repeat(response.speeds_rpm, harmonics),
                 "frequency_Hz": source.frequency_Hz(response.speeds_rpm).ravel(),
+                **{f"order of {shaft}": np.tile(np.round(orders / abs(rate), 9), count)
+                   for shaft, rate in response.machine.rates.items() if rate},
                 **{f"mesh {name}, {key}": values[..., n].ravel() for n, name in enumerate(response.mesh_names)
                    for key, values in zip(("force_N", "transmission_error_um"), meshes, strict=True)},
                 **{f"bearing {name}, rms_N": forces[..., n].ravel() for n, name in enumerate(bearing_names(response))},
@@ -345,6 +349,9 @@ def _meshes(data: Data) -> Table:
     }  # fmt: skip
     note = "Dynamic factor: 1 and the sum of all lines over the mean force, at most."
     for _, mesh in rows:
+        words = f" The mesh {mesh['name']} repeats after {mesh.get('repeats_after_pitches')} pitches"
+        if mesh.get("repeats_after_pitches", 1) > 1 and words not in note:
+            note += f"{words}: orders of its shafts are among its lines."
         if mesh.get("why_constant") and mesh["why_constant"] not in note:
             note += f" {mesh['name']}: with its mean stiffness, as {mesh['why_constant']}."
     for names in dict.fromkeys(tuple(names) for load in data["loads"] for names in load["in_step"]):
@@ -374,7 +381,7 @@ def _peaks(data: Data, loads: Sequence[str], folded: bool = False) -> Table:
         **told, "bearing": lambda row: row[1]["bearing"],
         "speed, rpm": lambda row: row[1]["speed_rpm"],
         "force, rms, N": lambda row: row[1]["force_rms_N"],
-        "by": lambda row: line_words(row[1]["source"], row[1]["harmonic"], row[1]["carrier_order"]),
+        "by": lambda row: row[1]["line"],
         "at, Hz": lambda row: row[1]["frequency_Hz"],
         "without this line, N": lambda row: row[1]["without_line_rms_N"],
         "mode": lambda row: row[1]["mode"],
@@ -421,6 +428,9 @@ def _micrometres(data: Data) -> Table:
         f"By a micrometre more, under {load['load']}: to the forces that the mesh's own lines cause where they are "
         f"largest ({speeds}). What lowers the transmission error can raise a force."
     )
+    unlike = [mesh["name"] for mesh in load["meshes"] if mesh.get("repeats_after_pitches", 1) > 1]
+    if unlike:
+        note += f" Not of {', '.join(unlike)}: where pitches differ their law is not found anew for each amount."
     return table("What a micrometre of each modification does", columns, load["micrometres"], note)
 
 

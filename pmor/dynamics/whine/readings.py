@@ -22,6 +22,8 @@ KINDS = (("axial", (0,)), ("torsion", (3,)), ("bending", (1, 2, 4, 5)))
 RINGING = "blanks"
 # Peaks that are told of each reading, and modes of each.
 MOST_PEAKS, MOST_SHARES = 3, 3
+# Lines of a source that a diagram has room for.
+MOST_LINES = 24
 # Of levels of power.
 REFERENCE_MW = 1e-9
 # Of the largest force of all meshes: round-off.
@@ -43,9 +45,35 @@ def line_name(harmonic: float, sideband: int) -> str:
     return f"{harmonic:.4g}{('', '+', '-')[sideband]}"
 
 
-def line_words(maker: str, harmonic: float, sideband: int) -> str:
-    """Return what makes a line, and its name."""
-    return f"{maker}, harmonic {line_name(harmonic, sideband)}"
+def line_words(response: LoadResponse, source: Source, number: int) -> str:
+    """Return what makes a line, by its number, and its name."""
+    return f"{source.maker(number)[0]}, {order_words(response, source, number)}"
+
+
+def order_words(response: LoadResponse, source: Source, number: int) -> str:
+    """Return the name of a line, by its number, without what makes it.
+
+    Of a mesh whose pitches differ that is an order of one of its shafts, or both, where it is no harmonic.
+    """
+    harmonic = source.maker(number)[1]
+    if source.mesh is None or not source.mesh.standing.unlike or not harmonic % 1.0:
+        return f"harmonic {line_name(harmonic, source.places[number][1])}"
+    mesh = response.machine.gearbox.meshes[source.mesh.standing.numbers[0]]
+    shafts = mesh.settings.pinion.shaft, mesh.settings.wheel.shaft
+    orders = [(round(harmonic * abs(gear.teeth), 6), shaft)
+              for gear, shaft in zip((mesh.pair.pinion, mesh.pair.wheel), shafts, strict=True)]  # fmt: skip
+    whole = [one for one in orders if not one[0] % 1.0]
+    return "order " + " and ".join(f"{order:.6g} of {shaft}" for order, shaft in whole or orders)
+
+
+def shown_lines(response: LoadResponse, source: Source) -> list[int]:
+    """Return the numbers of lines that a diagram has room for: all of few, else harmonics and the largest others."""
+    if len(source.places) <= MOST_LINES:
+        return list(range(len(source.places)))
+    largest = force_lines(response, source, source.lines).max(axis=(0, 2), initial=0.0)
+    whole = [number for number, (harmonic, _) in enumerate(source.places) if not harmonic % 1.0]
+    others = [number for number in largest.argsort()[::-1].tolist() if number not in whole]
+    return sorted(whole + others[: max(MOST_LINES - len(whole), 0)])
 
 
 def bearing_names(response: LoadResponse) -> list[str]:
@@ -200,6 +228,7 @@ def peak_rows(response: LoadResponse) -> list[Data]:
             rows.append({
                 "bearing": name, "speed_rpm": speed, "force_rms_N": float(over_speed[place]), "source": maker,
                 "harmonic": told_as, "carrier_order": source.places[harmonic][1],
+                "line": line_words(response, source, harmonic),
                 "frequency_Hz": speed / 60.0 * float(source.orders[harmonic].order),
                 "line_rms_N": line, "without_line_rms_N": float(np.sqrt(max(over_speed[place] ** 2 - line**2, 0.0))),
                 **_mode_of(response, source, harmonic, place, bearing),

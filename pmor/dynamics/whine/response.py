@@ -15,11 +15,12 @@ from pmor.core.arrays import BoolArray, ComplexArray, FloatArray
 from pmor.dynamics.whine.blades import SIDEBANDS
 from pmor.dynamics.whine.coherent import CoherentMeshes, coherent_meshes
 from pmor.dynamics.whine.cycle import StandingMesh, StandingTrain, standing_meshes, standing_trains
-from pmor.dynamics.whine.hill import MeshCycle, hill, mesh_forces, time_invariant
+from pmor.dynamics.whine.hill import MeshCycle, mesh_forces
 from pmor.dynamics.whine.modal import Modes, Receptance, closed, modes_of, receptance_of, transfer
 from pmor.dynamics.whine.moving import MovingMachine, bearing_rows, moving_machine
 from pmor.dynamics.whine.moving_sets import machine_of_set, with_sets
 from pmor.dynamics.whine.orders import Order, Ports, along
+from pmor.dynamics.whine.pitches import over_pitches, time_invariant
 from pmor.dynamics.whine.planets import HUBS, MovingSet
 from pmor.dynamics.whine.ringing import KeptModes, ringing_gears
 from pmor.dynamics.whine.set_cycle import SetCycle, set_cycle
@@ -152,6 +153,8 @@ class Source:
         if self.mesh is None:
             return self.name, self.places[line][0]
         standing, harmonic = self.mesh.standing, self.mesh.standing.told[line]
+        if standing.unlike:
+            return self.name, self.places[line][0]
         makers = [
             (name, harmonic // count) for name, count in zip(standing.names, standing.own_passes, strict=True)
             if harmonic in standing.of_mesh(count)
@@ -303,7 +306,7 @@ def respond(
         for one, of in zip(machine.sets, solved.sets, strict=True)
     )
     swinging = [*unbalances(model, machine), *ripples(machine)]
-    return _responded(machine, solved, together, of_sets, swinging, motion, speeds_rpm)
+    return responded(machine, solved, together, of_sets, swinging, motion, speeds_rpm)
 
 
 def respond_set(
@@ -326,7 +329,7 @@ def respond_set(
     load = LoadCase(name=torque_names(file)[row], torques=())
     solved = SolvedLoad(load, machine.gearbox, Equilibrium(nothing, nothing, ()), ())
     cycle = set_cycle(one, file, solution, row, motion.harmonics)
-    return _responded(machine, solved, [], ((one, cycle),), [], motion, speeds_rpm)
+    return responded(machine, solved, [], ((one, cycle),), [], motion, speeds_rpm)
 
 
 def torque_names(file: SetFile) -> list[str]:
@@ -334,11 +337,12 @@ def torque_names(file: SetFile) -> list[str]:
     return [f"{torque:g} N m" for torque in file.torques_Nm]
 
 
-def _responded(
+def responded(
     machine: MovingMachine, solved: SolvedLoad, together: Sequence[CoherentMeshes],
     of_sets: tuple[tuple[MovingSet, SetCycle], ...], swinging: Sequence[Swinging], motion: Motion,
     speeds_rpm: FloatArray,
 ) -> LoadResponse:  # fmt: skip
+    """Return the response of a machine to its meshes, sets, and what swings with shafts."""
     cycles = [meshes.cycle() for meshes in together]
     tangent = np.zeros((len(machine.meshes), len(machine.meshes)))
     for meshes, cycle in zip(together, cycles, strict=True):
@@ -384,7 +388,7 @@ def _of_meshes(
     orders = tuple(along(receptance, harmonic * rate, speeds, machine.sense) for harmonic in cycle.harmonics[1:])
     moving = mesh.moving(orders)
     constant = np.broadcast_to(time_invariant(cycle), moving.shape[:3])
-    varying = constant if motion.mesh_stiffness == "mean" else hill(cycle, moving)
+    varying = constant if motion.mesh_stiffness == "mean" else over_pitches(cycle, moving)
     count, found = len(standing.told), list[Lines]()
     wanted = slice(1, count + 1)
     for acting in (varying, constant):

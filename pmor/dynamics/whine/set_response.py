@@ -22,9 +22,10 @@ import numpy as np
 
 from pmor.core.arrays import ComplexArray, FloatArray
 from pmor.dynamics.whine.blades import Blades
-from pmor.dynamics.whine.hill import MeshCycle, hill, time_invariant
+from pmor.dynamics.whine.hill import MeshCycle, hill
 from pmor.dynamics.whine.modal import Receptance
 from pmor.dynamics.whine.orders import Order, along
+from pmor.dynamics.whine.pitches import time_invariant
 from pmor.dynamics.whine.planets import MovingSet
 from pmor.dynamics.whine.set_cycle import SetCycle
 
