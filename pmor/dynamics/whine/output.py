@@ -351,7 +351,10 @@ def _meshes(data: Data) -> Table:
     for _, mesh in rows:
         words = f" The mesh {mesh['name']} repeats after {mesh.get('repeats_after_pitches')} pitches"
         if mesh.get("repeats_after_pitches", 1) > 1 and words not in note:
-            note += f"{words}: orders of its shafts are among its lines."
+            note += (
+                f"{words}: orders of its shafts are among its lines. What a micrometre of its modifications does is not "
+                "found, as that asks for its law over all pitches."
+            )
         if mesh.get("why_constant") and mesh["why_constant"] not in note:
             note += f" {mesh['name']}: with its mean stiffness, as {mesh['why_constant']}."
     for names in dict.fromkeys(tuple(names) for load in data["loads"] for names in load["in_step"]):
@@ -428,9 +431,6 @@ def _micrometres(data: Data) -> Table:
         f"By a micrometre more, under {load['load']}: to the forces that the mesh's own lines cause where they are "
         f"largest ({speeds}). What lowers the transmission error can raise a force."
     )
-    unlike = [mesh["name"] for mesh in load["meshes"] if mesh.get("repeats_after_pitches", 1) > 1]
-    if unlike:
-        note += f" Not of {', '.join(unlike)}: where pitches differ their law is not found anew for each amount."
     return table("What a micrometre of each modification does", columns, load["micrometres"], note)
 
 
