@@ -352,8 +352,8 @@ def _meshes(data: Data) -> Table:
         words = f" The mesh {mesh['name']} repeats after {mesh.get('repeats_after_pitches')} pitches"
         if mesh.get("repeats_after_pitches", 1) > 1 and words not in note:
             note += (
-                f"{words}: orders of its shafts are among its lines. What a micrometre of its modifications does is not "
-                "found, as that asks for its law over all pitches."
+                f"{words}: orders of its shafts are among its lines. What a micrometre of its modifications does is "
+                "not found, as that asks for its law over all pitches."
             )
         if mesh.get("why_constant") and mesh["why_constant"] not in note:
             note += f" {mesh['name']}: with its mean stiffness, as {mesh['why_constant']}."
