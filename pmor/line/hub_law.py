@@ -61,28 +61,20 @@ def mesh_coordinates(pair: GearPair) -> FloatArray:
     return np.column_stack([smooth_rows(pair).ravel(), np.concatenate([normal, -normal])])
 
 
-def law_at(
-    pair: LinePair, phi: FloatArray, condition: Condition, displacement: FloatArray, taken_out: FloatArray | None = None
+def laws_at(
+    pair: LinePair, phi: FloatArray, condition: Condition, coordinates: FloatArray, taken_out: FloatArray | None = None
 ) -> HubLaw:
-    """Return the forces at pinion angles (A,), rad, with both hubs displaced.
+    """Return the forces at pinion angles (A,), rad, at many places of the hubs.
 
     Parameters
     ----------
     pair : LinePair
         Over the whole width.
-    displacement : ndarray, shape (12,)
-        Of both hubs, the rotations about their axes too, in axes of the pair, mm and rad.
+    coordinates : ndarray, shape (D, 2) or (D, A, 2)
+        Of the mesh at all angles, or at each: Y^T u of the displacements u of both hubs (`mesh_coordinates`).
     taken_out : ndarray, shape (2, 2), optional
         Compliance at the coordinates that gears have and the law is to be without.
     """
-    found = laws_at(pair, phi, condition, (mesh_coordinates(pair.meshed.pair).T @ displacement)[None], taken_out)
-    return HubLaw(found.force[0], found.tangent[0], found.converged[0])
-
-
-def laws_at(
-    pair: LinePair, phi: FloatArray, condition: Condition, coordinates: FloatArray, taken_out: FloatArray | None = None
-) -> HubLaw:
-    """Return the forces as `law_at` does, at many places of the coordinates, (D, 2), or at each angle (D, A, 2)."""
     _, rows, found = _solved(pair, phi, condition, coordinates, taken_out)
     return HubLaw(np.einsum("dan,anc->dac", found.force, rows), found.stiffness, found.converged)
 
@@ -97,8 +89,10 @@ def mode_coordinates(
 
     Parameters
     ----------
-    pair, phi, condition, displacement
-        As in `law_at`.
+    pair, phi, condition
+        As in `laws_at`.
+    displacement : ndarray, shape (12,)
+        Of both hubs, the rotations about their axes too, in axes of the pair, mm and rad.
     gear : int
         0 the pinion, 1 the wheel.
     diameters : ndarray of int, shape (m,)

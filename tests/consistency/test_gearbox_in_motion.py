@@ -31,7 +31,7 @@ from pmor.machine.loader import load
 from pmor.machine.view import COARSE
 from pmor.report.page import page_html
 from tests.support.chromium import browser
-from tests.support.gearboxes import SMALL, written
+from tests.support.gearboxes import MOTOR, SMALL, written
 from tests.support.page_solver import TEMPLATES, unpacked
 
 ROUNDING = 1e-8
@@ -45,16 +45,8 @@ speed_range_rpm = [200.0, 6000.0]
 speeds = 60
 harmonics = 3
 highest_frequency_Hz = 6000.0
-[[masses]]
-name = "motor"
-shaft = "input"
-at_mm = 5.0
-mass_kg = 0.4
-polar_inertia_kg_m2 = 4e-4
-tilting_inertia_kg_m2 = 3e-4
-unbalance_kg_mm = 0.02
-unbalance_deg = 30.0
 """
+MOTION += MOTOR + "unbalance_deg = 30.0\n"
 RIPPLE = "ripple = [{ order = 2.0, amplitude_Nm = 1.5 }]"
 
 

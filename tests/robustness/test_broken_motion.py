@@ -18,7 +18,7 @@ from pmor.machine.coupled import solve_load
 from pmor.machine.loader import load
 from pmor.machine.run import meshes_and_trains
 from pmor_online.model import keeping_sections
-from tests.support.gearboxes import SMALL, written
+from tests.support.gearboxes import MOTOR, SMALL, written
 from tests.support.set_gearboxes import EVEN_SET, one_stage, written_reducer
 
 MOTION = """
@@ -28,16 +28,6 @@ speeds = 7
 harmonics = 3
 highest_frequency_Hz = 6000.0
 damping_ratio = 0.02
-"""
-MOTOR = """
-[[masses]]
-name = "motor"
-shaft = "input"
-at_mm = 5.0
-mass_kg = 0.4
-polar_inertia_kg_m2 = 4e-4
-tilting_inertia_kg_m2 = 3e-4
-unbalance_kg_mm = 0.02
 """
 HOUSED = '[housing]\nstiffness = "k.csv"\nmass = "m.csv"\n'
 SEATS = 6 * SMALL.count("[[bearings]]")

@@ -219,6 +219,17 @@ def written_design(folder, text=DESIGN, box=ASKEW):
     return path
 
 
+# A mass on the input shaft of the small boxes, out of balance.
+MOTOR = """
+[[masses]]
+name = "motor"
+shaft = "input"
+at_mm = 5.0
+mass_kg = 0.4
+polar_inertia_kg_m2 = 4e-4
+tilting_inertia_kg_m2 = 3e-4
+unbalance_kg_mm = 0.02
+"""
 # Two stages on the small shafts, meshes by the helix angles of both, with loads and settings of motion to follow.
 TWO_STAGES = """
 title = "Two stages"

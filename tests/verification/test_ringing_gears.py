@@ -18,7 +18,7 @@ from pmor.dynamics.whine.orders import spinning_Hz
 from pmor.dynamics.whine.readings import mode_rows
 from pmor.dynamics.whine.response import respond
 from pmor.dynamics.whine.ringing import MODAL_MASS, KeptModes, RingingGear, ringing_gears
-from pmor.line.hub_law import law_at, mesh_coordinates, mode_coordinates
+from pmor.line.hub_law import laws_at, mesh_coordinates, mode_coordinates
 from pmor.machine.coupled import SolvedLoad, solve_load
 from pmor.machine.loader import GearboxFile, load
 from pmor.machine.run import meshes_and_trains
@@ -86,15 +86,16 @@ def test_a_law_without_the_modes_is_that_with_them_beside_their_deflection():
     """The same forces where the flanks are moved by what the modes give way, and compliances add."""
     standing, gear = light_box().standing, light_box().gear
     pair = standing.reduced
+    by_hubs = mesh_coordinates(pair.meshed.pair).T
     for phi in (0.02, 0.1):
         at = pair.lines, np.array([phi]), standing.condition
-        with_modes = law_at(*at, standing.displacement)
-        moved = standing.moved(gear.compliance @ with_modes.force[0]).displacement
-        without = law_at(*at, moved, gear.compliance)
+        with_modes = laws_at(*at, (by_hubs @ standing.displacement)[None])
+        moved = standing.moved(gear.compliance @ with_modes.force[0, 0]).displacement
+        without = laws_at(*at, (by_hubs @ moved)[None], gear.compliance)
         assert_allclose(without.force, with_modes.force, rtol=SOLVED)
-        left = np.linalg.inv(with_modes.tangent[0]) - gear.compliance
+        left = np.linalg.inv(with_modes.tangent[0, 0]) - gear.compliance
         np.linalg.cholesky(left)
-        assert_allclose(np.linalg.inv(without.tangent[0]), left, rtol=SOLVED, atol=SOLVED * left.max())
+        assert_allclose(np.linalg.inv(without.tangent[0, 0]), left, rtol=SOLVED, atol=SOLVED * left.max())
 
 
 def light_response(speeds_rpm, damping_ratio=0.02):

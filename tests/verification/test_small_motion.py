@@ -25,7 +25,7 @@ from pmor.dynamics.whine.output import line_columns
 from pmor.dynamics.whine.readings import line_words
 from pmor.dynamics.whine.response import responded
 from pmor.gear.modification import Modification, Wave
-from pmor.line.hub_law import law_at, mesh_coordinates
+from pmor.line.hub_law import laws_at, mesh_coordinates
 from pmor.machine.coupled import condition_of, solve_load
 from pmor.machine.loader import load
 from pmor.machine.run import meshes_and_trains
@@ -164,10 +164,14 @@ def test_tangents_on_the_coordinates_are_the_slopes_of_the_forces():
     phi = np.linspace(0.0, reduced.meshed.pair.pitch, 5, endpoint=False)
     displacement = mesh.displacement.ravel() + 0.0
     displacement[5] = 1e-3 * mesh.sweep.ste_um.mean() / reduced.meshed.pair.pinion.base_radius
-    tangent = law_at(reduced.lines, phi, condition, displacement).tangent
+    places = [columns.T @ displacement]
     for number, step in enumerate((1e-6, 1e-8)):
         move = step * np.linalg.pinv(columns.T)[:, number]
-        ends = [law_at(reduced.lines, phi, condition, displacement + sign * move).force for sign in (1.0, -1.0)]
+        places += [columns.T @ (displacement + sign * move) for sign in (1.0, -1.0)]
+    law = laws_at(reduced.lines, phi, condition, np.array(places))
+    tangent = law.tangent[0]
+    for number, step in enumerate((1e-6, 1e-8)):
+        ends = law.force[1 + 2 * number : 3 + 2 * number]
         slope = (ends[1] - ends[0]) / (2.0 * step)
         assert_allclose(slope, tangent[:, :, number], atol=2e-3 * abs(tangent[:, :, number]).max())
     assert_allclose(tangent, tangent.transpose(0, 2, 1), rtol=1e-12)

@@ -59,10 +59,22 @@ class MeshCycle:
         return np.arange(len(self.force)) if self.solved is None else self.solved
 
     @property
+    def orders(self) -> IntArray:
+        """The harmonics of either sign at these places, (2 K + 1,)."""
+        return np.asarray(np.sign(self.places) * self.harmonics[abs(self.places)])
+
+    @property
     def varying(self) -> ComplexArray:
         """k_(n - j) between harmonics of either sign, (2 K + 1, 2 K + 1, P, P)."""
-        orders = np.sign(self.places) * self.harmonics[abs(self.places)]
-        return signed(self.tangent, orders[:, None] - orders)
+        return signed(self.tangent, self.orders[:, None] - self.orders)
+
+    def beside(self, orders: IntArray, closed_by: FloatArray | None = None) -> ComplexArray:
+        """Return k between orders of either sign (m,) beside the mean tangent that closes the machine, (m, m, P, P).
+
+        That is the cycle's own, where no other one is given.
+        """
+        apart, further = orders[:, None] - orders, 0.0 if closed_by is None else self.mean - closed_by
+        return np.where((apart == 0)[..., None, None], further, signed(self.tangent, apart))
 
     @property
     def conj(self) -> MeshCycle:
@@ -114,12 +126,11 @@ def equations(
     cycle: MeshCycle, receptance: ComplexArray, closed_by: FloatArray | None = None, shapes: ComplexArray | None = None
 ) -> ComplexArray:
     """Return the matrices of (1) for the forces, f + k H f = w, of harmonics of either sign, (S, 2 K P + P, ...)."""
-    further, places = 0.0 if closed_by is None else cycle.mean - closed_by, cycle.places
-    varying = np.where(np.eye(len(places), dtype=bool)[..., None, None], further, cycle.varying)
+    places, varying = cycle.places, cycle.beside(cycle.orders, closed_by)
     if shapes is not None:
         by = signed(shapes, places)
         varying = np.einsum("npa,njpq,jqb->njab", by.conj(), varying, by, optimize=True)
-    return closing(varying, signed(receptance.swapaxes(0, 1), places).swapaxes(0, 1))
+    return closing(varying, signed(receptance, places, 1))
 
 
 def closing(varying: ComplexArray, receptance: ComplexArray) -> ComplexArray:
@@ -151,8 +162,8 @@ def moved(receptance: ComplexArray, closing: ComplexArray) -> ComplexArray:
     return np.asarray(np.einsum("snab,snb->sna", receptance, closing))
 
 
-def signed(harmonics: ComplexArray, orders: IntArray) -> ComplexArray:
-    """Return harmonics by orders of either sign, of a real signal."""
-    found = harmonics[abs(orders)]
-    negative = (orders < 0).reshape(*orders.shape, *(1,) * (harmonics.ndim - 1))
+def signed(harmonics: ComplexArray, orders: IntArray, axis: int = 0) -> ComplexArray:
+    """Return harmonics, along an axis, by orders of either sign, of a real signal."""
+    found = harmonics[(slice(None),) * axis + (abs(orders),)]
+    negative = (orders < 0).reshape(*orders.shape, *(1,) * (harmonics.ndim - 1 - axis))
     return np.asarray(np.where(negative, found.conj(), found))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -123,36 +123,31 @@ def _load_data(response: LoadResponse) -> Data:
             for n, name in enumerate(bearing_names(response))
         ],
         "meshes": [
-            {"name": response.mesh_names[n], "mean_force_N": float(solved.force),
+            {"name": name, "mean_force_N": standing["mean_force_N"],
              "force_rms_max_N": float(forces[:, n].max()),
              "constant_stiffness_rms_max_N": float(constant[1][:, n].max()),
-             "dynamic_factor": 1.0 + float(swings[:, n].max() / solved.force),
-             "mean_tangent_N_per_um": 1e-3 * float(response.tangent[2 * n, 2 * n]),
-             "pitches_per_turn": response.machine.mesh_rate(n),
-             "repeats_after_pitches": response.source_of(n)[1].cycle.pitches}
-            for n, solved in enumerate(response.solved.meshes)
-        ] + _set_meshes(response, forces, swings, constant[1]),
+             "dynamic_factor": 1.0 + float(swings[:, n].max() / standing["mean_force_N"]), **standing}
+            for n, (name, standing) in enumerate(zip(response.mesh_names, _standing(response), strict=True))
+        ],
     }  # fmt: skip
 
 
-def _set_meshes(
-    response: LoadResponse, forces: FloatArray, swings: FloatArray, constant: FloatArray
-) -> list[Data]:
-    """The meshes of sets, each of one planet; why their stiffness does not vary, or None."""
-    rows, place = list[Data](), len(response.solved.meshes)
+def _standing(response: LoadResponse) -> Iterator[Data]:
+    """What each mesh is about which motion is small; of sets those of one planet, and why stiffness does not vary."""
+    for number, solved in enumerate(response.solved.meshes):
+        yield {
+            "mean_force_N": float(solved.force),
+            "mean_tangent_N_per_um": 1e-3 * float(response.tangent[2 * number, 2 * number]),
+            "pitches_per_turn": response.machine.mesh_rate(number),
+            "repeats_after_pitches": response.source_of(number)[1].cycle.pitches,
+        }
     for source, cycle in zip(response.of_sets, response.cycles, strict=True):
-        for mesh in range(2):
-            number, first = place + len(rows), mesh * cycle.each // 2
-            load = float(cycle.load[first])
-            rows.append({
-                "name": response.mesh_names[number], "mean_force_N": load,
-                "force_rms_max_N": float(forces[:, number].max()),
-                "constant_stiffness_rms_max_N": float(constant[:, number].max()),
-                "dynamic_factor": 1.0 + float(swings[:, number].max() / load),
+        for first in (0, cycle.each // 2):
+            yield {
+                "mean_force_N": float(cycle.load[first]),
                 "mean_tangent_N_per_um": 1e-3 * float(cycle.meshes.mean[first, first]),
                 "pitches_per_turn": source.rate, "why_constant": source.why_constant or None,
-            })  # fmt: skip
-    return rows
+            }  # fmt: skip
 
 
 def response_rows(responses: Sequence[LoadResponse]) -> list[Data]:

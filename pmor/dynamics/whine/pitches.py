@@ -48,11 +48,9 @@ class Remainders:
 
     def add(self, right: ComplexArray, found: ComplexArray) -> None:
         """Write M^-1 of a right-hand side (S, N + 1, q) into what is found of these lines."""
-        negative = (self.orders < 0)[..., None]
-        taken = right[:, abs(self.orders)]
-        taken = np.where(negative, taken.conj(), taken)
+        taken = signed(right, self.orders, 1)
         solved = (self.inverse @ taken.reshape(*self.inverse.shape[:-1], 1)).reshape(taken.shape)
-        found[:, abs(self.orders)] = np.where(negative, solved.conj(), solved)
+        found[:, abs(self.orders)] = np.where((self.orders < 0)[..., None], solved.conj(), solved)
 
 
 @dataclass(frozen=True)
@@ -86,12 +84,9 @@ class PitchEquations:
         return tuple(self._of(orders) for orders in (whole, others) if orders.size)
 
     def _of(self, orders: IntArray) -> Remainders:
-        apart = orders[0][:, None] - orders[0]
-        further = 0.0 if self.closed_by is None else self.cycle.mean - self.closed_by
-        varying = np.where((apart == 0)[..., None, None], further, signed(self.cycle.tangent, apart))
-        moving = self.receptance[:, abs(orders)]
-        moving = np.where((orders < 0)[..., None, None], moving.conj(), moving)
-        return Remainders(orders, np.asarray(np.linalg.inv(closing(varying, moving)), dtype=complex))
+        varying = self.cycle.beside(orders[0], self.closed_by)
+        matrices = closing(varying, signed(self.receptance, orders, 1))
+        return Remainders(orders, np.asarray(np.linalg.inv(matrices), dtype=complex))
 
     @cached_property
     def uneven(self) -> FloatArray:
