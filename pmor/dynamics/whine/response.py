@@ -292,10 +292,9 @@ def respond(
     standing = {mesh.number: mesh for mesh in standing_meshes(solved, pairs, motion.harmonics)}
     ringing = ringing_gears(model, solved, standing.values(), FURTHER_MODES * motion.highest_frequency_Hz,
                             {} if kept is None else kept)  # fmt: skip
-    for gear in ringing:
-        before = standing[gear.mesh].taken_out
-        compliance = gear.compliance if before is None else gear.compliance + before
-        standing[gear.mesh] = standing[gear.mesh].without(compliance)
+    for number in {gear.mesh for gear in ringing}:
+        compliance = np.sum([gear.compliance for gear in ringing if gear.mesh == number], axis=0)
+        standing[number] = standing[number].without(compliance)
     machine = moving_machine(model, solved, motion.highest_frequency_Hz, ringing)
     machine = with_sets(machine, model, solved.sets)
     parts: list[StandingMesh | StandingTrain] = [*standing.values(), *standing_trains(solved, motion.harmonics)]
