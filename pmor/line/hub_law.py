@@ -19,7 +19,7 @@ from pmor.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from pmor.gear.condition import Condition
 from pmor.gear.pair import GearPair
 from pmor.line.hubs import HUB, Hubs
-from pmor.line.kernels.loads import COLD, solve_lines
+from pmor.line.kernels.loads import COLD, WARM, solve_lines
 from pmor.line.kernels.places import Lines
 from pmor.line.pair import (
     NONE,
@@ -47,11 +47,14 @@ class HubLaw:
         On both coordinates, of a train on those of all meshes, positive where flanks push apart: N, N mm.
     tangent : ndarray, shape (..., A, K, K)
         Of the forces that resist: -d force / d coordinate.
+    sections : ndarray, shape (D, A, N), optional
+        Forces of the N sections of a pair, N.
     """
 
     force: FloatArray
     tangent: FloatArray
     converged: BoolArray
+    sections: FloatArray | None = None
 
 
 def mesh_coordinates(pair: GearPair) -> FloatArray:
@@ -62,8 +65,9 @@ def mesh_coordinates(pair: GearPair) -> FloatArray:
 
 
 def laws_at(
-    pair: LinePair, phi: FloatArray, condition: Condition, coordinates: FloatArray, taken_out: FloatArray | None = None
-) -> HubLaw:
+    pair: LinePair, phi: FloatArray, condition: Condition, coordinates: FloatArray, taken_out: FloatArray | None = None,
+    near: FloatArray | None = None,
+) -> HubLaw:  # fmt: skip
     """Return the forces at pinion angles (A,), rad, at many places of the hubs.
 
     Parameters
@@ -74,9 +78,11 @@ def laws_at(
         Of the mesh at all angles, or at each: Y^T u of the displacements u of both hubs (`mesh_coordinates`).
     taken_out : ndarray, shape (2, 2), optional
         Compliance at the coordinates that gears have and the law is to be without.
+    near : ndarray, shape (D, A, N), optional
+        Forces of the sections under little else, N, from which fewer steps lead to these.
     """
-    _, rows, found = _solved(pair, phi, condition, coordinates, taken_out)
-    return HubLaw(np.einsum("dan,anc->dac", found.force, rows), found.stiffness, found.converged)
+    _, rows, found = _solved(pair, phi, condition, coordinates, taken_out, near)
+    return HubLaw(np.einsum("dan,anc->dac", found.force, rows), found.stiffness, found.converged, found.force)
 
 
 def mode_coordinates(
@@ -136,22 +142,26 @@ def gap_patterns(pair: LinePair, lines: Lines, gear: int, flank: ComplexArray) -
 
 
 def _solved(
-    pair: LinePair, phi: FloatArray, condition: Condition, coordinates: FloatArray, taken_out: FloatArray | None
-) -> tuple[PlacedSections, FloatArray, LineResults]:
+    pair: LinePair, phi: FloatArray, condition: Condition, coordinates: FloatArray, taken_out: FloatArray | None,
+    near: FloatArray | None = None,
+) -> tuple[PlacedSections, FloatArray, LineResults]:  # fmt: skip
     """Sections, their rows by the coordinates, and their loads between hubs that stand."""
     back = np.linalg.pinv(mesh_coordinates(pair.meshed.pair))
     compliance = np.zeros((2 * HUB, 2 * HUB)) if taken_out is None else -back.T @ taken_out @ back
     standing = Hubs(compliance, np.zeros(2 * HUB))
-    placed = replace(pair, meshed=pair.meshed.on_hubs(standing), kept=None).place(phi, condition.misalignment)
+    placed = replace(pair, meshed=pair.meshed.on_hubs(standing)).place(phi, condition.misalignment)
     rows = placed.hub_rows @ back.T
     meshes = meshes_of([pair], np.array([[-1.0 / pair.base_radius, 0.0]]), np.array([[-1.0, 0.0]]))
     grid = len(coordinates), len(phi), COORDINATES
     moved = np.ascontiguousarray(np.broadcast_to(coordinates.reshape(len(coordinates), -1, COORDINATES), grid))
     found = no_results(grid, pair.size, tangent=True)
-    solve_lines(
-        placed.lines, rows, meshes, pair.between_flanks, placed.flexibility, placed.deviation(condition.assembly),
-        moved, True, COLD, found,
-    )  # fmt: skip
+    deviation, starts = placed.deviation(condition.assembly), [COLD]
+    if near is not None:
+        # Twice: tangents are those where the last step began, which from nearby may be the only one.
+        found.force[:], starts = near, [WARM, WARM]
+    for start in starts:
+        solve_lines(placed.lines, rows, meshes, pair.between_flanks, placed.flexibility, deviation, moved, True, start,
+                    found)  # fmt: skip
     return placed, rows, found
 
 

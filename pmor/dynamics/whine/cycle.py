@@ -32,7 +32,7 @@ from pmor.line.hub_law import (
 from pmor.line.several import GearTrain, PlacedTrain
 from pmor.machine.coupled import SolvedLoad, SolvedMesh, condition_of, in_axes_of_pair
 from pmor.sets.solution import SetSolution
-from pmor_online.model import ReducedPair, online_angles
+from pmor_online.model import ReducedPair, keeping_sections, online_angles
 
 # Steps of the deflection until its mean force is the load; of the load, what is left.
 MOST_STEPS, SETTLED = 20, 1e-6
@@ -67,6 +67,8 @@ class StandingMesh:
         The law there, where it was found already.
     path : ndarray of complex, shape (p,), optional
         Lines 0 to p - 1 over p pitches of how far the hubs go along the first coordinate, mm.
+    near : ndarray, shape (1, A, N), optional
+        As of `laws_at`, of a mesh whose pitches are alike.
     """
 
     name: str
@@ -80,6 +82,7 @@ class StandingMesh:
     taken_out: FloatArray | None = None
     settled: HubLaw | None = None
     path: ComplexArray | None = None
+    near: FloatArray | None = None
 
     @cached_property
     def kinds(self) -> tuple[int, ...]:
@@ -136,17 +139,25 @@ class StandingMesh:
         for place, kind in enumerate(kinds):
             if kind not in each:
                 phi = pair.pitch * place + angles
-                each[kind] = laws_at(self.reduced.lines, phi, self.condition, along[place][None], self.taken_out)
+                at = self.reduced.lines, phi, self.condition, along[place][None], self.taken_out
+                each[kind] = laws_at(*at, self.near if self.pitches == 1 else None)
         if not all(law.converged.all() for law in each.values()):
             raise ConvergenceError(f"mesh {self.name}: contact was not found between hubs that stand", [])
         in_turn = [each[kind] for kind in kinds]
         force, tangent = (np.concatenate([getattr(law, key)[0] for law in in_turn]) for key in ("force", "tangent"))
-        return HubLaw(force, tangent, np.ones(len(force), dtype=bool))
+        near = in_turn[0].sections if self.pitches == 1 else None
+        return HubLaw(force, tangent, np.ones(len(force), dtype=bool), near)
 
     def cycle(self) -> MeshCycle:
         """Return the harmonics of the forces over time."""
         law = self.law()
-        return _cycle(self, law.force + law.tangent[..., 0] * self.slow[:, None], self.pitches)
+        return _cycle(self, law, law.force + law.tangent[..., 0] * self.slow[:, None], self.pitches)
+
+    def keeping(self) -> StandingMesh:
+        """Return the mesh, near which others are found in less time; for one thread alone."""
+        if self.pitches > 1:  # sections of many pitches are large
+            return self
+        return replace(self, reduced=keeping_sections(self.reduced), near=self.law().sections)
 
     def without(self, compliance: FloatArray) -> StandingMesh:
         """Return the mesh whose law is without a compliance (2, 2), at the same load.
@@ -161,10 +172,11 @@ class StandingMesh:
             raise ConvergenceError(f"mesh {self.name}: modes of its gears are softer than its flanks", [])
         return settled_pair(replace(self.moved(compliance @ self.load), taken_out=compliance))
 
-    def moved(self, coordinates: FloatArray) -> StandingMesh:
+    def moved(self, coordinates: FloatArray, near: FloatArray | None = None) -> StandingMesh:
         """Return the mesh with its coordinates moved by so much, (2,)."""
         by_hubs = np.linalg.pinv(mesh_coordinates(self.reduced.meshed.pair))
-        return replace(self, displacement=self.displacement + by_hubs.T @ coordinates, settled=None)
+        displacement = self.displacement + by_hubs.T @ coordinates
+        return replace(self, displacement=displacement, settled=None, near=self.near if near is None else near)
 
 
 @dataclass(frozen=True)
@@ -244,9 +256,14 @@ class StandingTrain:
 
     def cycle(self) -> MeshCycle:
         """Return the harmonics of the forces over time."""
-        return _cycle(self, self.law().force, 1)
+        law = self.law()
+        return _cycle(self, law, law.force, 1)
 
-    def moved(self, coordinates: FloatArray) -> StandingTrain:
+    def keeping(self) -> StandingTrain:
+        """Return the meshes themselves: they are placed anew with each flank."""
+        return self
+
+    def moved(self, coordinates: FloatArray, near: FloatArray | None = None) -> StandingTrain:
         """Return the meshes with their coordinates moved by so much, (K,)."""
         return replace(self, coordinates=self.coordinates + coordinates, settled=None)
 
@@ -326,7 +343,8 @@ def settled_pair(standing: StandingMesh) -> StandingMesh:
     ConvergenceError
     """
     if standing.pitches == 1:
-        return _settled(standing)
+        kept = keeping_sections(standing.reduced)
+        return replace(_settled(replace(standing, reduced=kept)), reduced=standing.reduced)
     none = np.zeros(standing.pitches, dtype=complex)
     found = _following(replace(standing, harmonics=0, path=none, settled=None))
     return _settled(replace(standing, displacement=found.displacement, path=found.path, settled=None), FOLLOWED)
@@ -356,11 +374,11 @@ def _settled(standing: Standing, within: float = SETTLED) -> Standing:
         more = law.force.mean(axis=0) - load
         if (abs(more[forces]) <= within * abs(load[forces]).max()).all():
             return replace(standing, settled=law)
-        standing = standing.moved(np.linalg.solve(law.tangent.mean(axis=0), more))
+        standing = standing.moved(np.linalg.solve(law.tangent.mean(axis=0), more), law.sections)
     raise ConvergenceError(f"mesh {standing.name}: no deflection found under which its mean force is the load", [])
 
 
-def _cycle(standing: StandingMesh | StandingTrain, force: FloatArray, pitches: int) -> MeshCycle:
+def _cycle(standing: StandingMesh | StandingTrain, law: HubLaw, force: FloatArray, pitches: int) -> MeshCycle:
     """Harmonics over time, of meshes that pass one way or the other."""
-    found = mesh_cycle(force, standing.law().tangent, standing.load, standing.harmonics, pitches)
+    found = mesh_cycle(force, law.tangent, standing.load, standing.harmonics, pitches)
     return found.conj if standing.backwards else found

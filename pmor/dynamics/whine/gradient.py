@@ -20,8 +20,9 @@ from pmor.core.arrays import ComplexArray
 from pmor.dynamics.whine.coherent import CoherentMeshes
 from pmor.dynamics.whine.cycle import FROM_END_TO_END, GEARS
 from pmor.dynamics.whine.hill import MeshCycle, equations, signed
+from pmor.dynamics.whine.orders import Order, Ports
 from pmor.dynamics.whine.pitches import time_invariant
-from pmor.dynamics.whine.response import AIR, RPM, LoadResponse, MeshMotion, Source
+from pmor.dynamics.whine.response import AIR, LoadResponse, MeshMotion, Source
 from pmor.line.hub_law import COORDINATES
 
 # Amounts that each flank can have, whatever it has: um.
@@ -79,6 +80,7 @@ def changes(
     """
     source, mesh, place = response.source_of(number)
     adjoints, found = [_adjoint(response, source, mesh, target, place) for target in targets], []
+    mesh = replace(mesh, standing=mesh.standing.keeping())
     for parameter in parameters or amounts(mesh.standing, place):
         lower, upper = (cycle_with(mesh, place, parameter, step) for step in (-STEP, STEP))
         force, tangent = (upper.force - lower.force) / (2 * STEP), (upper.varying - lower.varying) / (2 * STEP)
@@ -141,13 +143,14 @@ class _Adjoint:
 def _adjoint(response: LoadResponse, source: Source, mesh: MeshMotion, target: Target, mesh_place: int) -> _Adjoint:
     cycle, size = mesh.cycle, len(mesh.at_rest)
     place = int(abs(response.speeds_rpm - target.speed_rpm).argmin())
-    receptance = mesh.moving(source.orders)[place]
+    orders = [replace(order, speeds=order.speeds[place : place + 1]) for order in source.orders]
+    receptance = mesh.moving(orders)[0]
     matrix, answer = equations(cycle, receptance[None])[0], signed(receptance, cycle.places)
     acting = np.linalg.solve(matrix, signed(cycle.force, cycle.places).ravel()).reshape(-1, size)
     right, square = np.zeros(acting.shape, dtype=complex), 0.0
     for at, line in enumerate(cycle.places.tolist()):
         if line and abs(line) <= source.told.shape[1] and source.told[place, abs(line) - 1]:
-            rows = _rows(response, source, mesh, abs(line), place, target, mesh_place)
+            rows = _rows(response, source.ports, mesh, orders[abs(line) - 1], target, mesh_place)
             rows = rows if line > 0 else rows.conj()
             right[at] = rows.conj().T @ rows @ acting[at]
             square += float(abs(np.vdot(acting[at], right[at])))
@@ -156,18 +159,17 @@ def _adjoint(response: LoadResponse, source: Source, mesh: MeshMotion, target: T
 
 
 def _rows(
-    response: LoadResponse, source: Source, mesh: MeshMotion, line: int, place: int, target: Target, mesh_place: int
+    response: LoadResponse, own: Ports, mesh: MeshMotion, order: Order, target: Target, mesh_place: int
 ) -> ComplexArray:
-    """Rows O of a target by the forces that act on the closed machine, (..., q)."""
-    order, own, size = source.orders[line - 1], source.ports, len(mesh.at_rest)
+    """Rows O of a target by the forces that act on the closed machine along an order at one speed, (..., q)."""
+    size = len(mesh.at_rest)
     if target.kind == "mesh":
         at = COORDINATES * mesh_place
-        return np.asarray((np.eye(size) - mesh.cycle.mean @ order.ports(own, own)[place])[at : at + 1])
-    units = np.broadcast_to(np.eye(size, dtype=complex)[:, None], (size, len(order.speeds), size))
-    readings = order.readings(own, units)[:, place]
+        return np.asarray((np.eye(size) - mesh.cycle.mean @ order.ports(own, own)[0])[at : at + 1])
+    readings = order.readings(own, np.eye(size, dtype=complex)[:, None])[:, 0]
     if target.kind == "bearing":
         return np.asarray(response.bearing_forces(readings)[:, target.number, :3].T)
-    omega = order.order * RPM * response.speeds_rpm[place]
+    omega = order.order * order.speeds[0]
     return np.asarray(omega * math.sqrt(AIR) * response.machine.surface @ response.housing(readings).T)
 
 
