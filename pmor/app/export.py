@@ -84,6 +84,8 @@ def export_file(
         _gearbox(source, path, overwrite)
     elif to == "uff":
         _universal(source, path, overwrite)
+    elif to == "fmu" and _is_gearbox(source):
+        _gearbox_unit(source, path, overwrite, torque_Nm)
     elif to == "rexs" and source.suffix == ".toml":
         _machine(source, path, overwrite)
     else:
@@ -189,6 +191,24 @@ def _gearbox(source: Path, path: Path, overwrite: bool) -> None:
         _LOG.info("%s", note)
     _, *beside = write_gearbox_toml(file, path, overwrite)
     _LOG.info("beside it: %s", ", ".join(one.name for one in beside))
+
+
+def _is_gearbox(source: Path) -> bool:
+    from pmor.rexs.model import ENDINGS as REXS
+
+    return source.suffix.lower() in (".toml", *REXS) and kind_of(source, "gearbox") == "gearbox"
+
+
+def _gearbox_unit(source: Path, path: Path, overwrite: bool, torque_Nm: float | None) -> None:
+    """Write a gearbox in motion about its first load as a unit for co-simulation."""
+    from pmor.dynamics.fmu.machine import write_machine_unit
+    from pmor.rexs.files import load_gearbox
+
+    if torque_Nm is not None:
+        raise CaseError(f"torque_Nm = {torque_Nm:g}: a gearbox has the torques of its first load: leave it out")
+    file = load_gearbox(source)
+    if not write_machine_unit(file, path, overwrite):
+        _LOG.info("no compiler here: the unit holds its source, and no binary")
 
 
 def _universal(source: Path, path: Path, overwrite: bool) -> None:

@@ -137,7 +137,8 @@ FORMATS: Mapping[str, Format] = {
         "pmor.app.export:write_rexs",
     ),
     "fmu": Format(
-        ".fmu", "unit for co-simulation", "takes a basis, which a set has none of", "pmor.app.export:write_unit"
+        ".fmu", "unit for co-simulation", "takes a basis, or the file of a gearbox in motion, not of a set",
+        "pmor.app.export:write_unit",
     ),
     "vtkhdf": Format(
         ".vtkhdf", "animation", "takes a basis; pmor run leaves set.vtkhdf of a set", "pmor.app.export:write_animation"
@@ -274,8 +275,8 @@ COMMANDS: Mapping[str, Command] = {
         jobs=_jobs("designs"), failed="designs have no results",
     ),
     "export": Command(
-        f"a basis as {', '.join(_formats(True))}; a REXS gearbox as {' or '.join(_formats(False))}; the file of a "
-        "machine as REXS",
+        f"a basis, or results, as {', '.join(_formats(True))}; a REXS gearbox as {' or '.join(_formats(False))}; the "
+        "file of a machine as REXS, of a gearbox in motion as unit for co-simulation",
         (_file("FILE", "a basis, results, or the file of a machine", "source"),
          _option("--to", metavar="FORMAT", choices=sorted(FORMATS), required=True,
                  help=f"{', '.join(sorted(FORMATS)[:-1])} or {max(FORMATS)}"),

@@ -27,7 +27,7 @@ NAMES: dict[Capability, str] = {
     "tolerances": "a run with tolerances", "design": "a design",
     "campaign": "a campaign", "page": "the live page", "vtkhdf": "a VTKHDF file", "rexs": "a REXS file",
     "tables": "the file of all numbers, results.h5,", "python": "a model in Python", "plan": "a plan",
-    "dynamics": "motion", "fmu": "the force law of a unit for co-simulation",
+    "dynamics": "motion", "fmu": "a unit for co-simulation",
     "exudyn": "a mesh in exudyn", "classical": "the table of classical formulas", "gearbox": "a gearbox",
     "set": "a set", "stability": "the matrix of stability", "quiet": "a design for quiet",
 }  # fmt: skip
@@ -218,6 +218,9 @@ OF_GEARBOXES = (
     Limit(lambda file: file.sections.dynamics.motion == "nonlinear" and (file.model.shared or _unlike_pitches(file)),
           ("dynamics",), "flanks that part in meshes of two gears that repeat with each mesh cycle, and have no other "
           f"mesh: {NONLINEAR}"),
+    Limit(lambda file: file.model.sets or file.model.shared or _unlike_pitches(file), ("fmu",),
+          "meshes of two gears that repeat with each mesh cycle, and have no other mesh, each as a table: leave out "
+          "planetary sets, gears in several meshes, and what makes pitches differ"),
     Limit(lambda file: file.model.turned, ("page",),
           "loads on one side of the flanks: write a gearbox file for each sense"),
 )  # fmt: skip

@@ -92,7 +92,7 @@ def test_files_are_named_after_their_source_in_the_current_folder(tmp_path, monk
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("{gearbox}", "--to", "fmu", "-o", "{new}"), "is not an HDF5 file"),
+        (("{gearbox}", "--to", "fmu", "-o", "{new}"), "speed_range_rpm: no load has a speed"),
         (("{basis}", "--to", "case", "-o", "{new}"), "cannot be read as REXS"),
         (("{basis}", "--to", "rexs", "-o", "{basis}"), "exists already"),
         (("{basis}", "--to", "rexs", "-o", "{basis}", "--overwrite"), "is an input of the results"),

@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 import quickjs
 from numpy.testing import assert_allclose
-from scipy.linalg import eigh
+from scipy.linalg import eigh, expm
 
 import pmor
+from pmor.dynamics.fmu.machine import EVERY, machine_law, machine_unit
+from pmor.dynamics.fmu.write import write_unit
+from pmor.dynamics.kernels.hub_table import closed_forces_at
 from pmor.dynamics.whine import readings
 from pmor.dynamics.whine.gradient import Target, changes, cycle_with
 from pmor.dynamics.whine.live import motion_section
@@ -445,3 +448,104 @@ def test_a_reader_goes_through_speeds_and_modes(tmp_path):
         page.wait_for(f"document.querySelector('#motion-shape .shaft').getAttribute('d') !== {json.dumps(before)}")
         page.fit_a_phone()
         assert page.named("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded") == []
+
+
+@cache
+def small_unit():
+    """The box's law for co-simulation, with tables that are coarse."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in (("SOLVED_PHASES", 16), ("PHASES", 32), ("APPROACHES", 9), ("TILTS", 5)):
+            patch.setattr(f"pmor.dynamics.whine.nonlinear.{name}", value)
+        return machine_law(moving().loads[0], moving().file)
+
+
+def twin_of(law, speed, steps, step, torque):
+    """Forces of the mesh and of the bearings after each step, by exact drift of the modes and a kick of the meshes."""
+    own, count, mean = law.arrays, len(law.arrays["OMEGA"]), law.meshes
+    tables = tuple(one._replace(values=one.values[::EVERY].astype(np.float32).astype(float)) for one in mean.tables)
+    meshes = mean._replace(tables=tables)
+    damping = 2.0 * own["RATIO"] * own["OMEGA"]
+    drift = expm(0.5 * step * np.block([[np.zeros((count, count)), np.eye(count)],
+                                        [-np.diag(own["OMEGA"] ** 2), -np.diag(damping)]]))  # fmt: skip
+    gyroscopic = 0.5 * step * speed * own["GYROSCOPIC"]
+    state, turns, found = np.zeros(2 * count), 0.0, []
+
+    def forces():
+        moved = mean.centre + own["BY_MODES"] @ state[:count] + own["BY_TORQUES"] @ torque
+        force, at = np.empty((2, len(moved), 1))
+        slope = np.empty((len(moved), len(moved), 1))
+        closed_forces_at(meshes, np.array([turns]), moved[:, None].copy(), force, slope, at)
+        return force[:, 0], at[:, 0]
+
+    for _ in range(steps):
+        state, turns = drift @ state, turns + 0.5 * step * speed / (2.0 * np.pi)
+        push = own["TORQUE_ON_MODES"] @ torque - own["BY_MODES"].T @ (forces()[0] - mean.load)
+        push -= speed**2 * own["CENTRIFUGAL"] @ state[:count]
+        right = (np.eye(count) - gyroscopic) @ state[count:] + step * push
+        state[count:] = np.linalg.solve(np.eye(count) + gyroscopic, right)
+        state, turns = drift @ state, turns + 0.5 * step * speed / (2.0 * np.pi)
+        force, at = forces()
+        mesh = force + mean.tangent @ (at - mean.centre)
+        bearings = (own["FORCE_BY_MODES"] @ state[:count] + own["FORCE_BY_MESHES"] @ (force - mean.load)
+                    + own["FORCE_BY_TORQUES"] @ torque)  # fmt: skip
+        found.append([*mesh[::2], *bearings])
+    return np.array(found)
+
+
+class SimulatedUnit:
+    """A unit of a gearbox, simulated by fmpy."""
+
+    def __init__(self, law, folder):
+        fmi2 = pytest.importorskip("fmpy.fmi2", reason="units for co-simulation are simulated by fmpy")
+        fmpy = pytest.importorskip("fmpy")
+        if not write_unit(machine_unit(law, moving().file), folder / "box.fmu"):
+            pytest.skip("no C compiler: the unit has no binary")
+        told = fmpy.read_model_description(str(folder / "box.fmu"))
+        self.number = {one.name: one.valueReference for one in told.modelVariables}
+        self.outputs = [one.valueReference for one in told.modelVariables if one.causality == "output"]
+        self.unit = fmi2.FMU2Slave(
+            guid=told.guid, unzipDirectory=fmpy.extract(str(folder / "box.fmu"), str(folder / "unit")),
+            modelIdentifier=told.coSimulation.modelIdentifier, instanceName="box",
+        )  # fmt: skip
+        self.unit.instantiate()
+        self.unit.setupExperiment()
+        self.unit.enterInitializationMode()
+        self.unit.exitInitializationMode()
+
+    def run(self, steps, step, **inputs):
+        self.unit.setReal([self.number[name] for name in inputs], [float(value) for value in inputs.values()])
+        found = []
+        for number in range(steps):
+            self.unit.doStep(number * step, step)
+            found.append(self.unit.getReal(self.outputs))
+        return np.array(found)
+
+
+@pytest.mark.jit
+def test_a_unit_for_co_simulation_moves_as_modes_and_tables_do(tmp_path):
+    """From the state under the mean load on, with a torque beside it, at one speed."""
+    law, speed = small_unit(), 200.0
+    fastest = max(6.0 * law.arrays["OMEGA"].max(), 128.0 * law.meshes.cycles[0] * speed) / (2.0 * np.pi)
+    step, torque = 1.0 / fastest, 3.0
+    unit = SimulatedUnit(law, tmp_path)
+    at_rest = unit.unit.getReal(unit.outputs)
+    found = unit.run(200, step, speed=speed, torque_input_1=torque)
+    expected = twin_of(law, speed, 200, step, np.array([1e3 * torque, 0.0]))
+    assert_allclose(found, expected, rtol=1e-7, atol=1e-7 * abs(expected).max())
+    # Under the mean load the mesh carries it, and bearings have nothing beside their means.
+    assert abs(at_rest[0] / moving().loads[0].solved.meshes[0].force - 1.0) < 0.1
+    assert abs(np.array(at_rest[1:])).max() < 0.1 * at_rest[0]
+
+
+@pytest.mark.slow
+def test_a_unit_that_runs_at_one_speed_hums_as_the_lines_of_the_run(tmp_path):
+    """Bearing forces within what gyroscopic moments do, which it leaves out, and its table."""
+    response, place, samples, cycles = moving().loads[0], 20, 128, 400
+    source, speed = response.sources[0], RPM * response.speeds_rpm[20]
+    unit = SimulatedUnit(machine_law(response, moving().file), tmp_path)
+    unit.run(samples * cycles, 2.0 * np.pi / (speed * source.rate * samples), speed=speed)
+    found = unit.run(samples, 2.0 * np.pi / (speed * source.rate * samples), speed=speed)
+    harmonics = 2.0 * abs(np.fft.rfft(found[:, 1:], axis=0)) / samples
+    for harmonic in range(source.told.shape[1]):
+        line = response.bearing_forces(source.lines.readings[place, harmonic])[:, :3].ravel()
+        assert abs(harmonics[harmonic + 1] - 2.0 * abs(line)).max() < 0.05 * 2.0 * abs(line).max()

@@ -1,43 +1,6 @@
 /* Mesh of a gear pair for co-simulation, FMI 2.0. The force law is a table (table.h): nothing else is needed on the
-   target. Types and functions are those of the standard; they are declared here so that the source stands alone. */
-#include <math.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
+   target. */
 #include "table.h"
-
-#if defined(_WIN32)
-#define EXPORT __declspec(dllexport)
-#else
-#define EXPORT __attribute__((visibility("default")))
-#endif
-
-typedef void *fmi2Component;
-typedef void *fmi2ComponentEnvironment;
-typedef void *fmi2FMUstate;
-typedef unsigned int fmi2ValueReference;
-typedef double fmi2Real;
-typedef int fmi2Integer;
-typedef int fmi2Boolean;
-typedef char fmi2Char;
-typedef const fmi2Char *fmi2String;
-typedef char fmi2Byte;
-typedef enum { fmi2OK, fmi2Warning, fmi2Discard, fmi2Error, fmi2Fatal, fmi2Pending } fmi2Status;
-typedef enum { fmi2ModelExchange, fmi2CoSimulation } fmi2Type;
-typedef enum { fmi2DoStepStatus, fmi2PendingStatus, fmi2LastSuccessfulTime, fmi2Terminated } fmi2StatusKind;
-typedef void (*fmi2CallbackLogger)(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...);
-typedef void *(*fmi2CallbackAllocateMemory)(size_t, size_t);
-typedef void (*fmi2CallbackFreeMemory)(void *);
-typedef void (*fmi2StepFinished)(fmi2ComponentEnvironment, fmi2Status);
-typedef struct {
-    fmi2CallbackLogger logger;
-    fmi2CallbackAllocateMemory allocateMemory;
-    fmi2CallbackFreeMemory freeMemory;
-    fmi2StepFinished stepFinished;
-    fmi2ComponentEnvironment componentEnvironment;
-} fmi2CallbackFunctions;
 
 /* In the order of the variables of modelDescription.xml. */
 enum {
@@ -47,15 +10,9 @@ enum {
     VARIABLES
 };
 #define SETTABLE TORQUE_1
+#define STATES 1
 
-typedef struct {
-    double value[VARIABLES];
-    int known; /* whether the outputs are those of the inputs */
-    double time;
-    char *name;
-    fmi2CallbackLogger logger;
-    fmi2ComponentEnvironment environment;
-} Mesh;
+#include "unit.h"
 
 static void cubics(double t, double value[4], double slope[4])
 {
@@ -106,30 +63,21 @@ static int flank_force(double phase, double displacement, double *force, double 
     return 1;
 }
 
-/* A message whole, since not every importer puts numbers into one. */
-static fmi2Status say(Mesh *mesh, fmi2Status status, const char *text, double number)
-{
-    char message[200];
-    snprintf(message, sizeof message, text, number);
-    if (mesh->logger) mesh->logger(mesh->environment, mesh->name, status, "logStatusError", message);
-    return status;
-}
-
 /* Everything follows from the inputs alone. */
-static fmi2Status update(Mesh *mesh)
+static fmi2Status update(Unit *unit)
 {
-    double *v = mesh->value, c = cos(WORKING_ANGLE), s = sin(WORKING_ANGLE);
+    double *v = unit->value, c = cos(WORKING_ANGLE), s = sin(WORKING_ANGLE);
     double away = 1e3 * c * v[AXIS_X], up = 1e3 * s * v[AXIS_Y];
     double advance = BASE_1 * v[PHI_1] + BASE_2 * v[PHI_2], phase = -v[PHI_2] * BASE_2 / BASE_1 * TEETH_1 / TURN;
     double front, back = 0.0, along, across, axial, k_front, k_back = 0.0;
-    if (mesh->known) return fmi2OK;
+    if (unit->known) return fmi2OK;
     if (!flank_force(phase, advance + away - up, &front, &k_front))
-        return say(mesh, fmi2Error, "displacement along the line of action of %g mm: the table of the working flanks "
+        return say(unit, fmi2Error, "displacement along the line of action of %g mm: the table of the working flanks "
                    "ends at " HIGH_TEXT " mm", advance + away - up);
     if (BACKS) {
         double gap = 1e3 * v[BACKLASH];
         if (!flank_force(gap * TEETH_1 / TURN / BASE_1 - phase, -advance - gap - away - up, &back, &k_back))
-            return say(mesh, fmi2Error, "displacement along the line of action of %g mm: the table of the backs of the "
+            return say(unit, fmi2Error, "displacement along the line of action of %g mm: the table of the backs of the "
                        "teeth ends " HIGH_TEXT " mm beyond the backlash", advance);
     }
     along = front - back;
@@ -146,129 +94,24 @@ static fmi2Status update(Mesh *mesh)
     v[PINION_X] = -v[WHEEL_X];
     v[PINION_Y] = -v[WHEEL_Y];
     v[PINION_Z] = -v[WHEEL_Z];
-    mesh->known = 1;
+    unit->known = 1;
     return fmi2OK;
 }
 
-static void start(Mesh *mesh)
+static void begin(Unit *unit)
 {
-    memset(mesh->value, 0, sizeof mesh->value);
-    mesh->value[BACKLASH] = BACKLASH_START;
-    mesh->known = 0;
-    mesh->time = 0.0;
+    unit->value[BACKLASH] = BACKLASH_START;
 }
 
-EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
-EXPORT const char *fmi2GetVersion(void) { return "2.0"; }
-
-EXPORT fmi2Component fmi2Instantiate(
-    fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources, const fmi2CallbackFunctions *functions,
-    fmi2Boolean visible, fmi2Boolean logging)
+static fmi2Status check(Unit *unit, unsigned int variable, double value)
 {
-    Mesh *mesh;
-    (void)resources; (void)visible; (void)logging;
-    if (type != fmi2CoSimulation || !functions) return NULL;
-    mesh = calloc(1, sizeof *mesh);
-    if (!mesh) return NULL;
-    mesh->logger = functions->logger;
-    mesh->environment = functions->componentEnvironment;
-    mesh->name = calloc(1, strlen(name ? name : "") + 1);
-    if (mesh->name) strcpy(mesh->name, name ? name : "");
-    start(mesh);
-    if (mesh->name && guid && strcmp(guid, GUID) == 0) return mesh;
-    say(mesh, fmi2Error, "the guid of modelDescription.xml is not that of this code", 0.0);
-    free(mesh->name);
-    free(mesh);
-    return NULL;
-}
-
-EXPORT void fmi2FreeInstance(fmi2Component instance)
-{
-    if (!instance) return;
-    free(((Mesh *)instance)->name);
-    free(instance);
-}
-
-EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component m, fmi2Boolean on, size_t n, const fmi2String categories[])
-{
-    (void)m; (void)on; (void)n; (void)categories;
+    if (variable == BACKLASH && value < 0.0) return say(unit, fmi2Error, "backlash of %g m: below zero", value);
     return fmi2OK;
 }
 
-EXPORT fmi2Status fmi2SetupExperiment(
-    fmi2Component m, fmi2Boolean known, fmi2Real tolerance, fmi2Real begin, fmi2Boolean ends, fmi2Real end)
+static fmi2Status advance(Unit *unit, double step)
 {
-    (void)known; (void)tolerance; (void)ends; (void)end;
-    ((Mesh *)m)->time = begin;
+    (void)unit;
+    (void)step;
     return fmi2OK;
 }
-
-EXPORT fmi2Status fmi2EnterInitializationMode(fmi2Component m) { (void)m; return fmi2OK; }
-EXPORT fmi2Status fmi2ExitInitializationMode(fmi2Component m) { return update(m); }
-EXPORT fmi2Status fmi2Terminate(fmi2Component m) { (void)m; return fmi2OK; }
-EXPORT fmi2Status fmi2Reset(fmi2Component m) { start(m); return fmi2OK; }
-
-EXPORT fmi2Status fmi2GetReal(fmi2Component m, const fmi2ValueReference vr[], size_t n, fmi2Real value[])
-{
-    Mesh *mesh = m;
-    size_t i;
-    for (i = 0; i < n; ++i) {
-        if (vr[i] >= VARIABLES) return say(mesh, fmi2Error, "there is no variable %g", vr[i]);
-        if (vr[i] >= SETTABLE && update(mesh) != fmi2OK) return fmi2Error;
-        value[i] = mesh->value[vr[i]];
-    }
-    return fmi2OK;
-}
-
-EXPORT fmi2Status fmi2SetReal(fmi2Component m, const fmi2ValueReference vr[], size_t n, const fmi2Real value[])
-{
-    Mesh *mesh = m;
-    size_t i;
-    for (i = 0; i < n; ++i) {
-        if (vr[i] >= SETTABLE) return say(mesh, fmi2Error, "variable %g is no input", vr[i]);
-        if (!isfinite(value[i])) return say(mesh, fmi2Error, "input %g is set to what is no finite number", vr[i]);
-        if (vr[i] == BACKLASH && value[i] < 0.0) return say(mesh, fmi2Error, "backlash of %g m: below zero", value[i]);
-        mesh->value[vr[i]] = value[i];
-        mesh->known = 0;
-    }
-    return fmi2OK;
-}
-
-EXPORT fmi2Status fmi2DoStep(fmi2Component m, fmi2Real time, fmi2Real step, fmi2Boolean final)
-{
-    (void)final;
-    ((Mesh *)m)->time = time + step;
-    return update(m);
-}
-
-EXPORT fmi2Status fmi2CancelStep(fmi2Component m) { (void)m; return fmi2OK; }
-
-EXPORT fmi2Status fmi2GetRealStatus(fmi2Component m, const fmi2StatusKind kind, fmi2Real *value)
-{
-    if (kind != fmi2LastSuccessfulTime) return fmi2Discard;
-    *value = ((Mesh *)m)->time;
-    return fmi2OK;
-}
-
-/* What a unit without such variables, states or derivatives answers. */
-#define NOT_HERE(name, ...) EXPORT fmi2Status name(__VA_ARGS__)
-#define REFS const fmi2ValueReference vr[], size_t n
-NOT_HERE(fmi2GetInteger, fmi2Component m, REFS, fmi2Integer v[]) { (void)m; (void)vr; (void)v; return n ? fmi2Error : fmi2OK; }
-NOT_HERE(fmi2GetBoolean, fmi2Component m, REFS, fmi2Boolean v[]) { (void)m; (void)vr; (void)v; return n ? fmi2Error : fmi2OK; }
-NOT_HERE(fmi2GetString, fmi2Component m, REFS, fmi2String v[]) { (void)m; (void)vr; (void)v; return n ? fmi2Error : fmi2OK; }
-NOT_HERE(fmi2SetInteger, fmi2Component m, REFS, const fmi2Integer v[]) { (void)m; (void)vr; (void)v; return n ? fmi2Error : fmi2OK; }
-NOT_HERE(fmi2SetBoolean, fmi2Component m, REFS, const fmi2Boolean v[]) { (void)m; (void)vr; (void)v; return n ? fmi2Error : fmi2OK; }
-NOT_HERE(fmi2SetString, fmi2Component m, REFS, const fmi2String v[]) { (void)m; (void)vr; (void)v; return n ? fmi2Error : fmi2OK; }
-NOT_HERE(fmi2GetFMUstate, fmi2Component m, fmi2FMUstate *s) { (void)m; (void)s; return fmi2Error; }
-NOT_HERE(fmi2SetFMUstate, fmi2Component m, fmi2FMUstate s) { (void)m; (void)s; return fmi2Error; }
-NOT_HERE(fmi2FreeFMUstate, fmi2Component m, fmi2FMUstate *s) { (void)m; (void)s; return fmi2Error; }
-NOT_HERE(fmi2SerializedFMUstateSize, fmi2Component m, fmi2FMUstate s, size_t *n) { (void)m; (void)s; (void)n; return fmi2Error; }
-NOT_HERE(fmi2SerializeFMUstate, fmi2Component m, fmi2FMUstate s, fmi2Byte b[], size_t n) { (void)m; (void)s; (void)b; (void)n; return fmi2Error; }
-NOT_HERE(fmi2DeSerializeFMUstate, fmi2Component m, const fmi2Byte b[], size_t n, fmi2FMUstate *s) { (void)m; (void)s; (void)b; (void)n; return fmi2Error; }
-NOT_HERE(fmi2GetDirectionalDerivative, fmi2Component m, REFS, const fmi2ValueReference k[], size_t nk, const fmi2Real d[], fmi2Real v[]) { (void)m; (void)vr; (void)n; (void)k; (void)nk; (void)d; (void)v; return fmi2Error; }
-NOT_HERE(fmi2SetRealInputDerivatives, fmi2Component m, REFS, const fmi2Integer o[], const fmi2Real v[]) { (void)m; (void)vr; (void)o; (void)v; return n ? fmi2Error : fmi2OK; }
-NOT_HERE(fmi2GetRealOutputDerivatives, fmi2Component m, REFS, const fmi2Integer o[], fmi2Real v[]) { (void)m; (void)vr; (void)o; (void)v; return n ? fmi2Error : fmi2OK; }
-NOT_HERE(fmi2GetStatus, fmi2Component m, const fmi2StatusKind k, fmi2Status *v) { (void)m; (void)k; (void)v; return fmi2Discard; }
-NOT_HERE(fmi2GetIntegerStatus, fmi2Component m, const fmi2StatusKind k, fmi2Integer *v) { (void)m; (void)k; (void)v; return fmi2Discard; }
-NOT_HERE(fmi2GetBooleanStatus, fmi2Component m, const fmi2StatusKind k, fmi2Boolean *v) { (void)m; (void)k; (void)v; return fmi2Discard; }
-NOT_HERE(fmi2GetStringStatus, fmi2Component m, const fmi2StatusKind k, fmi2String *v) { (void)m; (void)k; (void)v; return fmi2Discard; }

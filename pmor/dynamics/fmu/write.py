@@ -13,7 +13,7 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Literal
@@ -30,17 +30,39 @@ from pmor.storage.atomic import atomic_path
 Causality = Literal["input", "output", "parameter"]
 #: units of the variables, in those of SI
 UNITS = {"rad": {"rad": 1}, "m": {"m": 1}, "N": {"kg": 1, "m": 1, "s": -2}, "N.m": {"kg": 1, "m": 2, "s": -2},
-         "N/m": {"kg": 1, "s": -2}}  # fmt: skip
+         "N/m": {"kg": 1, "s": -2}, "rad/s": {"rad": 1, "s": -1}}  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable of the unit; its number is its place in `VARIABLES`, as in the source."""
+    """A variable of a unit; its number is its place among all, as in the source."""
 
     name: str
     causality: Causality
     unit: str
     text: str
+    start: float = 0.0
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit for co-simulation.
+
+    Parameters
+    ----------
+    name, sentence : str
+        Of its model, and what that is.
+    source : str
+        Name of its source beside this file.
+    table : str
+        Content of `table.h`, which that includes.
+    """
+
+    name: str
+    sentence: str
+    variables: tuple[Variable, ...]
+    source: str
+    table: str
 
 
 VARIABLES = (
@@ -65,44 +87,43 @@ VARIABLES = (
 )
 
 
-def description(law: UnitLaw, name: str, guid: str, sources: Sequence[str]) -> bytes:
+def description(unit: Unit, name: str, guid: str) -> bytes:
     """Return the text of `modelDescription.xml`."""
     root = ElementTree.Element(
-        "fmiModelDescription", fmiVersion="2.0", modelName=law.case.name, guid=f"{{{guid}}}", version=__version__,
-        description=_sentence(law), generationTool=f"pmor {__version__}", variableNamingConvention="flat",
+        "fmiModelDescription", fmiVersion="2.0", modelName=unit.name, guid=f"{{{guid}}}", version=__version__,
+        description=unit.sentence, generationTool=f"pmor {__version__}", variableNamingConvention="flat",
         numberOfEventIndicators="0",
     )  # fmt: skip
-    unit = ElementTree.SubElement(
+    said = ElementTree.SubElement(
         root, "CoSimulation", modelIdentifier=name, canHandleVariableCommunicationStepSize="true",
         canNotUseMemoryManagementFunctions="true",
     )  # fmt: skip
-    listed = ElementTree.SubElement(unit, "SourceFiles")
-    for source in sources:
-        ElementTree.SubElement(listed, "File", name=source)
+    listed = ElementTree.SubElement(said, "SourceFiles")
+    ElementTree.SubElement(listed, "File", name=unit.source)
     units = ElementTree.SubElement(root, "UnitDefinitions")
     for symbol, base in UNITS.items():
         one = ElementTree.SubElement(units, "Unit", name=symbol)
         ElementTree.SubElement(one, "BaseUnit", {key: str(value) for key, value in base.items()})
     categories = ElementTree.SubElement(root, "LogCategories")
     ElementTree.SubElement(categories, "Category", name="logStatusError")
-    _variables(root, law)
+    _variables(root, unit.variables)
     ElementTree.indent(root)
     return bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True))
 
 
-def _variables(root: ElementTree.Element, law: UnitLaw) -> None:
+def _variables(root: ElementTree.Element, told: Sequence[Variable]) -> None:
     variables = ElementTree.SubElement(root, "ModelVariables")
-    for number, variable in enumerate(VARIABLES):
+    for number, variable in enumerate(told):
         attributes = {"name": variable.name, "valueReference": str(number), "description": variable.text}
         attributes |= {"causality": variable.causality}
         attributes["variability"] = "tunable" if variable.causality == "parameter" else "continuous"
         numbers = {"unit": variable.unit}
         if variable.causality != "output":
-            numbers["start"] = repr(1e-3 * (law.backlash or 0.0)) if variable.causality == "parameter" else "0.0"
+            numbers["start"] = repr(float(variable.start))
         one = ElementTree.SubElement(variables, "ScalarVariable", attributes)
         ElementTree.SubElement(one, "Real", numbers)
     structure = ElementTree.SubElement(root, "ModelStructure")
-    outputs = [number for number, variable in enumerate(VARIABLES, start=1) if variable.causality == "output"]
+    outputs = [number for number, variable in enumerate(told, start=1) if variable.causality == "output"]
     for tag in ("Outputs", "InitialUnknowns"):
         listed = ElementTree.SubElement(structure, tag)
         for number in outputs:
@@ -123,7 +144,8 @@ def _sentence(law: UnitLaw) -> str:
     )
 
 
-SOURCES = ("mesh.c", "table.h")
+# What all units include.
+COMMON = "unit.h"
 NUMBERS_PER_LINE = 16
 # Seconds for which a compiler may run: the largest tables take one.
 COMPILING_S = 120.0
@@ -133,6 +155,13 @@ STAMP = (1980, 1, 1, 0, 0, 0)
 
 
 def write_fmu(law: UnitLaw, path: Path, overwrite: bool = False) -> bool:
+    """Write the mesh of a pair as a unit for co-simulation; parameters and result as of `write_unit`."""
+    start = 1e-3 * (law.backlash or 0.0)
+    variables = tuple(replace(one, start=start) if one.causality == "parameter" else one for one in VARIABLES)
+    return write_unit(Unit(law.case.name, _sentence(law), variables, "mesh.c", _table_text(law)), path, overwrite)
+
+
+def write_unit(unit: Unit, path: Path, overwrite: bool = False) -> bool:
     """Write a unit for co-simulation.
 
     Parameters
@@ -145,15 +174,15 @@ def write_fmu(law: UnitLaw, path: Path, overwrite: bool = False) -> bool:
     bool
         Whether it has a binary for this computer; else whoever takes it compiles the source.
     """
-    name = "pmor_" + re.sub(r"\W", "_", law.case.name, flags=re.ASCII)
-    source = files("pmor.dynamics.fmu").joinpath("mesh.c").read_text(encoding="utf-8")
-    constants = _table_text(law)
-    guid = hashlib.sha256((source + constants).encode()).hexdigest()[:32]
-    texts = {"mesh.c": source, "table.h": f'#define GUID "{{{guid}}}"\n{constants}'}
+    name = "pmor_" + re.sub(r"\W", "_", unit.name, flags=re.ASCII)
+    beside = files("pmor.dynamics.fmu")
+    texts = {file: beside.joinpath(file).read_text(encoding="utf-8") for file in (unit.source, COMMON)}
+    guid = hashlib.sha256(("".join(texts.values()) + unit.table).encode()).hexdigest()[:32]
+    texts["table.h"] = f'#define GUID "{{{guid}}}"\n{unit.table}'
     folder, library = _platform(name)
-    binary = _compiled(texts, library) if folder else None
+    binary = _compiled(texts, unit.source, library) if folder else None
     with atomic_path(path, overwrite) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
-        _add(archive, "modelDescription.xml", description(law, name, guid, SOURCES[:1]))
+        _add(archive, "modelDescription.xml", description(unit, name, guid))
         for file_name, text in texts.items():
             _add(archive, f"sources/{file_name}", text.encode())
         if binary is not None:
@@ -204,7 +233,7 @@ def _platform(name: str) -> tuple[str | None, str]:
     return folder, f"{name}.{ending}"
 
 
-def _compiled(texts: dict[str, str], library: str) -> bytes | None:
+def _compiled(texts: dict[str, str], source: str, library: str) -> bytes | None:
     """The library, compiled; None without a compiler that does it."""
     compiler = shutil.which(os.environ.get("CC", "cc")) or shutil.which("gcc") or shutil.which("clang")
     if compiler is None:
@@ -212,7 +241,7 @@ def _compiled(texts: dict[str, str], library: str) -> bytes | None:
     with tempfile.TemporaryDirectory() as folder:
         for name, text in texts.items():
             Path(folder, name).write_text(text, encoding="utf-8")
-        command = [compiler, *FLAGS, "mesh.c", "-o", library, "-lm"]
+        command = [compiler, *FLAGS, source, "-o", library, "-lm"]
         try:
             subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=COMPILING_S)
             return Path(folder, library).read_bytes()

@@ -118,7 +118,7 @@ def parting(response: LoadResponse, file: GearboxFile) -> Parting:
     ratios = [response.machine.mesh_rate(number) / response.machine.mesh_rate(numbers[0]) for number in numbers]
     by = BALANCE if all(abs(ratio - round(ratio)) <= EXACT for ratio in ratios) else OVER_TIME
     ranges = ranges_of(response.speeds_rpm, np.any(least <= 0.0, axis=1))
-    backlash, found = [_backlash(response, file, number) for number in numbers], Parting(numbers, by, least, ranges)
+    backlash, found = [backlash_of_mesh(response, file, number) for number in numbers], Parting(numbers, by, least, ranges)
     found = replace(found, backlash_um=tuple(1e3 * one for one in backlash))
     try:
         machine = machine_of(response, numbers, backlash)
@@ -167,7 +167,8 @@ def ranges_of(speeds: FloatArray, parted: BoolArray) -> tuple[tuple[float, float
     return tuple(ranges)
 
 
-def _backlash(response: LoadResponse, file: GearboxFile, number: int) -> float:
+def backlash_of_mesh(response: LoadResponse, file: GearboxFile, number: int) -> float:
+    """Return the backlash of a mesh under its load along the line of action, mm; infinite where backs are not known."""
     meshing = response.machine.gearbox.meshes[number]
     drawn = backlash_of(file.cases[meshing.settings.name], meshing.pair)
     return np.inf if drawn is None else max(backlash_at(_standing(response, number)[0], drawn), 0.0)

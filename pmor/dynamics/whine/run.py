@@ -82,6 +82,18 @@ def run(
     return result
 
 
+@one_thread()
+def about_first_load(file: GearboxFile) -> LoadResponse:
+    """Return the motion of a gearbox about its first load at the highest speed, for what is made of its model.
+
+    Raises as `run`, and ConvergenceError.
+    """
+    refuse_beyond(file, "dynamics")
+    linear = replace(file.sections, dynamics=replace(file.sections.dynamics, motion="linear"))
+    loads, about = _of_gearbox(replace(file, sections=linear), kept_beside(None), speeds_of(file)[-1:])
+    return about(loads[0])
+
+
 def _of_gearbox(file: GearboxFile, kept: KeptGear, speeds: FloatArray) -> tuple[list[str], About]:
     """Names of the loads of a gearbox, and what finds motion about one."""
     trained, trains = meshes_and_trains(file, kept)
