@@ -107,7 +107,7 @@ def test_without_a_compiler_a_unit_is_its_source(tmp_path, monkeypatch):
     monkeypatch.setattr(shutil, "which", lambda name: None)
     assert not write_fmu(small_law(), tmp_path / "mesh.fmu")
     names = zipfile.ZipFile(tmp_path / "mesh.fmu").namelist()
-    assert names == ["modelDescription.xml", "sources/mesh.c", "sources/table.h"]
+    assert names == ["modelDescription.xml", "sources/mesh.c", "sources/unit.h", "sources/table.h"]
 
 
 def test_the_force_of_a_unit_is_that_of_the_law_within_the_tolerance_of_its_table(unit, rng):

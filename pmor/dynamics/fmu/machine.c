@@ -1,17 +1,19 @@
 /* A gearbox in motion for co-simulation, FMI 2.0: its modes, and its meshes as tables of both forces over two coordinates
    (table.h), as pmor.dynamics.kernels.hub_table has them. A step is cut into shorter ones: half a drift of the modes,
-   exact, a kick of the meshes and of what the speed adds, and another half. */
+   exact, a kick of the meshes and of what the speed adds, and another half. Modes that are kicked move, where they are, by
+   less than forces would that stay on them: by share h^2 of their accelerations, which the flexibility beside them has. */
 #include "table.h"
 
 /* Inputs: speed, torques. Outputs: forces of the meshes, of the bearings along x, y and z. */
 #define SETTABLE (1 + TORQUES)
 #define VARIABLES (SETTABLE + MESHES + FORCES)
-/* Amplitudes and velocities of the modes, approaches, turns of the shaft; the inverse with which gyroscopic moments
-   turn velocities over a step, and the angle by which the shaft turns meanwhile. */
+/* Amplitudes and velocities of the modes, approaches, turns of the shaft, length of a step; the inverse with which
+   gyroscopic moments turn velocities over a step, and the angle by which the shaft turns meanwhile. */
 #define TURNS (2 * MODES + SIZE)
-#define INVERSE (TURNS + 1)
-#define ANGLE (INVERSE + MODES * MODES)
-#define STATES (ANGLE + 1)
+#define STEP (TURNS + 1)
+#define ANGLE (STEP + 1)
+#define INVERSE (ANGLE + 1)
+#define STATES (INVERSE + MODES * MODES)
 
 #include "unit.h"
 
@@ -22,6 +24,9 @@
 /* Steps of the cycle of the fastest mesh and of the highest mode. */
 #define PER_CYCLE 128.0
 #define PER_MODE 6.0
+/* Of h^2: at a kick, and at the ends of a step. */
+#define AT_KICK (1.0 / 12.0)
+#define AT_END (-1.0 / 24.0)
 
 static void hermite(double t, double h[8])
 {
@@ -112,7 +117,7 @@ static void eliminate(double matrix[SIZE][SIZE + 1])
 }
 
 /* What the meshes do beside the tangents that close them, G, and their approaches x, where modes move y. */
-static int closed_forces(double turns, const double y[SIZE], double x[SIZE], double force[SIZE])
+static int closed_forces(double turns, double share, const double y[SIZE], double x[SIZE], double force[SIZE])
 {
     double change = 0.0, scale = 0.0;
     int step, m, a, b, c;
@@ -138,9 +143,9 @@ static int closed_forces(double turns, const double y[SIZE], double x[SIZE], dou
         for (a = 0; a < SIZE; ++a) {
             matrix[a][SIZE] = y[a] - x[a];
             for (b = 0; b < SIZE; ++b) {
-                matrix[a][SIZE] -= RESIDUAL[a][b] * (force[b] - LOAD[b]);
+                matrix[a][SIZE] -= (RESIDUAL[a][b] + share * MOBILITY[a][b]) * (force[b] - LOAD[b]);
                 matrix[a][b] = a == b;
-                for (c = 0; c < SIZE; ++c) matrix[a][b] += RESIDUAL[a][c] * beyond[c][b];
+                for (c = 0; c < SIZE; ++c) matrix[a][b] += (RESIDUAL[a][c] + share * MOBILITY[a][c]) * beyond[c][b];
             }
         }
         eliminate(matrix);
@@ -154,34 +159,52 @@ static int closed_forces(double turns, const double y[SIZE], double x[SIZE], dou
     return change <= NEARLY * scale; /* between both sides of a kink */
 }
 
-static fmi2Status meshes(Unit *unit, double turns, double force[SIZE])
+static double by_torques(const Unit *unit, const double row[TORQUES])
+{
+    double found = 0.0;
+    int a;
+    for (a = 0; a < TORQUES; ++a) found += 1e3 * row[a] * unit->value[1 + a];
+    return found;
+}
+
+static fmi2Status meshes(Unit *unit, double share, double force[SIZE])
 {
     double y[SIZE], *z = unit->state, *x = z + 2 * MODES;
     int a, k;
+    share *= z[STEP] * z[STEP];
     for (a = 0; a < SIZE; ++a) {
-        y[a] = CENTRE[a];
-        for (k = 0; k < MODES; ++k) y[a] += BY_MODES[a][k] * z[k];
-        for (k = 0; k < TORQUES; ++k) y[a] += 1e3 * BY_TORQUES[a][k] * unit->value[1 + k];
+        y[a] = CENTRE[a] + by_torques(unit, BY_TORQUES[a]);
+        for (k = 0; k < MODES; ++k) y[a] += BY_MODES[a][k] * (z[k] + share * by_torques(unit, TORQUE_ON_MODES[k]));
     }
-    if (closed_forces(turns, y, x, force)) return fmi2OK;
-    return say(unit, fmi2Error, "after %g turns: a mesh leaves the range of its table, or no force is found", turns);
+    if (closed_forces(z[TURNS], share, y, x, force)) return fmi2OK;
+    return say(unit, fmi2Error, "after %g turns: a mesh leaves the range of its table, or no force is found", z[TURNS]);
+}
+
+/* Accelerations of the modes by meshes and torques. */
+static void push(const Unit *unit, const double force[SIZE], double on[MODES])
+{
+    int a, k;
+    for (k = 0; k < MODES; ++k) {
+        on[k] = by_torques(unit, TORQUE_ON_MODES[k]);
+        for (a = 0; a < SIZE; ++a) on[k] -= BY_MODES[a][k] * (force[a] - LOAD[a]);
+    }
 }
 
 static fmi2Status update(Unit *unit)
 {
-    double force[SIZE], *z = unit->state, *x = z + 2 * MODES, *out = unit->value + SETTABLE;
+    double force[SIZE], on[MODES], *z = unit->state, *x = z + 2 * MODES, *out = unit->value + SETTABLE;
     int a, b, k;
     if (unit->known) return fmi2OK;
-    if (meshes(unit, z[TURNS], force) != fmi2OK) return fmi2Error;
+    if (meshes(unit, AT_END, force) != fmi2OK) return fmi2Error;
+    push(unit, force, on);
     for (a = 0; a < MESHES; ++a) {
         out[a] = force[2 * a];
         for (b = 0; b < SIZE; ++b) out[a] += TANGENT[2 * a][b] * (x[b] - CENTRE[b]);
     }
     for (a = 0; a < FORCES; ++a) {
-        out[MESHES + a] = 0.0;
-        for (k = 0; k < MODES; ++k) out[MESHES + a] += FORCE_BY_MODES[a][k] * z[k];
+        out[MESHES + a] = by_torques(unit, FORCE_BY_TORQUES[a]);
+        for (k = 0; k < MODES; ++k) out[MESHES + a] += FORCE_BY_MODES[a][k] * (z[k] + AT_END * z[STEP] * z[STEP] * on[k]);
         for (b = 0; b < SIZE; ++b) out[MESHES + a] += FORCE_BY_MESHES[a][b] * (force[b] - LOAD[b]);
-        for (k = 0; k < TORQUES; ++k) out[MESHES + a] += 1e3 * FORCE_BY_TORQUES[a][k] * unit->value[1 + k];
     }
     unit->known = 1;
     return fmi2OK;
@@ -254,13 +277,11 @@ static void turn_velocities(double *inverse, double angle)
 static void kick(Unit *unit, double h, double speed, const double force[SIZE])
 {
     double *z = unit->state, *v = z + MODES, *inverse = z + INVERSE, pushed[MODES];
-    int a, k, j;
+    int k, j;
+    push(unit, force, pushed);
     for (k = 0; k < MODES; ++k) {
-        double on = 0.0;
-        for (a = 0; a < SIZE; ++a) on -= BY_MODES[a][k] * (force[a] - LOAD[a]);
-        for (a = 0; a < TORQUES; ++a) on += 1e3 * TORQUE_ON_MODES[k][a] * unit->value[1 + a];
-        for (j = 0; j < MODES; ++j) on -= speed * speed * CENTRIFUGAL[k][j] * z[j];
-        pushed[k] = 2.0 * v[k] + h * on;
+        for (j = 0; j < MODES; ++j) pushed[k] -= speed * speed * CENTRIFUGAL[k][j] * z[j];
+        pushed[k] = 2.0 * v[k] + h * pushed[k];
     }
     for (k = 0; k < MODES; ++k) {
         v[k] = -v[k];
@@ -274,7 +295,7 @@ static fmi2Status advance(Unit *unit, double step)
     long count, n;
     count = (long)ceil(step / TURN * fmax(PER_MODE * highest(), PER_CYCLE * fastest() * speed) - 1e-9);
     if (count < 1) count = 1;
-    h = step / count;
+    state[STEP] = h = step / count;
     if (state[ANGLE] != h * speed) {
         state[ANGLE] = h * speed;
         turn_velocities(state + INVERSE, state[ANGLE]);
@@ -282,7 +303,7 @@ static fmi2Status advance(Unit *unit, double step)
     for (n = 0; n < count; ++n) {
         drift(unit, 0.5 * h);
         state[TURNS] += 0.5 * h * speed / TURN;
-        if (meshes(unit, state[TURNS], force) != fmi2OK) return fmi2Error;
+        if (meshes(unit, AT_KICK, force) != fmi2OK) return fmi2Error;
         kick(unit, h, speed, force);
         drift(unit, 0.5 * h);
         state[TURNS] += 0.5 * h * speed / TURN;

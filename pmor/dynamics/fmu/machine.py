@@ -78,10 +78,11 @@ def machine_law(response: LoadResponse, file: GearboxFile) -> MachineLaw:
     count, elastic, meshes = len(machine.meshes), found.modes.square > 0.0, parting.law.meshes
     among, rest = np.ix_(elastic, elastic), found.left_ports
     by_modes, left = _bearings(response, found.readings), _bearings(response, found.left_readings)
+    rows = parting.oscillator.rows
     arrays = {
         "OMEGA": np.sqrt(found.modes.square[elastic]), "RATIO": found.damping_ratio[elastic],
         "GYROSCOPIC": machine.sense * found.gyroscopic[among], "CENTRIFUGAL": found.centrifugal[among],
-        "BY_MODES": parting.oscillator.rows, "TORQUE_ON_MODES": found.ports[count:, elastic].T,
+        "BY_MODES": rows, "MOBILITY": rows @ rows.T, "TORQUE_ON_MODES": found.ports[count:, elastic].T,
         "BY_TORQUES": -parting.arms[:, None] * rest[:count, count:], "FORCE_BY_MODES": by_modes[:, elastic],
         "FORCE_BY_MESHES": left[:, :count] * parting.arms, "FORCE_BY_TORQUES": left[:, count:],
     }  # fmt: skip
@@ -118,8 +119,8 @@ def machine_unit(law: MachineLaw, file: GearboxFile) -> Unit:
     sentence = (
         f"{file.sections.title} in motion about {law.load}: {len(omega)} modes up to "
         f"{omega.max() / (2.0 * math.pi):.4g} Hz and what they leave at rest, meshes as tables of exact line contact "
-        f"whose flanks may part; backs of teeth {'carry' if np.isfinite(backs).all() else 'without a mirror image do not'}"
-        ". The speed is prescribed: what of all torques would change it, the inertia of the machine takes."
+        f"whose flanks may part; backs of teeth carry where they mirror flanks ({int(np.isfinite(backs).sum())} of "
+        f"{len(backs)} meshes). The speed is prescribed: what of all torques would change it, the inertia takes."
     )
     return Unit(file.name, sentence, tuple(variables), "machine.c", _table_text(law))
 

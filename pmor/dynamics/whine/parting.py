@@ -118,7 +118,8 @@ def parting(response: LoadResponse, file: GearboxFile) -> Parting:
     ratios = [response.machine.mesh_rate(number) / response.machine.mesh_rate(numbers[0]) for number in numbers]
     by = BALANCE if all(abs(ratio - round(ratio)) <= EXACT for ratio in ratios) else OVER_TIME
     ranges = ranges_of(response.speeds_rpm, np.any(least <= 0.0, axis=1))
-    backlash, found = [backlash_of_mesh(response, file, number) for number in numbers], Parting(numbers, by, least, ranges)
+    backlash = [backlash_of_mesh(response, file, number) for number in numbers]
+    found = Parting(numbers, by, least, ranges)
     found = replace(found, backlash_um=tuple(1e3 * one for one in backlash))
     try:
         machine = machine_of(response, numbers, backlash)

@@ -90,7 +90,8 @@ def about_first_load(file: GearboxFile) -> LoadResponse:
     """
     refuse_beyond(file, "dynamics")
     linear = replace(file.sections, dynamics=replace(file.sections.dynamics, motion="linear"))
-    loads, about = _of_gearbox(replace(file, sections=linear), kept_beside(None), speeds_of(file)[-1:])
+    own = replace(file, model=replace(file.model, sections=linear))
+    loads, about = _of_gearbox(own, kept_beside(None), speeds_of(file)[-1:])
     return about(loads[0])
 
 
