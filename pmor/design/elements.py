@@ -24,7 +24,8 @@ from pmor.design.files import DesignFile
 from pmor.design.settings import Load
 from pmor.design.solvers import MeshSolver, Solver, TrainSolver
 from pmor.dynamics.whine.quiet import QuietMesh
-from pmor.dynamics.whine.response import LoadResponse, respond
+from pmor.dynamics.whine.respond import respond
+from pmor.dynamics.whine.response import LoadResponse
 from pmor.dynamics.whine.ringing import KeptModes
 from pmor.dynamics.whine.run import speeds_of
 from pmor.line.several import GearTrain

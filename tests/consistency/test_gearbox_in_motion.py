@@ -27,7 +27,7 @@ from pmor.dynamics.whine.orders import along, spinning_Hz
 from pmor.dynamics.whine.output import loudest
 from pmor.dynamics.whine.pictures import CYCLE_STEPS, moving_bodies
 from pmor.dynamics.whine.quiet import QuietMesh
-from pmor.dynamics.whine.readings import bearing_names, bearing_rms, force_lines, mesh_rms, peak_rows, shown_modes
+from pmor.dynamics.whine.readings import bearing_names, peak_rows, shown_modes
 from pmor.dynamics.whine.response import RPM
 from pmor.dynamics.whine.run import about_first_load, run
 from pmor.gear.condition import Assembly
@@ -112,13 +112,13 @@ def test_bearing_forces_of_all_sources_are_those_of_all_displacements():
 def test_a_peak_names_the_line_without_which_there_is_none():
     """The squares of the other lines have no top there."""
     response = moving().loads[0]
-    total = bearing_rms(response)
+    total = response.rms.bearings
     names = [bearing.settings.name for bearing in response.machine.gearbox.bearings]
     for row in peak_rows(response):
         place = int(np.flatnonzero(response.speeds_rpm == row["speed_rpm"])[0])
         bearing = names.index(row["bearing"])
         source = next(one for one in response.sources if one.name == row["source"])
-        line = force_lines(response, source, source.lines)[:, row["harmonic"] - 1, bearing]
+        line = response.force_lines(source)[:, row["harmonic"] - 1, bearing]
         rest = total[place - 1 : place + 2, bearing] ** 2 - line[place - 1 : place + 2] ** 2
         assert np.diff(rest, n=2)[0] > np.diff(total[place - 1 : place + 2, bearing] ** 2, n=2)[0]
         assert_allclose(row["without_line_rms_N"] ** 2, rest[1], rtol=1e-9, atol=1e-12)
@@ -134,7 +134,7 @@ def test_files_hold_what_the_result_tells(tmp_path, undrawn):
     assert len(frame) == len(result.loads) * len(result.loads[0].speeds_rpm)
     arrays = pmor.load_results(tmp_path / "out" / "results.h5")
     force = arrays["motion/gearbox/drive/speed/bearing_force"].values
-    assert_allclose(force, bearing_rms(result.loads[0]))
+    assert_allclose(force, result.loads[0].rms.bearings)
     assert "In motion" in (tmp_path / "out" / "dynamics.md").read_text()
     with h5py.File(tmp_path / "out" / "modes.vtkhdf") as file:
         moved = np.linalg.norm(file["VTKHDF/PointData/displacement_mm"], axis=1)
@@ -203,7 +203,7 @@ def test_numbers_of_the_first_load_are_on_disk_when_the_second_is_interrupted(tm
     names = {path.name for path in (tmp_path / "out").iterdir() if path.suffix != ".jsonl"}
     assert names == {"response.csv", "results.h5"}
     force = pmor.load_results(tmp_path / "out" / "results.h5")["motion/gearbox/drive/speed/bearing_force"].values
-    assert_allclose(force, bearing_rms(response))
+    assert_allclose(force, response.rms.bearings)
 
 
 def test_modes_and_their_static_rest_add_up_to_the_force_at_a_peak(monkeypatch):
@@ -260,7 +260,7 @@ def test_a_light_housing_is_one_that_has_stiffness_alone(tmp_path):
     for mass, name in ((1e-6, "light"), (0.0, "massless")):
         (tmp_path / name).mkdir()
         responses.append(run(housed(tmp_path / name, mass)).loads[0])
-    assert_allclose(bearing_rms(responses[0]), bearing_rms(responses[1]), rtol=5e-5)
+    assert_allclose(responses[0].rms.bearings, responses[1].rms.bearings, rtol=5e-5)
 
 
 def test_a_heavy_housing_stands_still(tmp_path):
@@ -344,11 +344,11 @@ def test_a_micrometre_of_a_modification_does_what_two_full_runs_say():
         text = with_motion(SMALL.replace(place, place.replace(" }", f", {wheel} }}")))
         response = moving(text).loads[0]
         at = int(abs(response.speeds_rpm - target.speed_rpm).argmin())
-        lines = force_lines(response, response.sources[0], response.sources[0].lines)[at, :, target.number]
+        lines = response.force_lines(response.sources[0])[at, :, target.number]
         ends.append(float(np.sqrt((lines**2).sum())))
         assembly = Assembly(wheel=Modification(profile_crowning_um=amount))
         own = QuietMesh(moving().loads[0], 0, response.machine.gearbox.bearings[1].settings.name, 100.0)
-        quiet.append((own.results(assembly)["bearing_force_N"], bearing_rms(response)[:, 1].max()))
+        quiet.append((own.results(assembly)["bearing_force_N"], response.rms.bearings[:, 1].max()))
     assert_allclose(found.targets[0], ends[0] - ends[1], rtol=3e-2)
     for by_design, by_run in quiet:
         assert_allclose(by_design, by_run, rtol=5e-3)
@@ -358,8 +358,8 @@ def test_a_design_starts_from_the_motion_of_its_gearbox():
     """With the flanks of the file its results are those of the run."""
     response = moving().loads[0]
     found = QuietMesh(response, 0, None, 100.0).results(Assembly())
-    assert_allclose(found["mesh_force_N"], mesh_rms(response)[:, 0].max(), rtol=1e-6)
-    assert_allclose(found["bearing_force_N"], bearing_rms(response).max(), rtol=1e-6)
+    assert_allclose(found["mesh_force_N"], response.rms.meshes[:, 0].max(), rtol=1e-6)
+    assert_allclose(found["bearing_force_N"], response.rms.bearings.max(), rtol=1e-6)
 
 
 @pytest.mark.parametrize("torque", [60.0, -60.0])
@@ -398,9 +398,9 @@ class Page:
 def test_forces_of_the_page_are_those_of_the_run():
     """Each line, and all together, at each speed, of bearings and meshes."""
     page, response = Page(), moving().loads[0]
-    totals = np.concatenate([bearing_rms(response), mesh_rms(response)], axis=1)
+    totals = np.concatenate([response.rms.bearings, response.rms.meshes], axis=1)
     bearings = len(bearing_names(response))
-    lines = np.concatenate([force_lines(response, one, one.lines) for one in response.sources], axis=1)
+    lines = np.concatenate([response.force_lines(one) for one in response.sources], axis=1)
     frequencies = np.concatenate([one.frequency_Hz(response.speeds_rpm) for one in response.sources], axis=1)
     for reading in range(totals.shape[1]):
         over_speed = page.value(f"[...totalsOf(DATA, DATA.by_load[0], {reading})]")
@@ -441,7 +441,7 @@ def test_a_reader_goes_through_speeds_and_modes(tmp_path):
         page.open(path)
         page.wait_for(f"!!{result}")
         first = page.evaluate(result)
-        assert first["total"] == pytest.approx(bearing_rms(response)[:, 0].max(), rel=1e-5)
+        assert first["total"] == pytest.approx(response.rms.bearings[:, 0].max(), rel=1e-5)
         page.evaluate("document.getElementById('motion-peak').click()")
         assert page.evaluate(result)["place"] != first["place"]
         page.evaluate("""(input => { input.value = 3000; input.dispatchEvent(new Event("change")); })(

@@ -13,8 +13,9 @@ from scipy.linalg import eigh
 from pmor.dynamics.whine.coherent import CoherentMeshes, ahead_of, coherent_meshes, gears_of
 from pmor.dynamics.whine.gradient import Target, changes, cycle_with
 from pmor.dynamics.whine.hill import FURTHER, MeshCycle, hill, mesh_cycle
-from pmor.dynamics.whine.readings import bearing_rms, peak_rows
-from pmor.dynamics.whine.response import RPM, respond
+from pmor.dynamics.whine.readings import peak_rows
+from pmor.dynamics.whine.respond import respond
+from pmor.dynamics.whine.response import RPM
 from pmor.dynamics.whine.run import run
 from pmor.machine.coupled import solve_load
 from pmor.machine.loaded import loaded
@@ -250,7 +251,7 @@ def test_a_gearbox_with_gears_in_several_meshes_moves_from_its_file(tmp_path):
     page = (tmp_path / "out" / "report.html").read_text()
     assert "keep step" in page
     (response,) = result.loads
-    assert bearing_rms(response).max() > 0.0
+    assert response.rms.bearings.max() > 0.0
     assert {row["source"].count(" and ") for row in peak_rows(response)} <= {1, 3}
     rows = result.data["loads"][0]
     assert [mesh["pitches_per_turn"] for mesh in rows["meshes"]] == [18.0, 18.0, 6.0, 6.0]

@@ -16,7 +16,7 @@ from pmor.dynamics.whine.modal import closed, modes_of, receptance_of, transfer
 from pmor.dynamics.whine.moving import moving_machine
 from pmor.dynamics.whine.orders import spinning_Hz
 from pmor.dynamics.whine.readings import mode_rows
-from pmor.dynamics.whine.response import respond
+from pmor.dynamics.whine.respond import respond
 from pmor.dynamics.whine.ringing import MODAL_MASS, KeptModes, RingingGear, ringing_gears
 from pmor.line.hub_law import laws_at, mesh_coordinates, mode_coordinates
 from pmor.machine.coupled import SolvedLoad, solve_load

@@ -16,7 +16,7 @@ from pmor.dynamics.whine.moving import moving_machine
 from pmor.dynamics.whine.moving_sets import machine_of_set, with_sets
 from pmor.dynamics.whine.pictures import moving_bodies
 from pmor.dynamics.whine.readings import bearing_names
-from pmor.dynamics.whine.response import respond, respond_set
+from pmor.dynamics.whine.respond import respond, respond_set
 from pmor.dynamics.whine.run import run
 from pmor.dynamics.whine.set_cycle import set_cycle
 from pmor.line.hub_law import train_coordinates, train_law_at, train_rows

@@ -16,14 +16,14 @@ from scipy.linalg import eigh
 
 from pmor.body.beam import NODE, Beam, CircularSection, ShaftMaterial, refined
 from pmor.case.motion import Motion
+from pmor.dynamics.whine.arrays import line_columns
 from pmor.dynamics.whine.coherent import coherent_meshes
 from pmor.dynamics.whine.cycle import settled_pair, standing_meshes
 from pmor.dynamics.whine.hill import hill, mesh_forces, moved
 from pmor.dynamics.whine.modal import closed, modes_of, receptance_of, transfer, truncation
 from pmor.dynamics.whine.moving import bearing_rows, moving_machine
-from pmor.dynamics.whine.output import line_columns
 from pmor.dynamics.whine.readings import line_words
-from pmor.dynamics.whine.response import responded
+from pmor.dynamics.whine.respond import responded
 from pmor.gear.modification import Modification, Wave
 from pmor.line.hub_law import laws_at, mesh_coordinates
 from pmor.machine.coupled import condition_of, solve_load

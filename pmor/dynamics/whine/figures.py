@@ -14,14 +14,11 @@ from pmor.dynamics.whine.orders import spinning_Hz
 from pmor.dynamics.whine.readings import (
     MOST_LINES,
     bearing_names,
-    bearing_rms,
-    force_lines,
     line_words,
-    mesh_rms,
     order_words,
     shown_lines,
 )
-from pmor.dynamics.whine.response import RPM, LoadResponse, Source
+from pmor.dynamics.whine.response import RPM, LoadResponse, Source, Totals
 from pmor.report.style import COLOURS, legend_label, log_ticks, new_figure, plot_style
 from pmor.results.root_stress import GEARS
 
@@ -50,22 +47,22 @@ def bearings_figure(responses: Sequence[LoadResponse]) -> Figure:
     """Dynamic forces of all bearings over the speed, a panel each, a colour for each load; thin by mean stiffness."""
     names = bearing_names(responses[0])
     rows = math.ceil(len(names) / 2)
-    return _forces_figure(responses, names, bearing_rms, (rows, 2), 0.9 + 2.2 * rows, "Force, rms [N]")
+    return _forces_figure(responses, names, lambda total: total.bearings, (rows, 2), 0.9 + 2.2 * rows, "Force, rms [N]")
 
 
 def meshes_figure(responses: Sequence[LoadResponse]) -> Figure:
     """Dynamic force of each mesh over the speed."""
     names = responses[0].mesh_names
     grid, height = (len(names), 1), 0.9 + 2.4 * len(names)
-    return _forces_figure(responses, names, mesh_rms, grid, height, "Dynamic mesh force, rms [N]")
+    return _forces_figure(responses, names, lambda total: total.meshes, grid, height, "Dynamic mesh force, rms [N]")
 
 
 def _forces_figure(
-    responses: Sequence[LoadResponse], names: Sequence[str], forces: Callable[[LoadResponse, bool], FloatArray],
+    responses: Sequence[LoadResponse], names: Sequence[str], forces: Callable[[Totals], FloatArray],
     grid: tuple[int, int], height_in: float, label: str,
 ) -> Figure:  # fmt: skip
     """A panel for each name, the forces with varying stiffness and with its mean, under all loads."""
-    every = [(response, forces(response, False), forces(response, True)) for response in responses]
+    every = [(response, forces(response.rms), forces(response.constant_rms)) for response in responses]
     with plot_style():
         figure = new_figure(9.2, height_in)
         panels = list(figure.subplots(*grid, sharex=True, squeeze=False).flat)
@@ -130,10 +127,10 @@ def _order_line(axes: Axes, speeds: FloatArray, frequency: FloatArray, top: floa
 
 def orders_figure(response: LoadResponse) -> Figure:
     """Order cuts: the largest lines of the bearing forces over the speed, a panel each bearing, and all lines."""
-    names, total, speeds = bearing_names(response), bearing_rms(response), response.speeds_rpm
+    names, total, speeds = bearing_names(response), response.rms.bearings, response.speeds_rpm
     cuts = [
         (line_words(response, source, number), own[:, number])
-        for source in response.sources for own in [force_lines(response, source, source.lines)]
+        for source in response.sources for own in [response.force_lines(source)]
         for number in range(own.shape[1])
     ]  # fmt: skip
     # The largest over the forces of each bearing: no bearing is left out for being light.
@@ -193,7 +190,7 @@ def waterfall_figure(response: LoadResponse, highest_Hz: float) -> Figure:
     from matplotlib.colors import LogNorm
 
     names, speeds = bearing_names(response), response.speeds_rpm
-    lines = [force_lines(response, source, source.lines) for source in response.sources]
+    lines = [response.force_lines(source) for source in response.sources]
     largest = max(float(line.max()) for line in lines)
     least = largest * 10.0**-DECADES
     norm = LogNorm(least, largest)

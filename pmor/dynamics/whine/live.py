@@ -11,7 +11,7 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.dynamics.whine.figures import SPREAD
 from pmor.dynamics.whine.pictures import moving_bodies, places_of
-from pmor.dynamics.whine.readings import Data, bearing_names, force_lines, order_words
+from pmor.dynamics.whine.readings import Data, bearing_names, order_words
 from pmor.dynamics.whine.response import LoadResponse
 from pmor.machine.bodies import Body, Detail
 from pmor.machine.model import GearboxModel
@@ -44,7 +44,7 @@ def _by_load(response: LoadResponse) -> dict[str, Any]:
     lines, forces = list[dict[str, Any]](), list[FloatArray]()
     for source in response.sources:
         own = np.sqrt(2.0) * abs(source.lines.mesh_forces) * source.told[..., None]
-        forces.append(np.concatenate([force_lines(response, source, source.lines), own], axis=2))
+        forces.append(np.concatenate([response.force_lines(source), own], axis=2))
         lines += [
             {"source": source.name, "name": order_words(response, source, number),
              "order": source.orders[number].order} for number in range(len(source.places))

@@ -24,7 +24,7 @@ from pmor.dynamics.response import response as periodic_motion
 from pmor.dynamics.whine.cycle import StandingMesh
 from pmor.dynamics.whine.modal import transfer
 from pmor.dynamics.whine.nonlinear import PartingMachine, backlash_at, parting_machine
-from pmor.dynamics.whine.readings import bearing_names, force_lines
+from pmor.dynamics.whine.readings import bearing_names
 from pmor.dynamics.whine.response import RPM, LoadResponse, of_mesh
 from pmor.line.hub_law import COORDINATES
 from pmor.machine.loader import GearboxFile
@@ -150,12 +150,6 @@ def least_forces(response: LoadResponse) -> FloatArray:
     return found
 
 
-def linear_rms(response: LoadResponse) -> FloatArray:
-    """Return the dynamic forces of all meshes in the linear answer, of all its lines, (S, M), N."""
-    every = [2.0 * (abs(source.lines.mesh_forces) ** 2).sum(axis=1) for source in response.sources]
-    return np.asarray(np.sqrt(sum(every)))
-
-
 def ranges_of(speeds: FloatArray, parted: BoolArray) -> tuple[tuple[float, float], ...]:
     """Return the ranges of speeds over which motion is looked for, around those at which flanks part."""
     ranges = list[tuple[float, float]]()
@@ -276,7 +270,7 @@ def _others(response: LoadResponse, numbers: Sequence[int]) -> FloatArray:
     own = {id(response.source_of(number)[0]) for number in numbers}
     others = [source for source in response.sources if id(source) not in own]
     nothing = np.zeros((len(response.speeds_rpm), len(bearing_names(response))))
-    return np.asarray(sum(((force_lines(response, one, one.lines) ** 2).sum(axis=1) for one in others), nothing))
+    return np.asarray(sum(((response.force_lines(one) ** 2).sum(axis=1) for one in others), nothing))
 
 
 def _with_others(squares: FloatArray, speeds: FloatArray, response: LoadResponse, further: FloatArray) -> FloatArray:

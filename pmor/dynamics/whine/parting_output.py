@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pmor.dynamics.integration import SAMPLES
-from pmor.dynamics.whine.parting import BALANCE, SPEEDS, TOLD, Course, Parting, linear_rms
-from pmor.dynamics.whine.readings import bearing_names, bearing_rms
+from pmor.dynamics.whine.parting import BALANCE, SPEEDS, TOLD, Course, Parting
+from pmor.dynamics.whine.readings import bearing_names
 from pmor.dynamics.whine.response import LoadResponse
 from pmor.report.page import Block, Heading, Picture
 from pmor.report.style import COLOURS, new_figure, plot_style
@@ -29,7 +29,7 @@ def parting_data(response: LoadResponse) -> Data:
         return {}
     names, bearings = [response.mesh_names[number] for number in found.numbers], bearing_names(response)
     stable = [(course, place) for course in found.courses for place in np.flatnonzero(course.stable).tolist()]
-    linear_meshes, linear_bearings = linear_rms(response), bearing_rms(response)
+    linear_meshes, linear_bearings = response.rms.meshes, response.rms.bearings
     return {"nonlinear": {
         "meshes_that_part": names, "solved_by": found.by or None,
         "least_force_share": {
@@ -171,11 +171,11 @@ def parting_figure(answers: Sequence[tuple[LoadResponse, Parting]]) -> Figure:
         for axes, (response, found) in zip(figure.subplots(len(answers), 2, squeeze=False), answers, strict=True):
             bearing = int(np.max([course.bearings.max(axis=0) for course in found.courses], axis=0).argmax())
             for colour, (n, number) in zip(COLOURS, enumerate(found.numbers), strict=False):
-                axes[0].plot(response.speeds_rpm, linear_rms(response)[:, number], color=colour, lw=0.6)
+                axes[0].plot(response.speeds_rpm, response.rms.meshes[:, number], color=colour, lw=0.6)
                 for course in found.courses:
                     label = response.mesh_names[number] if course is found.courses[0] else None
                     _course(axes[0], course, course.meshes[:, n, 0], colour, label)
-            axes[1].plot(response.speeds_rpm, bearing_rms(response)[:, bearing], color=COLOURS[0], lw=0.6)
+            axes[1].plot(response.speeds_rpm, response.rms.bearings[:, bearing], color=COLOURS[0], lw=0.6)
             for course in found.courses:
                 _course(axes[1], course, course.bearings[:, bearing], COLOURS[0], None)
             speed = f"Speed of {response.speed_of} [rpm]"

@@ -15,7 +15,7 @@ from pmor.core.arrays import ComplexArray, FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.whine.gradient import cycle_of_flanks
 from pmor.dynamics.whine.hill import hill
-from pmor.dynamics.whine.readings import bearing_names, force_lines
+from pmor.dynamics.whine.readings import bearing_names
 from pmor.dynamics.whine.response import LoadResponse, Source
 from pmor.gear.condition import Assembly
 
@@ -77,7 +77,7 @@ class QuietMesh:
         if self.bearing is not None:
             return names.index(self.bearing)
         source, *_ = self.response.source_of(self.number)
-        return int((force_lines(self.response, source, source.lines) ** 2).sum(axis=1).max(axis=0).argmax())
+        return int((self.response.force_lines(source) ** 2).sum(axis=1).max(axis=0).argmax())
 
     @cached_property
     def _others(self) -> dict[str, FloatArray]:
@@ -89,7 +89,7 @@ class QuietMesh:
 
     def _squares(self, source: Source) -> dict[str, FloatArray]:
         """Squares of the results over the speed by the lines of a source, (S,); of power itself."""
-        force = force_lines(self.response, source, source.lines)[..., self._bearing]
+        force = self.response.force_lines(source)[..., self._bearing]
         mesh = abs(source.lines.mesh_forces[..., self.number])
         return {
             "mesh_force_N": 2.0 * (mesh**2 * source.told).sum(axis=1),

@@ -11,7 +11,7 @@ from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
 from pmor.dynamics.whine.blades import FAMILIES
 from pmor.dynamics.whine.moving import MovingMachine
-from pmor.dynamics.whine.response import RPM, Lines, LoadResponse, Source, of_mesh
+from pmor.dynamics.whine.response import RPM, LoadResponse, Source, of_mesh
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.settings import HOUSING
 
@@ -70,7 +70,7 @@ def shown_lines(response: LoadResponse, source: Source) -> list[int]:
     """Return the numbers of lines that a diagram has room for: all of few, else harmonics and the largest others."""
     if len(source.places) <= MOST_LINES:
         return list(range(len(source.places)))
-    largest = force_lines(response, source, source.lines).max(axis=(0, 2), initial=0.0)
+    largest = response.force_lines(source).max(axis=(0, 2), initial=0.0)
     whole = [number for number, (harmonic, _) in enumerate(source.places) if not harmonic % 1.0]
     others = [number for number in largest.argsort()[::-1].tolist() if number not in whole]
     return sorted(whole + others[: max(MOST_LINES - len(whole), 0)])
@@ -81,27 +81,6 @@ def bearing_names(response: LoadResponse) -> list[str]:
     machine = response.machine
     housed = [f"{one.name}: {MEMBERS[member]} in the housing" for one in machine.sets for member in one.housed]
     return [bearing.settings.name for bearing in machine.gearbox.bearings] + housed
-
-
-def force_lines(response: LoadResponse, source: Source, lines: Lines) -> FloatArray:
-    """Return the forces of a source's lines on all bearings, rms of the vector, (S, K, bearings), N."""
-    force = response.bearing_forces(lines.readings)[..., :3]
-    return np.asarray(np.sqrt(2.0 * (abs(force) ** 2).sum(axis=-1)) * source.told[..., None])
-
-
-def bearing_rms(response: LoadResponse, constant: bool = False) -> FloatArray:
-    """Return the forces on all bearings over the speed, rms of all lines of all sources, (S, bearings), N."""
-    every = [force_lines(response, one, one.constant if constant else one.lines) for one in response.sources]
-    return np.asarray(np.sqrt(sum((lines**2).sum(axis=1) for lines in every)))
-
-
-def mesh_rms(response: LoadResponse, constant: bool = False) -> FloatArray:
-    """Return the dynamic forces of all meshes over the speed, rms of all lines of all sources, (S, M), N."""
-    every = [
-        2.0 * (abs((one.constant if constant else one.lines).mesh_forces) ** 2 * one.told[..., None]).sum(axis=1)
-        for one in response.sources
-    ]
-    return np.asarray(np.sqrt(sum(every)))
 
 
 def swing(response: LoadResponse) -> FloatArray:
@@ -209,9 +188,9 @@ def peak_rows(response: LoadResponse) -> list[Data]:
 
     A peak is that of the line whose square bends down most there; without it there is none.
     """
-    total, constant = bearing_rms(response), bearing_rms(response, constant=True)
-    lines = [(one, force_lines(response, one, one.lines)) for one in response.sources]
-    rows, nothing = list[Data](), NOTHING * mesh_rms(response).max()
+    total, constant = response.rms.bearings, response.constant_rms.bearings
+    lines = [(one, response.force_lines(one)) for one in response.sources]
+    rows, nothing = list[Data](), NOTHING * response.rms.meshes.max()
     for bearing, name in enumerate(bearing_names(response)):
         over_speed = total[:, bearing]
         if over_speed.max() <= nothing:  # planets in phase leave it alone

@@ -12,23 +12,21 @@ import numpy as np
 
 from pmor.core.errors import CaseError
 from pmor.core.shown import Columns, Tabular
+from pmor.dynamics.whine.arrays import line_columns, motion_arrays, response_columns
 from pmor.dynamics.whine.figures import bearings_figure, campbell_figure, meshes_figure, waterfall_figure
 from pmor.dynamics.whine.output import (
     FILES,
     Data,
     MovingFile,
     kind_of,
-    line_columns,
     loudest,
-    motion_arrays,
-    response_rows,
     whine_data,
     whine_report,
     whine_text,
 )
 from pmor.dynamics.whine.parting_output import parting_arrays, parting_rows
 from pmor.dynamics.whine.pictures import drawn_modes, modes_figure, write_modes
-from pmor.dynamics.whine.readings import bearing_names, bearing_rms
+from pmor.dynamics.whine.readings import bearing_names
 from pmor.dynamics.whine.response import LoadResponse
 from pmor.machine.loader import GearboxFile
 from pmor.report.data_files import write_columns_csv, write_table_csv
@@ -112,8 +110,7 @@ class MotionResult(Tabular):
             self._write_numbers(out)
 
     def _write_numbers(self, out: Path) -> None:
-        rows = response_rows(self.loads)
-        write_table_csv(out / "response.csv", rows, list(rows[0]))
+        write_columns_csv(out / "response.csv", response_columns(self.loads))
         write_results_file(out / "results.h5", self._results_file())
 
     def _results_file(self) -> ResultsFile:
@@ -130,7 +127,7 @@ class MotionResult(Tabular):
         return ResultsFile(self.file.name, self.file.text, arrays, names, OF_MOTION)
 
     def _shown(self) -> Columns:
-        largest = [bearing_rms(response).max(axis=0) for response in self.loads]
+        largest = [response.rms.bearings.max(axis=0) for response in self.loads]
         names = bearing_names(self.loads[0]) if self.loads else []
         return {
             "load": [response.solved.load.name for response in self.loads],

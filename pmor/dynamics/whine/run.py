@@ -15,7 +15,8 @@ from pmor.core.progress import Progress, quietly, stage
 from pmor.core.threads import in_order, one_thread
 from pmor.dynamics.whine.output import FILES, MovingFile
 from pmor.dynamics.whine.parting import parting
-from pmor.dynamics.whine.response import LoadResponse, respond, respond_set, torque_names
+from pmor.dynamics.whine.respond import respond, respond_set, torque_names
+from pmor.dynamics.whine.response import LoadResponse, turning
 from pmor.dynamics.whine.result import MotionResult
 from pmor.dynamics.whine.ringing import KeptModes
 from pmor.machine.coupled import solve_load
@@ -123,9 +124,8 @@ def _of_set(file: SetFile, kept: KeptGear, speeds: FloatArray) -> tuple[list[str
 
 def speeds_of(file: MovingFile) -> FloatArray:
     """Return the speeds that a file asks for, rpm."""
-    of, speeds = "the shaft of the first torque", list[float | None]()
+    speeds = list[float | None]()
     if isinstance(file, SetFile):
-        of = "the member that the torque is on"
         speeds.append(file.sections.load.speed_rpm if file.sections.load else None)
     else:
         speeds += [load.speed_rpm for load in file.sections.loads]
@@ -133,6 +133,6 @@ def speeds_of(file: MovingFile) -> FloatArray:
     if found is None:
         raise CaseError(
             f"{file.name}: [dynamics] speed_range_rpm: no load has a speed: give the lowest and the highest speed of "
-            f"{of}, as in [100.0, 3000.0]"
+            f"{turning(isinstance(file, SetFile))}, as in [100.0, 3000.0]"
         )
     return found

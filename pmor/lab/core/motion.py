@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from pmor.core.threads import in_order, threads
-from pmor.dynamics.whine.response import LoadResponse, respond
+from pmor.dynamics.whine.respond import respond
+from pmor.dynamics.whine.response import LoadResponse
 from pmor.dynamics.whine.result import MotionResult
 from pmor.dynamics.whine.run import ANGLES, speeds_of
 from pmor.machine.coupled import SolvedLoad, solve_load
