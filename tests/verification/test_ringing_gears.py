@@ -126,7 +126,7 @@ def test_slow_gears_have_the_mesh_force_of_rigid_ones(monkeypatch):
     slow = np.array([1.0]), 1e-9
     ringing = light_response(*slow)
     np.linalg.cholesky(ringing.sources[0].mesh.standing.parts[0].law().tangent)
-    monkeypatch.setattr("pmor.dynamics.whine.response.ringing_gears", lambda *_: [])
+    monkeypatch.setattr("pmor.dynamics.whine.respond.ringing_gears", lambda *_: [])
     lines, rigid = (one.sources[0].lines.mesh_forces[0, :HARMONICS] for one in (ringing, light_response(*slow)))
     assert_allclose(lines, rigid, atol=MORE_HARMONICS * abs(rigid).max())
 
