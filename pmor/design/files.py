@@ -145,10 +145,11 @@ class DesignFile:
             name, title, angle = self.set.name, self.set.sections.title, "Angle of the first gear [pitches]"
             return Words("set", name, title, "as filed", "Torque of the set", angle, "sets")
         ends = "Torque on the pinion", "Pinion angle [pitches]"
-        if self.case is not None:
-            return Words("case", self.case.name, self.case.title, "base case", *ends, "pairs")
-        assert self.box is not None
-        return Words("gearbox", self.box.name, self.box.model.sections.title, "as filed", *ends, "gearboxes")
+        base, made = ("as filed", "gearboxes") if self.case is None else ("base case", "pairs")
+        if self.box is not None:
+            return Words("gearbox", self.box.name, self.box.sections.title, base, *ends, made)
+        assert self.case is not None
+        return Words("case", self.case.name, self.case.title, base, *ends, made)
 
     @property
     def pitches(self) -> int:

@@ -53,7 +53,7 @@ def design_data(outcome: Found, read: Readings) -> dict[str, Any]:
     design, words = outcome.design, outcome.file.words
     return {
         "title": design.title,
-        "case": words.name if words.kind == "case" else None,
+        "case": outcome.file.case.name if outcome.file.case is not None else None,
         "set": words.name if words.kind == "set" else None,
         "minimise": design.objective.minimise,
         "meshes": design.objective.meshes if design.several else None,

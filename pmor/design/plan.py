@@ -48,9 +48,8 @@ def _searched(design: Design, file: DesignFile) -> list[str]:
         *(f"  variable            {_words(v)}" for v in design.variables),
     ]
     if file.box is not None:
-        named = f"mesh {design.mesh[0]}" if file.case is not None else f"meshes {', '.join(design.mesh)}"
         lines[2:2] = [
-            f"  gearbox             {file.box.name}: {named}, contact on its supports under each load, the "
+            f"  meshes              {', '.join(file.meshes)}: contact on its supports under each load, the "
             "other meshes under their mean loads",
         ]
     if file.set is not None:

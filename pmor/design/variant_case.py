@@ -31,7 +31,7 @@ from pmor.storage.results_folder import results_folder
 def write_variant(file: DesignFile, folder: Path, number: int, *, overwrite: bool = False) -> Path:
     """Write the case, gearbox or set file of a variant into the folder of its results, and return its path.
 
-    Of a gearbox of which several meshes are designed, its cases stand beside it.
+    That of a gearbox has the cases of its meshes beside it.
 
     Raises
     ------
@@ -62,9 +62,8 @@ def _texts(file: DesignFile, results: Path, number: int, stem: str) -> dict[str,
         return {".toml": head + _set_text(file, file.source, stored, number, name)}
     as_read = {file.meshes[0]: load_case(file.inputs[1])} if file.box is None else file.box.cases
     cases = {mesh: _case(file, mesh, as_read[mesh], stored, number, name) for mesh in file.meshes}
-    if file.case is not None:
+    if file.box is None:
         return {".toml": head + text_of(cases[file.meshes[0]])}
-    assert file.box is not None
     sections = replace(file.box.model.sections, title=f"{file.box.model.sections.title}, {name}")
     model = replace(file.box.model, sections=sections)
     texts = gearbox_texts(replace(file.box, model=model, cases={**file.box.cases, **cases}), stem)
@@ -84,9 +83,8 @@ def _case(file: DesignFile, mesh: str, as_read: Case, stored: DesignResults, num
         for gear, flank in flanks.items()
     }
     changes["online"] = {"angles_per_pitch": int(stored.arrays["angles"][number])}
-    if file.case is not None:
-        # Those of a gearbox are off by round-off; cases have twelve digits of a torque.
-        torques = {as_read.torque_Nm, *(float(f"{torque:.12g}") for torque in stored.arrays["torque"])}
+    if file.box is None:
+        torques = {as_read.torque_Nm, *map(float, stored.arrays["torque"])}
         changes["online"]["torques_Nm"] = sorted(-torque if coast else torque for torque in torques)
     return change_case(as_read, title=f"{as_read.title}, {name}", **changes)
 

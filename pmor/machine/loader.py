@@ -60,7 +60,7 @@ class GearboxFile:
     def whole_text(self) -> str:
         """Text of the gearbox file and of those that it names."""
         texts = [self.text or repr(self.model.sections), *(case.text for case in self.cases.values())]
-        housing = [] if self.model.housing is None else [repr(self.model.housing.tolist())]
+        housing = [repr(matrix.tolist()) for matrix in self.model.of_housing.values()]
         return "\n".join([*texts, *(one.whole_text for one in self.model.sets.values()), *housing])
 
     @property

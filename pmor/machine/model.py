@@ -127,6 +127,12 @@ class GearboxModel:
         return {mesh.name for group in self.groups for mesh in group.meshes}
 
     @property
+    def of_housing(self) -> dict[str, FloatArray]:
+        """Matrices of the housing by the keys of a file."""
+        given = {"stiffness": self.housing} if self.housing_matrices is None else vars(self.housing_matrices)
+        return {key: matrix for key, matrix in given.items() if matrix is not None}
+
+    @property
     def seats(self) -> int:
         """Bearings to the housing."""
         return sum(bearing.to == HOUSING for bearing in self.sections.bearings)

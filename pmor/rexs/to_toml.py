@@ -10,8 +10,6 @@ from pmor.core.errors import printable
 from pmor.machine.loader import GearboxFile
 from pmor.storage.atomic import atomic_path, refuse_existing
 
-TABLES = ("shafts", "bearings", "meshes", "sets", "loads")
-
 
 def write_gearbox_toml(file: GearboxFile, path: Path, overwrite: bool) -> list[Path]:
     """Write a gearbox file and what it names beside it; return all paths. OutputError where one cannot be."""
@@ -33,11 +31,9 @@ def gearbox_texts(file: GearboxFile, stem: str) -> dict[str, str]:
     stem : str
         That names of the files beside it begin with.
     """
-    said = file.model.sections
     beside = {f"{stem}_{name}.toml": case.text for name, case in file.cases.items()}
     beside |= {f"{stem}_{name}.toml": part.text for name, part in file.model.sets.items()}
-    document: dict[str, Any] = {"title": said.title}
-    document |= {name: written(getattr(said, name)) for name in TABLES if getattr(said, name)}
+    document: dict[str, Any] = written(file.sections)
     for name, key in (("meshes", "case"), ("sets", "set")):
         for keys in document.get(name, ()):
             keys[key] = f"{stem}_{keys['name']}.toml"
@@ -45,10 +41,10 @@ def gearbox_texts(file: GearboxFile, stem: str) -> dict[str, str]:
         keys.pop("changes", None)
         keys["pinion"].pop("gear", None)
         keys["wheel"].pop("gear", None)
-    document |= {name: keys for name in ("gravity", "lubricant") if (keys := written(getattr(said, name)))}
-    if file.model.housing is not None:
-        rows = [",".join(map(repr, row)) for row in file.model.housing.tolist()]
-        document["housing"] = {"stiffness": f"{stem}_housing.csv"}
-        beside[f"{stem}_housing.csv"] = "\n".join(rows) + "\n"
+    housing = {key: f"{stem}_housing_{key}.csv" for key in file.model.of_housing}
+    document |= {"housing": housing} if housing else {}
+    for key, matrix in file.model.of_housing.items():
+        rows = [",".join(map(repr, row)) for row in matrix.tolist()]
+        beside[housing[key]] = "\n".join(rows) + "\n"
     notes = "".join(f"# {printable(note)}\n" for note in file.notes)
     return {"": notes + document_text(document), **beside}

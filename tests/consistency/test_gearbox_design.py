@@ -74,21 +74,18 @@ def test_a_search_on_fixed_supports_is_off_by_what_nonlinear_bearings_make_of_th
 
 
 @pytest.mark.slow
-def test_the_variant_as_a_case_gives_the_gearbox_what_the_design_said(job, tmp_path):
-    """`pmor run` with the case that `--case` writes, on the angles of the page: the most of a chosen variant."""
+def test_a_variant_is_the_gearbox_and_gives_what_the_design_said(job):
+    """`pmor run` with the file that `--case` writes, on the angles of the page: the most of a chosen variant."""
     path, out, data = job
     number = data["best"]["variant"]
     assert main(["design", str(path), "--out", str(out), "--case", str(number)]) == 0
-    case = load_case(out / f"variant_{number}.toml")
+    beside = out / f"variant_{number}_mesh.toml"
+    case = load_case(beside)
     assert case.pinion_modification.helix_slope_um == data["best"]["parameters"]["pinion.helix_slope_um"]
-    angles = max(int(row["angles_per_pitch"]) for row in rows_of(out / "design.csv"))
-    (tmp_path / "small.toml").write_bytes((out / f"variant_{number}.toml").read_bytes())
-    box = tmp_path / "box.toml"
-    box.write_text(
-        ASKEW.replace('case = "small.toml"', f'case = "small.toml"\nonline = {{ angles_per_pitch = {angles} }}')
-    )
-    found = pmor.run(box).data
-    meshes = [load["meshes"][0] for load in found["loads"]]
+    most = max(int(row["angles_per_pitch"]) for row in rows_of(out / "design.csv"))
+    own = f"angles_per_pitch = {case.online.angles_per_pitch}"
+    beside.write_text(beside.read_text().replace(own, f"angles_per_pitch = {most}"))
+    meshes = [load["meshes"][0] for load in pmor.run(out / f"variant_{number}.toml").data["loads"]]
     said = flank(data, "best for the gearbox")
     assert_allclose([mesh["k_h_beta"] for mesh in meshes], said["k_h_beta"], rtol=1e-6)
     assert_allclose([mesh["ste_peak_to_peak_um"] for mesh in meshes], said["peak_to_peak_um"], rtol=1e-6)
@@ -100,7 +97,8 @@ def test_the_command_leaves_its_files_and_says_what_the_gearbox_asks_for(job):
     left = {file.name for file in out.iterdir()}
     assert {"face_load.png", "design.csv", "report.html"} <= left
     assert not left & {"parts", "torque.png"}
-    assert left - {f"variant_{data['best']['variant']}.toml", ".pmor-manifest.jsonl"} <= set(FILES)
+    written = {f"variant_{data['best']['variant']}{name}.toml" for name in ("", "_mesh")}
+    assert left - written - {".pmor-manifest.jsonl"} <= set(FILES)
     assert data["loads"] == ["drive", "light"]
     assert_allclose(data["torques_Nm"], [60.0, 20.0], rtol=1e-3)
     page = (out / "report.html").read_text()
@@ -269,6 +267,7 @@ def test_a_plan_says_what_is_searched_and_solves_nothing(tmp_path, capsys, monke
     assert main(["plan", str(path)]) == 0
     text = capsys.readouterr().out
     assert text == f"{pmor.plan(path)}\n"
-    assert "gearbox             box: mesh mesh" in text
+    assert "gearbox             box: Small" in text
+    assert "meshes              mesh: contact on its supports" in text
     assert "loads (weights)     drive (1), light (2)" in text
     assert "variable            pinion.helix_slope_um from -20 to 60" in text

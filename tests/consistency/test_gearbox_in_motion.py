@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 import pytest
 import quickjs
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.linalg import eigh, expm
 
 import pmor
@@ -36,8 +36,10 @@ from pmor.machine.coupled import solve_load
 from pmor.machine.loader import load
 from pmor.machine.readings import bearing_data
 from pmor.machine.run import meshes_and_trains
+from pmor.machine.settings import Housing
 from pmor.machine.view import COARSE
 from pmor.report.page import page_html
+from pmor.rexs.to_toml import write_gearbox_toml
 from tests.support.chromium import browser
 from tests.support.gearboxes import MOTOR, SMALL, two_stages, written
 from tests.support.page_solver import TEMPLATES, unpacked
@@ -252,6 +254,23 @@ def housed(folder, mass, more=""):
     np.savetxt(folder / "mass.csv", inertia, delimiter=",")
     text = '[housing]\nstiffness = "stiffness.csv"\nmass = "mass.csv"\n' + more
     return load(written(folder, with_motion(more=MOTION + text)))
+
+
+def test_a_gearbox_that_is_written_keeps_what_moves(tmp_path):
+    """Variants of designs and campaigns are written so: masses, `[dynamics]`, matrices of the housing, ripple."""
+    np.savetxt(tmp_path / "surface.csv", np.eye(26), delimiter=",")
+    file = housed(tmp_path, 0.5, SURFACED)
+    (tmp_path / "again").mkdir()
+    write_gearbox_toml(file, tmp_path / "again" / "box.toml", overwrite=False)
+    other = load(tmp_path / "again" / "box.toml")
+    nowhere = {"meshes": (), "housing": Housing()}
+    assert replace(other.sections, **nowhere) == replace(file.sections, **nowhere)
+    assert file.sections.masses
+    assert file.sections.loads[0].torques[0].ripple
+    assert list(file.model.of_housing) == ["stiffness", "mass", "surface"]
+    for key, matrix in file.model.of_housing.items():
+        assert_array_equal(other.model.of_housing[key], matrix)
+    assert file.whole_text != replace(file, model=replace(file.model, housing_matrices=None)).whole_text
 
 
 def test_a_light_housing_is_one_that_has_stiffness_alone(tmp_path):
