@@ -332,7 +332,7 @@ def test_adjoint_is_the_difference_of_whole_solutions(parameter, target):
     answers = np.stack([source.mesh.at_rest + 0j, *(order.ports(own, own)[place] for order in source.orders)])
     ends = []
     for sign in (-1.0, 1.0):
-        cycle = cycle_with(source.mesh, 0, parameter, sign * step)
+        cycle = cycle_with(source.mesh, (0,), parameter, sign * step)
         # The machine stays closed by the mean stiffness that it had.
         more = np.stack([cycle.tangent[0] - source.mesh.cycle.mean, *cycle.tangent[1:]])
         ends.append(rms_of(response, source, hill_closed(cycle, more, answers), target, place))

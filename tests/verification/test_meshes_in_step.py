@@ -104,7 +104,7 @@ def test_what_a_micrometre_does_in_a_train_is_the_difference_of_its_solutions(nu
     (found,) = changes(response, number, [Target("bearing", SPEEDS[1], 2)], [parameter])
     ends, moving = [], mesh.moving(source.orders)
     for way in (-1.0, 1.0):
-        acting = hill(cycle_with(mesh, place, parameter, way * step), moving, mesh.cycle.mean)
+        acting = hill(cycle_with(mesh, (place,), parameter, way * step), moving, mesh.cycle.mean)
         readings = [source.orders[n].readings(source.ports, acting[:, n + 1])[1] for n in range(MOTION.harmonics)]
         forces = response.bearing_forces(np.array(readings))[:, 2, :3]
         ends.append(float(np.sqrt(2.0 * (abs(forces) ** 2).sum())))

@@ -1,6 +1,7 @@
 """Planetary sets of files in small motion: at rest they are the set that is solved, on springs and on shafts; what
 phasing forbids is not there, in meshes, bearings and frequencies."""
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,14 +12,18 @@ from numpy.testing import assert_allclose
 
 from pmor.case.motion import Motion
 from pmor.core.errors import CaseError
+from pmor.dynamics.whine.gradient import Target, changes, cycle_with, passing_at
 from pmor.dynamics.whine.modal import closed, modes_of
 from pmor.dynamics.whine.moving import moving_machine
 from pmor.dynamics.whine.moving_sets import machine_of_set, with_sets
 from pmor.dynamics.whine.pictures import moving_bodies
 from pmor.dynamics.whine.readings import bearing_names
 from pmor.dynamics.whine.respond import respond, respond_set
+from pmor.dynamics.whine.response import AIR
 from pmor.dynamics.whine.run import run
 from pmor.dynamics.whine.set_cycle import set_cycle
+from pmor.dynamics.whine.set_response import over_planets
+from pmor.gear.modification import Modification
 from pmor.line.hub_law import train_coordinates, train_law_at, train_rows
 from pmor.line.hubs import HUB
 from pmor.machine.bodies import bodies
@@ -313,13 +318,91 @@ def test_a_set_run_the_other_way_by_the_other_torque_is_its_image_and_one_run_ba
         assert (abs(found - expected).max() < 1e-6 * expected.max()) == same
 
 
+def alone(text, crowning=0.0, **motion):
+    """A set by itself in motion, its sun's flanks with some crowning, um."""
+    (file, train), speeds = set_and_train(text), (400.0, 3000.0, 9000.0)
+    meshes = [
+        replace(mesh, assembly=replace(mesh.assembly, pinion=Modification(profile_crowning_um=crowning)))
+        if 0 in mesh.bodies else mesh for mesh in train.meshes
+    ]  # fmt: skip
+    train = replace(train, meshes=tuple(meshes))
+    solution = solve_set(file.plan, train, np.array([file.plan.torque_Nm]), file.angles_per_pitch)
+    return respond_set(file, solution, 0, Motion(harmonics=3, **motion), np.array(speeds))
+
+
+def on_a_housing(folder):
+    """A reducer on a housing with mass and a surface, which is not alike all around: mean stiffness."""
+    rng = np.random.default_rng(5)
+    for name, scale, more in (("stiffness", 1e4, 3e5), ("mass", 1e-4, 5e-3), ("surface", 1.0, 0.0)):
+        rows = rng.standard_normal((12, 12))
+        np.savetxt(folder / f"{name}.csv", scale * rows.T @ rows + more * np.eye(12), delimiter=",")
+    held = '[housing]\nstiffness = "stiffness.csv"\nmass = "mass.csv"\nsurface = "surface.csv"\n'
+    file = load(written_reducer(folder, one_stage("1e5", "1e9") + held, PHASED))
+    solved = solve_load(file.model, file.model.sections.loads[0], {}, 6, trains=trains_once(file, PHASED))
+    return respond(file.model, solved, {}, Motion(harmonics=3, highest_frequency_Hz=4e3), np.array([800.0, 2000.0]))
+
+
+def rms_with(response, source, cycle, target, place):
+    """Of a target by the lines of the only set, solved with another cycle of its meshes."""
+    (one,), (of_set,), own = response.machine.sets, response.cycles, source.ports
+    acting = source.of_set.answer(cycle)
+    orders = source.orders[:: len(source.orders) // acting.shape[1]]
+    readings = np.stack([order.readings(own, acting[:, n]) for n, order in enumerate(orders)], axis=1)
+    if of_set.blades.carried:
+        readings = one.in_housing(readings)
+    if target.kind == "bearing":
+        squares = (abs(response.bearing_forces(readings)[..., target.number, :3]) ** 2).sum(axis=-1)
+    elif target.kind == "power":
+        omega = 2.0 * np.pi * source.frequency_Hz(response.speeds_rpm)
+        normal = response.housing(readings) @ response.machine.surface.T
+        squares = AIR * omega**2 * (abs(normal) ** 2).sum(axis=-1)
+    else:
+        moved = np.stack(
+            [np.einsum("sab,sb->sa", order.ports(own, own), acting[:, n]) for n, order in enumerate(orders)], axis=1
+        )
+        squares = over_planets(of_set, acting - moved @ of_set.tangent.T, moved)[0][..., 0] ** 2
+    return np.sqrt(2.0 * (squares * source.told[:, : squares.shape[1]]).sum(axis=1))[place]
+
+
+@pytest.mark.parametrize("machine", ["as one", "each", "constant", "on a housing"])
+def test_what_a_micrometre_does_in_a_set_is_the_difference_of_its_solutions(tmp_path, machine):
+    """Equal planets as one, a planet missing, mean stiffness, and radiated power on a housing: of the sun's flanks."""
+    missing = PHASED.replace("count = 3", "count = 3\nmissing = [2]") + SPRINGS
+    if machine == "on a housing":
+        response = on_a_housing(tmp_path)
+        assert "alike" in response.sources[0].why_constant
+    elif machine == "constant":
+        response = alone(PHASED + SPRINGS, mesh_stiffness="mean")
+    else:
+        response = alone(PHASED + SPRINGS if machine == "as one" else missing)
+    source, meshes, places = passing_at(response, 0)
+    parameter, speed, step = "pinion.profile_crowning_um", float(response.speeds_rpm[1]), 0.02
+    targets = [Target("bearing", speed, 0), Target("mesh", speed), Target("power", speed)]
+    targets = targets if machine == "on a housing" else targets[:2]
+    (found,) = changes(response, 0, targets, [parameter])
+    for target, rate in zip(targets, found.targets, strict=True):
+        ends = [
+            rms_with(response, source, cycle_with(meshes, places, parameter, way * step), target, 1)
+            for way in (-1.0, 1.0)
+        ]
+        assert abs(rate) > 1e-3 * ends[0]
+        assert_allclose(rate, (ends[1] - ends[0]) / (2.0 * step), rtol=1e-5)
+
+
+def test_a_micrometre_of_the_suns_crowning_does_to_a_set_what_two_full_runs_say():
+    """Solved anew with a quarter of a micrometre more and less, all planets at once."""
+    ends = [alone(PHASED + SPRINGS, amount).rms.bearings[1, 2] for amount in (0.25, -0.25)]
+    (found,) = changes(alone(PHASED + SPRINGS), 0, [Target("bearing", 3000.0, 2)], ["pinion.profile_crowning_um"])
+    assert_allclose(found.targets[0], 2.0 * (ends[0] - ends[1]), rtol=1e-3)
+
+
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("planets", "words"),
     [("count = 2", "evenly spaced"), ("count = 4\nmissing = [2]", "evenly spaced"),
      ("count = 3\n[eccentricity]\nsun_um = 5.0", "repeat with each mesh cycle")],
 )  # fmt: skip
-def test_planets_that_are_not_even_on_a_carrier_that_turns_are_refused(tmp_path, changes, words):
+def test_planets_that_are_not_even_on_a_carrier_that_turns_are_refused(tmp_path, planets, words):
     motion = "[dynamics]\nspeed_range_rpm = [800.0, 1000.0]\nspeeds = 2\n"
-    file = load(written_reducer(tmp_path, one_stage() + motion, EVEN_SET.replace("count = 3", changes)))
+    file = load(written_reducer(tmp_path, one_stage() + motion, EVEN_SET.replace("count = 3", planets)))
     with pytest.raises(CaseError, match=words):
         run(file)

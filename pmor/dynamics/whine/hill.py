@@ -133,6 +133,11 @@ def equations(
     return closing(varying, signed(receptance, places, 1))
 
 
+def pressed(cycle: MeshCycle, moved: ComplexArray) -> ComplexArray:
+    """Return what meshes press with along a motion at harmonics of either sign, w - k x, (2 K + 1, P) each."""
+    return np.asarray(signed(cycle.force, cycle.places) - np.einsum("njab,jb->na", cycle.varying, moved))
+
+
 def closing(varying: ComplexArray, receptance: ComplexArray) -> ComplexArray:
     """Return the matrices of f + k H f for the forces at m orders, (..., m q, m q).
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from pmor.dynamics.whine.cycle import GEARS
 from pmor.dynamics.whine.figures import (
     bearings_figure,
     campbell_figure,
@@ -13,7 +14,7 @@ from pmor.dynamics.whine.figures import (
     orders_figure,
     waterfall_figure,
 )
-from pmor.dynamics.whine.gradient import Target, changes
+from pmor.dynamics.whine.gradient import Target, changes, passing_at
 from pmor.dynamics.whine.live import motion_section
 from pmor.dynamics.whine.parting_output import parting_blocks, parting_data, parting_lines
 from pmor.dynamics.whine.pictures import drawn_modes, modes_figure
@@ -44,6 +45,8 @@ from pmor.work.results import Report
 
 Data = dict[str, Any]
 MovingFile = GearboxFile | SetFile
+# Members in the meshes of a set.
+OF_MESHES = ("sun", "planet"), ("planet", "ring")
 #: files of a result
 FILES = (
     "dynamics.json", "dynamics.md", "report.html", "response.csv", "lines.csv", "results.h5", "bearings.png",
@@ -84,22 +87,32 @@ def micrometre_data(response: LoadResponse) -> Data:
     rows, speeds = list[Data](), dict[str, float]()
     names, total = bearing_names(response), response.rms.bearings
     largest = total.max(axis=0).argsort()[::-1][:MOST_TARGETS]
-    for number, name in enumerate(response.mesh_names[: len(response.solved.meshes)]):
-        source, motion, _ = response.source_of(number)
+    for number, name in enumerate(response.mesh_names):
+        source, motion, _ = passing_at(response, number)
         if motion.cycle.pitches > 1:
             continue
         own = response.force_lines(source)
         at = (own**2).sum(axis=1).argmax(axis=0)
         tops = {names[n]: (int(n), float(response.speeds_rpm[at[n]])) for n in largest}
         force = (abs(source.lines.mesh_forces[..., number]) ** 2 * source.told).sum(axis=1)
+        if not force.any():  # lines above the highest frequency
+            continue
         targets = [Target("mesh", float(response.speeds_rpm[force.argmax()]))]
         targets += [Target("bearing", speed, n) for n, speed in tops.values()]
         for change in changes(response, number, targets):
             values = dict(zip(("mesh", *tops), change.targets, strict=True))
-            rows.append({"mesh": name, "parameter": change.parameter, "force_N": values,
+            rows.append({"mesh": name, "parameter": of_member(response, number, change.parameter), "force_N": values,
                          "transmission_error_um": change.transmission_error_um})  # fmt: skip
         speeds |= {f"{bearing}, {name}": speed for bearing, (_, speed) in tops.items()}
     return {"micrometres": rows, "micrometre_targets": speeds, "micrometre_bearings": [names[n] for n in largest]}
+
+
+def of_member(response: LoadResponse, number: int, parameter: str) -> str:
+    """Return a parameter of a mesh with the name of the gear, of sets the member."""
+    gear, _, key = parameter.partition(".")
+    further = number - len(response.solved.meshes)
+    members = GEARS if further < 0 else OF_MESHES[further % len(OF_MESHES)]
+    return f"{members[GEARS.index(gear)]}.{key}"
 
 
 def _load_data(response: LoadResponse) -> Data:
@@ -217,8 +230,8 @@ def _blocks(file: MovingFile, data: Data, responses: Sequence[LoadResponse]) -> 
             Picture("compliance.png", f"Compliance of both gears in the direction of the mesh force under "
                     f"{name}, the mesh open, and the mesh force by transmission error, the mesh closed; "
                     "shafts at rest.", compliance_figure(last, highest)),
-            micrometres_table(data),
         ]  # fmt: skip
+    blocks.append(micrometres_table(data))
     caption = (
         f"Modes under {name} that make the peaks, and that strain meshes most: as they move (lines), and at rest "
         "(dash-dotted); bearings are grey. modes.vtkhdf has them in motion."

@@ -202,8 +202,8 @@ def _of_set(
             replace(order, order=order.order + j * machine.sense * one.carrier) for order in orders for j in SIDEBANDS
         )
     return Source(
-        one.name, abs(one.rate), one.own, orders, found[0], found[1], _told(orders, motion), sidebands=tuple(places),
-        why_constant=excited.why_constant,
+        one.name, abs(one.rate), one.own, orders, found[0], found[1], _told(orders, motion), of_set=excited.motion,
+        sidebands=tuple(places), why_constant=excited.why_constant,
     )  # fmt: skip
 
 

@@ -13,12 +13,13 @@ import numpy as np
 from pmor.body.beam import NODE
 from pmor.core.arrays import BoolArray, ComplexArray, FloatArray
 from pmor.dynamics.whine.coherent import CoherentMeshes
-from pmor.dynamics.whine.hill import MeshCycle, mesh_forces
+from pmor.dynamics.whine.hill import MeshCycle, equations, mesh_forces, pressed
 from pmor.dynamics.whine.modal import Modes, Receptance
 from pmor.dynamics.whine.moving import MovingMachine
 from pmor.dynamics.whine.orders import Order, Ports
 from pmor.dynamics.whine.planets import HUBS
 from pmor.dynamics.whine.set_cycle import SetCycle
+from pmor.dynamics.whine.set_motion import SetMotion
 from pmor.line.hub_law import COORDINATES
 from pmor.machine.coupled import SolvedLoad
 
@@ -67,6 +68,14 @@ class MeshMotion:
         still = np.broadcast_to(self.at_rest, (speeds, 1, *self.at_rest.shape))
         return np.concatenate([still, np.stack([order.ports(own, own) for order in orders], axis=1)], axis=1)
 
+    def matrix(self, receptance: ComplexArray) -> ComplexArray:
+        """Return the matrix of Hill's equations at harmonics of either sign at a speed."""
+        return np.asarray(equations(self.cycle, receptance[None])[0])
+
+    def pressed(self, cycle: MeshCycle, moved: ComplexArray) -> ComplexArray:
+        """Return what meshes press with along a motion at harmonics of either sign, (2 K + 1, q)."""
+        return pressed(cycle, moved)
+
     def forces(self, moving: ComplexArray, acting: ComplexArray) -> ComplexArray:
         """Return the forces of the meshes beside their means, (S, K + 1, M), by those on the closed machine."""
         return mesh_forces(self.cycle.mean, moving, acting)[..., ::COORDINATES]
@@ -89,6 +98,7 @@ class Source:
     told : ndarray of bool, shape (S, K)
         Lines below the highest frequency.
     mesh : MeshMotion, optional
+    of_set : SetMotion, optional
     sidebands : tuple of (float, int)
         Of a set: harmonic of the sun's mesh, and order of the carrier's turn beside it, of each line.
     why_constant : str
@@ -103,6 +113,7 @@ class Source:
     constant: Lines
     told: BoolArray
     mesh: MeshMotion | None = None
+    of_set: SetMotion | None = None
     sidebands: tuple[tuple[float, int], ...] = ()
     why_constant: str = ""
 

@@ -16,18 +16,20 @@ a carrier that stands still are solved all together.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pmor.core.arrays import ComplexArray, FloatArray
 from pmor.dynamics.whine.blades import Blades
-from pmor.dynamics.whine.hill import MeshCycle, hill
+from pmor.dynamics.whine.coherent import CoherentMeshes
+from pmor.dynamics.whine.hill import MeshCycle
 from pmor.dynamics.whine.modal import Receptance
 from pmor.dynamics.whine.orders import Order, along
 from pmor.dynamics.whine.pitches import time_invariant
 from pmor.dynamics.whine.planets import MovingSet
 from pmor.dynamics.whine.set_cycle import SetCycle
+from pmor.dynamics.whine.set_motion import ConstantSet, SetMotion, widened
 
 # Of the largest force: lines that phasing forbids.
 FORBIDDEN = 1e-9
@@ -54,6 +56,8 @@ class SetExcitation:
     ----------
     varying, constant : ndarray, shape (S, L, P)
         By stiffness that varies, and by its mean.
+    motion : SetMotion
+        Equations of the first.
     why_constant : str
         Why stiffness that varies is not found, and both are the same; empty where it is.
     """
@@ -62,6 +66,7 @@ class SetExcitation:
     orders: tuple[Order, ...]
     varying: ComplexArray
     constant: ComplexArray
+    motion: SetMotion
     why_constant: str = ""
 
 
@@ -85,23 +90,33 @@ def set_excitation(
         Whether by the mean stiffness alone.
     """
     meshes, parts = _passing(cycle.meshes, one.rate * sense), _parts(cycle.blades, one.carrier)
-    by_mean, found, forces = time_invariant(meshes), list[SetLine](), list[ComplexArray]()
+    by_mean, found, acts = time_invariant(meshes), list[SetLine](), list[ComplexArray]()
     largest = float(np.abs(by_mean[1:]).max())
     for harmonic in range(1, harmonics * cycle.pitches + 1):
         for sideband, part in parts.items():
-            acting = _widened(part, cycle.each).T @ by_mean[harmonic]
-            if np.abs(acting).max() > FORBIDDEN * largest:
+            by = widened(part, cycle.each).T
+            if np.abs(by @ by_mean[harmonic]).max() > FORBIDDEN * largest:
                 found.append(_line(one, cycle, harmonic, sideband, sense))
-                forces.append(acting)
+                acts.append(by)
     orders = tuple(along(receptance, line.order, speeds, sense) for line in found)
-    constant = np.array(np.broadcast_to(np.array(forces), (len(speeds), len(found), one.size)))
+    standing = cycle.standing and replace(cycle.standing, backwards=one.rate * sense < 0.0)
+    together = CoherentMeshes((standing,), (cycle.pitches,)) if standing else None
+    each = np.arange(1, len(found) + 1)
+    still = np.concatenate([np.zeros((1, one.size, one.size)), np.tile(np.eye(one.size), (len(found), 1, 1))])
+    constant = ConstantSet(
+        cycle, one.own, meshes, together, at_rest, orders, still.astype(complex), tuple(each.tolist()),
+        harmonics=tuple(line.harmonic for line in found), acts=np.array(acts).reshape(-1, one.size, len(meshes.mean)),
+    )  # fmt: skip
+    acting = constant.answer()
     if mean:
-        return SetExcitation(tuple(found), orders, constant, constant)
-    problem = _Planets(receptance, at_rest, one, cycle, meshes, parts, speeds, sense)
-    varying, why = problem.as_one(found, orders)
-    if why and (cycle.blades.carried or not one.carrier) and cycle.pitches == 1:
-        varying, why = problem.each(found), ""
-    return SetExcitation(tuple(found), orders, constant if why else varying, constant, why)
+        return SetExcitation(tuple(found), orders, acting, acting, constant)
+    problem = _Planets(receptance, at_rest, one, cycle, meshes, parts, speeds, sense, together)
+    motion, why = problem.as_one(found, orders)
+    if motion is None and (cycle.blades.carried or not one.carrier) and cycle.pitches == 1:
+        motion, why = problem.each(found), ""
+    if motion is None:
+        return SetExcitation(tuple(found), orders, acting, acting, constant, why)
+    return SetExcitation(tuple(found), orders, motion.answer(), acting, motion)
 
 
 def over_planets(cycle: SetCycle, force: ComplexArray, moved: ComplexArray) -> tuple[FloatArray, FloatArray]:
@@ -145,7 +160,7 @@ def mesh_forces_of(
         force = acting[:, number] - moved @ cycle.tangent.T
         for sideband, part in parts.items():
             key = line.harmonic, line.sideband + sideband
-            shown = force @ _widened(part @ inverse, cycle.each).T
+            shown = force @ widened(part @ inverse, cycle.each).T
             found[key] = found.get(key, 0.0) + shown
     return found
 
@@ -162,12 +177,13 @@ class _Planets:
     parts: Mapping[int, ComplexArray]
     speeds: FloatArray
     sense: float
+    standing: CoherentMeshes | None
 
-    def as_one(self, lines: list[SetLine], orders: tuple[Order, ...]) -> tuple[ComplexArray, str]:
-        """Solve N planets as one, equation (1): forces on all coordinates, (S, L, P); or say why they are not one."""
-        cycle, blades, none = self.cycle, self.cycle.blades, np.zeros((0, 0, 0), dtype=complex)
+    def as_one(self, lines: list[SetLine], orders: tuple[Order, ...]) -> tuple[SetMotion | None, str]:
+        """Return N planets as one, equation (1); or say why they are not one."""
+        cycle, blades = self.cycle, self.cycle.blades
         if cycle.pitches > 1:
-            return none, "both gears of a stepped planet mesh in cycles of their own"
+            return None, "both gears of a stepped planet mesh in cycles of their own"
         count, each = len(self.meshes.force), np.eye(cycle.each)
         turns = np.sign(self.one.rate * self.sense) * self.one.teeth * (blades.directions - blades.directions[0])
         shapes = np.exp(-1j * np.arange(count)[:, None] * turns) / np.sqrt(blades.count)
@@ -175,36 +191,37 @@ class _Planets:
         alike = np.einsum("hpq,hrq,hr->hp", whole, whole.conj(), self.meshes.force)
         apart = np.abs(alike - self.meshes.force)[1:].max() / np.abs(self.meshes.force[1:]).max()
         if not blades.even or max(apart, cycle.uneven) > EQUAL:
-            return none, f"planets are not equal: their stiffness differs by {100.0 * cycle.uneven:.2g} %"
+            return None, f"planets are not equal: their stiffness differs by {100.0 * cycle.uneven:.2g} %"
         known = {(line.harmonic, line.sideband): order for line, order in zip(lines, orders, strict=True)}
-        moving, stray, acting = list[ComplexArray](), 0.0, dict[tuple[int, int], ComplexArray]()
+        stray, moves, acting, beside = 0.0, list[Order](), list[ComplexArray](), list[int]()
         for harmonic in range(count):
             sideband = max(self.parts, key=lambda j: float(np.abs(self.parts[j].T @ shapes[harmonic]).max()))
-            by = _widened(self.parts[sideband], cycle.each).T @ whole[harmonic]
+            by = widened(self.parts[sideband], cycle.each).T @ whole[harmonic]
+            ports = np.asarray(self.at_rest[None], dtype=complex)
             if harmonic:
-                order = known.get((harmonic, sideband)) or self._order(harmonic, sideband)
-                ports = order.ports(self.one.own, self.one.own)
-            else:
-                ports = np.broadcast_to(self.at_rest, (len(self.speeds), *self.at_rest.shape)).astype(complex)
+                moves.append(known.get((harmonic, sideband)) or self._order(harmonic, sideband))
+                ports = moves[-1].ports(self.one.own, self.one.own)
             moved = ports @ by
             own = by @ np.linalg.solve(by.conj().T @ by, by.conj().T @ moved)
             stray = max(stray, float(np.abs(moved - own).max() / max(np.abs(moved).max(), TINY)))
-            moving.append(by.conj().T @ moved)
-            acting[harmonic, sideband] = by
+            acting.append(by)
+            beside.append(sideband)
         if stray > STRAY:
-            return none, f"shafts and housing are not alike all around: {100.0 * stray:.2g} % of motion goes astray"
-        forces = hill(self.meshes, np.stack(moving, axis=1), shapes=whole)
-        by_line = [forces[:, line.harmonic] @ acting[line.harmonic, line.sideband].T for line in lines]
-        return np.stack(by_line, axis=1), ""
+            return None, f"shafts and housing are not alike all around: {100.0 * stray:.2g} % of motion goes astray"
+        there = tuple(line.harmonic if beside[line.harmonic] == line.sideband else None for line in lines)
+        return self._motion(tuple(moves), np.array(acting), there, whole), ""
 
-    def each(self, lines: list[SetLine]) -> ComplexArray:
-        """Solve all planets together around a carrier that stands still."""
-        blades = _widened(self.cycle.blades.matrix, self.cycle.each)
-        moving = [np.broadcast_to(self.at_rest, (len(self.speeds), *self.at_rest.shape)).astype(complex)]
-        for harmonic in range(1, len(self.meshes.force)):
-            moving.append(self._order(harmonic, 0).ports(self.one.own, self.one.own))
-        forces = hill(self.meshes, np.stack([blades @ one @ blades.T for one in moving], axis=1))
-        return np.stack([forces[:, line.harmonic] @ blades for line in lines], axis=1)
+    def each(self, lines: list[SetLine]) -> SetMotion:
+        """Return all planets together: around a carrier that stands still, or seen from it."""
+        blades = widened(self.cycle.blades.matrix, self.cycle.each).T
+        orders = tuple(self._order(harmonic, 0) for harmonic in range(1, len(self.meshes.force)))
+        by = np.broadcast_to(blades, (len(self.meshes.force), *blades.shape))
+        return self._motion(orders, by, tuple(line.harmonic for line in lines), None)
+
+    def _motion(
+        self, orders: tuple[Order, ...], by: ComplexArray, lines: tuple[int | None, ...], shapes: ComplexArray | None
+    ) -> SetMotion:
+        return SetMotion(self.cycle, self.one.own, self.meshes, self.standing, self.at_rest, orders, by, lines, shapes)
 
     def _order(self, harmonic: int, sideband: int) -> Order:
         line = _line(self.one, self.cycle, harmonic, sideband, self.sense)
@@ -223,8 +240,3 @@ def _passing(meshes: MeshCycle, rate: float) -> MeshCycle:
 def _parts(blades: Blades, carrier: float) -> Mapping[int, ComplexArray]:
     """Parts of B by the order of the carrier's turn, B whole where it stands still."""
     return blades.by_order if carrier else {0: blades.matrix.astype(complex)}
-
-
-def _widened(part: ComplexArray | FloatArray, each: int) -> ComplexArray:
-    """A matrix of planets over the coordinates of each."""
-    return np.asarray(np.kron(part, np.eye(each)), dtype=complex)

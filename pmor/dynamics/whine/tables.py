@@ -109,8 +109,8 @@ def micrometres_table(data: Data) -> Table:
     }  # fmt: skip
     speeds = ", ".join(f"{name} at {speed:.4g} rpm" for name, speed in load["micrometre_targets"].items())
     note = (
-        f"By a micrometre more, under {load['load']}: to the forces that the mesh's own lines cause where they are "
-        f"largest ({speeds}). What lowers the transmission error can raise a force."
+        f"By a micrometre more, of a set on all planets, under {load['load']}: to the forces that the mesh's own lines "
+        f"cause where they are largest ({speeds}). What lowers the transmission error can raise a force."
     )
     return table("What a micrometre of each modification does", columns, load["micrometres"], note)
 
