@@ -172,16 +172,16 @@ def _adjoint(
     response: LoadResponse, source: Source, meshes: MeshMotion | SetMotion, target: Target, places: Sequence[int]
 ) -> _Adjoint:
     speed = int(abs(response.speeds_rpm - target.speed_rpm).argmin())
-    receptance = meshes.moving(_at_speed(_solved(source, meshes), speed))[0]
+    receptance = _moving(source, meshes, speed)
     most, size = len(receptance) - 1, receptance.shape[-1]
     matrix, answer = meshes.matrix(receptance), signed(receptance, np.arange(-most, most + 1))
     still = meshes.pressed(meshes.cycle, np.zeros(answer.shape[:2], dtype=complex))
     acting = np.linalg.solve(matrix, still.ravel()).reshape(-1, size) if matrix.size else still
     right, square = np.zeros(acting.shape, dtype=complex), 0.0
-    for line, harmonic in enumerate(_harmonics(source, meshes)):
-        if harmonic is not None and source.told[speed, line]:
-            rows = _rows(response, source, meshes, line, harmonic, speed, target, places)
-            for at, own in ((most + harmonic, rows), (most - harmonic, rows.conj())):
+    for line, solved in enumerate(_solved(source, meshes)):
+        if solved is not None and source.told[speed, line]:
+            rows = _rows(response, source, meshes, line, solved, speed, target, places)
+            for at, own in ((most + solved[0], rows), (most - solved[0], rows.conj())):
                 more = own.conj().T @ own @ acting[at]
                 right[at] += more
                 square += float(abs(np.vdot(acting[at], more)))
@@ -191,32 +191,34 @@ def _adjoint(
     return _Adjoint(solution, np.einsum("nab,nb->na", answer, acting), math.sqrt(square))
 
 
-def _at_speed(orders: Sequence[Order], speed: int) -> list[Order]:
-    """Orders at one of their speeds."""
-    return [replace(order, speeds=order.speeds[speed : speed + 1]) for order in orders]
+def _at_speed(order: Order, speed: int) -> Order:
+    """An order at one of its speeds."""
+    return replace(order, speeds=order.speeds[speed : speed + 1])
 
 
-def _solved(source: Source, meshes: MeshMotion | SetMotion) -> Sequence[Order]:
-    """Orders of the harmonics that are solved."""
-    return meshes.orders if isinstance(meshes, SetMotion) else source.orders
+def _moving(source: Source, meshes: MeshMotion | SetMotion, speed: int) -> ComplexArray:
+    """Receptance on the unknowns at a speed, (n + 1, q, q)."""
+    if isinstance(meshes, SetMotion):
+        return meshes.moving([[_at_speed(order, speed) for order in each] for each in meshes.orders])[0]
+    return meshes.moving([_at_speed(order, speed) for order in source.orders])[0]
 
 
-def _harmonics(source: Source, meshes: MeshMotion | SetMotion) -> list[int | None]:
-    """Number of the harmonic that is solved, of each line; of sets seen from their carrier three have the same."""
+def _solved(source: Source, meshes: MeshMotion | SetMotion) -> list[tuple[int, int] | None]:
+    """Harmonic that is solved, and which of its orders, of each line; seen from a carrier three lines have the same."""
     if isinstance(meshes, MeshMotion):
-        return list(range(1, source.told.shape[1] + 1))
-    repeats = source.told.shape[1] // len(meshes.lines)
-    return [harmonic for harmonic in meshes.lines for _ in range(repeats)]
+        return [(harmonic, 0) for harmonic in range(1, source.told.shape[1] + 1)]
+    repeats = source.told.shape[1] // max(len(meshes.lines), 1)
+    return [place for place in meshes.lines for _ in range(repeats)]
 
 
 def _rows(
-    response: LoadResponse, source: Source, meshes: MeshMotion | SetMotion, line: int, harmonic: int, speed: int,
-    target: Target, places: Sequence[int],
+    response: LoadResponse, source: Source, meshes: MeshMotion | SetMotion, line: int, solved: tuple[int, int],
+    speed: int, target: Target, places: Sequence[int],
 ) -> ComplexArray:  # fmt: skip
     """Rows O of a target by the unknowns that act on the closed machine, (..., q)."""
-    (order,), own = _at_speed(source.orders[line : line + 1], speed), source.ports
+    order, own = _at_speed(source.orders[line], speed), source.ports
     size = len(meshes.still) if isinstance(meshes, SetMotion) else len(meshes.at_rest)
-    by = meshes.by[harmonic] if isinstance(meshes, SetMotion) else np.eye(size, dtype=complex)
+    by = meshes.by[solved] if isinstance(meshes, SetMotion) else np.eye(size, dtype=complex)
     if target.kind == "mesh":
         mean = meshes.of_set.tangent if isinstance(meshes, SetMotion) else meshes.cycle.mean
         forces = (np.eye(size) - mean @ order.ports(own, own)[0]) @ by

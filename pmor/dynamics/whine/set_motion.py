@@ -1,7 +1,8 @@
 """Equations of the meshes of a planetary set: unknown forces at harmonics, and what they do at lines in the housing.
 
-Where stiffness varies these are (1) of `pmor.dynamics.whine.hill`, for N equal planets as one, or for all together;
-with a mean stiffness each line stands by itself.
+Where stiffness varies these are (1) of `pmor.dynamics.whine.hill`, for N equal planets as one, or for all together.
+What planets see of the housing at a harmonic is the sum of what it does at all orders at which the harmonic arrives
+there, where it is alike all around. With a mean stiffness each line stands by itself.
 """
 
 from __future__ import annotations
@@ -35,12 +36,13 @@ class SetMotion:
         The same, where they are no made-up ones.
     still : ndarray, shape (P, P)
         Receptance at rest.
-    orders : tuple of Order
-        n.
-    by : ndarray of complex, shape (n + 1, P, q)
-        Forces on the coordinates by the unknowns of each harmonic, 0 first.
-    lines : tuple of int or None
-        Of each line the number of its harmonic; of one that round-off makes of equal planets none.
+    orders : tuple of tuple of Order
+        n, of each harmonic those at which it arrives in the housing, w.
+    by : ndarray of complex, shape (n + 1, w, P, q)
+        Forces on the coordinates there by the unknowns of each harmonic, 0 first.
+    lines : tuple of (int, int) or None
+        Of each line the number of its harmonic, and which of its orders it is; of one that round-off makes of equal
+        planets none.
     shapes : ndarray of complex, shape (n + 1, K, q), optional
         What the meshes do at each harmonic; by default unknowns are theirs.
     """
@@ -50,9 +52,9 @@ class SetMotion:
     cycle: MeshCycle
     standing: CoherentMeshes | None
     still: FloatArray
-    orders: tuple[Order, ...]
+    orders: tuple[tuple[Order, ...], ...]
     by: ComplexArray
-    lines: tuple[int | None, ...]
+    lines: tuple[tuple[int, int] | None, ...]
     shapes: ComplexArray | None = None
 
     @cached_property
@@ -60,27 +62,35 @@ class SetMotion:
         """Receptance at rest on the coordinates of the meshes, (K, K)."""
         return self.of_set.seen_by_planets(self.still)
 
-    def moving(self, orders: Sequence[Order]) -> ComplexArray:
+    @cached_property
+    def closed_by(self) -> FloatArray:
+        """Mean tangent that closes the machine, as planets see it, (K, K)."""
+        back = np.linalg.inv(self.of_set.blades.matrix)
+        whole = np.kron(back, np.eye(self.of_set.each))
+        return np.asarray(whole.T @ self.of_set.tangent @ whole)
+
+    def moving(self, orders: Sequence[Sequence[Order]]) -> ComplexArray:
         """Return the receptance of the closed machine on the unknowns along orders, 0 first, (S, n + 1, q, q)."""
-        speeds = len(orders[0].speeds) if orders else 0
+        speeds = len(orders[0][0].speeds) if orders else 0
         still = np.broadcast_to(self.still, (speeds, *self.still.shape))
-        ports = [still, *(order.ports(self.own, self.own) for order in orders)]
-        found = [by.conj().T @ one @ by for by, one in zip(self.by, ports, strict=True)]
+        found = [sum(by.conj().T @ still @ by for by in self.by[0])]
+        for each, by in zip(orders, self.by[1:], strict=True):
+            ports = (order.ports(self.own, self.own) for order in each)
+            found.append(sum(one.conj().T @ moved @ one for one, moved in zip(by, ports, strict=True)))
         return np.stack(found, axis=1).astype(complex)
 
     def answer(self, cycle: MeshCycle | None = None) -> ComplexArray:
         """Return the forces on the coordinates at all lines, (S, L, P), of the set or with another cycle of its own."""
-        closed_by = None if cycle is None else self.cycle.mean
-        forces = hill(cycle or self.cycle, self.moving(self.orders), closed_by, self.shapes)
+        forces = hill(cycle or self.cycle, self.moving(self.orders), self.closed_by, self.shapes)
         found = np.zeros((len(forces), len(self.lines), len(self.still)), dtype=complex)
-        for line, harmonic in enumerate(self.lines):
-            if harmonic is not None:
-                found[:, line] = forces[:, harmonic] @ self.by[harmonic].T
+        for line, place in enumerate(self.lines):
+            if place is not None:
+                found[:, line] = forces[:, place[0]] @ self.by[place].T
         return found
 
     def matrix(self, receptance: ComplexArray) -> ComplexArray:
         """Return the matrix of the equations for the unknowns at harmonics of either sign at a speed."""
-        return np.asarray(equations(self.cycle, receptance[None], shapes=self.shapes)[0])
+        return np.asarray(equations(self.cycle, receptance[None], self.closed_by, self.shapes)[0])
 
     def pressed(self, cycle: MeshCycle, moved: ComplexArray) -> ComplexArray:
         """Return what meshes press with along a motion at harmonics of either sign, w - k x, (2 n + 1, q)."""
@@ -107,7 +117,7 @@ class ConstantSet(SetMotion):
 
     def answer(self, cycle: MeshCycle | None = None) -> ComplexArray:
         """Return the forces on the coordinates at all lines, (S, L, P)."""
-        forces, speeds = self._forces(cycle or self.cycle), len(self.orders[0].speeds) if self.orders else 0
+        forces, speeds = self._forces(cycle or self.cycle), len(self.orders[0][0].speeds) if self.orders else 0
         if cycle is None:
             return np.array(np.broadcast_to(forces, (speeds, *forces.shape)))
         further = self.of_set.standing_still(cycle.mean - self.cycle.mean)

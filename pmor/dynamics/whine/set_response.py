@@ -101,10 +101,10 @@ def set_excitation(
     orders = tuple(along(receptance, line.order, speeds, sense) for line in found)
     standing = cycle.standing and replace(cycle.standing, backwards=one.rate * sense < 0.0)
     together = CoherentMeshes((standing,), (cycle.pitches,)) if standing else None
-    each = np.arange(1, len(found) + 1)
     still = np.concatenate([np.zeros((1, one.size, one.size)), np.tile(np.eye(one.size), (len(found), 1, 1))])
     constant = ConstantSet(
-        cycle, one.own, meshes, together, at_rest, orders, still.astype(complex), tuple(each.tolist()),
+        cycle, one.own, meshes, together, at_rest, tuple((order,) for order in orders), still[:, None].astype(complex),
+        tuple((line, 0) for line in range(1, len(found) + 1)),
         harmonics=tuple(line.harmonic for line in found), acts=np.array(acts).reshape(-1, one.size, len(meshes.mean)),
     )  # fmt: skip
     acting = constant.answer()
@@ -112,8 +112,8 @@ def set_excitation(
         return SetExcitation(tuple(found), orders, acting, acting, constant)
     problem = _Planets(receptance, at_rest, one, cycle, meshes, parts, speeds, sense, together)
     motion, why = problem.as_one(found, orders)
-    if motion is None and (cycle.blades.carried or not one.carrier) and cycle.pitches == 1:
-        motion, why = problem.each(found), ""
+    if motion is None and cycle.pitches == 1:
+        motion, why = problem.each(found, orders)
     if motion is None:
         return SetExcitation(tuple(found), orders, acting, acting, constant, why)
     return SetExcitation(tuple(found), orders, motion.answer(), acting, motion)
@@ -192,40 +192,67 @@ class _Planets:
         apart = np.abs(alike - self.meshes.force)[1:].max() / np.abs(self.meshes.force[1:]).max()
         if not blades.even or max(apart, cycle.uneven) > EQUAL:
             return None, f"planets are not equal: their stiffness differs by {100.0 * cycle.uneven:.2g} %"
-        known = {(line.harmonic, line.sideband): order for line, order in zip(lines, orders, strict=True)}
-        stray, moves, acting, beside = 0.0, list[Order](), list[ComplexArray](), list[int]()
+        known, stray = _known(lines, orders), 0.0
+        moves, acting, beside = list[tuple[Order, ...]](), list[ComplexArray](), list[int]()
         for harmonic in range(count):
             sideband = max(self.parts, key=lambda j: float(np.abs(self.parts[j].T @ shapes[harmonic]).max()))
             by = widened(self.parts[sideband], cycle.each).T @ whole[harmonic]
             ports = np.asarray(self.at_rest[None], dtype=complex)
             if harmonic:
-                moves.append(known.get((harmonic, sideband)) or self._order(harmonic, sideband))
-                ports = moves[-1].ports(self.one.own, self.one.own)
+                order = known.get((harmonic, sideband)) or self._order(harmonic, sideband)
+                ports = order.ports(self.one.own, self.one.own)
+                moves.append((order,))
             moved = ports @ by
             own = by @ np.linalg.solve(by.conj().T @ by, by.conj().T @ moved)
             stray = max(stray, float(np.abs(moved - own).max() / max(np.abs(moved).max(), TINY)))
             acting.append(by)
             beside.append(sideband)
         if stray > STRAY:
-            return None, f"shafts and housing are not alike all around: {100.0 * stray:.2g} % of motion goes astray"
-        there = tuple(line.harmonic if beside[line.harmonic] == line.sideband else None for line in lines)
-        return self._motion(tuple(moves), np.array(acting), there, whole), ""
+            return None, _astray(stray)
+        there = tuple((line.harmonic, 0) if beside[line.harmonic] == line.sideband else None for line in lines)
+        return self._motion(tuple(moves), np.array(acting)[:, None], there, whole), ""
 
-    def each(self, lines: list[SetLine]) -> SetMotion:
-        """Return all planets together: around a carrier that stands still, or seen from it."""
-        blades = widened(self.cycle.blades.matrix, self.cycle.each).T
-        orders = tuple(self._order(harmonic, 0) for harmonic in range(1, len(self.meshes.force)))
-        by = np.broadcast_to(blades, (len(self.meshes.force), *blades.shape))
-        return self._motion(orders, by, tuple(line.harmonic for line in lines), None)
+    def each(self, lines: list[SetLine], orders: tuple[Order, ...]) -> tuple[SetMotion | None, str]:
+        """Return all planets together: around a carrier that stands still, seen from it, or where all is alike around.
+
+        Or say why they see no constant receptance.
+        """
+        known, acts = _known(lines, orders), {j: widened(part, self.cycle.each).T for j, part in self.parts.items()}
+        if self.cycle.blades.carried:
+            acts = {0: acts[0]}
+        sidebands, stray, moves = list(acts), 0.0, list[tuple[Order, ...]]()
+        for harmonic in range(1, len(self.meshes.force)):
+            own = tuple(known.get((harmonic, j)) or self._order(harmonic, j) for j in sidebands)
+            moves.append(own)
+            for j, order in zip(sidebands, own, strict=True):
+                moved = order.ports(self.one.own, self.one.own) @ acts[j]
+                others = [np.abs(acts[k].T @ moved).max() for k in sidebands if k != -j]
+                stray = max(stray, float(max(others, default=0.0) / max(np.abs(moved).max(), TINY)))
+        if len(sidebands) > 1 and not self.cycle.blades.even:
+            return None, "planets are not evenly spaced"
+        if stray > STRAY:
+            return None, _astray(stray)
+        by = np.broadcast_to(np.array(list(acts.values())), (len(self.meshes.force), *np.shape(list(acts.values()))))
+        there = tuple((line.harmonic, sidebands.index(line.sideband)) for line in lines)
+        return self._motion(tuple(moves), by, there, None), ""
 
     def _motion(
-        self, orders: tuple[Order, ...], by: ComplexArray, lines: tuple[int | None, ...], shapes: ComplexArray | None
-    ) -> SetMotion:
+        self, orders: tuple[tuple[Order, ...], ...], by: ComplexArray, lines: tuple[tuple[int, int] | None, ...],
+        shapes: ComplexArray | None,
+    ) -> SetMotion:  # fmt: skip
         return SetMotion(self.cycle, self.one.own, self.meshes, self.standing, self.at_rest, orders, by, lines, shapes)
 
     def _order(self, harmonic: int, sideband: int) -> Order:
         line = _line(self.one, self.cycle, harmonic, sideband, self.sense)
         return along(self.receptance, line.order, self.speeds, self.sense)
+
+
+def _known(lines: list[SetLine], orders: tuple[Order, ...]) -> dict[tuple[int, int], Order]:
+    return {(line.harmonic, line.sideband): order for line, order in zip(lines, orders, strict=True)}
+
+
+def _astray(share: float) -> str:
+    return f"shafts and housing are not alike all around: {100.0 * share:.2g} % of motion goes astray"
 
 
 def _line(one: MovingSet, cycle: SetCycle, harmonic: int, sideband: int, sense: float) -> SetLine:
