@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, fields, replace
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, NoReturn, TypeVar
 
+from pmor.case.motion import check_bodies
 from pmor.case.values import Refused
 from pmor.core.errors import CaseError
 from pmor.core.ranges import Range
+from pmor.gear.inertia import Inertia
 
 # Radii and widths of the mesh may differ from those of the case by so much of them: digits that files keep.
 DIGITS = 1e-3
@@ -205,6 +207,8 @@ def check_body(
                 f"{place}: its {name} {found_mm:.6g} mm, and {key} is {said_mm:.6g}: mesh the gear of the case, "
                 f"or correct {key}"
             )
+    if isinstance(body, MatrixCase):
+        check_bodies([(place, Inertia(body.mass_kg, body.polar_inertia_kg_m2, body.tilting_inertia_kg_m2))], _refuse)
     if isinstance(content, BodyMatrix):
         share = content.stiffness_N_per_mm2 / (1e3 * modulus_GPa)
         if not PLAUSIBLE[0] < share < PLAUSIBLE[1]:
@@ -212,6 +216,10 @@ def check_body(
                 f"{place}: its nodes are {share:.2g} times as stiff as elements of their size are with {modulus_GPa:g} "
                 f'GPa: write the stiffness, not its inverse, in the units that go with unit = "{body.unit}"'
             )
+
+
+def _refuse(place: str, rule: str) -> NoReturn:
+    raise CaseError(f"{place}: {rule}")
 
 
 def _other_unit(body: BodyCase | MatrixCase, limit_mm: float) -> str:

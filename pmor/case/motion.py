@@ -80,6 +80,22 @@ class Motion:
         return np.linspace(low, high, self.speeds)
 
 
+# What polar inertia may be above twice the tilting one: digits of data sheets.
+ROUNDED = 0.01
+
+
+def check_bodies(bodies: Iterable[tuple[str, Inertia]], refuse: Callable[[str, str], NoReturn]) -> None:
+    """Refuse bodies by their places whose polar inertia is above that of a thin disc."""
+    for place, inertia in bodies:
+        polar, tilting = inertia.polar_kg_m2, inertia.tilting_kg_m2
+        if polar > 2.0 * (1.0 + ROUNDED) * tilting:
+            refuse(
+                f"{place}: polar_inertia_kg_m2 = {polar:g}",
+                f"must be at most twice tilting_inertia_kg_m2, {tilting:g}, as no body has more and a thin disc so "
+                f"much: give tilting_inertia_kg_m2, of a thin disc {0.5 * polar:g}",
+            )
+
+
 def check_motion(said: Motion, refuse: Callable[[str, str], NoReturn]) -> None:
     """Refuse a range of speeds without two ends."""
     limits = said.speed_range_rpm

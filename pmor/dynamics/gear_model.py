@@ -18,7 +18,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigh
 
 from pmor.case import Case, DynamicsCase
 from pmor.core.arrays import FloatArray
@@ -139,11 +138,11 @@ class NaturalModes:
 
 
 def natural_modes(oscillator: Oscillator, mesh_stiffness: float) -> NaturalModes:
-    """Return the natural modes with a stiffness of the mesh in N/mm; the mass matrix is diagonal."""
-    mesh = mesh_stiffness * np.outer(oscillator.lever, oscillator.lever)
-    squares, modes = eigh(oscillator.stiffness + mesh, oscillator.mass)
-    share = mesh_stiffness * (oscillator.lever @ modes) ** 2 / squares
-    return NaturalModes(np.sqrt(squares), np.asarray(share), np.diag(oscillator.mass) * modes.T**2)
+    """Return the natural modes with a stiffness of the mesh in N/mm; masses and springs of bearings are diagonal."""
+    springs = np.vstack([np.sqrt(oscillator.stiffness), math.sqrt(mesh_stiffness) * oscillator.lever])
+    # As singular values slow modes beside fast ones are not lost in rounding.
+    left, frequency, modes = np.linalg.svd(springs / np.sqrt(np.diagonal(oscillator.mass)), full_matrices=False)
+    return NaturalModes(frequency[::-1], left[-1, ::-1] ** 2, modes[::-1] ** 2)
 
 
 def levers(pair: GearPair) -> FloatArray:

@@ -13,7 +13,7 @@ import numpy as np
 from pmor.body.bearing import check_bearing
 from pmor.case import Case
 from pmor.case.duty import check_duty
-from pmor.case.motion import check_motion
+from pmor.case.motion import check_bodies, check_motion
 from pmor.case.reader import Reader
 from pmor.case.values import did_you_mean
 from pmor.core.errors import PmorError
@@ -60,6 +60,7 @@ class GearboxReader(Reader):
             self.check_balance(load, said)
         check_duty(said.loads, self.refuse)
         check_motion(said.dynamics, self.refuse)
+        check_bodies(((f'[[masses]] "{one.name}"', one.inertia) for one in said.masses), self.refuse)
 
     def check_shaft(self, shaft: Shaft) -> None:
         """Refuse an axis without two coordinates, and sections without material."""

@@ -13,7 +13,7 @@ from pmor.case.capability import refuse_beyond
 from pmor.case.change import case_of_settings
 from pmor.case.document import BLANK, COAST, MODIFICATION
 from pmor.case.duty import check_duty
-from pmor.case.motion import check_motion
+from pmor.case.motion import check_bodies, check_motion
 from pmor.case.reader import Reader
 from pmor.case.seats import read_seats
 from pmor.case.width import meshed_width, whole_width
@@ -58,6 +58,7 @@ class SetReader(Reader):
             layout = planetary_layout(said, whole_width)
         check_duty(said.loads, self.refuse)
         check_motion(said.dynamics, self.refuse)
+        check_bodies(((f'[[masses]] on = "{one.on}"', one.inertia) for one in said.masses), self.refuse)
         members = list(dict.fromkeys(member for share in layout.shares for member in share.members))
         sections = dict.fromkeys((PAIR, *(share.section for share in layout.shares)))
         for name in said.members:

@@ -280,6 +280,7 @@ BROKEN_MATRICES = {
     "said to be in metres": (changed(), {"unit": "m"}, ["radius 11000 mm", 'unit = "mm"']),
     "through the root": (changed(lambda nodes: nodes * [1.15, 1.15, 1.0]), {}, ["radius 12.65 mm", "at most"]),
     "narrower than the face": (changed(widest=4.0), {}, ["width 10 mm", "face_width_mm is 12"]),
+    "thinner than a disc": (changed(), {"tilting_inertia_kg_m2": 4e-6}, ["polar_inertia_kg_m2 = 1e-05", "twice"]),
     "no mass": (changed(), {"mass_kg": 0.0}, ["mass_kg", "above 0"]),
     "holes beside it": (
         changed(), {"holes": {"count": 4, "radius_mm": 1.0, "on_radius_mm": 9.5}}, ["leave holes out"],

@@ -86,6 +86,7 @@ REFUSED = {
     "a mass beyond its shaft": (motor("at_mm = 5.0", "at_mm = 500.0"), "goes from 0 to"),
     "a negative mass": (motor("mass_kg = 0.4", "mass_kg = -0.4"), "mass_kg"),
     "a negative inertia": (motor("polar_inertia_kg_m2 = 4e-4", "polar_inertia_kg_m2 = -4e-4"), "polar_inertia"),
+    "a motor thinner than a disc": (motor("3e-4", "1e-4"), "at most twice tilting_inertia_kg_m2, 0.0001"),
     "a negative unbalance": (motor("unbalance_kg_mm = 0.02", "unbalance_kg_mm = -0.02"), "unbalance_kg_mm"),
     "an unbalance without a place": (motor("at_mm = 5.0\n", ""), "at_mm"),
     "ripple of no order": (ripple("order = 0.0, amplitude_Nm = 1.5"), "order"),
@@ -113,7 +114,8 @@ SOLVED = {
     "the speed of light": motion(RANGE, "speed_range_rpm = [1e6, 1e7]"),
     "hardly any speed": motion(RANGE, "speed_range_rpm = [0.001, 0.002]"),
     "two speeds": motion("speeds = 7", "speeds = 2"),
-    "a motor of a thousand tons": box(("mass_kg = 0.4", "mass_kg = 1e6"), ("4e-4", "1e6"), ("3e-4", "1e6")),
+    "a motor of a million tons": box(("mass_kg = 0.4", "mass_kg = 1e9"), ("4e-4", "1e12"), ("3e-4", "1e12")),
+    "a motor without tilting inertia": box(("mass_kg = 0.4", "mass_kg = 1e9"), ("4e-4", "0.0"), ("3e-4", "0.0")),
     "a motor without inertia": box(("polar_inertia_kg_m2 = 4e-4\ntilting_inertia_kg_m2 = 3e-4\n", "")),
     "a thousand tons off their axis": box(("unbalance_kg_mm = 0.02", "unbalance_kg_mm = 1e9")),
     "shafts that are free along the axis": box(("axial_N_per_mm = 1e5\n", "")),
@@ -123,7 +125,8 @@ SOLVED = {
     "a bearing under preload": box(("clearance_mm = 0.005", "clearance_mm = -0.01")),
     "shafts as thin as wires": box(("outer_mm = 20.0", "outer_mm = 5.0")),
     "a housing without mass": housed(mass=0.0 * MASS),
-    "a housing of tons": housed(mass=1e6 * MASS),
+    "a housing of a million tons": housed(mass=1e9 * MASS),
+    "a housing of a microgram": housed(mass=1e-9 * MASS),
 }
 # What has no equilibrium in which to move.
 NOT_FOUND = {"shafts that are free along the axis": "nothing holds it", "springs of two newtons": "no equilibrium"}

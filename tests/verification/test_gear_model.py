@@ -154,6 +154,19 @@ def test_soft_bearings_shift_the_folds_to_where_the_natural_frequency_is():
     np.testing.assert_allclose(peaks, 1.0, atol=0.015)
 
 
+def test_a_gear_of_a_million_tons_stands_still_beside_the_others():
+    """Shares of strain are between 0 and 1, and all other modes are those beside a gear that is only heavy."""
+    heavy, endless = (
+        natural_modes(on(model_of(**SOFT, pinion_mass_kg=mass, pinion_inertia_kg_m2=mass)[0]), STIFFNESS)
+        for mass in (1e6, 1e9)
+    )
+    moving = heavy.frequency > 100.0
+    assert moving.sum() == 6
+    np.testing.assert_allclose(endless.frequency[moving], heavy.frequency[moving], rtol=1e-5)
+    assert (endless.frequency > 0.0).all()
+    assert ((endless.mesh_share >= 0.0) & (endless.mesh_share <= 1.0)).all()
+
+
 @pytest.mark.parametrize("dynamics", [IN_PLANE, SOFT], ids=["six", "twelve"])
 def test_small_vibration_is_the_sum_over_the_natural_modes(dynamics):
     """Undamped: x = -dF sum of (l . phi)^2 / (w_i^2 - w^2) over the modes of the eigenproblem with the mean stiffness.

@@ -180,7 +180,7 @@ def test_a_carrier_with_endless_mass_is_one_on_rigid_bearings_that_turns_evenly(
     _, train = set_and_train(EVEN_SET + SPRINGS)
     soft = "[carrier]\nradial_N_per_mm = 3e5\ntilt_Nmm_per_rad = 1e9\n"
     heavy = '[[masses]]\non = "carrier"\n' + "".join(
-        f"{key} = 1e6\n" for key in ("mass_kg", "polar_inertia_kg_m2", "tilting_inertia_kg_m2")
+        f"{key} = 1e9\n" for key in ("mass_kg", "polar_inertia_kg_m2", "tilting_inertia_kg_m2")
     )
     found = []
     for more in ("", soft, soft + heavy):
@@ -191,6 +191,8 @@ def test_a_carrier_with_endless_mass_is_one_on_rigid_bearings_that_turns_evenly(
     assert_allclose(still[still > 10.0], rigid[rigid > 10.0], rtol=1e-5)
     assert len(still) == len(rigid) + 5  # across, against tilting, about the axis
     assert light[1] < 0.99 * rigid[1]
+    with pytest.raises(CaseError, match=r'on = "carrier": polar_inertia_kg_m2 = 1e\+09: must be at most twice'):
+        parse_set(EVEN_SET + SPRINGS + soft + heavy.replace("tilting_inertia_kg_m2 = 1e9", ""), "set", "set")
 
 
 def test_a_slow_set_moves_as_its_transmission_error_and_its_meshes_carry_the_load_alone():

@@ -84,13 +84,13 @@ def closed(machine: MovingMachine, tangent: FloatArray) -> FloatArray:
 def modes_of(machine: MovingMachine, stiffness: FloatArray, highest_Hz: float) -> Modes:
     """Return the modes up to a frequency."""
     free = machine.free
-    reduced, mass = free.T @ stiffness @ free, free.T @ machine.mass @ free
+    reduced = free.T @ stiffness @ free
     limit = (2.0 * np.pi * highest_Hz) ** 2
-    square, shape = eigh(reduced, mass, subset_by_value=(-np.inf, BEYOND * limit))
+    square, shape = eigh(reduced, subset_by_value=(-np.inf, BEYOND * limit))
     count = int(np.searchsorted(square, limit))
     beyond = float(square[count]) if count < len(square) else BEYOND * limit
     square, shape = square[:count], shape[:, :count]
-    rounding = ROUNDING * float((np.diagonal(reduced) / np.diagonal(mass)).max())
+    rounding = ROUNDING * float(np.diagonal(reduced).max())
     rigid = square < np.maximum(RIGID * (np.diagonal(reduced) @ shape**2), rounding)
     return Modes(np.where(rigid, 0.0, square), free @ shape, beyond)
 
@@ -113,8 +113,8 @@ def receptance_of(
     free, rigid = machine.free, modes.square == 0.0
     elastic, by_mass = modes.shape[:, ~rigid], machine.mass @ modes.shape[:, rigid]
     # Rotations that nothing holds get a stiffness; forces that turn them are balanced by their inertia.
-    stiff = np.trace(stiffness) / np.trace(machine.mass)
-    held = free.T @ (stiffness + stiff * by_mass @ by_mass.T) @ free
+    reduced, turning = free.T @ stiffness @ free, free.T @ by_mass
+    held = reduced + np.diagonal(reduced).mean() * turning @ turning.T
     force = ports.T - by_mass @ (modes.shape[:, rigid].T @ ports.T)
     factor = cho_factor(held)
     at_rest = free @ cho_solve(factor, free.T @ force)

@@ -26,18 +26,20 @@ from pmor.dynamics.whine.ringing import RingingGear
 from pmor.gear.inertia import Inertia
 from pmor.line.hub_law import COORDINATES, mesh_coordinates
 from pmor.machine.coupled import SolvedLoad
-from pmor.machine.loaded import ABOUT_AXIS, BEARING_ROWS, LoadedGearbox, Meshing, loaded
+from pmor.machine.loaded import BEARING_ROWS, LoadedGearbox, Meshing, loaded
 from pmor.machine.model import GearboxModel, speeds_rpm
 from pmor.machine.settings import LoadCase
-from pmor.machine.system import ARM, tangent_of
+from pmor.machine.system import tangent_of
 from pmor.machine.weights import M3_OF_MM3, gears_on_shafts
 
 # Elements to a bending wave of the highest frequency: natural frequencies are within 0.1 %.
 PER_WAVE = 8
 # Displacements of all shafts, at most: what is finer is cut.
 MOST_UNKNOWNS = 900
-# Of the largest mass: a direction without any, such as a seat of a housing that is given by its stiffness alone.
-MASSLESS = 1e-10
+# What would swing faster, rad/s, has no mass, such as a seat of a housing that is given by its stiffness alone.
+FASTEST = 1e8
+# Of the largest integral over the surface of a housing: a direction in which that does not move.
+STILL = 1e-10
 
 
 @dataclass(frozen=True)
@@ -110,15 +112,18 @@ class MovingMachine:
 
     @cached_property
     def free(self) -> FloatArray:
-        """Displacements that they leave, in coordinates of like size, (n, r); those without mass follow the others."""
-        turns = np.zeros(len(self.mass), dtype=bool)
-        for hubs in (slice(len(self.gearbox.load)), slice(self.housing.stop + self.ringing, None)):
-            turns[hubs] = np.arange(len(turns[hubs])) % NODE >= ABOUT_AXIS
-        scale = np.where(turns, 1.0 / ARM, 1.0)
-        basis = scale[:, None] * _null_space(self.constraints * scale)
+        """Displacements that they leave, in coordinates of unit mass, (n, r); those without mass follow the others.
+
+        Each counts by its own mass or stiffness, so that masses may be as far apart as they like.
+        """
+        own = np.maximum(np.diagonal(self.mass), np.diagonal(self.stiffness) / FASTEST**2)
+        scale = 1.0 / np.sqrt(np.where(own > 0.0, own, 1.0))
+        rows = self.constraints * scale
+        basis = scale[:, None] * _null_space(rows / np.linalg.norm(rows, axis=1, keepdims=True))
         masses, directions = np.linalg.eigh(basis.T @ self.mass @ basis)
-        light = masses < MASSLESS * masses[-1]
-        heavy, massless = basis @ directions[:, ~light], basis @ directions[:, light]
+        along = basis @ directions
+        light = masses * FASTEST**2 < (along * (self.stiffness @ along)).sum(axis=0)
+        heavy, massless = along[:, ~light] / np.sqrt(masses[~light]), along[:, light]
         if light.any():
             held = massless.T @ self.stiffness
             heavy = heavy - massless @ np.linalg.solve(held @ massless, held @ heavy)
@@ -219,7 +224,7 @@ def surface_of(model: GearboxModel) -> FloatArray:
     if matrices is None or matrices.surface is None:
         return np.zeros((0, 0 if matrices is None else len(matrices.stiffness)))
     values, vectors = np.linalg.eigh(matrices.surface)
-    kept = values > MASSLESS * values[-1]
+    kept = values > STILL * values[-1]
     return np.asarray((vectors[:, kept] * np.sqrt(values[kept])).T)
 
 
