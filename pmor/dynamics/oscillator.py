@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +12,16 @@ from pmor.core.arrays import ComplexArray, FloatArray
 
 #: of the equations of statics, relative to the load: more is a load that nothing holds
 UNBALANCED = 1e-9
+# From more masses on free motion is by its modes; condition of these, above which they are nearly alike.
+FEW, MOST_ALIKE = 8, 1e7
+
+
+class FreeModes(NamedTuple):
+    """Motion without the mesh by 2n complex modes, a' = values a, that push and are seen at the mesh."""
+
+    values: ComplexArray  # shape (2n,)
+    states: ComplexArray  # shape (2n, 2n): Displacements and velocities by amplitudes
+    amplitudes: ComplexArray  # shape (2n, 2n): And back
 
 
 @dataclass(frozen=True)
@@ -37,13 +49,40 @@ class Oscillator:
         """Coordinates of the mesh by displacements, (r, n)."""
         return np.atleast_2d(self.lever)
 
+    @cached_property
+    def free(self) -> FloatArray:
+        """Rates of displacements and velocities by these without the mesh, (2n, 2n)."""
+        inverse, n = np.linalg.inv(self.mass), self.size
+        below = -inverse @ self.stiffness, -inverse @ self.damping
+        return np.block([[np.zeros((n, n)), np.eye(n)], [*below]])
+
+    @cached_property
+    def push(self) -> FloatArray:
+        """Accelerations per force of the mesh, (n, r)."""
+        return np.ascontiguousarray(-np.linalg.solve(self.mass, self.rows.T))
+
+    @cached_property
+    def modes(self) -> FreeModes | None:
+        """Free motion by modes; None of few masses, and where modes are alike, as with a rotation nothing holds."""
+        if self.size <= FEW:
+            return None
+        values, states = np.linalg.eig(self.free)
+        return FreeModes(values, states, np.linalg.inv(states)) if np.linalg.cond(states) < MOST_ALIKE else None
+
 
 def mesh_stiffness_of(oscillator: Oscillator, frequency: FloatArray) -> tuple[ComplexArray, ...]:
     """Return the dynamic stiffness d that the mesh feels, d x + F = 0, and its derivative by the frequency.
 
     With Z = K - w^2 M + i w C it is (l Z^-1 l^T)^-1; complex, (k, r, r) each, by angular frequencies (k,).
     """
-    rows, impedance = oscillator.rows, _impedance(oscillator, frequency)
+    rows, modes = oscillator.rows, oscillator.modes
+    if modes is not None:
+        answer = 1.0 / (1j * np.asarray(frequency, dtype=float)[:, None] - modes.values)
+        by, n = rows @ modes.states[: oscillator.size], oscillator.size
+        pushed = -modes.amplitudes[:, n:] @ oscillator.push
+        stiffness = np.asarray(np.linalg.inv((by * answer[:, None]) @ pushed), dtype=complex)
+        return stiffness, np.asarray(stiffness @ ((1j * by * answer[:, None] ** 2) @ pushed) @ stiffness)
+    impedance = _impedance(oscillator, frequency)
     moved, seen = (
         np.linalg.solve(matrix, np.broadcast_to(rows.T, (len(matrix), *rows.T.shape)))
         for matrix in (impedance, impedance.transpose(0, 2, 1))

@@ -66,8 +66,9 @@ def response(
             known += _known(name, doubled_branch(place, follow, limits), lost)
         except ConvergenceError as error:
             lost.append(f"{name}: {error}")
-    branches, growth = [branch for branch, _ in known], [stable_along(branch, grown) for branch, grown in known]
-    swaying = [speed for branch, grown in known for speed in complex_crossings(branch, grown)]
+    by_branch = [(branch, np.asarray(np.linalg.eigvals(grown), dtype=complex)) for branch, grown in known]
+    branches, growth = [branch for branch, _ in known], [stable_along(*one) for one in by_branch]
+    swaying = [speed for one in by_branch for speed in complex_crossings(*one)]
     return Response(tuple(branches), tuple(growth), tuple(places), tuple(lost), tuple(swaying))
 
 

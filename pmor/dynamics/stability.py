@@ -14,14 +14,14 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
+from scipy.linalg import expm
 
-from pmor.core.arrays import BoolArray, FloatArray
+from pmor.core.arrays import BoolArray, ComplexArray, FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.dynamics.continuation import Branch, Follower, Point, trace
 from pmor.dynamics.force_law import coordinate_forces, samples_of
 from pmor.dynamics.harmonic_balance import Balance, fourier_rows, in_Hz, rms
-from pmor.dynamics.integration import drifts
-from pmor.dynamics.kernels.growth import grow
+from pmor.dynamics.kernels.growth import grow, grow_by_modes
 
 # Steps per mesh cycle at least, in two runs that are extrapolated; samples of the slope per mesh cycle, and most steps.
 STEPS, SAMPLES = 512, 8192
@@ -43,24 +43,23 @@ def monodromy(balance: Balance, unknowns: FloatArray, speed: float) -> FloatArra
     return (4.0 * fine - coarse) / 3.0
 
 
-def stability_of(grown: FloatArray) -> BoolArray:
-    """Whether small disturbances die out, or at least do not grow, by monodromy matrices (points, 2n, 2n)."""
-    return np.asarray(np.abs(np.linalg.eigvals(grown)).max(axis=1) <= 1.0 + GROWTH)
+def stability_of(multipliers: ComplexArray) -> BoolArray:
+    """Whether small disturbances die out, or at least do not grow, by Floquet multipliers (points, 2n)."""
+    return np.asarray(np.abs(multipliers).max(axis=1) <= 1.0 + GROWTH)
 
 
-def stable_along(branch: Branch, grown: FloatArray) -> BoolArray:
-    """Return the stability of the points of a branch, by monodromy matrices (points, 2n, 2n).
+def stable_along(branch: Branch, multipliers: ComplexArray) -> BoolArray:
+    """Return the stability of the points of a branch, by Floquet multipliers (points, 2n).
 
     At a fold a real multiplier is 1 in the equations that are followed; that of the monodromy, which has no end of
     harmonics, is there a little earlier or later. Beside a fold the points before it count as stable as far as they are
     wrong by this multiplier alone, and those after it as unstable.
     """
-    multipliers = np.linalg.eigvals(grown)
     outside = np.abs(multipliers) > 1.0 + GROWTH
     odd = (outside & (multipliers.imag == 0.0) & (multipliers.real > 0.0)).sum(axis=1) % 2 == 1
     ahead = np.array([point.tangent[-1] > 0.0 for point in branch.points])
     turned = ahead if (ahead == odd).mean() > 0.5 else ~ahead
-    stable, wrong = ~outside.any(axis=1), odd != turned
+    stable, wrong = np.asarray(~outside.any(axis=1)), np.asarray(odd != turned)
     for fold in np.flatnonzero(ahead[:-1] != ahead[1:]):
         for place, way in ((fold, -1), (fold + 1, 1)):
             while 0 <= place < len(stable) and wrong[place]:
@@ -69,14 +68,13 @@ def stable_along(branch: Branch, grown: FloatArray) -> BoolArray:
     return np.asarray(stable)
 
 
-def complex_crossings(branch: Branch, grown: FloatArray) -> list[float]:
+def complex_crossings(branch: Branch, multipliers: ComplexArray) -> list[float]:
     """Return the angular mesh frequencies where a pair of complex multipliers leaves the unit circle.
 
     There motion begins to sway with a frequency of its own. Halfway between neighbouring points of the branch.
     """
-    multipliers = np.linalg.eigvals(grown)
-    largest = multipliers[np.arange(len(grown)), np.abs(multipliers).argmax(axis=1)]
-    stable, speed = stability_of(grown), branch.speed
+    largest = multipliers[np.arange(len(multipliers)), np.abs(multipliers).argmax(axis=1)]
+    stable, speed = stability_of(multipliers), branch.speed
     places = np.flatnonzero(stable[:-1] != stable[1:])
     beyond = places + stable[places]
     swaying = abs(largest[beyond].imag) > GROWTH
@@ -123,23 +121,22 @@ def _grown(
     balance: Balance, slope: FloatArray, speed: float, start: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Carry disturbances, by default all independent ones, through a period; return them, and those of the mesh."""
-    oscillator, n, rows = balance.oscillator, balance.oscillator.size, balance.oscillator.rows
+    oscillator, rows = balance.oscillator, np.ascontiguousarray(balance.oscillator.rows)
+    n, modes, push = oscillator.size, oscillator.modes, oscillator.push
     h = 2.0 * np.pi * balance.cycles / len(slope) / speed
-    inverse = np.linalg.inv(oscillator.mass)
-    matrix = np.eye(2 * n) if start is None else np.array(start)
-    seen = np.empty((len(slope), len(rows), matrix.shape[1]))
-    half = _drift(inverse @ oscillator.stiffness, inverse @ oscillator.damping, 0.5 * h)
-    push = np.ascontiguousarray(-inverse @ rows.T)
-    grow(half, np.ascontiguousarray(rows), push, h * slope, matrix, np.empty_like(matrix), seen)
-    return matrix, seen
-
-
-def _drift(stiffness: FloatArray, damping: FloatArray, time: float) -> FloatArray:
-    """What displacements and velocities become without the mesh, (2n, 2n), by matrices over the mass."""
-    found = drifts(stiffness, damping, np.array([time]))[0]
-    if found.shape[1] != len(stiffness):
-        return np.ascontiguousarray(found.T)
-    return np.block([[np.diag(found[0]), np.diag(found[1])], [np.diag(found[2]), np.diag(found[3])]])
+    begun = np.eye(2 * n) if start is None else np.array(start)
+    seen = np.zeros((len(slope), len(rows), begun.shape[1]))
+    if modes is None:
+        half = np.ascontiguousarray(expm(0.5 * h * oscillator.free))
+        return grow(half, half @ half, rows, push, h * slope, begun, seen), seen
+    # One of each pair: states are the real part.
+    own = modes.values.imag >= 0.0
+    value, states = modes.values[own], modes.states[:, own] * np.where(modes.values[own].imag > 0.0, 2.0, 1.0)
+    amplitude, kick = modes.amplitudes[own] @ begun, modes.amplitudes[own, n:] @ push
+    real, imaginary = amplitude.real.copy(), amplitude.imag.copy()
+    half = np.exp(0.5 * h * value)
+    grow_by_modes(half, half**2, rows @ states[:n], kick, h * slope, real, imaginary, seen)
+    return states.real @ real - states.imag @ imaginary, seen
 
 
 # First step off the branch, in the scaled space, and the share of motion between the old harmonics that is none.

@@ -1,12 +1,12 @@
-"""Pictures drawn by several processes, where that is safe: most of the time to a page goes into their text and axes."""
+"""Pictures and files made by several processes, where that is safe: a page's time goes into text, axes and digits."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
 import sys
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -34,6 +34,32 @@ def draw(pictures: Sequence[Picture], formats: Sequence[str]) -> None:
         for copy in copies:
             copy.end()
     _draw(pictures, formats)
+
+
+@contextmanager
+def beside(work: Callable[[], None]) -> Iterator[None]:
+    """Do work in a copy of this process, where one may be made, while this one goes on; else, or if it fails, here."""
+    process = multiprocessing.get_context("fork").Process(target=_do, args=(work,), daemon=True) if _copies() else None
+    if process is not None:
+        with suppress(OSError):
+            process.start()
+    try:
+        yield
+        if process is not None and process.pid is not None:
+            process.join()
+    finally:
+        if process is not None and process.is_alive():
+            process.kill()
+            process.join()
+    if process is None or process.exitcode != 0:
+        work()
+
+
+def _do(work: Callable[[], None]) -> None:
+    try:
+        work()
+    except BaseException:
+        os._exit(1)  # this process meets and tells the same
 
 
 class _Copy:

@@ -1,60 +1,96 @@
-"""Growth of a small disturbance of periodic motion over one period."""
+"""Growth of a small disturbance of periodic motion over one period.
+
+A step is half a drift without the mesh, the kick of the mesh, and another half, at once with the half of the next step:
+second order, time-reversible.
+"""
 
 from __future__ import annotations
 
-from pmor.core.compiling import compiled
+from pmor.core.compiling import allocating, compiled
 
 
-@compiled
-def _drift(rows, matrix, workspace):
-    """Carry the columns of a matrix through the motion between two impulses of the mesh; modes are by themselves."""
-    n, columns = matrix.shape
-    for i in range(n):
-        for j in range(columns):
-            workspace[i, j] = 0.0
-        for k in range(n):
-            if rows[i, k] != 0.0:
-                for j in range(columns):
-                    workspace[i, j] += rows[i, k] * matrix[k, j]
-    for i in range(n):
-        for j in range(columns):
-            matrix[i, j] = workspace[i, j]
-
-
-@compiled
-def grow(half_drift, lever, push, slope, matrix, workspace, seen):
-    """Carry the columns of a matrix of displacements and velocities through a period, step by step.
-
-    A step is half a drift without the mesh, the kick of the mesh, and another half: second order, time-reversible.
+@allocating
+def grow(half, whole, lever, push, slope, start, seen):
+    """Carry columns of displacements and velocities through a period; return what they become.
 
     Parameters
     ----------
-    half_drift : ndarray, shape (2n, 2n)
-        Exponential of half a step of the motion without the mesh.
+    half, whole : ndarray, shape (2n, 2n)
+        Exponentials of half a step and of a step of the motion without the mesh.
     lever : ndarray, shape (r, n)
         Coordinates of the mesh per displacement.
     push : ndarray, shape (n, r)
         Change of the velocities per impulse of the mesh.
     slope : ndarray, shape (steps, r, r)
         Integral of dF/dx over each step.
-    matrix, workspace : ndarray, shape (2n, columns)
-        Overwritten with the result; work space.
+    start : ndarray, shape (2n, columns)
     seen : ndarray, shape (steps, r, columns)
         Filled: the coordinates in the middle of each step.
     """
     r, n = lever.shape
+    matrix = half @ start
     for step in range(len(slope)):
-        _drift(half_drift, matrix, workspace)
-        for j in range(matrix.shape[1]):
+        for a in range(r):
+            seen[step, a] = 0.0
+            for k in range(n):
+                for j in range(matrix.shape[1]):
+                    seen[step, a, j] += lever[a, k] * matrix[k, j]
+        for b in range(r):
             for a in range(r):
-                along = 0.0
                 for k in range(n):
-                    along += lever[a, k] * matrix[k, j]
-                seen[step, a, j] = along
-            for b in range(r):
-                force = 0.0
+                    kick = push[k, b] * slope[step, b, a]
+                    for j in range(matrix.shape[1]):
+                        matrix[n + k, j] += kick * seen[step, a, j]
+        matrix = (half if step == len(slope) - 1 else whole) @ matrix
+    return matrix
+
+
+@compiled
+def grow_by_modes(half, whole, lever, push, slope, real, imaginary, seen):
+    """Carry columns of m complex amplitudes, which move by themselves, through a period.
+
+    Parameters
+    ----------
+    half, whole : ndarray of complex, shape (m,)
+        What amplitudes become in half a step and in a step without the mesh.
+    lever : ndarray of complex, shape (r, m)
+        Of which the real part is the coordinates of the mesh.
+    push : ndarray of complex, shape (m, r)
+        Change of the amplitudes per impulse of the mesh.
+    real, imaginary : ndarray, shape (m, columns)
+        Overwritten with the result.
+    slope, seen
+        As in `grow`; seen is 0 before.
+    """
+    (m, columns), r, last = real.shape, len(lever), len(slope) - 1
+    for k in range(m):
+        _turn(half[k], real[k], imaginary[k])
+        for a in range(r):
+            _see(lever[a, k], real[k], imaginary[k], seen[0, a])
+    for step in range(last + 1):
+        for k in range(m):
+            for a in range(r):
+                kick = 0j
+                for b in range(r):
+                    kick += push[k, b] * slope[step, b, a]
+                for j in range(columns):
+                    real[k, j] += kick.real * seen[step, a, j]
+                    imaginary[k, j] += kick.imag * seen[step, a, j]
+            _turn(half[k] if step == last else whole[k], real[k], imaginary[k])
+            if step < last:
                 for a in range(r):
-                    force += slope[step, b, a] * seen[step, a, j]
-                for k in range(n):
-                    matrix[n + k, j] += push[k, b] * force
-        _drift(half_drift, matrix, workspace)
+                    _see(lever[a, k], real[k], imaginary[k], seen[step + 1, a])
+
+
+@compiled
+def _turn(by, real, imaginary):
+    for j in range(len(real)):
+        one, other = real[j], imaginary[j]
+        real[j] = by.real * one - by.imag * other
+        imaginary[j] = by.imag * one + by.real * other
+
+
+@compiled
+def _see(lever, real, imaginary, seen):
+    for j in range(len(real)):
+        seen[j] += lever.real * real[j] - lever.imag * imaginary[j]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -30,6 +31,7 @@ from pmor.dynamics.whine.readings import bearing_names
 from pmor.dynamics.whine.response import LoadResponse
 from pmor.machine.loader import GearboxFile
 from pmor.report.data_files import write_columns_csv, write_table_csv
+from pmor.report.drawing import beside
 from pmor.sets.loader import SetFile
 from pmor.storage.results_file import OF_MOTION, ResultsFile, write_results_file
 from pmor.work.results import writing_results
@@ -89,14 +91,9 @@ class MotionResult(Tabular):
         """
         inputs, text = self.file.inputs, self.file.text
         with writing_results(folder, FILES, text, inputs=inputs, overwrite=overwrite, working=()) as out:
-            whine_report(self.file, self.loads, self.data).write(out)
-            if self.loads:
-                if isinstance(self.file, GearboxFile) and (drawn := drawn_modes(self.data)):
-                    write_modes(self.file.model, loudest(self.loads), drawn, out / "modes.vtkhdf")
-                self._write_numbers(out)
-                write_columns_csv(out / "lines.csv", self.columns())
-                if parted := parting_rows(self.loads):
-                    write_table_csv(out / "parting.csv", parted, list({key: None for row in parted for key in row}))
+            data = self.data
+            with beside(lambda: self._write_files(out)) if self.loads else nullcontext():
+                whine_report(self.file, self.loads, data).write(out)
 
     def write_numbers(self, folder: Path | str, *, overwrite: bool = False) -> None:
         """Write `response.csv` and `results.h5` alone, as of the first loads while others are solved.
@@ -108,6 +105,14 @@ class MotionResult(Tabular):
         inputs, text = self.file.inputs, self.file.text
         with writing_results(folder, FILES, text, inputs=inputs, overwrite=overwrite, working=()) as out:
             self._write_numbers(out)
+
+    def _write_files(self, out: Path) -> None:
+        if isinstance(self.file, GearboxFile) and (drawn := drawn_modes(self.data)):
+            write_modes(self.file.model, loudest(self.loads), drawn, out / "modes.vtkhdf")
+        self._write_numbers(out)
+        write_columns_csv(out / "lines.csv", self.columns())
+        if parted := parting_rows(self.loads):
+            write_table_csv(out / "parting.csv", parted, list({key: None for row in parted for key in row}))
 
     def _write_numbers(self, out: Path) -> None:
         write_columns_csv(out / "response.csv", response_columns(self.loads))
