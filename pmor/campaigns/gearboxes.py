@@ -15,16 +15,21 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from pmor.campaigns.keys import by_section
+import numpy as np
+
+from pmor.campaigns.keys import by_section, split
 from pmor.campaigns.kind import Design, Kind, Number, Solved
 from pmor.campaigns.relations import with_relations
 from pmor.campaigns.set_relations import KNOWN as KNOWN_OF_SETS
 from pmor.campaigns.set_relations import text_of_design as text_of_set
-from pmor.campaigns.settings import GearboxCampaign, GearboxRelations, Relations
+from pmor.campaigns.settings import OF_MOTION, GearboxCampaign, GearboxRelations, Relations
 from pmor.case import change_case
+from pmor.case.capability import refuse_beyond
 from pmor.case.schema import SECTIONS
 from pmor.core.errors import CaseError, ConvergenceError, PmorError
 from pmor.core.ranges import Place
+from pmor.dynamics.whine.readings import bearing_names
+from pmor.dynamics.whine.run import about_loads, speeds_of
 from pmor.gear.inertia import Inertia
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.loader import GearboxFile
@@ -37,7 +42,7 @@ from pmor.pair.model import refuse_loads_unmeshed
 from pmor.results.quantities import TABLE
 from pmor.rexs.files import load_gearbox
 from pmor.rexs.to_toml import gearbox_texts
-from pmor.storage.gear_store import Store
+from pmor.storage.gear_store import KeptGear, Store
 from pmor.work.cost import FINITE_ELEMENTS, START_S, refuse_beyond_memory, stages
 
 # Stands for the name of the gearbox file in the names of those beside it.
@@ -67,7 +72,8 @@ OF_MESHES = (
 )  # fmt: skip
 OF_SETS = (*OF_MESHES[:3], "k_gamma")
 OF_BEARINGS = ("radial_force_N", "axial_force_N")
-OF_GEARBOX = (TABLE["losses_W"], replace(TABLE["mass_kg"], symbol="mass of all gears but those of sets"))
+OF_GEARBOX = (TABLE["losses_W"], replace(TABLE["mass_kg"], symbol="mass of all gears but those of sets"),
+              TABLE["radiated_power_mW"])  # fmt: skip
 
 
 def _of_base(base: Path) -> Kind:
@@ -79,9 +85,9 @@ def _of_base(base: Path) -> Kind:
     known |= {f"places.{mesh.name}": PlaceKeys for mesh in sections.meshes}
     known |= {f"{name}.{section}": kind for name in file.cases for section, kind in SECTIONS.items()}
     known |= {f"{name}.{section}": kind for name in file.model.sets for section, kind in KNOWN_OF_SETS.items()}
-    named: list[tuple[str, tuple[str, ...]]] = [(name, OF_MESHES) for name in file.cases]
+    named: list[tuple[str, tuple[str, ...]]] = [(name, (*OF_MESHES, "mesh_force_N")) for name in file.cases]
     named += [(name, OF_SETS) for name in file.model.sets]
-    named += [(bearing.name, OF_BEARINGS) for bearing in sections.bearings]
+    named += [(bearing.name, (*OF_BEARINGS, "bearing_force_N")) for bearing in sections.bearings]
     figures = [
         replace(TABLE[key], key=f"{name}.{key}", symbol=f"{name}: {TABLE[key].symbol}")
         for name, own in named for key in own
@@ -205,7 +211,23 @@ def _solve(text: str, name: str, store: Store, keys: tuple[str, ...]) -> Solved:
         loads, failures = solved_loads(file, *meshes_and_trains(file, store.get))
         if len(loads) < len(file.model.sections.loads):
             raise ConvergenceError(next(iter(failures)))
-        return Solved(figures_of(file, loads), next(iter(failures), ""))
+        moving = forces_in_motion(file, store.get) if any(split(key)[1] in OF_MOTION for key in keys) else {}
+        return Solved(figures_of(file, loads) | moving, next(iter(failures), ""))
+
+
+def forces_in_motion(file: GearboxFile, kept: KeptGear) -> dict[str, float]:
+    """Return the largest forces of meshes and bearings over loads and speeds, rms of all lines, and the power."""
+    refuse_beyond(file, "dynamics")
+    loads, about = about_loads(file, kept, speeds_of(file))
+    found = dict[str, float]()
+    for response in map(about, loads):
+        power = sum(response.power(source.lines, source).sum(axis=1) for source in response.sources)
+        names = [f"{name}.mesh_force_N" for name in response.mesh_names]
+        names += [f"{name}.bearing_force_N" for name in bearing_names(response)]
+        most = [*response.rms.meshes.max(axis=0), *response.rms.bearings.max(axis=0), np.max(power)]
+        for name, force in zip([*names, "radiated_power_mW"], most, strict=True):
+            found[name] = max(float(force), found.get(name, 0.0))
+    return found
 
 
 def figures_of(file: GearboxFile, loads: Iterable[SolvedLoad]) -> dict[str, float | None]:

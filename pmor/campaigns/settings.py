@@ -47,13 +47,15 @@ OF_GEARBOXES = (
     "root_stress_pinion_MPa", "root_stress_wheel_MPa", "k_gamma", "radial_force_N", "axial_force_N", "losses_W",
     "mass_kg",
 )  # fmt: skip
+#: of gearboxes in motion, found where they are asked for
+OF_MOTION = ("mesh_force_N", "bearing_force_N", "radiated_power_mW")
 if TYPE_CHECKING:
     ResultKey = str
     SetResultKey = str
     GearboxResultKey = str
 else:
     ResultKey, SetResultKey = Literal[(*USUAL, *OF_RELIEF)], Literal[(*OF_SETS, *OF_TRAINS)]
-    GearboxResultKey = Literal[OF_GEARBOXES]
+    GearboxResultKey = Literal[(*OF_GEARBOXES, *OF_MOTION)]
 # Ten times the work of a thousand cores in a day, at a minute for each design.
 MOST_DESIGNS = 10_000_000
 
@@ -279,6 +281,7 @@ class GearboxResults:
     ----------
     keys : tuple of str
         Of each mesh, set and bearing by its name, or of the gearbox: the largest amount over the load cases.
+        `mesh_force_N`, `bearing_force_N` and `radiated_power_mW` are those of motion over the speeds of `[dynamics]`.
     """
 
     keys: tuple[GearboxResultKey, ...] = OF_GEARBOXES

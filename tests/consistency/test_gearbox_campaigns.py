@@ -53,6 +53,28 @@ def test_a_design_is_the_gearbox_with_its_keys_and_shifts_without_backlash(path)
     assert_allclose(pair.backlash, 0.0, atol=1e-9)
 
 
+MOTION = """[dynamics]
+speed_range_rpm = [1000.0, 3000.0]
+speeds = 20
+harmonics = 2
+"""
+
+
+@pytest.mark.slow
+def test_forces_in_motion_of_a_row_are_those_of_its_file(path, tmp_path):
+    """`pmor dynamics` of what `--case` writes: the largest of the table; and none where they are not asked for."""
+    (tmp_path / "box.toml").write_text(INLINE + MOTION)
+    asked = '[results]\nkeys = ["bearing_force_N", "mesh_force_N"]\n'
+    path.write_text(DESIGNS + asked)
+    campaign, store = load(path), Store(path.parent, 0.0)
+    row = row_of(task_of(campaign, store), 1, designs_of(campaign)(0), store)
+    assert (row["status"], row["reason"]) == ("ok", "")
+    (moving,) = pmor.run_dynamics(pmor.write_campaign_case(path, tmp_path, 1)).data["loads"]
+    for key, rows in (("bearing_force_N", moving["bearings"]), ("mesh_force_N", moving["meshes"])):
+        for part in rows:
+            assert_allclose(row["results"][f"{part['name']}.{key}"], part["force_rms_max_N"], rtol=1e-9)
+
+
 @pytest.mark.slow
 def test_a_row_is_what_run_finds_of_the_file_of_the_design(path):
     campaign, store = load(path), Store(path.parent, 0.0)

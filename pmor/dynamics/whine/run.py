@@ -62,7 +62,7 @@ def run(
         if isinstance(settings, SetFile):
             loads, about = _of_set(settings, kept, speeds)
         else:
-            loads, about = _of_gearbox(settings, kept, speeds)
+            loads, about = about_loads(settings, kept, speeds)
 
     def found(name: str) -> LoadResponse | str:
         try:
@@ -92,12 +92,12 @@ def about_first_load(file: GearboxFile) -> LoadResponse:
     refuse_beyond(file, "dynamics")
     linear = replace(file.sections, dynamics=replace(file.sections.dynamics, motion="linear"))
     own = replace(file, model=replace(file.model, sections=linear))
-    loads, about = _of_gearbox(own, kept_beside(None), speeds_of(file)[-1:])
+    loads, about = about_loads(own, kept_beside(None), speeds_of(file)[-1:])
     return about(loads[0])
 
 
-def _of_gearbox(file: GearboxFile, kept: KeptGear, speeds: FloatArray) -> tuple[list[str], About]:
-    """Names of the loads of a gearbox, and what finds motion about one."""
+def about_loads(file: GearboxFile, kept: KeptGear, speeds: FloatArray) -> tuple[list[str], About]:
+    """Return the names of the loads of a gearbox, and what finds motion about one."""
     trained, trains = meshes_and_trains(file, kept)
     loads, modes = {load.name: load for load in file.sections.loads}, KeptModes()
 
