@@ -208,6 +208,8 @@ def _points(model: GearModel, branch: Branch, stable: Any) -> list[Data]:
 def _rms_without(task: Task, solved: Response, branch: int, place: int, order: int) -> float | None:
     """Transmission error at a point with a harmonic of the excitation switched off, by the table; None: not found."""
     balance, point = replace(solved.branches[branch].balance, law=task.law), solved.branches[branch].points[place]
+    if order * balance.cycles > balance.orders:
+        return None
     balance = without_harmonic(balance, order)
     for start in (resting(balance), point.unknowns):
         try:

@@ -10,6 +10,7 @@ from pmor.dynamics.figures import contact_figure, motion_figure, response_figure
 from pmor.dynamics.force_law import cycles_of
 from pmor.dynamics.law import MeshLaw
 from pmor.dynamics.measure import RUNS, Data, rpm, with_speeds
+from pmor.dynamics.peaks import NO_SINGLE, PROMINENCE
 from pmor.dynamics.quantities import ORDERS
 from pmor.dynamics.rating import by_range, rated
 from pmor.dynamics.solution import Dynamics
@@ -198,7 +199,7 @@ def _peaks(responses: Sequence[Data]) -> Table:
         "DTE rms, µm": lambda row: row[1]["dte_rms_um"],
         "peak-to-peak, µm": lambda row: row[1]["dte_peak_to_peak_um"],
         "dynamic factor": lambda row: row[1]["dynamic_factor"],
-        "harmonic": lambda row: row[1]["order"],
+        "harmonic": lambda row: NO_SINGLE if row[1]["made_by_one"] is False else row[1]["order"],
         "its amplitude, µm": lambda row: row[1]["order_um"],
         "mode": lambda row: row[1]["mode"],
         "harmonic × mesh frequency over its natural one": lambda row: row[1]["over_natural"],
@@ -208,10 +209,15 @@ def _peaks(responses: Sequence[Data]) -> Table:
     }
     note = (
         "Of stable motion; amplitudes zero to peak. Each harmonic of the excitation that comes near to a mode was "
-        f"switched off in turn, up to the {ORDERS}th: that of a peak is the one without which motion is least, and the "
-        "mode is the nearest to it, however little of its energy is in the mesh. Higher harmonics were left out. Where "
-        "flanks part, peaks lie below the mode."
+        f"switched off in turn, those above the {ORDERS}th where none of the others makes the peak: that of a peak is "
+        "the one without which motion is least, and the mode is the nearest to it, however little of its energy is in "
+        "the mesh. Where flanks part, peaks lie below the mode."
     )
+    if any(peak["made_by_one"] is False for _, peak in rows):
+        note += (
+            f" {NO_SINGLE}: no single harmonic makes this peak, which is as high without any of them but for "
+            f"{100.0 * PROMINENCE:g} %; what is told is of the one without which it is least."
+        )
     return table("Peaks of the response", columns, rows, note)
 
 

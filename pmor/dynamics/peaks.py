@@ -20,6 +20,10 @@ SAME = 1e-3
 # Logarithm of the frequency of a harmonic over that of a mode: harmonics that are farther from all modes are not tried.
 # Where flanks part, peaks lie below modes, down to half of them.
 NEAR, BELOW = 0.3, 0.75
+# Without a harmonic that makes a peak at most so much of its height is left; else none does by itself.
+LEFT = 1.0 - PROMINENCE
+# In tables, of a peak that is as high without any harmonic.
+NO_SINGLE = "no single one"
 # Of motion that a harmonic makes: what is left without it. Where flanks part, it jumps back without any of several.
 MADE = 0.5
 
@@ -28,15 +32,17 @@ def peaks_of(branches: Sequence[Sequence[Data]], modes: Sequence[Data], without:
     """Return the peaks of the stable dynamic transmission error of a response to one torque, by rising speed.
 
     The harmonic is the one without which motion is least, of all that come near to a mode; where flanks part, and jump
-    back without any of several, the one of these that moves most. The mode is the one nearest to it. Motion of several
-    mesh cycles has the order of its largest amplitude, without such a proof.
+    back without any of several, the one of these that moves most. Those whose amplitudes are not told are tried where
+    none of the others makes the peak. The mode is the one nearest to it. Motion of several mesh cycles has the order of
+    its largest amplitude, without such a proof.
 
     Returns
     -------
     list of dict
         `mesh_frequency_Hz`, `dte_rms_um`, `dte_peak_to_peak_um`, `dynamic_factor`, `order`, `order_um` (its amplitude,
-        zero to peak), `mode` (number in `modes`, from 1), `over_natural` (order times mesh frequency, over that of the
-        mode), `dte_rms_without_um` (with that harmonic switched off), `further_order`, `dte_rms_without_further_um`
+        zero to peak; None where that is not told), `made_by_one` (whether this harmonic makes the peak by itself; None
+        without a proof), `mode` (number in `modes`, from 1), `over_natural` (order times mesh frequency, over that of
+        the mode), `dte_rms_without_um` (with that harmonic switched off), `further_order`, `dte_rms_without_further_um`
         (the next of them), `orders_tried`.
     """
     peaks = [
@@ -67,15 +73,19 @@ def _peak(point: Data, modes: Sequence[Data], without: Callable[[int], float | N
     def over(order: float, mode: int) -> float:
         return float(order * frequency / modes[mode]["natural_frequency_Hz"])
 
-    tried = list[int]()
-    parted = point["contact_loss"] > 0.0
-    if point["period_mesh_cycles"] == 1:
-        low = -BELOW if parted else -NEAR
-        tried = [k for k in range(1, len(amplitudes) + 1) if low < math.log(over(k, mode_of(k))) < NEAR]
-    left = {order: size for order in tried if (size := without(order)) is not None}
+    size, told, parted, left = point["dte_rms_um"], len(amplitudes), point["contact_loss"] > 0.0, dict[int, float]()
+    low = -BELOW if parted else -NEAR
+    most = math.ceil(math.exp(NEAR) * modes[-1]["natural_frequency_Hz"] / frequency)
+    tried = [k for k in range(1, most + 1) if low < math.log(over(k, mode_of(k))) < NEAR]
+    if point["period_mesh_cycles"] > 1:
+        tried = []
+    for beyond in (False, True):
+        if not beyond or min(left.values(), default=size) > LEFT * size:
+            rests = {order: without(order) for order in tried if (order > told) == beyond}
+            left |= {order: rest for order, rest in rests.items() if rest is not None}
 
     def rank(order: int) -> float:
-        makes = parted and left[order] < MADE * point["dte_rms_um"]
+        makes = parted and order <= told and left[order] < MADE * size
         return -float(amplitudes[order - 1]) if makes else left[order]
 
     ranked = sorted(left, key=rank)
@@ -83,9 +93,10 @@ def _peak(point: Data, modes: Sequence[Data], without: Callable[[int], float | N
     mode = mode_of(order)
     return {
         **{key: point[key] for key in ("mesh_frequency_Hz", "dte_rms_um", "dte_peak_to_peak_um", "dynamic_factor")},
-        "order": order, "order_um": amplitudes[order - 1] if ranked else point["dominant_order_um"], "mode": mode + 1,
+        "order": order, "made_by_one": left[order] <= LEFT * size if ranked else None, "mode": mode + 1,
+        "order_um": point["dominant_order_um"] if not ranked else amplitudes[order - 1] if order <= told else None,
         "over_natural": over(order, mode), "dte_rms_without_um": left.get(order), "further_order": further,
-        "dte_rms_without_further_um": None if further is None else left[further], "orders_tried": tried,
+        "dte_rms_without_further_um": None if further is None else left[further], "orders_tried": sorted(left),
     }  # fmt: skip
 
 

@@ -124,6 +124,7 @@ def test_a_peak_names_the_line_without_which_there_is_none():
         rest = total[place - 1 : place + 2, bearing] ** 2 - line[place - 1 : place + 2] ** 2
         assert np.diff(rest, n=2)[0] > np.diff(total[place - 1 : place + 2, bearing] ** 2, n=2)[0]
         assert_allclose(row["without_line_rms_N"] ** 2, rest[1], rtol=1e-9, atol=1e-12)
+        assert row["made_by_one"] == (rest[1] < 0.95**2 * row["force_rms_N"] ** 2)
 
 
 def test_files_hold_what_the_result_tells(tmp_path, undrawn):

@@ -1,9 +1,15 @@
 """Peaks of a response: a made-up curve over the speed."""
 
 import numpy as np
+import pytest
 
-from pmor.dynamics.measure import with_speeds
-from pmor.dynamics.peaks import PROMINENCE, peaks_of
+from pmor.dynamics.force_table import tabulate
+from pmor.dynamics.gear_model import GearModel, Support
+from pmor.dynamics.measure import BRANCHES, HZ, Task, solve, with_speeds
+from pmor.dynamics.output import _peaks
+from pmor.dynamics.peaks import NO_SINGLE, PROMINENCE, peaks_of
+from pmor.dynamics.quantities import UM
+from pmor.gear.inertia import Inertia
 
 MODES = [
     {"natural_frequency_Hz": 400.0, "mesh_strain_energy_share": 1e-4},
@@ -51,6 +57,56 @@ def test_ripples_unstable_motion_ends_and_the_same_motion_twice_are_no_peaks():
               point(1200.0, 4.0, stable=False), point(1100.0, 1.0), point(900.0, 3.0), point(800.0, 2.0)]  # fmt: skip
     found = peaks_of([branch, branch[5:]], MODES, lambda *place: None)
     assert [peak["mesh_frequency_Hz"] for peak in found] == [900.0]
+
+
+def test_a_harmonic_beyond_those_that_are_told_is_found_and_a_peak_that_none_makes_is_said_to_be_one():
+    """At 170 Hz the sixth of the mode at 1,000 Hz, three are told; without any the other peak is as high."""
+    branch = [point(150.0, 1.0), point(170.0, 2.0), point(190.0, 1.0), point(950.0, 1.0), point(990.0, 2.0),
+              point(1050.0, 1.0)]  # fmt: skip
+    found = peaks_of([branch], MODES, lambda _, place, order: 1.0 if (place, order) == (1, 6) else 1.99)
+    assert [(peak["order"], peak["mode"], peak["made_by_one"]) for peak in found] == [(6, 2, True), (1, 2, False)]
+    assert found[0]["order_um"] is None
+    shown = _peaks([with_speeds({"torque_Nm": 1.0, "peaks": found}, 20)])
+    assert [row[6] for row in shown.rows] == [6, NO_SINGLE]
+    assert "no single harmonic makes this peak" in shown.note
+
+
+def small_pair(low_Hz, high_Hz):
+    """A pair whose wheel gives way on a bearing, with these natural frequencies, and the stiffness of its mesh.
+
+    By the sum and the product of both squares; the softer mode has little strain in the mesh.
+    """
+    stiffness, bearing_mass = 3e5, 1e-3
+    low, high = (low_Hz / HZ) ** 2, (high_Hz / HZ) ** 2
+    half = 0.5 * (low + high - stiffness / bearing_mass)
+    mass = stiffness / (half + np.sqrt(half**2 - low * high))
+    spring = low * high * mass * bearing_mass / stiffness
+    support = Support(1, 1, bearing_mass, spring, 0.006 * np.sqrt(spring * bearing_mass), 1.0)
+    gears = Inertia(1.0, 1.0, 1.0), Inertia(1.0, 1.0, 1.0)
+    return GearModel(gears, mass, (support,), np.zeros((2, 3)), 40.0), stiffness
+
+
+@pytest.mark.parametrize(
+    ("limits", "forces", "order", "mode", "near"),
+    [((820.0, 870.0), {1: 100.0}, 1, 1, 846.0), ((2030.0, 2120.0), {1: 300.0, 3: 5.0}, 3, 2, 2073.0)],
+)
+def test_a_pair_by_construction_has_its_peak_by_the_harmonic_that_meets_a_mode(limits, forces, order, mode, near):
+    """Of a mode with hardly any strain in the mesh, and by the third harmonic, though the first is larger."""
+    model, stiffness = small_pair(846.0, 6229.0)
+
+    def force(phase, x):
+        return np.maximum(stiffness * x + sum(size * np.cos(k * phase) for k, size in forces.items()), 0.0)
+
+    law = tabulate(force, -2e-3, 0.05, tolerance=1e-3)
+    found = solve(Task(model, law, 100.0, None, 0.01, limits, True, 0), BRANCHES)
+    (peak,) = found["peaks"]
+    assert abs(peak["mesh_frequency_Hz"] - near) < 0.01 * near
+    assert (peak["order"], peak["mode"], peak["made_by_one"]) == (order, mode, True)
+    assert [round(one["natural_frequency_Hz"]) for one in found["modes"]] == [846, 6229]
+    assert found["modes"][0]["mesh_strain_energy_share"] < 0.01
+    assert order == 1 or peak["order_um"] < 300.0 / stiffness * UM
+    (row,) = _peaks([with_speeds(found, 20)]).rows
+    assert (row[6], row[8]) == (order, mode)
 
 
 def test_speeds_stand_beside_all_frequencies():

@@ -9,6 +9,7 @@ from scipy.signal import argrelmax
 
 from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
+from pmor.dynamics.peaks import LEFT
 from pmor.dynamics.whine.blades import FAMILIES
 from pmor.dynamics.whine.moving import MovingMachine
 from pmor.dynamics.whine.response import RPM, LoadResponse, Source, of_mesh
@@ -186,7 +187,8 @@ def _kinetic(machine: MovingMachine, energy: FloatArray) -> dict[str, dict[str, 
 def peak_rows(response: LoadResponse) -> list[Data]:
     """Return the largest peaks of the force of each bearing over the speed, with the line and the mode of each.
 
-    A peak is that of the line whose square bends down most there; without it there is none.
+    A peak is that of the line whose square bends down most there. `made_by_one` says whether without it less is left
+    than of any peak of a pair (`pmor.dynamics.peaks`).
     """
     total, constant = response.rms.bearings, response.constant_rms.bearings
     lines = [(one, response.force_lines(one)) for one in response.sources]
@@ -203,13 +205,13 @@ def peak_rows(response: LoadResponse) -> list[Data]:
                 for harmonic, bend in enumerate(np.diff(own[around, :, bearing] ** 2, n=2, axis=0)[0])
             ]  # fmt: skip
             _, source, harmonic, line = min(bends, key=lambda one: one[0])
-            maker, told_as = source.maker(harmonic)
+            rest, (maker, told_as) = float(np.sqrt(max(over_speed[place] ** 2 - line**2, 0.0))), source.maker(harmonic)
             rows.append({
                 "bearing": name, "speed_rpm": speed, "force_rms_N": float(over_speed[place]), "source": maker,
                 "harmonic": told_as, "carrier_order": source.places[harmonic][1],
                 "line": line_words(response, source, harmonic),
                 "frequency_Hz": speed / 60.0 * float(source.orders[harmonic].order),
-                "line_rms_N": line, "without_line_rms_N": float(np.sqrt(max(over_speed[place] ** 2 - line**2, 0.0))),
+                "line_rms_N": line, "without_line_rms_N": rest, "made_by_one": rest <= LEFT * float(over_speed[place]),
                 **_mode_of(response, source, harmonic, place, bearing),
                 "constant_stiffness_rms_N": float(constant[place, bearing]),
             })  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from pmor.dynamics.peaks import NO_SINGLE
 from pmor.dynamics.whine.readings import Data, main_load, shown_modes
 from pmor.report.parameter_words import parameter_words
 from pmor.report.table import Columns, Table, table
@@ -63,7 +64,7 @@ def peaks_table(data: Data, loads: Sequence[str], folded: bool = False) -> Table
         **told, "bearing": lambda row: row[1]["bearing"],
         "speed, rpm": lambda row: row[1]["speed_rpm"],
         "force, rms, N": lambda row: row[1]["force_rms_N"],
-        "by": lambda row: row[1]["line"],
+        "by": lambda row: row[1]["line"] if row[1]["made_by_one"] else f"{NO_SINGLE}, most by {row[1]['line']}",
         "at, Hz": lambda row: row[1]["frequency_Hz"],
         "without this line, N": lambda row: row[1]["without_line_rms_N"],
         "mode": lambda row: row[1]["mode"],
@@ -77,6 +78,8 @@ def peaks_table(data: Data, loads: Sequence[str], folded: bool = False) -> Table
         "The mode is the one that gives most of the line's force on the bearing. Shares are in the direction and phase "
         "of that force: of all modes and their static rest they add up to 100; opposite ones are negative."
     )
+    if not all(peak["made_by_one"] for _, peak in rows):
+        note += f" {NO_SINGLE}: no single line makes this peak, which is about as high without any of them."
     words = "Peaks of the bearing forces under " + ("the other loads" if folded else ", ".join(loads))
     return replace(table(words, columns, rows, note), folded=folded)
 
