@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.case.motion import Motion
-from pmor.core.errors import CaseError
+from pmor.core.errors import CaseError, ConvergenceError
 from pmor.dynamics.whine import moving_sets
 from pmor.dynamics.whine.blades import Blades
 from pmor.dynamics.whine.gradient import Target, changes, cycle_with, passing_at
@@ -249,6 +249,12 @@ def test_planets_each_by_itself_seen_from_the_carrier_are_those_that_stand_still
     assert abs(forces[:, others]).max() < 1e-6 * abs(own).max()
     squares = [(abs(one.lines.mesh_forces) ** 2).sum(axis=1) for one in (expected, found)]
     assert_allclose(*squares, rtol=1e-6)
+
+
+def test_a_planet_that_carries_nothing_is_refused_by_name():
+    """One of three is so far ahead of its place that others do not touch."""
+    with pytest.raises(ConvergenceError, match="carries nothing"):
+        alone((PHASED + SPRINGS).replace("count = 3", "count = 3\ntangential_um = [500.0, 0.0, 0.0]"))
 
 
 def test_unequal_planets_in_coordinates_that_stand_still_are_those_seen_from_the_carrier(monkeypatch):

@@ -331,6 +331,10 @@ def train_under_load(solution: SetSolution, row: int, pitches: int, angles: int,
         raise ConvergenceError(f"mesh {' and '.join(names)}: contact was not found at all positions", [])
     force = solution.found.force[row].reshape(solution.cycles, len(solution.placed.phi), -1).mean(axis=0)
     load = np.einsum("an,anc->c", force, train_rows(solution.placed)) / len(force)
+    each = load[:: len(load) // len(names)]
+    for number in np.flatnonzero(abs(each) <= SETTLED * abs(each).max()).tolist():
+        text = f"mesh {names[number]}, {number + 1} of {len(names)}: carries nothing over the whole cycle, as of a gear"
+        raise ConvergenceError(f"{text} out of place: raise the torque, or lower what puts it there", [])
     moved = train_coordinates(train).T @ solution.hub_displacement[row].reshape(len(solution.phi_rad), -1).mean(axis=0)
     return _settled(StandingTrain(names, (), train, plan.displacement, load, moved, pitches, angles, harmonics))
 

@@ -189,6 +189,8 @@ def _blocks(file: MovingFile, data: Data, responses: Sequence[LoadResponse]) -> 
         f"{responses[0].speed_of if responses else 'the load'}. Each mode has a damping of "
         f"{100.0 * motion.damping_ratio:g} % of the critical one, which no calculation gives: peaks are inverse to it."
     )
+    if isinstance(file, SetFile) and not file.plan.even and file.sections.load and file.sections.load.held != "carrier":
+        blocks.append(BALANCED)
     if data["rigid_gears"]:
         blocks.append(" ".join(data["rigid_gears"]))
     blocks += [*map(Warning, [*file.notes, *data["failures"]])]
@@ -255,6 +257,11 @@ OF_A_SET = (
     "Small motion of a planetary set by itself about each torque: gears as rigid discs on the supports of the file. "
     "The carrier has the mass of its pins and of [[masses]]; members without inertia in [[masses]] turn evenly, but "
     "for the sun, or the ring beside a sun that is held"
+)
+# Of planets that are not evenly spaced around a carrier that turns.
+BALANCED = (
+    "Planets are not evenly spaced, or few: their weight is taken as balanced by that of the carrier, which the file "
+    "does not have. A force at the carrier's turn by what is left of it is not in."
 )
 # Bearings, the most loaded, whose force is told by modifications.
 MOST_TARGETS = 2
