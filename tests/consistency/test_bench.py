@@ -141,8 +141,13 @@ def test_line_loads_are_timed_on_the_pair_on_tilted_axes_and_with_sixteen_sectio
 def test_of_a_gearbox_its_motion_is_timed(tmp_path, monkeypatch, undrawn):
     monkeypatch.setattr("pmor.lab.core.motion.SPEEDS", 4)
     monkeypatch.setattr("pmor.lab.core.motion.SHARES", (0.9, 1.0))
+    monkeypatch.setattr("pmor.lab.core.motion.CYCLES", 20)
     found = run(load(written(tmp_path, SMALL + MOTION)), jobs=1)
-    at_rest, linear, page = found.rows
+    at_rest, linear, page, table, curve, run_up = found.rows
     assert (at_rest["repeats"], linear["repeats"], page["repeats"]) == (1, 3, 1)
     assert "4 speeds, 6 harmonics, 2 torques, 1 threads" in linear["phase"]
+    assert "points" in curve["phase"]
+    assert "flanks apart" in curve["phase"]
+    assert "20 mesh cycles" in run_up["phase"]
+    assert table["median_ms"] > 0.0
     assert "motion" in str(found)
