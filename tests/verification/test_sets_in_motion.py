@@ -251,6 +251,25 @@ def test_planets_each_by_itself_seen_from_the_carrier_are_those_that_stand_still
     assert_allclose(*squares, rtol=1e-6)
 
 
+@pytest.mark.slow
+def test_stepped_planets_as_one_are_those_seen_from_the_carrier_all_together(monkeypatch):
+    """Over the common cycle of both of their gears, four pitches of the sun: 20 and 15 teeth."""
+    text = EVEN_SET.replace("teeth = 18", "teeth = 19", 1).replace("teeth = 18", "teeth = 20")
+    text = text.replace("[ring]", "[second_planet]\nteeth = 15\nbore_radius_mm = 14.0\n[ring]") + SPRINGS
+    as_one = alone(text)
+    monkeypatch.setattr(moving_sets, "Blades", lambda directions, carried: Blades(directions, True))
+    together = alone(text)
+    (found,), (expected,) = as_one.sources, together.sources
+    assert as_one.cycles[0].pitches == 4
+    assert found.why_constant == expected.why_constant == ""
+    own = together.bearing_forces(expected.lines.readings)[..., :3]
+    for number, place in enumerate(found.places):
+        force = as_one.bearing_forces(found.lines.readings)[:, number, :, :3]
+        assert_allclose(force, own[:, expected.places.index(place)], atol=1e-9 * abs(own).max())
+    constant = as_one.bearing_forces(found.constant.readings)[..., :3]
+    assert abs(constant - as_one.bearing_forces(found.lines.readings)[..., :3]).max() > 1e-2 * abs(own).max()
+
+
 def test_a_planet_that_carries_nothing_is_refused_by_name():
     """One of three is so far ahead of its place that others do not touch."""
     with pytest.raises(ConvergenceError, match="carries nothing"):
@@ -356,7 +375,9 @@ def alone(text, crowning=0.0, **motion):
         if 0 in mesh.bodies else mesh for mesh in train.meshes
     ]  # fmt: skip
     train = replace(train, meshes=tuple(meshes))
-    solution = solve_set(file.plan, train, np.array([file.plan.torque_Nm]), file.angles_per_pitch)
+    solution = solve_set(
+        file.plan, train, np.array([file.plan.torque_Nm]), file.angles_per_pitch, file.plan.cycle
+    )
     return respond_set(file, solution, 0, Motion(harmonics=3, **motion), np.array(speeds))
 
 

@@ -89,7 +89,7 @@ def micrometre_data(response: LoadResponse) -> Data:
     largest = total.max(axis=0).argsort()[::-1][:MOST_TARGETS]
     for number, name in enumerate(response.mesh_names):
         source, motion, _ = passing_at(response, number)
-        if motion.cycle.pitches > 1:
+        if motion.cycle.pitches > 1 or motion.standing is None or motion.standing.parts[0].pitches > 1:
             continue
         own = response.force_lines(source)
         at = (own**2).sum(axis=1).argmax(axis=0)

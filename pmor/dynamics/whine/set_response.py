@@ -9,8 +9,9 @@ see: where the housing is alike all around, N equal planets are one, with the re
 
     H_h = q^H H(h w_m + j W_c) q,    q = B_j^T v,    v_n = exp(-i h z psi_n) / sqrt(N),                              (1)
 
-in Hill's equations (`hill`). Where it is not, motion at a harmonic strays to further lines. Planets of any kind around
-a carrier that stands still are solved all together.
+in Hill's equations (`hill`); planets that differ are solved all together, by the sum of what the housing does at the
+three orders. Where it is not, motion at a harmonic strays to further lines. Planets of any kind around a carrier that
+stands still, or seen from it, are solved all together.
 """
 
 from __future__ import annotations
@@ -35,6 +36,8 @@ from pmor.dynamics.whine.set_motion import ConstantSet, SetMotion, widened
 FORBIDDEN = 1e-9
 # Of forces and stiffness: planets that are equal. Of the motion at a harmonic: what may stray.
 EQUAL, STRAY = 1e-6, 1e-3
+# Forces at harmonics of either sign that are solved together, of cycles of several pitches.
+MOST_UNKNOWNS = 1000
 # Beyond the highest mode nothing moves.
 TINY = 1e-300
 
@@ -112,8 +115,9 @@ def set_excitation(
         return SetExcitation(tuple(found), orders, acting, acting, constant)
     problem = _Planets(receptance, at_rest, one, cycle, meshes, parts, speeds, sense, together)
     motion, why = problem.as_one(found, orders)
-    if motion is None and cycle.pitches == 1:
-        motion, why = problem.each(found, orders)
+    if motion is None:
+        motion, further = problem.each(found, orders)
+        why = why if further == why else " and ".join(filter(None, (why, further)))
     if motion is None:
         return SetExcitation(tuple(found), orders, acting, acting, constant, why)
     return SetExcitation(tuple(found), orders, motion.answer(), acting, motion)
@@ -182,11 +186,9 @@ class _Planets:
     def as_one(self, lines: list[SetLine], orders: tuple[Order, ...]) -> tuple[SetMotion | None, str]:
         """Return N planets as one, equation (1); or say why they are not one."""
         cycle, blades = self.cycle, self.cycle.blades
-        if cycle.pitches > 1:
-            return None, "both gears of a stepped planet mesh in cycles of their own"
-        count, each = len(self.meshes.force), np.eye(cycle.each)
-        turns = np.sign(self.one.rate * self.sense) * self.one.teeth * (blades.directions - blades.directions[0])
-        shapes = np.exp(-1j * np.arange(count)[:, None] * turns) / np.sqrt(blades.count)
+        if why := self._too_long(cycle.each):
+            return None, why
+        count, each, shapes = len(self.meshes.force), np.eye(cycle.each), self._shapes()
         whole = np.array([np.kron(shape[:, None], each) for shape in shapes])
         alike = np.einsum("hpq,hrq,hr->hp", whole, whole.conj(), self.meshes.force)
         apart = np.abs(alike - self.meshes.force)[1:].max() / np.abs(self.meshes.force[1:]).max()
@@ -217,6 +219,8 @@ class _Planets:
 
         Or say why they see no constant receptance.
         """
+        if why := self._too_long(len(self.meshes.mean)):
+            return None, why
         known, acts = _known(lines, orders), {j: widened(part, self.cycle.each).T for j, part in self.parts.items()}
         if self.cycle.blades.carried:
             acts = {0: acts[0]}
@@ -235,6 +239,29 @@ class _Planets:
         by = np.broadcast_to(np.array(list(acts.values())), (len(self.meshes.force), *np.shape(list(acts.values()))))
         there = tuple((line.harmonic, sidebands.index(line.sideband)) for line in lines)
         return self._motion(tuple(moves), by, there, None), ""
+
+    def _shapes(self) -> ComplexArray:
+        """v of (1) at all harmonics, (n + 1, N).
+
+        A stepped planet is in a cycle of several pitches as far behind as both of its gears have it: by pitches more.
+        """
+        blades, pitches, harmonics = self.cycle.blades, self.cycle.pitches, np.arange(len(self.meshes.force))
+        behind = self.one.teeth * (blades.directions - blades.directions[0])
+        way = np.sign(self.one.rate * self.sense)
+        force = self.meshes.force.reshape(len(harmonics), blades.count, -1)
+        found = np.ones((len(harmonics), blades.count), dtype=complex)
+        for planet in range(1, blades.count):
+            more = (behind[planet] + 2.0 * np.pi * np.arange(pitches)) / pitches
+            shifts = np.exp(-1j * way * harmonics[:, None] * more)
+            left = np.abs(force[1:, planet, :, None] - force[1:, 0, :, None] * shifts[1:, None]).max(axis=(0, 1))
+            found[:, planet] = shifts[:, left.argmin()]
+        return found / np.sqrt(blades.count)
+
+    def _too_long(self, unknowns: int) -> str:
+        """Why so many unknowns at each harmonic of a long cycle are not solved."""
+        if (2 * len(self.meshes.force) - 1) * unknowns <= MOST_UNKNOWNS or self.cycle.pitches == 1:
+            return ""
+        return f"both gears of a stepped planet mesh in cycles of their own, {self.cycle.pitches} pitches together"
 
     def _motion(
         self, orders: tuple[tuple[Order, ...], ...], by: ComplexArray, lines: tuple[tuple[int, int] | None, ...],
