@@ -16,6 +16,7 @@ from scipy.linalg import eigh
 
 from pmor.body.beam import NODE, Beam, CircularSection, ShaftMaterial, refined
 from pmor.case.motion import Motion
+from pmor.core.errors import ConvergenceError
 from pmor.dynamics.whine.arrays import line_columns
 from pmor.dynamics.whine.coherent import coherent_meshes
 from pmor.dynamics.whine.cycle import settled_pair, standing_meshes
@@ -288,3 +289,13 @@ def test_a_gear_out_of_centre_swings_with_its_shaft_and_loses_no_contact(amount)
     assert parted[first] == pytest.approx(amount, rel=1e-2)
     (mesh,) = source.mesh.standing.parts
     assert mesh.law().force[:, 0].min() > 0.5 * mesh.load[0]
+
+
+def test_a_path_that_is_not_found_in_some_steps_is_no_result(monkeypatch):
+    solved, pairs, *_ = loaded_box()
+    (mesh,) = standing_meshes(solved, pairs, 2)
+    wheel = Modification(pitch_deviations_um=tuple(40.0 * np.cos(2.0 * np.pi * np.arange(29) / 29)))
+    out_of_centre = replace(mesh, condition=replace(mesh.condition, wheel=wheel), settled=None)
+    monkeypatch.setattr("pmor.dynamics.whine.cycle.MOST_STEPS", 1)
+    with pytest.raises(ConvergenceError, match="mesh mesh: no path of its hubs found"):
+        settled_pair(out_of_centre)

@@ -355,7 +355,7 @@ def settled_pair(standing: StandingMesh) -> StandingMesh:
 
 
 def _following(standing: StandingMesh) -> StandingMesh:
-    """A mesh along a path on which its force slower than the mesh frequency is nearly the load."""
+    """A mesh along a path on which its force slower than the mesh frequency is nearly the load; ConvergenceError."""
     assert standing.path is not None
     for _ in range(MOST_STEPS):
         law = standing.law()
@@ -363,10 +363,13 @@ def _following(standing: StandingMesh) -> StandingMesh:
         slow = np.fft.rfft(law.force[:, 0])[: standing.pitches] / len(law.force)
         slow[0] = 0.0
         if max(2.0 * np.linalg.norm(slow), abs(more[0])) <= FOLLOWED * standing.load[0]:
-            break
+            return standing
         path = standing.path + slow / tangent[0, 0]
         standing = replace(standing.moved(np.linalg.solve(tangent, more)), path=path)
-    return standing
+    raise ConvergenceError(
+        f"mesh {standing.name}: no path of its hubs found on which forces slower than the mesh frequency are within "
+        f"{100.0 * FOLLOWED:g} % of the load", [],
+    )  # fmt: skip
 
 
 def _settled(standing: Standing, within: float = SETTLED) -> Standing:
