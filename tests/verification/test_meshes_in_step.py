@@ -136,7 +136,7 @@ def test_harmonics_of_meshes_in_step_are_those_of_their_signals_over_the_common_
     together = CoherentMeshes(parts, passes, ahead)
     assert together.told == (2, 3, 4, 6, 9)
     cycle = together.cycle()
-    assert set(cycle.harmonics) == {0, 2, 3, 4, 6, 8, 9, 12}
+    assert set(cycle.harmonics) == {count * own for count in passes for own in range(3 + FURTHER + 1)}
     at = np.arange(4 * samples) / (4 * samples)
     force, tangent = np.zeros((len(at), 4)), np.zeros((len(at), 4, 4))
     for number, (part, count, share) in enumerate(zip(parts, passes, ahead, strict=True)):
@@ -156,13 +156,13 @@ def test_harmonics_of_meshes_in_step_are_those_of_their_signals_over_the_common_
 
 def test_two_equal_meshes_side_by_side_are_one_by_the_sum_of_their_receptances(rng):
     """In step, in a machine that is the same seen from both."""
-    part = made_up(rng, 0)
-    own, other = (1e-3 * (rng.normal(size=(2, 5, 2, 2)) + 1j * rng.normal(size=(2, 5, 2, 2))) for _ in range(2))
+    part, size = made_up(rng, 0), (2, 3 + FURTHER + 1, 2, 2)
+    own, other = (1e-3 * (rng.normal(size=size) + 1j * rng.normal(size=size)) for _ in range(2))
     own[:, 0], other[:, 0] = own[:, 0].real, other[:, 0].real
     both = hill(CoherentMeshes((part, part), (1, 1), (0.4, 0.4)).cycle(), np.block([[own, other], [other, own]]))
-    turned = np.exp(0.8j * np.pi * np.arange(9))
+    turned = np.exp(0.8j * np.pi * np.arange(2 * (3 + FURTHER) + 1))
     alone = part.cycle()
-    alone = MeshCycle(alone.force * turned[:5, None], alone.tangent * turned[:, None, None])
+    alone = MeshCycle(alone.force * turned[: size[1], None], alone.tangent * turned[:, None, None])
     expected = hill(alone, own + other)
     for half in (both[..., :2], both[..., 2:]):
         assert_allclose(half, expected, atol=ROUNDING * abs(expected).max())

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.testing import assert_allclose
 
-from pmor.dynamics.whine.hill import MeshCycle, hill, mesh_cycle
+from pmor.dynamics.whine.hill import FURTHER, MeshCycle, hill, mesh_cycle
 from pmor.dynamics.whine.pitches import over_pitches, time_invariant
 
 # Of conjugate residuals, 1e-11 of the right-hand side, near resonances.
@@ -60,7 +60,8 @@ def test_pitches_that_are_alike_are_one_pitch(rng):
 
 def test_a_slow_mesh_moves_as_its_transmission_error_with_the_orders_of_shafts_in_it():
     """k (x - e) = 0: tangents of few lines, as those that are left out do not converge else."""
-    samples, lines = 16 * PITCHES * (HARMONICS + 1), PITCHES * (HARMONICS + 1)
+    lines = PITCHES * (HARMONICS + FURTHER)
+    samples = 16 * lines
     turn = 2.0 * np.pi * np.arange(samples) / samples
     error = 1e-3 * (2.0 * np.cos(turn) + np.cos(7.0 * turn + 1.0) + np.cos(2.0 * PITCHES * turn))
     tangent = (1.0 + 0.05 * np.cos(PITCHES * turn) + 0.02 * np.cos(3.0 * turn))[:, None, None] * STIFFNESS

@@ -21,6 +21,8 @@ from pmor.sets.solution import SetSolution
 
 # Quarters of a turn over which the orders of a tangent around the axis have their mean.
 QUARTERS = 4
+# Harmonics that are solved beyond those that are wanted.
+BEYOND = 1
 
 
 @dataclass(frozen=True)
@@ -111,9 +113,9 @@ def set_cycle(one: MovingSet, file: SetFile, solution: SetSolution, row: int, ha
     ConvergenceError
     """
     pitches, blades = file.plan.cycle, one.coordinates.blades
-    angles = file.alike_from(PER_HARMONIC * 2 * (harmonics + FURTHER))
+    angles = file.alike_from(PER_HARMONIC * 2 * (harmonics + BEYOND))
     try:
-        standing = train_under_load(solution, row, pitches, angles, pitches * (harmonics + FURTHER) - FURTHER)
+        standing = train_under_load(solution, row, pitches, angles, pitches * (harmonics + BEYOND) - FURTHER)
         cycle = standing.cycle()
     except ConvergenceError as error:
         raise ConvergenceError(f"set {one.name}: {error}: no motion about this load", []) from None
