@@ -30,7 +30,7 @@ VIEWS = (("y", 0, 1), ("z", 1, 2))
 def deflection_figure(model: GearboxModel, solved: SolvedLoad) -> Figure:
     """Side views of all shafts, as drawn and deflected, exaggerated."""
     moved = solved.equilibrium.displacement.reshape(-1, NODE)
-    factor = exaggeration(model, moved[:, 1:3])
+    factor = exaggeration(size_of(model), moved[:, 1:3])
     with plot_style():
         figure = new_figure(8.2, 6.8)
         panels = figure.subplots(2, 1, sharex=True)
@@ -51,12 +51,16 @@ def deflection_figure(model: GearboxModel, solved: SolvedLoad) -> Figure:
     return figure
 
 
-def exaggeration(model: GearboxModel, moved: FloatArray) -> float:
+def size_of(model: GearboxModel) -> float:
+    """Return about how far the shafts of a gearbox go across their axes, mm."""
+    places = [abs(value) for shaft in model.sections.shafts for value in shaft.at_mm]
+    return max(places) + max(section.outer_mm for shaft in model.sections.shafts for section in shaft.sections)
+
+
+def exaggeration(size_mm: float, moved: FloatArray) -> float:
     """Return by how much displacements (mm) are drawn larger than they are, one digit of it."""
     largest = float(np.abs(moved).max())
-    places = [abs(value) for shaft in model.sections.shafts for value in shaft.at_mm]
-    radius = max(section.outer_mm for shaft in model.sections.shafts for section in shaft.sections)
-    return float(f"{SHOWN * (max(places) + radius) / largest:.1g}") if largest > 0.0 else 1.0
+    return float(f"{SHOWN * size_mm / largest:.1g}") if largest > 0.0 else 1.0
 
 
 def _outline(axes: Axes, model: GearboxModel, name: str, coordinate: int, colour: str) -> None:

@@ -9,7 +9,6 @@ from pmor.case import Case
 from pmor.case.duty import shares
 from pmor.case.width import sections_across, whole_width
 from pmor.core.errors import ConvergenceError
-from pmor.core.progress import format_time
 from pmor.gear.pair import GearPair
 from pmor.machine.coupled import MEAN_ANGLES
 from pmor.machine.coupled_sets import MEAN_PLACES
@@ -19,7 +18,7 @@ from pmor.machine.loader import GearboxFile
 from pmor.machine.model import pinion_torques, set_torques
 from pmor.machine.settings import Bearing
 from pmor.sets.loader import SetFile
-from pmor.sets.preview import SWEEP, refuse_large_set, stages_of_set
+from pmor.sets.preview import LINE_S, MODES_S, SET_S, SWEEP, motion_lines, refuse_large_set, stages_of_set, teeth_of_set
 from pmor.work.cost import (
     COMPILING,
     FINITE_ELEMENTS,
@@ -39,10 +38,8 @@ TRAINING = "training"
 # *Measured*, seconds: of a position, of two sections in contact in it; rounds in which mean forces settle; positions
 # that take as long as the flank that fits, of a mesh under a load; page and pictures.
 POSITION_S, SECTIONS_S, ROUNDS, FIT_POSITIONS, PAGE_S = 3e-5, 2.2e-7, 4, 700, 4.0
-# *Measured* of motion, seconds: modes of a load, a line at a speed, a set about a load; page, panel of a bearing, tooth
-# in pictures of modes; positions of a mesh cycle to each harmonic; cycles of a mesh about a load, and of what a
-# micrometre of its flanks does; angles of the mean deflection.
-MODES_S, LINE_S, SET_S, MOTION_PAGE_S, PANEL_S, TOOTH_S = 0.3, 2e-5, 2.0, 6.0, 0.6, 0.035
+# Of motion: positions of a mesh cycle to each harmonic; cycles of a mesh about a load, and of what a micrometre of its
+# flanks does; angles of the mean deflection.
 PER_HARMONIC, CYCLES, CHANGED, MEAN_DEFLECTION = 16, 4, 32, 32
 
 
@@ -167,8 +164,8 @@ def _cost(file: GearboxFile) -> list[str]:
 def _motion(file: GearboxFile) -> Iterator[str]:
     """What `pmor dynamics` does beyond finite elements, where the file says at which speeds."""
     said = file.model.sections
-    motion, speeds = said.dynamics, [load.speed_rpm for load in said.loads if load.speed_rpm]
-    if motion.speed_range_rpm is None and not speeds:
+    motion = said.dynamics
+    if motion.over(load.speed_rpm for load in said.loads) is None:
         return
     loads, meshes = len(said.loads), len(file.cases) + len(file.model.sets)
     seconds = loads * (MODES_S + meshes * motion.speeds * motion.harmonics * LINE_S)
@@ -180,13 +177,9 @@ def _motion(file: GearboxFile) -> Iterator[str]:
         seconds += loads * SET_S
         seconds += sum(loads * _rounds(one) * stage.seconds for stage in stages_of_set(one) if stage.name == SWEEP)
     teeth = sum(float(abs(gear.teeth)) for pair in file.model.pairs.values() for gear in (pair.pinion, pair.wheel))
-    teeth += sum(abs(case.pair.wheel.teeth) * len(one.plan.planets) + sum(map(abs, one.teeth))
-                 for one in file.model.sets.values() for case in [next(iter(one.cases.values()))])  # fmt: skip
-    page = MOTION_PAGE_S + len(said.bearings) * PANEL_S + teeth * TOOTH_S
-    yield "In motion, by pmor dynamics: beside finite elements"
+    teeth += sum(map(teeth_of_set, file.model.sets.values()))
     words = f"{loads} loads, {motion.speeds} speeds, {motion.harmonics} harmonics of {meshes} meshes and sets"
-    yield f"  {'equilibrium, modes, lines':<34} {words}, about {format_time(seconds)}"
-    yield f"  {'page and pictures':<34} about {format_time(page)}"
+    yield from motion_lines(words, seconds, len(said.bearings), teeth)
 
 
 def _rounds(one: SetFile) -> float:

@@ -35,12 +35,15 @@ class GearOfSet(NamedTuple):
 
 
 def member_places(model: GearboxModel, one: SetMeshing) -> FloatArray:
-    """Return the places of the hubs of sun, carrier and ring, (3, 3), mm; that of one in the housing is the other's."""
+    """Return the places of the hubs of sun, carrier and ring, (3, 3), mm.
+
+    That of one in the housing is the other's; of a set without shafts all are the origin.
+    """
     found = {}
     for member, place in one.settings.members.items():
         shaft = model.shafts[place.shaft]
         found[member] = [shaft.start_mm + place.at_mm, *shaft.at_mm]
-    first = next(iter(found.values()))
+    first = next(iter(found.values()), [0.0, 0.0, 0.0])
     return np.array([found.get(member, first) for member in MEMBERS])
 
 

@@ -11,7 +11,7 @@ from pmor.body.beam import NODE
 from pmor.core.arrays import BoolArray, FloatArray
 from pmor.machine.bodies import Body, Detail, bodies
 from pmor.machine.coupled import SolvedLoad
-from pmor.machine.figures import exaggeration
+from pmor.machine.figures import exaggeration, size_of
 from pmor.machine.loaded import LoadedGearbox
 from pmor.machine.model import GearboxModel
 from pmor.report.style import COLOURS, new_figure, plot_style
@@ -61,7 +61,7 @@ def machine_figure(model: GearboxModel, solved: SolvedLoad) -> Figure:
     Without the rotations about the axes, which grow along a shaft and are none of its bending.
     """
     moved = solved.equilibrium.displacement
-    factor = exaggeration(model, moved.reshape(-1, NODE)[:, :3])
+    factor = exaggeration(size_of(model), moved.reshape(-1, NODE)[:, :3])
     drawn = drawing(model, solved.gearbox, bodies(model, solved.gearbox, COARSE), moved, factor)
     with plot_style():
         from matplotlib.ticker import MaxNLocator
@@ -121,7 +121,7 @@ def draw(axes: Axes, drawn: Drawing, scale: ScalarMappable, per_mm: float) -> No
 
 def camera(model: GearboxModel) -> FloatArray:
     """Return rows: to the right, upwards, and towards the viewer, who sees the shafts side by side."""
-    places = np.array([shaft.at_mm for shaft in model.sections.shafts])
+    places = np.array([shaft.at_mm for shaft in model.sections.shafts] or [(0.0, 0.0)])
     spread = np.ptp(places, axis=0)
     up = np.array([0.0, 1.0, 0.0] if spread[0] > spread[1] else [0.0, 0.0, 1.0])
     x = np.array([1.0, 0.0, 0.0])

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pmor.case.capability import left_out
 from pmor.case.gears import GearCase
 from pmor.case.width import meshed_width
+from pmor.core.progress import format_time
 from pmor.gear.pair import GearPair
 from pmor.pair.model import gear_pair
 from pmor.sets.loader import SetFile
@@ -33,6 +34,11 @@ from pmor.work.sizes import pair_size
 # gears of a mesh in a position; page and pictures.
 POSITION_S, SECTIONS_S, STRESS_S, PAGE_S = 2e-5, 8e-10, 4e-4, 3.0
 SWEEP, PAGE = "sweep of all meshes", "page"
+# Members of a planetary set that stand on something.
+MEMBERS = 3
+# *Measured* of motion, seconds: modes of a load, a line at a speed, a set about a load; page, panel of a bearing, tooth
+# in pictures of modes.
+MODES_S, LINE_S, SET_S, MOTION_PAGE_S, PANEL_S, TOOTH_S = 0.3, 2e-5, 2.0, 6.0, 0.6, 0.035
 
 def plan(file: SetFile) -> str:
     """Return the plan of a set.
@@ -43,8 +49,34 @@ def plan(file: SetFile) -> str:
         When the finite elements of a mesh take more memory than there is.
     """
     refuse_large_set(file)
-    found = _gears(file), _meshes(file), _loads(file), stage_lines(stages_of_set(file)), left_out_lines(left_out(file))
-    return plan_text([*found, [f"! {note}" for note in (*file.changed, *file.notes)]])
+    costs = stage_lines(stages_of_set(file)), _motion(file), left_out_lines(left_out(file))
+    notes = [f"! {note}" for note in (*file.changed, *file.notes)]
+    return plan_text([_gears(file), _meshes(file), _loads(file), *costs, notes])
+
+
+def _motion(file: SetFile) -> Iterator[str]:
+    """What `pmor dynamics` does beyond finite elements, where the file says at which speeds."""
+    motion, load, torques = file.sections.dynamics, file.sections.load, len(file.torques_Nm)
+    if load is None or motion.over([load.speed_rpm]) is None:
+        return
+    seconds = torques * (MODES_S + SET_S + motion.speeds * motion.harmonics * LINE_S)
+    seconds += sum(stage.seconds for stage in stages_of_set(file) if stage.name == SWEEP)
+    words = f"{torques} torques, {motion.speeds} speeds, {motion.harmonics} harmonics"
+    yield from motion_lines(words, seconds, MEMBERS, teeth_of_set(file))
+
+
+def motion_lines(words: str, seconds: float, bearings: int, teeth: float) -> Iterator[str]:
+    """Lines of what motion takes."""
+    page = MOTION_PAGE_S + bearings * PANEL_S + teeth * TOOTH_S
+    yield "In motion, by pmor dynamics: beside finite elements"
+    yield f"  {'equilibrium, modes, lines':<34} {words}, about {format_time(seconds)}"
+    yield f"  {'page and pictures':<34} about {format_time(page)}"
+
+
+def teeth_of_set(file: SetFile) -> float:
+    """Return the number of teeth of all gears of a planetary set."""
+    planet = abs(next(iter(file.cases.values())).pair.wheel.teeth)
+    return planet * len(file.plan.planets) + sum(map(abs, file.teeth))
 
 
 def refuse_large_set(file: SetFile) -> None:

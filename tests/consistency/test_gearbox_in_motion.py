@@ -394,7 +394,7 @@ def test_a_mesh_passes_backwards_where_its_pinion_turns_against_its_torque(torqu
 @cache
 def live_section():
     result = moving()
-    return motion_section(result.file.model, result.loads, loudest(result.loads), shown_modes(result.data))
+    return motion_section(result.file, result.loads, loudest(result.loads), shown_modes(result.data))
 
 
 class Page:

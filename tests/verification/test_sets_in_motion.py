@@ -15,11 +15,12 @@ from pmor.core.errors import CaseError, ConvergenceError
 from pmor.dynamics.whine import moving_sets
 from pmor.dynamics.whine.blades import Blades
 from pmor.dynamics.whine.gradient import Target, changes, cycle_with, passing_at
+from pmor.dynamics.whine.live import motion_section
 from pmor.dynamics.whine.modal import closed, modes_of
 from pmor.dynamics.whine.moving import moving_machine
 from pmor.dynamics.whine.moving_sets import machine_of_set, with_sets
-from pmor.dynamics.whine.pictures import moving_bodies
-from pmor.dynamics.whine.readings import bearing_names
+from pmor.dynamics.whine.pictures import as_gearbox, moving_bodies, write_modes
+from pmor.dynamics.whine.readings import bearing_names, mode_rows
 from pmor.dynamics.whine.respond import respond, respond_set
 from pmor.dynamics.whine.response import AIR
 from pmor.dynamics.whine.run import run
@@ -340,6 +341,23 @@ def test_planets_that_go_with_their_carrier_are_drawn_where_it_carries_them(tmp_
     left = {body.name for body in found if np.abs(body.displacement(by @ moved)).max() > 1e-12}
     assert len(left) >= 2
     assert not any(place in name for name in left for place in ("sun", "ring", "bearing"))
+
+
+def test_a_set_by_itself_is_drawn_where_its_planets_stand_and_move(tmp_path):
+    """Its axis along x; every mode moves each gear as it moves its hub."""
+    file, response = set_and_train(PHASED + SPRINGS)[0], alone(PHASED + SPRINGS)
+    model, machine = as_gearbox(file, response.machine)
+    found, by = moving_bodies(model, machine, COARSE)
+    (one,), shape = machine.sets, response.modes.shape[:, -1]
+    hubs = (one.coordinates.bodies @ one.by @ shape).reshape(-1, HUB)
+    assert [body.name for body in found] == [f"{file.name}, {body.name}" for body in file.plan.bodies]
+    for body, place, hub in zip(found, file.plan.bodies, hubs, strict=True):
+        assert_allclose(np.hypot(*body.centre[0, 1:]), np.hypot(place.x, place.y), atol=1e-9)
+        moved = body.displacement(by @ shape).mean(axis=(0, 1))
+        assert_allclose(np.hypot(*moved[1:]), np.hypot(*hub[:2]), atol=0.02 * abs(hubs[:, :2]).max())
+    write_modes(file, response, [1], tmp_path / "modes.vtkhdf")
+    section = motion_section(file, [response], response, mode_rows(response))
+    assert {line["kind"] for line in section.data["modes"]["lines"]} == {"gear"}
 
 
 def in_a_gearbox(folder, torque, speed):

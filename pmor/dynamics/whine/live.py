@@ -1,4 +1,4 @@
-"""The live section of a gearbox in motion: lines of all forces over the speed, and modes as lines that move."""
+"""The live section of a machine in motion: lines of all forces over the speed, and modes as lines that move."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.dynamics.whine.figures import SPREAD
-from pmor.dynamics.whine.pictures import moving_bodies, places_of
+from pmor.dynamics.whine.pictures import as_gearbox, moving_bodies, places_of
 from pmor.dynamics.whine.readings import Data, bearing_names, order_words
 from pmor.dynamics.whine.response import LoadResponse
 from pmor.machine.bodies import Body, Detail
-from pmor.machine.model import GearboxModel
+from pmor.machine.loader import GearboxFile
 from pmor.machine.view import camera
 from pmor.report.live.motion import MotionSection, packed_forces, packed_shapes
+from pmor.sets.loader import SetFile
 
 # Modes that the page has, the lowest; points of a circle; share of the machine's size that the largest displacement is.
 MOST_MODES, CIRCLE, REACH = 40, 24, 0.08
@@ -27,7 +28,7 @@ NOTE = "Lines that the run has found, with stiffness that varies: nothing is sol
 
 
 def motion_section(
-    model: GearboxModel, responses: Sequence[LoadResponse], shown: LoadResponse, rows: Sequence[Data]
+    file: GearboxFile | SetFile, responses: Sequence[LoadResponse], shown: LoadResponse, rows: Sequence[Data]
 ) -> MotionSection:
     """Return the section; its modes, told by `rows`, and the load shown first are those of one response."""
     return MotionSection({
@@ -36,7 +37,7 @@ def motion_section(
         "speeds": shown.speeds_rpm.tolist(), "spread": SPREAD,
         "readings": [*bearing_names(shown), *(f"mesh {name}" for name in shown.mesh_names)],
         "by_load": [_by_load(response) for response in responses],
-        "modes": _modes(model, shown, rows[:MOST_MODES]),
+        "modes": _modes(file, shown, rows[:MOST_MODES]),
     }, NOTE)  # fmt: skip
 
 
@@ -52,9 +53,9 @@ def _by_load(response: LoadResponse) -> dict[str, Any]:
     return {"lines": lines} | packed_forces(np.concatenate(forces, axis=1).transpose(2, 1, 0))
 
 
-def _modes(model: GearboxModel, response: LoadResponse, rows: Sequence[Data]) -> dict[str, Any]:
-    own = places_of(response, [row["mode"] for row in rows])
-    found, by = moving_bodies(model, response.machine, OUTLINE)
+def _modes(file: GearboxFile | SetFile, response: LoadResponse, rows: Sequence[Data]) -> dict[str, Any]:
+    own, (model, machine) = places_of(response, [row["mode"] for row in rows]), as_gearbox(file, response.machine)
+    found, by = moving_bodies(model, machine, OUTLINE)
     lines, points, moves = list[dict[str, Any]](), list[FloatArray](), list[FloatArray]()
     for body in found:
         outline = _outline(body)

@@ -166,8 +166,8 @@ def _standing(response: LoadResponse) -> Iterator[Data]:
 def whine_report(file: MovingFile, responses: Sequence[LoadResponse], data: Data) -> Report:
     """Return numbers and page; `data` as `whine_data` gives them."""
     title, blocks, live = f"In motion: {file.sections.title}", _blocks(file, data, responses), list[Any]()
-    if responses and not isinstance(file, SetFile):
-        section = motion_section(file.model, responses, loudest(responses), shown_modes(data))
+    if responses:
+        section = motion_section(file, responses, loudest(responses), shown_modes(data))
         live = [Heading("Through the speeds"), section]
     return Report("dynamics", data, title, blocks, page_only=live)
 
@@ -234,16 +234,18 @@ def _blocks(file: MovingFile, data: Data, responses: Sequence[LoadResponse]) -> 
                     "shafts at rest.", compliance_figure(last, highest)),
         ]  # fmt: skip
     blocks.append(micrometres_table(data))
+    shafts = ": as they move (lines), and at rest (dash-dotted); bearings are grey"
+    shafts = shafts if last.machine.gearbox.beams else ""
     caption = (
-        f"Modes under {name} that make the peaks, and that strain meshes most: as they move (lines), and at rest "
-        "(dash-dotted); bearings are grey. modes.vtkhdf has them in motion."
+        f"Modes under {name} that make the peaks, and that strain meshes most{shafts}. modes.vtkhdf has them in motion."
     )
     if last.machine.ringing:
         caption += " Rims and webs that ring are drawn stiff."
-    # A set by itself has no shafts on which it could be drawn.
+    if last.of_sets and last.machine.sets[0].coordinates.blades.carried:
+        caption += " Planets and supports as seen from the carrier."
     pictures = list[Block]()
-    if not isinstance(file, SetFile) and (drawn := drawn_modes(data)):
-        pictures.append(Picture("modes.png", caption, modes_figure(file.model, last, drawn)))
+    if drawn := drawn_modes(data):
+        pictures.append(Picture("modes.png", caption, modes_figure(file, last, drawn)))
     return [*blocks, Heading("Modes"), *pictures, modes_table(data, last.mesh_names)]
 
 

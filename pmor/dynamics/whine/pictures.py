@@ -17,11 +17,16 @@ from pmor.dynamics.whine.readings import Data, main_load, shown_modes
 from pmor.dynamics.whine.response import LoadResponse
 from pmor.machine.bodies import Body, Detail, bodies
 from pmor.machine.figures import exaggeration
+from pmor.machine.loaded import LoadedGearbox, SetMeshing
+from pmor.machine.loader import GearboxFile
 from pmor.machine.model import GearboxModel
 from pmor.machine.set_bodies import member_places
+from pmor.machine.set_frame import MEMBERS, set_frame
+from pmor.machine.settings import GearboxSections, PlanetarySet
 from pmor.machine.view import COARSE, Drawing, colour_scale, draw, drawing
 from pmor.machine.vtkhdf import write_bodies
 from pmor.report.style import new_figure, plot_style
+from pmor.sets.loader import SetFile
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,6 +41,17 @@ LEVELS = np.linspace(0.0, 1.0, 11)
 
 # In motion: points of the surfaces, and steps of a mode's cycle.
 MOVING, CYCLE_STEPS = Detail(circle=36, profile=4, fillet=1, planes=5), 12
+
+
+def as_gearbox(file: GearboxFile | SetFile, machine: MovingMachine) -> tuple[GearboxModel, MovingMachine]:
+    """Return what is drawn of a file in motion: of a set by itself a gearbox without shafts in which it stands."""
+    if isinstance(file, GearboxFile):
+        return file.model, machine
+    said = PlanetarySet(name=file.name, set=Path(file.name), sun="housing", carrier="housing")
+    frame = set_frame(file.plan, 1.0, (0.0, 0.0, 0.0))
+    stands = SetMeshing(said, file, (None,) * len(MEMBERS), frame, np.zeros((len(MEMBERS), NODE)))
+    sections = GearboxSections(title=file.sections.title, shafts=(), bearings=(), loads=())
+    return GearboxModel(sections, {}), replace(machine, gearbox=replace(machine.gearbox, sets=(stands,)))
 
 
 def moving_bodies(model: GearboxModel, machine: MovingMachine, detail: Detail) -> tuple[list[Body], FloatArray]:
@@ -77,11 +93,12 @@ def drawn_modes(data: Data) -> list[int]:
     return sorted([number for number in wanted if number in told][:MOST_DRAWN])
 
 
-def modes_figure(model: GearboxModel, response: LoadResponse, numbers: Sequence[int]) -> Figure:
-    """Natural modes of a loaded gearbox by their numbers, a panel each, coloured by the share of the largest motion."""
-    found, by = moving_bodies(model, response.machine, COARSE)
+def modes_figure(file: GearboxFile | SetFile, response: LoadResponse, numbers: Sequence[int]) -> Figure:
+    """Natural modes of a machine by their numbers, a panel each, coloured by the share of the largest motion."""
+    model, machine = as_gearbox(file, response.machine)
+    found, by = moving_bodies(model, machine, COARSE)
     own = places_of(response, numbers)
-    drawings = [_drawn(model, response, found, moved) for moved in (by @ response.modes.shape[:, own]).T]
+    drawings = [_drawn(model, machine.gearbox, found, moved) for moved in (by @ response.modes.shape[:, own]).T]
     frequency = response.modes.frequency_Hz[own]
     rows, columns = math.ceil(len(numbers) / COLUMNS), min(COLUMNS, len(numbers))
     width, height = np.ptp(drawings[0].faces.corners[..., :2].reshape(-1, 2), axis=0)
@@ -103,20 +120,22 @@ def places_of(response: LoadResponse, numbers: Sequence[int]) -> IntArray:
     return np.array(numbers, dtype=int) + int((response.modes.square == 0.0).sum()) - 1
 
 
-def _drawn(model: GearboxModel, response: LoadResponse, found: Sequence[Body], moved: FloatArray) -> Drawing:
-    gearbox = response.machine.gearbox
+def _drawn(model: GearboxModel, gearbox: LoadedGearbox, found: Sequence[Body], moved: FloatArray) -> Drawing:
     largest = drawing(model, gearbox, found, moved, 0.0, twist=True).largest
-    return drawing(model, gearbox, found, moved, FURTHER * exaggeration(model, np.array([largest])), twist=True)
+    size = max(float(abs(body.rings[..., 1:]).max()) for body in found)
+    return drawing(model, gearbox, found, moved, FURTHER * exaggeration(size, np.array([largest])), twist=True)
 
 
-def write_modes(model: GearboxModel, response: LoadResponse, numbers: Sequence[int], target: Path) -> None:
+def write_modes(
+    file: GearboxFile | SetFile, response: LoadResponse, numbers: Sequence[int], target: Path
+) -> None:  # fmt: skip
     """Write natural modes by their numbers in motion as VTKHDF, a cycle each, one after the other; OutputError.
 
     Time is the number of the mode and the share of its cycle; the largest displacement of each is 1 mm. Frequencies,
     Hz, are an attribute of the file.
     """
     own = places_of(response, numbers)
-    found, by = moving_bodies(model, response.machine, MOVING)
+    found, by = moving_bodies(*as_gearbox(file, response.machine), MOVING)
     moved = by @ response.modes.shape[:, own]
     size = np.zeros(len(own))
     for body in found:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pmor.core.errors import CaseError
 from pmor.core.shown import Columns, Tabular
 from pmor.dynamics.whine.arrays import line_columns, motion_arrays, response_columns
 from pmor.dynamics.whine.figures import bearings_figure, campbell_figure, meshes_figure, waterfall_figure
@@ -29,10 +28,8 @@ from pmor.dynamics.whine.parting_output import parting_arrays, parting_rows
 from pmor.dynamics.whine.pictures import drawn_modes, modes_figure, write_modes
 from pmor.dynamics.whine.readings import bearing_names
 from pmor.dynamics.whine.response import LoadResponse
-from pmor.machine.loader import GearboxFile
 from pmor.report.data_files import write_columns_csv, write_table_csv
 from pmor.report.drawing import beside
-from pmor.sets.loader import SetFile
 from pmor.storage.results_file import OF_MOTION, ResultsFile, write_results_file
 from pmor.work.results import writing_results
 
@@ -75,9 +72,7 @@ class MotionResult(Tabular):
 
     def plot_modes(self, numbers: Sequence[int], load: int = 0) -> Figure:
         """Draw natural modes by their numbers, as the page has them, of a load by its number."""
-        if isinstance(self.file, SetFile):
-            raise CaseError(f"{self.file.name}: modes of a set by itself are not drawn: give it shafts in a gearbox")
-        return modes_figure(self.file.model, self.loads[load], numbers)
+        return modes_figure(self.file, self.loads[load], numbers)
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
         """Write `dynamics.json`, `dynamics.md`, `report.html`, tables, pictures, `results.h5` and `modes.vtkhdf`.
@@ -107,8 +102,8 @@ class MotionResult(Tabular):
             self._write_numbers(out)
 
     def _write_files(self, out: Path) -> None:
-        if isinstance(self.file, GearboxFile) and (drawn := drawn_modes(self.data)):
-            write_modes(self.file.model, loudest(self.loads), drawn, out / "modes.vtkhdf")
+        if drawn := drawn_modes(self.data):
+            write_modes(self.file, loudest(self.loads), drawn, out / "modes.vtkhdf")
         self._write_numbers(out)
         write_columns_csv(out / "lines.csv", self.columns())
         if parted := parting_rows(self.loads):
