@@ -111,8 +111,9 @@ def micrometres_table(data: Data) -> Table:
         "STE, rms, µm": "transmission_error_um",
     }  # fmt: skip
     speeds = ", ".join(f"{name} at {speed:.4g} rpm" for name, speed in load["micrometre_targets"].items())
+    planets = ", of a set on all planets" if load["modes"][0]["families"] else ""
     note = (
-        f"By a micrometre more, of a set on all planets, under {load['load']}: to the forces that the mesh's own lines "
+        f"By a micrometre more{planets}, under {load['load']}: to the forces that the mesh's own lines "
         f"cause where they are largest ({speeds}). What lowers the transmission error can raise a force."
     )
     return table("What a micrometre of each modification does", columns, load["micrometres"], note)
