@@ -87,7 +87,8 @@ def micrometre_data(response: LoadResponse) -> Data:
     rows, speeds = list[Data](), dict[str, float]()
     names, total = bearing_names(response), response.rms.bearings
     largest = total.max(axis=0).argsort()[::-1][:MOST_TARGETS]
-    for number, name in enumerate(response.mesh_names):
+    told = len(response.solved.meshes) if response.machine.gearbox.beams else None
+    for number, name in enumerate(response.mesh_names[:told]):
         source, motion, _ = passing_at(response, number)
         if motion.cycle.pitches > 1 or motion.standing is None or motion.standing.parts[0].pitches > 1:
             continue
@@ -233,7 +234,10 @@ def _blocks(file: MovingFile, data: Data, responses: Sequence[LoadResponse]) -> 
                     f"{name}, the mesh open, and the mesh force by transmission error, the mesh closed; "
                     "shafts at rest.", compliance_figure(last, highest)),
         ]  # fmt: skip
-    blocks.append(micrometres_table(data))
+    if last.solved.meshes or not last.machine.gearbox.beams:
+        blocks.append(micrometres_table(data))
+    if last.cycles and last.machine.gearbox.beams:
+        blocks.append(MICROMETRES_OF_SETS)
     shafts = ": as they move (lines), and at rest (dash-dotted); bearings are grey"
     shafts = shafts if last.machine.gearbox.beams else ""
     caption = (
@@ -259,6 +263,11 @@ OF_A_SET = (
     "Small motion of a planetary set by itself about each torque: gears as rigid discs on the supports of the file. "
     "The carrier has the mass of its pins and of [[masses]]; members without inertia in [[masses]] turn evenly, but "
     "for the sun, or the ring beside a sun that is held"
+)
+# Of sets in gearboxes.
+MICROMETRES_OF_SETS = (
+    "What a micrometre does on flanks of planetary sets is told of their own files (pmor dynamics SET.toml): here it "
+    "would take as long as all else."
 )
 # Of planets that are not evenly spaced around a carrier that turns.
 BALANCED = (

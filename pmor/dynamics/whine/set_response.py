@@ -36,6 +36,7 @@ from pmor.dynamics.whine.set_motion import ConstantSet, SetMotion, widened
 FORBIDDEN = 1e-9
 # Of forces and stiffness: planets that are equal. Of the motion at a harmonic: what may stray.
 EQUAL, STRAY = 1e-6, 1e-3
+ASTRAY = "shafts and housing are not alike all around"
 # Forces at harmonics of either sign that are solved together, of cycles of several pitches.
 MOST_UNKNOWNS = 1000
 # Beyond the highest mode nothing moves.
@@ -115,9 +116,9 @@ def set_excitation(
         return SetExcitation(tuple(found), orders, acting, acting, constant)
     problem = _Planets(receptance, at_rest, one, cycle, meshes, parts, speeds, sense, together)
     motion, why = problem.as_one(found, orders)
-    if motion is None:
+    if motion is None and (not one.carrier or cycle.blades.carried or not why.startswith(ASTRAY)):
         motion, further = problem.each(found, orders)
-        why = why if further == why else " and ".join(filter(None, (why, further)))
+        why = " and ".join(filter(None, (why, further)))
     if motion is None:
         return SetExcitation(tuple(found), orders, acting, acting, constant, why)
     return SetExcitation(tuple(found), orders, motion.answer(), acting, motion)
@@ -279,7 +280,7 @@ def _known(lines: list[SetLine], orders: tuple[Order, ...]) -> dict[tuple[int, i
 
 
 def _astray(share: float) -> str:
-    return f"shafts and housing are not alike all around: {100.0 * share:.2g} % of motion goes astray"
+    return f"{ASTRAY}: {100.0 * share:.2g} % of motion goes astray"
 
 
 def _line(one: MovingSet, cycle: SetCycle, harmonic: int, sideband: int, sense: float) -> SetLine:
