@@ -48,7 +48,11 @@ class MachineLaw(Protocol):
 
     @property
     def centre(self) -> FloatArray:
-        """Where the coordinates stand about which the machine has its modes, (r,)."""
+        """Coordinates where the displacements of the machine are zero, under its mean load, (r,)."""
+
+    @property
+    def load(self) -> FloatArray:
+        """Forces there, (r,)."""
 
     def forces(self, phase: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return forces (r, n) and stiffnesses (r, r, n) at phases (n,) and coordinates (r, n); NaN out of range."""

@@ -6,7 +6,9 @@ displacement x along the line of action: with x = sum of x_k exp(i k psi / p) ov
     d(k w / p) x_k + F_k(x) = f_k,                                                                               (1)
 
 d the dynamic stiffness that the mesh feels (`oscillator`), F_k the harmonics of F(psi, x(psi)), w the mesh frequency.
-The unknowns are real: mean, then cosine and sine of each harmonic (Cameron & Griffin, J. Appl. Mech. 56 (1989) 149).
+A machine, which is held in all its modes, is solved by receptances, x_k + H(k w / p) (F_k(x) - f_k) = c_k, c_k its
+coordinates under the mean load: modes may move fewer coordinates than there are. The unknowns are real: mean, then
+cosine and sine of each harmonic (Cameron & Griffin, J. Appl. Mech. 56 (1989) 149).
 """
 
 from __future__ import annotations
@@ -17,10 +19,10 @@ from functools import cached_property
 
 import numpy as np
 
-from pmor.core.arrays import BoolArray, FloatArray
+from pmor.core.arrays import BoolArray, ComplexArray, FloatArray
 from pmor.core.errors import ConvergenceError
-from pmor.dynamics.force_law import ForceLaw, centre_of, coordinate_forces, forces_at, samples_of
-from pmor.dynamics.oscillator import Oscillator, mesh_stiffness_of, static_stiffness_of
+from pmor.dynamics.force_law import ForceLaw, MachineLaw, centre_of, coordinate_forces, forces_at, samples_of
+from pmor.dynamics.oscillator import Oscillator, mesh_receptance_of, static_stiffness_of
 
 # Samples per mesh cycle. Where flanks part between two of them the force has a kink: at 320 samples that alone made
 # folds of 2e-4 of the frequency at the sharp tip of a resonance of 2 % damping.
@@ -69,7 +71,7 @@ class Balance:
 
     @cached_property
     def at_rest(self) -> tuple[FloatArray, FloatArray]:
-        """Static stiffness (r, r) and force (r,) that the mesh feels."""
+        """Static stiffness (1, 1) and force (1,) that the mesh of a pair feels."""
         return static_stiffness_of(self.oscillator)
 
     def by_coordinate(self, unknowns: FloatArray) -> FloatArray:
@@ -96,26 +98,38 @@ class Balance:
         force, slope = self.forces(unknowns)
         if not np.isfinite(force).all():
             raise ConvergenceError(f"at mesh frequency {in_Hz(speed)} the motion leaves the range of the force law")
-        linear, rate = self._linear(speed)
-        residual = linear @ unknowns + np.concatenate([harmonics_of(part, self.orders) for part in force])
-        self.by_coordinate(residual)[:, 0] -= self.at_rest[1]
-        if self.further is not None:
-            residual -= self.further
         products = np.block([[product_rows(harmonics_of(part, 2 * self.orders)) for part in row] for row in slope])
-        return residual, linear + products, rate @ unknowns
+        harmonics = np.concatenate([harmonics_of(part, self.orders) for part in force])
+        if self.further is not None:
+            harmonics -= self.further
+        law, order = self.law, np.arange(1, self.orders + 1) / self.cycles
+        if isinstance(law, MachineLaw):
+            receptance, rate = mesh_receptance_of(self.oscillator, np.append(0.0, order) * speed)
+            beside = unknowns.copy()
+            self.by_coordinate(beside)[:, 0] -= law.centre
+            self.by_coordinate(harmonics)[:, 0] -= law.load
+            rate[1:] *= order[:, None, None]
+            return (
+                beside + self._times(receptance, harmonics), np.eye(self.size) + self._times(receptance, products),
+                self._times(rate, harmonics),
+            )  # fmt: skip
+        receptance, rate = mesh_receptance_of(self.oscillator, order * speed)
+        stiffness, force_at_rest = self.at_rest
+        dynamic, still = 1.0 / receptance, np.zeros((1, 1, 1))
+        linear = np.concatenate([stiffness[None], dynamic])
+        rates = np.concatenate([still, -order[:, None, None] * dynamic**2 * rate])
+        harmonics[0] -= force_at_rest[0]
+        residual = self._times(linear, unknowns) + harmonics
+        return residual, self._times(linear, np.eye(self.size)) + products, self._times(rates, unknowns)
 
-    def _linear(self, speed: float) -> tuple[FloatArray, FloatArray]:
-        """Matrix of the dynamic stiffnesses, and its derivative by the mesh frequency."""
-        order, r = np.arange(1, self.orders + 1) / self.cycles, self.coordinates
-        stiffness, rate = mesh_stiffness_of(self.oscillator, order * speed)
-        shape = (r, 2 * self.orders + 1, r, 2 * self.orders + 1)
-        matrix, rates = np.zeros(shape), np.zeros(shape)
-        matrix[:, 0, :, 0] = self.at_rest[0]
-        cosine = 2 * np.arange(self.orders) + 1
-        for target, value in ((matrix, stiffness), (rates, order[:, None, None] * rate)):
-            target[:, cosine, :, cosine] = target[:, cosine + 1, :, cosine + 1] = value.real
-            target[:, cosine, :, cosine + 1], target[:, cosine + 1, :, cosine] = value.imag, -value.imag
-        return matrix.reshape(self.size, -1), rates.reshape(self.size, -1)
+    def _times(self, matrices: ComplexArray, harmonics: FloatArray) -> FloatArray:
+        """Product of a matrix for each harmonic, (orders + 1, r, r), with coordinates, (size, ...)."""
+        each = harmonics.reshape(self.coordinates, 2 * self.orders + 1, -1)
+        turned = (matrices[1:] @ (each[:, 1::2] - 1j * each[:, 2::2]).transpose(1, 0, 2)).transpose(1, 0, 2)
+        found = np.empty_like(each)
+        found[:, 0] = matrices[0].real @ each[:, 0]
+        found[:, 1::2], found[:, 2::2] = turned.real, -turned.imag
+        return np.asarray(found.reshape(harmonics.shape))
 
 
 def in_Hz(speed: float) -> str:

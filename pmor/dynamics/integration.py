@@ -18,6 +18,7 @@ from pmor.core.errors import ConvergenceError
 from pmor.dynamics.force_law import (
     MachineLaw,
     OverTime,
+    centre_of,
     compiled_law,
     coordinate_forces,
     cycles_of,
@@ -92,7 +93,7 @@ def integrate(
     states, cycle_speed = _marched(oscillator, law, start, speeds, cycles, steps, done, kept=True)
     states = states.reshape(-1, len(start))
     phase = 2.0 * np.pi * (done + np.arange(1, cycles * SAMPLES + 1) / SAMPLES)
-    along = states[:, : oscillator.size] @ oscillator.lever.T
+    along = states[:, : oscillator.size] @ oscillator.lever.T + _offset(law)
     force = coordinate_forces(law, phase, np.atleast_2d(along.T))[0].T.reshape(along.shape)
     return Motion(phase, np.repeat(cycle_speed, SAMPLES), states, along, force, cycles_of(law))
 
@@ -157,12 +158,19 @@ def _free_motion(oscillator: Oscillator, law: OverTime, step: FloatArray) -> tup
     inverse, rows = np.linalg.inv(oscillator.mass), np.ascontiguousarray(oscillator.rows)
     stiffness, damping = inverse @ oscillator.stiffness, inverse @ oscillator.damping
     # Forces at rest, and the displacements of all that is not held by the mesh alone.
-    force = law.meshes.load if isinstance(law, MachineLaw) else static_stiffness_of(oscillator)[1]
+    force = law.load if isinstance(law, MachineLaw) else static_stiffness_of(oscillator)[1]
     rest = np.linalg.lstsq(oscillator.stiffness, oscillator.load - force @ rows, rcond=None)[0]
     half, whole = (drifts(stiffness, damping, share * step) for share in (0.5, 1.0))
     push = np.ascontiguousarray(-(inverse @ rows.T).T)
-    free = FreeMotion(half, whole, step, rows, push, -push @ rows.T, rows @ rest, np.array(force, dtype=float))
+    along, force = rows @ rest + _offset(law), np.array(force, dtype=float)
+    free = FreeMotion(half, whole, step, rows, push, -push @ rows.T, along, force)
     return free, np.append(rest, np.zeros(len(rest)))
+
+
+def _offset(law: OverTime) -> FloatArray | float:
+    """Coordinates of the meshes where displacements are zero."""
+    centre = centre_of(law)
+    return 0.0 if centre is None else centre
 
 
 def drifts(stiffness: FloatArray, damping: FloatArray, times: FloatArray) -> FloatArray:

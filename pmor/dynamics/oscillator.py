@@ -70,10 +70,10 @@ class Oscillator:
         return FreeModes(values, states, np.linalg.inv(states)) if np.linalg.cond(states) < MOST_ALIKE else None
 
 
-def mesh_stiffness_of(oscillator: Oscillator, frequency: FloatArray) -> tuple[ComplexArray, ...]:
-    """Return the dynamic stiffness d that the mesh feels, d x + F = 0, and its derivative by the frequency.
+def mesh_receptance_of(oscillator: Oscillator, frequency: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """Return the receptance that the mesh feels, l Z^-1 l^T, and its derivative by the frequency.
 
-    With Z = K - w^2 M + i w C it is (l Z^-1 l^T)^-1; complex, (k, r, r) each, by angular frequencies (k,).
+    Z = K - w^2 M + i w C; complex, (k, r, r) each, by angular frequencies (k,).
     """
     rows, modes = oscillator.rows, oscillator.modes
     if modes is not None:
@@ -87,10 +87,9 @@ def mesh_stiffness_of(oscillator: Oscillator, frequency: FloatArray) -> tuple[Co
         np.linalg.solve(matrix, np.broadcast_to(rows.T, (len(matrix), *rows.T.shape)))
         for matrix in (impedance, impedance.transpose(0, 2, 1))
     )
-    stiffness = np.asarray(np.linalg.inv(rows @ moved), dtype=complex)
     w = np.asarray(frequency, dtype=float)[:, None, None]
     rate = -2.0 * w * oscillator.mass + 1j * oscillator.damping
-    return stiffness, np.asarray(stiffness @ (seen.transpose(0, 2, 1) @ rate @ moved) @ stiffness)
+    return np.asarray(rows @ moved, dtype=complex), np.asarray(-seen.transpose(0, 2, 1) @ rate @ moved)
 
 
 def _impedance(oscillator: Oscillator, frequency: FloatArray) -> ComplexArray:

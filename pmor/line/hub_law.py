@@ -4,12 +4,14 @@ Sections of involute flanks push along one direction in the plane of action, the
 they lie: two coordinates hold all that displaced hubs do to their gaps, L u = c Y^T u with a column for the force at
 the pitch point and one for a couple about the normal of the plane of action, c = (1, z + a tan(beta_b)) for a section
 that lies a along the transverse line of action. Their forces are the mesh force in the transverse plane, N, and that
-couple, N mm. Off a tip corner the direction turns a little, and c is the nearest.
+couple, N mm. Off a tip corner the direction turns, and c says what a turn of the pinion does: then the first force is
+the torque on the pinion over its base radius, as in a pair by itself.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -64,6 +66,17 @@ def mesh_coordinates(pair: GearPair) -> FloatArray:
     return np.column_stack([smooth_rows(pair).ravel(), np.concatenate([normal, -normal])])
 
 
+def hub_moves(pair: GearPair) -> FloatArray:
+    """Return B with Y^T B = 1: the displacements of both hubs that unit coordinates stand for, shape (12, 2).
+
+    The pinion turns, the wheel stands; flanks tilt by both hubs.
+    """
+    along, tilting = mesh_coordinates(pair).T
+    turn, tilted = np.zeros(2 * HUB), tilting / (tilting @ tilting)
+    turn[HUB - 1] = 1.0 / along[HUB - 1]
+    return np.column_stack([turn, tilted - (along @ tilted) * turn])
+
+
 def laws_at(
     pair: LinePair, phi: FloatArray, condition: Condition, coordinates: FloatArray, taken_out: FloatArray | None = None,
     near: FloatArray | None = None,
@@ -82,7 +95,20 @@ def laws_at(
         Forces of the sections under little else, N, from which fewer steps lead to these.
     """
     _, rows, found = _solved(pair, phi, condition, coordinates, taken_out, near)
-    return HubLaw(np.einsum("dan,anc->dac", found.force, rows), found.stiffness, found.converged, found.force)
+    return HubLaw(_forces([pair], rows, found), found.stiffness, found.converged, found.force)
+
+
+def _tooth_pairs(pair: LinePair) -> int:
+    return pair.meshed.tooth_pair_count
+
+
+def _forces(pairs: Sequence[LinePair], rows: FloatArray, found: LineResults) -> FloatArray:
+    """Forces on the coordinates of meshes by those of their sections, (D, A, K): under a corner the lever turns."""
+    forces, ends = np.einsum("dan,anc->dac", found.force, rows), np.cumsum([0, *map(_tooth_pairs, pairs)])
+    kept = forces.shape[2] // len(pairs)
+    for number, (pair, start, end) in enumerate(zip(pairs, ends[:-1], ends[1:], strict=True)):
+        forces[..., kept * number] = found.torque[..., start:end].sum(axis=2) / pair.base_radius
+    return np.asarray(forces)
 
 
 def mode_coordinates(
@@ -146,15 +172,15 @@ def _solved(
     near: FloatArray | None = None,
 ) -> tuple[PlacedSections, FloatArray, LineResults]:  # fmt: skip
     """Sections, their rows by the coordinates, and their loads between hubs that stand."""
-    back = np.linalg.pinv(mesh_coordinates(pair.meshed.pair))
-    compliance = np.zeros((2 * HUB, 2 * HUB)) if taken_out is None else -back.T @ taken_out @ back
+    moves = hub_moves(pair.meshed.pair)
+    compliance = np.zeros((2 * HUB, 2 * HUB)) if taken_out is None else -moves @ taken_out @ moves.T
     standing = Hubs(compliance, np.zeros(2 * HUB))
     placed = replace(pair, meshed=pair.meshed.on_hubs(standing)).place(phi, condition.misalignment)
-    rows = placed.hub_rows @ back.T
+    rows = placed.hub_rows @ moves
     meshes = meshes_of([pair], np.array([[-1.0 / pair.base_radius, 0.0]]), np.array([[-1.0, 0.0]]))
     grid = len(coordinates), len(phi), COORDINATES
     moved = np.ascontiguousarray(np.broadcast_to(coordinates.reshape(len(coordinates), -1, COORDINATES), grid))
-    found = no_results(grid, pair.size, tangent=True)
+    found = no_results(grid, pair.size, _tooth_pairs(pair), tangent=True)
     deviation, starts = placed.deviation(condition.assembly), [COLD]
     if near is not None:
         # Twice: tangents are those where the last step began, which from nearby may be the only one.
@@ -181,13 +207,12 @@ def train_coordinates(train: GearTrain) -> FloatArray:
 
 def train_rows(placed: PlacedTrain) -> FloatArray:
     """Return the change of the gaps of all sections by the coordinates of all meshes, (A, N, K)."""
-    columns = train_coordinates(placed.train)
-    kept, last = columns.shape[1] // len(placed.placed), placed.placed[-1].part.stop
-    rows = np.zeros((len(placed.phi), last, columns.shape[1]))
+    size, last = len(train_coordinates(placed.train).T), placed.placed[-1].part.stop
+    kept = size // len(placed.placed)
+    rows = np.zeros((len(placed.phi), last, size))
     for number, one in enumerate(placed.placed):
-        own = slice(kept * number, kept * (number + 1))
-        hubs = np.concatenate([HUB * body + np.arange(HUB) for body in one.mesh.bodies])
-        by_hubs = np.linalg.pinv(columns[hubs, own]).T
+        own, moves = slice(kept * number, kept * (number + 1)), hub_moves(one.mesh.pair.meshed.pair)
+        by_hubs = np.concatenate([one.mesh.to_train @ hub for hub in np.split(moves, 2)])[:, :kept]
         rows[:, one.part, own] = one.rows.reshape(*one.rows.shape[:2], -1) @ by_hubs
     return rows
 
@@ -211,8 +236,8 @@ def _of_block(placed: PlacedTrain, moved: FloatArray) -> tuple[FloatArray, Float
     ahead: FloatArray = -first / base
     meshes = meshes_of(pairs, ahead, -first)
     everywhere = np.ascontiguousarray(np.broadcast_to(moved, (1, len(placed.phi), len(moved))))
-    found = no_results(everywhere.shape, rows.shape[1], tangent=True)
+    found = no_results(everywhere.shape, rows.shape[1], sum(map(_tooth_pairs, pairs)), tangent=True)
     solve_lines(
         placed.lines, rows, meshes, placed.train.compliance_between, workspace, NONE, everywhere, True, COLD, found
     )
-    return np.einsum("an,anc->ac", found.force[0], rows), found.stiffness[0], found.converged[0]
+    return _forces(pairs, rows, found)[0], found.stiffness[0], found.converged[0]

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from pmor.dynamics.force_law import centre_of
 from pmor.dynamics.harmonic_balance import harmonics_of
 from pmor.dynamics.oscillator import Oscillator, motion_of, position_under
 from pmor.dynamics.stability import monodromy
@@ -19,7 +20,9 @@ def state_of(balance, unknowns, speed):
     each = np.array([harmonics_of(force, balance.orders) for force in balance.forces(unknowns)[0]])
     frequency = speed * np.arange(1, balance.orders + 1) / balance.cycles
     moved = motion_of(oscillator, frequency, (each[:, 1::2] - 1j * each[:, 2::2]).T)
-    mean = position_under(oscillator, each[:, 0], balance.by_coordinate(unknowns)[:, 0])
+    centre = centre_of(balance.law)
+    along = balance.by_coordinate(unknowns)[:, 0] - (0.0 if centre is None else centre)
+    mean = position_under(oscillator, each[:, 0], along)
     velocity = (1j * frequency[:, None] * moved).real.sum(axis=0)
     return np.concatenate([mean + moved.real.sum(axis=0), velocity])
 

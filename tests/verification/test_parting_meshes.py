@@ -32,11 +32,13 @@ from pmor.dynamics.whine.nonlinear import (
     backlash_at,
     parting_machine,
 )
+from pmor.line.hub_law import laws_at
 from pmor.machine.coupled import solve_load
 from pmor.machine.loader import load
 from pmor.machine.run import meshes_and_trains
+from pmor_online.mesh_force import mesh_force_of
 from tests.support import gearboxes
-from tests.support.motion import state_of
+from tests.support.motion import along_line_of_action, state_of
 
 HZ = 2.0 * np.pi
 HARMONICS, RATIO = 15, 0.01
@@ -94,6 +96,16 @@ def test_a_table_is_the_law_of_its_line_loads(rng):
     assert np.median(abs(found[..., 1:] - exact.tangent)) < 3e-3 * exact.tangent.max()
 
 
+def test_where_the_pinion_turns_alone_the_law_is_that_of_its_pair():
+    """Also where corners meet flanks off the line of action, and their levers turn."""
+    mesh, moved = spur_box()[2], 0.01 * np.array([0.3, 1.0, 4.0, 9.0])
+    phase, pair = np.linspace(0.0, 1.0, 24, endpoint=False), mesh.reduced.meshed.pair
+    found = laws_at(mesh.reduced.lines, pair.pitch * phase, mesh.condition, np.outer(-moved, [1.0, 0.0]))
+    forces = mesh_force_of(mesh.reduced, mesh.condition.assembly)
+    exact = np.array([forces(HZ * place, moved) for place in phase]).T
+    assert_allclose(found.force[..., 0], exact, rtol=1e-9, atol=1e-9 * exact.max())
+
+
 def test_back_flanks_push_the_other_way_and_tilt_alike(rng):
     table = spur_box()[0].law.meshes.tables[0]
     backed, ahead, behind = table._replace(backlash=0.05), np.empty((2, 3)), np.empty((2, 3))
@@ -134,7 +146,7 @@ def test_the_mean_deflection_is_in_balance():
     machine, *_ = spur_box()
     phase = HZ * np.arange(PHASES) / PHASES
     mean = machine.law.forces(phase, np.repeat(machine.law.centre[:, None], PHASES, axis=1))[0].mean(axis=1)
-    left = machine.oscillator.load - np.diag(machine.oscillator.stiffness) * machine.at_rest[: machine.oscillator.size]
+    left = machine.oscillator.load
     assert_allclose(left, mean @ machine.oscillator.rows, atol=2e-3 * abs(left).max())
 
 
@@ -216,13 +228,53 @@ def test_no_disturbance_grows_by_itself_without_damping():
 
 def test_motion_beyond_the_table_is_no_motion():
     machine, *_ = spur_box()
-    start = machine.at_rest
+    start = np.zeros(2 * machine.oscillator.size)
     start[machine.oscillator.size :] = 1e3
     with pytest.raises(ConvergenceError, match="leaves the range"):
         integrate(machine.oscillator, machine.law, start, (HZ * 1000.0, HZ * 1000.0), 5)
 
 
 STIFFNESS, BEND, TILTING = 2.0, 0.3, 0.5
+
+
+SAMPLED, SOFT = 64, 8.0
+SWING = SOFT * (1.0 + 0.25 * np.cos(HZ * np.arange(SAMPLED + 1) / SAMPLED))
+
+
+class Spring:
+    """A spring that cannot pull, its stiffness linear between the samples of its cycle: the law of a pair."""
+
+    samples = SAMPLED
+
+    def forces(self, phase, x):
+        """As any law gives them."""
+        slope = np.interp(phase / HZ % 1.0, np.linspace(0.0, 1.0, SAMPLED + 1), SWING) * (x > 0.0)
+        return slope * x, slope
+
+
+def test_one_mesh_on_rigid_shafts_moves_as_its_pair():
+    """One mode, which does not move the second coordinate: folds, and rms there and at other speeds, to 1e-6."""
+    mass, load, damping, one = 2.0, 1.0, 0.08, np.ones((1, 1))
+    t, values = np.linspace(0.0, 1.0, 9), np.zeros((SAMPLED, 9, 3, 2, 4))
+    values[:, :, :, 0, 0] = np.outer(SWING[:-1], 4.0 * t**2)[:, :, None]
+    values[:, :, :, 0, 1] = np.outer(SWING[:-1], t)[:, :, None]
+    values[:, :, :, 1, 0], values[:, :, :, 1, 2] = TILTING * np.linspace(-1.0, 1.0, 3), TILTING
+    meshes = ClosedMeshes(
+        (HubTable(0.0, 4.0, 0.0, 1.0, values, np.inf),), np.ones(1), np.zeros(1), np.diag([SOFT, TILTING]),
+        np.zeros((2, 2)), np.array([load / SOFT, 0.0]), np.array([load, 0.0]),
+    )  # fmt: skip
+    rows = np.array([[1.0 / np.sqrt(mass)], [0.0]])
+    machine = Oscillator(one, 2.0 * damping * one, SOFT / mass * one, rows, rows.T @ meshes.load)
+    pair = along_line_of_action(mass, 2.0 * damping * mass, load)
+    systems = (pair, Spring()), (machine, ClosedLaw(meshes, SAMPLED))
+    expected, found = (response(*system, (1.6, 2.1), 4) for system in systems)
+    assert len(found.folds) == len(expected.folds) > 0
+    for ours, theirs in zip(found.folds, expected.folds, strict=True):
+        assert_allclose(ours.point.speed, theirs.point.speed, rtol=1e-6)
+        assert_allclose(rms(np.split(ours.point.unknowns, 2)[0]), rms(theirs.point.unknowns), rtol=1e-6)
+    for speed in (1.0, 1.6, 2.3):
+        theirs, ours = (solve_at(one, speed, rest(one)) for one in (Balance(*each, 1, 4) for each in systems))
+        assert_allclose(np.split(ours, 2)[0], theirs, atol=1e-6 * rms(theirs))
 
 
 def made_up():
@@ -240,8 +292,7 @@ def made_up():
     square = np.array([0.5, 2.0, 9.0])
     load, tangent = np.array([STIFFNESS + BEND, 0.0]), np.diag([STIFFNESS + 1.5 * BEND, TILTING])
     meshes = ClosedMeshes((table,), np.zeros(1), np.zeros(1), tangent, np.zeros((2, 2)), centre, load)
-    held = np.linalg.solve(lever / square @ lever.T, centre) @ lever / square
-    oscillator = Oscillator(np.eye(3), np.zeros((3, 3)), np.diag(square), lever, lever.T @ load + square * held)
+    oscillator = Oscillator(np.eye(3), np.zeros((3, 3)), np.diag(square), lever, lever.T @ load)
     return PartingMachine(oscillator, ClosedLaw(meshes, 4), np.ones(2))
 
 
@@ -250,13 +301,13 @@ def test_energy_is_kept_over_a_thousand_cycles():
     machine = made_up()
 
     def energy(state):
-        x, u = machine.oscillator.rows @ state[:3]
+        x, u = machine.law.centre + machine.oscillator.rows @ state[:3]
         mesh = 0.5 * STIFFNESS * x**2 + BEND * x**2.5 / 2.5 - 0.5 * (STIFFNESS + 1.5 * BEND) * (x - 1.0) ** 2
         modes = 0.5 * state[3:] @ state[3:] + 0.5 * np.diag(machine.oscillator.stiffness) @ state[:3] ** 2
         return modes + mesh - machine.oscillator.load @ state[:3]
 
-    start = np.concatenate([machine.at_rest[:3], [0.3, -0.2, 0.1]])
+    start = np.array([0.0, 0.0, 0.0, 0.3, -0.2, 0.1])
     found = integrate(machine.oscillator, machine.law, start, (1.0, 1.0), 1000, steps=64)
     assert found.displacement[:, 0].min() > 0.1
-    end, begun, lowest = energy(found.states[-1]), energy(start), energy(machine.at_rest)
+    end, begun, lowest = energy(found.states[-1]), energy(start), energy(np.zeros(6))
     assert abs(end - begun) < 1e-6 * (begun - lowest)

@@ -23,6 +23,7 @@ from pmor.gear.modification import Modification
 from pmor.line.hub_law import (
     COORDINATES,
     HubLaw,
+    hub_moves,
     laws_at,
     mesh_coordinates,
     train_coordinates,
@@ -174,8 +175,7 @@ class StandingMesh:
 
     def moved(self, coordinates: FloatArray, near: FloatArray | None = None) -> StandingMesh:
         """Return the mesh with its coordinates moved by so much, (2,)."""
-        by_hubs = np.linalg.pinv(mesh_coordinates(self.reduced.meshed.pair))
-        displacement = self.displacement + by_hubs.T @ coordinates
+        displacement = self.displacement + hub_moves(self.reduced.meshed.pair) @ coordinates
         return replace(self, displacement=displacement, settled=None, near=self.near if near is None else near)
 
 
@@ -302,8 +302,7 @@ def standing_trains(solved: SolvedLoad, harmonics: int) -> list[StandingTrain]:
 
 def _under_load(mesh: SolvedMesh, number: int, reduced: ReducedPair, harmonics: int) -> StandingMesh:
     pair, name = reduced.meshed.pair, mesh.meshing.settings.name
-    by_hubs = np.linalg.pinv(mesh_coordinates(pair))
-    load = by_hubs @ in_axes_of_pair(mesh.meshing.frame) @ mesh.meshing.wrenches.ravel() * mesh.force
+    load = hub_moves(pair).T @ in_axes_of_pair(mesh.meshing.frame) @ mesh.meshing.wrenches.ravel() * mesh.force
     displacement = mesh.displacement.ravel().copy()
     # The pinion's advance, which the compliance of hubs leaves out.
     displacement[5] = 1e-3 * float(np.mean(mesh.sweep.ste_um)) / pair.pinion.base_radius

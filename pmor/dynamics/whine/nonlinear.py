@@ -28,11 +28,11 @@ from pmor_online.model import online_angles
 
 # Of a table: phases that are solved, and those between which it is linear and which harmonic balance takes (with 256 a
 # fold where flanks part was 0.3 per mille off); approaches and second coordinates.
-SOLVED_PHASES, PHASES, APPROACHES, TILTS = 128, 512, 33, 13
+SOLVED_PHASES, PHASES, APPROACHES, TILTS = 128, 512, 65, 13
 # Steps over time to a sample, of 64 a mesh cycle.
 STEPS = 2
 # Its range: of the mean deflection, from where flanks touch.
-REACH, TILT_REACH = 6.0, 1.0
+REACH, TILT_REACH = 5.0, 1.0
 # Steps in which it is looked for where flanks touch, over the mean approach.
 TOUCHING = np.linspace(1.0, -4.0, 51)
 
@@ -49,6 +49,11 @@ class ClosedLaw:
     def centre(self) -> FloatArray:
         """Approaches under the mean load, (r,)."""
         return self.meshes.centre
+
+    @property
+    def load(self) -> FloatArray:
+        """Mean forces, (r,)."""
+        return self.meshes.load
 
     def forces(self, phase: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return forces (r, n) and stiffnesses (r, r, n) at phases (n,) and coordinates (r, n); NaN out of range."""
@@ -78,12 +83,6 @@ class PartingMachine:
     def spun(self, receptance: Receptance, spin: float) -> PartingMachine:
         """Return the machine with gyroscopic moments and centrifugal forces at a speed, rad/s."""
         return replace(self, oscillator=_oscillator(receptance, self.law, self.oscillator.rows, spin))
-
-    @property
-    def at_rest(self) -> FloatArray:
-        """Displacements and velocities under the mean load, (2 n,)."""
-        held = _held(self.oscillator.rows, self.oscillator.stiffness, self.law.centre)
-        return np.concatenate([held, np.zeros(len(held))])
 
 
 def parting_machine(
@@ -130,13 +129,12 @@ def parting_machine(
 
 
 def _oscillator(receptance: Receptance, law: ClosedLaw, rows: FloatArray, spin: float) -> Oscillator:
-    """Modes of a machine by themselves, or where it spins, with the mean load of its meshes."""
+    """Modes of a machine by themselves, or where it spins, from their place under the mean load of its meshes on."""
     elastic = receptance.modes.square > 0.0
     among, square = np.ix_(elastic, elastic), receptance.modes.square[elastic]
     stiffness = np.diag(square) + spin**2 * receptance.centrifugal[among]
     damping = np.diag(2.0 * receptance.damping_ratio[elastic] * np.sqrt(square)) + spin * receptance.gyroscopic[among]
-    steady = rows.T @ law.meshes.load + stiffness @ _held(rows, stiffness, law.centre)
-    return Oscillator(np.eye(len(square)), damping, stiffness, rows, steady)
+    return Oscillator(np.eye(len(square)), damping, stiffness, rows, rows.T @ law.load)
 
 
 def arm_of(mesh: StandingMesh) -> float:
@@ -206,9 +204,3 @@ def _law(mesh: StandingMesh, places: FloatArray, phases: int) -> HubLaw:
     angles = online_angles(pair.pitch, phases, 1)
     found = laws_at(mesh.reduced.lines, angles, mesh.condition, -places / arms, mesh.taken_out)
     return HubLaw(found.force / arms, found.tangent / np.outer(arms, arms), found.converged)
-
-
-def _held(rows: FloatArray, stiffness: FloatArray, approach: FloatArray) -> FloatArray:
-    """Displacements of modes under forces on the meshes that make an approach."""
-    by_force = np.linalg.solve(stiffness, rows.T)
-    return np.asarray(by_force @ np.linalg.solve(rows @ by_force, approach))

@@ -288,7 +288,7 @@ def over_time(response: LoadResponse, found: Parting, machine: PartingMachine, l
     own = np.concatenate([np.arange(COORDINATES) + COORDINATES * number for number in found.numbers])
     by_modes, left = response.receptance.readings[:, elastic], response.receptance.left_readings[:, own] * machine.arms
     for name, way in (("run-up", speeds), ("run-down", speeds[::-1])):
-        state, done, rows, bearings = machine.at_rest, 0, list[FloatArray](), list[FloatArray]()
+        state, done, rows, bearings = np.zeros(2 * oscillator.size), 0, list[FloatArray](), list[FloatArray]()
         try:
             for speed in (rate * way).tolist():
                 cycles = int(np.clip(DECAYS * speed / (2.0 * np.pi * decay), LEAST_CYCLES, MOST_CYCLES))
