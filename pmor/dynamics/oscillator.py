@@ -80,8 +80,7 @@ def mesh_receptance_of(oscillator: Oscillator, frequency: FloatArray) -> tuple[C
         answer = 1.0 / (1j * np.asarray(frequency, dtype=float)[:, None] - modes.values)
         by, n = rows @ modes.states[: oscillator.size], oscillator.size
         pushed = -modes.amplitudes[:, n:] @ oscillator.push
-        stiffness = np.asarray(np.linalg.inv((by * answer[:, None]) @ pushed), dtype=complex)
-        return stiffness, np.asarray(stiffness @ ((1j * by * answer[:, None] ** 2) @ pushed) @ stiffness)
+        return np.asarray((by * answer[:, None]) @ pushed), np.asarray((-1j * by * answer[:, None] ** 2) @ pushed)
     impedance = _impedance(oscillator, frequency)
     moved, seen = (
         np.linalg.solve(matrix, np.broadcast_to(rows.T, (len(matrix), *rows.T.shape)))

@@ -325,7 +325,7 @@ def rms_of(response, source, acting, target, place):
 @pytest.mark.parametrize("target", [Target("bearing", 2000.0, 1), Target("mesh", 3500.0), Target("power", 2000.0)])
 def test_adjoint_is_the_difference_of_whole_solutions(parameter, target):
     """Of the equations of the mesh with a little more of an amount and a little less."""
-    response, step = radiating(), 0.02
+    response, step = radiating(), 0.005
     source = response.sources[0]
     (found,) = changes(response, 0, [target], [parameter])
     place = int(abs(response.speeds_rpm - target.speed_rpm).argmin())

@@ -32,7 +32,7 @@ AMOUNTS = "profile_crowning_um", "profile_slope_um", "helix_crowning_um", "helix
 # Those that need a place, and twists, where a flank has them.
 FURTHER = "tip_relief_um", "root_relief_um", "end_relief_um", "twist_um"
 # Half of the difference of an amount, um.
-STEP = 0.02
+STEP = 0.005
 # Meshes of each planet: with the sun, and with the ring.
 OF_A_SET = 2
 

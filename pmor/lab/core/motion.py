@@ -124,7 +124,8 @@ def _run_up(response: LoadResponse) -> dict[str, list[float]]:
     rate = RPM * response.machine.mesh_rate(number) * speed
 
     def run_up() -> FloatArray:
-        for piece in run_through(machine.oscillator, machine.law, machine.at_rest, (BELOW * rate, rate), CYCLES):
+        start = np.zeros(2 * machine.oscillator.size)
+        for piece in run_through(machine.oscillator, machine.law, start, (BELOW * rate, rate), CYCLES):
             last = piece.states[-1]
         return last
 
