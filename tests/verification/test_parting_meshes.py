@@ -151,12 +151,23 @@ def test_the_mean_deflection_is_in_balance():
 
 
 def test_small_variation_gives_the_motion_of_hill():
-    """A hundredth of the variation over the cycle: forces of the mesh to 1e-3 of the largest."""
+    """Forces of the mesh by Hill's equations at none: what differs is the law's curvature, which goes with it.
+
+    At a hundredth of the variation over the cycle it is up to 1.1e-3 of the largest force.
+    """
+    speeds = HZ * 700.0, HZ * 1500.0, HZ * 2600.0
+    full, half = (_beside_hill(variation, speeds) for variation in (0.01, 0.005))
+    assert abs(full).max() < 1.5e-3
+    assert_allclose(2.0 * half - full, 0.0, atol=1e-4)
+
+
+def _beside_hill(variation, speeds):
+    """Harmonics by harmonic balance less those of Hill, over the largest, at a share of the variation."""
     machine, receptance, mesh = spur_box()
-    meshes, count, angles = machine.law.meshes, 6, PHASES
+    meshes, count, angles, found = machine.law.meshes, 6, PHASES, []
     values = meshes.tables[0].values
     mean = values.mean(axis=0)
-    varied = np.ascontiguousarray(mean + 0.01 * (values - mean))
+    varied = np.ascontiguousarray(mean + variation * (values - mean))
     small = with_law(machine, tables=(meshes.tables[0]._replace(values=varied),))
     law, x = small.law, np.repeat(machine.law.centre[:, None], angles, axis=1)
     # The table itself along the mean deflection, without what the modes leave out.
@@ -166,15 +177,14 @@ def test_small_variation_gives_the_motion_of_hill():
     own = mesh_cycle(force.T, slope.transpose(2, 0, 1), law.meshes.load, count)
     balance = balance_of(small)
     arms = np.array([1.0, 0.5 * mesh.reduced.meshed.pair.common_width])
-    for speed in (HZ * 700.0, HZ * 1500.0, HZ * 2600.0):
+    for speed in speeds:
         unknowns = solve_at(balance, speed, rest(balance))
-        found, _ = small.law.mesh_forces(balance.phase, balance.displacement(unknowns))
+        forces, _ = small.law.mesh_forces(balance.phase, balance.displacement(unknowns))
         here = transfer(receptance, speed * np.arange(count + FURTHER + 1)).ports[None] * np.outer(arms, arms)
-        expected = mesh_forces(closing, here, hill(own, here, closing))[0]
-        harmonics = np.fft.rfft(found, axis=1).T / len(balance.phase)
-        # Hill's further harmonics are there for those before them.
-        told = slice(1, count + 1)
-        assert_allclose(harmonics[told, 0], expected[told, 0], atol=1e-3 * abs(expected[told, 0]).max())
+        expected = mesh_forces(closing, here, hill(own, here, closing))[0, 1 : count + 1, 0]
+        harmonics = np.fft.rfft(forces[0])[1 : count + 1] / len(balance.phase)
+        found.append((harmonics - expected) / abs(expected).max())
+    return np.array(found)
 
 
 def test_harmonic_balance_with_loss_of_contact_is_motion_over_time():
