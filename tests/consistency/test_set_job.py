@@ -139,7 +139,7 @@ def test_a_duty_cycle_of_a_set_is_the_mean_of_its_loads_and_meshes_lose_what_sli
     (("export", "results.h5", "--to", "vtkhdf"), "pmor run leaves set.vtkhdf of a set"),
     (("export", "results.h5", "--to", "rexs"), "pmor run leaves set.rexs"),
     (("export", ".", "--to", "csv"), "pmor run leaves results.h5"),
-    (("export", "set.json", "--to", "fmu"), "which a set has none of"),
+    (("export", "set.json", "--to", "fmu"), "takes a basis, or the file of a gearbox in motion, not of a set"),
     (("info", "set.json"), "name an HDF5 file, as results.h5 beside it"),
 ], ids=["animation", "rexs", "folder", "unit", "numbers"])  # fmt: skip
 def test_files_of_a_set_that_are_no_basis_are_refused_with_what_to_take(arguments, words, job, monkeypatch, capsys):

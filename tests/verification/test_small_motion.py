@@ -267,11 +267,11 @@ def test_a_single_tooth_out_of_place_is_solved_in_the_pitches_that_it_carries_in
 
 def test_a_wave_is_heard_at_its_own_order_and_beside_the_harmonics_of_the_mesh_alone():
     """41 waves on 19 teeth: lines (41 + 19 k) / 19, in proportion to small amplitudes; others go with their square."""
-    found = lines_at_rest(harmonics=3, pinion=Modification(waves=(Wave(count=41, amplitude_um=0.01),)))
+    found = lines_at_rest(pinion=Modification(waves=(Wave(count=41, amplitude_um=0.01),)))
     ghosts = {line for line in found if round(19 * line) % 19 in (3, 16)}
     others = [found[line] for line in found if line % 1.0 and line not in ghosts]
     assert max(others) < SQUARE * max(map(found.get, ghosts))
-    twice = lines_at_rest(harmonics=3, pinion=Modification(waves=(Wave(count=41, amplitude_um=0.02),)))
+    twice = lines_at_rest(pinion=Modification(waves=(Wave(count=41, amplitude_um=0.02),)))
     for line in ghosts:
         assert twice[line] == pytest.approx(2.0 * found[line], rel=FIRST_ORDER)
 

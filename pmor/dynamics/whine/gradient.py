@@ -31,8 +31,9 @@ from pmor.line.hub_law import COORDINATES
 AMOUNTS = "profile_crowning_um", "profile_slope_um", "helix_crowning_um", "helix_slope_um"
 # Those that need a place, and twists, where a flank has them.
 FURTHER = "tip_relief_um", "root_relief_um", "end_relief_um", "twist_um"
-# Half of the difference of an amount, um.
-STEP = 0.005
+# Half of a micrometre either way. The tangent jumps where a section first touches, as cycles are seen at some angles
+# alone: a smaller step finds that jump over the step.
+STEP = 0.5
 # Meshes of each planet: with the sun, and with the ring.
 OF_A_SET = 2
 
