@@ -251,8 +251,9 @@ class RollerBearing:
         modulus = 0.5 * STEEL_MODULUS / (1.0 - STEEL_RATIO**2)
         return math.sqrt(line_load * modulus / (math.pi * radius))
 
-    def state(self, displacement: FloatArray) -> BearingState:
-        """Return force and stiffness under a displacement, shape (5,), mm and rad."""
+    @cached_property
+    def laminae_of_all(self) -> tuple[FloatArray, FloatArray]:
+        """Rows that take a displacement of the inner ring to the approach of each lamina, (n, 5), and their gaps."""
         angle = math.radians(self.contact_angle_deg)
         azimuth = math.radians(self.first_roller_deg) + 2.0 * math.pi * np.arange(self.rollers) / self.rollers
         place = ((np.arange(self.laminae) + 0.5) / self.laminae - 0.5) * self.effective_length_mm
@@ -268,12 +269,19 @@ class RollerBearing:
         # A tilted ring moves a lamina off the middle plane along the radius too.
         radial[:, 3], radial[:, 4] = -along_axis * np.sin(psi), along_axis * np.cos(psi)
         normal = math.cos(angle) * radial + math.sin(angle) * axial
-        approach = normal @ displacement - 0.5 * self.clearance_mm * math.cos(angle) - 2.0 * np.tile(drop, self.rollers)
-        load, slope = power_law(self.stiffness_constant / self.laminae, approach, LINE)
-        stiffness = np.einsum("n,ni,nj->ij", slope, normal, normal)
+        return normal, 0.5 * self.clearance_mm * math.cos(angle) + 2.0 * np.tile(drop, self.rollers)
+
+    def state(self, displacement: FloatArray) -> BearingState:
+        """Return force and stiffness under a displacement, shape (5,), mm and rad."""
+        normal, gap = self.laminae_of_all
+        approach = normal @ displacement - gap
+        load = np.zeros_like(approach)
+        pressed = np.flatnonzero(approach > 0.0)
+        carrying = normal[pressed]
+        load[pressed], slope = power_law(self.stiffness_constant / self.laminae, approach[pressed], LINE)
         pressure = self.pressure(float(load.max()) * self.laminae / self.effective_length_mm)
         return BearingState(
-            load @ normal, stiffness, load.reshape(self.rollers, -1).sum(axis=1), pressure,
+            load @ normal, (carrying.T * slope) @ carrying, load.reshape(self.rollers, -1).sum(axis=1), pressure,
             _safety(ROLLER_PRESSURE, pressure, 2),
         )  # fmt: skip
 

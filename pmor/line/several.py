@@ -21,7 +21,7 @@ from pmor.gear.kernels.deviation import deviations_at
 from pmor.line.hubs import HUB, hub_rows
 from pmor.line.kernels.derivatives import differentiate_lines
 from pmor.line.kernels.flexibility import Compliance, Flexibility, gather, make_all_ready
-from pmor.line.kernels.loads import FOLLOWING, solve_lines
+from pmor.line.kernels.loads import FOLLOWING, WARM, solve_lines
 from pmor.line.kernels.places import Lines, line_deviations
 from pmor.line.kernels.types import LineResults, Meshes
 from pmor.line.layered_pair import place_sections
@@ -202,7 +202,7 @@ class PlacedTrain:
     @cached_property
     def rows(self) -> FloatArray:
         """Change of all gaps by the free movements, (A, N, K), mm or 1."""
-        return np.concatenate([self._on_bodies(one, self.train.free) for one in self.placed], axis=1)
+        return np.concatenate([self.on_bodies(one, self.train.free) for one in self.placed], axis=1)
 
     def opened(self, displacement: FloatArray) -> FloatArray:
         """Change of all gaps by displaced hubs, (6 B,), or at each angle (A, 6 B): (A, N), mm."""
@@ -232,7 +232,7 @@ class PlacedTrain:
     def workspace(self) -> Flexibility:
         """Return the flexibilities of all sections, filled as `solve` needs them; for one thread at a time."""
         train, root = self.train, self.train.support_root
-        rows = np.concatenate([self._on_bodies(one, root) for one in self.placed], axis=1)
+        rows = np.concatenate([self.on_bodies(one, root) for one in self.placed], axis=1)
         grid = rows.shape[:2]
         between = rows @ rows.transpose(0, 2, 1) if len(root) else np.zeros((*grid, grid[1]))
         found = new_flexibility(between)
@@ -246,7 +246,8 @@ class PlacedTrain:
         return found._replace(tooth=tooth, shapes=shapes, moved=np.empty(rank))
 
     def solve(
-        self, loads: FloatArray, deviation: FloatArray = NONE, pitch: int = 0, workspace: Flexibility | None = None
+        self, loads: FloatArray, deviation: FloatArray = NONE, pitch: int = 0, workspace: Flexibility | None = None,
+        before: LineResults | None = None,
     ) -> LineResults:
         """Solve all angles under loads on the free movements, (D, K), N mm or N, each from those before.
 
@@ -259,12 +260,17 @@ class PlacedTrain:
             gears whose teeth differ are in mesh.
         workspace : Flexibility, optional
             Of an earlier solution; the result does not depend on it.
+        before : LineResults, optional
+            Of these angles under loads close by, from which it begins.
         """
         loads = np.atleast_2d(np.asarray(loads, dtype=float))
         angles, size = self.lines.gap.shape
         everywhere = np.repeat(loads[:, None], angles, axis=1)
         found = no_results(everywhere.shape, size)
-        solve_lines(*self._sections(workspace, pitch), deviation, everywhere, False, FOLLOWING, found)
+        if before is not None:
+            found.force[:], found.movement[:] = before.force, before.movement
+        start = FOLLOWING if before is None else WARM
+        solve_lines(*self._sections(workspace, pitch), deviation, everywhere, False, start, found)
         return found
 
     def differentiate(
@@ -299,7 +305,8 @@ class PlacedTrain:
         """Return what the kernels solve with."""
         workspace = self.workspace() if workspace is None else workspace
         if self._on_supports:
-            workspace = workspace._replace(further=self._at_supports(pitch))
+            given = workspace.further if workspace.further.size else 0.0
+            workspace = workspace._replace(further=self._at_supports(pitch) + given)
         return self.lines, self.rows, self.train.joined, self.train.compliance_between, workspace
 
     @cached_property
@@ -335,7 +342,7 @@ class PlacedTrain:
             found[:, at[:, None], at] += support_flexibility(body.support, body.teeth, rows, later)
         return found
 
-    def _on_bodies(self, one: PlacedMesh, directions: FloatArray) -> FloatArray:
+    def on_bodies(self, one: PlacedMesh, directions: FloatArray) -> FloatArray:
         """Work of unit forces in the sections of a mesh by displacements of all hubs (r, 6 B), (A, N, r)."""
         total = np.zeros((*one.rows.shape[:2], len(directions)))
         for gear, body in enumerate(one.mesh.bodies):

@@ -190,8 +190,8 @@ class LoadedGearbox:
             if bearing.inner is not None:
                 seats.append(Seat(bearing.rows[list(BEARING_ROWS)], bearing.inner))
         constraints += self.balances
-        constraints += [_row(one.hubs, one.wrenches, size) for one in self.sets]
-        constraints += [_row(mesh.hubs, mesh.wrenches, size) for mesh in self.meshes]
+        constraints += [row_of(one.hubs, one.wrenches, size) for one in self.sets]
+        constraints += [row_of(mesh.hubs, mesh.wrenches, size) for mesh in self.meshes]
         return System(stiffness, seats, np.array(constraints), names, rotations)
 
     @cached_property
@@ -290,7 +290,7 @@ def _weights(
     for one in sets:
         sun = one.settings.members.get("sun")
         filled = 0.0 if sun is None else 0.5 * model.shafts[sun.shaft].section_at(sun.at_mm).outer_mm
-        found += _row(one.hubs, set_weights(one.file, one.frame, filled, gravity), size)
+        found += row_of(one.hubs, set_weights(one.file, one.frame, filled, gravity), size)
     return found
 
 
@@ -322,7 +322,7 @@ def _set_meshing(one: PlanetarySet, model: GearboxModel, node: Callable[[str, fl
     return SetMeshing(one, file, hubs, frame, frame.in_machine(file.plan.wrench @ frame.carried))
 
 
-def _row(hubs: Sequence[int | None], wrenches: FloatArray, size: int) -> FloatArray:
+def row_of(hubs: Sequence[int | None], wrenches: FloatArray, size: int) -> FloatArray:
     row = np.zeros(size)
     for hub, wrench in zip(hubs, wrenches, strict=True):
         if hub is not None:

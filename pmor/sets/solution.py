@@ -395,10 +395,10 @@ def solve_on(
 
 def solve_placed(
     placed: PlacedTrain, loads: FloatArray, deviation: FloatArray = NONE, pitch: int = 0,
-    workspace: Flexibility | None = None,
+    workspace: Flexibility | None = None, before: LineResults | None = None,
 ) -> LineResults:  # fmt: skip
     """Solve a train at its angles, as `PlacedTrain.solve`; NaN where not converged, or beyond the range of contact."""
-    found = placed.solve(loads, deviation, pitch, workspace)
+    found = placed.solve(loads, deviation, pitch, workspace, before)
     for one in placed.placed:
         found.converged[width_limit(one.mesh.pair.meshed, one.lines.law).exceeded(found.force[..., one.part])] = False
     for values in (found.movement, found.force):
