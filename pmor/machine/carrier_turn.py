@@ -1,4 +1,4 @@
-"""A planetary set over a turn of its carrier, on rolling bearings with their clearances and under loads that stand still.
+"""A planetary set over a turn of its carrier, on bearings with their clearances and under loads that stand still.
 
 Gravity, moments on the rotor and forces of other meshes stand in the housing and turn against the carrier, and so does
 the loaded zone of the bearings. Positions are solved in their order, a mesh pitch after the other: the contact of all
@@ -20,11 +20,10 @@ from pmor.line.hubs import HUB
 from pmor.line.kernels.flexibility import Flexibility
 from pmor.line.kernels.types import LineResults
 from pmor.line.several import GearTrain, PlacedTrain
-from pmor.machine.coupled_sets import ABOUT, turned
 from pmor.machine.loaded import BEARING_ROWS, LoadedGearbox, SetMeshing, row_of
-from pmor.machine.seated import UNITS, Linearised, SeatedMachine, seated
-from pmor.machine.set_frame import MEMBERS
-from pmor.machine.system import Equilibrium
+from pmor.machine.seated import Linearised, SeatedMachine, seated
+from pmor.machine.set_frame import ABOUT, MEMBERS, turned
+from pmor.machine.system import UNITS, Equilibrium
 from pmor.sets.plan import SetPlan
 from pmor.sets.solution import errors_of, solve_placed
 
@@ -45,6 +44,8 @@ class CarrierTurn:
         Of the carrier.
     hub_wrench : ndarray, shape (P, B, 6)
         Of the meshes on all bodies of the set, in axes of the plan that turn with the carrier, N and N mm.
+    member_wrench : ndarray, shape (P, 3, 6)
+        Of the meshes on sun, carrier and ring, in axes of the machine.
     hub_displacement : ndarray, shape (P, 3, 6)
         Of sun, carrier and ring in the housing, in axes of the machine, mm and rad.
     bearing_force : ndarray, shape (P, s, 6)
@@ -54,6 +55,7 @@ class CarrierTurn:
 
     angle_deg: FloatArray
     hub_wrench: FloatArray
+    member_wrench: FloatArray
     hub_displacement: FloatArray
     bearing_force: FloatArray
     converged: BoolArray
@@ -112,7 +114,7 @@ class _Turning:
 
 def carrier_turn(
     gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int, train: GearTrain, torque: float,
-    weights: FloatArray, positions: int = 1,
+    positions: int = 1,
 ) -> CarrierTurn:  # fmt: skip
     """Solve a set over a turn of its carrier.
 
@@ -126,17 +128,17 @@ def carrier_turn(
         On its own supports, all members held.
     torque : float
         On the sun, N mm.
-    weights : ndarray, shape (B, 3)
-        Of the bodies that do not stand on shafts, in axes of the machine, N.
     positions : int
         To each pitch of the first mesh.
     """
-    turning = _turning(gearbox, equilibrium, number, train, torque, weights, positions)
-    machine, rate = turning.machine, train.rates[turning.one.housing]
+    one_set = gearbox.sets[number]
+    turning = _turning(gearbox, equilibrium, number, train, torque, positions)
+    machine, rate = turning.machine, train.rates[one_set.housing]
     pitch = train.meshes[0].pair.meshed.pair.pitch
     phi = pitch / positions * np.arange(round(2.0 * np.pi / abs(rate * pitch)) * positions)
     place = np.concatenate([seat.rows @ equilibrium.displacement for seat in gearbox.system.seats] or [np.zeros(0)])
-    forces, hubs, loads, settled = [], [], [], []
+    seats = [n for n, one in enumerate(gearbox.bearings) if one.law is not None]
+    forces, members, hubs, loads, settled = [], [], [], [], []
     for step, angle in enumerate(rate * phi):
         number, cycle = step % len(turning.placed), step // len(turning.placed) * turning.plan.cycle
         found = _settled(turning, number, cycle, angle, place)
@@ -148,15 +150,16 @@ def carrier_turn(
             for gear, body in enumerate(mesh.mesh.bodies):
                 wrench[body] += found.force[mesh.part] @ mesh.rows[0, :, gear]
         forces.append(wrench)
+        members.append(one_set.frame.in_machine(turned(found.force @ turning.rows[number], -angle)))
         moved = np.zeros(18)
         moved[turning.there] = (machine.at_rest + machine.flexibility @ found.forces)[machine.seats :]
         hubs.append(moved.reshape(3, HUB))
         load = machine.carried @ found.forces + machine.carried_at_rest
-        for seat, state in zip(np.flatnonzero([one.inner is not None for one in gearbox.bearings]), found.states):
+        for seat, state in zip(seats, found.states, strict=True):
             load[seat, list(BEARING_ROWS)] += state.force
         loads.append(load)
     return CarrierTurn(
-        np.degrees(np.abs(rate) * phi), np.array(forces), np.array(hubs), np.array(loads), np.array(settled)
+        np.degrees(np.abs(rate) * phi), *map(np.array, (forces, members, hubs, loads, settled))
     )
 
 
@@ -193,7 +196,7 @@ def _settled(turning: _Turning, number: int, cycle: int, angle: float, place: Fl
 
 def _turning(
     gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int, train: GearTrain, torque: float,
-    weights: FloatArray, positions: int,
+    positions: int,
 ) -> _Turning:  # fmt: skip
     one = gearbox.sets[number]
     plan = one.file.plan
@@ -207,15 +210,16 @@ def _turning(
             still = still + amount * row_of(meshing.hubs, meshing.wrenches, len(still))
     hubs = [hub for hub in one.hubs if hub is not None]
     there = np.concatenate([HUB * n + np.arange(HUB) for n, hub in enumerate(one.hubs) if hub is not None])
-    phi = train.meshes[0].pair.meshed.pair.pitch / positions * np.arange(plan.cycle * positions)
+    pitch = train.meshes[0].pair.meshed.pair.pitch
+    phi = np.array([pitch * n / positions for n in range(plan.cycle * positions)])
     placed = [train.place(phi[n : n + 1], plan.displacement) for n in range(len(phi))]
     carried = one.frame.carried
     rows = [np.concatenate([at.on_bodies(mesh, carried.T) for mesh in at.placed], axis=1)[0] for at in placed]
     on_bodies = np.zeros((len(plan.bodies), HUB))
-    on_bodies[:, :3] = weights @ one.frame.turn[:3, :3]
+    on_bodies[:, :3] = one.hanging @ one.frame.turn[:3, :3]
     return _Turning(
         one, plan, seated(gearbox, equilibrium, hubs, still), there, np.kron(np.eye(len(MEMBERS)), one.frame.turn),
-        placed, rows, [at.workspace() for at in placed], 1.0 * torque * plan.load[None], on_bodies.ravel(),
+        placed, rows, [at.workspace() for at in placed], (torque * plan.load)[None].astype(np.float64), on_bodies.ravel(),
         [None] * len(placed),
     )  # fmt: skip
 

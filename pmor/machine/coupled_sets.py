@@ -21,10 +21,11 @@ from pmor.core.arrays import ComplexArray, FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.line.hubs import HUB
 from pmor.line.several import GearTrain, Workspaces
+from pmor.machine.carrier_turn import CarrierTurn, carrier_turn
 from pmor.machine.groups import GroupKey
 from pmor.machine.hub_compliance import compliance_below
-from pmor.machine.loaded import ABOUT_AXIS, LoadedGearbox, SetMeshing
-from pmor.machine.set_frame import MEMBERS
+from pmor.machine.loaded import LoadedGearbox, SetMeshing
+from pmor.machine.set_frame import ABOUT, ACROSS, MEMBERS, turned
 from pmor.machine.system import ARM, Equilibrium
 from pmor.pair.samples import Samples
 from pmor.sets.kinematics import torque_ratios
@@ -38,9 +39,6 @@ MEAN_ANGLES = 16
 MEAN_PLACES = 12
 # Displacements of hubs by other loads that are round-off, mm.
 STILL = 1e-12
-# Of the hubs of all members, x and y of displacements and of rotations, and rotations about the axis.
-ACROSS = np.concatenate([HUB * member + np.array([0, 1, 3, 4]) for member in range(len(MEMBERS))])
-ABOUT = HUB * np.arange(len(MEMBERS)) + ABOUT_AXIS + 2
 # Compliances of orders up to two around the axis have the mean of these angles, rad.
 QUARTERS = 0.5 * np.pi * np.arange(4)
 
@@ -62,6 +60,8 @@ class SolvedSet(NamedTuple):
         On rigid supports under all loads; None before it is compared.
     row : int
         Of this load there.
+    turn : CarrierTurn or None
+        Over a turn of its carrier, where anything stands against that: weights, loads across, bearings with a law.
     samples : Samples or None
         Sets within the tolerances of its file, on the same supports.
     """
@@ -73,6 +73,7 @@ class SolvedSet(NamedTuple):
     rigid: SetSolution | None = None
     row: int = 0
     samples: Samples | None = None
+    turn: CarrierTurn | None = None
 
 
 class _Supported(NamedTuple):
@@ -101,9 +102,14 @@ def mean_wrenches(
     ConvergenceError
     """
     one, torque = gearbox.sets[number], set_torque(gearbox, equilibrium, number)
-    found = _supported(gearbox, equilibrium, one, torque, train)
-    mean = _over_a_turn(one, found, torque, executor)
-    mean /= torque
+    if one.turns and gearbox.system.seats:
+        turn = carrier_turn(gearbox, equilibrium, number, train, torque)
+        if not turn.converged.all():
+            raise ConvergenceError(f"{_where(one, torque)}: no equilibrium over the turn of its carrier", [])
+        mean = one.frame.in_plan(turn.member_wrench.mean(axis=0)) / torque
+    else:
+        found = _supported(gearbox, equilibrium, one, torque, train)
+        mean = _over_a_turn(one, found, torque, executor) / torque
     # Over whole mesh cycles torques are in the ratio of the tooth numbers, but for round-off and few angles.
     ratios = torque_ratios(one.file.teeth)
     mean[ABOUT] = [-ratios[member] / ratios["sun"] for member in MEMBERS]
@@ -134,15 +140,17 @@ def _over_a_turn(
     for part, place in zip(solved, places, strict=True):
         if not part.converged.all():
             rule = "where other loads push a sun that floats, stiffen the bearing in place of its spline"
-            raise ConvergenceError(
-                f"set {one.settings.name}: {1e-3 * torque:.6g} N m: contact was not found: {rule}", []
-            )
+            raise ConvergenceError(f"{_where(one, torque)}: contact was not found: {rule}", [])
         wrench = part.hub_wrench[0].reshape(len(part.phi_rad), -1) @ one.frame.carried
         means.append(turned(wrench, -place - rate * part.phi_rad).mean(axis=0))
     mean = np.asarray(np.mean(means, axis=0))
     if one.turns and not unlike and plan.in_housing is None:  # what there is turns with the carrier
         mean[ACROSS] = 0.0
     return mean
+
+
+def _where(one: SetMeshing, torque: float) -> str:
+    return f"set {one.settings.name}: {1e-3 * torque:.6g} N m"
 
 
 def solved_sets(
@@ -160,7 +168,10 @@ def solved_sets(
             solution = with_mesh_error(solution, one.file.cases.values(), half.train)
         cycles = on.pitches if on.plan.in_housing is not None else 1
         samples = solve_samples(one.file, solution, executor, cycles)
-        found.append(SolvedSet(one, torque, solution, on.uneven, samples=samples))
+        turn = None
+        if one.turns and (gearbox.system.seats or one.hanging.any() or on.plan.in_housing is not None):
+            turn = carrier_turn(gearbox, equilibrium, number, trains[one.settings.name], torque)
+        found.append(SolvedSet(one, torque, solution, on.uneven, samples=samples, turn=turn))
     return tuple(found)
 
 
@@ -205,14 +216,6 @@ def _supported(
             plan, pitches = replace(plan, in_housing=in_housing), file.housed_pitches
         offset[ACROSS] = 0.0
     return _Supported(replace(plan, displacement=plan.displacement + carried @ offset), train, pitches, uneven)
-
-
-def turned(values: FloatArray, angle: FloatArray | float) -> FloatArray:
-    """Return wrenches on the hubs of the members, (..., 18), turned counter-clockwise by angles (...), rad."""
-    found, of_hubs = values.copy(), (*values.shape[:-1], -1)
-    across = values[..., ACROSS].reshape(*of_hubs, 2) @ [1.0, 1j] * np.exp(1j * np.asarray(angle))[..., None]
-    found[..., ACROSS] = np.stack([across.real, across.imag], axis=-1).reshape(of_hubs)
-    return found
 
 
 def _uneven(compliance: FloatArray) -> float:

@@ -10,7 +10,10 @@ from scipy.linalg import null_space
 from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.machine.loaded import ABOUT_AXIS, LoadedGearbox
-from pmor.machine.system import ARM, Equilibrium, tangent_of
+from pmor.machine.system import ARM, UNITS, Equilibrium, tangent_of
+
+# Stiffness by which a bearing that carries nothing holds its shaft in the linearised machine, N/mm.
+LOOSE = 1.0
 
 
 def compliance_below(gearbox: LoadedGearbox, equilibrium: Equilibrium, hubs: Sequence[int]) -> FloatArray:
@@ -39,6 +42,9 @@ def fields_below(gearbox: LoadedGearbox, equilibrium: Equilibrium, hubs: Sequenc
     scale = np.where(system.rotations, 1.0 / ARM, 1.0)
     basis = scale[:, None] * null_space(np.array(held) * scale)
     tangent = tangent_of(system, equilibrium.bearings)
+    for seat, state in zip(system.seats, equilibrium.bearings, strict=True):
+        if not state.stiffness.any():  # what lies loose in its clearance
+            tangent += LOOSE * seat.rows.T @ (seat.rows / UNITS[:, None] ** 2)
     return np.asarray(basis @ np.linalg.solve(basis.T @ tangent @ basis, basis[_places(hubs)].T))
 
 

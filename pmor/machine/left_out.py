@@ -39,6 +39,6 @@ def left_out(file: GearboxFile) -> list[tuple[str, str]]:
             found.append((f"losses, {load.name}", "the load has no speed_rpm"))
     if not shares(model.sections.loads):
         found.append(("duty cycle", "loads have neither fraction nor hours"))
-    if all(bearing.inner is None for bearing in model.sections.bearings):
+    if all(bearing.law is None for bearing in model.sections.bearings):
         found.append(("static safety of bearings", "none has its inner geometry"))
     return [*found, *capability.left_out(file)]

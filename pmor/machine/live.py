@@ -161,11 +161,11 @@ def _independent(gearbox: LoadedGearbox) -> list[list[int]]:
 
 def _bearing(bearing: Supported, held: Sequence[int], place: IntArray) -> dict[str, Any]:
     said = bearing.settings
-    given = {key: getattr(said, key) for key in KEYS if bearing.inner is None}
+    given = {key: getattr(said, key) for key in KEYS if bearing.law is None}
     gives = [key for key, value in given.items() if value == "rigid" and KEYS[key] != TILT]
     rows = [[int(place[row.argmax()]), int(place[row.argmin()]) if row.min() < 0.0 else STILL] for row in bearing.rows]
     return {
-        "name": said.name, "rows": rows, "held": held, "rolling": bearing.inner is not None,
+        "name": said.name, "rows": rows, "held": held, "rolling": bearing.law is not None,
         "rigid": bool(gives) and not bearing.springs.any(), "gives": gives,
         "given": {key: value for key, value in given.items() if not isinstance(value, str)},
     }  # fmt: skip
@@ -176,7 +176,7 @@ def _load(solved: SolvedLoad, kept: BoolArray, inside: FloatArray, place: IntArr
     bearings = list[dict[str, Any]]()
     for bearing in gearbox.bearings:
         stiffness, force = np.diag(bearing.springs), np.zeros(NODE)
-        if bearing.inner is not None:
+        if bearing.law is not None:
             state, moved = next(states), bearing.rows[list(BEARING_ROWS)] @ solved.equilibrium.displacement
             stiffness[np.ix_(BEARING_ROWS, BEARING_ROWS)] = state.stiffness
             force[list(BEARING_ROWS)] = state.force - state.stiffness @ moved
@@ -221,7 +221,7 @@ def _note(loads: Sequence[SolvedLoad], pairs: Sequence[ReducedPair]) -> str:
         "The page carries shafts and bearings with all meshes, and solves them together as a slider moves: the same "
         "equations as the run, each mesh on its hubs' compliance under the mean forces of the others."
     ]
-    if any(bearing.inner is not None for bearing in loads[0].gearbox.bearings):
+    if any(bearing.law is not None for bearing in loads[0].gearbox.bearings):
         found.append(
             "Rolling bearings count by their stiffness under the solved load case: exact there, a tangent elsewhere."
         )

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmor.body.beam import NODE, Beam
+from pmor.body.play import BearingWithPlay
 from pmor.body.rolling_bearing import RollingBearing
 from pmor.case import Case
 from pmor.case.coast import other_flank
@@ -29,7 +30,7 @@ from pmor.machine.settings import (
     PlanetarySet,
 )
 from pmor.machine.system import Equilibrium, Seat, System, solve_system
-from pmor.machine.weights import gear_weight, set_weights, shaft_weight
+from pmor.machine.weights import gear_weight, hanging_weights, set_weights, shaft_weight
 from pmor.pair.model import gear_pair
 from pmor.sets.loader import SetFile
 
@@ -57,7 +58,7 @@ class Supported(NamedTuple):
     rows: FloatArray
     rigid: tuple[int, ...]
     springs: FloatArray
-    inner: RollingBearing | None
+    law: RollingBearing | None
 
 
 class SetMeshing(NamedTuple):
@@ -70,6 +71,8 @@ class SetMeshing(NamedTuple):
     frame : SetFrame
     wrenches : ndarray, shape (3, 6)
         On these hubs, by a unit torque on the sun, N mm.
+    hanging : ndarray, shape (B, 3)
+        Weights of the bodies that no shaft carries, planets on their pins above all, in axes of the machine, N.
     """
 
     settings: PlanetarySet
@@ -77,6 +80,7 @@ class SetMeshing(NamedTuple):
     hubs: tuple[int | None, ...]
     frame: SetFrame
     wrenches: FloatArray
+    hanging: FloatArray
 
     @property
     def turns(self) -> bool:
@@ -187,8 +191,8 @@ class LoadedGearbox:
         for bearing in self.bearings:
             constraints += [bearing.rows[i] for i in bearing.rigid]
             stiffness += np.einsum("i,ij,ik->jk", bearing.springs, bearing.rows, bearing.rows)
-            if bearing.inner is not None:
-                seats.append(Seat(bearing.rows[list(BEARING_ROWS)], bearing.inner))
+            if bearing.law is not None:
+                seats.append(Seat(bearing.rows[list(BEARING_ROWS)], bearing.law))
         constraints += self.balances
         constraints += [row_of(one.hubs, one.wrenches, size) for one in self.sets]
         constraints += [row_of(mesh.hubs, mesh.wrenches, size) for mesh in self.meshes]
@@ -319,10 +323,12 @@ def _set_meshing(one: PlanetarySet, model: GearboxModel, node: Callable[[str, fl
     # The middle of the face width is where the sun is, or the first other member on a shaft.
     frame = set_frame(file.plan, sense, [next(iter(x.values())) - x.get(member, 0.0) for member in MEMBERS])
     hubs = tuple(node(members[name].shaft, members[name].at_mm) if name in members else None for name in MEMBERS)
-    return SetMeshing(one, file, hubs, frame, frame.in_machine(file.plan.wrench @ frame.carried))
+    hanging = hanging_weights(file, members, model.sections.gravity.vector)
+    return SetMeshing(one, file, hubs, frame, frame.in_machine(file.plan.wrench @ frame.carried), hanging)
 
 
 def row_of(hubs: Sequence[int | None], wrenches: FloatArray, size: int) -> FloatArray:
+    """Return wrenches on hubs as loads on all displacements, (n,); None of the hubs is the housing."""
     row = np.zeros(size)
     for hub, wrench in zip(hubs, wrenches, strict=True):
         if hub is not None:
@@ -331,18 +337,18 @@ def row_of(hubs: Sequence[int | None], wrenches: FloatArray, size: int) -> Float
 
 
 def _supported(bearing: Bearing, rows: FloatArray) -> Supported:
-    inner = bearing.inner
+    law = bearing.law
     rigid, springs = list[int](), np.zeros(NODE)
-    if inner is None:
+    if law is None or isinstance(law, BearingWithPlay):
         for value, directions in (
             (bearing.axial_N_per_mm, AXIAL), (bearing.radial_N_per_mm, RADIAL), (bearing.tilt_Nmm_per_rad, TILT),
             (bearing.torsion_Nmm_per_rad, TORSION),
         ):  # fmt: skip
             if value == "rigid":
                 rigid += directions
-            elif not isinstance(value, str):
+            elif not isinstance(value, str) and law is None:
                 springs[list(directions)] = value
-    return Supported(bearing, rows, tuple(rigid), springs, inner)
+    return Supported(bearing, rows, tuple(rigid), springs, law)
 
 
 def _unit(place: int, size: int) -> FloatArray:

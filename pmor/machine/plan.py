@@ -83,8 +83,8 @@ def _machine(file: GearboxFile) -> Iterator[str]:
 
 
 def _kind(bearing: Bearing) -> str:
-    if bearing.inner is not None:
-        return bearing.inner.words
+    if bearing.law is not None:
+        return bearing.law.words
     ways = [
         ("radial", bearing.radial_N_per_mm), ("axial", bearing.axial_N_per_mm), ("tilt", bearing.tilt_Nmm_per_rad),
         *([("torsion", bearing.torsion_Nmm_per_rad)] if bearing.couples else []),

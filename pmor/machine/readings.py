@@ -158,7 +158,7 @@ def carried(gearbox: LoadedGearbox, equilibrium: Equilibrium) -> list[Data]:
         for direction in bearing.rigid:
             force[direction] -= equilibrium.reactions[constraint]
             constraint += 1
-        if bearing.inner is not None:
+        if bearing.law is not None:
             state = equilibrium.bearings[seat]
             force[[0, 1, 2, 4, 5]] += state.force
             seat += 1
@@ -179,7 +179,7 @@ def _bearing(bearing: Supported, moved: FloatArray, force: FloatArray, state: Be
     }
     if bearing.settings.couples:
         entry["torque_Nm"] = 1e-3 * float(force[3])
-    if state is not None:
+    if state is not None and len(state.element_force):
         entry |= {
             "element_force_N": state.element_force.tolist(),
             "loaded_elements": int(np.count_nonzero(state.element_force)),

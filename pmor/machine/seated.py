@@ -1,7 +1,7 @@
 """A loaded gearbox condensed to its rolling bearings and some hubs: bearings by their law, all else linear.
 
-With A the flexibility of what is linear between the places of interest, x the displacements there (those of the bearings'
-inner rings against their outer ones, q, and those of hubs, h), f(q) the forces of the bearings and w those on the hubs,
+With A the flexibility of what is linear between the places of interest, x the displacements there (q of the inner rings
+against the outer ones, h of hubs), f(q) the forces of the bearings and w those on the hubs,
 
     x = x_0 + A [k q - f(q); w],                                                                                (1)
 
@@ -21,10 +21,7 @@ from pmor.body.beam import NODE
 from pmor.body.rolling_bearing import DOF, BearingState, RollingBearing
 from pmor.core.arrays import FloatArray
 from pmor.machine.loaded import ABOUT_AXIS, LoadedGearbox
-from pmor.machine.system import ARM, FIRST_GUESS, Equilibrium
-
-# Displacements of an inner ring in units of like size.
-UNITS = np.array([1.0, 1.0, 1.0, 1.0 / ARM, 1.0 / ARM])
+from pmor.machine.system import ARM, FIRST_GUESS, UNITS, Equilibrium
 
 
 class Linearised(NamedTuple):

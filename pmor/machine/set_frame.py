@@ -23,6 +23,10 @@ MEMBERS: tuple[Member, ...] = ("sun", "carrier", "ring")
 # Planets are carried by the carrier.
 CARRIED_BY = {"sun": 0, "planet": 1, SECOND_PLANET: 1, "ring": 2}
 
+# Of the hubs of all members, x and y of displacements and of rotations, and rotations about the axis.
+ACROSS = np.concatenate([HUB * member + np.array([0, 1, 3, 4]) for member in range(len(MEMBERS))])
+ABOUT = HUB * np.arange(len(MEMBERS)) + 5
+
 
 class SetFrame(NamedTuple):
     """A planetary set in the machine.
@@ -68,3 +72,11 @@ def set_frame(plan: SetPlan, sense: float, off_mm: Sequence[float]) -> SetFrame:
         carried[rows, columns] = np.eye(HUB)
         carried[HUB * number : HUB * number + 3, columns.start + 3 : columns.stop] = np.cross(np.eye(3), arm).T
     return SetFrame(turn * IMAGE if plan.clockwise else turn, carried)
+
+
+def turned(values: FloatArray, angle: FloatArray | float) -> FloatArray:
+    """Return wrenches on the hubs of the members, (..., 18), turned counter-clockwise by angles (...), rad."""
+    found, of_hubs = values.copy(), (*values.shape[:-1], -1)
+    across = values[..., ACROSS].reshape(*of_hubs, 2) @ [1.0, 1j] * np.exp(1j * np.asarray(angle))[..., None]
+    found[..., ACROSS] = np.stack([across.real, across.imag], axis=-1).reshape(of_hubs)
+    return found

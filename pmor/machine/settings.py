@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from pmor.body.bearing import AnyBearing
+from pmor.body.play import BearingWithPlay
+from pmor.body.rolling_bearing import BallBearing, RollerBearing
 from pmor.case.duty import Lubricant, Timed
 from pmor.case.motion import Body, Motion
 from pmor.case.reader import Keys, Sections
@@ -20,6 +22,7 @@ from pmor.sets.settings import Member
 AnyTorque = ranges.SignedTorque | Literal["balance"]
 Force = Annotated[float, ranges.Range(-1e12, 1e12, "N")]
 Acceleration = Annotated[float, ranges.Range(-1e3, 1e3, "m/s2")]
+Play = Annotated[float, ranges.Range(0.0, 5.0, "mm")]
 HOUSING = "housing"
 
 
@@ -81,6 +84,10 @@ class Shaft:
         return self.sections[-1]
 
 
+def _spring(stiffness: float | str) -> float:
+    return 0.0 if isinstance(stiffness, str) else stiffness
+
+
 @dataclass(frozen=True, kw_only=True)
 class Bearing(AnyBearing):
     """A bearing of a shaft, or a coupling between two of one axis (section `[[bearings]]`).
@@ -98,6 +105,8 @@ class Bearing(AnyBearing):
     torsion_Nmm_per_rad : float, "rigid" or "free"
         About the axis, of a coupling, key, spline or press fit between two shafts: it carries torque, rigidly from
         `at_mm` to the end of the other shaft.
+    clearance_mm, axial_clearance_mm : float
+        In which a bearing by its stiffness is loose across and along its axis, from one end to the other.
     ball, roller : BallBearing, RollerBearing
         Of a bearing by its inner geometry.
     catalogue : CatalogueBearing
@@ -111,6 +120,18 @@ class Bearing(AnyBearing):
     at_mm: ranges.Place
     axial_N_per_mm: ranges.Stiffness = "free"
     torsion_Nmm_per_rad: ranges.TiltStiffness = "free"
+    clearance_mm: Play = 0.0
+    axial_clearance_mm: Play = 0.0
+
+    @property
+    def law(self) -> BallBearing | RollerBearing | BearingWithPlay | None:
+        """Its law where that is no spring: by its inner geometry, or with its clearance."""
+        if not self.clearance_mm and not self.axial_clearance_mm:
+            return self.inner
+        return BearingWithPlay(
+            _spring(self.radial_N_per_mm), _spring(self.axial_N_per_mm), _spring(self.tilt_Nmm_per_rad),
+            self.clearance_mm, self.axial_clearance_mm,
+        )  # fmt: skip
 
     @property
     def couples(self) -> bool:

@@ -19,10 +19,10 @@ import numpy as np
 from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
 from pmor.line.hubs import HUB
-from pmor.machine.coupled_sets import ABOUT, ACROSS, QUARTERS, SolvedSet, turned
+from pmor.machine.coupled_sets import QUARTERS, SolvedSet
 from pmor.machine.hub_compliance import fields_below
 from pmor.machine.loaded import ABOUT_AXIS, LoadedGearbox, Meshing, Supported
-from pmor.machine.set_frame import MEMBERS
+from pmor.machine.set_frame import ABOUT, ACROSS, MEMBERS, turned
 from pmor.machine.system import Equilibrium
 
 
@@ -81,7 +81,7 @@ def carried_along(gearbox: LoadedGearbox, displacement: FloatArray, shaft: str, 
 
 
 def _holds(bearing: Supported, direction: int) -> bool:
-    return bearing.inner is not None or direction in bearing.rigid or bearing.springs[direction] > 0.0
+    return bearing.law is not None or direction in bearing.rigid or bearing.springs[direction] > 0.0
 
 
 def set_ste_parts(gearbox: LoadedGearbox, equilibrium: Equilibrium, one: SolvedSet) -> SteParts | None:

@@ -25,6 +25,8 @@ EQUILIBRIUM = 1e-10
 FREE = 1e-13
 # Arm that turns rotations into displacements of like size, mm.
 ARM = 100.0
+# Displacements of an inner ring in units of like size.
+UNITS = np.array([1.0, 1.0, 1.0, 1.0 / ARM, 1.0 / ARM])
 # Springs that stand in for rolling bearings in the first guess, N/mm.
 FIRST_GUESS = 1e5
 

@@ -5,7 +5,7 @@ Planets hang on their carrier. Bodies of carriers are known by the shafts that t
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 
 import numpy as np
 
@@ -79,6 +79,16 @@ def set_weights(file: SetFile, frame: SetFrame, sun_shaft_mm: float, gravity: Se
     found = np.zeros((len(inertias), NODE))
     found[:, :3] = np.outer([inertia.mass_kg for inertia in inertias], along)
     return frame.in_machine(found.ravel() @ frame.carried)
+
+
+def hanging_weights(file: SetFile, on_shafts: Container[str], gravity: Sequence[float]) -> FloatArray:
+    """Return the weights of the bodies of a set that no shaft carries, in axes of the machine, (B, 3), N."""
+    found = np.zeros((len(file.plan.bodies), 3))
+    if any(gravity):
+        for number, (body, inertia) in enumerate(zip(file.plan.bodies, inertias_of_set(file, 0.0), strict=True)):
+            if body.member not in on_shafts:
+                found[number] = inertia.mass_kg * np.asarray(gravity)
+    return found
 
 
 def inertias_of_set(file: SetFile, sun_shaft_mm: float) -> list[Inertia]:

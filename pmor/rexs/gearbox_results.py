@@ -54,7 +54,7 @@ def found_attributes(numbers: Numbers, solved: SolvedLoad, entry: Data) -> dict[
         }
     states = iter(solved.equilibrium.bearings)
     for bearing, one in zip(solved.gearbox.bearings, entry["bearings"], strict=True):
-        state = None if bearing.inner is None else next(states)
+        state = None if bearing.law is None else next(states)
         found[numbers.bearings[one["name"]]] = _bearing(solved, bearing, one, state)
     for mesh, one in zip(solved.meshes, entry["meshes"], strict=True):
         name = one["name"]

@@ -278,7 +278,7 @@ def bearing_rows(machine: MovingMachine, solved: SolvedLoad) -> Sequence[FloatAr
     found, states = [], iter(solved.equilibrium.bearings)
     for bearing in machine.gearbox.bearings:
         rows = bearing.springs[:, None] * bearing.rows
-        if bearing.inner is not None:
+        if bearing.law is not None:
             five = list(BEARING_ROWS)
             rows[five] += next(states).stiffness @ bearing.rows[five]
         found.append(machine.padded(rows))
