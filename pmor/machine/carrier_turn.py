@@ -98,7 +98,7 @@ class _Turning:
         compliance[np.ix_(self.there, self.there)], offset[self.there] = machine.compliance, machine.offset
         in_plan = turned(turned(self.turn.T @ compliance @ self.turn, angle).T, angle)
         moved = turned(offset @ self.turn, angle)
-        weights = turned_bodies(self.weights, angle)
+        weights = turned(self.weights, angle)
         moved[ABOUT] = 0.0
         train = placed.train
         displacement = self.plan.displacement + self.one.frame.carried @ moved + train.compliance @ weights
@@ -215,18 +215,8 @@ def _turning(
     placed = [train.place(phi[n : n + 1], plan.displacement) for n in range(len(phi))]
     carried = one.frame.carried
     rows = [np.concatenate([at.on_bodies(mesh, carried.T) for mesh in at.placed], axis=1)[0] for at in placed]
-    on_bodies = np.zeros((len(plan.bodies), HUB))
-    on_bodies[:, :3] = one.hanging @ one.frame.turn[:3, :3]
     return _Turning(
-        one, plan, seated(gearbox, equilibrium, hubs, still), there, np.kron(np.eye(len(MEMBERS)), one.frame.turn),
-        placed, rows, [at.workspace() for at in placed], (torque * plan.load)[None].astype(np.float64), on_bodies.ravel(),
-        [None] * len(placed),
+        one, plan, seated(gearbox, equilibrium, hubs, still), there,
+        np.asarray(np.kron(np.eye(len(MEMBERS)), one.frame.turn), dtype=np.float64), placed, rows,
+        [at.workspace() for at in placed], (torque * plan.load)[None], one.hanging_in_plan, [None] * len(placed),
     )  # fmt: skip
-
-
-def turned_bodies(values: FloatArray, angle: float) -> FloatArray:
-    """Return wrenches on bodies (6 B,), turned counter-clockwise by an angle, rad."""
-    found = values.reshape(-1, 2, 3).copy()
-    across = found[..., :2] @ [1.0, 1j] * np.exp(1j * angle)
-    found[..., 0], found[..., 1] = across.real, across.imag
-    return found.ravel()

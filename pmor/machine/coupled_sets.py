@@ -211,8 +211,11 @@ def _supported(
         across = offset[ACROSS].reshape(-1, 2) @ [1.0, 1j]
         amplitude[ACROSS] = np.stack([across, -1j * across], axis=1).ravel()
         arms = np.tile([STILL, STILL / ARM], len(MEMBERS))
-        if (np.abs(across) > arms).any():
-            in_housing = InHousing(np.asarray(carried @ amplitude), one.housing)
+        if (np.abs(across) > arms).any() or one.hanging.any():
+            hanging = one.hanging_in_plan.reshape(-1, 2, 3).copy()
+            hanging[..., 2] = 0.0
+            weights = hanging.ravel() - 1j * turned(hanging.ravel(), 0.5 * np.pi)
+            in_housing = InHousing(np.asarray(carried @ amplitude + file.plan.compliance @ weights), one.housing)
             plan, pitches = replace(plan, in_housing=in_housing), file.housed_pitches
         offset[ACROSS] = 0.0
     return _Supported(replace(plan, displacement=plan.displacement + carried @ offset), train, pitches, uneven)

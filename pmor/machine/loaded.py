@@ -88,6 +88,13 @@ class SetMeshing(NamedTuple):
         return self.hubs[MEMBERS.index("carrier")] is not None
 
     @property
+    def hanging_in_plan(self) -> FloatArray:
+        """Weights of these bodies as wrenches on their hubs, in axes of the plan at angle 0, (6 B,)."""
+        found = np.zeros((len(self.hanging), NODE))
+        found[:, :3] = self.hanging @ self.frame.turn[:3, :3]
+        return found.ravel()
+
+    @property
     def housing(self) -> int:
         """Number of the gear that stands still with the housing, of a carrier that turns."""
         return next(n for n, body in enumerate(self.file.plan.bodies) if body.member == self.file.held)

@@ -75,8 +75,8 @@ def set_frame(plan: SetPlan, sense: float, off_mm: Sequence[float]) -> SetFrame:
 
 
 def turned(values: FloatArray, angle: FloatArray | float) -> FloatArray:
-    """Return wrenches on the hubs of the members, (..., 18), turned counter-clockwise by angles (...), rad."""
-    found, of_hubs = values.copy(), (*values.shape[:-1], -1)
-    across = values[..., ACROSS].reshape(*of_hubs, 2) @ [1.0, 1j] * np.exp(1j * np.asarray(angle))[..., None]
-    found[..., ACROSS] = np.stack([across.real, across.imag], axis=-1).reshape(of_hubs)
-    return found
+    """Return wrenches on hubs, or their displacements, (..., 6 n), turned counter-clockwise by angles (...), rad."""
+    found = values.reshape(*values.shape[:-1], -1, 2, 3).copy()
+    across = found[..., :2] @ [1.0, 1j] * np.exp(1j * np.asarray(angle))[..., None, None]
+    found[..., 0], found[..., 1] = across.real, across.imag
+    return found.reshape(values.shape)

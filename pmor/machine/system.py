@@ -27,6 +27,8 @@ FREE = 1e-13
 ARM = 100.0
 # Displacements of an inner ring in units of like size.
 UNITS = np.array([1.0, 1.0, 1.0, 1.0 / ARM, 1.0 / ARM])
+# Displacement of an inner ring at which any bearing carries, mm and rad.
+PRESSED = np.array([10.0, 10.0, 10.0, 0.05, 0.05])
 # Springs that stand in for rolling bearings in the first guess, N/mm.
 FIRST_GUESS = 1e5
 
@@ -119,7 +121,8 @@ def solve_system(system: System, load: FloatArray) -> Equilibrium:
             return Equilibrium(np.asarray(displacement), np.asarray(reactions), states)
         step = _solved(tangent, added, residual)
         tried = _unbalanced(system, basis, place + step, force)
-        if np.linalg.norm(tried[0]) < np.linalg.norm(residual):
+        # Of a convex energy a step that still goes downhill at its end lowers it, as where a shaft falls in its clearance.
+        if np.linalg.norm(tried[0]) < np.linalg.norm(residual) or tried[0] @ step >= 0.0:
             place, (residual, tangent, states) = place + step, tried
             added = 0.0 if added < 1e-9 * np.trace(tangent) else 0.1 * added
         else:
@@ -162,7 +165,7 @@ def _refuse_loose(system: System, basis: FloatArray) -> None:
     """Refuse a system in which a shaft moves away without any force, bearings taken as pressed together."""
     held = system.stiffness.copy()
     for seat in system.seats:
-        pressed = np.abs(seat.bearing.state(np.full(5, 0.05)).stiffness).sum(axis=1) > 0.0
+        pressed = np.abs(seat.bearing.state(PRESSED).stiffness).sum(axis=1) > 0.0
         held += FIRST_GUESS * seat.rows[pressed].T @ seat.rows[pressed]
     values, vectors = np.linalg.eigh(basis.T @ held @ basis)
     if len(values) and values[0] < FREE * values[-1]:

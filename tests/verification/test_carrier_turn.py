@@ -1,0 +1,107 @@
+"""Sets over a turn of their carrier: linear supports give what a set in its housing gives, clearances vanish into springs,
+forces balance at every angle, and a heavy shaft rests where statics puts it."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from pmor.body.play import BearingWithPlay
+from pmor.machine.carrier_turn import carrier_turn
+from pmor.machine.coupled_sets import set_torque, solved_sets
+from pmor.machine.loaded import loaded
+from pmor.machine.loader import load
+from pmor.machine.set_frame import MEMBERS
+from pmor.sets.run import train_of
+from tests.support.set_gearboxes import EVEN_SET, LOAD, SHAFTS, bearing, written_reducer
+
+ROUND_OFF = 1e-9
+# Forces of bearings are settled to 1e-9 of the largest.
+SETTLED = 1e-7
+STIFFNESS = 2e5
+ON_SPRINGS = EVEN_SET + "[supports]\nplanet_radial_N_per_mm = 5e4\n"
+GRAVITY = "[gravity]\nz_m_s2 = -900.0\n"
+
+
+def carrier_bearing(name, at, **extra):
+    keys = "".join(f"{key} = {value}\n" for key, value in extra.items())
+    return (
+        f'[[bearings]]\nname = "{name}"\nshaft = "carrier"\nat_mm = {at}\nradial_N_per_mm = {STIFFNESS}\n'
+        f"axial_N_per_mm = 1e5\n{keys}"
+    )
+
+
+def heavy(**extra):
+    """A reducer whose carrier hangs in two bearings, and whose sun floats on a soft one."""
+    return (
+        SHAFTS + bearing("A", "sun", 50.0, 1e4) + carrier_bearing("B", 20.0, **extra)
+        + carrier_bearing("C", 55.0, **extra) + LOAD.format(name="drive", torque=300.0, out="carrier", at=60.0) + GRAVITY
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("carrier_turn")
+
+
+@pytest.fixture(scope="module")
+def train(folder):
+    return train_of(load(written_reducer(folder, heavy(), ON_SPRINGS)).model.sets["stage"])
+
+
+def turned(folder, train, text):
+    """A gearbox under its load, its equilibrium by smooth flanks, and its set over a turn of the carrier."""
+    model = load(written_reducer(folder, text, ON_SPRINGS)).model
+    gearbox = loaded(model, model.sections.loads[0])
+    equilibrium = gearbox.solve()
+    torque = set_torque(gearbox, equilibrium, 0)
+    return gearbox, equilibrium, carrier_turn(gearbox, equilibrium, 0, train, torque)
+
+
+def test_on_linear_supports_a_turn_is_the_set_in_its_housing(folder, train):
+    gearbox, equilibrium, turn = turned(folder, train, heavy())
+    solution = solved_sets(gearbox, equilibrium, {"stage": train})[0].solution
+    every = solution.hub_wrench[0, :: solution.angles_per_pitch]
+    assert turn.converged.all()
+    assert np.ptp(turn.hub_wrench[:, 2], axis=0).max() > 100.0  # weights turn against the carrier
+    assert_allclose(turn.hub_wrench, every[: len(turn.angle_deg)], rtol=0.0, atol=ROUND_OFF * np.abs(every).max())
+
+
+def test_clearance_vanishes_into_a_spring(folder, train):
+    _, _, springs = turned(folder, train, heavy())
+    _, _, loose = turned(folder, train, heavy(clearance_mm=1e-12, axial_clearance_mm=1e-12))
+    size = np.abs(springs.hub_wrench[..., :3]).max()
+    assert_allclose(loose.hub_wrench[..., :3], springs.hub_wrench[..., :3], rtol=0.0, atol=1e-8 * size)
+    _, _, wide = turned(folder, train, heavy(clearance_mm=0.02))
+    assert np.abs(wide.hub_wrench - springs.hub_wrench)[..., :3].max() > 1e-2 * size
+
+
+@pytest.mark.parametrize("clearance", [0.0, 0.02, 0.2])
+def test_bearings_carry_weights_and_loads_at_every_angle(folder, train, clearance):
+    gearbox, _, turn = turned(folder, train, heavy(clearance_mm=clearance))
+    weight = gearbox.weight.reshape(-1, 6)[:, :3].sum(axis=0)
+    assert weight[2] < -1000.0
+    ring = turn.member_wrench[:, MEMBERS.index("ring"), :3]
+    carried = turn.bearing_force[..., :3].sum(axis=1)
+    assert turn.converged.all()
+    assert_allclose(carried, weight - ring, rtol=0.0, atol=SETTLED * np.abs(turn.bearing_force[..., :3]).max())
+
+
+def test_a_heavy_shaft_rests_at_half_its_clearance_and_what_its_springs_give(folder):
+    text = heavy(clearance_mm=0.1).replace(
+        "[[loads]]", "[[masses]]\nname = 'flywheel'\nshaft = 'carrier'\nat_mm = 37.5\nmass_kg = 50.0\n[[loads]]"
+    )
+    model = load(written_reducer(folder, text, ON_SPRINGS)).model
+    gearbox = loaded(model, model.sections.loads[0])
+    moved = gearbox.solve()
+    for bearing_, state in zip(gearbox.bearings[1:], moved.bearings, strict=True):
+        force, place = -state.force[2], -(bearing_.rows @ moved.displacement)[2]
+        assert force > 1e4
+        assert_allclose(place, 0.05 + force / STIFFNESS, rtol=1e-6)
+
+
+def test_a_bearing_with_play_has_the_derivative_of_its_force():
+    law, place, step = BearingWithPlay(3e5, 2e5, 1e8, 0.04, 0.02), np.array([0.03, 0.02, -0.05, 1e-4, 2e-4]), 1e-7
+    for way in range(5):
+        ends = [law.state(place + sign * step * np.eye(5)[way]).force for sign in (1.0, -1.0)]
+        assert_allclose((ends[0] - ends[1]) / (2.0 * step), law.state(place).stiffness[way], rtol=1e-6, atol=1.0)
+    assert not law.state(np.array([0.009, 0.01, 0.01, 0.0, 0.0])).force.any()
