@@ -30,6 +30,9 @@ from pmor.sets.solution import errors_of, solve_placed
 MOST_STEPS = 60
 # Stiffness that holds rings that lie loose where they are for a step, N/mm.
 LEAST = 1.0
+# Shares of what other loads do to the hubs, one after the other at the first position: a sun that floats may sag by
+# millimetres where its meshes do not hold it.
+RAMP = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 1.0)
 # Forces of the bearings that are left, over the largest one.
 SETTLED = 1e-9
 
@@ -44,6 +47,8 @@ class CarrierTurn:
         Of the carrier.
     hub_wrench : ndarray, shape (P, B, 6)
         Of the meshes on all bodies of the set, in axes of the plan that turn with the carrier, N and N mm.
+    hanging : ndarray, shape (P, B, 6)
+        Weights of the bodies that no shaft carries, in the same axes.
     member_wrench : ndarray, shape (P, 3, 6)
         Of the meshes on sun, carrier and ring, in axes of the machine.
     hub_displacement : ndarray, shape (P, 3, 6)
@@ -55,6 +60,7 @@ class CarrierTurn:
 
     angle_deg: FloatArray
     hub_wrench: FloatArray
+    hanging: FloatArray
     member_wrench: FloatArray
     hub_displacement: FloatArray
     bearing_force: FloatArray
@@ -100,14 +106,15 @@ class _Turning:
         moved = turned(offset @ self.turn, angle)
         weights = turned(self.weights, angle)
         moved[ABOUT] = 0.0
-        train = placed.train
-        displacement = self.plan.displacement + self.one.frame.carried @ moved + train.compliance @ weights
-        plan = replace(self.plan, displacement=displacement)
         workspace = self.workspaces[number]._replace(further=(rows @ in_plan @ rows.T)[None])
-        load = self.load + (train.free @ weights)[None]
-        found = solve_placed(placed, load, errors_of(plan, placed, cycle), cycle, workspace, self.before[number])
-        if found.converged.all():
-            self.before[number] = found
+        train, shares = placed.train, (1.0,) if self.before[number] is not None else RAMP
+        for share in shares:
+            off = share * (self.one.frame.carried @ moved + train.compliance @ weights)
+            load = self.load + share * (train.free @ weights)[None]
+            plan = replace(self.plan, displacement=self.plan.displacement + off)
+            found = solve_placed(placed, load, errors_of(plan, placed, cycle), cycle, workspace, self.before[number])
+            if found.converged.all():
+                self.before[number] = found
         wrench = turned(found.force[0, 0] @ rows, -angle)
         return found.force[0, 0], (self.turn @ wrench)[self.there], bool(found.converged[0, 0])
 
@@ -138,7 +145,7 @@ def carrier_turn(
     phi = pitch / positions * np.arange(round(2.0 * np.pi / abs(rate * pitch)) * positions)
     place = np.concatenate([seat.rows @ equilibrium.displacement for seat in gearbox.system.seats] or [np.zeros(0)])
     seats = [n for n, one in enumerate(gearbox.bearings) if one.law is not None]
-    forces, members, hubs, loads, settled = [], [], [], [], []
+    forces, hanging, members, hubs, loads, settled = [], [], [], [], [], []
     for step, angle in enumerate(rate * phi):
         number, cycle = step % len(turning.placed), step // len(turning.placed) * turning.plan.cycle
         found = _settled(turning, number, cycle, angle, place)
@@ -150,6 +157,7 @@ def carrier_turn(
             for gear, body in enumerate(mesh.mesh.bodies):
                 wrench[body] += found.force[mesh.part] @ mesh.rows[0, :, gear]
         forces.append(wrench)
+        hanging.append(turned(turning.weights, angle).reshape(-1, HUB))
         members.append(one_set.frame.in_machine(turned(found.force @ turning.rows[number], -angle)))
         moved = np.zeros(18)
         moved[turning.there] = (machine.at_rest + machine.flexibility @ found.forces)[machine.seats :]
@@ -159,7 +167,7 @@ def carrier_turn(
             load[seat, list(BEARING_ROWS)] += state.force
         loads.append(load)
     return CarrierTurn(
-        np.degrees(np.abs(rate) * phi), *map(np.array, (forces, members, hubs, loads, settled))
+        np.degrees(np.abs(rate) * phi), *map(np.array, (forces, hanging, members, hubs, loads, settled))
     )
 
 

@@ -10,8 +10,10 @@ import numpy as np
 from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
 from pmor.machine.coupled import SolvedLoad
+from pmor.machine.coupled_sets import SolvedSet
 from pmor.machine.model import GearboxModel
 from pmor.machine.settings import PlanetarySet
+from pmor.machine.turn_readings import planet_rows, planet_shares
 from pmor.pair.model import gear_pair
 from pmor.report.style import COLOURS, legend_label, new_figure, panels, plot_style
 from pmor.results.load_distribution import line_states
@@ -126,6 +128,24 @@ def set_ste_figure(loads: Sequence[SolvedLoad], number: int) -> Figure:
         curve.set(xlabel="Angle of the sun against the carrier [pitches]", ylabel="STE about its mean [µm]")
         spectrum.set(xlabel="Order of the mesh [-]", ylabel="Amplitude of the STE [µm]")
         spectrum.set_xticks(np.arange(1, SET_ORDERS + 1))
+    return figure
+
+
+def turn_figure(one: SolvedSet) -> Figure:
+    """Loads of the planets of a set over a turn of its carrier, and forces across the rows of their bearings."""
+    assert one.turn is not None
+    share, rows = planet_shares(one.turn, one), planet_rows(one.turn, one)
+    angle, plan = one.turn.angle_deg, one.solution.plan
+    with panels(2, 9.2, 4.2, legend=2) as (figure, (loads, across)):
+        for number, planet in enumerate(plan.planets):
+            colour = COLOURS[number % len(COLOURS)]
+            loads.plot(angle, share.shape[1] * share[:, number], color=colour, label=plan.bodies[planet].name)
+            for row, style in zip(range(rows.shape[2]), ("-", "--", ":", "-.") * rows.shape[2], strict=False):
+                across.plot(angle, 1e-3 * rows[:, number, row], style, color=colour)
+        loads.set(xlabel="Angle of the carrier [°]", ylabel="Load of a planet over the mean [-]")
+        across.set(xlabel="Angle of the carrier [°]", ylabel="Force across a bearing row [kN]")
+        for axes in (loads, across):
+            axes.set_xticks(np.arange(0.0, 361.0, 90.0))
     return figure
 
 

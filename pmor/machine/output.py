@@ -11,7 +11,7 @@ import numpy as np
 from pmor.gear.classical.iso6336 import SLICE_STIFFNESS
 from pmor.machine.bounds import named_bounds
 from pmor.machine.coupled import SolvedLoad
-from pmor.machine.figures import deflection_figure, face_load_figure, set_ste_figure, ste_figure
+from pmor.machine.figures import deflection_figure, face_load_figure, set_ste_figure, ste_figure, turn_figure
 from pmor.machine.fit import Fit
 from pmor.machine.left_out import left_out
 from pmor.machine.loader import GearboxFile
@@ -36,7 +36,11 @@ FILES = (
 )  # fmt: skip
 
 #: further ones of each set, after its name
-SET_FILES = ("gears.png", "shares.png", "ste.png", "gears.vtkhdf")
+SET_FILES = ("gears.png", "shares.png", "ste.png", "turn.png", "gears.vtkhdf")
+def _of_order(order: int) -> Column:
+    return lambda row: row["carrier_orders_N"][order - 1]
+
+
 OF_MESH: Columns = {"load": "load", "mesh": "name"}
 MISALIGNMENT_COLUMNS: Columns = {
     **OF_MESH, "pinion torque [N m]": "torque_Nm",
@@ -56,6 +60,21 @@ SET_COLUMNS: Columns = {
     "STE p-p, rigid [µm]": "rigid_ste_peak_to_peak_um", **heads("k_gamma"), "K_γ, rigid": "rigid_k_gamma",
     **heads("losses_W"),
 }  # fmt: skip
+TURN_COLUMNS: Columns = {
+    "load": "load", "set": "name", "K_γ": lambda row: row["turn"]["k_gamma"],
+    "largest row of a planet's bearings [N]": lambda row: max(one["largest_N"] for one in row["turn"]["planet_rows"]),
+    "over the mean of all rows": lambda row: max(one["largest_over_mean"] for one in row["turn"]["planet_rows"]),
+}
+SUPPORT_COLUMNS: Columns = {
+    "load": "load", "set": "set", "support": "name",
+    **{f"{word} [N]": f"radial_force_{key}_N"
+       for word, key in (("least force across", "min"), ("mean", "mean"), ("largest", "max"))},
+    **{f"order {order} of the carrier [N]": _of_order(order) for order in (1, 2, 3)},
+}  # fmt: skip
+TURN = (
+    "One position to each mesh pitch, solved in order on the law of each bearing: loads that stand in the housing, and "
+    "bearings with their loaded zones, turn against the carrier. K_γ: largest load of a planet over the mean of all."
+)
 OF_SET: Columns = {"load": "load", "set": "set"}
 POWER_COLUMNS: Columns = {"load": "name", **heads("power_W", "losses_W", "efficiency")}
 DUTY_COLUMNS: Columns = {**POWER_COLUMNS, **heads("fraction", "hours")}
@@ -210,6 +229,12 @@ def _set_pictures(loads: Sequence[SolvedLoad], number: int) -> dict[str, list[Pi
         f"Static transmission error of set {name}: mean of all mesh cycles, within their limits, and its orders; "
         "dotted: on rigid supports."
     )
+    if one.turn is not None:
+        turn = (
+            f"Planets {of} over a turn of the carrier: what each takes of the mean, and forces across the rows of its "
+            "bearings."
+        )
+        found.append(Picture(names[3], turn, turn_figure(one), "svg"))
     ste = Picture(names[2], words, set_ste_figure(loads, number), "svg")
     return {"Stiffness and load sharing": found, "Transmission error": [ste]}
 
@@ -250,6 +275,11 @@ def _tables(data: Data) -> dict[str, list[Table]]:
 
     add("Transmission error", "Transmission error and load", MESH_COLUMNS, meshes, MESHES)
     add("Transmission error", "Planetary sets", SET_COLUMNS, sets if meshes else [], SETS)
+    turning = [one for one in sets if one["turn"] is not None]
+    supports = [{**support, "load": one["load"], "set": one["name"]} for one in turning
+                for support in one["turn"]["supports"]]  # fmt: skip
+    add("Stiffness and load sharing", "Planetary sets over a turn of the carrier", TURN_COLUMNS, turning, TURN)
+    add("Shafts and bearings", "Supports over a turn of the carrier", SUPPORT_COLUMNS, supports, TURN)
     add("Root stress", "Root stress", STRESS_COLUMNS, [mesh for mesh in meshes if mesh["root_stress_max_MPa"]], STRESS)
     crude = [mesh for mesh in meshes if mesh["iso_f_sh_um"] is not None]
     add("Flanks", "Beside ISO 6336-1:2006", ISO_COLUMNS, crude, ISO)

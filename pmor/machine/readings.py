@@ -24,6 +24,7 @@ from pmor.machine.set_frame import MEMBERS
 from pmor.machine.settings import LoadCase
 from pmor.machine.ste_parts import parts_data, set_ste_parts, ste_parts
 from pmor.machine.system import Equilibrium
+from pmor.machine.turn_readings import turn_data
 from pmor.pair.losses import mesh_losses, per_second, total
 from pmor.pair.samples import sample_data
 from pmor.results.load_distribution import line_states
@@ -232,6 +233,7 @@ def set_entry(solved: SolvedLoad, one: SolvedSet, speeds_rpm: Mapping[str, float
         **parts_data(set_ste_parts(solved.gearbox, solved.equilibrium, one), own["ste_mean_um"]),
         "planets": planets,
         **{f"rigid_{key}": rigid[key] for key in COMPARED},
+        "turn": turn_data(solved.gearbox, one),
         "supports_uneven_percent": 100.0 * one.uneven,
         "tolerances": sample_data(one.samples, sampled_figures(solution), [1e-3 * one.torque]) if one.samples else None,
     }

@@ -121,7 +121,7 @@ def solve_system(system: System, load: FloatArray) -> Equilibrium:
             return Equilibrium(np.asarray(displacement), np.asarray(reactions), states)
         step = _solved(tangent, added, residual)
         tried = _unbalanced(system, basis, place + step, force)
-        # Of a convex energy a step that still goes downhill at its end lowers it, as where a shaft falls in its clearance.
+        # Of a convex energy, a step that still goes downhill at its end lowers it: a shaft falls in its clearance.
         if np.linalg.norm(tried[0]) < np.linalg.norm(residual) or tried[0] @ step >= 0.0:
             place, (residual, tangent, states) = place + step, tried
             added = 0.0 if added < 1e-9 * np.trace(tangent) else 0.1 * added

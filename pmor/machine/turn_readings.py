@@ -1,0 +1,94 @@
+"""What an engineer reads off a set over a turn of its carrier: load sharing, rows of planet bearings, supports."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from pmor.core.arrays import FloatArray
+from pmor.line.hubs import HUB
+from pmor.machine.carrier_turn import CarrierTurn
+from pmor.machine.coupled_sets import SolvedSet
+from pmor.machine.loaded import LoadedGearbox
+from pmor.machine.set_frame import MEMBERS
+from pmor.sets.pins import PlanetsOnPins
+from pmor.sets.shafts import at_place, shaft_of
+
+# Orders of the carrier's turn that are told.
+ORDERS = 3
+Data = dict[str, Any]
+
+
+def turn_data(gearbox: LoadedGearbox, one: SolvedSet) -> Data | None:
+    """Return what stands in `gearbox.json` of a set over a turn of its carrier; None of one that was not turned.
+
+    `k_gamma` is the largest load of a planet over the mean of all; force of a bearing row over the mean of all rows at
+    that angle; amplitudes of orders of the carrier are those of the force across a support.
+    """
+    turn = one.turn
+    if turn is None:
+        return None
+    share, rows = planet_shares(turn, one), planet_rows(turn, one)
+    return {
+        "angle_deg": turn.angle_deg.tolist(),
+        "converged": bool(turn.converged.all()),
+        "k_gamma": float(share.max() * share.shape[1]),
+        "planet_share": share.T.tolist(),
+        "planet_rows": [
+            {"at_mm": place, "largest_N": float(row.max()), "largest_over_mean": float(row.max() / rows.mean())}
+            for place, row in zip(_pins(one).pin.bearings_mm, rows.transpose(2, 0, 1), strict=True)
+        ],
+        "supports": [
+            {"name": bearing.settings.name, **_force_data(force)}
+            for bearing, force in zip(gearbox.bearings, turn.bearing_force.transpose(1, 0, 2), strict=True)
+        ],
+        "members": {
+            member: {
+                "across_um": (1e3 * moved[:, 1:3]).T.tolist(),
+                "along_um": (1e3 * moved[:, 0]).tolist(),
+                "tilt_mrad": (1e3 * moved[:, 4:]).T.tolist(),
+            }
+            for member, moved in zip(MEMBERS, turn.hub_displacement.transpose(1, 0, 2), strict=True)
+        },
+    }
+
+
+def _force_data(force: FloatArray) -> Data:
+    """Least, mean and largest force across a support, and along its axis, (P, 6); and its orders."""
+    across = np.hypot(force[:, 1], force[:, 2])
+    lines = np.abs(np.fft.rfft(across)[1 : ORDERS + 1]) * 2.0 / len(across)
+    return {
+        "radial_force_min_N": float(across.min()), "radial_force_mean_N": float(across.mean()),
+        "radial_force_max_N": float(across.max()), "axial_force_mean_N": float(force[:, 0].mean()),
+        "carrier_orders_N": lines.tolist(),
+    }  # fmt: skip
+
+
+def _on_planets(one: SolvedSet, wrench: FloatArray) -> FloatArray:
+    """Forces and moments on all planets by those on all bodies (P, B, 6), in axes of the plan, (P, N, 6)."""
+    plan = one.meshing.file.plan
+    found = np.zeros((len(wrench), len(plan.planets), HUB))
+    for number, on in enumerate(shaft_of(plan.bodies)):
+        if on in plan.planets:
+            place = plan.bodies[number].z - plan.bodies[on].z
+            found[:, plan.planets.index(on)] += wrench[:, number] @ at_place(place)
+    return found
+
+
+def planet_shares(turn: CarrierTurn, one: SolvedSet) -> FloatArray:
+    """Return the share of each planet in what the meshes carry around, (P, N)."""
+    force = one.solution.outwards_and_around(_on_planets(one, turn.hub_wrench)[..., :2])[..., 1]
+    return np.asarray(force / force.sum(axis=1, keepdims=True))
+
+
+def planet_rows(turn: CarrierTurn, one: SolvedSet) -> FloatArray:
+    """Return forces across the bearing rows of all planets, (P, N, b), N."""
+    loads = _on_planets(one, turn.hub_wrench + turn.hanging)
+    return np.asarray(np.linalg.norm(_pins(one).on_bearings(loads)[..., :2], axis=-1))
+
+
+def _pins(one: SolvedSet) -> PlanetsOnPins:
+    on_pins = one.meshing.file.plan.on_pins
+    assert on_pins is not None, "of a planetary set"
+    return on_pins
