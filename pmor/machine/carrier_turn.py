@@ -24,15 +24,13 @@ from pmor.machine.loaded import BEARING_ROWS, LoadedGearbox, SetMeshing, row_of
 from pmor.machine.seated import Linearised, SeatedMachine, seated
 from pmor.machine.set_frame import ABOUT, MEMBERS, turned
 from pmor.machine.system import UNITS, Equilibrium
-from pmor.sets.plan import SetPlan
 from pmor.sets.solution import errors_of, solve_placed
 
 MOST_STEPS = 60
-# Stiffness that holds rings that lie loose where they are for a step, N/mm.
-LEAST = 1.0
-# Shares of what other loads do to the hubs, one after the other at the first position: a sun that floats may sag by
-# millimetres where its meshes do not hold it.
-RAMP = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 1.0)
+# Stiffness that holds rings that lie loose where they are for a step, at least and at most, N/mm.
+LEAST, MOST = 1.0, 1e12
+# Positions at which the mean of a turn is found, about so many, and by how many angles of the mesh each goes on.
+MEAN_PLACES, LATTICE = 24, 7
 # Forces of the bearings that are left, over the largest one.
 SETTLED = 1e-9
 
@@ -67,6 +65,45 @@ class CarrierTurn:
     converged: BoolArray
 
 
+@dataclass(frozen=True, eq=False)
+class SetPositions:
+    """A set placed at angles over a cycle of its meshes, with what is kept of them from one solution to the next.
+
+    Parameters
+    ----------
+    train : GearTrain
+        On its own supports, all members held.
+    phi : ndarray, shape (A,)
+        Angles of the train, a number of them to each pitch of the first mesh.
+    placed : list of PlacedTrain, length A
+    rows : list of ndarray, shape (N, 18)
+        Wrenches on the members by unit forces in the sections.
+    workspaces : list of Flexibility
+    before : list of LineResults or None
+        Solved last at each angle.
+    """
+
+    train: GearTrain
+    phi: FloatArray
+    placed: list[PlacedTrain]
+    rows: list[FloatArray]
+    workspaces: list[Flexibility]
+    before: list[LineResults | None]
+
+
+def set_positions(one: SetMeshing, train: GearTrain, angles: int) -> SetPositions:
+    """Place a set at so many angles of each pitch, over a cycle of all meshes."""
+    plan = one.file.plan
+    phi = train.meshes[0].pair.meshed.pair.pitch * np.arange(plan.cycle * angles) / angles
+    placed = [train.place(phi[n : n + 1], plan.displacement) for n in range(len(phi))]
+    carried = one.frame.carried.T
+    rows = [np.concatenate([at.on_bodies(mesh, carried) for mesh in at.placed], axis=1)[0] for at in placed]
+    workspaces = [at.workspace() for at in placed]
+    size = len(rows[0])
+    workspaces = [one._replace(further=np.empty((1, size, size))) for one in workspaces]
+    return SetPositions(train, phi, placed, rows, workspaces, [None] * len(placed))
+
+
 @dataclass(frozen=True)
 class _Turning:
     """What does not change from position to position.
@@ -75,10 +112,8 @@ class _Turning:
     ----------
     there : ndarray of int
         Displacements of the members that stand on shafts, of all 18.
-    placed : list of PlacedTrain
-        At one angle each, over a cycle of all meshes.
-    rows : list of ndarray, shape (N, 18)
-        Wrenches on the members by unit forces in the sections.
+    turn : ndarray, shape (18, 18)
+        Axes of the plan in the machine, of all members.
     load : ndarray, shape (1, K)
         On the free movements.
     weights : ndarray, shape (6 B,)
@@ -86,44 +121,38 @@ class _Turning:
     """
 
     one: SetMeshing
-    plan: SetPlan
+    at: SetPositions
     machine: SeatedMachine
     there: IntArray
     turn: FloatArray
-    placed: list[PlacedTrain]
-    rows: list[FloatArray]
-    workspaces: list[Flexibility]
     load: FloatArray
     weights: FloatArray
-    before: list[LineResults | None]
 
     def solve(self, number: int, cycle: int, angle: float, machine: Linearised) -> tuple[FloatArray, FloatArray, bool]:
         """Return the forces in all sections, and the wrench on the members in axes of the machine."""
-        placed, rows = self.placed[number], self.rows[number]
+        at, plan = self.at, self.one.file.plan
+        placed, rows, workspace = at.placed[number], at.rows[number], at.workspaces[number]
         compliance, offset = np.zeros((18, 18)), np.zeros(18)
         compliance[np.ix_(self.there, self.there)], offset[self.there] = machine.compliance, machine.offset
         in_plan = turned(turned(self.turn.T @ compliance @ self.turn, angle).T, angle)
         moved = turned(offset @ self.turn, angle)
         weights = turned(self.weights, angle)
         moved[ABOUT] = 0.0
-        workspace = self.workspaces[number]._replace(further=(rows @ in_plan @ rows.T)[None])
-        train, shares = placed.train, (1.0,) if self.before[number] is not None else RAMP
-        for share in shares:
-            off = share * (self.one.frame.carried @ moved + train.compliance @ weights)
-            load = self.load + share * (train.free @ weights)[None]
-            plan = replace(self.plan, displacement=self.plan.displacement + off)
-            found = solve_placed(placed, load, errors_of(plan, placed, cycle), cycle, workspace, self.before[number])
-            if found.converged.all():
-                self.before[number] = found
+        np.matmul(rows @ in_plan, rows.T, out=workspace.further[0])
+        off = self.one.frame.carried @ moved + at.train.compliance @ weights
+        plan = replace(plan, displacement=plan.displacement + off)
+        load, errors = self.load + (at.train.free @ weights)[None], errors_of(plan, placed, cycle)
+        found = solve_placed(placed, load, errors, cycle, workspace, at.before[number])
+        if found.converged.all():
+            at.before[number] = found
         wrench = turned(found.force[0, 0] @ rows, -angle)
         return found.force[0, 0], (self.turn @ wrench)[self.there], bool(found.converged[0, 0])
 
 
 def carrier_turn(
-    gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int, train: GearTrain, torque: float,
-    positions: int = 1,
-) -> CarrierTurn:  # fmt: skip
-    """Solve a set over a turn of its carrier.
+    gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int, torque: float, at: SetPositions
+) -> CarrierTurn:
+    """Solve a set over a turn of its carrier, at the start of each pitch of its first mesh.
 
     Parameters
     ----------
@@ -131,44 +160,62 @@ def carrier_turn(
         Under its load, with the mean forces of all other meshes.
     number : int
         Of the set.
-    train : GearTrain
-        On its own supports, all members held.
     torque : float
         On the sun, N mm.
-    positions : int
-        To each pitch of the first mesh.
+    at : SetPositions
+        Of this set.
     """
-    one_set = gearbox.sets[number]
-    turning = _turning(gearbox, equilibrium, number, train, torque, positions)
-    machine, rate = turning.machine, train.rates[one_set.housing]
-    pitch = train.meshes[0].pair.meshed.pair.pitch
-    phi = pitch / positions * np.arange(round(2.0 * np.pi / abs(rate * pitch)) * positions)
-    place = np.concatenate([seat.rows @ equilibrium.displacement for seat in gearbox.system.seats] or [np.zeros(0)])
-    seats = [n for n, one in enumerate(gearbox.bearings) if one.law is not None]
+    train, rate = at.train, at.train.rates[gearbox.sets[number].housing]
+    pitch, cycle = train.meshes[0].pair.meshed.pair.pitch, gearbox.sets[number].file.plan.cycle
+    pitches = np.arange(round(2.0 * np.pi / abs(rate * pitch)))
+    each = len(at.phi) // cycle
+    return _turned(
+        _turning(gearbox, equilibrium, number, torque, at), pitches % cycle * each, pitches // cycle * cycle,
+        np.asarray(rate * pitch * pitches, dtype=np.float64),
+    )  # fmt: skip
+
+
+def mean_turn(
+    gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int, torque: float, at: SetPositions
+) -> CarrierTurn:
+    """Solve a set at few positions with the mean of a turn: places of the carrier and of the meshes by a lattice rule.
+
+    Parameters are those of `carrier_turn`. Meshes stand at all angles at which the set is placed, as often each
+    (Korobov 1959): orders of the turn and of the mesh below the number of positions have no share in the mean.
+    """
+    angles = len(at.phi)
+    positions = np.arange(angles * max(1, math.ceil(MEAN_PLACES / angles)))
+    rate = float(at.train.rates[gearbox.sets[number].housing])
+    angle = np.asarray(math.copysign(2.0 * np.pi / len(positions), rate) * positions, dtype=np.float64)
+    return _turned(
+        _turning(gearbox, equilibrium, number, torque, at), positions * LATTICE % angles, 0 * positions, angle
+    )
+
+
+def _turned(turning: _Turning, numbers: IntArray, cycles: IntArray, angles: FloatArray) -> CarrierTurn:
+    """Solve positions one after the other: numbers of placed angles, pitches later, angles of the carrier, (P,)."""
+    one, at, machine = turning.one, turning.at, turning.machine
+    place = machine.start
     forces, hanging, members, hubs, loads, settled = [], [], [], [], [], []
-    for step, angle in enumerate(rate * phi):
-        number, cycle = step % len(turning.placed), step // len(turning.placed) * turning.plan.cycle
+    for number, cycle, angle in zip(numbers.tolist(), cycles.tolist(), angles.tolist(), strict=True):
         found = _settled(turning, number, cycle, angle, place)
         place = found.place if found.converged else place
         settled.append(found.converged)
-        one = turning.placed[number]
-        wrench = np.zeros((len(train.bodies), HUB))
-        for mesh in one.placed:
+        wrench = np.zeros((len(at.train.bodies), HUB))
+        for mesh in at.placed[number].placed:
             for gear, body in enumerate(mesh.mesh.bodies):
                 wrench[body] += found.force[mesh.part] @ mesh.rows[0, :, gear]
         forces.append(wrench)
         hanging.append(turned(turning.weights, angle).reshape(-1, HUB))
-        members.append(one_set.frame.in_machine(turned(found.force @ turning.rows[number], -angle)))
+        members.append(one.frame.in_machine(turned(found.force @ at.rows[number], -angle)))
         moved = np.zeros(18)
         moved[turning.there] = (machine.at_rest + machine.flexibility @ found.forces)[machine.seats :]
         hubs.append(moved.reshape(3, HUB))
         load = machine.carried @ found.forces + machine.carried_at_rest
-        for seat, state in zip(seats, found.states, strict=True):
+        for seat, state in zip(machine.numbers, found.states, strict=True):
             load[seat, list(BEARING_ROWS)] += state.force
         loads.append(load)
-    return CarrierTurn(
-        np.degrees(np.abs(rate) * phi), *map(np.array, (forces, hanging, members, hubs, loads, settled))
-    )
+    return CarrierTurn(np.degrees(np.abs(angles)), *map(np.array, (forces, hanging, members, hubs, loads, settled)))
 
 
 class _Settled(NamedTuple):
@@ -197,17 +244,17 @@ def _settled(turning: _Turning, number: int, cycle: int, angle: float, place: Fl
             place, states, left, added = tried, after, error, max(0.1 * added, LEAST)
             if error < SETTLED:
                 return _Settled(place, states, force, machine.forces_at(place, states, wrench), True)
+        elif added > MOST:
+            break
         else:
             added *= 10.0
     return _Settled(place, states, force * np.nan, machine.forces_at(place, states, wrench) * np.nan, False)
 
 
 def _turning(
-    gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int, train: GearTrain, torque: float,
-    positions: int,
-) -> _Turning:  # fmt: skip
+    gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int, torque: float, at: SetPositions
+) -> _Turning:
     one = gearbox.sets[number]
-    plan = one.file.plan
     still = gearbox.load + gearbox.weight
     for force, mesh in zip(equilibrium.reactions[gearbox.reactions["meshes"]], gearbox.meshes, strict=True):
         still = still + force * row_of(mesh.hubs, mesh.wrenches, len(still))
@@ -218,13 +265,6 @@ def _turning(
             still = still + amount * row_of(meshing.hubs, meshing.wrenches, len(still))
     hubs = [hub for hub in one.hubs if hub is not None]
     there = np.concatenate([HUB * n + np.arange(HUB) for n, hub in enumerate(one.hubs) if hub is not None])
-    pitch = train.meshes[0].pair.meshed.pair.pitch
-    phi = np.array([pitch * n / positions for n in range(plan.cycle * positions)])
-    placed = [train.place(phi[n : n + 1], plan.displacement) for n in range(len(phi))]
-    carried = one.frame.carried
-    rows = [np.concatenate([at.on_bodies(mesh, carried.T) for mesh in at.placed], axis=1)[0] for at in placed]
-    return _Turning(
-        one, plan, seated(gearbox, equilibrium, hubs, still), there,
-        np.asarray(np.kron(np.eye(len(MEMBERS)), one.frame.turn), dtype=np.float64), placed, rows,
-        [at.workspace() for at in placed], (torque * plan.load)[None], one.hanging_in_plan, [None] * len(placed),
-    )  # fmt: skip
+    turn = np.asarray(np.kron(np.eye(len(MEMBERS)), one.frame.turn), dtype=np.float64)
+    load = (torque * one.file.plan.load)[None]
+    return _Turning(one, at, seated(gearbox, equilibrium, hubs, still), there, turn, load, one.hanging_in_plan)

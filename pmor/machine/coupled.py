@@ -23,7 +23,8 @@ from pmor.gear.condition import Condition
 from pmor.gear.pair import GearPair
 from pmor.line.hubs import HUB, Hubs, mean_wrench
 from pmor.line.several import GearTrain
-from pmor.machine.coupled_sets import SolvedSet, mean_wrenches, solved_sets
+from pmor.machine.carrier_turn import SetPositions
+from pmor.machine.coupled_sets import SolvedSet, mean_wrenches, placed_sets, solved_sets
 from pmor.machine.fixed_point import Mixing
 from pmor.machine.groups import GroupKey, PlacedGroup, group_under, mesh_sweep
 from pmor.machine.hub_compliance import compliance_below
@@ -150,7 +151,7 @@ def solve_load(
     GeometryError
     """
     gearbox = loaded(model, load) if start is None else start
-    mixing = Mixing()
+    mixing, positions = Mixing(), placed_sets(gearbox, trains)
     for _ in range(MOST_ROUNDS):
         equilibrium = gearbox.solve()
         moved, meshes = 0.0, list[Meshing]()
@@ -174,11 +175,11 @@ def solve_load(
         after = before.copy()
         for number, one in enumerate(gearbox.sets if trains else ()):
             after[number] = one.scale * mean_wrenches(
-                gearbox, equilibrium, number, trains[one.settings.name], executor
+                gearbox, equilibrium, number, trains[one.settings.name], positions.get(number), executor
             )
         settled = float(np.abs(after - before).max(initial=0.0)) < SETS_SETTLED
         if moved < SETTLED and settled:
-            return _solved(load, gearbox, equilibrium, pairs, angles, trains, executor)
+            return _solved(load, gearbox, equilibrium, pairs, angles, trains, positions, executor)
         gearbox = replace(gearbox, meshes=tuple(meshes))
         if not settled:
             mixed = mixing.next(before.ravel(), after.ravel()).reshape(before.shape)
@@ -245,7 +246,7 @@ def _close_torques(mean: FloatArray, pair: GearPair) -> None:
 
 def _solved(
     load: LoadCase, gearbox: LoadedGearbox, equilibrium: Equilibrium, pairs: Mapping[str, ReducedPair], angles: int,
-    trains: Trains, executor: Executor | None,
+    trains: Trains, positions: Mapping[int, SetPositions], executor: Executor | None,
 ) -> SolvedLoad:  # fmt: skip
     """Sweep all meshes in equilibrium; those that share gears where their trains are there."""
     meshes, groups = dict[int, SolvedMesh](), dict[GroupKey, SetSolution]()
@@ -267,7 +268,7 @@ def _solved(
             mesh, force = gearbox.meshes[number], mesh_force(gearbox, equilibrium, number)
             hubs = hubs_of(gearbox, equilibrium, mesh, force)
             meshes[number] = _solved_mesh(mesh, force, hubs, mesh_sweep(placed, solution, place, coarse))
-    sets = solved_sets(gearbox, equilibrium, trains, executor)
+    sets = solved_sets(gearbox, equilibrium, trains, positions, executor)
     swept = tuple(meshes[number] for number in sorted(meshes))
     return SolvedLoad(load, gearbox, equilibrium, swept, sets=sets, groups=groups)
 

@@ -21,7 +21,7 @@ from pmor.core.arrays import ComplexArray, FloatArray
 from pmor.core.errors import ConvergenceError
 from pmor.line.hubs import HUB
 from pmor.line.several import GearTrain, Workspaces
-from pmor.machine.carrier_turn import CarrierTurn, carrier_turn
+from pmor.machine.carrier_turn import CarrierTurn, SetPositions, carrier_turn, mean_turn, set_positions
 from pmor.machine.groups import GroupKey
 from pmor.machine.hub_compliance import compliance_below
 from pmor.machine.loaded import LoadedGearbox, SetMeshing
@@ -35,6 +35,8 @@ from pmor.sets.tolerances import solve_samples
 
 # Angles of a pitch over which the mean wrench of a set is found.
 MEAN_ANGLES = 16
+# The same where the carrier turns on rolling bearings.
+MEAN_PHASES = 4
 # Places of the housing around the carrier over which that is found: orders of its turn below them have no share in it.
 MEAN_PLACES = 12
 # Displacements of hubs by other loads that are round-off, mm.
@@ -90,9 +92,19 @@ def set_torque(gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int) ->
     return float(equilibrium.reactions[gearbox.reactions["sets"]][number])
 
 
+def placed_sets(gearbox: LoadedGearbox, trains: Mapping[Any, GearTrain]) -> dict[int, SetPositions]:
+    """Place the sets that are solved over a turn of their carrier, by number: those on rolling bearings.
+
+    The same serves all solutions of a load.
+    """
+    turning = [n for n, one in enumerate(gearbox.sets if trains and gearbox.system.seats else ()) if one.turns]
+    return {n: set_positions(gearbox.sets[n], trains[gearbox.sets[n].settings.name], MEAN_PHASES) for n in turning}
+
+
 def mean_wrenches(
-    gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int, train: GearTrain, executor: Executor | None = None
-) -> FloatArray:
+    gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int, train: GearTrain,
+    positions: SetPositions | None = None, executor: Executor | None = None,
+) -> FloatArray:  # fmt: skip
     """Return the mean wrenches of a set on its hubs by a unit torque on the sun, in axes of the machine, (3, 6).
 
     An executor of threads shares out angles.
@@ -102,8 +114,8 @@ def mean_wrenches(
     ConvergenceError
     """
     one, torque = gearbox.sets[number], set_torque(gearbox, equilibrium, number)
-    if one.turns and gearbox.system.seats:
-        turn = carrier_turn(gearbox, equilibrium, number, train, torque)
+    if positions is not None:
+        turn = mean_turn(gearbox, equilibrium, number, torque, positions)
         if not turn.converged.all():
             raise ConvergenceError(f"{_where(one, torque)}: no equilibrium over the turn of its carrier", [])
         mean = one.frame.in_plan(turn.member_wrench.mean(axis=0)) / torque
@@ -154,13 +166,19 @@ def _where(one: SetMeshing, torque: float) -> str:
 
 
 def solved_sets(
-    gearbox: LoadedGearbox, equilibrium: Equilibrium, trains: Mapping[Any, GearTrain], executor: Executor | None = None
-) -> tuple[SolvedSet, ...]:
-    """Solve all sets over their mesh cycles on what their hubs stand on; an executor of threads shares out angles."""
+    gearbox: LoadedGearbox, equilibrium: Equilibrium, trains: Mapping[Any, GearTrain],
+    positions: Mapping[int, SetPositions], executor: Executor | None = None,
+) -> tuple[SolvedSet, ...]:  # fmt: skip
+    """Solve all sets over their mesh cycles on what their hubs stand on; an executor of threads shares out angles.
+
+    Sets on rolling bearings stand at the mean of a turn there: over a turn their bearings change, and are solved.
+    """
     found = []
     for number, one in enumerate(gearbox.sets if trains else ()):
         torque = set_torque(gearbox, equilibrium, number)
         on = _supported(gearbox, equilibrium, one, torque, trains[one.settings.name])
+        if number in positions:
+            on = on._replace(plan=replace(on.plan, in_housing=None), pitches=one.file.pitches)
         angles = one.file.angles_per_pitch
         solution = solve_set(on.plan, on.train, np.array([1e-3 * torque]), angles, on.pitches, executor)
         if (coarse := trains.get(GroupKey(one.settings.name, ()).on_half)) is not None:
@@ -169,8 +187,11 @@ def solved_sets(
         cycles = on.pitches if on.plan.in_housing is not None else 1
         samples = solve_samples(one.file, solution, executor, cycles)
         turn = None
-        if one.turns and (gearbox.system.seats or one.hanging.any() or on.plan.in_housing is not None):
-            turn = carrier_turn(gearbox, equilibrium, number, trains[one.settings.name], torque)
+        at = positions.get(number)
+        if at is None and one.turns and on.plan.in_housing is not None:
+            at = set_positions(one, trains[one.settings.name], 1)
+        if at is not None:
+            turn = carrier_turn(gearbox, equilibrium, number, torque, at)
         found.append(SolvedSet(one, torque, solution, on.uneven, samples=samples, turn=turn))
     return tuple(found)
 

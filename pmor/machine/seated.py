@@ -46,6 +46,10 @@ class SeatedMachine:
         A.
     at_rest : ndarray, shape (5 b + n,)
         x_0, of all loads but those on the hubs.
+    numbers : tuple of int
+        Of the bearings, among all supports.
+    start : ndarray, shape (5 b,)
+        Displacements of the inner rings under the mean loads.
     carried, carried_at_rest : ndarray, shape (s, 6, 5 b + n) and (s, 6)
         What shafts press on all supports, these bearings left out: by forces at the places, and at rest.
     """
@@ -54,6 +58,8 @@ class SeatedMachine:
     stand_in: FloatArray
     flexibility: FloatArray
     at_rest: FloatArray
+    numbers: tuple[int, ...]
+    start: FloatArray
     carried: FloatArray
     carried_at_rest: FloatArray
 
@@ -79,17 +85,15 @@ class SeatedMachine:
         for number, state in enumerate(states):
             rows = slice(DOF * number, DOF * (number + 1))
             tangent[rows, rows] = state.stiffness + np.diag(added / UNITS**2)
-        force = self.forces_of(states)
         own, hubs = self.flexibility[:n, :n], self.flexibility[n:, n:]
-        push, stiffer = tangent @ place - force, np.diag(self.stand_in) - tangent
+        push, stiffer = self.stand_in * place - self.forces_of(states), np.diag(self.stand_in) - tangent
         inverse = np.linalg.inv(np.eye(n) - own @ stiffer)
-        offset = inverse @ (self.at_rest[:n] + own @ push)
+        step = inverse @ (self.at_rest[:n] - place + own @ push)
         by_hubs = inverse @ self.flexibility[:n, n:]
         across = self.flexibility[n:, :n]
         compliance = hubs + across @ stiffer @ by_hubs
-        return Linearised(
-            self.at_rest[n:] + across @ (push + stiffer @ offset), 0.5 * (compliance + compliance.T), offset, by_hubs
-        )
+        offset = self.at_rest[n:] + across @ (push + stiffer @ step)
+        return Linearised(offset, 0.5 * (compliance + compliance.T), place + step, by_hubs)
 
     def forces_of(self, states: Sequence[BearingState]) -> FloatArray:
         """Return f, (5 b,)."""
@@ -144,5 +148,6 @@ def seated(gearbox: LoadedGearbox, equilibrium: Equilibrium, hubs: Sequence[int]
     whole = np.array(carried)
     return SeatedMachine(
         tuple(seat.bearing for seat in system.seats), np.tile(FIRST_GUESS * UNITS**-2, len(system.seats)),
-        rows @ moved[:, :-1], rows @ moved[:, -1], whole[..., :-1], whole[..., -1],
+        rows @ moved[:, :-1], rows @ moved[:, -1], tuple(n for n, one in enumerate(gearbox.bearings) if one.law),
+        rows[: DOF * len(system.seats)] @ equilibrium.displacement, whole[..., :-1], whole[..., -1],
     )  # fmt: skip

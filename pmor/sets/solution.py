@@ -35,6 +35,8 @@ from pmor_online.mesh_error import error_percent
 NO_ROWS: IntArray = np.empty(0, dtype=np.int64)
 # Mean force of a mesh, over that of the one that carries most.
 NOTHING = 1e-9
+# Of the deviations of hubs, that are taken in steps.
+LEAST_SHARE = 1e-2
 
 
 class FaceLoads(NamedTuple):
@@ -397,12 +399,31 @@ def solve_placed(
     placed: PlacedTrain, loads: FloatArray, deviation: FloatArray = NONE, pitch: int = 0,
     workspace: Flexibility | None = None, before: LineResults | None = None,
 ) -> LineResults:  # fmt: skip
-    """Solve a train at its angles, as `PlacedTrain.solve`; NaN where not converged, or beyond the range of contact."""
+    """Solve a train at its angles, as `PlacedTrain.solve`; NaN where not converged, or beyond the range of contact.
+
+    Hubs that stand off by far more than flanks give way, such as a heavy sun that floats, are taken there in steps.
+    """
     found = placed.solve(loads, deviation, pitch, workspace, before)
+    if deviation.size and not found.converged.all():
+        found = _approached(placed, loads, deviation, pitch, workspace)
     for one in placed.placed:
         found.converged[width_limit(one.mesh.pair.meshed, one.lines.law).exceeded(found.force[..., one.part])] = False
     for values in (found.movement, found.force):
         values[~found.converged] = np.nan
+    return found
+
+
+def _approached(
+    placed: PlacedTrain, loads: FloatArray, deviation: FloatArray, pitch: int, workspace: Flexibility | None
+) -> LineResults:
+    """Solve a train from one without deviations on, each of whose states begins from the one before."""
+    found, share, step = placed.solve(loads, NONE, pitch, workspace), 0.0, 1.0
+    while share < 1.0:
+        tried = placed.solve(loads, min(share + step, 1.0) * deviation, pitch, workspace, found)
+        if tried.converged.all() or step < LEAST_SHARE:
+            found, share, step = tried, share + step, 2.0 * step
+        else:
+            step *= 0.5
     return found
 
 

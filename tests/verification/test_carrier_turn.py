@@ -1,12 +1,12 @@
-"""Sets over a turn of their carrier: linear supports give what a set in its housing gives, clearances vanish into springs,
-forces balance at every angle, and a heavy shaft rests where statics puts it."""
+"""Sets over a turn of their carrier: linear supports give what a set in its housing gives, clearances vanish into
+springs, forces balance at every angle, and a heavy shaft rests where statics puts it."""
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from pmor.body.play import BearingWithPlay
-from pmor.machine.carrier_turn import carrier_turn
+from pmor.machine.carrier_turn import carrier_turn, set_positions
 from pmor.machine.coupled_sets import set_torque, solved_sets
 from pmor.machine.loaded import loaded
 from pmor.machine.loader import load
@@ -34,7 +34,8 @@ def heavy(**extra):
     """A reducer whose carrier hangs in two bearings, and whose sun floats on a soft one."""
     return (
         SHAFTS + bearing("A", "sun", 50.0, 1e4) + carrier_bearing("B", 20.0, **extra)
-        + carrier_bearing("C", 55.0, **extra) + LOAD.format(name="drive", torque=300.0, out="carrier", at=60.0) + GRAVITY
+        + carrier_bearing("C", 55.0, **extra)
+        + LOAD.format(name="drive", torque=300.0, out="carrier", at=60.0) + GRAVITY
     )  # fmt: skip
 
 
@@ -54,12 +55,12 @@ def turned(folder, train, text):
     gearbox = loaded(model, model.sections.loads[0])
     equilibrium = gearbox.solve()
     torque = set_torque(gearbox, equilibrium, 0)
-    return gearbox, equilibrium, carrier_turn(gearbox, equilibrium, 0, train, torque)
+    return gearbox, equilibrium, carrier_turn(gearbox, equilibrium, 0, torque, set_positions(gearbox.sets[0], train, 1))
 
 
 def test_on_linear_supports_a_turn_is_the_set_in_its_housing(folder, train):
     gearbox, equilibrium, turn = turned(folder, train, heavy())
-    solution = solved_sets(gearbox, equilibrium, {"stage": train})[0].solution
+    solution = solved_sets(gearbox, equilibrium, {"stage": train}, {})[0].solution
     every = solution.hub_wrench[0, :: solution.angles_per_pitch]
     assert turn.converged.all()
     assert np.ptp(turn.hub_wrench[:, 2], axis=0).max() > 100.0  # weights turn against the carrier

@@ -98,6 +98,7 @@ def solve_lines(lines, rows, meshes, compliance, flexibility, deviation, loads, 
             follows = start == FOLLOWING and d > 0 and results.converged[d - 1, i]
             if follows:
                 follow(loads, d, i, results, force)
+                moved[:] = results.movement[d - 1, i]
             warm = (start == WARM or follows) and np.max(force) > 0.0
             for attempt in range(0 if warm else 1, 3):
                 nearby = start_with(lines, i, meshes, load, held, attempt == 0, force, moved, workspace)

@@ -77,17 +77,22 @@ def follow(loads, d, i, results, force):
 def start_with(lines, i, meshes, load, held, warm, force, moved, workspace):
     """Choose the sections to begin with and their forces, each mesh by itself; return the gap up to which others count.
 
-    Where `warm`, those that `force` holds.
+    Where `warm`, those that `force` holds, at the movements before: where hubs stand off by much more than flanks give
+    way, each mesh by itself does not tell how far its gears turn.
     """
     free, carries, size, depth, first = workspace.free, workspace.carries, len(workspace.free), 0.0, 0
     for k in range(len(moved)):
-        moved[k] = load[k] if held else 0.0
+        moved[k] = load[k] if held else moved[k] if warm else 0.0
     while first < size:
         mesh, last, touch = meshes.mesh[first], first, np.inf
         while last < size and meshes.mesh[last] == mesh:
             touch = min(touch, free[last] / -lines.lever[i, last])
             last += 1
         advance, mean = _expected(lines, i, meshes, load, held, first, touch)
+        if warm:
+            advance = 0.0
+            for k in range(len(moved)):
+                advance += meshes.ahead[mesh, k] * moved[k]
         deepest, count = 0.0, 0
         for n in range(first, last):
             rigid = free[n] + lines.lever[i, n] * advance
