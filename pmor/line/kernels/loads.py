@@ -100,11 +100,16 @@ def solve_lines(lines, rows, meshes, compliance, flexibility, deviation, loads, 
                 follow(loads, d, i, results, force)
                 moved[:] = results.movement[d - 1, i]
             warm = (start == WARM or follows) and np.max(force) > 0.0
-            for attempt in range(0 if warm else 1, 3):
-                nearby = start_with(lines, i, meshes, load, held, attempt == 0, force, moved, workspace)
+            workspace.force_before[:], workspace.moved_before[:] = force, moved
+            for attempt in range(4):
+                from_before, single = attempt % 2 == 0, attempt > 1
+                if from_before and not warm:
+                    continue
+                if from_before:
+                    force[:], moved[:] = workspace.force_before, workspace.moved_before
+                nearby = start_with(lines, i, meshes, load, held, from_before, force, moved, workspace)
                 converged, loose, done, carried = _solve(
-                    lines, rows, meshes, compliance, flexibility, i, load, held, nearby, attempt == 2, force, moved,
-                    workspace,
+                    lines, rows, meshes, compliance, flexibility, i, load, held, nearby, single, force, moved, workspace,
                 )  # fmt: skip
                 steps += done
                 if converged:

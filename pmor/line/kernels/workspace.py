@@ -32,6 +32,8 @@ class Workspace(NamedTuple):
         S, then its upper factor.
     loose : ndarray, shape (K,)
         Work of the loads along what each movement is loose in: N mm or N; 0 where it is held.
+    force_before, moved_before : ndarray, shape (N,) and (K,)
+        Where a solution begins.
     """
 
     free: FloatArray
@@ -45,6 +47,8 @@ class Workspace(NamedTuple):
     step: FloatArray
     stiffness: FloatArray
     loose: FloatArray
+    force_before: FloatArray
+    moved_before: FloatArray
 
 
 @allocating
@@ -55,4 +59,5 @@ def new_workspace(size, count):
         carries=np.empty(size, dtype=np.bool_), active=np.empty(size, dtype=np.int64),
         matrix=np.empty((size + count, size + count + 1)), loaded=np.empty(size), step=np.empty(count),
         stiffness=np.empty((count, count)), loose=np.empty(count),
+        force_before=np.empty(size), moved_before=np.empty(count),
     )  # fmt: skip
