@@ -222,6 +222,9 @@ def set_entry(solved: SolvedLoad, one: SolvedSet, speeds_rpm: Mapping[str, float
     for mesh, other in zip(own["meshes"], rigid["meshes"], strict=True):
         mesh["rigid_k_h_beta"] = other["k_h_beta"]
     planets = [{key: value for key, value in planet.items() if key != "share"} for planet in own["planets"]]
+    turn = turn_data(solved.gearbox, one)
+    if turn is not None and solved.gearbox.system.seats:  # over its mesh cycle the set stands at the mean of the turn
+        own["k_gamma"] = turn["k_gamma"]
     return {
         "name": one.meshing.settings.name,
         "torques_Nm": torques_Nm(one),
@@ -233,7 +236,7 @@ def set_entry(solved: SolvedLoad, one: SolvedSet, speeds_rpm: Mapping[str, float
         **parts_data(set_ste_parts(solved.gearbox, solved.equilibrium, one), own["ste_mean_um"]),
         "planets": planets,
         **{f"rigid_{key}": rigid[key] for key in COMPARED},
-        "turn": turn_data(solved.gearbox, one),
+        "turn": turn,
         "supports_uneven_percent": 100.0 * one.uneven,
         "tolerances": sample_data(one.samples, sampled_figures(solution), [1e-3 * one.torque]) if one.samples else None,
     }
