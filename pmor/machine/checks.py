@@ -26,6 +26,8 @@ from pmor.sets.loader import SetFile
 
 # Of the largest torque through a set over all loads: none.
 NO_TORQUE = 1e-9
+# Clearances, and the stiffness beyond them.
+PLAYS = {"clearance_mm": "radial_N_per_mm", "axial_clearance_mm": "axial_N_per_mm"}
 LONGEST_NAME, NO_FILE_NAME = 60, '/\\:*?"<>|'
 STIFFNESSES = "radial_N_per_mm", "axial_N_per_mm", "tilt_Nmm_per_rad", "torsion_Nmm_per_rad"
 
@@ -85,6 +87,15 @@ class GearboxReader(Reader):
         """Refuse a bearing that is none, or one to a shaft that is not there."""
         where = f'[[bearings]] "{bearing.name}"'
         check_bearing(bearing, where, STIFFNESSES, self.refuse)
+        for key, stiffness in PLAYS.items():
+            if not (play := getattr(bearing, key)):
+                continue
+            if bearing.inner is not None or bearing.catalogue is not None:
+                rule = "is of a bearing by its stiffness: write clearance_mm of its inner geometry, or leave it out"
+                self.refuse(f"{where}: {key} = {play:g}", rule)
+            if isinstance(getattr(bearing, stiffness), str):
+                rule = f"needs the stiffness beyond it: give {stiffness} in N/mm, or leave it out"
+                self.refuse(f"{where}: {key} = {play:g}", rule)
         if bearing.to == HOUSING and bearing.couples:
             rule = f'couples two shafts: name the other one in to, or write torque_Nm = "balance" for the {HOUSING}'
             self.refuse(f"{where}: torsion_Nmm_per_rad", rule)

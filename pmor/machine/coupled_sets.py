@@ -117,7 +117,9 @@ def mean_wrenches(
     if positions is not None:
         turn = mean_turn(gearbox, equilibrium, number, torque, positions)
         if not turn.converged.all():
-            raise ConvergenceError(f"{_where(one, torque)}: no equilibrium over the turn of its carrier", [])
+            count = f"{np.count_nonzero(~turn.converged)} of {len(turn.converged)} positions of its carrier"
+            rule = "lower what bends its shafts, or the clearance of their bearings"
+            raise ConvergenceError(f"{_where(one, torque)}: no equilibrium at {count}: {rule}", [])
         mean = one.frame.in_plan(turn.member_wrench.mean(axis=0)) / torque
     else:
         found = _supported(gearbox, equilibrium, one, torque, train)

@@ -8,11 +8,12 @@ import numpy as np
 from scipy.linalg import null_space
 
 from pmor.body.beam import NODE
+from pmor.body.play import BearingWithPlay
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.machine.loaded import ABOUT_AXIS, LoadedGearbox
 from pmor.machine.system import ARM, UNITS, Equilibrium, tangent_of
 
-# Stiffness by which a bearing that carries nothing holds its shaft in the linearised machine, N/mm.
+# Least stiffness by which a bearing holds its shaft where it lies loose in the linearised machine, N/mm.
 LOOSE = 1.0
 
 
@@ -43,9 +44,16 @@ def fields_below(gearbox: LoadedGearbox, equilibrium: Equilibrium, hubs: Sequenc
     basis = scale[:, None] * null_space(np.array(held) * scale)
     tangent = tangent_of(system, equilibrium.bearings)
     for seat, state in zip(system.seats, equilibrium.bearings, strict=True):
-        if not state.stiffness.any():  # what lies loose in its clearance
-            tangent += LOOSE * seat.rows.T @ (seat.rows / UNITS[:, None] ** 2)
+        if isinstance(seat.bearing, BearingWithPlay) or not state.stiffness.any():
+            tangent += seat.rows.T @ _held(state.stiffness) @ seat.rows
     return np.asarray(basis @ np.linalg.solve(basis.T @ tangent @ basis, basis[_places(hubs)].T))
+
+
+def _held(stiffness: FloatArray) -> FloatArray:
+    """Return what holds an inner ring where it lies loose in its clearance, by its stiffness, (5, 5)."""
+    values, ways = np.linalg.eigh(stiffness * np.outer(UNITS, UNITS))
+    ways = ways / UNITS[:, None]
+    return np.asarray(ways @ np.diag(np.maximum(LOOSE - values, 0.0)) @ ways.T)
 
 
 def _places(hubs: Sequence[int]) -> IntArray:

@@ -230,7 +230,7 @@ def set_entry(solved: SolvedLoad, one: SolvedSet, speeds_rpm: Mapping[str, float
         "torques_Nm": torques_Nm(one),
         "speeds_rpm": speeds,
         "mesh_frequency_Hz": None if speeds is None else mesh_frequency_Hz(file.teeth[0], speeds),
-        "converged": bool(solution.converged.all()),
+        "converged": bool(solution.converged.all()) and (turn is None or turn["converged"]),
         "pitches": solution.pitches,
         **{key: value for key, value in own.items() if key not in SERIES},
         **parts_data(set_ste_parts(solved.gearbox, solved.equilibrium, one), own["ste_mean_um"]),

@@ -11,6 +11,7 @@ from pmor.machine.coupled_sets import set_torque, solved_sets
 from pmor.machine.loaded import loaded
 from pmor.machine.loader import load
 from pmor.machine.set_frame import MEMBERS
+from pmor.machine.system import solve_system
 from pmor.sets.run import train_of
 from tests.support.set_gearboxes import EVEN_SET, LOAD, SHAFTS, bearing, written_reducer
 
@@ -98,6 +99,24 @@ def test_a_heavy_shaft_rests_at_half_its_clearance_and_what_its_springs_give(fol
         force, place = -state.force[2], -(bearing_.rows @ moved.displacement)[2]
         assert force > 1e4
         assert_allclose(place, 0.05 + force / STIFFNESS, rtol=1e-6)
+
+
+def test_a_turn_of_the_carrier_returns_to_its_start(folder, train):
+    gearbox, equilibrium, first = turned(folder, train, heavy(clearance_mm=0.02))
+    at, torque = set_positions(gearbox.sets[0], train, 1), set_torque(gearbox, equilibrium, 0)
+    carrier_turn(gearbox, equilibrium, 0, torque, at)
+    again = carrier_turn(gearbox, equilibrium, 0, torque, at)  # from the states of the turn before
+    size = np.abs(first.bearing_force).max()
+    assert_allclose(again.bearing_force, first.bearing_force, rtol=0.0, atol=SETTLED * size)
+
+
+def test_weights_superpose_on_linear_supports(folder):
+    gearbox = loaded((model := load(written_reducer(folder, heavy(), ON_SPRINGS)).model), model.sections.loads[0])
+    system = gearbox.system
+    parts = [solve_system(system, part).displacement for part in (gearbox.load, gearbox.weight)]
+    both = solve_system(system, gearbox.load + gearbox.weight).displacement
+    assert np.abs(parts[1]).max() > 1e-3
+    assert_allclose(parts[0] + parts[1], both, rtol=0.0, atol=ROUND_OFF * np.abs(both).max())
 
 
 def test_a_bearing_with_play_has_the_derivative_of_its_force():

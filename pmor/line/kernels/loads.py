@@ -109,7 +109,8 @@ def solve_lines(lines, rows, meshes, compliance, flexibility, deviation, loads, 
                     force[:], moved[:] = workspace.force_before, workspace.moved_before
                 nearby = start_with(lines, i, meshes, load, held, from_before, force, moved, workspace)
                 converged, loose, done, carried = _solve(
-                    lines, rows, meshes, compliance, flexibility, i, load, held, nearby, single, force, moved, workspace,
+                    lines, rows, meshes, compliance, flexibility, i, load, held, nearby, single, force, moved,
+                    workspace,
                 )  # fmt: skip
                 steps += done
                 if converged:
