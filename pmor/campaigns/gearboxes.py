@@ -29,7 +29,7 @@ from pmor.case.schema import SECTIONS
 from pmor.core.errors import CaseError, ConvergenceError, PmorError
 from pmor.core.ranges import Place
 from pmor.dynamics.whine.readings import bearing_names
-from pmor.dynamics.whine.run import about_loads, speeds_of
+from pmor.dynamics.whine.run import about_loads, loads_of, speeds_of
 from pmor.gear.inertia import Inertia
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.loader import GearboxFile
@@ -218,9 +218,9 @@ def _solve(text: str, name: str, store: Store, keys: tuple[str, ...]) -> Solved:
 def forces_in_motion(file: GearboxFile, kept: KeptGear) -> dict[str, float]:
     """Return the largest forces of meshes and bearings over loads and speeds, rms of all lines, and the power."""
     refuse_beyond(file, "dynamics")
-    loads, about = about_loads(file, kept, speeds_of(file))
+    about = about_loads(file, kept, speeds_of(file))
     found = dict[str, float]()
-    for response in map(about, loads):
+    for response in map(about, loads_of(file)):
         power = sum(response.power(source.lines, source).sum(axis=1) for source in response.sources)
         names = [f"{name}.mesh_force_N" for name in response.mesh_names]
         names += [f"{name}.bearing_force_N" for name in bearing_names(response)]

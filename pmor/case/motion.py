@@ -61,6 +61,8 @@ class Motion:
     motion : {"linear", "nonlinear"}
         "linear": small motion, flanks stay in contact. "nonlinear", of gearboxes: besides, motion of flanks that part,
         of meshes of two gears whose least force is not above zero in the linear answer.
+    loads : tuple of str
+        Names of the loads about which motion is found, of a set its torques as in "100 N m"; all without it.
     """
 
     speed_range_rpm: Annotated[tuple[float, ...], ranges.Range(1e-3, 1e7, "rpm", in_order=True)] | None = None
@@ -70,6 +72,7 @@ class Motion:
     damping_ratio: Annotated[float, ranges.Range(0.0, 0.5, low_excluded=True)] = 0.02
     mesh_stiffness: Literal["varying", "mean"] = "varying"
     motion: Literal["linear", "nonlinear"] = "linear"
+    loads: tuple[str, ...] = ()
 
     def over(self, speeds_rpm: Iterable[float | None]) -> FloatArray | None:
         """Return the speeds that are asked for, rpm; None where neither `[dynamics]` nor a load says any."""

@@ -167,7 +167,7 @@ def _motion(file: GearboxFile) -> Iterator[str]:
     motion = said.dynamics
     if motion.over(load.speed_rpm for load in said.loads) is None:
         return
-    loads, meshes = len(said.loads), len(file.cases) + len(file.model.sets)
+    loads, meshes = len(motion.loads or said.loads), len(file.cases) + len(file.model.sets)
     seconds = loads * (MODES_S + meshes * motion.speeds * motion.harmonics * LINE_S)
     for name, case in file.cases.items():
         positions = case.repeats_after * PER_HARMONIC * motion.harmonics * (loads * CYCLES + CHANGED)

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from pmor.case.capability import refuse_beyond
+from pmor.case.values import did_you_mean
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, ConvergenceError
 from pmor.core.progress import Progress, quietly, stage
@@ -56,13 +57,13 @@ def run(
     OutputError
     """
     refuse_beyond(settings, "dynamics")
-    speeds, step = speeds_of(settings), progress or quietly
+    speeds, step, loads = speeds_of(settings), progress or quietly, loads_of(settings)
     with nullcontext() if folder is None else results_folder(Path(folder), FILES, (), overwrite, settings.inputs):
         kept = kept_beside(None if folder is None else Path(folder), overwrite)
         if isinstance(settings, SetFile):
-            loads, about = _of_set(settings, kept, speeds)
+            about = _of_set(settings, kept, speeds)
         else:
-            loads, about = about_loads(settings, kept, speeds)
+            about = about_loads(settings, kept, speeds)
 
     def found(name: str) -> LoadResponse | str:
         try:
@@ -92,12 +93,11 @@ def about_first_load(file: GearboxFile) -> LoadResponse:
     refuse_beyond(file, "dynamics")
     linear = replace(file.sections, dynamics=replace(file.sections.dynamics, motion="linear"))
     own = replace(file, model=replace(file.model, sections=linear))
-    loads, about = about_loads(own, kept_beside(None), speeds_of(file)[-1:])
-    return about(loads[0])
+    return about_loads(own, kept_beside(None), speeds_of(file)[-1:])(loads_of(file)[0])
 
 
-def about_loads(file: GearboxFile, kept: KeptGear, speeds: FloatArray) -> tuple[list[str], About]:
-    """Return the names of the loads of a gearbox, and what finds motion about one."""
+def about_loads(file: GearboxFile, kept: KeptGear, speeds: FloatArray) -> About:
+    """Return what finds the motion of a gearbox about a load by its name."""
     trained, trains = meshes_and_trains(file, kept)
     loads, modes = {load.name: load for load in file.sections.loads}, KeptModes()
 
@@ -108,18 +108,34 @@ def about_loads(file: GearboxFile, kept: KeptGear, speeds: FloatArray) -> tuple[
         nonlinear = file.sections.dynamics.motion == "nonlinear"
         return replace(response, parting=parting(response, file)) if nonlinear else response
 
-    return list(loads), about
+    return about
 
 
-def _of_set(file: SetFile, kept: KeptGear, speeds: FloatArray) -> tuple[list[str], About]:
-    """Torques of a set, and what finds motion about one."""
+def _of_set(file: SetFile, kept: KeptGear, speeds: FloatArray) -> About:
+    """Return what finds the motion of a set about a torque by its name."""
     plan, names = file.plan, torque_names(file)
     solution = solve_set(plan, train_of(file, kept), first_torques_Nm(file), file.angles_per_pitch, plan.cycle)
 
     def about(name: str) -> LoadResponse:
         return respond_set(file, solution, names.index(name), file.sections.dynamics, speeds)
 
-    return names, about
+    return about
+
+
+def loads_of(file: MovingFile) -> list[str]:
+    """Return the names of the loads about which a file asks for motion.
+
+    Raises
+    ------
+    CaseError
+        Of one that is not there.
+    """
+    there = torque_names(file) if isinstance(file, SetFile) else [load.name for load in file.sections.loads]
+    asked = list(file.sections.dynamics.loads)
+    for name in asked:
+        if name not in there:
+            raise CaseError(f'{file.name}: [dynamics] loads: "{name}" is no load: {did_you_mean(name, there)}')
+    return asked or there
 
 
 def speeds_of(file: MovingFile) -> FloatArray:
