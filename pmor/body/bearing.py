@@ -9,12 +9,16 @@ from typing import NoReturn, Self
 from scipy.optimize import brentq
 
 from pmor.body.bearing_estimate import CatalogueBearing
-from pmor.body.rolling_bearing import RADIAL, TILT, BallBearing, RollerBearing, impossible
+from pmor.body.bearing_faults import InnerGeometry, impossible
+from pmor.body.roller_bearing import RollerBearing, SphericalRollerBearing
+from pmor.body.rolling_bearing import RADIAL, TILT, BallBearing
 from pmor.core.ranges import Stiffness, TiltStiffness
 
 # Keys of kinds; those of them that are solved under each load.
-SOLVED = ("ball", "roller")
+SOLVED = ("ball", "roller", "spherical_roller")
 KINDS = (*SOLVED, "catalogue")
+# By which an inner ring is pressed to see what its bearing resists, mm.
+PRESSED_MM = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +29,7 @@ class AnyBearing:
     ----------
     radial_N_per_mm, tilt_Nmm_per_rad : float, "rigid" or "free"
         Of a bearing by its stiffness.
-    ball, roller : BallBearing, RollerBearing
+    ball, roller, spherical_roller : BallBearing, RollerBearing, SphericalRollerBearing
         Of a bearing by its inner geometry.
     catalogue : CatalogueBearing
         Of a bearing by its sizes alone: the stiffness across is estimated under its load, good to a factor of two.
@@ -35,10 +39,11 @@ class AnyBearing:
     tilt_Nmm_per_rad: TiltStiffness = "free"
     ball: BallBearing | None = None
     roller: RollerBearing | None = None
+    spherical_roller: SphericalRollerBearing | None = None
     catalogue: CatalogueBearing | None = None
 
     @property
-    def inner(self) -> BallBearing | RollerBearing | None:
+    def inner(self) -> InnerGeometry | None:
         """Its inner geometry; None of one by its stiffness."""
         return next((inner for kind in SOLVED if (inner := getattr(self, kind)) is not None), None)
 
@@ -58,9 +63,17 @@ class AnyBearing:
         moved = brentq(lambda amount: float(inner.state(RADIAL * amount).force @ RADIAL) - load_N, 0.0, most)
         tangent = inner.state(RADIAL * moved).stiffness
         across, tilt = float(RADIAL @ tangent @ RADIAL), float(TILT @ tangent @ TILT)
-        return replace(
-            self, ball=None, roller=None, radial_N_per_mm=across, tilt_Nmm_per_rad=tilt if tilt > 0.0 else "free"
-        )
+        held = {"radial_N_per_mm": across, "tilt_Nmm_per_rad": tilt if tilt > 0.0 else "free"}
+        return replace(self, **dict.fromkeys(SOLVED), **held)  # type: ignore[arg-type]
+
+
+def holds_tilt(bearing: AnyBearing) -> bool:
+    """Return whether a bearing by its inner geometry resists tilting where its inner ring is pressed across."""
+    inner = bearing.inner
+    if inner is None:
+        return False
+    pressed = inner.state(RADIAL * (abs(inner.clearance_mm) + PRESSED_MM)).stiffness
+    return float(TILT @ pressed @ TILT) > 0.0
 
 
 def check_bearing(bearing: AnyBearing, where: str, stiffness: tuple[str, ...], refuse: Callable[..., NoReturn]) -> None:

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pmor.body.rolling_bearing import DOF, BearingState
+from pmor.body.bearing_rows import DOF
+from pmor.body.rolling_bearing import BearingState
 from pmor.core.arrays import FloatArray
 
-NO_ELEMENTS = np.zeros(0)
+NO_ELEMENTS, NO_ROWS = np.zeros((0, 0, 0)), np.zeros((0, DOF))
 
 
 @dataclass(frozen=True)
@@ -58,4 +59,4 @@ class BearingWithPlay:
                 (1.0 - half / length) * np.eye(2) + half / length * np.outer(normal, normal)
             )
         force[3:], stiffness[[3, 4], [3, 4]] = self.tilt_Nmm_per_rad * displacement[3:], self.tilt_Nmm_per_rad
-        return BearingState(force, stiffness, NO_ELEMENTS, 0.0, math.inf)
+        return BearingState(force, stiffness, NO_ELEMENTS, NO_ROWS, 0.0, math.inf)

@@ -1,16 +1,14 @@
-"""Rolling bearings by their inner geometry: forces and stiffness of ISO/TS 16281:2008.
+"""Rolling bearings by their inner geometry, and those with balls: forces and stiffness of ISO/TS 16281:2008.
 
 Rings are rigid. The inner ring moves by (x, y, z) and tilts by (about y, about z) against the outer one; x is the axis.
-Each ball, and each lamina of a roller, presses both rings together along one normal by the approach delta:
+Each ball presses both rings together along one normal by the approach delta:
 
-    ball      delta = |(r, a)| - A,  r = A cos(alpha) - s / 2 + u_r,  a = A sin(alpha) + u_a,    Q = c_P delta^1.5
-    lamina    delta = u_r cos(alpha) + u_a sin(alpha) - s / 2 cos(alpha) - 2 P,                  q = c_s delta^(10/9)
+    delta = |(r, a)| - A,  r = A cos(alpha) - s / 2 + u_r,  a = A sin(alpha) + u_a,    Q = c_P delta^1.5
 
 with u_r = y cos(psi) + z sin(psi) and u_a = x + R (theta_y sin(psi) - theta_z cos(psi)) at the azimuth psi, R the
-radius of the point of contact, A the distance between the centres of curvature of both raceways, s the radial clearance
-and P the drop of the roller's profile. A lamina at p along its roller is at x = p cos(alpha), R = D_pw / 2 - p
-sin(alpha): tilted, it moves along the radius too. Loads are sums over all elements, and so is the tangent stiffness;
-both follow from one potential, so that the tangent is symmetric. Centrifugal and gyroscopic loads are left out.
+radius of the point of contact, A the distance between the centres of curvature of both raceways, and s the radial
+clearance. Loads are sums over all elements, and so is the tangent stiffness; both follow from one potential, so that
+the tangent is symmetric. Centrifugal and gyroscopic loads are left out. Rollers: `pmor.body.roller_bearing`.
 
 ISO 76:2006 rates a bearing at rest by the pressure of its most loaded element: at C_0 it is 4,200 MPa of balls, 4,000
 MPa of rollers, which leave a permanent deformation of 1e-4 of their diameter. Loads go with the third power of the
@@ -28,31 +26,22 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
-from pmor.body.bearing_estimate import LINE, LINE_LENGTH_EXPONENT, LINE_STIFFNESS
+from pmor.body.bearing_rows import DOF as DOF
+from pmor.body.bearing_rows import BearingRows, azimuths, directions, preload
 from pmor.core.arrays import FloatArray
 from pmor.core.ranges import Length, PoissonRatio, Range
 
-DOF = 5
 # Displacements across, and about an axis across.
 RADIAL, TILT = np.eye(DOF)[1], np.eye(DOF)[3]
-LAMINAE = 41
 POINT = 1.5
-# ISO/TS 16281, 5.4: logarithmic profile of cylindrical and tapered rollers.
-PROFILE = 0.00035
-# ISO/TS 16281 has its stiffness of rollers for steel; its modulus, MPa.
-STEEL_MODULUS, STEEL_RATIO = 207e3, 0.3
 # ISO 76:2006: pressure at which the static load rating is reached, MPa.
-BALL_PRESSURE, ROLLER_PRESSURE = 4200.0, 4000.0
+BALL_PRESSURE = 4200.0
 
 Clearance = Annotated[float, Range(-0.2, 1.0, "mm")]
 ContactAngle = Annotated[float, Range(-90.0, 90.0, "deg")]
 Elements = Annotated[int, Range(3, 400)]
 # Grooves that are closer to the ball than any that is made have ellipses of contact without bounds.
 Osculation = Annotated[float, Range(0.501, 1.0)]
-# Length of the slenderest needles that are made over their diameter, with some reserve (ISO 3096:1996 goes to 10).
-SLENDEREST = 12.0
-# By which elements of full bearings may overlap: their sizes are rounded.
-ROUNDED = 1e-3
 
 
 class BearingState(NamedTuple):
@@ -64,8 +53,10 @@ class BearingState(NamedTuple):
         On the inner ring that moves it so, N and N mm.
     stiffness : ndarray, shape (5, 5)
         Its derivative.
-    element_force : ndarray, shape (n,)
-        Of each rolling element, N.
+    lamina_force : ndarray, shape (r, n, m)
+        Of each rolling element of each row, of rollers by their laminae, N.
+    row_force : ndarray, shape (r, 5)
+        Share of each row in `force`.
     pressure : float
         Largest contact pressure of any of them, on either ring, MPa.
     static_safety : float
@@ -74,9 +65,15 @@ class BearingState(NamedTuple):
 
     force: FloatArray
     stiffness: FloatArray
-    element_force: FloatArray
+    lamina_force: FloatArray
+    row_force: FloatArray
     pressure: float
     static_safety: float
+
+    @property
+    def element_force(self) -> FloatArray:
+        """Of each rolling element, N, row by row, (r n,)."""
+        return np.asarray(self.lamina_force.sum(axis=2).ravel())
 
 
 class PointContact(NamedTuple):
@@ -114,17 +111,17 @@ class RollingBearing(Protocol):
 
 
 @dataclass(frozen=True)
-class BallBearing:
+class BallBearing(BearingRows):
     """Deep-groove or angular-contact ball bearing of steel.
 
     Parameters
     ----------
     balls : int
-        Their number.
+        In a row.
     ball_diameter_mm, pitch_diameter_mm : float
         Of a ball, and of the circle of their centres.
     clearance_mm : float
-        Radial clearance s; negative is preload.
+        Radial internal clearance s, from one side to the other; negative is preload.
     contact_angle_deg : float
         Nominal; positive takes thrust of the inner ring along +x, negative along -x, 0 both.
     inner_osculation, outer_osculation : float
@@ -132,7 +129,22 @@ class BallBearing:
     youngs_modulus_GPa, poisson_ratio : float
         Of balls and rings.
     first_ball_deg : float
-        Azimuth of a ball, from y towards z.
+        Azimuth of a ball, from y towards z; each further row stands half a pitch on.
+    rows : int
+        Of rolling elements.
+    row_spacing_mm : float
+        From the middle of one row to that of the next; `at_mm` is the middle of all.
+    arrangement : {"tandem", "back_to_back", "face_to_face"}
+        All rows take thrust along the same way, or two of them each one way: back to back (O) the normals of both
+        meet the axis outside of the rows, face to face (X) between them.
+    axial_preload_mm : float
+        By how much the inner ring of each row is pushed into the outer one along the axis, beyond where the clearance
+        has it; negative leaves play. It needs a contact angle, whose sign says which way.
+    axial_preload_N : float
+        The force that pushes it there, in place of the way: what a row carries where shaft and housing do not move.
+        It uses up the clearance.
+    dynamic_rating_N : float or None
+        C of the whole bearing, for its life; None is by its geometry, ISO 281.
     """
 
     balls: Elements
@@ -149,7 +161,22 @@ class BallBearing:
     @property
     def words(self) -> str:
         """What it is."""
-        return f"{self.balls} balls, ISO/TS 16281"
+        return f"{counted(self.rows, self.balls)} balls, ISO/TS 16281"
+
+    @property
+    def count(self) -> int:
+        """Balls in a row."""
+        return self.balls
+
+    @property
+    def ratio(self) -> float:
+        """gamma."""
+        return self.ball_diameter_mm * math.cos(math.radians(self.contact_angle_deg)) / self.pitch_diameter_mm
+
+    @property
+    def azimuth(self) -> FloatArray:
+        """Of all balls, (r, n), rad."""
+        return azimuths(self.balls, self.rows, self.first_ball_deg)
 
     @property
     def element_mm(self) -> tuple[float, float]:
@@ -159,7 +186,7 @@ class BallBearing:
     @cached_property
     def contacts(self) -> tuple[PointContact, PointContact]:
         """Contacts of a ball with the inner and the outer raceway."""
-        gamma = self.ball_diameter_mm * math.cos(math.radians(self.contact_angle_deg)) / self.pitch_diameter_mm
+        gamma = self.ratio
         inner = _point_contact(self.ball_diameter_mm, gamma / (1.0 - gamma), self.inner_osculation)
         return inner, _point_contact(self.ball_diameter_mm, -gamma / (1.0 + gamma), self.outer_osculation)
 
@@ -177,15 +204,27 @@ class BallBearing:
         """Return the larger pressure of a ball's contacts with both raceways, MPa, under a load, N."""
         return max(contact.pressure(load, self.modulus) for contact in self.contacts)
 
+    @cached_property
+    def _directions(self) -> tuple[FloatArray, FloatArray]:
+        """Rows that take a displacement of the inner ring to u_r and u_a of all balls, (r n, 5) each."""
+        rise = (self.inner_osculation - 0.5) * self.ball_diameter_mm * math.cos(math.radians(self.contact_angle_deg))
+        both = zip(self.azimuth, self.row_maps, strict=True)
+        parts = [directions(azimuth, 0.5 * self.pitch_diameter_mm + rise) + (turn,) for azimuth, turn in both]
+        radial, axial = (np.concatenate([part[way] @ part[2] for part in parts]) for way in (0, 1))
+        return radial, axial
+
+    @cached_property
+    def pushed(self) -> float:
+        """Axial preload of a row along +x, mm."""
+        return preload(self)
+
     def state(self, displacement: FloatArray) -> BearingState:
         """Return force and stiffness under a displacement, shape (5,), mm and rad."""
         angle, diameter = math.radians(self.contact_angle_deg), self.ball_diameter_mm
         distance = (self.inner_osculation + self.outer_osculation - 1.0) * diameter
-        groove_radius = 0.5 * self.pitch_diameter_mm + (self.inner_osculation - 0.5) * diameter * math.cos(angle)
-        azimuth = math.radians(self.first_ball_deg) + 2.0 * math.pi * np.arange(self.balls) / self.balls
-        radial, axial = directions(azimuth, groove_radius)
+        radial, axial = self._directions
         r = distance * math.cos(angle) - 0.5 * self.clearance_mm + radial @ displacement
-        a = distance * math.sin(angle) + axial @ displacement
+        a = distance * math.sin(angle) + self.pushed + axial @ displacement
         length = np.hypot(r, a)
         normal = (r[:, None] * radial + a[:, None] * axial) / length[:, None]
         load, slope = power_law(self.stiffness_constant, length - distance, POINT)
@@ -194,126 +233,11 @@ class BallBearing:
         for direction in (radial, axial):
             stiffness += np.einsum("n,ni,nj->ij", turning, direction, direction)
         pressure = self.pressure(float(load.max()))
-        return BearingState(load @ normal, stiffness, load, pressure, _safety(BALL_PRESSURE, pressure, 3))
-
-
-@dataclass(frozen=True)
-class RollerBearing:
-    """Cylindrical or tapered roller bearing of steel, its rollers cut into laminae.
-
-    Parameters
-    ----------
-    rollers : int
-        Their number.
-    roller_diameter_mm, effective_length_mm, pitch_diameter_mm : float
-        Of a roller, and of the circle of their centres.
-    clearance_mm : float
-        Radial clearance s; negative is preload.
-    contact_angle_deg : float
-        0 of a cylindrical roller bearing, which takes no thrust; positive takes thrust of the inner ring along +x.
-    laminae : int
-        Odd, so that one is in the middle.
-    logarithmic_profile : bool
-        Of the rollers, after ISO/TS 16281; otherwise cylindrical.
-    first_roller_deg : float
-        Azimuth of a roller, from y towards z.
-    """
-
-    rollers: Elements
-    roller_diameter_mm: Length
-    effective_length_mm: Length
-    pitch_diameter_mm: Length
-    clearance_mm: Clearance = 0.0
-    contact_angle_deg: ContactAngle = 0.0
-    laminae: Annotated[int, Range(1, 1001)] = LAMINAE
-    logarithmic_profile: bool = True
-    first_roller_deg: Annotated[float, Range(-360.0, 360.0, "deg")] = 0.0
-
-    @property
-    def words(self) -> str:
-        """What it is."""
-        return f"{self.rollers} rollers, ISO/TS 16281"
-
-    @property
-    def element_mm(self) -> tuple[float, float]:
-        """Diameter and length of a rolling element."""
-        return self.roller_diameter_mm, self.effective_length_mm
-
-    @property
-    def stiffness_constant(self) -> float:
-        """c_L, N/mm^(10/9) (ISO/TS 16281, eq. 19)."""
-        return float(LINE_STIFFNESS * self.effective_length_mm**LINE_LENGTH_EXPONENT)
-
-    def pressure(self, line_load: float) -> float:
-        """Return the pressure of a roller on the inner raceway, the larger one, MPa, by its line load, N/mm (Hertz)."""
-        gamma = self.roller_diameter_mm * math.cos(math.radians(self.contact_angle_deg)) / self.pitch_diameter_mm
-        radius = 0.5 * self.roller_diameter_mm * (1.0 - gamma)
-        modulus = 0.5 * STEEL_MODULUS / (1.0 - STEEL_RATIO**2)
-        return math.sqrt(line_load * modulus / (math.pi * radius))
-
-    @cached_property
-    def laminae_of_all(self) -> tuple[FloatArray, FloatArray]:
-        """Rows that take a displacement of the inner ring to the approach of each lamina, (n, 5), and their gaps."""
-        angle = math.radians(self.contact_angle_deg)
-        azimuth = math.radians(self.first_roller_deg) + 2.0 * math.pi * np.arange(self.rollers) / self.rollers
-        place = ((np.arange(self.laminae) + 0.5) / self.laminae - 0.5) * self.effective_length_mm
-        drop = np.zeros_like(place)
-        if self.logarithmic_profile and self.laminae > 1:
-            along = 2.0 * place / self.effective_length_mm
-            drop = -PROFILE * self.roller_diameter_mm * np.log1p(-(along**2))
-        psi = np.repeat(azimuth, self.laminae)
-        along_axis = np.tile(place, self.rollers) * math.cos(angle)
-        # The line of laminae is perpendicular to the normal: of positive angles it nears the axis towards +x.
-        radius = 0.5 * self.pitch_diameter_mm - np.tile(place, self.rollers) * math.sin(angle)
-        radial, axial = directions(psi, radius)
-        # A tilted ring moves a lamina off the middle plane along the radius too.
-        radial[:, 3], radial[:, 4] = -along_axis * np.sin(psi), along_axis * np.cos(psi)
-        normal = math.cos(angle) * radial + math.sin(angle) * axial
-        return normal, 0.5 * self.clearance_mm * math.cos(angle) + 2.0 * np.tile(drop, self.rollers)
-
-    def state(self, displacement: FloatArray) -> BearingState:
-        """Return force and stiffness under a displacement, shape (5,), mm and rad."""
-        normal, gap = self.laminae_of_all
-        approach = normal @ displacement - gap
-        load = np.zeros_like(approach)
-        pressed = np.flatnonzero(approach > 0.0)
-        carrying = normal[pressed]
-        load[pressed], slope = power_law(self.stiffness_constant / self.laminae, approach[pressed], LINE)
-        pressure = self.pressure(float(load.max()) * self.laminae / self.effective_length_mm)
+        by_row = (load[:, None] * normal).reshape(self.rows, -1, DOF).sum(axis=1)
         return BearingState(
-            load @ normal, (carrying.T * slope) @ carrying, load.reshape(self.rollers, -1).sum(axis=1), pressure,
-            _safety(ROLLER_PRESSURE, pressure, 2),
+            load @ normal, stiffness, load.reshape(self.rows, -1, 1), by_row, pressure,
+            static_safety(BALL_PRESSURE, pressure, 3),
         )  # fmt: skip
-
-
-def impossible(bearing: BallBearing | RollerBearing) -> tuple[str, str] | None:
-    """Return keys that no bearing has together, with their values, and the rule; None of a possible bearing."""
-    pitch, angle = bearing.pitch_diameter_mm, math.radians(bearing.contact_angle_deg)
-    if isinstance(bearing, BallBearing):
-        name, count, diameter, length = "ball", bearing.balls, bearing.ball_diameter_mm, 0.0
-    else:
-        name, count, diameter = "roller", bearing.rollers, bearing.roller_diameter_mm
-        length = bearing.effective_length_mm
-    room = pitch * math.sin(math.pi / count)
-    if diameter > (1.0 + ROUNDED) * room:
-        keys = f"{name}s = {count}, {name}_diameter_mm = {diameter:g}, pitch_diameter_mm = {pitch:g}"
-        return keys, f"the {name}s overlap: so many have room on that circle up to {room:.4g} mm; correct one of them"
-    if length > SLENDEREST * diameter:
-        rule = f"must be at most {SLENDEREST:g} times roller_diameter_mm = {diameter:g}: correct one of them"
-        return f"effective_length_mm = {length:g}", rule
-    if length * abs(math.sin(angle)) + diameter * math.cos(angle) >= pitch:
-        rule = f"rollers reach the axis inside of pitch_diameter_mm = {pitch:g}: correct one of them"
-        return f"effective_length_mm = {length:g}, contact_angle_deg = {bearing.contact_angle_deg:g}", rule
-    return None
-
-
-def directions(azimuth: FloatArray, radius: FloatArray | float) -> tuple[FloatArray, FloatArray]:
-    """Return the rows that take a displacement of the inner ring to u_r and u_a at some azimuths, shape (n, 5) each."""
-    radial, axial = np.zeros((2, len(azimuth), DOF))
-    radial[:, 1], radial[:, 2] = np.cos(azimuth), np.sin(azimuth)
-    axial[:, 0] = 1.0
-    axial[:, 3], axial[:, 4] = radius * np.sin(azimuth), -radius * np.cos(azimuth)
-    return radial, axial
 
 
 def power_law(constant: float, approach: FloatArray, exponent: float) -> tuple[FloatArray, FloatArray]:
@@ -322,7 +246,13 @@ def power_law(constant: float, approach: FloatArray, exponent: float) -> tuple[F
     return constant * pressed**exponent, constant * exponent * pressed ** (exponent - 1.0)
 
 
-def _safety(permitted: float, pressure: float, exponent: int) -> float:
+def counted(rows: int, count: int) -> str:
+    """Return how many elements there are, in words."""
+    return f"{rows} x {count}" if rows > 1 else str(count)
+
+
+def static_safety(permitted: float, pressure: float, exponent: int) -> float:
+    """Return S_0; infinite without load."""
     return float((permitted / pressure) ** exponent) if pressure > 0.0 else math.inf
 
 

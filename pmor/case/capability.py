@@ -201,6 +201,13 @@ OF_SETS = (
     Limit(_one_way, ("rexs",),
           lambda file: f"gears of sets that are alike from both ends, and their teeth: no {_one_way(file)}"),
 )  # fmt: skip
+
+
+def _beyond_rexs(file: Any) -> str:
+    """Name of a bearing that REXS 2.0 has no words for, or that its reader here does not take."""
+    return next((one.name for one in file.sections.bearings if one.beyond_one_row), "")
+
+
 OF_GEARBOXES = (
     Limit(_always, ("full",), ALL_FE),
     Limit(lambda file: file.model.groups, ("page", "rexs"),
@@ -221,6 +228,9 @@ OF_GEARBOXES = (
     Limit(lambda file: file.model.sets or file.model.shared or _unlike_pitches(file), ("fmu",),
           "meshes of two gears that repeat with each mesh cycle, and have no other mesh, each as a table: leave out "
           "planetary sets, gears in several meshes, and what makes pitches differ"),
+    Limit(_beyond_rexs, ("rexs",),
+          lambda file: "bearings by stiffness without clearance, and by inner geometry of one row without preload "
+          f'along the axis, and "{_beyond_rexs(file)}" is another one: leave that out of it'),
     Limit(lambda file: file.model.turned, ("page",),
           "loads on one side of the flanks: write a gearbox file for each sense"),
 )  # fmt: skip
@@ -238,7 +248,8 @@ NEVER: Mapping[str, tuple[tuple[str, str], ...]] = {
         ("centrifugal loads of rolling elements", "bearings stand still after ISO/TS 16281"),
         ("losses of bearings, seals, churning", "losses are those of the line loads"),
         ("contact of coast flanks", "each mesh is driven by its mean force"),
-        ("damage", "the load spectrum is listed, no life is summed up"),
+        ("damage of gears", "the load spectrum is listed, no life is summed up"),
+        ("modified life of bearings", "L_10r alone: factors for reliability, lubricant and cleanliness are not known"),
     ),
 }
 

@@ -203,6 +203,7 @@ def _bearing(model: GearboxModel, gearbox: LoadedGearbox, bearing: Supported, de
     width, outer = WIDTH * 2.0 * inner, OUTER * inner
     if (geometry := said.inner) is not None:
         size, length = geometry.element_mm
+        length += geometry.row_places[-1] - geometry.row_places[0]
         width, outer = RINGS_ALONG * length, 0.5 * geometry.pitch_diameter_mm + RINGS_ACROSS * size
     if said.to in shafts:
         around = shafts[said.to]

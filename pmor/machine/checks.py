@@ -11,6 +11,7 @@ from itertools import combinations
 import numpy as np
 
 from pmor.body.bearing import check_bearing
+from pmor.body.bearing_faults import overlap
 from pmor.case import Case
 from pmor.case.duty import check_duty
 from pmor.case.motion import check_bodies, check_motion
@@ -48,6 +49,12 @@ class GearboxReader(Reader):
             self.check_place(where, name, place, shafts)
         for bearing in said.bearings:
             self.check_bearing(bearing, shafts)
+        for bearing, beside in combinations(said.bearings, 2):
+            apart = abs(bearing.at_mm - beside.at_mm)
+            if bearing.shaft == beside.shaft and overlap(bearing.inner, beside.inner, apart):
+                places = f"at_mm = {bearing.at_mm:g} and {beside.at_mm:g}"
+                where = f'[[bearings]] "{bearing.name}" and "{beside.name}": {places}'
+                self.refuse(where, "their elements overlap along the shaft: move one, or correct their sizes")
         for one, two in combinations(said.shafts, 2):
             self.check_apart(one, two)
         for mesh in said.meshes:

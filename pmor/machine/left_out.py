@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pmor.body.bearing_life import is_radial
 from pmor.case import capability
 from pmor.case.duty import shares
 from pmor.machine.iso import unknown_arrangements
@@ -39,6 +40,10 @@ def left_out(file: GearboxFile) -> list[tuple[str, str]]:
             found.append((f"losses, {load.name}", "the load has no speed_rpm"))
     if not shares(model.sections.loads):
         found.append(("duty cycle", "loads have neither fraction nor hours"))
-    if all(bearing.law is None for bearing in model.sections.bearings):
-        found.append(("static safety of bearings", "none has its inner geometry"))
+    if all(bearing.inner is None for bearing in model.sections.bearings):
+        found.append(("static safety and life of bearings", "none has its inner geometry"))
+    for bearing in model.sections.bearings:
+        if bearing.inner is not None and not is_radial(bearing.inner):
+            why = "its contact angle is above 45 deg, and it has the rating of a thrust bearing"
+            found.append((f"life of bearing {bearing.name}", why))
     return [*found, *capability.left_out(file)]

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pmor.body.beam import NODE, Beam
+from pmor.body.bearing_faults import InnerGeometry
 from pmor.body.play import BearingWithPlay
-from pmor.body.rolling_bearing import RollingBearing
 from pmor.case import Case
 from pmor.case.coast import other_flank
 from pmor.core.arrays import FloatArray
@@ -58,7 +58,7 @@ class Supported(NamedTuple):
     rows: FloatArray
     rigid: tuple[int, ...]
     springs: FloatArray
-    law: RollingBearing | None
+    law: InnerGeometry | BearingWithPlay | None
 
 
 class SetMeshing(NamedTuple):

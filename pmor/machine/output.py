@@ -18,8 +18,9 @@ from pmor.machine.loader import GearboxFile
 from pmor.machine.readings import Data, duty_entry, load_data
 from pmor.machine.view import machine_figure
 from pmor.pair.losses import duty_data
+from pmor.report.bearing_figure import element_pictures
 from pmor.report.data_sheet import data_sheets
-from pmor.report.machine_tables import LOSS_COLUMNS, LOSSES, of_gear, spectrum_tables, tolerance_table
+from pmor.report.machine_tables import LOSS_COLUMNS, LOSSES, of_gear, rolling_tables, spectrum_tables, tolerance_table
 from pmor.report.page import THEMES, Block, Picture, Warning, by_theme, themed
 from pmor.report.table import Column, Columns, Table, heads, screen_text, table, told_tables
 from pmor.results.load_distribution import PRESSURE
@@ -32,7 +33,7 @@ from pmor.work.results import Report
 #: files of a result beside the bases of its meshes
 FILES = (
     "gearbox.json", "gearbox.md", "report.html", "machine.png", "deflection.png", "ste.png", "face_load.png",
-    "machine.vtkhdf", "gearbox.rexs", "ste.csv", "meshes.csv", "results.h5",
+    "bearings.png", "machine.vtkhdf", "gearbox.rexs", "ste.csv", "meshes.csv", "bearings.csv", "results.h5",
 )  # fmt: skip
 
 #: further ones of each set, after its name
@@ -95,11 +96,6 @@ BEARING_COLUMNS: Columns = {
     **{f"along {axis} [µm]": _component("displacement_um", place) for place, axis in ((1, "y"), (2, "z"), (0, "x"))},
     "tilt about y [mrad]": _component("tilt_mrad", 0), "about z [mrad]": _component("tilt_mrad", 1),
 }  # fmt: skip
-ROLLING_COLUMNS: Columns = {
-    "load": "load", "bearing": "name", **heads("loaded_elements"),
-    "largest force [N]": lambda row: max(row["element_force_N"]),
-    **heads("contact_pressure_max_MPa", "static_safety"),
-}  # fmt: skip
 MISALIGNMENT = (
     "F_β: face width times the difference of the slopes of both hubs along the transverse line of action; positive "
     "where flanks overlap more at the larger x. Rigid: the same pair on rigid supports. Displacements of the wheel's "
@@ -132,10 +128,6 @@ SET_MODEL = (
 )
 STRESS = "Largest principal stress along both fillets over the mesh cycle. Rigid: the same pair on rigid supports."
 BEARINGS = "Of the shaft against what it stands in."
-ROLLING = (
-    "Of bearings by inner geometry. Static safety: C_0 / P_0 by the pressure of the most loaded element; at C_0 "
-    "ISO 76:2006 has 4,200 MPa of balls, 4,000 MPa of rollers."
-)
 SETS = (
     "By how much the sun runs ahead along its line of action, the rotations of shafts left out. Its mean by "
     "its parts: bearings with what they stand in, shafts that bend between them, and teeth with pins and wind-up. "
@@ -187,7 +179,7 @@ def gearbox_report(file: GearboxFile, loads: Sequence[SolvedLoad], data: Data) -
             Picture("deflection.png", "Shafts at rest, gears in outline, and their deflection lines under the first "
                     "load; bearings are triangles.", deflection_figure(file.model, loads[0]), "svg"),
             *themed({"Gear data": data_sheets(cases, pairs)}, _mesh_pictures(loads) if loads[0].meshes else {},
-                    *of_sets, _tables(data)),
+                    *of_sets, element_pictures(data["loads"][0], f"under {loads[0].load.name}"), _tables(data)),
         ]  # fmt: skip
     housing = "the housing is rigid" if file.model.housing is None else "the housing is the stiffness of its seats"
     blocks += [
@@ -294,7 +286,6 @@ def _tables(data: Data) -> dict[str, list[Table]]:
     drawn = {f"{one['load']}, {one['name']}": one["tolerances"] for one in (*meshes, *sets) if one["tolerances"]}
     found["Tolerances"] += [tolerance_table(drawn, "pairs or sets")] if drawn else []
     bearings = _rows(data, "bearings")
-    rolling = [bearing for bearing in bearings if "loaded_elements" in bearing]
-    add("Shafts and bearings", "Rolling elements", ROLLING_COLUMNS, rolling, ROLLING)
+    found["Shafts and bearings"] += rolling_tables({load["name"]: load for load in data["loads"]}, data["duty"])
     add("Shafts and bearings", "Bearings", BEARING_COLUMNS, bearings, BEARINGS)
     return by_theme(tables_of_sets(sets, OF_SET, " of planetary sets") if sets else {}, found)

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from pmor.body.beam import NODE
-from pmor.body.rolling_bearing import BearingState
+from pmor.body.bearing_readings import rolling_data
+from pmor.body.play import BearingWithPlay
 from pmor.case import Case
 from pmor.case.duty import Lubricant
 from pmor.core.arrays import FloatArray
@@ -21,7 +22,7 @@ from pmor.machine.loaded import LoadedGearbox, Supported
 from pmor.machine.mesh_force import f_beta_um
 from pmor.machine.model import GearboxModel, speeds_rpm
 from pmor.machine.set_frame import MEMBERS
-from pmor.machine.settings import LoadCase
+from pmor.machine.settings import HOUSING, Bearing, LoadCase
 from pmor.machine.ste_parts import parts_data, set_ste_parts, ste_parts
 from pmor.machine.system import Equilibrium
 from pmor.machine.turn_readings import turn_data
@@ -62,7 +63,7 @@ def load_data(model: GearboxModel, cases: Mapping[str, Case], solved: SolvedLoad
         "power_W": power,
         "losses_W": lost,
         "efficiency": 1.0 - lost / power if power and lost is not None else None,
-        "bearings": bearing_data(solved),
+        "bearings": bearing_data(solved, speeds),
         "shafts": shaft_data(solved),
         "held_torques_Nm": held,
     }
@@ -142,12 +143,14 @@ def sweep_data(pair: GearPair, sweep: SteSweep, row: int, root_stress: RootStres
     }
 
 
-def bearing_data(solved: SolvedLoad) -> list[Data]:
-    """Return force, displacement and tilt of each bearing, of its shaft against what it stands on."""
-    return carried(solved.gearbox, solved.equilibrium)
+def bearing_data(solved: SolvedLoad, speeds_rpm: Mapping[str, float] | None = None) -> list[Data]:
+    """Return force, displacement and tilt of each bearing, of its shaft against what it stands on; life by speeds."""
+    return carried(solved.gearbox, solved.equilibrium, speeds_rpm)
 
 
-def carried(gearbox: LoadedGearbox, equilibrium: Equilibrium) -> list[Data]:
+def carried(
+    gearbox: LoadedGearbox, equilibrium: Equilibrium, speeds_rpm: Mapping[str, float] | None = None
+) -> list[Data]:
     """Return what `bearing_data` does, of a gearbox in equilibrium."""
     found, constraint, seat = [], 0, 0
     displacement = equilibrium.displacement
@@ -155,7 +158,7 @@ def carried(gearbox: LoadedGearbox, equilibrium: Equilibrium) -> list[Data]:
         moved = bearing.rows @ displacement
         moved[list(bearing.rigid)] = 0.0
         force = bearing.springs * moved + 0.0
-        state = None
+        rolling: Data = {}
         for direction in bearing.rigid:
             force[direction] -= equilibrium.reactions[constraint]
             constraint += 1
@@ -163,11 +166,24 @@ def carried(gearbox: LoadedGearbox, equilibrium: Equilibrium) -> list[Data]:
             state = equilibrium.bearings[seat]
             force[[0, 1, 2, 4, 5]] += state.force
             seat += 1
-        found.append(_bearing(bearing, moved, force, state))
+            if not isinstance(bearing.law, BearingWithPlay):
+                rolling = rolling_data(bearing.law, [state], *turning(bearing.settings, speeds_rpm or {}))
+        found.append(_bearing(bearing, moved, force) | rolling)
     return found
 
 
-def _bearing(bearing: Supported, moved: FloatArray, force: FloatArray, state: BearingState | None) -> Data:
+def turning(bearing: Bearing, speeds_rpm: Mapping[str, float]) -> tuple[tuple[bool, bool], float | None]:
+    """Return whether a bearing's rings turn against loads that stand in the housing, and one against the other, rpm.
+
+    Without speeds its shaft turns, and what it stands in does not.
+    """
+    inner, outer = (0.0 if name == HOUSING else speeds_rpm.get(name) for name in (bearing.shaft, bearing.to))
+    if inner is None or outer is None:
+        return (True, False), None
+    return ((bool(inner), bool(outer)) if inner or outer else (True, False)), inner - outer
+
+
+def _bearing(bearing: Supported, moved: FloatArray, force: FloatArray) -> Data:
     entry = {
         "name": bearing.settings.name,
         "shaft": bearing.settings.shaft,
@@ -180,13 +196,6 @@ def _bearing(bearing: Supported, moved: FloatArray, force: FloatArray, state: Be
     }
     if bearing.settings.couples:
         entry["torque_Nm"] = 1e-3 * float(force[3])
-    if state is not None and len(state.element_force):
-        entry |= {
-            "element_force_N": state.element_force.tolist(),
-            "loaded_elements": int(np.count_nonzero(state.element_force)),
-            "contact_pressure_max_MPa": state.pressure,
-            "static_safety": state.static_safety if state.pressure > 0.0 else None,
-        }
     return entry
 
 

@@ -22,7 +22,7 @@ from pmor.machine.readings import Data, bearing_data
 from pmor.machine.results_data import gearbox_columns, mesh_rows, write_gearbox_results
 from pmor.machine.view import machine_figure
 from pmor.machine.vtkhdf import write_machine
-from pmor.report.data_files import write_columns_csv, write_table_csv
+from pmor.report.data_files import write_bearings_csv, write_columns_csv, write_table_csv
 from pmor.results.load_distribution import line_states
 from pmor.results.loads import together
 from pmor.results.quantities import TABLE
@@ -127,7 +127,8 @@ class GearboxResult(Tabular):
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
         """Write `gearbox.json`, `gearbox.md`, `report.html`, the pictures, tables and `results.h5`.
 
-        Tables are `ste.csv` and `meshes.csv`; `machine.vtkhdf` shows the machine; of `pmor.run` REXS too.
+        Tables are `ste.csv`, `meshes.csv`, of rolling bearings `bearings.csv`; `machine.vtkhdf` shows the machine; of
+        `pmor.run` REXS too.
 
         Parameters
         ----------
@@ -147,7 +148,8 @@ class GearboxResult(Tabular):
                 self.to_csv(out / "ste.csv")
                 rows = mesh_rows(self.data)
                 write_table_csv(out / "meshes.csv", rows, list(dict.fromkeys(key for row in rows for key in row)))
-                write_gearbox_results(self.file, self.loads, out / "results.h5")
+                write_bearings_csv(out, {load["name"]: load for load in self.data["loads"]})
+                write_gearbox_results(self.file, self.loads, out / "results.h5", self.data)
                 for one in self.loads[0].sets:
                     target = out / f"set_{one.meshing.settings.name}_{SET_FILES[-1]}"
                     write_set(one.solution, one.meshing.file.cases, 0, target)

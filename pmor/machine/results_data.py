@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from pmor.body.bearing_readings import element_arrays, rolling_bearings
 from pmor.export.tables import line_arrays, sweep_arrays
 from pmor.machine.coupled import SolvedLoad, SolvedMesh
 from pmor.machine.loader import GearboxFile
@@ -58,16 +59,17 @@ def _spread(mesh: Data) -> Data:
     return found
 
 
-def write_gearbox_results(file: GearboxFile, loads: Sequence[SolvedLoad], path: Path) -> None:
-    """Write the results file: that of a run for each mesh and load, that of a set for each set and load.
+def write_gearbox_results(file: GearboxFile, loads: Sequence[SolvedLoad], path: Path, data: Data) -> None:
+    """Write the results file: that of a run for each mesh and load, that of a set for each set and load, and bearings.
 
-    OutputError where that fails.
+    `data` is that of `gearbox.json`. OutputError where that fails.
     """
     arrays = dict[str, np.ndarray]()
-    for load in loads:
+    for load, entry in zip(loads, data["loads"], strict=True):
         parts = {f"meshes/{_named(mesh.meshing.settings.name)}": _mesh_arrays(mesh) for mesh in load.meshes}
         for one in load.sets:
             parts[f"sets/{_named(one.meshing.settings.name)}"] = set_arrays(one.solution, one.solution.torque_Nm)
+        parts |= {f"bearings/{_named(one['name'])}": element_arrays(one) for one in rolling_bearings(entry)}
         for place, of_part in parts.items():
             arrays |= {f"{place}/{_named(load.load.name)}/{name}": values for name, values in of_part.items()}
     names = {

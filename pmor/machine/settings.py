@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from pmor.body.bearing import AnyBearing
+from pmor.body.bearing_faults import InnerGeometry
 from pmor.body.play import BearingWithPlay
-from pmor.body.rolling_bearing import BallBearing, RollerBearing
+from pmor.body.roller_bearing import SphericalRollerBearing
 from pmor.case.duty import Lubricant, Timed
 from pmor.case.motion import Body, Motion
 from pmor.case.reader import Keys, Sections
@@ -107,7 +108,7 @@ class Bearing(AnyBearing):
         `at_mm` to the end of the other shaft.
     clearance_mm, axial_clearance_mm : float
         In which a bearing by its stiffness is loose across and along its axis, from one end to the other.
-    ball, roller : BallBearing, RollerBearing
+    ball, roller, spherical_roller : BallBearing, RollerBearing, SphericalRollerBearing
         Of a bearing by its inner geometry.
     catalogue : CatalogueBearing
         Of a bearing by its sizes alone: the stiffness across is estimated under its largest load, good to a factor of
@@ -124,7 +125,7 @@ class Bearing(AnyBearing):
     axial_clearance_mm: Play = 0.0
 
     @property
-    def law(self) -> BallBearing | RollerBearing | BearingWithPlay | None:
+    def law(self) -> InnerGeometry | BearingWithPlay | None:
         """Its law where that is no spring: by its inner geometry, or with its clearance."""
         if not self.clearance_mm and not self.axial_clearance_mm:
             return self.inner
@@ -132,6 +133,14 @@ class Bearing(AnyBearing):
             _spring(self.radial_N_per_mm), _spring(self.axial_N_per_mm), _spring(self.tilt_Nmm_per_rad),
             self.clearance_mm, self.axial_clearance_mm,
         )  # fmt: skip
+
+    @property
+    def beyond_one_row(self) -> bool:
+        """Whether it is more than springs, or one row by inner geometry, without clearance and preload in keys."""
+        inner = self.inner
+        if inner is None:
+            return self.law is not None
+        return isinstance(inner, SphericalRollerBearing) or inner.rows > 1 or inner.preloaded
 
     @property
     def couples(self) -> bool:

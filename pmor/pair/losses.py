@@ -1,7 +1,7 @@
 """Power that meshes lose, from the loss factor of their line loads, speed and lubricant; means over a duty cycle.
 
-A duty cycle is a listing, without damage: what bears how often how much. Means of powers are by time; the efficiency is
-that of the work.
+A duty cycle is a listing of what meshes bear how often, without damage; of rolling bearings it has their life. Means of
+powers are by time; the efficiency is that of the work.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from pmor.body.bearing_readings import duty_lives
 from pmor.case.duty import Lubricant, Timed, shares
 from pmor.gear.pair import GearPair
 from pmor.results.load_distribution import friction_schlenk
@@ -66,7 +67,7 @@ def duty_data(loads: Sequence[Timed], entries: Sequence[Data]) -> Data | None:
     ----------
     entries : sequence of mapping
         Of the loads: ``power_W``, ``losses_W``, and ``meshes``, each with its ``name``, the same of it, speeds of both
-        gears (``pinion_rpm``, ``wheel_rpm``) and what `LISTED` names.
+        gears (``pinion_rpm``, ``wheel_rpm``) and what `LISTED` names; of machines with rolling bearings those.
     """
     fractions = shares(loads)
     if not fractions or len(entries) < len(loads):
@@ -80,6 +81,7 @@ def duty_data(loads: Sequence[Timed], entries: Sequence[Data]) -> Data | None:
             {"name": name, **_means(rows, fractions)} for name, rows in zip(names, of_meshes, strict=True)
         ],
         "spectrum": [row for rows in of_meshes for row in _spectrum(loads, rows, fractions)],
+        "bearings": duty_lives([load.name for load in loads], entries, fractions),
     }  # fmt: skip
 
 

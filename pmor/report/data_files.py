@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from pmor.body.bearing_readings import row_table
 from pmor.results.root_stress import RootStress
 from pmor.results.sweep import MeshStiffness, SteSweep
 from pmor.storage.atomic import atomic_path
@@ -85,6 +86,12 @@ def _write_csv(path: Path, heads: Iterable[str], rows: Iterable[Sequence[Any]]) 
     writer.writerows(rows)
     with atomic_path(path) as temporary:
         temporary.write_text(buffer.getvalue(), encoding="utf-8", newline="")
+
+
+def write_bearings_csv(folder: Path, loads: Mapping[str, Any]) -> None:
+    """Write `bearings.csv`, a row for each row of each rolling bearing under each load; nothing without any."""
+    if rows := row_table(loads):
+        write_table_csv(folder / "bearings.csv", rows)
 
 
 def write_summary_json(path: Path, summary: Mapping[str, Any], overwrite: bool = False, indent: int | None = 2) -> None:

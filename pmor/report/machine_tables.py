@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from pmor.body.bearing_readings import rolling_bearings, row_table
 from pmor.report.table import Column, Columns, Table, heads, table
 from pmor.results.load_distribution import PRESSURE
 from pmor.results.quantities import TABLE
@@ -35,6 +36,51 @@ SPECTRUM = (
     "What each mesh carries, and how often: revolutions of both gears. A list, without any damage. Pressure: "
     f"{PRESSURE}."
 )
+
+
+ROW_COLUMNS: Columns = {
+    "load": "load", "bearing": "bearing", "row": "row", **heads("radial_force_N"), "axial [N]": "x_N",
+    **heads("loaded_elements"), "largest force of an element [N]": "element_force_max_N",
+}  # fmt: skip
+LIFE_COLUMNS: Columns = {
+    "load": "load", "bearing": "name",
+    **heads("contact_pressure_max_MPa", "static_safety", "dynamic_rating_N", "bearing_rpm", "reference_life_1e6",
+            "reference_life_h"),
+}  # fmt: skip
+DUTY_LIFE_COLUMNS: Columns = {
+    "bearing": "name", **heads("reference_life_h"), "most damage under": "most_damage", **heads("damage_share")
+}  # fmt: skip
+ROWS = (
+    "Of bearings by inner geometry, rows in the order of x: forces of the inner ring on each; of planets those of the "
+    "mean loads on the pin, against the planet."
+)
+LIFE = (
+    "Static safety: C_0 / P_0 by the pressure of the most loaded element; at C_0 ISO 76:2006 has 4,200 MPa of balls, "
+    "4,000 MPa of rollers. L_10r: basic reference rating life, ISO/TS 16281:2008, by the loads of all elements, turns "
+    "of one ring against the other in millions; C as given, or of ISO 281:2007. –: carries nothing, does not turn, no "
+    "speed is said, or a contact angle above 45°, for which C is that of a thrust bearing. Factors for reliability, "
+    "lubricant and cleanliness are left out."
+)
+DUTY_LIFE = (
+    "Over the duty cycle: damages of all loads add up by their time (Palmgren and Miner). –: carries nothing in any "
+    "load, or its life is not known in one."
+)
+
+
+def rolling_tables(loads: Mapping[str, Any], duty: Mapping[str, Any] | None) -> list[Table]:
+    """Return rows and life of all rolling bearings by inner geometry, by the names of the loads; none without any."""
+    rows = row_table(loads)
+    if not rows:
+        return []
+    whole = [{"load": name, **bearing} for name, load in loads.items() for bearing in rolling_bearings(load)]
+    found = [
+        table("Rows of rolling bearings", ROW_COLUMNS, rows, ROWS),
+        table("Life of rolling bearings", LIFE_COLUMNS, whole, LIFE),
+    ]
+    if duty and duty["bearings"]:
+        title = "Life of rolling bearings over the duty cycle"
+        found.append(table(title, DUTY_LIFE_COLUMNS, duty["bearings"], DUTY_LIFE))
+    return found
 
 
 def spectrum_tables(duty: Mapping[str, Any]) -> list[Table]:

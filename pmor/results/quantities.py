@@ -28,7 +28,7 @@ Figures = Mapping[str, FloatArray]
 PAIR, SET, BOX = "summary.json", "set.json", "gearbox.json"
 ALL, TRAINS = (PAIR, SET, BOX), (SET, BOX)
 # Units as readers know them.
-SHOWN = {"1": "", "um": "µm", "N/(mm um)": "N/(mm µm)", "kg m2": "kg m²"}
+SHOWN = {"1": "", "1e6": "10⁶", "um": "µm", "N/(mm um)": "N/(mm µm)", "kg m2": "kg m²"}
 
 
 @dataclass(frozen=True)
@@ -181,16 +181,28 @@ QUANTITIES = (
     Quantity("moment_max_Nm", "N m", "moment", "of a planet's bearing, largest", "bearing", TRAINS),
     Quantity("carrier_windup_mrad", "mrad", "wind-up", "of one cheek of the carrier against the other, mean",
              files=TRAINS),
-    Quantity("radial_force_N", "N", "radial", "force of the shaft on what a bearing stands on", "bearing", (BOX,)),
+    Quantity("radial_force_N", "N", "radial", "force of the shaft on what a bearing stands on; of each row in `rows`",
+             "bearing", TRAINS),
     Quantity("axial_force_N", "N", "axial", "force of the shaft on what a bearing stands on", "bearing", ()),
     Quantity("moment_Nmm", "N mm", "moment", "about y and z", "bearing", (BOX,)),
     Quantity("displacement_um", "um", "displacement", "along x, y, z", "bearing, shaft", (BOX,)),
     Quantity("tilt_mrad", "mrad", "tilt", "about y, z", "bearing, shaft", (BOX,)),
     Quantity("twist_mrad", "mrad", "twist", "along a shaft", "shaft", (BOX,)),
-    Quantity("loaded_elements", "1", "loaded elements", "of a rolling bearing", "bearing", (BOX,)),
-    Quantity("element_force_N", "N", "force", "of each rolling element", "bearing", (BOX,)),
-    Quantity("contact_pressure_max_MPa", "MPa", "pressure", "of the most loaded element", "bearing", (BOX,)),
-    Quantity("static_safety", "1", "static safety", "C_0 / P_0, ISO 76:2006", "bearing", (BOX,)),
+    Quantity("loaded_elements", "1", "loaded elements", "of a rolling bearing", "bearing", TRAINS),
+    Quantity("element_force_N", "N", "force", "of each rolling element, row by row", "bearing", TRAINS),
+    Quantity("element_azimuth_deg", "deg", "azimuth", "of each rolling element of a row, from y towards z; of planets "
+             "from outwards on", "bearing", TRAINS),
+    Quantity("contact_pressure_max_MPa", "MPa", "pressure", "of the most loaded element", "bearing", TRAINS),
+    Quantity("static_safety", "1", "static safety", "C_0 / P_0, ISO 76:2006", "bearing", TRAINS),
+    Quantity("dynamic_rating_N", "N", "C", "basic dynamic load rating, as given or of ISO 281:2007 by inner geometry",
+             "bearing", TRAINS),
+    Quantity("bearing_rpm", "rpm", "speed", "of one ring against the other", "bearing", TRAINS),
+    Quantity("reference_life_1e6", "1e6", "L_10r", "basic reference rating life, ISO/TS 16281:2008, turns of one ring "
+             "against the other", "bearing", TRAINS),
+    Quantity("reference_life_h", "h", "L_10rh", "the same in time; in `duty` over all loads (Palmgren and Miner)",
+             "bearing", TRAINS),
+    Quantity("damage_share", "1", "share of the damage", "of the load of a duty cycle that wears a bearing most",
+             "bearing", TRAINS, percent=True),
     Quantity("mesh_frequency_Hz", "Hz", "mesh frequency", "where speeds are given", files=TRAINS),
     Quantity("n_positions_failed", "1", "positions that failed", files=(PAIR,)),
     # Of campaigns alone.

@@ -10,7 +10,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from pmor.body.bearing_estimate import CatalogueBearing
-from pmor.body.rolling_bearing import LAMINAE, BallBearing, RollerBearing, impossible
+from pmor.body.bearing_faults import impossible
+from pmor.body.roller_bearing import LAMINAE, RollerBearing
+from pmor.body.rolling_bearing import BallBearing
 from pmor.case.reader import checked
 from pmor.machine.settings import HOUSING, Bearing
 from pmor.rexs.joints import COUPLINGS, FITS, shaft_joints
@@ -204,13 +206,14 @@ def inner_geometry(
     said = row.text_of("axial_force_absorption_of_row") or bearing.text_of("axial_force_absorption")
     angle = (row.number_of("pressure_angle") or 0.0) * (-1.0 if said == "negative" else 1.0)
     first = element.number_of("angular_position_around_u") or 0.0
+    rated = bearing.number_of("radial_dynamic_load_rating") or None
     where = f"{bearing.file}: {bearing.label}"
     if not ball:
         laminae, profile = row.whole_number_of("custom_pmor_laminae"), row.text_of("custom_pmor_logarithmic_profile")
         roller = RollerBearing(
             rollers=int(count), roller_diameter_mm=diameter, effective_length_mm=length or 0.0,
             pitch_diameter_mm=pitch, clearance_mm=clearance or 0.0, contact_angle_deg=angle, first_roller_deg=first,
-            laminae=laminae or LAMINAE, logarithmic_profile=profile != "false",
+            laminae=laminae or LAMINAE, logarithmic_profile=profile != "false", dynamic_rating_N=rated,
         )  # fmt: skip
         return _possible(checked(roller, RollerBearing, where, "roller"), bearing, note)
     grooves = [row.number_of(f"raceway_radius_of_{ring}_ring") for ring in ("inner", "outer")]
@@ -218,7 +221,7 @@ def inner_geometry(
     if None in grooves:
         note(f"{bearing.label}: no raceway radii are said: {usual[0]:g} and {usual[1]:g} of the balls' diameter")
     osculation = [groove / diameter if groove else value for groove, value in zip(grooves, usual, strict=True)]
-    steel = {}
+    steel: dict[str, Any] = {}
     for material in gearbox.beside(element.number, "material"):
         modulus, ratio = material.number_of("elastic_modulus"), material.number_of("poisson_ratio")
         if modulus and ratio is not None:
@@ -226,7 +229,7 @@ def inner_geometry(
     found = BallBearing(
         balls=int(count), ball_diameter_mm=diameter, pitch_diameter_mm=pitch, clearance_mm=clearance or 0.0,
         contact_angle_deg=angle, first_ball_deg=first, inner_osculation=osculation[0], outer_osculation=osculation[1],
-        **steel,
+        dynamic_rating_N=rated, **steel,
     )  # fmt: skip
     return _possible(checked(found, BallBearing, where, "ball"), bearing, note)
 

@@ -6,7 +6,9 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from pmor.body.rolling_bearing import STEEL_MODULUS, STEEL_RATIO, BallBearing, RollerBearing
+from pmor.body.bearing_faults import InnerGeometry
+from pmor.body.roller_bearing import STEEL_MODULUS, STEEL_RATIO, RollerBearing
+from pmor.body.rolling_bearing import BallBearing
 from pmor.rexs.document import Attributes, Document, Value
 
 ALONG, ACROSS = [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]
@@ -56,7 +58,7 @@ def stiffness(value: float | str, unit: float = 1.0) -> float:
 
 
 def add_rolling(
-    document: Document, inner: BallBearing | RollerBearing, sides: tuple[int, int], name: str, /, **place: Value
+    document: Document, inner: InnerGeometry, sides: tuple[int, int], name: str, /, **place: Value
 ) -> int:
     """Add a bearing by its inner geometry between two parts, and return its id."""
     angle, ball = inner.contact_angle_deg, isinstance(inner, BallBearing)
@@ -82,16 +84,18 @@ def add_rolling(
         row |= {
             "number_of_rolling_elements": inner.rollers, "custom_pmor_laminae": inner.laminae,
             "significant_contact_length_inner_ring": inner.effective_length_mm,
-            "custom_pmor_logarithmic_profile": inner.logarithmic_profile,
+            "custom_pmor_logarithmic_profile": isinstance(inner, RollerBearing) and inner.logarithmic_profile,
         }  # fmt: skip
         element = {
             "diameter_of_rolling_element": inner.roller_diameter_mm,
             "length_of_rolling_element": inner.effective_length_mm,
             "angular_position_around_u": inner.first_roller_deg,
         }
+    said = inner.dynamic_rating_N
+    rating: Attributes = {} if said is None else {"radial_dynamic_load_rating": 1e-3 * said}
     bearing = document.join(
         *sides, "rolling_bearing_with_detailed_geometry", name, **place, bearing_type=kind,
-        axial_force_absorption=takes, operating_radial_bearing_clearance=1e3 * inner.clearance_mm,
+        axial_force_absorption=takes, operating_radial_bearing_clearance=1e3 * inner.clearance_mm, **rating,
     )  # fmt: skip
     row_id = document.add_to(bearing, "rolling_bearing_row", "", "ordered_assembly", **row)
     element_id = document.add_to(row_id, "rolling_element", "", "ordered_assembly", **element)

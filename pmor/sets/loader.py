@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
+from pmor.body.bearing_faults import InnerGeometry
 from pmor.case import Case
 from pmor.case.reader import parse_toml, read_text, sections_in
 from pmor.case.slips import case_slips, slips
@@ -181,7 +182,10 @@ def with_sections(file: SetFile, said: SetSections) -> SetFile:
     """Return a set that was read with other sections, checked as those of a file; the errors of `parse_set`."""
     where, folder = (str(file.inputs[0]), file.inputs[0].parent) if file.inputs else (file.name, None)
     reader = SetReader(where, sections_in(SetSections), folder)
-    return checked_set(reader, said, file.name, file.text, file.inputs, file.notes, file.changed)
+    found = checked_set(reader, said, file.name, file.text, file.inputs, file.notes, file.changed)
+    if file.plan.on_pins is None or found.plan.on_pins is None or found.plan.on_pins.rolling:
+        return found
+    return replace(found, plan=_on_rolling(found.plan, file.plan.on_pins.rolling))
 
 
 def checked_set(
@@ -203,8 +207,9 @@ def checked_set(
         carrier = reader.carrier_stiffness(said)
         plan = set_plan(said, layout, pairs, carrier)
         if said.pins is not None and (pins := said.pins.linear(_on_planet_N(layout, plan, pairs))) != said.pins:
+            rolling = tuple(bearing.inner for bearing in said.pins.bearings)
             said = replace(said, pins=pins)
-            plan = set_plan(said, layout, pairs, carrier)
+            plan = _on_rolling(set_plan(said, layout, pairs, carrier), rolling)
     except (CaseError, GeometryError) as error:
         raise type(error)(f"{reader.where}: {str(error).removeprefix(f'{reader.where}: ')}") from None
     further = _further_torques(said) if shafts is None else ()
@@ -221,6 +226,12 @@ def checked_set(
         inputs = (*inputs[:1], (reader.folder or Path()) / said.carrier.stiffness)
     notes = tuple(dict.fromkeys((*notes, *reader.idle_teeth(layout, cases))))
     return SetFile(name, text, said, plan, cases, inputs, notes, changed, *pitches, housed)
+
+
+def _on_rolling(plan: SetPlan, rolling: tuple[InnerGeometry | None, ...]) -> SetPlan:
+    """Return a plan whose planets stand on bearings of an inner geometry, by which they are as stiff as they are."""
+    assert plan.on_pins is not None
+    return replace(plan, on_pins=replace(plan.on_pins, rolling=rolling))
 
 
 def _on_planet_N(layout: Layout, plan: SetPlan, pairs: Mapping[str, GearPair]) -> float:

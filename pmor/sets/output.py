@@ -10,8 +10,9 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.pair.samples import Samples
+from pmor.report.bearing_figure import element_pictures
 from pmor.report.data_sheet import data_sheets
-from pmor.report.machine_tables import LOSS_COLUMNS, LOSSES, spectrum_tables, tolerance_table
+from pmor.report.machine_tables import LOSS_COLUMNS, LOSSES, rolling_tables, spectrum_tables, tolerance_table
 from pmor.report.page import THEMES, Block, Picture, Warning, by_theme, themed
 from pmor.report.table import Columns, Table, heads, screen_text, table, told_tables
 from pmor.report.torque_figures import tolerance_figure
@@ -44,6 +45,8 @@ FILES = (
 SAMPLE_FILES = ("tolerances.csv", "tolerances.png")
 #: with pins
 PIN_FILES = ("pins.png",)
+#: with planets on bearings by inner geometry
+BEARING_FILES = ("bearings.png", "bearings.csv")
 #: where REXS has words for the set
 REXS_FILES = ("set.rexs",)
 
@@ -121,7 +124,8 @@ def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, data
     sheets = {"Gear data": data_sheets(file.cases, pairs_of(file))}
     blocks = [
         *map(Warning, _warnings(file, solved, data)), _ste_table(data), *first,
-        *themed(sheets, _pictures(file, solved, samples, shown), _tables(data)), MODEL, *turned, *told_tables(data),
+        *themed(sheets, _pictures(file, solved, samples, shown), element_pictures(data, "at the nominal torque"),
+                _tables(data)), MODEL, *turned, *told_tables(data),
     ]  # fmt: skip
     return Report("set", data, f"Set: {file.sections.title}", blocks)
 
@@ -195,12 +199,19 @@ def _tables(data: Data) -> dict[str, list[Table]]:
     of_torques = [{**mesh, "torque_Nm": row["torque_Nm"]} for row in data["torques"] for mesh in row["meshes"]]
     if len(data["torques"]) > 1:
         found["Flanks"] = [table("Meshes at each torque", LOAD_COLUMNS, of_torques, f"Pressure: {PRESSURE}.")]
+    rolling = rolling_tables(by_torques(data), data["duty"])
+    found.setdefault("Shafts and bearings", []).extend(rolling)
     columns = {**heads("torque_Nm"), "mesh": "name", **LOSS_COLUMNS}
     found["Losses and duty cycle"] = [
         *([table("Losses of the meshes", columns, of_torques, LOSSES)] if data["losses_W"] is not None else []),
         *(spectrum_tables(data["duty"]) if data["duty"] else []),
     ]
     return found
+
+
+def by_torques(data: Data) -> dict[str, Data]:
+    """Return the figures of a set by its torques, as tables of bearings name loads."""
+    return {f"{row['torque_Nm']:.6g} N m": row for row in data["torques"]}
 
 
 def tables_of_sets(sets: Sequence[Data], of: Columns, what: str = "") -> dict[str, list[Table]]:

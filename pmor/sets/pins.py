@@ -26,6 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pmor.body.beam import Beam, BeamSeat, CircularSection, SeatedBeam, ShaftMaterial, seated_beam, stations_of
+from pmor.body.bearing_faults import InnerGeometry
 from pmor.core.arrays import FloatArray
 from pmor.line.hubs import HUB
 from pmor.sets.settings import PinBearing, Pins
@@ -79,12 +80,15 @@ class PlanetsOnPins:
         Displacement of the seats by a unit turn of one cheek against the other; zero where they are one.
     windup : float
         Compliance of this turn, rad/(N mm).
+    rolling : tuple of InnerGeometry or None
+        Of the bearings of each planet; None of those by their stiffness; empty where all are.
     """
 
     pin: PlanetOnPin
     carrier: FloatArray
     turned: FloatArray
     windup: float
+    rolling: tuple[InnerGeometry | None, ...] = ()
 
     @property
     def count(self) -> int:

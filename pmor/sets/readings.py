@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from pmor.body.bearing_readings import pin_bearing_data
 from pmor.case.capability import left_out
 from pmor.case.duty import Lubricant, shares
 from pmor.pair.losses import duty_data, mesh_losses, per_second, total
@@ -79,7 +80,7 @@ def duty_entries(file: SetFile, solved: SetSolution) -> list[Data]:
             on = None if speeds is None or file.sections.load is None else speeds[file.sections.load.on]
             power = None if on is None else load.torque_Nm * per_second(abs(on))
             meshes = spectrum_rows(solved, row, speeds)
-            found.append({"power_W": power, "losses_W": row["losses_W"], "meshes": meshes})
+            found.append({**row, "power_W": power, "meshes": meshes})
     return found
 
 
@@ -124,7 +125,7 @@ def torque_data(
         "shaft_orders": shaft_orders(solved, number),
         "ste_um": ste,
         "k_gamma": solved.k_gamma[number],
-        "planets": [_planet_data(solved, number, place) for place in range(len(plan.planets))],
+        "planets": [_planet_data(solved, number, place, speeds_rpm) for place in range(len(plan.planets))],
         "meshes": meshes,
         "losses_W": total(meshes, "losses_W"),
         "root_stress": [_stress_data(solved, number, body) for body in range(len(solved.root_stress))],
@@ -187,7 +188,9 @@ def combined_orders(plan: SetPlan, order: Fraction) -> dict[str, int]:
     return min(found, key=lambda both: sum(map(abs, both.values())), default={})
 
 
-def _planet_data(solved: SetSolution, number: int, place: int) -> Data:
+def _planet_data(
+    solved: SetSolution, number: int, place: int, speeds_rpm: Mapping[str, float] | None
+) -> Data:  # fmt: skip
     share, force = solved.planet_share[number, :, place], solved.pin_force_N[number, :, place]
     moved, tilt = (
         1e3 * np.array([known(np.mean, along) for along in values[number, :, place].T])
@@ -204,21 +207,30 @@ def _planet_data(solved: SetSolution, number: int, place: int) -> Data:
         "around_um": moved[1],
         "outwards_tilt_mrad": round(tilt[0], TILT_DIGITS) + 0.0,
         "around_tilt_mrad": round(tilt[1], TILT_DIGITS) + 0.0,
-        "bearings": _bearing_data(solved, number, place),
+        "bearings": _bearing_data(solved, number, place, speeds_rpm),
     }
 
 
-def _bearing_data(solved: SetSolution, number: int, place: int) -> list[Data]:
-    """Data of the bearings of a planet on its pin."""
-    assert solved.plan.on_pins is not None
+def _bearing_data(
+    solved: SetSolution, number: int, place: int, speeds_rpm: Mapping[str, float] | None
+) -> list[Data]:  # fmt: skip
+    """Data of the bearings of a planet on its pin; elements and life of them under the mean loads."""
+    on_pins = solved.plan.on_pins
+    assert on_pins is not None
     loads = solved.bearing_loads[number, :, place]
     forces, moments = np.linalg.norm(loads[..., :2], axis=2).T, np.linalg.norm(loads[..., 2:], axis=2).T
+    mean = loads[solved.left(number)].mean(axis=0, keepdims=True)
+    body = solved.plan.planets[place]
+    planet, rpm = solved.plan.bodies[body], None
+    if speeds_rpm is not None:
+        rpm = (speeds_rpm["sun"] - speeds_rpm["carrier"]) * float(solved.train.rates[body])
+    rolling = pin_bearing_data(on_pins.rolling, mean, math.atan2(planet.y, planet.x), rpm) or [{}] * len(forces)
     return [
         {
             "at_mm": at, "force_mean_N": known(np.mean, force), "force_max_N": known(np.max, force),
-            "moment_max_Nm": 1e-3 * known(np.max, moment),
+            "moment_max_Nm": 1e-3 * known(np.max, moment), **elements,
         }
-        for at, force, moment in zip(solved.plan.on_pins.pin.bearings_mm, forces, moments, strict=True)
+        for at, force, moment, elements in zip(on_pins.pin.bearings_mm, forces, moments, rolling, strict=True)
     ]  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
 from pmor.core.shown import Columns, Tabular
 from pmor.pair.samples import Samples, sample_rows
-from pmor.report.data_files import write_columns_csv, write_table_csv
+from pmor.report.data_files import write_bearings_csv, write_columns_csv, write_table_csv
 from pmor.report.torque_figures import tolerance_figure
 from pmor.sets.figures import (
     path_figure,
@@ -28,7 +28,17 @@ from pmor.sets.figures import (
 from pmor.sets.live import live_blocks
 from pmor.sets.loader import SetFile
 from pmor.sets.lost import known
-from pmor.sets.output import FILES, PIN_FILES, REXS_FILES, SAMPLE_FILES, nominal_torque, set_report, set_text
+from pmor.sets.output import (
+    BEARING_FILES,
+    FILES,
+    PIN_FILES,
+    REXS_FILES,
+    SAMPLE_FILES,
+    by_torques,
+    nominal_torque,
+    set_report,
+    set_text,
+)
 from pmor.sets.readings import Data, set_data
 from pmor.sets.results_data import mesh_rows, set_columns, torque_rows, write_set_results
 from pmor.sets.solution import SetSolution
@@ -156,8 +166,8 @@ class SetResult(Tabular):
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
         """Write `set.json`, `set.md`, `report.html`, the pictures, tables, `results.h5` and `set.vtkhdf`.
 
-        Tables are `ste.csv`, `torques.csv`, `meshes.csv`; with tolerances `tolerances.csv`; of `pmor.run`, and
-        planetary sets that REXS has words for, `set.rexs`.
+        Tables are `ste.csv`, `torques.csv`, `meshes.csv`, of rolling bearings `bearings.csv`; with tolerances
+        `tolerances.csv`; of `pmor.run`, and planetary sets that REXS has words for, `set.rexs`.
 
         Parameters
         ----------
@@ -168,7 +178,7 @@ class SetResult(Tabular):
         ------
         OutputError
         """
-        inputs, files = self.file.inputs, (*FILES, *SAMPLE_FILES, *PIN_FILES, *REXS_FILES)
+        inputs, files = self.file.inputs, (*FILES, *SAMPLE_FILES, *PIN_FILES, *BEARING_FILES, *REXS_FILES)
         with writing_results(
             folder, files, self.file.whole_text, inputs=inputs, overwrite=overwrite, working=()
         ) as out:
@@ -179,7 +189,8 @@ class SetResult(Tabular):
             self.to_csv(out / "ste.csv")
             write_table_csv(out / "torques.csv", torque_rows(self.data))
             write_table_csv(out / "meshes.csv", mesh_rows(self.data))
-            write_set_results(self.file, self.solution, self._torques_Nm, out / "results.h5")
+            write_bearings_csv(out, by_torques(self.data))
+            write_set_results(self.file, self.solution, self._torques_Nm, out / "results.h5", self.data)
             for name, write in self.beside.items():
                 write(self, out / name)
             write_set(self.solution, self.file.cases, nominal_torque(self.file, self.solution), out / "set.vtkhdf")

@@ -63,13 +63,33 @@ def set_arrays(solved: SetSolution, torque_Nm: FloatArray) -> Arrays:
     return _arrays(solved, torque_Nm) | _lines(solved)
 
 
-def write_set_results(file: SetFile, solved: SetSolution, torque_Nm: FloatArray, path: Path) -> None:
-    """Write the results file of a set; OutputError where that fails."""
+def write_set_results(file: SetFile, solved: SetSolution, torque_Nm: FloatArray, path: Path, data: Data) -> None:
+    """Write the results file of a set, `data` that of `set.json`; OutputError where that fails."""
     names = {
         "gears": tuple(body.name for body in solved.plan.bodies),
         "meshes": tuple(" - ".join(names) for names in _meshing(solved)),
     }
-    write_results_file(path, ResultsFile(file.name, file.text, set_arrays(solved, torque_Nm), names, OF_A_SET))
+    arrays = set_arrays(solved, torque_Nm) | _elements(data)
+    write_results_file(path, ResultsFile(file.name, file.text, arrays, names, OF_A_SET))
+
+
+def _elements(data: Data) -> Arrays:
+    """Loads of the rolling elements of the planets' bearings; nothing where all are by their stiffness."""
+    planets = [[planet["bearings"] for planet in row["planets"]] for row in data["torques"]]
+    every = [one["rows"] for of_torque in planets for of in of_torque for one in of if one.get("rows")]
+    if not every:
+        return {}
+    rows, elements = max(map(len, every)), max(len(row["element_force_N"]) for one in every for row in one)
+    force = np.full((len(planets), len(planets[0]), len(planets[0][0]), rows, elements), np.nan)
+    azimuth = np.full(force.shape[2:], np.nan)
+    for torque, of_torque in enumerate(planets):
+        for planet, of in enumerate(of_torque):
+            for seat, one in enumerate(of):
+                for number, row in enumerate(one.get("rows", ())):
+                    count = len(row["element_force_N"])
+                    force[torque, planet, seat, number, :count] = row["element_force_N"]
+                    azimuth[seat, number, :count] = row["element_azimuth_deg"]
+    return {"bearings/azimuth": azimuth, "bearings/force": force}
 
 
 def _meshing(solved: SetSolution) -> list[list[str]]:

@@ -252,9 +252,9 @@ class PinBearing(AnyBearing):
         Across the axis.
     tilt_Nmm_per_rad : float, "rigid" or "free"
         About axes across, as of a single bearing that holds the planet alone.
-    ball, roller : BallBearing, RollerBearing
-        Of a bearing by its inner geometry, without contact angle: as stiff as under its share of the forces of both
-        meshes at the torque of `[load]`.
+    ball, roller, spherical_roller : BallBearing, RollerBearing, SphericalRollerBearing
+        Of a bearing by its inner geometry, whose rows take thrust both ways or none: as stiff as under its share of the
+        forces of both meshes at the torque of `[load]`.
     catalogue : CatalogueBearing
         Of a bearing by its sizes alone: the stiffness across is estimated under that load, good to a factor of two.
     """

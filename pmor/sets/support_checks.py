@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import combinations
 from typing import NoReturn
 
 import numpy as np
 
-from pmor.body.bearing import check_bearing
+from pmor.body.bearing import check_bearing, holds_tilt
+from pmor.body.bearing_faults import overlap, takes_thrust_one_way
 from pmor.case.schema import Case
 from pmor.sets.plan import SetPlan
 from pmor.sets.settings import Carrier, Pins, SetSections, Supports
@@ -68,8 +70,8 @@ def _check_pins(pins: Pins, supports: Supports, refuse: Refuse) -> None:
     for bearing in pins.bearings:
         where = f"[pins] bearings at_mm = {bearing.at_mm:g}"
         check_bearing(bearing, where, ("radial_N_per_mm", "tilt_Nmm_per_rad"), refuse)
-        if bearing.inner is not None and bearing.inner.contact_angle_deg:
-            rule = "pins take bearings without one, as thrust is left out: give their stiffness"
+        if bearing.inner is not None and takes_thrust_one_way(bearing.inner):
+            rule = "pins take bearings without one, or of two rows that take thrust both ways: give their stiffness"
             refuse(f"{where}: contact_angle_deg = {bearing.inner.contact_angle_deg:g}", rule)
         if not low < bearing.at_mm < high:
             rule = f"the pins go from {low:g} to {high:g} mm, and bearings stand between: correct it, or length_mm"
@@ -77,10 +79,14 @@ def _check_pins(pins: Pins, supports: Supports, refuse: Refuse) -> None:
     places = sorted(bearing.at_mm for bearing in pins.bearings)
     if min(np.diff(places), default=np.inf) < APART_MM:
         refuse(f"[pins] bearings at_mm = {places}", "two bearings are at one place: move one, or leave it out")
+    for one, other in combinations(pins.bearings, 2):
+        if overlap(one.inner, other.inner, abs(one.at_mm - other.at_mm)):
+            rule = "their elements overlap along the pin: move one, or correct their sizes"
+            refuse(f"[pins] bearings at_mm = {one.at_mm:g} and {other.at_mm:g}", rule)
     across = [bearing.at_mm for bearing in pins.bearings if bearing.radial_N_per_mm != "free"]
     if not across:
         refuse("[pins] bearings", "none holds the planet across: write bearings = [{at_mm = 0.0, ...}]")
-    tips = all(bearing.tilt_Nmm_per_rad == "free" and bearing.inner is None for bearing in pins.bearings)
+    tips = all(bearing.tilt_Nmm_per_rad == "free" and not holds_tilt(bearing) for bearing in pins.bearings)
     if len(across) == 1 and tips:
         rule = "a single one lets the planet tip over: add another one, or its tilt_Nmm_per_rad"
         refuse(f"[pins] bearings at_mm = {across[0]:g}", rule)

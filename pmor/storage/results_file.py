@@ -3,7 +3,7 @@
 Groups stand by themselves, each with the axes that it needs; those that were not asked for are left out. A new kind of
 result is further lines of `RESULTS_LAYOUT`, and the arrays that fill them (`pmor.export.tables`,
 `pmor.report.results_data`); of a set of `SET_LAYOUT` and `pmor.sets.results_data`. That of a gearbox has both, below
-``meshes/NAME/LOAD`` and ``sets/NAME/LOAD``.
+``meshes/NAME/LOAD`` and ``sets/NAME/LOAD``, and its rolling bearings below ``bearings/NAME/LOAD``.
 
 Each axis is a dimension scale of HDF5, so that readers of netCDF have named dimensions with their coordinates:
 ``xarray.open_dataset("results.h5", group="ste")``.
@@ -20,7 +20,7 @@ import numpy as np
 
 from pmor.storage.hdf5 import Schema, attribute, create, open_checked, read_all, schema_name, write_all
 from pmor.storage.layout import Field, Layout
-from pmor.storage.results_layout import MOTION_LAYOUT, RESULTS_LAYOUT, SET_LAYOUT
+from pmor.storage.results_layout import BEARING_LAYOUT, MOTION_LAYOUT, RESULTS_LAYOUT, SET_LAYOUT
 from pmor.storage.structure import items_of
 
 RESULTS_SCHEMA = Schema("pmor-results", 2, "make it anew with pmor.run_case")
@@ -59,7 +59,10 @@ class ResultsKind:
 OF_A_RUN = ResultsKind(RESULTS_SCHEMA, RESULTS_LAYOUT, ("ste", "stiffness"), ("parameters",))
 OF_A_SET = ResultsKind(SET_RESULTS_SCHEMA, SET_LAYOUT, ("ste", "meshes", "gears"), ("gears", "meshes"))
 OF_MOTION_UNDER_A_LOAD = ResultsKind(MOTION_RESULTS_SCHEMA, MOTION_LAYOUT, ("speed", "model"), ())
-PARTS = {"meshes": OF_A_RUN, "sets": OF_A_SET, "motion": OF_MOTION_UNDER_A_LOAD}
+BEARING_UNDER_A_LOAD = ResultsKind(GEARBOX_RESULTS_SCHEMA, BEARING_LAYOUT, (), ())
+PARTS = {
+    "meshes": OF_A_RUN, "sets": OF_A_SET, "bearings": BEARING_UNDER_A_LOAD, "motion": OF_MOTION_UNDER_A_LOAD
+}  # fmt: skip
 OF_A_GEARBOX = ResultsKind(GEARBOX_RESULTS_SCHEMA, {}, (), ("loads", "meshes", "sets"))
 OF_MOTION = ResultsKind(MOTION_RESULTS_SCHEMA, {}, (), ("loads", "meshes", "bearings", "sources"))
 RESULTS_KINDS = {kind.schema.name: kind for kind in (OF_A_RUN, OF_A_SET, OF_A_GEARBOX, OF_MOTION)}

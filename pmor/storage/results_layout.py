@@ -128,6 +128,10 @@ SET_LAYOUT = {
     "planets/gear": Field("1", "planet", "number of its first gear", kind=int),
     "planets/share": Field("1", PLANET_STATE, "in the torque that the pins carry", finite=False),
     "planets/pin_force": Field("N", PLANET_STATE, "across the pin", finite=False),
+    "bearings/azimuth": Field("deg", "seat, row, element", "of the rolling elements of the planets' bearings, from "
+                              "outwards on; NaN of those by their stiffness", finite=False, optional=True),
+    "bearings/force": Field("N", "torque, planet, seat, row, element", "of these elements", finite=False,
+                            optional=True),
     "lines/z": Field("mm", "mesh, section", "sections over the width, from mid width; where each has an image, half "
                      "of it", finite=False),
     "lines/width": Field("mm", "mesh, section", "width of each, with its image", finite=False),
@@ -174,3 +178,11 @@ MOTION_LAYOUT = {
     "model/left_readings": Field("1", "reading, acting", "static part that is in no mode"),
     "model/tangent": Field("1", "coordinate, along", "mean stiffness of the meshes on their coordinates"),
 }
+
+BEARING_LAYOUT = {
+    "row/at": Field("mm", "row", "middles of the rows along x, from the bearing's place"),
+    "row/force": Field("N", "row, xyz", "of the inner ring on each row"),
+    "element/azimuth": Field("deg", "row, element", "of the rolling elements, from y towards z; of planets from "
+                             "outwards on"),
+    "element/force": Field("N", "row, element", "of the rolling elements", least=0.0),
+}  # fmt: skip

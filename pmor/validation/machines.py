@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from pmor.body.bearing_equilibrium import loaded_bearing
+from pmor.body.bearing_rows import DOF
 from pmor.body.rolling_bearing import BallBearing
 from pmor.case import Case, make_case
-from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 from pmor.line.full_model import solve_angle
@@ -108,27 +109,14 @@ FACTORS = {
 FACTOR_DIGITS, FRICTION = 1e-5, 0.0451
 
 
-def displaced(bearing: BallBearing, force: Sequence[float], start: Sequence[float]) -> FloatArray:
-    """Return the displacement of the inner ring under a force, by Newton's method."""
-    place = np.array(start)
-    for _ in range(100):
-        state = bearing.state(place)
-        rest = np.array(force) - state.force
-        if np.abs(rest).max() < 1e-9:
-            return place
-        step = np.linalg.lstsq(state.stiffness, rest, rcond=1e-12)[0]
-        place = place + step / max(1.0, np.abs(step[:3]).max() / 0.02, np.abs(step[3:]).max() / 1e-3)
-    return np.full(5, math.nan)
-
-
 def bearings() -> list[Check]:
     """Return the checks of a ball bearing."""
     source = "commercial program, by a public repository"
     constant = BallBearing(**BALL).stiffness_constant
     found = [Check("Hertz's constant of a ball", "N/mm^1.5", 333375.6, constant, "public repository", 1e-6)]
     for clearance, force, said in BEARINGS:
-        start = (0.0, 0.0, 0.0, 0.0, 1e-3) if force[4] else (0.05, 0.02, 1e-3, 1e-5, 1e-5)
-        place = displaced(BallBearing(**BALL, clearance_mm=clearance), force, start)
+        loaded = loaded_bearing(BallBearing(**BALL, clearance_mm=clearance), np.array(force))
+        place = np.full(DOF, math.nan) if loaded is None else loaded.place
         loads = " and ".join(name for name, value in zip(LOADS, force, strict=True) if value)
         found += [
             Check(f"ball bearing, clearance {clearance:g} mm, {loads}: {DIRECTIONS[where]}",

@@ -79,6 +79,9 @@ def test_the_command_leaves_its_files(job):
     bearings = {bearing["name"]: bearing for bearing in data["loads"][0]["bearings"]}
     assert 1 <= bearings["C"]["loaded_elements"] < 9
     assert len(bearings["D"]["element_force_N"]) == 12
+    assert_allclose(bearings["D"]["rows"][0]["force_N"], bearings["D"]["force_N"], atol=1e-6)
+    arrays = pmor.load_results(out / "results.h5")
+    assert_allclose(arrays["bearings/C/drive/element/force"].values[0], bearings["C"]["element_force_N"])
 
 
 def test_each_mesh_stands_beside_rigid_supports_and_the_standard(job):
@@ -91,7 +94,7 @@ def test_each_mesh_stands_beside_rigid_supports_and_the_standard(job):
     assert mesh["iso_f_beta_um"] == pytest.approx(1.33 * mesh["iso_f_sh_um"])
     assert mesh["iso_k_h_beta"] > 1.0
     page = (out / "report.html").read_text()
-    assert all(title in page for title in ("Root stress", "Beside ISO 6336-1", "Rolling elements"))
+    assert all(title in page for title in ("Root stress", "Beside ISO 6336-1", "Rows of rolling bearings"))
 
 
 @pytest.mark.parametrize("name", ARRANGEMENTS)

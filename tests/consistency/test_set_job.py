@@ -18,7 +18,7 @@ from pmor.machine.model import speeds_rpm
 from pmor.pair.model import gear_pair
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import load
-from pmor.sets.output import FILES, PIN_FILES, SAMPLE_FILES
+from pmor.sets.output import BEARING_FILES, FILES, PIN_FILES, SAMPLE_FILES
 from pmor.sets.results_data import write_set_results
 from pmor.storage.gear_store import entries
 from pmor.storage.results_layout import SET_LAYOUT
@@ -80,7 +80,7 @@ def test_the_results_file_and_its_tables_are_in_balance(job, tmp_path):
     """Line loads make the force of their mesh, forces the torque; moments of all others are those on the housing."""
     path, out = job
     found = pmor.load_results(out / "results.h5")
-    assert set(found) == set(SET_LAYOUT)
+    assert set(found) == {name for name in SET_LAYOUT if not name.startswith("bearings/")}  # its planets are on none
     values = {name: array.values for name, array in found.items()}
     found_in_python = pmor.run(path, out)
     assert_allclose(values["ste/ste"], found_in_python.ste_um, rtol=SOLVED)
@@ -153,7 +153,7 @@ def test_tooth_pairs_of_a_results_file_go_on_from_pitch_to_pitch(job, undrawn, t
     """Pinions turn uniformly: each pair stays one pitch before the next one."""
     folder = shutil.copytree(job[1], tmp_path / "out")
     found = pmor.run(written_set(tmp_path, SMALL_SET.replace("[sweep]", "[sweep]\npitches = 3")), folder)
-    write_set_results(found.file, found.solution, found.solution.torque_Nm, tmp_path / "results.h5")
+    write_set_results(found.file, found.solution, found.solution.torque_Nm, tmp_path / "results.h5", found.data)
     arrays = {name: array.values for name, array in pmor.load_results(tmp_path / "results.h5").items()}
     pair = arrays["lines/first_pair"][..., None] + np.arange(arrays["lines/roll"].shape[2])
     for number, mesh in enumerate(found.solution.train.meshes):
@@ -231,15 +231,17 @@ def test_tolerances_leave_their_files_and_differ_no_other(tmp_path, job, undrawn
 
 @pytest.mark.slow
 def test_pins_leave_their_picture_and_the_forces_of_their_bearings(tmp_path, job, undrawn):
-    pins = "[pins]\ndiameter_mm = 30.0\nlength_mm = 30.0\nbearings = [{at_mm = -6.0}, {at_mm = 6.0}]\n"
+    rollers = "roller = { rollers = 12, roller_diameter_mm = 4.0, effective_length_mm = 7.0, pitch_diameter_mm = 24.0 }"
+    bearings = ", ".join(f"{{at_mm = {place}, {rollers}}}" for place in (-6.0, 6.0))
+    pins = f"[pins]\ndiameter_mm = 20.0\nlength_mm = 30.0\nbearings = [{bearings}]\n"
     carrier = '[carrier]\nwindup_Nmm_per_rad = 1e10\ntorque_at = "-z"\n'
     path = written_set(tmp_path, SMALL_SET + NO_STRESS + pins + carrier)
     text = pmor.plan(path)
-    assert "d 30 x 30 mm, clamped in both cheeks" in text
+    assert "d 20 x 30 mm, clamped in both cheeks" in text
     assert "1e+10 N mm/rad, torque out at -z" in text
     found = pmor.run(path)
     found.write(tmp_path / "out")
-    assert set(PIN_FILES) <= {path.name for path in (tmp_path / "out").iterdir()}
+    assert {*PIN_FILES, *BEARING_FILES} <= {path.name for path in (tmp_path / "out").iterdir()}
     data = json.loads((tmp_path / "out" / "set.json").read_text())
     assert data["carrier_windup_mrad"] > 0.0
     for planet in data["planets"]:
@@ -247,6 +249,11 @@ def test_pins_leave_their_picture_and_the_forces_of_their_bearings(tmp_path, job
         total = sum(bearing["force_mean_N"] for bearing in planet["bearings"])
         assert total == pytest.approx(planet["pin_force_mean_N"], rel=1e-3)
         assert planet["around_tilt_mrad"] > 0.0
+        for bearing in planet["bearings"]:
+            assert bearing["rows"][0]["radial_force_N"] == pytest.approx(bearing["force_mean_N"], rel=1e-3)
+            assert bearing["reference_life_1e6"] > 0.0
+    arrays = pmor.load_results(tmp_path / "out" / "results.h5")
+    assert_allclose(arrays["bearings/force"].values[-1, 0, 0, 0], data["planets"][0]["bearings"][0]["element_force_N"])
     assert len(found.plot_pins().axes) == 2
     assert "Planets on their pins" in str(found)
     with pytest.raises(pmor.PmorError, match="add \\[pins\\]"):

@@ -23,6 +23,8 @@ BROKEN = {
     "bore too wide": ("inner_mm = 8.0", "inner_mm = 30.0", "must be below outer_mm = 28"),
     "one coordinate": ("at_mm = [62.2, 0.0]", "at_mm = [62.2]", "must be y and z of the axis"),
     "two kinds": ("ball = {", "radial_N_per_mm = 1e5\nball = {", "has one kind"),
+    "rows that overlap": ('name = "D"\nshaft = "output"\nat_mm = 70.0', 'name = "D"\nshaft = "output"\nat_mm = 17.0',
+                          "their elements overlap"),
     "names twice": ('name = "B"', 'name = "A"', "is there twice"),
     "the housing's name": ('name = "output"\nat', 'name = "housing"\nat', "another name"),
     "to nowhere": ('name = "A"\n', 'name = "A"\nto = "frame"\n', 'must be a shaft or "housing"'),

@@ -6,7 +6,8 @@ from numpy.testing import assert_allclose
 
 from pmor.body.bearing import AnyBearing
 from pmor.body.bearing_estimate import CatalogueBearing
-from pmor.body.rolling_bearing import RADIAL, RollerBearing
+from pmor.body.roller_bearing import RollerBearing
+from pmor.body.rolling_bearing import RADIAL
 from pmor.core.errors import CaseError
 from pmor.machine.loader import load
 from pmor.sets.loader import parse_set
@@ -18,6 +19,9 @@ ROLLER = "roller = { rollers = 12, roller_diameter_mm = 7.0, effective_length_mm
 NEEDLES = CatalogueBearing("needle", 36.0, 50.0, width_mm=20.0)
 CATALOGUE = 'catalogue = { kind = "needle", bore_mm = 36.0, outer_mm = 50.0, width_mm = 20.0 }'
 BALLS = "ball = { balls = 9, ball_diameter_mm = 9.0, pitch_diameter_mm = 44.0 }"
+
+
+SPHERICAL = f"spherical_{ROLLER}".replace("9.0", "6.0").replace(" }", ", contact_angle_deg = 12.0 }")
 
 
 def on_pins(bearings):
@@ -73,6 +77,15 @@ def test_a_bearing_of_a_catalogue_on_a_shaft_is_as_stiff_as_estimated_and_said_s
     (CATALOGUE.replace("50.0", "30.0"), "catalogue: outer_mm = 30: must be above bore_mm = 36"),
     (ROLLER.replace(" }", ", contact_angle_deg = 12.0 }"), "contact_angle_deg = 12: pins take bearings without one"),
     (BALLS.replace("9, ball", "30, ball"), "the balls overlap"),
+    (ROLLER.replace(" }", ", rows = 2, row_spacing_mm = 5.0 }"), "rows overlap: their elements take 9 mm"),
+    (f"{ROLLER} }}, {{ at_mm = 8.0, {BALLS}", "their elements overlap"),
+    (ROLLER.replace(" }", ', arrangement = "face_to_face" }'), "is of two rows: write rows = 2, and not 1"),
+    (ROLLER.replace(" }", ', arrangement = "back_to_back", rows = 2, row_spacing_mm = 12.0 }'), "that take thrust"),
+    (ROLLER.replace(" }", ", axial_preload_N = 300.0 }"), "a bearing without contact angle has none"),
+    (ROLLER.replace(" }", ", contact_angle_deg = 12.0, axial_preload_N = 3.0, axial_preload_mm = 0.1 }"), "same"),
+    (f"spherical_{ROLLER}", "both rows overlap: their middles are 0 mm apart"),
+    (SPHERICAL.replace(" }", ", profile_radius_mm = 40.0 }"), "at most the radius of the sphere .*, 24.97 mm"),
+    (SPHERICAL, "a single one lets the planet tip over"),
 ])  # fmt: skip
 def test_a_bearing_on_a_pin_that_is_none_is_refused(keys, words):
     with pytest.raises(CaseError, match=words):

@@ -195,7 +195,7 @@ def test_what_is_no_gearbox_is_refused_in_one_line(tmp_path, text, message):
 
 def test_every_attribute_has_its_own_unit():
     """Here are millimetres and degrees: where the standard has others, they are converted."""
-    converted = {"mum": 1e-3, "N / m": 1e-3, "rad": 180.0 / math.pi}
+    converted = {"mum": 1e-3, "N / m": 1e-3, "kN": 1e3, "rad": 180.0 / math.pi}
     for attribute, unit in UNITS.items():
         assert factor_of(attribute, unit) == converted.get(unit, 1.0), attribute
     assert factor_of("custom_pmor_losses", "kW") == 1e3

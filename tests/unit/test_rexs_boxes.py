@@ -11,7 +11,8 @@ from numpy.testing import assert_allclose
 
 from pmor.app.export import export_file
 from pmor.body.bearing_estimate import CatalogueBearing
-from pmor.body.rolling_bearing import BallBearing, RollerBearing
+from pmor.body.roller_bearing import RollerBearing
+from pmor.body.rolling_bearing import BallBearing
 from pmor.core.errors import CaseError, OutputError
 from pmor.machine.loaded import loaded
 from pmor.machine.model import pinion_torques, speeds_rpm
@@ -346,8 +347,10 @@ def test_what_is_written_again_is_the_same(tmp_path, flank):
     cone = "roller = { rollers = 18, roller_diameter_mm = 7.0, effective_length_mm = 11.0, pitch_diameter_mm = 50.0, "
     ball = "ball = { balls = 9, ball_diameter_mm = 9.0, pitch_diameter_mm = 44.0, "
     kinds = {
-        "A": f"{cone}contact_angle_deg = 15.0 }}", "B": f"{cone}contact_angle_deg = -12.0, clearance_mm = -0.01 }}",
-        "C": f"{ball}contact_angle_deg = 25.0 }}", "D": f"{ball}contact_angle_deg = -25.0 }}",
+        "A": f"{cone}contact_angle_deg = 15.0, dynamic_rating_N = 4e4 }}",
+        "B": f"{cone}contact_angle_deg = -12.0, clearance_mm = -0.01 }}",
+        "C": f"{ball}contact_angle_deg = 25.0, dynamic_rating_N = 21500.0 }}",
+        "D": f"{ball}contact_angle_deg = -25.0 }}",
     }  # fmt: skip
     text = SMALL.replace('name = "input"', 'name = "input"\ndensity_kg_m3 = 7850.0')
     for name, inner in kinds.items():

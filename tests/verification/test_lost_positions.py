@@ -190,7 +190,7 @@ def test_all_that_is_told_leaves_out_the_positions_that_are_lost(result, tmp_pat
     assert all((entry["range_MPa"] is not None) == known for entry in page.data["root_stress"])
     assert page.data["ring"]["radial_um"][0] is None
     assert "ring.png is left out: angle 0 did not converge." in page.blocks
-    write_set_results(file, solution, solution.torque_Nm, tmp_path / "results.h5")
+    write_set_results(file, solution, solution.torque_Nm, tmp_path / "results.h5", page.data)
     with h5py.File(tmp_path / "results.h5") as results:
         assert np.isnan(results["orders/amplitude"][0]).all()
     assert (b"transmission_error_peak_to_peak" in set_rexs(file, solution, "today")) == known
