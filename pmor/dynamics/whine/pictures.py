@@ -49,7 +49,7 @@ def as_gearbox(file: GearboxFile | SetFile, machine: MovingMachine) -> tuple[Gea
         return file.model, machine
     said = PlanetarySet(name=file.name, set=Path(file.name), sun="housing", carrier="housing")
     frame = set_frame(file.plan, 1.0, (0.0, 0.0, 0.0))
-    stands = SetMeshing(said, file, (None,) * len(MEMBERS), frame, np.zeros((len(MEMBERS), NODE)))
+    stands = SetMeshing(said, file, (None,) * len(MEMBERS), frame, np.zeros((len(MEMBERS), NODE)), np.zeros((0, 3)))
     sections = GearboxSections(title=file.sections.title, shafts=(), bearings=(), loads=())
     return GearboxModel(sections, {}), replace(machine, gearbox=replace(machine.gearbox, sets=(stands,)))
 
