@@ -187,6 +187,9 @@ def lost_of_load(solved: SolvedLoad) -> list[str]:
         found += lost_of_pair([name], mesh.sweep.converged, mesh.sweep.overloaded)
     for one in solved.sets:
         found += lost_positions(one.solution, [f"{load}, set {one.meshing.settings.name}"])
+        if one.turn is not None and not one.turn.converged.all():
+            count = f"{np.count_nonzero(~one.turn.converged)} of {len(one.turn.converged)} positions"
+            found.append(f"{load}, set {one.meshing.settings.name}: {count} of the turn of its carrier have no equilibrium")
     return found
 
 

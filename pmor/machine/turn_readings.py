@@ -12,6 +12,7 @@ from pmor.machine.carrier_turn import CarrierTurn
 from pmor.machine.coupled_sets import SolvedSet
 from pmor.machine.loaded import LoadedGearbox
 from pmor.machine.set_frame import MEMBERS
+from pmor.sets.lost import known
 from pmor.sets.pins import PlanetsOnPins
 from pmor.sets.shafts import at_place, shaft_of
 
@@ -23,8 +24,8 @@ Data = dict[str, Any]
 def turn_data(gearbox: LoadedGearbox, one: SolvedSet) -> Data | None:
     """Return what stands in `gearbox.json` of a set over a turn of its carrier; None of one that was not turned.
 
-    `k_gamma` is the largest load of a planet over the mean of all; force of a bearing row over the mean of all rows at
-    that angle; amplitudes of orders of the carrier are those of the force across a support.
+    `k_gamma` is the largest load of a planet over the mean of all; force of a bearing row over the mean of all rows;
+    amplitudes of orders of the carrier are those of the force across a support. Of the positions that have a solution.
     """
     turn = one.turn
     if turn is None:
@@ -33,10 +34,11 @@ def turn_data(gearbox: LoadedGearbox, one: SolvedSet) -> Data | None:
     return {
         "angle_deg": turn.angle_deg.tolist(),
         "converged": bool(turn.converged.all()),
-        "k_gamma": float(share.max() * share.shape[1]),
+        "k_gamma": known(np.max, share) * share.shape[1],
         "planet_share": share.T.tolist(),
         "planet_rows": [
-            {"at_mm": place, "largest_N": float(row.max()), "largest_over_mean": float(row.max() / rows.mean())}
+            {"at_mm": place, "largest_N": known(np.max, row),
+             "largest_over_mean": known(np.max, row) / known(np.mean, rows)}
             for place, row in zip(_pins(one).pin.bearings_mm, rows.transpose(2, 0, 1), strict=True)
         ],
         "supports": [
@@ -59,8 +61,8 @@ def _force_data(force: FloatArray) -> Data:
     across = np.hypot(force[:, 1], force[:, 2])
     lines = np.abs(np.fft.rfft(across)[1 : ORDERS + 1]) * 2.0 / len(across)
     return {
-        "radial_force_min_N": float(across.min()), "radial_force_mean_N": float(across.mean()),
-        "radial_force_max_N": float(across.max()), "axial_force_mean_N": float(force[:, 0].mean()),
+        "radial_force_min_N": known(np.min, across), "radial_force_mean_N": known(np.mean, across),
+        "radial_force_max_N": known(np.max, across), "axial_force_mean_N": known(np.mean, force[:, 0]),
         "carrier_orders_N": lines.tolist(),
     }  # fmt: skip
 
