@@ -186,10 +186,11 @@ def lost_of_load(solved: SolvedLoad) -> list[str]:
         name = f"{load}, mesh {mesh.meshing.settings.name}"
         found += lost_of_pair([name], mesh.sweep.converged, mesh.sweep.overloaded)
     for one in solved.sets:
-        found += lost_positions(one.solution, [f"{load}, set {one.meshing.settings.name}"])
+        name = f"{load}, set {one.meshing.settings.name}"
+        found += lost_positions(one.solution, [name])
         if one.turn is not None and not one.turn.converged.all():
             count = f"{np.count_nonzero(~one.turn.converged)} of {len(one.turn.converged)} positions"
-            found.append(f"{load}, set {one.meshing.settings.name}: {count} of the turn of its carrier have no equilibrium")
+            found.append(f"{name}: {count} of the turn of its carrier have no equilibrium")
     return found
 
 
