@@ -562,7 +562,7 @@ def cut_by_itself(law, speed):
     return 2.0 * np.pi / max(6.0 * law.arrays["OMEGA"].max(), 128.0 * abs(law.meshes.cycles).max() * speed)
 
 
-@pytest.mark.jit
+@pytest.mark.slow
 def test_a_unit_for_co_simulation_moves_as_modes_and_tables_do(tmp_path):
     """From the state under the mean load on, with a torque beside it, at one speed."""
     law, speed, torque = small_unit(), 200.0, 3.0

@@ -179,7 +179,7 @@ TRANSCRIBED = {
         "corner_approach": "c061e786",
     },
     "pmor/line/kernels/starts.py": {
-        "_expected": "daf8ff6f", "start_with": "e47cd80e",
+        "_expected": "daf8ff6f", "start_with": "d47758ba",
     },
     "pmor/line/kernels/movements.py": {
         "turning": "42d11bd5", "place_at": "088ccb67", "out_of_balance": "33fdfe0d",

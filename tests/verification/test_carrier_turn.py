@@ -77,7 +77,7 @@ def test_clearance_vanishes_into_a_spring(folder, train):
     assert np.abs(wide.hub_wrench - springs.hub_wrench)[..., :3].max() > 1e-2 * size
 
 
-@pytest.mark.parametrize("clearance", [0.0, 0.02, 0.2])
+@pytest.mark.parametrize("clearance", [0.02, *(pytest.param(one, marks=pytest.mark.slow) for one in (0.0, 0.2))])
 def test_bearings_carry_weights_and_loads_at_every_angle(folder, train, clearance):
     gearbox, _, turn = turned(folder, train, heavy(clearance_mm=clearance))
     weight = gearbox.weight.reshape(-1, 6)[:, :3].sum(axis=0)
@@ -101,6 +101,7 @@ def test_a_heavy_shaft_rests_at_half_its_clearance_and_what_its_springs_give(fol
         assert_allclose(place, 0.05 + force / STIFFNESS, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_turn_of_the_carrier_returns_to_its_start(folder, train):
     gearbox, equilibrium, first = turned(folder, train, heavy(clearance_mm=0.02))
     at, torque = set_positions(gearbox.sets[0], train, 1), set_torque(gearbox, equilibrium, 0)

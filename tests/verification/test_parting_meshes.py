@@ -187,6 +187,7 @@ def _beside_hill(variation, speeds):
     return np.array(found)
 
 
+@pytest.mark.slow
 def test_harmonic_balance_with_loss_of_contact_is_motion_over_time():
     """On a stable point of the upper branch, after 400 cycles from its own state: rms 1e-3, wave 1 %."""
     machine, balance, found = spur_box()[0], balance_of(spur_box()[0]), branches()
@@ -306,6 +307,7 @@ def made_up():
     return PartingMachine(oscillator, ClosedLaw(meshes, 4), np.ones(2))
 
 
+@pytest.mark.slow
 def test_energy_is_kept_over_a_thousand_cycles():
     """Without damping and separation: 1e-6 of the energy of the motion."""
     machine = made_up()

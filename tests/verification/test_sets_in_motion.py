@@ -433,7 +433,10 @@ def rms_with(response, source, cycle, target, place):
     return np.sqrt(2.0 * (squares * source.told[:, : squares.shape[1]]).sum(axis=1))[place]
 
 
-@pytest.mark.parametrize("machine", ["as one", "each", "constant", "on a housing"])
+@pytest.mark.parametrize(
+    "machine",
+    ["on a housing", *(pytest.param(name, marks=pytest.mark.slow) for name in ("as one", "each", "constant"))],
+)
 def test_what_a_micrometre_does_in_a_set_is_the_difference_of_its_solutions(monkeypatch, tmp_path, machine):
     """Equal planets as one, a planet missing, mean stiffness, and radiated power on a housing: of the sun's flanks."""
     missing = PHASED.replace("count = 3", "count = 3\nmissing = [2]") + SPRINGS

@@ -160,7 +160,7 @@ function meanWrench(system, places, removed, { torque, hubs, force }, axes) {
     standOn(model, place, hubs);
     const found = solvePosition(system, place, removed[i], [torque], place.before);
     if (!found.converged) throw new Error(`mesh ${model.name}: contact was not found`);
-    place.before = found.force;
+    place.before = found;
     found.force.forEach((f, n) => {
       if (f > 0) for (let r = 0; r < 12; r++) mean[r] += f * place.right[12 * n + r] / (force * places.length);
     });

@@ -131,7 +131,7 @@ function sweep(system, places, removed, load) {
   const [{ model }] = system.parts;
   const states = places.map((place, i) => {
     const found = solvePosition(system, place, removed[i], load, place.before);
-    if (system.movements > 1 && found.converged) place.before = found.force;
+    if (system.movements > 1 && found.converged) place.before = found;
     const overloaded = found.converged && isOverloaded(place, found.force);
     return { place, ...found, converged: found.converged && !overloaded, overloaded };
   });

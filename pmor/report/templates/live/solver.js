@@ -252,11 +252,12 @@ function isOverloaded({ sections }, force) {
 }
 
 // Movements (rad, mm) and forces of the sections (N) under loads (N mm, N); `removed` is the deviation of the flanks, mm.
-// It begins with the forces `before`, where there are some, then anew, then with sections that change sides singly.
+// It begins with the solution `before`, where there is one, or anew: all sections that have to change sides do so at once,
+// or else singly.
 function solvePosition(system, place, removed, load, before) {
   let found, steps = 0;
-  for (const attempt of before ? [0, 1, 2] : [1, 2]) {
-    found = newton(system, place, removed, load, attempt === 0 && before, attempt === 2);
+  for (const attempt of before ? [0, 1, 2, 3] : [1, 3]) {
+    found = newton(system, place, removed, load, attempt % 2 === 0 && before, attempt > 1);
     steps += found.steps;
     if (found.converged) break;
   }
@@ -296,25 +297,27 @@ function newton(system, place, removed, load, before, single) {
 // Sections to begin with and their forces, each mesh by itself; returns the gap up to which others count.
 function startWith(system, { sections, given }, removed, load, before, force, { free, carries, ahead, moved }) {
   let depth = 0;
-  moved.fill(0);
+  if (before) moved.set(before.movement);
+  else moved.fill(0);
   for (let first = 0, last = 0; first < sections.length; first = last) {
-    const { mesh } = sections[first], { share, model } = system.parts[mesh];
+    const { mesh } = sections[first], { share, model, ahead: turns } = system.parts[mesh];
     let touching = Infinity, mean = 0, count = 0;
     for (last = first; last < sections.length && sections[last].mesh === mesh; last++) {
       free[last] = sections[last].gap + removed[last] + (given ? given[last] : 0);
       touching = Math.min(touching, free[last] / -sections[last].lever);
     }
     for (let k = 0; k < load.length; k++) mean += share[k] * load[k];
-    const advance = touching + mean * model.softness / -sections[first].lever;
+    let advance = touching + mean * model.softness / -sections[first].lever;
+    if (before) advance = turns.reduce((sum, turn, k) => sum + turn * moved[k], 0);
     for (let n = first; n < last; n++) {
       const rigid = free[n] + sections[n].lever * advance;
-      carries[n] = (before ? before[n] > 0 : rigid < 0) ? 1 : 0;
+      carries[n] = (before ? before.force[n] > 0 : rigid < 0) ? 1 : 0;
       ahead[n] = advance;
       depth = Math.max(depth, -rigid);
       count += carries[n];
     }
     for (let n = first; n < last; n++) {
-      if (before) force[n] = before[n];
+      if (before) force[n] = before.force[n];
       else force[n] = carries[n] ? mean * sections[first].lever / (sections[n].lever * count) : 0;
     }
   }
