@@ -198,12 +198,12 @@ With tapered rollers in the carrier's bearings (contact angle 15°, preload 20 k
 
 Each unknown goes to both ends with the others at their base.
 
-**Hits and misses.** Axial motion is within the band, as far as a stiffness that we assume can say. A row of the planets
-carries more than half of its pin's force because the carrier, by its weight and its clearance, leans: with tapered rollers
-that hold it less so, as on the rig (there 20 % less in the most loaded row, here 5 %); but the rig's 46 % is more than any
-of these unknowns gives. Load sharing is missed: three planets about a sun that floats carry alike by statics, wherever the
-carrier goes and whichever pin is out of place, and weights are small beside the forces of the meshes. What was measured
-needs a sun that is held: friction of its spline under the torque, which is left out, and no stiffness that we tried.
+**Hits and misses.** Axial motion is within the band, as far as a stiffness that we assume can say. A row of the
+planets carries more than half of its pin's force because the carrier, by its weight and clearance, leans: less so in
+tapered rollers, as on the rig (there 20 % less in the most loaded row, here 5 %); but the rig's 46 % is more than any
+of these unknowns gives. Load sharing is missed: three planets about a sun that floats carry alike by statics, wherever
+the carrier goes and whichever pin is out of place, and weights are small beside the forces of the meshes. No unknown
+that was varied decides it; friction of the sun's spline, which is left out, would hold the sun.
 """
 
 if __name__ == "__main__":
