@@ -224,7 +224,7 @@ def _set_pictures(loads: Sequence[SolvedLoad], number: int) -> dict[str, list[Pi
     if one.turn is not None:
         turn = (
             f"Planets {of} over a turn of the carrier: what each takes of the mean, and forces across the rows of its "
-            "bearings."
+            "bearings (the first one's solid, further ones' dashed)."
         )
         found.append(Picture(names[3], turn, turn_figure(one), "svg"))
     ste = Picture(names[2], words, set_ste_figure(loads, number), "svg")

@@ -21,8 +21,9 @@ BAR = 0.8
 
 
 def element_pictures(load: Mapping[str, Any], when: str) -> dict[str, list[Picture]]:
-    """Return the picture of all rolling bearings by inner geometry under a load, by its theme; nothing without any."""
-    rows = [(bearing, row) for bearing in rolling_bearings(dict(load)) for row in bearing["rows"]]
+    """Return the picture of all rolling bearings by inner geometry that carry under a load, by its theme; or nothing."""
+    rows = [(bearing, row) for bearing in rolling_bearings(dict(load)) for row in bearing["rows"]
+            if any(row["element_force_N"])]  # fmt: skip
     if not rows:
         return {}
     left = f" {len(rows) - MOST} further rows are left out." * (len(rows) > MOST)
@@ -46,7 +47,7 @@ def element_figure(rows: Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]]) 
             place = bearing["rows"].index(row) + 1
             axes.set_title(f"{name}, row {place}" if len(bearing["rows"]) > 1 else name, fontsize=9)
             axes.set_xticks(np.radians([0, 90, 180, 270]), ["0°", "90°", "180°", "270°"], fontsize=7)
-            top = float(force.max()) or 1.0
+            top = float(force.max())
             axes.set_ylim(0.0, top)
             axes.tick_params(axis="y", labelsize=6)
             axes.set_yticks([0.5 * top, top], ["", format_cell(float(f"{top:.3g}"))])
