@@ -21,7 +21,7 @@ BAR = 0.8
 
 
 def element_pictures(load: Mapping[str, Any], when: str) -> dict[str, list[Picture]]:
-    """Return the picture of the rolling bearings by inner geometry that carry under a load, by its theme, or nothing."""
+    """Return the picture of the rolling bearings by inner geometry that carry under a load, by theme, or nothing."""
     rows = [(bearing, row) for bearing in rolling_bearings(dict(load)) for row in bearing["rows"]
             if any(row["element_force_N"])]  # fmt: skip
     if not rows:
