@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from pmor.sets.shafts import shaft_of
 from pmor.sets.solution import SetSolution
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # Length of the longest arrow, over the size of the picture.
@@ -31,6 +32,8 @@ POINTS, PIN_POINTS = 8, 81
 FEW = 12
 # Orders of the mesh between which those of shafts are shown.
 SHOWN = 3
+# Heights of axes that are shown at least: share of the load, per cent, and way of the sun, um.
+LEAST_SHARE, LEAST_ORBIT = 0.1, 0.1
 
 
 def set_figure(solved: SetSolution, torque: int, angle: int = 0) -> Figure:
@@ -93,6 +96,14 @@ def ste_figure(solved: SetSolution, shown_Nm: FloatArray) -> Figure:
     return figure
 
 
+def at_least(axes: Axes, axis: Literal["x", "y"], height: float) -> None:
+    """Show at least so much of an axis about its middle, so that round-off is a line."""
+    low, high = getattr(axes, f"get_{axis}lim")()
+    if high - low < height:
+        middle = 0.5 * (low + high)
+        axes.set(**{f"{axis}lim": (middle - 0.5 * height, middle + 0.5 * height)})
+
+
 def share_figure(solved: SetSolution, torque: int) -> Figure:
     """Share of each planet over a mesh cycle, and where the sun moves."""
     with panels(2, 9.2, 4.2, legend=6, width_ratios=(1.6, 1.0)) as (figure, (shares, orbit)):
@@ -100,12 +111,15 @@ def share_figure(solved: SetSolution, torque: int) -> Figure:
         for place, number in enumerate(solved.plan.planets):
             name = legend_label(solved.plan.bodies[number].name)
             shares.plot(pitches, 100.0 * solved.planet_share[torque, :, place], label=name)
+        at_least(shares, "y", LEAST_SHARE)
         shares.set(xlabel="Angle of the sun against the carrier [pitches]", ylabel="Share of the load [%]")
         side = -1.0 if solved.plan.clockwise else 1.0
         path = 1e3 * solved.hub_displacement[torque, :, 0, :2] * [side, 1.0]
         closed = np.concatenate([path, path[:1]])
         orbit.plot(*closed.T, "-", color=COLOURS[-1])
         orbit.plot(*path[:1].T, "o", color=COLOURS[1], ms=4)
+        for axis in "xy":
+            at_least(orbit, axis, LEAST_ORBIT)
         orbit.set(xlabel="x of the sun [µm]", ylabel="y of the sun [µm]", aspect="equal")
         orbit.set_title(
             f"Sun over {'the mesh cycle' if solved.pitches == 1 else f'{solved.pitches} mesh cycles'}; dot: angle 0",
