@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -96,7 +96,7 @@ def ste_figure(solved: SetSolution, shown_Nm: FloatArray) -> Figure:
     return figure
 
 
-def at_least(axes: Axes, axis: Literal["x", "y"], height: float) -> None:
+def at_least(axes: Axes, axis: str, height: float) -> None:
     """Show at least so much of an axis about its middle, so that round-off is a line."""
     low, high = getattr(axes, f"get_{axis}lim")()
     if high - low < height:
