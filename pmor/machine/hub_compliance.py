@@ -34,19 +34,29 @@ def compliance_below(gearbox: LoadedGearbox, equilibrium: Equilibrium, hubs: Seq
 
 def fields_below(gearbox: LoadedGearbox, equilibrium: Equilibrium, hubs: Sequence[int]) -> FloatArray:
     """Return the displacements of all nodes under unit wrenches on hubs, (n, 6 h), as of `compliance_below`."""
-    size, system = len(gearbox.load), gearbox.system
-    held = [row for bearing in gearbox.bearings for row in bearing.rows[list(bearing.rigid)]]
-    turned = {start: start + ABOUT_AXIS for start in gearbox.first.values()}
-    for hub in hubs:
-        turned[max(start for start in turned if start <= hub)] = hub + ABOUT_AXIS
-    held += [np.eye(size)[place] for place in turned.values()]
-    scale = np.where(system.rotations, 1.0 / ARM, 1.0)
-    basis = scale[:, None] * null_space(np.array(held) * scale)
+    system, (_, basis) = gearbox.system, held_shafts(gearbox, hubs)
     tangent = tangent_of(system, equilibrium.bearings)
     for seat, state in zip(system.seats, equilibrium.bearings, strict=True):
         if isinstance(seat.bearing, BearingWithPlay) or not state.stiffness.any():
             tangent += seat.rows.T @ _held(state.stiffness) @ seat.rows
     return np.asarray(basis @ np.linalg.solve(basis.T @ tangent @ basis, basis[_places(hubs)].T))
+
+
+def held_shafts(gearbox: LoadedGearbox, hubs: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+    """Return what is held of shafts as of `compliance_below`, and the displacements that this leaves.
+
+    Returns
+    -------
+    (ndarray, ndarray), shapes (m, n) and (n, f)
+        Rows of rigid bearings in their order, then of rotations; a basis.
+    """
+    rigid = [row for bearing in gearbox.bearings for row in bearing.rows[list(bearing.rigid)]]
+    turned = {start: start + ABOUT_AXIS for start in gearbox.first.values()}
+    for hub in hubs:
+        turned[max(start for start in turned if start <= hub)] = hub + ABOUT_AXIS
+    held = np.array(rigid + [np.eye(len(gearbox.load))[place] for place in turned.values()])
+    scale = np.where(gearbox.system.rotations, 1.0 / ARM, 1.0)
+    return held, np.asarray(scale[:, None] * null_space(held * scale))
 
 
 def _held(stiffness: FloatArray) -> FloatArray:

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import null_space
 
 from pmor.body.beam import NODE
 from pmor.body.rolling_bearing import DOF, BearingState, RollingBearing
 from pmor.core.arrays import FloatArray
-from pmor.machine.loaded import ABOUT_AXIS, LoadedGearbox
+from pmor.machine.hub_compliance import held_shafts
+from pmor.machine.loaded import LoadedGearbox
 from pmor.machine.system import ARM, FIRST_GUESS, UNITS, Equilibrium
 
 
@@ -84,7 +84,7 @@ class SeatedMachine:
         tangent = np.zeros((n, n))
         for number, state in enumerate(states):
             rows = slice(DOF * number, DOF * (number + 1))
-            tangent[rows, rows] = state.stiffness + np.diag(added / UNITS**2)
+            tangent[rows, rows] = _held(state, added)
         own, hubs = self.flexibility[:n, :n], self.flexibility[n:, n:]
         push, stiffer = self.stand_in * place - self.forces_of(states), np.diag(self.stand_in) - tangent
         inverse = np.linalg.inv(np.eye(n) - own @ stiffer)
@@ -104,12 +104,17 @@ class SeatedMachine:
     ) -> FloatArray:
         """Return f at other displacements as the linearised machine has it, (5 b,)."""
         step = (there - place).reshape(-1, DOF)
-        moved = [(state.stiffness + np.diag(added / UNITS**2)) @ one for state, one in zip(states, step, strict=True)]
+        moved = [_held(state, added) @ one for state, one in zip(states, step, strict=True)]
         return self.forces_of(states) + (np.concatenate(moved) if moved else np.zeros(0))
 
     def forces_at(self, place: FloatArray, states: Sequence[BearingState], wrench: FloatArray) -> FloatArray:
         """Return the forces at all places, (5 b + n,), with the wrench on the hubs."""
         return np.concatenate([self.stand_in * place - self.forces_of(states), wrench])
+
+
+def _held(state: BearingState, added: float) -> FloatArray:
+    """Stiffness of a bearing, and of what holds its ring where it is."""
+    return np.asarray(state.stiffness + np.diag(added / UNITS**2))
 
 
 def seated(gearbox: LoadedGearbox, equilibrium: Equilibrium, hubs: Sequence[int], still: FloatArray) -> SeatedMachine:
@@ -125,13 +130,8 @@ def seated(gearbox: LoadedGearbox, equilibrium: Equilibrium, hubs: Sequence[int]
         All loads on the machine, without those on the hubs that are to come.
     """
     size, system = len(gearbox.load), gearbox.system
-    rigid = [row for bearing in gearbox.bearings for row in bearing.rows[list(bearing.rigid)]]
-    turned = {start: start + ABOUT_AXIS for start in gearbox.first.values()}
-    for hub in hubs:
-        turned[max(start for start in turned if start <= hub)] = hub + ABOUT_AXIS
-    held = np.array(rigid + [np.eye(size)[place] for place in turned.values()])
+    held, basis = held_shafts(gearbox, hubs)
     scale = np.where(system.rotations, 1.0 / ARM, 1.0)
-    basis = scale[:, None] * null_space(held * scale)
     rows = np.concatenate([seat.rows for seat in system.seats] + [np.eye(size)[hub : hub + NODE] for hub in hubs])
     stiffness = system.stiffness.copy()
     for seat in system.seats:

@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.line.hubs import HUB
 from pmor.machine.carrier_turn import CarrierTurn
 from pmor.machine.coupled_sets import SolvedSet
 from pmor.machine.loaded import LoadedGearbox
 from pmor.machine.set_frame import MEMBERS
 from pmor.sets.lost import known
 from pmor.sets.pins import PlanetsOnPins
-from pmor.sets.shafts import at_place, shaft_of
+from pmor.sets.solution import on_planets
 
 # Orders of the carrier's turn that are told.
 ORDERS = 3
@@ -67,26 +66,15 @@ def _force_data(force: FloatArray) -> Data:
     }  # fmt: skip
 
 
-def _on_planets(one: SolvedSet, wrench: FloatArray) -> FloatArray:
-    """Forces and moments on all planets by those on all bodies (P, B, 6), in axes of the plan, (P, N, 6)."""
-    plan = one.meshing.file.plan
-    found = np.zeros((len(wrench), len(plan.planets), HUB))
-    for number, on in enumerate(shaft_of(plan.bodies)):
-        if on in plan.planets:
-            place = plan.bodies[number].z - plan.bodies[on].z
-            found[:, plan.planets.index(on)] += wrench[:, number] @ at_place(place)
-    return found
-
-
 def planet_shares(turn: CarrierTurn, one: SolvedSet) -> FloatArray:
     """Return the share of each planet in what the meshes carry around, (P, N)."""
-    force = one.solution.outwards_and_around(_on_planets(one, turn.hub_wrench)[..., :2])[..., 1]
+    force = one.solution.outwards_and_around(on_planets(one.meshing.file.plan, turn.hub_wrench)[..., :2])[..., 1]
     return np.asarray(force / force.sum(axis=1, keepdims=True))
 
 
 def planet_rows(turn: CarrierTurn, one: SolvedSet) -> FloatArray:
     """Return forces across the bearing rows of all planets, (P, N, b), N."""
-    loads = _on_planets(one, turn.hub_wrench + turn.hanging)
+    loads = on_planets(one.meshing.file.plan, turn.hub_wrench + turn.hanging)
     return np.asarray(np.linalg.norm(_pins(one).on_bearings(loads)[..., :2], axis=-1))
 
 

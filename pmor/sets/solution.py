@@ -203,12 +203,7 @@ class SetSolution:
     @cached_property
     def planet_wrench(self) -> FloatArray:
         """Forces and moments of the meshes on the planets, of stepped ones about the first gear, (D, A, N, 6)."""
-        total = np.zeros((*self.converged.shape, len(self.plan.planets), HUB))
-        for number, (body, on) in enumerate(zip(self.plan.bodies, shaft_of(self.plan.bodies), strict=True)):
-            if on in self.plan.planets:
-                place = body.z - self.plan.bodies[on].z
-                total[:, :, self.plan.planets.index(on)] += self.hub_wrench[:, :, number] @ at_place(place)
-        return total
+        return on_planets(self.plan, self.hub_wrench)
 
     @cached_property
     def planet_displacement_mm(self) -> FloatArray:
@@ -337,6 +332,16 @@ class SetSolution:
         """Amplitudes of the whole orders of the first mesh, um; NaN where meshes do not stand as before at the end."""
         found = self.ste_orders(torque).amplitude[self.pitches - 1 :: self.pitches]
         return found if self.repeats else np.full_like(found, np.nan)
+
+
+def on_planets(plan: SetPlan, wrench: FloatArray) -> FloatArray:
+    """Return wrenches on all bodies (..., B, 6) as those on planets, of stepped ones about the first, (..., N, 6)."""
+    total = np.zeros((*wrench.shape[:-2], len(plan.planets), HUB))
+    for number, (body, on) in enumerate(zip(plan.bodies, shaft_of(plan.bodies), strict=True)):
+        if on in plan.planets:
+            place = body.z - plan.bodies[on].z
+            total[..., plan.planets.index(on), :] += wrench[..., number, :] @ at_place(place)
+    return total
 
 
 def solve_set(
