@@ -20,9 +20,10 @@ from pmor.case.values import did_you_mean
 from pmor.core.errors import PmorError
 from pmor.gear.pair import GearPair
 from pmor.machine.groups import ROUNDED_MM, alike_from_both_ends, same_gear
+from pmor.machine.load_settings import LoadCase
 from pmor.machine.model import GearboxModel, pinion_senses, set_torques
 from pmor.machine.set_frame import MEMBERS
-from pmor.machine.settings import HOUSING, Bearing, GearboxSections, LoadCase, Mesh, PlanetarySet, Shaft, ShaftSection
+from pmor.machine.settings import HOUSING, Bearing, GearboxSections, Mesh, PlanetarySet, Shaft, ShaftSection
 from pmor.sets.loader import SetFile
 
 # Of the largest torque through a set over all loads: none.

@@ -28,10 +28,10 @@ from pmor.machine.coupled_sets import SolvedSet, mean_wrenches, placed_sets, sol
 from pmor.machine.fixed_point import Mixing
 from pmor.machine.groups import GroupKey, PlacedGroup, group_under, mesh_sweep
 from pmor.machine.hub_compliance import compliance_below
+from pmor.machine.load_settings import LoadCase
 from pmor.machine.loaded import ABOUT_AXIS, LoadedGearbox, Meshing, loaded
 from pmor.machine.mesh_force import MeshFrame
 from pmor.machine.model import GearboxModel
-from pmor.machine.settings import LoadCase
 from pmor.machine.system import Equilibrium
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.samples import Samples

@@ -27,9 +27,10 @@ from pmor.gear.classical.iso6336 import (
 from pmor.gear.flank_deviation import kernel_deviation
 from pmor.gear.kernels.deviation import deviations_at
 from pmor.machine.coupled import SolvedMesh
+from pmor.machine.load_settings import LoadCase
 from pmor.machine.mesh_force import f_beta_um
 from pmor.machine.model import GearboxModel
-from pmor.machine.settings import LoadCase, Mesh, ShaftSection
+from pmor.machine.settings import Mesh, ShaftSection
 from pmor.pair.conditions import assembly_of
 from pmor.pair.iso_blank import blank_factor
 

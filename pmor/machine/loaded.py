@@ -19,16 +19,11 @@ from pmor.case.coast import other_flank
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.machine.groups import PlacedGroup, image_of
+from pmor.machine.load_settings import LoadCase
 from pmor.machine.mesh_force import MeshFrame, hub_wrenches, mesh_frame
 from pmor.machine.model import GearboxModel, other_key, pinion_senses, placed_groups, seat_on, set_torques
 from pmor.machine.set_frame import MEMBERS, SetFrame, set_frame
-from pmor.machine.settings import (
-    HOUSING,
-    Bearing,
-    LoadCase,
-    Mesh,
-    PlanetarySet,
-)
+from pmor.machine.settings import HOUSING, Bearing, Mesh, PlanetarySet
 from pmor.machine.system import Equilibrium, Seat, System, solve_system
 from pmor.machine.weights import gear_weight, hanging_weights, set_weights, shaft_weight
 from pmor.pair.model import gear_pair

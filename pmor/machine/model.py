@@ -14,14 +14,8 @@ from pmor.case.coast import other_flank
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.machine.groups import GearGroup, PlacedGroup, alike_from_both_ends, gear_groups, placed_group
-from pmor.machine.settings import (
-    HOUSING,
-    GearboxSections,
-    GearPlace,
-    LoadCase,
-    MemberPlace,
-    Shaft,
-)
+from pmor.machine.load_settings import LoadCase
+from pmor.machine.settings import HOUSING, GearboxSections, GearPlace, MemberPlace, Shaft
 from pmor.sets.kinematics import member_speeds, torque_ratios
 from pmor.sets.loader import SetFile
 

@@ -18,11 +18,12 @@ from pmor.gear.pair import GearPair
 from pmor.machine.coupled import RigidMesh, RootStresses, SolvedLoad, SolvedMesh
 from pmor.machine.coupled_sets import SolvedSet
 from pmor.machine.iso import CrudeMisalignment, crude_misalignment, sliced_k_h_beta
+from pmor.machine.load_settings import LoadCase
 from pmor.machine.loaded import LoadedGearbox, Supported
 from pmor.machine.mesh_force import f_beta_um
 from pmor.machine.model import GearboxModel, speeds_rpm
 from pmor.machine.set_frame import MEMBERS
-from pmor.machine.settings import HOUSING, Bearing, LoadCase
+from pmor.machine.settings import HOUSING, Bearing
 from pmor.machine.ste_parts import parts_data, set_ste_parts, ste_parts
 from pmor.machine.system import Equilibrium
 from pmor.machine.turn_readings import turn_data

@@ -34,11 +34,11 @@ from pmor.machine.coupled import (
 from pmor.machine.coupled_sets import sets_on_rigid_supports
 from pmor.machine.fit import fit_meshes
 from pmor.machine.groups import GroupKey, group_trains, group_under, mesh_sweep
+from pmor.machine.load_settings import LoadCase
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import GearboxModel, placed_groups
 from pmor.machine.output import FILES, set_files
 from pmor.machine.result import GearboxResult
-from pmor.machine.settings import LoadCase
 from pmor.pair.samples import lost_samples
 from pmor.results.root_stress import RootStress
 from pmor.results.sweep import SteSweep

@@ -10,7 +10,7 @@ import numpy as np
 
 from pmor.case.duty import ROUNDED_SHARE
 from pmor.core.errors import CaseError
-from pmor.machine.settings import Gravity, LoadCase, ShaftForce, ShaftMoment, ShaftTorque
+from pmor.machine.load_settings import Gravity, LoadCase, ShaftForce, ShaftMoment, ShaftTorque
 from pmor.rexs.drive import drives, said, shaft_speeds
 from pmor.rexs.joints import COUPLINGS, axis_of, joints
 from pmor.rexs.model import Component, Gearbox

@@ -14,11 +14,12 @@ import numpy as np
 from pmor.case.coast import as_drawn
 from pmor.case.duty import shares
 from pmor.machine.coupled import SolvedLoad
+from pmor.machine.load_settings import Gravity, LoadCase
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import pinion_senses, set_torques
 from pmor.machine.readings import Data
 from pmor.machine.set_frame import set_frame
-from pmor.machine.settings import HOUSING, Gravity, LoadCase, Mesh, PlanetarySet, Shaft
+from pmor.machine.settings import HOUSING, Mesh, PlanetarySet, Shaft
 from pmor.rexs.document import Attributes, Document
 from pmor.rexs.gearbox_results import GEARS, Numbers, found_attributes
 from pmor.rexs.loads import LOAD_NAME

@@ -24,9 +24,9 @@ import numpy as np
 
 from pmor.core.threads import one_thread
 from pmor.machine.coupled import solve_load
+from pmor.machine.load_settings import LoadCase, ShaftForce, ShaftMoment
 from pmor.machine.loader import GearboxFile, load
 from pmor.machine.run import meshes_and_trains
-from pmor.machine.settings import LoadCase, ShaftForce, ShaftMoment
 from pmor.machine.turn_readings import turn_data
 from pmor.storage.gear_store import kept_beside
 

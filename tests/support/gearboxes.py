@@ -3,18 +3,10 @@
 import math
 
 from pmor.case import parse_case
+from pmor.machine.load_settings import LoadCase, ShaftTorque
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import GearboxModel
-from pmor.machine.settings import (
-    Bearing,
-    GearboxSections,
-    GearPlace,
-    LoadCase,
-    Mesh,
-    Shaft,
-    ShaftSection,
-    ShaftTorque,
-)
+from pmor.machine.settings import Bearing, GearboxSections, GearPlace, Mesh, Shaft, ShaftSection
 from pmor.pair.model import gear_pair
 
 FVA_CASE = """

@@ -12,8 +12,8 @@ from pmor.dynamics.whine.blades import Blades
 from pmor.dynamics.whine.moving import MovingMachine
 from pmor.dynamics.whine.planets import CENTRAL, HUBS, MovingSet, PlanetCoordinates, PlanetMatrices, planet_matrices
 from pmor.gear.inertia import Inertia
+from pmor.machine.load_settings import LoadCase
 from pmor.machine.loaded import LoadedGearbox
-from pmor.machine.settings import LoadCase
 
 # Any: inertias and torsional springs are given over the square of the radius, mm.
 RADIUS = 100.0

@@ -14,10 +14,10 @@ from pmor.body.bearing_estimate import CatalogueBearing
 from pmor.body.roller_bearing import RollerBearing
 from pmor.body.rolling_bearing import BallBearing
 from pmor.core.errors import CaseError, OutputError
+from pmor.machine.load_settings import Gravity
 from pmor.machine.loaded import loaded
 from pmor.machine.model import pinion_torques, speeds_rpm
 from pmor.machine.readings import carried
-from pmor.machine.settings import Gravity
 from pmor.rexs.files import load_gearbox as load
 from pmor.rexs.write_gearbox import gearbox_rexs
 from pmor.rexs.write_set import set_rexs

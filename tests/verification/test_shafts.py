@@ -9,12 +9,13 @@ from numpy.testing import assert_allclose
 
 from pmor.body.beam import NODE, Beam, CircularSection, ShaftMaterial
 from pmor.core.errors import CaseError
+from pmor.machine.load_settings import ShaftForce, ShaftMoment
 from pmor.machine.loaded import loaded
 from pmor.machine.loader import load
 from pmor.machine.mesh_force import f_beta_um
 from pmor.machine.model import pinion_torques, speeds_rpm
 from pmor.machine.readings import bearing_data
-from pmor.machine.settings import Bearing, ShaftForce, ShaftMoment
+from pmor.machine.settings import Bearing
 from tests.support.gearboxes import SMALL, drive, fva_box, written
 
 STEEL = ShaftMaterial(210e3, 0.3)

@@ -26,9 +26,9 @@ from pmor.dynamics.whine.ringing import RingingGear
 from pmor.gear.inertia import Inertia
 from pmor.line.hub_law import COORDINATES, mesh_coordinates
 from pmor.machine.coupled import SolvedLoad
+from pmor.machine.load_settings import LoadCase
 from pmor.machine.loaded import BEARING_ROWS, LoadedGearbox, Meshing, loaded
 from pmor.machine.model import GearboxModel, speeds_rpm
-from pmor.machine.settings import LoadCase
 from pmor.machine.system import tangent_of
 from pmor.machine.weights import M3_OF_MM3, gears_on_shafts
 

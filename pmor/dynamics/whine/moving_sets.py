@@ -34,10 +34,10 @@ from pmor.gear.inertia import Inertia, disc
 from pmor.line.hub_law import train_coordinates
 from pmor.line.several import GearTrain
 from pmor.machine.coupled_sets import SolvedSet
+from pmor.machine.load_settings import LoadCase
 from pmor.machine.loaded import ABOUT_AXIS, LoadedGearbox
 from pmor.machine.model import GearboxModel
 from pmor.machine.set_frame import MEMBERS, set_frame
-from pmor.machine.settings import LoadCase
 from pmor.machine.weights import inertias_of_set
 from pmor.sets.kinematics import member_speeds, torque_ratios
 from pmor.sets.loader import SetFile, with_sections

@@ -26,8 +26,8 @@ from pmor.dynamics.whine.set_response import over_planets, set_excitation
 from pmor.dynamics.whine.swinging import Swinging, ripples, unbalances
 from pmor.line.hub_law import COORDINATES
 from pmor.machine.coupled import SolvedLoad
+from pmor.machine.load_settings import LoadCase
 from pmor.machine.model import GearboxModel
-from pmor.machine.settings import LoadCase
 from pmor.machine.system import Equilibrium
 from pmor.sets.loader import SetFile
 from pmor.sets.solution import SetSolution

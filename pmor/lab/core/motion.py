@@ -25,9 +25,9 @@ from pmor.dynamics.whine.response import RPM, LoadResponse
 from pmor.dynamics.whine.result import MotionResult
 from pmor.dynamics.whine.run import ANGLES, speeds_of
 from pmor.machine.coupled import SolvedLoad, solve_load
+from pmor.machine.load_settings import LoadCase
 from pmor.machine.loader import GearboxFile
 from pmor.machine.run import meshes_and_trains
-from pmor.machine.settings import LoadCase
 from pmor_online.model import keeping_sections
 
 SPEEDS, HARMONICS = 2000, 6

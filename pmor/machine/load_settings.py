@@ -1,0 +1,172 @@
+"""Sections of a gearbox file that say what acts on its shafts: loads, gravity, masses beside the drawing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pmor.case.duty import Timed
+from pmor.case.motion import Body
+from pmor.core import ranges
+
+AnyTorque = ranges.SignedTorque | Literal["balance"]
+Force = Annotated[float, ranges.Range(-1e12, 1e12, "N")]
+Acceleration = Annotated[float, ranges.Range(-1e3, 1e3, "m/s2")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ripple:
+    """A torque that swings with the turns of its shaft (section `ripple` of `torques` of `[[loads]]`), for motion.
+
+    Parameters
+    ----------
+    order : float
+        Swings to a turn of the shaft.
+    amplitude_Nm, phase_deg : float
+        About the mean torque, from zero to peak; the phase at the angle 0.
+    """
+
+    order: Annotated[float, ranges.Range(0.0, 1e4, low_excluded=True)]
+    amplitude_Nm: Annotated[float, ranges.Range(0.0, 1e12, "N m")]
+    phase_deg: Annotated[float, ranges.Range(-360.0, 360.0, "deg")] = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftTorque:
+    """A torque on a shaft (section `torques` of `[[loads]]`).
+
+    Parameters
+    ----------
+    shaft : str
+        On which it acts.
+    at_mm : float
+        Along the shaft.
+    torque_Nm : float or "balance"
+        About x. "balance" at the one place of a train that holds against all others.
+    ripple : tuple of Ripple
+        What swings about it in motion.
+    """
+
+    shaft: str
+    at_mm: ranges.Place
+    torque_Nm: AnyTorque
+    ripple: tuple[Ripple, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftForce:
+    """A force on a shaft (section `forces` of `[[loads]]`).
+
+    Parameters
+    ----------
+    shaft : str
+        On which it acts.
+    at_mm : float
+        Along the shaft.
+    x_N, y_N, z_N : float
+        Along the axes of the machine.
+    """
+
+    shaft: str
+    at_mm: ranges.Place
+    x_N: Force = 0.0
+    y_N: Force = 0.0
+    z_N: Force = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftMoment:
+    """A bending moment on a shaft (section `moments` of `[[loads]]`).
+
+    Parameters
+    ----------
+    shaft : str
+        On which it acts.
+    at_mm : float
+        Along the shaft.
+    y_Nm, z_Nm : float
+        About the axes of the machine.
+    """
+
+    shaft: str
+    at_mm: ranges.Place
+    y_Nm: ranges.SignedTorque = 0.0
+    z_Nm: ranges.SignedTorque = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadCase(Timed):
+    """What acts on the shafts at once (section `[[loads]]`).
+
+    Parameters
+    ----------
+    name : str
+        Of the load case.
+    torques : tuple of ShaftTorque
+    forces : tuple of ShaftForce
+    moments : tuple of ShaftMoment
+    speed_rpm : float or None
+        Of the shaft of the first torque, about x.
+    fraction : float or None
+        Share of the operating time, of a duty cycle: all loads have one, or none has. They add up to 1.
+    hours : float or None
+        Operating time in this load case, h, instead of its share.
+    """
+
+    torques: tuple[ShaftTorque, ...]
+    forces: tuple[ShaftForce, ...] = ()
+    moments: tuple[ShaftMoment, ...] = ()
+    speed_rpm: Annotated[float, ranges.Range(-1e6, 1e6, "rpm")] | None = None
+
+    @property
+    def places(self) -> tuple[tuple[str, float], ...]:
+        """Shafts and places along them, mm, of all torques, forces and moments."""
+        acting: tuple[ShaftTorque | ShaftForce | ShaftMoment, ...] = (*self.torques, *self.forces, *self.moments)
+        return tuple((one.shaft, one.at_mm) for one in acting)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gravity:
+    """By what shafts and gears are heavy (section `[gravity]`); without it they have no weight.
+
+    Gears weigh as drawn, of `density_kg_m3` in `[dynamics]` of their case.
+
+    Parameters
+    ----------
+    x_m_s2, y_m_s2, z_m_s2 : float
+        Acceleration along the axes of the machine: -9.81 along the one that points upwards.
+    """
+
+    x_m_s2: Acceleration = 0.0
+    y_m_s2: Acceleration = 0.0
+    z_m_s2: Acceleration = 0.0
+
+    @property
+    def vector(self) -> tuple[float, float, float]:
+        """m/s2."""
+        return self.x_m_s2, self.y_m_s2, self.z_m_s2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mass(Body):
+    """A rigid body on a shaft that the drawing does not show (section `[[masses]]`): motor, coupling, brake, load.
+
+    Parameters
+    ----------
+    name, shaft : str
+        Of the body, and the shaft that carries it.
+    at_mm : float
+        Of its middle along the shaft.
+    mass_kg : float
+        Its mass.
+    polar_inertia_kg_m2, tilting_inertia_kg_m2 : float
+        About the axis, and about an axis across it through its middle.
+    unbalance_kg_mm, unbalance_deg : float
+        Mass times the distance of its centre from the axis, for motion, and the place of the centre, from y towards z.
+    """
+
+    name: str
+    shaft: str
+    at_mm: ranges.Place
+    unbalance_kg_mm: Annotated[float, ranges.Range(0.0, 1e9, "kg mm")] = 0.0
+    unbalance_deg: Annotated[float, ranges.Range(-360.0, 360.0, "deg")] = 0.0
