@@ -121,8 +121,7 @@ class Rollers:
         carrying = normal[pressed]
         load[pressed], slope = power_law(self.stiffness_constant / self.laminae, approach[pressed], LINE)
         pressure = self.pressure(float(load.max()) * self.laminae / self.effective_length_mm)
-        by_row = np.array([part @ of for part, of in zip(np.split(load, self.row_count),
-                                                         np.split(normal, self.row_count), strict=True)])  # fmt: skip
+        by_row = (load.reshape(self.row_count, 1, -1) @ normal.reshape(self.row_count, -1, DOF))[:, 0]
         return BearingState(
             by_row.sum(axis=0), (carrying.T * slope) @ carrying,
             load.reshape(self.row_count, self.rollers, self.laminae), by_row, pressure,

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.body.rolling_bearing import BearingState
+from pmor.body.rolling_bearing import DOF, BearingState
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.line.hubs import HUB
 from pmor.line.kernels.flexibility import Flexibility
@@ -22,9 +22,10 @@ from pmor.line.kernels.types import LineResults
 from pmor.line.several import GearTrain, PlacedTrain
 from pmor.machine.loaded import BEARING_ROWS, LoadedGearbox, SetMeshing, row_of
 from pmor.machine.seated import Linearised, SeatedMachine, seated
+from pmor.machine.seated_pins import SeatedPins, seated_pins
 from pmor.machine.set_frame import ABOUT, MEMBERS, turned
 from pmor.machine.system import UNITS, Equilibrium
-from pmor.sets.solution import errors_of, solve_placed
+from pmor.sets.solution import errors_of, on_planets, solve_placed
 
 MOST_STEPS = 60
 # Stiffness that holds rings that lie loose where they are for a step, at least and at most, N/mm.
@@ -53,7 +54,13 @@ class CarrierTurn:
         Of sun, carrier and ring in the housing, in axes of the machine, mm and rad.
     bearing_force : ndarray, shape (P, s, 6)
         What shafts press on all supports of the machine, in axes of the machine, N and N mm.
+    rings : ndarray, shape (P, r, 5)
+        Displacements of the inner rings of the rolling bearings on shafts, then of those on pins, mm and rad.
+    pin_load : ndarray, shape (P, N, b, 4)
+        On the bearings of all planets, as in `pmor.sets.pins.PlanetOnPin`.
     converged : ndarray of bool, shape (P,)
+    pins : SeatedPins or None
+        Rolling bearings on pins.
     """
 
     angle_deg: FloatArray
@@ -62,7 +69,10 @@ class CarrierTurn:
     member_wrench: FloatArray
     hub_displacement: FloatArray
     bearing_force: FloatArray
+    rings: FloatArray
+    pin_load: FloatArray
     converged: BoolArray
+    pins: SeatedPins | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +86,11 @@ class SetPositions:
     phi : ndarray, shape (A,)
         Angles of the train, a number of them to each pitch of the first mesh.
     placed : list of PlacedTrain, length A
-    rows : list of ndarray, shape (N, 18)
-        Wrenches on the members by unit forces in the sections.
+    rows : list of ndarray, shape (N, 18 + 6 p)
+        Wrenches on the members by unit forces in the sections, and on planets whose bearings have a law.
+    carried : ndarray, shape (6 B, 18 + 6 p)
+        Displacements of all bodies by those of the same.
+    pins : SeatedPins or None
     workspaces : list of Flexibility
     before : list of LineResults or None
         Solved last at each angle.
@@ -87,6 +100,8 @@ class SetPositions:
     phi: FloatArray
     placed: list[PlacedTrain]
     rows: list[FloatArray]
+    carried: FloatArray
+    pins: SeatedPins | None
     workspaces: list[Flexibility]
     before: list[LineResults | None]
 
@@ -96,12 +111,14 @@ def set_positions(one: SetMeshing, train: GearTrain, angles: int) -> SetPosition
     plan = one.file.plan
     phi = train.meshes[0].pair.meshed.pair.pitch * np.arange(plan.cycle * angles) / angles
     placed = [train.place(phi[n : n + 1], plan.displacement) for n in range(len(phi))]
-    carried = one.frame.carried.T
-    rows = [np.concatenate([at.on_bodies(mesh, carried) for mesh in at.placed], axis=1)[0] for at in placed]
+    pins, carried = seated_pins(one), one.frame.carried
+    if pins is not None:
+        carried = np.hstack([carried, pins.carried])
+    rows = [np.concatenate([at.on_bodies(mesh, carried.T) for mesh in at.placed], axis=1)[0] for at in placed]
     workspaces = [at.workspace() for at in placed]
     size = len(rows[0])
     workspaces = [one._replace(further=np.empty((1, size, size))) for one in workspaces]
-    return SetPositions(train, phi, placed, rows, workspaces, [None] * len(placed))
+    return SetPositions(train, phi, placed, rows, carried, pins, workspaces, [None] * len(placed))
 
 
 @dataclass(frozen=True)
@@ -129,24 +146,31 @@ class _Turning:
     weights: FloatArray
 
     def solve(self, number: int, cycle: int, angle: float, machine: Linearised) -> tuple[FloatArray, FloatArray, bool]:
-        """Return the forces in all sections, and the wrench on the members in axes of the machine."""
-        at, plan = self.at, self.one.file.plan
+        """Return the forces in all sections, and the wrench on members, in axes of the machine, and on planets."""
+        at, plan, hubs = self.at, self.one.file.plan, len(self.there)
         placed, rows, workspace = at.placed[number], at.rows[number], at.workspaces[number]
-        compliance, offset = np.zeros((18, 18)), np.zeros(18)
-        compliance[np.ix_(self.there, self.there)], offset[self.there] = machine.compliance, machine.offset
-        in_plan = turned(turned(self.turn.T @ compliance @ self.turn, angle).T, angle)
-        moved = turned(offset @ self.turn, angle)
-        weights = turned(self.weights, angle)
+        compliance, offset, in_plan = np.zeros((18, 18)), np.zeros(18), np.zeros((rows.shape[1],) * 2)
+        compliance[np.ix_(self.there, self.there)] = machine.compliance[:hubs, :hubs]
+        offset[self.there] = machine.offset[:hubs]
+        in_plan[:18, :18] = turned(turned(self.turn.T @ compliance @ self.turn, angle).T, angle)
+        moved, weights = np.zeros(len(in_plan)), turned(self.weights, angle)
+        moved[:18] = turned(offset @ self.turn, angle)
         moved[ABOUT] = 0.0
-        np.matmul(rows @ in_plan, rows.T, out=workspace.further[0])
-        off = self.one.frame.carried @ moved + at.train.compliance @ weights
+        hanging = weights @ at.carried[:, 18:]
+        if at.pins is not None:  # the train has its planets on springs
+            in_plan[18:, 18:] = machine.compliance[hubs:, hubs:] - at.pins.on_pins.compliance
+            moved[18:] = machine.offset[hubs:] + in_plan[18:, 18:] @ hanging
+        gives = np.flatnonzero(in_plan.any(axis=0))
+        np.matmul(rows[:, gives] @ in_plan[np.ix_(gives, gives)], rows[:, gives].T, out=workspace.further[0])
+        off = at.carried @ moved + at.train.compliance @ weights
         plan = replace(plan, displacement=plan.displacement + off)
         load, errors = self.load + (at.train.free @ weights)[None], errors_of(plan, placed, cycle)
         found = solve_placed(placed, load, errors, cycle, workspace, at.before[number])
         if found.converged.all():
             at.before[number] = found
-        wrench = turned(found.force[0, 0] @ rows, -angle)
-        return found.force[0, 0], (self.turn @ wrench)[self.there], bool(found.converged[0, 0])
+        total = found.force[0, 0] @ rows
+        wrench = np.concatenate([(self.turn @ turned(total[:18], -angle))[self.there], total[18:] + hanging])
+        return found.force[0, 0], wrench, bool(found.converged[0, 0])
 
 
 def carrier_turn(
@@ -195,11 +219,12 @@ def mean_turn(
 def _turned(turning: _Turning, numbers: IntArray, cycles: IntArray, angles: FloatArray) -> CarrierTurn:
     """Solve positions one after the other: numbers of placed angles, pitches later, angles of the carrier, (P,)."""
     one, at, machine = turning.one, turning.at, turning.machine
-    place = machine.start
-    forces, hanging, members, hubs, loads, settled = [], [], [], [], [], []
+    place, states = machine.start, machine.states(machine.start)
+    forces, hanging, members, hubs, loads, settled, rings, apart = [], [], [], [], [], [], [], []
+    seats, there, of_shafts = machine.seats, len(turning.there), DOF * len(machine.numbers)
     for number, cycle, angle in zip(numbers.tolist(), cycles.tolist(), angles.tolist(), strict=True):
-        found = _settled(turning, number, cycle, angle, place)
-        place = found.place if found.converged else place
+        found = _settled(turning, number, cycle, angle, place, states)
+        place, states = (found.place, found.states) if found.converged else (place, states)
         settled.append(found.converged)
         wrench = np.zeros((len(at.train.bodies), HUB))
         for mesh in at.placed[number].placed:
@@ -207,15 +232,24 @@ def _turned(turning: _Turning, numbers: IntArray, cycles: IntArray, angles: Floa
                 wrench[body] += found.force[mesh.part] @ mesh.rows[0, :, gear]
         forces.append(wrench)
         hanging.append(turned(turning.weights, angle).reshape(-1, HUB))
-        members.append(one.frame.in_machine(turned(found.force @ at.rows[number], -angle)))
+        members.append(one.frame.in_machine(turned((found.force @ at.rows[number])[:18], -angle)))
         moved = np.zeros(18)
-        moved[turning.there] = (machine.at_rest + machine.flexibility @ found.forces)[machine.seats :]
+        moved[turning.there] = (machine.at_rest + machine.flexibility @ found.forces)[seats : seats + there]
         hubs.append(moved.reshape(3, HUB))
         load = machine.carried @ found.forces + machine.carried_at_rest
-        for seat, state in zip(machine.numbers, found.states, strict=True):
+        for seat, state in zip(machine.numbers, found.states, strict=False):
             load[seat, list(BEARING_ROWS)] += state.force
         loads.append(load)
-    return CarrierTurn(np.degrees(np.abs(angles)), *map(np.array, (forces, hanging, members, hubs, loads, settled)))
+        rings.append(found.place.reshape(-1, DOF))
+        apart.append(found.forces[of_shafts:seats])
+    wrenches, weights = np.array(forces), np.array(hanging)
+    gaps = None if at.pins is None else at.pins.gaps(np.array(apart))
+    on_pins, on = one.file.plan.on_pins, on_planets(one.file.plan, wrenches + weights)
+    assert on_pins is not None, "of a planetary set"
+    return CarrierTurn(
+        np.degrees(np.abs(angles)), wrenches, weights, np.array(members), np.array(hubs), np.array(loads),
+        np.array(rings), on_pins.on_bearings(on, gaps), np.array(settled), at.pins,
+    )  # fmt: skip
 
 
 class _Settled(NamedTuple):
@@ -228,9 +262,11 @@ class _Settled(NamedTuple):
     converged: bool
 
 
-def _settled(turning: _Turning, number: int, cycle: int, angle: float, place: FloatArray) -> _Settled:
+def _settled(
+    turning: _Turning, number: int, cycle: int, angle: float, place: FloatArray, states: list[BearingState]
+) -> _Settled:
     machine = turning.machine
-    states, added, left, units = machine.states(place), LEAST, math.inf, np.tile(UNITS, len(machine.bearings))
+    added, left, units = LEAST, math.inf, np.tile(UNITS, len(machine.bearings))
     for _ in range(MOST_STEPS):
         linear = machine.linearised(place, states, added)
         force, wrench, converged = turning.solve(number, cycle, angle, linear)
@@ -267,4 +303,7 @@ def _turning(
     there = np.concatenate([HUB * n + np.arange(HUB) for n, hub in enumerate(one.hubs) if hub is not None])
     turn = np.asarray(np.kron(np.eye(len(MEMBERS)), one.frame.turn), dtype=np.float64)
     load = (torque * one.file.plan.load)[None]
-    return _Turning(one, at, seated(gearbox, equilibrium, hubs, still), there, turn, load, one.hanging_in_plan)
+    machine = seated(gearbox, equilibrium, hubs, still)
+    if at.pins is not None:
+        machine = at.pins.beside(machine, torque * one.file.plan.wrench)
+    return _Turning(one, at, machine, there, turn, load, one.hanging_in_plan)

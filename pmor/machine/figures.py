@@ -134,7 +134,7 @@ def set_ste_figure(loads: Sequence[SolvedLoad], number: int) -> Figure:
 def turn_figure(one: SolvedSet) -> Figure:
     """Loads of the planets of a set over a turn of its carrier, and forces across the rows of their bearings."""
     assert one.turn is not None
-    share, rows = planet_shares(one.turn, one), planet_rows(one.turn, one)
+    share, rows = planet_shares(one.turn, one), planet_rows(one.turn)
     angle, plan = one.turn.angle_deg, one.solution.plan
     with panels(2, 9.2, 4.2, legend=2) as (figure, (loads, across)):
         for number, planet in enumerate(plan.planets):

@@ -12,7 +12,6 @@ from pmor.machine.coupled_sets import SolvedSet
 from pmor.machine.loaded import LoadedGearbox
 from pmor.machine.set_frame import MEMBERS
 from pmor.sets.lost import known
-from pmor.sets.pins import PlanetsOnPins
 from pmor.sets.solution import on_planets
 
 # Orders of the carrier's turn that are told.
@@ -29,16 +28,20 @@ def turn_data(gearbox: LoadedGearbox, one: SolvedSet) -> Data | None:
     turn = one.turn
     if turn is None:
         return None
-    share, rows = planet_shares(turn, one), planet_rows(turn, one)
+    share, rows = planet_shares(turn, one), planet_rows(turn)
+    plan = one.meshing.file.plan
+    assert plan.on_pins is not None, "of a planetary set"
     return {
         "angle_deg": turn.angle_deg.tolist(),
         "converged": bool(turn.converged.all()),
         "k_gamma": known(np.max, share) * share.shape[1],
         "planet_share": share.T.tolist(),
         "planet_rows": [
-            {"at_mm": place, "largest_N": known(np.max, row),
+            {"planet": plan.bodies[body].name, "at_mm": place, "largest_N": known(np.max, row),
+             "largest_at_deg": float(turn.angle_deg[np.nan_to_num(row).argmax()]),
              "largest_over_mean": known(np.max, row) / known(np.mean, rows)}
-            for place, row in zip(_pins(one).pin.bearings_mm, rows.transpose(2, 0, 1), strict=True)
+            for body, of_planet in zip(plan.planets, rows.transpose(1, 2, 0), strict=True)
+            for place, row in zip(plan.on_pins.pin.bearings_mm, of_planet, strict=True)
         ],
         "supports": [
             {"name": bearing.settings.name, **_force_data(force)}
@@ -72,13 +75,6 @@ def planet_shares(turn: CarrierTurn, one: SolvedSet) -> FloatArray:
     return np.asarray(force / force.sum(axis=1, keepdims=True))
 
 
-def planet_rows(turn: CarrierTurn, one: SolvedSet) -> FloatArray:
+def planet_rows(turn: CarrierTurn) -> FloatArray:
     """Return forces across the bearing rows of all planets, (P, N, b), N."""
-    loads = on_planets(one.meshing.file.plan, turn.hub_wrench + turn.hanging)
-    return np.asarray(np.linalg.norm(_pins(one).on_bearings(loads)[..., :2], axis=-1))
-
-
-def _pins(one: SolvedSet) -> PlanetsOnPins:
-    on_pins = one.meshing.file.plan.on_pins
-    assert on_pins is not None, "of a planetary set"
-    return on_pins
+    return np.asarray(np.linalg.norm(turn.pin_load[..., :2], axis=-1))

@@ -12,7 +12,9 @@ carrier at its seats, the hubs of all planets have
 
     u = (P + K C (1 + Y C)^-1 K^T) w,                                                                           (2)
 
-symmetric and not negative. Along the axis a planet goes with the mean of its seats, and turns freely about it.
+symmetric and not negative. Gaps e in the bearings, B f + T s + e = R u, such as those by which a bearing differs from
+its spring, give u + L^T e, f - X e, and N^T e more on the seats: all follow from one potential. Along the axis a
+planet goes with the mean of its seats, and turns freely about it.
 """
 
 from __future__ import annotations
@@ -55,6 +57,10 @@ class PlanetOnPin:
         Y.
     loads, loads_by_seats : ndarray, shape (b, 4, 6) and (b, 4, 6 m)
         L and N: force on each bearing along x and y, N, and moment in the planes of x and y, N mm.
+    loads_by_gaps : ndarray, shape (b, 4, b, 4)
+        -X.
+    springs : ndarray, shape (b, 4)
+        Of the bearings in the same directions, N/mm and N mm/rad; 0 of what is free or rigid.
     """
 
     bearings_mm: tuple[float, ...]
@@ -64,6 +70,8 @@ class PlanetOnPin:
     stiffness: FloatArray
     loads: FloatArray
     loads_by_seats: FloatArray
+    loads_by_gaps: FloatArray
+    springs: FloatArray
 
 
 @dataclass(frozen=True)
@@ -109,15 +117,29 @@ class PlanetsOnPins:
         found = np.linalg.solve((np.eye(len(held)) + held).T, self.carrier)
         return np.asarray(0.5 * (found + found.T))
 
-    def seats(self, wrench: FloatArray) -> FloatArray:
+    def seats(self, wrench: FloatArray, gaps: FloatArray | None = None) -> FloatArray:
         """Return the displacements of the seats of all pins, (..., N, 6 m), by loads on the hubs (..., N, 6)."""
         carried = wrench @ self.pin.carried
+        if gaps is not None:
+            carried = carried + np.einsum("bkr,...nbk->...nr", self.pin.loads_by_seats, gaps)
         return np.asarray((carried.reshape(*carried.shape[:-2], -1) @ self._seats_give).reshape(carried.shape))
 
-    def on_bearings(self, wrench: FloatArray) -> FloatArray:
-        """Return the loads of all bearings, (..., N, b, 4) as in `PlanetOnPin`, by those on the hubs (..., N, 6)."""
+    def on_bearings(self, wrench: FloatArray, gaps: FloatArray | None = None) -> FloatArray:
+        """Return the loads of all bearings, (..., N, b, 4) as in `PlanetOnPin`, by those on the hubs (..., N, 6).
+
+        Parameters
+        ----------
+        gaps : ndarray, shape (..., N, b, 4), optional
+            In the bearings, mm and rad.
+        """
         found = np.einsum("bkr,...nr->...nbk", self.pin.loads, wrench)
-        return np.asarray(found + np.einsum("bkr,...nr->...nbk", self.pin.loads_by_seats, self.seats(wrench)))
+        found += np.einsum("bkr,...nr->...nbk", self.pin.loads_by_seats, self.seats(wrench, gaps))
+        return found if gaps is None else found + np.einsum("bkcl,...ncl->...nbk", self.pin.loads_by_gaps, gaps)
+
+    def moved(self, wrench: FloatArray, gaps: FloatArray) -> FloatArray:
+        """Return the displacements of all hubs, (..., N, 6), by loads on them and gaps in the bearings."""
+        found = wrench @ self.pin.compliance + np.einsum("bkr,...nbk->...nr", self.pin.loads, gaps)
+        return np.asarray(found + self.seats(wrench, gaps) @ self.pin.carried.T)
 
     def windup_angle(self, wrench: FloatArray) -> FloatArray:
         """Return by how much one cheek turns against the other, rad, by loads on the hubs (..., N, 6)."""
@@ -135,7 +157,10 @@ def planet_on_springs(radial: float, tilt: float) -> PlanetOnPin:
     """Return a planet in the middle of a rigid pin, on springs by their compliance, mm/N and rad/(N mm)."""
     compliance = np.diag([radial, radial, 0.0, tilt, tilt, 0.0])
     carried = np.diag([1.0] * 5 + [0.0])
-    return PlanetOnPin((), (0.0,), compliance, carried, np.zeros((HUB, HUB)), *np.zeros((2, 0, 4, HUB)))
+    none = np.zeros((0, 4, HUB))
+    return PlanetOnPin(
+        (), (0.0,), compliance, carried, np.zeros((HUB, HUB)), none, none, np.zeros((0, 4, 0, 4)), np.zeros((0, 4))
+    )
 
 
 def planet_on_bearings(
@@ -150,19 +175,23 @@ def planet_on_bearings(
         np.einsum("bwi,pir->bwpr", loads, planes).reshape(len(bearings), 4, -1)
         for loads, planes in ((one.loads[..., :2], PLANES), (one.loads[..., 2:], of_seats))
     )
+    by_gaps = np.einsum("bwcv,pq->bwpcvq", one.gaps, np.eye(2)).reshape(len(bearings), 4, len(bearings), 4)
+    ways = [(bearing.radial_N_per_mm,) * 2 + (bearing.tilt_Nmm_per_rad,) * 2 for bearing in bearings]
+    springs = [[value if isinstance(value, float) else 0.0 for value in way] for way in ways]
     return PlanetOnPin(
         tuple(bearing.at_mm for bearing in bearings), tuple(seats_mm), _in_both(PLANES, one.compliance, PLANES),
-        follows, _in_both(of_seats, one.stiffness, of_seats), by_hub, by_seats,
+        follows, _in_both(of_seats, one.stiffness, of_seats), by_hub, by_seats, by_gaps, np.array(springs),
     )  # fmt: skip
 
 
 class _InPlane(NamedTuple):
-    """P, K and Y in one plane, over deflection and slope; L and N, loads of the bearings, (b, 2, 2 + 2 m)."""
+    """P, K and Y in one plane, over deflection and slope; L and N, loads of the bearings, (b, 2, 2 + 2 m); and -X."""
 
     compliance: FloatArray
     carried: FloatArray
     stiffness: FloatArray
     loads: FloatArray
+    gaps: FloatArray
 
 
 def _in_plane(bearings: Sequence[PinBearing], bent: SeatedBeam) -> _InPlane:
@@ -183,8 +212,14 @@ def _in_plane(bearings: Sequence[PinBearing], bent: SeatedBeam) -> _InPlane:
     by_seats = np.linalg.solve(whole, np.vstack([-bent.carried[told], np.zeros((2, bent.carried.shape[1]))]))
     loads = np.zeros((2 * len(bearings), 2 + by_seats.shape[1]))
     loads[told] = np.hstack([by_load[:count], by_seats[:count] / unit])
+    by_gaps = np.linalg.solve(whole, np.vstack([-np.eye(count), np.zeros((2, count))]))[:count]
+    gaps = np.zeros((2 * len(bearings), 2 * len(bearings)))
+    gaps[np.ix_(told, told)] = by_gaps / unit
     stiffness = bent.stiffness - bent.carried[told].T @ loads[told, 2:]
-    return _InPlane(unit * by_load[count:], by_seats[count:], stiffness, loads.reshape(len(bearings), 2, -1))
+    return _InPlane(
+        unit * by_load[count:], by_seats[count:], stiffness, loads.reshape(len(bearings), 2, -1),
+        gaps.reshape(len(bearings), 2, len(bearings), 2),
+    )  # fmt: skip
 
 
 def _in_both(rows: FloatArray, matrix: FloatArray, columns: FloatArray) -> FloatArray:

@@ -1,6 +1,8 @@
 """Sets over a turn of their carrier: linear supports give what a set in its housing gives, clearances vanish into
 springs, forces balance at every angle, and a heavy shaft rests where statics puts it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -13,12 +15,20 @@ from pmor.machine.loader import load
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.system import solve_system
 from pmor.sets.run import train_of
+from pmor.sets.solution import on_planets
 from tests.support.set_gearboxes import EVEN_SET, LOAD, SHAFTS, bearing, written_reducer
 
 ROUND_OFF = 1e-9
 # Forces of bearings are settled to 1e-9 of the largest.
 SETTLED = 1e-7
 STIFFNESS = 2e5
+ROLLERS = (
+    "{ rollers = 15, roller_diameter_mm = 3.5, effective_length_mm = 6.0, pitch_diameter_mm = 25.0, clearance_mm = 0.02 }"
+)
+ON_ROLLERS = EVEN_SET + (
+    "[pins]\ndiameter_mm = 20.0\nlength_mm = 26.0\nbearings = [\n"
+    + "".join(f"{{ at_mm = {at}, roller = {ROLLERS} }},\n" for at in (-4.0, 4.0)) + "]\n"
+)  # fmt: skip
 ON_SPRINGS = EVEN_SET + "[supports]\nplanet_radial_N_per_mm = 5e4\n"
 GRAVITY = "[gravity]\nz_m_s2 = -900.0\n"
 
@@ -50,11 +60,15 @@ def train(folder):
     return train_of(load(written_reducer(folder, heavy(), ON_SPRINGS)).model.sets["stage"])
 
 
-def turned(folder, train, text):
+def turned(folder, train, text, of_set=ON_SPRINGS, laws=None):
     """A gearbox under its load, its equilibrium by smooth flanks, and its set over a turn of the carrier."""
-    model = load(written_reducer(folder, text, ON_SPRINGS)).model
+    model = load(written_reducer(folder, text, of_set)).model
     gearbox = loaded(model, model.sections.loads[0])
-    equilibrium = gearbox.solve()
+    if laws is not None:
+        one = gearbox.sets[0]
+        plan = replace(one.file.plan, on_pins=replace(one.file.plan.on_pins, rolling=laws))
+        gearbox = replace(gearbox, sets=(one._replace(file=replace(one.file, plan=plan)),))
+    equilibrium, train = gearbox.solve(), replace(train, compliance=gearbox.sets[0].file.plan.compliance)
     torque = set_torque(gearbox, equilibrium, 0)
     return gearbox, equilibrium, carrier_turn(gearbox, equilibrium, 0, torque, set_positions(gearbox.sets[0], train, 1))
 
@@ -99,6 +113,37 @@ def test_a_heavy_shaft_rests_at_half_its_clearance_and_what_its_springs_give(fol
         force, place = -state.force[2], -(bearing_.rows @ moved.displacement)[2]
         assert force > 1e4
         assert_allclose(place, 0.05 + force / STIFFNESS, rtol=1e-6)
+
+
+def test_bearings_of_planets_with_a_linear_law_are_their_springs(folder, train):
+    """Rows on a pin that a cheek holds alone: loads differ, and tilt."""
+    of_set = ON_ROLLERS.replace("length_mm = 26.0", 'length_mm = 26.0\ncheeks = "-z"')
+    gearbox, _, springs = turned(folder, train, heavy(), of_set, ())
+    stiff = gearbox.sets[0].file.plan.on_pins.pin.springs
+    laws = tuple(BearingWithPlay(across, 0.0, tilt, 0.0, 0.0) for across, _, tilt, _ in stiff)
+    _, _, by_law = turned(folder, train, heavy(), of_set, laws)
+    size = np.abs(springs.pin_load[..., :2]).max()
+    assert np.ptp(springs.pin_load, axis=0).max() > 1e-2 * size
+    assert_allclose(by_law.pin_load, springs.pin_load, rtol=0.0, atol=1e-8 * np.abs(springs.pin_load).max())
+    assert_allclose(by_law.hub_wrench[..., :3], springs.hub_wrench[..., :3], rtol=0.0, atol=1e-8 * size)
+
+
+def test_rows_of_planets_carry_meshes_and_weights_at_every_angle(folder, train):
+    """On rollers with clearance, and as their law has it at the displacement of the pin."""
+    gearbox, _, turn = turned(folder, train, heavy(clearance_mm=0.02), ON_ROLLERS)
+    on = on_planets(gearbox.sets[0].file.plan, turn.hub_wrench + turn.hanging)
+    assert turn.converged.all()
+    size = np.abs(turn.pin_load[..., :2]).max()
+    assert_allclose(turn.pin_load[..., :2].sum(axis=2), on[..., :2], rtol=0.0, atol=SETTLED * size)
+    arms = turn.pin_load[..., 2:].sum(axis=2) + np.einsum("pnbw,b->pnw", turn.pin_load[..., :2], [-4.0, 4.0])
+    assert_allclose(arms, np.stack([on[..., 4], -on[..., 3]], axis=-1), rtol=0.0, atol=SETTLED * 10.0 * size)
+    by_law = turn.pins.states(turn.rings[:, 2:])
+    for (planet, bearing_), states in by_law.items():
+        force = np.array([np.hypot(*state.force[1:3]) for state in states])
+        load = np.linalg.norm(turn.pin_load[:, planet, bearing_, :2], axis=1)
+        assert_allclose(force, load, rtol=0.0, atol=SETTLED * size)
+    _, _, tangents = turned(folder, train, heavy(clearance_mm=0.02), ON_ROLLERS, ())
+    assert np.abs(tangents.pin_load - turn.pin_load)[..., :2].max() > 1e-3 * size
 
 
 @pytest.mark.slow

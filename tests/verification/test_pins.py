@@ -88,6 +88,7 @@ def test_planets_pins_and_carrier_are_one_stiffness_matrix_of_all_parts():
                 ShaftMaterial(MODULUS, POISSON))  # fmt: skip
     hubs, seats = 3 * HUB, 36
     whole = np.zeros((hubs + seats + 3 * 3 * NODE,) * 2)
+    gaps, strained = 1e-2 * rng.normal(size=(3, 3, 4)) * [1.0, 1.0, 1e-2, 1e-2], np.zeros(len(whole))
     whole[hubs : hubs + seats, hubs : hubs + seats] = stiffness
     # Axes of the beam x, y, z are z, x, y of the set.
     order = np.array([1, 2, 0, 4, 5, 3])
@@ -100,14 +101,16 @@ def test_planets_pins_and_carrier_are_one_stiffness_matrix_of_all_parts():
         rows = np.concatenate([node + lateral for node in nodes])
         own = np.concatenate([6 * n + lateral for n in range(5)])
         whole[np.ix_(rows, rows)] += in_set[np.ix_(own, own)]
-        for bearing, node in zip(bearings, nodes[1:4], strict=True):
+        for number, (bearing, node) in enumerate(zip(bearings, nodes[1:4], strict=True)):
             gap = np.zeros((4, len(whole)))
             for plane, (shift, turn, sign) in enumerate(((0, 4, 1.0), (1, 3, -1.0))):
                 hub = HUB * planet
                 gap[plane, [hub + shift, hub + turn, node + shift]] = 1.0, sign * bearing.at_mm, -1.0
-                gap[2 + plane, [hub + turn, node + turn]] = 1.0, -1.0
+                gap[2 + plane, [hub + turn, node + turn]] = sign, -sign
             tilt = 0.0 if bearing.tilt_Nmm_per_rad == "free" else bearing.tilt_Nmm_per_rad
-            whole += gap.T @ np.diag([bearing.radial_N_per_mm] * 2 + [tilt] * 2) @ gap
+            springs = np.diag([bearing.radial_N_per_mm] * 2 + [tilt] * 2)
+            whole += gap.T @ springs @ gap
+            strained += gap.T @ springs @ gaps[planet, number]
     kept = np.flatnonzero(np.diagonal(whole))
     wrench = np.zeros(len(whole))
     wrench[:hubs].reshape(3, HUB)[:, lateral] = rng.normal(size=(3, 4)) * [1e3, 1e3, 1e4, 1e4]
@@ -124,6 +127,18 @@ def test_planets_pins_and_carrier_are_one_stiffness_matrix_of_all_parts():
             hub = HUB * planet
             apart = moved[hub] + bearing.at_mm * moved[hub + 4] - moved[node]
             assert loads[planet, number, 0] == pytest.approx(bearing.radial_N_per_mm * apart, rel=1e-6)
+    apart = np.zeros(len(whole))
+    apart[kept] = np.linalg.solve(whole[np.ix_(kept, kept)], strained[kept])
+    told = found.moved(np.zeros((3, HUB)), gaps).ravel()
+    assert_allclose(told[places], apart[places], rtol=EXACT, atol=EXACT * np.abs(apart).max())
+    moved += apart
+    loads = found.on_bearings(wrench[:hubs].reshape(3, HUB), gaps)
+    for planet in range(3):
+        for number, bearing in enumerate(bearings):
+            node = hubs + seats + 3 * NODE * planet + 6 * number
+            hub = HUB * planet
+            way = moved[hub] + bearing.at_mm * moved[hub + 4] - moved[node] - gaps[planet, number, 0]
+            assert loads[planet, number, 0] == pytest.approx(bearing.radial_N_per_mm * way, rel=1e-6)
 
 
 def test_a_pin_and_its_planet_part_at_bearings_by_what_these_give_and_meet_the_carrier_at_the_ends():
