@@ -33,7 +33,7 @@ LEAST, MOST = 1.0, 1e12
 # Positions at which the mean of a turn is found, about so many, and by how many angles of the mesh each goes on.
 MEAN_PLACES, LATTICE = 24, 7
 # Forces of the bearings that are left, over the largest one.
-SETTLED = 1e-9
+SETTLED = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +195,7 @@ def carrier_turn(
     each = len(at.phi) // cycle
     return _turned(
         _turning(gearbox, equilibrium, number, torque, at), pitches % cycle * each, pitches // cycle * cycle,
-        np.asarray(rate * pitch * pitches, dtype=np.float64),
+        np.asarray(rate * pitch * pitches, dtype=np.float64), ahead=True,
     )  # fmt: skip
 
 
@@ -216,14 +216,28 @@ def mean_turn(
     )
 
 
-def _turned(turning: _Turning, numbers: IntArray, cycles: IntArray, angles: FloatArray) -> CarrierTurn:
-    """Solve positions one after the other: numbers of placed angles, pitches later, angles of the carrier, (P,)."""
+def _turned(
+    turning: _Turning, numbers: IntArray, cycles: IntArray, angles: FloatArray, ahead: bool = False
+) -> CarrierTurn:
+    """Solve positions one after the other: numbers of placed angles, pitches later, angles of the carrier, (P,).
+
+    Parameters
+    ----------
+    ahead : bool
+        Whether the meshes stand alike at all, so that three positions lead on to the next one.
+    """
     one, at, machine = turning.one, turning.at, turning.machine
     place, states = machine.start, machine.states(machine.start)
-    forces, hanging, members, hubs, loads, settled, rings, apart = [], [], [], [], [], [], [], []
+    forces, hanging, members, hubs, loads, apart = [], [], [], [], [], []
+    settled, rings = list[bool](), list[FloatArray]()
     seats, there, of_shafts = machine.seats, len(turning.there), DOF * len(machine.numbers)
     for number, cycle, angle in zip(numbers.tolist(), cycles.tolist(), angles.tolist(), strict=True):
-        found = _settled(turning, number, cycle, angle, place, states)
+        found = None
+        if ahead and settled[-3:] == [True] * 3:
+            guess = (3.0 * (rings[-1] - rings[-2]) + rings[-3]).ravel()
+            found = _settled(turning, number, cycle, angle, guess, machine.states(guess))
+        if found is None or not found.converged:
+            found = _settled(turning, number, cycle, angle, place, states)
         place, states = (found.place, found.states) if found.converged else (place, states)
         settled.append(found.converged)
         wrench = np.zeros((len(at.train.bodies), HUB))

@@ -23,7 +23,8 @@ ROUND_OFF = 1e-9
 SETTLED = 1e-7
 STIFFNESS = 2e5
 ROLLERS = (
-    "{ rollers = 15, roller_diameter_mm = 3.5, effective_length_mm = 6.0, pitch_diameter_mm = 25.0, clearance_mm = 0.02 }"
+    "{ rollers = 15, roller_diameter_mm = 3.5, effective_length_mm = 6.0, pitch_diameter_mm = 25.0, "
+    "clearance_mm = 0.02 }"
 )
 ON_ROLLERS = EVEN_SET + (
     "[pins]\ndiameter_mm = 20.0\nlength_mm = 26.0\nbearings = [\n"
@@ -137,11 +138,15 @@ def test_rows_of_planets_carry_meshes_and_weights_at_every_angle(folder, train):
     assert_allclose(turn.pin_load[..., :2].sum(axis=2), on[..., :2], rtol=0.0, atol=SETTLED * size)
     arms = turn.pin_load[..., 2:].sum(axis=2) + np.einsum("pnbw,b->pnw", turn.pin_load[..., :2], [-4.0, 4.0])
     assert_allclose(arms, np.stack([on[..., 4], -on[..., 3]], axis=-1), rtol=0.0, atol=SETTLED * 10.0 * size)
-    by_law = turn.pins.states(turn.rings[:, 2:])
-    for (planet, bearing_), states in by_law.items():
-        force = np.array([np.hypot(*state.force[1:3]) for state in states])
-        load = np.linalg.norm(turn.pin_load[:, planet, bearing_, :2], axis=1)
-        assert_allclose(force, load, rtol=0.0, atol=SETTLED * size)
+    plan = gearbox.sets[0].file.plan
+    for (planet, row), states in turn.pins.states(turn.rings[:, 2:]).items():
+        body, (x, y, by_x, by_y) = plan.bodies[plan.planets[planet]], turn.pin_load[:, planet, row].T
+        out, around = np.array([body.x, body.y]), np.array([-body.y, body.x])
+        # About x, y of the plan: the moments in the planes of y and x; on the pin, the inner ring, that of the planet.
+        told = [np.stack(pair, axis=1) @ way / np.linalg.norm(out)
+                for pair in ((x, y), (-by_y, by_x)) for way in (out, around)]  # fmt: skip
+        force = np.array([state.force[1:] for state in states])
+        assert_allclose(-force, np.transpose(told), rtol=0.0, atol=SETTLED * 10.0 * size)
     _, _, tangents = turned(folder, train, heavy(clearance_mm=0.02), ON_ROLLERS, ())
     assert np.abs(tangents.pin_load - turn.pin_load)[..., :2].max() > 1e-3 * size
 
