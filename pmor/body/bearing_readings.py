@@ -30,14 +30,15 @@ def rolling_data(
     Parameters
     ----------
     states : sequence of BearingState
-        That take the same time, such as over a turn of a carrier: loads are those of the one with the largest, and
-        damage of all adds up.
+        That take the same time, such as over a turn of a carrier: loads are those of the one with the largest of an
+        element, pressure is the largest of all, and damage of all adds up.
     turns : (bool, bool)
         Whether inner and outer ring turn against the load.
     speed_rpm : float or None
         Of one ring against the other.
     """
-    state = max(states, key=lambda one: float(one.lamina_force.max()))
+    state = max(states, key=lambda one: float(one.element_force.max()))
+    worst = max(states, key=lambda one: one.pressure)
     lives = [reference_life(bearing, one.lamina_force, turns) for one in states]
     life = None if None in lives else added_up(lives, [1.0 / len(states)] * len(states))  # type: ignore[arg-type]
     force, azimuth = state.lamina_force.sum(axis=2), np.degrees(bearing.azimuth) % 360.0
@@ -48,10 +49,11 @@ def rolling_data(
         for place, row, own, at in zip(bearing.row_places, state.row_force, force, azimuth, strict=True)
     ]  # fmt: skip
     return {
+        "turn_positions": len(states),
         "element_force_N": force.ravel().tolist(),
         "loaded_elements": int(np.count_nonzero(force)),
-        "contact_pressure_max_MPa": state.pressure,
-        "static_safety": state.static_safety if state.pressure > 0.0 else None,
+        "contact_pressure_max_MPa": worst.pressure,
+        "static_safety": worst.static_safety if worst.pressure > 0.0 else None,
         "rows": rows,
         "dynamic_rating_N": dynamic_rating_N(bearing),
         "reference_life_1e6": _finite(life),
@@ -105,8 +107,8 @@ def rolling_bearings(load: Data) -> Iterator[Data]:
 
 def row_table(loads: Mapping[str, Data]) -> list[Data]:
     """Return the rows of all rolling bearings under all loads, by the loads' names: rows of `bearings.csv`."""
-    whole = ("contact_pressure_max_MPa", "static_safety", "dynamic_rating_N", "bearing_rpm", "reference_life_1e6",
-             "reference_life_h")  # fmt: skip
+    whole = ("contact_pressure_max_MPa", "static_safety", "dynamic_rating_N", "bearing_rpm", "turn_positions",
+             "reference_life_1e6", "reference_life_h")  # fmt: skip
     return [
         {
             "load": name, "bearing": bearing["name"], "row": number, "at_mm": row["at_mm"],

@@ -66,6 +66,10 @@ TURN_COLUMNS: Columns = {
     "largest row of a planet's bearings [N]": lambda row: max(one["largest_N"] for one in row["turn"]["planet_rows"]),
     "over the mean of all rows": lambda row: max(one["largest_over_mean"] for one in row["turn"]["planet_rows"]),
 }
+PLANET_ROW_COLUMNS: Columns = {
+    "load": "load", "set": "set", "planet": "planet", "row at [mm]": "at_mm", "largest force across [N]": "largest_N",
+    "at [°] of the carrier": "largest_at_deg", "over the mean of all rows": "largest_over_mean",
+}  # fmt: skip
 SUPPORT_COLUMNS: Columns = {
     "load": "load", "set": "set", "support": "name",
     **{f"{word} [N]": f"radial_force_{key}_N"
@@ -73,8 +77,9 @@ SUPPORT_COLUMNS: Columns = {
     **{f"order {order} of the carrier [N]": _of_order(order) for order in (1, 2, 3)},
 }  # fmt: skip
 TURN = (
-    "One position to each mesh pitch, solved in order on the law of each bearing: loads that stand in the housing, and "
-    "bearings with their loaded zones, turn against the carrier. K_γ: largest load of a planet over the mean of all."
+    "One position to each mesh pitch, solved in order on the law of each bearing, those of planets too: loads that "
+    "stand in the housing, and bearings with their loaded zones, turn against the carrier. K_γ: largest load of a "
+    "planet over the mean of all."
 )
 OF_SET: Columns = {"load": "load", "set": "set"}
 POWER_COLUMNS: Columns = {"load": "name", **heads("power_W", "losses_W", "efficiency")}
@@ -268,9 +273,11 @@ def _tables(data: Data) -> dict[str, list[Table]]:
     add("Transmission error", "Transmission error and load", MESH_COLUMNS, meshes, MESHES)
     add("Transmission error", "Planetary sets", SET_COLUMNS, sets if meshes else [], SETS)
     turning = [one for one in sets if one["turn"] is not None]
+    rows = [{**row, "load": one["load"], "set": one["name"]} for one in turning for row in one["turn"]["planet_rows"]]
     supports = [{**support, "load": one["load"], "set": one["name"]} for one in turning
                 for support in one["turn"]["supports"]]  # fmt: skip
     add("Stiffness and load sharing", "Planetary sets over a turn of the carrier", TURN_COLUMNS, turning, TURN)
+    add("Shafts and bearings", "Planets' bearings over a turn of the carrier", PLANET_ROW_COLUMNS, rows, TURN)
     add("Shafts and bearings", "Supports over a turn of the carrier", SUPPORT_COLUMNS, supports, TURN)
     add("Root stress", "Root stress", STRESS_COLUMNS, [mesh for mesh in meshes if mesh["root_stress_max_MPa"]], STRESS)
     crude = [mesh for mesh in meshes if mesh["iso_f_sh_um"] is not None]

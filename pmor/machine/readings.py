@@ -15,6 +15,7 @@ from pmor.case import Case
 from pmor.case.duty import Lubricant
 from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
+from pmor.machine.carrier_turn import CarrierTurn
 from pmor.machine.coupled import RigidMesh, RootStresses, SolvedLoad, SolvedMesh
 from pmor.machine.coupled_sets import SolvedSet
 from pmor.machine.iso import CrudeMisalignment, crude_misalignment, sliced_k_h_beta
@@ -26,7 +27,7 @@ from pmor.machine.set_frame import MEMBERS
 from pmor.machine.settings import HOUSING, Bearing
 from pmor.machine.ste_parts import parts_data, set_ste_parts, ste_parts
 from pmor.machine.system import Equilibrium
-from pmor.machine.turn_readings import turn_data
+from pmor.machine.turn_readings import pin_bearings_over, states_over, turn_data
 from pmor.pair.losses import mesh_losses, per_second, total
 from pmor.pair.samples import sample_data
 from pmor.results.load_distribution import line_states
@@ -146,13 +147,15 @@ def sweep_data(pair: GearPair, sweep: SteSweep, row: int, root_stress: RootStres
 
 def bearing_data(solved: SolvedLoad, speeds_rpm: Mapping[str, float] | None = None) -> list[Data]:
     """Return force, displacement and tilt of each bearing, of its shaft against what it stands on; life by speeds."""
-    return carried(solved.gearbox, solved.equilibrium, speeds_rpm)
+    turns = [one.turn for one in solved.sets if one.turn is not None]
+    return carried(solved.gearbox, solved.equilibrium, speeds_rpm, turns)
 
 
 def carried(
-    gearbox: LoadedGearbox, equilibrium: Equilibrium, speeds_rpm: Mapping[str, float] | None = None
-) -> list[Data]:
-    """Return what `bearing_data` does, of a gearbox in equilibrium."""
+    gearbox: LoadedGearbox, equilibrium: Equilibrium, speeds_rpm: Mapping[str, float] | None = None,
+    turns: Sequence[CarrierTurn] = (),
+) -> list[Data]:  # fmt: skip
+    """Return what `bearing_data` does, of a gearbox in equilibrium; elements and life over turns of its carriers."""
     found, constraint, seat = [], 0, 0
     displacement = equilibrium.displacement
     for bearing in gearbox.bearings:
@@ -166,9 +169,10 @@ def carried(
         if bearing.law is not None:
             state = equilibrium.bearings[seat]
             force[[0, 1, 2, 4, 5]] += state.force
-            seat += 1
             if not isinstance(bearing.law, BearingWithPlay):
-                rolling = rolling_data(bearing.law, [state], *turning(bearing.settings, speeds_rpm or {}))
+                states = states_over(turns, bearing.law, seat) or [state]
+                rolling = rolling_data(bearing.law, states, *turning(bearing.settings, speeds_rpm or {}))
+            seat += 1
         found.append(_bearing(bearing, moved, force) | rolling)
     return found
 
@@ -232,6 +236,8 @@ def set_entry(solved: SolvedLoad, one: SolvedSet, speeds_rpm: Mapping[str, float
     for mesh, other in zip(own["meshes"], rigid["meshes"], strict=True):
         mesh["rigid_k_h_beta"] = other["k_h_beta"]
     planets = [{key: value for key, value in planet.items() if key != "share"} for planet in own["planets"]]
+    for planet, rolling in zip(planets, pin_bearings_over(one.turn, planets), strict=True):
+        planet["bearings"] = rolling
     turn = turn_data(solved.gearbox, one)
     if turn is not None and solved.gearbox.system.seats:  # over its mesh cycle the set stands at the mean of the turn
         own["k_gamma"] = turn["k_gamma"]

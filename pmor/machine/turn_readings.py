@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from pmor.body.bearing_faults import InnerGeometry
+from pmor.body.bearing_readings import ON_PINS, rolling_data
+from pmor.body.rolling_bearing import BearingState
 from pmor.core.arrays import FloatArray
 from pmor.machine.carrier_turn import CarrierTurn
 from pmor.machine.coupled_sets import SolvedSet
@@ -73,6 +77,29 @@ def planet_shares(turn: CarrierTurn, one: SolvedSet) -> FloatArray:
     """Return the share of each planet in what the meshes carry around, (P, N)."""
     force = one.solution.outwards_and_around(on_planets(one.meshing.file.plan, turn.hub_wrench)[..., :2])[..., 1]
     return np.asarray(force / force.sum(axis=1, keepdims=True))
+
+
+def states_over(turns: Sequence[CarrierTurn], law: InnerGeometry, seat: int) -> list[BearingState]:
+    """Return the states of a bearing on a shaft over a turn of a carrier: of several that which changes its load most.
+
+    Parameters
+    ----------
+    seat : int
+        Its number among the rolling bearings on shafts.
+    """
+    every = [[law.state(moved) for moved in turn.rings[turn.converged, seat]] for turn in turns if turn.converged.any()]
+    return max(every, key=lambda states: np.ptp([one.force[:3] for one in states], axis=0).max(), default=[])
+
+
+def pin_bearings_over(turn: CarrierTurn | None, planets: Sequence[Data]) -> list[list[Data]]:
+    """Return the entries of the bearings of all planets, with elements and life over a turn where that was solved."""
+    found = [list(planet["bearings"]) for planet in planets]
+    if turn is not None and turn.pins is not None and turn.converged.any():
+        by_law = turn.pins.states(turn.rings[turn.converged, -len(turn.pins.seats) :])
+        for law, ((planet, bearing), states) in zip(turn.pins.laws, by_law.items(), strict=True):
+            own = found[planet][bearing]
+            found[planet][bearing] = own | rolling_data(law, states, ON_PINS, own.get("bearing_rpm"))
+    return found
 
 
 def planet_rows(turn: CarrierTurn) -> FloatArray:

@@ -44,15 +44,20 @@ ROW_COLUMNS: Columns = {
 }  # fmt: skip
 LIFE_COLUMNS: Columns = {
     "load": "load", "bearing": "name",
-    **heads("contact_pressure_max_MPa", "static_safety", "dynamic_rating_N", "bearing_rpm", "reference_life_1e6",
-            "reference_life_h"),
+    **heads("contact_pressure_max_MPa", "static_safety", "dynamic_rating_N", "bearing_rpm", "turn_positions",
+            "reference_life_1e6", "reference_life_h"),
 }  # fmt: skip
 DUTY_LIFE_COLUMNS: Columns = {
     "bearing": "name", **heads("reference_life_h"), "most damage under": "most_damage", **heads("damage_share")
 }  # fmt: skip
 ROWS = (
     "Of bearings by inner geometry, rows in the order of x: forces of the inner ring on each; of planets those of the "
-    "mean loads on the pin, against the planet."
+    "pin, against the planet."
+)
+MEAN = "Under the mean loads."
+OVER_TURN = (
+    "Over a turn of the carrier where positions are more than 1: forces are those of the position with the largest "
+    "load of an element, and life is that of all positions, whose damages add up; else under the mean loads."
 )
 LIFE = (
     "Static safety: C_0 / P_0 by the pressure of the most loaded element; at C_0 ISO 76:2006 has 4,200 MPa of balls, "
@@ -73,9 +78,10 @@ def rolling_tables(loads: Mapping[str, Any], duty: Mapping[str, Any] | None) -> 
     if not rows:
         return []
     whole = [{"load": name, **bearing} for name, load in loads.items() for bearing in rolling_bearings(load)]
+    turns = any(row["turn_positions"] > 1 for row in rows)
     found = [
-        table("Rows of rolling bearings", ROW_COLUMNS, rows, ROWS),
-        table("Life of rolling bearings", LIFE_COLUMNS, whole, LIFE),
+        table("Rows of rolling bearings", ROW_COLUMNS, rows, f"{ROWS} {OVER_TURN if turns else MEAN}"),
+        table("Life of rolling bearings", LIFE_COLUMNS, whole, f"{LIFE} {OVER_TURN}" if turns else LIFE),
     ]
     if duty and duty["bearings"]:
         title = "Life of rolling bearings over the duty cycle"

@@ -197,6 +197,8 @@ QUANTITIES = (
     Quantity("dynamic_rating_N", "N", "C", "basic dynamic load rating, as given or of ISO 281:2007 by inner geometry",
              "bearing", TRAINS),
     Quantity("bearing_rpm", "rpm", "speed", "of one ring against the other", "bearing", TRAINS),
+    Quantity("turn_positions", "1", "positions", "of a turn of the carrier, over which damage adds up and loads are "
+             "those of the one with the largest; 1: under the mean loads", "bearing", TRAINS),
     Quantity("reference_life_1e6", "1e6", "L_10r", "basic reference rating life, ISO/TS 16281:2008, turns of one ring "
              "against the other", "bearing", TRAINS),
     Quantity("reference_life_h", "h", "L_10rh", "the same in time; in `duty` over all loads (Palmgren and Miner)",

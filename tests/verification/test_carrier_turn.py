@@ -7,13 +7,16 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from pmor.body.bearing_life import reference_life
 from pmor.body.play import BearingWithPlay
 from pmor.machine.carrier_turn import carrier_turn, set_positions
 from pmor.machine.coupled_sets import set_torque, solved_sets
 from pmor.machine.loaded import loaded
 from pmor.machine.loader import load
+from pmor.machine.readings import carried
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.system import solve_system
+from pmor.machine.turn_readings import pin_bearings_over
 from pmor.sets.run import train_of
 from pmor.sets.solution import on_planets
 from tests.support.set_gearboxes import EVEN_SET, LOAD, SHAFTS, bearing, written_reducer
@@ -40,6 +43,10 @@ def carrier_bearing(name, at, **extra):
         f'[[bearings]]\nname = "{name}"\nshaft = "carrier"\nat_mm = {at}\nradial_N_per_mm = {STIFFNESS}\n'
         f"axial_N_per_mm = 1e5\n{keys}"
     )
+
+
+def carrier_rollers(name, at, law):
+    return f'[[bearings]]\nname = "{name}"\nshaft = "carrier"\nat_mm = {at}\nroller = {law}\n'
 
 
 def heavy(**extra):
@@ -98,9 +105,9 @@ def test_bearings_carry_weights_and_loads_at_every_angle(folder, train, clearanc
     weight = gearbox.weight.reshape(-1, 6)[:, :3].sum(axis=0)
     assert weight[2] < -1000.0
     ring = turn.member_wrench[:, MEMBERS.index("ring"), :3]
-    carried = turn.bearing_force[..., :3].sum(axis=1)
+    pressed = turn.bearing_force[..., :3].sum(axis=1)
     assert turn.converged.all()
-    assert_allclose(carried, weight - ring, rtol=0.0, atol=SETTLED * np.abs(turn.bearing_force[..., :3]).max())
+    assert_allclose(pressed, weight - ring, rtol=0.0, atol=SETTLED * np.abs(turn.bearing_force[..., :3]).max())
 
 
 def test_a_heavy_shaft_rests_at_half_its_clearance_and_what_its_springs_give(folder):
@@ -131,7 +138,10 @@ def test_bearings_of_planets_with_a_linear_law_are_their_springs(folder, train):
 
 def test_rows_of_planets_carry_meshes_and_weights_at_every_angle(folder, train):
     """On rollers with clearance, and as their law has it at the displacement of the pin."""
-    gearbox, _, turn = turned(folder, train, heavy(clearance_mm=0.02), ON_ROLLERS)
+    text = heavy(clearance_mm=0.02)
+    of_shaft = ROLLERS.replace("clearance_mm = 0.02", "laminae = 21").replace("3.5", "5.0").replace("25", "40")
+    text = text.replace(carrier_bearing("C", 55.0, clearance_mm=0.02), carrier_rollers("C", 55.0, of_shaft))
+    gearbox, equilibrium, turn = turned(folder, train, text, ON_ROLLERS)
     on = on_planets(gearbox.sets[0].file.plan, turn.hub_wrench + turn.hanging)
     assert turn.converged.all()
     size = np.abs(turn.pin_load[..., :2]).max()
@@ -147,8 +157,21 @@ def test_rows_of_planets_carry_meshes_and_weights_at_every_angle(folder, train):
                 for pair in ((x, y), (-by_y, by_x)) for way in (out, around)]  # fmt: skip
         force = np.array([state.force[1:] for state in states])
         assert_allclose(-force, np.transpose(told), rtol=0.0, atol=SETTLED * 10.0 * size)
-    _, _, tangents = turned(folder, train, heavy(clearance_mm=0.02), ON_ROLLERS, ())
+    _, _, tangents = turned(folder, train, text, ON_ROLLERS, ())
     assert np.abs(tangents.pin_load - turn.pin_load)[..., :2].max() > 1e-3 * size
+    # Damages of all positions add up, and loads are those of the largest.
+    planets = pin_bearings_over(turn, [{"bearings": [{"bearing_rpm": -300.0}] * 2}] * 3)
+    (carrier,) = [one for one in carried(gearbox, equilibrium, {"carrier": 300.0}, [turn]) if one["name"] == "C"]
+    law = gearbox.bearings[2].law
+    of_all = {(n, row): states for (n, row), states in turn.pins.states(turn.rings[:, 2:]).items()}
+    every = [(planets[n][row], turn.pins.laws[0], (False, True), states) for (n, row), states in of_all.items()]
+    every.append((carrier, law, (True, False), [law.state(moved) for moved in turn.rings[:, 1]]))
+    for told, law, turns, states in every:
+        damage = np.mean([1.0 / reference_life(law, state.lamina_force, turns) for state in states])
+        assert_allclose(told["reference_life_1e6"], 1.0 / damage, rtol=1e-12)
+        assert_allclose(told["reference_life_h"], 1e6 / damage / (60.0 * 300.0), rtol=1e-12)
+        assert max(told["element_force_N"]) == max(state.element_force.max() for state in states)
+        assert told["turn_positions"] == len(turn.angle_deg)
 
 
 @pytest.mark.slow
