@@ -19,6 +19,7 @@ from pmor.dynamics.fmu.machine import EVERY, machine_law, machine_unit
 from pmor.dynamics.fmu.write import write_unit
 from pmor.dynamics.kernels.hub_table import closed_forces_at
 from pmor.dynamics.whine import readings
+from pmor.dynamics.whine.figures import bearings_figure, orders_figure, waterfall_figure
 from pmor.dynamics.whine.gradient import Target, changes, cycle_with
 from pmor.dynamics.whine.live import motion_section
 from pmor.dynamics.whine.modal import Modes, Receptance, closed
@@ -27,7 +28,7 @@ from pmor.dynamics.whine.orders import along, spinning_Hz
 from pmor.dynamics.whine.output import loudest
 from pmor.dynamics.whine.pictures import CYCLE_STEPS, moving_bodies
 from pmor.dynamics.whine.quiet import QuietMesh
-from pmor.dynamics.whine.readings import bearing_names, peak_rows, shown_modes
+from pmor.dynamics.whine.readings import bearing_names, moved_bearings, peak_rows, shown_modes
 from pmor.dynamics.whine.response import RPM
 from pmor.dynamics.whine.run import about_first_load, run
 from pmor.gear.condition import Assembly
@@ -112,6 +113,21 @@ def test_bearing_forces_of_all_sources_are_those_of_all_displacements():
             own = source.constant.readings[place, :, : dense.shape[1]]
             told = source.told[place]
             assert abs(own - dense)[told].max() < CUT * abs(dense[told]).max()
+
+
+def test_pictures_leave_out_bearings_that_no_dynamic_force_reaches():
+    """A bearing whose shaft stands within its clearance, and one that feels 1e-12 of the meshes."""
+    response = moving().loads[0]
+    still, names = replace(response), bearing_names(response)
+    share = np.array([0.0, 1.0, 1e-12, 1.0])
+    for key in ("rms", "constant_rms"):
+        total = getattr(response, key)
+        still.__dict__[key] = replace(total, bearings=share * np.full(total.bearings.shape, total.meshes.max()))
+    assert moved_bearings([still]) == ([1, 3], [names[0], names[2]])
+    assert moved_bearings([still, response]) == ([0, 1, 2, 3], [])
+    for figure in (bearings_figure([still]), orders_figure(still), waterfall_figure(still, 6000.0)):
+        titles = [axes.get_title() for axes in figure.axes if axes.get_visible()]
+        assert [title for title in titles if title] == [names[1], names[3]]
 
 
 def test_a_peak_names_the_line_without_which_there_is_none():

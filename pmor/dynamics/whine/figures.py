@@ -15,6 +15,7 @@ from pmor.dynamics.whine.readings import (
     MOST_LINES,
     bearing_names,
     line_words,
+    moved_bearings,
     order_words,
     shown_lines,
 )
@@ -45,9 +46,10 @@ FREQUENCIES, LOWEST = 600, 0.005
 
 def bearings_figure(responses: Sequence[LoadResponse]) -> Figure:
     """Dynamic forces of all bearings over the speed, a panel each, a colour for each load; thin by mean stiffness."""
-    names = bearing_names(responses[0])
-    rows = math.ceil(len(names) / 2)
-    return _forces_figure(responses, names, lambda total: total.bearings, (rows, 2), 0.9 + 2.2 * rows, "Force, rms [N]")
+    (there, _), names = moved_bearings(responses), bearing_names(responses[0])
+    rows, shown = math.ceil(len(there) / 2), [names[number] for number in there]
+    grid, height = (rows, 2), 0.9 + 2.2 * rows
+    return _forces_figure(responses, shown, lambda total: total.bearings[:, there], grid, height, "Force, rms [N]")
 
 
 def meshes_figure(responses: Sequence[LoadResponse]) -> Figure:
@@ -128,6 +130,7 @@ def _order_line(axes: Axes, speeds: FloatArray, frequency: FloatArray, top: floa
 def orders_figure(response: LoadResponse) -> Figure:
     """Order cuts: the largest lines of the bearing forces over the speed, a panel each bearing, and all lines."""
     names, total, speeds = bearing_names(response), response.rms.bearings, response.speeds_rpm
+    there, _ = moved_bearings([response])
     cuts = [
         (line_words(response, source, number), own[:, number])
         for source in response.sources for own in [response.force_lines(source)]
@@ -137,16 +140,16 @@ def orders_figure(response: LoadResponse) -> Figure:
     share = [float((line.max(axis=0) / np.maximum(total.max(axis=0), TINY)).max()) for _, line in cuts]
     shown = [cuts[number] for number in np.argsort(share)[::-1][:CUTS]]
     with plot_style():
-        rows = math.ceil(len(names) / 2)
+        rows = math.ceil(len(there) / 2)
         figure = new_figure(9.2, 0.9 + 2.2 * rows)
         panels = list(figure.subplots(rows, 2, sharex=True, squeeze=False).flat)
-        for number, (axes, name) in enumerate(zip(panels, names, strict=False)):
+        for axes, number in zip(panels, there, strict=False):
             axes.plot(speeds, total[:, number], color="#b5b5b5", lw=2.4, label="all lines")
             for colour, (words, line) in zip(COLOURS, shown, strict=False):
                 axes.plot(speeds, line[:, number], color=colour, lw=1.1, label=words)
-            axes.set(title=name, ylabel="Force, rms [N]", xlim=(speeds[0], speeds[-1]))
+            axes.set(title=names[number], ylabel="Force, rms [N]", xlim=(speeds[0], speeds[-1]))
             axes.set_ylim(bottom=0.0)
-        _finish(figure, panels, len(names), response)
+        _finish(figure, panels, len(there), response)
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 
@@ -189,24 +192,24 @@ def waterfall_figure(response: LoadResponse, highest_Hz: float) -> Figure:
     """Lines of the force of all bearings over speed and frequency, a panel each, in colours by their size."""
     from matplotlib.colors import LogNorm
 
-    names, speeds = bearing_names(response), response.speeds_rpm
+    (there, _), names, speeds = moved_bearings([response]), bearing_names(response), response.speeds_rpm
     lines = [response.force_lines(source) for source in response.sources]
     largest = max(float(line.max()) for line in lines)
     least = largest * 10.0**-DECADES
     norm = LogNorm(least, largest)
     with plot_style():
-        rows = math.ceil(len(names) / 2)
+        rows = math.ceil(len(there) / 2)
         figure = new_figure(9.2, 1.0 + 2.4 * rows)
         panels = list(figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False).flat)
-        for number, (axes, name) in enumerate(zip(panels, names, strict=False)):
+        for axes, number in zip(panels, there, strict=False):
             for source, own in zip(response.sources, lines, strict=True):
                 frequency = 1e-3 * source.frequency_Hz(speeds)
                 size = np.maximum(own[..., number], least)
-                there = (size > least) | (len(source.places) <= MOST_LINES)
+                told = (size > least) | (len(source.places) <= MOST_LINES)
                 every = np.broadcast_to(speeds[:, None], size.shape)
-                shown = axes.scatter(every[there], frequency[there], c=size[there], norm=norm,
+                shown = axes.scatter(every[told], frequency[told], c=size[told], norm=norm,
                                      cmap="viridis", s=9.0, linewidths=0.0, rasterized=True)  # fmt: skip
-            axes.set(title=name, ylabel="Frequency [kHz]")
+            axes.set(title=names[number], ylabel="Frequency [kHz]")
         tops = [source.frequency_Hz(speeds)[-1] for source in response.passing]
         top, lowest = min(highest_Hz, max(float(one.max()) for one in tops)), min(float(one.min()) for one in tops)
         if top > SPREAD * lowest:
@@ -215,8 +218,8 @@ def waterfall_figure(response: LoadResponse, highest_Hz: float) -> Figure:
                 log_ticks(axes.yaxis)
         else:
             panels[0].set_ylim(0.0, 1e-3 * top)
-        _finish(figure, panels, len(names), response)
-        figure.colorbar(shown, ax=panels[: len(names)], format="%g", label="Line of the bearing force, rms [N]")
+        _finish(figure, panels, len(there), response)
+        figure.colorbar(shown, ax=panels[: len(there)], format="%g", label="Line of the bearing force, rms [N]")
     return figure
 
 

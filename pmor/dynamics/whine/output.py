@@ -23,6 +23,7 @@ from pmor.dynamics.whine.readings import (
     housing_rows,
     main_load,
     mode_rows,
+    moved_bearings,
     peak_rows,
     shown_modes,
     swing,
@@ -209,22 +210,24 @@ def _blocks(file: MovingFile, data: Data, responses: Sequence[LoadResponse]) -> 
         if not last.parting and not isinstance(file, SetFile):
             text += ' [dynamics] motion = "nonlinear" goes on from there.'
         blocks.append(Warning(text))
+    (_, of_all), (_, of_last) = moved_bearings(responses), moved_bearings([last])
     blocks += [
         meshes_table(data), bearings_table(data), peaks_table(data, [name]),
         peaks_table(data, [load["load"] for load in data["loads"] if load["load"] != name], folded=True),
         *([housing_table(data)] if last.machine.heavy_housing else []),
         *parting_blocks(responses), Heading("Over the speed"),
         Picture("bearings.png", "Dynamic forces of the bearings, root mean square of all lines. Dashed: with a mesh of "
-                "constant stiffness, as is usual.", bearings_figure(responses)),
+                f"constant stiffness, as is usual.{_unmoved(of_all)}", bearings_figure(responses)),
         Picture("meshes.png", "Dynamic forces of the meshes. Dashed: with a mesh of constant stiffness.",
                 meshes_figure(responses)),
         Picture("campbell.png", f"Natural frequencies, and harmonics of the meshes, under {name}. "
                 "Circles: where a harmonic meets a mode that strains its mesh, the larger the more. Natural "
                 "frequencies part with the speed by gyroscopic moments. Below: orders of each shaft's turn.",
                 campbell_figure(last, highest)),
-        Picture("waterfall.png", f"Lines of the bearing forces under {name}.",
+        Picture("waterfall.png", f"Lines of the bearing forces under {name}.{_unmoved(of_last)}",
                 waterfall_figure(last, highest)),
-        Picture("orders.png", f"Order cuts under {name}: the largest lines of the bearing forces by themselves.",
+        Picture("orders.png", f"Order cuts under {name}: the largest lines of the bearing forces by themselves."
+                f"{_unmoved(of_last)}",
                 orders_figure(last)),
     ]  # fmt: skip
     if last.solved.meshes:
@@ -251,6 +254,10 @@ def _blocks(file: MovingFile, data: Data, responses: Sequence[LoadResponse]) -> 
     if drawn := drawn_modes(data):
         pictures.append(Picture("modes.png", caption, modes_figure(file, last, drawn)))
     return [*blocks, Heading("Modes"), *pictures, modes_table(data, last.mesh_names)]
+
+
+def _unmoved(names: Sequence[str]) -> str:
+    return f" Left out, as no dynamic force reaches them: {', '.join(names)}." if names else ""
 
 
 # What moves, of gearboxes and of sets by themselves.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -82,6 +83,17 @@ def bearing_names(response: LoadResponse) -> list[str]:
     machine = response.machine
     housed = [f"{one.name}: {MEMBERS[member]} in the housing" for one in machine.sets for member in one.housed]
     return [bearing.settings.name for bearing in machine.gearbox.bearings] + housed
+
+
+def moved_bearings(responses: Sequence[LoadResponse]) -> tuple[list[int], list[str]]:
+    """Return the numbers of the bearings that dynamic forces reach under any load, and the names of all others.
+
+    All of them where none is reached.
+    """
+    there = np.any([total.bearings.max(axis=0) > NOTHING * one.rms.meshes.max()
+                    for one in responses for total in (one.rms, one.constant_rms)], axis=0)  # fmt: skip
+    shown = np.flatnonzero(there if there.any() else ~there).tolist()
+    return shown, [name for number, name in enumerate(bearing_names(responses[0])) if number not in shown]
 
 
 def swing(response: LoadResponse) -> FloatArray:
