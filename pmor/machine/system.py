@@ -127,10 +127,21 @@ def solve_system(system: System, load: FloatArray) -> Equilibrium:
             added = 0.0 if added < 1e-9 * np.trace(tangent) else 0.1 * added
         else:
             added = max(4.0 * added, 1e-6 * float(np.trace(tangent)) / len(tangent))
-    raise ConvergenceError(
-        f"shafts and bearings: no equilibrium after {MOST_STEPS} steps, {history[-1][0]:.2g} of the load is left: "
-        "check clearances, and whether each shaft is located along its axis",
-        history,
+    raise ConvergenceError(_unheld(system, basis @ place, history[-1][0]), history)
+
+
+def _unheld(system: System, moved: FloatArray, left: float) -> str:
+    """Say why there is no equilibrium by how far everything moved: bearings of one side let a shaft go the other way."""
+    most = int(np.abs(moved).argmax())
+    if abs(moved[most]) > PRESSED[0]:
+        way = "positive" if moved[most] > 0.0 else "negative"
+        return (
+            f"{system.names[most]}: nothing holds it in {way} direction, and loads or its own bearings push it there: "
+            "turn one of its bearings that take thrust one way alone around (the sign of contact_angle_deg), or add one"
+        )
+    return (
+        f"shafts and bearings: no equilibrium after {MOST_STEPS} steps, {left:.2g} of the load is left: check "
+        "clearances, and whether each shaft is located along its axis"
     )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pmor.core.errors import GeometryError
+from pmor.core.errors import ConvergenceError, GeometryError
 from pmor.machine.loaded import loaded
 from pmor.machine.loader import load
 from pmor.machine.model import speeds_rpm
@@ -49,6 +49,13 @@ def test_rows_add_up_to_what_a_bearing_carries_and_bearings_to_the_force_of_the_
     assert np.abs(found["D"]["tilt_mrad"]).max() > 1e-3
     assert found["D"]["moment_Nmm"] == [0.0, 0.0]
     assert np.abs(found["C"]["moment_Nmm"]).max() > 10.0
+
+
+@pytest.mark.parametrize(("angle", "way"), [(14.0, "negative"), (-14.0, "positive")])
+def test_cones_that_all_take_thrust_one_way_let_their_shaft_go_the_other_way(tmp_path, angle, way):
+    one_way = CONES[: CONES.index(", rows")].replace("14.0", f"{angle}") + " }"
+    with pytest.raises(ConvergenceError, match=f"shaft output, at .* along x: nothing holds it in {way} direction"):
+        solved(tmp_path, (BALLS, one_way), (ROLLERS, one_way))
 
 
 def test_a_preload_stiffens_cones_and_goes_on_both_rows(tmp_path):
