@@ -131,7 +131,7 @@ def solve_system(system: System, load: FloatArray) -> Equilibrium:
 
 
 def _unheld(system: System, moved: FloatArray, left: float) -> str:
-    """Say why there is no equilibrium by how far everything moved: bearings of one side let a shaft go the other way."""
+    """Say why there is no equilibrium by how far all moved: bearings that hold one way let a shaft go the other way."""
     most = int(np.abs(moved).argmax())
     if abs(moved[most]) > PRESSED[0]:
         way = "positive" if moved[most] > 0.0 else "negative"
