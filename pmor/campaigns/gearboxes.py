@@ -208,6 +208,7 @@ def _seconds(text: str, name: str) -> float:
 
 def _solve(text: str, name: str, store: Store, keys: tuple[str, ...]) -> Solved:
     with _opened(text, name) as file:
+        refuse_beyond(file, "sweep")
         loads, failures = solved_loads(file, *meshes_and_trains(file, store.get))
         if len(loads) < len(file.model.sections.loads):
             raise ConvergenceError(next(iter(failures)))

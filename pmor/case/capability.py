@@ -208,8 +208,19 @@ def _beyond_rexs(file: Any) -> str:
     return next((one.name for one in file.sections.bearings if one.beyond_one_row), "")
 
 
+def _turning(file: Any) -> bool:
+    """Whether a load is said to turn with its shaft."""
+    return any(one.turns for load in file.model.sections.loads for one in (*load.forces, *load.moments))
+
+
 OF_GEARBOXES = (
     Limit(_always, ("full",), ALL_FE),
+    Limit(lambda file: file.never_back, ("sweep",),
+          lambda file: "loads that turn with the carrier of a set, or with shafts that stand before it as before after "
+          f"20 of its turns at most, and those on {file.never_back} do not: bearings are loaded anew at each of those "
+          'angles, and meshes repeat with their pitches alone; leave turns out of them, or ask for "pmor dynamics"'),
+    Limit(_turning, ("rexs", "fmu"),
+          "loads that stand in the housing, as it has none that turn with a shaft: leave turns out of them"),
     Limit(lambda file: file.model.groups, ("page", "rexs"),
           "gears with one mesh each: run it without, bodies of gears that several meshes bend are solved there"),
     Limit(lambda file: not set(file.cases) - set(file.model.shared), ("design",),

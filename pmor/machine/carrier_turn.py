@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +26,7 @@ from pmor.machine.seated import Linearised, SeatedMachine, seated
 from pmor.machine.seated_pins import SeatedPins, seated_pins
 from pmor.machine.set_frame import ABOUT, MEMBERS, turned
 from pmor.machine.system import UNITS, Equilibrium
+from pmor.machine.turning import turns_of
 from pmor.sets.solution import errors_of, on_planets, solve_placed
 
 MOST_STEPS = 60
@@ -32,6 +34,8 @@ MOST_STEPS = 60
 LEAST, MOST = 1.0, 1e12
 # Positions at which the mean of a turn is found, about so many, and by how many angles of the mesh each goes on.
 MEAN_PLACES, LATTICE = 24, 7
+# Orders of the carrier and of loads that turn, and of both together, that have no share in this mean.
+LOW = 2
 # Forces of the bearings that are left, over the largest one.
 SETTLED = 1e-10
 
@@ -46,6 +50,8 @@ class CarrierTurn:
         Of the carrier.
     hub_wrench : ndarray, shape (P, B, 6)
         Of the meshes on all bodies of the set, in axes of the plan that turn with the carrier, N and N mm.
+    tilt : ndarray, shape (P, B, 2)
+        Of all bodies from the drawing, about both axes across in the same axes, rad.
     hanging : ndarray, shape (P, B, 6)
         Weights of the bodies that no shaft carries, in the same axes.
     member_wrench : ndarray, shape (P, 3, 6)
@@ -61,10 +67,15 @@ class CarrierTurn:
     converged : ndarray of bool, shape (P,)
     pins : SeatedPins or None
         Rolling bearings on pins.
+    turns : int
+        Of the carrier, until all loads stand as before.
+    rates : ndarray, shape (R,)
+        Turns of the loads that turn with shafts, to one of the carrier.
     """
 
     angle_deg: FloatArray
     hub_wrench: FloatArray
+    tilt: FloatArray
     hanging: FloatArray
     member_wrench: FloatArray
     hub_displacement: FloatArray
@@ -73,6 +84,8 @@ class CarrierTurn:
     pin_load: FloatArray
     converged: BoolArray
     pins: SeatedPins | None
+    turns: int
+    rates: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,6 +148,10 @@ class _Turning:
         On the free movements.
     weights : ndarray, shape (6 B,)
         Of the bodies that no shaft carries, in axes of the plan at rest.
+    about : float
+        Sense about x in which the carrier turns by an angle of the housing against it.
+    turns : int
+        Of the carrier, until all loads stand as before.
     """
 
     one: SetMeshing
@@ -144,6 +161,8 @@ class _Turning:
     turn: FloatArray
     load: FloatArray
     weights: FloatArray
+    about: float
+    turns: int
 
     def solve(self, number: int, cycle: int, angle: float, machine: Linearised) -> tuple[FloatArray, FloatArray, bool]:
         """Return the forces in all sections, and the wrench on members, in axes of the machine, and on planets."""
@@ -176,7 +195,7 @@ class _Turning:
 def carrier_turn(
     gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int, torque: float, at: SetPositions
 ) -> CarrierTurn:
-    """Solve a set over a turn of its carrier, at the start of each pitch of its first mesh.
+    """Solve a set over turns of its carrier until loads stand as before, at the start of each pitch of its first mesh.
 
     Parameters
     ----------
@@ -191,10 +210,11 @@ def carrier_turn(
     """
     train, rate = at.train, at.train.rates[gearbox.sets[number].housing]
     pitch, cycle = train.meshes[0].pair.meshed.pair.pitch, gearbox.sets[number].file.plan.cycle
-    pitches = np.arange(round(2.0 * np.pi / abs(rate * pitch)))
+    turning = _turning(gearbox, equilibrium, number, torque, at)
+    pitches = np.arange(turning.turns * round(2.0 * np.pi / abs(rate * pitch)))
     each = len(at.phi) // cycle
     return _turned(
-        _turning(gearbox, equilibrium, number, torque, at), pitches % cycle * each, pitches // cycle * cycle,
+        turning, pitches % cycle * each, pitches // cycle * cycle,
         np.asarray(rate * pitch * pitches, dtype=np.float64), ahead=True,
     )  # fmt: skip
 
@@ -205,15 +225,24 @@ def mean_turn(
     """Solve a set at few positions with the mean of a turn: places of the carrier and of the meshes by a lattice rule.
 
     Parameters are those of `carrier_turn`. Meshes stand at all angles at which the set is placed, as often each
-    (Korobov 1959): orders of the turn and of the mesh below the number of positions have no share in the mean.
+    (Korobov 1959): orders of the turn and of the mesh below the number of positions have no share in the mean, nor have
+    low orders of loads that turn.
     """
-    angles = len(at.phi)
-    positions = np.arange(angles * max(1, math.ceil(MEAN_PLACES / angles)))
+    angles, turning = len(at.phi), _turning(gearbox, equilibrium, number, torque, at)
+    count = angles * max(1, math.ceil(MEAN_PLACES / angles))
+    while _seen_as_mean(count, turning.turns, turning.machine.rates):
+        count += angles
+    positions = np.arange(count)
     rate = float(at.train.rates[gearbox.sets[number].housing])
-    angle = np.asarray(math.copysign(2.0 * np.pi / len(positions), rate) * positions, dtype=np.float64)
-    return _turned(
-        _turning(gearbox, equilibrium, number, torque, at), positions * LATTICE % angles, 0 * positions, angle
-    )
+    angle = np.asarray(math.copysign(2.0 * np.pi * turning.turns / count, rate) * positions, dtype=np.float64)
+    return _turned(turning, positions * LATTICE % angles, 0 * positions, angle)
+
+
+def _seen_as_mean(count: int, turns: int, rates: FloatArray) -> bool:
+    """Whether so many positions over turns see low orders of the carrier and of loads that turn as a mean."""
+    basis = np.array([turns, *np.rint(turns * rates).astype(int)])
+    orders = np.array(list(product(range(-LOW, LOW + 1), repeat=len(basis)))) @ basis
+    return bool(((orders % count == 0) & (orders != 0)).any())
 
 
 def _turned(
@@ -226,18 +255,18 @@ def _turned(
     ahead : bool
         Whether the meshes stand alike at all, so that three positions lead on to the next one.
     """
-    one, at, machine = turning.one, turning.at, turning.machine
-    place, states = machine.start, machine.states(machine.start)
-    forces, hanging, members, hubs, loads, apart = [], [], [], [], [], []
+    one, at = turning.one, turning.at
+    place, states = turning.machine.start, turning.machine.states(turning.machine.start)
+    forces, tilts, hanging, members, hubs, loads, apart = [], [], [], [], [], [], []
     settled, rings = list[bool](), list[FloatArray]()
-    seats, there, of_shafts = machine.seats, len(turning.there), DOF * len(machine.numbers)
+    seats, there, of_shafts = turning.machine.seats, len(turning.there), DOF * len(turning.machine.numbers)
     for number, cycle, angle in zip(numbers.tolist(), cycles.tolist(), angles.tolist(), strict=True):
-        found = None
+        found, machine = None, turning.machine.at(turning.about * angle)
         if ahead and settled[-3:] == [True] * 3:
             guess = (3.0 * (rings[-1] - rings[-2]) + rings[-3]).ravel()
-            found = _settled(turning, number, cycle, angle, guess, machine.states(guess))
+            found = _settled(turning, machine, number, cycle, angle, guess, machine.states(guess))
         if found is None or not found.converged:
-            found = _settled(turning, number, cycle, angle, place, states)
+            found = _settled(turning, machine, number, cycle, angle, place, states)
         place, states = (found.place, found.states) if found.converged else (place, states)
         settled.append(found.converged)
         wrench = np.zeros((len(at.train.bodies), HUB))
@@ -245,41 +274,54 @@ def _turned(
             for gear, body in enumerate(mesh.mesh.bodies):
                 wrench[body] += found.force[mesh.part] @ mesh.rows[0, :, gear]
         forces.append(wrench)
-        hanging.append(turned(turning.weights, angle).reshape(-1, HUB))
+        weights = turned(turning.weights, angle)
+        hanging.append(weights.reshape(-1, HUB))
         members.append(one.frame.in_machine(turned((found.force @ at.rows[number])[:18], -angle)))
-        moved = np.zeros(18)
-        moved[turning.there] = (machine.at_rest + machine.flexibility @ found.forces)[seats : seats + there]
+        displaced, moved = machine.at_rest + machine.flexibility @ found.forces, np.zeros(18)
+        moved[turning.there] = displaced[seats : seats + there]
         hubs.append(moved.reshape(3, HUB))
+        by = np.zeros(at.carried.shape[1])
+        by[:18] = turned(moved @ turning.turn, angle)
+        if at.pins is not None:  # the train has its planets on springs
+            by[18:] = displaced[seats + there :] - at.pins.on_pins.compliance @ found.forces[seats + there :]
+        drawn = one.file.plan.displacement + at.carried @ by + at.train.compliance @ (wrench.ravel() + weights)
+        tilts.append(drawn.reshape(-1, HUB)[:, 3:5])
         load = machine.carried @ found.forces + machine.carried_at_rest
-        for seat, state in zip(machine.numbers, found.states, strict=False):
-            load[seat, list(BEARING_ROWS)] += state.force
+        for seat, pressed in zip(machine.numbers, found.pressed.reshape(-1, DOF), strict=False):
+            load[seat, list(BEARING_ROWS)] += pressed
         loads.append(load)
         rings.append(found.place.reshape(-1, DOF))
         apart.append(found.forces[of_shafts:seats])
-    wrenches, weights = np.array(forces), np.array(hanging)
+    wrenches, weighed = np.array(forces), np.array(hanging)
     gaps = None if at.pins is None else at.pins.gaps(np.array(apart))
-    on_pins, on = one.file.plan.on_pins, on_planets(one.file.plan, wrenches + weights)
+    on_pins, on = one.file.plan.on_pins, on_planets(one.file.plan, wrenches + weighed)
     assert on_pins is not None, "of a planetary set"
     return CarrierTurn(
-        np.degrees(np.abs(angles)), wrenches, weights, np.array(members), np.array(hubs), np.array(loads),
-        np.array(rings), on_pins.on_bearings(on, gaps), np.array(settled), at.pins,
+        np.degrees(np.abs(angles)), wrenches, np.array(tilts), weighed, np.array(members), np.array(hubs),
+        np.array(loads), np.array(rings), on_pins.on_bearings(on, gaps), np.array(settled), at.pins,
+        turning.turns, turning.machine.rates,
     )  # fmt: skip
 
 
 class _Settled(NamedTuple):
-    """A position: displacements of inner rings, states of bearings, forces in sections, and those on all places."""
+    """A position: displacements of inner rings, states of bearings, forces in sections, and those on all places.
+
+    Forces of bearings `pressed` are those of the last linearised state, which balance all others to the last digit;
+    states have the same to what is settled.
+    """
 
     place: FloatArray
     states: list[BearingState]
+    pressed: FloatArray
     force: FloatArray
     forces: FloatArray
     converged: bool
 
 
 def _settled(
-    turning: _Turning, number: int, cycle: int, angle: float, place: FloatArray, states: list[BearingState]
-) -> _Settled:
-    machine = turning.machine
+    turning: _Turning, machine: SeatedMachine, number: int, cycle: int, angle: float, place: FloatArray,
+    states: list[BearingState],
+) -> _Settled:  # fmt: skip
     added, left, units = LEAST, math.inf, np.tile(UNITS, len(machine.bearings))
     for _ in range(MOST_STEPS):
         linear = machine.linearised(place, states, added)
@@ -293,12 +335,13 @@ def _settled(
         if converged and (error < left or error < SETTLED):
             place, states, left, added = tried, after, error, max(0.1 * added, LEAST)
             if error < SETTLED:
-                return _Settled(place, states, force, machine.forces_at(place, states, wrench), True)
+                return _Settled(place, states, told, force, machine.forces_at(place, told, wrench), True)
         elif added > MOST:
             break
         else:
             added *= 10.0
-    return _Settled(place, states, force * np.nan, machine.forces_at(place, states, wrench) * np.nan, False)
+    lost = machine.forces_at(place, told, wrench) * np.nan
+    return _Settled(place, states, told * np.nan, force * np.nan, lost, False)
 
 
 def _turning(
@@ -317,7 +360,12 @@ def _turning(
     there = np.concatenate([HUB * n + np.arange(HUB) for n, hub in enumerate(one.hubs) if hub is not None])
     turn = np.asarray(np.kron(np.eye(len(MEMBERS)), one.frame.turn), dtype=np.float64)
     load = (torque * one.file.plan.load)[None]
-    machine = seated(gearbox, equilibrium, hubs, still)
+    quarter = one.frame.turn[:3, :3] @ np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    about = -float(np.sign((quarter @ one.frame.turn[:3, :3].T)[2, 1]))
+    rates = [load_.rates[number] for load_ in gearbox.turning]
+    turns = turns_of(rates)
+    assert turns is not None, "loads that do not come back are refused"
+    machine = seated(gearbox, equilibrium, hubs, still, rates)
     if at.pins is not None:
         machine = at.pins.beside(machine, torque * one.file.plan.wrench)
-    return _Turning(one, at, machine, there, turn, load, one.hanging_in_plan)
+    return _Turning(one, at, machine, there, turn, load, one.hanging_in_plan, about, turns)

@@ -68,6 +68,7 @@ class GearboxReader(Reader):
             self.check_members(planetary, shafts)
         for load in said.loads:
             self.check_balance(load, said)
+            self.check_unbalance(load, said)
         check_duty(said.loads, self.refuse)
         check_motion(said.dynamics, self.refuse)
         check_bodies(((f'[[masses]] "{one.name}"', one.inertia) for one in said.masses), self.refuse)
@@ -209,6 +210,13 @@ class GearboxReader(Reader):
             if len(torques) < 2 or all(torque.torque_Nm in ("balance", 0.0) for torque in torques):
                 rule = f'has no torque to carry in the train of shaft "{train[0]}": add one'
                 self.refuse(f'[[loads]] "{load.name}"', rule)
+
+    def check_unbalance(self, load: LoadCase, said: GearboxSections) -> None:
+        """Refuse unbalances without a speed, where a carrier turns and its set feels them."""
+        for mass in said.masses if any("carrier" in one.members for one in said.sets) else ():
+            if mass.unbalance_kg_mm and load.speed_rpm is None:
+                rule = f'presses with the square of the speed: add speed_rpm to [[loads]] "{load.name}"'
+                self.refuse(f'[[masses]] "{mass.name}": unbalance_kg_mm = {mass.unbalance_kg_mm:g}', rule)
 
     def check_gears(self, model: GearboxModel, cases: dict[str, Case]) -> None:
         """Refuse gears that overlap, gears in several meshes that are not the same in them, and ways that close."""

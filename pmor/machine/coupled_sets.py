@@ -93,11 +93,11 @@ def set_torque(gearbox: LoadedGearbox, equilibrium: Equilibrium, number: int) ->
 
 
 def placed_sets(gearbox: LoadedGearbox, trains: Mapping[Any, GearTrain]) -> dict[int, SetPositions]:
-    """Place the sets that are solved over a turn of their carrier, by number: those on rolling bearings.
+    """Place the sets that are solved over a turn of their carrier, by number: on rolling bearings, or loads turn.
 
     The same serves all solutions of a load.
     """
-    turning = [n for n, one in enumerate(gearbox.sets if trains and gearbox.system.seats else ()) if one.turns]
+    turning = [n for n, one in enumerate(gearbox.sets if trains and gearbox.over_turns else ()) if one.turns]
     return {n: set_positions(gearbox.sets[n], trains[gearbox.sets[n].settings.name], MEAN_PHASES) for n in turning}
 
 
@@ -173,7 +173,7 @@ def solved_sets(
 ) -> tuple[SolvedSet, ...]:  # fmt: skip
     """Solve all sets over their mesh cycles on what their hubs stand on; an executor of threads shares out angles.
 
-    Sets on rolling bearings stand at the mean of a turn there: over a turn their bearings change, and are solved.
+    Sets on rolling bearings, or under loads that turn, stand at the mean of a turn there, and are solved over it.
     """
     found = []
     for number, one in enumerate(gearbox.sets if trains else ()):

@@ -6,8 +6,10 @@ from pmor.body.bearing_life import is_radial
 from pmor.case import capability
 from pmor.case.duty import shares
 from pmor.machine.iso import unknown_arrangements
+from pmor.machine.loaded import loaded
 from pmor.machine.loader import GearboxFile
 from pmor.machine.model import speeds_rpm
+from pmor.machine.turning import unbalances_over_turns
 
 
 def left_out(file: GearboxFile) -> list[tuple[str, str]]:
@@ -38,6 +40,14 @@ def left_out(file: GearboxFile) -> list[tuple[str, str]]:
     for load in model.sections.loads:
         if not speeds_rpm(model, load):
             found.append((f"losses, {load.name}", "the load has no speed_rpm"))
+        here = unbalances_over_turns(model, load)
+        for mass in model.sections.masses:
+            if mass.unbalance_kg_mm and mass not in here:
+                why = "it is of motion: no few turns of a carrier at the speed of this load bring it back"
+                found.append((f"unbalance of {mass.name}, {load.name}", why))
+    if any(loaded(model, load).turning for load in model.sections.loads):
+        why = "they have no mean over a turn: sets over turns of their carrier have them, meshes of two gears have not"
+        found.append(("loads that turn with shafts, in shafts, bearings and meshes under the mean load", why))
     if not shares(model.sections.loads):
         found.append(("duty cycle", "loads have neither fraction nor hours"))
     if all(bearing.inner is None for bearing in model.sections.bearings):

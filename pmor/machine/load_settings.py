@@ -65,6 +65,8 @@ class ShaftForce:
         Along the shaft.
     x_N, y_N, z_N : float
         Along the axes of the machine.
+    turns : bool
+        Whether it turns with the shaft: y and z are those at the start then. Otherwise it stands in the housing.
     """
 
     shaft: str
@@ -72,6 +74,7 @@ class ShaftForce:
     x_N: Force = 0.0
     y_N: Force = 0.0
     z_N: Force = 0.0
+    turns: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,12 +89,15 @@ class ShaftMoment:
         Along the shaft.
     y_Nm, z_Nm : float
         About the axes of the machine.
+    turns : bool
+        Whether it turns with the shaft: y and z are those at the start then. Otherwise it stands in the housing.
     """
 
     shaft: str
     at_mm: ranges.Place
     y_Nm: ranges.SignedTorque = 0.0
     z_Nm: ranges.SignedTorque = 0.0
+    turns: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,7 +168,8 @@ class Mass(Body):
     polar_inertia_kg_m2, tilting_inertia_kg_m2 : float
         About the axis, and about an axis across it through its middle.
     unbalance_kg_mm, unbalance_deg : float
-        Mass times the distance of its centre from the axis, for motion, and the place of the centre, from y towards z.
+        Mass times the distance of its centre from the axis, and the place of the centre, from y towards z: for motion,
+        and over turns of a carrier at the speed of the load.
     """
 
     name: str

@@ -25,6 +25,7 @@ from pmor.machine.model import GearboxModel, other_key, pinion_senses, placed_gr
 from pmor.machine.set_frame import MEMBERS, SetFrame, set_frame
 from pmor.machine.settings import HOUSING, Bearing, Mesh, PlanetarySet
 from pmor.machine.system import Equilibrium, Seat, System, solve_system
+from pmor.machine.turning import Turning, standing, turning_loads
 from pmor.machine.weights import gear_weight, hanging_weights, set_weights, shaft_weight
 from pmor.pair.model import gear_pair
 from pmor.sets.loader import SetFile
@@ -146,12 +147,14 @@ class LoadedGearbox:
     balances : tuple of ndarray, shape (n,)
         Rows of the rotations that are held.
     load : ndarray, shape (n,)
-        Of torques, forces and moments.
+        Of torques, forces and moments that stand in the housing.
     weight : ndarray, shape (n,)
     housing : ndarray, shape (6 h, 6 h)
         Stiffness of the seats, whose displacements are the last ones; empty of a rigid housing.
     groups : tuple of PlacedGroup
         Of the meshes that share gears.
+    turning : tuple of Turning
+        Loads that turn with shafts, which have no mean.
     """
 
     beams: Mapping[str, Beam]
@@ -164,6 +167,12 @@ class LoadedGearbox:
     weight: FloatArray
     housing: FloatArray
     groups: tuple[PlacedGroup, ...] = ()
+    turning: tuple[Turning, ...] = ()
+
+    @property
+    def over_turns(self) -> bool:
+        """Whether sets are solved over turns of their carrier alone: on rolling bearings, under loads that turn."""
+        return bool(self.system.seats or self.turning)
 
     @property
     def grouped(self) -> set[int]:
@@ -233,9 +242,10 @@ def loaded(model: GearboxModel, load: LoadCase) -> LoadedGearbox:
             balances.append(_unit(at, size))
         else:
             force[at] += 1e3 * torque.torque_Nm
-    for one in load.forces:
+    in_housing = standing(load)
+    for one in in_housing.forces:
         force[node(one.shaft, one.at_mm) + np.arange(3)] += one.x_N, one.y_N, one.z_N
-    for moment in load.moments:
+    for moment in in_housing.moments:
         force[node(moment.shaft, moment.at_mm) + np.array(TILT)] += 1e3 * moment.y_Nm, 1e3 * moment.z_Nm
     shafts = model.shafts
     bearings = []
@@ -269,8 +279,9 @@ def loaded(model: GearboxModel, load: LoadCase) -> LoadedGearbox:
         meshes.append(Meshing(mesh, pair, frame, (pinion, wheel), hub_wrenches(pair, frame), other, coast))
     weight = _weights(model, beams, first, meshes, sets, size)
     return LoadedGearbox(
-        beams, first, tuple(bearings), tuple(meshes), sets, tuple(balances), force, weight, housing, tuple(groups)
-    )
+        beams, first, tuple(bearings), tuple(meshes), sets, tuple(balances), force, weight, housing, tuple(groups),
+        turning_loads(model, load, node, size),
+    )  # fmt: skip
 
 
 def _weights(

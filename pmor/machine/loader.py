@@ -17,6 +17,7 @@ from pmor.machine.checks import ROUNDED_MM, GearboxReader
 from pmor.machine.estimates import with_estimates
 from pmor.machine.model import GearboxModel, HousingMatrices, pinion_torques, set_torques
 from pmor.machine.settings import GearboxSections, Mesh, PlanetarySet
+from pmor.machine.turning import never_back
 from pmor.machine.weights import gears_on_shafts
 from pmor.pair.model import gear_pair
 from pmor.sets.loader import OnShafts, SetFile
@@ -62,6 +63,11 @@ class GearboxFile:
         texts = [self.text or repr(self.model.sections), *(case.text for case in self.cases.values())]
         housing = [repr(matrix.tolist()) for matrix in self.model.of_housing.values()]
         return "\n".join([*texts, *(one.whole_text for one in self.model.sets.values()), *housing])
+
+    @property
+    def never_back(self) -> str:
+        """Shafts of loads that turn and that no few turns of a carrier bring back; empty without any."""
+        return never_back(self.model)
 
     @property
     def angles_per_pitch(self) -> int:

@@ -169,9 +169,12 @@ def seat_on(shaft: Shaft, x: float) -> tuple[float, float]:
 
 def speeds_rpm(model: GearboxModel, load: LoadCase) -> dict[str, float]:
     """Return the speeds about x of the shafts that turn with that of the first torque; none without a speed."""
-    if load.speed_rpm is None:
-        return {}
-    found = {load.torques[0].shaft: load.speed_rpm}
+    return {} if load.speed_rpm is None else turning_together(model, load.torques[0].shaft, load.speed_rpm)
+
+
+def turning_together(model: GearboxModel, shaft: str, speed: float) -> dict[str, float]:
+    """Return the speeds about x of the shafts that turn with one that has a speed."""
+    found = {shaft: speed}
     for _ in model.sections.shafts:
         for bearing in model.sections.bearings:
             if bearing.couples:

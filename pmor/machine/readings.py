@@ -239,7 +239,7 @@ def set_entry(solved: SolvedLoad, one: SolvedSet, speeds_rpm: Mapping[str, float
     for planet, rolling in zip(planets, pin_bearings_over(one.turn, planets), strict=True):
         planet["bearings"] = rolling
     turn = turn_data(solved.gearbox, one)
-    if turn is not None and solved.gearbox.system.seats:  # over its mesh cycle the set stands at the mean of the turn
+    if turn is not None and solved.gearbox.over_turns:  # over its mesh cycle the set stands at the mean of the turn
         own["k_gamma"] = turn["k_gamma"]
     return {
         "name": one.meshing.settings.name,

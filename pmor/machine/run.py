@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pmor.case.capability import refuse_beyond
 from pmor.core.errors import ConvergenceError
 from pmor.core.progress import quietly, stage
 from pmor.core.threads import in_order
@@ -74,7 +75,10 @@ def run(
     Raises
     ------
     OutputError
+    CaseError
+        Where loads turn with shafts that no few turns of a carrier bring back.
     """
+    refuse_beyond(file, "sweep")
     step, seconds = progress or quietly, dict[str, float]()
     names = (*FILES, *set_files(file))
     with nullcontext() if folder is None else results_folder(Path(folder), names, (), overwrite, file.inputs):

@@ -11,7 +11,7 @@ where springs k stand in for the bearings in A, so that it is finite where a sha
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -52,6 +52,10 @@ class SeatedMachine:
         Displacements of the inner rings under the mean loads.
     carried, carried_at_rest : ndarray, shape (s, 6, 5 b + n) and (s, 6)
         What shafts press on all supports, these bearings left out: by forces at the places, and at rest.
+    rates : ndarray, shape (R,)
+        Of loads that turn with shafts, over that of the angle.
+    turning, carried_turning : ndarray, shape (2 R, 5 b + n) and (2 R, s, 6)
+        What they add at rest: all at angle 0, then all a quarter turn on.
     """
 
     bearings: tuple[RollingBearing, ...]
@@ -62,6 +66,19 @@ class SeatedMachine:
     start: FloatArray
     carried: FloatArray
     carried_at_rest: FloatArray
+    rates: FloatArray
+    turning: FloatArray
+    carried_turning: FloatArray
+
+    def at(self, angle: float) -> SeatedMachine:
+        """Return the machine with the loads that turn where an angle has them, rad."""
+        if not len(self.rates):
+            return self
+        share = np.concatenate([np.cos(self.rates * angle), np.sin(self.rates * angle)])
+        return replace(
+            self, at_rest=self.at_rest + share @ self.turning,
+            carried_at_rest=self.carried_at_rest + np.tensordot(share, self.carried_turning, 1),
+        )  # fmt: skip
 
     @property
     def seats(self) -> int:
@@ -107,9 +124,9 @@ class SeatedMachine:
         moved = [_held(state, added) @ one for state, one in zip(states, step, strict=True)]
         return self.forces_of(states) + (np.concatenate(moved) if moved else np.zeros(0))
 
-    def forces_at(self, place: FloatArray, states: Sequence[BearingState], wrench: FloatArray) -> FloatArray:
-        """Return the forces at all places, (5 b + n,), with the wrench on the hubs."""
-        return np.concatenate([self.stand_in * place - self.forces_of(states), wrench])
+    def forces_at(self, place: FloatArray, pressed: FloatArray, wrench: FloatArray) -> FloatArray:
+        """Return the forces at all places, (5 b + n,), with those of the bearings (5 b,) and the wrench on the hubs."""
+        return np.concatenate([self.stand_in * place - pressed, wrench])
 
 
 def _held(state: BearingState, added: float) -> FloatArray:
@@ -117,7 +134,9 @@ def _held(state: BearingState, added: float) -> FloatArray:
     return np.asarray(state.stiffness + np.diag(added / UNITS**2))
 
 
-def seated(gearbox: LoadedGearbox, equilibrium: Equilibrium, hubs: Sequence[int], still: FloatArray) -> SeatedMachine:
+def seated(
+    gearbox: LoadedGearbox, equilibrium: Equilibrium, hubs: Sequence[int], still: FloatArray, rates: Sequence[float]
+) -> SeatedMachine:
     """Return a loaded gearbox condensed to its rolling bearings and to hubs.
 
     Shafts are held against rotation as in `pmor.machine.hub_compliance`.
@@ -127,7 +146,9 @@ def seated(gearbox: LoadedGearbox, equilibrium: Equilibrium, hubs: Sequence[int]
     hubs : sequence of int
         First displacements of their nodes.
     still : ndarray, shape (n,)
-        All loads on the machine, without those on the hubs that are to come.
+        All loads on the machine that stand, without those on the hubs that are to come.
+    rates : sequence of float, length R
+        Of the loads that turn.
     """
     size, system = len(gearbox.load), gearbox.system
     held, basis = held_shafts(gearbox, hubs)
@@ -136,7 +157,8 @@ def seated(gearbox: LoadedGearbox, equilibrium: Equilibrium, hubs: Sequence[int]
     stiffness = system.stiffness.copy()
     for seat in system.seats:
         stiffness += seat.rows.T @ np.diag(FIRST_GUESS * UNITS**-2) @ seat.rows
-    loads = np.column_stack([rows.T, still])
+    turning = [one.load[quarter] for quarter in (0, 1) for one in gearbox.turning]
+    loads = np.column_stack([rows.T, *turning, still])
     moved = basis @ np.linalg.solve(basis.T @ stiffness @ basis, basis.T @ loads)
     reaction = np.linalg.lstsq((held * scale).T, scale[:, None] * (stiffness @ moved - loads), rcond=None)[0]
     carried, first = [], 0
@@ -145,9 +167,10 @@ def seated(gearbox: LoadedGearbox, equilibrium: Equilibrium, hubs: Sequence[int]
         pressed[list(bearing.rigid)] -= reaction[first : first + len(bearing.rigid)]
         first += len(bearing.rigid)
         carried.append(pressed)
-    whole = np.array(carried)
+    whole, places = np.array(carried), len(rows)
     return SeatedMachine(
         tuple(seat.bearing for seat in system.seats), np.tile(FIRST_GUESS * UNITS**-2, len(system.seats)),
-        rows @ moved[:, :-1], rows @ moved[:, -1], tuple(n for n, one in enumerate(gearbox.bearings) if one.law),
-        rows[: DOF * len(system.seats)] @ equilibrium.displacement, whole[..., :-1], whole[..., -1],
+        rows @ moved[:, :places], rows @ moved[:, -1], tuple(n for n, one in enumerate(gearbox.bearings) if one.law),
+        rows[: DOF * len(system.seats)] @ equilibrium.displacement, whole[..., :places], whole[..., -1],
+        np.array(rates), (rows @ moved[:, places:-1]).T, np.moveaxis(whole[..., places:-1], -1, 0),
     )  # fmt: skip

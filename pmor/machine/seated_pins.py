@@ -95,6 +95,7 @@ class SeatedPins:
             flexibility=whole[np.ix_(order, order)],
             at_rest=np.concatenate([machine.at_rest, np.zeros(len(unit))])[order],
             start=np.concatenate([machine.start, self._start(wrench)]), carried=pressed[..., order],
+            turning=np.pad(machine.turning, ((0, 0), (0, len(unit))))[:, order],
         )  # fmt: skip
 
     def _start(self, wrench: FloatArray) -> FloatArray:

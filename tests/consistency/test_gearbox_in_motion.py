@@ -31,9 +31,11 @@ from pmor.dynamics.whine.quiet import QuietMesh
 from pmor.dynamics.whine.readings import bearing_names, moved_bearings, peak_rows, shown_modes
 from pmor.dynamics.whine.response import RPM
 from pmor.dynamics.whine.run import about_first_load, run
+from pmor.dynamics.whine.swinging import turning, unbalances
 from pmor.gear.condition import Assembly
 from pmor.gear.modification import Modification
 from pmor.machine.coupled import solve_load
+from pmor.machine.load_settings import ShaftForce
 from pmor.machine.loader import load
 from pmor.machine.readings import bearing_data
 from pmor.machine.run import meshes_and_trains
@@ -128,6 +130,19 @@ def test_pictures_leave_out_bearings_that_no_dynamic_force_reaches():
     for figure in (bearings_figure([still]), orders_figure(still), waterfall_figure(still, 6000.0)):
         titles = [axes.get_title() for axes in figure.axes if axes.get_visible()]
         assert [title for title in titles if title] == [names[1], names[3]]
+
+
+def test_a_force_that_turns_swings_as_the_unbalance_that_it_is_of():
+    machine, model = moving().loads[0].machine, moving().file.model
+    (unbalance,) = unbalances(model, machine)
+    (motor,), angle = model.sections.masses, np.radians(30.0)
+    size = 1e-3 * motor.unbalance_kg_mm * unbalance.rate**2
+    force = ShaftForce(shaft="input", at_mm=motor.at_mm, y_N=size * np.cos(angle), z_N=size * np.sin(angle), turns=True)
+    (found,) = turning(replace(machine, load=replace(machine.load, forces=(force,))))
+    assert not unbalance.steady
+    assert found.steady
+    assert_allclose(found.by_speed, unbalance.by_speed, rtol=1e-12)
+    assert (found.rows == unbalance.rows).all()
 
 
 def test_a_peak_names_the_line_without_which_there_is_none():

@@ -8,10 +8,21 @@ import pytest
 
 from pmor.core.errors import CaseError, ConvergenceError, GeometryError
 from pmor.machine.coupled import solve_load
+from pmor.machine.left_out import left_out
+from pmor.machine.loaded import loaded
 from pmor.machine.loader import load
+from pmor.machine.run import run
 from pmor.sets.run import train_of
-from tests.support.set_gearboxes import bearing, written_reducer
-from tests.verification.test_carrier_turn import GRAVITY, ON_SPRINGS, STIFFNESS, carrier_bearing, heavy
+from tests.support.set_gearboxes import TWO_STAGES, bearing, written_reducer
+from tests.verification.test_carrier_turn import (
+    GRAVITY,
+    ON_SPRINGS,
+    STIFFNESS,
+    carrier_bearing,
+    heavy,
+    loads_of,
+    unbalance,
+)  # fmt: skip
 
 LOOSE = {"clearance_mm": 0.05}
 SPRING = f"radial_N_per_mm = {STIFFNESS}"
@@ -42,12 +53,30 @@ def mass(kg):
         (heavy(axial_clearance_mm=0.1).replace("= 1e5", '= "free"'), CaseError, "give axial_N_per_mm"),
         (heavy(**LOOSE).replace(f"{SPRING}\naxial_N_per_mm = 1e5", ROLLER, 1), CaseError, "inner geometry"),
         (heavy(**LOOSE).replace(carrier_bearing("C", 55.0, **LOOSE), ""), GeometryError, "add a bearing"),
+        (heavy(loads_of("forces", "sun", 10.0, 1.0, 0.0, turns='"yes"')), CaseError, "true or false"),
+        (heavy(loads_of("forces", "planet", 10.0, 1.0, 0.0)), CaseError, "no such shaft"),
+        (heavy(loads_of("moments", "sun", 61.0, 1.0, 0.0)), CaseError, "lengthen the shaft"),
+        (heavy() + unbalance("sun", 10.0, -1.0, 0.0), CaseError, "unbalance_kg_mm"),
+        (heavy().replace("speed_rpm = 1000.0", "") + unbalance("sun", 10.0, 5.0, 0.0), CaseError, "add speed_rpm"),
     ],
 )
-def test_clearances_that_make_no_sense_are_refused(tmp_path, text, error, words):
+def test_clearances_and_loads_that_make_no_sense_are_refused(tmp_path, text, error, words):
     with pytest.raises(error, match=words):
         model = load(written_reducer(tmp_path, text, ON_SPRINGS)).model
         solve_load(model, model.sections.loads[0], {}, 1)
+
+
+def test_loads_that_no_few_turns_of_a_carrier_bring_back_are_refused_or_left_out(tmp_path):
+    on_pinion = loads_of("forces", "out", 20.0, 1.0, 0.0)
+    file = load(written_reducer(tmp_path, TWO_STAGES.replace("torques = [", on_pinion + "torques = [")))
+    with pytest.raises(CaseError, match="carrier of a set.*those on out do not"):
+        run(file)
+    text = TWO_STAGES + unbalance("out", 20.0, 1.0, 0.0) + unbalance("sun", 20.0, 1.0, 0.0).replace("beside", "other")
+    file = load(written_reducer(tmp_path, text))
+    said = dict(left_out(file))
+    assert "no few turns" in said["unbalance of beside, drive"]
+    assert "unbalance of other, drive" not in said
+    assert [one.shaft for one in loaded(file.model, file.model.sections.loads[0]).turning] == ["sun"]
 
 
 @pytest.fixture(scope="module")
@@ -68,6 +97,12 @@ def train(tmp_path_factory):
         (across(force=5e4), True),
         (mass(0.0), True),
         (heavy().replace(SUN, SUN + "clearance_mm = 0.3\n"), True),
+        (heavy(loads_of("forces", "sun", 10.0, 0.0, 0.0), **LOOSE), True),
+        (heavy(loads_of("forces", "carrier", 40.0, 2e4, 0.0), **LOOSE), True),
+        (heavy(**LOOSE) + unbalance("sun", 10.0, 1.0, 10.0), True),
+        (heavy().replace("speed_rpm = 1000.0", "speed_rpm = 0.0") + unbalance("sun", 10.0, 1e9, 0.0), True),
+        (heavy(loads_of("forces", "carrier", 40.0, 1e9, 0.0), **LOOSE), False),
+        (heavy(**LOOSE) + unbalance("sun", 10.0, 1e9, 0.0), False),
         (across(moment=1e6), False),
         (mass(1e6), False),
         (heavy(clearance_mm=5.0), False),

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 from pmor.body.bearing_life import reference_life
 from pmor.body.play import BearingWithPlay
-from pmor.machine.carrier_turn import carrier_turn, set_positions
+from pmor.machine.carrier_turn import carrier_turn, mean_turn, set_positions
 from pmor.machine.coupled_sets import set_torque, solved_sets
 from pmor.machine.loaded import loaded
 from pmor.machine.loader import load
@@ -22,18 +22,21 @@ from pmor.sets.solution import on_planets
 from tests.support.set_gearboxes import EVEN_SET, LOAD, SHAFTS, bearing, written_reducer
 
 ROUND_OFF = 1e-9
-# Forces of bearings are settled to 1e-9 of the largest.
-SETTLED = 1e-7
 STIFFNESS = 2e5
+# Sun and ring: the sun is back after two turns of the carrier.
+SUN, RING = 16, 56
+RATIO = 1.0 + RING / SUN
+TEETH = EVEN_SET.replace("[sun]\nteeth = 18", f"[sun]\nteeth = {SUN}").replace("teeth = 54", f"teeth = {RING}")
+TEETH = TEETH.replace("[planet]\nteeth = 18", "[planet]\nteeth = 20")
 ROLLERS = (
     "{ rollers = 15, roller_diameter_mm = 3.5, effective_length_mm = 6.0, pitch_diameter_mm = 25.0, "
     "clearance_mm = 0.02 }"
 )
-ON_ROLLERS = EVEN_SET + (
+ON_ROLLERS = TEETH + (
     "[pins]\ndiameter_mm = 20.0\nlength_mm = 26.0\nbearings = [\n"
     + "".join(f"{{ at_mm = {at}, roller = {ROLLERS} }},\n" for at in (-4.0, 4.0)) + "]\n"
 )  # fmt: skip
-ON_SPRINGS = EVEN_SET + "[supports]\nplanet_radial_N_per_mm = 5e4\n"
+ON_SPRINGS = TEETH + "[supports]\nplanet_radial_N_per_mm = 5e4\n"
 GRAVITY = "[gravity]\nz_m_s2 = -900.0\n"
 
 
@@ -49,12 +52,12 @@ def carrier_rollers(name, at, law):
     return f'[[bearings]]\nname = "{name}"\nshaft = "carrier"\nat_mm = {at}\nroller = {law}\n'
 
 
-def heavy(**extra):
-    """A reducer whose carrier hangs in two bearings, and whose sun floats on a soft one."""
+def heavy(load="", **extra):
+    """A reducer whose carrier hangs in two bearings, and whose sun floats on a soft one; a load beside the torque."""
     return (
         SHAFTS + bearing("A", "sun", 50.0, 1e4) + carrier_bearing("B", 20.0, **extra)
         + carrier_bearing("C", 55.0, **extra)
-        + LOAD.format(name="drive", torque=300.0, out="carrier", at=60.0) + GRAVITY
+        + LOAD.format(name="drive", torque=300.0, out="carrier", at=60.0) + load + GRAVITY
     )  # fmt: skip
 
 
@@ -99,15 +102,103 @@ def test_clearance_vanishes_into_a_spring(folder, train):
     assert np.abs(wide.hub_wrench - springs.hub_wrench)[..., :3].max() > 1e-2 * size
 
 
-@pytest.mark.parametrize("clearance", [0.02, *(pytest.param(one, marks=pytest.mark.slow) for one in (0.0, 0.2))])
-def test_bearings_carry_weights_and_loads_at_every_angle(folder, train, clearance):
-    gearbox, _, turn = turned(folder, train, heavy(clearance_mm=clearance))
+def loads_of(kind, shaft, at, y, z, turns="true"):
+    """A further load on a shaft: forces, N, or moments, N m."""
+    unit = {"forces": "N", "moments": "Nm"}[kind]
+    return f'{kind} = [{{ shaft = "{shaft}", at_mm = {at}, y_{unit} = {y}, z_{unit} = {z}, turns = {turns} }}]\n'
+
+
+def unbalance(shaft, at, kg_mm, deg):
+    """A mass beside its axis, without weight."""
+    return (
+        f'[[masses]]\nname = "beside"\nshaft = "{shaft}"\nat_mm = {at}\nmass_kg = 0.0\n'
+        f"unbalance_kg_mm = {kg_mm}\nunbalance_deg = {deg}\n"
+    )
+
+
+def carrier_angles(gearbox, train, turn):
+    """Where the first planet is in the housing, from where it was, about x, rad."""
+    one = gearbox.sets[0]
+    rate = np.sign(train.rates[one.housing])
+    planet = one.file.plan.bodies[one.file.plan.planets[0]]
+    there = (np.array([planet.x, planet.y]) @ [1.0, 1j]) * np.exp(-1j * rate * np.radians(turn.angle_deg))
+    across = one.frame.turn[1:3, :2] @ np.stack([there.real, there.imag])
+    angles = np.unwrap(np.angle(across[0] + 1j * across[1]))
+    return angles - angles[0]
+
+
+MACHINES = {
+    "a force on the sun that turns, clearance everywhere": (
+        heavy(loads_of("forces", "sun", 10.0, 300.0, -200.0), clearance_mm=0.05, axial_clearance_mm=0.02),
+        {"sun": (300.0, -200.0)},
+    ),
+    "an unbalance and a moment on the carrier": (
+        heavy(loads_of("moments", "carrier", 30.0, 40.0, 10.0), clearance_mm=0.02)
+        + unbalance("carrier", 40.0, 5e3, 30.0),
+        {"carrier": 5.0 * (1000.0 / RATIO * np.pi / 30.0) ** 2 * np.array([np.cos(np.pi / 6), np.sin(np.pi / 6)])},
+    ),
+    "clearance": (heavy(clearance_mm=0.02), {}),
+    "springs": (heavy(), {}),
+    "a bearing that is loose by a fifth": (heavy(clearance_mm=0.2), {}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "name", [name if n < 2 else pytest.param(name, marks=pytest.mark.slow) for n, name in enumerate(MACHINES)]
+)
+def test_bearings_carry_weights_and_loads_at_every_angle(folder, train, name):
+    text, acting = MACHINES[name]
+    gearbox, _, turn = turned(folder, train, text)
     weight = gearbox.weight.reshape(-1, 6)[:, :3].sum(axis=0)
     assert weight[2] < -1000.0
+    load, angles = np.tile(weight, (len(turn.angle_deg), 1)), carrier_angles(gearbox, train, turn)
+    for shaft, (y, z) in acting.items():
+        across = (y + 1j * z) * np.exp(1j * angles * {"sun": RATIO, "carrier": 1.0}[shaft])
+        load[:, 1:] += np.stack([across.real, across.imag], axis=1)
     ring = turn.member_wrench[:, MEMBERS.index("ring"), :3]
     pressed = turn.bearing_force[..., :3].sum(axis=1)
     assert turn.converged.all()
-    assert_allclose(pressed, weight - ring, rtol=0.0, atol=SETTLED * np.abs(turn.bearing_force[..., :3]).max())
+    assert_allclose(pressed, load - ring, rtol=0.0, atol=ROUND_OFF * np.abs(turn.bearing_force[..., :3]).max())
+
+
+@pytest.mark.parametrize("kind", ["forces", pytest.param("moments", marks=pytest.mark.slow)])
+def test_what_turns_with_the_carrier_stands_before_its_planets(folder, train, kind):
+    text = heavy(clearance_mm=0.02).replace(GRAVITY, "") + loads_of(kind, "carrier", 40.0, 900.0, 400.0)
+    gearbox, _, turn = turned(folder, train, text)
+    force, angles = turn.bearing_force, carrier_angles(gearbox, train, turn)
+    size = np.abs(force[..., :3]).max()
+    assert size > 500.0
+    assert np.ptp(force[:, 1, 1]) > 100.0
+    before = (force[..., 1] + 1j * force[..., 2]) * np.exp(-1j * angles)[:, None]
+    assert_allclose(before, before[:1].repeat(len(before), axis=0), rtol=0.0, atol=ROUND_OFF * size)
+    assert_allclose(turn.hub_wrench, turn.hub_wrench[:1].repeat(len(before), axis=0), rtol=0.0, atol=1e-7 * size)
+
+
+@pytest.mark.slow
+def test_each_position_is_that_of_a_load_that_stands_there(folder, train):
+    gearbox, _, turn = turned(folder, train, heavy(loads_of("forces", "sun", 10.0, 500.0, 0.0), clearance_mm=0.02))
+    assert turn.turns * RATIO == pytest.approx(round(turn.turns * RATIO))
+    assert turn.angle_deg[-1] > 360.0 * (turn.turns - 0.1)
+    pitches, angles = len(turn.angle_deg) // turn.turns, carrier_angles(gearbox, train, turn)
+    for place in (7, len(angles) - 4):
+        across = 500.0 * np.exp(1j * RATIO * angles[place])
+        stands = loads_of("forces", "sun", 10.0, across.real, across.imag, turns="false")
+        _, _, there = turned(folder, train, heavy(stands, clearance_mm=0.02))
+        size = np.abs(turn.bearing_force).max()
+        assert_allclose(
+            there.bearing_force[place % pitches], turn.bearing_force[place], rtol=0.0, atol=ROUND_OFF * size
+        )
+
+
+def test_loads_that_turn_have_no_share_in_the_mean(folder, train):
+    text = heavy().replace(GRAVITY, "") + loads_of("forces", "sun", 10.0, 500.0, 0.0)
+    gearbox, equilibrium, turn = turned(folder, train, text)
+    assert not turned(folder, train, heavy().replace(GRAVITY, ""))[0].turning
+    at = set_positions(gearbox.sets[0], train, 4)
+    mean = mean_turn(gearbox, equilibrium, 0, set_torque(gearbox, equilibrium, 0), at)
+    across = np.abs(mean.bearing_force[..., 1:3].mean(axis=0)).max()
+    assert np.abs(turn.bearing_force[..., 1:3]).max() > 100.0
+    assert across < 1e-3 * 500.0
 
 
 def test_a_heavy_shaft_rests_at_half_its_clearance_and_what_its_springs_give(folder):
@@ -137,17 +228,17 @@ def test_bearings_of_planets_with_a_linear_law_are_their_springs(folder, train):
 
 
 def test_rows_of_planets_carry_meshes_and_weights_at_every_angle(folder, train):
-    """On rollers with clearance, and as their law has it at the displacement of the pin."""
-    text = heavy(clearance_mm=0.02)
+    """On rollers with clearance, as their law has it at the displacement of the pin; a force turns on the carrier."""
+    text = heavy(loads_of("forces", "carrier", 40.0, 900.0, 400.0), clearance_mm=0.02)
     of_shaft = ROLLERS.replace("clearance_mm = 0.02", "laminae = 21").replace("3.5", "5.0").replace("25", "40")
     text = text.replace(carrier_bearing("C", 55.0, clearance_mm=0.02), carrier_rollers("C", 55.0, of_shaft))
     gearbox, equilibrium, turn = turned(folder, train, text, ON_ROLLERS)
     on = on_planets(gearbox.sets[0].file.plan, turn.hub_wrench + turn.hanging)
     assert turn.converged.all()
     size = np.abs(turn.pin_load[..., :2]).max()
-    assert_allclose(turn.pin_load[..., :2].sum(axis=2), on[..., :2], rtol=0.0, atol=SETTLED * size)
+    assert_allclose(turn.pin_load[..., :2].sum(axis=2), on[..., :2], rtol=0.0, atol=ROUND_OFF * size)
     arms = turn.pin_load[..., 2:].sum(axis=2) + np.einsum("pnbw,b->pnw", turn.pin_load[..., :2], [-4.0, 4.0])
-    assert_allclose(arms, np.stack([on[..., 4], -on[..., 3]], axis=-1), rtol=0.0, atol=SETTLED * 10.0 * size)
+    assert_allclose(arms, np.stack([on[..., 4], -on[..., 3]], axis=-1), rtol=0.0, atol=ROUND_OFF * 10.0 * size)
     plan = gearbox.sets[0].file.plan
     for (planet, row), states in turn.pins.states(turn.rings[:, 2:]).items():
         body, (x, y, by_x, by_y) = plan.bodies[plan.planets[planet]], turn.pin_load[:, planet, row].T
@@ -156,7 +247,7 @@ def test_rows_of_planets_carry_meshes_and_weights_at_every_angle(folder, train):
         told = [np.stack(pair, axis=1) @ way / np.linalg.norm(out)
                 for pair in ((x, y), (-by_y, by_x)) for way in (out, around)]  # fmt: skip
         force = np.array([state.force[1:] for state in states])
-        assert_allclose(-force, np.transpose(told), rtol=0.0, atol=SETTLED * 10.0 * size)
+        assert_allclose(-force, np.transpose(told), rtol=0.0, atol=ROUND_OFF * 10.0 * size)
     _, _, tangents = turned(folder, train, text, ON_ROLLERS, ())
     assert np.abs(tangents.pin_load - turn.pin_load)[..., :2].max() > 1e-3 * size
     # Damages of all positions add up, and loads are those of the largest.
@@ -181,7 +272,7 @@ def test_a_turn_of_the_carrier_returns_to_its_start(folder, train):
     carrier_turn(gearbox, equilibrium, 0, torque, at)
     again = carrier_turn(gearbox, equilibrium, 0, torque, at)  # from the states of the turn before
     size = np.abs(first.bearing_force).max()
-    assert_allclose(again.bearing_force, first.bearing_force, rtol=0.0, atol=SETTLED * size)
+    assert_allclose(again.bearing_force, first.bearing_force, rtol=0.0, atol=ROUND_OFF * size)
 
 
 def test_weights_superpose_on_linear_supports(folder):

@@ -23,7 +23,7 @@ from pmor.dynamics.whine.response import RPM, Lines, LoadResponse, MeshMotion, S
 from pmor.dynamics.whine.ringing import KeptModes, ringing_gears
 from pmor.dynamics.whine.set_cycle import SetCycle, set_cycle
 from pmor.dynamics.whine.set_response import over_planets, set_excitation
-from pmor.dynamics.whine.swinging import Swinging, ripples, unbalances
+from pmor.dynamics.whine.swinging import Swinging, ripples, turning, unbalances
 from pmor.line.hub_law import COORDINATES
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.load_settings import LoadCase
@@ -89,7 +89,7 @@ def respond(
         (one, set_cycle(one, of.meshing.file, of.solution, 0, motion.harmonics))
         for one, of in zip(machine.sets, solved.sets, strict=True)
     )
-    swinging = [*unbalances(model, machine), *ripples(machine)]
+    swinging = [*unbalances(model, machine), *turning(machine), *ripples(machine)]
     return responded(machine, solved, together, of_sets, swinging, motion, speeds_rpm)
 
 

@@ -1,8 +1,9 @@
-"""Forces that swing with the turns of a shaft: unbalances, and torques about their mean."""
+"""Forces that swing with the turns of a shaft: unbalances, loads that turn with it, and torques about their mean."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from pmor.core.arrays import ComplexArray, FloatArray
 from pmor.dynamics.whine.discs import KG
 from pmor.dynamics.whine.moving import MovingMachine
-from pmor.machine.loaded import ABOUT_AXIS
+from pmor.machine.loaded import ABOUT_AXIS, TILT
 from pmor.machine.model import GearboxModel
 
 
@@ -38,14 +39,38 @@ def unbalances(model: GearboxModel, machine: MovingMachine) -> list[Swinging]:
         bodies = [one for one in model.sections.masses if one.shaft == shaft and one.unbalance_kg_mm > 0.0]
         if not bodies:
             continue
-        rows, forces, turns = list[FloatArray](), list[complex](), np.sign(rate * machine.sense)
-        for body in bodies:
-            amount = 0.5 * KG * body.unbalance_kg_mm * rate**2
-            along_y = amount * np.exp(1j * turns * math.radians(body.unbalance_deg))
-            rows += [machine.row(shaft, body.at_mm, direction) for direction in (1, 2)]
-            forces += [along_y, -1j * turns * along_y]
-        found.append(Swinging(f"unbalance of {shaft}", abs(rate), np.array(rows), np.array(forces), False))
+        amounts = [
+            (body.at_mm, KG * body.unbalance_kg_mm * rate**2 * np.exp(1j * math.radians(body.unbalance_deg)), 1)
+            for body in bodies
+        ]
+        found.append(_across(f"unbalance of {shaft}", machine, shaft, amounts, False))
     return found
+
+
+def turning(machine: MovingMachine) -> list[Swinging]:
+    """Return the forces and moments of the load that turn with their shafts, all of a shaft together."""
+    load, acting = machine.load, dict[str, list[tuple[float, complex, int]]]()
+    for force in load.forces:
+        if force.turns and machine.rates.get(force.shaft):
+            acting.setdefault(force.shaft, []).append((force.at_mm, complex(force.y_N, force.z_N), 1))
+    for moment in load.moments:
+        if moment.turns and machine.rates.get(moment.shaft):
+            both = 1e3 * complex(moment.y_Nm, moment.z_Nm)
+            acting.setdefault(moment.shaft, []).append((moment.at_mm, both, TILT[0]))
+    return [_across(f"load on {shaft}", machine, shaft, amounts, True) for shaft, amounts in acting.items()]
+
+
+def _across(
+    name: str, machine: MovingMachine, shaft: str, amounts: Sequence[tuple[float, complex, int]], steady: bool
+) -> Swinging:
+    """Return what turns with a shaft: places, y + i z at the start, and the direction of y there."""
+    rate = machine.rates[shaft]
+    turns, rows, forces = np.sign(rate * machine.sense), list[FloatArray](), list[complex]()
+    for place, amount, first in amounts:
+        along_y = 0.5 * (amount if turns > 0.0 else np.conj(amount))
+        rows += [machine.row(shaft, place, direction) for direction in (first, first + 1)]
+        forces += [along_y, -1j * turns * along_y]
+    return Swinging(name, abs(rate), np.array(rows), np.array(forces), steady)
 
 
 def ripples(machine: MovingMachine) -> list[Swinging]:
