@@ -306,8 +306,8 @@ def _turned(
 class _Settled(NamedTuple):
     """A position: displacements of inner rings, states of bearings, forces in sections, and those on all places.
 
-    Forces of bearings `pressed` are those of the last linearised state, which balance all others to the last digit;
-    states have the same to what is settled.
+    Forces of bearings `pressed` are those of the last linearised state, which balance all others to the last digit, and
+    none of bearings that lie loose; states have the same to what is settled.
     """
 
     place: FloatArray
@@ -335,7 +335,8 @@ def _settled(
         if converged and (error < left or error < SETTLED):
             place, states, left, added = tried, after, error, max(0.1 * added, LEAST)
             if error < SETTLED:
-                return _Settled(place, states, told, force, machine.forces_at(place, told, wrench), True)
+                carrying = np.where(got == 0.0, 0.0, told)
+                return _Settled(place, states, carrying, force, machine.forces_at(place, told, wrench), True)
         elif added > MOST:
             break
         else:

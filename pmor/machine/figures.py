@@ -13,7 +13,7 @@ from pmor.machine.coupled import SolvedLoad
 from pmor.machine.coupled_sets import SolvedSet
 from pmor.machine.model import GearboxModel
 from pmor.machine.settings import PlanetarySet
-from pmor.machine.turn_readings import planet_rows, planet_shares
+from pmor.machine.turn_orders import mesh_misalignment, planet_rows, planet_shares
 from pmor.pair.model import gear_pair
 from pmor.report.style import COLOURS, legend_label, new_figure, panels, plot_style
 from pmor.results.load_distribution import line_states
@@ -132,20 +132,27 @@ def set_ste_figure(loads: Sequence[SolvedLoad], number: int) -> Figure:
 
 
 def turn_figure(one: SolvedSet) -> Figure:
-    """Loads of the planets of a set over a turn of its carrier, and forces across the rows of their bearings."""
+    """Loads of the planets of a set over a turn of its carrier, rows of their bearings, and misalignment of meshes."""
     assert one.turn is not None
     share, rows = planet_shares(one.turn, one), planet_rows(one.turn)
     angle, plan = one.turn.angle_deg, one.solution.plan
-    with panels(2, 9.2, 4.2, legend=2) as (figure, (loads, across)):
+    misaligned, meshes = mesh_misalignment(one.turn, one), one.solution.plan.meshes
+    bearings = rows.shape[2] > 0  # planets on springs have none
+    with panels(2 + bearings, 8.2 + 4.2 * bearings, 4.2, legend=2) as (figure, axes):
+        loads, tilted = axes[0], axes[-1]
         for number, planet in enumerate(plan.planets):
             colour = COLOURS[number % len(COLOURS)]
             loads.plot(angle, share.shape[1] * share[:, number], color=colour, label=plan.bodies[planet].name)
             for row, style in zip(range(rows.shape[2]), ("-", "--", ":", "-.") * rows.shape[2], strict=False):
-                across.plot(angle, 1e-3 * rows[:, number, row], style, color=colour)
-        loads.set(xlabel="Angle of the carrier [°]", ylabel="Load of a planet over the mean [-]")
-        across.set(xlabel="Angle of the carrier [°]", ylabel="Force across a bearing row [kN]")
-        for axes in (loads, across):
-            axes.set_xticks(np.arange(0.0, 361.0, 90.0))
+                axes[1].plot(angle, 1e-3 * rows[:, number, row], style, color=colour)
+            ends = [(n, mesh) for n, mesh in enumerate(meshes) if planet in (mesh.pinion, mesh.wheel)]
+            for (mesh, _), style in zip(ends, ("-", "--") * len(ends), strict=False):
+                tilted.plot(angle, misaligned[:, mesh], style, color=colour)
+        loads.set(ylabel="Load of a planet over the mean [-]")
+        axes[1].set(ylabel="Force across a bearing row [kN]")
+        tilted.set(ylabel="Misalignment F_β [µm]")
+        for one_axes in axes:
+            one_axes.set(xlabel="Angle of the carrier [°]", xticks=one.turn.turns * np.arange(0.0, 361.0, 90.0))
     return figure
 
 

@@ -91,7 +91,7 @@ def sliced_k_h_beta(mesh: SolvedMesh, case: Case) -> float:
     low, high = max(face[0] for face in pair.faces), min(face[1] for face in pair.faces)
     z = low + (high - low) * (np.arange(SLICES) + 0.5) / SLICES
     angle, off = pair.working_pressure_angle, case.misalignment
-    slope = f_beta_um(pair, mesh.displacement)
+    slope = float(f_beta_um(pair, mesh.displacement))
     slope += math.cos(angle) * off.out_of_plane_um - math.sin(angle) * off.in_plane_um
     overlap = slope / pair.face_width * z
     gears = (assembly.pinion, pair.pinion), (assembly.wheel, pair.wheel)

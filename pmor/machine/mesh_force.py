@@ -89,7 +89,7 @@ def hub_wrenches(pair: GearPair, frame: MeshFrame) -> FloatArray:
     return np.array(found)
 
 
-def f_beta_um(pair: GearPair, displacement: FloatArray) -> float:
+def f_beta_um(pair: GearPair, displacement: FloatArray) -> FloatArray:
     """Return the misalignment F_beta: by how much more the flanks overlap at the end with the larger z, um.
 
     It is the face width times the difference of the slopes of both hubs along the transverse line of action, shafts
@@ -97,9 +97,9 @@ def f_beta_um(pair: GearPair, displacement: FloatArray) -> float:
 
     Parameters
     ----------
-    displacement : ndarray, shape (2, 6)
+    displacement : ndarray, shape (..., 2, 6)
         Of both hubs, in axes of the pair, mm and rad.
     """
     angle = pair.working_pressure_angle
-    slopes = [-math.cos(angle) * about[1] - math.sin(angle) * about[0] for about in displacement[:, 3:]]
-    return float(1e3 * pair.face_width * (slopes[0] - slopes[1]))
+    slopes = -math.cos(angle) * displacement[..., 4] - math.sin(angle) * displacement[..., 3]
+    return np.asarray(1e3 * pair.face_width * (slopes[..., 0] - slopes[..., 1]))

@@ -16,6 +16,7 @@ from pmor.machine.fit import Fit
 from pmor.machine.left_out import left_out
 from pmor.machine.loader import GearboxFile
 from pmor.machine.readings import Data, duty_entry, load_data
+from pmor.machine.turn_tables import turn_tables
 from pmor.machine.view import machine_figure
 from pmor.pair.losses import duty_data
 from pmor.report.bearing_figure import element_pictures
@@ -36,12 +37,9 @@ FILES = (
     "bearings.png", "machine.vtkhdf", "gearbox.rexs", "ste.csv", "meshes.csv", "bearings.csv", "results.h5",
 )  # fmt: skip
 
-#: further ones of each set, after its name
+#: of all sets together; further ones of each set, after its name
+TURN_ORDERS = "turn_orders.csv"
 SET_FILES = ("gears.png", "shares.png", "ste.png", "turn.png", "gears.vtkhdf")
-def _of_order(order: int) -> Column:
-    return lambda row: row["carrier_orders_N"][order - 1]
-
-
 OF_MESH: Columns = {"load": "load", "mesh": "name"}
 MISALIGNMENT_COLUMNS: Columns = {
     **OF_MESH, "pinion torque [N m]": "torque_Nm",
@@ -61,26 +59,6 @@ SET_COLUMNS: Columns = {
     "STE p-p, rigid [µm]": "rigid_ste_peak_to_peak_um", **heads("k_gamma"), "K_γ, rigid": "rigid_k_gamma",
     **heads("losses_W"),
 }  # fmt: skip
-TURN_COLUMNS: Columns = {
-    "load": "load", "set": "name", "K_γ": lambda row: row["turn"]["k_gamma"],
-    "largest row of a planet's bearings [N]": lambda row: max(one["largest_N"] for one in row["turn"]["planet_rows"]),
-    "over the mean of all rows": lambda row: max(one["largest_over_mean"] for one in row["turn"]["planet_rows"]),
-}
-PLANET_ROW_COLUMNS: Columns = {
-    "load": "load", "set": "set", "planet": "planet", "row at [mm]": "at_mm", "largest force across [N]": "largest_N",
-    "at [°] of the carrier": "largest_at_deg", "over the mean of all rows": "largest_over_mean",
-}  # fmt: skip
-SUPPORT_COLUMNS: Columns = {
-    "load": "load", "set": "set", "support": "name",
-    **{f"{word} [N]": f"radial_force_{key}_N"
-       for word, key in (("least force across", "min"), ("mean", "mean"), ("largest", "max"))},
-    **{f"order {order} of the carrier [N]": _of_order(order) for order in (1, 2, 3)},
-}  # fmt: skip
-TURN = (
-    "One position to each mesh pitch, solved in order on the law of each bearing, those of planets too: loads that "
-    "stand in the housing, and bearings with their loaded zones, turn against the carrier. K_γ: largest load of a "
-    "planet over the mean of all."
-)
 OF_SET: Columns = {"load": "load", "set": "set"}
 POWER_COLUMNS: Columns = {"load": "name", **heads("power_W", "losses_W", "efficiency")}
 DUTY_COLUMNS: Columns = {**POWER_COLUMNS, **heads("fraction", "hours")}
@@ -208,7 +186,8 @@ def _mesh_pictures(loads: Sequence[SolvedLoad]) -> dict[str, list[Picture]]:
 
 def set_files(file: GearboxFile) -> tuple[str, ...]:
     """Return the names of the files of all sets."""
-    return tuple(f"set_{name}_{what}" for name in file.model.sets for what in SET_FILES)
+    own = tuple(f"set_{name}_{what}" for name in file.model.sets for what in SET_FILES)
+    return (*own, TURN_ORDERS) if own else ()
 
 
 def _set_pictures(loads: Sequence[SolvedLoad], number: int) -> dict[str, list[Picture]]:
@@ -229,7 +208,7 @@ def _set_pictures(loads: Sequence[SolvedLoad], number: int) -> dict[str, list[Pi
     if one.turn is not None:
         turn = (
             f"Planets {of} over a turn of the carrier: what each takes of the mean, and forces across the rows of its "
-            "bearings (the first one's solid, further ones' dashed)."
+            "bearings and misalignment of its meshes (the first one's solid, further ones' dashed)."
         )
         found.append(Picture(names[3], turn, turn_figure(one), "svg"))
     ste = Picture(names[2], words, set_ste_figure(loads, number), "svg")
@@ -272,13 +251,8 @@ def _tables(data: Data) -> dict[str, list[Table]]:
 
     add("Transmission error", "Transmission error and load", MESH_COLUMNS, meshes, MESHES)
     add("Transmission error", "Planetary sets", SET_COLUMNS, sets if meshes else [], SETS)
-    turning = [one for one in sets if one["turn"] is not None]
-    rows = [{**row, "load": one["load"], "set": one["name"]} for one in turning for row in one["turn"]["planet_rows"]]
-    supports = [{**support, "load": one["load"], "set": one["name"]} for one in turning
-                for support in one["turn"]["supports"]]  # fmt: skip
-    add("Stiffness and load sharing", "Planetary sets over a turn of the carrier", TURN_COLUMNS, turning, TURN)
-    add("Shafts and bearings", "Planets' bearings over a turn of the carrier", PLANET_ROW_COLUMNS, rows, TURN)
-    add("Shafts and bearings", "Supports over a turn of the carrier", SUPPORT_COLUMNS, supports, TURN)
+    for theme, tables in turn_tables(sets).items():
+        found[theme] += tables
     add("Root stress", "Root stress", STRESS_COLUMNS, [mesh for mesh in meshes if mesh["root_stress_max_MPa"]], STRESS)
     crude = [mesh for mesh in meshes if mesh["iso_f_sh_um"] is not None]
     add("Flanks", "Beside ISO 6336-1:2006", ISO_COLUMNS, crude, ISO)

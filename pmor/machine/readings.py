@@ -106,7 +106,7 @@ def mesh_data(
         "flank": "coast" if mesh.meshing.coast else "drive",
         "torque_Nm": 1e-3 * mesh.torque,
         "force_N": mesh.force,
-        "f_beta_um": frame.along * f_beta_um(pair, mesh.displacement),
+        "f_beta_um": frame.along * float(f_beta_um(pair, mesh.displacement)),
         "in_plane_um": -1e3 * width * float(relative[3]),
         "out_of_plane_um": 1e3 * width * frame.hand * float(relative[4]),
         "centre_distance_um": 1e3 * float(relative[1]),

@@ -17,9 +17,10 @@ from pmor.machine.figures import deflection_figure, face_load_figure, ste_figure
 from pmor.machine.fit import Fit
 from pmor.machine.live import live_blocks
 from pmor.machine.loader import GearboxFile
-from pmor.machine.output import FILES, SET_FILES, gearbox_data, gearbox_report, gearbox_text, set_files
+from pmor.machine.output import FILES, SET_FILES, TURN_ORDERS, gearbox_data, gearbox_report, gearbox_text, set_files
 from pmor.machine.readings import Data, bearing_data
 from pmor.machine.results_data import gearbox_columns, mesh_rows, write_gearbox_results
+from pmor.machine.turn_tables import order_rows
 from pmor.machine.view import machine_figure
 from pmor.machine.vtkhdf import write_machine
 from pmor.report.data_files import write_bearings_csv, write_columns_csv, write_table_csv
@@ -127,7 +128,8 @@ class GearboxResult(Tabular):
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
         """Write `gearbox.json`, `gearbox.md`, `report.html`, the pictures, tables and `results.h5`.
 
-        Tables are `ste.csv`, `meshes.csv`, of rolling bearings `bearings.csv`; `machine.vtkhdf` shows the machine; of
+        Tables are `ste.csv`, `meshes.csv`, of rolling bearings `bearings.csv`, of sets over turns
+        of their carrier `turn_orders.csv`; `machine.vtkhdf` shows the machine; of
         `pmor.run` REXS too.
 
         Parameters
@@ -149,6 +151,8 @@ class GearboxResult(Tabular):
                 rows = mesh_rows(self.data)
                 write_table_csv(out / "meshes.csv", rows, list(dict.fromkeys(key for row in rows for key in row)))
                 write_bearings_csv(out, {load["name"]: load for load in self.data["loads"]})
+                if turned := order_rows(self.data):
+                    write_table_csv(out / TURN_ORDERS, turned)
                 write_gearbox_results(self.file, self.loads, out / "results.h5", self.data)
                 for one in self.loads[0].sets:
                     target = out / f"set_{one.meshing.settings.name}_{SET_FILES[-1]}"

@@ -15,8 +15,8 @@ from pmor.machine.carrier_turn import CarrierTurn
 from pmor.machine.coupled_sets import SolvedSet
 from pmor.machine.loaded import LoadedGearbox
 from pmor.machine.set_frame import MEMBERS
+from pmor.machine.turn_orders import courses, orders_told, planet_rows, planet_shares
 from pmor.sets.lost import known
-from pmor.sets.solution import on_planets
 
 # Orders of the carrier's turn that are told.
 ORDERS = 3
@@ -27,16 +27,19 @@ def turn_data(gearbox: LoadedGearbox, one: SolvedSet) -> Data | None:
     """Return what stands in `gearbox.json` of a set over a turn of its carrier; None of one that was not turned.
 
     `k_gamma` is the largest load of a planet over the mean of all; force of a bearing row over the mean of all rows;
-    amplitudes of orders of the carrier are those of the force across a support. Of the positions that have a solution.
+    amplitudes of orders of the carrier are those of the force across a support, and of all else in `by_order`. Of the
+    positions that have a solution.
     """
     turn = one.turn
     if turn is None:
         return None
     share, rows = planet_shares(turn, one), planet_rows(turn)
+    told = orders_told(turn, share.shape[1])
     plan = one.meshing.file.plan
     assert plan.on_pins is not None, "of a planetary set"
     return {
         "angle_deg": turn.angle_deg.tolist(),
+        "turns": turn.turns,
         "converged": bool(turn.converged.all()),
         "k_gamma": known(np.max, share) * share.shape[1],
         "planet_share": share.T.tolist(),
@@ -48,9 +51,11 @@ def turn_data(gearbox: LoadedGearbox, one: SolvedSet) -> Data | None:
             for place, row in zip(plan.on_pins.pin.bearings_mm, of_planet, strict=True)
         ],
         "supports": [
-            {"name": bearing.settings.name, **_force_data(force)}
+            {"name": bearing.settings.name, **_force_data(force, turn.turns)}
             for bearing, force in zip(gearbox.bearings, turn.bearing_force.transpose(1, 0, 2), strict=True)
         ],
+        "carrier_orders": told,
+        "by_order": [course.data(turn, told) for course in courses(gearbox, one)],
         "members": {
             member: {
                 "across_um": (1e3 * moved[:, 1:3]).T.tolist(),
@@ -62,21 +67,15 @@ def turn_data(gearbox: LoadedGearbox, one: SolvedSet) -> Data | None:
     }
 
 
-def _force_data(force: FloatArray) -> Data:
+def _force_data(force: FloatArray, turns: int) -> Data:
     """Least, mean and largest force across a support, and along its axis, (P, 6); and its orders."""
     across = np.hypot(force[:, 1], force[:, 2])
-    lines = np.abs(np.fft.rfft(across)[1 : ORDERS + 1]) * 2.0 / len(across)
+    lines = np.abs(np.fft.rfft(across)[turns : ORDERS * turns + 1 : turns]) * 2.0 / len(across)
     return {
         "radial_force_min_N": known(np.min, across), "radial_force_mean_N": known(np.mean, across),
         "radial_force_max_N": known(np.max, across), "axial_force_mean_N": known(np.mean, force[:, 0]),
         "carrier_orders_N": lines.tolist(),
     }  # fmt: skip
-
-
-def planet_shares(turn: CarrierTurn, one: SolvedSet) -> FloatArray:
-    """Return the share of each planet in what the meshes carry around, (P, N)."""
-    force = one.solution.outwards_and_around(on_planets(one.meshing.file.plan, turn.hub_wrench)[..., :2])[..., 1]
-    return np.asarray(force / force.sum(axis=1, keepdims=True))
 
 
 def states_over(turns: Sequence[CarrierTurn], law: InnerGeometry, seat: int) -> list[BearingState]:
@@ -100,8 +99,3 @@ def pin_bearings_over(turn: CarrierTurn | None, planets: Sequence[Data]) -> list
             own = found[planet][bearing]
             found[planet][bearing] = own | rolling_data(law, states, ON_PINS, own.get("bearing_rpm"))
     return found
-
-
-def planet_rows(turn: CarrierTurn) -> FloatArray:
-    """Return forces across the bearing rows of all planets, (P, N, b), N."""
-    return np.asarray(np.linalg.norm(turn.pin_load[..., :2], axis=-1))

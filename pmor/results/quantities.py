@@ -116,6 +116,10 @@ QUANTITIES = (
     Quantity("bearing_force_N", "N", "dynamic bearing force", "likewise, of a bearing", "bearing", ()),
     Quantity("radiated_power_mW", "mW", "radiated power", "likewise, equivalent one of the housing", "", ()),
     Quantity("k_gamma", "1", "K_γ", "largest mean load of a planet in a mesh cycle over the mean of all", files=TRAINS),
+    Quantity("planet_load_over_mean", "1", "load over the mean", "of a planet, of what all take, over a turn of the "
+             "carrier: K_γ is the largest", "planet", ()),
+    Quantity("carrier_orders", "1", "orders of the carrier", "times in a turn of the carrier against the housing",
+             "order", (BOX,)),
     Quantity("contact_ratio", "1", "contact ratio", "transverse, of rigid flanks", "mesh", TRAINS),
     Quantity("overlap_ratio", "1", "overlap ratio", "", "mesh", ()),
     Quantity("phase_pitches", "1", "phase [pitches]", "where in its mesh cycle a mesh is at angle 0", "mesh", TRAINS),

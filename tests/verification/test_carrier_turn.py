@@ -13,10 +13,12 @@ from pmor.machine.carrier_turn import carrier_turn, mean_turn, set_positions
 from pmor.machine.coupled_sets import set_torque, solved_sets
 from pmor.machine.loaded import loaded
 from pmor.machine.loader import load
+from pmor.machine.mesh_force import f_beta_um
 from pmor.machine.readings import carried
 from pmor.machine.set_frame import MEMBERS
 from pmor.machine.system import solve_system
-from pmor.machine.turn_readings import pin_bearings_over
+from pmor.machine.turn_orders import mesh_misalignment
+from pmor.machine.turn_readings import pin_bearings_over, turn_data
 from pmor.sets.run import train_of
 from pmor.sets.solution import on_planets
 from tests.support.set_gearboxes import EVEN_SET, LOAD, SHAFTS, bearing, written_reducer
@@ -84,13 +86,44 @@ def turned(folder, train, text, of_set=ON_SPRINGS, laws=None):
     return gearbox, equilibrium, carrier_turn(gearbox, equilibrium, 0, torque, set_positions(gearbox.sets[0], train, 1))
 
 
-def test_on_linear_supports_a_turn_is_the_set_in_its_housing(folder, train):
-    gearbox, equilibrium, turn = turned(folder, train, heavy())
-    solution = solved_sets(gearbox, equilibrium, {"stage": train}, {})[0].solution
+@pytest.fixture(scope="module")
+def on_springs(folder, train):
+    gearbox, equilibrium, _ = turned(folder, train, heavy())
+    return solved_sets(gearbox, equilibrium, {"stage": train}, {})[0]
+
+
+def test_on_linear_supports_a_turn_is_the_set_in_its_housing(on_springs):
+    turn, solution = on_springs.turn, on_springs.solution
     every = solution.hub_wrench[0, :: solution.angles_per_pitch]
     assert turn.converged.all()
     assert np.ptp(turn.hub_wrench[:, 2], axis=0).max() > 100.0  # weights turn against the carrier
     assert_allclose(turn.hub_wrench, every[: len(turn.angle_deg)], rtol=0.0, atol=ROUND_OFF * np.abs(every).max())
+    along, misaligned = np.sign(on_springs.meshing.frame.turn[0, 2]), mesh_misalignment(turn, on_springs)
+    for mesh, one in enumerate(solution.train.meshes):
+        hubs = solution.mesh_displacement(mesh)[0, :: solution.angles_per_pitch][: len(turn.angle_deg)]
+        there = along * f_beta_um(one.pair.meshed.pair, hubs)
+        assert np.ptp(there) > 1e-2
+        assert_allclose(misaligned[:, mesh], there, rtol=0.0, atol=1e-8 * np.abs(there).max())
+
+
+def test_a_load_comes_back_at_its_order(folder, train, on_springs):
+    """In the housing as often as its shaft turns, before the planets as often as it passes them."""
+    text = heavy(loads_of("forces", "sun", 10.0, 500.0, 0.0)).replace(GRAVITY, "")
+    gearbox, _, turn = turned(folder, train, text)
+    data = turn_data(gearbox, on_springs._replace(turn=turn))
+    assert data["carrier_orders"] == [1.0, 2.0, 3.0, RATIO - 1.0, RATIO]
+    rows = {(row["of"], row["name"]): row for row in data["by_order"]}
+    before = np.array(rows["planet", "planet 1"]["amplitudes"])
+    assert before[3] > 1e-4
+    assert np.delete(before, 3).max() < 1e-2 * before[3]
+    assert rows["planet", "planet 1"]["mean"] == pytest.approx(1.0, abs=1e-3)
+    stands = heavy(loads_of("forces", "sun", 10.0, 500.0, 0.0, turns="false"))
+    still = turned(folder, train, stands.replace(GRAVITY, ""))
+    data = turn_data(still[0], on_springs._replace(turn=still[2]))
+    (row,) = [row for row in data["by_order"] if (row["of"], row["name"]) == ("planet", "planet 1")]
+    assert data["carrier_orders"] == [1.0, 2.0, 3.0]
+    assert row["amplitudes"][0] == pytest.approx(before[3], rel=1e-2)
+    assert max(row["amplitudes"][1:]) < 1e-2 * row["amplitudes"][0]
 
 
 def test_clearance_vanishes_into_a_spring(folder, train):
