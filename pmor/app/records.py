@@ -69,6 +69,8 @@ KINDS: Mapping[str, Kind] = {
     ),
     "case": Kind("a case of one pair", "run", (), ("Case",), "pmor.case:load_case", "pmor.app.plan:plan_case"),
 }  # fmt: skip
+# What a file is called at the desk: a case is one of a pair.
+FILES = tuple("pair" if name == "case" else name for name in reversed(KINDS))
 
 
 @dataclass(frozen=True)

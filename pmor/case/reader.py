@@ -99,7 +99,7 @@ def _files_in(folder: Path, suffix: str) -> str:
 def keys_of(kind: type) -> dict[str, Any]:
     """Return the keys of a section and their annotations; not the sections inside."""
     found: dict[str, Any] = {}
-    for slot in _slots(kind):
+    for slot in slots_of(kind):
         if slot.inline:
             found |= keys_of(slot.inner)
         elif (slot.inner is None or slot.has_words) and not slot.rest:
@@ -110,7 +110,7 @@ def keys_of(kind: type) -> dict[str, Any]:
 def sections_in(kind: type, name: str = "") -> dict[str, type]:
     """Return all sections inside a section by their names in the file: `grid`, `paper.ratio`."""
     found: dict[str, type] = {}
-    for slot in _slots(kind):
+    for slot in slots_of(kind):
         if slot.inner is not None and not slot.inline:
             key = f"{name}.{slot.key}".removeprefix(".")
             found |= {key: slot.inner, **sections_in(slot.inner, key)}
@@ -186,7 +186,7 @@ class Reader:
             Further keys that suggestions may name.
         """
         self.refuse_value(name, table)
-        slots = [slot for slot in _slots(kind) if slot.name not in given]  # type: ignore[arg-type]
+        slots = [slot for slot in slots_of(kind) if slot.name not in given]  # type: ignore[arg-type]
         known = [key for slot in slots for key in slot.keys]
         others = {key: value for key, value in table.items() if key not in known}
         rest = next((slot.name for slot in slots if slot.rest), None)
@@ -225,7 +225,7 @@ class Reader:
             self.refuse(name, f"must be a list of sections: write [[{name}]], brackets doubled")
         return list(tables)
 
-    def _field(self, table: Mapping[str, Any], slot: _Slot, section: str, filled: Mapping[str, Any]) -> dict[str, Any]:
+    def _field(self, table: Mapping[str, Any], slot: Slot, section: str, filled: Mapping[str, Any]) -> dict[str, Any]:
         """Read the content of a key: a section, a list of sections, or a value; empty where there is a default."""
         key, inner = slot.key, slot.inner
         if key not in table and key not in filled and slot.has_default:
@@ -294,7 +294,7 @@ def _as_tables(value: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class _Slot:
+class Slot:
     """A field of a section as files have it.
 
     Parameters
@@ -320,20 +320,20 @@ class _Slot:
 
 
 @cache
-def _slots(kind: type) -> tuple[_Slot, ...]:
+def slots_of(kind: type) -> tuple[Slot, ...]:
     """Return the fields of a section: annotations are taken apart once, not for each of thousands of variants."""
     hints = get_type_hints(kind, include_extras=True)
     return tuple(_slot(item, hints[item.name]) for item in fields(kind))  # type: ignore[arg-type]
 
 
-def _slot(item: Field[Any], hint: Any) -> _Slot:
+def _slot(item: Field[Any], hint: Any) -> Slot:
     words, inner, rest = _words(hint), _dataclass_in(hint), hint in REST
     key, inline = next(iter(words), item.name), INLINE in words
     keys = tuple(keys_of(inner)) if inline else () if rest else (key,)
     is_list = get_origin(get_args(hint)[0] if get_origin(hint) is Annotated else hint) is tuple
     has_words = any(get_origin(choice) is Literal for choice in get_args(hint))
     has_default = item.default is not MISSING
-    return _Slot(item.name, hint, key, keys, inner, inline, rest, is_list, has_words, has_default)
+    return Slot(item.name, hint, key, keys, inner, inline, rest, is_list, has_words, has_default)
 
 
 def _words(hint: Any) -> list[str]:

@@ -143,11 +143,11 @@ def _brackets(section: str, root: type) -> str:
 def _rows(headings: Sequence[str], kind: type, told_as: str | None) -> list[str]:
     if told_as:
         return [_row([_bold(headings), "", "", f"As {told_as}."])]
-    summary, meanings = _documented(kind)
+    summary, meanings = documented(kind)
     defaults = {item.name: item.default for item in fields(kind)}
     told: dict[tuple[str, str, str], list[str]] = {}
     for key, annotation in keys_in_file(kind).items():
-        default = _default(headings[0].strip("[]"), key, defaults.get(key, MISSING))
+        default = default_text(headings[0].strip("[]"), key, defaults.get(key, MISSING))
         told.setdefault((_allowed(annotation), default, meanings[key]), []).append(f"`{key}`")
     sections = [(_bold(headings), "", "", summary)] if headings[0] else []
     return [_row(row) for row in [*sections, *((", ".join(keys), *row) for row, keys in told.items())]]
@@ -161,7 +161,7 @@ def _row(cells: Sequence[str]) -> str:
     return " | ".join(cell.replace("|", "\\|") for cell in cells).replace(" |  |", " | |")
 
 
-def _documented(kind: type) -> tuple[str, dict[str, str]]:
+def documented(kind: type) -> tuple[str, dict[str, str]]:
     """Summary of a dataclass and the meaning of each field, from its docstring."""
     text = getdoc(kind) or ""
     summary, _, parameters = text.partition("\n\nParameters\n----------\n")
@@ -195,13 +195,13 @@ def _allowed(annotation: Any) -> str:
     if get_origin(annotation) is Annotated:
         kind, allowed = get_args(annotation)
         assert isinstance(allowed, Range)
-        return ", ".join(filter(None, [NUMBERS[kind], _range(allowed)]))
+        return ", ".join(filter(None, [NUMBERS[kind], range_words(allowed)]))
     if is_dataclass(annotation):
         return "or its section"
     return "true, false" if annotation is bool else "text"
 
 
-def _range(allowed: Range) -> str:
+def range_words(allowed: Range) -> str:
     low = "> 0" if allowed.low_excluded or allowed.low == LEAST_LENGTH else f"{allowed.low:g}"
     unit = "" if allowed.unit != "modules" else " modules"
     if allowed.high >= BEYOND:
@@ -209,7 +209,7 @@ def _range(allowed: Range) -> str:
     return f"{low} to {'< ' * allowed.high_excluded}{allowed.high:g}{unit}"
 
 
-def _default(section: str, key: str, default: Any) -> str:
+def default_text(section: str, key: str, default: Any) -> str:
     if default is MISSING and section in MULTIPLES and key.endswith("torques_Nm"):
         alone = f"; {_shares(COMPARED_LOADS)} of exact line loads alone" if section == "compare" else ""
         return f"load × {_shares(MULTIPLES[section])}{alone}"
