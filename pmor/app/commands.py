@@ -91,6 +91,20 @@ def plan(file_path: Path) -> None:
         print("\n" * (number > 0) + part)
 
 
+def new(kind: str) -> None:
+    """Print a file to start from."""
+    from pmor.app.start import start_text
+
+    print(start_text(kind), end="")
+
+
+def schema(kind: str | None = None) -> None:
+    """Print the JSON Schema of a kind of file."""
+    from pmor.app.start import schema_text
+
+    print(schema_text(kind), end="")
+
+
 def offline(case_path: Path, basis_path: Path, resume: bool = False, jobs: int = 1, overwrite: bool = False) -> None:
     """Generate the reduced basis of a case and write it to `basis_path`."""
     from pmor.app.training import train_file

@@ -70,7 +70,8 @@ KINDS: Mapping[str, Kind] = {
     "case": Kind("a case of one pair", "run", (), ("Case",), "pmor.case:load_case", "pmor.app.plan:plan_case"),
 }  # fmt: skip
 # What a file is called at the desk: a case is one of a pair.
-FILES = tuple("pair" if name == "case" else name for name in reversed(KINDS))
+FILES = tuple("pair" if kind == "case" else kind for kind in reversed(list(KINDS)))
+STARTS = FILES[:-1]  # those that `pmor new` writes: studies are of laboratories
 
 
 @dataclass(frozen=True)
@@ -228,6 +229,14 @@ COMMANDS: Mapping[str, Command] = {
         "settings, what will run, peak memory and time, what is left out and why; runs nothing",
         (_file("FILE", "file of any kind (TOML, or REXS)"),), "pmor.plan(file)",
     ),
+    "new": Command(
+        "a file to start from, every line explained: `pmor new pair > pair.toml`",
+        (_option("kind", metavar="KIND", choices=STARTS, help=", ".join(STARTS)),), "",
+    ),
+    "schema": Command(
+        "JSON Schema of a kind of file, by which editors complete and check it; without KIND where all of them are",
+        (_option("kind", metavar="KIND", choices=FILES, nargs="?", help=", ".join(FILES)),), "",
+    ),
     "offline": Command(
         "basis only; interrupted, it goes on with `--resume`",
         (CASE, _option("-o", dest="basis_path", metavar="BASIS.h5", type=_path, required=True, help="file to write"),
@@ -359,7 +368,8 @@ def usage(name: str) -> str:
         shown = [flags[0]] if flags[0].startswith("-") else []
         shown += [settings["metavar"]] if "metavar" in settings else []
         text = " ".join(shown)
-        words.append(text if settings.get("required") or not flags[0].startswith("-") else f"[{text}]")
+        needed = settings.get("required") or not (flags[0].startswith("-") or settings.get("nargs") == "?")
+        words.append(text if needed else f"[{text}]")
     return " ".join(words)
 
 

@@ -1,6 +1,7 @@
 """The manual does what it says: its blocks of TOML, commands and Python run in order, and print what it shows.
 
-A block of TOML names its file in its first line, ``# pair.toml``. The lines of a block of ``sh`` are commands of pmor.
+A block of TOML names its file in its first line, ``# pair.toml``. The lines of a block of ``sh`` are commands of pmor,
+whose output may go into a file.
 Those of ``output`` are among what the block before printed. A comment ``<!-- needs MODULE -->`` before a block leaves
 it out where that module is missing. All pages share one folder, in this order. To run them takes a minute and more:
 usually they are only read.
@@ -10,7 +11,9 @@ import importlib.util
 import json
 import re
 import shlex
+import sys
 import tomllib
+from contextlib import nullcontext, redirect_stdout
 from pathlib import Path
 
 import pytest
@@ -48,9 +51,12 @@ def run_block(language, code, names, where, printed):
         Path(re.match(r"# (\S+\.toml)\n", code)[1]).write_text(code, encoding="utf-8")
     elif language == "sh":
         for line in code.splitlines():
-            program, *arguments = shlex.split(line, comments=True) or ["pmor", "info", "--help"]
+            command, _, target = line.partition(" > ")
+            program, *arguments = shlex.split(command, comments=True) or ["pmor", "info", "--help"]
             assert program == "pmor", line
-            assert main(arguments) == 0, line
+            into = Path(target).open("w", encoding="utf-8") if target else nullcontext(sys.stdout)
+            with into as out, redirect_stdout(out):
+                assert main(arguments) == 0, line
     elif language == "python":
         exec(compile(code, where, "exec"), names)
     else:
@@ -69,6 +75,7 @@ def test_every_block_of_a_page_can_be_read(page):
             tomllib.loads(code)
         elif language == "sh":
             for line in code.splitlines():
+                line = line.partition(" > ")[0]
                 build_parser().parse_args(shlex.split(line, comments=True)[1:] or ["info", "pair.toml"])
         elif language == "python":
             compile(code, page, "exec")

@@ -61,7 +61,7 @@ def test_arguments_reach_the_command(line, arguments, monkeypatch):
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_is_answered(name, monkeypatch):
     """By a function of its own, or as a question: the arguments of its parser are those of the function."""
-    calls, arguments = [], usage(name).partition(" [")[0].replace("FORMAT", "csv").split()[1:]
+    calls, arguments = [], usage(name).partition(" [")[0].replace("FORMAT", "csv").replace("KIND", "pair").split()[1:]
     function = getattr(commands, name, partial(commands.answer, name))
     spec = create_autospec(function)
     spec.side_effect = lambda *given, **named: calls.append(named)
