@@ -20,6 +20,8 @@ from pmor.sets.lost import known
 
 # Orders of the carrier's turn that are told.
 ORDERS = 3
+# Of the largest force of all supports.
+ROUND_OFF = 1e-9
 Data = dict[str, Any]
 
 
@@ -52,7 +54,7 @@ def turn_data(gearbox: LoadedGearbox, one: SolvedSet) -> Data | None:
         ],
         "supports": [
             {"name": bearing.settings.name, **_force_data(force, turn.turns)}
-            for bearing, force in zip(gearbox.bearings, turn.bearing_force.transpose(1, 0, 2), strict=True)
+            for bearing, force in zip(gearbox.bearings, _rounded(turn.bearing_force).transpose(1, 0, 2), strict=True)
         ],
         "carrier_orders": told,
         "by_order": [course.data(turn, told) for course in courses(gearbox, one)],
@@ -65,6 +67,12 @@ def turn_data(gearbox: LoadedGearbox, one: SolvedSet) -> Data | None:
             for member, moved in zip(MEMBERS, turn.hub_displacement.transpose(1, 0, 2), strict=True)
         },
     }
+
+
+def _rounded(force: FloatArray) -> FloatArray:
+    """Forces on supports (P, s, 6), none where it is round-off: a shaft may stand within the clearance of a bearing."""
+    along = np.nan_to_num(np.abs(force[..., :3]))
+    return np.where(along.max(axis=(0, 2), keepdims=True) > ROUND_OFF * along.max(initial=0.0), force, 0.0)
 
 
 def _force_data(force: FloatArray, turns: int) -> Data:

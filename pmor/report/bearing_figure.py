@@ -28,7 +28,7 @@ def element_pictures(load: Mapping[str, Any], when: str) -> dict[str, list[Pictu
         return {}
     left = f" {len(rows) - MOST} further rows are left out." * (len(rows) > MOST)
     if any(bearing["turn_positions"] > 1 for bearing, _ in rows):
-        when += ", at the position of the carrier's turn with the largest of each bearing"
+        left = f" Each bearing where an element of it carries most in a turn of the carrier.{left}"
     words = (
         f"Forces of the rolling elements of each row {when}, N, where they stand: 0° is y, 90° z; of planets outwards, "
         f"and counter-clockwise.{left}"

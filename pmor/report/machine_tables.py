@@ -79,9 +79,10 @@ def rolling_tables(loads: Mapping[str, Any], duty: Mapping[str, Any] | None) -> 
         return []
     whole = [{"load": name, **bearing} for name, load in loads.items() for bearing in rolling_bearings(load)]
     turns = any(row["turn_positions"] > 1 for row in rows)
+    life = LIFE_COLUMNS if turns else {head: key for head, key in LIFE_COLUMNS.items() if key != "turn_positions"}
     found = [
         table("Rows of rolling bearings", ROW_COLUMNS, rows, f"{ROWS} {OVER_TURN if turns else MEAN}"),
-        table("Life of rolling bearings", LIFE_COLUMNS, whole, f"{LIFE} {OVER_TURN}" if turns else LIFE),
+        table("Life of rolling bearings", life, whole, f"{LIFE} {OVER_TURN}" if turns else LIFE),
     ]
     if duty and duty["bearings"]:
         title = "Life of rolling bearings over the duty cycle"
