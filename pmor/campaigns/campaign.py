@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from pmor.campaigns.keys import split
 from pmor.campaigns.kind import Kind, Number
-from pmor.campaigns.settings import CampaignSections
+from pmor.campaigns.settings import CampaignSections, GearboxResults
 from pmor.core.errors import printable
 
 
@@ -82,7 +83,10 @@ class Campaign:
     @property
     def results(self) -> tuple[str, ...]:
         """Keys of the results that are written, in the order of the tables."""
-        return tuple(figure.key for figure in self.kind.figures if split(figure.key)[1] in self.sections.results.keys)
+        said = self.sections.results
+        loads = said.loads if isinstance(said, GearboxResults) else ()
+        every = chain(self.kind.figures, *(self.kind.of_loads[load] for load in loads))
+        return tuple(figure.key for figure in every if split(figure.key)[1] in said.keys)
 
     @property
     def whole(self) -> tuple[str, ...]:

@@ -53,16 +53,19 @@ class Chunk:
 def expected_seconds(campaign: Campaign, table: Callable[[int], Design]) -> float:
     """Return the mean time of a design by the model of cost, from a sample in which some can be made."""
     kind, text, feasible, infeasible = campaign.kind, campaign.base_text, list[float](), 0
+    elements = dict[str, float]()  # each is solved once
     places = np.unique(np.linspace(0, campaign.count - 1, MOST_LOOKED, dtype=int))
     for place in np.random.default_rng(0).permutation(places).tolist():
         try:
             complete = kind.complete(text, table(place), campaign.sections.relations)
-            feasible.append(kind.seconds(kind.text(text, complete), NAME))
+            own = kind.text(text, complete)
+            elements |= kind.elements(own, NAME)
+            feasible.append(kind.seconds(own, NAME))
         except PmorError:
             infeasible += 1
         if len(feasible) == SAMPLE:
             break
-    return (sum(feasible) + INFEASIBLE_S * infeasible) / (len(feasible) + infeasible)
+    return (sum(feasible) + sum(elements.values()) + INFEASIBLE_S * infeasible) / (len(feasible) + infeasible)
 
 
 def chunks_of(count: int, seconds: float) -> list[Chunk]:

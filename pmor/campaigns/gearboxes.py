@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from pmor.campaigns.keys import by_section, split
+from pmor.campaigns.keys import by_section, parts_in, split, with_value
 from pmor.campaigns.kind import Design, Kind, Number, Solved
 from pmor.campaigns.relations import with_relations
-from pmor.campaigns.set_relations import KNOWN as KNOWN_OF_SETS
+from pmor.campaigns.set_relations import known_in, with_kept_sums
 from pmor.campaigns.set_relations import text_of_design as text_of_set
 from pmor.campaigns.settings import OF_MOTION, GearboxCampaign, GearboxRelations, Relations
 from pmor.case import change_case
@@ -34,14 +34,15 @@ from pmor.gear.inertia import Inertia
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.loader import GearboxFile
 from pmor.machine.loader import load as load_toml
+from pmor.machine.plan import LOADS, stages_of_gearbox
 from pmor.machine.readings import load_data
 from pmor.machine.run import meshes_and_trains, solved_loads
-from pmor.machine.settings import Bearing
 from pmor.pair.drawn import gear_inertias
 from pmor.pair.model import refuse_loads_unmeshed
-from pmor.results.quantities import TABLE
+from pmor.results.quantities import TABLE, Quantity
 from pmor.rexs.files import load_gearbox
 from pmor.rexs.to_toml import gearbox_texts
+from pmor.sets.loader import sections_of
 from pmor.storage.gear_store import KeptGear, Store
 from pmor.work.cost import FINITE_ELEMENTS, START_S, refuse_beyond_memory, stages
 
@@ -70,7 +71,7 @@ OF_MESHES = (
     "ste_mean_um", "ste_peak_to_peak_um", "ste_order_1_um", "k_h_beta", "f_beta_um", "flank_pressure_max_MPa",
     "root_stress_pinion_MPa", "root_stress_wheel_MPa",
 )  # fmt: skip
-OF_SETS = (*OF_MESHES[:3], "k_gamma")
+OF_SETS = (*OF_MESHES[:3], "k_gamma", "row_force_max_N", "carrier_along_um")
 OF_BEARINGS = ("radial_force_N", "axial_force_N")
 OF_GEARBOX = (TABLE["losses_W"], replace(TABLE["mass_kg"], symbol="mass of all gears but those of sets"),
               TABLE["radiated_power_mW"])  # fmt: skip
@@ -81,19 +82,27 @@ def _of_base(base: Path) -> Kind:
     file = load_gearbox(base)
     sections = file.model.sections
     known: dict[str, type] = {f"shafts.{shaft.name}": ShaftKeys for shaft in sections.shafts}
-    known |= {f"bearings.{bearing.name}": Bearing for bearing in sections.bearings}
+    for one in sections.shafts:
+        known = parts_in(one, f"shafts.{one.name}") | known
+    for bearing in sections.bearings:
+        known |= parts_in(bearing, f"bearings.{bearing.name}")
     known |= {f"places.{mesh.name}": PlaceKeys for mesh in sections.meshes}
     known |= {f"{name}.{section}": kind for name in file.cases for section, kind in SECTIONS.items()}
-    known |= {f"{name}.{section}": kind for name in file.model.sets for section, kind in KNOWN_OF_SETS.items()}
+    for name, part in file.model.sets.items():
+        known |= {f"{name}.{section}": kind for section, kind in known_in(sections_of(part.text, base)).items()}
     named: list[tuple[str, tuple[str, ...]]] = [(name, (*OF_MESHES, "mesh_force_N")) for name in file.cases]
     named += [(name, OF_SETS) for name in file.model.sets]
     named += [(bearing.name, (*OF_BEARINGS, "bearing_force_N")) for bearing in sections.bearings]
-    figures = [
-        replace(TABLE[key], key=f"{name}.{key}", symbol=f"{name}: {TABLE[key].symbol}")
-        for name, own in named for key in own
-    ]  # fmt: skip
+    figures = [_of(name, TABLE[key]) for name, own in named for key in own]
+    still = [figure for figure in (*figures, TABLE["losses_W"]) if split(figure.key)[1] not in OF_MOTION]
+    of_loads = {load.name: tuple(_of(load.name, figure) for figure in still) for load in sections.loads}
     first = [f"{name}.{OF_MESHES[1]}" for name in (*file.cases, *file.model.sets)]
-    return replace(GEARBOXES, known=known, figures=(*figures, *OF_GEARBOX), first=(*first[:1], "mass_kg", *first[1:]))
+    first = [*first[:1], "mass_kg", *first[1:]]
+    return replace(GEARBOXES, known=known, figures=(*figures, *OF_GEARBOX), of_loads=of_loads, first=tuple(first))
+
+
+def _of(name: str, figure: Quantity) -> Quantity:
+    return replace(figure, key=f"{name}.{figure.key}", symbol=f"{name}: {figure.symbol}")
 
 
 def _base_text(base: Path, relations: GearboxRelations, fixed: Mapping[str, Any], place: str) -> str:
@@ -102,6 +111,10 @@ def _base_text(base: Path, relations: GearboxRelations, fixed: Mapping[str, Any]
         if name not in file.cases:
             known = ", ".join(file.cases)
             raise CaseError(f'{place}: [relations] shifts: "{name}": is no mesh of {file.name}: name some of {known}')
+    for name in relations.shift_sums:
+        if name not in file.model.sets:
+            known = ", ".join(file.model.sets) or "none, leave it out"
+            raise CaseError(f'{place}: [relations] shift_sums: "{name}": is no set of {file.name}: it has {known}')
     return _text(json.dumps(gearbox_texts(_free(file), STEM)), fixed)
 
 
@@ -113,7 +126,7 @@ def _free(file: GearboxFile) -> GearboxFile:
 def _text(base_text: str, design: Design) -> str:
     file, sections = _file(base_text), _file(base_text).model.sections
     cases, sets, changes = dict(file.cases), dict(file.model.sets), by_section(design)
-    bearings = tuple(replace(one, **changes.get(f"bearings.{one.name}", {})) for one in sections.bearings)
+    bearings = tuple(_with(one, _own(design, f"bearings.{one.name}")) for one in sections.bearings)
     meshes = []
     for mesh in sections.meshes:
         shift = changes.get(f"places.{mesh.name}", {}).get("shift_mm", 0.0)
@@ -121,8 +134,9 @@ def _text(base_text: str, design: Design) -> str:
         meshes.append(replace(mesh, pinion=pinion, wheel=wheel))
     shafts = []
     for shaft in sections.shafts:
-        keys = changes.get(f"shafts.{shaft.name}", {})
-        shafts.append(replace(shaft, at_mm=(keys.get("y_mm", shaft.at_mm[0]), keys.get("z_mm", shaft.at_mm[1]))))
+        keys = _own(design, f"shafts.{shaft.name}")
+        at_mm = (keys.pop("y_mm", shaft.at_mm[0]), keys.pop("z_mm", shaft.at_mm[1]))
+        shafts.append(_with(replace(shaft, at_mm=at_mm), keys))
     for name, case in cases.items():
         own = _own(design, name)
         cases[name] = change_case(case, pair={"centre_distance_mm": None}, **_nested(own))
@@ -134,8 +148,14 @@ def _text(base_text: str, design: Design) -> str:
     return json.dumps(gearbox_texts(replace(file, model=model, cases=cases), STEM))
 
 
+def _with(part: Any, keys: Mapping[str, Number]) -> Any:
+    for name, value in keys.items():
+        part = with_value(part, name.split("."), value)
+    return part
+
+
 def _own(design: Design, name: str) -> dict[str, Number]:
-    """Return the keys of a mesh or a set, without its name."""
+    """Return the keys of a part, without its name."""
     return {key.removeprefix(f"{name}."): value for key, value in design.items() if key.startswith(f"{name}.")}
 
 
@@ -150,9 +170,12 @@ def _nested(own: Design) -> dict[str, dict[str, Any]]:
 def complete(base_text: str, design: Design, relations: GearboxRelations) -> dict[str, Number]:
     """Return the keys of a design with the profile shifts that follow; GeometryError where there are none."""
     found = dict(design)
-    if not relations.shifts:
+    if not relations.shifts and not relations.shift_sums:
         return found
     file = _file(base_text)
+    for name in relations.shift_sums:
+        own = with_kept_sums(file.model.sets[name].text, _own(design, name))
+        found |= {f"{name}.{key}": value for key, value in own.items()}
     shafts = {shaft.name: shaft for shaft in file.model.sections.shafts}
     for mesh in file.model.sections.meshes:
         if mesh.name not in relations.shifts:
@@ -202,8 +225,17 @@ def _refuse(text: str, name: str) -> None:
 
 def _seconds(text: str, name: str) -> float:
     with _opened(text, name) as file:
+        own = LOADS.format(len(file.model.sections.loads))
+        return START_S + sum(stage.seconds for stage in stages_of_gearbox(file) if stage.name.startswith(own))
+
+
+def _elements(text: str, name: str) -> dict[str, float]:
+    with _opened(text, name) as file:
         cases = [*file.cases.values(), *(case for one in file.model.sets.values() for case in one.cases.values())]
-    return START_S + sum(stage.seconds for case in cases for stage in stages(case) if stage.name == FINITE_ELEMENTS)
+    return {
+        repr((case.pair, case.mesh)): stage.seconds
+        for case in cases for stage in stages(case) if stage.name == FINITE_ELEMENTS
+    }  # fmt: skip
 
 
 def _solve(text: str, name: str, store: Store, keys: tuple[str, ...]) -> Solved:
@@ -232,27 +264,39 @@ def forces_in_motion(file: GearboxFile, kept: KeptGear) -> dict[str, float]:
 
 
 def figures_of(file: GearboxFile, loads: Iterable[SolvedLoad]) -> dict[str, float | None]:
-    """Return the largest amount over the loads of all figures; None of what the cases do not ask for."""
+    """Return the largest amount over the loads of all figures, and those of each load; None of what is not found."""
     rows: dict[str, list[float | None]] = {}
+    of_loads: dict[str, float | None] = {}
     for load in loads:
-        data = load_data(file.model, file.cases, load)
+        data, before = load_data(file.model, file.cases, load), {key: len(row) for key, row in rows.items()}
         for mesh in (*data["meshes"], *data["sets"]):
             name, orders, stress = mesh["name"], mesh["ste_harmonics_um"], mesh.get("root_stress_max_MPa")
             pinion, wheel = stress or (None, None)
             of_mesh = {**mesh, "ste_order_1_um": orders[0] if orders else None, "root_stress_pinion_MPa": pinion,
-                       "root_stress_wheel_MPa": wheel}  # fmt: skip
+                       "root_stress_wheel_MPa": wheel, **_over_the_turn(mesh.get("turn"))}  # fmt: skip
             for key in OF_MESHES if name in file.cases else OF_SETS:
                 rows.setdefault(f"{name}.{key}", []).append(of_mesh[key])
         for bearing in data["bearings"]:
             rows.setdefault(f"{bearing['name']}.radial_force_N", []).append(bearing["radial_force_N"])
             rows.setdefault(f"{bearing['name']}.axial_force_N", []).append(bearing["force_N"][0])
         rows.setdefault("losses_W", []).append(data["losses_W"])
+        of_loads |= {f"{load.load.name}.{key}": row[-1] for key, row in rows.items() if len(row) > before.get(key, 0)}
     masses: dict[tuple[str, float], Inertia] = {}
     for mesh in file.model.sections.meshes:  # a gear may be in several meshes
         places = ((place.shaft, place.at_mm) for place in (mesh.pinion, mesh.wheel))
         masses |= dict(zip(places, gear_inertias(file.cases[mesh.name], file.model.pairs[mesh.name]), strict=True))
-    found = {key: _largest(values) for key, values in rows.items()}
+    found = of_loads | {key: _largest(values) for key, values in rows.items()}
     return found | {"mass_kg": sum(inertia.mass_kg for inertia in masses.values())}
+
+
+def _over_the_turn(turn: Data | None) -> dict[str, float | None]:
+    """Figures of a set over a turn of its carrier; None of one that nothing stands against."""
+    if turn is None:
+        return {"row_force_max_N": None, "carrier_along_um": None}
+    return {
+        "row_force_max_N": max(row["largest_N"] for row in turn["planet_rows"]),
+        "carrier_along_um": float(np.mean(turn["members"]["carrier"]["along_um"])),
+    }
 
 
 def _largest(values: list[float | None]) -> float | None:
@@ -267,5 +311,5 @@ def _peaks(text: str, name: str, store: Store) -> Mapping[str, float]:
 GEARBOXES = Kind(
     key="gearbox", gear="high_speed.pinion", sections=GearboxCampaign, known={}, figures=(), first=(),
     base_text=_base_text, complete=complete, text=_text, why=lambda reason, *_: reason, refuse=_refuse,
-    seconds=_seconds, solve=_solve, peaks=_peaks, of_base=_of_base, files=files_of,
+    seconds=_seconds, elements=_elements, solve=_solve, peaks=_peaks, of_base=_of_base, files=files_of,
 )  # fmt: skip

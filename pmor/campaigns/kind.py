@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -43,6 +44,8 @@ class Kind:
         Sections of the base file whose keys designs may change.
     figures : tuple of Quantity
         All results, in the order of the tables.
+    of_loads : mapping of str to tuple of Quantity
+        Of gearboxes: results of each load by itself, by its name.
     first : tuple of str
         Results in the order in which an engineer looks at them: the first two are the axes of the scatter.
     base_text : callable
@@ -57,7 +60,9 @@ class Kind:
     refuse : callable
         (text, name): raises what a design cannot be made for, as far as this shows before it is meshed.
     seconds : callable
-        (text, name) to the expected time.
+        (text, name) to the expected time, beside that of `elements`.
+    elements : callable
+        (text, name) to the time of finite elements that designs share, by what tells them apart.
     solve : callable
         (text, name, store, keys of the results that are asked for).
     peaks : callable
@@ -82,9 +87,11 @@ class Kind:
     seconds: Callable[[str, str], float]
     solve: Callable[[str, str, Store, tuple[str, ...]], Solved]
     peaks: Callable[[str, str, Store], Mapping[str, float]]
+    elements: Callable[[str, str], Mapping[str, float]] = lambda text, name: {}
     of_base: Callable[[Path], Kind] | None = None
+    of_loads: Mapping[str, tuple[Quantity, ...]] = field(default_factory=dict)
     files: Callable[[str, str], dict[str, str]] = lambda text, stem: {".toml": text}
 
     def figure(self, key: str) -> Quantity:
         """Return the name of a result."""
-        return next(figure for figure in self.figures if figure.key == key)
+        return next(figure for figure in chain(self.figures, *self.of_loads.values()) if figure.key == key)

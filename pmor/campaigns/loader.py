@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any, get_origin
 
 from pmor.campaigns.campaign import Campaign, Span, Variable
-from pmor.campaigns.keys import split
+from pmor.campaigns.keys import hint_of, split
 from pmor.campaigns.kind import Kind, Number
 from pmor.campaigns.kinds import KINDS
-from pmor.campaigns.settings import MOST_DESIGNS, CampaignSections, DesignsSection, Method
+from pmor.campaigns.settings import MOST_DESIGNS, CampaignSections, DesignsSection, GearboxResults, Method
 from pmor.campaigns.table import evenly
 from pmor.case.reader import Reader, keys_of, parse_toml, read_text, sections_in
 from pmor.case.values import forms_of, toml_text
@@ -108,12 +108,11 @@ class _Reader(Reader):
         """Type of a key of the base file."""
         section, key = split(name)
         known = self.kind.known
+        if (found := hint_of(name, known)) is not None:
+            return found
         if section not in known:
             self.refuse(f"{place} {name}", f"no section of a {self.kind.key}: {did_you_mean(section, list(known))}")
-        keys = keys_of(known[section])
-        if key not in keys:
-            self.refuse(f"{place} {name}", f"unknown key: {did_you_mean(key, list(keys))}")
-        return keys[key]
+        self.refuse(f"{place} {name}", f"unknown key: {did_you_mean(key, list(keys_of(known[section])))}")
 
     def listed(self, name: str, values: list[Any], hint: Any, method: Method) -> tuple[Number, ...]:
         """Check the values of a key that differs from design to design."""
@@ -180,6 +179,8 @@ class _Reader(Reader):
         if settings.method == "sobol":
             assert settings.count is not None
             return settings.count
+        if settings.method == "one_at_a_time":
+            return 1 + sum(length - 1 for length in lengths.values())
         if settings.method == "grid":
             total = math.prod(lengths.values())
             if total > MOST_DESIGNS:
@@ -201,6 +202,9 @@ class _Reader(Reader):
             if key not in known:
                 rule = f"is none of this {self.kind.key}: take some of {', '.join(known)}"
                 self.refuse(f'[results] keys: "{key}"', rule)
+        for load in said.results.loads if isinstance(said.results, GearboxResults) else ():
+            if load not in self.kind.of_loads:
+                self.refuse(f'[results] loads: "{load}"', did_you_mean(load, list(self.kind.of_loads)))
 
     def check_relations(self, said: CampaignSections, named: set[str]) -> None:
         """Refuse designs with keys that follow from relations."""
@@ -214,10 +218,12 @@ class _Reader(Reader):
 
 
 def _leaves(table: Mapping[str, Any], known: Mapping[str, type], before: str = "") -> Iterator[tuple[str, Any]]:
-    """Keys with dots, and their values; a table that is no section is a range."""
+    """Keys with dots, and their values; a table that is no section, and no list by places, is a range."""
     for key, value in table.items():
         name = before + key
-        inside = isinstance(value, Mapping) and (name in known or any(s.startswith(f"{name}.") for s in known))
+        inside = isinstance(value, Mapping) and (
+            name in known or any(s.startswith(f"{name}.") for s in known) or all(place.isdigit() for place in value)
+        )
         if inside:
             yield from _leaves(value, known, f"{name}.")
         else:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from pmor.campaigns.bands import bands_of
 from pmor.campaigns.campaign import Campaign
 from pmor.campaigns.columns import Columns
 from pmor.campaigns.keys import unit_of
@@ -68,6 +69,11 @@ def campaign_data(result: Columns) -> dict[str, Any]:
         **{f"n_{status.replace(' ', '_')}": result.count(status) for status in STATUSES},
         "inputs": list(result.inputs),
         "results": {key: _extremes(result.judged(key)) for key in result.results},
+        "bands": [
+            {"result": band.key, "base": band.base, "least": band.least, "most": band.most, "decides": band.decides,
+             "by_key": {name: list(span) for name, span in band.spans.items()}}
+            for band in bands_of(result)
+        ],
         "fine_angles": [
             {"design": i + 1, **row["results"], "of_the_case": {key: result.results[key][i] for key in peaks}}
             for i, row in sorted(result.fine.items())

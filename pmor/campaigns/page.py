@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pmor.campaigns.bands import bands_of
 from pmor.campaigns.columns import Columns
 from pmor.campaigns.keys import split, unit_of
 from pmor.campaigns.kind import PEAKS
@@ -62,7 +63,7 @@ def blocks_of(result: Columns) -> list[Block | Designs]:
         f"figures are {at}.",
         Heading("Designs"),
         *_explorer(result),
-        _best(result),
+        _bands(result) or _best(result),
         _reasons(result),
     ]
     return blocks
@@ -130,6 +131,21 @@ def _best(result: Columns) -> Table:
     note = f"Peak-to-peak STE is that on so many angles that it no longer moves; beside it, last, that of the {base}."
     note = note if figures[0].key in PEAKS else ""
     return Table(f"Least {figures[0].symbol}", ("design", *inputs, *results, few), rows, note)
+
+
+def _bands(result: Columns) -> Table | None:
+    """What keys that differ one at a time do to each result, and the key that decides it."""
+    found = bands_of(result)
+    if not found:
+        return None
+    rows: list[list[Cell]] = []
+    for band in found:
+        figure, (low, high) = result.campaign.kind.figure(band.key), band.spans[band.decides]
+        head = _headed(figure.symbol, figure.shown_unit)
+        rows.append([head, band.base, band.least, band.most, label_of(band.decides), low, high])
+    columns = ("result", "base", "lowest", "highest", "decided by", "lowest with it", "highest with it")
+    note = "Each key by itself, the others as in the first design: what several do together may be more."
+    return Table("Bands, and the key that decides", columns, rows, note)
 
 
 def _headed(label: str, unit: str) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from pmor.campaigns.keys import by_section, setting, split
+from pmor.campaigns.keys import by_section, parts_in, setting, split, with_value
 from pmor.campaigns.kind import Design, Number
 from pmor.campaigns.settings import SetRelations
 from pmor.campaigns.trains import GEARS, changed_gears
@@ -71,9 +71,29 @@ def with_relations(base_text: str, design: Design, relations: SetRelations) -> d
     return found
 
 
+def with_kept_sums(base_text: str, design: Design) -> dict[str, float]:
+    """Return the profile shifts of sun and ring beside other ones of the planets, so that axes and backlash stay."""
+    document = _document(base_text)
+    found = {}
+    for member, planet in (("sun", "planet"), ("ring", SECOND_PLANET if SECOND_PLANET in document else "planet")):
+        of_planet, own = f"{planet}.profile_shift", f"{member}.profile_shift"
+        before, after = (setting(document, keys, of_planet, KNOWN) for keys in ({}, design))
+        found[own] = round(setting(document, {}, own, KNOWN) + before - after, DIGITS)
+    return found
+
+
+def known_in(said: SetSections) -> dict[str, type]:
+    """Return the sections whose keys designs of a planetary set may change, those in its lists among them."""
+    return KNOWN | (parts_in(said.pins, "pins") if said.pins is not None else {})
+
+
 def text_of_design(base_text: str, design: Design) -> str:
     """Return the TOML text of the set file of a design."""
-    document, changes = dict(_document(base_text)), by_section(design)
+    document, design = dict(_document(base_text)), dict(design)
+    if GEARS not in document:
+        for name in [name for name in design if split(name)[0] not in KNOWN]:  # in lists, by places
+            document = with_value(document, name.split("."), design.pop(name))
+    changes = by_section(design)
     if GEARS in document:
         document[GEARS] = changed_gears(document[GEARS], changes)
     for section, keys in changes.items():

@@ -11,7 +11,7 @@ import numpy as np
 
 from pmor.campaigns.kind import PEAKS, Kind, Solved
 from pmor.campaigns.peaks import settled_peaks
-from pmor.campaigns.set_relations import KNOWN, text_of_design, why_infeasible, with_relations
+from pmor.campaigns.set_relations import KNOWN, known_in, text_of_design, why_infeasible, with_relations
 from pmor.campaigns.settings import OF_SETS, SetCampaign, SetRelations
 from pmor.campaigns.trains import figures_in, figures_of_train, known_of
 from pmor.core.arrays import FloatArray
@@ -189,10 +189,10 @@ def _largest(values: Iterable[float | None]) -> float | None:
 
 
 def _of_base(base: Path) -> Kind:
-    """Return the kind with the keys and the figures of a train, by the names of its gears; of planetary sets itself."""
+    """Return the kind with the keys and the figures of a train, by its gears; of sets with keys in lists."""
     _, said = read_sections(base)
     if not said.gears:
-        return SETS
+        return replace(SETS, known=known_in(said))
     return replace(SETS, gear=said.gears[0].name, known=known_of(said, KNOWN), figures=figures_in(said), first=OF_TRAIN)
 
 

@@ -13,7 +13,7 @@ from pmor.case.reader import Sections
 from pmor.core.ranges import Range
 from pmor.results.quantities import OF_MESHES
 
-Method = Literal["grid", "list", "csv", "sobol"]
+Method = Literal["grid", "list", "csv", "sobol", "one_at_a_time"]
 Solved = Literal["both", "pinion", "wheel"]
 #: results of a tip relief that suits a design (`pmor.campaigns.relief`), found where they are asked for
 OF_RELIEF = (
@@ -44,8 +44,8 @@ OF_TRAINS = (
 )  # fmt: skip
 OF_GEARBOXES = (
     "ste_mean_um", "ste_peak_to_peak_um", "ste_order_1_um", "k_h_beta", "f_beta_um", "flank_pressure_max_MPa",
-    "root_stress_pinion_MPa", "root_stress_wheel_MPa", "k_gamma", "radial_force_N", "axial_force_N", "losses_W",
-    "mass_kg",
+    "root_stress_pinion_MPa", "root_stress_wheel_MPa", "k_gamma", "row_force_max_N", "carrier_along_um",
+    "radial_force_N", "axial_force_N", "losses_W", "mass_kg",
 )  # fmt: skip
 #: of gearboxes in motion, found where they are asked for
 OF_MOTION = ("mesh_force_N", "bearing_force_N", "radiated_power_mW")
@@ -66,9 +66,10 @@ class DesignsSection:
 
     Parameters
     ----------
-    method : {"grid", "list", "csv", "sobol"}
+    method : {"grid", "list", "csv", "sobol", "one_at_a_time"}
         `grid`: every value with every other. `list`: the first values of all keys, the second ones, ... `csv`: a design
-        per line of a file. `sobol`: spread evenly over lists and ranges.
+        per line of a file. `sobol`: spread evenly over lists and ranges. `one_at_a_time`: the first values of all keys,
+        then each further one alone; the page has the band of each result, and the key that decides it.
     count : int or None
         Number of designs of Sobol's sequence.
     file : str or None
@@ -251,21 +252,30 @@ class GearboxRelations:
         Meshes whose profile shifts are found, so that they have no backlash at the distance of their shafts.
     solve : {"both", "pinion", "wheel"}
         Gear whose profile shift is found; both with the same shift.
+    shift_sums : tuple of str
+        Sets whose sums of profile shifts stay those of the base, and with them axes and backlash: sun and ring follow
+        from the shift of the planets.
     """
 
     shifts: tuple[str, ...] = ()
     solve: Solved = "both"
+    shift_sums: tuple[str, ...] = ()
 
     @property
     def solved(self) -> tuple[str, ...]:
         """Keys that follow from them, given nowhere else."""
         gears = ("pinion", "wheel") if self.solve == "both" else (self.solve,)
-        return tuple(f"{mesh}.{gear}.profile_shift" for mesh in self.shifts for gear in gears)
+        return tuple(f"{mesh}.{gear}.profile_shift" for mesh in self.shifts for gear in gears) + self._of_sums
+
+    @property
+    def _of_sums(self) -> tuple[str, ...]:
+        return tuple(f"{one}.{member}.profile_shift" for one in self.shift_sums for member in ("sun", "ring"))
 
     @property
     def derived(self) -> tuple[str, ...]:
         """Keys that stand in the row of a design beside its own: both shifts where one of them is found."""
-        return tuple(f"{mesh}.{gear}.profile_shift" for mesh in self.shifts for gear in ("pinion", "wheel"))
+        both = (f"{mesh}.{gear}.profile_shift" for mesh in self.shifts for gear in ("pinion", "wheel"))
+        return (*both, *self._of_sums)
 
     @property
     def frees(self) -> tuple[str, ...]:
@@ -282,9 +292,12 @@ class GearboxResults:
     keys : tuple of str
         Of each mesh, set and bearing by its name, or of the gearbox: the largest amount over the load cases.
         `mesh_force_N`, `bearing_force_N` and `radiated_power_mW` are those of motion over the speeds of `[dynamics]`.
+    loads : tuple of str
+        Load cases whose own results, but for those of motion, are written too, behind their names.
     """
 
     keys: tuple[GearboxResultKey, ...] = OF_GEARBOXES
+    loads: tuple[str, ...] = ()
 
 
 AnyRelations = Relations | SetRelations | GearboxRelations
@@ -339,8 +352,9 @@ class SetCampaign(CampaignSections):
     title : str
         One line for the report; by default the name of the file.
     set : str
-        File of the base set, relative to this one: TOML, or REXS with a planetary stage. Of trains designs change
-        sections of gears and pairs, `[sweep]`, and `gears.NAME.x_mm`, `y_mm` and the numbers of `[[gears]]`.
+        File of the base set, relative to this one: TOML, or REXS with a planetary stage. Places in lists count from 1:
+        `planets.tangential_um.1`, `pins.bearings.2.radial_N_per_mm`. Of trains designs change sections of gears and
+        pairs, `[sweep]`, and `gears.NAME.x_mm`, `y_mm` and the numbers of `[[gears]]`.
     designs, relations, results, workers, store
         One dataclass per section.
     """
@@ -360,8 +374,9 @@ class GearboxCampaign(CampaignSections):
         One line for the report; by default the name of the file.
     gearbox : str
         File of the base gearbox, relative to this one: TOML or REXS. `[designs]` has keys of its meshes and sets behind
-        their names (`high_speed.pinion.teeth`), `shafts.NAME.y_mm` and `z_mm`, numbers of `bearings.NAME`, and
-        `places.MESH.shift_mm`, of both gears along their shafts.
+        their names (`high_speed.pinion.teeth`), `shafts.NAME.y_mm`, `z_mm` and `sections.1.outer_mm`, numbers of
+        `bearings.NAME` and of what is in it (`bearings.NAME.roller.clearance_mm`), and `places.MESH.shift_mm`, of both
+        gears along their shafts. Places in lists count from 1.
     designs, relations, results, workers, store
         One dataclass per section.
     """

@@ -26,6 +26,10 @@ def designs_of(campaign: Campaign) -> Callable[[int], Design]:
         return lambda i: {
             v.name: _listed(v)[int(place)] for v, place in zip(variables, np.unravel_index(i, lengths), strict=True)
         }
+    if campaign.sections.designs.method == "one_at_a_time":
+        alone = [(v.name, value) for v in variables for value in _listed(v)[1:]]
+        base = {v.name: _listed(v)[0] for v in variables}
+        return lambda i: base | dict(alone[i - 1 : i] if i else ())
     return lambda i: {v.name: _listed(v)[i] for v in variables}
 
 

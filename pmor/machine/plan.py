@@ -10,6 +10,7 @@ from pmor.case.duty import shares
 from pmor.case.width import sections_across, whole_width
 from pmor.core.errors import ConvergenceError
 from pmor.gear.pair import GearPair
+from pmor.machine.carrier_turn import MEAN_PLACES as MEAN_OF_TURN
 from pmor.machine.coupled import MEAN_ANGLES
 from pmor.machine.coupled_sets import MEAN_PLACES
 from pmor.machine.left_out import left_out
@@ -34,10 +35,12 @@ from pmor.work.cost import (
     stages,
 )
 
-TRAINING = "training"
+TRAINING, LOADS = "training", "{} loads"
 # *Measured*, seconds: of a position, of two sections in contact in it; rounds in which mean forces settle; positions
 # that take as long as the flank that fits, of a mesh under a load; page and pictures.
 POSITION_S, SECTIONS_S, ROUNDS, FIT_POSITIONS, PAGE_S = 3e-5, 2.2e-7, 4, 700, 4.0
+# *Measured*: solutions of the contact to a position of a turn of the carrier, with what its bearings take.
+TURN_STEPS = 5
 # Of motion: positions of a mesh cycle to each harmonic; cycles of a mesh about a load, and of what a micrometre of its
 # flanks does; angles of the mean deflection.
 PER_HARMONIC, CYCLES, CHANGED, MEAN_DEFLECTION = 16, 4, 32, 32
@@ -132,6 +135,11 @@ def _loads(file: GearboxFile) -> Iterator[str]:
 
 
 def _cost(file: GearboxFile) -> list[str]:
+    return stage_lines(stages_of_gearbox(file), "; bases that are there take none")
+
+
+def stages_of_gearbox(file: GearboxFile) -> list[Stage]:
+    """Return the stages of a gearbox: finite elements and training of each mesh, its loads, the page."""
     loads, held = len(file.model.sections.loads), 0  # bases that are there are held to the end
     found, more = list[Stage](), list[tuple[str, float]]()
     for name, case in file.cases.items():
@@ -143,7 +151,7 @@ def _cost(file: GearboxFile) -> list[str]:
         held += loaded_bytes(case)
         seconds = _position_seconds(file.model.pairs[name], case)
         positions = case.repeats_after * (case.online.angles_per_pitch + ROUNDS * MEAN_ANGLES)
-        more.append((f"{loads} loads, {name}", loads * positions * seconds))
+        more.append((f"{LOADS.format(loads)}, {name}", loads * positions * seconds))
         more.append((f"the flank that fits, {name}", loads * FIT_POSITIONS * seconds))
     of_sets = 0
     for name, one in file.model.sets.items():
@@ -154,11 +162,12 @@ def _cost(file: GearboxFile) -> list[str]:
                 found.append(replace(stage, name=f"{stage.name}, {name}", memory=stage.memory + held))
             elif stage.name == SWEEP:
                 of_sets += stage.memory - KERNEL_BYTES
-                more.append((f"{loads} loads, {name}", loads * _rounds(one) * stage.seconds))
+                seconds = _turn_seconds(file, one, stage.seconds) or _rounds(one) * stage.seconds
+                more.append((f"{LOADS.format(loads)}, {name}", loads * seconds))
     held += of_sets + KERNEL_BYTES
     found += [Stage(name, held, seconds) for name, seconds in more]
     found.append(Stage("page", held + PAGE_BYTES, PAGE_S))
-    return stage_lines(found, "; bases that are there take none")
+    return found
 
 
 def _motion(file: GearboxFile) -> Iterator[str]:
@@ -180,6 +189,14 @@ def _motion(file: GearboxFile) -> Iterator[str]:
     teeth += sum(map(teeth_of_set, file.model.sets.values()))
     words = f"{loads} loads, {motion.speeds} speeds, {motion.harmonics} harmonics of {meshes} meshes and sets"
     yield from motion_lines(words, seconds, len(said.bearings), teeth)
+
+
+def _turn_seconds(file: GearboxFile, one: SetFile, sweep: float) -> float:
+    """Time of a set over turns of its carrier on bearings with a law: its mean in each round, and the turn itself."""
+    if one.held == "carrier" or all(bearing.law is None for bearing in file.model.sections.bearings):
+        return 0.0
+    positions = ROUNDS * MEAN_OF_TURN + one.housed_pitches
+    return sweep * (1.0 + TURN_STEPS * positions / (one.pitches * one.angles_per_pitch))
 
 
 def _rounds(one: SetFile) -> float:

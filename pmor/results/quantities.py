@@ -115,6 +115,9 @@ QUANTITIES = (
              "mesh", ()),
     Quantity("bearing_force_N", "N", "dynamic bearing force", "likewise, of a bearing", "bearing", ()),
     Quantity("radiated_power_mW", "mW", "radiated power", "likewise, equivalent one of the housing", "", ()),
+    Quantity("row_force_max_N", "N", "largest row of planet bearings", "of a set in a gearbox, over a turn of its "
+             "carrier", "set", ()),
+    Quantity("carrier_along_um", "um", "carrier along its axis", "likewise, mean", "set", ()),
     Quantity("k_gamma", "1", "K_γ", "largest mean load of a planet in a mesh cycle over the mean of all", files=TRAINS),
     Quantity("planet_load_over_mean", "1", "load over the mean", "of a planet, of what all take, over a turn of the "
              "carrier: K_γ is the largest", "planet", ()),

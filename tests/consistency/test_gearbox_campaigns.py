@@ -23,6 +23,8 @@ gearbox = "box.toml"
 method = "list"
 mesh.wheel.teeth = [29, 28]
 bearings.B.at_mm = [70.0, 60.0]
+bearings.D.roller.clearance_mm = [0.0, 0.01]
+shafts.input.sections.1.outer_mm = [20.0, 22.0]
 shafts.output.y_mm = 62.3
 places.mesh.shift_mm = 1.0
 mesh.pinion.modification.helix_crowning_um = 3.0
@@ -46,6 +48,7 @@ def test_a_design_is_the_gearbox_with_its_keys_and_shifts_without_backlash(path)
     sections, case = file.model.sections, file.cases["mesh"]
     assert (sections.shafts[1].at_mm, sections.bearings[1].at_mm) == ((62.3, 0.0), 60.0)
     assert (sections.meshes[0].pinion.at_mm, sections.meshes[0].wheel.at_mm) == (36.0, 36.0)
+    assert (sections.bearings[3].roller.clearance_mm, sections.shafts[0].sections[0].outer_mm) == (0.01, 22.0)
     assert (case.pair.wheel.teeth, case.pinion_modification.helix_crowning_um) == (28, 3.0)
     assert case.pair.pinion.profile_shift == 0.0
     pair = file.model.pairs["mesh"]
@@ -77,9 +80,11 @@ def test_forces_in_motion_of_a_row_are_those_of_its_file(path, tmp_path):
 
 @pytest.mark.slow
 def test_a_row_is_what_run_finds_of_the_file_of_the_design(path):
+    path.write_text(DESIGNS + '[results]\nloads = ["drive"]\n')
     campaign, store = load(path), Store(path.parent, 0.0)
     row = row_of(task_of(campaign, store), 1, designs_of(campaign)(0), store)
     assert (row["status"], row["reason"]) == ("ok", "")
+    assert row["results"]["drive.mesh.k_h_beta"] == row["results"]["mesh.k_h_beta"]
     found = pmor.run(pmor.write_campaign_case(path, path.parent, 1))
     (load_data,) = found.data["loads"]
     (mesh,) = load_data["meshes"]
@@ -106,6 +111,9 @@ def test_the_command_leaves_a_page_and_the_files_of_the_designs(path, monkeypatc
     ("mesh.wheel.teeth", "mush.wheel.teeth", ["[designs] mush: no section of a gearbox", "mesh.wheel"]),
     ("bearings.B.at_mm", "bearings.B.at", ["bearings.B.at: unknown key", "at_mm"]),
     ('["mesh"]', '["mush"]', ["mush", "is no mesh of box"]),
+    ('solve = "wheel"', 'shift_sums = ["mesh"]', ["mesh", "is no set of box"]),
+    ("[store]", '[results]\nloads = ["dive"]\n[store]', ["[results] loads", "drive"]),
+    ("bearings.D.roller", "bearings.D.ball", ["bearings.D.ball"]),
     ("[29, 28]", "[29, 290]", []),
 ])  # fmt: skip
 def test_keys_that_a_gearbox_lacks_are_refused(path, monkeypatch, old, new, words):

@@ -1,10 +1,12 @@
 """The table of designs: which there are, what follows from relations, and their cases."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from pmor.campaigns.bands import bands_of
 from pmor.campaigns.loader import load
 from pmor.campaigns.relations import case_of, text_of_design, why_infeasible, with_relations
 from pmor.campaigns.settings import Relations
@@ -53,6 +55,18 @@ def test_a_base_case_fits_with_the_centre_distance_of_the_relations_alone(tmp_pa
 def test_a_list_takes_one_value_of_each(tmp_path):
     _, designs = campaign(tmp_path, 'method = "list"\npinion.teeth = [19, 20, 20]\npair.module_mm = [3.0, 4.0, 3.0]\n')
     assert [tuple(d.values()) for d in designs] == [(19, 3.0), (20, 4.0), (20, 3.0)]
+
+
+def test_one_at_a_time_each_further_value_stands_alone_beside_the_first_ones_and_has_its_band(tmp_path):
+    found, designs = campaign(tmp_path, 'method = "one_at_a_time"\npinion.teeth = [19, 20, 21]\n'
+                              "pair.module_mm = [3.0, 4.0]\n")  # fmt: skip
+    assert [tuple(d.values()) for d in designs] == [(19, 3.0), (20, 3.0), (21, 3.0), (19, 4.0)]
+    values = np.array([[1.0, 2.0, np.nan, 0.5], [7.0, 7.0, 7.0, 7.0], [3.0, 3.0, 3.0, 9.0]])
+    result = SimpleNamespace(campaign=found, results=dict(zip(("a", "same", "b"), values, strict=True)))
+    first, second = bands_of(result)
+    assert (first.key, first.base, first.least, first.most, first.decides) == ("a", 1.0, 0.5, 2.0, "pinion.teeth")
+    assert first.spans == {"pinion.teeth": (1.0, 2.0), "pair.module_mm": (0.5, 1.0)}
+    assert (second.key, second.decides) == ("b", "pair.module_mm")
 
 
 def test_a_csv_file_has_a_design_in_each_line_and_its_text_belongs_to_the_campaign(tmp_path):

@@ -10,11 +10,11 @@ from pmor.campaigns.chunks import INFEASIBLE_S, expected_seconds
 from pmor.campaigns.loader import load
 from pmor.campaigns.plan import plan, why_not
 from pmor.campaigns.run import task_of
-from pmor.campaigns.set_relations import text_of_design, with_relations
+from pmor.campaigns.set_relations import text_of_design, with_kept_sums, with_relations
 from pmor.campaigns.settings import SetRelations
 from pmor.campaigns.solve import row_of
 from pmor.campaigns.table import designs_of
-from pmor.core.errors import GeometryError
+from pmor.core.errors import CaseError, GeometryError
 from pmor.gear.pair import zero_backlash_centre_distance
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import parse_set
@@ -99,6 +99,47 @@ def test_the_text_of_a_design_is_a_set_file_with_sections_inside_kept():
     }
     assert found["planet"] == tomllib.loads(base)["planet"]
     assert (found["planets"]["count"], found["mesh"]["width_elements"]) == (4, 4)
+
+
+PINS = """[pins]
+diameter_mm = 24.0
+length_mm = 50.0
+bearings = [{ at_mm = -9.0, radial_N_per_mm = 1e5 }, { at_mm = 9.0, radial_N_per_mm = 1e5 }]
+"""
+
+
+def test_numbers_and_sections_in_lists_differ_by_their_places(tmp_path):
+    path = written(tmp_path, 'set = "set.toml"\n[designs]\nmethod = "list"\nplanets.tangential_um.2 = [5.0, -5.0]\n'
+                   "pins.bearings.2.at_mm = [8.0, 7.0]\n")  # fmt: skip
+    base = BASE.replace("count = 3\n", "count = 3\ntangential_um = [1.0, 0.0, 0.0]\n") + PINS
+    (tmp_path / "set.toml").write_text(base)
+    campaign = load(path)
+    text = tomllib.loads(campaign.kind.text(campaign.base_text, designs_of(campaign)(1)))
+    assert text["planets"]["tangential_um"] == [1.0, -5.0, 0.0]
+    assert [bearing["at_mm"] for bearing in text["pins"]["bearings"]] == [-9.0, 7.0]
+    (tmp_path / "set.toml").write_text(BASE + PINS)
+    campaign = load(path)
+    assert "tangential_um" in base
+    assert "the base file lists 0 there" in why_not(campaign, 0, designs_of(campaign)(0))
+    path.write_text(path.read_text().replace("bearings.2", "bearings.3"))
+    with pytest.raises(CaseError, match=r"pins.bearings.3: no section of a set"):
+        load(path)
+    path.write_text(path.read_text().replace("pins.bearings.3.at_mm = [8.0, 7.0]", "planets.count.1 = [1, 2]"))
+    with pytest.raises(CaseError, match=r"planets.count"):
+        load(path)
+
+
+def test_shifts_that_keep_their_sums_keep_axes_and_backlash_of_both_meshes():
+    """Involutes mesh by the sum of their shifts (ISO 21771, 6.2)."""
+    design = {"planet.profile_shift": 0.15}
+    found = design | with_kept_sums(BASE, design)
+    before, after = (pairs_of(parse_set(text, "set", "set")) for text in (BASE, text_of_design(BASE, found)))
+    for name in before:
+        assert after[name].backlash == pytest.approx(before[name].backlash, abs=ROUND_OFF)
+        assert after[name].centre_distance == before[name].centre_distance
+        tight = [zero_backlash_centre_distance(pair[name].pinion, pair[name].wheel) for pair in (before, after)]
+        assert tight[1] == pytest.approx(tight[0], rel=ROUND_OFF)
+    assert found["sun.profile_shift"] != 0.0
 
 
 REFUSED = {
