@@ -198,7 +198,7 @@ class _Reader(Reader):
     def check_results(self, said: CampaignSections) -> None:
         """Refuse results that the base has none of, where the file names its own."""
         known = dict.fromkeys(split(figure.key)[1] for figure in self.kind.figures)
-        for key in said.results.keys if said.results != type(said.results)() else ():
+        for key in said.results.keys if said.results.keys != type(said.results)().keys else ():
             if key not in known:
                 rule = f"is none of this {self.kind.key}: take some of {', '.join(known)}"
                 self.refuse(f'[results] keys: "{key}"', rule)
