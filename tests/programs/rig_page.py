@@ -1,8 +1,8 @@
 """Measured figures of the NREL GRC gearbox beside computed ones, with the band that the unknowns of the rig leave.
 
 After `pmor campaign cases/nrel_750kw_campaign.toml --out out/nrel_750kw_campaign`, and the same of
-`nrel_750kw_sun_held`, `python -m tests.programs.rig_page out cases/manual/rig.md` writes the tables of the page; what it
-says about them stays. Measured: Guo & Keller, AGMA FTM 2020; Keller et al., Wind Energy Science 3 (2018) 947.
+`nrel_750kw_sun_held`, `python -m tests.programs.rig_page out cases/manual/rig.md` writes the tables of the page; the words
+about them stay. Measured: Guo & Keller, AGMA FTM 2020; Keller et al., Wind Energy Science 3 (2018) 947.
 """
 
 from __future__ import annotations
@@ -84,7 +84,8 @@ def tables(rows: Sequence[Row], held: Sequence[Row]) -> str:
         low, high = min(one[key] for one in found), max(one[key] for one in found)
         decides = max(unknowns, key=lambda name: spans[name][key][1] - spans[name][key][0])
         inside = "yes" if measured is not None and low <= measured <= high else "**no**"
-        lines.append(f"| {key} | {measured:g} | {base[key]:.4g} | {low:.4g} | {high:.4g} | {inside} | {label_of(decides)} |")
+        cells = f"{measured:g} | {base[key]:.4g} | {low:.4g} | {high:.4g} | {inside} | {label_of(decides)}"
+        lines.append(f"| {key} | {cells} |")
     heads = ("K_γ, torque", "K_γ, moment", "row, %", "axial, µm")
     lines += ["", "One unknown at a time, the others as in the first row:", ""]
     lines += [f"| unknown | values | {' | '.join(heads)} |", f"|---|---|{'---|' * len(heads)}"]
@@ -107,7 +108,8 @@ def tables(rows: Sequence[Row], held: Sequence[Row]) -> str:
         moment = 2.0 / math.pi * friction * TORQUE
         force = moment / LEVER
         factor = 1.0 + 2.0 * force / (3.0 * MESH_N)
-        lines.append(f"| friction of {friction:g} in the spline, at most | {force / 1e3:.3g} | {moment / 1e6:.3g} | {factor:.4g} |")
+        cells = f"{force / 1e3:.3g} | {moment / 1e6:.3g} | {factor:.4g}"
+        lines.append(f"| friction of {friction:g} in the spline, at most | {cells} |")
     for measured in (1.08, 1.16):
         force = 1.5 * (measured - 1.0) * MESH_N
         lines.append(f"| as measured | {force / 1e3:.3g} | {force * LEVER / 1e6:.3g} | {measured:g} |")
