@@ -294,7 +294,7 @@ def _over_the_turn(turn: Data | None) -> dict[str, float | None]:
     if turn is None:
         return {"row_force_max_N": None, "carrier_along_um": None}
     return {
-        "row_force_max_N": max(row["largest_N"] for row in turn["planet_rows"]),
+        "row_force_max_N": _largest([row["largest_N"] for row in turn["planet_rows"]] or [None]),
         "carrier_along_um": float(np.mean(turn["members"]["carrier"]["along_um"])),
     }
 

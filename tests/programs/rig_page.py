@@ -1,8 +1,8 @@
 """Measured figures of the NREL GRC gearbox beside computed ones, with the band that the unknowns of the rig leave.
 
 After `pmor campaign cases/nrel_750kw_campaign.toml --out out/nrel_750kw_campaign`, and the same of
-`nrel_750kw_sun_held`, `python -m tests.programs.rig_page out cases/manual/rig.md` writes the tables of the page; the words
-about them stay. Measured: Guo & Keller, AGMA FTM 2020; Keller et al., Wind Energy Science 3 (2018) 947.
+`nrel_750kw_sun_held`, `python -m tests.programs.rig_page out cases/manual/rig.md` writes the tables of the page; the
+words about them stay. Measured: Guo & Keller, AGMA FTM 2020; Keller et al., Wind Energy Science 3 (2018) 947.
 """
 
 from __future__ import annotations
