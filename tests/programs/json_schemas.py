@@ -269,7 +269,8 @@ def of_campaign() -> Schema:
         content = made.content(kind.sections, title=TITLE, designs=designs_of(made, kind))
         properties |= content["properties"] | {"relations": {}, "results": {}, "designs": {}}
         own = {key: content["properties"][key] for key in ("designs", "relations", "results")}
-        branches.append({"properties": own, "required": [kind.key, "designs"]})
+        others = [{"required": [key]} for key in OF_CAMPAIGNS if key != kind.key]
+        branches.append({"properties": own, "required": [kind.key, "designs"], "not": {"anyOf": others}})
     pair, planetary, gearbox = branches
     chosen = {"if": {"required": ["gearbox"]}, "then": gearbox,
               "else": {"if": {"required": ["set"]}, "then": planetary, "else": pair}}  # fmt: skip

@@ -7,6 +7,13 @@ from functools import cache
 from pmor.app.records import kind_of_sections
 from pmor.app.start import schema_path
 
+# Rules of the reader that no schema says, by words of its refusals, and why.
+UNSEEN = {
+    "must be a whole number without decimal point": "of JSON 21.0 is a whole number",
+    "[shafts]: unknown section": "a gearbox file that a mesh names as its case is right by itself",
+    "must be one line of printable text": "a pattern knows line breaks, not what is printable",
+}
+
 
 def kind_at_desk(document):
     """A kind of `FILES`."""
@@ -31,3 +38,13 @@ def faults(text, kind):
     except (ValueError, RecursionError) as error:
         return [str(error)]
     return [f"{list(error.absolute_path)} {error.message}" for error in validator(kind).iter_errors(document)]
+
+
+def sees(path):
+    """Whether the schema of a file finds something wrong."""
+    text = path.read_text(encoding="utf-8")
+    try:
+        kind = kind_at_desk(tomllib.loads(text))
+    except (ValueError, RecursionError):
+        return True
+    return bool(faults(text, kind))
