@@ -1,5 +1,6 @@
 """Kernels: compiled once and kept; pictures of a copy of this process."""
 
+import gc
 import os
 import re
 import shutil
@@ -8,11 +9,12 @@ import sys
 from pathlib import Path
 
 import pytest
-from numba import njit
+from numba import njit, types
 from numba.core import event
+from numba.core.errors import TypingError
 
 import pmor
-from pmor.core import keeping
+from pmor.core import compiling, keeping
 from pmor.core.compiling import compiled
 from pmor.gear.kernels.motion import roll_angle
 from pmor.penalty.kernels.windows import relative_radius
@@ -34,6 +36,16 @@ gear = filled(
 pair = filled(Kinematics, action_length=30.0, pressure_angle=0.35, centre_distance=84.0, pitch=0.3)
 print(relative_radius(pair, (gear, gear), 0.4, 0.0))
 """
+
+
+@compiled
+def doubled(x):
+    return 2.0 * x
+
+
+@compiled
+def doubled_and_one(x):
+    return doubled(x) + 1.0
 
 
 @pytest.mark.jit
@@ -68,6 +80,32 @@ def test_what_a_user_compiles_is_kept_where_numba_keeps_it_anyway(tmp_path, monk
     assert str(keeping.kernels_folder()) != str(tmp_path)
     assert not compiled(own).stats.cache_path.startswith(str(tmp_path))
     assert njit(cache=True)(own).stats.cache_path.startswith(str(tmp_path))
+
+
+@pytest.mark.jit
+def test_what_kernels_alone_call_is_linked_into_them_and_has_no_code_for_the_machine():
+    assert doubled_and_one(1.0) == 3.0
+    doubled.get_call_template((types.float64,), {})  # compiles it where its caller was kept
+    (within,) = doubled.get_overload.__self__.overloads.values()
+    assert not list(within.library.get_defined_functions())
+    assert any(not function.is_declaration for function in within.library._get_module_for_linking().functions)
+
+
+@pytest.mark.jit
+def test_garbage_is_collected_again_after_a_compilation_and_one_that_fails():
+    def wrong(x):
+        return x.nonsense
+
+    pause = compiling._Uncollected()
+    pause.on_start(None)
+    pause.on_start(None)  # of a function that it calls
+    pause.on_end(None)
+    assert not gc.isenabled()
+    pause.on_end(None)
+    assert gc.isenabled()
+    with pytest.raises(TypingError):
+        compiled(wrong)(1)
+    assert gc.isenabled()
 
 
 def test_folders_of_earlier_sources_go_but_for_the_last_used_and_nothing_else_does(tmp_path):
