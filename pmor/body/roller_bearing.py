@@ -136,9 +136,13 @@ class RollerBearing(Rollers, BearingRows):
     Parameters
     ----------
     rollers : int
-        In a row.
-    roller_diameter_mm, effective_length_mm, pitch_diameter_mm : float
-        Of a roller, and of the circle of their centres.
+        Number of rollers in a row.
+    roller_diameter_mm : float
+        Diameter of a roller.
+    effective_length_mm : float
+        Effective length of a roller.
+    pitch_diameter_mm : float
+        Diameter of the circle of the centres of the rolling elements.
     clearance_mm : float
         Radial internal clearance s, from one side to the other; negative is preload.
     contact_angle_deg : float
@@ -206,9 +210,13 @@ class SphericalRollerBearing(Rollers):
     Parameters
     ----------
     rollers : int
-        In a row.
-    roller_diameter_mm, effective_length_mm, pitch_diameter_mm : float
-        Of a roller, and of the circle of their centres.
+        Number of rollers in a row.
+    roller_diameter_mm : float
+        Diameter of a roller.
+    effective_length_mm : float
+        Effective length of a roller.
+    pitch_diameter_mm : float
+        Diameter of the circle of the centres of the rolling elements.
     clearance_mm : float
         Radial internal clearance s, from one side to the other; negative is preload.
     contact_angle_deg : float

@@ -117,17 +117,23 @@ class BallBearing(BearingRows):
     Parameters
     ----------
     balls : int
-        In a row.
-    ball_diameter_mm, pitch_diameter_mm : float
-        Of a ball, and of the circle of their centres.
+        Number of balls in a row.
+    ball_diameter_mm : float
+        Diameter of a ball.
+    pitch_diameter_mm : float
+        Diameter of the circle of the centres of the rolling elements.
     clearance_mm : float
         Radial internal clearance s, from one side to the other; negative is preload.
     contact_angle_deg : float
         Nominal; positive takes thrust of the inner ring along +x, negative along -x, 0 both.
-    inner_osculation, outer_osculation : float
-        Radii of the raceways' grooves over the ball's diameter.
-    youngs_modulus_GPa, poisson_ratio : float
-        Of balls and rings.
+    inner_osculation : float
+        Radius of the inner raceway's groove over the ball's diameter.
+    outer_osculation : float
+        Radius of the outer raceway's groove over the ball's diameter.
+    youngs_modulus_GPa : float
+        Young's modulus of balls and rings.
+    poisson_ratio : float
+        Poisson's ratio of balls and rings.
     first_ball_deg : float
         Azimuth of a ball, from y towards z; each further row stands half a pitch on.
     rows : int

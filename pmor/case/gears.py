@@ -104,8 +104,10 @@ class GearCase:
         Whether the wheel is a ring with teeth on its inside: its number of teeth is written positive all the same.
     profile_shift : float
         Profile shift coefficient, in modules: positive makes the teeth thicker, those of a ring too (ISO 21771).
-    addendum, dedendum : float
-        Of the basic rack, in modules; with a shaper, that makes the dedendum.
+    addendum : float
+        Addendum of the basic rack, in modules.
+    dedendum : float
+        Dedendum of the basic rack, in modules; a shaper makes it, where there is one.
     rack_tip_radius : float
         Tip radius of the generating rack, in modules; it makes the root fillet. Of a ring with neither of the next two,
         the fillet's radius.
@@ -122,9 +124,11 @@ class GearCase:
         Of a ring, in mm: from its root circle to its outside.
     held : {"outside"} or LugsCase
         Where a ring is held: all over its outside, or at lugs alone, as in held = {lugs = 8, lug_deg = 10.0}.
-    seat_radial_N_per_mm, seat_tangential_N_per_mm : float, "rigid" or "free"
-        Stiffness of the housing below a ring, spread evenly over each lug, or over all of its outside: radially, and
-        around and along the axis; of the whole area, moved alike.
+    seat_radial_N_per_mm : float, "rigid" or "free"
+        Radial stiffness of the housing below a ring, spread evenly over each lug, or over all of its outside; of the
+        whole area, moved alike.
+    seat_tangential_N_per_mm : float, "rigid" or "free"
+        The same around and along the axis.
     face_width_mm : float or None
         Face width in mm; None is that of the pair.
     face_offset_mm : float

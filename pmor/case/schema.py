@@ -84,8 +84,10 @@ class ContactCase:
     edge_normals : {"parabolic", "average"} or None
         Node normals at the edges of Hermite patches: one-sided parabolic fit, or the plain average, which the scheme
         `paper` takes by default.
-    lodm_profile, lodm_width : int
-        Level-of-detail magnification: subdivisions per element and direction, of the penalty schemes.
+    lodm_profile : int
+        Level-of-detail magnification of the penalty schemes: subdivisions of an element over the profile.
+    lodm_width : int
+        The same over the width.
     penalty_N_mm3 : float
         Contact penalty in N/mm3: pressure per penetration. Lines have none.
     layer_depth : float

@@ -22,8 +22,10 @@ class Ripple:
     ----------
     order : float
         Swings to a turn of the shaft.
-    amplitude_Nm, phase_deg : float
-        About the mean torque, from zero to peak; the phase at the angle 0.
+    amplitude_Nm : float
+        Amplitude about the mean torque, from zero to peak.
+    phase_deg : float
+        Phase at angle 0 of the shaft.
     """
 
     order: Annotated[float, ranges.Range(0.0, 1e4, low_excluded=True)]
@@ -38,11 +40,11 @@ class ShaftTorque:
     Parameters
     ----------
     shaft : str
-        On which it acts.
+        Shaft that it acts on.
     at_mm : float
-        Along the shaft.
+        Place of the torque along the shaft.
     torque_Nm : float or "balance"
-        About x. "balance" at the one place of a train that holds against all others.
+        Torque about x. "balance", at one place of a train, holds against all others.
     ripple : tuple of Ripple
         What swings about it in motion.
     """
@@ -60,11 +62,15 @@ class ShaftForce:
     Parameters
     ----------
     shaft : str
-        On which it acts.
+        Shaft that it acts on.
     at_mm : float
-        Along the shaft.
-    x_N, y_N, z_N : float
-        Along the axes of the machine.
+        Place of the force along the shaft.
+    x_N : float
+        Force along x of the machine.
+    y_N : float
+        Force along y of the machine.
+    z_N : float
+        Force along z of the machine.
     turns : bool
         Whether it turns with the shaft: y and z are those at the start then. Otherwise it stands in the housing.
     """
@@ -84,11 +90,13 @@ class ShaftMoment:
     Parameters
     ----------
     shaft : str
-        On which it acts.
+        Shaft that it acts on.
     at_mm : float
-        Along the shaft.
-    y_Nm, z_Nm : float
-        About the axes of the machine.
+        Place of the moment along the shaft.
+    y_Nm : float
+        Moment about y of the machine.
+    z_Nm : float
+        Moment about z of the machine.
     turns : bool
         Whether it turns with the shaft: y and z are those at the start then. Otherwise it stands in the housing.
     """
@@ -107,12 +115,12 @@ class LoadCase(Timed):
     Parameters
     ----------
     name : str
-        Of the load case.
+        Name of the load case.
     torques : tuple of ShaftTorque
     forces : tuple of ShaftForce
     moments : tuple of ShaftMoment
     speed_rpm : float or None
-        Of the shaft of the first torque, about x.
+        Speed of the shaft of the first torque, about x.
     fraction : float or None
         Share of the operating time, of a duty cycle: all loads have one, or none has. They add up to 1.
     hours : float or None
@@ -139,8 +147,12 @@ class Gravity:
 
     Parameters
     ----------
-    x_m_s2, y_m_s2, z_m_s2 : float
-        Acceleration along the axes of the machine: -9.81 along the one that points upwards.
+    x_m_s2 : float
+        Acceleration along x of the machine: -9.81 where x points upwards.
+    y_m_s2 : float
+        Acceleration along y of the machine: -9.81 where y points upwards.
+    z_m_s2 : float
+        Acceleration along z of the machine: -9.81 where z points upwards.
     """
 
     x_m_s2: Acceleration = 0.0
@@ -159,17 +171,22 @@ class Mass(Body):
 
     Parameters
     ----------
-    name, shaft : str
-        Of the body, and the shaft that carries it.
+    name : str
+        Name of the body.
+    shaft : str
+        Shaft that carries it.
     at_mm : float
-        Of its middle along the shaft.
+        Place of its middle along the shaft.
     mass_kg : float
         Its mass.
-    polar_inertia_kg_m2, tilting_inertia_kg_m2 : float
-        About the axis, and about an axis across it through its middle.
-    unbalance_kg_mm, unbalance_deg : float
-        Mass times the distance of its centre from the axis, and the place of the centre, from y towards z: for motion,
-        and over turns of a carrier at the speed of the load.
+    polar_inertia_kg_m2 : float
+        Moment of inertia about the axis.
+    tilting_inertia_kg_m2 : float
+        Moment of inertia about an axis across the shaft's, through its middle.
+    unbalance_kg_mm : float
+        Unbalance, for motion: mass times the distance of its centre from the axis.
+    unbalance_deg : float
+        Place of the centre of an unbalanced body, from y towards z.
     """
 
     name: str

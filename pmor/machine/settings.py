@@ -31,8 +31,12 @@ class ShaftSection:
 
     Parameters
     ----------
-    length_mm, outer_mm, inner_mm : float
-        Length and diameters.
+    length_mm : float
+        Length along the shaft.
+    outer_mm : float
+        Outer diameter.
+    inner_mm : float
+        Diameter of its bore; 0 is solid.
     """
 
     length_mm: ranges.Length
@@ -47,17 +51,19 @@ class Shaft:
     Parameters
     ----------
     name : str
-        Of the shaft; bearings, meshes and loads refer to it.
+        Name of the shaft; bearings, meshes and loads refer to it.
     at_mm : (float, float)
         y and z of its axis.
     start_mm : float
         x where it begins.
     sections : tuple of ShaftSection
         From its beginning on.
-    youngs_modulus_GPa, poisson_ratio : float
-        Of the shaft, usually steel.
+    youngs_modulus_GPa : float
+        Young's modulus of the shaft, by default of steel.
+    poisson_ratio : float
+        Poisson's ratio of the shaft, by default of steel.
     density_kg_m3 : float
-        Of the shaft, for its weight.
+        Density of the shaft, for its weight.
     """
 
     name: str
@@ -93,19 +99,27 @@ class Bearing(AnyBearing):
 
     Parameters
     ----------
-    name, shaft : str
-        Of the bearing, and the shaft that it carries.
+    name : str
+        Name of the bearing.
+    shaft : str
+        Shaft that it carries.
     to : str
         "housing", which is rigid, or another shaft, in which it stands.
     at_mm : float
-        Along the shaft.
-    radial_N_per_mm, axial_N_per_mm, tilt_Nmm_per_rad : float, "rigid" or "free"
-        Of a bearing by its stiffness.
+        Place of the bearing along the shaft.
+    radial_N_per_mm : float, "rigid" or "free"
+        Stiffness across the axis.
+    axial_N_per_mm : float, "rigid" or "free"
+        Stiffness along the axis.
+    tilt_Nmm_per_rad : float, "rigid" or "free"
+        Stiffness against tilting, about axes across the shaft's.
     torsion_Nmm_per_rad : float, "rigid" or "free"
-        About the axis, of a coupling, key, spline or press fit between two shafts: it carries torque, rigidly from
-        `at_mm` to the end of the other shaft.
-    clearance_mm, axial_clearance_mm : float
-        In which a bearing by its stiffness is loose across and along its axis, from one end to the other.
+        Stiffness about the axis of a coupling, key, spline or press fit between two shafts: it carries torque, rigidly
+        from `at_mm` to the end of the other shaft.
+    clearance_mm : float
+        Radial clearance of a bearing by its stiffness, from one end to the other.
+    axial_clearance_mm : float
+        Axial clearance of a bearing by its stiffness, from one end to the other.
     ball, roller, spherical_roller : BallBearing, RollerBearing, SphericalRollerBearing
         Of a bearing by its inner geometry.
     catalogue : CatalogueBearing
@@ -153,9 +167,9 @@ class GearPlace:
     Parameters
     ----------
     shaft : str
-        That carries the gear.
+        Shaft that carries the gear.
     at_mm : float
-        Along the shaft: the middle of the pair's face width.
+        Place along the shaft of the middle of the pair's face width.
     gear : mapping
         Keys of this gear in the case that are otherwise here, or all of them where the mesh names no case.
     """
@@ -172,7 +186,7 @@ class Mesh:
     Parameters
     ----------
     name : str
-        Of the mesh, and of its basis file.
+        Name of the mesh, and of its basis file.
     case : Path or None
         Case file of the pair, beside the gearbox file. Without it the sections of a case stand here. Loads, speeds and
         the lubricant are those of the gearbox; pairs within its `[tolerances]` are solved under each load.
@@ -201,9 +215,9 @@ class MemberPlace:
     Parameters
     ----------
     shaft : str
-        That carries the member.
+        Shaft that carries the member.
     at_mm : float
-        Along the shaft: of the sun the middle of the face width, of carrier and ring where they join it.
+        Place along the shaft: of the sun of the middle of its face width, of carrier and ring where they join it.
     """
 
     shaft: str
@@ -220,7 +234,7 @@ class PlanetarySet:
     Parameters
     ----------
     name : str
-        Of the set.
+        Name of the set.
     set : Path
         Set file, beside the gearbox file. The sign of its torque says which flanks carry, `held` which member stands
         still. `[supports]` of members on shafts, bearings of a `[carrier]` on one, `[masses]`, `[dynamics]` and

@@ -41,14 +41,15 @@ class Planets:
     Parameters
     ----------
     count : int
-        Of planets, equally spaced unless `positions_deg` says otherwise.
+        Number of planets, equally spaced unless `positions_deg` says otherwise.
     positions_deg : tuple of float
-        Of all planets, counter-clockwise from the y axis, in degrees.
+        Places of all planets, counter-clockwise from the y axis, in degrees.
     missing : tuple of int
         Numbers of planets, from 1 on, that are left out.
-    radial_um, tangential_um : tuple of float
-        By how much each pin is off its place, a number for each planet: outwards, and in the sense in which the torque
-        turns the sun.
+    radial_um : tuple of float
+        How far each pin is off its place outwards, a number for each planet.
+    tangential_um : tuple of float
+        How far each pin is off its place in the sense in which the torque turns the sun, a number for each planet.
     second_z_mm : float or None
         Mid width of `[second_planet]`, and of the ring, from that of `[planet]` along z; by default beside it.
     timing_mrad : tuple of float
@@ -74,14 +75,18 @@ class Eccentricity:
 
     Parameters
     ----------
-    sun_um, ring_um : float
-        By how much the gear is off its axis.
-    sun_deg, ring_deg : float
-        Of the eccentricity at angle 0, counter-clockwise from the y axis, in degrees.
+    sun_um : float
+        Distance of the sun from the axis that it turns about.
+    ring_um : float
+        Distance of the ring from its axis.
+    sun_deg : float
+        Direction of the sun's eccentricity at angle 0, counter-clockwise from the y axis, in degrees.
+    ring_deg : float
+        Direction of the ring's eccentricity at angle 0, counter-clockwise from the y axis, in degrees.
     planets_um : tuple of float
-        By how much each planet is off the axis of its pin, one number for each; of stepped ones the first gear.
+        Distance of each planet from the axis of its pin, one number for each; of stepped ones of the first gear.
     planets_deg : tuple of float
-        The same, counted from where the pin lies outwards.
+        Direction of each planet's eccentricity at angle 0, counted from where the pin lies outwards.
     """
 
     sun_um: Amount = 0.0
@@ -102,14 +107,16 @@ class Tolerances:
 
     Parameters
     ----------
-    pins_radial_um, pins_tangential_um : float
-        Of the place of each pin in the carrier.
+    pins_radial_um : float
+        Radial place of each pin in the carrier.
+    pins_tangential_um : float
+        Tangential place of each pin in the carrier.
     timing_mrad : float
-        Of the second gear of each stepped planet on its shaft, and of gears of a train that share one.
+        Angle of the second gear of each stepped planet on its shaft, and of gears of a train that share one.
     sun_eccentricity_um, ring_eccentricity_um, planets_eccentricity_um : float
-        Of both components of the eccentricity, in any direction; the runout is about twice the eccentricity.
+        Both components of the eccentricity, in any direction; the runout is about twice the eccentricity.
     gears_eccentricity_um : float
-        The same of all gears of a train on fixed axes.
+        Both components of the eccentricity of all gears of a train on fixed axes.
     flank_tolerance_class : int or None
         Flank tolerance class of ISO 1328-1:2013 to which all gears are made, besides, as in a case file; both flanks
         of a gear by themselves. Samples are solved over a turn of the gear that takes longest.
@@ -118,7 +125,7 @@ class Tolerances:
     samples : int
         Sets that are drawn.
     seed : int
-        Of the draws: the same one draws the same sets.
+        Seed of the draws: the same one draws the same sets.
     """
 
     pins_radial_um: Amount = 0.0
@@ -149,21 +156,21 @@ class Gear:
     Parameters
     ----------
     name : str
-        Of the gear, and of the section with its teeth.
+        Name of the gear, and of the section with its teeth.
     at_mm : (float, float) or (float, float, float)
         x and y of its axis, and z of its mid width.
     shaft : str or None
         Name of the shaft that it shares with others, which turn together; None is one of its own.
     torque_Nm : float, "balance" or None
-        On the gear from outside, counter-clockwise; "balance" holds against the others, None is an idler.
+        Torque on the gear from outside, counter-clockwise; "balance" holds against the others, None is an idler.
     timing_mrad : float
-        By how much the gear is ahead of its place on a shared shaft, in the sense in which it is driven.
+        Angle by which the gear is ahead of its place on a shared shaft, in the sense in which it is driven.
     torsion_Nmm_per_rad : float or "rigid"
-        Of a shared shaft between this gear and the one of it that meshes first.
+        Torsional stiffness of a shared shaft between this gear and the one of it that meshes first.
     eccentricity_um : float
-        By how much the gear is off the axis that it turns about.
+        Distance of the gear from the axis that it turns about.
     eccentricity_deg : float
-        Of the eccentricity at angle 0, counter-clockwise from the y axis, in degrees.
+        Direction of the gear's eccentricity at angle 0, counter-clockwise from the y axis, in degrees.
     """
 
     name: str
@@ -199,14 +206,14 @@ class SetLoad:
     Parameters
     ----------
     torque_Nm : float
-        On one of its members from outside. A positive one on the sun loads its drive flanks, a negative one its coast
-        flanks.
+        Torque on one of its members from outside. A positive one on the sun loads its drive flanks, a negative one its
+        coast flanks.
     on : {"sun", "ring", "carrier"}
         Member that the torque is on.
     held : {"sun", "ring", "carrier"}
         Member that stands still.
     speed_rpm : float or None
-        Of the member that the torque is on, for frequencies; None is left out.
+        Speed of the member that the torque is on, for frequencies; None is left out.
     """
 
     torque_Nm: ranges.SignedTorque
@@ -221,14 +228,16 @@ class Supports:
 
     Parameters
     ----------
-    sun_radial_N_per_mm, ring_radial_N_per_mm : float, "rigid" or "free"
-        Across the axis; "free" floats.
+    sun_radial_N_per_mm : float, "rigid" or "free"
+        Stiffness across the axis of what the sun stands on; "free" floats.
+    ring_radial_N_per_mm : float, "rigid" or "free"
+        Stiffness across the axis of what the ring stands on; "free" floats.
     planet_radial_N_per_mm : float or "rigid"
-        Of the bearing of a planet and its pin, in place of `[pins]`.
+        Stiffness across the axis of the bearing of a planet and its pin, in place of `[pins]`.
     sun_tilt_Nmm_per_rad, ring_tilt_Nmm_per_rad, planet_tilt_Nmm_per_rad : float or "rigid"
-        About axes across; that of planets in place of `[pins]`.
+        Stiffness against tilting, about axes across; that of planets in place of `[pins]`.
     planet_torsion_Nmm_per_rad : float or "rigid"
-        Between both gears of a stepped planet.
+        Torsional stiffness between both gears of a stepped planet.
     """
 
     sun_radial_N_per_mm: ranges.Stiffness = "rigid"
@@ -247,11 +256,11 @@ class PinBearing(AnyBearing):
     Parameters
     ----------
     at_mm : float
-        Along the axis, from the middle of the face width.
+        Place along the axis, from the middle of the face width.
     radial_N_per_mm : float or "rigid"
-        Across the axis.
+        Stiffness of the bearing across the axis.
     tilt_Nmm_per_rad : float, "rigid" or "free"
-        About axes across, as of a single bearing that holds the planet alone.
+        Stiffness against tilting, about axes across, as of a single bearing that holds the planet alone.
     ball, roller, spherical_roller : BallBearing, RollerBearing, SphericalRollerBearing
         Of a bearing by its inner geometry, whose rows take thrust both ways or none: as stiff as under its share of the
         forces of both meshes at the torque of `[load]`.
@@ -268,20 +277,24 @@ class Pins:
 
     Parameters
     ----------
-    diameter_mm, inner_mm : float
-        Outer and inner diameter; 0 is a solid pin.
+    diameter_mm : float
+        Outer diameter.
+    inner_mm : float
+        Inner diameter; 0 is a solid pin.
     length_mm : float
-        Between both cheeks of the carrier, or from the only one to the free end.
+        Length between both cheeks of the carrier, or from the only one to the free end.
     middle_mm : float
-        Of this length, along the axis, from the middle of the face width.
+        Place of the middle of this length along the axis, from the middle of the face width.
     cheeks : {"both", "-z", "+z"}
-        That hold the pin: both, or the one on that side (flying pins).
+        Cheeks that hold the pin: both, or the one on that side (flying pins).
     ends : {"clamped", "supported"}
-        In the cheeks: pressed in, or free to tilt.
+        How it ends in the cheeks: pressed in, or free to tilt.
     bearings : tuple of PinBearing
         That the planet runs on.
-    youngs_modulus_GPa, poisson_ratio : float
-        Of the pin, usually steel.
+    youngs_modulus_GPa : float
+        Young's modulus of the pin, by default of steel.
+    poisson_ratio : float
+        Poisson's ratio of the pin, by default of steel.
     """
 
     diameter_mm: ranges.Length
@@ -312,7 +325,8 @@ class Carrier:
     Parameters
     ----------
     windup_Nmm_per_rad : float or "rigid"
-        Of one cheek against the other about the axis: it tilts all pins around. Clamped pins resist it beside that.
+        Stiffness of one cheek against the other about the axis: winding up tilts all pins around. Clamped pins resist
+        it beside that.
     torque_at : {"-z", "+z"} or None
         Side of the cheek that leads the torque out; the other one turns.
     stiffness : Path or None
@@ -320,11 +334,11 @@ class Carrier:
         its shaft held, without head; for each planet, its seat at -z first, displacements along and rotations about x,
         y, z of the set at angle 0; N/mm, N, N mm/rad.
     radial_N_per_mm : float, "rigid" or "free"
-        Of the carrier's bearings, across the axis; "free" floats.
+        Stiffness of the carrier's bearings across the axis; "free" floats.
     tilt_Nmm_per_rad : float or "rigid"
-        Of these about axes across.
+        Stiffness of the carrier's bearings against tilting, about axes across.
     bearings_at_mm : float
-        Along the axis, from the middle of the face width: where a force across does not tilt the carrier.
+        Place along the axis, from the middle of the face width, where a force across does not tilt the carrier.
     """
 
     windup_Nmm_per_rad: ranges.TiltStiffness = "rigid"
@@ -344,8 +358,12 @@ class MemberMass(Body):
     on : {"sun", "ring", "carrier"}
         Member that it moves with. The inertia of one that is not held lets it swing about the axis; without any, the
         carrier, and the ring beside a sun that is not held, turn evenly.
-    mass_kg, polar_inertia_kg_m2, tilting_inertia_kg_m2 : float
-        As of a gearbox: mass, inertia about the axis, and about an axis across it through mid width.
+    mass_kg : float
+        Mass of what turns with the member.
+    polar_inertia_kg_m2 : float
+        Moment of inertia about the axis of the set.
+    tilting_inertia_kg_m2 : float
+        Moment of inertia about an axis across it through mid width.
     """
 
     on: Member
@@ -362,8 +380,8 @@ class SetSweep:
     torques_Nm : tuple of float
         Amounts of the torque of `[load]`, or of the first gear, in N m, increasing; the nominal one is among them.
     pitches : int or None
-        Of the first gear, that are solved; None is as many as it takes until meshes, unequal teeth and eccentric gears
-        stand as before.
+        Pitches of the first gear that are solved; None is as many as it takes until meshes, unequal teeth and eccentric
+        gears stand as before.
     """
 
     angles_per_pitch: Positions = 60

@@ -267,8 +267,10 @@ def of_campaign() -> Schema:
     made, branches, properties = Schemas(), [], dict[str, Any]()
     for kind in OF_CAMPAIGNS.values():
         content = made.content(kind.sections, title=TITLE, designs=designs_of(made, kind))
-        properties |= content["properties"] | {"relations": {}, "results": {}, "designs": {}}
         own = {key: content["properties"][key] for key in ("designs", "relations", "results")}
+        for key, inside in content["properties"].items():
+            any_of = [*properties.get(key, {}).get("anyOf", []), inside]
+            properties[key] = {"anyOf": any_of} if key in own else inside  # editors complete keys of any of them
         others = [{"required": [key]} for key in OF_CAMPAIGNS if key != kind.key]
         branches.append({"properties": own, "required": [kind.key, "designs"], "not": {"anyOf": others}})
     pair, planetary, gearbox = branches

@@ -5,7 +5,7 @@ import tomllib
 from pathlib import Path
 
 from pmor.case.loader import parse_case
-from tests.programs.key_table import formats, key_page, keys_in_file
+from tests.programs.key_table import documented, formats, key_page, keys_in_file
 
 CASES = Path(__file__).parents[2] / "cases"
 TEXT = (CASES / "README.md").read_text(encoding="utf-8")
@@ -34,3 +34,19 @@ def test_its_example_is_a_case():
 
 def test_every_case_file_is_named():
     assert [path.name for path in CASES.glob("*.toml") if f"`{path.name}`" not in TEXT] == []
+
+
+# What a key is of, in its name: keys that differ in it alone may share a meaning.
+SUBJECT = re.compile(
+    "pinion|wheel|sun|ring|planets?|(profile|helix)_(slope|crowning)|in_plane|out_of_plane|centre_distance|"
+    "(tip|root|end)_relief(_start|_end)?|twist|polar|tilting"
+)
+
+
+def test_keys_that_mean_different_things_are_told_apart():
+    keys = {}
+    for kind in dict.fromkeys(kind for sections in formats().values() for kind in sections.values()):
+        meanings = documented(kind)[1]
+        for key in keys_in_file(kind):
+            keys.setdefault(meanings[key], set()).add(SUBJECT.sub("*", key))
+    assert {meaning: names for meaning, names in keys.items() if len(names) > 1} == {}
