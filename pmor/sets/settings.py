@@ -278,7 +278,7 @@ class Pins:
     Parameters
     ----------
     diameter_mm : float
-        Outer diameter.
+        Outer diameter of the pin.
     inner_mm : float
         Inner diameter; 0 is a solid pin.
     length_mm : float

@@ -38,7 +38,7 @@ def test_every_case_file_is_named():
 
 # What a key is of, in its name: keys that differ in it alone may share a meaning.
 SUBJECT = re.compile(
-    "pinion|wheel|sun|ring|planets?|(profile|helix)_(slope|crowning)|in_plane|out_of_plane|centre_distance|"
+    "pinion|wheel|sun|ring|planets?|carrier|(profile|helix)_(slope|crowning)|in_plane|out_of_plane|centre_distance|"
     "(tip|root|end)_relief(_start|_end)?|twist|polar|tilting"
 )
 
