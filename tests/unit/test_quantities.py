@@ -1,5 +1,6 @@
 """One table of quantities: keys and units agree, and the page of the manual says what it says."""
 
+import re
 from dataclasses import fields
 
 import numpy as np
@@ -10,7 +11,7 @@ from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 from pmor.report.table import heads, table
 from pmor.results.loads import LineStates
-from pmor.results.quantities import OF_MESHES, QUANTITIES, TABLE, figures_of_mesh
+from pmor.results.quantities import ALL, OF_MESHES, QUANTITIES, TABLE, figures_of_mesh
 from tests.programs.quantity_page import PAGE, with_table
 
 ENDINGS = {
@@ -30,6 +31,17 @@ def test_each_key_stands_once_and_its_unit_is_that_of_its_end():
 def test_the_page_of_the_manual_says_what_the_table_says():
     text = PAGE.read_text(encoding="utf-8")
     assert text == with_table(text), "run: python -m tests.programs.quantity_page"
+
+
+def test_the_glossary_has_each_symbol_and_what_all_machines_tell_with_its_unit():
+    text = (PAGE.parent / "glossary.md").read_text(encoding="utf-8")
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if line.count("|") == 5]
+    for _, unit, _, where in rows:
+        for key in {*re.findall(r"`(\w+)`", where)} & set(TABLE):
+            assert TABLE[key].shown_unit in unit.split(", "), key
+    symbols = {symbol for one in QUANTITIES for symbol in re.findall(r"\b\w+_\w+", one.symbol)}
+    asked = {f"`{one.key}`" for one in QUANTITIES if one.files == ALL}
+    assert sorted(told for told in symbols | asked if told not in text) == []
 
 
 def test_results_of_campaigns_are_quantities():
