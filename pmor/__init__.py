@@ -37,6 +37,7 @@ Conditions
 Files
     `load_results`: arrays of a results file by name, each a `ResultArray`. `info`: content of a file. `verify`:
     compares a basis file with full FE, a `Verification`. `export_file`: writes a file in the format of another program.
+    `diff`: two folders of results beside each other, `Differences`.
 Other programs
     `exudyn_mesh`: a mesh as a connector of two bodies in exudyn, a package for multibody dynamics.
 Errors
@@ -75,6 +76,7 @@ if TYPE_CHECKING:
         write_design_case,
     )
     from pmor.app.cases import change, change_case, make, make_case
+    from pmor.app.diff import Differences, diff
     from pmor.app.export import export_file, import_rexs
     from pmor.app.exudyn import exudyn_mesh
     from pmor.app.files import Verification, info, load_results, verify
@@ -111,6 +113,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "pmor.design.result": ("DesignResult",),
     "pmor.campaigns.result": ("CampaignResult",),
+    "pmor.app.diff": ("Differences", "diff"),
     "pmor.app.export": ("export_file", "import_rexs"),
     "pmor.app.exudyn": ("exudyn_mesh",),
     "pmor.app.files": ("Verification", "info", "load_results", "verify"),
@@ -146,13 +149,13 @@ _MOVED = {"gear_set": "run", "gearbox": "run"}
 
 __all__ = [
     "Assembly", "CampaignResult", "Case", "CaseError", "Comparison", "ConditionsResult", "ConvergenceError",
-    "DesignResult", "DynamicsResult", "ExternalProgramError", "FileFormatError", "FullModel", "GearboxResult",
-    "Geometry", "GeometryError", "MeshError", "Misalignment", "Modification", "MotionResult", "OutputError",
-    "PmorError", "ReducedModel", "ResultArray", "RootStress", "RunResult", "SetResult", "SweepResult", "Topography",
-    "Verification", "Wave", "bench", "campaign", "change", "change_case", "compare", "convergence", "export_file",
-    "exudyn_mesh", "full_model", "geometry", "import_rexs", "info", "load", "load_case", "load_model",
-    "load_results", "make", "make_case", "plan", "reductions", "run", "run_case", "run_design", "run_dynamics",
-    "stability", "study", "train", "verify", "write_campaign_case", "write_design_case", "__version__",
+    "DesignResult", "Differences", "DynamicsResult", "ExternalProgramError", "FileFormatError", "FullModel",
+    "GearboxResult", "Geometry", "GeometryError", "MeshError", "Misalignment", "Modification", "MotionResult",
+    "OutputError", "PmorError", "ReducedModel", "ResultArray", "RootStress", "RunResult", "SetResult", "SweepResult",
+    "Topography", "Verification", "Wave", "bench", "campaign", "change", "change_case", "compare", "convergence",
+    "diff", "export_file", "exudyn_mesh", "full_model", "geometry", "import_rexs", "info", "load", "load_case",
+    "load_model", "load_results", "make", "make_case", "plan", "reductions", "run", "run_case", "run_design",
+    "run_dynamics", "stability", "study", "train", "verify", "write_campaign_case", "write_design_case", "__version__",
 ]  # fmt: skip
 
 

@@ -202,6 +202,16 @@ def export(
     _say(f"{export_file(source, to, target, stage=stage, torque_Nm=torque_Nm, overwrite=overwrite)}: written")
 
 
+def diff(first: Path, second: Path, out: Path | None = None, overwrite: bool = False) -> None:
+    """Set the results of two folders beside each other."""
+    from pmor.app.diff import diff as set_beside
+
+    names = [path.resolve().name for path in (first, second)]
+    folder = out or default_folder("_".join(names), "_diff")
+    found = set_beside(first, second, folder, overwrite=overwrite)
+    _finish(found, folder, found.failures, "failures in the results")
+
+
 def info(path: Path, verify: bool = False) -> None:
     """Print what a file is and holds and, where asked for, whether a basis obeys its laws."""
     from pmor.app import files

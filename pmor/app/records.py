@@ -285,6 +285,12 @@ COMMANDS: Mapping[str, Command] = {
                 help="write the file of design N, into the current folder or that of --out, and solve nothing"),
         jobs=_jobs("designs"), failed="designs have no results",
     ),
+    "diff": Command(
+        "results of two folders beside each other: curves, quantities that differ, keys of their files",
+        (_option("first", metavar="A", type=_path, help="folder of results of any kind"),
+         _option("second", metavar="B", type=_path, help="another one"), _out(usual="out/<A>_<B>_diff"), OVERWRITE),
+        "pmor.diff(a, b, folder)",
+    ),
     "export": Command(
         f"a basis, or results, as {', '.join(_formats(True))}; a REXS gearbox as {' or '.join(_formats(False))}; the "
         "file of a machine as REXS, of a gearbox in motion as unit for co-simulation",

@@ -1,0 +1,154 @@
+"""Curves of a result, from the columns of its table: drawn into axes of the caller, and two beside each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pmor.core.arrays import FloatArray
+from pmor.core.shown import Tabular
+from pmor.report.style import COLOURS, legend_label, new_figure, plot_style
+from pmor.results.quantities import TABLE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# What tells curves apart, and what does where none of these is there.
+NAMES, LOAD = ("load", "part", "curve"), "torque_Nm"
+# Of the columns of forces in motion.
+FORCES = ", rms_N"
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Curves over one axis.
+
+    Parameters
+    ----------
+    curves : mapping of str to (ndarray, ndarray)
+        Both coordinates of each, by its load.
+    parts : mapping of str to str
+        What each is of, by the same names; empty where there is one part alone.
+    periodic : bool
+        Whether the first value follows the last one: angles over whole mesh cycles.
+    """
+
+    x_words: str
+    y_words: str
+    curves: Mapping[tuple[str, str], tuple[FloatArray, FloatArray]]
+    periodic: bool = False
+
+
+def curves_of(columns: Mapping[str, Any]) -> Curves | None:
+    """Return the curves of a table: transmission error over the angle, or motion over speed; None of any other one.
+
+    They are named by load and part.
+    """
+    if "ste_um" in columns and "phi_rad" in columns:
+        found = _by_name(columns, np.degrees(_numbers(columns["phi_rad"])), {"": columns["ste_um"]})
+        return Curves("angle of the first gear [deg]", TABLE["ste_um"].head, found, periodic=True)
+    if "dte_rms_um" in columns:
+        found = _by_name(columns, _numbers(columns["mesh_frequency_Hz"]), {"": columns["dte_rms_um"]})
+        return Curves("mesh frequency [Hz]", "dynamic transmission error, rms [µm]", found)
+    forces = {key.removesuffix(FORCES): columns[key] for key in columns if key.endswith(FORCES)}
+    if forces and "load" in columns and "speed_rpm" in columns:
+        found = _by_name(columns, _numbers(columns["speed_rpm"]), forces)
+        return Curves("speed [rpm]", "dynamic force, rms [N]", found)
+    return None
+
+
+def _numbers(values: Any) -> FloatArray:
+    """Return a column as numbers; what is not known is NaN."""
+    return np.array([np.nan if value is None or value == "" else float(value) for value in values])
+
+
+def _by_name(
+    columns: Mapping[str, Any], x: FloatArray, every: Mapping[str, Any]
+) -> dict[tuple[str, str], tuple[FloatArray, FloatArray]]:
+    count = len(x)
+    loads = columns.get("load", [f"{float(torque):g} N m" for torque in columns.get(LOAD, [])] or [""] * count)
+    parts = [", ".join(filter(None, of)) for of in zip(
+        columns.get("part", [""] * count), columns.get("curve", [""] * count), strict=True)]  # fmt: skip
+    names = list(zip(map(str, loads), parts, strict=True))
+    found = dict[tuple[str, str], tuple[FloatArray, FloatArray]]()
+    for words, values in every.items():
+        y = _numbers(values)
+        for name in dict.fromkeys(names):
+            rows = [row for row, own in enumerate(names) if own == name]
+            found[name[0], ", ".join(filter(None, (name[1], words)))] = x[rows], y[rows]
+    return found
+
+
+def plot_curves(axes: Axes, shown: Curves, **style: Any) -> None:
+    """Draw all curves into axes with their names; `style` goes to `matplotlib.axes.Axes.plot`."""
+    for (load, part), (x, y) in shown.curves.items():
+        axes.plot(x, y, **{"label": legend_label(", ".join(filter(None, (part, load)))), **style})
+    axes.set(xlabel=shown.x_words, ylabel=shown.y_words)
+    if len(shown.curves) > 1 or style:
+        axes.legend()
+
+
+def plot_beside(axes: Axes, pairs: Sequence[tuple[str, tuple[str, str], Any, Any]]) -> None:
+    """Draw two curves of each load, solid and dashed in one colour, each named where it ends.
+
+    Parameters
+    ----------
+    pairs : sequence of (str, (str, str), curve, curve)
+        Load, names and coordinates of both.
+    """
+    ends = list[tuple[float, float, str, str]]()
+    for number, (load, names, *both) in enumerate(pairs):
+        colour = COLOURS[number % len(COLOURS)]
+        for name, (x, y), dashes in zip(names, both, ("-", "--"), strict=True):
+            axes.plot(x, y, dashes, color=colour)
+            if (known := np.flatnonzero(np.isfinite(y))).size:
+                text = f"{name}, {load}" if load and len(pairs) > 1 else name
+                ends.append((float(x[known[-1]]), float(y[known[-1]]), text, colour))
+    low, high = axes.get_ylim()
+    least, place = 0.06 * (high - low), -np.inf
+    for x_end, y_end, text, colour in sorted(ends, key=lambda end: end[1]):
+        place = max(y_end, place + least)
+        axes.annotate(text, (x_end, y_end), (1.01, (place - low) / (high - low)), color=colour, fontsize=9,
+                      textcoords="axes fraction", va="center", annotation_clip=False)  # fmt: skip
+
+
+class Drawn(Tabular):
+    """A result with curves, which are drawn into axes of the caller too."""
+
+    def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
+        """Draw the curves of the result: transmission error over the angle, or motion over the speed.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            To draw into; those of a new figure by default.
+        **style
+            Of `matplotlib.axes.Axes.plot`, such as ``ls="--"``; ``label`` names all curves alike.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            ``.figure`` is a notebook's picture.
+
+        Raises
+        ------
+        ValueError
+            Of a result without curves.
+        """
+        curves = curves_of(self._drawn())
+        if curves is None:
+            raise ValueError(f"{self!r}: has no curves")
+        if ax is not None:
+            plot_curves(ax, curves, **style)
+            return ax
+        with plot_style():
+            own = new_figure().subplots()
+            plot_curves(own, curves, **style)
+        return own
+
+    def _drawn(self) -> Mapping[str, Any]:
+        """Columns that hold the curves."""
+        return self.columns()
