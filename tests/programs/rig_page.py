@@ -92,8 +92,8 @@ def tables(rows: Sequence[Row], held: Sequence[Row]) -> str:
     lines.append(f"| none | | {' | '.join(f'{value:.4g}' for value in base.values())} |")
     for name in unknowns:
         values = ", ".join(f"{float(value):g}" for value in dict.fromkeys(row[name] for row in rows))
-        cells = [f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}" for low, high in spans[name].values()]
-        lines.append(f"| `{name}` | {values} | {' | '.join(cells)} |")
+        own_cells = [f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}" for low, high in spans[name].values()]
+        lines.append(f"| `{name}` | {values} | {' | '.join(own_cells)} |")
     lines += ["", "Several at once (`nrel_750kw_sun_held.toml`), K_γ measured below 1.10 with tapered rollers:", ""]
     lines += [f"| design | {' | '.join(heads)} |", f"|---|{'---|' * len(heads)}"]
     names = (
