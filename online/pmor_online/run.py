@@ -12,6 +12,7 @@ from pmor.pair.conditions import conditions_of
 from pmor.pair.samples import Samples, lost_samples
 from pmor.results.root_stress import RootStress, WebCycles
 from pmor.results.sweep import SteSweep
+from pmor.results.verdict import Verdict
 from pmor_online.compare import Comparison, disagreement, failed_positions, training_failures
 from pmor_online.conditions import ConditionSweep
 from pmor_online.mesh_error import with_mesh_error
@@ -72,6 +73,8 @@ class OnlineResult:
         Of pinion and wheel; empty where the basis has no stress on webs.
     samples : Samples or None
         Pairs within the tolerances of the case.
+    verdict : Verdict or None
+        What is good, what is not, and what to try first.
     """
 
     reduced: ReducedPair
@@ -87,6 +90,7 @@ class OnlineResult:
     root_stress_causes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     web_stress: tuple[WebCycles, WebCycles] = field(default_factory=lambda: ({}, {}))
     samples: Samples | None = None
+    verdict: Verdict | None = None
 
     @property
     def case(self) -> Case:

@@ -24,12 +24,10 @@ from pmor.line.kernels.places import Lines
 from pmor.line.kernels.types import LineResults
 from pmor.line.layered_pair import LayeredPair
 from pmor.line.pair import PlacedSections, joined_results
-from pmor.results.load_distribution import largest_pressure
+from pmor.results.load_distribution import at_tip_edges, largest_pressure
 from pmor_online.line_sweep import loads_and_patches
 from pmor_online.model import ReducedPair, on_hubs
 
-# A patch of contact that is off its middle by more than this has been cut off, or carried round, by an edge, mm.
-OFF_MIDDLE = 1e-9
 # Memory of sections that stay placed for further variants on the same axes: a tolerance analysis draws thousands of
 # axes, and a helical pair takes megabytes for each.
 MOST_IDLE_BYTES = 1 << 29
@@ -201,8 +199,7 @@ def largest_of(load: FloatArray, offset: FloatArray, pressure: FloatArray) -> tu
 
     Parameters are (D, A, P, S), as `LineStates` has them.
     """
-    at_edge = np.abs(offset) > OFF_MIDDLE
-    return largest_pressure(pressure, (2, 3)), np.where(at_edge, load, 0.0).max(axis=(2, 3))
+    return largest_pressure(pressure, (2, 3)), at_tip_edges(load, offset).max(axis=(2, 3))
 
 
 def _as_flexible(one: LayeredPair, other: LayeredPair) -> bool:

@@ -32,7 +32,7 @@ from pmor.line.several import GearTrain
 from pmor.machine.coupled import MEAN_ANGLES, SolvedLoad, SolvedMesh, solve_load
 from pmor.machine.run import trains_of
 from pmor.pair.model import refuse_loads
-from pmor.sets.variants import train_of_variants
+from pmor.sets.run import train_of_variants
 from pmor.work.cost import meshed_within_memory, refuse_large_sweep
 from pmor_offline.gears import line_basis
 from pmor_online.model import ReducedPair, reduced_pair

@@ -252,7 +252,7 @@ class TrainSolver:
     ----------
     file : SetFile
     train : GearTrain
-        Of `pmor.sets.variants.train_of_variants`.
+        Of `pmor.sets.run.train_of_variants`.
     angles : int
         Of a mesh cycle.
     torques_Nm : sequence of float

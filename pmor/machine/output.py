@@ -129,12 +129,13 @@ DUTY = "All: means by time, the efficiency that of the work."
 def gearbox_data(
     file: GearboxFile, loads: Sequence[SolvedLoad], failures: Sequence[str], fits: Sequence[Fit] = ()
 ) -> Data:
-    """Return the content of `gearbox.json`."""
+    """Return the content of `gearbox.json`, without a verdict."""
     entries = [load_data(file.model, file.cases, solved) for solved in loads]
     bounds = [text for pair in zip(loads, entries, strict=True) for text in named_bounds(file.cases, *pair)]
     rounded = [f"set {name}: {text}" for name, one in file.model.sets.items() for text in one.rounded]
     return {
         "title": file.model.sections.title,
+        "verdict": None,
         "loads": entries,
         "duty": duty_data(file.model.sections.loads, [duty_entry(*pair) for pair in zip(loads, entries, strict=True)]),
         "fits": [asdict(fit) for fit in fits],

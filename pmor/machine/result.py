@@ -19,6 +19,7 @@ from pmor.machine.live import live_blocks
 from pmor.machine.loader import GearboxFile
 from pmor.machine.output import FILES, SET_FILES, TURN_ORDERS, gearbox_data, gearbox_report, gearbox_text, set_files
 from pmor.machine.readings import Data, bearing_data
+from pmor.machine.remedies import verdict_of_gearbox
 from pmor.machine.results_data import gearbox_columns, mesh_rows, write_gearbox_results
 from pmor.machine.turn_tables import order_rows
 from pmor.machine.view import machine_figure
@@ -68,7 +69,8 @@ class GearboxResult(Tabular):
     @cached_property
     def data(self) -> Data:
         """All of it as plain data: the content of `gearbox.json`."""
-        return gearbox_data(self.file, self.loads, self.failures, self.fits)
+        data = gearbox_data(self.file, self.loads, self.failures, self.fits)
+        return data | {"verdict": verdict_of_gearbox(self.loads, self.pairs, self.fits, data)}
 
     def to_csv(self, path: Path | str) -> None:
         """Write the table `ste.csv`: a row for each load, mesh or set, and angle, units in the header."""

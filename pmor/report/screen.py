@@ -7,6 +7,7 @@ from dataclasses import replace
 from pmor.case.models import SHAPES_OF_MODEL
 from pmor.report.summary import Row, accuracy_rows, model_summary, summary_rows, summary_text, warnings
 from pmor.report.table import Cell, Table, aligned_lines
+from pmor.report.verdict import verdict_text
 from pmor_online.run import LostModel, OnlineResult
 
 #: purpose of a contact scheme with its own reduction
@@ -62,8 +63,8 @@ def _row(model: OnlineResult | LostModel) -> list[Cell]:
 
 def result_text(result: OnlineResult) -> str:
     """Return the short summary: the case's own model, the others beside it, and warnings."""
-    text = summary_text(result.case.title, _rows(result))
-    return "\n".join([text, *model_text(result), *(f"  ! {warning}" for warning in warnings(result))])
+    title, *lines = summary_text(result.case.title, _rows(result)).split("\n")
+    return "\n".join([title, *_verdict(result), *lines, *model_text(result), *(f"  ! {warning}" for warning in warnings(result))])
 
 
 # Rows that are known once the model is held against full FE, and its file written.
@@ -72,7 +73,7 @@ PROOF = ("reduced vs full, max", "reduced vs full, rms", "full FE time", "offlin
 
 def asked_text(result: OnlineResult) -> str:
     """Return what was asked for, before it is held against full FE: title, figures of the sweep, warnings."""
-    return "\n".join([result.case.title, *_lines(result, proof=False), *(f"  ! {text}" for text in warnings(result))])
+    return "\n".join([result.case.title, *_verdict(result), *_lines(result, proof=False), *(f"  ! {text}" for text in warnings(result))])
 
 
 def proof_text(result: OnlineResult) -> str:
@@ -80,6 +81,10 @@ def proof_text(result: OnlineResult) -> str:
     told = warnings(replace(result, comparison=None, others=()))
     later = (f"  ! {text}" for text in warnings(result) if text not in told)
     return "\n".join([*_lines(result, proof=True), *model_text(result), *later])
+
+
+def _verdict(result: OnlineResult) -> list[str]:
+    return [] if result.verdict is None else verdict_text(result.verdict.data)
 
 
 def _rows(result: OnlineResult) -> list[Row]:

@@ -127,6 +127,7 @@ def figures(result: OnlineResult) -> dict[str, Any]:
         "web_stress": web_stress_figures(result),
         "torques": torque_rows(result), "duty": duty_of(result),
         "tolerances": tolerances_of(result),
+        "verdict": None if result.verdict is None else result.verdict.data,
         "conditions": [row for listed in result.conditions for row in condition_rows(listed)] or None
     }  # fmt: skip
 

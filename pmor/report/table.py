@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from pmor.report.verdict import verdict_text
 from pmor.results.quantities import TABLE
 
 #: content of a cell; None is shown as a dash, a float in four significant digits
@@ -116,7 +117,7 @@ def told_tables(data: Mapping[str, Any]) -> list[Table]:
 
 def screen_text(title: str, tables: Iterable[Table], data: Mapping[str, Any], warnings: Iterable[str]) -> str:
     """Return what a command prints of a machine: its tables, what is left out and assumed, and warnings."""
-    lines = [title]
+    lines = [title, *verdict_text(data["verdict"])]
     for shown in tables:
         lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
     lines += [f"  left out: {text}" for text in data["left_out"]]

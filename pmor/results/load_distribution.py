@@ -107,6 +107,39 @@ def largest_pressure(pressure: FloatArray, axis: int | tuple[int, ...]) -> Float
     return np.asarray(found)
 
 
+# A patch of contact that is off its middle by more than this has been cut off, or carried round, by an edge, mm.
+OFF_MIDDLE = 1e-9
+# Of the face width, at each end.
+AT_ENDS = 0.15
+
+
+def at_tip_edges(load_N_per_mm: FloatArray, offset_mm: FloatArray) -> FloatArray:
+    """Return the line loads of those sections in which the edge at a tip is in contact, 0 of the others."""
+    return np.where(np.abs(offset_mm) > OFF_MIDDLE, load_N_per_mm, 0.0)
+
+
+def tip_edge_load(lines: LineStates) -> FloatArray:
+    """Return the largest line load at the edge of a tip under each torque, (D,), N/mm; 0 where tips stay clear."""
+    return np.asarray(at_tip_edges(lines.load_N_per_mm, lines.offset_mm).max(axis=(1, 2, 3)))
+
+
+def tip_edge_percent(lines: LineStates) -> FloatArray:
+    """Return over how much of the mesh cycle an edge at a tip carries under each torque, (D,), %."""
+    carries = (at_tip_edges(lines.load_N_per_mm, lines.offset_mm) > 0.0).any(axis=(2, 3)).sum(axis=1)
+    count = lines.converged.sum(axis=1)
+    return np.divide(100.0 * carries, count, out=np.full(count.shape, np.nan), where=count > 0)
+
+
+def end_pressure_ratio(lines: LineStates) -> FloatArray:
+    """Return the largest pressure at the ends of the face over the largest between them, (D,); NaN without either."""
+    half = 0.5 * lines.width_mm.sum() * (2.0 if lines.mirrored else 1.0)
+    ends = np.abs(lines.z_mm) > (1.0 - 2.0 * AT_ENDS) * half
+    both = [largest_pressure(lines.pressure_MPa[..., part], (1, 2, 3)) for part in (ends, ~ends) if part.any()]
+    if len(both) < 2:
+        return np.full(len(lines.converged), np.nan)
+    return np.divide(*both, out=np.full(both[1].shape, np.nan), where=both[1] > 0.0)
+
+
 def over_the_whole_face(lines: LineStates, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return places over the whole face (mm) and values there, the sections along the last axis.
 

@@ -17,9 +17,12 @@ from pmor.results.load_distribution import (
     PRESSURE,
     carrying_face_percent,
     effective_contact_ratio,
+    end_pressure_ratio,
     face_load_factor,
     largest_pressure,
     loss_factor,
+    tip_edge_load,
+    tip_edge_percent,
 )
 from pmor.results.loads import LineStates
 
@@ -149,6 +152,12 @@ QUANTITIES = (
              found=lambda pair, lines: lines.load_N_per_mm.max(axis=(1, 2, 3))),
     Quantity("carrying_face_percent", "%", "face that carries", "anywhere in the mesh cycle", "mesh",
              found=lambda pair, lines: carrying_face_percent(lines)),
+    Quantity("end_pressure_ratio", "1", "pressure at the ends", "largest within 15 % of the face from its ends over the "
+             "largest between", "mesh", found=lambda pair, lines: end_pressure_ratio(lines)),
+    Quantity("tip_edge_load_N_per_mm", "N/mm", "line load at a tip edge", "largest; 0: tips stay clear", "mesh",
+             found=lambda pair, lines: tip_edge_load(lines)),
+    Quantity("tip_edge_percent", "%", "tip edges carry", "over so much of the mesh cycle", "mesh",
+             found=lambda pair, lines: tip_edge_percent(lines)),
     Quantity("loss_factor", "1", "loss factor", "H_VL: sliding of the line loads, mean over the mesh cycle", "mesh",
              found=loss_factor),
     Quantity("friction", "1", "friction", "mean coefficient, `[lubricant]`", "mesh"),
@@ -232,8 +241,6 @@ QUANTITIES = (
     Quantity("best_tip_relief_start_pinion_roll_deg", "deg", "best tip relief, start on the pinion", files=()),
     Quantity("best_tip_relief_start_wheel_roll_deg", "deg", "best tip relief, start on the wheel", files=()),
     Quantity("best_ste_peak_to_peak_um", "um", "STE p-p, best tip relief", files=()),
-    # Of designs alone.
-    Quantity("tip_edge_load_N_per_mm", "N/mm", "line load at a tip edge", files=()),
 )  # fmt: skip
 #: by keys
 TABLE = {quantity.key: quantity for quantity in QUANTITIES}

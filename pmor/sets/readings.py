@@ -36,7 +36,7 @@ MINERAL_OIL = Lubricant()
 
 
 def set_data(file: SetFile, solved: SetSolution, samples: Samples | None, failures: tuple[str, ...]) -> Data:
-    """Return the content of `set.json`: top values are those of the nominal torque."""
+    """Return the content of `set.json`, without a verdict: top values are those of the nominal torque."""
     nominal = int(np.argmin(np.abs(solved.torque_Nm - file.plan.torque_Nm)))
     speeds = speeds_rpm(file)
     rows = [
@@ -44,6 +44,7 @@ def set_data(file: SetFile, solved: SetSolution, samples: Samples | None, failur
     ]
     return {
         "title": file.sections.title,
+        "verdict": None,
         **rows[nominal],
         "speeds_rpm": speeds,
         "mesh_frequency_Hz": None if speeds is None else mesh_frequency_Hz(file.teeth[0], speeds),

@@ -40,6 +40,7 @@ from pmor.sets.output import (
     set_text,
 )
 from pmor.sets.readings import Data, set_data
+from pmor.sets.remedies import verdict_of_set
 from pmor.sets.results_data import mesh_rows, set_columns, torque_rows, write_set_results
 from pmor.sets.solution import SetSolution
 from pmor.sets.vtkhdf import write_set
@@ -72,7 +73,8 @@ class SetResult(Tabular):
     @cached_property
     def data(self) -> Data:
         """All of it as plain data: the content of `set.json`."""
-        return set_data(self.file, self.solution, self.samples, self.failures)
+        data = set_data(self.file, self.solution, self.samples, self.failures)
+        return data | {"verdict": verdict_of_set(self.file, self.solution, data).data}
 
     @property
     def ste_um(self) -> FloatArray:

@@ -14,6 +14,7 @@ from pmor.case.models import coarser
 from pmor.core.arrays import FloatArray
 from pmor.core.progress import quietly, stage
 from pmor.line.several import GearTrain
+from pmor.pair.conditions import assembly_of
 from pmor.pair.samples import lost_samples
 from pmor.sets.loader import SetFile
 from pmor.sets.lost import lost_positions
@@ -77,6 +78,15 @@ def train_of(file: SetFile, kept: KeptGear = not_kept, executor: Executor | None
     plan = file.plan
     with stage("finite elements of all members"):
         return build_train(file.cases, plan.bodies, plan.meshes, plan.free, plan.compliance, kept, executor)
+
+
+def train_of_variants(file: SetFile, executor: Executor | None = None) -> GearTrain:
+    """Solve the finite elements of a set, and put its train together with no modifications but those of teeth."""
+    meshes = tuple(
+        replace(mesh, assembly=(mesh.assembly or assembly_of(file.cases[mesh.case])).of_teeth)
+        for mesh in file.plan.meshes
+    )
+    return train_of(replace(file, plan=replace(file.plan, meshes=meshes)), executor=executor)
 
 
 def coarse_train_of(

@@ -293,10 +293,12 @@ class SetSolution:
     @cached_property
     def mesh_figures(self) -> tuple[Figures, ...]:
         """What is read off the line contact of each mesh, one after the other: all of them may be large."""
-        return tuple(
-            {**figures_of_mesh(one.mesh.pair.meshed.pair, self.lines(number)), "k_h_beta": self.k_h_beta(number)}
-            for number, one in enumerate(self.placed.placed)
-        )
+        return tuple(map(self.figures_of, range(len(self.placed.placed))))
+
+    def figures_of(self, mesh: int) -> Figures:
+        """Return what is read off the line contact of a mesh by its number."""
+        pair = self.placed.placed[mesh].mesh.pair.meshed.pair
+        return {**figures_of_mesh(pair, self.lines(mesh)), "k_h_beta": self.k_h_beta(mesh)}
 
     @property
     def carrying(self) -> BoolArray:

@@ -6,7 +6,6 @@ What a variant changes are gaps alone. A state does not depend on what was solve
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,11 +17,8 @@ from pmor.gear.deviation_rates import deviation_rates
 from pmor.line.kernels.types import LineResults
 from pmor.line.pair import joined_results
 from pmor.line.several import GearTrain, PlacedMesh, Workspaces
-from pmor.pair.conditions import assembly_of
 from pmor.results.load_distribution import largest_pressure
-from pmor.sets.loader import SetFile
 from pmor.sets.plan import SetPlan
-from pmor.sets.run import train_of
 from pmor.sets.solution import SetSolution, errors_of, solve_placed
 from pmor_online.variants import largest_of
 
@@ -118,7 +114,7 @@ class SetVariants:
     ----------
     plan : SetPlan
     train : GearTrain
-        Of `train_of_variants`.
+        Of `pmor.sets.run.train_of_variants`.
     torques_Nm : ndarray, shape (D,)
         On the first gear.
     angles : int
@@ -218,15 +214,6 @@ class SetVariants:
                 # Deviations are in um, derivatives per mm.
                 of_case[name] = of_case.get(name, 0.0) + 1e-3 * float(np.vdot(states.sensitivity[0], rate))
         return found
-
-
-def train_of_variants(file: SetFile, executor: Executor | None = None) -> GearTrain:
-    """Solve the finite elements of a set, and put its train together with no modifications but those of teeth."""
-    meshes = tuple(
-        replace(mesh, assembly=(mesh.assembly or assembly_of(file.cases[mesh.case])).of_teeth)
-        for mesh in file.plan.meshes
-    )
-    return train_of(replace(file, plan=replace(file.plan, meshes=meshes)), executor=executor)
 
 
 def _states(one: PlacedMesh, by_deviation: FloatArray) -> _States:

@@ -9,6 +9,7 @@ from pathlib import Path
 from pmor.core.progress import Progress, Steps, quietly
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import ElasticModel
+from pmor.work.advice import with_verdict
 from pmor_online.compare import compare_models
 from pmor_online.conditions import ConditionSweep, sweep_listed
 from pmor_online.model import ReducedPair, sweep_angles
@@ -53,6 +54,7 @@ def run_online(
     found = OnlineResult(reduced, sweep, None, size_mib, executor is not None, conditions, basis_path.name,
                          readings=readings, root_stress=stress, root_stress_causes=causes,
                          web_stress=web_stress_of_case(reduced, executor), samples=samples)  # fmt: skip
+    found = with_verdict(found)
     return found if model is None else with_comparison(found, model, executor, progress)
 
 

@@ -1,0 +1,75 @@
+"""The verdict on a gearbox: its figures under all loads, and what helps where one is not good."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from pmor.machine.coupled import SolvedLoad, SolvedMesh
+from pmor.machine.fit import Fit, Helix
+from pmor.pair.conditions import assembly_of
+from pmor.report.verdict import Finding, Seen, findings, verdict_of
+from pmor.results.verdict import Advice, Change
+from pmor.sets.remedies import seen_of_set
+from pmor_online.model import ReducedPair
+from pmor_online.remedies import LEAST_GAIN, MeshTrials, remedy
+
+Pairs = Mapping[str, ReducedPair]
+# What is said of parts that are not tried.
+OF_SETS = "flanks and supports of a set are tried where its file is run by itself"
+SHARED = "flanks of gears in several meshes are not tried: give these meshes as a set with [[gears]]"
+
+
+def verdict_of_gearbox(
+    loads: Sequence[SolvedLoad], pairs: Pairs, fits: Sequence[Fit], data: Mapping[str, Any]
+) -> dict[str, Any] | None:
+    """Return the verdict on a gearbox as plain data, by the content of `gearbox.json`; None where nothing is solved."""
+    if not loads:
+        return None
+    by_name = {fit.mesh: fit for fit in fits}
+
+    def tried(one: Finding) -> Advice | str | None:
+        meshes = [(load, mesh) for load in loads for mesh in load.meshes if mesh.meshing.settings.name == one.part]
+        if not meshes:
+            return OF_SETS
+        if one.part not in by_name:
+            return SHARED
+        worst = next(mesh for load, mesh in meshes if load.load.name == one.load or len(loads) == 1)
+        if one.key == "k_h_beta":
+            return _of_fit(by_name[one.part], pairs[meshes[0][1].meshing.key], len(loads) > 1)
+        alike = [(load.load.name, mesh) for load, mesh in meshes if mesh.meshing.key == worst.meshing.key]
+        return _of_flanks(one, worst, alike, pairs[worst.meshing.key])
+
+    return verdict_of(findings(_seen(data)), tried, data["failures"]).data
+
+
+def _seen(data: Mapping[str, Any]) -> Iterator[Seen]:
+    for load in data["loads"]:
+        name = load["name"] if len(data["loads"]) > 1 else ""
+        for mesh in load["meshes"]:
+            yield Seen(name, mesh["name"], mesh)
+        for one in load["sets"]:
+            yield from seen_of_set(one, name, one["name"])
+
+
+def _of_fit(fit: Fit, reduced: ReducedPair, several: bool) -> Advice | None:
+    """The flank that fits, as the keys of a file have it; None where it gains too little."""
+    if not fit.after <= (1.0 - LEAST_GAIN) * fit.before:
+        return None
+    flank = Helix(fit.helix_slope_um, fit.helix_crowning_um).on(assembly_of(reduced.basis.case).pinion)
+    values = {key: round(getattr(flank, key), 2) for key in ("helix_slope_um", "helix_crowning_um")}
+    section = MeshTrials(reduced, (), (), 0, part=fit.mesh).sections("pinion")[0]
+    of = "the worst of " + ", ".join(fit.loads) if several else ""
+    return Advice("Helix of the pinion", "k_h_beta", fit.mesh, of, fit.before, fit.after, (Change(section, values),))
+
+
+def _of_flanks(
+    one: Finding, worst: SolvedMesh, alike: Sequence[tuple[str, SolvedMesh]], reduced: ReducedPair
+) -> Advice | str | None:
+    """What helps a mesh on the supports that it has under each load."""
+    tried = MeshTrials(
+        reduced, tuple(1e-3 * mesh.torque for _, mesh in alike), tuple(name for name, _ in alike),
+        next(number for number, (_, mesh) in enumerate(alike) if mesh is worst),
+        tuple(mesh.hubs for _, mesh in alike), one.part,
+    )  # fmt: skip
+    return "flanks are not tried, since each trial takes long" if tried.beyond else remedy(tried, one.key)

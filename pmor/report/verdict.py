@@ -1,0 +1,169 @@
+"""The verdict at the top of a page and a screen: what is good, what is not, and what to try first.
+
+Figures of the table of quantities are held against limits of our own: where an engineer would look twice, and no limit
+of a standard. The remedy of what is worst is tried; where it does not help, that of the next one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from pmor.results.verdict import Advice, Verdict
+
+# Where an engineer would look twice: K_gamma, K_Hbeta, peak-to-peak over mean STE, load at a tip edge over the largest,
+# pressure at the ends of the face over that between, face that carries (%), tooth pairs that carry on average.
+MOST_K_GAMMA, MOST_K_H_BETA, MOST_SPREAD, MOST_AT_EDGE, MOST_AT_ENDS = 1.1, 1.3, 0.1, 0.3, 1.2
+LEAST_FACE, LEAST_PAIRS = 95.0, 1.1
+# Of an even share: planets that carry less hardly carry.
+HARDLY = 0.5
+# A light mesh or load has no say: transmission errors below are as good as none, um.
+LEAST_SPREAD_UM = 0.05
+
+
+class Seen(NamedTuple):
+    """Figures by their keys in the table of quantities, of a load and a part of a machine; empty where there is one."""
+
+    load: str
+    part: str
+    figures: Mapping[str, Any]
+
+
+class Finding(NamedTuple):
+    """A figure of one load and part that was judged: 1 and more of `excess` is beyond the limit."""
+
+    key: str
+    load: str
+    part: str
+    excess: float
+    words: str
+
+    @property
+    def text(self) -> str:
+        """With its part and load."""
+        of = ", ".join(filter(None, (self.part, self.load)))
+        return f"{self.words} ({of})" if of else self.words
+
+
+#: from figures to how far one is beyond its limit, and words; None where it is not known
+Judged = Callable[[Mapping[str, Any]], tuple[float, str] | None]
+
+
+def _k_gamma(figures: Mapping[str, Any]) -> tuple[float, str] | None:
+    value = figures.get("k_gamma")
+    if value is None or math.isnan(value):
+        return None
+    shares = {planet["name"]: planet["share_mean"] for planet in figures.get("planets", ())}
+    words = f"planets carry evenly, K_γ {value:.3g}"
+    if value > MOST_K_GAMMA and shares and None not in shares.values():
+        light = [name for name, share in shares.items() if share < HARDLY / len(shares)]
+        most = max(shares, key=lambda name: shares[name])
+        words = f"{most} carries {100.0 * shares[most]:.3g} % of the torque of {len(shares)} planets"
+        if light:
+            words += f", {' and '.join(light)} {' and '.join(f'{100.0 * shares[name]:.2g} %' for name in light)}"
+        words += f": K_γ {value:.3g}"
+    return (value - 1.0) / (MOST_K_GAMMA - 1.0), words
+
+
+def _k_h_beta(figures: Mapping[str, Any]) -> tuple[float, str] | None:
+    value = figures.get("k_h_beta")
+    if value is None:
+        return None
+    excess = (value - 1.0) / (MOST_K_H_BETA - 1.0)
+    face = figures.get("carrying_face_percent")
+    if face is not None and face < LEAST_FACE:
+        return max(excess, 1.0), f"K_Hβ {value:.3g}: {100.0 - face:.2g} % of the face carries nothing"
+    return excess, f"K_Hβ {value:.3g}"
+
+
+def _spread(figures: Mapping[str, Any]) -> tuple[float, str] | None:
+    spread, mean = figures.get("ste_peak_to_peak_um"), figures.get("ste_mean_um")
+    if spread is None or not mean or not math.isfinite(spread / mean):
+        return None
+    share = abs(spread / mean)
+    excess = share / MOST_SPREAD if spread > LEAST_SPREAD_UM else 0.0
+    return excess, f"STE p-p {spread:.3g} µm, {100.0 * share:.2g} % of its mean"
+
+
+def _at_edges(figures: Mapping[str, Any]) -> tuple[float, str] | None:
+    edge, most = figures.get("tip_edge_load_N_per_mm"), figures.get("line_load_max_N_per_mm")
+    if edge is None or not most:
+        return None
+    if edge == 0.0:
+        return 0.0, "tip edges stay clear"
+    over = f"over {figures['tip_edge_percent']:.2g} % of the mesh cycle"
+    return edge / most / MOST_AT_EDGE, f"tip edges carry up to {edge:.3g} N/mm {over}"
+
+
+def _at_ends(figures: Mapping[str, Any]) -> tuple[float, str] | None:
+    ratio = figures.get("end_pressure_ratio")
+    if ratio is None:
+        return None
+    words = f"pressure at the ends of the face {ratio:.3g} times that between"
+    return (ratio - 1.0) / (MOST_AT_ENDS - 1.0), words
+
+
+def _pairs(figures: Mapping[str, Any]) -> tuple[float, str] | None:
+    value = figures.get("effective_contact_ratio")
+    if value is None:
+        return None
+    words = f"{value:.3g} tooth pairs carry on average"
+    return 1.0 if value < LEAST_PAIRS else 0.5, words
+
+
+#: by the figure that a remedy is to change
+JUDGED: Mapping[str, Judged] = {
+    "k_gamma": _k_gamma, "k_h_beta": _k_h_beta, "ste_peak_to_peak_um": _spread, "tip_edge_load_N_per_mm": _at_edges,
+    "flank_pressure_max_MPa": _at_ends, "effective_contact_ratio": _pairs,
+}  # fmt: skip
+
+
+def findings(seen: Iterable[Seen]) -> list[Finding]:
+    """Return the worst of each figure over all loads and parts, the worst figure first."""
+    worst = dict[str, Finding]()
+    for load, part, figures in seen:
+        for key, judge in JUDGED.items():
+            if (judged := judge(figures)) is not None and (key not in worst or judged[0] > worst[key].excess):
+                worst[key] = Finding(key, load, part, *judged)
+    return sorted(worst.values(), key=lambda finding: -finding.excess)
+
+
+def verdict_of(
+    found: Sequence[Finding], tried: Callable[[Finding], Advice | str | None], lost: Sequence[str] = ()
+) -> Verdict:
+    """Return the verdict on findings.
+
+    Parameters
+    ----------
+    tried : callable
+        From a finding to what helps; None where nothing does, a sentence where nothing is tried.
+    lost : sequence of str
+        What did not converge: nothing is tried then.
+    """
+    good = [one.text for one in found if one.excess < 1.0]
+    bad = [one for one in found if one.excess >= 1.0]
+    words = "; ".join(one.text for one in bad)
+    said = "; ".join(good) or "nothing of what is judged here keeps its limit"
+    if lost:
+        return Verdict(_sentence(said), _sentence("; ".join([*lost[:1], *(one.text for one in bad)])),
+                       "What did not converge, as the warning says.")  # fmt: skip
+    if not bad:
+        return Verdict(_sentence(said), "Nothing of what is judged here.", "Nothing: no figure asks for it.")
+    unhelped = list[str]()
+    for one in bad:
+        answer = tried(one)
+        if isinstance(answer, Advice):
+            return Verdict(_sentence(said), _sentence(words), answer.text, answer)
+        unhelped.append(answer or f"no change that was tried betters {one.text.split(':')[0]}")
+    return Verdict(_sentence(said), _sentence(words), _sentence("; ".join(dict.fromkeys(unhelped))))
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}."
+
+
+def verdict_text(verdict: Mapping[str, Any] | None) -> list[str]:
+    """Return the verdict of plain data as lines for the screen; none without one."""
+    keys = {"Good": "good", "Not good": "not_good", "Try first": "try_first"}
+    return [] if verdict is None else [f"  {head + ':':<10} {verdict[key]}" for head, key in keys.items()]

@@ -1,0 +1,253 @@
+"""Remedies of a set: flanks of its members, a sun that floats, pins and gears that are true."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from pmor.case.document import COAST, MODIFICATION
+from pmor.case.width import meshed_width
+from pmor.core.arrays import FloatArray
+from pmor.core.errors import PmorError
+from pmor.gear.condition import Assembly
+from pmor.gear.modification import Modification
+from pmor.line.several import GearTrain
+from pmor.report.verdict import Seen, findings, verdict_of
+from pmor.results.root_stress import GEARS
+from pmor.results.verdict import Advice, Change, Verdict, written
+from pmor.sets.loader import SetFile, with_sections
+from pmor.sets.settings import SetSections
+from pmor.sets.solution import SetSolution, solve_set
+from pmor.sets.variants import BuiltSet, SetVariant, SetVariants
+from pmor_online.remedies import LEAST_GAIN, MOST_IN_MODULES, Trial, remedy
+
+# Angles of a mesh cycle on which flanks are tried; positions beyond which nothing is.
+FEW_ANGLES, MOST_POSITIONS = 10, 3000
+# K_gamma that is as good as even: a second remedy that reaches it is told too.
+EVEN = 1.05
+# Figures of the set as a whole; others are those of a mesh.
+OF_THE_SET = ("ste_peak_to_peak_um",)
+
+
+@dataclass(frozen=True)
+class SetTrials:
+    """A set whose flanks are tried under its nominal torque.
+
+    Parameters
+    ----------
+    file : SetFile
+    solution : SetSolution
+        As filed.
+    load : int
+        Number of the nominal torque.
+    mesh : int
+        That figures of a mesh are of.
+    """
+
+    file: SetFile
+    solution: SetSolution
+    load: int
+    mesh: int
+    evaluations: int = 14
+
+    @property
+    def part(self) -> str:
+        """Name of the mesh."""
+        return self.solution.mesh_names[self.mesh]
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Torques in words."""
+        return tuple(f"{torque:g} N m" for torque in self.file.torques_Nm)
+
+    @property
+    def gears(self) -> tuple[str, ...]:
+        """Members with teeth."""
+        return tuple(dict.fromkeys(member for both in self._members for member in both))
+
+    @property
+    def _members(self) -> list[tuple[str, str]]:
+        bodies = self.file.plan.bodies
+        return [(bodies[one.pinion].member, bodies[one.wheel].member) for one in self.file.plan.meshes]
+
+    @property
+    def helix_of(self) -> str:
+        """Member of the mesh whose helix moves no other kind of mesh."""
+        return next((member for member in self._members[self.mesh] if member in ("sun", "ring")),
+                    self._members[self.mesh][0])  # fmt: skip
+
+    @property
+    def whole_width(self) -> bool:
+        """Whether both halves of the face may differ."""
+        return not self.solution.train.meshes[self.mesh].pair.meshed.mirrored
+
+    @property
+    def over_width(self) -> bool:
+        """Whether anything differs over the face."""
+        return meshed_width(next(iter(self.file.cases.values()))) != "plane_strain"
+
+    @property
+    def most_um(self) -> float:
+        """Largest amount of a relief."""
+        return MOST_IN_MODULES * 1e3 * next(iter(self.file.cases.values())).pair.module_mm
+
+    @property
+    def width_mm(self) -> float:
+        """Common face width."""
+        return self.solution.train.meshes[self.mesh].pair.meshed.pair.common_width
+
+    @property
+    def size_um(self) -> float:
+        """By how much flanks stand askew, about."""
+        moved = np.nanmean(self.solution.mesh_displacement(self.mesh)[self.load], axis=0)
+        flanks = [self.filed(member) for member in self._members[self.mesh]]
+        own = sum(abs(flank.helix_slope_um) + abs(flank.helix_crowning_um) for flank in flanks)
+        return 1e3 * self.width_mm * float(np.abs(moved[1] - moved[0])[3:5].sum()) + own + 1.0
+
+    @cached_property
+    def _flanks(self) -> tuple[Assembly, ...]:
+        return tuple(mesh.assembly for mesh in self.solution.train.meshes)
+
+    def filed(self, gear: str) -> Modification:
+        """Return the flanks of a member as they are filed."""
+        for flanks, members in zip(self._flanks, self._members, strict=True):
+            for name, member in zip(GEARS, members, strict=True):
+                if member == gear:
+                    found: Modification = getattr(flanks, name)
+                    return found
+        raise KeyError(gear)
+
+    def _built(self, trial: Trial) -> BuiltSet:
+        flanks = []
+        for own, members in zip(self._flanks, self._members, strict=True):
+            changed = {name: getattr(own, name).changed(trial[member])
+                       for name, member in zip(GEARS, members, strict=True) if member in trial}  # fmt: skip
+            flanks.append(replace(own, **changed))
+        return BuiltSet(tuple(flanks), self.file.plan.displacement, self.file.plan.eccentricity)
+
+    def _solver(self, angles: int, torques: FloatArray) -> SetVariants:
+        meshes = tuple(replace(mesh, assembly=mesh.assembly.of_teeth) for mesh in self.solution.train.meshes)
+        train = replace(self.solution.train, meshes=meshes)
+        return SetVariants(self.file.plan, train, torques, angles, self.solution.pitches)
+
+    @cached_property
+    def _few(self) -> SetVariants:
+        return self._solver(FEW_ANGLES, self.solution.torque_Nm[self.load : self.load + 1])
+
+    def quickly(self, key: str, trial: Trial) -> float:
+        """Return a figure under the nominal torque, on few angles; infinite where it is not known."""
+        variant = self._few.solve(self._built(trial))
+        found = float(self._figure(key, variant)[0]) if variant.converged.all() else np.inf
+        return found if np.isfinite(found) else np.inf
+
+    def _figure(self, key: str, variant: SetVariant) -> FloatArray:
+        if key == "ste_peak_to_peak_um":
+            return np.asarray(np.ptp(variant.ste_um, axis=1))
+        if key == "k_h_beta":
+            return variant.solution.k_h_beta(self.mesh)
+        return variant.solution.figures_of(self.mesh)[key]
+
+    def solved(self, trial: Trial) -> Mapping[str, FloatArray]:
+        """Return figures under all loads: under the nominal torque as a run has them, under others on few angles."""
+        nominal = slice(self.load, self.load + 1)
+        whole = self._solver(self.solution.angles_per_pitch, self.solution.torque_Nm[nominal]).solve(self._built(trial))
+        every = whole
+        if len(self.solution.torque_Nm) > 1:
+            every = self._solver(FEW_ANGLES, self.solution.torque_Nm).solve(self._built(trial))
+        found = {}
+        for key in ("ste_peak_to_peak_um", "k_h_beta", "flank_pressure_max_MPa", "tip_edge_load_N_per_mm"):
+            values = np.where(every.converged.all(axis=1), self._figure(key, every), np.nan)
+            values[self.load] = self._figure(key, whole)[0] if whole.converged.all() else np.nan
+            found[key] = values
+        return found
+
+    def sections(self, gear: str) -> Sequence[str]:
+        """Return the sections of the file that have the flanks of a member."""
+        given = self.file.sections.members[gear].get(COAST)
+        return [f"{gear}.{MODIFICATION}", *([f"{gear}.{COAST}"] if given else [])]
+
+
+def verdict_of_set(file: SetFile, solution: SetSolution, data: Mapping[str, Any]) -> Verdict:
+    """Return the verdict on a set under its nominal torque, by the content of `set.json`."""
+    load = int(np.argmin(np.abs(solution.torque_Nm - file.plan.torque_Nm)))
+    found = findings(seen_of_set(data, f"{data['torque_Nm']:g} N m" if len(data["torques"]) > 1 else ""))
+    return verdict_of(found, lambda one: set_remedy(file, solution, load, one.key, one.part), data["failures"])
+
+
+def seen_of_set(data: Mapping[str, Any], load: str, part: str = "") -> Iterator[Seen]:
+    """Yield the figures of a set under a load, and of each of its meshes."""
+    yield Seen(load, part, data)
+    for mesh in data["meshes"]:
+        yield Seen(load, f"{part}: {mesh['name']}" if part else mesh["name"], mesh)
+
+
+def set_remedy(file: SetFile, solution: SetSolution, load: int, key: str, part: str) -> Advice | str | None:
+    """Return what helps a figure of a set, by its key, or of one of its meshes; None where nothing does."""
+    if solution.pitches * solution.angles_per_pitch > MOST_POSITIONS:
+        return f"nothing is tried, since each trial takes {solution.pitches * solution.angles_per_pitch} positions"
+    if key == "k_gamma":
+        return even_load(file, solution, load)
+    names = solution.mesh_names
+    tried = SetTrials(file, solution, load, names.index(part) if part in names else 0)
+    advice = remedy(tried, key, tried.helix_of)
+    return replace(advice, part="") if advice is not None and advice.figure in OF_THE_SET else advice
+
+
+def even_load(file: SetFile, solution: SetSolution, load: int) -> Advice | None:
+    """Return what levels the load of the planets most: a sun that floats, a true pin, or a true gear."""
+    before, found = float(solution.k_gamma[load]), list[Advice]()
+    for what, said, change in _evener(file.sections):
+        try:
+            changed = with_sections(file, said)
+            after = float(_solved_anew(changed, solution, load).k_gamma[0])
+        except PmorError:
+            continue
+        if after - 1.0 <= (1.0 - LEAST_GAIN) * (before - 1.0):
+            found.append(Advice(what, "k_gamma", "", "", before, after, (change,)))
+    if not found:
+        return None
+    best, *others = sorted(found, key=lambda advice: advice.after)
+    beside = [
+        f"Or {one.what[:1].lower()}{one.what[1:]}, to {one.after:.3g}: {written(one.changes)}."
+        for one in others if one.after < max(EVEN, best.after)
+    ]  # fmt: skip
+    return replace(best, beside=tuple(beside))
+
+
+def _solved_anew(file: SetFile, solution: SetSolution, load: int) -> SetSolution:
+    plan = file.plan
+    train: GearTrain = replace(solution.train, free=plan.free, compliance=plan.compliance)
+    return solve_set(plan, train, solution.torque_Nm[load : load + 1], file.angles_per_pitch, file.pitches)
+
+
+def _evener(said: SetSections) -> Iterator[tuple[str, SetSections, Change]]:
+    """Yield what may level the load: in words, as sections, and as the key that says it."""
+    supports, planets, off = said.supports, said.planets, said.eccentricity
+    if supports.sun_radial_N_per_mm != "free":
+        free = replace(said, supports=replace(supports, sun_radial_N_per_mm="free"))
+        yield "A sun that floats", free, Change("supports", {"sun_radial_N_per_mm": "free"})
+    for key, words in (("tangential_um", "around"), ("radial_um", "outwards")):
+        errors = getattr(planets, key)
+        if any(errors):
+            number, true = _without_largest(errors)
+            changed = replace(said, planets=replace(planets, **{key: true}))
+            yield f"A true pin of planet {number + 1} {words}", changed, Change("planets", {key: true})
+    if any(off.planets_um):
+        number, true = _without_largest(off.planets_um)
+        changed = replace(said, eccentricity=replace(off, planets_um=true))
+        yield f"Planet {number + 1} true on its pin", changed, Change("eccentricity", {"planets_um": true})
+    for key, member in (("sun_um", "The sun"), ("ring_um", "The ring")):
+        if getattr(off, key):
+            changed = replace(said, eccentricity=replace(off, **{key: 0.0}))
+            yield f"{member} true on its axis", changed, Change("eccentricity", {key: 0.0})
+
+
+def _without_largest(errors: tuple[float, ...]) -> tuple[int, tuple[float, ...]]:
+    """Number of the error that is furthest from the others' median, and all of them with that one at the median."""
+    middle = float(np.median(errors))
+    number = int(np.argmax(np.abs(np.array(errors) - middle)))
+    return number, tuple(middle if place == number else error for place, error in enumerate(errors))
