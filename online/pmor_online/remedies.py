@@ -7,7 +7,7 @@ under one load. What was found is rounded as one writes it, and then solved as a
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from typing import Protocol
@@ -48,11 +48,25 @@ WATCHED = ("ste_peak_to_peak_um", "k_h_beta", "flank_pressure_max_MPa")
 class Tried(Protocol):
     """A mesh, or a set of meshes, with other flanks: D loads, of which flanks are sought for one."""
 
-    gears: tuple[str, ...]
-    labels: tuple[str, ...]
-    load: int
-    part: str
-    evaluations: int  # In a search
+    @property
+    def gears(self) -> tuple[str, ...]:
+        """Names of the gears."""
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Loads in words."""
+
+    @property
+    def load(self) -> int:
+        """Number of the load that flanks are sought for."""
+
+    @property
+    def part(self) -> str:
+        """What figures are of; empty where there is one part alone."""
+
+    @property
+    def evaluations(self) -> int:
+        """Of a search."""
 
     @property
     def whole_width(self) -> bool:
@@ -144,7 +158,7 @@ class MeshTrials:
         """Common face width."""
         return self.reduced.meshed.pair.common_width
 
-    @cached_property
+    @property
     def most_um(self) -> float:
         """Largest amount of a relief."""
         return MOST_IN_MODULES * 1e3 * self.reduced.basis.case.pair.module_mm
@@ -179,8 +193,8 @@ class MeshTrials:
         return VariantSolver(self.reduced, phi, self.torques_Nm[loads], self.hubs[loads])
 
     def _with(self, trial: Trial) -> Assembly:
-        changed = {gear: self.filed(gear).changed(values) for gear, values in trial.items()}
-        return replace(self._filed, **changed)
+        pinion, wheel = (self.filed(gear).changed(trial.get(gear, {})) for gear in self.gears)
+        return Assembly(self._filed.misalignment, pinion, wheel)
 
     def quickly(self, key: str, trial: Trial) -> float:
         """Return a figure under the one load, on few angles; infinite where it is not known."""
@@ -269,7 +283,8 @@ def helix(tried: Tried, gear: str) -> Trial:
     moves = [(slope, crowning) for slope in (-0.5, 0.0, 0.5) for crowning in (0.0, 0.1)]
     starts = [base + size * np.array(move)[-len(keys) :] for move in dict.fromkeys(m[-len(keys) :] for m in moves)]
     spread = size * np.array([0.4, 0.2])[-len(keys) :]
-    found = least(lambda x: tried.quickly("k_h_beta", trial(x)), starts, spread, low, base + most, 2 * tried.evaluations)
+    most_often = 2 * tried.evaluations
+    found = least(lambda x: tried.quickly("k_h_beta", trial(x)), starts, spread, low, base + most, most_often)
     return trial(np.array([_rounded(value, size) for value in found]))
 
 

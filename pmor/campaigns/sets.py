@@ -26,8 +26,7 @@ from pmor.sets.layout import SECOND_PLANET
 from pmor.sets.loader import SetFile, parse_set
 from pmor.sets.plan import planets_gap_mm
 from pmor.sets.preview import PAGE, pairs_of, refuse_large_set, stages_of_set
-from pmor.sets.readings import Data, plain
-from pmor.sets.readings import set_data
+from pmor.sets.readings import Data, plain, set_data
 from pmor.sets.run import first_torques_Nm, solved, train_of
 from pmor.sets.solution import solve_set
 from pmor.storage.gear_store import Store
@@ -90,7 +89,8 @@ def _solve(text: str, name: str, store: Store, keys: tuple[str, ...]) -> Solved:
     file = _file(text, name)
     refuse_large_set(file)
     result = solved(file, store.get)
-    return Solved(figures_of(file, set_data(file, result.solution, result.samples, result.failures)), next(iter(result.failures), ""))
+    data = set_data(file, result.solution, result.samples, result.failures)
+    return Solved(figures_of(file, data), next(iter(result.failures), ""))
 
 
 def _peaks(text: str, name: str, store: Store) -> Mapping[str, float]:

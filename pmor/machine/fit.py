@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize
 
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import ConvergenceError
@@ -23,10 +22,11 @@ from pmor.machine.model import GearboxModel
 from pmor.pair.conditions import assembly_of
 from pmor.results.load_distribution import face_load_factor, line_states
 from pmor_online.model import ReducedPair, online_angles, with_flanks
+from pmor_online.remedies import least
 from pmor_online.variants import VariantSolver
 
 # Amounts are sought so finely, um, and not beyond.
-RESOLUTION_UM, MOST_UM = 0.01, 200.0
+RESOLUTION_UM, MOST_UM, MOST_TRIALS = 0.01, 200.0, 300
 
 
 class Helix(NamedTuple):
@@ -127,16 +127,14 @@ def level(reduced: ReducedPair, meshes: Sequence[SolvedMesh], aligned: bool = Fa
     while (worst := int(np.argmax(factors(whole, place)))) not in deciding:
         deciding.append(worst)
         few = solver([meshes[number] for number in deciding])
-        simplex = place + size * np.array([[0.0, 0.0], [0.5, 0.0], [0.0, 0.3]])
-        found = minimize(
-            lambda amounts, few=few: float(factors(few, amounts).max()), place, method="Nelder-Mead",
-            bounds=[(-MOST_UM, MOST_UM), (0.0, MOST_UM)],
-            options={
-                "initial_simplex": np.clip(simplex, (-MOST_UM, 0.0), (MOST_UM, MOST_UM)),
-                "xatol": RESOLUTION_UM, "fatol": 1e-5, "maxfev": 300,
-            },
+
+        def worst_of_few(amounts: FloatArray, few: VariantSolver = few) -> float:
+            return float(factors(few, amounts).max())
+
+        place = least(
+            worst_of_few, [place], (0.5 * size, 0.3 * size),
+            (-MOST_UM, 0.0), (MOST_UM, MOST_UM), MOST_TRIALS, RESOLUTION_UM,
         )  # fmt: skip
-        place = found.x
     return Helix(*(round(float(amount), 2) for amount in place))
 
 

@@ -24,6 +24,7 @@ from pmor.report.data_sheet import data_sheets
 from pmor.report.machine_tables import LOSS_COLUMNS, LOSSES, of_gear, rolling_tables, spectrum_tables, tolerance_table
 from pmor.report.page import THEMES, Block, Picture, Warning, by_theme, themed
 from pmor.report.table import Column, Columns, Table, heads, screen_text, table, told_tables
+from pmor.report.verdict import verdict_blocks
 from pmor.results.load_distribution import PRESSURE
 from pmor.results.root_stress import GEARS
 from pmor.sets.figures import set_figure, share_figure
@@ -148,7 +149,7 @@ def gearbox_data(
 
 def gearbox_report(file: GearboxFile, loads: Sequence[SolvedLoad], data: Data) -> Report:
     """Return numbers and page."""
-    blocks: list[Block] = [*map(Warning, (*data["failures"], *data["bounds"]))]
+    blocks: list[Block] = [*verdict_blocks(data), *map(Warning, (*data["failures"], *data["bounds"]))]
     if loads:
         cases, pairs = dict(file.cases), dict(file.model.pairs)
         for name, one in file.model.sets.items():
@@ -156,14 +157,14 @@ def gearbox_report(file: GearboxFile, loads: Sequence[SolvedLoad], data: Data) -
             pairs |= {f"{name}, {mesh}": pair for mesh, pair in pairs_of(one).items()}
         of_sets = [_set_pictures(loads, number) for number in range(len(loads[0].sets))]
         blocks += [
-            _first_table(data),
             Picture("machine.png", "The machine under the first load, deflections exaggerated: axes at rest "
                     "(dash-dotted) and deflected. Bearings are grey, their size made up where it is not given.",
                     machine_figure(file.model, loads[0])),
             Picture("deflection.png", "Shafts at rest, gears in outline, and their deflection lines under the first "
                     "load; bearings are triangles.", deflection_figure(file.model, loads[0]), "svg"),
-            *themed({"Gear data": data_sheets(cases, pairs)}, _mesh_pictures(loads) if loads[0].meshes else {},
-                    *of_sets, element_pictures(data["loads"][0], f"under {loads[0].load.name}"), _tables(data)),
+            *(_mesh_pictures(loads) if loads[0].meshes else ()), _first_table(data),
+            *themed({"Gear data": data_sheets(cases, pairs)}, *of_sets,
+                    element_pictures(data["loads"][0], f"under {loads[0].load.name}"), _tables(data)),
         ]  # fmt: skip
     housing = "the housing is rigid" if file.model.housing is None else "the housing is the stiffness of its seats"
     blocks += [
@@ -176,13 +177,13 @@ def gearbox_report(file: GearboxFile, loads: Sequence[SolvedLoad], data: Data) -
     return Report("gearbox", data, f"Gearbox: {file.model.sections.title}", blocks)
 
 
-def _mesh_pictures(loads: Sequence[SolvedLoad]) -> dict[str, list[Picture]]:
+def _mesh_pictures(loads: Sequence[SolvedLoad]) -> list[Picture]:
     face = "Line load over the face, added up over tooth pairs; dotted: on rigid supports."
     ste = "Static transmission error over all pitches about its mean; dotted: on rigid supports."
-    return {
-        "Flanks": [Picture("face_load.png", face, face_load_figure(loads), "svg")],
-        "Transmission error": [Picture("ste.png", ste, ste_figure(loads), "svg")],
-    }
+    return [
+        Picture("ste.png", ste, ste_figure(loads), "svg"),
+        Picture("face_load.png", face, face_load_figure(loads), "svg"),
+    ]
 
 
 def set_files(file: GearboxFile) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.table import Table, format_cell
+from pmor.results.verdict import Verdict
 from pmor.storage.atomic import atomic_path
 
 # Where HTML begins, or a link goes on.
@@ -29,6 +30,8 @@ def page_markdown(title: str, blocks: Iterable[Block]) -> str:
 def _markdown(block: Block) -> str:
     if isinstance(block, Heading):
         return f"## {_plain(block.text)}"
+    if isinstance(block, Verdict):
+        return "\n".join(f"* **{head}:** {_plain(text)}" for head, text in block.lines)
     if isinstance(block, Warning):
         return f"> **Warning:** {_plain(block.text)}"
     if isinstance(block, Table):

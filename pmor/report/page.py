@@ -30,6 +30,7 @@ from pmor.report.live.motion import MotionSection
 from pmor.report.live.section import LiveSection
 from pmor.report.style import data_uri, picture_bytes
 from pmor.report.table import Table, format_cell
+from pmor.results.verdict import Verdict
 from pmor.storage.atomic import atomic_path
 
 if TYPE_CHECKING:
@@ -78,7 +79,7 @@ SCRIPT = re.compile("<script>(.*?)</script>", re.DOTALL)
 # What readers of the source are told, and pages need not carry.
 COMMENT_LINE = re.compile(r"^ *//.*\n", re.MULTILINE)
 #: parts of a page; text is a paragraph
-Block = str | Heading | Warning | Table | Picture
+Block = str | Heading | Verdict | Warning | Table | Picture
 #: of the page of any machine, in the order of reading
 THEMES = (
     "Gear data", "Change the pair", "Transmission error", "Stiffness and load sharing", "Flanks",

@@ -91,6 +91,8 @@ DRAWN = {
     "Tolerances": ("tolerances.png",),
     "Root stress": ("root_stress.png", "root_stress_cycle.png"),
 }
+# The first that there is stands beside the curve of the beginning.
+PATTERNS = ("contact_pattern", "flank_maps")
 LAST = ("error.png", "models.png", "error_time.png", "mesh.png")
 OVER_PITCHES = "revolution", "waterfall"
 ROOT_STRESS = ("root_stress", "root_stress_cycle")
@@ -283,13 +285,16 @@ def run_blocks(
             *_shown(pictures, LAST),
         ],
     }
-    pictured = {theme: _shown(pictures, names) for theme, names in DRAWN.items()}
+    beside = _beside(pictures)
+    later = [picture for picture in pictures if picture not in beside]
+    pictured = {theme: _shown(later, names) for theme, names in DRAWN.items()}
     left = [f"{what}: {why}" for what, why in left_out(case)]
     settings = [
         (key, _cell(value), "default" if is_default else "case file") for key, value, is_default in describe(case)
     ]
     return [
-        *map(Warning, warnings(result)), *([COAST_FLANKS] if case.flank == "coast" else []), *_shown(pictures, FIRST),
+        *([result.verdict] if result.verdict else []), *map(Warning, warnings(result)),
+        *([COAST_FLANKS] if case.flank == "coast" else []), *_shown(pictures, FIRST), *beside,
         _quantities("Results at nominal torque", summary_rows(result)), ste_table(rows),
         *themed(pictured, tables, {"Change the pair": _live(result, live)}), *told_tables({"left_out": left}),
         *provenance(case), Table("Case settings", ("setting", "value", "source"), settings, folded=True),
@@ -298,6 +303,12 @@ def run_blocks(
 
 def _shown(pictures: Sequence[Picture], names: Sequence[str]) -> list[Block]:
     return [picture for picture in pictures if picture.file_name in names]
+
+
+def _beside(pictures: Sequence[Picture]) -> list[Picture]:
+    """The contact pattern, that stands beside the curve: of helical flanks, else pressure over the flanks."""
+    by_name = {Path(picture.file_name).stem: picture for picture in pictures}
+    return [by_name[name] for name in PATTERNS if name in by_name][:1]
 
 
 def _quantities(title: str, rows: Sequence[Row]) -> Table:

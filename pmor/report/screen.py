@@ -64,7 +64,8 @@ def _row(model: OnlineResult | LostModel) -> list[Cell]:
 def result_text(result: OnlineResult) -> str:
     """Return the short summary: the case's own model, the others beside it, and warnings."""
     title, *lines = summary_text(result.case.title, _rows(result)).split("\n")
-    return "\n".join([title, *_verdict(result), *lines, *model_text(result), *(f"  ! {warning}" for warning in warnings(result))])
+    said = (f"  ! {warning}" for warning in warnings(result))
+    return "\n".join([title, *_verdict(result), *lines, *model_text(result), *said])
 
 
 # Rows that are known once the model is held against full FE, and its file written.
@@ -73,7 +74,8 @@ PROOF = ("reduced vs full, max", "reduced vs full, rms", "full FE time", "offlin
 
 def asked_text(result: OnlineResult) -> str:
     """Return what was asked for, before it is held against full FE: title, figures of the sweep, warnings."""
-    return "\n".join([result.case.title, *_verdict(result), *_lines(result, proof=False), *(f"  ! {text}" for text in warnings(result))])
+    said = (f"  ! {text}" for text in warnings(result))
+    return "\n".join([result.case.title, *_verdict(result), *_lines(result, proof=False), *said])
 
 
 def proof_text(result: OnlineResult) -> str:

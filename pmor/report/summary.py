@@ -238,8 +238,6 @@ def _readings_rows(s: dict[str, Any], result: OnlineResult) -> list[Row]:
     edges = result.readings is not None and np.isnan(line_states(result.sweep).pressure_MPa[result.nominal]).any()
     return [
         secant,
-        _known("mesh stiffness, tangent", s["mesh_stiffness_tangent_mean_N_per_mm_um"], "N/(mm um)",
-               "derivative of the force by the STE", "needs a position that converged"),
         _known("K_Hβ", s["k_h_beta"], "", "largest over mean line load of the face, over the cycle", lacks),
         _known("contact ratio, loaded", s["effective_contact_ratio"], "",
                _unloaded_contact_ratio(result.reduced.meshed.pair), lacks),

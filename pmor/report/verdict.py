@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from pmor.results.quantities import TABLE
 from pmor.results.verdict import Advice, Verdict
 
 # Where an engineer would look twice: K_gamma, K_Hbeta, peak-to-peak over mean STE, load at a tip edge over the largest,
@@ -92,7 +93,7 @@ def _at_edges(figures: Mapping[str, Any]) -> tuple[float, str] | None:
         return None
     if edge == 0.0:
         return 0.0, "tip edges stay clear"
-    over = f"over {figures['tip_edge_percent']:.2g} % of the mesh cycle"
+    over = f"over {figures['tip_edge_percent']:.0f} % of the mesh cycle"
     return edge / most / MOST_AT_EDGE, f"tip edges carry up to {edge:.3g} N/mm {over}"
 
 
@@ -119,6 +120,10 @@ JUDGED: Mapping[str, Judged] = {
 }  # fmt: skip
 
 
+#: those that are told where they are good
+PRAISED = ("k_gamma", "k_h_beta", "ste_peak_to_peak_um", "tip_edge_load_N_per_mm")
+
+
 def findings(seen: Iterable[Seen]) -> list[Finding]:
     """Return the worst of each figure over all loads and parts, the worst figure first."""
     worst = dict[str, Finding]()
@@ -141,22 +146,34 @@ def verdict_of(
     lost : sequence of str
         What did not converge: nothing is tried then.
     """
-    good = [one.text for one in found if one.excess < 1.0]
     bad = [one for one in found if one.excess >= 1.0]
-    words = "; ".join(one.text for one in bad)
-    said = "; ".join(good) or "nothing of what is judged here keeps its limit"
+    good = [one for one in found if one.excess < 1.0 and one.key in PRAISED]
+    said = _told(good) if good else "Nothing of what is judged here."
     if lost:
-        return Verdict(_sentence(said), _sentence("; ".join([*lost[:1], *(one.text for one in bad)])),
-                       "What did not converge, as the warning says.")  # fmt: skip
+        return Verdict(said, " ".join([_sentence(lost[0]), *([_told(bad)] if bad else [])]), "What did not converge.")
     if not bad:
-        return Verdict(_sentence(said), "Nothing of what is judged here.", "Nothing: no figure asks for it.")
+        return Verdict(said, "Nothing of what is judged here.", "Nothing: no figure asks for it.")
     unhelped = list[str]()
     for one in bad:
         answer = tried(one)
         if isinstance(answer, Advice):
-            return Verdict(_sentence(said), _sentence(words), answer.text, answer)
-        unhelped.append(answer or f"no change that was tried betters {one.text.split(':')[0]}")
-    return Verdict(_sentence(said), _sentence(words), _sentence("; ".join(dict.fromkeys(unhelped))))
+            return Verdict(said, _told(bad), answer.text, answer)
+        unhelped.append(answer or f"no change that was tried betters {TABLE[one.key].symbol} by a tenth")
+    return Verdict(said, _told(bad), _sentence("; ".join(dict.fromkeys(unhelped))))
+
+
+def verdict_blocks(data: Mapping[str, Any]) -> list[Verdict]:
+    """Return the verdict of plain data of a machine as a block of its page; none without one."""
+    said = data["verdict"]
+    return [] if said is None else [Verdict(said["good"], said["not_good"], said["try_first"])]
+
+
+def _told(found: Sequence[Finding]) -> str:
+    """Findings as a sentence; the load stands first where it is that of all."""
+    loads = {one.load for one in found}
+    if len(loads) == 1 and (load := loads.pop()):
+        return f"Under {load}: {'; '.join(one._replace(load='').text for one in found)}."
+    return _sentence("; ".join(one.text for one in found))
 
 
 def _sentence(text: str) -> str:

@@ -133,11 +133,11 @@ def tip_edge_percent(lines: LineStates) -> FloatArray:
 def end_pressure_ratio(lines: LineStates) -> FloatArray:
     """Return the largest pressure at the ends of the face over the largest between them, (D,); NaN without either."""
     half = 0.5 * lines.width_mm.sum() * (2.0 if lines.mirrored else 1.0)
-    ends = np.abs(lines.z_mm) > (1.0 - 2.0 * AT_ENDS) * half
-    both = [largest_pressure(lines.pressure_MPa[..., part], (1, 2, 3)) for part in (ends, ~ends) if part.any()]
-    if len(both) < 2:
+    at_ends = np.abs(lines.z_mm) > (1.0 - 2.0 * AT_ENDS) * half
+    if at_ends.all() or not at_ends.any():
         return np.full(len(lines.converged), np.nan)
-    return np.divide(*both, out=np.full(both[1].shape, np.nan), where=both[1] > 0.0)
+    ends, between = (largest_pressure(lines.pressure_MPa[..., part], (1, 2, 3)) for part in (at_ends, ~at_ends))
+    return np.divide(ends, between, out=np.full(between.shape, np.nan), where=between > 0.0)
 
 
 def over_the_whole_face(lines: LineStates, values: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -152,8 +152,8 @@ QUANTITIES = (
              found=lambda pair, lines: lines.load_N_per_mm.max(axis=(1, 2, 3))),
     Quantity("carrying_face_percent", "%", "face that carries", "anywhere in the mesh cycle", "mesh",
              found=lambda pair, lines: carrying_face_percent(lines)),
-    Quantity("end_pressure_ratio", "1", "pressure at the ends", "largest within 15 % of the face from its ends over the "
-             "largest between", "mesh", found=lambda pair, lines: end_pressure_ratio(lines)),
+    Quantity("end_pressure_ratio", "1", "pressure at the ends", "largest within 15 % of the face from its ends, over "
+             "the largest between", "mesh", found=lambda pair, lines: end_pressure_ratio(lines)),
     Quantity("tip_edge_load_N_per_mm", "N/mm", "line load at a tip edge", "largest; 0: tips stay clear", "mesh",
              found=lambda pair, lines: tip_edge_load(lines)),
     Quantity("tip_edge_percent", "%", "tip edges carry", "over so much of the mesh cycle", "mesh",

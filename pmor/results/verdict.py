@@ -68,7 +68,7 @@ class Advice:
     @property
     def data(self) -> dict[str, Any]:
         """All of it as plain data."""
-        return {**asdict(self), "text": self.text}
+        return asdict(self)
 
 
 @dataclass(frozen=True)

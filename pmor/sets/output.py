@@ -16,6 +16,7 @@ from pmor.report.machine_tables import LOSS_COLUMNS, LOSSES, rolling_tables, spe
 from pmor.report.page import THEMES, Block, Picture, Warning, by_theme, themed
 from pmor.report.table import Columns, Table, heads, screen_text, table, told_tables
 from pmor.report.torque_figures import tolerance_figure
+from pmor.report.verdict import verdict_blocks
 from pmor.results.load_distribution import PRESSURE
 from pmor.sets.figures import (
     face_load_figure,
@@ -120,10 +121,12 @@ def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, data
     shown = np.array([row["torque_Nm"] for row in data["torques"]])
     first.append(Picture("ste.png", "Static transmission error over all mesh cycles, and its orders.",
                          ste_figure(solved, shown), "svg"))  # fmt: skip
+    face = "Line load over the face, added up over tooth pairs, at the nominal torque."
+    first.append(Picture("face_load.png", face, face_load_figure(solved, nominal), "svg"))
     turned = ["The first gear is loaded clockwise: angles and tooth numbers count clockwise."] * solved.plan.clockwise
     sheets = {"Gear data": data_sheets(file.cases, pairs_of(file))}
     blocks = [
-        *map(Warning, _warnings(file, solved, data)), _ste_table(data), *first,
+        *verdict_blocks(data), *map(Warning, _warnings(file, solved, data)), *first, _ste_table(data),
         *themed(sheets, _pictures(file, solved, samples, shown), element_pictures(data, "at the nominal torque"),
                 _tables(data)), MODEL, *turned, *told_tables(data),
     ]  # fmt: skip
@@ -155,8 +158,6 @@ def _pictures(
     if samples is not None:
         words = "Sets within tolerances, each solved; dashed: 95 % stay below."
         draw("Tolerances", "tolerances.png", words, tolerance_figure(samples, torques_Nm))
-    words = "Line load over the face, added up over tooth pairs, at the nominal torque."
-    draw("Flanks", "face_load.png", words, face_load_figure(solved, nominal))
     if solved.root_stress:
         words = (
             "Stress across the root of a tooth of each member, on the side of its largest principal stress, where the "

@@ -234,7 +234,7 @@ def _evener(said: SetSections) -> Iterator[tuple[str, SetSections, Change]]:
         errors = getattr(planets, key)
         if any(errors):
             number, true = _without_largest(errors)
-            changed = replace(said, planets=replace(planets, **{key: true}))
+            changed = replace(said, planets=replace(planets, **{key: true}))  # type: ignore[arg-type]
             yield f"A true pin of planet {number + 1} {words}", changed, Change("planets", {key: true})
     if any(off.planets_um):
         number, true = _without_largest(off.planets_um)
@@ -242,7 +242,7 @@ def _evener(said: SetSections) -> Iterator[tuple[str, SetSections, Change]]:
         yield f"Planet {number + 1} true on its pin", changed, Change("eccentricity", {"planets_um": true})
     for key, member in (("sun_um", "The sun"), ("ring_um", "The ring")):
         if getattr(off, key):
-            changed = replace(said, eccentricity=replace(off, **{key: 0.0}))
+            changed = replace(said, eccentricity=replace(off, **{key: 0.0}))  # type: ignore[arg-type]
             yield f"{member} true on its axis", changed, Change("eccentricity", {key: 0.0})
 
 

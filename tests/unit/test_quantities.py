@@ -53,7 +53,7 @@ def test_a_torque_under_which_nothing_converged_has_no_figures():
     load[0] = 50.0
     given = {item.name: load for item in fields(LineStates)} | {
         "width_mm": np.full(4, 2.5), "converged": np.array([[True] * 3, [False] * 3]),
-        "roll_rad": np.zeros((3, 1, 4, 2)),
+        "roll_rad": np.zeros((3, 1, 4, 2)), "z_mm": np.linspace(-3.75, 3.75, 4), "mirrored": False,
     }  # fmt: skip
     tooth = Tooth(20, 2.0, np.radians(20.0))
     found = figures_of_mesh(GearPair(tooth, tooth, 10.0, 40.0), LineStates(**given))
