@@ -23,7 +23,7 @@ from pmor.line.hubs import Hubs
 from pmor.pair.conditions import assembly_of
 from pmor.results.load_distribution import face_load_factor, largest_pressure
 from pmor.results.quantities import TABLE
-from pmor.results.verdict import Advice, Change
+from pmor.results.verdict import Advice, Change, digits
 from pmor_online.model import ReducedPair, online_angles
 from pmor_online.variants import VariantSolver, VariantState
 
@@ -39,9 +39,12 @@ MOST_IN_MODULES = 0.02
 # Shares of the face, from each end, over which end relief goes.
 LENGTHS = 0.1, 0.25
 LONGEST = 0.4
+# Of K_Hbeta: by which a second amount has to better it.
+HARDLY = 0.01
 # A figure has to get better by so much of itself, else there is no advice; worse by so much is told.
 LEAST_GAIN, WORSE = 0.1, 0.05
-# Beside the figure that is lowered, these are not to grow.
+# Other loads that are told; figures that are not to grow beside the one that is lowered.
+MOST_TOLD = 3
 WATCHED = ("ste_peak_to_peak_um", "k_h_beta", "flank_pressure_max_MPa")
 
 
@@ -245,6 +248,12 @@ def remedy(tried: Tried, key: str, gear: str = "pinion") -> Advice | None:
     return None
 
 
+def off_most(tried: Tried, gears: Sequence[str]) -> str:
+    """Return the gear whose helix has the largest amounts as filed; the first one where none has any."""
+    keys = ("helix_slope_um", "helix_crowning_um")
+    return max(gears, key=lambda gear: sum(abs(getattr(tried.filed(gear), key)) for key in keys))
+
+
 def tip_relief(tried: Tried, key: str) -> Trial:
     """Return the tip relief of all gears, of one amount and start, that lowers a figure most.
 
@@ -285,7 +294,12 @@ def helix(tried: Tried, gear: str) -> Trial:
     spread = size * np.array([0.4, 0.2])[-len(keys) :]
     most_often = 2 * tried.evaluations
     found = least(lambda x: tried.quickly("k_h_beta", trial(x)), starts, spread, low, base + most, most_often)
-    return trial(np.array([_rounded(value, size) for value in found]))
+    whole = {key: _rounded(value, size) for key, value in zip(keys, found, strict=True)}
+    # One amount, where the other one hardly matters.
+    fewer = [{gear: {key: whole[key]}} for key in keys] if len(keys) > 1 else []
+    best = tried.quickly("k_h_beta", {gear: whole})
+    alone = [one for one in fewer if tried.quickly("k_h_beta", one) < best + HARDLY]
+    return alone[0] if alone else {gear: whole}
 
 
 def end_relief(tried: Tried, gear: str) -> Trial:
@@ -335,25 +349,31 @@ def advice_of(tried: Tried, what: str, key: str, trial: Trial) -> Advice | None:
     if not now <= (1.0 - LEAST_GAIN) * was:
         return None
     changes = tuple(
-        Change(section, values, tuple(sorted(_given(tried.filed(gear)) & other_places(values))))
+        _change(section, values, tried.filed(gear))
         for gear, values in trial.items() for section in tried.sections(gear)
     )  # fmt: skip
     beside = [
-        f"{TABLE[name].symbol} grows from {_told(name, before[name][load], after[name][load])}."
+        f"{_capital(TABLE[name].symbol)} grows from {_told(name, before[name][load], after[name][load])}."
         for name in WATCHED if name != key and _grows(before[name][load], after[name][load])
     ]  # fmt: skip
     worse = [
-        f"{label} from {_told(key, one, other)}"
+        f"Under {label} it grows from {_told(key, one, other)}."
         for label, one, other in zip(tried.labels, before[key], after[key], strict=True)
         if _grows(one, other)
     ]
-    beside += [f"Worse under {', '.join(worse)}."] if worse else []
+    beside += worse[:MOST_TOLD]
     under = tried.labels[load] if len(tried.labels) > 1 else ""
     return Advice(what, key, tried.part, under, was, now, changes, tuple(beside))
 
 
-def _given(flank: Modification) -> set[str]:
-    return {key for key, value in vars(flank).items() if value is not None}
+def _change(section: str, values: Mapping[str, float], flank: Modification) -> Change:
+    filed = {key: value for key, value in vars(flank).items() if value not in (None, 0.0)}
+    now = {key: filed[key] for key in values if key in filed}
+    return Change(section, values, now, tuple(sorted(filed.keys() & other_places(values))))
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _grows(before: float, after: float) -> bool:
@@ -362,7 +382,7 @@ def _grows(before: float, after: float) -> bool:
 
 def _told(key: str, before: float, after: float) -> str:
     unit = TABLE[key].shown_unit
-    return f"{before:.3g} to {after:.3g}" + (f" {unit}" if unit else "")
+    return f"{digits(before)} to {digits(after)}" + (f" {unit}" if unit else "")
 
 
 def _rounded(value: float, size: float) -> float:

@@ -56,11 +56,14 @@ def _of_fit(fit: Fit, reduced: ReducedPair, several: bool) -> Advice | None:
     """The flank that fits, as the keys of a file have it; None where it gains too little."""
     if not fit.after <= (1.0 - LEAST_GAIN) * fit.before:
         return None
-    flank = Helix(fit.helix_slope_um, fit.helix_crowning_um).on(assembly_of(reduced.basis.case).pinion)
+    filed = assembly_of(reduced.basis.case).pinion
+    flank = Helix(fit.helix_slope_um, fit.helix_crowning_um).on(filed)
     values = {key: round(getattr(flank, key), 2) for key in ("helix_slope_um", "helix_crowning_um")}
+    now = {key: value for key in values if (value := getattr(filed, key))}
     section = MeshTrials(reduced, (), (), 0, part=fit.mesh).sections("pinion")[0]
     of = "the worst of " + ", ".join(fit.loads) if several else ""
-    return Advice("Helix of the pinion", "k_h_beta", fit.mesh, of, fit.before, fit.after, (Change(section, values),))
+    return Advice("Helix of the pinion", "k_h_beta", fit.mesh, of, fit.before, fit.after,
+                  (Change(section, values, now),))  # fmt: skip
 
 
 def _of_flanks(

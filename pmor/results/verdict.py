@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from pmor.results.quantities import TABLE
@@ -19,12 +19,15 @@ class Change:
         As the file names it; of a mesh or set of a gearbox after its name, as in ``first: pinion.modification``.
     values : mapping
         By key.
+    filed : mapping
+        What the file has there, of those that are not 0 or none.
     instead_of : tuple of str
         Keys of the section to leave out, since these say the same.
     """
 
     section: str
     values: Mapping[str, Any]
+    filed: Mapping[str, Any] = field(default_factory=dict)
     instead_of: tuple[str, ...] = ()
 
 
@@ -62,8 +65,9 @@ class Advice:
         quantity = TABLE[self.figure]
         unit = f" {quantity.shown_unit}" if quantity.shown_unit else ""
         of, under = f" of {self.part}" * bool(self.part), f" under {self.load}" * bool(self.load)
-        said = f"{self.what} takes {quantity.symbol}{of}{under} from {self.before:.3g} to {self.after:.3g}{unit}"
-        return " ".join([f"{said}: {written(self.changes)}.", *self.beside])
+        gain = f"from {digits(self.before)} to {digits(self.after)}{unit}"
+        said = f"{self.what} takes {quantity.symbol}{of}{under} {gain}: {written(self.changes)}."
+        return " ".join([said, *self.beside])
 
     @property
     def data(self) -> dict[str, Any]:
@@ -96,7 +100,10 @@ def written(changes: tuple[Change, ...]) -> str:
     """Return changes as they stand in a file; sections with the same ones together."""
     alike = dict[str, list[str]]()
     for change in changes:
-        keys = ", ".join(f"{key} = {_shown(value)}" for key, value in change.values.items())
+        keys = ", ".join(
+            f"{key} = {_shown(value)}" + (f" (now {_shown(change.filed[key])})" if key in change.filed else "")
+            for key, value in change.values.items()
+        )
         keys += f" (in place of {', '.join(change.instead_of)})" * bool(change.instead_of)
         alike.setdefault(keys, []).append(f"[{change.section}]")
     return "; ".join(f"{keys} in {_and(sections)}" for keys, sections in alike.items())
@@ -106,6 +113,11 @@ def _shown(value: Any) -> str:
     if isinstance(value, tuple):
         return f"[{', '.join(map(_shown, value))}]"
     return f'"{value}"' if isinstance(value, str) else f"{value:g}"
+
+
+def digits(value: float) -> str:
+    """Return a number with three digits, or all before the point."""
+    return f"{value:.0f}" if abs(value) >= 1e3 else f"{value:.3g}"
 
 
 def _and(words: list[str]) -> str:

@@ -23,7 +23,7 @@ from pmor.sets.loader import SetFile, with_sections
 from pmor.sets.settings import SetSections
 from pmor.sets.solution import SetSolution, solve_set
 from pmor.sets.variants import BuiltSet, SetVariant, SetVariants
-from pmor_online.remedies import LEAST_GAIN, MOST_IN_MODULES, Trial, remedy
+from pmor_online.remedies import LEAST_GAIN, MOST_IN_MODULES, Trial, off_most, remedy
 
 # Angles of a mesh cycle on which flanks are tried; positions beyond which nothing is.
 FEW_ANGLES, MOST_POSITIONS = 10, 3000
@@ -76,9 +76,9 @@ class SetTrials:
 
     @property
     def helix_of(self) -> str:
-        """Member of the mesh whose helix moves no other kind of mesh."""
-        return next((member for member in self._members[self.mesh] if member in ("sun", "ring")),
-                    self._members[self.mesh][0])  # fmt: skip
+        """Member of the mesh whose helix is off most, else the one whose helix moves no other kind of mesh."""
+        usual = next((one for one in self._members[self.mesh] if one in ("sun", "ring")), self._members[self.mesh][0])
+        return off_most(self, (usual, *self._members[self.mesh]))
 
     @property
     def whole_width(self) -> bool:
@@ -235,11 +235,12 @@ def _evener(said: SetSections) -> Iterator[tuple[str, SetSections, Change]]:
         if any(errors):
             number, true = _without_largest(errors)
             changed = replace(said, planets=replace(planets, **{key: true}))  # type: ignore[arg-type]
-            yield f"A true pin of planet {number + 1} {words}", changed, Change("planets", {key: true})
+            yield f"A true pin of planet {number + 1} {words}", changed, Change("planets", {key: true}, {key: errors})
     if any(off.planets_um):
         number, true = _without_largest(off.planets_um)
         changed = replace(said, eccentricity=replace(off, planets_um=true))
-        yield f"Planet {number + 1} true on its pin", changed, Change("eccentricity", {"planets_um": true})
+        change = Change("eccentricity", {"planets_um": true}, {"planets_um": off.planets_um})
+        yield f"Planet {number + 1} true on its pin", changed, change
     for key, member in (("sun_um", "The sun"), ("ring_um", "The ring")):
         if getattr(off, key):
             changed = replace(said, eccentricity=replace(off, **{key: 0.0}))  # type: ignore[arg-type]

@@ -12,7 +12,7 @@ from pmor.pair.model import gear_pair
 from pmor.report.torque_table import torque_row
 from pmor.report.verdict import Finding, Seen, findings, verdict_of
 from pmor.results.verdict import Advice, Change
-from pmor_online.remedies import MeshTrials, remedy
+from pmor_online.remedies import MeshTrials, off_most, remedy
 from pmor_online.run import OnlineResult
 
 # Of the basic rack, in modules: by how much higher teeth are tried, the highest ones first, and the least gain.
@@ -36,7 +36,7 @@ def _tried(found: OnlineResult, one: Finding) -> Advice | str | None:
     tried = MeshTrials(found.reduced, torques, tuple(f"{torque:g} N m" for torque in torques), found.nominal)
     if tried.beyond:
         return "flanks are not tried, since each trial takes as long as this run: lower [online] angles_per_pitch"
-    return remedy(tried, one.key)
+    return remedy(tried, one.key, off_most(tried, GEARS))
 
 
 def higher_teeth(case: Case) -> Advice | None:
@@ -54,7 +54,8 @@ def higher_teeth(case: Case) -> Advice | None:
         except PmorError:
             continue
         if not clearance_warnings(pair):
-            changes = tuple(Change(name, values) for name, values in keys.items())
+            filed = {name: {key: getattr(gears[name], key) for key in values} for name, values in keys.items()}
+            changes = tuple(Change(name, values, filed[name]) for name, values in keys.items())
             if pair.contact_ratio - before > LEAST_GAIN:
                 return Advice("Higher teeth", "contact_ratio", "", "", before, pair.contact_ratio, changes)
     return None
