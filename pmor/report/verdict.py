@@ -16,7 +16,7 @@ from pmor.results.verdict import Advice, Verdict
 # Where an engineer would look twice: K_gamma, K_Hbeta, peak-to-peak over mean STE, load at a tip edge over the largest,
 # pressure at the ends of the face over that between, face that carries (%), tooth pairs that carry on average.
 MOST_K_GAMMA, MOST_K_H_BETA, MOST_SPREAD, MOST_AT_EDGE, MOST_AT_ENDS = 1.1, 1.3, 0.1, 0.3, 1.2
-LEAST_FACE, LEAST_PAIRS = 95.0, 1.1
+LEAST_FACE, LEAST_PAIRS, USUAL_PAIRS = 95.0, 1.1, 1.2
 # Of an even share: planets that carry less hardly carry.
 HARDLY = 0.5
 # A light mesh or load has no say: transmission errors below are as good as none, um.
@@ -79,12 +79,14 @@ def _k_h_beta(figures: Mapping[str, Any]) -> tuple[float, str] | None:
 
 
 def _spread(figures: Mapping[str, Any]) -> tuple[float, str] | None:
-    spread, mean = figures.get("ste_peak_to_peak_um"), figures.get("ste_mean_um")
+    spread, teeth = figures.get("ste_peak_to_peak_um"), figures.get("ste_of_teeth_um")
+    mean = figures.get("ste_mean_um") if teeth is None else teeth
     if spread is None or not mean or not math.isfinite(spread / mean):
         return None
     share = abs(spread / mean)
     excess = share / MOST_SPREAD if spread > LEAST_SPREAD_UM else 0.0
-    return excess, f"STE p-p {spread:.3g} µm, {100.0 * share:.2g} % of its mean"
+    of = "its mean" if teeth is None else "the deflection of the teeth"
+    return excess, f"STE p-p {spread:.3g} µm, {100.0 * share:.2g} % of {of}"
 
 
 def _at_edges(figures: Mapping[str, Any]) -> tuple[float, str] | None:
@@ -110,7 +112,7 @@ def _pairs(figures: Mapping[str, Any]) -> tuple[float, str] | None:
     if value is None:
         return None
     words = f"{value:.3g} tooth pairs carry on average"
-    return 1.0 if value < LEAST_PAIRS else 0.5, words
+    return max((USUAL_PAIRS - value) / (USUAL_PAIRS - LEAST_PAIRS), 0.0), words
 
 
 #: by the figure that a remedy is to change
