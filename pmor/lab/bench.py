@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
@@ -28,6 +27,7 @@ from pmor.gear.modification import Modification
 from pmor.lab.core.measures import ms_per_position, times_in_turn
 from pmor.lab.core.motion import motion_times
 from pmor.lab.core.stages import measure_stages
+from pmor.lab.core.starts import LIBRARIES, start_times
 from pmor.line.layered_pair import layers_of
 from pmor.machine.loader import GearboxFile
 from pmor.pair.conditions import conditions_of, nominal_condition
@@ -128,6 +128,7 @@ class Bench:
             "ms": "median_ms",
             "peak MiB": lambda row: f"{row['peak_mib']:.0f}" if "peak_mib" in row else "",
             "basis MiB": lambda row: f"{row['basis_mib']:.2g}" if "basis_mib" in row else "",
+            "starts": lambda row: f"{row['starts']:.2g}" if "starts" in row else "",
             "told": lambda row: f"{row['told_ms']:.0f} ms, {row['told_mib']:.0f} MiB" if "told_ms" in row else "",
         }
         if self.before:
@@ -296,12 +297,10 @@ def parallel_rows(case: Case, model: ReducedPair, jobs: int) -> list[Row]:
 
 
 def start_rows(case: Case) -> list[Row]:
-    """Time how long the command needs to answer at all."""
-
-    def answer() -> None:
-        subprocess.run([sys.executable, "-m", "pmor", "--help"], check=True, capture_output=True)
-
-    return [_row("start: pmor --help", case, times_in_turn({"start": _timed_ms(answer)}, 5)["start"])]
+    """Time what is waited for at the command line, in starts of Python with its libraries too."""
+    times = start_times(case)
+    once = median(times[LIBRARIES])
+    return [{**_row(f"start: {name}", case, ms), "starts": median(ms) / once} for name, ms in times.items()]
 
 
 def stage_rows(case: Case) -> list[Row]:

@@ -40,7 +40,8 @@ def kernels_beside(case: Case) -> Iterator[Callable[[], object]]:
     wait : callable
         Returns when the second process has ended.
     """
-    full = "" if is_kept(_OF_FULL) else case.contact.scheme
+    # Full FE under line contact places its sections by the kernels of the sweep, which this process compiles.
+    full = "" if case.contact.scheme == "line" or is_kept(_OF_FULL) else case.contact.scheme
     # The nodal schemes share their kernels.
     trained = next((scheme for scheme, _ in other_models(case) if not is_kept(_OF_SHAPES)), "")
     if kernels_folder() is None or not (full or trained):

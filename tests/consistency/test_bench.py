@@ -20,6 +20,7 @@ from pmor.lab.bench import (
     variants,
 )
 from pmor.lab.core import stages
+from pmor.lab.core.starts import REPEATS
 from pmor.machine.loader import load
 from pmor.pair.model import mesh_model
 from pmor.report.page import machine
@@ -86,19 +87,27 @@ def test_reduced_model_is_timed_by_threads(small_basis, monkeypatch):
     assert swept["unknowns"] == largest_size(model)
 
 
-def test_a_start_is_timed_with_the_command_and_a_command_that_fails_is_no_time(case, monkeypatch):
+def test_starts_are_timed_with_the_commands_in_starts_of_the_libraries_and_what_fails_is_no_time(case, monkeypatch):
     called = []
 
-    def answering(command, check, **more):
+    def answering(command, check, env, **more):
         assert check
-        called.append(command)
+        called.append((command[1:], "NUMBA_CACHE_DIR" in env and Path(env["NUMBA_CACHE_DIR"]).name == "kernels"))
+        if command[1:3] == ["-m", "venv"]:
+            (Path(command[3]) / "bin").mkdir(parents=True)
+            (Path(command[3]) / "bin" / "python").touch()
 
-    monkeypatch.setattr("pmor.lab.bench.subprocess.run", answering)
-    (row,) = start_rows(case)
-    assert len(called) == row["repeats"] + 1  # the first one warms up
-    assert all(command[1:] == ["-m", "pmor", "--help"] for command in called)
+    monkeypatch.setattr("pmor.lab.core.starts.subprocess.run", answering)
+    libraries, answer, small, first, installed, bare = start_rows(case)
+    assert [row["repeats"] for row in (libraries, answer, small)] == [REPEATS] * 3
+    assert sum(command == ["-m", "pmor", "--help"] for command, _ in called) == REPEATS + 1  # the first one warms up
+    cold = [command for command, is_cold in called if is_cold]
+    assert [Path(command[3]).name for command in cold] == [f"{case.name}.toml"]
+    assert libraries["starts"] == 1.0
+    assert bare["median_ms"] == pytest.approx(installed["median_ms"] + first["median_ms"])
+    assert small["starts"] == pytest.approx(small["median_ms"] / libraries["median_ms"])
     monkeypatch.undo()
-    monkeypatch.setattr("pmor.lab.bench.sys.executable", "false")
+    monkeypatch.setattr("pmor.lab.core.starts._ms.__kwdefaults__", {"python": "false"})
     with pytest.raises(subprocess.CalledProcessError):
         start_rows(case)
 
@@ -113,7 +122,7 @@ def test_what_a_system_does_not_measure_is_left_out_and_the_rest_kept(case, monk
     monkeypatch.setattr("pmor.lab.bench.variants", lambda case: [Variant("line loads", case)])
     monkeypatch.setattr("pmor.lab.bench._basis", lambda case, path: path.write_bytes(b""))
     monkeypatch.setattr("pmor.lab.bench.sweep_rows", lambda *_: [{"phase": "position"}])
-    monkeypatch.setattr("pmor.lab.bench.sys.executable", "false")
+    monkeypatch.setattr("pmor.lab.core.starts._ms.__kwdefaults__", {"python": "false"})
     monkeypatch.setattr("pmor.lab.core.stages.sys.executable", "false")
     assert [row["phase"] for row in run(case).rows] == ["position"]
     assert [record.getMessage().partition(":")[0] for record in caplog.records if "left out" in record.message] == [
