@@ -10,7 +10,6 @@ import time
 from functools import partial
 from pathlib import Path
 
-import pmor
 from pmor.case import Case, text_of
 from pmor.lab.core.measures import times_in_turn
 
@@ -26,7 +25,7 @@ face_width_mm = 20.0
 teeth = 21
 bore_radius_mm = 20.0
 """
-_SOURCES = Path(pmor.__file__).parents[1]
+_SOURCES = Path(__file__).parents[3]
 REPEATS = 5
 
 
