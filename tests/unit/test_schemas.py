@@ -81,16 +81,6 @@ def test_a_file_to_start_from_is_checked_and_loads_where_the_user_stands(kind, t
     assert [line for line in values if "#" not in line and not line.endswith("[")] == []
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", STARTS)
-def test_a_file_to_start_from_is_planned_and_runs_as_it_is(kind, tmp_path):
-    path = tmp_path / "my.toml"
-    path.write_text(start_text(kind), encoding="utf-8")
-    assert main(["plan", str(path)]) == 0
-    assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 0
-    assert (tmp_path / "out" / "report.html").exists()
-
-
 def test_the_manual_begins_with_the_file_to_start_from():
     page = (ROOT / "cases" / "manual" / "ten_minutes.md").read_text(encoding="utf-8")
     shown = page.split("```toml\n# pair.toml\n")[1].split("```")[0]
