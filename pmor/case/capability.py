@@ -87,29 +87,30 @@ OF_CASES = (
           ("exudyn", "fmu"),
           "drive flanks: give [load] torque_Nm positive, and the coast flanks as a [[condition]]"),
     Limit(lambda case: _tooth_keys(case), ("exudyn", "fmu"), lambda case: (
-          "teeth that are alike, with which it repeats each mesh cycle: leave out " + " and ".join(_tooth_keys(case)))),
+          "teeth that are alike, as it repeats with each mesh cycle: leave out " + " and ".join(_tooth_keys(case)))),
     Limit(lambda case: _measured(case), ("rexs",),
-          lambda case: f"flanks that are alike but for their pitch: leave out {' and '.join(_measured(case))}"),
+          lambda case: f"teeth that differ in their pitch alone: leave out {' and '.join(_measured(case))}"),
     Limit(lambda case: case.pair.wheel.internal, ("stability",),
-          "external gears, and the wheel is a ring: take the pair alone"),
+          "external gears, and the wheel is a ring"),
     Limit(lambda case: _nodes(case) > MOST_NODES, ("page",),
-          lambda case: f"flanks of {MOST_NODES} nodes at most, and these have {_nodes(case)} nodes"),
+          lambda case: f"flanks of {MOST_NODES} nodes at most, and these have {_nodes(case)}: lower "
+          "[mesh] profile_elements or width_elements"),
     Limit(lambda case: case.pair.wheel.rim_gives, ("classical", "exudyn", "fmu"),
           "rings that are rigid all over their outside: leave held and seats out of [wheel]"),
     Limit(lambda case: case.pair.wheel.rim_gives, ("vtkhdf",),
-          "rings that are rigid all over their outside, as it shows one sector for all teeth, and between lugs each "
-          "stands otherwise: leave held and seats out of [wheel]"),
+          "rings that are rigid all over their outside, as it shows all teeth by one sector, and lugs make teeth "
+          "differ: leave held and seats out of [wheel]"),
     Limit(lambda case: case.pair.wheel.rim_gives, ("rexs",),
-          "rings that are rigid all over their outside, as a ring_gear of REXS 2.0 has no attribute of what holds it: "
-          "leave held and seats out of [wheel]"),
+          "rings that are rigid all over their outside, as REXS 2.0 has no attribute of what holds a ring: leave "
+          "held and seats out of [wheel]"),
     Limit(lambda case: any(gear.body is not None for gear in _gears(case)), ("rexs",),
-          "no body of one's own, a mesh or a matrix: give the blank by dimensions, or leave it out"),
+          "no body given by a mesh or a matrix: give the blank by dimensions, or leave it out"),
     Limit(lambda case: any(gear.one_piece for gear in _gears(case)), ("rexs", "vtkhdf"),
           "gears that are rigid at their bores: leave one_piece out"),
     Limit(lambda case: any(case.pair.holes), ("classical", "exudyn", "fmu"),
-          "no holes, with which it does not repeat each mesh cycle: leave them out"),
+          "no holes, as it repeats with each mesh cycle, and holes make teeth differ: leave them out"),
     Limit(lambda case: any(case.pair.holes), ("vtkhdf",),
-          "no holes, as it shows one sector for all teeth, and beside holes each stands otherwise: leave them out"),
+          "no holes, as it shows all teeth by one sector, and holes make teeth differ: leave them out"),
 )  # fmt: skip
 
 
@@ -173,33 +174,33 @@ def _long_periods(file: Any) -> str:
     return next(iter(found + [name for name, one in _sets(file).items() if one.pitches > one.plan.cycle]), "")
 
 
-LONG_PERIODS = Limit(_long_periods, ("dynamics",),
-                     lambda file: f"meshes of two gears by themselves that repeat after {MOST_PITCHES} pitches, and "
-                     f"others that repeat with each mesh cycle, and {_long_periods(file)} does not: give "
-                     "pitch_deviations_um, waves, a topography of each tooth, holes and lugs of one gear of a mesh "
-                     "alone, and leave them and eccentricities out of sets and of meshes that share gears")  # fmt: skip
+LONG_PERIODS = Limit(_long_periods, ("dynamics",), lambda file: (
+    f"meshes that repeat with each mesh cycle, or after {MOST_PITCHES} pitches at most where no gear is shared, and "
+    f"{_long_periods(file)} does not: teeth of one gear of such a mesh may differ (pitch_deviations_um, waves, a "
+    "topography of each tooth, holes, lugs); leave that and eccentricities out of sets and of meshes that share gears"
+))  # fmt: skip
 NONLINEAR = 'write [dynamics] motion = "linear"'
-ALL_FE = "reduced models: line loads of all meshes at once are exact on full finite elements, and nothing is beside"
+ALL_FE = "reduced models alone, and this machine is solved on full finite elements"
 OF_SETS = (
     Limit(_always, ("full",), ALL_FE),
     Limit(lambda file: file.sections.gears, ("dynamics",),
           "trains of gears on shafts: give gears, shafts and bearings in the file of a gearbox"),
     LONG_PERIODS,
     Limit(lambda file: file.sections.dynamics.motion == "nonlinear", ("dynamics",),
-          f"flanks of sets that stay in contact, as all planets would part together or not: {NONLINEAR}"),
+          f"flanks of sets that stay in contact: {NONLINEAR}"),
     Limit(lambda file: max(map(_nodes, file.cases.values())) > MOST_NODES, ("page",),
           f"flanks of {MOST_NODES} nodes at most: lower [mesh] profile_elements or width_elements"),
     Limit(lambda file: file.plan.clockwise and not file.sections.gears, ("rexs",),
           "planetary sets whose torque turns the sun counter-clockwise: give it the other sign"),
-    Limit(_held_elsewhere, ("rexs",), "[supports] of sun and planets across alone: leave the others out"),
+    Limit(_held_elsewhere, ("rexs",), "[supports] of sun and planets across their axes alone: leave the others out"),
     Limit(lambda file: not _is_default(file.sections.carrier), ("rexs",),
-          "a rigid carrier, as a planet_carrier of REXS 2.0 has no stiffness: leave [carrier] out"),
+          "a rigid carrier, as REXS 2.0 has no stiffness of a carrier: leave [carrier] out"),
     Limit(lambda file: file.sections.pins is not None and file.sections.pins.cheeks != "both", ("rexs",),
           'pins in both cheeks: write [pins] cheeks = "both"'),
     Limit(_eccentric, ("rexs",),
-          "gears that are centred, as those of REXS 2.0 have no eccentricity: leave [eccentricity] out"),
+          "gears that are centred, as REXS 2.0 has no eccentricity: leave [eccentricity] out"),
     Limit(_one_way, ("rexs",),
-          lambda file: f"gears of sets that are alike from both ends, and their teeth: no {_one_way(file)}"),
+          lambda file: f"gears of sets that are alike from both ends: leave out {_one_way(file)}"),
 )  # fmt: skip
 
 
@@ -216,32 +217,30 @@ def _turning(file: Any) -> bool:
 OF_GEARBOXES = (
     Limit(_always, ("full",), ALL_FE),
     Limit(lambda file: file.never_back, ("sweep",),
-          lambda file: "loads that turn with the carrier of a set, or with shafts that stand before it as before after "
-          f"20 of its turns at most, and those on {file.never_back} do not: bearings are loaded anew at each of those "
-          'angles, and meshes repeat with their pitches alone; leave turns out of them, or ask for "pmor dynamics"'),
+          lambda file: "loads that turn with the carrier of a set, or with shafts that come back within 20 of its "
+          f'turns, and those on {file.never_back} do neither: leave turns out of them, or ask for "pmor dynamics"'),
     Limit(_turning, ("rexs", "fmu"),
           "loads that stand in the housing, as it has none that turn with a shaft: leave turns out of them"),
     Limit(lambda file: file.model.groups, ("page", "rexs"),
-          "gears with one mesh each: run it without, bodies of gears that several meshes bend are solved there"),
+          "gears with one mesh each, and some here have several"),
     Limit(lambda file: not set(file.cases) - set(file.model.shared), ("design",),
-          "meshes of two gears that have no other one: design meshes of sets, and of gears with several, as sets"),
+          "gears with one mesh each: design planetary sets, and gears with several meshes, as set files"),
     Limit(_uneven, ("dynamics",),
-          lambda file: f"three or more planets, evenly spaced, on a carrier that turns, where their stiffness is "
-          f"constant as it turns, and those of {_uneven(file)} are not: change its [planets], or take it alone"),
+          lambda file: "three or more planets, evenly spaced, on a carrier that turns, as their stiffness is the same "
+          f"at all its angles then, and those of {_uneven(file)} are not: change its [planets], or take its set file"),
     LONG_PERIODS,
     Limit(_unlike_pitches, ("quiet",),
-          lambda file: f"meshes that repeat with each pitch, and {_unlike_pitches(file)[0]} does not, whose law each "
-          "variant would ask for over all of its pitches: leave out pitch_deviations_um, waves, a topography of each "
-          "tooth, holes and lugs"),
+          lambda file: f"meshes that repeat with each pitch, and {_unlike_pitches(file)[0]} does not: leave out "
+          "pitch_deviations_um, waves, a topography of each tooth, holes and lugs"),
     Limit(lambda file: file.sections.dynamics.motion == "nonlinear" and (file.model.shared or _unlike_pitches(file)),
-          ("dynamics",), "flanks that part in meshes of two gears that repeat with each mesh cycle, and have no other "
-          f"mesh: {NONLINEAR}"),
+          ("dynamics",), "flanks that part where gears have one mesh each, which repeats with each mesh cycle: "
+          f"{NONLINEAR}"),
     Limit(lambda file: file.model.sets or file.model.shared or _unlike_pitches(file), ("fmu",),
-          "meshes of two gears that repeat with each mesh cycle, and have no other mesh, each as a table: leave out "
-          "planetary sets, gears in several meshes, and what makes pitches differ"),
+          "gears with one mesh each, which repeats with each mesh cycle: leave out planetary sets, gears in several "
+          "meshes, and what makes pitches differ"),
     Limit(_beyond_rexs, ("rexs",),
-          lambda file: "bearings by stiffness without clearance, and by inner geometry of one row without preload "
-          f'along the axis, and "{_beyond_rexs(file)}" is another one: leave that out of it'),
+          lambda file: "bearings by stiffness without clearance, or by inner geometry of one row without preload "
+          f'along the axis, and "{_beyond_rexs(file)}" is neither: leave out what it has beyond that'),
     Limit(lambda file: file.model.turned, ("page",),
           "loads on one side of the flanks: write a gearbox file for each sense"),
 )  # fmt: skip
@@ -251,15 +250,15 @@ PART_BY_PART: tuple[Capability, ...] = ("rexs",)
 # What no results of a kind have, beside what can be asked elsewhere: what, and why.
 NEVER: Mapping[str, tuple[tuple[str, str], ...]] = {
     "SetFile": (
-        ("contact of the other flanks", "each mesh is driven in one sense"),
+        ("contact of the other flanks", "each mesh is driven one way"),
         ("equal gears", "finite elements are solved once for each member, and kept beside the results"),
     ),
     "GearboxFile": (
         ("gear bodies on their shafts", "beams are as thick as their sections; bores are rigid without one_piece"),
-        ("centrifugal loads of rolling elements", "bearings stand still after ISO/TS 16281"),
+        ("centrifugal loads of rolling elements", "ISO/TS 16281 has none"),
         ("losses of bearings, seals, churning", "losses are those of the line loads"),
-        ("contact of coast flanks", "each mesh is driven by its mean force"),
-        ("damage of gears", "the load spectrum is listed, no life is summed up"),
+        ("contact of coast flanks", "each mesh is driven one way by its mean force"),
+        ("damage of gears", "the load spectrum is listed, without a life"),
         ("modified life of bearings", "L_10r alone: factors for reliability, lubricant and cleanliness are not known"),
     ),
 }

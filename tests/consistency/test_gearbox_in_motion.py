@@ -685,5 +685,5 @@ def test_what_a_unit_has_no_table_for_is_refused_before_work(tmp_path):
     place = 'pinion = { shaft = "input", at_mm = 35.0'
     uneven = f", modification = {{ pitch_deviations_um = {[1.0] + 18 * [0.0]} }}"
     path = written(tmp_path, SMALL.replace(place, place + uneven) + MOTION)
-    with pytest.raises(CaseError, match="a unit for co-simulation takes meshes of two gears that repeat"):
+    with pytest.raises(CaseError, match="a unit for co-simulation takes gears with one mesh each"):
         pmor.export_file(path, "fmu", tmp_path / "box.fmu")
