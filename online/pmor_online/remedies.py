@@ -13,7 +13,6 @@ from itertools import product
 from typing import Protocol
 
 import numpy as np
-from scipy.optimize import minimize
 
 from pmor.case.width import meshed_width
 from pmor.core.arrays import FloatArray
@@ -332,6 +331,8 @@ def least(
     resolution : float
         To which places are sought; 0 is as fine as the evaluations allow.
     """
+    from scipy.optimize import minimize
+
     inside = [np.clip(start, low, high) for start in starts]
     place = min(inside, key=figure) if len(inside) > 1 else inside[0]
     simplex = np.clip(place + np.vstack([np.zeros(len(place)), np.diag(spread)]), low, high)

@@ -21,6 +21,8 @@ from pmor.report.explorer import Column, Designs
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.parameter_words import parameter_words
 from pmor.report.table import Cell, Table, text_lines
+from pmor.report.verdict import verdict_text
+from pmor.results.verdict import Verdict, digits
 from pmor.storage.design_file import DesignResults, write_design_file
 from pmor.work.results import Report
 
@@ -96,13 +98,37 @@ def design_text(outcome: Found, read: Readings) -> str:
     """Return the tables for the screen."""
     sentences = [*([] if read.gearbox is None else gearbox_sentences(read.gearbox)), _count_words(outcome)]
     sentences += _waiting(read) or certainty_words(outcome)
-    lines = [f"Design: {outcome.design.title}", *(f"  {sentence}" for sentence in sentences)]
+    lines = [f"Design: {outcome.design.title}", *verdict_text(design_verdict(outcome, read).data)]
+    lines += [f"  {sentence}" for sentence in sentences]
     for shown in (*_tables(outcome, read), *([] if read.gearbox is None else gearbox_tables(read.gearbox))):
         if shown.rows:
             lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
     if outcome.best is None:
         lines.append("  ! no variant keeps all constraints")
     return "\n".join([*lines, *(f"  ! {sentence}" for sentence in _failures(outcome, read))])
+
+
+def design_verdict(outcome: Found, read: Readings) -> Verdict:
+    """Return what the search found, what leaves doubts, and how the best becomes a file."""
+    design, goal = outcome.design, outcome.design.objective
+    doubts, unit = [], goal.unit and f" {goal.unit}"
+    if outcome.apart is not None and outcome.apart > AGREE:
+        doubts.append(f"both halves of the search end {100.0 * outcome.apart:.2g} % apart: raise samples and descents")
+    if outcome.best is None:
+        return Verdict("Nothing was found.", "; ".join(["No variant keeps all constraints", *doubts]) + ".",
+                       "Wider ranges of [[variables]], or weaker [[constraints]].")  # fmt: skip
+    x, best = outcome.variants.x[outcome.best], float(outcome.variants.objective[outcome.best])
+    ends = [v.name for v, value in zip(design.variables, x, strict=True) if value in v.range]
+    if ends:
+        doubts.append(f"at the end of the range of {', '.join(ends)}: a wider one may have a better variant")
+    said = "; ".join(doubts) or "nothing of what is judged here"
+    values = ", ".join(f"{v.name} = {value:g}" for v, value in zip(design.variables, x, strict=True))
+    base = digits(read.base.objective) if np.isfinite(read.base.objective) else "what did not converge"
+    return Verdict(
+        f"{words_of(goal.key)}, mean over the loads: from {base} to {digits(best)}{unit}.",
+        f"{said[:1].upper()}{said[1:]}.",
+        f"{values}: pmor design {outcome.file.name}.toml --case {outcome.best} writes the file.",
+    )
 
 
 def _waiting(read: Readings) -> list[str]:
@@ -205,7 +231,8 @@ def _unit(name: str) -> str:
 
 
 def _blocks(outcome: Found, read: Readings) -> list[Block]:
-    blocks: list[Block] = [_count_words(outcome), *(_waiting(read) or certainty_words(outcome))]
+    blocks: list[Block] = [design_verdict(outcome, read), _count_words(outcome)]
+    blocks += _waiting(read) or certainty_words(outcome)
     if outcome.best is None:
         blocks.append(Warning("No variant keeps all constraints."))
     blocks += [Warning(sentence) for sentence in _failures(outcome, read)]
@@ -214,7 +241,8 @@ def _blocks(outcome: Found, read: Readings) -> list[Block]:
     if read.gearbox is not None:
         face_load = Picture("face_load.png", "Line load over the face, added up over tooth pairs; the whole gearbox "
                             "solved anew with each flank.", figures.face_load_figure(read.gearbox))  # fmt: skip
-        blocks = [*gearbox_sentences(read.gearbox), *blocks, *gearbox_tables(read.gearbox), face_load]
+        blocks[1:1] = gearbox_sentences(read.gearbox)
+        blocks = [*blocks, *gearbox_tables(read.gearbox), face_load]
     return [*blocks, *_pictures(outcome, read), *_tables(outcome, read)]
 
 

@@ -4,6 +4,7 @@ from dataclasses import asdict
 
 import pytest
 
+from pmor.dynamics.whine.output import whine_verdict
 from pmor.report.markdown import page_markdown
 from pmor.report.page import page_html
 from pmor.report.verdict import JUDGED, Seen, findings, verdict_blocks, verdict_of, verdict_text
@@ -88,3 +89,22 @@ def test_pages_and_screens_tell_the_same_three_lines():
 
 def test_every_figure_that_is_judged_is_in_the_table():
     assert JUDGED.keys() <= TABLE.keys()
+
+
+def test_motion_is_told_by_its_largest_peak_and_the_micrometre_that_moves_it_most():
+    row = {"mesh": "first", "parameter": "pinion.tip_relief_um", "force_N": {"mesh": 3.0, "A": -2.5}}
+    slight = row | {"parameter": "pinion.helix_slope_um", "force_N": {"mesh": 9.0, "A": 0.5}}
+    peak = {"bearing": "A", "speed_rpm": 2166.0, "force_rms_N": 120.0, "line": "first, harmonic 1"}
+    load = {
+        "micrometres": [slight, row], "micrometre_targets": {"A, first": 2166.0}, "peaks": [peak],
+        "meshes": [{"name": "first", "dynamic_factor": 1.12}],
+    }  # fmt: skip
+    (told,) = whine_verdict({"loads": [load]})
+    assert told.good == "Flanks stay in contact: dynamic factor at most 1.12 (first)."
+    assert told.not_good == "Largest peak: 120 N (rms) of A at 2166 rpm, by first, harmonic 1."
+    assert told.try_first.startswith("A micrometre more of first, ")
+    assert "2.5 N off" in told.try_first
+    parted = load | {"meshes": [{"name": "first", "dynamic_factor": 2.5}], "micrometres": []}
+    (told,) = whine_verdict({"loads": [parted]})
+    assert told.not_good.startswith("Flanks would part: dynamic factor at most 2.5 (first).")
+    assert whine_verdict({"loads": []}) == []

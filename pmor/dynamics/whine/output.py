@@ -40,7 +40,10 @@ from pmor.dynamics.whine.tables import (
 )
 from pmor.machine.loader import GearboxFile
 from pmor.report.page import Block, Heading, Picture, Warning
+from pmor.report.parameter_words import parameter_words
 from pmor.report.table import text_lines
+from pmor.report.verdict import verdict_text
+from pmor.results.verdict import Verdict, digits
 from pmor.sets.loader import SetFile
 from pmor.work.results import Report
 
@@ -174,9 +177,41 @@ def whine_report(file: MovingFile, responses: Sequence[LoadResponse], data: Data
     return Report("dynamics", data, title, blocks, page_only=live)
 
 
+def whine_verdict(data: Data) -> list[Verdict]:
+    """Return the verdict on motion under the load with the largest bearing force; none where nothing is solved."""
+    if not data["loads"]:
+        return []
+    load = main_load(data)
+    factor, mesh = max((row["dynamic_factor"], row["name"]) for row in load["meshes"])
+    contact = f"dynamic factor at most {factor:.3g} ({mesh})"
+    parts, bad = factor > MOST_FACTOR, list[str]()
+    if parts:
+        bad.append(f"Flanks would part: {contact}.")
+    good = "Nothing of what is judged here." if parts else f"Flanks stay in contact: {contact}."
+    top = max(load["peaks"], key=lambda row: float(row["force_rms_N"]), default=None)
+    if top is None:
+        return [Verdict(good, " ".join(bad) or "No peak of a bearing force lies within the speeds.", "Nothing.")]
+    bearing, at = top["bearing"], f"{top['speed_rpm']:.4g} rpm"
+    bad.append(f"Largest peak: {digits(top['force_rms_N'])} N (rms) of {bearing} at {at}, by {top['line']}.")
+    rows = [row for row in load["micrometres"] if row["force_N"].get(bearing)]
+    if not rows:
+        return [Verdict(good, " ".join(bad), f"No flank that was tried moves the force of {bearing}.")]
+    best = max(rows, key=lambda row: abs(float(row["force_N"][bearing])))
+    change, words = float(best["force_N"][bearing]), parameter_words(best["parameter"]).removesuffix(" [µm]")
+    speed = load["micrometre_targets"][f"{bearing}, {best['mesh']}"]
+    way = "less" if change > 0.0 else "more"
+    text = (
+        f"A micrometre {way} of {best['mesh']}, {words}: {digits(abs(change))} N off what that mesh's own lines "
+        f"cause at {bearing} at {speed:.4g} rpm, by the derivative there. A design with minimise "
+        '= "bearing_force_N" goes on from there.'
+    )
+    return [Verdict(good, " ".join(bad), text)]
+
+
 def whine_text(data: Data) -> str:
     """Return the tables for the screen."""
     lines = [f"The {kind} in motion: {data[kind]}" for kind in ("gearbox", "set") if kind in data]
+    lines += [line for verdict in whine_verdict(data) for line in verdict_text(verdict.data)]
     for shown in (meshes_table(data), peaks_table(data, [main_load(data)["load"]] if data["loads"] else [])):
         if shown.rows:
             lines += [f"  {shown.title}", *(f"    {line}" for line in text_lines(shown))]
@@ -184,7 +219,7 @@ def whine_text(data: Data) -> str:
 
 
 def _blocks(file: MovingFile, data: Data, responses: Sequence[LoadResponse]) -> list[Block]:
-    motion, blocks = file.sections.dynamics, list[Block]()
+    motion, blocks = file.sections.dynamics, list[Block](whine_verdict(data))
     blocks.append(
         f"{OF_A_SET if isinstance(file, SetFile) else OF_SHAFTS}, and line contact on finite elements whose stiffness "
         "varies over the mesh cycle. Flanks stay in contact. Speeds are those of "
