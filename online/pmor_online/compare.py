@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.core.shown import Columns, Tabular, brief
+from pmor.core.shown import Columns, brief
 from pmor.line.hertz import TOO_WIDE
 from pmor.line.unloaded import with_unloaded
 from pmor.pair.conditions import conditions_of
@@ -17,6 +17,7 @@ from pmor.pair.model import ElasticModel
 from pmor.pair.sweep import sweep_ste
 from pmor.reduction.basis import Training
 from pmor.results.sweep import SteSweep
+from pmor.results.tabular import Tabular
 from pmor_online.model import ReducedPair, unseen_angles
 from pmor_online.sweep import sweep_reduced_pair
 

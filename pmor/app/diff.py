@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pmor.app.diff_sides import FURTHER, SOURCES, Side, documents, keys_of, quantity, read_sides
+from pmor.app.diff_sides import FURTHER, SOURCES, Side, documents, quantity, read_sides
 from pmor.core.arrays import FloatArray
-from pmor.core.shown import Columns, Tabular
+from pmor.core.shown import Columns, keys_of
 from pmor.core.wording import suggesting
 from pmor.report.curves import plot_beside
 from pmor.report.page import Block, Heading, Picture, Warning
 from pmor.report.style import panels
 from pmor.report.table import Table, aligned_lines
+from pmor.results.tabular import Tabular
 from pmor.work.results import Report, writing_results
 
 if TYPE_CHECKING:

@@ -233,16 +233,3 @@ def _line_of(words: str) -> int | None:
     _, _, place = words.partition("at line ")
     digits = place.partition(",")[0]
     return int(digits) if digits.isdigit() else None
-
-
-def keys_of(document: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, str]]:
-    """Yield the keys of a document and their values as text; sections in a list by their names, or numbers."""
-    for key, value in document.items():
-        place = f"{above}{key}"
-        if isinstance(value, dict):
-            yield from keys_of(value, f"{place}.")
-        elif isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
-            for number, item in enumerate(value, start=1):
-                yield from keys_of(item, f"{place}[{item.get('name', number)}].")
-        else:
-            yield place, json.dumps(value, ensure_ascii=False, default=str)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -168,7 +168,8 @@ class ReducedModel:
 
     @suggesting
     def sweep_conditions(
-        self, assemblies: Assembly | Iterable[Assembly], torques_Nm: float | Iterable[float] | None = None,
+        self, assemblies: Assembly | Iterable[Assembly] | Mapping[str, Assembly],
+        torques_Nm: float | Iterable[float] | None = None,
         angles: int | FloatArray | None = None, *, extrapolate: bool = False, executor: Executor | None = None,
         progress: Steps = quietly
     ) -> ConditionsResult:  # fmt: skip
@@ -176,9 +177,9 @@ class ReducedModel:
 
         Parameters
         ----------
-        assemblies : Assembly, or iterable of Assembly
-            Axes and modifications of both flanks, complete: the default of each is as drawn, whatever the case says. A
-            `Misalignment` stands for an assembly of plain flanks.
+        assemblies : Assembly, or iterable of Assembly, or mapping of str to Assembly
+            By the names that tables call them, or without. Axes and modifications of both flanks, complete: the default
+            of each is as drawn, whatever the case says. A `Misalignment` stands for an assembly of plain flanks.
         torques_Nm, angles, extrapolate, executor
             As in `sweep`, the same for all.
         progress : callable
@@ -189,6 +190,10 @@ class ReducedModel:
         CaseError
             As `sweep`, with the number of the assembly, from 0.
         """
+        if isinstance(assemblies, Mapping):
+            found = self.sweep_conditions(assemblies.values(), torques_Nm, angles, extrapolate=extrapolate,
+                                          executor=executor, progress=progress)  # fmt: skip
+            return replace(found, names=tuple(assemblies))
         model, torques_Nm = self._loaded_by(torques_Nm)
         if model is not self:
             return model.sweep_conditions(assemblies, torques_Nm, angles, extrapolate=extrapolate, executor=executor,

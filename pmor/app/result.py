@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
-from pmor.core.shown import Tabular
+from pmor.export.tables import ResultArray, line_entries, sweep_entries
 from pmor.gear.condition import PLAIN, Assembly
 from pmor.gear.pair import GearPair
+from pmor.report.curves import Drawn
 from pmor.report.data_files import ste_columns, write_ste_csv
 from pmor.report.flank_figures import flank_maps_figure
 from pmor.report.sweep_figures import load_sharing_figure, spectrum_figure, ste_figure
@@ -25,6 +26,7 @@ from pmor.results.sensitivity import Sensitivities
 from pmor.results.shaft_orders import MOST_LISTED, ShaftOrder, shaft_orders
 from pmor.results.solution import MeshView, PartView, place_of
 from pmor.results.sweep import MeshStiffness, SteSweep, mesh_orders, mesh_stiffness, peak_to_peak_um, ste_mean_um
+from pmor.results.tabular import Tabular
 from pmor_online.model import ReducedPair
 from pmor_online.readings import derivatives, flank_maps, forces_on_gears
 
@@ -38,7 +40,7 @@ SHOWN_ORDERS = 3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SweepResult(Tabular):
+class SweepResult(Drawn):
     """Static transmission error, load sharing and stiffness over T torques and N pinion angles.
 
     A position that did not converge is NaN in the arrays of floats, and ``converged`` is false there.
@@ -250,6 +252,10 @@ class SweepResult(Tabular):
         """All of it by the names of columns, for `to_dataframe`: a value for each torque and angle."""
         return ste_columns(self.sweep)
 
+    def _labelled(self) -> dict[str, ResultArray]:
+        lines = {} if self.sweep.states is None else line_entries(self.line_loads, self.mesh().figures)
+        return sweep_entries(self.sweep, self.pair) | lines
+
     def _shown(self) -> Columns:
         mean, span = self.mean_um, self.peak_to_peak_um
         columns = {"torque, N m": self.torque_Nm, "STE mean, um": mean, "peak-to-peak, um": span}
@@ -276,10 +282,13 @@ class ConditionsResult(Tabular):
     ----------
     results : tuple of SweepResult
         One for each.
+    names : tuple of str
+        Of the assemblies in tables; none: their numbers.
     """
 
     assemblies: tuple[Assembly, ...]
     results: tuple[SweepResult, ...]
+    names: tuple[str, ...] = ()
 
     @property
     def ste_um(self) -> FloatArray:
@@ -314,7 +323,7 @@ class ConditionsResult(Tabular):
         }  # fmt: skip
         varied = {key: values for key, values in keys.items() if any(value != values[0] for value in values)}
         return {
-            "assembly": np.repeat(np.arange(len(self.assemblies)), len(torques)),
+            "assembly": np.repeat(self.names or np.arange(len(self.assemblies)), len(torques)),
             **{key: [value for value in values for _ in torques] for key, values in varied.items()},
             "torque_Nm": np.tile(torques, len(self.assemblies)),
             "ste_mean_um": self.mean_um.ravel(), "ste_peak_to_peak_um": self.peak_to_peak_um.ravel(),

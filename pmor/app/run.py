@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cache, partial
@@ -15,16 +15,18 @@ from pmor.app.result import SweepResult
 from pmor.case import Case, text_of
 from pmor.case.width import case_of_page, takes_whole_width
 from pmor.core.progress import Steps, quietly, stage
-from pmor.core.shown import Columns, Tabular
+from pmor.core.shown import Columns
 from pmor.core.threads import one_thread, refuse_processes
 from pmor.core.wording import suggesting
 from pmor.fe.sector import SectorMesh
 from pmor.pair.conditions import assembly_of
 from pmor.pair.model import ElasticModel, refuse_loads
+from pmor.report.curves import Drawn
 from pmor.report.run_page import page_files, write_pages
 from pmor.report.screen import result_text
 from pmor.report.summary import result_files, summary, write_results, write_summary
 from pmor.results.root_stress import RootStress
+from pmor.results.tabular import Labelled
 from pmor.storage.results_folder import results_folder, start_results
 from pmor.work.cost import meshed_within_memory, refuse_beyond_memory, refuse_large_sweep_of
 from pmor.work.live import live_pair
@@ -39,7 +41,7 @@ _LOG = logging.getLogger("pmor")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RunResult(Tabular):
+class RunResult(Drawn):
     """Results of a run, and the folder with its files."""
 
     found: OnlineResult
@@ -87,6 +89,9 @@ class RunResult(Tabular):
     def columns(self) -> Columns:
         """All of it by the names of columns, for `to_dataframe`: a value for each torque and angle."""
         return self.sweep.columns()
+
+    def _labelled(self) -> Mapping[str, Labelled]:
+        return self.sweep._labelled()
 
     def _shown(self) -> Columns:
         return self.sweep._shown()

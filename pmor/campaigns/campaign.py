@@ -10,6 +10,7 @@ from pmor.campaigns.keys import split
 from pmor.campaigns.kind import Kind, Number
 from pmor.campaigns.settings import CampaignSections, GearboxResults
 from pmor.core.errors import printable
+from pmor.core.shown import Written
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Variable:
 
 
 @dataclass(frozen=True)
-class Campaign:
+class Campaign(Written):
     """A campaign, its base file and its table of designs read.
 
     Parameters

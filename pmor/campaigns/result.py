@@ -14,7 +14,7 @@ from pmor.campaigns.columns import Columns, Effort
 from pmor.campaigns.output import campaign_text, write_campaign
 from pmor.campaigns.rows import STATUSES, Answer
 from pmor.core.arrays import FloatArray, IntArray
-from pmor.core.shown import Tabular
+from pmor.results.tabular import Tabular
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)

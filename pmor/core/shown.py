@@ -1,16 +1,13 @@
-"""Things as Python shows them: in one line, in a notebook, and as a table of pandas."""
+"""Things as Python shows them: in one line, and in a notebook."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+import tomllib
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from html import escape
-from typing import TYPE_CHECKING, Any, TypeVar
-
-from pmor.core.errors import ExternalProgramError
-
-if TYPE_CHECKING:
-    from pandas import DataFrame
+from typing import Any, TypeVar
 
 #: arrays or lists of one length by their names
 Columns = Mapping[str, Any]
@@ -51,35 +48,29 @@ def _brief_value(value: Any) -> str:
     return f"<{len(value)}>" if listed else f"{text[:LONGEST_VALUE]}..."
 
 
-class Tabular:
-    """A result that is a table: shown as one in a notebook, and taken over by pandas."""
+class Written:
+    """Settings with a `name`, read from a `text`: a notebook shows the keys that are written."""
 
-    def columns(self) -> Columns:
-        """All of it by the names of columns."""
-        raise NotImplementedError
-
-    def _shown(self) -> Columns:
-        """What a notebook shows of it."""
-        return self.columns()
-
-    def to_dataframe(self) -> DataFrame:
-        """Return the result as a table of pandas, units in the names of its columns.
-
-        Raises
-        ------
-        ExternalProgramError
-            Where pandas is not installed.
-        """
+    def _repr_html_(self: Any) -> str:
         try:
-            from pandas import DataFrame
-        except ImportError:
-            raise ExternalProgramError(
-                "to_dataframe: the package pandas is not installed: pip install pandas, or 'pmor-gear[pandas]'"
-            ) from None
-        return DataFrame(dict(self.columns()))
+            keys = dict(keys_of(tomllib.loads(self.text)))
+        except tomllib.TOMLDecodeError:  # of a file of another program, or of several
+            keys = {}
+        caption = f"<{type(self).__name__} {self.name!r}>"
+        return html_table(caption, {"key": list(keys), "value": list(keys.values())} if keys else {})
 
-    def _repr_html_(self) -> str:
-        return html_table(repr(self), self._shown())
+
+def keys_of(document: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, str]]:
+    """Yield the keys of a document and their values as text; sections in a list by their names, or numbers."""
+    for key, value in document.items():
+        place = f"{above}{key}"
+        if isinstance(value, dict):
+            yield from keys_of(value, f"{place}.")
+        elif isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
+            for number, item in enumerate(value, start=1):
+                yield from keys_of(item, f"{place}[{item.get('name', number)}].")
+        else:
+            yield place, json.dumps(value, ensure_ascii=False, default=str)
 
 
 def html_table(caption: str, columns: Columns) -> str:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from pmor.case import Case
 from pmor.case.document import GEARS
+from pmor.core.shown import Written
 from pmor.design.settings import Design, Variable
 from pmor.gear.condition import Assembly
 from pmor.machine.loader import GearboxFile
@@ -67,7 +68,7 @@ class CarryingFlank:
 
 
 @dataclass(frozen=True)
-class DesignFile:
+class DesignFile(Written):
     """A design file that was read.
 
     Parameters

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
-from pmor.core.shown import Columns, Tabular
+from pmor.core.shown import Columns
 from pmor.design.output import FILES, design_data, design_text, write_design
 from pmor.design.readings import Readings
 from pmor.design.variants import Found
+from pmor.results.tabular import Tabular
 from pmor.work.results import writing_results
 
 
@@ -95,7 +96,9 @@ class DesignResult(Tabular):
             for key in design.results for t, load in enumerate(design.load.columns)
         }  # fmt: skip
         variables = {variable.name: self.x[:, n] for n, variable in enumerate(design.variables)}
-        return {"variant": np.arange(len(self.x)), **variables, design.objective.column: self.objective, **results}
+        origin = list(self.found.variants.origin)
+        named = {"variant": np.arange(len(self.x)), "origin": origin}
+        return {**named, **variables, design.objective.column: self.objective, **results}
 
     def _shown(self) -> Columns:
         return {key: np.asarray(values)[self.front] for key, values in self.columns().items()}

@@ -11,12 +11,13 @@ import numpy as np
 
 from pmor.case import text_of
 from pmor.core.arrays import FloatArray
-from pmor.core.shown import Columns, Tabular
+from pmor.core.shown import Columns
 from pmor.dynamics.figures import motion_figure, response_figure, waterfall_figure
 from pmor.dynamics.measure import RUNS, Data
 from pmor.dynamics.output import FILES, dynamics_data, dynamics_report, dynamics_text
 from pmor.dynamics.rating import rated
 from pmor.dynamics.solution import Dynamics
+from pmor.report.curves import Drawn
 from pmor.report.data_files import write_table_csv
 from pmor.work.results import writing_results
 
@@ -63,7 +64,7 @@ def _rows(response: Data) -> Iterator[Data]:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DynamicsResult(Tabular):
+class DynamicsResult(Drawn):
     """Responses of a pair over its speed, one per torque."""
 
     found: Dynamics

@@ -22,7 +22,7 @@ from pmor.results.loads import LineStates
 from pmor.results.quantities import Figures
 from pmor.results.sweep import SteSweep, mesh_stiffness, orders_of
 from pmor.storage.layout import Layout
-from pmor.storage.results_file import read_results
+from pmor.storage.results_file import ResultsFile, read_results
 from pmor.storage.results_layout import RESULTS_LAYOUT
 
 #: places along axes that groups share
@@ -160,6 +160,11 @@ def sweep_entries(sweep: SteSweep, pair: GearPair) -> dict[str, ResultArray]:
     return _described(sweep_arrays(sweep, pair), RESULTS_LAYOUT)
 
 
+def line_entries(lines: LineStates, figures: Figures) -> dict[str, ResultArray]:
+    """Return the arrays of `line_arrays` with their descriptions."""
+    return _described(line_arrays(lines, figures), RESULTS_LAYOUT)
+
+
 def file_entries(path: Path) -> dict[str, ResultArray]:
     """Return the arrays of a results file with their descriptions.
 
@@ -168,7 +173,11 @@ def file_entries(path: Path) -> dict[str, ResultArray]:
     FileFormatError
         When it is foreign, damaged, or of another version.
     """
-    results = read_results(path)
+    return results_entries(read_results(path))
+
+
+def results_entries(results: ResultsFile) -> dict[str, ResultArray]:
+    """Return the arrays of the content of a results file with their descriptions."""
     return _described(results.arrays, results.layout)
 
 

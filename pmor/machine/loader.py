@@ -13,6 +13,7 @@ from pmor.case.reader import parse_toml, read_text, sections_in
 from pmor.case.seats import read_seats
 from pmor.case.slips import case_slips
 from pmor.core.errors import GeometryError, printable
+from pmor.core.shown import Written
 from pmor.machine.checks import ROUNDED_MM, GearboxReader
 from pmor.machine.estimates import with_estimates
 from pmor.machine.model import GearboxModel, HousingMatrices, pinion_torques, set_torques
@@ -28,7 +29,7 @@ TORQUE_DIGITS = 6
 
 
 @dataclass(frozen=True)
-class GearboxFile:
+class GearboxFile(Written):
     """A gearbox file that was read.
 
     Parameters

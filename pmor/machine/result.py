@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pmor.body.beam import NODE
-from pmor.core.shown import Columns, Tabular
+from pmor.core.shown import Columns
+from pmor.export.tables import ResultArray, results_entries
 from pmor.machine.coupled import SolvedLoad
 from pmor.machine.figures import deflection_figure, face_load_figure, ste_figure
 from pmor.machine.fit import Fit
@@ -20,10 +21,11 @@ from pmor.machine.loader import GearboxFile
 from pmor.machine.output import FILES, SET_FILES, TURN_ORDERS, gearbox_data, gearbox_report, gearbox_text, set_files
 from pmor.machine.readings import Data, bearing_data
 from pmor.machine.remedies import verdict_of_gearbox
-from pmor.machine.results_data import gearbox_columns, mesh_rows, write_gearbox_results
+from pmor.machine.results_data import gearbox_columns, gearbox_results, mesh_rows
 from pmor.machine.turn_tables import order_rows
 from pmor.machine.view import machine_figure
 from pmor.machine.vtkhdf import write_machine
+from pmor.report.curves import Drawn
 from pmor.report.data_files import write_bearings_csv, write_columns_csv, write_table_csv
 from pmor.results.load_distribution import line_states
 from pmor.results.loads import together
@@ -31,6 +33,7 @@ from pmor.results.quantities import TABLE
 from pmor.results.root_stress import GEARS
 from pmor.results.solution import MeshView, PartView, place_of
 from pmor.sets.vtkhdf import write_set
+from pmor.storage.results_file import ResultsFile, write_results_file
 from pmor.work.results import writing_results
 from pmor_online.model import ReducedPair
 
@@ -39,7 +42,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GearboxResult(Tabular):
+class GearboxResult(Drawn):
     """A gearbox under its load cases.
 
     Parameters
@@ -84,6 +87,12 @@ class GearboxResult(Tabular):
         rows = mesh_rows(self.data)
         keys = ("load", "name", "ste_mean_um", "ste_peak_to_peak_um", "k_h_beta", "flank_pressure_max_MPa")
         return {TABLE[key].head if key in TABLE else key: [row.get(key) for row in rows] for key in keys}
+
+    def _labelled(self) -> dict[str, ResultArray]:
+        return results_entries(self._results_file())
+
+    def _results_file(self) -> ResultsFile:
+        return gearbox_results(self.file, self.loads, self.data)
 
     def mesh(self, name: str) -> MeshView:
         """Return a mesh under all loads, with all that is read off its line contact."""
@@ -155,7 +164,7 @@ class GearboxResult(Tabular):
                 write_bearings_csv(out, {load["name"]: load for load in self.data["loads"]})
                 if turned := order_rows(self.data):
                     write_table_csv(out / TURN_ORDERS, turned)
-                write_gearbox_results(self.file, self.loads, out / "results.h5", self.data)
+                write_results_file(out / "results.h5", self._results_file())
                 for one in self.loads[0].sets:
                     target = out / f"set_{one.meshing.settings.name}_{SET_FILES[-1]}"
                     write_set(one.solution, one.meshing.file.cases, 0, target)

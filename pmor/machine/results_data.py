@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from pmor.report.data_files import ste_columns
 from pmor.results.load_distribution import line_states
 from pmor.results.quantities import figures_of_mesh
 from pmor.sets.results_data import MOST_LINES, set_arrays, set_columns
-from pmor.storage.results_file import OF_A_GEARBOX, ResultsFile, write_results_file
+from pmor.storage.results_file import OF_A_GEARBOX, ResultsFile
 
 
 def gearbox_columns(loads: Sequence[SolvedLoad]) -> dict[str, np.ndarray]:
@@ -59,10 +58,10 @@ def _spread(mesh: Data) -> Data:
     return found
 
 
-def write_gearbox_results(file: GearboxFile, loads: Sequence[SolvedLoad], path: Path, data: Data) -> None:
-    """Write the results file: that of a run for each mesh and load, that of a set for each set and load, and bearings.
+def gearbox_results(file: GearboxFile, loads: Sequence[SolvedLoad], data: Data) -> ResultsFile:
+    """Return the content of the results file: for meshes that of a run, for sets that of a set, and bearings.
 
-    `data` is that of `gearbox.json`. OutputError where that fails.
+    `data` is that of `gearbox.json`.
     """
     arrays = dict[str, np.ndarray]()
     for load, entry in zip(loads, data["loads"], strict=True):
@@ -75,7 +74,7 @@ def write_gearbox_results(file: GearboxFile, loads: Sequence[SolvedLoad], path: 
     names = {
         "loads": tuple(load.load.name for load in loads), "meshes": tuple(file.cases), "sets": tuple(file.model.sets)
     }  # fmt: skip
-    write_results_file(path, ResultsFile(file.name, file.whole_text, arrays, names, OF_A_GEARBOX))
+    return ResultsFile(file.name, file.whole_text, arrays, names, OF_A_GEARBOX)
 
 
 def _mesh_arrays(mesh: SolvedMesh) -> dict[str, np.ndarray]:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.core.shown import Tabular
 from pmor.report.style import COLOURS, legend_label, new_figure, plot_style
 from pmor.results.quantities import TABLE
+from pmor.results.tabular import Tabular
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

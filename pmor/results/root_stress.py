@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
-from pmor.core.shown import Columns, Tabular, brief
+from pmor.core.shown import Columns, brief
+from pmor.results.tabular import Tabular
 
 GEARS = ("pinion", "wheel")
 SIDES = ("tension", "compression")

@@ -12,6 +12,7 @@ from pmor.case import Case
 from pmor.case.reader import parse_toml, read_text, sections_in
 from pmor.case.slips import case_slips, slips
 from pmor.core.errors import CaseError, GeometryError, printable
+from pmor.core.shown import Written
 from pmor.gear.pair import GearPair
 from pmor.sets.layout import Layout
 from pmor.sets.plan import SetPlan, set_plan
@@ -37,7 +38,7 @@ class OnShafts:
 
 
 @dataclass(frozen=True)
-class SetFile:
+class SetFile(Written):
     """A set file that was read.
 
     Parameters

@@ -12,8 +12,10 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError
-from pmor.core.shown import Columns, Tabular
+from pmor.core.shown import Columns
+from pmor.export.tables import ResultArray, results_entries
 from pmor.pair.samples import Samples, sample_rows
+from pmor.report.curves import Drawn
 from pmor.report.data_files import write_bearings_csv, write_columns_csv, write_table_csv
 from pmor.report.torque_figures import tolerance_figure
 from pmor.sets.figures import (
@@ -41,9 +43,10 @@ from pmor.sets.output import (
 )
 from pmor.sets.readings import Data, set_data
 from pmor.sets.remedies import verdict_of_set
-from pmor.sets.results_data import mesh_rows, set_columns, torque_rows, write_set_results
+from pmor.sets.results_data import mesh_rows, set_columns, set_results, torque_rows
 from pmor.sets.solution import SetSolution
 from pmor.sets.vtkhdf import write_set
+from pmor.storage.results_file import ResultsFile, write_results_file
 from pmor.work.results import writing_results
 
 if TYPE_CHECKING:
@@ -51,7 +54,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SetResult(Tabular):
+class SetResult(Drawn):
     """Gears that mesh with several others, over a mesh cycle.
 
     Parameters
@@ -192,10 +195,16 @@ class SetResult(Tabular):
             write_table_csv(out / "torques.csv", torque_rows(self.data))
             write_table_csv(out / "meshes.csv", mesh_rows(self.data))
             write_bearings_csv(out, by_torques(self.data))
-            write_set_results(self.file, self.solution, self._torques_Nm, out / "results.h5", self.data)
+            write_results_file(out / "results.h5", self._results_file())
             for name, write in self.beside.items():
                 write(self, out / name)
             write_set(self.solution, self.file.cases, nominal_torque(self.file, self.solution), out / "set.vtkhdf")
+
+    def _labelled(self) -> dict[str, ResultArray]:
+        return results_entries(self._results_file())
+
+    def _results_file(self) -> ResultsFile:
+        return set_results(self.file, self.solution, self._torques_Nm, self.data)
 
     @property
     def _torques_Nm(self) -> FloatArray:

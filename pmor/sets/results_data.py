@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from pmor.core.arrays import FloatArray
@@ -11,7 +9,7 @@ from pmor.results.quantities import OF_MESHES
 from pmor.sets.loader import SetFile
 from pmor.sets.readings import Data
 from pmor.sets.solution import SetSolution
-from pmor.storage.results_file import OF_A_SET, ResultsFile, write_results_file
+from pmor.storage.results_file import OF_A_SET, ResultsFile
 
 Arrays = dict[str, np.ndarray]
 # Numbers of the line loads in a file, 80 MB: those of longer sweeps are left out.
@@ -63,14 +61,14 @@ def set_arrays(solved: SetSolution, torque_Nm: FloatArray) -> Arrays:
     return _arrays(solved, torque_Nm) | _lines(solved)
 
 
-def write_set_results(file: SetFile, solved: SetSolution, torque_Nm: FloatArray, path: Path, data: Data) -> None:
-    """Write the results file of a set, `data` that of `set.json`; OutputError where that fails."""
+def set_results(file: SetFile, solved: SetSolution, torque_Nm: FloatArray, data: Data) -> ResultsFile:
+    """Return the content of the results file of a set, `data` that of `set.json`."""
     names = {
         "gears": tuple(body.name for body in solved.plan.bodies),
         "meshes": tuple(" - ".join(names) for names in _meshing(solved)),
     }
     arrays = set_arrays(solved, torque_Nm) | _elements(data)
-    write_results_file(path, ResultsFile(file.name, file.text, arrays, names, OF_A_SET))
+    return ResultsFile(file.name, file.text, arrays, names, OF_A_SET)
 
 
 def _elements(data: Data) -> Arrays:

@@ -10,15 +10,17 @@ from types import SimpleNamespace
 import h5py
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import pmor
 from pmor.app.result import ConditionsResult, SweepResult
-from pmor.core.shown import LONGEST, MOST_ROWS, html_table
+from pmor.core.shown import LONGEST, MOST_ROWS, Written, html_table
 from pmor.export import tables
 from pmor.export.tables import ResultArray, csv_tables
 from pmor.gear.condition import Assembly, Condition, Misalignment, at_torques
 from pmor.report.data_files import write_ste_csv
 from pmor.report.sweep_figures import ste_figure
+from pmor.results.tabular import Tabular
 from pmor.storage.condition_table import read_conditions, write_conditions
 from pmor.storage.hdf5 import Field, set_attributes, write
 from pmor_online.compare import Comparison
@@ -101,10 +103,18 @@ def result(sweep):
     return SweepResult(sweep, pair=None)
 
 
+class Frame(dict):
+    """Columns, and what is said of them."""
+
+    def __init__(self, columns):
+        super().__init__(columns)
+        self.attrs = {}
+
+
 @pytest.fixture
 def pandas(monkeypatch):
     """A stand-in that keeps the columns it is given."""
-    monkeypatch.setitem(sys.modules, "pandas", SimpleNamespace(DataFrame=dict))
+    monkeypatch.setitem(sys.modules, "pandas", SimpleNamespace(DataFrame=Frame))
 
 
 def test_conditions_are_told_by_what_differs_from_the_defaults_and_read_back():
@@ -137,10 +147,95 @@ def test_assemblies_are_told_apart_by_what_differs(result, pandas):
     np.testing.assert_array_equal(found["ste_mean_um"], np.tile(result.mean_um, 2))
 
 
-def test_without_pandas_the_remedy_is_said(result, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(pmor.ExternalProgramError, match="pip install pandas"):
-        result.to_dataframe()
+def test_assemblies_with_names_have_them_in_tables(result, pandas):
+    found = ConditionsResult((Assembly(), Assembly(pinion=RELIEF)), (result, result), ("plain", "relief"))
+    assert list(found.to_dataframe()["assembly"]) == ["plain", "plain", "relief", "relief"]
+    assert ">relief<" in found._repr_html_()
+
+
+def test_columns_have_their_units_as_attributes(result, pandas):
+    units = result.to_dataframe().attrs["units"]
+    assert (units["ste_um"], units["torque_Nm"], units["phi_rad"]) == ("um", "N m", "rad")
+    assert not {"converged", "share_pair_0"} & set(units)
+
+
+@pytest.mark.parametrize(("package", "method"), [("pandas", "to_dataframe"), ("xarray", "to_xarray")])
+def test_without_a_package_the_remedy_is_said(package, method, result, monkeypatch):
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(pmor.ExternalProgramError, match=f"pip install {package}"):
+        getattr(result, method)()
+
+
+class Dataset:
+    """A stand-in that keeps what it is given: names, with axes, values and attributes."""
+
+    def __init__(self, variables, coordinates=None):
+        self.variables, self.coordinates = variables, coordinates or {}
+        lengths = {}
+        for axes, values, _ in [*variables.values(), *self.coordinates.values()]:
+            for axis, length in zip([axes] if isinstance(axes, str) else axes, np.shape(values), strict=True):
+                assert lengths.setdefault(axis, length) == length
+
+
+@pytest.fixture
+def xarray(monkeypatch):
+    tree = SimpleNamespace(from_dict=dict)
+    monkeypatch.setitem(sys.modules, "xarray", SimpleNamespace(Dataset=Dataset, DataTree=tree))
+
+
+class Machine(Tabular):
+    """Results of two meshes under a load."""
+
+    def _labelled(self):
+        array = pmor.ResultArray(np.zeros(3), "um", ("angle",), "transmission error")
+        return {f"meshes/{name}/full/ste/ste": array for name in ("first", "second")}
+
+
+def test_arrays_of_a_machine_are_a_dataset_of_each_part_and_load(xarray):
+    tree = Machine().to_xarray()
+    assert list(tree) == ["meshes/first/full", "meshes/second/full"]
+    assert tree["meshes/first/full"].variables["ste"][2] == {"units": "um", "long_name": "transmission error"}
+
+
+def test_arrays_of_a_sweep_have_axes_with_their_places(sweep, xarray):
+    class Swept(Tabular):
+        def _labelled(self):
+            return {
+                "ste/phi": pmor.ResultArray(sweep.phi_rad, "rad", ("angle",), ""),
+                "ste/torque": pmor.ResultArray(sweep.torque_Nm, "N m", ("torque",), ""),
+                "ste/ste": pmor.ResultArray(sweep.ste_um, "um", ("torque", "angle"), ""),
+                "harris/torque": pmor.ResultArray(np.arange(3.0), "N m", ("torque",), ""),
+                "harris/ste": pmor.ResultArray(np.zeros((3, 8)), "um", ("torque", "angle"), ""),
+            }
+
+    data = Swept().to_xarray()
+    np.testing.assert_array_equal(data.coordinates["torque"][1], sweep.torque_Nm)
+    np.testing.assert_array_equal(data.coordinates["angle"][1], sweep.phi_rad)
+    assert data.variables["harris_ste"][0] == ["harris_torque", "angle"], "of another length"
+    np.testing.assert_array_equal(data.coordinates["harris_torque"][1], np.arange(3.0))
+
+
+def test_a_table_alone_is_a_dataset_along_its_first_column(result, xarray):
+    data = ConditionsResult((Assembly(), Assembly(pinion=RELIEF)), (result, result)).to_xarray()
+    axis, values, attributes = data.variables["ste_peak_to_peak_um"]
+    assert (axis, len(values), attributes) == ("assembly", 4, {"units": "um"})
+
+
+def test_curves_are_drawn_into_axes_of_the_caller_and_into_new_ones(result):
+    axes = Figure().subplots()
+    assert result.plot(axes) is axes
+    assert [line.get_label() for line in result.plot(axes, ls="--").lines[2:]] == ["50 N m", "100 N m"]
+    np.testing.assert_array_equal(axes.lines[1].get_ydata(), result.ste_um[1])
+    assert len(result.plot().lines) == 2
+
+
+def test_files_show_the_keys_that_are_written():
+    text = '[load]\ntorque_Nm = 3.0\n[[bearings]]\nname = "left"\nat_mm = 1.0\n'
+    shown = Written()
+    shown.name, shown.text = "box", text
+    assert all(f">{words}<" in shown._repr_html_() for words in ("load.torque_Nm", "3.0", "bearings[left].at_mm"))
+    shown.text = "<?xml version='1.0'?>"
+    assert "box" in shown._repr_html_(), "the name of what is no TOML"
 
 
 def test_a_notebook_shows_a_table_of_each_torque(result):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pmor.core.shown import Columns, Tabular
+from pmor.core.shown import Columns
 from pmor.dynamics.whine.arrays import line_columns, motion_arrays, response_columns
 from pmor.dynamics.whine.figures import bearings_figure, campbell_figure, meshes_figure, waterfall_figure
 from pmor.dynamics.whine.output import (
@@ -28,6 +28,8 @@ from pmor.dynamics.whine.parting_output import parting_arrays, parting_rows
 from pmor.dynamics.whine.pictures import drawn_modes, modes_figure, write_modes
 from pmor.dynamics.whine.readings import bearing_names
 from pmor.dynamics.whine.response import LoadResponse
+from pmor.export.tables import ResultArray, results_entries
+from pmor.report.curves import Drawn
 from pmor.report.data_files import write_columns_csv, write_table_csv
 from pmor.report.drawing import beside
 from pmor.storage.results_file import OF_MOTION, ResultsFile, write_results_file
@@ -38,7 +40,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MotionResult(Tabular):
+class MotionResult(Drawn):
     """A gearbox or a planetary set in small motion over its speed, about each load that has an equilibrium."""
 
     file: MovingFile
@@ -112,6 +114,12 @@ class MotionResult(Tabular):
     def _write_numbers(self, out: Path) -> None:
         write_columns_csv(out / "response.csv", response_columns(self.loads))
         write_results_file(out / "results.h5", self._results_file())
+
+    def _labelled(self) -> dict[str, ResultArray]:
+        return results_entries(self._results_file())
+
+    def _drawn(self) -> Columns:
+        return response_columns(self.loads)
 
     def _results_file(self) -> ResultsFile:
         first, named = self.loads[0], {response.solved.load.name: response for response in self.loads}
