@@ -19,8 +19,9 @@ from pmor.pair.model import gear_pair
 from pmor.sets.kinematics import member_speeds
 from pmor.sets.loader import load
 from pmor.sets.output import BEARING_FILES, FILES, PIN_FILES, SAMPLE_FILES
-from pmor.sets.results_data import write_set_results
+from pmor.sets.results_data import set_results
 from pmor.storage.gear_store import entries
+from pmor.storage.results_file import write_results_file
 from pmor.storage.results_layout import SET_LAYOUT
 from tests.support.broken_files import flip_bit_of
 from tests.support.small_sets import NO_STRESS, SMALL_CHAIN, SMALL_SET, written_set
@@ -153,7 +154,8 @@ def test_tooth_pairs_of_a_results_file_go_on_from_pitch_to_pitch(job, undrawn, t
     """Pinions turn uniformly: each pair stays one pitch before the next one."""
     folder = shutil.copytree(job[1], tmp_path / "out")
     found = pmor.run(written_set(tmp_path, SMALL_SET.replace("[sweep]", "[sweep]\npitches = 3")), folder)
-    write_set_results(found.file, found.solution, found.solution.torque_Nm, tmp_path / "results.h5", found.data)
+    content = set_results(found.file, found.solution, found.solution.torque_Nm, found.data)
+    write_results_file(tmp_path / "results.h5", content)
     arrays = {name: array.values for name, array in pmor.load_results(tmp_path / "results.h5").items()}
     pair = arrays["lines/first_pair"][..., None] + np.arange(arrays["lines/roll"].shape[2])
     for number, mesh in enumerate(found.solution.train.meshes):

@@ -23,9 +23,10 @@ from pmor.sets.loader import load
 from pmor.sets.lost import lost_positions
 from pmor.sets.output import set_report
 from pmor.sets.readings import set_data, torque_data
-from pmor.sets.results_data import write_set_results
+from pmor.sets.results_data import set_results
 from pmor.sets.solution import solve_on
 from pmor.sets.tolerances import solve_samples
+from pmor.storage.results_file import write_results_file
 from pmor_online.root_cycle import Extremes
 from tests.support.set_gearboxes import one_stage, written_reducer
 from tests.support.set_variants import BASE, teeth
@@ -190,7 +191,7 @@ def test_all_that_is_told_leaves_out_the_positions_that_are_lost(result, tmp_pat
     assert all((entry["range_MPa"] is not None) == known for entry in page.data["root_stress"])
     assert page.data["ring"]["radial_um"][0] is None
     assert "ring.png is left out: angle 0 did not converge." in page.blocks
-    write_set_results(file, solution, solution.torque_Nm, tmp_path / "results.h5", page.data)
+    write_results_file(tmp_path / "results.h5", set_results(file, solution, solution.torque_Nm, page.data))
     with h5py.File(tmp_path / "results.h5") as results:
         assert np.isnan(results["orders/amplitude"][0]).all()
     assert (b"transmission_error_peak_to_peak" in set_rexs(file, solution, "today")) == known
