@@ -1,10 +1,43 @@
-"""Small dense systems: Cholesky factor and triangular solves, in place."""
+"""Small dense systems: Cholesky factor and triangular solves, in place; places on grids."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from pmor.core.compiling import compiled
+
+
+@compiled
+def copy_vector(source, target):
+    """Copy entry by entry: of slices numba compiles the words of an error about shapes too, for seconds."""
+    for k in range(len(target)):
+        target[k] = source[k]
+
+
+@compiled
+def entries_up_to(grid, x):
+    """Return how many entries of an ascending grid are x or less; all of them if x is NaN."""
+    low, high = 0, len(grid)
+    while low < high:
+        middle = (low + high) // 2
+        if grid[middle] > x:
+            high = middle
+        else:
+            low = middle + 1
+    return low
+
+
+@compiled
+def entries_below(grid, x):
+    """Return how many entries of an ascending grid are less than x; all of them if x is NaN."""
+    low, high = 0, len(grid)
+    while low < high:
+        middle = (low + high) // 2
+        if grid[middle] >= x:
+            high = middle
+        else:
+            low = middle + 1
+    return low
 
 
 @compiled

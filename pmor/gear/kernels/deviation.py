@@ -14,6 +14,7 @@ import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.core.compiling import compiled, inlined
+from pmor.core.linear import entries_up_to
 
 
 class Deviation(NamedTuple):
@@ -156,7 +157,7 @@ def _on_grid(d, grid, u, z):
 @inlined
 def _cell(grid, x):
     """Number of the interval that x is in, and the weights of value and slope at either end of it."""
-    i = min(max(np.searchsorted(grid, x, side="right") - 1, 0), len(grid) - 2)
+    i = min(max(entries_up_to(grid, x) - 1, 0), len(grid) - 2)
     h = grid[i + 1] - grid[i]
     s = min(max((x - grid[i]) / h, 0.0), 1.0)
     rising = s * s * (3.0 - 2.0 * s)

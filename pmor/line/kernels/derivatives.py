@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pmor.core.compiling import allocating
-from pmor.core.linear import eliminate, solve_upper
+from pmor.core.linear import copy_vector, eliminate, solve_upper
 from pmor.line.kernels.loads import fill_equations
 from pmor.line.kernels.movements import place_at, solve_held, take_stiffness
 from pmor.line.kernels.starts import set_free
@@ -49,7 +49,8 @@ def differentiate_lines(
             eliminate(matrix, carried, last, last + 1)
             take_stiffness(carried, workspace)
             if states.stiffness.size > 0:
-                states.stiffness[d, i] = workspace.stiffness
+                for k in range(count):
+                    copy_vector(workspace.stiffness[k], states.stiffness[d, i, k])
             for k in range(count):
                 step[k] = -by_movement[d, i, k] - matrix[carried + k, last]
             solve_held(workspace.stiffness, step, workspace.loose)

@@ -35,7 +35,7 @@ from __future__ import annotations
 import numpy as np
 
 from pmor.core.compiling import allocating, compiled, inlined
-from pmor.core.linear import eliminate, solve_upper
+from pmor.core.linear import copy_vector, eliminate, solve_upper
 from pmor.line.kernels.flexibility import make_all_ready, make_ready
 from pmor.line.kernels.law import approach_of
 from pmor.line.kernels.movements import let_go, out_of_balance, place_at, solve_held, take_stiffness, turning
@@ -98,15 +98,17 @@ def solve_lines(lines, rows, meshes, compliance, flexibility, deviation, loads, 
             follows = start == FOLLOWING and d > 0 and results.converged[d - 1, i]
             if follows:
                 follow(loads, d, i, results, force)
-                moved[:] = results.movement[d - 1, i]
-            warm = (start == WARM or follows) and np.max(force) > 0.0
-            workspace.force_before[:], workspace.moved_before[:] = force, moved
+                copy_vector(results.movement[d - 1, i], moved)
+            warm = (start == WARM or follows) and _is_loaded(force)
+            copy_vector(force, workspace.force_before)
+            copy_vector(moved, workspace.moved_before)
             for attempt in range(4):
                 from_before, single = attempt % 2 == 0, attempt > 1
                 if from_before and not warm:
                     continue
                 if from_before:
-                    force[:], moved[:] = workspace.force_before, workspace.moved_before
+                    copy_vector(workspace.force_before, force)
+                    copy_vector(workspace.moved_before, moved)
                 nearby = start_with(lines, i, meshes, load, held, from_before, force, moved, workspace)
                 converged, loose, done, carried = _solve(
                     lines, rows, meshes, compliance, flexibility, i, load, held, nearby, single, force, moved,
@@ -125,6 +127,14 @@ def solve_lines(lines, rows, meshes, compliance, flexibility, deviation, loads, 
                         results.stiffness[d, i, k, m] = results.stiffness[d, i, m, k] = value
             if results.torque.size > 0:
                 _sum_torques(lines, i, meshes, force, results.torque[d, i], workspace)
+
+
+@compiled
+def _is_loaded(force):
+    for n in range(len(force)):
+        if force[n] > 0.0:
+            return True
+    return False
 
 
 @compiled

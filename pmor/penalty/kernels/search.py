@@ -96,11 +96,19 @@ def search_all(pair, patches, advance, nodes, largest_gap, workspace):
         relative_motion(pair.kinematics, pair.gears, roll_position, advance, workspace.forward, workspace.back)
         for slave in range(2):
             facing, before = facing_flanks(pair, patches, p, slave, workspace), found
-            if np.any(facing.penalty > 0.0):
+            if _is_slave(facing.penalty):
                 feet = Feet(workspace.feet.element[p, slave], workspace.feet.guess[p, slave])
                 found = search_pair(pair.scheme, facing, nodes, largest_gap, feet, before.listed, points)
                 found = _with_earlier(found, before, p, slave, points)
     return found
+
+
+@compiled
+def _is_slave(penalty):
+    for column in range(len(penalty)):
+        if penalty[column] > 0.0:
+            return True
+    return False
 
 
 @compiled

@@ -8,6 +8,7 @@ import numpy as np
 
 from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.core.compiling import allocating, compiled, merged
+from pmor.core.linear import entries_up_to
 from pmor.penalty.kernels.estimate import discarded_energy_slope
 from pmor.penalty.kernels.loads import empty_loads, list_loads, trimmed, with_space
 from pmor.penalty.kernels.newton import Solution, solve_state
@@ -175,7 +176,7 @@ def carry_along(t, family, position, neighbour, coordinates):
         pinion_slots = family.lines[0].displacement.shape[1]
         gear, before = (0, 0) if slot < pinion_slots else (1, pinion_slots)
         start = family.lines[gear].start
-        line = np.searchsorted(start, slot - before, side="right") - 1
+        line = entries_up_to(start, slot - before) - 1
         order = slot - before - start[line]
         source = line - (patches.centre[p, gear] - neighbour.centre[number, gear])
         below = int(np.floor(source))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pmor.core.compiling import allocating, compiled
+from pmor.core.linear import entries_below, entries_up_to
 from pmor.gear.kernels.deviation import flank_deviation
 from pmor.gear.kernels.motion import roll_angle, section_roll_position
 from pmor.penalty.kernels.types import (
@@ -47,7 +48,7 @@ def element_row(kinematics, gears, gear, roll_position):
     """Where on a gear's flank its kinematic contact at a roll position (rad) is, in element rows."""
     flank = gears[gear]
     roll, rows = _on_flank(flank, roll_angle(kinematics, gears, gear, roll_position)), len(flank.roll) - 1
-    row = min(max(np.searchsorted(flank.roll, roll, side="right") - 1, 0), rows - 1)
+    row = min(max(entries_up_to(flank.roll, roll) - 1, 0), rows - 1)
     return row + (roll - flank.roll[row]) / (flank.roll[row + 1] - flank.roll[row])
 
 
@@ -56,8 +57,8 @@ def _place_window(gear, start, end, half, offset, window):
     """Cut the element rows from the roll angle `start` to `end`, and within the arc length `half` of them."""
     rows = len(gear.roll) - 1
     span = 2.0 * half / gear.base_radius  # arc length s = r_b u^2 / 2
-    low = np.searchsorted(gear.roll, np.sqrt(max(start**2 - span, 0.0)), side="right") - 1
-    high = np.searchsorted(gear.roll, np.sqrt(end**2 + span), side="left")
+    low = entries_up_to(gear.roll, np.sqrt(max(start**2 - span, 0.0))) - 1
+    high = entries_below(gear.roll, np.sqrt(end**2 + span))
     low = min(max(low, 0), rows - 1)
     high = min(max(high, low + 1), rows)
     node_low, node_high = max(low - 1, 0), min(high + 1, rows)
