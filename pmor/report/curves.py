@@ -82,12 +82,13 @@ def _by_name(
     return found
 
 
-def plot_curves(axes: Axes, shown: Curves, **style: Any) -> None:
-    """Draw all curves into axes with their names; `style` goes to `matplotlib.axes.Axes.plot`."""
+def plot_curves(axes: Axes, shown: Curves, label: str = "", **style: Any) -> None:
+    """Draw all curves into axes with their names and a label; `style` goes to `matplotlib.axes.Axes.plot`."""
     for (load, part), (x, y) in shown.curves.items():
-        axes.plot(x, y, **{"label": legend_label(", ".join(filter(None, (part, load)))), **style})
+        words = ", ".join(filter(None, (part, load, label if label else "")))
+        axes.plot(x, y, label=legend_label(words), **style)
     axes.set(xlabel=shown.x_words, ylabel=shown.y_words)
-    if len(shown.curves) > 1 or style:
+    if len(shown.curves) > 1 or label or style:
         axes.legend()
 
 
@@ -126,7 +127,7 @@ class Drawn(Tabular):
         ax : matplotlib.axes.Axes, optional
             To draw into; those of a new figure by default.
         **style
-            Of `matplotlib.axes.Axes.plot`, such as ``ls="--"``; ``label`` names all curves alike.
+            Of `matplotlib.axes.Axes.plot`, such as ``ls="--"``; ``label`` stands behind the name of each curve.
 
         Returns
         -------
