@@ -42,6 +42,12 @@ LONGEST = 0.4
 HARDLY = 0.01
 # A figure has to get better by so much of itself, else there is no advice; worse by so much is told.
 LEAST_GAIN, WORSE = 0.1, 0.05
+# What keys are, with their values.
+WORDS = {
+    "tip_relief_um": "tip relief of {:g} µm", "tip_relief_start_percent": "from {:g} % of the path",
+    "helix_slope_um": "helix slope of {:g} µm", "helix_crowning_um": "crowning of {:g} µm",
+    "end_relief_um": "end relief of {:g} µm", "end_relief_length_mm": "over {:g} mm",
+}  # fmt: skip
 # Other loads that are told; figures that are not to grow beside the one that is lowered.
 MOST_TOLD = 3
 WATCHED = ("ste_peak_to_peak_um", "k_h_beta", "flank_pressure_max_MPa")
@@ -233,17 +239,16 @@ def remedy(tried: Tried, key: str, gear: str = "pinion") -> Advice | None:
         Whose helix or end relief is tried.
     """
     if key in ("ste_peak_to_peak_um", "tip_edge_load_N_per_mm"):
-        both = tip_relief(tried, "ste_peak_to_peak_um")
-        found = advice_of(tried, "Tip relief", "ste_peak_to_peak_um", both)
+        found = advice_of(tried, "ste_peak_to_peak_um", tip_relief(tried, "ste_peak_to_peak_um"))
         if found is None and key == "tip_edge_load_N_per_mm":
-            found = advice_of(tried, "Tip relief", key, tip_relief(tried, key))
+            found = advice_of(tried, key, tip_relief(tried, key))
         return found
     if not tried.over_width:
         return None
     if key == "k_h_beta":
-        return advice_of(tried, f"Helix of the {gear}", key, helix(tried, gear))
+        return advice_of(tried, key, helix(tried, gear))
     if key == "flank_pressure_max_MPa":
-        return advice_of(tried, f"End relief of the {gear}", key, end_relief(tried, gear))
+        return advice_of(tried, key, end_relief(tried, gear))
     return None
 
 
@@ -343,7 +348,16 @@ def least(
     return np.asarray(found.x)
 
 
-def advice_of(tried: Tried, what: str, key: str, trial: Trial) -> Advice | None:
+def in_words(gears: Sequence[str], trial: Trial) -> str:
+    """Return what is tried as an engineer says it."""
+    values = next(iter(trial.values()))
+    parts = [words.format(values[key]) for key, words in WORDS.items() if key in values]
+    of = f"the {next(iter(trial))}" if len(trial) == 1 else "both gears" if len(gears) == 2 else "all gears"
+    text = (" and " if "helix_crowning_um" in values else " ").join(parts)
+    return f"{text[:1].upper()}{text[1:]} on {of}"
+
+
+def advice_of(tried: Tried, key: str, trial: Trial) -> Advice | None:
     """Return a trial as advice, solved as a run does it; None where a figure gains too little."""
     before, after = tried.solved({}), tried.solved(trial)
     load, was, now = tried.load, float(before[key][tried.load]), float(after[key][tried.load])
@@ -364,7 +378,7 @@ def advice_of(tried: Tried, what: str, key: str, trial: Trial) -> Advice | None:
     ]
     beside += worse[:MOST_TOLD]
     under = tried.labels[load] if len(tried.labels) > 1 else ""
-    return Advice(what, key, tried.part, under, was, now, changes, tuple(beside))
+    return Advice(in_words(tried.gears, trial), key, tried.part, under, was, now, changes, tuple(beside))
 
 
 def _change(section: str, values: Mapping[str, float], flank: Modification) -> Change:

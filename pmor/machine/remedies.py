@@ -12,7 +12,7 @@ from pmor.report.verdict import Finding, Seen, findings, verdict_of
 from pmor.results.verdict import Advice, Change
 from pmor.sets.remedies import seen_of_set
 from pmor_online.model import ReducedPair
-from pmor_online.remedies import LEAST_GAIN, MeshTrials, remedy
+from pmor_online.remedies import LEAST_GAIN, MeshTrials, in_words, remedy
 
 Pairs = Mapping[str, ReducedPair]
 # What is said of parts that are not tried.
@@ -62,7 +62,8 @@ def _of_fit(fit: Fit, reduced: ReducedPair, several: bool) -> Advice | None:
     now = {key: value for key in values if (value := getattr(filed, key))}
     section = MeshTrials(reduced, (), (), 0, part=fit.mesh).sections("pinion")[0]
     of = "the worst of " + ", ".join(fit.loads) if several else ""
-    return Advice("Helix of the pinion", "k_h_beta", fit.mesh, of, fit.before, fit.after,
+    what = in_words(("pinion", "wheel"), {"pinion": values})
+    return Advice(what, "k_h_beta", fit.mesh, of, fit.before, fit.after,
                   (Change(section, values, now),))  # fmt: skip
 
 

@@ -31,6 +31,8 @@ def kept(machine):
 def test_relief_that_is_told_takes_the_transmission_error_of_a_pair_to_what_is_told():
     advice, share = kept(pmor.make(**PAIR))
     assert advice["figure"] == "ste_peak_to_peak_um"
+    amount, start = advice["changes"][0]["values"].values()
+    assert advice["what"] == f"Tip relief of {amount:g} µm from {start:g} % of the path on both gears"
     assert advice["after"] < 0.4 * advice["before"]
     assert share == pytest.approx(1.0, abs=ROUND_OFF)
 

@@ -1,8 +1,11 @@
 """Random machines whose verdicts are written into their files and solved anew: what was promised, and what is kept.
 
-    python -m tests.programs.verdicts [pairs sets gearboxes [seed]]
+    python -m tests.programs.verdicts [pairs sets gearboxes [rounds [seed]]]
+
+Each round goes on from the machine that the one before has left.
 """
 
+import re
 import sys
 
 import numpy as np
@@ -13,27 +16,31 @@ from tests.support.random_machines import figure_of, random_machine, solved, wri
 KEPT = 0.8
 
 
-def main(pairs=36, sets=14, gearboxes=10, seed=42):
-    """Print a line for each machine, and what is kept in all."""
+def main(pairs=36, sets=14, gearboxes=10, rounds=1, seed=42):
+    """Print a line for each machine and round, and what is kept in all."""
     kinds, kept, silent = dict[str, list[float]](), list[float](), 0
     for kind, count in (("pair", pairs), ("set", sets), ("gearbox", gearboxes)):
         for number in range(count):
             machine = random_machine(np.random.default_rng([seed, number, len(kind)]), kind)
             before = solved(machine)
-            advice = before["verdict"]["advice"]
-            if advice is None:
-                silent += 1
-                print(f"{kind} {number}: {before['verdict']['not_good']} -> {before['verdict']['try_first']}")
-                continue
-            after = solved(written_into(machine, advice["changes"]))
-            ratio = (figure_of(before, advice) - figure_of(after, advice)) / (advice["before"] - advice["after"])
-            kept.append(ratio)
-            kinds.setdefault(f"{advice['what']}, {advice['figure']}", []).append(ratio)
-            print(f"{kind} {number}: {before['verdict']['try_first']} -> kept {ratio:.3f}", flush=True)
-    print(f"\n{'advice, and the figure that it is to better':58} machines  least kept")
+            for turn in range(rounds):
+                advice, said = before["verdict"]["advice"], f"{kind} {number}, {turn + 1}: "
+                if advice is None:
+                    silent += 1
+                    print(f"{said}{before['verdict']['not_good']} -> {before['verdict']['try_first']}", flush=True)
+                    break
+                machine = written_into(machine, advice["changes"])
+                after = solved(machine)
+                ratio = (figure_of(before, advice) - figure_of(after, advice)) / (advice["before"] - advice["after"])
+                kept.append(ratio)
+                told = re.sub(r"-?\d[\d.e-]*", "..", advice["what"])
+                kinds.setdefault(f"{told}: {advice['figure']}", []).append(ratio)
+                print(f"{said}{before['verdict']['try_first']} -> kept {ratio:.3f}", flush=True)
+                before = after
+    print(f"\n{'advice, and the figure that it is to better':90} machines  least kept")
     for name, ratios in sorted(kinds.items()):
-        print(f"{name:58} {len(ratios):8} {min(ratios):11.3f}")
-    print(f"{'no advice':58} {silent:8}")
+        print(f"{name:90} {len(ratios):8} {min(ratios):11.3f}")
+    print(f"{'no advice':90} {silent:8}")
     print(f"{len(kept)} advise; least kept {min(kept):.3f}, {sum(one < KEPT for one in kept)} below {KEPT}")
 
 
