@@ -214,18 +214,13 @@ class OutputCase:
     live_page : bool
         The page solves the pair anew as its reader changes flanks, load and axes, on the whole width.
     format : tuple of {"png", "svg", "pdf"}
-        Of the picture files. The page shows SVG where it is among them.
+        Of the picture files; the page holds SVG.
     """
 
     plots: bool = True
     report: bool = True
     live_page: bool = True
-    format: tuple[PictureFormat, ...] = ("png",)
-
-    @property
-    def shown_as(self) -> Literal["png", "svg"]:
-        """Format of the pictures on the page."""
-        return "svg" if "svg" in self.format else "png"
+    format: tuple[PictureFormat, ...] = ("svg",)
 
 
 @dataclass(frozen=True, kw_only=True)

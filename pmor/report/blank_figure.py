@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,11 +13,7 @@ from pmor.core.arrays import FloatArray
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 from pmor.pair.drawn import DrawnGear, drawn_gears
-from pmor.report.style import panels
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from pmor.report.chart import Chart, Panel, panels
 
 NAMES = "Pinion", "Wheel"
 FILL = {"teeth": "#c9d6df", "rim": "#9fb7c9", "web": "#d9b48f", "hub": "#b7c4a1"}
@@ -29,29 +25,30 @@ COLUMNS, LEAST_ROWS, MOST_ROWS = 32, 12, 24
 CIRCLE = np.linspace(0.0, 2.0 * math.pi, 181)
 
 
-def blank_figure(case: Case, pair: GearPair) -> Figure | None:
+def blank_figure(case: Case, pair: GearPair) -> Chart | None:
     """Draw rim, web, hub and holes of the gears that have them; None where both are solid."""
     gears = [(place, gear) for place, gear in enumerate(drawn_gears(case, pair)) if gear.light]
     if not gears:
         return None
     turned = -1.0 if case.flank == "coast" else 1.0  # that case is the image of its pair
-    with panels(2, 9.0, 4.6 * len(gears), rows=len(gears), width_ratios=(1.0, 1.0)) as (figure, axes):
+    with panels(2, 9.0, 4.6 * len(gears), rows=len(gears)) as (figure, axes):
         for (place, gear), section, front in zip(gears, axes[::2], axes[1::2], strict=True):
             _section(section, gear, NAMES[place])
             _front(front, gear, place, turned)
     return figure
 
 
-def _section(axes: Axes, gear: DrawnGear, name: str) -> None:
+def _section(axes: Panel, gear: DrawnGear, name: str) -> None:
     """Half of the section through the axis, and in a column beside it what each part measures."""
     for ring in gear.rings:
         radii, low, high = ring.stations.T
         axes.fill([*low, *high[::-1]], [*radii, *radii[::-1]], facecolor=FILL[ring.name], edgecolor=EDGE, lw=0.9)
     if (holes := gear.holes) is not None:
         web, ends = gear.rings[-2], (holes.on_radius_mm - holes.radius_mm, holes.on_radius_mm + holes.radius_mm)
-        axes.fill_between([web.low, web.high], *ends, facecolor="white", edgecolor=EDGE, lw=0.9)
+        corners = np.array([web.low, web.high, web.high, web.low]), np.repeat(ends, 2)
+        axes.fill(*corners, facecolor="white", edgecolor=EDGE, lw=0.9)
         axes.plot([web.low - 2.0, web.high + 2.0], [holes.on_radius_mm] * 2, "-.", color=EDGE, lw=0.7)
-    axes.plot(gear.held, [gear.rings[-1].inner] * 2, color=HELD, lw=3.0, solid_capstyle="butt")
+    axes.plot(gear.held, [gear.rings[-1].inner] * 2, color=HELD, lw=3.0)
     axes.axhline(0.0, color=EDGE, ls="-.", lw=0.9)
     wide = max(ring.high for ring in gear.rings)
     top, reach = gear.rings[0].outer, 1.25 * wide
@@ -63,10 +60,8 @@ def _section(axes: Axes, gear: DrawnGear, name: str) -> None:
         overlap = np.maximum(NAME_HEIGHT - np.diff(heights), 0.0)
         heights[:-1] -= 0.5 * overlap
         heights[1:] += 0.5 * overlap
-    line = {"arrowstyle": "-", "lw": 0.6, "color": "#777777", "shrinkA": 2, "shrinkB": 0, "relpos": (0.0, 0.5)}
     for (z, radius, text), height in zip(names, heights, strict=True):
-        axes.annotate(text, (z, radius), (1.08, (height + 0.04) / 1.08), textcoords="axes fraction", fontsize=8.5,
-                      va="center", arrowprops=line, annotation_clip=False)  # fmt: skip
+        axes.text(z, radius, text, column=(height + 0.04) / 1.08)
         axes.plot(z, radius, ".", ms=4, color=EDGE)
 
 
@@ -127,7 +122,7 @@ def section_text(gear: DrawnGear) -> list[str]:
     return [line.rstrip() for line in lines]
 
 
-def _front(axes: Axes, gear: DrawnGear, place: int, turned: float) -> None:
+def _front(axes: Panel, gear: DrawnGear, place: int, turned: float) -> None:
     """The gear as it stands at pinion angle 0, seen from +z."""
     # Tooth 0 of the pinion stands on the line of centres; of the wheel it is a tooth space, on the other side.
     to_mate = 0.5 * math.pi + place * math.pi
@@ -148,14 +143,14 @@ def _front(axes: Axes, gear: DrawnGear, place: int, turned: float) -> None:
             x, y = holes.on_radius_mm * math.cos(angle), holes.on_radius_mm * math.sin(angle)
             axes.fill(*hole_outline(holes, angle).T, **white)
             if number == 0:
-                axes.text(x, y, "1", fontsize=8, ha="center", va="center")
+                axes.text(x, y, "1", ha="center")
     end = 1.12 * gear.rings[0].outer
     side = math.sin(to_mate)
-    axes.annotate("", (0.0, 1.1 * end * side), (0.0, 0.0), arrowprops={"arrowstyle": "->", "lw": 0.8, "color": EDGE})
-    axes.text(0.04 * end, 1.09 * end * side, "to its mate", fontsize=8.5, va="center")
+    axes.arrows(np.zeros((1, 2)), np.array([[0.0, 1.1 * end * side]]), color=EDGE)
+    axes.text(0.04 * end, 1.09 * end * side, "to its mate")
     axes.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]", title="Seen from +z, at pinion angle 0")
     axes.set(xlim=(-1.1 * end, 1.1 * end), ylim=(-1.15 * end, 1.15 * end))
-    axes.grid(False)
+    axes.set(grid=False)
 
 
 def hole_outline(holes: HolesCase, angle: float) -> FloatArray:

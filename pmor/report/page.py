@@ -26,9 +26,11 @@ import numpy as np
 from pmor.case import Case
 from pmor.core.threads import linear_algebra_threads
 from pmor.core.version import __version__
+from pmor.report.chart import Chart
 from pmor.report.live.motion import MotionSection
 from pmor.report.live.section import LiveSection
 from pmor.report.style import data_uri, picture_bytes
+from pmor.report.svg import chart_file, chart_svgs, dark_rules
 from pmor.report.table import Table, format_cell
 from pmor.results.verdict import Verdict
 from pmor.storage.atomic import atomic_path
@@ -56,22 +58,42 @@ class Warning:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture, the name of its file beside the page, and the format that the page itself shows.
+    """A picture and the name of its file beside the page.
 
-    File and page share the drawing, which takes longer than most results.
+    Charts are drawn in milliseconds as SVG. By matplotlib a drawing takes longer than most results: file and page
+    share it.
     """
 
     file_name: str
     caption: str
-    figure: Figure
-    shown_as: str = "png"
+    figure: Chart | Figure
     drawn: dict[str, bytes] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def picture_format(self) -> str:
+        """That of its file."""
+        return self.file_name.rpartition(".")[2]
 
     def content(self, picture_format: str) -> bytes:
         """Return the content of a file of a format."""
         if picture_format not in self.drawn:
-            self.drawn[picture_format] = picture_bytes(self.figure, picture_format)
+            if isinstance(self.figure, Chart) and picture_format == "svg":
+                self.drawn[picture_format] = chart_file(self.figure)
+            else:
+                self.drawn[picture_format] = picture_bytes(_by_matplotlib(self.figure), picture_format)
         return self.drawn[picture_format]
+
+    def svgs(self) -> list[str]:
+        """Return a chart as elements of a page, one after the other; nothing of what matplotlib draws."""
+        return chart_svgs(self.figure) if isinstance(self.figure, Chart) else []
+
+
+def _by_matplotlib(figure: Chart | Figure) -> Figure:
+    if not isinstance(figure, Chart):
+        return figure
+    from pmor.report.replay import figure_of
+
+    return figure_of(figure)
 
 
 # Those that run: data are of another type.
@@ -127,6 +149,7 @@ def html_template(name: str) -> Template:
         lstrip_blocks=True, keep_trailing_newline=True,
     )  # fmt: skip
     environment.filters.update(format_cell=format_cell, data_uri=data_uri, json_text=_json_text)
+    environment.globals.update(dark_rules=dark_rules)
     return environment.get_template(name)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pmor.case import Case
-from pmor.report.flank_figures import flank_maps_figure, flank_pattern_figure, load_distribution_figure
+from pmor.report.flank_figures import flank_maps_figure, flank_pattern_figure
 from pmor.report.page import Picture
 from pmor.report.parameter_words import parameter_words
 from pmor.report.table import Table
@@ -14,7 +14,7 @@ from pmor_online.run import OnlineResult
 
 # Share of the flanks from which on a pattern covers them, and tells nothing.
 WHOLE = 0.995
-ON_FLANKS = ("flank_maps", "flank_pattern", "load_distribution")
+ON_FLANKS = ("flank_maps", "flank_pattern")
 
 
 # Units of derivatives of the STE by a key, by the end of its name.
@@ -41,21 +41,19 @@ def readings_pictures(result: OnlineResult) -> list[Picture]:
         )
         helical = result.reduced.meshed.pair.pinion.helix_angle != 0.0
         figure = harris_figure(harris, result.case.torque_Nm, result.sweep, helical)
-        pictures.append(Picture("harris.png", caption, figure))
+        pictures.append(Picture("harris.svg", caption, figure))
     if readings.light is not None:
         maps, light = readings.maps[result.nominal], readings.light
         caption = (
             "Largest pressure and line load on the flanks over a mesh cycle at nominal torque. Cells over which a "
             "sharp tip edge passes have no largest pressure."
         )
-        pictures.append(Picture("flank_maps.png", caption, flank_maps_figure(maps)))
+        pictures.append(Picture("flank_maps.svg", caption, flank_maps_figure(maps)))
         if min(flank.contact_share for flank in light) < WHOLE:
             caption = (
                 f"Contact pattern: area touched in a mesh cycle at nominal torque, and at {100 * LIGHT:g} % of it."
             )
-            pictures.append(Picture("flank_pattern.png", caption, flank_pattern_figure(maps, light)))
-        caption = "Line load over the pinion's flank at nominal torque."
-        pictures.append(Picture("load_distribution.png", caption, load_distribution_figure(maps[0])))
+            pictures.append(Picture("flank_pattern.svg", caption, flank_pattern_figure(maps, light)))
     return pictures
 
 

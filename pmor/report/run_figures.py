@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.report.page import Picture
-from pmor.report.style import COLOURS, legend_label, log_ticks, panels
+from pmor.report.chart import COLOURS, Chart, Field, Panel, panels
 from pmor.report.summary import ms_per_position
 from pmor.report.sweep_figures import MOST_PANELS, angle_axes, curve_of, few_torques, periodic, say_which, spread
 from pmor.results.root_stress import GEARS, RootStress
@@ -19,16 +19,12 @@ from pmor_online.conditions import ConditionSweep
 from pmor_online.contact_pattern import ContactPattern
 from pmor_online.run import OnlineResult
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 LOADED_FLANK_COLOUR = "#D55E00"
 # Of a curved edge.
 CHORDS = 6
 
 
-def mesh_figure(nodes_xy_mm: FloatArray, quads: IntArray, flank_nodes_xy_mm: FloatArray) -> Figure:
+def mesh_figure(nodes_xy_mm: FloatArray, quads: IntArray, flank_nodes_xy_mm: FloatArray) -> Chart:
     """Transverse section of one tooth sector, the loaded flank highlighted, with a close-up of flank and fillet.
 
     Parameters
@@ -39,17 +35,14 @@ def mesh_figure(nodes_xy_mm: FloatArray, quads: IntArray, flank_nodes_xy_mm: Flo
     flank_nodes_xy_mm : (k, 2)
         Nodes of the loaded flank, in order along the profile.
     """
-    from matplotlib.patches import Rectangle
-
-    with panels(2, 8.2, 5.2, legend=1, width_ratios=(1.0, 1.7)) as (figure, (whole, zoom)):
+    with panels(2, 8.2, 5.2) as (figure, (whole, zoom)):
         for axes, width in ((whole, 0.35), (zoom, 0.6)):
             _draw_mesh(axes, nodes_xy_mm, quads, width)
-            axes.plot(*flank_nodes_xy_mm.T, color=LOADED_FLANK_COLOUR, lw=2.2, label="loaded flank", gid="flank")
-            axes.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
-            axes.grid(False)
-        whole.set_title(f"One tooth sector:\n{len(quads)} elements, {len(np.unique(quads))} nodes")
+            axes.plot(*flank_nodes_xy_mm.T, color=LOADED_FLANK_COLOUR, lw=2.2, label="loaded flank")
+            axes.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]", grid=False)
+        whole.set(title=f"One tooth sector: {len(quads)} elements, {len(np.unique(quads))} nodes")
         zoom.plot(*flank_nodes_xy_mm.T, "o", ms=3, color=LOADED_FLANK_COLOUR)
-        zoom.set_title("Loaded flank and root fillet")
+        zoom.set(title="Loaded flank and root fillet")
         low, high = flank_nodes_xy_mm.min(axis=0), flank_nodes_xy_mm.max(axis=0)
         size = 1.5 * float((high - low).max())
         # The fillet lies on the axis' side of the flank, so the window is moved towards the axis.
@@ -57,16 +50,13 @@ def mesh_figure(nodes_xy_mm: FloatArray, quads: IntArray, flank_nodes_xy_mm: Flo
         centre = middle - 0.12 * size * middle / np.linalg.norm(middle)
         corner = centre - size / 2
         zoom.set(xlim=(corner[0], corner[0] + size), ylim=(corner[1], corner[1] + size))
-        whole.add_patch(Rectangle(tuple(corner), size, size, fill=False, ec="#777777", lw=0.8, ls="--"))
-        whole.autoscale_view()
+        frame = corner + size * np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]])
+        whole.plot(*frame.T, "--", color="#777777", lw=0.8)
     return figure
 
 
-def _draw_mesh(axes: Axes, nodes: FloatArray, quads: IntArray, line_width: float) -> None:
-    from matplotlib.collections import PolyCollection
-
-    outlines = list(_outlines(nodes[quads]))
-    axes.add_collection(PolyCollection(outlines, facecolors="#eef3f7", edgecolors="#44525c", linewidths=line_width))
+def _draw_mesh(axes: Panel, nodes: FloatArray, quads: IntArray, line_width: float) -> None:
+    axes.polygons(_outlines(nodes[quads]), facecolor="#eef3f7", edgecolor="#44525c", lw=line_width)
 
 
 def _outlines(around: FloatArray) -> FloatArray:
@@ -79,38 +69,33 @@ def _outlines(around: FloatArray) -> FloatArray:
     return np.asarray(points.reshape(len(around), -1, 2))
 
 
-def contact_pattern_figure(patterns: Sequence[ContactPattern]) -> Figure:
+def contact_pattern_figure(patterns: Sequence[ContactPattern]) -> Chart:
     """Contact pressure on the unrolled flanks, a panel per tooth pair, one scale for all."""
     n = len(patterns)
     if n == 0:
         raise ValueError("no tooth pair to show a contact pattern for")
-    with panels(n, 1.6 + 3.0 * n, 4.2, sharey=True) as (figure, columns):
+    with panels(n, 1.6 + 3.0 * n, 4.2) as (figure, columns):
         top = float(np.nanmax([1.0, *(pattern.largest for pattern in patterns)]))
+        at_edge = any(pattern.at_edge for pattern in patterns)
         for panel, pattern in zip(columns, patterns, strict=True):
-            loaded = np.ma.masked_less_equal(pattern.pressure, 0.0)
-            image = panel.pcolormesh(
-                pattern.width, np.degrees(pattern.roll_angle), loaded, vmin=0.0, vmax=top, edgecolors="none"
+            loaded = np.where(pattern.pressure > 0.0, pattern.pressure, np.nan)
+            label = "Contact pressure [MPa]"
+            panel.field(
+                Field(pattern.width, np.degrees(pattern.roll_angle), loaded, 0.0, top, label, beyond=at_edge)
             )
-            panel.set_facecolor("#f4f4f4")
-            panel.grid(False)
             title = f"{GEARS[pattern.gear].capitalize()} flank, {100 * pattern.share:.0f} % of torque\n"
             at_most = "a sharp edge carries all" if np.isnan(pattern.largest) else f"largest {pattern.largest:.0f} MPa"
             title += at_most if pattern.pressure.any() else "no contact"
-            panel.set(title=title, xlabel="Position over face width [mm]")
-        columns[0].set_ylabel("Roll angle along the profile [deg]\n(root to tip)")
-        at_edge = any(pattern.at_edge for pattern in patterns)
-        extend = "max" if at_edge else "neither"
-        figure.colorbar(image, ax=columns, label="Contact pressure [MPa]", shrink=0.9, extend=extend)
+            panel.set(title=title, xlabel="Position over face width [mm]", ylabel="Roll angle [deg] (root to tip)")
         if at_edge:
-            words = "Beyond the scale: a sharp tip edge carries, at which the pressure has no bound"
-            figure.supxlabel(words, fontsize=9)
+            figure.note = "Beyond the scale: a sharp tip edge carries, at which the pressure has no bound"
     return figure
 
 
 LINES = ("-", "--")
 
 
-def fillet_figure(stress: RootStress, torque: int, nominal_MPa: tuple[float | None, float | None]) -> Figure:
+def fillet_figure(stress: RootStress, torque: int, nominal_MPa: tuple[float | None, float | None]) -> Chart:
     """Largest stress along the fillets over the mesh cycle and the width, at one torque.
 
     Parameters
@@ -120,7 +105,7 @@ def fillet_figure(stress: RootStress, torque: int, nominal_MPa: tuple[float | No
     nominal_MPa : two float
         ISO 6336-3, of pinion and wheel; None where it does not hold.
     """
-    with panels(2, 7.6, 3.8, sharey=True) as (figure, (tension, compression)):
+    with panels(2, 7.6, 3.8) as (figure, (tension, compression)):
         for gear, envelope in enumerate(stress.envelope):
             look: dict[str, Any] = {"color": COLOURS[gear], "ls": LINES[gear]}
             pulled = envelope.max_principal_MPa[torque, 0].max(axis=1)
@@ -129,18 +114,18 @@ def fillet_figure(stress: RootStress, torque: int, nominal_MPa: tuple[float | No
             compression.plot(envelope.arc_mm, pressed, **look)
             if (nominal := nominal_MPa[gear]) is not None:
                 tension.axhline(nominal, color=COLOURS[gear], ls=":", lw=1.0)
-        dotted = "" if nominal_MPa == (None, None) else "\n(dotted: ISO 6336-3:2019, nominal)"
+        figure.note = "" if nominal_MPa == (None, None) else "Dotted: ISO 6336-3:2019, nominal"
         along = "Along the fillet, from the involute [mm]"
         tension.set(title="Tension side: largest principal stress", xlabel=along,
-                    ylabel="Root stress [MPa]" + dotted)  # fmt: skip
-        compression.set(title="Compression side: von Mises stress", xlabel=along)
-        tension.set_ylim(bottom=0.0)
-        figure.suptitle(f"{stress.torque_Nm[torque]:g} N m", fontsize=10)
-        figure.legend(loc="outside right upper")
+                    ylabel="Root stress [MPa]")  # fmt: skip
+        compression.set(title="Compression side: von Mises stress", xlabel=along, ylabel="Root stress [MPa]")
+        for axes in (tension, compression):
+            axes.set_ylim(0.0, max(tension.limits("y")[1], compression.limits("y")[1]))
+        figure.heading = f"{stress.torque_Nm[torque]:g} N m"
     return figure
 
 
-def cycle_figure(stress: RootStress, pitch_rad: float, nominal: int) -> Figure:
+def cycle_figure(stress: RootStress, pitch_rad: float, nominal: int) -> Chart:
     """Largest principal stress of a tooth on its loaded side while it rolls through the mesh, a colour per torque.
 
     Parameters
@@ -162,7 +147,6 @@ def cycle_figure(stress: RootStress, pitch_rad: float, nominal: int) -> Figure:
         axes.set(xlabel="Pinion angle from where the tooth is on the line of centres [deg]",
                  ylabel="Root stress, largest principal [MPa]")  # fmt: skip
         axes.set_ylim(bottom=0.0)
-        figure.legend(loc="outside right upper")
         say_which(figure, stress.torque_Nm[torques], len(stress.torque_Nm))
     return figure
 
@@ -173,7 +157,7 @@ LONGEST_NAME = 28
 MOST_COLOURED = len(COLOURS) - 1
 
 
-def conditions_figure(own: SteSweep, nominal: int, conditions: Sequence[ConditionSweep]) -> Figure:
+def conditions_figure(own: SteSweep, nominal: int, conditions: Sequence[ConditionSweep]) -> Chart:
     """Peak-to-peak STE over the torque, and STE over the angle at each one's own torque, a colour per condition.
 
     Of more conditions than there are colours those with the least peak-to-peak at their own torque are in colour, and
@@ -198,15 +182,15 @@ def conditions_figure(own: SteSweep, nominal: int, conditions: Sequence[Conditio
         over_torque.set_ylim(bottom=0.0)
         over_torque.set(xlabel="Pinion torque [N m]", ylabel="STE peak-to-peak [µm]")
         over_angle.set(xlabel="Pinion angle [deg]", ylabel="STE at own torque [µm]")
-        over_angle.margins(x=0.0)
+        over_angle.set(tight=True)
         title = "Condition"
         if len(coloured) < len(conditions):
-            title += f"\n(the {len(coloured)} with the least\npeak-to-peak of {len(conditions)})"
-        figure.legend(*over_torque.get_legend_handles_labels(), loc="outside right upper", title=title)
+            title += f" (the {len(coloured)} with the least peak-to-peak of {len(conditions)})"
+        figure.key_title = title
     return figure
 
 
-def _draw(over_torque: Axes, over_angle: Axes, sweep: SteSweep, torque: int, drawn: dict[str, Any]) -> None:
+def _draw(over_torque: Panel, over_angle: Panel, sweep: SteSweep, torque: int, drawn: dict[str, Any]) -> None:
     over_torque.plot(sweep.torque_Nm, peak_to_peak_um(sweep), marker="o", ms=3.5, **drawn)
     over_angle.plot(*periodic(sweep, sweep.ste_um[torque]), **drawn)
 
@@ -218,7 +202,7 @@ def _least(conditions: Sequence[ConditionSweep], most: int) -> list[int]:
 
 
 def _label(name: str) -> str:
-    return legend_label(name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…")
+    return (name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…")
 
 
 #: names of the pictures
@@ -244,15 +228,15 @@ def model_pictures(result: OnlineResult) -> list[Picture]:
         "down to the root mean square. Full FE, without error, stands on the lower edge."
     )
     return [
-        Picture("models.png", curves, _curves(models, result.sweep, result.case.torque_Nm)),
-        Picture("error_time.png", errors, _error_over_time(models)),
+        Picture("models.svg", curves, _curves(models, result.sweep, result.case.torque_Nm)),
+        Picture("error_time.svg", errors, _error_over_time(models)),
     ]
 
 
-def _curves(models: Compared, sweep: SteSweep, nominal_Nm: float) -> Figure:
+def _curves(models: Compared, sweep: SteSweep, nominal_Nm: float) -> Chart:
     shown = few_torques(sweep, MOST_PANELS, nominal_Nm)
     count = len(shown.torque_Nm)
-    with panels(1, 7.6, 1.4 + 2.3 * count, rows=count, sharex=True) as (figure, rows):
+    with panels(1, 7.6, 1.4 + 2.3 * count, rows=count) as (figure, rows):
         for panel, torque in zip(rows, shown.torque_Nm.tolist(), strict=True):
             for i, (name, (swept, comparison)) in enumerate(models.items()):
                 full = comparison.full
@@ -260,14 +244,14 @@ def _curves(models: Compared, sweep: SteSweep, nominal_Nm: float) -> Figure:
                 panel.plot(np.degrees(phi), ste, color=COLOURS[i], ls=STYLES[i], label=name)
                 for there in full.ste_um[full.torque_Nm == torque]:
                     panel.plot(np.degrees(full.phi_rad), there, MARKERS[i], ms=5, mfc="none", mec=COLOURS[i], mew=0.9)
-            panel.set_ylabel(f"STE at {torque:g} N m [µm]")
-        angle_axes(rows[-1], shown, top=rows[0])
+            panel.set(ylabel=f"STE at {torque:g} N m [µm]")
+            angle_axes(panel, shown)
         _legend(figure, rows[0])
         say_which(figure, shown.torque_Nm, len(sweep.torque_Nm))
     return figure
 
 
-def _error_over_time(models: Compared) -> Figure:
+def _error_over_time(models: Compared) -> Chart:
     errors = [100.0 * np.array([c.rms_relative_error, c.max_relative_error]) for _, c in models.values()]
     known = [error for error in np.ravel(errors) if error > 0.0]
     floor, top = 0.1 * min(known, default=1.0), 3.0 * max(known, default=1.0)
@@ -279,14 +263,11 @@ def _error_over_time(models: Compared) -> Figure:
             axes.plot(time_ms, largest, MARKERS[i], ms=8, color=COLOURS[i], label=name)
             axes.plot(full_ms, floor, MARKERS[i], ms=8, mfc="none", mec=COLOURS[i], clip_on=False)
         axes.set(xscale="log", yscale="log", xlabel="Time of a position [ms]", ylabel="Error of the STE [%]")
-        axes.margins(x=0.1)
         axes.set_ylim(floor, top)
-        for axis in (axes.xaxis, axes.yaxis):
-            log_ticks(axis)
         _legend(figure, axes)
     return figure
 
 
-def _legend(figure: Figure, axes: Axes) -> None:
+def _legend(figure: Chart, axes: Panel) -> None:
     axes.plot([], [], "o", ms=6, mfc="none", mec="#555555", label="full FE")
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside right upper", title="Model")
+    figure.key_title = "Model"

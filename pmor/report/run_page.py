@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +15,7 @@ from pmor.gear.classical.formulas import GearBody, classical_results
 from pmor.pair.conditions import nominal_condition
 from pmor.pair.iso_blank import blank_factor
 from pmor.report.blank_figure import blank_figure
+from pmor.report.chart import Chart
 from pmor.report.data_sheet import sheet_of, sheet_tables
 from pmor.report.drawing import draw
 from pmor.report.iso_blank_rows import iso_root_stress
@@ -73,27 +72,24 @@ from pmor_online.contact_pattern import ContactPattern, contact_patterns
 from pmor_online.model import ReducedPair
 from pmor_online.run import OnlineResult
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 #: names of all pictures that a run of one model can have
 PICTURES = (
     "ste", "load_sharing", "stiffness", "spectrum", "error", "conditions", "contact_pattern", "root_stress",
     "root_stress_cycle", "mesh", "blanks", "revolution", "waterfall", "tolerances",
 )  # fmt: skip
 #: pictures by the parts of the page: before all else, by theme, after all else
-FIRST = ("ste.png",)
+FIRST = ("ste.svg",)
 DRAWN = {
-    "Gear data": ("blanks.png",),
-    "Transmission error": ("revolution.png", "waterfall.png", "spectrum.png", "harris.png", "conditions.png"),
-    "Stiffness and load sharing": ("stiffness.png", "load_sharing.png"),
-    "Flanks": ("flank_maps.png", "flank_pattern.png", "load_distribution.png", "contact_pattern.png"),
-    "Tolerances": ("tolerances.png",),
-    "Root stress": ("root_stress.png", "root_stress_cycle.png"),
+    "Gear data": ("blanks.svg",),
+    "Transmission error": ("revolution.svg", "waterfall.svg", "spectrum.svg", "harris.svg", "conditions.svg"),
+    "Stiffness and load sharing": ("stiffness.svg", "load_sharing.svg"),
+    "Flanks": ("flank_maps.svg", "flank_pattern.svg", "load_distribution.svg", "contact_pattern.svg"),
+    "Tolerances": ("tolerances.svg",),
+    "Root stress": ("root_stress.svg", "root_stress_cycle.svg"),
 }
 # The first that there is stands beside the curve of the beginning.
 PATTERNS = ("contact_pattern", "flank_maps")
-LAST = ("error.png", "models.png", "error_time.png", "mesh.png")
+LAST = ("error.svg", "models.svg", "error_time.svg", "mesh.svg")
 OVER_PITCHES = "revolution", "waterfall"
 ROOT_STRESS = ("root_stress", "root_stress_cycle")
 
@@ -130,44 +126,44 @@ def run_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]
             f"{_bars(sweep)}{_rigid(result)}.",
             ste_figure(sweep, nominal_Nm=nominal, about_mean=helical),
         ),
-        Picture("load_sharing.png", "Share of the pinion torque that each tooth pair carries"
+        Picture("load_sharing.svg", "Share of the pinion torque that each tooth pair carries"
                 + (f", over the first {MOST_PITCHES} pitches." if sweep.pitches > MOST_PITCHES else "."),
                 load_sharing_figure(sweep, nominal)),
-        Picture("stiffness.png", "Mesh stiffness over the cycle: force along the line of action per face width over "
+        Picture("stiffness.svg", "Mesh stiffness over the cycle: force along the line of action per face width over "
                 "the STE less that without load (secant)"
                 + ("." if sweep.stiffness_N_per_um is None else ", and its derivative (tangent)."),
                 stiffness_figure(sweep, stiffness, nominal)),
     ]  # fmt: skip
     if sweep.converged.all():
         caption = "Transmission error over orders of the mesh frequency."
-        pictures.append(Picture("spectrum.png", caption, spectrum_figure(sweep, nominal_Nm=nominal)))
+        pictures.append(Picture("spectrum.svg", caption, spectrum_figure(sweep, nominal_Nm=nominal)))
         pictures += _over_pitches(result) if sweep.pitches > 1 else []
     if comparison is not None and not comparison.max_relative_error < ROUND_OFF:
         full, estimate = comparison.full, comparison.reduced.ste_error_um
         relative = None if estimate is None else estimate / full.ste_um
         figure = error_figure(full.phi_rad, full.torque_Nm, comparison.relative_error, relative)
         bars = "" if relative is None else ", and the error bar of the reduced model itself"
-        pictures.append(Picture("error.png", f"Reduced against full FE at unseen angles{bars}.", figure))
+        pictures.append(Picture("error.svg", f"Reduced against full FE at unseen angles{bars}.", figure))
     pictures += model_pictures(result)
     if result.conditions:
         caption = "Conditions that the case lists: peak-to-peak STE over the torque, and STE at their own torques."
-        pictures.append(Picture("conditions.png", caption, conditions_figure(sweep, result.nominal, result.conditions)))
+        pictures.append(Picture("conditions.svg", caption, conditions_figure(sweep, result.nominal, result.conditions)))
     pictures += readings_pictures(result)
     # A spur pair's lines of contact are straight across the face: its flank maps say more.
     patterns = _patterns(result) if helical else []
     if patterns:
         caption = f"Contact pressure on the unrolled flanks at {nominal:g} N m{_places(result)}; mean over each cell."
-        pictures.append(Picture("contact_pattern.png", caption, contact_pattern_figure(patterns)))
+        pictures.append(Picture("contact_pattern.svg", caption, contact_pattern_figure(patterns)))
     pictures += _root_stress(result)
     if result.samples is not None:
         caption = "Pairs within tolerances, each solved; dashed: 95 % stay below."
-        pictures.append(Picture("tolerances.png", caption, tolerance_figure(result.samples, sweep.torque_Nm)))
+        pictures.append(Picture("tolerances.svg", caption, tolerance_figure(result.samples, sweep.torque_Nm)))
     if (blanks := blank_figure(result.case, pair)) is not None:
         caption = "Blanks by dimensions: sections through the axis, and fronts. Mass and inertia are in the gear data."
-        pictures.append(Picture("blanks.png", caption, blanks))
+        pictures.append(Picture("blanks.svg", caption, blanks))
     if mesh is not None:
         caption = "Section of the pinion's sector mesh, loaded flank marked."
-        pictures.append(Picture("mesh.png", caption, _mesh_figure(mesh)))
+        pictures.append(Picture("mesh.svg", caption, _mesh_figure(mesh)))
     return pictures
 
 
@@ -179,10 +175,10 @@ def _over_pitches(result: OnlineResult) -> list[Picture]:
         f"Transmission error over {pitches_words(sweep)}, and its orders: those of the mesh, and beside them those of "
         "holes and of teeth that differ, with sidebands about each order of the mesh. The table names them."
     )
-    pictures = [Picture("revolution.png", caption, revolution_figure(sweep, result.nominal, teeth, pair.holes))]
+    pictures = [Picture("revolution.svg", caption, revolution_figure(sweep, result.nominal, teeth, pair.holes))]
     if (figure := waterfall_figure(sweep, teeth, pair.holes)) is not None:
         caption = "Orders at each torque; from one torque to the next amplitudes rise by four decades."
-        pictures.append(Picture("waterfall.png", caption, figure))
+        pictures.append(Picture("waterfall.svg", caption, figure))
     return pictures
 
 
@@ -192,12 +188,12 @@ def _root_stress(result: OnlineResult) -> list[Picture]:
         return []
     return [
         Picture(
-            "root_stress.png",
+            "root_stress.svg",
             f"Root stress along the fillets at {result.case.torque_Nm:g} N m, largest over the cycle and the width.",
             fillet_figure(stress, result.nominal, iso_root_stress(result)),
         ),
         Picture(
-            "root_stress_cycle.png",
+            "root_stress_cycle.svg",
             "Root stress on the loaded side of a tooth while it rolls through the mesh, largest on the fillet.",
             cycle_figure(stress, pair.pitch, result.nominal),
         ),
@@ -233,11 +229,10 @@ def write_pages(
 def drawn_pictures(result: OnlineResult, mesh: SectorMesh | None) -> list[Picture]:
     """Return the pictures of a run, drawn in the formats that the case asks for; none where it asks for none."""
     output = result.case.output
-    formats = {*(output.format if output.plots else ()), *((output.shown_as,) if output.report else ())}
-    if not formats:
+    if not (output.plots or output.report):
         return []
-    pictures = [replace(picture, shown_as=output.shown_as) for picture in run_pictures(result, mesh)]
-    draw(pictures, tuple(formats))
+    pictures = run_pictures(result, mesh)
+    draw(pictures, output.format if output.plots else ())
     return pictures
 
 
@@ -407,7 +402,7 @@ def _patterns(result: OnlineResult) -> list[ContactPattern]:
     return [p for i in _middles(result) for p in contact_patterns(result.reduced, float(phi[i]), condition)]
 
 
-def _mesh_figure(mesh: SectorMesh) -> Figure:
+def _mesh_figure(mesh: SectorMesh) -> Chart:
     layers = len(mesh.z)
     section = mesh.nodes[::layers, :2]
     around = [0, 1, 2, 3] if mesh.order == 1 else [0, 8, 1, 9, 2, 10, 3, 11]

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pmor.core.arrays import FloatArray, IntArray
-from pmor.report.style import COLOURS, log_ticks, panels
+from pmor.report.chart import COLOURS, Chart, Panel, colours_between, panels
 from pmor.results.sweep import MeshStiffness, SteSweep, mesh_orders
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 # Tol's muted colours, apart from those of torques; lines differ as well.
 SHARE_COLOURS = ("#332288", "#882255", "#999933", "#44AA99", "#661100", "#888888", "#DDCC77")
@@ -36,7 +32,7 @@ MOST_DOTS = 48
 def ste_figure(
     reduced: SteSweep, full: SteSweep | None = None, reduced_there: SteSweep | None = None, *,
     nominal_Nm: float | None = None, about_mean: bool = False,
-) -> Figure:  # fmt: skip
+) -> Chart:  # fmt: skip
     """STE over one pitch, a curve per torque, and full FE as markers.
 
     Parameters
@@ -58,12 +54,14 @@ def ste_figure(
     with panels(1, 7.6, 4.4) as (figure, (axes,)):
         colours = torque_colours(*(sweep.torque_Nm for sweep in sweeps), () if full is None else full.torque_Nm)
         means = dict[float, float]()
-        for torque, colour in colours.items():
+        for torque, colour in sorted(colours.items(), reverse=True):
             phi, ste, error = curve_of(sweeps, torque)
             means[torque] = float(np.nanmean(ste[1:-1])) if about_mean and np.isfinite(ste[1:-1]).any() else 0.0
             ste = ste - means[torque]
             line = "-" if torque in reduced.torque_Nm else ":"  # compared positions alone
-            axes.plot(np.degrees(phi), ste, line, color=colour, marker=_position_marker(phi),
+            name = f"{torque:g} N m" + (", nominal" if torque == nominal_Nm else "")
+            name += f" ({means[torque]:.4g} µm)" if about_mean else ""
+            axes.plot(np.degrees(phi), ste, line, color=colour, marker=_position_marker(phi), label=name,
                       lw=NOMINAL_WIDTH if torque == nominal_Nm else None)  # fmt: skip
             axes.fill_between(np.degrees(phi), ste - error, ste + error, color=colour, alpha=0.3, lw=0.0)
         if full is not None:
@@ -75,25 +73,24 @@ def ste_figure(
         if reduced.unloaded_um is not None:
             unloaded = reduced.unloaded_um[0]
             axes.plot(*periodic(reduced, unloaded - (unloaded.mean() if about_mean else 0.0)), **UNLOADED)
-        axes.set_ylabel("STE about its mean [µm]" if about_mean else "Static transmission error [µm]")
+        axes.set(ylabel="STE about its mean [µm]" if about_mean else "Static transmission error [µm]")
         angle_axes(axes, reduced)
-        names = {t: f"{t:g} N m" + (", nominal" if t == nominal_Nm else "") for t in colours}
-        if about_mean:
-            names = {t: f"{name} ({means[t]:.4g} µm)" for t, name in names.items()}
         title = TORQUE + ("\n(mean STE)" if about_mean else "")
-        _ste_legend(axes, colours, names, reduced.unloaded_um is not None, full is not None, title)
+        figure.key_title = title
+        _name_models(axes, reduced.unloaded_um is not None, full is not None)
         say_which(figure, reduced.torque_Nm, asked)
         missing = int(np.count_nonzero(~np.isfinite(reduced.ste_um)))
         if missing:
-            axes.set_title(f"{missing} of {reduced.ste_um.size} positions did not converge (gaps)", color="#b00020")
+            gaps = f"{missing} of {reduced.ste_um.size} positions did not converge (gaps)"
+            axes.set(title=gaps, title_colour="#b00020")
     return figure
 
 
-def load_sharing_figure(sweep: SteSweep, nominal_Nm: float | None = None) -> Figure:
+def load_sharing_figure(sweep: SteSweep, nominal_Nm: float | None = None) -> Chart:
     """Share of the torque per tooth pair over the angle, a panel per torque."""
     asked, sweep = len(sweep.torque_Nm), few_torques(sweep, MOST_PANELS, nominal_Nm)
     n = len(sweep.torque_Nm)
-    with panels(1, 7.6, 1.2 + 1.9 * n, rows=n, sharex=True) as (figure, rows):
+    with panels(1, 7.6, 1.2 + 1.9 * n, rows=n) as (figure, rows):
         # Pairs that never carry are left out of the legend, and those of later pitches of a long sweep.
         shown = sweep.phi_rad < sweep.phi_rad[0] + MOST_PITCHES * sweep.pitch_rad
         ever = np.flatnonzero((np.nan_to_num(sweep.pair_share[:, shown]) > 0).any(axis=(0, 1)))
@@ -106,34 +103,34 @@ def load_sharing_figure(sweep: SteSweep, nominal_Nm: float | None = None) -> Fig
                     label=f"pair {sweep.pair_index[j]:+d}" if sweep.pair_index[j] else "pair 0"
                 )  # fmt: skip
             panel.set(ylim=(-4, 104), yticks=[0, 25, 50, 75, 100], ylabel=f"Share of {torque:g} N m [%]")
-        angle_axes(rows[-1], sweep, top=rows[0], most=MOST_PITCHES)
-        entries = rows[0].get_legend_handles_labels()
-        figure.legend(*entries, loc="outside right upper", title="Tooth pair")
+        for panel in rows:
+            angle_axes(panel, sweep, most=MOST_PITCHES)
+        figure.key_title = "Tooth pair"
         say_which(figure, sweep.torque_Nm, asked)
     return figure
 
 
-def stiffness_figure(sweep: SteSweep, stiffness: MeshStiffness, nominal_Nm: float | None = None) -> Figure:
+def stiffness_figure(sweep: SteSweep, stiffness: MeshStiffness, nominal_Nm: float | None = None) -> Chart:
     """Mesh stiffness over the cycle, a curve per torque: secant above, tangent below where the sweep knows it."""
     kept = _kept(sweep, MOST_TORQUES, nominal_Nm)
     shown = {"secant": stiffness.secant[kept]}
     if stiffness.tangent is not None and len(stiffness.tangent) == len(sweep.torque_Nm):
         shown["tangent"] = stiffness.tangent[kept]
     colours = torque_colours(sweep.torque_Nm[kept])
-    with panels(1, 7.6, 1.2 + 2.6 * len(shown), rows=len(shown), sharex=True) as (figure, rows):
+    with panels(1, 7.6, 1.2 + 2.6 * len(shown), rows=len(shown)) as (figure, rows):
         for panel, (name, values) in zip(rows, shown.items(), strict=True):
             for torque, curve in zip(sweep.torque_Nm[kept].tolist(), values, strict=True):
                 nominal = torque == nominal_Nm
                 panel.plot(*periodic(sweep, curve), color=colours[torque], lw=NOMINAL_WIDTH if nominal else None,
                            label=f"{torque:g} N m" + (", nominal" if nominal else ""))  # fmt: skip
-            panel.set_ylabel(f"{name.capitalize()} stiffness\n[N/(mm µm)]")
-        angle_axes(rows[-1], sweep, top=rows[0])
-        figure.legend(*rows[0].get_legend_handles_labels(), loc="outside right upper", title=TORQUE)
+            panel.set(ylabel=f"{name.capitalize()} stiffness [N/(mm µm)]")
+            angle_axes(panel, sweep)
+        figure.key_title = TORQUE
         say_which(figure, sweep.torque_Nm[kept], len(sweep.torque_Nm))
     return figure
 
 
-def spectrum_figure(sweep: SteSweep, n_orders: int = N_MESH_ORDERS, nominal_Nm: float | None = None) -> Figure:
+def spectrum_figure(sweep: SteSweep, n_orders: int = N_MESH_ORDERS, nominal_Nm: float | None = None) -> Chart:
     """Amplitudes of the orders of the mesh frequency that the sweep resolves, bars per torque on a logarithmic axis."""
     asked, sweep = len(sweep.torque_Nm), few_torques(sweep, MOST_TORQUES, nominal_Nm)
     with panels(1, 7.6, 4.0) as (figure, (axes,)):
@@ -150,17 +147,17 @@ def spectrum_figure(sweep: SteSweep, n_orders: int = N_MESH_ORDERS, nominal_Nm: 
             axes.bar(place, shown - floor, width, bottom=floor, color=colours[float(torque)], label=f"{torque:g} N m")
         _log_axis(axes, floor, top)
         axes.set(xticks=orders, xlabel="Order of the mesh frequency [-]", ylabel="STE amplitude, zero to peak [µm]")
-        axes.grid(False, axis="x")
+        axes.set(rows_only=True)
         if not resolved.any():
-            axes.text(0.5, 0.5, "no spectrum: positions are missing", ha="center", transform=axes.transAxes)
-        figure.legend(loc="outside right upper", title=TORQUE)
+            axes.text(0.5, 0.5, "no spectrum: positions are missing", ha="center", inside=True)
+        figure.key_title = TORQUE
         say_which(figure, sweep.torque_Nm, asked)
     return figure
 
 
 def error_figure(
     phi_rad: ArrayLike, torque_Nm: ArrayLike, relative_error: ArrayLike, estimate: ArrayLike | None = None
-) -> Figure:
+) -> Chart:
     """Relative STE error of the reduced against the full model, and its estimate by the reduced model.
 
     Parameters
@@ -190,7 +187,7 @@ def error_figure(
             axes.plot([], [], "s", ms=6, mfc="none", mec="black", label="estimated online")
         _log_axis(axes, floor, top)
         axes.set(xlabel="Pinion angle [deg]", ylabel="|STE reduced / full - 1| [%]")
-        figure.legend(loc="outside right upper", title=TORQUE)
+        figure.key_title = TORQUE
         say_which(figure, torques, asked)
     return figure
 
@@ -213,11 +210,11 @@ def spread(count: int, most: int, kept: int | None = None) -> IntArray:
     return np.unique(places)
 
 
-def say_which(figure: Figure, shown: ArrayLike, asked: int) -> None:
+def say_which(figure: Chart, shown: ArrayLike, asked: int) -> None:
     """Write over a figure which torques it shows, where they are not all."""
     torques = np.asarray(shown, float)
     if len(torques) < asked:
-        figure.suptitle(f"{len(torques)} of {asked} torques: {', '.join(f'{t:g}' for t in torques)} N m", fontsize=9)
+        figure.heading = f"{len(torques)} of {asked} torques: {', '.join(f'{t:g}' for t in torques)} N m"
 
 
 def torque_colours(*torques: ArrayLike) -> dict[float, Any]:
@@ -225,9 +222,7 @@ def torque_colours(*torques: ArrayLike) -> dict[float, Any]:
     distinct = sorted({float(t) for group in torques for t in np.atleast_1d(np.asarray(group, float))})
     if len(distinct) <= len(COLOURS):
         return dict(zip(distinct, COLOURS, strict=False))
-    from matplotlib import colormaps
-
-    return dict(zip(distinct, colormaps["viridis"](np.linspace(0.0, 0.92, len(distinct))), strict=True))
+    return dict(zip(distinct, colours_between(len(distinct)), strict=True))
 
 
 def curve_of(sweeps: Sequence[SteSweep], torque: float) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -265,40 +260,27 @@ def _share_at_end(sweep: SteSweep, share: FloatArray, j: int) -> float:
     return float(share[0, successor[0]]) if successor.size else 0.0
 
 
-def angle_axes(axes: Axes, sweep: SteSweep, top: Axes | None = None, most: int | None = None) -> None:
+def angle_axes(axes: Panel, sweep: SteSweep, most: int | None = None) -> None:
     """Pinion angle in degrees below; the same as fraction of the pitch above, of so many pitches at most."""
     pitches = sweep.pitches if most is None else min(sweep.pitches, most)
     pitch_deg = float(np.degrees(sweep.pitch_rad))
-    axes.set_xlabel("Pinion angle [deg]")
     start = float(np.degrees(sweep.phi_rad[0]))
-    axes.set_xlim(start, start + pitches * pitch_deg)
-    carrier = axes if top is None else top
-    fraction = carrier.secondary_xaxis("top", functions=(_over(pitch_deg), _over(1.0 / pitch_deg)))
-    fraction.set_xlabel("Fraction of a pitch [-]" if pitches == 1 else "Pitches [-]")
+    axes.set(xlabel="Pinion angle [deg]", xlim=(start, start + pitches * pitch_deg))
+    axes.second_x(1.0 / pitch_deg, "Fraction of a pitch [-]" if pitches == 1 else "Pitches [-]")
 
 
-def _over(divisor: float) -> Callable[[ArrayLike], FloatArray]:
-    return lambda x: np.asarray(x, float) / divisor
-
-
-def _ste_legend(
-    axes: Axes, colours: dict[float, Any], names: dict[float, str], unloaded: bool, with_full: bool, title: str
-) -> None:
-    """Torques by colour, models by line or marker, outside the curves."""
-    from matplotlib.lines import Line2D
-
-    handles = [Line2D([], [], color=c, label=names[t]) for t, c in sorted(colours.items(), reverse=True)]
+def _name_models(axes: Panel, unloaded: bool, with_full: bool) -> None:
+    """Name what lines and markers are, behind the torques."""
+    nothing: tuple[list[float], list[float]] = ([], [])
     if unloaded:
-        handles.append(Line2D([], [], label="no load, rigid", **UNLOADED))
+        axes.plot(*nothing, label="no load, rigid", **UNLOADED)
     if with_full:
-        handles.append(Line2D([], [], color="#555555", label="reduced"))
-        handles.append(Line2D([], [], ls="", marker="o", ms=8, mfc="none", mec="#555555", label="full FE"))
-    axes.get_figure().legend(handles=handles, loc="outside right upper", title=title)  # type: ignore[union-attr]
+        axes.plot(*nothing, color="#555555", label="reduced")
+        axes.plot(*nothing, "o", ms=8, mfc="none", mec="#555555", color="#555555", label="full FE")
 
 
-def _log_axis(axes: Axes, floor: float, top: float) -> None:
+def _log_axis(axes: Panel, floor: float, top: float) -> None:
     axes.set(yscale="log", ylim=(floor, top))
-    log_ticks(axes.yaxis)
 
 
 def _log_limits(*values: FloatArray, decades: int = 5) -> tuple[float, float]:

@@ -4,33 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray
 from pmor.pair.samples import Samples
-from pmor.report.style import COLOURS, log_ticks, panels, plot_share_below
+from pmor.report.chart import COLOURS, Chart, Panel, colours_between, panels, plot_share_below
 from pmor.report.sweep_figures import UNLOADED, angle_axes, periodic, spread
 from pmor.results.quantities import TABLE
 from pmor.results.shaft_orders import ShaftOrder, shaft_orders
 from pmor.results.sweep import SteSweep, mesh_orders, orders_of, peak_to_peak_um
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 # Orders of the mesh that are drawn over the torque.
 N_ORDERS = 3
 # Most curves that a legend names where they do not lie above each other.
 MOST_NAMED = 6
-COLOUR_MAP = "viridis"
 ORDER_LINES = ("-", "--", ":")
 
 
 def harris_figure(
     sweep: SteSweep, nominal_Nm: float | None = None, case: SteSweep | None = None, about_mean: bool = False
-) -> Figure:
+) -> Chart:
     """Harris map: transmission error over the angle, a curve for each torque; over torque, its peak-to-peak and orders.
 
     Parameters
@@ -43,11 +37,9 @@ def harris_figure(
     about_mean : bool
         Draw each curve about its mean.
     """
-    from matplotlib import colormaps
-
-    with panels(2, 9.6, 4.4, width_ratios=(3, 2)) as (figure, (curves, spans)):
+    with panels(2, 9.6, 4.4) as (figure, (curves, spans)):
         torque, span = sweep.torque_Nm, peak_to_peak_um(sweep)
-        colours = colormaps[COLOUR_MAP](np.linspace(0.0, 0.92, len(torque)))
+        colours = colours_between(len(torque))
         named = spread(len(torque), MOST_NAMED)
         for place, (colour, ste) in enumerate(zip(colours, sweep.ste_um, strict=True)):
             name = f"{torque[place]:g} N m" if about_mean and place in named else ""
@@ -70,17 +62,11 @@ def harris_figure(
             curves.plot(*periodic(sweep, shown), label="no load, rigid", **UNLOADED)
             spans.plot([0.0, torque[0]], [np.ptp(unloaded), span[0]], color=COLOURS[0], ls=":")
             span = np.append(span, np.ptp(unloaded))
-        if curves.get_legend_handles_labels()[0]:
-            curves.legend(loc="best", fontsize=8)
-        spans.legend(loc="best", fontsize=8)
         angle_axes(curves, sweep)
-        curves.set_ylabel("STE about its mean [µm]" if about_mean else "Static transmission error [µm]")
+        curves.set(ylabel="STE about its mean [µm]" if about_mean else "Static transmission error [µm]")
         if nominal_Nm is not None:
             spans.axvline(nominal_Nm, color="#555555", lw=1.0, ls=":")
-            spans.annotate(
-                "nominal", (nominal_Nm, 0.0), xycoords=("data", "axes fraction"), xytext=(-4, 4),
-                textcoords="offset points", ha="right", va="bottom", rotation=90, fontsize=9, color="#555555",
-            )  # fmt: skip
+            spans.text(nominal_Nm, 0.0, "nominal", turned=True, dx=-4.0, va="bottom", color="#555555")
         most = float(torque[-1])
         if case is not None:
             most, span = max(most, float(case.torque_Nm.max())), np.append(span, peak_to_peak_um(case))
@@ -89,16 +75,13 @@ def harris_figure(
     return figure
 
 
-def _name_curves(axes: Any, end: float, torque: FloatArray, at_end: FloatArray) -> None:
+def _name_curves(axes: Panel, end: float, torque: FloatArray, at_end: FloatArray) -> None:
     """Write torques beside the right ends of curves, as many as do not overlap."""
-    low, high = axes.get_ylim()
+    low, high = axes.limits("y")
     last = -np.inf
     for value, ste in zip(torque, at_end, strict=True):
         if np.isfinite(ste) and ste - last > 0.05 * (high - low):
-            axes.annotate(
-                f"{value:g} N m", (end, ste), xytext=(3, 0), textcoords="offset points", va="center", fontsize=8,
-                annotation_clip=False,
-            )  # fmt: skip
+            axes.text(end, ste, f"{value:g} N m", outside=True)
             last = ste
 
 
@@ -110,7 +93,7 @@ MESH, SIDE = COLOURS[0], COLOURS[1]
 LEAST_TORQUES = 3
 
 
-def revolution_figure(sweep: SteSweep, torque_index: int, teeth: tuple[int, int], holes: tuple[int, int]) -> Figure:
+def revolution_figure(sweep: SteSweep, torque_index: int, teeth: tuple[int, int], holes: tuple[int, int]) -> Chart:
     """Draw STE, mean and extremes of each mesh cycle over the pitches, and below it the spectrum over shaft orders."""
     with panels(1, 8.6, 6.6, rows=2) as (figure, (curve, spectrum)):
         _over_the_pitches(curve, sweep, torque_index)
@@ -118,7 +101,7 @@ def revolution_figure(sweep: SteSweep, torque_index: int, teeth: tuple[int, int]
     return figure
 
 
-def waterfall_figure(sweep: SteSweep, teeth: tuple[int, int], holes: tuple[int, int]) -> Figure | None:
+def waterfall_figure(sweep: SteSweep, teeth: tuple[int, int], holes: tuple[int, int]) -> Chart | None:
     """Draw the orders over the torque, a spectrum each, one behind the other; None of few torques."""
     rows = [row for row in np.argsort(sweep.torque_Nm) if np.isfinite(sweep.ste_um[row]).all()]
     if len(rows) < LEAST_TORQUES:
@@ -143,12 +126,11 @@ def waterfall_figure(sweep: SteSweep, teeth: tuple[int, int], holes: tuple[int, 
             axes.plot([], [], color=colour, label=name)
         axes.set(xlabel=f"Order of the {('pinion', 'wheel')[place]} shaft [-]", ylabel="Pinion torque [N m]",
                  xlim=(0.0, LAST_MESH_ORDER * teeth[place]), yticks=torque)  # fmt: skip
-        axes.grid(False)
-        figure.legend(loc="outside upper right", ncols=2)
+        axes.set(grid=False)
     return figure
 
 
-def _over_the_pitches(axes: Axes, sweep: SteSweep, row: int) -> None:
+def _over_the_pitches(axes: Panel, sweep: SteSweep, row: int) -> None:
     ste = sweep.ste_um[row]
     axes.plot(*periodic(sweep, ste), color=MESH, lw=0.9, label="STE")
     if len(ste) % sweep.pitches == 0:
@@ -159,12 +141,11 @@ def _over_the_pitches(axes: Axes, sweep: SteSweep, row: int) -> None:
             (cycles.mean(axis=1), cycles.max(axis=1), cycles.min(axis=1)), (*named, ("", *named[1][1:])), strict=True
         ):
             axes.plot(phi, values, line, color=colour, lw=width, label=name)
-    axes.set_ylabel(f"STE at {sweep.torque_Nm[row]:g} N m [µm]")
+    axes.set(ylabel=f"STE at {sweep.torque_Nm[row]:g} N m [µm]")
     angle_axes(axes, sweep)
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.17), ncols=3)
 
 
-def _spectrum(axes: Axes, sweep: SteSweep, listed: Sequence[ShaftOrder], place: int) -> None:
+def _spectrum(axes: Panel, sweep: SteSweep, listed: Sequence[ShaftOrder], place: int) -> None:
     shown = [entry for entry in listed if entry.mesh_order <= LAST_MESH_ORDER]
     top = max((entry.amplitude_um for entry in shown), default=1.0)
     floor = top * 10.0**-DECADES
@@ -175,14 +156,11 @@ def _spectrum(axes: Axes, sweep: SteSweep, listed: Sequence[ShaftOrder], place: 
     sides = [entry for entry in shown if not entry.of_mesh and entry.amplitude_um > floor][:NAMED]
     for entry in sides:
         order = (entry.pinion_order, entry.wheel_order)[place]
-        axes.annotate(f"{order:.6g}", (order, entry.amplitude_um), (0, 2), textcoords="offset points", ha="center",
-                      va="bottom", fontsize=8, color=SIDE)  # fmt: skip
+        axes.text(order, entry.amplitude_um, f"{order:.6g}", ha="center", va="bottom", color=SIDE)
     axes.set(yscale="log", ylim=(floor, 3.0 * top), xlabel=f"Order of the {('pinion', 'wheel')[place]} shaft [-]",
              ylabel="STE amplitude, zero to peak [µm]")  # fmt: skip
     axes.set_xlim(left=0.0)
-    log_ticks(axes.yaxis)
-    axes.grid(False, axis="x")
-    axes.legend(loc="upper right", ncols=2)
+    axes.set(rows_only=True)
 
 
 def _slow_gear(holes: tuple[int, int]) -> int:
@@ -190,13 +168,13 @@ def _slow_gear(holes: tuple[int, int]) -> int:
     return 1 if holes[1] else 0
 
 
-def tolerance_figure(samples: Samples, shown_Nm: Sequence[float] | FloatArray) -> Figure:
+def tolerance_figure(samples: Samples, shown_Nm: Sequence[float] | FloatArray) -> Chart:
     """Share of the machines within tolerances that stay below each figure, a curve for each torque."""
     known = {key: values for key, values in samples.figures.items() if np.isfinite(values).any()}
-    with panels(len(known), 3.0 + 3.1 * len(known), 4.2, legend=6, sharey=True) as (figure, all_axes):
+    with panels(len(known), 3.0 + 3.1 * len(known), 4.2) as (figure, all_axes):
         for axes, (key, values) in zip(all_axes, known.items(), strict=True):
             for number, torque in enumerate(shown_Nm):
                 plot_share_below(axes, values[:, number], COLOURS[number % len(COLOURS)], f"{torque:g} N m")
-            axes.set(xlabel=TABLE[key].head)
-        all_axes[0].set(ylabel=f"{samples.made.capitalize()} that stay below [%]", ylim=(0.0, 100.0))
+            axes.set(xlabel=TABLE[key].head, ylabel=f"{samples.made.capitalize()} that stay below [%]",
+                     ylim=(0.0, 100.0))  # fmt: skip
     return figure

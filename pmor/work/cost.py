@@ -143,20 +143,20 @@ def _stages_of(case: Case, pair: GearPair) -> tuple[Stage, ...]:
         training = max(training, kept + solving_bytes(coarse_size))
     coarse_s = solving_seconds(coarse_size) if coarse_size else 0.0
     trained_s = coarse_s + size.solves * full_s + size.positions * POSITION_S + searched * reduced_s + BASIS_S
-    drawn = set(case.output.format if case.output.plots else ())
-    drawn |= {case.output.shown_as} if case.output.report else set()
+    paged = case.output.report or case.output.plots
+    by_matplotlib = set(case.output.format if case.output.plots else ()) - {"svg"}
     whole_size = pair_size(case_of_page(case), pair) if takes_whole_width(case) else None
     if whole_size:
         training = max(training, kept + basis + solving_bytes(whole_size))
         trained_s += solving_seconds(whole_size)
-    page = PAGE_BYTES * bool(drawn)
+    page = PAGE_BYTES * paged
     return (
         Stage(FINITE_ELEMENTS, SOLVER_BYTES + solving_bytes(size), solving_seconds(size) + SOLVER_S),
         Stage("training", KERNEL_BYTES + training, trained_s),
         Stage("sweep", KERNEL_BYTES + online, sweep * reduced_s + SWEEP_S + read_s + RESULTS_S),
         Stage("comparison", KERNEL_BYTES + online + window, solved + compared * reduced_s),
-        Stage("pictures", KERNEL_BYTES + online + page, PICTURES_S * len(drawn)),
-        Stage("report", KERNEL_BYTES + online + page, PAGE_S * bool(drawn)),
+        Stage("pictures", KERNEL_BYTES + online + page, PICTURES_S * len(by_matplotlib)),
+        Stage("report", KERNEL_BYTES + online + page, PAGE_S * paged),
     )
 
 

@@ -54,9 +54,10 @@ class Report:
         """Write ``<name>.json``, ``<name>.md``, the pictures and the page; OutputError where that fails."""
         write_summary_json(folder / f"{self.name}.json", self.data)
         pictures = [block for block in self.blocks if isinstance(block, Picture)]
-        draw(pictures, ("png",))
+        for kind in sorted({picture.picture_format for picture in pictures}):
+            draw([picture for picture in pictures if picture.picture_format == kind], (kind,))
         for picture in pictures:
-            write_picture(picture.content("png"), folder / picture.file_name)
+            write_picture(picture.content(picture.picture_format), folder / picture.file_name)
         last = provenance(self.case, self.measured_on)
         write_page(folder / self.page, self.title, [*self.blocks, *self.page_only, *last])
         write_markdown(folder / f"{self.name}.md", self.title, [*self.blocks, *last])
