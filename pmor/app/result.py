@@ -15,6 +15,7 @@ from pmor.gear.pair import GearPair
 from pmor.report.curves import Drawn
 from pmor.report.data_files import ste_columns, write_ste_csv
 from pmor.report.flank_figures import flank_maps_figure
+from pmor.report.replay import figure_of
 from pmor.report.sweep_figures import load_sharing_figure, spectrum_figure, ste_figure
 from pmor.report.torque_figures import harris_figure, revolution_figure
 from pmor.results.flank_maps import FlankMap
@@ -222,27 +223,28 @@ class SweepResult(Drawn):
 
     def plot_ste(self, full: SweepResult | None = None) -> Figure:
         """Draw the STE over the angle, a curve for each torque; another result, such as full FE, as markers."""
-        return ste_figure(self.sweep, full.sweep if full else None, about_mean=self.pair.pinion.helix_angle != 0.0)
+        helical = self.pair.pinion.helix_angle != 0.0
+        return figure_of(ste_figure(self.sweep, full.sweep if full else None, about_mean=helical))
 
     def plot_load_sharing(self) -> Figure:
         """Draw the share of the torque that each tooth pair carries."""
-        return load_sharing_figure(self.sweep)
+        return figure_of(load_sharing_figure(self.sweep))
 
     def plot_orders(self) -> Figure:
         """Draw the amplitudes of the orders of the mesh frequency."""
-        return spectrum_figure(self.sweep)
+        return figure_of(spectrum_figure(self.sweep))
 
     def plot_revolution(self, torque_index: int = -1) -> Figure:
         """Draw the STE over all pitches of the sweep, and its orders with the sidebands of holes."""
-        return revolution_figure(self.sweep, torque_index, self._teeth, self.holes)
+        return figure_of(revolution_figure(self.sweep, torque_index, self._teeth, self.holes))
 
     def plot_flank_maps(self, torque_index: int = -1) -> Figure:
         """Draw the largest pressure and line load over the cycle on the flanks of pinion and wheel."""
-        return flank_maps_figure(self.flank_maps(torque_index))
+        return figure_of(flank_maps_figure(self.flank_maps(torque_index)))
 
     def plot_harris_map(self) -> Figure:
         """Draw the STE over the angle at all torques, and its peak-to-peak over the torque."""
-        return harris_figure(self.sweep, about_mean=self.pair.pinion.helix_angle != 0.0)
+        return figure_of(harris_figure(self.sweep, about_mean=self.pair.pinion.helix_angle != 0.0))
 
     def to_csv(self, path: Path | str) -> None:
         """Write the table ``ste.csv`` of a run: a row for each torque and angle, units in the header."""

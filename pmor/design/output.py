@@ -27,8 +27,8 @@ from pmor.storage.design_file import DesignResults, write_design_file
 from pmor.work.results import Report
 
 #: files of a result; without a front or scatter some are not written
-PICTURES = ("front.png", "contour.png", "torque.png", "ste.png", "sensitivity.png", "scatter.png", "harris.png",
-            "face_load.png")  # fmt: skip
+PICTURES = ("front.svg", "contour.svg", "torque.svg", "ste.svg", "sensitivity.svg", "scatter.svg", "harris.svg",
+            "face_load.svg")  # fmt: skip
 FILES = ("design.h5", "design.csv", "design.json", "design.md", "report.html", *PICTURES)
 # Of the first result.
 WAITING = "The first result: the search goes on, and this page is replaced at its end."
@@ -239,7 +239,7 @@ def _blocks(outcome: Found, read: Readings) -> list[Block]:
     if read.first:
         return [*blocks, *_tables(outcome, read)]
     if read.gearbox is not None:
-        face_load = Picture("face_load.png", "Line load over the face, added up over tooth pairs; the whole gearbox "
+        face_load = Picture("face_load.svg", "Line load over the face, added up over tooth pairs; the whole gearbox "
                             "solved anew with each flank.", figures.face_load_figure(read.gearbox))  # fmt: skip
         blocks[1:1] = gearbox_sentences(read.gearbox)
         blocks = [*blocks, *gearbox_tables(read.gearbox), face_load]
@@ -249,22 +249,22 @@ def _blocks(outcome: Found, read: Readings) -> list[Block]:
 def _pictures(outcome: Found, read: Readings) -> list[Block]:
     design, words = outcome.design, outcome.file.words
     pictures = [
-        ("front.png", "The objective against the other result, and the Pareto front of all variants.",
+        ("front.svg", "The objective against the other result, and the Pareto front of all variants.",
          figures.front_figure(outcome)),
-        ("contour.png", "The objective of the nominal gears over each two variables, all others as in the best" + (
+        ("contour.svg", "The objective of the nominal gears over each two variables, all others as in the best" + (
             "; within the dashed ellipse are 95 % of the gears that are made."
             if any(design.scatter.modifications.get(variable.key) for variable in design.variables) else "."
          ), figures.contour_figure(outcome, read.contours) if read.contours else None),
-        ("torque.png", "Peak-to-peak STE over torque. A design for one torque has its valley there and climbs on both "
+        ("torque.svg", "Peak-to-peak STE over torque. A design for one torque has its valley there and climbs on both "
          "sides; the best for all of them lies between.",
          figures.torque_figure(outcome, read.torques_Nm, read.over_torque) if read.over_torque else None),
-        ("ste.png", "STE of the nominal gears under each torque.", figures.ste_figure(outcome, read.curves)),
-        ("sensitivity.png", "Sensitivity of the nominal objective, about the best: exact derivatives, also by "
+        ("ste.svg", "STE of the nominal gears under each torque.", figures.ste_figure(outcome, read.curves)),
+        ("sensitivity.svg", "Sensitivity of the nominal objective, about the best: exact derivatives, also by "
          "parameters that are no variables.",
          figures.sensitivity_figure(read.rates, design.objective) if read.rates else None),
-        ("scatter.png", f"{FRESH:,} {words.made} drawn anew, each solved in full.",
+        ("scatter.svg", f"{FRESH:,} {words.made} drawn anew, each solved in full.",
          figures.scatter_figure(read.fresh, words_of(design.objective.key), words.made) if read.fresh else None),
-        ("harris.png", "Harris's rule for tip relief, written for coupled pairs: twice by how much the STE without "
+        ("harris.svg", "Harris's rule for tip relief, written for coupled pairs: twice by how much the STE without "
          "relief differs between single and double contact.",
          figures.harris_figure(read.harris) if read.harris else None),
     ]  # fmt: skip

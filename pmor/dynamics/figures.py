@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from pmor.core.arrays import FloatArray
 from pmor.dynamics.measure import Data
-from pmor.report.style import COLOURS, new_figure, plot_style
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from pmor.report.chart import COLOURS, Chart, Field, Panel, panels
+from pmor.results.flank_maps import cell_edges
 
 RUNS = {"run_up": ("^", "run-up"), "run_down": ("v", "run-down")}
 # Most marks of a run on a curve.
@@ -26,11 +24,9 @@ MODES_APART = 0.05
 CYCLES = 2
 
 
-def response_figure(responses: Sequence[Data], factors: Sequence[Data]) -> Figure:
+def response_figure(responses: Sequence[Data], factors: Sequence[Data]) -> Chart:
     """Transmission error, marks for the runs, and dynamic factor beside K_v, over the mesh frequency."""
-    with plot_style():
-        figure = new_figure(8.2, 7.0)
-        above, below = figure.subplots(2, 1, sharex=True)
+    with panels(1, 8.2, 8.0, rows=2) as (figure, (above, below)):
         for colour, response in _coloured(responses):
             for branch in response["branches"]:
                 for axes, key in ((above, "dte_rms_um"), (below, "dynamic_factor")):
@@ -43,7 +39,7 @@ def response_figure(responses: Sequence[Data], factors: Sequence[Data]) -> Figur
                 _mark_modes(axes, response, colour)
         for (colour, _), factor in zip(_coloured(responses), factors, strict=True):
             below.plot(1e-3 * np.array(factor["mesh_frequency_Hz"]), factor["k_v"], color=colour, lw=0.9, ls="-.")
-        above.set_ylabel("Dynamic transmission error, rms [µm]")
+        above.set(ylabel="Dynamic transmission error, rms [µm]", xlabel="Mesh frequency [kHz]")
         below.set(ylabel="Dynamic factor [-]", xlabel="Mesh frequency [kHz]")
         above.set_ylim(bottom=0.0)
         _number_modes(above, responses)
@@ -52,11 +48,9 @@ def response_figure(responses: Sequence[Data], factors: Sequence[Data]) -> Figur
     return figure
 
 
-def contact_figure(responses: Sequence[Data]) -> Figure:
+def contact_figure(responses: Sequence[Data]) -> Chart:
     """Share of the cycle without contact, and bearing forces, over the mesh frequency."""
-    with plot_style():
-        figure = new_figure(8.2, 6.0)
-        above, below = figure.subplots(2, 1, sharex=True)
+    with panels(1, 8.2, 8.0, rows=2) as (figure, (above, below)):
         for colour, response in _coloured(responses):
             for branch in response["branches"]:
                 _branch(above, branch, "contact_loss", colour, 100.0)
@@ -64,50 +58,41 @@ def contact_figure(responses: Sequence[Data]) -> Figure:
             for axes in (above, below):
                 _mark_modes(axes, response, colour)
         _speed_axis(above, responses)
-        above.set_ylabel("Cycle without contact [%]")
-        below.set(ylabel="Largest force of the\npinion on its bearings [kN]", xlabel="Mesh frequency [kHz]")
+        above.set(ylabel="Cycle without contact [%]", xlabel="Mesh frequency [kHz]")
+        below.set(ylabel="Largest force of the pinion on its bearings [kN]", xlabel="Mesh frequency [kHz]")
         _legend(figure, responses, runs=False)
     return figure
 
 
-def waterfall_figure(responses: Sequence[Data]) -> Figure | None:
+def waterfall_figure(responses: Sequence[Data]) -> Chart | None:
     """Amplitude over mesh frequency and order along the run-up, a panel per torque; None where there is no run."""
     shown = [response for response in responses if response["waterfall"]]
     if not shown:
         return None
-    from matplotlib.colors import LogNorm
-
     top = max(float(np.max(response["waterfall"]["amplitude_um"])) for response in shown)
     floor = top * 10.0**-DECADES
-    norm = LogNorm(floor, top)
-    with plot_style():
-        rows = math.ceil(len(shown) / 2) if len(shown) > 1 else 1
-        figure = new_figure(8.2, 1.0 + 2.9 * rows)
-        panels = np.atleast_1d(figure.subplots(rows, min(2, len(shown)), sharex=True, sharey=True, squeeze=False)).flat
-        for axes, response in zip(panels, shown, strict=False):
+    columns = min(2, len(shown))
+    rows = math.ceil(len(shown) / columns)
+    with panels(columns, 8.2, 3.4 * rows, rows=rows) as (figure, each):
+        for axes, response in zip(each, shown, strict=False):
             spectra = response["waterfall"]
             amplitude = np.maximum(np.array(spectra["amplitude_um"]).T, floor)
-            mesh = axes.pcolormesh(
-                1e-3 * np.array(spectra["mesh_frequency_Hz"]), spectra["order"], amplitude, norm=norm, cmap="viridis",
-                shading="nearest", rasterized=True,
-            )  # fmt: skip
+            edges = cell_edges(1e-3 * np.array(spectra["mesh_frequency_Hz"])), cell_edges(np.array(spectra["order"]))
+            label = "DTE amplitude, zero to peak [µm]"
+            axes.field(Field(*edges, amplitude, floor, top, label, logarithmic=True))
             axes.set(title=f"{response['torque_Nm']:g} N m, run-up", xlabel="Mesh frequency [kHz]",
                      ylabel="Order of the mesh frequency [-]")  # fmt: skip
-        for axes in list(panels)[len(shown) :]:
-            axes.set_visible(False)
-        figure.colorbar(mesh, ax=figure.axes, format="%g", label="DTE amplitude, zero to peak [µm]")
+        for axes in each[len(shown) :]:
+            axes.shown = False
     return figure
 
 
-def motion_figure(responses: Sequence[Data]) -> Figure | None:
+def motion_figure(responses: Sequence[Data]) -> Chart | None:
     """The largest stable motion: in the phase plane, and displacement and mesh force over two cycles."""
     shown = [(colour, response) for colour, response in _coloured(responses) if response["largest"]]
     if not shown:
         return None
-    with plot_style():
-        figure = new_figure(9.2, 4.6)
-        grid = figure.add_gridspec(2, 2)
-        plane, along, force = (figure.add_subplot(place) for place in (grid[:, 0], grid[0, 1], grid[1, 1]))
+    with panels(3, 12.0, 3.4) as (figure, (plane, along, force)):
         for colour, response in shown:
             motion = response["largest"]
             period = round(motion["mesh_cycles"][-1] + motion["mesh_cycles"][1])
@@ -121,13 +106,13 @@ def motion_figure(responses: Sequence[Data]) -> Figure | None:
         plane.axvline(0.0, color="#555555", lw=0.8, ls="--")
         along.axhline(0.0, color="#555555", lw=0.8, ls="--")
         plane.set(xlabel="Displacement along the line of action [µm]", ylabel="Velocity [mm/s]")
-        along.set_ylabel("Displacement [µm]")
+        along.set(ylabel="Displacement [µm]", xlabel="Mesh cycles [-]")
         force.set(ylabel="Mesh force [kN]", xlabel="Mesh cycles [-]")
         _legend(figure, [response for _, response in shown], runs=False, branches=False)
     return figure
 
 
-def _mark_modes(axes: Axes, response: Data, colour: str) -> None:
+def _mark_modes(axes: Panel, response: Data, colour: str) -> None:
     """Mark the natural frequencies within the speeds of a response, that of the mesh stronger than the others."""
     lowest, highest = response["mesh_frequencies_Hz"]
     for mode in response["modes"]:
@@ -137,7 +122,7 @@ def _mark_modes(axes: Axes, response: Data, colour: str) -> None:
             axes.axvline(1e-3 * frequency, color=colour, lw=1.2 if strong else 0.8, ls=":")
 
 
-def _number_modes(axes: Axes, responses: Sequence[Data]) -> None:
+def _number_modes(axes: Panel, responses: Sequence[Data]) -> None:
     """Write the numbers of the modes above their marks under the last torque; those close together share a place."""
     response = responses[-1]
     lowest, highest = response["mesh_frequencies_Hz"]
@@ -151,17 +136,16 @@ def _number_modes(axes: Axes, responses: Sequence[Data]) -> None:
         else:
             places.append((frequency, [str(number)]))
     for frequency, numbers in places:
-        axes.annotate(", ".join(numbers), (1e-3 * frequency, 0.99), xycoords=("data", "axes fraction"), fontsize=8,
-                      xytext=(2, 0), textcoords="offset points", va="top", color="#555555")  # fmt: skip
+        axes.text(1e-3 * frequency, axes.limits("y")[1], ", ".join(numbers), va="top", color="#555555")
 
 
-def _speed_axis(axes: Axes, responses: Sequence[Data]) -> None:
+def _speed_axis(axes: Panel, responses: Sequence[Data]) -> None:
     """Draw the speed of the pinion over the mesh frequency in kHz."""
     rpm = responses[0]["speeds_rpm"][1] / (1e-3 * responses[0]["mesh_frequencies_Hz"][1])
-    axes.secondary_xaxis("top", functions=(lambda f: f * rpm, lambda n: n / rpm)).set_xlabel("Pinion speed [rpm]")
+    axes.second_x(rpm, "Pinion speed [rpm]")
 
 
-def _branch(axes: Axes, branch: Sequence[Data], key: str, colour: str, factor: float = 1.0, place: int | None = None,
+def _branch(axes: Panel, branch: Sequence[Data], key: str, colour: str, factor: float = 1.0, place: int | None = None,
             ) -> None:  # fmt: skip
     """Draw a branch, stretch by stretch: solid where motion is stable, dashed where not."""
     frequency, values = _frequencies(branch), factor * _values(branch, key, place)
@@ -173,11 +157,11 @@ def _branch(axes: Axes, branch: Sequence[Data], key: str, colour: str, factor: f
         axes.plot(frequency[start : end + 1], values[start : end + 1], color=colour, **line)
 
 
-def _frequencies(points: Sequence[Data]) -> np.ndarray[Any, Any]:
+def _frequencies(points: Sequence[Data]) -> FloatArray:
     return 1e-3 * _values(points, "mesh_frequency_Hz")
 
 
-def _values(points: Sequence[Data], key: str, place: int | None = None) -> np.ndarray[Any, Any]:
+def _values(points: Sequence[Data], key: str, place: int | None = None) -> FloatArray:
     return np.array([point[key] if place is None else point[key][place] for point in points], dtype=float)
 
 
@@ -185,16 +169,15 @@ def _coloured(responses: Sequence[Data]) -> list[tuple[str, Data]]:
     return [(COLOURS[i % len(COLOURS)], response) for i, response in enumerate(responses)]
 
 
-def _legend(figure: Figure, responses: Sequence[Data], runs: bool, branches: bool = True, iso: bool = False) -> None:
-    from matplotlib.lines import Line2D
-
-    grey: dict[str, Any] = {"color": "#555555"}
-    handles = [Line2D([], [], color=colour, label=f"{response['torque_Nm']:g} N m") for colour, response in
-               _coloured(responses)]  # fmt: skip
+def _legend(figure: Chart, responses: Sequence[Data], runs: bool, branches: bool = True, iso: bool = False) -> None:
+    """Name colours and lines on the last panel."""
+    axes, grey, nothing = figure.panels[-1], {"color": "#555555"}, (list[float](), list[float]())
+    for colour, response in _coloured(responses):
+        axes.plot(*nothing, color=colour, label=f"{response['torque_Nm']:g} N m")
     if branches:
-        handles += [Line2D([], [], label="stable", **grey), Line2D([], [], ls="--", lw=1.0, label="unstable", **grey)]
-    if runs:
-        handles += [Line2D([], [], ls="", marker=mark, mfc="none", label=name, **grey) for mark, name in RUNS.values()]
+        axes.plot(*nothing, label="stable", **grey)
+        axes.plot(*nothing, "--", lw=1.0, label="unstable", **grey)
+    for mark, name in RUNS.values() if runs else ():
+        axes.plot(*nothing, mark, mfc="none", label=name, **grey)
     if iso:
-        handles.append(Line2D([], [], ls="-.", lw=0.9, label="K_v, ISO 6336-1:2006 method B", **grey))
-    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+        axes.plot(*nothing, "-.", lw=0.9, label="K_v, ISO 6336-1:2006 method B", **grey)

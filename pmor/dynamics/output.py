@@ -21,8 +21,8 @@ from pmor.work.results import Report
 
 #: files of a result; without runs or branches some are not written
 FILES = (
-    "dynamics.json", "dynamics.md", "report.html", "response.csv", "response.png", "contact.png", "waterfall.png",
-    "motion.png",
+    "dynamics.json", "dynamics.md", "report.html", "response.csv", "response.svg", "contact.svg", "waterfall.svg",
+    "motion.svg",
 )  # fmt: skip
 KINDS = {"run_up": "running up", "run_down": "running down"}
 
@@ -86,7 +86,7 @@ def _blocks(solved: Dynamics) -> list[Block]:
     if responses:
         factors = [rated(case, solved.pair, model.mass, response) for response in responses]
         blocks += [
-            Picture("response.png", "Response over the mesh frequency; dotted: natural frequencies with the mean "
+            Picture("response.svg", "Response over the mesh frequency; dotted: natural frequencies with the mean "
                     "stiffness, numbered as in the table of modes; one excited by order k of the mesh peaks at a k-th "
                     "of it. Between jump frequencies motion is unstable; the marks are the runs, which jump there. "
                     "Dash-dotted below: K_v of ISO 6336-1:2006, method B, tolerance class "
@@ -96,10 +96,10 @@ def _blocks(solved: Dynamics) -> list[Block]:
             _modes(responses),
         ]  # fmt: skip
     if any(response["branches"] for response in responses):
-        blocks.append(Picture("contact.png", "Loss of contact, and force on the bearings.", contact_figure(responses)))
+        blocks.append(Picture("contact.svg", "Loss of contact, and force on the bearings.", contact_figure(responses)))
     for name, caption, figure in (
-        ("waterfall.png", _orders_sentence(solved), waterfall_figure(responses)),
-        ("motion.png", "The stable motion of the largest transmission error of each torque: left of the dashed line, "
+        ("waterfall.svg", _orders_sentence(solved), waterfall_figure(responses)),
+        ("motion.svg", "The stable motion of the largest transmission error of each torque: left of the dashed line, "
          "or below it, the nominal flanks are separated.", motion_figure(responses)),
     ):  # fmt: skip
         if figure is not None:

@@ -19,6 +19,7 @@ from pmor.dynamics.rating import rated
 from pmor.dynamics.solution import Dynamics
 from pmor.report.curves import Drawn
 from pmor.report.data_files import write_table_csv
+from pmor.report.replay import figure_of
 from pmor.work.results import writing_results
 
 if TYPE_CHECKING:
@@ -108,15 +109,17 @@ class DynamicsResult(Drawn):
         """Transmission error and dynamic factor over the mesh frequency."""
         solved = self.found
         factors = [rated(solved.case, solved.pair, solved.model.mass, response) for response in solved.responses]
-        return response_figure(solved.responses, factors)
+        return figure_of(response_figure(solved.responses, factors))
 
     def plot_waterfall(self) -> Figure | None:
         """Orders along the run-up; None without a run."""
-        return waterfall_figure(self.found.responses)
+        chart = waterfall_figure(self.found.responses)
+        return None if chart is None else figure_of(chart)
 
     def plot_motion(self) -> Figure | None:
         """The largest stable motion of each torque, in the phase plane and over the mesh cycle."""
-        return motion_figure(self.found.responses)
+        chart = motion_figure(self.found.responses)
+        return None if chart is None else figure_of(chart)
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
         """Write `dynamics.json`, `dynamics.md`, `report.html`, `response.csv`, pictures; remove finished pieces.

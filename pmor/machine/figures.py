@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,13 +14,9 @@ from pmor.machine.model import GearboxModel
 from pmor.machine.settings import PlanetarySet
 from pmor.machine.turn_orders import mesh_misalignment, planet_rows, planet_shares
 from pmor.pair.model import gear_pair
-from pmor.report.style import COLOURS, legend_label, new_figure, panels, plot_style
+from pmor.report.chart import COLOURS, Chart, Panel, panels
 from pmor.results.load_distribution import line_states
 from pmor.sets.lost import known
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 # Share of the height of the gearbox that the largest displacement takes in the picture.
 SHOWN = 0.06
@@ -29,27 +24,23 @@ SET_ORDERS = 12
 VIEWS = (("y", 0, 1), ("z", 1, 2))
 
 
-def deflection_figure(model: GearboxModel, solved: SolvedLoad) -> Figure:
+def deflection_figure(model: GearboxModel, solved: SolvedLoad) -> Chart:
     """Side views of all shafts, as drawn and deflected, exaggerated."""
     moved = solved.equilibrium.displacement.reshape(-1, NODE)
     factor = exaggeration(size_of(model), moved[:, 1:3])
-    with plot_style():
-        figure = new_figure(8.2, 6.8)
-        panels = figure.subplots(2, 1, sharex=True)
-        for axes, (name, coordinate, row) in zip(panels, VIEWS, strict=True):
+    with panels(1, 8.2, 6.8, rows=2) as (figure, each):
+        for axes, (name, coordinate, row) in zip(each, VIEWS, strict=True):
             for colour, shaft in zip(_colours(len(model.sections.shafts)), model.sections.shafts, strict=True):
                 _outline(axes, model, shaft.name, coordinate, colour)
                 beam, first = solved.gearbox.beams[shaft.name], solved.gearbox.first[shaft.name] // NODE
                 line = shaft.at_mm[coordinate] + factor * moved[first : first + len(beam.stations), row]
-                axes.plot(shaft.start_mm + beam.stations, line, color=colour, label=legend_label(shaft.name))
+                axes.plot(shaft.start_mm + beam.stations, line, color=colour, label=(shaft.name))
             for bearing in model.sections.bearings:
                 shaft = model.shafts[bearing.shaft]
-                axes.plot(shaft.start_mm + bearing.at_mm, shaft.at_mm[coordinate], "k^", ms=5, mfc="white")
+                place = shaft.start_mm + bearing.at_mm, shaft.at_mm[coordinate]
+                axes.plot(*place, "^", color="black", ms=6, mfc="white")
             axes.set(xlabel="x [mm]", ylabel=f"{name} [mm]")
-        figure.suptitle(
-            f"{solved.load.name}: displacements {factor:g} times as large; triangles: bearings", fontsize=11
-        )
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=6)
+        figure.heading = f"{solved.load.name}: displacements {factor:g} times as large; triangles: bearings"
     return figure
 
 
@@ -65,7 +56,7 @@ def exaggeration(size_mm: float, moved: FloatArray) -> float:
     return float(f"{SHOWN * size_mm / largest:.1g}") if largest > 0.0 else 1.0
 
 
-def _outline(axes: Axes, model: GearboxModel, name: str, coordinate: int, colour: str) -> None:
+def _outline(axes: Panel, model: GearboxModel, name: str, coordinate: int, colour: str) -> None:
     shaft = model.shafts[name]
     at, x = shaft.at_mm[coordinate], shaft.start_mm
     for section in shaft.sections:
@@ -102,14 +93,14 @@ def member_bands(model: GearboxModel, one: PlanetarySet) -> tuple[dict[str, tupl
     return bands, (middle - half, middle + half)
 
 
-def ste_figure(loads: Sequence[SolvedLoad]) -> Figure:
+def ste_figure(loads: Sequence[SolvedLoad]) -> Chart:
     """Transmission error of each mesh about its mean, on its supports and on rigid ones."""
     return _by_mesh(loads, "Pinion angle, pitches [-]", "STE about its mean [µm]", _ste)
 
 
-def set_ste_figure(loads: Sequence[SolvedLoad], number: int) -> Figure:
+def set_ste_figure(loads: Sequence[SolvedLoad], number: int) -> Chart:
     """Transmission error of a set over the mesh cycle, within its limits over a turn of the carrier, and its orders."""
-    with panels(2, 9.2, 4.2, legend=4) as (figure, (curve, spectrum)):
+    with panels(2, 9.2, 4.2) as (figure, (curve, spectrum)):
         width = 0.8 / len(loads)
         for place, (colour, solved) in enumerate(zip(_colours(len(loads)), loads, strict=True)):
             one = solved.sets[number]
@@ -119,26 +110,26 @@ def set_ste_figure(loads: Sequence[SolvedLoad], number: int) -> Figure:
             curve.fill_between(pitches, np.fmin.reduce(ste) - middle, np.fmax.reduce(ste) - middle, color=colour,
                                alpha=0.3, lw=0)  # fmt: skip
             mean = np.array([known(np.mean, of_angle) for of_angle in ste.T])
-            curve.plot(pitches, mean - middle, color=colour, label=legend_label(solved.load.name))
+            curve.plot(pitches, mean - middle, color=colour, label=(solved.load.name))
             rigid = one.rigid.ste_um[one.row].reshape(one.rigid.pitches, -1).mean(axis=0)
             curve.plot(pitches, rigid - known(np.mean, rigid), ":", color=colour)
             found = one.solution.mesh_orders(0)[:SET_ORDERS]
-            at = np.arange(1, len(found) + 1) + width * place - 0.4
-            spectrum.bar(at, found, width, color=colour, align="edge")
+            at = np.arange(1, len(found) + 1) + width * (place + 0.5) - 0.4
+            spectrum.bar(at, found, width, color=colour)
         curve.set(xlabel="Angle of the sun against the carrier [pitches]", ylabel="STE about its mean [µm]")
         spectrum.set(xlabel="Order of the mesh [-]", ylabel="Amplitude of the STE [µm]")
-        spectrum.set_xticks(np.arange(1, SET_ORDERS + 1))
+        spectrum.set(xticks=np.arange(1, SET_ORDERS + 1))
     return figure
 
 
-def turn_figure(one: SolvedSet) -> Figure:
+def turn_figure(one: SolvedSet) -> Chart:
     """Loads of the planets of a set over a turn of its carrier, rows of their bearings, and misalignment of meshes."""
     assert one.turn is not None
     share, rows = planet_shares(one.turn, one), planet_rows(one.turn)
     angle, plan = one.turn.angle_deg, one.solution.plan
     misaligned, meshes = mesh_misalignment(one.turn, one), one.solution.plan.meshes
     bearings = rows.shape[2] > 0  # planets on springs have none
-    with panels(2 + bearings, 8.2 + 4.2 * bearings, 4.2, legend=2) as (figure, axes):
+    with panels(2 + bearings, 9.2 + 4.2 * bearings, 4.2) as (figure, axes):
         loads, tilted = axes[0], axes[-1]
         for number, planet in enumerate(plan.planets):
             colour = COLOURS[number % len(COLOURS)]
@@ -156,38 +147,35 @@ def turn_figure(one: SolvedSet) -> Figure:
     return figure
 
 
-def face_load_figure(loads: Sequence[SolvedLoad]) -> Figure:
+def face_load_figure(loads: Sequence[SolvedLoad]) -> Chart:
     """Line load over the face of each mesh, added up over its tooth pairs, mean over the mesh cycle."""
-    return _by_mesh(loads, "x from mid width [mm]", "Line load, mean over\nthe mesh cycle [N/mm]", _face_load)
+    return _by_mesh(loads, "x from mid width [mm]", "Line load, mean over the mesh cycle [N/mm]", _face_load)
 
 
-def _ste(axes: Axes, solved: SolvedLoad, number: int, colour: str) -> None:
+def _ste(axes: Panel, solved: SolvedLoad, number: int, colour: str) -> None:
     mesh, rigid = solved.meshes[number], solved.rigid[number]
     for sweep, row, style in ((mesh.sweep, 0, "-"), (rigid.sweep, rigid.row, ":")):
         ste = sweep.ste_um[row]
         axes.plot(sweep.phi_rad / sweep.pitch_rad, ste - known(np.mean, ste), style, color=colour,
-                  label=legend_label(solved.load.name) if style == "-" else None)  # fmt: skip
+                  label=(solved.load.name) if style == "-" else None)  # fmt: skip
 
 
-def _face_load(axes: Axes, solved: SolvedLoad, number: int, colour: str) -> None:
+def _face_load(axes: Panel, solved: SolvedLoad, number: int, colour: str) -> None:
     mesh, rigid = solved.meshes[number], solved.rigid[number]
     for sweep, row, style in ((mesh.sweep, 0, "-"), (rigid.sweep, rigid.row, ":")):
         lines = line_states(sweep)
         load = lines.load_N_per_mm[row].sum(axis=1).mean(axis=0)
         axes.plot(mesh.meshing.frame.along * lines.z_mm, load, style, color=colour,
-                  label=legend_label(solved.load.name) if style == "-" else None)  # fmt: skip
+                  label=(solved.load.name) if style == "-" else None)  # fmt: skip
 
 
-def _by_mesh(loads: Sequence[SolvedLoad], x: str, y: str, draw: Callable[[Axes, SolvedLoad, int, str], None]) -> Figure:
+def _by_mesh(loads: Sequence[SolvedLoad], x: str, y: str, draw: Callable[[Panel, SolvedLoad, int, str], None]) -> Chart:
     count = len(loads[0].meshes)
-    with plot_style():
-        figure = new_figure(8.2, 1.2 + 2.6 * count)
-        panels = np.atleast_1d(figure.subplots(count, 1))
-        for number, axes in enumerate(panels):
+    with panels(1, 6.0, 3.4 * count, rows=count) as (figure, each):
+        for number, axes in enumerate(each):
             for colour, solved in zip(_colours(len(loads)), loads, strict=True):
                 draw(axes, solved, number, colour)
             axes.set(xlabel=x, ylabel=y, title=f"mesh {loads[0].meshes[number].meshing.settings.name}")
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
 
 

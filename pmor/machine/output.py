@@ -34,13 +34,13 @@ from pmor.work.results import Report
 
 #: files of a result beside the bases of its meshes
 FILES = (
-    "gearbox.json", "gearbox.md", "report.html", "machine.png", "deflection.png", "ste.png", "face_load.png",
-    "bearings.png", "machine.vtkhdf", "gearbox.rexs", "ste.csv", "meshes.csv", "bearings.csv", "results.h5",
+    "gearbox.json", "gearbox.md", "report.html", "machine.png", "deflection.svg", "ste.svg", "face_load.svg",
+    "bearings.svg", "machine.vtkhdf", "gearbox.rexs", "ste.csv", "meshes.csv", "bearings.csv", "results.h5",
 )  # fmt: skip
 
 #: of all sets together; further ones of each set, after its name
 TURN_ORDERS = "turn_orders.csv"
-SET_FILES = ("gears.png", "shares.png", "ste.png", "turn.png", "gears.vtkhdf")
+SET_FILES = ("gears.svg", "shares.svg", "ste.svg", "turn.svg", "gears.vtkhdf")
 OF_MESH: Columns = {"load": "load", "mesh": "name"}
 MISALIGNMENT_COLUMNS: Columns = {
     **OF_MESH, "pinion torque [N m]": "torque_Nm",
@@ -160,8 +160,8 @@ def gearbox_report(file: GearboxFile, loads: Sequence[SolvedLoad], data: Data) -
             Picture("machine.png", "The machine under the first load, deflections exaggerated: axes at rest "
                     "(dash-dotted) and deflected. Bearings are grey, their size made up where it is not given.",
                     machine_figure(file.model, loads[0])),
-            Picture("deflection.png", "Shafts at rest, gears in outline, and their deflection lines under the first "
-                    "load; bearings are triangles.", deflection_figure(file.model, loads[0]), "svg"),
+            Picture("deflection.svg", "Shafts at rest, gears in outline, and their deflection lines under the first "
+                    "load; bearings are triangles.", deflection_figure(file.model, loads[0])),
             *(_mesh_pictures(loads) if loads[0].meshes else ()), _first_table(data),
             *themed({"Gear data": data_sheets(cases, pairs)}, *of_sets,
                     element_pictures(data["loads"][0], f"under {loads[0].load.name}"), _tables(data)),
@@ -181,8 +181,8 @@ def _mesh_pictures(loads: Sequence[SolvedLoad]) -> list[Picture]:
     face = "Line load over the face, added up over tooth pairs; dotted: on rigid supports."
     ste = "Static transmission error over all pitches about its mean; dotted: on rigid supports."
     return [
-        Picture("ste.png", ste, ste_figure(loads), "svg"),
-        Picture("face_load.png", face, face_load_figure(loads), "svg"),
+        Picture("ste.svg", ste, ste_figure(loads)),
+        Picture("face_load.svg", face, face_load_figure(loads)),
     ]
 
 
@@ -200,9 +200,9 @@ def _set_pictures(loads: Sequence[SolvedLoad], number: int) -> dict[str, list[Pi
     if solution.converged[0].any():
         angle = int(np.flatnonzero(solution.converged[0])[0])
         words = f"All gears {of}, and the forces of their tooth pairs."
-        found.append(Picture(names[0], words, set_figure(solution, 0, angle), "svg"))
+        found.append(Picture(names[0], words, set_figure(solution, 0, angle)))
     words = f"Share of each planet {of} over all mesh cycles, and the orbit of the sun by its meshes alone."
-    found.append(Picture(names[1], words, share_figure(solution, 0), "svg"))
+    found.append(Picture(names[1], words, share_figure(solution, 0)))
     words = (
         f"Static transmission error of set {name}: mean of all mesh cycles, within their limits, and its orders; "
         "dotted: on rigid supports."
@@ -212,8 +212,8 @@ def _set_pictures(loads: Sequence[SolvedLoad], number: int) -> dict[str, list[Pi
             f"Planets {of} over a turn of the carrier: what each takes of the mean, and forces across the rows of its "
             "bearings and misalignment of its meshes (the first one's solid, further ones' dashed)."
         )
-        found.append(Picture(names[3], turn, turn_figure(one), "svg"))
-    ste = Picture(names[2], words, set_ste_figure(loads, number), "svg")
+        found.append(Picture(names[3], turn, turn_figure(one)))
+    ste = Picture(names[2], words, set_ste_figure(loads, number))
     return {"Stiffness and load sharing": found, "Transmission error": [ste]}
 
 

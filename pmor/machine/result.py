@@ -27,6 +27,7 @@ from pmor.machine.view import machine_figure
 from pmor.machine.vtkhdf import write_machine
 from pmor.report.curves import Drawn
 from pmor.report.data_files import write_bearings_csv, write_columns_csv, write_table_csv
+from pmor.report.replay import figure_of
 from pmor.results.load_distribution import line_states
 from pmor.results.loads import together
 from pmor.results.quantities import TABLE
@@ -122,7 +123,7 @@ class GearboxResult(Drawn):
 
     def plot_deflection(self, load: int = 0) -> Figure:
         """Draw the deflected shafts under a load case, by its number."""
-        return deflection_figure(self.file.model, self.loads[load])
+        return figure_of(deflection_figure(self.file.model, self.loads[load]))
 
     def plot_machine(self, load: int = 0) -> Figure:
         """Draw the deflected machine in space under a load case, by its number."""
@@ -130,11 +131,11 @@ class GearboxResult(Drawn):
 
     def plot_ste(self) -> Figure:
         """Draw the transmission error of each mesh, on its supports and on rigid ones."""
-        return ste_figure(self.loads)
+        return figure_of(ste_figure(self.loads))
 
     def plot_face_load(self) -> Figure:
         """Draw the line load over the face of each mesh."""
-        return face_load_figure(self.loads)
+        return figure_of(face_load_figure(self.loads))
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
         """Write `gearbox.json`, `gearbox.md`, `report.html`, the pictures, tables and `results.h5`.

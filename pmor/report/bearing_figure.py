@@ -21,8 +21,12 @@ ARC, CIRCLE = 9, np.linspace(0.0, 2.0 * np.pi, 91)
 
 def element_pictures(load: Mapping[str, Any], when: str) -> dict[str, list[Picture]]:
     """Return the picture of the rolling bearings by inner geometry that carry under a load, by theme, or nothing."""
-    rows = [(bearing, row) for bearing in rolling_bearings(dict(load)) for row in bearing["rows"]
-            if any(row["element_force_N"])]  # fmt: skip
+    rows = [
+        (bearing, row)
+        for bearing in rolling_bearings(dict(load))
+        for row in bearing["rows"]
+        if any(row["element_force_N"])
+    ]
     if not rows:
         return {}
     left = f" {len(rows) - MOST} further rows are left out." * (len(rows) > MOST)
@@ -48,7 +52,7 @@ def element_figure(rows: Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]]) 
                 axes.plot(radius * np.cos(CIRCLE), radius * np.sin(CIRCLE), color="#999999", lw=0.8)
             for turn in range(4):
                 end = 1.12 * np.array([np.cos(0.5 * np.pi * turn), np.sin(0.5 * np.pi * turn)])
-                axes.text(*end, f"{90 * turn}°", ha="center", color="#555555")
+                axes.text(float(end[0]), float(end[1]), f"{90 * turn}°", ha="center", color="#555555")
             place = bearing["rows"].index(row) + 1
             name = f"{bearing['name']}, row {place}" if len(bearing["rows"]) > 1 else bearing["name"]
             axes.set(title=f"{name}: circle {format_cell(float(f'{top:.3g}'))} N", xlim=(-1.3, 1.3), ylim=(-1.2, 1.2))

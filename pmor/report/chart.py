@@ -1,7 +1,7 @@
 """Pictures as what is drawn into their panels, apart from how: the page draws them as SVG, matplotlib on request.
 
 A panel takes the names and abbreviations of matplotlib (`plot`, `fill_between`, `color`, `lw`, ...). `pmor.report.svg`
-draws a chart in milliseconds, `pmor.report.replay` by matplotlib: as a figure, as PNG and PDF, or into axes of a caller.
+draws a chart in milliseconds, `pmor.report.replay` by matplotlib: as a figure, as PNG and PDF, into axes of a caller.
 """
 
 from __future__ import annotations
@@ -20,9 +20,24 @@ from pmor.core.arrays import FloatArray
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 #: of the colour map viridis, evenly from its low to its high end
 VIRIDIS = (
-    "440154", "48186a", "472d7b", "424086", "3b528b", "33638d", "2c728e", "26828e", "21918c", "1fa088", "28ae80",
-    "3fbc73", "5ec962", "84d44b", "addc30", "d8e219", "fde725",
-)  # fmt: skip
+    "440154",
+    "48186a",
+    "472d7b",
+    "424086",
+    "3b528b",
+    "33638d",
+    "2c728e",
+    "26828e",
+    "21918c",
+    "1fa088",
+    "28ae80",
+    "3fbc73",
+    "5ec962",
+    "84d44b",
+    "addc30",
+    "d8e219",
+    "fde725",
+)
 # Of a range: beyond the outermost points.
 MARGIN = 0.05
 #: what a panel can hold
@@ -89,8 +104,9 @@ class Panel:
 
     def fill_between(self, x: ArrayLike, low: ArrayLike, high: ArrayLike, **style: Any) -> None:
         """Fill what is between two courses."""
-        self._add("area", np.broadcast_arrays(np.asarray(x, float), np.asarray(low, float), np.asarray(high, float)),
-                  style)  # fmt: skip
+        self._add(
+            "area", np.broadcast_arrays(np.asarray(x, float), np.asarray(low, float), np.asarray(high, float)), style
+        )
 
     def fill(self, x: ArrayLike, y: ArrayLike, **style: Any) -> None:
         """Fill a polygon; of `facecolor`, `edgecolor`."""
@@ -100,8 +116,9 @@ class Panel:
         """Fill polygons of as many corners each, (n, corners, 2)."""
         self._add("polygons", (outlines,), style)
 
-    def bar(self, x: ArrayLike, height: ArrayLike, width: float, *, bottom: float = 0.0, lying: bool = False,
-            **style: Any) -> None:  # fmt: skip
+    def bar(
+        self, x: ArrayLike, height: ArrayLike, width: float, *, bottom: float = 0.0, lying: bool = False, **style: Any
+    ) -> None:
         """Draw bars about places, to the right where they are `lying`."""
         x, height = np.asarray(x, float), np.asarray(height, float)
         self._add("bars", (x, height), {"width": width, "bottom": bottom, "lying": lying, **style})
@@ -236,9 +253,9 @@ class Chart:
 
 
 @contextmanager
-def panels(columns: int, width_in: float, height_in: float, *, rows: int = 1, **said: Any) -> Iterator[
-    tuple[Chart, list[Panel]]
-]:  # fmt: skip
+def panels(
+    columns: int, width_in: float, height_in: float, *, rows: int = 1, **said: Any
+) -> Iterator[tuple[Chart, list[Panel]]]:
     """Give a chart with panels, row by row, which all say the same."""
     every = [Panel(said=dict(said)) for _ in range(rows * columns)]
     yield Chart(every, columns, (width_in, height_in)), every

@@ -28,9 +28,12 @@ def flank_maps_figure(maps: Sequence[FlankMap]) -> Chart:
             top, beyond = _scale([getattr(flank, name) for flank in maps])
             for panel, flank in zip(drawn[row * len(maps) :], maps, strict=False):
                 panel.field(_field(flank, getattr(flank, name), top, beyond, label))
-                panel.set(title=f"{GEARS[flank.gear].capitalize()}, {flank.torque_Nm:g} N m",
-                          xlabel="Position over face width [mm]", ylabel="Roll angle [deg]",
-                          ylim=np.degrees(flank.roll_rad[[0, -1]]))  # fmt: skip
+                panel.set(
+                    title=f"{GEARS[flank.gear].capitalize()}, {flank.torque_Nm:g} N m",
+                    xlabel="Position over face width [mm]",
+                    ylabel="Roll angle [deg]",
+                    ylim=np.degrees(flank.roll_rad[[0, -1]]),
+                )
         if any(np.isnan(flank.pressure_MPa).any() for flank in maps):
             figure.note = "Grey: a sharp tip edge carries, at which the pressure has no bound"
     return figure
@@ -59,9 +62,13 @@ def flank_pattern_figure(nominal: Sequence[FlankMap], light: Sequence[FlankMap])
             for flank, colour in ((loaded, NOMINAL_PATTERN), (unloaded, LIGHT_PATTERN)):
                 panel.polygons(_touched(flank), facecolor=colour, label=f"touched at {flank.torque_Nm:g} N m", lw=0.0)
             shares = [f"{100 * flank.contact_share:.0f} % at {flank.torque_Nm:g} N m" for flank in (loaded, unloaded)]
-            panel.set(title=f"{GEARS[loaded.gear].capitalize()}: {', '.join(shares)}", xlim=_ends(loaded.z_mm),
-                      xlabel="Position over face width [mm]", ylim=np.degrees(loaded.roll_rad[[0, -1]]),
-                      ylabel="Roll angle [deg] (root to tip)")  # fmt: skip
+            panel.set(
+                title=f"{GEARS[loaded.gear].capitalize()}: {', '.join(shares)}",
+                xlim=_ends(loaded.z_mm),
+                xlabel="Position over face width [mm]",
+                ylim=np.degrees(loaded.roll_rad[[0, -1]]),
+                ylabel="Roll angle [deg] (root to tip)",
+            )
     return figure
 
 

@@ -83,6 +83,10 @@ class Picture:
                 self.drawn[picture_format] = picture_bytes(_by_matplotlib(self.figure), picture_format)
         return self.drawn[picture_format]
 
+    def several(self) -> bool:
+        """Whether a chart has more than one panel."""
+        return isinstance(self.figure, Chart) and sum(panel.shown for panel in self.figure.panels) > 1
+
     def svgs(self) -> list[str]:
         """Return a chart as elements of a page, one after the other; nothing of what matplotlib draws."""
         return chart_svgs(self.figure) if isinstance(self.figure, Chart) else []

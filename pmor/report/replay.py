@@ -20,7 +20,7 @@ SPOKEN = ("title", "xlabel", "ylabel", "xscale", "yscale", "xlim", "ylim", "aspe
 
 
 def figure_of(chart: Chart) -> Figure:
-    """Return a chart as a figure of matplotlib."""
+    """Return a chart as a figure of matplotlib; `draw_into` takes axes that there are."""
     with plot_style():
         figure = new_figure(*chart.size_in)
         rows = max(1, len(chart.panels) // chart.columns)
@@ -30,8 +30,7 @@ def figure_of(chart: Chart) -> Figure:
         if handles:
             longest = max(len(label) for label in labels) + 6
             columns = max(1, min(len(labels), ROW // longest))
-            figure.legend(handles, labels, loc="outside lower center", ncols=columns,
-                          title=chart.key_title or None)  # fmt: skip
+            figure.legend(handles, labels, loc="outside lower center", ncols=columns, title=chart.key_title or None)
         if chart.heading:
             figure.suptitle(chart.heading, fontsize=10)
         if chart.note:
@@ -60,9 +59,9 @@ def _draw(panel: Panel, axes: Axes) -> None:
     axes.set(**own)
     if said.get("tight"):
         axes.margins(x=0.0)
-    for axis, scale in ((axes.xaxis, "xscale"), (axes.yaxis, "yscale")):
+    for own_axis, scale in ((axes.xaxis, "xscale"), (axes.yaxis, "yscale")):
         if said.get(scale) == "log":
-            log_ticks(axis)
+            log_ticks(own_axis)
     for axis in "xy":
         if f"{axis}ticks" in said:
             getattr(axes, f"set_{axis}ticks")(said[f"{axis}ticks"], said.get(f"{axis}ticklabels"))
@@ -72,13 +71,15 @@ def _draw(panel: Panel, axes: Axes) -> None:
         axes.axis("off")
     if (second := said.get("second_x")) is not None:
         factor = second[0]
-        above = axes.secondary_xaxis("top", functions=(lambda x: np.asarray(x) * factor, lambda x: np.asarray(x) / factor))
+        above = axes.secondary_xaxis(
+            "top", functions=(lambda x: np.asarray(x) * factor, lambda x: np.asarray(x) / factor)
+        )
         above.set_xlabel(second[1])
 
 
 def _mark(axes: Axes, mark: Mark) -> Any:
     """Draw one mark; return what a key shows of it."""
-    style, arrays = dict(mark.style), mark.arrays
+    style, arrays = dict(mark.style), list[Any](mark.arrays)
     if mark.kind == "line":
         return axes.plot(*arrays, **style)[0]
     if mark.kind == "area":
@@ -88,8 +89,13 @@ def _mark(axes: Axes, mark: Mark) -> Any:
     if mark.kind == "polygons":
         from matplotlib.collections import PolyCollection
 
-        found = PolyCollection(list(arrays[0]), facecolors=style["facecolor"], edgecolors=style.get("edgecolor", "none"),
-                               linewidths=style.get("lw", 0.8), alpha=style.get("alpha"))  # fmt: skip
+        found = PolyCollection(
+            list(arrays[0]),
+            facecolors=style["facecolor"],
+            edgecolors=style.get("edgecolor", "none"),
+            linewidths=style.get("lw", 0.8),
+            alpha=style.get("alpha"),
+        )
         axes.add_collection(found)
         axes.autoscale_view()
         return found
@@ -102,17 +108,20 @@ def _mark(axes: Axes, mark: Mark) -> Any:
     if mark.kind in ("v", "h"):
         return (axes.axvline if mark.kind == "v" else axes.axhline)(float(arrays[0][0]), **style)
     if mark.kind == "arrows":
-        return axes.quiver(*arrays[0].T, *arrays[1].T, angles="xy", scale_units="xy", scale=1.0, width=0.004, zorder=5,
-                           **style)  # fmt: skip
+        return axes.quiver(
+            *arrays[0].T, *arrays[1].T, angles="xy", scale_units="xy", scale=1.0, width=0.004, zorder=5, **style
+        )
     if mark.kind == "field":
         return _field(axes, style["field"])
     return _text(axes, mark)
 
 
 def _field(axes: Axes, field: Field) -> Any:
-    from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
+    from matplotlib.colors import Colormap, LinearSegmentedColormap, LogNorm, Normalize
 
-    colours = LinearSegmentedColormap.from_list("viridis", [f"#{word}" for word in VIRIDIS], field.steps or 256)
+    colours: Colormap = LinearSegmentedColormap.from_list(
+        "viridis", [f"#{word}" for word in VIRIDIS], field.steps or 256
+    )
     if field.missing is not None:
         colours = colours.with_extremes(bad=field.missing)
     norm = (LogNorm if field.logarithmic else Normalize)(field.low, field.high)
@@ -125,13 +134,20 @@ def _field(axes: Axes, field: Field) -> Any:
 
 def _text(axes: Axes, mark: Mark) -> Any:
     style, (x, y) = mark.style, (float(mark.arrays[0][0]), float(mark.arrays[1][0]))
-    look: dict[str, Any] = {"fontsize": 8, "ha": style.get("ha", "left"), "va": style.get("va", "center"),
-                            "color": style.get("color", "black"), "annotation_clip": False}  # fmt: skip
+    look: dict[str, Any] = {
+        "fontsize": 8,
+        "ha": style.get("ha", "left"),
+        "va": style.get("va", "center"),
+        "color": style.get("color", "black"),
+        "annotation_clip": False,
+    }
     if style.get("turned"):
         look["rotation"] = 90
     if (height := style.get("column")) is not None:
         line = {"arrowstyle": "-", "lw": 0.5, "color": "#999999", "shrinkA": 1, "shrinkB": 0, "relpos": (0.0, 0.5)}
-        return axes.annotate(style["words"], (x, y), (1.04, height), textcoords="axes fraction", arrowprops=line, **look)
+        return axes.annotate(
+            style["words"], (x, y), (1.04, height), textcoords="axes fraction", arrowprops=line, **look
+        )
     where = "axes fraction" if style.get("inside") else "data"
     move = {"left": 3.0, "right": -3.0}.get(look["ha"], 0.0), {"bottom": 2.0, "top": -2.0}.get(look["va"], 0.0)
     return axes.annotate(style["words"], (x, y), move, xycoords=where, textcoords="offset points", **look)

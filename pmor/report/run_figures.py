@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
-from pmor.report.page import Picture
 from pmor.report.chart import COLOURS, Chart, Field, Panel, panels
+from pmor.report.page import Picture
 from pmor.report.summary import ms_per_position
 from pmor.report.sweep_figures import MOST_PANELS, angle_axes, curve_of, few_torques, periodic, say_which, spread
 from pmor.results.root_stress import GEARS, RootStress
@@ -36,12 +36,13 @@ def mesh_figure(nodes_xy_mm: FloatArray, quads: IntArray, flank_nodes_xy_mm: Flo
         Nodes of the loaded flank, in order along the profile.
     """
     with panels(2, 8.2, 5.2) as (figure, (whole, zoom)):
+        x, y = flank_nodes_xy_mm.T
         for axes, width in ((whole, 0.35), (zoom, 0.6)):
             _draw_mesh(axes, nodes_xy_mm, quads, width)
-            axes.plot(*flank_nodes_xy_mm.T, color=LOADED_FLANK_COLOUR, lw=2.2, label="loaded flank")
+            axes.plot(x, y, color=LOADED_FLANK_COLOUR, lw=2.2, label="loaded flank")
             axes.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]", grid=False)
         whole.set(title=f"One tooth sector: {len(quads)} elements, {len(np.unique(quads))} nodes")
-        zoom.plot(*flank_nodes_xy_mm.T, "o", ms=3, color=LOADED_FLANK_COLOUR)
+        zoom.plot(x, y, "o", ms=3, color=LOADED_FLANK_COLOUR)
         zoom.set(title="Loaded flank and root fillet")
         low, high = flank_nodes_xy_mm.min(axis=0), flank_nodes_xy_mm.max(axis=0)
         size = 1.5 * float((high - low).max())
@@ -51,7 +52,7 @@ def mesh_figure(nodes_xy_mm: FloatArray, quads: IntArray, flank_nodes_xy_mm: Flo
         corner = centre - size / 2
         zoom.set(xlim=(corner[0], corner[0] + size), ylim=(corner[1], corner[1] + size))
         frame = corner + size * np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]])
-        whole.plot(*frame.T, "--", color="#777777", lw=0.8)
+        whole.plot(frame[:, 0], frame[:, 1], "--", color="#777777", lw=0.8)
     return figure
 
 

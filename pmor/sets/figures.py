@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import Literal
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from pmor.core.errors import MeshError
 from pmor.fe.outline import tooth_outline
 from pmor.gear.tooth import Tooth
 from pmor.report.blank_figure import hole_outline
-from pmor.report.style import COLOURS, legend_label, panels
+from pmor.report.chart import COLOURS, MARGIN, Chart, Panel, panels
 from pmor.results.load_distribution import face_line
 from pmor.sets.lost import known
 from pmor.sets.pins import pin_shapes
@@ -20,10 +20,6 @@ from pmor.sets.root_stress import GearStress
 from pmor.sets.settings import Pins
 from pmor.sets.shafts import shaft_of
 from pmor.sets.solution import SetSolution
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 # Length of the longest arrow, over the size of the picture.
 ARROW = 0.09
@@ -36,7 +32,7 @@ SHOWN = 3
 LEAST_SHARE, LEAST_ORBIT = 0.1, 0.1
 
 
-def set_figure(solved: SetSolution, torque: int, angle: int = 0) -> Figure:
+def set_figure(solved: SetSolution, torque: int, angle: int = 0) -> Chart:
     """All gears at an angle, and the force of each tooth pair on the driven gear, at its point of contact."""
     side = -1.0 if solved.plan.clockwise else 1.0
     colours = {member: COLOURS[n % len(COLOURS)] for n, member in enumerate(_members(solved))}
@@ -47,7 +43,7 @@ def set_figure(solved: SetSolution, torque: int, angle: int = 0) -> Figure:
             outline = _outline(tooth, turn) * [side, 1.0] + [side * body.x, body.y]
             inside = tooth.teeth < 0
             colour = colours[body.member]
-            axes.fill(*outline.T, fill=not inside, facecolor=f"{colour}26", edgecolor=colour, lw=0.9)
+            axes.fill(*outline.T, fill=not inside, facecolor=colour, alpha=0.15, edgecolor=colour, lw=0.9)
             for hole in _holes(solved, number, turn):
                 axes.fill(
                     *(hole * [side, 1.0] + [side * body.x, body.y]).T, facecolor="white", edgecolor=colour, lw=0.9
@@ -55,24 +51,20 @@ def set_figure(solved: SetSolution, torque: int, angle: int = 0) -> Figure:
             if not inside:  # names of gears on one shaft below each other
                 names = [one.name for one, on in zip(bodies, shaft_of(bodies), strict=True) if on == number]
                 if names:
-                    axes.annotate("\n".join(names), (side * body.x, body.y), ha="center", va="center", fontsize=9)
+                    axes.text(side * body.x, body.y, "\n".join(names), ha="center")
         points, forces = _tooth_forces(solved, torque, angle)
-        size = max(float(np.ptp(axes.dataLim.intervalx)), float(np.ptp(axes.dataLim.intervaly)))
+        size = max(float(np.ptp(axes.limits(way))) for way in ("x", "y")) / (1.0 + 2.0 * MARGIN)
         largest = max(float(np.linalg.norm(forces, axis=1).max(initial=0.0)), 1e-300)
         arrows = forces * ARROW * size / largest * [side, 1.0]
-        axes.quiver(*(points * [side, 1.0]).T, *arrows.T, angles="xy", scale_units="xy", scale=1.0, width=0.004,
-                    color="black", zorder=5)  # fmt: skip
-        axes.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
-        axes.grid(False)
-        axes.set_title(
-            f"Forces of the tooth pairs on the driven gears; the longest arrow is {largest:.4g} N", fontsize=10
-        )
+        axes.arrows(points * [side, 1.0], arrows, color="black", zorder=5)
+        axes.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]", grid=False,
+                 title=f"Tooth forces on driven gears; longest: {largest:.4g} N")  # fmt: skip
     return figure
 
 
-def ste_figure(solved: SetSolution, shown_Nm: FloatArray) -> Figure:
+def ste_figure(solved: SetSolution, shown_Nm: FloatArray) -> Chart:
     """Transmission error over all mesh cycles at each torque, about its mean, and its orders."""
-    with panels(2, 9.2, 4.2, legend=6) as (figure, (curve, spectrum)):
+    with panels(2, 9.2, 4.2) as (figure, (curve, spectrum)):
         width = 0.8 / len(shown_Nm)
         for number, torque in enumerate(shown_Nm):
             ste = solved.ste_um[number]
@@ -87,60 +79,60 @@ def ste_figure(solved: SetSolution, shown_Nm: FloatArray) -> Figure:
                 spectrum.vlines(places, 0.0, found, color=colour, lw=2.5 - 1.5 * number / len(shown_Nm))
                 continue
             found = solved.mesh_orders(number)[:POINTS]
-            spectrum.bar(np.arange(1, len(found) + 1) + width * number - 0.4, found, width, color=colour, align="edge")
+            spectrum.bar(np.arange(1, len(found) + 1) + width * (number + 0.5) - 0.4, found, width, color=colour)
         curve.set(xlabel="Angle of the first gear [pitches]", ylabel="STE about its mean [µm]")
         which = "mesh" if solved.plan.cycle == 1 else "first mesh"
         spectrum.set(xlabel=f"Order of the {which} [-]", ylabel="Amplitude of the STE [µm]")
-        spectrum.set_xticks(np.arange(1, (SHOWN if solved.pitches > 1 else POINTS) + 1))
+        spectrum.set(xticks=np.arange(1, (SHOWN if solved.pitches > 1 else POINTS) + 1))
         spectrum.set_ylim(bottom=0.0)
     return figure
 
 
-def at_least(axes: Axes, axis: str, height: float) -> None:
+def at_least(axes: Panel, axis: Literal["x", "y"], height: float) -> None:
     """Show at least so much of an axis about its middle, so that round-off is a line."""
-    low, high = getattr(axes, f"get_{axis}lim")()
+    low, high = axes.limits(axis)
     if high - low < height:
         middle = 0.5 * (low + high)
         axes.set(**{f"{axis}lim": (middle - 0.5 * height, middle + 0.5 * height)})
 
 
-def share_figure(solved: SetSolution, torque: int) -> Figure:
+def share_figure(solved: SetSolution, torque: int) -> Chart:
     """Share of each planet over a mesh cycle, and where the sun moves."""
-    with panels(2, 9.2, 4.2, legend=6, width_ratios=(1.6, 1.0)) as (figure, (shares, orbit)):
+    with panels(2, 9.2, 4.2) as (figure, (shares, orbit)):
         pitches = solved.phi_rad / solved.pitch_rad
         for place, number in enumerate(solved.plan.planets):
-            name = legend_label(solved.plan.bodies[number].name)
+            name = (solved.plan.bodies[number].name)
             shares.plot(pitches, 100.0 * solved.planet_share[torque, :, place], label=name)
         at_least(shares, "y", LEAST_SHARE)
         shares.set(xlabel="Angle of the sun against the carrier [pitches]", ylabel="Share of the load [%]")
         side = -1.0 if solved.plan.clockwise else 1.0
         path = 1e3 * solved.hub_displacement[torque, :, 0, :2] * [side, 1.0]
         closed = np.concatenate([path, path[:1]])
-        orbit.plot(*closed.T, "-", color=COLOURS[-1])
-        orbit.plot(*path[:1].T, "o", color=COLOURS[1], ms=4)
-        for axis in "xy":
-            at_least(orbit, axis, LEAST_ORBIT)
-        orbit.set(xlabel="x of the sun [µm]", ylabel="y of the sun [µm]", aspect="equal")
-        orbit.set_title(
-            f"Sun over {'the mesh cycle' if solved.pitches == 1 else f'{solved.pitches} mesh cycles'}; dot: angle 0",
-            fontsize=10,
-        )
+        orbit.plot(closed[:, 0], closed[:, 1], "-", color=COLOURS[-1])
+        orbit.plot(path[:1, 0], path[:1, 1], "o", color=COLOURS[1], ms=4)
+        # Alike along both axes: equal axes take the whole room.
+        wide = max(LEAST_ORBIT, *(float(np.ptp(orbit.limits(axis))) for axis in ("x", "y")))
+        for way in ("x", "y"):
+            at_least(orbit, way, wide)
+        orbit.set(xlabel="x of the sun [µm]", ylabel="y of the sun [µm]", aspect="equal",
+                  title=f"Sun over {'the mesh cycle' if solved.pitches == 1 else f'{solved.pitches} mesh cycles'}; "
+                  "dot: angle 0")  # fmt: skip
     return figure
 
 
-def path_figure(solved: SetSolution, torque: int) -> Figure:
+def path_figure(solved: SetSolution, torque: int) -> Chart:
     """Share of each mesh in the torque of those that share it, over all mesh cycles; of a train on fixed axes."""
-    with panels(1, 7.4, 4.2, legend=3) as (figure, (axes,)):
+    with panels(1, 7.4, 4.2) as (figure, (axes,)):
         for number, (one, beside) in enumerate(zip(solved.train.meshes, solved.beside, strict=True)):
             if len(beside) > 1:
-                name = legend_label(" - ".join(solved.train.bodies[body].name for body in one.bodies))
+                name = (" - ".join(solved.train.bodies[body].name for body in one.bodies))
                 share = 100.0 * solved.mesh_share[torque, :, number]
                 axes.plot(solved.phi_rad / solved.pitch_rad, share, "-" if one.bodies[0] == 0 else "--", label=name)
         axes.set(xlabel="Angle of the first gear [pitches]", ylabel="Share of the torque [%]")
     return figure
 
 
-def pin_figure(pins: Pins, solved: SetSolution, torque: int) -> Figure:
+def pin_figure(pins: Pins, solved: SetSolution, torque: int) -> Chart:
     """Deflection of all pins and of the axes of the planets on them, mean over the mesh cycle."""
     plan = solved.plan
     assert plan.on_pins is not None
@@ -156,57 +148,55 @@ def pin_figure(pins: Pins, solved: SetSolution, torque: int) -> Figure:
         values[torque, there].mean(axis=0) for values in (solved.planet_displacement_mm, solved.planet_tilt_rad)
     )
     bearings = np.sort(plan.on_pins.pin.bearings_mm)
-    with panels(2, 9.2, 4.2, legend=4, sharey=True) as (figure, each):
+    with panels(2, 9.2, 4.2) as (figure, each):
         for way, (axes, name) in enumerate(zip(each, ("Outwards", "In the sense of the sun's torque"), strict=True)):
             for place, number in enumerate(plan.planets):
                 colour, pin = COLOURS[place % len(COLOURS)], 1e3 * bent[:, place, way]
-                axes.plot(z, pin, color=colour, label=legend_label(plan.bodies[number].name))
+                axes.plot(z, pin, color=colour, label=(plan.bodies[number].name))
                 axes.plot(bearings, np.interp(bearings, z, pin), "o", color=colour, ms=4)
                 axes.plot(face, 1e3 * (middle[place, way] + slope[place, way] * face), "--", color=colour, lw=1.0)
-            axes.set(xlabel="z from mid width [mm]")
-            axes.set_title(name, fontsize=10)
-        each[0].set(ylabel="Displacement [µm]")
+            axes.set(xlabel="z from mid width [mm]", ylabel="Displacement [µm]", title=name)
     return figure
 
 
-def ring_figure(solved: SetSolution, torque: int) -> Figure:
+def ring_figure(solved: SetSolution, torque: int) -> Chart:
     """Displacement of the root of a ring between its teeth, around the axis, at angle 0."""
     found = solved.ring_deflection
     assert found is not None
     side = -1.0 if solved.plan.clockwise else 1.0
-    with panels(1, 7.4, 4.2, legend=2) as (figure, (axes,)):
+    with panels(1, 7.4, 4.2) as (figure, (axes,)):
         for way, name in enumerate(("outwards", "counter-clockwise")):
             axes.plot(found.place_deg, found.displacement_um[torque, :, way], color=COLOURS[way], label=name)
         for body in (solved.plan.bodies[number] for number in solved.plan.planets):
             place = np.degrees(np.arctan2(-side * body.x, body.y)) % 360.0
-            axes.axvline(place, color="0.6", lw=0.8, ls="--")
+            axes.axvline(place, color="#999999", lw=0.8, ls="--")
         axes.set(xlabel="Place, counter-clockwise from the y axis [deg]", ylabel="Displacement [µm]", xlim=(0.0, 360.0))
-        axes.set_xticks(range(0, 361, 60))
+        axes.set(xticks=range(0, 361, 60))
     return figure
 
 
-def face_load_figure(solved: SetSolution, torque: int) -> Figure:
+def face_load_figure(solved: SetSolution, torque: int) -> Chart:
     """Line load over the face of each mesh, added up over tooth pairs, mean over the mesh cycle."""
-    with panels(1, 7.2, 4.2, legend=3) as (figure, (axes,)):
+    with panels(1, 7.2, 4.2) as (figure, (axes,)):
         for number, one in enumerate(solved.train.meshes):
             z, load = face_line(solved.lines(number), torque)
             name = " - ".join(solved.train.bodies[body].name for body in one.bodies)
-            axes.plot(z, load, "-" if one.bodies[0] == 0 else "--", label=legend_label(name))
-        axes.set(xlabel="z from mid width [mm]", ylabel="Line load, mean over\nthe mesh cycle [N/mm]")
-        axes.set_ylim(0.0, 1.15 * axes.get_ylim()[1])
+            axes.plot(z, load, "-" if one.bodies[0] == 0 else "--", label=(name))
+        axes.set(xlabel="z from mid width [mm]", ylabel="Line load, mean over the mesh cycle [N/mm]")
+        axes.set_ylim(0.0, 1.15 * axes.limits("y")[1])
     return figure
 
 
-def root_stress_figure(solved: SetSolution, torque: int) -> Figure:
+def root_stress_figure(solved: SetSolution, torque: int) -> Chart:
     """Stress across the root of a tooth of each member over a turn: of its gear with the largest range."""
-    with panels(1, 9.2, 4.2, legend=4) as (figure, (axes,)):
+    with panels(1, 9.2, 4.2) as (figure, (axes,)):
         for member in _members(solved):
             gears = [n for n, body in enumerate(solved.plan.bodies) if body.member == member]
             ranges = [solved.root_stress[n].cycle.range_MPa[torque].max() for n in gears]
             worst = gears[int(np.argmax(np.round(ranges, 3)))]  # equal ones differ by round-off
             stress = _worst_turn(solved.root_stress[worst], torque)
             turn = np.arange(len(stress)) / len(stress)
-            axes.plot(turn, stress, label=legend_label(solved.plan.bodies[worst].name), lw=1.2)
+            axes.plot(turn, stress, label=(solved.plan.bodies[worst].name), lw=1.2)
         axes.axhline(0.0, color="black", lw=0.6)
         about = " against the carrier" if solved.plan.planets else ""
         axes.set(xlabel=f"Turn of the gear{about} [-]", ylabel="Stress across the root [MPa]", xlim=(0.0, 1.0))

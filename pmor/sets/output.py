@@ -35,19 +35,19 @@ from pmor.sets.solution import SetSolution
 from pmor.work.results import Report
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from pmor.report.chart import Chart
 
 #: files of a result
 FILES = (
-    "set.json", "set.md", "report.html", "set.png", "ste.png", "shares.png", "face_load.png", "root_stress.png",
-    "ring.png", "ste.csv", "torques.csv", "meshes.csv", "results.h5", "set.vtkhdf",
+    "set.json", "set.md", "report.html", "set.svg", "ste.svg", "shares.svg", "face_load.svg", "root_stress.svg",
+    "ring.svg", "ste.csv", "torques.csv", "meshes.csv", "results.h5", "set.vtkhdf",
 )  # fmt: skip
 #: further ones with tolerances
-SAMPLE_FILES = ("tolerances.csv", "tolerances.png")
+SAMPLE_FILES = ("tolerances.csv", "tolerances.svg")
 #: with pins
-PIN_FILES = ("pins.png",)
+PIN_FILES = ("pins.svg",)
 #: with planets on bearings by inner geometry
-BEARING_FILES = ("bearings.png", "bearings.csv")
+BEARING_FILES = ("bearings.svg", "bearings.csv")
 #: where REXS has words for the set
 REXS_FILES = ("set.rexs",)
 
@@ -116,13 +116,13 @@ def set_report(file: SetFile, solved: SetSolution, samples: Samples | None, data
     first, nominal = list[Block](), nominal_torque(file, solved)
     if solved.converged[nominal].any():
         angle = int(np.flatnonzero(solved.converged[nominal])[0])
-        first.append(Picture("set.png", "All gears as the calculation places them.",
-                             set_figure(solved, nominal, angle), "svg"))  # fmt: skip
+        first.append(Picture("set.svg", "All gears as the calculation places them.",
+                             set_figure(solved, nominal, angle)))  # fmt: skip
     shown = np.array([row["torque_Nm"] for row in data["torques"]])
-    first.append(Picture("ste.png", "Static transmission error over all mesh cycles, and its orders.",
-                         ste_figure(solved, shown), "svg"))  # fmt: skip
+    first.append(Picture("ste.svg", "Static transmission error over all mesh cycles, and its orders.",
+                         ste_figure(solved, shown)))  # fmt: skip
     face = "Line load over the face, added up over tooth pairs, at the nominal torque."
-    first.append(Picture("face_load.png", face, face_load_figure(solved, nominal), "svg"))
+    first.append(Picture("face_load.svg", face, face_load_figure(solved, nominal)))
     turned = ["The first gear is loaded clockwise: angles and tooth numbers count clockwise."] * solved.plan.clockwise
     sheets = {"Gear data": data_sheets(file.cases, pairs_of(file))}
     blocks = [
@@ -139,39 +139,39 @@ def _pictures(
     """Pictures but those of the beginning, by theme."""
     nominal, found = nominal_torque(file, solved), {theme: list[Block]() for theme in THEMES}
 
-    def draw(theme: str, name: str, caption: str, figure: Figure) -> None:
-        found[theme].append(Picture(name, caption, figure, "svg"))
+    def draw(theme: str, name: str, caption: str, figure: Chart) -> None:
+        found[theme].append(Picture(name, caption, figure))
 
     sharing, supports = "Stiffness and load sharing", "Shafts and bearings"
     if solved.plan.planets:
         words = "Share of each planet, and the orbit of the sun, at the nominal torque."
-        draw(sharing, "shares.png", words, share_figure(solved, nominal))
+        draw(sharing, "shares.svg", words, share_figure(solved, nominal))
     elif any(len(meshes) > 1 for meshes in solved.beside):
         words = "Share of each path in the torque, at the nominal one."
-        draw(sharing, "shares.png", words, path_figure(solved, nominal))
+        draw(sharing, "shares.svg", words, path_figure(solved, nominal))
     if file.sections.pins is not None:
         words = (
             "Pins, and the axes of the planets on them (dashed), against where they stand without load, means over the "
             "mesh cycle at the nominal torque; dots: bearings."
         )
-        draw(supports, "pins.png", words, pin_figure(file.sections.pins, solved, nominal))
+        draw(supports, "pins.svg", words, pin_figure(file.sections.pins, solved, nominal))
     if samples is not None:
         words = "Sets within tolerances, each solved; dashed: 95 % stay below."
-        draw("Tolerances", "tolerances.png", words, tolerance_figure(samples, torques_Nm))
+        draw("Tolerances", "tolerances.svg", words, tolerance_figure(samples, torques_Nm))
     if solved.root_stress:
         words = (
             "Stress across the root of a tooth of each member, on the side of its largest principal stress, where the "
             "range is largest, at the nominal torque."
         )
-        draw("Root stress", "root_stress.png", words, root_stress_figure(solved, nominal))
+        draw("Root stress", "root_stress.svg", words, root_stress_figure(solved, nominal))
     if solved.ring_deflection is not None and not solved.converged[nominal, 0]:
-        found[supports].append("ring.png is left out: angle 0 did not converge.")
+        found[supports].append("ring.svg is left out: angle 0 did not converge.")
     elif solved.ring_deflection is not None:
         words = (
             "Displacement of the ring's root between its teeth at angle 0, mean over the width, beyond that of its "
             "hub, at the nominal torque; lines: planets."
         )
-        draw(supports, "ring.png", words, ring_figure(solved, nominal))
+        draw(supports, "ring.svg", words, ring_figure(solved, nominal))
     return found
 
 

@@ -17,6 +17,7 @@ from pmor.export.tables import ResultArray, results_entries
 from pmor.pair.samples import Samples, sample_rows
 from pmor.report.curves import Drawn
 from pmor.report.data_files import write_bearings_csv, write_columns_csv, write_table_csv
+from pmor.report.replay import figure_of
 from pmor.report.torque_figures import tolerance_figure
 from pmor.sets.figures import (
     path_figure,
@@ -96,16 +97,16 @@ class SetResult(Drawn):
 
     def plot_set(self, angle: int = 0) -> Figure:
         """Draw all gears with the forces of their tooth pairs at the nominal torque, at an angle by its number."""
-        return set_figure(self.solution, nominal_torque(self.file, self.solution), angle)
+        return figure_of(set_figure(self.solution, nominal_torque(self.file, self.solution), angle))
 
     def plot_ste(self) -> Figure:
         """Draw the transmission error over a mesh cycle, and its orders."""
-        return ste_figure(self.solution, self._torques_Nm)
+        return figure_of(ste_figure(self.solution, self._torques_Nm))
 
     def plot_shares(self) -> Figure:
         """Draw the share of each planet over a mesh cycle, and the orbit of the sun; of a train that of each path."""
         figure = share_figure if self.solution.plan.planets else path_figure
-        return figure(self.solution, nominal_torque(self.file, self.solution))
+        return figure_of(figure(self.solution, nominal_torque(self.file, self.solution)))
 
     def plot_pins(self) -> Figure:
         """Draw the deflection of all pins and of the axes of the planets on them, at the nominal torque.
@@ -117,7 +118,7 @@ class SetResult(Drawn):
         """
         if self.file.sections.pins is None:
             raise CaseError(f"{self.file.name}: has no pins: add [pins]")
-        return pin_figure(self.file.sections.pins, self.solution, nominal_torque(self.file, self.solution))
+        return figure_of(pin_figure(self.file.sections.pins, self.solution, nominal_torque(self.file, self.solution)))
 
     def plot_ring(self) -> Figure:
         """Draw the displacement of the ring's root between its teeth at angle 0, at the nominal torque.
@@ -129,7 +130,7 @@ class SetResult(Drawn):
         """
         if self.solution.ring_deflection is None:
             raise CaseError(f"{self.file.name}: has no ring with several meshes: its deflection is not told")
-        return ring_figure(self.solution, nominal_torque(self.file, self.solution))
+        return figure_of(ring_figure(self.solution, nominal_torque(self.file, self.solution)))
 
     def plot_root_stress(self) -> Figure:
         """Draw the stress across the root of a tooth of each member over a turn.
@@ -141,7 +142,7 @@ class SetResult(Drawn):
         """
         if not self.solution.root_stress:
             raise CaseError(f"{self.file.name}: has no root stress: leave [results] root_stress = false out")
-        return root_stress_figure(self.solution, nominal_torque(self.file, self.solution))
+        return figure_of(root_stress_figure(self.solution, nominal_torque(self.file, self.solution)))
 
     def plot_tolerances(self) -> Figure:
         """Draw how many of the sets within tolerances stay below a mesh load factor and a transmission error.
@@ -153,7 +154,7 @@ class SetResult(Drawn):
         """
         if self.samples is None:
             raise CaseError(f"{self.file.name}: has no tolerances: add [tolerances]")
-        return tolerance_figure(self.samples, self._torques_Nm)
+        return figure_of(tolerance_figure(self.samples, self._torques_Nm))
 
     def to_csv(self, path: Path | str) -> None:
         """Write the table `ste.csv`: a row for each torque and angle, units in the header."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray
+from pmor.core.arrays import FloatArray, IntArray
 from pmor.dynamics.whine.compliance import mesh_compliance
 from pmor.dynamics.whine.orders import spinning_Hz
 from pmor.dynamics.whine.readings import (
@@ -20,14 +20,13 @@ from pmor.dynamics.whine.readings import (
     shown_lines,
 )
 from pmor.dynamics.whine.response import RPM, LoadResponse, Source, Totals
-from pmor.report.style import COLOURS, legend_label, log_ticks, new_figure, plot_style
+from pmor.report.chart import COLOURS, Chart, Field, Panel, panels
+from pmor.results.flank_maps import cell_edges
 from pmor.results.root_stress import GEARS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 # Decades below the largest that a waterfall shows.
 DECADES = 3.0
@@ -42,9 +41,11 @@ SHAFT_ORDERS, SPINS, BEYOND = 3, 13, 1.5
 CUTS, TINY = 6, 1e-300
 # Frequencies of a compliance, and the lowest over the highest.
 FREQUENCIES, LOWEST = 600, 0.005
+# Places of a waterfall upwards, and how many of them a line takes.
+UP, THICK = 200, 2
 
 
-def bearings_figure(responses: Sequence[LoadResponse]) -> Figure:
+def bearings_figure(responses: Sequence[LoadResponse]) -> Chart:
     """Dynamic forces of all bearings over the speed, a panel each, a colour for each load; thin by mean stiffness."""
     (there, _), names = moved_bearings(responses), bearing_names(responses[0])
     rows, shown = math.ceil(len(there) / 2), [names[number] for number in there]
@@ -52,7 +53,7 @@ def bearings_figure(responses: Sequence[LoadResponse]) -> Figure:
     return _forces_figure(responses, shown, lambda total: total.bearings[:, there], grid, height, "Force, rms [N]")
 
 
-def meshes_figure(responses: Sequence[LoadResponse]) -> Figure:
+def meshes_figure(responses: Sequence[LoadResponse]) -> Chart:
     """Dynamic force of each mesh over the speed."""
     names = responses[0].mesh_names
     grid, height = (len(names), 1), 0.9 + 2.4 * len(names)
@@ -62,35 +63,30 @@ def meshes_figure(responses: Sequence[LoadResponse]) -> Figure:
 def _forces_figure(
     responses: Sequence[LoadResponse], names: Sequence[str], forces: Callable[[Totals], FloatArray],
     grid: tuple[int, int], height_in: float, label: str,
-) -> Figure:  # fmt: skip
+) -> Chart:  # fmt: skip
     """A panel for each name, the forces with varying stiffness and with its mean, under all loads."""
     every = [(response, forces(response.rms), forces(response.constant_rms)) for response in responses]
-    with plot_style():
-        figure = new_figure(9.2, height_in)
-        panels = list(figure.subplots(*grid, sharex=True, squeeze=False).flat)
-        for number, (axes, name) in enumerate(zip(panels, names, strict=False)):
+    with panels(grid[1], 9.2, height_in, rows=grid[0]) as (figure, each):
+        for number, (axes, name) in enumerate(zip(each, names, strict=False)):
             for colour, (response, varying, mean) in zip(_colours(responses), every, strict=True):
                 load = response.solved.load.name
                 axes.plot(response.speeds_rpm, varying[:, number], color=colour, label=load)
                 axes.plot(response.speeds_rpm, mean[:, number], color=colour, lw=0.6, ls="--")
             axes.set(title=name, ylabel=label, xlim=(responses[0].speeds_rpm[0], responses[0].speeds_rpm[-1]))
             axes.set_ylim(bottom=0.0)
-        _finish(figure, panels, len(names), responses[0])
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+        _finish(each, len(names), responses[0])
     return figure
 
 
-def campbell_figure(response: LoadResponse, highest_Hz: float) -> Figure:
+def campbell_figure(response: LoadResponse, highest_Hz: float) -> Chart:
     """Natural frequencies over the speed, with the lines of each mesh, marked where they meet, and with shafts' turns.
 
     A panel for each, as meshes of fast shafts have many times the frequency of slow ones.
     """
     speeds, passing = response.speeds_rpm, response.passing
     rows, at = math.ceil((len(passing) + 1) / 2), np.linspace(response.speeds_rpm[0], response.speeds_rpm[-1], SPINS)
-    with plot_style():
-        figure = new_figure(9.2, 0.6 + 3.6 * rows)
-        panels = list(figure.subplots(rows, 2, squeeze=False).flat)
-        for axes, colour, mesh in zip(panels, COLOURS * len(passing), passing, strict=False):
+    with panels(2, 9.2, 3.6 * rows, rows=rows) as (figure, each):
+        for axes, colour, mesh in zip(each, COLOURS * len(passing), passing, strict=False):
             top = min(highest_Hz, 1.05 * float(mesh.frequency_Hz(speeds)[-1].max()))
             for number in shown_lines(response, mesh):
                 words = order_words(response, mesh, number).removeprefix("harmonic ")
@@ -100,34 +96,31 @@ def campbell_figure(response: LoadResponse, highest_Hz: float) -> Figure:
                 if speeds[0] <= rpm <= speeds[-1] and frequency <= top:
                     axes.plot(rpm, frequency, "o", color=colour, ms=2.0 + 6.0 * math.sqrt(strain), mfc="none")
             axes.set(title=mesh.name, ylim=(0.0, top))
-        below, rates = panels[len(passing)], {name: abs(rate) for name, rate in response.machine.rates.items() if rate}
+        below, rates = each[len(passing)], {name: abs(rate) for name, rate in response.machine.rates.items() if rate}
         top = 1.05 * SHAFT_ORDERS * max(rates.values(), default=1.0) * float(speeds[-1]) / 60.0
         for colour, (name, rate) in zip(COLOURS * len(rates), rates.items(), strict=False):
             for order in range(1, SHAFT_ORDERS + 1):
                 _order_line(below, speeds, order * rate * speeds / 60.0, top, str(order), color=colour,
-                            lw=0.8 if order > 1 else 1.4, label=legend_label(name) if order == 1 else None)  # fmt: skip
+                            lw=0.8 if order > 1 else 1.4, label=name if order == 1 else None)  # fmt: skip
         below.set(title="turns of the shafts", ylim=(0.0, top))
-        if rates:
-            below.legend(loc="upper left", frameon=True, framealpha=0.9)
-        for number, axes in enumerate(panels[: len(passing) + 1]):
-            highest = BEYOND * axes.get_ylim()[1]
-            axes.plot(at, spinning_Hz(response.receptance, RPM * at, highest), color="#8c8c8c", lw=0.6, zorder=1)
-            axes.set_xlim(speeds[0], speeds[-1])
-            axes.set_ylabel("" if number % 2 else "Frequency [Hz]")
-        _finish(figure, panels, len(passing) + 1, response)
+        for axes in each[: len(passing) + 1]:
+            highest = BEYOND * axes.limits("y")[1]
+            for mode in np.transpose(spinning_Hz(response.receptance, RPM * at, highest)):
+                axes.plot(at, mode, color="#999999", lw=0.6, zorder=1)
+            axes.set(xlim=(speeds[0], speeds[-1]), ylabel="Frequency [Hz]")
+        _finish(each, len(passing) + 1, response)
     return figure
 
 
-def _order_line(axes: Axes, speeds: FloatArray, frequency: FloatArray, top: float, name: str, **style: Any) -> None:
+def _order_line(axes: Panel, speeds: FloatArray, frequency: FloatArray, top: float, name: str, **style: Any) -> None:
     """A frequency over the speed as far as it is below the top, its name at its end."""
     own = frequency <= top
     axes.plot(speeds[own], frequency[own], **style)
     if own.any():
-        axes.annotate(name, (speeds[own][-1], frequency[own][-1]), fontsize=8, color=style["color"], xytext=(2, 0),
-                      textcoords="offset points", va="center")  # fmt: skip
+        axes.text(speeds[own][-1], frequency[own][-1], name, color=style["color"], outside=True)
 
 
-def orders_figure(response: LoadResponse) -> Figure:
+def orders_figure(response: LoadResponse) -> Chart:
     """Order cuts: the largest lines of the bearing forces over the speed, a panel each bearing, and all lines."""
     names, total, speeds = bearing_names(response), response.rms.bearings, response.speeds_rpm
     there, _ = moved_bearings([response])
@@ -139,41 +132,33 @@ def orders_figure(response: LoadResponse) -> Figure:
     # The largest over the forces of each bearing: no bearing is left out for being light.
     share = [float((line.max(axis=0) / np.maximum(total.max(axis=0), TINY)).max()) for _, line in cuts]
     shown = [cuts[number] for number in np.argsort(share)[::-1][:CUTS]]
-    with plot_style():
-        rows = math.ceil(len(there) / 2)
-        figure = new_figure(9.2, 0.9 + 2.2 * rows)
-        panels = list(figure.subplots(rows, 2, sharex=True, squeeze=False).flat)
-        for axes, number in zip(panels, there, strict=False):
+    rows = math.ceil(len(there) / 2)
+    with panels(2, 9.2, 2.6 * rows, rows=rows) as (figure, each):
+        for axes, number in zip(each, there, strict=False):
             axes.plot(speeds, total[:, number], color="#b5b5b5", lw=2.4, label="all lines")
             for colour, (words, line) in zip(COLOURS, shown, strict=False):
                 axes.plot(speeds, line[:, number], color=colour, lw=1.1, label=words)
             axes.set(title=names[number], ylabel="Force, rms [N]", xlim=(speeds[0], speeds[-1]))
             axes.set_ylim(bottom=0.0)
-        _finish(figure, panels, len(there), response)
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+        _finish(each, len(there), response)
     return figure
 
 
-def compliance_figure(response: LoadResponse, highest_Hz: float) -> Figure:
+def compliance_figure(response: LoadResponse, highest_Hz: float) -> Chart:
     """Compliance of both gears at each mesh, and the mesh force by transmission error, over the frequency."""
     lowest = LOWEST * highest_Hz
     frequency = np.geomspace(lowest, highest_Hz, FREQUENCIES)
-    with plot_style():
-        figure = new_figure(9.2, 5.4)
-        panels = figure.subplots(2, len(response.solved.meshes), sharex=True, squeeze=False)
-        for number, (above, below) in enumerate(panels.T):
+    count = len(response.solved.meshes)
+    logarithmic = {"xscale": "log", "yscale": "log", "xlabel": "Frequency [kHz]"}
+    with panels(count, 4.6 * count, 5.4, rows=2, **logarithmic) as (figure, each):
+        for number, (above, below) in enumerate(zip(each[:count], each[count:], strict=True)):
             found = mesh_compliance(response, number, frequency)
             for gear, values, colour in zip(GEARS, found.gears.T, COLOURS, strict=False):
-                above.loglog(1e-3 * frequency, 1e6 * abs(values), color=colour, lw=1.2, label=gear)
+                above.plot(1e-3 * frequency, 1e6 * abs(values), color=colour, lw=1.2, label=gear)
             above.axhline(1e6 * found.contact, color="#555555", lw=0.9, ls="--", label="mesh, mean")
-            below.loglog(1e-3 * frequency, 1e-3 * abs(found.force), color=COLOURS[2], lw=1.2)
-            above.set_title(found.name)
-            below.set_xlabel("Frequency [kHz]")
-            for axis in (below.xaxis, above.yaxis, below.yaxis):
-                log_ticks(axis)
-        panels[0, 0].set_ylabel("Compliance at the mesh [µm/kN]")
-        panels[1, 0].set_ylabel("Mesh force by transmission\nerror [N/µm]")
-        figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+            below.plot(1e-3 * frequency, 1e-3 * abs(found.force), color=COLOURS[2], lw=1.2)
+            above.set(title=found.name, ylabel="Compliance at the mesh [µm/kN]", tight=True)
+            below.set(title=found.name, ylabel="Mesh force by transmission error [N/µm]", tight=True)
     return figure
 
 
@@ -188,39 +173,40 @@ def _meetings(response: LoadResponse, mesh: Source) -> Iterator[tuple[float, flo
                 yield 60.0 * speed / (2.0 * math.pi), order.order * speed / (2.0 * math.pi), float(share)
 
 
-def waterfall_figure(response: LoadResponse, highest_Hz: float) -> Figure:
+def waterfall_figure(response: LoadResponse, highest_Hz: float) -> Chart:
     """Lines of the force of all bearings over speed and frequency, a panel each, in colours by their size."""
-    from matplotlib.colors import LogNorm
-
     (there, _), names, speeds = moved_bearings([response]), bearing_names(response), response.speeds_rpm
     lines = [response.force_lines(source) for source in response.sources]
     largest = max(float(line.max()) for line in lines)
     least = largest * 10.0**-DECADES
-    norm = LogNorm(least, largest)
-    with plot_style():
-        rows = math.ceil(len(there) / 2)
-        figure = new_figure(9.2, 1.0 + 2.4 * rows)
-        panels = list(figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False).flat)
-        for axes, number in zip(panels, there, strict=False):
+    tops = [source.frequency_Hz(speeds)[-1] for source in response.passing]
+    top, lowest = min(highest_Hz, max(float(one.max()) for one in tops)), min(float(one.min()) for one in tops)
+    logarithmic = top > SPREAD * lowest
+    edges = np.geomspace(0.1 * lowest, top, UP + 1) if logarithmic else np.linspace(0.0, top, UP + 1)
+    rows = math.ceil(len(there) / 2)
+    with panels(2, 9.2, 2.6 * rows, rows=rows) as (figure, each):
+        for axes, number in zip(each, there, strict=False):
+            found = np.full((UP, len(speeds)), np.nan)
             for source, own in zip(response.sources, lines, strict=True):
-                frequency = 1e-3 * source.frequency_Hz(speeds)
                 size = np.maximum(own[..., number], least)
                 told = (size > least) | (len(source.places) <= MOST_LINES)
-                every = np.broadcast_to(speeds[:, None], size.shape)
-                shown = axes.scatter(every[told], frequency[told], c=size[told], norm=norm,
-                                     cmap="viridis", s=9.0, linewidths=0.0, rasterized=True)  # fmt: skip
-            axes.set(title=names[number], ylabel="Frequency [kHz]")
-        tops = [source.frequency_Hz(speeds)[-1] for source in response.passing]
-        top, lowest = min(highest_Hz, max(float(one.max()) for one in tops)), min(float(one.min()) for one in tops)
-        if top > SPREAD * lowest:
-            panels[0].set(yscale="log", ylim=(1e-4 * lowest, 1e-3 * top))
-            for axes in panels:
-                log_ticks(axes.yaxis)
-        else:
-            panels[0].set_ylim(0.0, 1e-3 * top)
-        _finish(figure, panels, len(there), response)
-        figure.colorbar(shown, ax=panels[: len(there)], format="%g", label="Line of the bearing force, rms [N]")
+                rows_of = np.searchsorted(edges, source.frequency_Hz(speeds)) - 1
+                _mark_lines(found, rows_of, np.where(told, size, 0.0))
+            label = "Line of the bearing force, rms [N]"
+            cells = cell_edges(speeds), 1e-3 * edges
+            axes.field(Field(*cells, found, least, largest, label, logarithmic=True))
+            axes.set(title=names[number], ylabel="Frequency [kHz]", yscale="log" if logarithmic else "linear",
+                     ylim=1e-3 * edges[[0, -1]])  # fmt: skip
+        _finish(each, len(there), response)
     return figure
+
+
+def _mark_lines(found: FloatArray, rows: IntArray, size: FloatArray) -> None:
+    """Write into a picture (frequency, speed), in place, the largest of the lines (speed, line) at each place."""
+    columns = np.broadcast_to(np.arange(len(size))[:, None], size.shape)
+    for move in range(THICK):
+        own = (rows + move >= 0) & (rows + move < len(found)) & (size > 0.0)
+        np.fmax.at(found, (rows[own] + move, columns[own]), size[own])
 
 
 def _colours(responses: Sequence[LoadResponse]) -> list[str]:
@@ -231,9 +217,8 @@ def _speed(response: LoadResponse) -> str:
     return f"Speed of {response.speed_of} [rpm]"
 
 
-def _finish(figure: Figure, panels: list[Axes], used: int, response: LoadResponse) -> None:
-    for axes in panels[used:]:
-        axes.set_visible(False)
-    for axes in panels[max(used - 2, 0) : used]:
-        axes.set_xlabel(_speed(response))
-        axes.tick_params(labelbottom=True)
+def _finish(each: Sequence[Panel], used: int, response: LoadResponse) -> None:
+    for axes in each[used:]:
+        axes.shown = False
+    for axes in each[:used]:
+        axes.set(xlabel=_speed(response))

@@ -53,9 +53,9 @@ MovingFile = GearboxFile | SetFile
 OF_MESHES = ("sun", "planet"), ("planet", "ring")
 #: files of a result
 FILES = (
-    "dynamics.json", "dynamics.md", "report.html", "response.csv", "lines.csv", "results.h5", "bearings.png",
-    "meshes.png", "campbell.png", "waterfall.png", "orders.png", "compliance.png", "modes.png", "modes.vtkhdf",
-    "parting.csv", "parting.png",
+    "dynamics.json", "dynamics.md", "report.html", "response.csv", "lines.csv", "results.h5", "bearings.svg",
+    "meshes.svg", "campbell.svg", "waterfall.svg", "orders.svg", "compliance.svg", "modes.png", "modes.vtkhdf",
+    "parting.csv", "parting.svg",
 )  # fmt: skip
 
 
@@ -251,24 +251,24 @@ def _blocks(file: MovingFile, data: Data, responses: Sequence[LoadResponse]) -> 
         peaks_table(data, [load["load"] for load in data["loads"] if load["load"] != name], folded=True),
         *([housing_table(data)] if last.machine.heavy_housing else []),
         *parting_blocks(responses), Heading("Over the speed"),
-        Picture("bearings.png", "Dynamic forces of the bearings, root mean square of all lines. Dashed: with a mesh of "
+        Picture("bearings.svg", "Dynamic forces of the bearings, root mean square of all lines. Dashed: with a mesh of "
                 f"constant stiffness, as is usual.{_unmoved(of_all)}", bearings_figure(responses)),
-        Picture("meshes.png", "Dynamic forces of the meshes. Dashed: with a mesh of constant stiffness.",
+        Picture("meshes.svg", "Dynamic forces of the meshes. Dashed: with a mesh of constant stiffness.",
                 meshes_figure(responses)),
-        Picture("campbell.png", f"Natural frequencies, and harmonics of the meshes, under {name}. "
+        Picture("campbell.svg", f"Natural frequencies, and harmonics of the meshes, under {name}. "
                 "Circles: where a harmonic meets a mode that strains its mesh, the larger the more. Natural "
                 "frequencies part with the speed by gyroscopic moments. Below: orders of each shaft's turn.",
                 campbell_figure(last, highest)),
-        Picture("waterfall.png", f"Lines of the bearing forces under {name}.{_unmoved(of_last)}",
+        Picture("waterfall.svg", f"Lines of the bearing forces under {name}.{_unmoved(of_last)}",
                 waterfall_figure(last, highest)),
-        Picture("orders.png", f"Order cuts under {name}: the largest lines of the bearing forces by themselves."
+        Picture("orders.svg", f"Order cuts under {name}: the largest lines of the bearing forces by themselves."
                 f"{_unmoved(of_last)}",
                 orders_figure(last)),
     ]  # fmt: skip
     if last.solved.meshes:
         blocks += [
             Heading("Each mesh of two gears" if last.cycles else "Each mesh"),
-            Picture("compliance.png", f"Compliance of both gears in the direction of the mesh force under "
+            Picture("compliance.svg", f"Compliance of both gears in the direction of the mesh force under "
                     f"{name}, the mesh open, and the mesh force by transmission error, the mesh closed; "
                     "shafts at rest.", compliance_figure(last, highest)),
         ]  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,12 +11,9 @@ from pmor.dynamics.integration import SAMPLES
 from pmor.dynamics.whine.parting import BALANCE, SPEEDS, TOLD, Course, Parting
 from pmor.dynamics.whine.readings import bearing_names
 from pmor.dynamics.whine.response import LoadResponse
+from pmor.report.chart import COLOURS, Chart, Panel, panels
 from pmor.report.page import Block, Heading, Picture
-from pmor.report.style import COLOURS, new_figure, plot_style
 from pmor.report.table import Columns, table
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Data = dict[str, Any]
 WAYS = {"run_up": "running up", "run_down": "running down"}
@@ -161,14 +158,14 @@ def parting_blocks(responses: Sequence[LoadResponse]) -> list[Block]:
         "Dynamic force of meshes that part, and of the bearing with the largest force, root mean square. Lines: stable "
         "motion, points: unstable, circles: integrated over time. Thin: the linear answer."
     )
-    return [*blocks, Picture("parting.png", caption, parting_figure(solved))]
+    return [*blocks, Picture("parting.svg", caption, parting_figure(solved))]
 
 
-def parting_figure(answers: Sequence[tuple[LoadResponse, Parting]]) -> Figure:
+def parting_figure(answers: Sequence[tuple[LoadResponse, Parting]]) -> Chart:
     """A row for each load: its parting meshes together, and the most loaded bearing."""
-    with plot_style():
-        figure = new_figure(9.2, 0.6 + 2.6 * len(answers))
-        for axes, (response, found) in zip(figure.subplots(len(answers), 2, squeeze=False), answers, strict=True):
+    rows = len(answers)
+    with panels(2, 9.2, 2.8 * rows, rows=rows) as (figure, each):
+        for axes, (response, found) in zip(zip(each[::2], each[1::2], strict=True), answers, strict=True):
             bearing = int(np.max([course.bearings.max(axis=0) for course in found.courses], axis=0).argmax())
             for colour, (n, number) in zip(COLOURS, enumerate(found.numbers), strict=False):
                 axes[0].plot(response.speeds_rpm, response.rms.meshes[:, number], color=colour, lw=0.6)
@@ -180,12 +177,11 @@ def parting_figure(answers: Sequence[tuple[LoadResponse, Parting]]) -> Figure:
                 _course(axes[1], course, course.bearings[:, bearing], COLOURS[0], None)
             speed = f"Speed of {response.speed_of} [rpm]"
             axes[0].set(title=f"{response.solved.load.name}: mesh force", ylabel="Force, rms [N]", xlabel=speed)
-            axes[1].set(title=bearing_names(response)[bearing], xlabel=speed)
-            axes[0].legend()
+            axes[1].set(title=bearing_names(response)[bearing], ylabel="Force, rms [N]", xlabel=speed)
     return figure
 
 
-def _course(axes: Any, course: Course, force: np.ndarray, colour: str, label: str | None) -> None:
+def _course(axes: Panel, course: Course, force: np.ndarray, colour: str, label: str | None) -> None:
     if not course.period:
         axes.plot(course.speeds_rpm, force, "o", ms=2.5, mfc="none", color=colour, label=label)
         return

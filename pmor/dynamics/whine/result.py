@@ -32,6 +32,7 @@ from pmor.export.tables import ResultArray, results_entries
 from pmor.report.curves import Drawn
 from pmor.report.data_files import write_columns_csv, write_table_csv
 from pmor.report.drawing import beside
+from pmor.report.replay import figure_of
 from pmor.storage.results_file import OF_MOTION, ResultsFile, write_results_file
 from pmor.work.results import writing_results
 
@@ -58,19 +59,19 @@ class MotionResult(Drawn):
 
     def plot_bearings(self) -> Figure:
         """Draw the dynamic forces of all bearings over the speed."""
-        return bearings_figure(self.loads)
+        return figure_of(bearings_figure(self.loads))
 
     def plot_meshes(self) -> Figure:
         """Draw the dynamic forces of all meshes over the speed."""
-        return meshes_figure(self.loads)
+        return figure_of(meshes_figure(self.loads))
 
     def plot_campbell(self, load: int = 0) -> Figure:
         """Draw natural frequencies and harmonics over the speed, of a load by its number."""
-        return campbell_figure(self.loads[load], self.file.sections.dynamics.highest_frequency_Hz)
+        return figure_of(campbell_figure(self.loads[load], self.file.sections.dynamics.highest_frequency_Hz))
 
     def plot_waterfall(self, load: int = 0) -> Figure:
         """Draw the lines of the bearing forces over speed and frequency, of a load by its number."""
-        return waterfall_figure(self.loads[load], self.file.sections.dynamics.highest_frequency_Hz)
+        return figure_of(waterfall_figure(self.loads[load], self.file.sections.dynamics.highest_frequency_Hz))
 
     def plot_modes(self, numbers: Sequence[int], load: int = 0) -> Figure:
         """Draw natural modes by their numbers, as the page has them, of a load by its number."""
