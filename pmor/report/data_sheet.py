@@ -108,8 +108,8 @@ def sheet_tables(sheet: DataSheet) -> list[Table]:
     gears = [(_label(name, symbol, unit), *(_cell(gear, key, unit) for gear in both))
              for name, symbol, key, unit in _GEARS if any(getattr(gear, key) is not None for gear in both)]  # fmt: skip
     return [
-        Table("Gear data: pair", ("quantity", "value"), pair),
-        Table("Gear data: gears", ("quantity", "pinion", "wheel"), gears),
+        Table("Gear data: pair", ("quantity", "value"), pair, folded=True),
+        Table("Gear data: gears", ("quantity", "pinion", "wheel"), gears, folded=True),
         Table("Places on the profile of the pinion", _PLACES, _places(sheet.pinion), folded=True),
         Table("Places on the profile of the wheel", _PLACES, _places(sheet.wheel), NOTE, folded=True),
     ]

@@ -31,6 +31,7 @@ from pmor.report.live.motion import MotionSection
 from pmor.report.live.section import LiveSection
 from pmor.report.style import data_uri, picture_bytes
 from pmor.report.svg import chart_file, chart_svgs, dark_rules
+from pmor.report.svg_marks import unbroken
 from pmor.report.table import Table, format_cell
 from pmor.results.verdict import Verdict
 from pmor.storage.atomic import atomic_path
@@ -152,7 +153,7 @@ def html_template(name: str) -> Template:
         loader=PackageLoader("pmor.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True, keep_trailing_newline=True,
     )  # fmt: skip
-    environment.filters.update(format_cell=format_cell, data_uri=data_uri, json_text=_json_text)
+    environment.filters.update(format_cell=format_cell, unbroken=unbroken, data_uri=data_uri, json_text=_json_text)
     environment.globals.update(dark_rules=dark_rules)
     return environment.get_template(name)
 

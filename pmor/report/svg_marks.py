@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import math
+import re
 import struct
 import zlib
 from html import escape
@@ -20,6 +21,8 @@ WIDTH, SIZE, SMALL = 420.0, 12.5, 11.5
 # Of a line of words over their size, and least distance of words.
 LINE, GAP = 1.25, 6.0
 INK, FAINT, GRID, PAPER = "#000000", "#555555", "#dddddd", "#ffffff"
+# Is never broken.
+UNIT = re.compile(r"\[[^]]+\]|\d N m")
 DASHES = {"--": "6 4", ":": "1.5 3", "-.": "7 3 1.5 3"}
 # Points of a line beyond which each place shows only its extremes, and cells of a coloured field.
 MOST_POINTS, CELLS = 900, (320, 240)
@@ -56,10 +59,15 @@ def width_of(words: str, size: float = SIZE) -> float:
     return size * sum(0.32 if c in "ijltfI.,:;'|!()[] /" else 0.9 if c in "mwMW%@" else 0.58 for c in words)
 
 
+def unbroken(words: str) -> str:
+    """Return words whose units no line breaks."""
+    return UNIT.sub(lambda unit: unit.group().replace(" ", "\u00a0"), words)
+
+
 def wrapped(words: str, room: float, size: float = SIZE) -> list[str]:
     """Break words into lines that have room."""
     lines = list[str]()
-    for part in words.split("\n"):
+    for part in unbroken(words).split("\n"):
         line = ""
         for word in part.split(" "):
             longer = f"{line} {word}" if line else word

@@ -13,6 +13,7 @@ from pmor.fe.outline import tooth_outline
 from pmor.gear.tooth import Tooth
 from pmor.report.blank_figure import hole_outline
 from pmor.report.chart import COLOURS, MARGIN, Chart, Panel, panels
+from pmor.report.table import format_cell
 from pmor.results.load_distribution import face_line
 from pmor.sets.lost import known
 from pmor.sets.pins import pin_shapes
@@ -21,6 +22,8 @@ from pmor.sets.settings import Pins
 from pmor.sets.shafts import shaft_of
 from pmor.sets.solution import SetSolution
 
+# Widths of lines that may lie on each other, and points of an orbit between two that are solved.
+THIN, WIDER, BETWEEN = 1.2, 0.9, 8
 # Length of the longest arrow, over the size of the picture.
 ARROW = 0.09
 POINTS, PIN_POINTS = 8, 81
@@ -58,7 +61,7 @@ def set_figure(solved: SetSolution, torque: int, angle: int = 0) -> Chart:
         arrows = forces * ARROW * size / largest * [side, 1.0]
         axes.arrows(points * [side, 1.0], arrows, color="black", zorder=5)
         axes.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]", grid=False,
-                 title=f"Tooth forces on driven gears; longest: {largest:.4g} N")  # fmt: skip
+                 title=f"Tooth forces on driven gears; longest: {format_cell(float(f'{largest:.4g}'))} N")  # fmt: skip
     return figure
 
 
@@ -88,6 +91,11 @@ def ste_figure(solved: SetSolution, shown_Nm: FloatArray) -> Chart:
     return figure
 
 
+def _beneath(number: int, count: int) -> float:
+    """Width of one of many lines that may lie on each other: the first ones stand out beneath the last."""
+    return THIN + WIDER * (count - 1 - number)
+
+
 def at_least(axes: Panel, axis: Literal["x", "y"], height: float) -> None:
     """Show at least so much of an axis about its middle, so that round-off is a line."""
     low, high = axes.limits(axis)
@@ -99,16 +107,17 @@ def at_least(axes: Panel, axis: Literal["x", "y"], height: float) -> None:
 def share_figure(solved: SetSolution, torque: int) -> Chart:
     """Share of each planet over a mesh cycle, and where the sun moves."""
     with panels(2, 9.2, 4.2) as (figure, (shares, orbit)):
-        pitches = solved.phi_rad / solved.pitch_rad
+        pitches, count = solved.phi_rad / solved.pitch_rad, len(solved.plan.planets)
         for place, number in enumerate(solved.plan.planets):
             name = (solved.plan.bodies[number].name)
-            shares.plot(pitches, 100.0 * solved.planet_share[torque, :, place], label=name)
+            shares.plot(pitches, 100.0 * solved.planet_share[torque, :, place], label=name, lw=_beneath(place, count))
         at_least(shares, "y", LEAST_SHARE)
         shares.set(xlabel="Angle of the sun against the carrier [pitches]", ylabel="Share of the load [%]")
         side = -1.0 if solved.plan.clockwise else 1.0
         path = 1e3 * solved.hub_displacement[torque, :, 0, :2] * [side, 1.0]
-        closed = np.concatenate([path, path[:1]])
-        orbit.plot(closed[:, 0], closed[:, 1], "-", color=COLOURS[-1])
+        curve = _rounded(path)
+        orbit.plot(curve[:, 0], curve[:, 1], "-", color=COLOURS[-1])
+        orbit.plot(path[:, 0], path[:, 1], "o", color=COLOURS[-1], ms=2.0)
         orbit.plot(path[:1, 0], path[:1, 1], "o", color=COLOURS[1], ms=4)
         # Alike along both axes: equal axes take the whole room.
         wide = max(LEAST_ORBIT, *(float(np.ptp(orbit.limits(axis))) for axis in ("x", "y")))
@@ -118,6 +127,16 @@ def share_figure(solved: SetSolution, torque: int) -> Chart:
                   title=f"Sun over {'the mesh cycle' if solved.pitches == 1 else f'{solved.pitches} mesh cycles'}; "
                   "dot: angle 0")  # fmt: skip
     return figure
+
+
+def _rounded(path: FloatArray) -> FloatArray:
+    """Return points on a smooth closed curve through those of a path, by Catmull and Rom (1974)."""
+    before, start, end, after = (np.roll(path, move, axis=0)[:, None] for move in (1, 0, -1, -2))
+    t = np.linspace(0.0, 1.0, BETWEEN, endpoint=False)[:, None]
+    curve = start + 0.5 * t * (end - before + t * (2 * before - 5 * start + 4 * end - after
+                                                   + t * (3 * (start - end) + after - before)))  # fmt: skip
+    curve = curve.reshape(-1, 2)
+    return np.concatenate([curve, curve[:1]])
 
 
 def path_figure(solved: SetSolution, torque: int) -> Chart:
@@ -178,10 +197,11 @@ def ring_figure(solved: SetSolution, torque: int) -> Chart:
 def face_load_figure(solved: SetSolution, torque: int) -> Chart:
     """Line load over the face of each mesh, added up over tooth pairs, mean over the mesh cycle."""
     with panels(1, 7.2, 4.2) as (figure, (axes,)):
-        for number, one in enumerate(solved.train.meshes):
+        meshes = solved.train.meshes
+        for number, one in enumerate(meshes):
             z, load = face_line(solved.lines(number), torque)
             name = " - ".join(solved.train.bodies[body].name for body in one.bodies)
-            axes.plot(z, load, "-" if one.bodies[0] == 0 else "--", label=(name))
+            axes.plot(z, load, "-" if one.bodies[0] == 0 else "--", label=name, lw=_beneath(number, len(meshes)))
         axes.set(xlabel="z from mid width [mm]", ylabel="Line load, mean over the mesh cycle [N/mm]")
         axes.set_ylim(0.0, 1.15 * axes.limits("y")[1])
     return figure

@@ -7,6 +7,7 @@ from pmor import change_case, make_case, plan
 from pmor.pair.drawn import drawn_gears
 from pmor.pair.model import gear_pair
 from pmor.report.blank_figure import blank_figure, section_text
+from pmor.report.replay import figure_of
 
 HOLES = {"count": 5, "radius_mm": 2.0, "on_radius_mm": 17.5, "first_deg": 20.0}
 BLANK = {"rim_thickness_mm": 3.0, "web_thickness_mm": 3.0, "hub_radius_mm": 12.0, "web_offset_mm": 2.5, "holes": HOLES}
@@ -21,17 +22,17 @@ def case_of(torque=50.0):
 def test_holes_stand_where_the_file_says_from_the_line_of_centres(torque):
     """Counter-clockwise seen from +z, on the pinion from +y on, on the wheel from -y on; on coast flanks too."""
     case = case_of(torque)
-    figure = blank_figure(case, gear_pair(case))
+    figure = figure_of(blank_figure(case, gear_pair(case)))
     fronts = figure.axes[1::2]
     for front, towards in zip(fronts, (90.0, -90.0), strict=True):
         (first,) = (text for text in front.texts if text.get_text() == "1")
         expected = np.radians(towards + HOLES["first_deg"])
-        np.testing.assert_allclose(first.get_position(), 17.5 * np.array([np.cos(expected), np.sin(expected)]))
+        np.testing.assert_allclose(first.xy, 17.5 * np.array([np.cos(expected), np.sin(expected)]))
 
 
 def test_a_slot_is_drawn_as_where_a_round_hole_goes_along_its_circle():
     case = change_case(case_of(), **{"pinion.blank": {"holes": HOLES | {"length_deg": 40.0}}})
-    figure = blank_figure(case, gear_pair(case))
+    figure = figure_of(blank_figure(case, gear_pair(case)))
     drawn = next(patch.get_xy() for patch in figure.axes[1].patches[5:])
     angle = np.angle((drawn[:, 0] + 1j * drawn[:, 1]) * np.exp(-1j * np.radians(90.0 + 20.0)))
     nearest = 17.5 * np.exp(1j * (np.clip(angle, *np.radians([-20.0, 20.0])) + np.radians(110.0)))
@@ -53,7 +54,8 @@ def test_a_section_in_characters_has_web_and_holes_at_their_end_of_the_face():
 def test_the_part_of_a_bore_that_is_held_is_drawn_and_named():
     case = change_case(case_of(), **{"pinion.blank": {"held_length_mm": 4.0, "held_offset_mm": -3.0}})
     pair = gear_pair(case)
-    lines = [line.get_xdata() for line in blank_figure(case, pair).axes[0].lines if line.get_linewidth() == 3.0]
+    section = figure_of(blank_figure(case, pair)).axes[0]
+    lines = [line.get_xdata() for line in section.lines if line.get_linewidth() == 3.0]
     np.testing.assert_allclose(lines, [[-5.0, -1.0]])
     assert any("held over 4 mm" in line for line in section_text(drawn_gears(case, pair)[0]))
 
@@ -65,7 +67,7 @@ def test_a_web_with_a_profile_is_drawn_by_its_stations():
     case = change_case(case_of(), **{"pinion.blank": None})
     case = change_case(case, **{"pinion.blank": blank})
     pair = gear_pair(case)
-    web = blank_figure(case, pair).axes[0].patches[2].get_xy()
+    web = figure_of(blank_figure(case, pair)).axes[0].patches[2].get_xy()
     for radius, low, high in stations:
         assert {(low, radius), (high, radius)} <= set(map(tuple, web))
     lines = section_text(drawn_gears(case, pair)[0])

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from numpy.testing import assert_array_equal
 
 import pmor.report.page
+from pmor.report.chart import panels
 from pmor.report.data_files import write_ste_csv, write_summary_json
 from pmor.report.explorer import Column, Designs
 from pmor.report.markdown import page_markdown, write_markdown
@@ -278,11 +279,21 @@ def test_screen_summary_is_aligned():
     assert summary_text("nothing", []) == "nothing"
 
 
-def test_a_picture_is_drawn_once_for_its_file_and_for_the_page(monkeypatch):
-    drawn, pictures = [], {kind: picture_bytes(figure(), kind) for kind in ("png", "svg")}
-    monkeypatch.setattr(pmor.report.page, "picture_bytes", lambda figure, kind: drawn.append(kind) or pictures[kind])
+def test_a_picture_of_matplotlib_is_drawn_once_for_its_file_and_for_the_page(monkeypatch):
+    drawn, content = [], picture_bytes(figure(), "png")
+    monkeypatch.setattr(pmor.report.page, "picture_bytes", lambda figure, kind: drawn.append(kind) or content)
     picture = Picture("a.png", "a", figure())
-    for shown in (picture, replace(picture, shown_as="svg"), picture):
-        assert shown.content("png") == pictures["png"]
-        assert page_html("Pair", [shown]).count(data_uri(pictures[shown.shown_as], shown.shown_as)) == 1
-    assert drawn == ["png", "svg"]
+    assert picture.content("png") == content
+    assert page_html("Pair", [picture]).count(data_uri(content, "png")) == 1
+    assert drawn == ["png"]
+
+
+def test_a_chart_stands_in_the_page_as_it_is_and_needs_no_matplotlib(monkeypatch):
+    monkeypatch.setattr(pmor.report.page, "picture_bytes", None)
+    with panels(2, 8.0, 4.0, ylabel="<y> [µm]") as (chart, both):
+        for axes in both:
+            axes.plot([0.0, 1.0], [1.0, np.nan], label="a & b")
+    page = page_html("Pair", [Picture("a.svg", "a", chart)])
+    assert page.count("&lt;y&gt;") == 2, "a panel each"
+    assert page.count("<svg") == 5, "two panels with their clips, and the key"
+    assert Picture("a.svg", "a", chart).content("svg").startswith(b"<?xml")

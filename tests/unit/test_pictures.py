@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import matplotlib
 import matplotlib.style
@@ -10,8 +11,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 from pmor.gear.condition import Assembly
+from pmor.report.page import Picture
+from pmor.report.replay import figure_of
 from pmor.report.run_figures import LOADED_FLANK_COLOUR, conditions_figure, contact_pattern_figure, mesh_figure
 from pmor.report.style import log_log, panels, picture_bytes, write_picture
+from pmor.report.svg import DARK, chart_svgs
+from pmor.report.svg_marks import WIDTH, width_of
 from pmor.report.sweep_figures import (
     error_figure,
     load_sharing_figure,
@@ -25,6 +30,8 @@ from pmor_online.contact_pattern import ContactPattern
 from tests.support.sweeps import made_up_sweep
 
 ROUND_OFF = 1e-12
+# Of words on a panel, px; places are written with a decimal.
+LEAST_SIZE, ROUNDED = 11.0, 1.0
 UNIT = re.compile(r"\[[^\]]+\]")
 
 
@@ -69,7 +76,7 @@ def pattern(pressure=400.0):
     return ContactPattern(0, 40.0, 0.5, roll, z, cells, largest=cells.max())
 
 
-def all_figures():
+def all_charts():
     sweep = make_sweep()
     return {
         "ste": ste_figure(sweep, make_sweep((100.0,), 7)),
@@ -79,22 +86,48 @@ def all_figures():
         "error": error_figure(sweep.phi_rad, sweep.torque_Nm, 1e-3 * sweep.ste_um),
         "mesh": mesh_figure(*sector()),
         "contact pattern": contact_pattern_figure([pattern()] * 2),
+        "conditions": conditions_figure(sweep, 1, [ConditionSweep("x" * 60, Assembly(), 0, sweep)]),
     }
 
 
 def test_every_figure_renders_and_names_its_units():
-    for figure in all_figures().values():
+    for figure in map(figure_of, all_charts().values()):
         draw(figure)
         assert_units_on_every_axis(figure)
 
 
+@pytest.mark.parametrize("name", all_charts())
+def test_no_word_of_a_panel_is_cut_or_as_small_that_a_phone_cannot_show_it(name):
+    """A phone shows a panel at 0.85 of its size: 358 of 420 px."""
+    for svg in chart_svgs(all_charts()[name]):
+        root = ElementTree.fromstring(svg)
+        _, _, width, height = map(float, root.get("viewBox").split())
+        assert width == WIDTH
+        for text in root.iter("text"):
+            assert float(text.get("font-size")) >= LEAST_SIZE
+            size, turned = width_of(text.text, float(text.get("font-size"))), text.get("x") is None
+            x, y = (
+                map(float, re.findall(r"translate\(([-\d.]+) ([-\d.]+)", text.get("transform"))[0]) if turned
+                else (float(text.get("x")), float(text.get("y")))
+            )  # fmt: skip
+            first = {"start": 0.0, "middle": -0.5 * size, "end": -size}[text.get("text-anchor")]
+            low, high, room = (y - 0.5 * size, y + 0.5 * size, height) if turned else (x + first, x + first + size, width)
+            assert low >= -ROUNDED and high <= room + ROUNDED, text.text
+
+
+def test_every_colour_of_words_and_of_axes_has_another_one_on_dark_paper():
+    for chart in all_charts().values():
+        for colour in re.findall(r'<text[^>]* fill="(#\w+)"', "".join(chart_svgs(chart))):
+            assert colour in DARK or colour == "#b00020"
+
+
 def test_ste_figure_has_a_curve_and_markers_per_torque_in_one_colour():
-    figure = ste_figure(make_sweep(), make_sweep((30.0, 160.0), 7))
-    lines = figure.axes[0].get_lines()
+    figure = figure_of(ste_figure(make_sweep(), make_sweep((30.0, 160.0), 7)))
+    lines = [line for line in figure.axes[0].get_lines() if len(line.get_xdata())]
     curves = [line.get_color() for line in lines if line.get_linestyle() == "-"]
     markers = [line.get_markeredgecolor() for line in lines if line.get_marker() == "o"]
     assert (len(set(curves)), len(markers)) == (3, 2)
-    assert markers == [curves[0], curves[2]]
+    assert markers == [curves[2], curves[0]], "curves are drawn from the largest torque down, as the key has them"
     assert legend_texts(figure) == ["160 N m", "100 N m", "30 N m", "reduced", "full FE"]
 
 
@@ -105,10 +138,10 @@ def test_ste_curve_goes_through_the_positions_that_are_compared():
         fine, phi_rad=fine.phi_rad[1::6], ste_um=fine.ste_um[:, 1::6], pair_share=fine.pair_share[:, 1::6],
         newton_steps=fine.newton_steps[:, 1::6], converged=fine.converged[:, 1::6],
     )  # fmt: skip
-    figure = ste_figure(make_sweep((100.0,), 6), odd, odd)
+    figure = figure_of(ste_figure(make_sweep((100.0,), 6), odd, odd))
     curves = figure.axes[0].get_lines()[:2]
-    assert [curve.get_linestyle() for curve in curves] == [":", "-"], "30 N m is only compared"
-    for curve, ste in zip(curves, odd.ste_um, strict=True):
+    assert [curve.get_linestyle() for curve in curves] == ["-", ":"], "30 N m is only compared"
+    for curve, ste in zip(curves, odd.ste_um[::-1], strict=True):
         assert_allclose(np.interp(np.degrees(odd.phi_rad), *curve.get_data()), ste, rtol=ROUND_OFF)
 
 
@@ -116,12 +149,12 @@ def test_ste_curve_goes_through_the_positions_that_are_compared():
 def test_positions_that_did_not_converge_are_gaps_and_are_counted():
     sweep = make_sweep()
     sweep.ste_um[1, 3:5] = np.nan
-    figure = ste_figure(sweep)
+    figure = figure_of(ste_figure(sweep))
     draw(figure)
     assert "2 of 72 positions did not converge" in figure.axes[0].get_title()
-    draw(load_sharing_figure(sweep))
-    draw(spectrum_figure(sweep))
-    draw(error_figure(sweep.phi_rad, sweep.torque_Nm, sweep.ste_um * np.nan))
+    draw(figure_of(load_sharing_figure(sweep)))
+    draw(figure_of(spectrum_figure(sweep)))
+    draw(figure_of(error_figure(sweep.phi_rad, sweep.torque_Nm, sweep.ste_um * np.nan)))
 
 
 def test_the_nominal_torque_is_in_every_picture_however_many_there_are():
@@ -131,12 +164,12 @@ def test_the_nominal_torque_is_in_every_picture_however_many_there_are():
         ste_figure(many, nominal_Nm=137.0), load_sharing_figure(many, 137.0), spectrum_figure(many, nominal_Nm=137.0),
         stiffness_figure(many, stiffness, 137.0),
     ):  # fmt: skip
-        assert ", 137, " in drawn.get_suptitle()
-    assert "137 N m, nominal" in legend_texts(ste_figure(many, nominal_Nm=137.0))
+        assert ", 137, " in drawn.heading == figure_of(drawn).get_suptitle()
+    assert "137 N m, nominal" in legend_texts(figure_of(ste_figure(many, nominal_Nm=137.0)))
 
 
 def test_load_sharing_leaves_out_pairs_that_never_carry_and_ends_a_share_where_its_successor_began():
-    figure = load_sharing_figure(make_sweep())
+    figure = figure_of(load_sharing_figure(make_sweep()))
     assert len(figure.axes) == 3
     assert legend_texts(figure) == ["pair -1", "pair 0"]
     assert_allclose([line.get_ydata()[-1] for line in figure.axes[0].get_lines()], [100.0, 0.0])
@@ -144,7 +177,7 @@ def test_load_sharing_leaves_out_pairs_that_never_carry_and_ends_a_share_where_i
 
 @pytest.mark.parametrize(("angles", "count"), [(24, 10), (12, 5)], ids=["ten", "what the sweep resolves"])
 def test_spectrum_has_orders_per_torque_on_a_logarithmic_axis(angles, count):
-    axes = spectrum_figure(make_sweep(n=angles)).axes[0]
+    axes = figure_of(spectrum_figure(make_sweep(n=angles))).axes[0]
     assert axes.get_yscale() == "log"
     assert [len(bars) for bars in axes.containers] == [count] * 3
     assert_allclose(axes.get_xticks(), np.arange(1, count + 1))
@@ -152,9 +185,9 @@ def test_spectrum_has_orders_per_torque_on_a_logarithmic_axis(angles, count):
 
 def test_mesh_figure_highlights_the_loaded_flank_and_zooms_on_it():
     nodes, quads, flank = sector()
-    whole, zoom = mesh_figure(nodes, quads, flank).axes
+    whole, zoom = figure_of(mesh_figure(nodes, quads, flank)).axes
     for axes in (whole, zoom):
-        (line,) = [line for line in axes.get_lines() if line.get_gid() == "flank"]
+        (line,) = [line for line in axes.get_lines() if line.get_label() == "loaded flank"]
         assert line.get_color() == LOADED_FLANK_COLOUR
         assert_allclose(np.column_stack(line.get_data()), flank)
         assert axes.get_aspect() == 1.0
@@ -165,9 +198,9 @@ def test_mesh_figure_highlights_the_loaded_flank_and_zooms_on_it():
 
 
 def test_contact_pattern_uses_one_scale_and_states_the_peaks():
-    figure = contact_pattern_figure([pattern(), pattern(0.0)])
+    figure = figure_of(contact_pattern_figure([pattern(), pattern(0.0)]))
     draw(figure)
-    first, second, _ = figure.axes
+    first, second, *_ = figure.axes
     assert first.get_title() == "Pinion flank, 50 % of torque\nlargest 400 MPa"
     assert second.get_title() == "Pinion flank, 50 % of torque\nno contact"
     assert first.collections[0].get_clim() == second.collections[0].get_clim() == (0.0, 400.0)
@@ -175,9 +208,9 @@ def test_contact_pattern_uses_one_scale_and_states_the_peaks():
 
 
 def test_a_contact_pattern_at_a_sharp_edge_tells_no_larger_pressure_than_the_table():
-    figure = contact_pattern_figure([replace(pattern(1300.0), largest=650.0), replace(pattern(), largest=np.nan)])
+    figure = figure_of(contact_pattern_figure([replace(pattern(1300.0), largest=650.0), replace(pattern(), largest=np.nan)]))
     draw(figure)
-    first, second, _ = figure.axes
+    first, second, *_ = figure.axes
     assert first.get_title().endswith("largest 650 MPa")
     assert second.get_title().endswith("a sharp edge carries all")
     assert first.collections[0].get_clim() == (0.0, 650.0)
@@ -185,13 +218,13 @@ def test_a_contact_pattern_at_a_sharp_edge_tells_no_larger_pressure_than_the_tab
 
 def test_contact_pattern_of_nothing_is_refused():
     with pytest.raises(ValueError, match="no tooth pair"):
-        contact_pattern_figure([])
+        figure_of(contact_pattern_figure([]))
 
 
 @pytest.mark.parametrize("name", ["$\\bad$", "_hidden", "50 $ or $ 60", "a^{b", "%s{x:g}"])
 def test_names_of_conditions_are_shown_as_they_are_written(name):
     sweep = make_sweep()
-    figure = conditions_figure(sweep, 1, [ConditionSweep(name, Assembly(), 0, sweep)])
+    figure = figure_of(conditions_figure(sweep, 1, [ConditionSweep(name, Assembly(), 0, sweep)]))
     draw(figure)
     assert [text.strip() for text in legend_texts(figure)] == [name, "the case's own"]
     assert not any(text.get_parse_math() for text in figure.legends[0].get_texts())
@@ -212,7 +245,7 @@ def test_logarithmic_axes_have_plain_numbers(top):
 @pytest.mark.slow
 def test_pictures_look_the_same_whatever_the_users_settings():
     def picture():
-        return picture_bytes(ste_figure(make_sweep(), make_sweep((100.0,), 7)), "png")
+        return picture_bytes(figure_of(ste_figure(make_sweep(), make_sweep((100.0,), 7))), "png")
 
     expected = picture()
     with matplotlib.rc_context():
@@ -224,10 +257,10 @@ def test_pictures_look_the_same_whatever_the_users_settings():
 @pytest.mark.parametrize(("kind", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
 def test_picture_files_hold_what_their_names_say_and_no_time_of_day(kind, start, tmp_path, monkeypatch):
     target = tmp_path / f"ste.{kind}"
-    write_picture(picture_bytes(ste_figure(make_sweep((100.0,))), kind), target)
+    write_picture(Picture(target.name, "", ste_figure(make_sweep((100.0,)))).content(kind), target)
     found = target.read_bytes()
     assert found.startswith(start)
     assert [p.name for p in tmp_path.iterdir()] == [target.name]
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")  # what dates there are would be of 1970 now
-    write_picture(picture_bytes(ste_figure(make_sweep((100.0,))), kind), target)
+    write_picture(Picture(target.name, "", ste_figure(make_sweep((100.0,)))).content(kind), target)
     assert target.read_bytes() == found

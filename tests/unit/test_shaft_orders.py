@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pmor.report.replay import figure_of
 from pmor.report.summary import ORDERS, write_orders
 from pmor.report.torque_figures import revolution_figure, waterfall_figure
 from pmor.results.shaft_orders import order_name, shaft_orders
@@ -63,7 +64,7 @@ def test_names_take_as_few_holes_as_they_can(order, holes, name):
 
 def test_pictures_of_orders_mark_those_of_the_mesh():
     sweep = sweep_of((0.5, 1.0, 1.5))
-    spectrum = revolution_figure(sweep, 1, TEETH, HOLES).axes[1]
+    spectrum = figure_of(revolution_figure(sweep, 1, TEETH, HOLES)).axes[1]
     sides, mesh = (sorted({round(x) for (x, _), _ in lines.get_segments()}) for lines in spectrum.collections[:2])
     assert (sides, mesh) == ([8, 49, 65, 106], [57])
     assert waterfall_figure(sweep, TEETH, HOLES) is not None

@@ -19,6 +19,7 @@ from pmor.export import tables
 from pmor.export.tables import ResultArray, csv_tables
 from pmor.gear.condition import Assembly, Condition, Misalignment, at_torques
 from pmor.report.data_files import write_ste_csv
+from pmor.report.replay import figure_of
 from pmor.report.sweep_figures import ste_figure
 from pmor.results.tabular import Tabular
 from pmor.storage.condition_table import read_conditions, write_conditions
@@ -262,7 +263,7 @@ def test_a_case_shows_both_gears():
 
 
 def test_a_figure_is_a_picture_in_a_notebook(sweep):
-    assert ste_figure(sweep)._repr_png_().startswith(b"\x89PNG")
+    assert figure_of(ste_figure(sweep))._repr_png_().startswith(b"\x89PNG")
 
 
 @pytest.fixture
