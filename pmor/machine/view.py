@@ -14,7 +14,8 @@ from pmor.machine.coupled import SolvedLoad
 from pmor.machine.figures import exaggeration, size_of
 from pmor.machine.loaded import LoadedGearbox
 from pmor.machine.model import GearboxModel
-from pmor.report.style import COLOURS, new_figure, plot_style
+from pmor.report.chart import COLOURS
+from pmor.report.style import new_figure, plot_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

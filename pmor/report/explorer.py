@@ -14,7 +14,7 @@ from urllib.parse import unquote, urlsplit
 
 import numpy as np
 
-from pmor.report.style import COLOURS
+from pmor.report.chart import COLOURS
 
 #: significant digits of numbers on the page
 DIGITS = 7

@@ -19,16 +19,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pmor.core.arrays import FloatArray
+from pmor.report.chart import COLOURS
 from pmor.storage.atomic import atomic_path
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
-
-#: Okabe and Ito's colours without yellow, distinguishable for colour-blind readers and in print
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 
 # Colours of a PNG's palette.
 PALETTE = 256
@@ -163,15 +160,6 @@ def panels(
         yield figure, axes
         if legend:
             figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=legend)
-
-
-def plot_share_below(axes: Axes, values: FloatArray, colour: str, label: str) -> None:
-    """Draw the share of values that stay below, in per cent, dashed the one that 95 % do; NaN are left out."""
-    known = np.sort(values[np.isfinite(values)])
-    if not len(known):
-        return
-    axes.plot(known, 100.0 * (np.arange(len(known)) + 0.5) / len(known), color=colour, label=label)
-    axes.axvline(float(np.percentile(known, 95.0)), color=colour, lw=0.8, ls="--")
 
 
 def log_log(axes: Axes, ticks: Sequence[int] = ()) -> None:

@@ -23,7 +23,7 @@ from tests.support.stored_files import results_in, summary_of
 
 ROOT = Path(__file__).parents[2]
 QUIET = {"plots": False, "report": False}
-PICTURES = {"ste.png", "load_sharing.png", "stiffness.png", "spectrum.png", "error.png", "mesh.png"}
+PICTURES = {"ste.svg", "load_sharing.svg", "stiffness.svg", "spectrum.svg", "error.svg", "mesh.svg"}
 TABLES = {"summary.json", "ste.csv", "torques.csv", "stiffness.csv", "results.h5"}
 # DESIGN.md, section 5: scripts rely on these.
 SUMMARY_KEYS = {
@@ -233,7 +233,7 @@ def test_offline_then_online(tmp_path, monkeypatch, capsys, undrawn):
     assert results_in(basis.parent) == {"basis.h5"}
     assert main(["online", str(basis)]) == 0
     results = tmp_path / "out" / "tiny"  # the default
-    pictures = PICTURES - {"error.png", "mesh.png"}  # no full FE, no mesh
+    pictures = PICTURES - {"error.svg", "mesh.svg"}  # no full FE, no mesh
     assert results_in(results) == pictures | TABLES | {"report.html"}
     assert set(summary_of(results)) >= SUMMARY_KEYS
 

@@ -237,7 +237,7 @@ def test_the_command_leaves_what_scripts_rely_on(tmp_path, capsys, undrawn, monk
     quick = DESIGN.replace("descents = 2", "descents = 1").replace("points = 2", "points = 1")
     path, out = written(tmp_path, quick + SCATTER), tmp_path / "out"
     assert main(["design", str(path), "--out", str(out)]) == 0
-    of_a_gearbox = {"face_load.png"}
+    of_a_gearbox = {"face_load.svg"}
     assert {f.name for f in out.iterdir() if not f.name.startswith(".")} == set(FILES) - of_a_gearbox
     data = json.loads((out / "design.json").read_text())
     assert data["failed"] == 0

@@ -248,7 +248,7 @@ def test_motion_with_a_tooth_out_of_its_place_is_that_of_runs(tmp_path, undrawn,
     assert data["repeats_after_mesh_cycles"] == TEETH
     response = data["responses"][0]
     assert response["branches"] == []
-    assert not (out / "contact.png").exists(), "of branches alone"
+    assert not (out / "contact.svg").exists(), "of branches alone"
     assert response["lost"] == []
     sizes = [point["dte_rms_um"] for point in response["run_up"]]
     assert np.isfinite(sizes).all()

@@ -95,8 +95,8 @@ def test_a_variant_is_the_gearbox_and_gives_what_the_design_said(job):
 def test_the_command_leaves_its_files_and_says_what_the_gearbox_asks_for(job):
     path, out, data = job
     left = {file.name for file in out.iterdir()}
-    assert {"face_load.png", "design.csv", "report.html"} <= left
-    assert not left & {"parts", "torque.png"}
+    assert {"face_load.svg", "design.csv", "report.html"} <= left
+    assert not left & {"parts", "torque.svg"}
     written = {f"variant_{data['best']['variant']}{name}.toml" for name in ("", "_mesh")}
     assert left - written - {".pmor-manifest.jsonl"} <= set(FILES)
     assert data["loads"] == ["drive", "light"]

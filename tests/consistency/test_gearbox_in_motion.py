@@ -166,7 +166,7 @@ def test_files_hold_what_the_result_tells(tmp_path, undrawn):
     result = moving()
     result.write(tmp_path / "out")
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert {"dynamics.json", "dynamics.md", "report.html", "response.csv", "lines.csv", "campbell.png"} <= names
+    assert {"dynamics.json", "dynamics.md", "report.html", "response.csv", "lines.csv", "campbell.svg"} <= names
     frame = np.genfromtxt(tmp_path / "out" / "response.csv", delimiter=",", names=True, usecols=range(1, 4))
     assert len(frame) == len(result.loads) * len(result.loads[0].speeds_rpm)
     arrays = pmor.load_results(tmp_path / "out" / "results.h5")

@@ -147,7 +147,7 @@ def test_a_model_that_cannot_be_trained_is_named_and_the_others_have_their_resul
     for words in ("paper: no full solve converged", "Reduced models beside full FE", "Which model to take", "to repeat",
                   "Static transmission error of all models", "over the time for a position"):  # fmt: skip
         assert words in page
-    assert {"models.png", "error_time.png"} <= set(page_files(with_models("paper")))
+    assert {"models.svg", "error_time.svg"} <= set(page_files(with_models("paper")))
 
 
 # --- the case --------------------------------------------------------------------------------------------------------

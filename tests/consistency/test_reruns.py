@@ -35,7 +35,7 @@ def first(tmp_path_factory):
 def test_what_was_asked_for_is_written_before_the_proof_and_the_page(first):
     found, seen = first
     assert {"ste.csv", "stress.csv", "harris.csv", "results.h5", "summary.json"} <= seen["files"]
-    assert not {"report.html", "ste.png", "basis.h5"} & seen["files"]
+    assert not {"report.html", "ste.svg", "basis.h5"} & seen["files"]
     assert seen["summary"]["ste_mesh_error_percent"] > 0.0
     assert seen["summary"]["rom_vs_full_ste_max_rel"] is None
     after = json.loads((found.folder / "summary.json").read_text())

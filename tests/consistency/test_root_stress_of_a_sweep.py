@@ -223,7 +223,7 @@ def test_online_writes_table_summary_and_pictures(model, tmp_path, undrawn, caps
     case.write_text(line_case(output={"plots": True, "report": True}).text)
     assert main(["online", str(tmp_path / "basis.h5"), "--case", str(case), "-o", str(tmp_path / "out")]) == 0
     out = tmp_path / "out"
-    assert all((out / name).exists() for name in ("stress.csv", "root_stress.png", "root_stress_cycle.png"))
+    assert all((out / name).exists() for name in ("stress.csv", "root_stress.svg", "root_stress_cycle.svg"))
     found = summary_of(out)
     assert len(found["root_stress_max_MPa"]) == 2
     assert_allclose(found["root_stress_iso6336_MPa"], 89.09, atol=0.01)

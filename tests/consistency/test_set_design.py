@@ -65,7 +65,7 @@ def test_the_design_beats_the_flanks_as_filed(job):
 @pytest.mark.slow
 def test_the_command_leaves_what_scripts_rely_on(job):
     path, out = job
-    left_out = {"scatter.png", "harris.png", "face_load.png"}
+    left_out = {"scatter.svg", "harris.svg", "face_load.svg"}
     assert {f.name for f in out.iterdir() if not f.name.startswith((".", "variant"))} == set(FILES) - left_out
     data = json.loads((out / "design.json").read_text())
     assert (data["case"], data["set"], data["torques_Nm"]) == (None, "small", [300.0])

@@ -23,7 +23,8 @@ from pmor.gear.modification import Modification
 from pmor.gear.pair import GearPair
 from pmor.gear.tooth import Tooth
 from pmor.pair.model import gear_pair, mesh_model
-from pmor.report.style import COLOURS, new_figure, plot_style
+from pmor.report.chart import COLOURS
+from pmor.report.style import new_figure, plot_style
 
 PINION, WHEEL, LOAD, AXIS = COLOURS[0], COLOURS[1], COLOURS[2], "#777777"
 # The pair of the tutorial.

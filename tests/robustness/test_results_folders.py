@@ -60,7 +60,7 @@ def write(path, text):
 # --- what is somebody else's -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["report.html", "ste.csv", "ste.png", "summary.json"])
+@pytest.mark.parametrize("name", ["report.html", "ste.csv", "ste.svg", "summary.json"])
 def test_run_refuses_to_replace_a_foreign_file(name, case_file, tmp_path, no_work):
     (tmp_path / name).write_text("mine")
     error = refused("run", case_file, "--out", tmp_path)
@@ -170,7 +170,7 @@ def finished(tmp_path, undrawn, capsys):
 def test_after_an_edit_nothing_of_the_old_text_lies_beside_new_results(finished, capsys):
     path, out = finished
     before, case = results_in(out), load_case(path)
-    assert {"report.html", "ste.png"} < before == {"basis.h5", *result_files(case), *page_files(case)}
+    assert {"report.html", "ste.svg"} < before == {"basis.h5", *result_files(case), *page_files(case)}
     (out / "notes.txt").write_text("mine")
     (out / "report.html").write_text("with remarks of mine")
     assert main(["compare", str(path), "--out", str(out)]) == 0
@@ -191,7 +191,7 @@ def test_after_an_edit_nothing_of_the_old_text_lies_beside_new_results(finished,
     }
     assert (out / "report.html").read_text() == "with remarks of mine"
     said = complaints(capsys.readouterr().err).splitlines()
-    assert said[0].startswith(f"pmor: {out}: removed results of another text or version: error.png, ")
+    assert said[0].startswith(f"pmor: {out}: removed results of another text or version: error.svg, ")
     assert said[1:] == [
         f"pmor: {out / 'report.html'}: was made from another text and changed since: it stays, and is none of these "
         "results"

@@ -190,7 +190,7 @@ def test_all_that_is_told_leaves_out_the_positions_that_are_lost(result, tmp_pat
     assert set(page.data["ste_harmonics_um"]) == {None}
     assert all((entry["range_MPa"] is not None) == known for entry in page.data["root_stress"])
     assert page.data["ring"]["radial_um"][0] is None
-    assert "ring.png is left out: angle 0 did not converge." in page.blocks
+    assert "ring.svg is left out: angle 0 did not converge." in page.blocks
     write_results_file(tmp_path / "results.h5", set_results(file, solution, solution.torque_Nm, page.data))
     with h5py.File(tmp_path / "results.h5") as results:
         assert np.isnan(results["orders/amplitude"][0]).all()
@@ -201,4 +201,4 @@ def test_all_that_is_told_leaves_out_the_positions_that_are_lost(result, tmp_pat
 def test_all_files_are_written_without_a_position_that_is_lost(result, tmp_path):
     solution = without(result.solution)
     replace(result, solution=solution, failures=tuple(lost_positions(solution, ["300 N m"]))).write(tmp_path / "out")
-    assert {"set.rexs", "ring.png", "set.vtkhdf"} <= {path.name for path in (tmp_path / "out").iterdir()}
+    assert {"set.rexs", "ring.svg", "set.vtkhdf"} <= {path.name for path in (tmp_path / "out").iterdir()}

@@ -191,7 +191,7 @@ def test_a_planetary_stage_and_a_pair_hand_on_torques_speeds_and_losses(folder):
     # Beside the pair's force the sun stands off its axis: planets share as the carrier turns.
     assert one["pitches"] == 54
     assert one["rigid_k_gamma"] < 1.0 + 1e-6 < 1.05 < one["k_gamma"]
-    assert {path.name for path in target.iterdir()} >= {"set_stage_gears.png", "set_stage_gears.vtkhdf", "ste.png"}
+    assert {path.name for path in target.iterdir()} >= {"set_stage_gears.svg", "set_stage_gears.vtkhdf", "ste.svg"}
 
 
 @pytest.mark.slow

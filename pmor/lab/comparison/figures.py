@@ -10,7 +10,8 @@ import numpy as np
 from pmor.core.arrays import FloatArray
 from pmor.lab.comparison.curves import SAMPLINGS, Curves
 from pmor.lab.comparison.measure import WANTED_EFFECTIVITY, Row
-from pmor.report.style import COLOURS, log_log, name_points, panels
+from pmor.report.chart import COLOURS
+from pmor.report.style import log_log, name_points, panels
 from pmor.work.states import SMALLEST_ERROR_UM
 
 if TYPE_CHECKING:

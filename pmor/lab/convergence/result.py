@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from pmor.case import Case
 from pmor.core.shown import brief
+from pmor.report.chart import COLOURS
 from pmor.report.page import Block, Picture, Warning
-from pmor.report.style import COLOURS, log_log, panels
+from pmor.report.style import log_log, panels
 from pmor.report.table import Columns, Table, table, text_lines, two_digits
 from pmor.work.results import Report, writing_results
 

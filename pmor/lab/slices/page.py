@@ -13,8 +13,9 @@ import numpy as np
 from pmor.case import Case, text_of
 from pmor.dynamics.measure import Data
 from pmor.lab.slices.run import run_slices
+from pmor.report.chart import COLOURS
 from pmor.report.page import Block, Picture
-from pmor.report.style import COLOURS, panels
+from pmor.report.style import panels
 from pmor.report.table import Columns, table
 from pmor.storage.results_folder import refuse_in_the_way
 from pmor.work.results import Report, writing_results

@@ -15,8 +15,9 @@ from pmor.core.shown import brief
 from pmor.lab.stability.matrix import matrix
 from pmor.lab.stability.measure import MOST_STEPS, Entry
 from pmor.lab.stability.variants import REFERENCES
+from pmor.report.chart import COLOURS
 from pmor.report.page import Block, Heading, Picture, Warning
-from pmor.report.style import COLOURS, log_log, new_figure, plot_style
+from pmor.report.style import log_log, new_figure, plot_style
 from pmor.report.table import Columns, Table, table, two_digits
 from pmor.work.results import Report, writing_results
 

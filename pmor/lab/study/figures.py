@@ -11,8 +11,9 @@ from pmor.lab.study.measures import StudyParts
 from pmor.lab.study.paper import MODELS
 from pmor.lab.study.settings import Cell
 from pmor.lab.study.table import Row, StudyTable
+from pmor.report.chart import COLOURS
 from pmor.report.page import Picture
-from pmor.report.style import COLOURS, legend_label, log_log, name_points, panels
+from pmor.report.style import legend_label, log_log, name_points, panels
 from pmor.work.front import pareto_front
 
 if TYPE_CHECKING:
