@@ -13,9 +13,10 @@ from pmor.app.diff_sides import FURTHER, SOURCES, Side, documents, quantity, rea
 from pmor.core.arrays import FloatArray
 from pmor.core.shown import Columns, keys_of
 from pmor.core.wording import suggesting
+from pmor.report.chart import Chart, panels
 from pmor.report.curves import plot_beside
 from pmor.report.page import Block, Heading, Picture, Warning
-from pmor.report.style import panels
+from pmor.report.replay import figure_of
 from pmor.report.table import Table, aligned_lines
 from pmor.results.tabular import Tabular
 from pmor.work.results import Report, writing_results
@@ -23,7 +24,7 @@ from pmor.work.results import Report, writing_results
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FILES = ("diff.json", "diff.md", "report.html", "curves.png")
+FILES = ("diff.json", "diff.md", "report.html", "curves.svg")
 # Of the largest value of a quantity: below is round-off of files and sums; below that no engineer does anything.
 SAME, SMALL = 1e-6, 0.01
 MOST_LINES, MOST_PANELS, MOST_LOADS = 10, 8, 3
@@ -126,6 +127,9 @@ class Differences(Tabular):
 
     def plot(self) -> Figure:
         """Draw both curves of each part in one axes, the first solid, the second dashed."""
+        return figure_of(self._chart())
+
+    def _chart(self) -> Chart:
         parts = list(dict.fromkeys(one.of for one in self.curves))[:MOST_PANELS]
         names, shown = (self.sides[0].name, self.sides[1].name), self.sides[0].curves
         assert shown is not None, "there are curves"
@@ -155,7 +159,7 @@ class Differences(Tabular):
         yield Table("What differs most", ("quantity", *self._heads()), few) if few else self._nothing()
         if self.curves:
             words = f"Solid: {self.sides[0].name}. Dashed: {self.sides[1].name}."
-            yield Picture("curves.png", words, self.plot(), "svg")
+            yield Picture("curves.svg", words, self._chart())
         yield from self.notes
         yield Heading("What changed in the files")
         files = len({key.file for key in self.keys}) > 1

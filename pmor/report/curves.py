@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pmor.core.arrays import FloatArray
-from pmor.report.style import COLOURS, legend_label, new_figure, plot_style
+from pmor.report.chart import COLOURS, Panel
+from pmor.report.style import legend_label, new_figure, plot_style
 from pmor.results.quantities import TABLE
 from pmor.results.tabular import Tabular
 
@@ -92,28 +93,18 @@ def plot_curves(axes: Axes, shown: Curves, label: str = "", **style: Any) -> Non
         axes.legend()
 
 
-def plot_beside(axes: Axes, pairs: Sequence[tuple[str, tuple[str, str], Any, Any]]) -> None:
-    """Draw two curves of each load, solid and dashed in one colour, each named where it ends.
+def plot_beside(axes: Panel, pairs: Sequence[tuple[str, tuple[str, str], Any, Any]]) -> None:
+    """Draw two curves of each load, solid and dashed in one colour.
 
     Parameters
     ----------
     pairs : sequence of (str, (str, str), curve, curve)
         Load, names and coordinates of both.
     """
-    ends = list[tuple[float, float, str, str]]()
     for number, (load, names, *both) in enumerate(pairs):
         colour = COLOURS[number % len(COLOURS)]
         for name, (x, y), dashes in zip(names, both, ("-", "--"), strict=True):
-            axes.plot(x, y, dashes, color=colour)
-            if (known := np.flatnonzero(np.isfinite(y))).size:
-                text = f"{name}, {load}" if load and len(pairs) > 1 else name
-                ends.append((float(x[known[-1]]), float(y[known[-1]]), text, colour))
-    low, high = axes.get_ylim()
-    least, place = 0.06 * (high - low), -np.inf
-    for x_end, y_end, text, colour in sorted(ends, key=lambda end: end[1]):
-        place = max(y_end, place + least)
-        axes.annotate(text, (x_end, y_end), (1.01, (place - low) / (high - low)), color=colour, fontsize=9,
-                      textcoords="axes fraction", va="center", annotation_clip=False)  # fmt: skip
+            axes.plot(x, y, dashes, color=colour, label=f"{name}, {load}" if load and len(pairs) > 1 else name)
 
 
 class Drawn(Tabular):

@@ -83,7 +83,7 @@ DRAWN = {
     "Gear data": ("blanks.svg",),
     "Transmission error": ("revolution.svg", "waterfall.svg", "spectrum.svg", "harris.svg", "conditions.svg"),
     "Stiffness and load sharing": ("stiffness.svg", "load_sharing.svg"),
-    "Flanks": ("flank_maps.svg", "flank_pattern.svg", "load_distribution.svg", "contact_pattern.svg"),
+    "Flanks": ("flank_maps.svg", "flank_pattern.svg", "contact_pattern.svg"),
     "Tolerances": ("tolerances.svg",),
     "Root stress": ("root_stress.svg", "root_stress_cycle.svg"),
 }

@@ -112,7 +112,7 @@ def test_the_command_leaves_a_page_and_says_what_differs(pair, tmp_path, capsys,
     monkeypatch.chdir(tmp_path)
     assert main(["diff", str(pair("a")), str(pair("b", swing=1.5))]) == 0
     out = tmp_path / "out" / "a_b_diff"
-    assert {path.name for path in out.iterdir()} >= {"diff.json", "diff.md", "report.html", "curves.png"}
+    assert {path.name for path in out.iterdir()} >= {"diff.json", "diff.md", "report.html", "curves.svg"}
     assert "-50" in capsys.readouterr().out
     assert "STE p-p" in (out / "report.html").read_text()
     assert json.loads((out / "diff.json").read_text())["quantities"][0]["key"] == "ste_peak_to_peak_um"
