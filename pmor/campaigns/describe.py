@@ -24,7 +24,7 @@ def folder_text(folder: Path) -> str:
         return _unfinished(folder)
     if (folder / "campaign.h5").is_file():
         return file_text(folder / "campaign.h5")
-    raise FileFormatError(f"{folder}: is a folder, and none of a campaign or of compliances; name a file")
+    raise FileFormatError(f"{folder}: is a folder, and none of a campaign or of compliances: name a file in it, such as results.h5")
 
 
 def _unfinished(folder: Path) -> str:
