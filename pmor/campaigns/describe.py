@@ -24,7 +24,8 @@ def folder_text(folder: Path) -> str:
         return _unfinished(folder)
     if (folder / "campaign.h5").is_file():
         return file_text(folder / "campaign.h5")
-    raise FileFormatError(f"{folder}: is a folder, and none of a campaign or of compliances: name a file in it, such as results.h5")
+    text = f"{folder}: is a folder, and none of a campaign or of compliances: name a file in it, such as results.h5"
+    raise FileFormatError(text)
 
 
 def _unfinished(folder: Path) -> str:
