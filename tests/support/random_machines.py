@@ -25,7 +25,10 @@ def random_machine(rng, kind):
     """A pair, set or gearbox that its reader takes."""
     for _ in range(200):
         try:
-            return pmor.make(kind, **{"pair": _pair, "set": _set, "gearbox": _gearbox}[kind](rng))
+            machine = pmor.make(kind, **{"pair": _pair, "set": _set, "gearbox": _gearbox}[kind](rng))
+            if isinstance(machine, Case):
+                gear_pair(machine)  # tips may meet fillets
+            return machine
         except PmorError:
             continue
     raise AssertionError("no machine in two hundred")
