@@ -21,9 +21,9 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
-from pmor.app.records import COMMANDS, KINDS, called, kind_of, kind_of_settings, settings_for, typed
+from pmor.app.records import COMMANDS, KINDS, called, kind_of, kind_of_settings, settings_for
 from pmor.core.errors import CaseError, OutputError
-from pmor.core.progress import Steps, quietly
+from pmor.core.progress import Steps, format_time, quietly
 from pmor.core.threads import one_thread
 from pmor.core.wording import suggesting, typed_out
 
@@ -107,16 +107,28 @@ def plan(file: Any) -> str:
     Raises
     ------
     CaseError
-        When it takes more memory than there is, or nothing tells its work beforehand.
+        When it takes more memory than there is.
     GeometryError, MeshError
         When there is no such gear, pair or mesh.
     """
     settings = load(file) if isinstance(file, str | Path) else file
-    kind = KINDS[kind_of_settings(settings)]
-    if not kind.plan:
-        raise CaseError(f"{settings.name}: the work of {kind.words} is not told beforehand: use {typed(kind.command)}")
-    text: str = called(kind.plan)(settings)
-    return text
+    text: str = called(KINDS[kind_of_settings(settings)].plan)(settings)
+    return f"{text}\n\n{planned(settings)}"
+
+
+def planned_seconds(settings: Any) -> dict[str, float]:
+    """Return the time of one core that each command takes which answers settings, s, by its name.
+
+    Within a factor of two, with kernels that are compiled, without bodies that are kept.
+    """
+    found: dict[str, float] = called(KINDS[kind_of_settings(settings)].seconds)(settings)
+    return found
+
+
+def planned(settings: Any) -> str:
+    """Return the last lines of a plan: the time of each command that answers settings."""
+    rows = [f"  {f'pmor {name}':<34} about {format_time(s)}" for name, s in planned_seconds(settings).items()]
+    return "\n".join(["In all: time of one core, within a factor of two", *rows])
 
 
 @suggesting

@@ -80,7 +80,7 @@ def _machine_text(path: Path) -> str:
     """What a file of settings is taken for once it is read, and what answers it."""
     kind = KINDS[kind_of(path)]
     called(kind.load)(path)
-    asked = [typed(kind.command), *(["pmor plan"] if kind.plan else [])]
+    asked = [typed(kind.command), "pmor plan"]
     return f"{path}: {kind.words}, for {' and '.join(asked)}"
 
 

@@ -37,7 +37,9 @@ class Kind:
     types : tuple of str
         Names of the classes of what `load` returns.
     load, plan, parse : str
-        Reads a file; tells how much work it is, empty where nothing does; takes the text of a machine, made in Python.
+        Reads a file; tells how much work it is; takes the text of a machine, made in Python.
+    seconds : str
+        Estimates the time of one core, by the names of the commands that answer a file.
     """
 
     words: str
@@ -45,29 +47,37 @@ class Kind:
     sections: tuple[str, ...]
     types: tuple[str, ...]
     load: str
-    plan: str = ""
+    plan: str
+    seconds: str
     parse: str = ""
 
 
 # In the order in which they are told from each other: what asks about a machine before what describes one.
 KINDS: Mapping[str, Kind] = {
-    "study": Kind("a study", "study", ("grid", "variant", "rung"), ("Study",), "pmor.lab.study.settings:load"),
+    "study": Kind(
+        "a study", "study", ("grid", "variant", "rung"), ("Study",), "pmor.lab.study.settings:load",
+        "pmor.lab.study.plan:plan", "pmor.lab.study.plan:seconds",
+    ),
     "campaign": Kind(
-        "a campaign", "campaign", ("designs",), ("Campaign",), "pmor.campaigns.loader:load", "pmor.campaigns.plan:plan"
+        "a campaign", "campaign", ("designs",), ("Campaign",), "pmor.campaigns.loader:load",
+        "pmor.campaigns.plan:plan", "pmor.campaigns.plan:seconds",
     ),
     "design": Kind(
         "a design", "design", ("variables",), ("DesignFile",), "pmor.design.loader:load",
-        "pmor.design.plan:plan",
+        "pmor.design.plan:plan", "pmor.design.plan:seconds",
     ),
     "gearbox": Kind(
         "a gearbox", "run", ("shafts", "bearings"), ("GearboxFile",), "pmor.rexs.files:load_gearbox",
-        "pmor.machine.plan:plan", "pmor.rexs.files:parse_gearbox",
+        "pmor.machine.plan:plan", "pmor.machine.plan:seconds", "pmor.rexs.files:parse_gearbox",
     ),
     "set": Kind(
         "a planetary set or a train of gears", "run", ("sun", "planet", "planets", "ring", "gears"), ("SetFile",),
-        "pmor.rexs.files:load_set", "pmor.sets.preview:plan", "pmor.sets.loader:parse_set",
+        "pmor.rexs.files:load_set", "pmor.sets.preview:plan", "pmor.sets.preview:seconds", "pmor.sets.loader:parse_set",
     ),
-    "case": Kind("a case of one pair", "run", (), ("Case",), "pmor.case:load_case", "pmor.app.plan:plan_case"),
+    "case": Kind(
+        "a case of one pair", "run", (), ("Case",), "pmor.case:load_case", "pmor.app.plan:plan_case",
+        "pmor.dynamics.cost:seconds",
+    ),
 }  # fmt: skip
 # What a file is called at the desk: a case is one of a pair.
 FILES = tuple("pair" if kind == "case" else kind for kind in reversed(list(KINDS)))

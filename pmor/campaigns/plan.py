@@ -13,7 +13,10 @@ from pmor.campaigns.table import designs_of, different_designs
 from pmor.case.values import toml_text
 from pmor.core.errors import CaseError, GeometryError, InsufficientMemoryError, MeshError
 from pmor.core.progress import format_time
+from pmor.work.cost import START_S
 
+# *Measured*, seconds: of page and pictures.
+PAGE_S = 3.0
 # Designs whose geometry is checked, evenly over all; values and reasons that are listed.
 MOST_CHECKED, FEW_VALUES, COMMON_REASONS = 1_000, 6, 8
 
@@ -86,13 +89,18 @@ def why_not(campaign: Campaign, number: int, design: Design) -> str:
     return ""
 
 
+def seconds(campaign: Campaign) -> dict[str, float]:
+    """Return the time that commands take with a campaign, s, by name; processes share it."""
+    numbers, _ = different_designs(campaign)
+    return {"campaign": START_S + len(numbers) * expected_seconds(campaign, designs_of(campaign)) + PAGE_S}
+
+
 def _work(campaign: Campaign, different: int) -> list[str]:
     seconds = expected_seconds(campaign, designs_of(campaign))
     chunks = chunks_of(different, seconds)
     limit, one = campaign.sections.workers, format_time(seconds) if seconds > 1.0 else f"{seconds:.1g} s"
     return [
         "Work",
-        f"  about {one} of one processor for a design on average, {format_time(seconds * different)} for all, over "
-        "--jobs N",
+        f"  about {one} of one processor for a design on average, over --jobs N",
         f"  {len(chunks)} chunks, each kept when it is finished; {limit.time_limit_s:g} s at most for a design",
     ]

@@ -14,7 +14,7 @@ from typing import Any
 # Steps after the first one, below which a rate says nothing.
 FEWEST_WAITS = 3
 # Seconds of silence after which a stage is told of, where nobody listens to the log.
-LONG_S = 3.0
+LONG_S = 2.0
 _LOG = logging.getLogger("pmor")
 #: progress of long work: called with the number of steps just done
 Steps = Callable[[int], None]

@@ -19,7 +19,18 @@ from pmor.machine.loader import GearboxFile
 from pmor.machine.model import pinion_torques, set_torques
 from pmor.machine.settings import Bearing
 from pmor.sets.loader import SetFile
-from pmor.sets.preview import LINE_S, MODES_S, SET_S, SWEEP, motion_lines, refuse_large_set, stages_of_set, teeth_of_set
+from pmor.sets.preview import (
+    LINE_S,
+    MODES_S,
+    SET_S,
+    SWEEP,
+    MotionCost,
+    motion_page_seconds,
+    refuse_large_set,
+    stages_of_set,
+    teeth_of_set,
+    times,
+)
 from pmor.work.cost import (
     COMPILING,
     FINITE_ELEMENTS,
@@ -60,8 +71,10 @@ def plan(file: GearboxFile) -> str:
         refuse_beyond_memory(_alone(case))
     for one in file.model.sets.values():
         refuse_large_set(one)
+    motion = _motion(file)
     parts = (
-        _machine(file), _meshes(file), _sets(file), _loads(file), _cost(file), _motion(file),
+        _machine(file), _meshes(file), _sets(file), _loads(file),
+        stage_lines(stages_of_gearbox(file), "; bases that are there take none"), motion.lines if motion else (),
         left_out_lines(left_out(file)),
     )  # fmt: skip
     return plan_text([*parts, [f"! {note}" for note in file.notes]])
@@ -134,8 +147,9 @@ def _loads(file: GearboxFile) -> Iterator[str]:
             yield f"  ! {error}"
 
 
-def _cost(file: GearboxFile) -> list[str]:
-    return stage_lines(stages_of_gearbox(file), "; bases that are there take none")
+def seconds(file: GearboxFile) -> dict[str, float]:
+    """Return the time that commands take with a gearbox, s, by name; motion where the file says at which speeds."""
+    return times(stages_of_gearbox(file), _motion(file))
 
 
 def stages_of_gearbox(file: GearboxFile) -> list[Stage]:
@@ -170,12 +184,12 @@ def stages_of_gearbox(file: GearboxFile) -> list[Stage]:
     return found
 
 
-def _motion(file: GearboxFile) -> Iterator[str]:
-    """What `pmor dynamics` does beyond finite elements, where the file says at which speeds."""
+def _motion(file: GearboxFile) -> MotionCost | None:
+    """What `pmor dynamics` does, where the file says at which speeds."""
     said = file.model.sections
     motion = said.dynamics
     if motion.over(load.speed_rpm for load in said.loads) is None:
-        return
+        return None
     loads, meshes = len(motion.loads or said.loads), len(file.cases) + len(file.model.sets)
     seconds = loads * (MODES_S + meshes * motion.speeds * motion.harmonics * LINE_S)
     for name, case in file.cases.items():
@@ -188,7 +202,7 @@ def _motion(file: GearboxFile) -> Iterator[str]:
     teeth = sum(float(abs(gear.teeth)) for pair in file.model.pairs.values() for gear in (pair.pinion, pair.wheel))
     teeth += sum(map(teeth_of_set, file.model.sets.values()))
     words = f"{loads} loads, {motion.speeds} speeds, {motion.harmonics} harmonics of {meshes} meshes and sets"
-    yield from motion_lines(words, seconds, len(said.bearings), teeth)
+    return MotionCost(words, seconds, motion_page_seconds(len(said.bearings), teeth))
 
 
 def _turn_seconds(file: GearboxFile, one: SetFile, sweep: float) -> float:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 from pmor.case.capability import left_out
 from pmor.case.gears import GearCase
@@ -26,6 +26,7 @@ from pmor.work.cost import (
     refuse_beyond_memory,
     stage_lines,
     stages,
+    whole,
 )
 from pmor.work.finite_element_cost import held_bytes
 from pmor.work.sizes import pair_size
@@ -49,28 +50,65 @@ def plan(file: SetFile) -> str:
         When the finite elements of a mesh take more memory than there is.
     """
     refuse_large_set(file)
-    costs = stage_lines(stages_of_set(file)), _motion(file), left_out_lines(left_out(file))
+    motion = _motion(file)
+    costs = stage_lines(stages_of_set(file)), motion.lines if motion else (), left_out_lines(left_out(file))
     notes = [f"! {note}" for note in (*file.changed, *file.notes)]
     return plan_text([_gears(file), _meshes(file), _loads(file), *costs, notes])
 
 
-def _motion(file: SetFile) -> Iterator[str]:
-    """What `pmor dynamics` does beyond finite elements, where the file says at which speeds."""
+def seconds(file: SetFile) -> dict[str, float]:
+    """Return the time that commands take with a set, s, by name; motion where the file says at which speeds."""
+    found = stages_of_set(file)
+    return times(found, _motion(file))
+
+
+@dataclass(frozen=True)
+class MotionCost:
+    """Time of motion, beside finite elements.
+
+    Parameters
+    ----------
+    words : str
+        The numbers that it goes with.
+    seconds, page_s : float
+        Of equilibrium, modes and lines; of page and pictures.
+    """
+
+    words: str
+    seconds: float
+    page_s: float
+
+    @property
+    def lines(self) -> list[str]:
+        """What a plan says."""
+        return [
+            "In motion, by pmor dynamics: beside finite elements",
+            f"  {'equilibrium, modes, lines':<34} {self.words}, about {format_time(self.seconds)}",
+            f"  {'page and pictures':<34} about {format_time(self.page_s)}",
+        ]
+
+
+def times(found: Sequence[Stage], motion: MotionCost | None) -> dict[str, float]:
+    """Return the time of a run with these stages, and of motion on its finite elements."""
+    bodies = sum(stage.seconds for stage in found if stage.name.startswith((START, FINITE_ELEMENTS)))
+    moved = {} if motion is None else {"dynamics": bodies + motion.seconds + motion.page_s}
+    return {"run": whole(found).seconds, **moved}
+
+
+def _motion(file: SetFile) -> MotionCost | None:
+    """What `pmor dynamics` does, where the file says at which speeds."""
     motion, load, torques = file.sections.dynamics, file.sections.load, len(file.torques_Nm)
     if load is None or motion.over([load.speed_rpm]) is None:
-        return
-    seconds = torques * (MODES_S + SET_S + motion.speeds * motion.harmonics * LINE_S)
-    seconds += sum(stage.seconds for stage in stages_of_set(file) if stage.name == SWEEP)
+        return None
+    solved = torques * (MODES_S + SET_S + motion.speeds * motion.harmonics * LINE_S)
+    solved += sum(stage.seconds for stage in stages_of_set(file) if stage.name == SWEEP)
     words = f"{torques} torques, {motion.speeds} speeds, {motion.harmonics} harmonics"
-    yield from motion_lines(words, seconds, MEMBERS, teeth_of_set(file))
+    return MotionCost(words, solved, motion_page_seconds(MEMBERS, teeth_of_set(file)))
 
 
-def motion_lines(words: str, seconds: float, bearings: int, teeth: float) -> Iterator[str]:
-    """Lines of what motion takes."""
-    page = MOTION_PAGE_S + bearings * PANEL_S + teeth * TOOTH_S
-    yield "In motion, by pmor dynamics: beside finite elements"
-    yield f"  {'equilibrium, modes, lines':<34} {words}, about {format_time(seconds)}"
-    yield f"  {'page and pictures':<34} about {format_time(page)}"
+def motion_page_seconds(bearings: int, teeth: float) -> float:
+    """Return the time of a page of motion with its pictures."""
+    return MOTION_PAGE_S + bearings * PANEL_S + teeth * TOOTH_S
 
 
 def teeth_of_set(file: SetFile) -> float:
