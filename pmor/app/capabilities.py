@@ -21,7 +21,7 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
-from pmor.app.records import COMMANDS, KINDS, called, kind_of, kind_of_settings, settings_for
+from pmor.app.records import COMMANDS, KINDS, called, kind_of, kind_of_settings, settings_for, typed
 from pmor.core.errors import CaseError, OutputError
 from pmor.core.progress import Steps, format_time, quietly
 from pmor.core.threads import one_thread
@@ -127,7 +127,7 @@ def planned_seconds(settings: Any) -> dict[str, float]:
 
 def planned(settings: Any) -> str:
     """Return the last lines of a plan: the time of each command that answers settings."""
-    rows = [f"  {f'pmor {name}':<34} about {format_time(s)}" for name, s in planned_seconds(settings).items()]
+    rows = [f"  {typed(name):<34} about {format_time(s)}" for name, s in planned_seconds(settings).items()]
     return "\n".join(["In all: time of one core, within a factor of two", *rows])
 
 

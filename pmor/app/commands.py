@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pmor.app import capabilities
 from pmor.app.records import COMMANDS, KINDS, kind_of, kind_of_settings, settings_for, typed
 from pmor.core.errors import ConvergenceError, FileFormatError, PmorError, printable
-from pmor.core.progress import LONG_S, Progress, format_time
+from pmor.core.progress import Progress, format_time, told_late
 from pmor.core.threads import cores, threads
 from pmor.storage.results_folder import default_folder
 
@@ -33,12 +33,12 @@ def _answer(
     name: str, settings: Any, out: Path | None, jobs: int, overwrite: bool, *, workers: Any = None, suffix: str = "",
     **options: Any,
 ) -> None:  # fmt: skip
-    _foretell(name, settings)
     command = COMMANDS[name]
     folder = out or default_folder(settings.name, command.folder + suffix)
     make = threads if kind_of_settings(settings) in command.on_threads else command.workers
     workers = workers or make(jobs)
-    result = capabilities.answered(name, settings, folder, overwrite, workers, **options)
+    with told_late(_foretold(name, settings)):
+        result = capabilities.answered(name, settings, folder, overwrite, workers, **options)
     _finish(result, folder, result.failures, command.failed)
 
 
@@ -72,20 +72,20 @@ def _case(path: Path, command: str, out: Path | None, jobs: int, overwrite: bool
     from pmor.app.run import run_case
 
     case = settings_for(path, command)
-    _foretell(command, case)
     folder = out or default_folder(case.name)
-    with threads(jobs) as executor:
+    with told_late(_foretold(command, case)), threads(jobs) as executor:
         result = run_case(
             case, folder, pages=pages, overwrite=overwrite, executor=executor, inputs=(path,), asked=_say_asked
         )
     _finish_pair(result, folder)
 
 
-def _foretell(name: str, settings: Any) -> None:
-    """Say how long a command takes, where that is told beforehand and longer than anyone waits without a word."""
-    seconds = capabilities.planned_seconds(settings).get(name, 0.0)
-    if seconds > LONG_S:
-        print(f"pmor: takes about {format_time(seconds)} of one core, less where bodies are kept", file=sys.stderr)
+def _foretold(name: str, settings: Any) -> str:
+    """What is said of a command that takes long: how long, by its plan where there is one."""
+    seconds = {} if kind_of_settings(settings) == "campaign" else capabilities.planned_seconds(settings)
+    if name not in seconds:
+        return f"{settings.name}: at work ..."
+    return f"{settings.name}: takes about {format_time(seconds[name])} of one core, less where bodies are kept ..."
 
 
 def plan(file_path: Path) -> None:

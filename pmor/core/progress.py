@@ -32,6 +32,13 @@ def stage(what: str) -> Iterator[None]:
         _LOG.info("%s", words)
         yield
         return
+    with told_late(words):
+        yield
+
+
+@contextmanager
+def told_late(words: str) -> Iterator[None]:
+    """Tell of work in the log once it has taken longer than anyone waits without a word."""
     late = threading.Timer(LONG_S, _LOG.warning, ("%s", words))
     late.daemon = True
     late.start()

@@ -24,7 +24,7 @@ def plan(study: Study) -> str:
 
 def seconds(study: Study) -> dict[str, float]:
     """Return the time that commands take with a study, s, by name."""
-    return {"lab study": START_S + PAGE_S + sum(seconds for _, seconds in _pieces(study))}
+    return {"study": START_S + PAGE_S + sum(seconds for _, seconds in _pieces(study))}
 
 
 def _pieces(study: Study) -> Iterator[tuple[str, float]]:
