@@ -299,7 +299,7 @@ def _scale(field: Field, top: float) -> tuple[str, float]:
     shares = np.linspace(0.0, 1.0, count)
     parts = [
         f'<rect x="{left + wide * n / count:.1f}" y="{top:.1f}" width="{wide / count + 0.4:.1f}" height="{high}" '
-        f'fill="#{"".join(f"{int(v):02x}" for v in colour)}"/>'
+        f'fill="rgb({",".join(str(int(v)) for v in colour)})"/>'
         for n, colour in enumerate(palette(shares))
     ]
     values = log_ticks(field.low, field.high) if field.logarithmic else ticks(field.low, field.high)

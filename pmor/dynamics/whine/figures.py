@@ -108,7 +108,7 @@ def campbell_figure(response: LoadResponse, highest_Hz: float) -> Chart:
             for mode in np.transpose(spinning_Hz(response.receptance, RPM * at, highest)):
                 axes.plot(at, mode, color="#999999", lw=0.6, zorder=1)
             axes.set(xlim=(speeds[0], speeds[-1]), ylabel="Frequency [Hz]")
-        _finish(each, len(passing) + 1, response)
+        _finish(each, len(passing) + bool(rates), response)
     return figure
 
 
