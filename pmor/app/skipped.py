@@ -139,7 +139,7 @@ def _of_bodies(scene: Scene) -> Iterator[Skipped]:
         yield Skipped("finite elements of models", why, saving)
     yield Skipped("the flanks that carry no load", "the pinion drives one way", f"{right_sides} right-hand sides")
     if matrices := sum(max(0, sector.teeth - kept) for sector in scene.bodies):
-        why = f"only {kept} teeth can feel each other's load in one contact"
+        why = f"loads of one contact act on {kept} neighbouring teeth at most"
         saving = f"{matrices} matrices, {_mib(matrices * scene.flank_unknowns**2 * DOUBLE)}"
         yield Skipped("the compliance of distant teeth", why, saving)
     # Every line has at least one shape, with a displacement field for each neighbouring tooth.

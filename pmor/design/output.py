@@ -278,7 +278,7 @@ def certainty_words(outcome: Found) -> list[str]:
     unit, few = outcome.design.objective.unit and f" {outcome.design.objective.unit}", outcome.design.search.angles
     first, second = outcome.ends
     text = (
-        f"How sure the best is: descents from either half of the samples, which know nothing of each other, end at "
+        f"How sure the best is: descents from two independent halves of the samples end at "
         f"{first:.4g} and {second:.4g}{unit} on {few} angles, {100.0 * outcome.apart:.2g} % apart."
     )
     if outcome.apart > AGREE:

@@ -126,8 +126,8 @@ def _law_paragraph(case: Case, laws: Sequence[MeshLaw], responses: Sequence[Data
     static = max(law.static_error_um for law in laws)
     share = max(law.static_error_um / law.static_peak_to_peak_um for law in laws)
     sentences = [
-        "The mesh force by phase and displacement comes from the line loads of the reduced finite elements; in the "
-        "table that stands for it, held against them between its values, it is off by "
+        "The mesh force by phase and displacement is a table of line loads on the reduced finite elements. Between its "
+        "values the table differs from the line loads by "
         f"{worst.error.largest * worst.largest_force:.2g} N at most and {worst.error.rms * worst.largest_force:.2g} N "
         f"in the mean, of {worst.largest_force:.4g} N at its end; the static transmission error under the torques by "
         f"{1e3 * static:.2g} nm, {share:.1g} of its peak-to-peak value.",
@@ -135,7 +135,7 @@ def _law_paragraph(case: Case, laws: Sequence[MeshLaw], responses: Sequence[Data
     cycles = cycles_of(laws[0].table)
     if cycles > 1:
         sentences.append(
-            f"Teeth are out of their places: the mesh repeats after {cycles} cycles. Branches are motion that repeats "
+            f"Teeth differ: the mesh repeats after {cycles} cycles. Branches are motion that repeats "
             "with the mesh, so there are none: run-up and run-down are by integration over time."
         )
     else:
@@ -241,9 +241,9 @@ def _assumed_paragraph(solved: Dynamics) -> str:
     given = dynamics.mesh_damping_N_s_mm
     damping = f"{100.0 * dynamics.damping_ratio:g} % of the critical one" if given is None else f"{given:g} N s/mm"
     sentences = [
-        f"The mesh has a damping of {damping}, which no calculation gives: where flanks stay in contact peaks are "
-        "inverse to it, where they part it decides how far. Solve with half and with twice of it before a peak is "
-        "trusted."
+        f"The mesh has a damping of {damping}, which no calculation gives. Where flanks stay in contact, peaks are "
+        "inverse to it; where they part, it decides how far. Solve with half and with twice of it before you trust a "
+        "peak."
     ]
     if solved.model.supports:
         sentences.append(

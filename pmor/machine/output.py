@@ -119,9 +119,9 @@ SETS = (
 )
 MESHES = (
     "STE mean by its parts: bearings with what they stand in, shafts that bend between them (their twist left "
-    "out), and what is left, of teeth. Rigid: the same pair on rigid supports. Slices: those of other programs, which "
-    f"do not feel each other, of {SLICE_STIFFNESS:g} N/(mm µm), under the same tilt and flanks; kinks and ends load "
-    f"teeth more than that. Pressure: {PRESSURE}."
+    "out), and what is left, of teeth. Rigid: the same pair on rigid supports. Slices: "
+    f"independent ones of {SLICE_STIFFNESS:g} N/(mm µm), as other programs have them, under the same tilt and flanks; "
+    f"kinks and ends load teeth more than that. Pressure: {PRESSURE}."
 )
 POWER = "What enters, and what the meshes lose."
 DUTY = "All: means by time, the efficiency that of the work."

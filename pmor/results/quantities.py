@@ -140,7 +140,7 @@ QUANTITIES = (
     Quantity("wheel_torque_Nm", "N m", "torque on the wheel", "of the mesh, mean", "mesh", TRAINS),
     Quantity("k_h_beta", "1", "K_Hβ", "largest over mean line load of the face, added up over the mesh cycle", "mesh",
              found=lambda pair, lines: face_load_factor(lines)),
-    Quantity("sliced_k_h_beta", "1", "K_Hβ, slices", "of slices that do not feel each other", "mesh", (BOX,)),
+    Quantity("sliced_k_h_beta", "1", "K_Hβ, slices", "of independent slices", "mesh", (BOX,)),
     Quantity("iso_k_h_beta", "1", "K_Hβ, ISO", "ISO 6336-1:2006, method C", "mesh", (BOX,)),
     Quantity("iso_f_beta_um", "um", "F_βx, ISO", "ISO 6336-1:2006, method C", "mesh", (BOX,)),
     Quantity("iso_f_sh_um", "um", "f_sh, ISO", "ISO 6336-1:2006, method C", "mesh", (BOX,)),

@@ -281,9 +281,9 @@ def _turning(errors: Sequence[_Error]) -> list[dict[str, Any]]:
 def _notes(solved: SetSolution, angles: int, pitches: int) -> Iterator[str]:
     cycle, of_run = solved.plan.cycle, solved.angles_per_pitch
     if angles < of_run:
-        yield f"It solves {angles} angles to a mesh cycle, the run {of_run}."
+        yield f"The page solves {angles} angles to a mesh cycle, the run {of_run}."
     if pitches < cycle:
-        yield f"Meshes stand as before after {cycle} mesh cycles, of which it solves {pitches}: there are no orders."
+        yield f"The set repeats after {cycle} mesh cycles, of which the page solves {pitches}: there are no orders."
     if solved.train.meshes[0].pair.meshed.mirrored:
         yield 'Half the width stands for the whole: for sliders of the helix write [mesh] width = "whole".'
     if solved.plan.clockwise:

@@ -249,7 +249,7 @@ def _warnings(file: SetFile, solved: SetSolution, data: Data) -> list[str]:
     said = [*data["failures"], *data["bounds"], *changed]
     if not solved.repeats:
         said.append(
-            f"{solved.pitches} pitches of the first gear are solved, and all meshes stand as before after "
+            f"{solved.pitches} pitches of the first gear are solved, and the set repeats after "
             f"{solved.plan.cycle}: there are no orders, and means and ranges are those of what is solved."
         )
     return said

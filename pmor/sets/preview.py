@@ -190,7 +190,7 @@ def _loads(file: SetFile) -> Iterator[str]:
     angles = file.pitches * file.angles_per_pitch
     yield f"Positions: {angles} angles x {len(amounts)} torques: {', '.join(f'{amount:g}' for amount in amounts)} N m"
     if file.plan.cycle > 1:
-        yield f"Mesh cycles differ: all meshes stand as before after {file.plan.cycle} pitches of the first gear"
+        yield f"Mesh cycles differ: the set repeats after {file.plan.cycle} pitches of the first gear"
     if file.sections.tolerances is not None:
         angles = file.sample_pitches * file.angles_per_pitch
         yield f"Tolerances: {file.sections.tolerances.samples} sets x {angles} angles x {len(amounts)} torques"

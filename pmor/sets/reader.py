@@ -263,8 +263,8 @@ class SetReader(Reader):
         placed = plan.placed_pitches(pitches) * said.sweep.angles_per_pitch
         if placed > MOST_PLACED:
             self.refuse(
-                f"[sweep] pitches = {pitches}", f"makes {placed} angles at which meshes stand otherwise, and "
-                f"{MOST_PLACED} are enough: all stand as before after {plan.cycle} pitches of the first gear; lower "
+                f"[sweep] pitches = {pitches}", f"makes {placed} different angles, and {MOST_PLACED} are allowed: "
+                f"the set repeats after {plan.cycle} pitches of the first gear; lower "
                 "angles_per_pitch or pitches, or take tooth numbers of gears on one shaft with common divisors"
             )  # fmt: skip
         return self._few_enough(said, pitches)

@@ -336,7 +336,7 @@ def test_pieces_are_taken_over_and_threads_change_nothing(file, reduced, found, 
     assert done < 0.2 * pieces, "the first result is there long before the rest"
     assert page["first"]
     assert page["best"]["objective_um"] == first.objective[first.best]
-    assert "How sure the best is: descents from either half" in str(result)
+    assert "How sure the best is: descents from two independent halves" in str(result)
     assert_allclose(page["base"]["objective_um"], result.read.base.objective, rtol=1e-12)
     assert first.objective[first.best] >= parallel.variants.objective[parallel.best]
     assert set(steps) == {1}

@@ -359,9 +359,9 @@ def test_a_span_that_is_cut_off_says_so(stepped, tmp_path):
     assert_allclose(part.ste_um, stepped.ste_um[:, : part.ste_um.shape[1]], rtol=SAME)
     assert part.data["shaft_orders"] == []
     assert part.data["ste_harmonics_um"] == [None] * len(part.data["ste_harmonics_um"])
-    assert "stand as before after 8" in str(part)
+    assert "the set repeats after 8" in str(part)
     long = two_stages(teeth=(19, 53, 19, 53)).replace("angles_per_pitch = 6", "angles_per_pitch = 500")
-    with pytest.raises(CaseError, match="all stand as before after 53 pitches of the first gear"):
+    with pytest.raises(CaseError, match="the set repeats after 53 pitches of the first gear"):
         load(written_set(tmp_path, long))
 
 

@@ -144,7 +144,7 @@ def why_rigid(gear: GearCase) -> str:
     if gear.one_piece:
         return "a gear of one piece with its shaft has no bore to be held at"
     if gear.blank is not None and gear.blank.holes is not None:
-        return "through holes modes of all nodal diameters feel each other"
+        return "holes couple modes of all nodal diameters"
     if gear.lugs is not None:
-        return "at lugs modes of all nodal diameters feel each other"
+        return "lugs couple modes of all nodal diameters"
     return ""
