@@ -17,14 +17,14 @@ from PIL import Image
 MANUAL = Path(__file__).resolve().parents[2] / "cases" / "manual"
 #: kind of page, and the command that makes it, without its `--out FOLDER/KIND`
 PAGES = {
-    "pair": "pmor run cases/small_spur.toml",
+    "pair": "pmor run pair.toml",
     "set": "pmor run cases/planetary_stage.toml",
     "gearbox": "pmor run cases/two_stage_gearbox.toml",
     "motion": "pmor dynamics cases/osu_dynamics.toml",
     "design": "pmor design cases/osu_design.toml",
 }
 # Of a screen, px, and by how much a picture of the gallery is smaller; phones are shown in a frame of the page.
-SCREENS, SHARE, QUALITY = ((1400, 2000), (390, 2000)), 0.42, 60
+SCREENS, SHARE, QUALITY = ((1400, 2000), (390, 2000)), 0.36, 45
 # Narrower windows are not given by the browser.
 LEAST_PX, GAP_PX = 500, 24
 HEAD = """# Gallery
