@@ -99,3 +99,19 @@ def test_every_page_is_in_the_table_of_contents():
     pages = {path.name for path in MANUAL.iterdir() if path.suffix in (".md", ".ipynb")} - {"README.md"}
     assert [page for page in sorted(pages) if f"]({page})" not in contents] == []
     assert "](cases/manual/README.md)" in (MANUAL.parents[1] / "README.md").read_text(encoding="utf-8")
+
+
+def test_every_link_of_the_documents_leads_to_a_file_and_a_heading():
+    root, broken = MANUAL.parents[1], list[str]()
+    for page in (root / "README.md", MANUAL.parent / "README.md", *MANUAL.glob("*.md")):
+        for target, heading in re.findall(r"\]\(([^)#:]*)(?:#([^)]*))?\)", page.read_text(encoding="utf-8")):
+            aim = page.parent / target if target else page
+            if not aim.exists() or (heading and heading not in headings_of(aim)):
+                broken.append(f"{page.name}: {target}#{heading}")
+    assert broken == []
+
+
+def headings_of(page):
+    """Anchors of a page as they are made of its headings."""
+    lines = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return [re.sub(r"[^\w\- ]", "", line.lower()).replace(" ", "-") for line in lines]
