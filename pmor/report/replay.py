@@ -108,9 +108,8 @@ def _mark(axes: Axes, mark: Mark) -> Any:
     if mark.kind in ("v", "h"):
         return (axes.axvline if mark.kind == "v" else axes.axhline)(float(arrays[0][0]), **style)
     if mark.kind == "arrows":
-        return axes.quiver(
-            *arrays[0].T, *arrays[1].T, angles="xy", scale_units="xy", scale=1.0, width=0.004, zorder=5, **style
-        )
+        given = {"zorder": 5, **style}
+        return axes.quiver(*arrays[0].T, *arrays[1].T, angles="xy", scale_units="xy", scale=1.0, width=0.004, **given)
     if mark.kind == "field":
         return _field(axes, style["field"])
     return _text(axes, mark)

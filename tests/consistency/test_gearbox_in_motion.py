@@ -127,8 +127,8 @@ def test_pictures_leave_out_bearings_that_no_dynamic_force_reaches():
         still.__dict__[key] = replace(total, bearings=share * np.full(total.bearings.shape, total.meshes.max()))
     assert moved_bearings([still]) == ([1, 3], [names[0], names[2]])
     assert moved_bearings([still, response]) == ([0, 1, 2, 3], [])
-    for figure in (bearings_figure([still]), orders_figure(still), waterfall_figure(still, 6000.0)):
-        titles = [axes.get_title() for axes in figure.axes if axes.get_visible()]
+    for chart in (bearings_figure([still]), orders_figure(still), waterfall_figure(still, 6000.0)):
+        titles = [panel.said.get("title") for panel in chart.panels if panel.shown]
         assert [title for title in titles if title] == [names[1], names[3]]
 
 

@@ -97,7 +97,7 @@ class Tables(HTMLParser):
 
     def handle_data(self, data):
         if self._cell:
-            self.tables[-1][-1][-1] += data
+            self.tables[-1][-1][-1] += data.replace("\u00a0", " ")  # of units, which no line breaks
 
 
 @pytest.fixture(scope="module", params=["spur", "helical"])

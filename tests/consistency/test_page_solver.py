@@ -152,7 +152,7 @@ TRANSCRIBED = {
         "section_offset": "28b81155", "axial_opening": "a100d342", "section_motion": "f9949d80",
     },
     "pmor/gear/kernels/deviation.py": {
-        "flank_deviation": "b9edab52", "_relief": "f7c721d8", "_on_grid": "c70a5221", "_cell": "d28fd817",
+        "flank_deviation": "b9edab52", "_relief": "f7c721d8", "_on_grid": "c70a5221", "_cell": "b4746ed1",
     },
     "pmor/gear/flank_deviation.py": {
         "kernel_deviation": "0aec1742",

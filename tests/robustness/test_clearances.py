@@ -69,12 +69,12 @@ def test_clearances_and_loads_that_make_no_sense_are_refused(tmp_path, text, err
 def test_loads_that_no_few_turns_of_a_carrier_bring_back_are_refused_or_left_out(tmp_path):
     on_pinion = loads_of("forces", "out", 20.0, 1.0, 0.0)
     file = load(written_reducer(tmp_path, TWO_STAGES.replace("torques = [", on_pinion + "torques = [")))
-    with pytest.raises(CaseError, match="carrier of a set.*those on out do not"):
+    with pytest.raises(CaseError, match="carrier of a set.*those on out do neither"):
         run(file)
     text = TWO_STAGES + unbalance("out", 20.0, 1.0, 0.0) + unbalance("sun", 20.0, 1.0, 0.0).replace("beside", "other")
     file = load(written_reducer(tmp_path, text))
     said = dict(left_out(file))
-    assert "no few turns" in said["unbalance of beside, drive"]
+    assert "does not come back within 20 turns" in said["unbalance of beside, drive"]
     assert "unbalance of other, drive" not in said
     assert [one.shaft for one in loaded(file.model, file.model.sections.loads[0]).turning] == ["sun"]
 

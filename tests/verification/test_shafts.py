@@ -115,7 +115,7 @@ def test_bearings_carry_what_meshes_and_torques_ask_for():
     gearbox = loaded(box, box.sections.loads[0])
     found = gearbox.solve()
     reactions = dict.fromkeys(("in", "mid", "out"), np.zeros(3))
-    solved = type("Solved", (), {"gearbox": gearbox, "equilibrium": found})
+    solved = type("Solved", (), {"sets": (), "gearbox": gearbox, "equilibrium": found})
     for bearing in bearing_data(solved):
         force = np.array(bearing["force_N"])
         reactions[bearing["shaft"]] = reactions[bearing["shaft"]] - force
@@ -151,7 +151,8 @@ radial_N_per_mm = 2e5
     box = load(written(tmp_path, text))
     gearbox = loaded(box.model, box.model.sections.loads[0])
     found = gearbox.solve()
-    bearings = {b["name"]: b for b in bearing_data(type("Solved", (), {"gearbox": gearbox, "equilibrium": found}))}
+    solved = type("Solved", (), {"sets": (), "gearbox": gearbox, "equilibrium": found})
+    bearings = {bearing["name"]: bearing for bearing in bearing_data(solved)}
     assert_allclose([abs(bearings[name]["force_N"][2]) for name in "EF"], [600.0, 200.0], rtol=1e-9)
     with pytest.raises(CaseError, match='nothing holds the rotation of shaft "axle": add a torque'):
         load(written(tmp_path, text.replace(held, "\n]\n")))
@@ -234,7 +235,7 @@ def test_a_shaft_that_is_cut_and_joined_again_bends_twists_and_turns_as_before()
     load = replace(parted.sections.loads[0], speed_rpm=900.0)
     assert pinion_torques(parted, load) == pytest.approx(pinion_torques(whole, load))
     assert speeds_rpm(parted, load)["right"] == pytest.approx(speeds_rpm(whole, load)["mid"])
-    entry = bearing_data(type("Solved", (), {"gearbox": two, "equilibrium": second}))[-1]
+    entry = bearing_data(type("Solved", (), {"sets": (), "gearbox": two, "equilibrium": second}))[-1]
     assert entry["torque_Nm"] == pytest.approx(CARRIED_NM, rel=1e-6)
 
 
