@@ -10,7 +10,7 @@ from pmor.work.cost import FINITE_ELEMENTS, START_S, stages, whole
 
 # *Measured*, seconds: of the law of a torque, over the square of the sections in contact; of a response over the speed
 # and of a mesh cycle over time, for a degree of freedom; of the page, and of the pictures of a torque.
-LAW_S, SECTIONS_S, RESPONSE_S, CYCLE_S, PAGE_S, PICTURES_S = 0.5, 2e-3, 1.0, 1e-5, 2.5, 0.6
+LAW_S, SECTIONS_S, RESPONSE_S, CYCLE_S, PAGE_S, PICTURES_S = 0.5, 0.06, 2.0, 1.5e-4, 2.5, 0.6
 
 
 def seconds(case: Case) -> dict[str, float]:
