@@ -17,6 +17,8 @@ from pmor.work.cost import FINITE_ELEMENTS, START_S, stages
 
 # *Measured*, seconds: of a position, and of the sections in contact in it to the second power; of the page.
 POSITION_S, SECTIONS_S, PAGE_S = 6e-6, 1.2e-7, 3.0
+# *Measured*: sweeps of a set that take as long as a judgement, which places its flanks anew and has their derivatives.
+SET_SWEEPS = 3.8
 # Share of the finite elements in the whole from which on the first result is found on half as many elements.
 COARSE_SHARE = 0.1
 # *Measured*: judgements of a descent, of one under a bound more, beside those by which each variable moves constraints;
@@ -129,7 +131,7 @@ def _first(file: DesignFile) -> int:
 def _seconds_of_variant(file: DesignFile) -> float:
     """Seconds of one variant under all loads, as drawn."""
     if file.set is not None:
-        return next(stage.seconds for stage in stages_of_set(file.set) if stage.name == SWEEP)
+        return SET_SWEEPS * next(stage.seconds for stage in stages_of_set(file.set) if stage.name == SWEEP)
     positions = len(file.design.load.labels) * file.design.search.angles
     cases = ((file.cases[name], file.repeats_after(name)) for name in file.meshes)
     return sum(positions * pitches * _position_seconds(gear_pair(case), case) for case, pitches in cases)
