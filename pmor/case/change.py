@@ -45,6 +45,11 @@ def without_models(case: Case) -> Case:
     return change_case(case, **changes) if changes else case
 
 
+def for_motion(case: Case) -> Case:
+    """Return a case without what its motion does not need: the other models that it compares, and error bars."""
+    return change_case(without_models(case), mesh={"error_bar": False})
+
+
 def changed_text(base: str, changes: Mapping[str, Mapping[str, Any]]) -> str:
     r"""Return the TOML text of a case with some keys changed; comments are lost.
 

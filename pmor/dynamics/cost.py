@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pmor.case import Case, change_case, without_models
+from pmor.case import Case, for_motion
 from pmor.case.capability import why_not
 from pmor.case.width import sections_across
 from pmor.pair.model import gear_pair
@@ -22,8 +22,7 @@ def seconds(case: Case) -> dict[str, float]:
     """
     found = {"run": whole(stages(case)).seconds}
     if not why_not(case, "dynamics"):
-        bare = change_case(without_models(case), mesh={"error_bar": False})
-        bodies = sum(stage.seconds for stage in stages(bare) if stage.name == FINITE_ELEMENTS)
+        bodies = sum(stage.seconds for stage in stages(for_motion(case)) if stage.name == FINITE_ELEMENTS)
         found["dynamics"] = START_S + bodies + PAGE_S + len(case.dynamics.torques_Nm) * _torque_seconds(case)
     return found
 

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from pmor.case import Case, change_case, without_models
+from pmor.case import Case, for_motion
 from pmor.case.capability import refuse_beyond
 from pmor.dynamics.force_law import Shifted, shifted
 from pmor.dynamics.gear_model import GearModel, gear_model
@@ -41,8 +41,7 @@ class Dynamics:
 def reduced_of(case: Case) -> ReducedPair:
     """Return the reduced pair of a case, by line loads; errors as in `refuse_other_models`."""
     refuse_other_models(case)
-    # Motion needs neither error bars nor the other models of a comparison.
-    bare = change_case(without_models(case), mesh={"error_bar": False})
+    bare = for_motion(case)
     return reduced_pair(line_basis(bare, mesh=meshed_within_memory(bare)))
 
 
