@@ -1,40 +1,28 @@
 """Flanks that are tried: the tip relief, helix and end relief that lower a figure most, by the line contact itself.
 
 A figure is lowered over two amounts, from the best of a few trials on, by simplexes (Nelder & Mead 1965), on few angles
-under one load. What was found is rounded as one writes it, and then solved as a run does it.
+under one load. Where it then grows under another load of the file, the amounts are sought again for all loads: for the
+largest over them, and among those for the one. What was found is rounded as one writes it, and solved as a run does it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import replace
 from itertools import product
-from typing import Protocol
+from typing import Any, TypeVar
 
 import numpy as np
 
-from pmor.case.width import meshed_width
 from pmor.core.arrays import FloatArray
-from pmor.gear.condition import Assembly
 from pmor.gear.modification import Modification, other_places
-from pmor.line.hubs import Hubs
-from pmor.pair.conditions import assembly_of
-from pmor.results.load_distribution import face_load_factor, largest_pressure
 from pmor.results.quantities import TABLE
 from pmor.results.verdict import Advice, Change, digits
-from pmor_online.model import ReducedPair, online_angles
-from pmor_online.variants import VariantSolver, VariantState
+from pmor_online.trials import Trial, Tried
 
-#: keys of modifications with their values, by gear
-Trial = Mapping[str, Mapping[str, float]]
-# Angles of a pitch on which flanks are tried, and numbers of positions and sections beyond which none are.
-FEW_ANGLES, MOST_NUMBERS = 16, 30_000_000
 # Amounts of relief that are tried first, over the largest transmission error; shares of the path at which it starts, %.
 AMOUNTS, STARTS = (0.2, 0.45, 0.75, 1.2), (50.0, 62.0, 75.0, 88.0)
 LATEST_START = 95.0
-# Of the module: relief and crowning of more are no modifications any more.
-MOST_IN_MODULES = 0.02
 # Shares of the face, from each end, over which end relief goes.
 LENGTHS = 0.1, 0.25
 LONGEST = 0.4
@@ -42,6 +30,8 @@ LONGEST = 0.4
 HARDLY = 0.01
 # A figure has to get better by so much of itself, else there is no advice; worse by so much is told.
 LEAST_GAIN, WORSE = 0.1, 0.05
+# Of a figure under the one load, beside the largest over all.
+OF_THE_ONE = 0.1
 # What keys are, with their values.
 WORDS = {
     "tip_relief_um": "tip relief of {:g} µm", "tip_relief_start_percent": "from {:g} % of the path",
@@ -51,183 +41,9 @@ WORDS = {
 # Other loads that are told; figures that are not to grow beside the one that is lowered.
 MOST_TOLD = 3
 WATCHED = ("ste_peak_to_peak_um", "k_h_beta", "flank_pressure_max_MPa")
-
-
-class Tried(Protocol):
-    """A mesh, or a set of meshes, with other flanks: D loads, of which flanks are sought for one."""
-
-    @property
-    def gears(self) -> tuple[str, ...]:
-        """Names of the gears."""
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """Loads in words."""
-
-    @property
-    def load(self) -> int:
-        """Number of the load that flanks are sought for."""
-
-    @property
-    def part(self) -> str:
-        """What figures are of; empty where there is one part alone."""
-
-    @property
-    def evaluations(self) -> int:
-        """Of a search."""
-
-    @property
-    def whole_width(self) -> bool:
-        """Whether both halves of the face may differ."""
-
-    @property
-    def over_width(self) -> bool:
-        """Whether anything differs over the face."""
-
-    @property
-    def most_um(self) -> float:
-        """Largest amount of a relief."""
-
-    @property
-    def size_um(self) -> float:
-        """By how much flanks stand askew, about."""
-
-    @property
-    def width_mm(self) -> float:
-        """Common face width."""
-
-    def filed(self, gear: str) -> Modification:
-        """Return the flanks of a gear as they are filed."""
-
-    def quickly(self, key: str, trial: Trial) -> float:
-        """Return a figure under the one load, on few angles; infinite where it is not known."""
-
-    def solved(self, trial: Trial) -> Mapping[str, FloatArray]:
-        """Return all figures under all loads, as a run has them, each (D,)."""
-
-    def sections(self, gear: str) -> Sequence[str]:
-        """Return the sections of the file that have the flanks of a gear."""
-
-
-@dataclass(frozen=True)
-class MeshTrials:
-    """A mesh by itself, its hubs held or on what they stand on under each load.
-
-    Parameters
-    ----------
-    reduced : ReducedPair
-        Of line loads.
-    torques_Nm : tuple of float
-    labels : tuple of str
-        Loads in words.
-    load : int
-        Number of the one that flanks are sought for.
-    hubs : tuple of Hubs
-        Under each load; empty: they are held.
-    part : str
-        Name of the mesh; empty where there is one alone.
-    """
-
-    reduced: ReducedPair
-    torques_Nm: tuple[float, ...]
-    labels: tuple[str, ...]
-    load: int
-    hubs: tuple[Hubs, ...] = ()
-    part: str = ""
-    gears: tuple[str, ...] = ("pinion", "wheel")
-    evaluations: int = 30
-
-    @property
-    def whole_width(self) -> bool:
-        """Whether both halves of the face may differ."""
-        return not self.reduced.layered.mirrored
-
-    @property
-    def over_width(self) -> bool:
-        """Whether anything differs over the face."""
-        return meshed_width(self.reduced.basis.case) != "plane_strain"
-
-    @property
-    def size_um(self) -> float:
-        """By how much flanks stand askew, about."""
-        off, flanks = self._filed.misalignment, (self._filed.pinion, self._filed.wheel)
-        moved = 0.0
-        if self.hubs:
-            moved = 1e3 * self.width_mm * float(np.abs(np.diff(self._moved(self.load), axis=0)[0, 3:5]).sum())
-        return moved + abs(off.in_plane_um) + abs(off.out_of_plane_um) + sum(
-            abs(flank.helix_slope_um) + abs(flank.helix_crowning_um) for flank in flanks
-        ) + 1.0  # fmt: skip
-
-    def _moved(self, load: int) -> FloatArray:
-        return self.hubs[load].offset.reshape(2, -1)
-
-    @property
-    def width_mm(self) -> float:
-        """Common face width."""
-        return self.reduced.meshed.pair.common_width
-
-    @property
-    def most_um(self) -> float:
-        """Largest amount of a relief."""
-        return MOST_IN_MODULES * 1e3 * self.reduced.basis.case.pair.module_mm
-
-    @property
-    def _filed(self) -> Assembly:
-        return assembly_of(self.reduced.basis.case)
-
-    def filed(self, gear: str) -> Modification:
-        """Return the flanks of a gear as they are filed."""
-        flank: Modification = getattr(self._filed, gear)
-        return flank
-
-    @property
-    def beyond(self) -> bool:
-        """Whether so many positions take longer than an advice is worth."""
-        case, pairs = self.reduced.basis.case, self.reduced.layered.tooth_pair_count
-        size = pairs * len(self.reduced.layered.sections.z)
-        return case.online.angles_per_pitch * case.pitches * len(self.torques_Nm) * size**2 > MOST_NUMBERS
-
-    @cached_property
-    def _few(self) -> VariantSolver:
-        chosen = slice(self.load, self.load + 1)
-        return self._solver(FEW_ANGLES, chosen)
-
-    @cached_property
-    def _all(self) -> VariantSolver:
-        return self._solver(self.reduced.basis.case.online.angles_per_pitch, slice(None))
-
-    def _solver(self, angles: int, loads: slice) -> VariantSolver:
-        phi = online_angles(self.reduced.meshed.pair.pitch, angles, self.reduced.basis.case.pitches)
-        return VariantSolver(self.reduced, phi, self.torques_Nm[loads], self.hubs[loads])
-
-    def _with(self, trial: Trial) -> Assembly:
-        pinion, wheel = (self.filed(gear).changed(trial.get(gear, {})) for gear in self.gears)
-        return Assembly(self._filed.misalignment, pinion, wheel)
-
-    def quickly(self, key: str, trial: Trial) -> float:
-        """Return a figure under the one load, on few angles; infinite where it is not known."""
-        state = self._few.solve(self._with(trial))
-        found = float(FIGURES[key](state)[0])
-        return found if state.converged.all() and np.isfinite(found) else np.inf
-
-    def solved(self, trial: Trial) -> Mapping[str, FloatArray]:
-        """Return all figures under all loads, as a run has them."""
-        state = self._all.solve(self._with(trial))
-        there = state.converged.all(axis=1)
-        return {key: np.where(there, figure(state), np.nan) for key, figure in FIGURES.items()}
-
-    def sections(self, gear: str) -> Sequence[str]:
-        """Return the section of the file that has the flanks of a gear which carry."""
-        flank = "coast_modification" if self.reduced.basis.case.flank == "coast" else "modification"
-        return [f"{self.part}: {gear}.{flank}" if self.part else f"{gear}.{flank}"]
-
-
-FIGURES: Mapping[str, Callable[[VariantState], FloatArray]] = {
-    "ste_peak_to_peak_um": lambda state: np.ptp(state.ste_um, axis=1),
-    "k_h_beta": face_load_factor,
-    "flank_pressure_max_MPa": lambda state: largest_pressure(state.pressure_MPa, 1),
-    "tip_edge_load_N_per_mm": lambda state: state.edge_load_N_per_mm.max(axis=1),
-}  # fmt: skip
+AnyTried = TypeVar("AnyTried", bound=Tried)
+#: from a trial to what is to be least
+Aim = Callable[[Trial], float]
 
 
 def remedy(tried: Tried, key: str, gear: str = "pinion") -> Advice | None:
@@ -239,17 +55,73 @@ def remedy(tried: Tried, key: str, gear: str = "pinion") -> Advice | None:
         Whose helix or end relief is tried.
     """
     if key in ("ste_peak_to_peak_um", "tip_edge_load_N_per_mm"):
-        found = advice_of(tried, "ste_peak_to_peak_um", tip_relief(tried, "ste_peak_to_peak_um"))
+        found = _for_loads(tried, "ste_peak_to_peak_um", lambda aim: tip_relief(tried, aim))
         if found is None and key == "tip_edge_load_N_per_mm":
-            found = advice_of(tried, key, tip_relief(tried, key))
+            found = _for_loads(tried, key, lambda aim: tip_relief(tried, _quiet(tried, aim)))
         return found
     if not tried.over_width:
         return None
     if key == "k_h_beta":
-        return advice_of(tried, key, helix(tried, gear))
+        return _for_loads(tried, key, lambda aim: helix(tried, gear, aim))
     if key == "flank_pressure_max_MPa":
-        return advice_of(tried, key, end_relief(tried, gear))
+        return _for_loads(tried, key, lambda aim: end_relief(tried, gear, aim))
     return None
+
+
+def with_first(tried: AnyTried, first: Advice | None) -> AnyTried:
+    """Return a mesh or a set whose file has the flanks of a first advice."""
+    if first is None:
+        return tried
+    changes = {change.section: dict(change.values) for change in first.changes}
+    places = {gear: tried.sections(gear)[0] for gear in tried.gears}
+    return tried.having({gear: changes[place] for gear, place in places.items() if place in changes})
+
+
+def _for_loads(tried: Tried, key: str, search: Callable[[Aim], Trial]) -> Advice | None:
+    """Return what a search finds for the one load; for all loads, where it makes the figure of another grow."""
+    before, load = tried.solved({}), tried.load
+    known = np.isfinite(before[key])
+    if not before[key][load] > 0.0:
+        return None
+
+    def solved(aim: Aim) -> tuple[Trial, Mapping[str, FloatArray], bool]:
+        trial = search(aim)
+        after = tried.solved(trial)
+        gains = after[key][load] <= (1.0 - LEAST_GAIN) * before[key][load] and np.isfinite(after[key][known]).all()
+        return trial, after, bool(gains)
+
+    def largest(trial: Trial) -> float:
+        share = tried.quickly(key, trial, every=True)[known] / filed[known].max()
+        own = share[place] * filed[known].max() / filed[load]
+        return float(max(own, np.delete(share, place).max()) + OF_THE_ONE * own)
+
+    trial, after, gains = solved(lambda trial: float(tried.quickly(key, trial)[0]))
+    if not gains:
+        return None
+    one = advice_of(tried, key, trial, before, after)
+    worst = max(np.flatnonzero(known), key=lambda number: _growth(before[key][number], after[key][number]))
+    if not _grows(before[key][worst], after[key][worst]):
+        return one
+    filed, place = tried.quickly(key, {}, every=True), int(np.count_nonzero(known[:load]))
+    whole, found, gains = solved(largest)
+    most = np.max(found[key][known])
+    if not gains or most > (1.0 + WORSE) * before[key][known].max() or not _grows(most, np.max(after[key][known])):
+        return one
+    alone = f"{digits(after[key][load])} by {one.what[:1].lower()}{one.what[1:]}"
+    takes = f"This serves all loads; {one.load} alone would go to {alone}, and {tried.labels[worst]} to "
+    told = advice_of(tried, key, whole, before, found)
+    return replace(told, beside=(*told.beside, f"{takes}{digits(after[key][worst])}."))
+
+
+def _quiet(tried: Tried, aim: Aim) -> Aim:
+    """A figure where the peak-to-peak transmission error does not grow."""
+    before, filed = aim({}) or 1.0, float(tried.quickly("ste_peak_to_peak_um", {})[0])
+
+    def figure(trial: Trial) -> float:
+        spread = float(tried.quickly("ste_peak_to_peak_um", trial)[0]) / filed
+        return aim(trial) / before + 10.0 * max(spread - 1.0, 0.0)
+
+    return figure
 
 
 def off_most(tried: Tried, gears: Sequence[str]) -> str:
@@ -258,33 +130,25 @@ def off_most(tried: Tried, gears: Sequence[str]) -> str:
     return max(gears, key=lambda gear: sum(abs(getattr(tried.filed(gear), key)) for key in keys))
 
 
-def tip_relief(tried: Tried, key: str) -> Trial:
-    """Return the tip relief of all gears, of one amount and start, that lowers a figure most.
-
-    Of the load at tip edges, where the peak-to-peak transmission error does not grow.
-    """
-    before = {name: tried.quickly(name, {}) for name in (key, "ste_peak_to_peak_um")}
+def tip_relief(tried: Tried, aim: Aim) -> Trial:
+    """Return the tip relief of all gears, of one amount and start, that is best for an aim."""
 
     def trial(x: FloatArray) -> Trial:
         values = {"tip_relief_um": float(x[0]), "tip_relief_start_percent": float(x[1])}
         return dict.fromkeys(tried.gears, values)
 
-    def figure(x: FloatArray) -> float:
-        found = tried.quickly(key, trial(x)) / before[key]
-        if key != "ste_peak_to_peak_um":
-            spread = tried.quickly("ste_peak_to_peak_um", trial(x)) / before["ste_peak_to_peak_um"]
-            found += 10.0 * max(spread - 1.0, 0.0)
-        return found
-
     most = tried.most_um
     size = 0.25 * most
     starts = [np.array([share * size, start]) for share, start in product(AMOUNTS, STARTS)]
-    place = least(figure, starts, (0.15 * size, -6.0), (0.0, STARTS[0] - 10.0), (most, LATEST_START), tried.evaluations)
+    place = least(
+        lambda x: aim(trial(x)), starts, (0.15 * size, -6.0), (0.0, STARTS[0] - 10.0), (most, LATEST_START),
+        tried.evaluations,
+    )  # fmt: skip
     return trial(np.array([_rounded(place[0], most), round(place[1])]))
 
 
-def helix(tried: Tried, gear: str) -> Trial:
-    """Return helix slope and crowning of a gear that lower K_Hbeta most; crowning alone where halves are alike."""
+def helix(tried: Tried, gear: str, aim: Aim) -> Trial:
+    """Return helix slope and crowning of a gear that are best for an aim; crowning alone where halves are alike."""
     filed, size, most = tried.filed(gear), tried.size_um, max(tried.most_um, 2.0 * tried.size_um)
     keys = ("helix_slope_um", "helix_crowning_um")[0 if tried.whole_width else 1 :]
     base = np.array([getattr(filed, key) for key in keys])
@@ -296,18 +160,17 @@ def helix(tried: Tried, gear: str) -> Trial:
     moves = [(slope, crowning) for slope in (-0.5, 0.0, 0.5) for crowning in (0.0, 0.1)]
     starts = [base + size * np.array(move)[-len(keys) :] for move in dict.fromkeys(m[-len(keys) :] for m in moves)]
     spread = size * np.array([0.4, 0.2])[-len(keys) :]
-    most_often = 2 * tried.evaluations
-    found = least(lambda x: tried.quickly("k_h_beta", trial(x)), starts, spread, low, base + most, most_often)
+    found = least(lambda x: aim(trial(x)), starts, spread, low, base + most, 2 * tried.evaluations)
     whole = {key: _rounded(value, size) for key, value in zip(keys, found, strict=True)}
     # One amount, where the other one hardly matters.
     fewer = [{gear: {key: whole[key]}} for key in keys] if len(keys) > 1 else []
-    best = tried.quickly("k_h_beta", {gear: whole})
-    alone = [one for one in fewer if tried.quickly("k_h_beta", one) < best + HARDLY]
+    best = aim({gear: whole})
+    alone = [one for one in fewer if aim(one) < best + HARDLY]
     return alone[0] if alone else {gear: whole}
 
 
-def end_relief(tried: Tried, gear: str) -> Trial:
-    """Return the end relief of a gear that lowers the largest pressure most."""
+def end_relief(tried: Tried, gear: str, aim: Aim) -> Trial:
+    """Return the end relief of a gear that is best for an aim."""
     most, width = tried.most_um, tried.width_mm
 
     def trial(x: FloatArray) -> Trial:
@@ -315,8 +178,8 @@ def end_relief(tried: Tried, gear: str) -> Trial:
 
     starts = [np.array([0.25 * amount * most, length * width]) for amount, length in product(AMOUNTS[:3], LENGTHS)]
     found = least(
-        lambda x: tried.quickly("flank_pressure_max_MPa", trial(x)), starts, (0.04 * most, 0.05 * width),
-        (0.0, 0.02 * width), (most, LONGEST * width), tried.evaluations,
+        lambda x: aim(trial(x)), starts, (0.04 * most, 0.05 * width), (0.0, 0.02 * width), (most, LONGEST * width),
+        tried.evaluations,
     )  # fmt: skip
     return trial(np.array([_rounded(found[0], most), _rounded(found[1], width)]))
 
@@ -351,18 +214,18 @@ def least(
 def in_words(gears: Sequence[str], trial: Trial) -> str:
     """Return what is tried as an engineer says it."""
     values = next(iter(trial.values()))
-    parts = [words.format(values[key]) for key, words in WORDS.items() if key in values]
+    parts = [words.format(values[key]) if values[key] else f"no {words.partition(' of ')[0]}"
+             for key, words in WORDS.items() if key in values]
     of = f"the {next(iter(trial))}" if len(trial) == 1 else "both gears" if len(gears) == 2 else "all gears"
     text = (" and " if "helix_crowning_um" in values else " ").join(parts)
     return f"{text[:1].upper()}{text[1:]} on {of}"
 
 
-def advice_of(tried: Tried, key: str, trial: Trial) -> Advice | None:
-    """Return a trial as advice, solved as a run does it; None where a figure gains too little."""
-    before, after = tried.solved({}), tried.solved(trial)
-    load, was, now = tried.load, float(before[key][tried.load]), float(after[key][tried.load])
-    if not now <= (1.0 - LEAST_GAIN) * was:
-        return None
+def advice_of(
+    tried: Tried, key: str, trial: Trial, before: Mapping[str, FloatArray], after: Mapping[str, FloatArray]
+) -> Advice:
+    """Return a trial as advice, by all figures under all loads as filed and with it."""
+    load = tried.load
     changes = tuple(
         _change(section, values, tried.filed(gear))
         for gear, values in trial.items() for section in tried.sections(gear)
@@ -371,13 +234,12 @@ def advice_of(tried: Tried, key: str, trial: Trial) -> Advice | None:
         f"{_capital(TABLE[name].symbol)} grows from {_told(name, before[name][load], after[name][load])}."
         for name in WATCHED if name != key and _grows(before[name][load], after[name][load])
     ]  # fmt: skip
-    worse = [
-        f"Under {label} it grows from {_told(key, one, other)}."
-        for label, one, other in zip(tried.labels, before[key], after[key], strict=True)
-        if _grows(one, other)
-    ]
-    beside += worse[:MOST_TOLD]
+    others = [n for n in np.flatnonzero(np.isfinite(before[key])).tolist() if n != load]
+    others.sort(key=lambda number: -_growth(before[key][number], after[key][number]))
+    gone = [f"under {tried.labels[n]} from {_told(key, before[key][n], after[key][n])}" for n in others[:MOST_TOLD]]
+    beside += [f"It goes {', '.join(gone)}."] if gone else []
     under = tried.labels[load] if len(tried.labels) > 1 else ""
+    was, now = float(before[key][load]), float(after[key][load])
     return Advice(in_words(tried.gears, trial), key, tried.part, under, was, now, changes, tuple(beside))
 
 
@@ -391,8 +253,12 @@ def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
+def _growth(before: Any, after: Any) -> float:
+    return float(after / before) if before > 0.0 else 1.0 if after == before else np.inf
+
+
 def _grows(before: float, after: float) -> bool:
-    return bool(after > (1.0 + WORSE) * before)
+    return _growth(before, after) > 1.0 + WORSE
 
 
 def _told(key: str, before: float, after: float) -> str:

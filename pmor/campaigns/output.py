@@ -21,10 +21,12 @@ from pmor.campaigns.kind import PEAKS, Design
 from pmor.campaigns.page import CASE_FILE, CASES, blocks_of, case_file, common_reasons, linked_designs
 from pmor.campaigns.rows import STATUSES
 from pmor.campaigns.table import designs_of
+from pmor.campaigns.verdict import campaign_verdict
 from pmor.core.errors import CaseError
 from pmor.core.progress import format_time
 from pmor.report.data_files import write_summary_json
 from pmor.report.page import machine, write_page
+from pmor.report.verdict import verdict_text
 from pmor.storage.atomic import atomic_path, ensure_folder, refuse_existing
 from pmor.storage.campaign_file import NUMBER, STATUS, write_campaign_file
 from pmor.storage.results_folder import refuse_in_the_way
@@ -48,7 +50,7 @@ def write_campaign(result: Columns, folder: Path, overwrite: bool = False) -> No
         write_hdf5(out / "campaign.h5", result)
         write_summary_json(out / "times.json", _times(result))
         _write_times(out / "times.csv", result)
-        write_page(out / "report.html", campaign.sections.title, blocks_of(result))
+        write_page(out / "report.html", campaign.sections.title, blocks_of(result, campaign_verdict(result)))
 
 
 def refuse_changed_cases(campaign: Campaign, folder: Path, overwrite: bool) -> None:
@@ -65,6 +67,7 @@ def campaign_data(result: Columns) -> dict[str, Any]:
     return {
         "campaign": result.campaign.name,
         "title": result.campaign.sections.title,
+        "verdict": campaign_verdict(result).data,
         "n_designs": result.campaign.count,
         **{f"n_{status.replace(' ', '_')}": result.count(status) for status in STATUSES},
         "inputs": list(result.inputs),
@@ -86,7 +89,8 @@ def campaign_text(result: Columns) -> str:
     """Return the short summary for the screen: designs by status, the least of each result, failures."""
     effort = result.effort
     counts = ", ".join(f"{result.count(status)} {status}" for status in STATUSES if result.count(status))
-    lines = [result.campaign.sections.title, f"  {result.campaign.count} designs: {counts}"]
+    lines = [result.campaign.sections.title, *verdict_text(campaign_verdict(result).data)]
+    lines += [f"  {result.campaign.count} designs: {counts}"]
     infeasible = [reason if status == "infeasible" else "" for reason, status in zip(
         result.reasons, result.status, strict=True)]  # fmt: skip
     for group in common_reasons(infeasible)[:COMMON_REASONS]:

@@ -17,6 +17,7 @@ from pmor.report.explorer import Column, Designs
 from pmor.report.page import Block, Heading, Warning
 from pmor.report.table import Cell, Table
 from pmor.results.quantities import Quantity
+from pmor.results.verdict import Verdict
 
 # Folder of case files, beside the page.
 CASES, CASE_FILE = "cases", re.compile(r"design_\d{6,}(_.*)?\.(toml|csv)")
@@ -44,11 +45,11 @@ def linked_designs(result: Columns) -> Sequence[int]:
     return np.flatnonzero(known).tolist() if known.sum() <= MOST_CASES else []
 
 
-def blocks_of(result: Columns) -> list[Block | Designs]:
-    """Return the blocks of the page, in the order of reading."""
+def blocks_of(result: Columns, said: Verdict) -> list[Block | Designs]:
+    """Return the blocks of the page, in the order of reading: the verdict first."""
     campaign = result.campaign
     counts = {status: result.count(status) for status in STATUSES}
-    blocks: list[Block | Designs] = []
+    blocks: list[Block | Designs] = [said]
     blocks += [Warning(failure) for failure in result.failures[:BEST]]
     if len(result.failures) > BEST:
         blocks.append(Warning(f"{len(result.failures) - BEST} more designs without results: see campaign.csv"))
@@ -83,7 +84,7 @@ def _explorer(result: Columns) -> list[Block | Designs]:
     found = [Column(name, label_of(name), unit_of(name, result.campaign.kind.known), values[shown], "input")
              for name, values in result.inputs.items()]  # fmt: skip
     found += [Column(figure.key, figure.symbol, figure.shown_unit, result.results[figure.key][shown], "result")
-              for figure in _shown(result)]  # fmt: skip
+              for figure in shown_results(result)]  # fmt: skip
     designs = Designs(
         tuple(found), np.array([f"design {i + 1}" for i in shown]),
         np.array([f"{CASES}/{case_file(int(i) + 1)}" if i in linked else "" for i in shown]),
@@ -99,8 +100,8 @@ def _explorer(result: Columns) -> list[Block | Designs]:
     return [f"{part}{each}", designs]
 
 
-def _shown(result: Columns) -> list[Quantity]:
-    """Results that differ between designs by more than round-off, the most telling ones first."""
+def shown_results(result: Columns) -> list[Quantity]:
+    """Return the results that differ between designs by more than round-off, the most telling ones first."""
     differing = [key for key, values in result.results.items() if _differs(values)]
     kind = result.campaign.kind
     order = [key for key in kind.first if key in differing] + [key for key in differing if key not in kind.first]
@@ -114,7 +115,7 @@ def _differs(values: FloatArray) -> bool:
 
 def _best(result: Columns) -> Table:
     """Designs of the least of the first result, one line each."""
-    figures = _shown(result)[: len(result.campaign.kind.first)]
+    figures = shown_results(result)[: len(result.campaign.kind.first)]
     if not figures:
         return Table("", (), [])
     ranked = result.judged(figures[0].key)

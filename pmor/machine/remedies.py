@@ -10,13 +10,13 @@ from pmor.machine.fit import Fit, Helix
 from pmor.pair.conditions import assembly_of
 from pmor.report.verdict import Finding, Seen, findings, verdict_of
 from pmor.results.verdict import Advice, Change
-from pmor.sets.remedies import seen_of_set
+from pmor.sets.remedies import seen_of_set, set_remedy
 from pmor_online.model import ReducedPair
-from pmor_online.remedies import LEAST_GAIN, MeshTrials, in_words, remedy
+from pmor_online.remedies import LEAST_GAIN, in_words, remedy, with_first
+from pmor_online.trials import MeshTrials, Under
 
 Pairs = Mapping[str, ReducedPair]
 # What is said of parts that are not tried.
-OF_SETS = "flanks and supports of a set are tried where its file is run by itself"
 SHARED = "flanks of gears in several meshes are not tried: give these meshes as a set with [[gears]]"
 
 
@@ -28,17 +28,18 @@ def verdict_of_gearbox(
         return None
     by_name = {fit.mesh: fit for fit in fits}
 
-    def tried(one: Finding) -> Advice | str | None:
-        meshes = [(load, mesh) for load in loads for mesh in load.meshes if mesh.meshing.settings.name == one.part]
-        if not meshes:
-            return OF_SETS
+    def tried(one: Finding, first: Advice | None) -> Advice | str | None:
+        at = next(load for load in loads if load.load.name == one.load or len(loads) == 1)
+        number = next((n for n, mesh in enumerate(at.meshes) if mesh.meshing.settings.name == one.part), None)
+        if number is None:
+            return _of_set(one, at, first)
         if one.part not in by_name:
             return SHARED
-        worst = next(mesh for load, mesh in meshes if load.load.name == one.load or len(loads) == 1)
+        key = at.meshes[number].meshing.key
         if one.key == "k_h_beta":
-            return _of_fit(by_name[one.part], pairs[meshes[0][1].meshing.key], len(loads) > 1)
-        alike = [(load.load.name, mesh) for load, mesh in meshes if mesh.meshing.key == worst.meshing.key]
-        return _of_flanks(one, worst, alike, pairs[worst.meshing.key])
+            return _of_fit(by_name[one.part], pairs[loads[0].meshes[number].meshing.key], len(loads) > 1)
+        alike = [(load.load.name, load.meshes[number]) for load in loads if load.meshes[number].meshing.key == key]
+        return _of_flanks(one, at.load.name, alike, pairs[key], first)
 
     return verdict_of(findings(_seen(data)), tried, data["failures"]).data
 
@@ -60,7 +61,7 @@ def _of_fit(fit: Fit, reduced: ReducedPair, several: bool) -> Advice | None:
     flank = Helix(fit.helix_slope_um, fit.helix_crowning_um).on(filed)
     values = {key: round(getattr(flank, key), 2) for key in ("helix_slope_um", "helix_crowning_um")}
     now = {key: value for key in values if (value := getattr(filed, key))}
-    section = MeshTrials(reduced, (), (), 0, part=fit.mesh).sections("pinion")[0]
+    section = MeshTrials(reduced, (), 0, fit.mesh).sections("pinion")[0]
     of = "the worst of " + ", ".join(fit.loads) if several else ""
     what = in_words(("pinion", "wheel"), {"pinion": values})
     return Advice(what, "k_h_beta", fit.mesh, of, fit.before, fit.after,
@@ -68,12 +69,19 @@ def _of_fit(fit: Fit, reduced: ReducedPair, several: bool) -> Advice | None:
 
 
 def _of_flanks(
-    one: Finding, worst: SolvedMesh, alike: Sequence[tuple[str, SolvedMesh]], reduced: ReducedPair
+    one: Finding, worst: str, alike: Sequence[tuple[str, SolvedMesh]], reduced: ReducedPair, first: Advice | None
 ) -> Advice | str | None:
     """What helps a mesh on the supports that it has under each load."""
-    tried = MeshTrials(
-        reduced, tuple(1e-3 * mesh.torque for _, mesh in alike), tuple(name for name, _ in alike),
-        next(number for number, (_, mesh) in enumerate(alike) if mesh is worst),
-        tuple(mesh.hubs for _, mesh in alike), one.part,
-    )  # fmt: skip
-    return "flanks are not tried, since each trial takes long" if tried.beyond else remedy(tried, one.key)
+    own = assembly_of(reduced.basis.case)
+    under = tuple(Under(name, 1e-3 * mesh.torque, own, mesh.hubs) for name, mesh in alike)
+    tried = MeshTrials(reduced, under, [load.label for load in under].index(worst), one.part)
+    if tried.beyond:
+        return "flanks are not tried, since each trial takes long"
+    return remedy(with_first(tried, first), one.key)
+
+
+def _of_set(one: Finding, load: SolvedLoad, first: Advice | None) -> Advice | str | None:
+    """What helps a set, or a mesh of it, on the supports that it has under a load."""
+    name, _, mesh = one.part.partition(": ")
+    found = next(of for of in load.sets if of.meshing.settings.name == name)
+    return set_remedy(found.meshing.file, found.solution, 0, one.key, mesh, name, first)

@@ -1,13 +1,15 @@
 """The verdict at the top of a page and a screen: what is good, what is not, and what to try first.
 
 Figures of the table of quantities are held against limits of our own: where an engineer would look twice, and no limit
-of a standard. The remedy of what is worst is tried; where it does not help, that of the next one.
+of a standard. What levels the load over planets and face is tried before what is found on such flanks; then what is
+worst comes first. Where a remedy does not help, that of the next figure is tried; where it does, the next one's too.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from pmor.results.quantities import TABLE
@@ -39,12 +41,18 @@ class Finding(NamedTuple):
     part: str
     excess: float
     words: str
+    figures: Mapping[str, Any] = MappingProxyType({})
 
     @property
     def text(self) -> str:
         """With its part and load."""
         of = ", ".join(filter(None, (self.part, self.load)))
         return f"{self.words} ({of})" if of else self.words
+
+    def still(self, value: float) -> bool:
+        """Whether it is beyond its limit with another value."""
+        judged = JUDGED[self.key]({**self.figures, self.key: value})
+        return judged is not None and judged[0] >= 1.0
 
 
 #: from figures to how far one is beyond its limit, and words; None where it is not known
@@ -86,7 +94,7 @@ def _spread(figures: Mapping[str, Any]) -> tuple[float, str] | None:
     share = abs(spread / mean)
     excess = share / MOST_SPREAD if spread > LEAST_SPREAD_UM else 0.0
     of = "its mean" if teeth is None else "the deflection of the teeth"
-    return excess, f"STE p-p {spread:.3g} µm, {100.0 * share:.2g} % of {of}"
+    return excess, f"STE p-p {spread:.3g} µm, {_percent(share)} of {of}"
 
 
 def _at_edges(figures: Mapping[str, Any]) -> tuple[float, str] | None:
@@ -122,6 +130,9 @@ JUDGED: Mapping[str, Judged] = {
 }  # fmt: skip
 
 
+#: whose remedies are tried before others: relief that is found on flanks askew does not fit true ones
+BEFORE_OTHERS = ("k_gamma", "k_h_beta")
+NONE_GOOD = "None of the figures that are judged is within its limit."
 #: those that are told where they are good
 PRAISED = ("k_gamma", "k_h_beta", "ste_peak_to_peak_um", "tip_edge_load_N_per_mm")
 
@@ -132,42 +143,56 @@ def findings(seen: Iterable[Seen]) -> list[Finding]:
     for load, part, figures in seen:
         for key, judge in JUDGED.items():
             if (judged := judge(figures)) is not None and (key not in worst or judged[0] > worst[key].excess):
-                worst[key] = Finding(key, load, part, *judged)
+                worst[key] = Finding(key, load, part, *judged, figures)
     return sorted(worst.values(), key=lambda finding: -finding.excess)
 
 
 def verdict_of(
-    found: Sequence[Finding], tried: Callable[[Finding], Advice | str | None], lost: Sequence[str] = ()
+    found: Sequence[Finding], tried: Callable[[Finding, Advice | None], Advice | str | None], lost: Sequence[str] = ()
 ) -> Verdict:
     """Return the verdict on findings.
 
     Parameters
     ----------
     tried : callable
-        From a finding to what helps; None where nothing does, a sentence where nothing is tried.
+        From a finding, and a first advice that is in the file, to what helps; None where nothing does, a sentence where
+        nothing is tried.
     lost : sequence of str
         What did not converge: nothing is tried then.
     """
     bad = [one for one in found if one.excess >= 1.0]
     good = [one for one in found if one.excess < 1.0 and one.key in PRAISED]
-    said = _told(good) if good else "Nothing of what is judged here."
+    said = _told(good) if good else NONE_GOOD if bad else "No figure is known that could be judged."
     if lost:
         return Verdict(said, " ".join([_sentence(lost[0]), *([_told(bad)] if bad else [])]), "What did not converge.")
     if not bad:
-        return Verdict(said, "Nothing of what is judged here.", "Nothing: no figure asks for it.")
-    unhelped = list[str]()
-    for one in bad:
-        answer = tried(one)
-        if isinstance(answer, Advice):
-            return Verdict(said, _told(bad), answer.text, answer)
-        unhelped.append(answer or f"no change that was tried betters {TABLE[one.key].symbol} by a tenth")
-    return Verdict(said, _told(bad), _sentence("; ".join(dict.fromkeys(unhelped))))
+        return Verdict(said, "No figure is beyond its limit.", "Nothing: no figure asks for it.")
+    first, unhelped = None, list[str]()
+    for one in sorted(bad, key=lambda one: (*BEFORE_OTHERS, one.key).index(one.key)):
+        answer = tried(one, first)
+        if not isinstance(answer, Advice):
+            unhelped.append(answer or f"no change that was tried betters {TABLE[one.key].symbol} by a tenth")
+        elif first is None:
+            first = answer
+        elif one.still(answer.before) and not answer.again(first):
+            return Verdict(said, _told(bad), first.text, first, answer.text, answer)
+    return Verdict(said, _told(bad), first.text if first else _sentence("; ".join(dict.fromkeys(unhelped))), first)
 
 
 def verdict_blocks(data: Mapping[str, Any]) -> list[Verdict]:
     """Return the verdict of plain data of a machine as a block of its page; none without one."""
     said = data["verdict"]
-    return [] if said is None else [Verdict(said["good"], said["not_good"], said["try_first"])]
+    return [] if said is None else [Verdict(said["good"], said["not_good"], said["try_first"], then=said["then"])]
+
+
+def verdict_text(verdict: Mapping[str, Any] | None) -> list[str]:
+    """Return the verdict of plain data as lines for the screen; none without one."""
+    shown = verdict_blocks({"verdict": verdict})
+    return [f"  {head + ':':<10} {text}" for one in shown for head, text in one.lines]
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %" if share >= 1.0 else f"{100.0 * share:.2g} %"
 
 
 def _told(found: Sequence[Finding]) -> str:
@@ -180,9 +205,3 @@ def _told(found: Sequence[Finding]) -> str:
 
 def _sentence(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}."
-
-
-def verdict_text(verdict: Mapping[str, Any] | None) -> list[str]:
-    """Return the verdict of plain data as lines for the screen; none without one."""
-    keys = {"Good": "good", "Not good": "not_good", "Try first": "try_first"}
-    return [] if verdict is None else [f"  {head + ':':<10} {verdict[key]}" for head, key in keys.items()]

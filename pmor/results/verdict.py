@@ -74,26 +74,36 @@ class Advice:
         """All of it as plain data."""
         return asdict(self)
 
+    def again(self, other: Advice) -> bool:
+        """Whether it changes a key that another one changes."""
+        own, others = ({(one.section, key) for one in of.changes for key in one.values} for of in (self, other))
+        return bool(own & others)
+
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is good, what is not, and what to try first, in words, and the last as data."""
+    """What is good, what is not, and what to try first, in words, and the last as data.
+
+    `then` betters the next figure that is not good, `then_advice`, solved with the first advice in the file.
+    """
 
     good: str
     not_good: str
     try_first: str
     advice: Advice | None = None
+    then: str = ""
+    then_advice: Advice | None = None
 
     @property
     def lines(self) -> tuple[tuple[str, str], ...]:
         """Heads and sentences."""
-        return ("Good", self.good), ("Not good", self.not_good), ("Try first", self.try_first)
+        lines = ("Good", self.good), ("Not good", self.not_good), ("Try first", self.try_first)
+        return (*lines, ("Then", self.then)) if self.then else lines
 
     @property
     def data(self) -> dict[str, Any]:
         """As plain data."""
-        advice = None if self.advice is None else self.advice.data
-        return {"good": self.good, "not_good": self.not_good, "try_first": self.try_first, "advice": advice}
+        return asdict(self)
 
 
 def written(changes: tuple[Change, ...]) -> str:

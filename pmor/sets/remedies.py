@@ -23,7 +23,8 @@ from pmor.sets.loader import SetFile, with_sections
 from pmor.sets.settings import SetSections
 from pmor.sets.solution import SetSolution, solve_set
 from pmor.sets.variants import BuiltSet, SetVariant, SetVariants
-from pmor_online.remedies import LEAST_GAIN, MOST_IN_MODULES, Trial, off_most, remedy
+from pmor_online.remedies import LEAST_GAIN, off_most, remedy, with_first
+from pmor_online.trials import MOST_IN_MODULES, Trial
 
 # Angles of a mesh cycle on which flanks are tried; positions beyond which nothing is.
 FEW_ANGLES, MOST_POSITIONS = 10, 3000
@@ -46,23 +47,30 @@ class SetTrials:
         Number of the nominal torque.
     mesh : int
         That figures of a mesh are of.
+    within : str
+        Name of the set in a gearbox, empty otherwise.
+    flanks : tuple of Assembly
+        Of each mesh; empty: as filed.
     """
 
     file: SetFile
     solution: SetSolution
     load: int
     mesh: int
+    within: str = ""
+    flanks: tuple[Assembly, ...] = ()
     evaluations: int = 14
 
     @property
     def part(self) -> str:
-        """Name of the mesh."""
-        return self.solution.mesh_names[self.mesh]
+        """Name of the mesh, behind that of the set in a gearbox."""
+        own = self.solution.mesh_names[self.mesh]
+        return f"{self.within}: {own}" if self.within else own
 
     @property
     def labels(self) -> tuple[str, ...]:
         """Torques in words."""
-        return tuple(f"{torque:g} N m" for torque in self.file.torques_Nm)
+        return tuple(f"{torque:g} N m" for torque in self.solution.torque_Nm)
 
     @property
     def gears(self) -> tuple[str, ...]:
@@ -71,8 +79,8 @@ class SetTrials:
 
     @property
     def _members(self) -> list[tuple[str, str]]:
-        bodies = self.file.plan.bodies
-        return [(bodies[one.pinion].member, bodies[one.wheel].member) for one in self.file.plan.meshes]
+        plan = self.solution.plan
+        return [(plan.bodies[one.pinion].member, plan.bodies[one.wheel].member) for one in plan.meshes]
 
     @property
     def helix_of(self) -> str:
@@ -110,7 +118,7 @@ class SetTrials:
 
     @cached_property
     def _flanks(self) -> tuple[Assembly, ...]:
-        return tuple(mesh.assembly for mesh in self.solution.train.meshes)
+        return self.flanks or tuple(mesh.assembly for mesh in self.solution.train.meshes)
 
     def filed(self, gear: str) -> Modification:
         """Return the flanks of a member as they are filed."""
@@ -121,28 +129,45 @@ class SetTrials:
                     return found
         raise KeyError(gear)
 
+    def having(self, trial: Trial) -> SetTrials:
+        """Return it with a trial in its file."""
+        return replace(self, flanks=self._built(trial).flanks)
+
+    def anew(self, file: SetFile) -> SetSolution:
+        """Return the set with other supports, pins or places of gears, on these flanks, under the nominal torque."""
+        meshes = tuple(replace(mesh, assembly=flanks)
+                       for mesh, flanks in zip(self.solution.train.meshes, self._flanks, strict=True))  # fmt: skip
+        plan = file.plan
+        train: GearTrain = replace(self.solution.train, meshes=meshes, free=plan.free, compliance=plan.compliance)
+        nominal = self.solution.torque_Nm[self.load : self.load + 1]
+        return solve_set(plan, train, nominal, file.angles_per_pitch, file.pitches)
+
     def _built(self, trial: Trial) -> BuiltSet:
         flanks = []
         for own, members in zip(self._flanks, self._members, strict=True):
             changed = {name: getattr(own, name).changed(trial[member])
                        for name, member in zip(GEARS, members, strict=True) if member in trial}  # fmt: skip
             flanks.append(replace(own, **changed))
-        return BuiltSet(tuple(flanks), self.file.plan.displacement, self.file.plan.eccentricity)
+        return BuiltSet(tuple(flanks), self.solution.plan.displacement, self.solution.plan.eccentricity)
 
     def _solver(self, angles: int, torques: FloatArray) -> SetVariants:
         meshes = tuple(replace(mesh, assembly=mesh.assembly.of_teeth) for mesh in self.solution.train.meshes)
         train = replace(self.solution.train, meshes=meshes)
-        return SetVariants(self.file.plan, train, torques, angles, self.solution.pitches)
+        return SetVariants(self.solution.plan, train, torques, angles, self.solution.pitches)
 
     @cached_property
     def _few(self) -> SetVariants:
         return self._solver(FEW_ANGLES, self.solution.torque_Nm[self.load : self.load + 1])
 
-    def quickly(self, key: str, trial: Trial) -> float:
-        """Return a figure under the nominal torque, on few angles; infinite where it is not known."""
-        variant = self._few.solve(self._built(trial))
-        found = float(self._figure(key, variant)[0]) if variant.converged.all() else np.inf
-        return found if np.isfinite(found) else np.inf
+    @cached_property
+    def _all(self) -> SetVariants:
+        return self._solver(FEW_ANGLES, self.solution.torque_Nm)
+
+    def quickly(self, key: str, trial: Trial, every: bool = False) -> FloatArray:
+        """Return a figure on few angles under the nominal torque or under all, (D,); infinite where it is not known."""
+        variant = (self._all if every else self._few).solve(self._built(trial))
+        found = self._figure(key, variant)
+        return np.where(variant.converged.all(axis=1) & np.isfinite(found), found, np.inf)
 
     def _figure(self, key: str, variant: SetVariant) -> FloatArray:
         if key == "ste_peak_to_peak_um":
@@ -157,7 +182,7 @@ class SetTrials:
         whole = self._solver(self.solution.angles_per_pitch, self.solution.torque_Nm[nominal]).solve(self._built(trial))
         every = whole
         if len(self.solution.torque_Nm) > 1:
-            every = self._solver(FEW_ANGLES, self.solution.torque_Nm).solve(self._built(trial))
+            every = self._all.solve(self._built(trial))
         found = {}
         for key in ("ste_peak_to_peak_um", "k_h_beta", "flank_pressure_max_MPa", "tip_edge_load_N_per_mm"):
             values = np.where(every.converged.all(axis=1), self._figure(key, every), np.nan)
@@ -168,14 +193,17 @@ class SetTrials:
     def sections(self, gear: str) -> Sequence[str]:
         """Return the sections of the file that have the flanks of a member."""
         given = self.file.sections.members[gear].get(COAST)
-        return [f"{gear}.{MODIFICATION}", *([f"{gear}.{COAST}"] if given else [])]
+        of = f"{self.within}: " * bool(self.within)
+        return [f"{of}{gear}.{MODIFICATION}", *([f"{of}{gear}.{COAST}"] if given else [])]
 
 
 def verdict_of_set(file: SetFile, solution: SetSolution, data: Mapping[str, Any]) -> Verdict:
     """Return the verdict on a set under its nominal torque, by the content of `set.json`."""
     load = int(np.argmin(np.abs(solution.torque_Nm - file.plan.torque_Nm)))
     found = findings(seen_of_set(data, f"{data['torque_Nm']:g} N m" if len(data["torques"]) > 1 else ""))
-    return verdict_of(found, lambda one: set_remedy(file, solution, load, one.key, one.part), data["failures"])
+    return verdict_of(
+        found, lambda one, first: set_remedy(file, solution, load, one.key, one.part, first=first), data["failures"]
+    )  # fmt: skip
 
 
 def seen_of_set(data: Mapping[str, Any], load: str, part: str = "") -> Iterator[Seen]:
@@ -185,43 +213,60 @@ def seen_of_set(data: Mapping[str, Any], load: str, part: str = "") -> Iterator[
         yield Seen(load, f"{part}: {mesh['name']}" if part else mesh["name"], mesh)
 
 
-def set_remedy(file: SetFile, solution: SetSolution, load: int, key: str, part: str) -> Advice | str | None:
-    """Return what helps a figure of a set, by its key, or of one of its meshes; None where nothing does."""
+def set_remedy(
+    file: SetFile, solution: SetSolution, load: int, key: str, mesh: str, within: str = "", first: Advice | None = None
+) -> Advice | str | None:  # fmt: skip
+    """Return what helps a figure of a set, by its key, or of one of its meshes; None where nothing does.
+
+    Parameters
+    ----------
+    load : int
+        Number of the torque.
+    mesh : str
+        Its name; empty for the set as a whole.
+    within : str
+        Name of the set in a gearbox, empty otherwise.
+    first : Advice, optional
+        That is in the file.
+    """
     if solution.pitches * solution.angles_per_pitch > MOST_POSITIONS:
         return f"nothing is tried, since each trial takes {solution.pitches * solution.angles_per_pitch} positions"
-    if key == "k_gamma":
-        return even_load(file, solution, load)
     names = solution.mesh_names
-    tried = SetTrials(file, solution, load, names.index(part) if part in names else 0)
+    tried = SetTrials(file, solution, load, names.index(mesh) if mesh in names else 0, within)
+    if key == "k_gamma":
+        found = [] if within else even_load(with_first(tried, first))
+        return found[0][0] if found else "supports and pins are tried where the file of the set is run" * bool(within)
+    if first is not None and first.figure == "k_gamma":
+        file = next(changed for advice, changed in even_load(tried) if advice.changes == first.changes)
+        tried = replace(tried, file=file, solution=tried.anew(file), load=0)
+    tried = with_first(tried, first)
     advice = remedy(tried, key, tried.helix_of)
-    return replace(advice, part="") if advice is not None and advice.figure in OF_THE_SET else advice
+    return replace(advice, part=within) if advice is not None and advice.figure in OF_THE_SET else advice
 
 
-def even_load(file: SetFile, solution: SetSolution, load: int) -> Advice | None:
-    """Return what levels the load of the planets most: a sun that floats, a true pin, or a true gear."""
-    before, found = float(solution.k_gamma[load]), list[Advice]()
-    for what, said, change in _evener(file.sections):
+def even_load(tried: SetTrials) -> list[tuple[Advice, SetFile]]:
+    """Return what levels the load of the planets, the best first: a sun that floats, a true pin, or a true gear.
+
+    Each with the set that has it.
+    """
+    filed = tried.anew(tried.file).k_gamma[0] if tried.flanks else tried.solution.k_gamma[tried.load]
+    before, found = float(filed), list[tuple[Advice, SetFile]]()
+    for what, said, change in _evener(tried.file.sections):
         try:
-            changed = with_sections(file, said)
-            after = float(_solved_anew(changed, solution, load).k_gamma[0])
+            changed = with_sections(tried.file, said)
+            after = float(tried.anew(changed).k_gamma[0])
         except PmorError:
             continue
         if after - 1.0 <= (1.0 - LEAST_GAIN) * (before - 1.0):
-            found.append(Advice(what, "k_gamma", "", "", before, after, (change,)))
+            found.append((Advice(what, "k_gamma", "", "", before, after, (change,)), changed))
     if not found:
-        return None
-    best, *others = sorted(found, key=lambda advice: advice.after)
+        return []
+    (best, changed), *others = sorted(found, key=lambda one: one[0].after)
     beside = [
         f"Or {one.what[:1].lower()}{one.what[1:]}, to {one.after:.3g}: {written(one.changes)}."
-        for one in others if one.after < max(EVEN, best.after)
+        for one, _ in others if one.after < max(EVEN, best.after)
     ]  # fmt: skip
-    return replace(best, beside=tuple(beside))
-
-
-def _solved_anew(file: SetFile, solution: SetSolution, load: int) -> SetSolution:
-    plan = file.plan
-    train: GearTrain = replace(solution.train, free=plan.free, compliance=plan.compliance)
-    return solve_set(plan, train, solution.torque_Nm[load : load + 1], file.angles_per_pitch, file.pitches)
+    return [(replace(best, beside=tuple(beside)), changed), *others]
 
 
 def _evener(said: SetSections) -> Iterator[tuple[str, SetSections, Change]]:

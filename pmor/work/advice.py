@@ -5,15 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pmor.case import Case, change_case
+from pmor.case.coast import flank_of
 from pmor.case.document import GEARS
 from pmor.core.errors import PmorError
 from pmor.gear.clearance import clearance_warnings
+from pmor.pair.conditions import assembly_of, listed_conditions
 from pmor.pair.model import gear_pair
-from pmor.report.torque_table import torque_row
+from pmor.report.torque_table import condition_rows, torque_row
 from pmor.report.verdict import Finding, Seen, findings, verdict_of
 from pmor.results.verdict import Advice, Change
-from pmor_online.remedies import MeshTrials, off_most, remedy
+from pmor_online.remedies import off_most, remedy, with_first
 from pmor_online.run import OnlineResult
+from pmor_online.trials import FIGURES, MeshTrials, Under
 
 # Of the basic rack, in modules: by how much higher teeth are tried, the highest ones first, and the least gain.
 # Higher teeth are tried where the transverse contact ratio is not above `ENOUGH`.
@@ -23,14 +26,16 @@ HIGHER, LEAST_GAIN = (0.25, 0.2, 0.15, 0.1, 0.05), 0.05
 
 def with_verdict(found: OnlineResult) -> OnlineResult:
     """Return a result with its verdict."""
-    case, nominal = found.case, found.nominal
-    several = len(case.online.torques_Nm) > 1
-    seen = Seen(f"{case.torque_Nm:g} N m" if several else "", "", torque_row(found, nominal))
-    return replace(found, verdict=verdict_of(findings([seen]), lambda one: _tried(found, one), found.failures))
+    case = found.case
+    several = len(case.online.torques_Nm) > 1 or case.conditions
+    seen = [Seen(f"{case.torque_Nm:g} N m" if several else "", "", torque_row(found, found.nominal))]
+    seen += [Seen(one.name, "", condition_rows(one)[one.own]) for one in found.conditions]
+    said = verdict_of(findings(seen), lambda one, first: _tried(found, one, first), found.failures)
+    return replace(found, verdict=said)
 
 
-def _tried(found: OnlineResult, one: Finding) -> Advice | str | None:
-    case, torques = found.case, found.case.online.torques_Nm
+def _tried(found: OnlineResult, one: Finding, first: Advice | None) -> Advice | str | None:
+    case = found.case
     if case.reduction.shapes != "line_loads":
         return 'flanks are tried by line contact alone: write scheme = "line" in [contact]'
     if one.key == "effective_contact_ratio":
@@ -38,10 +43,26 @@ def _tried(found: OnlineResult, one: Finding) -> Advice | str | None:
         if rigid > ENOUGH:
             return f"relief takes contact off: teeth without it have a contact ratio of {rigid:.3g}"
         return higher_teeth(case)
-    tried = MeshTrials(found.reduced, torques, tuple(f"{torque:g} N m" for torque in torques), found.nominal)
+    if first is not None and first.figure not in FIGURES:
+        return None  # another body: it would have to be condensed anew
+    under = _loads(found)
+    load = next((n for n, load in enumerate(under) if load.label == one.load), found.nominal)
+    if one.load in {other.name for other in found.conditions} - {load.label for load in under}:
+        return f"flanks are tried for torques of one sign: {one.load} loads the other ones"
+    tried = MeshTrials(found.reduced, under, load)
     if tried.beyond:
         return "flanks are not tried, since each trial takes as long as this run: lower [online] angles_per_pitch"
+    tried = with_first(tried, first)
     return remedy(tried, one.key, off_most(tried, GEARS))
+
+
+def _loads(found: OnlineResult) -> tuple[Under, ...]:
+    """Torques of the sweep, and conditions that load the same flanks."""
+    case, own = found.case, assembly_of(found.case)
+    torques = [Under(f"{torque:g} N m", torque, own) for torque in case.online.torques_Nm]
+    listed = zip(case.conditions, listed_conditions(case), strict=True)
+    return (*torques, *(Under(one.name, 1e-3 * solved.torque, solved.assembly)
+                        for one, solved in listed if flank_of(one) == case.flank))  # fmt: skip
 
 
 def higher_teeth(case: Case) -> Advice | None:

@@ -24,18 +24,21 @@ def main(pairs=36, sets=14, gearboxes=10, rounds=1, seed=42):
             machine = random_machine(np.random.default_rng([seed, number, len(kind)]), kind)
             before = solved(machine)
             for turn in range(rounds):
-                advice, said = before["verdict"]["advice"], f"{kind} {number}, {turn + 1}: "
-                if advice is None:
+                advised, said = before["verdict"], f"{kind} {number}, {turn + 1}: "
+                if advised["advice"] is None:
                     silent += 1
-                    print(f"{said}{before['verdict']['not_good']} -> {before['verdict']['try_first']}", flush=True)
+                    print(f"{said}{advised['not_good']} -> {advised['try_first']}", flush=True)
                     break
-                machine = written_into(machine, advice["changes"])
-                after = solved(machine)
-                ratio = (figure_of(before, advice) - figure_of(after, advice)) / (advice["before"] - advice["after"])
-                kept.append(ratio)
-                told = re.sub(r"-?\d[\d.e-]*", "..", advice["what"])
-                kinds.setdefault(f"{told}: {advice['figure']}", []).append(ratio)
-                print(f"{said}{before['verdict']['try_first']} -> kept {ratio:.3f}", flush=True)
+                for line, advice in (("try_first", advised["advice"]), ("then", advised["then_advice"])):
+                    if advice is None:
+                        continue
+                    machine = written_into(machine, advice["changes"])
+                    after = solved(machine)
+                    ratio = (advice["before"] - figure_of(after, advice)) / (advice["before"] - advice["after"])
+                    kept.append(ratio)
+                    told = re.sub(r"-?\d[\d.e-]*", "..", advice["what"])
+                    kinds.setdefault(f"{line}, {told}: {advice['figure']}", []).append(ratio)
+                    print(f"{said}{advised[line]} -> kept {ratio:.3f}", flush=True)
                 before = after
     print(f"\n{'advice, and the figure that it is to better':90} machines  least kept")
     for name, ratios in sorted(kinds.items()):

@@ -1,6 +1,6 @@
 """The verdict: what is worst comes first, what helps is told, and where nothing does that is said."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import pytest
 
@@ -18,6 +18,9 @@ GOOD = {
 }  # fmt: skip
 SKEW = GOOD | {"k_h_beta": 2.9}
 LOUD = GOOD | {"ste_peak_to_peak_um": 3.0}
+LOUDER = {"ste_peak_to_peak_um": 3.0}
+TIPS = Change("pinion.modification", {"tip_relief_um": 7.0})
+RELIEF = Advice("Tip relief", "ste_peak_to_peak_um", "", "", 3.1, 0.5, (TIPS,))
 SLOPE = Advice(
     "Helix of the pinion", "k_h_beta", "first", "drive", 2.9, 1.03,
     (Change("first: pinion.modification", {"helix_slope_um": -40.9}, {"helix_slope_um": 5.0}),),
@@ -37,9 +40,25 @@ def test_the_worst_load_and_part_of_each_figure_counts_and_the_worst_figure_come
     assert found[0].excess > found[1].excess > 1.0 > found[2].excess
 
 
+def both(one, first):
+    """Flanks that are true, then relief on these."""
+    return SLOPE if one.key == "k_h_beta" else RELIEF
+
+
+def test_a_second_figure_is_bettered_with_the_first_advice_in_the_file_where_it_still_is_not_good():
+    found = findings([Seen("", "", SKEW | {"ste_peak_to_peak_um": 30.0})])
+    assert [one.key for one in found[:2]] == ["ste_peak_to_peak_um", "k_h_beta"]
+    given = []
+    verdict = verdict_of(found, lambda one, first: given.append(first) or both(one, first))
+    assert given == [None, SLOPE]
+    assert (verdict.advice, verdict.then_advice, verdict.then) == (SLOPE, RELIEF, RELIEF.text)
+    for other in (replace(RELIEF, before=0.9), replace(RELIEF, changes=SLOPE.changes)):
+        assert verdict_of(found, lambda one, first, other=other: other if first else SLOPE).then_advice is None
+
+
 def test_what_helps_is_told_with_its_keys_and_numbers():
     found = findings([Seen("drive", "first", SKEW)])
-    verdict = verdict_of(found, lambda one: SLOPE if one.key == "k_h_beta" else None)
+    verdict = verdict_of(found, lambda one, first: SLOPE if one.key == "k_h_beta" else None)
     assert verdict.try_first == TEXT
     assert verdict.not_good == "Under drive: K_Hβ 2.9 (first)."
     assert "tip edges stay clear" in verdict.good
@@ -49,7 +68,7 @@ def test_what_helps_is_told_with_its_keys_and_numbers():
 def test_where_nothing_helps_the_next_figure_is_tried_and_that_is_said():
     asked = []
 
-    def nothing(one):
+    def nothing(one, first):
         asked.append(one.key)
 
     verdict = verdict_of(findings([Seen("", "", SKEW | {"ste_peak_to_peak_um": 3.0})]), nothing)
@@ -77,7 +96,7 @@ def test_planets_that_hardly_carry_are_named():
 
 
 def test_pages_and_screens_tell_the_same_three_lines():
-    data = {"verdict": verdict_of(findings([Seen("", "", SKEW)]), lambda one: SLOPE).data}
+    data = {"verdict": verdict_of(findings([Seen("", "", SKEW | LOUDER)]), both).data}
     (block,) = verdict_blocks(data)
     page, text, screen = page_html("t", [block]), page_markdown("t", [block]), "\n".join(verdict_text(data["verdict"]))
     for head, sentence in block.lines:

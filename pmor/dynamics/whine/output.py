@@ -187,7 +187,7 @@ def whine_verdict(data: Data) -> list[Verdict]:
     parts, bad = factor > MOST_FACTOR, list[str]()
     if parts:
         bad.append(f"Flanks would part: {contact}.")
-    good = "Nothing of what is judged here." if parts else f"Flanks stay in contact: {contact}."
+    good = "Nothing, while flanks do not stay in contact." if parts else f"Flanks stay in contact: {contact}."
     top = max(load["peaks"], key=lambda row: float(row["force_rms_N"]), default=None)
     if top is None:
         return [Verdict(good, " ".join(bad) or "No peak of a bearing force lies within the speeds.", "Nothing.")]
