@@ -19,12 +19,13 @@ Files of any kind
     `SetResult`.
 Models
     `train`: solves full FE over the training of a case; a `ReducedModel`, with `sweep`, `sweep_conditions`,
-    `root_stress`, `report`, `export`, `dynamics`, `design`. `load_model`: reads one from a file. `full_model`: full FE
+    `root_stress`, `report`, `export`, `dynamics`, `design`; of a set or a gearbox a `MachineModel`, with `sweep` and
+    `sweep_conditions`. `load_model`: reads one from a file. `full_model`: full FE
     of a case, a `FullModel`. `compare`: a reduced model beside full FE, a `Comparison`.
     `run_case`: all that a case asks for, with its files; a `RunResult`.
 Results
     `SweepResult`: transmission error, load sharing, stiffness over angles and torques. `ConditionsResult`: of many
-    assemblies. `RootStress`: along the fillets.
+    assemblies; `VariantsResult`: of several sets or gearboxes. `RootStress`: along the fillets.
 Capabilities and experiments, with their files where a folder is given
     `run_dynamics`: a pair in motion, a `DynamicsResult`, or a gearbox, a `MotionResult`. `run_design`: a search for
     flank modifications, a `DesignResult`. `campaign`: a table of macro-geometries, a `CampaignResult`.
@@ -82,6 +83,7 @@ if TYPE_CHECKING:
     from pmor.app.files import Verification, info, load_results, verify
     from pmor.app.full import FullModel, full_model
     from pmor.app.geometry import Geometry, geometry
+    from pmor.app.machine_model import MachineModel, VariantsResult
     from pmor.app.model import ReducedModel
     from pmor.app.result import ConditionsResult, SweepResult
     from pmor.app.run import RunResult, run_case
@@ -119,6 +121,7 @@ _HOMES = {
     "pmor.app.files": ("Verification", "info", "load_results", "verify"),
     "pmor.app.full": ("FullModel", "full_model"),
     "pmor.app.geometry": ("Geometry", "geometry"),
+    "pmor.app.machine_model": ("MachineModel", "VariantsResult"),
     "pmor.app.model": ("ReducedModel",),
     "pmor.app.capabilities": (
         "bench", "campaign", "convergence", "load", "plan", "reductions", "run", "run_design",
@@ -150,12 +153,13 @@ _MOVED = {"gear_set": "run", "gearbox": "run"}
 __all__ = [
     "Assembly", "CampaignResult", "Case", "CaseError", "Comparison", "ConditionsResult", "ConvergenceError",
     "DesignResult", "Differences", "DynamicsResult", "ExternalProgramError", "FileFormatError", "FullModel",
-    "GearboxResult", "Geometry", "GeometryError", "MeshError", "Misalignment", "Modification", "MotionResult",
-    "OutputError", "PmorError", "ReducedModel", "ResultArray", "RootStress", "RunResult", "SetResult", "SweepResult",
-    "Topography", "Verification", "Wave", "bench", "campaign", "change", "change_case", "compare", "convergence",
-    "diff", "export_file", "exudyn_mesh", "full_model", "geometry", "import_rexs", "info", "load", "load_case",
-    "load_model", "load_results", "make", "make_case", "plan", "reductions", "run", "run_case", "run_design",
-    "run_dynamics", "stability", "study", "train", "verify", "write_campaign_case", "write_design_case", "__version__",
+    "GearboxResult", "Geometry", "GeometryError", "MachineModel", "MeshError", "Misalignment", "Modification",
+    "MotionResult", "OutputError", "PmorError", "ReducedModel", "ResultArray", "RootStress", "RunResult",
+    "SetResult", "SweepResult", "Topography", "VariantsResult", "Verification", "Wave", "bench", "campaign",
+    "change", "change_case", "compare", "convergence", "diff", "export_file", "exudyn_mesh", "full_model",
+    "geometry", "import_rexs", "info", "load", "load_case", "load_model", "load_results", "make", "make_case",
+    "plan", "reductions", "run", "run_case", "run_design", "run_dynamics", "stability", "study", "train", "verify",
+    "write_campaign_case", "write_design_case", "__version__",
 ]  # fmt: skip
 
 

@@ -101,15 +101,32 @@ def loaded_flank(case: Case, torques_Nm: Any) -> tuple[str, Any]:
     """
     if torques_Nm is None:
         return case.flank, None
-    listed = _listed(torques_Nm, f"{case.name}: torques_Nm")
+    negative, listed = of_one_sign(case.name, torques_Nm)
+    return "coast" if negative else "drive", listed
+
+
+def of_one_sign(name: str, torques_Nm: Any) -> tuple[bool, Any]:
+    """Return whether torques are negative, and the torques, listed; CaseError where they have both signs."""
+    listed = _listed(torques_Nm, f"{name}: torques_Nm")
     values = [value for value in np.ravel(np.array(listed, dtype=object)) if isinstance(value, int | float | np.number)]
     signs = {bool(value < 0) for value in values}
     if len(signs) > 1:
         raise CaseError(
-            f"{case.name}: torques_Nm = {torques_Nm!r:.60}: load the drive flanks and the coast flanks: sweep those of "
+            f"{name}: torques_Nm = {torques_Nm!r:.60}: load the drive flanks and the coast flanks: sweep those of "
             "one sign at a time"
         )
-    return "coast" if True in signs else "drive", listed
+    return True in signs, listed
+
+
+def amounts_of(name: str, torques_Nm: Any) -> tuple[tuple[float, ...], float]:
+    """Return torques of a machine as amounts, checked as those of a case, and their sign; CaseError where they fail."""
+    negative, listed = of_one_sign(name, torques_Nm)
+    return Reader(name).value(negated(listed) if negative else listed, TORQUES, "torques_Nm"), -1.0 if negative else 1.0
+
+
+def whole_angles(name: str, angles: Any) -> int:
+    """Return how many angles to a mesh cycle are asked for of a machine; CaseError where that is no such number."""
+    return int(Reader(name).value(angles, ANGLES, "angles"))
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Sets and gearboxes solved: their results leave files in formats of other programs beside their own."""
+"""Sets and gearboxes solved, once or over torques and variants; REXS files are beside those of their results."""
 
 from __future__ import annotations
 
@@ -20,13 +20,18 @@ from pmor.sets.run import run as solve_set
 
 def run_set(file: SetFile, **options: Any) -> SetResult:
     """Solve a set as `pmor.sets.run.run`; its result leaves `set.rexs` where REXS has words for it."""
-    return replace(solve_set(file, **options), beside={} if why_not(file, "rexs") else {"set.rexs": _set_rexs})
+    return with_rexs(solve_set(file, **options))
 
 
 def run_gearbox(file: GearboxFile, **options: Any) -> GearboxResult:
     """Solve a gearbox as `pmor.machine.run.run`; its result leaves `gearbox.rexs` where REXS has words for it."""
-    beside = {} if why_not(file, "rexs") else {"gearbox.rexs": _gearbox_rexs}
-    return replace(solve_gearbox(file, **options), beside=beside)
+    return with_rexs(solve_gearbox(file, **options))
+
+
+def with_rexs(found: Any) -> Any:
+    """Return a result that leaves a REXS file where REXS has words for the machine."""
+    name, write = ("set.rexs", _set_rexs) if isinstance(found, SetResult) else ("gearbox.rexs", _gearbox_rexs)
+    return found if why_not(found.file, "rexs") else replace(found, beside={name: write})
 
 
 def _set_rexs(result: SetResult, path: Path) -> None:

@@ -12,7 +12,7 @@ from pmor.core.arrays import BoolArray, FloatArray, IntArray
 from pmor.export.tables import ResultArray, line_entries, sweep_entries
 from pmor.gear.condition import PLAIN, Assembly
 from pmor.gear.pair import GearPair
-from pmor.report.curves import Drawn
+from pmor.report.curves import Drawn, joined
 from pmor.report.data_files import ste_columns, write_ste_csv
 from pmor.report.flank_figures import flank_maps_figure
 from pmor.report.replay import figure_of
@@ -27,7 +27,6 @@ from pmor.results.sensitivity import Sensitivities
 from pmor.results.shaft_orders import MOST_LISTED, ShaftOrder, shaft_orders
 from pmor.results.solution import MeshView, PartView, place_of
 from pmor.results.sweep import MeshStiffness, SteSweep, mesh_orders, mesh_stiffness, peak_to_peak_um, ste_mean_um
-from pmor.results.tabular import Tabular
 from pmor_online.model import ReducedPair
 from pmor_online.readings import derivatives, flank_maps, forces_on_gears
 
@@ -277,7 +276,7 @@ class SweepResult(Drawn):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ConditionsResult(Tabular):
+class ConditionsResult(Drawn):
     """Static transmission error of B assemblies of a pair, over T torques and N pinion angles.
 
     Parameters
@@ -331,6 +330,10 @@ class ConditionsResult(Tabular):
             "ste_mean_um": self.mean_um.ravel(), "ste_peak_to_peak_um": self.peak_to_peak_um.ravel(),
             "converged": self.converged.all(axis=2).ravel(),
         }  # fmt: skip
+
+    def _drawn(self) -> Columns:
+        names = self.names or map(str, range(len(self.results)))
+        return joined({name: one.columns() for name, one in zip(names, self.results, strict=True)})
 
     def __repr__(self) -> str:
         failed = int(np.count_nonzero(~self.converged))

@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
 
 from pmor.app.full import FullModel, full_model
 from pmor.app.model import ReducedModel
+from pmor.app.records import KINDS, kind_of_settings
 from pmor.case import Case
 from pmor.core.errors import CaseError
 from pmor.core.progress import Steps, quietly, stage
@@ -23,16 +25,32 @@ from pmor.work.cost import meshed_within_memory, refuse_large_basis
 from pmor.work.offline import OfflineSummary, parts_of, run_offline, trained_on, training_words
 from pmor_online.compare import Comparison, compare_models
 
+if TYPE_CHECKING:
+    from pmor.app.machine_model import MachineModel
+    from pmor.machine.loader import GearboxFile
+    from pmor.sets.loader import SetFile
 
-@suggesting
+
+@overload
 def train(
     case: Case, full: FullModel | None = None, *, file: Path | str | None = None, resume: bool = False,
     overwrite: bool = False, executor: Executor | None = None, progress: Steps = quietly,
-) -> ReducedModel:  # fmt: skip
-    """Solve full FE over the training of a case and reduce it.
+) -> ReducedModel: ...  # fmt: skip
+@overload
+def train(
+    case: SetFile | GearboxFile, *, executor: Executor | None = None, progress: Steps = quietly
+) -> MachineModel: ...
+@suggesting
+def train(
+    case: Any, full: FullModel | None = None, *, file: Path | str | None = None, resume: bool = False,
+    overwrite: bool = False, executor: Executor | None = None, progress: Steps = quietly,
+) -> Any:  # fmt: skip
+    """Solve full FE over the training of a case and reduce it; of a machine the finite elements of all its gears.
 
     Parameters
     ----------
+    case : Case, SetFile or GearboxFile
+        A machine has no file of its own, and nothing to resume: `pmor.run` keeps its gears beside a folder.
     full : FullModel, optional
         Of a case with the same pair, mesh and contact scheme, where there is one already.
     file : Path or str, optional
@@ -48,8 +66,8 @@ def train(
 
     Returns
     -------
-    ReducedModel
-        Its ``failures`` name the full solutions that did not converge.
+    ReducedModel or MachineModel
+        ``failures`` of the first name the full solutions that did not converge.
 
     Raises
     ------
@@ -60,6 +78,8 @@ def train(
     OutputError
         When the file exists and may not be replaced, or cannot be written.
     """
+    if not isinstance(case, Case):
+        return _machine(case, (full, file, resume or None), executor, progress)
     if file is not None:
         train_file(case, Path(file), full=full, resume=resume, overwrite=overwrite, executor=executor,
                    progress=progress)  # fmt: skip
@@ -70,6 +90,17 @@ def train(
     mesh = full.elastic.mesh if full else meshed_within_memory(case)
     trained = trained_on(case, full.elastic if full else None, executor, progress, mesh)
     return ReducedModel(trained.basis, trained.force)
+
+
+def _machine(file: Any, of_pairs: Sequence[Any], executor: Executor | None, progress: Steps) -> MachineModel:
+    from pmor.app.machine_model import train_machine
+
+    kind = kind_of_settings(file)
+    if kind not in ("set", "gearbox"):
+        raise CaseError(f"{file.name}: is {KINDS[kind].words}, and no machine: use pmor.run")
+    if any(one is not None for one in of_pairs):
+        raise CaseError(f"{file.name}: full, file and resume are of pairs: pmor.run keeps gears beside its folder")
+    return train_machine(file, executor, progress)
 
 
 def train_file(

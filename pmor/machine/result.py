@@ -30,9 +30,9 @@ from pmor.report.data_files import write_bearings_csv, write_columns_csv, write_
 from pmor.report.replay import figure_of
 from pmor.results.load_distribution import line_states
 from pmor.results.loads import together
-from pmor.results.quantities import TABLE
 from pmor.results.root_stress import GEARS
 from pmor.results.solution import MeshView, PartView, place_of
+from pmor.results.tabular import headed
 from pmor.sets.vtkhdf import write_set
 from pmor.storage.results_file import ResultsFile, write_results_file
 from pmor.work.results import writing_results
@@ -73,8 +73,12 @@ class GearboxResult(Drawn):
     @cached_property
     def data(self) -> Data:
         """All of it as plain data: the content of `gearbox.json`."""
-        data = gearbox_data(self.file, self.loads, self.failures, self.fits)
-        return data | {"verdict": verdict_of_gearbox(self.loads, self.pairs, self.fits, data)}
+        return self._numbers | {"verdict": verdict_of_gearbox(self.loads, self.pairs, self.fits, self._numbers)}
+
+    @cached_property
+    def _numbers(self) -> Data:
+        """`data` without a verdict, which takes sweeps of its own."""
+        return gearbox_data(self.file, self.loads, self.failures, self.fits)
 
     def to_csv(self, path: Path | str) -> None:
         """Write the table `ste.csv`: a row for each load, mesh or set, and angle, units in the header."""
@@ -84,10 +88,14 @@ class GearboxResult(Drawn):
         """All of it by the names of columns, for `to_dataframe`: a value for each load, mesh or set, and angle."""
         return gearbox_columns(self.loads)
 
-    def _shown(self) -> Columns:
-        rows = mesh_rows(self.data)
+    def figures(self) -> Columns:
+        """The main figures of each mesh under each load that has an equilibrium, by their keys."""
+        rows = mesh_rows(self._numbers)
         keys = ("load", "name", "ste_mean_um", "ste_peak_to_peak_um", "k_h_beta", "flank_pressure_max_MPa")
-        return {TABLE[key].head if key in TABLE else key: [row.get(key) for row in rows] for key in keys}
+        return {key: [row.get(key) for row in rows] for key in keys}
+
+    def _shown(self) -> Columns:
+        return headed(self.figures())
 
     def _labelled(self) -> dict[str, ResultArray]:
         return results_entries(self._results_file())

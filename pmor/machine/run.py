@@ -17,7 +17,7 @@ import numpy as np
 
 from pmor.case.capability import refuse_beyond
 from pmor.core.errors import ConvergenceError
-from pmor.core.progress import quietly, stage
+from pmor.core.progress import Progress, quietly, stage
 from pmor.core.threads import in_order
 from pmor.gear.condition import Condition
 from pmor.line.lost import lost_of_pair
@@ -78,13 +78,20 @@ def run(
     CaseError
         Where loads turn with shafts that no few turns of a carrier bring back.
     """
-    refuse_beyond(file, "sweep")
-    step, seconds = progress or quietly, dict[str, float]()
     names = (*FILES, *set_files(file))
     with nullcontext() if folder is None else results_folder(Path(folder), names, (), overwrite, file.inputs):
         kept = kept_beside(None if folder is None else Path(folder), overwrite)
-        with _timed(seconds, "finite elements"):
-            trained, trains = meshes_and_trains(file, kept, executor)
+        return solved(file, kept, executor, progress or quietly)
+
+
+def solved(
+    file: GearboxFile, kept: KeptGear, executor: Executor | None = None, step: Callable[[int], None] = quietly
+) -> GearboxResult:
+    """Solve a gearbox as `run`, its gears from where they are kept."""
+    refuse_beyond(file, "sweep")
+    seconds = dict[str, float]()
+    with _timed(seconds, "finite elements"):
+        trained, trains = meshes_and_trains(file, kept, executor)
     loads, failures = solved_loads(file, trained, trains, executor, step, seconds)
     with _timed(seconds, "tolerances"):
         loads = tuple(with_samples(load, trained, file.angles_per_pitch, executor) for load in loads)
@@ -119,13 +126,13 @@ def solved_loads(
         except ConvergenceError as error:
             return f"load {load.name}: {error}"
 
-    with _timed(seconds, "loads"):
-        for solved in in_order(solve, every, over_loads, lambda: step(1)):
-            if isinstance(solved, str):
-                failures.append(solved)
+    with _timed(seconds, "loads"), Progress(len(every), "loads", further=step) as bar:
+        for found in in_order(solve, every, over_loads, bar.step):
+            if isinstance(found, str):
+                failures.append(found)
             else:
-                loads.append(solved)
-                failures += lost_of_load(solved)
+                loads.append(found)
+                failures += lost_of_load(found)
     pairs = {name: keeping_sections(reduced) for name, reduced in trained.items()}
     with _timed(seconds, "rigid supports, root stress"):
         return with_rigid_supports(loads, pairs, trains, angles, executor), tuple(failures)

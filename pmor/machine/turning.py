@@ -7,6 +7,7 @@ of the speeds, so that all stands as before after as many turns of the carrier a
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -14,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pmor.body.beam import NODE
 from pmor.core.arrays import FloatArray
 from pmor.machine.load_settings import LoadCase, Mass
 from pmor.machine.model import GearboxModel, speeds_rpm, turning_together
@@ -25,6 +25,8 @@ MOST_TURNS = 20
 ROUNDED = 1e-9
 # kg mm in t mm, and rad/s of a rpm.
 KG, RPM = 1e-3, math.pi / 30.0
+# Directions at a node.
+ALONG_Y, ABOUT_Y = 1, 4
 
 
 class Turning(NamedTuple):
@@ -55,27 +57,34 @@ def turning_loads(
     """
     speeds, found = speeds_rpm(model, load), dict[str, FloatArray]()
 
-    def add(shaft: str, first: int, y: float, z: float) -> None:
-        if y or z:
+    def add(shaft: str, first: int, across: complex) -> None:
+        if across:
             both = found.setdefault(shaft, np.zeros((2, size)))
-            both[:, first : first + 2] += (y, z), (-z, y)
+            both[:, first : first + 2] += (across.real, across.imag), (-across.imag, across.real)
 
-    back = _return(model, _said(load))
-    for force in load.forces:
-        if force.turns and back:
-            add(force.shaft, node(force.shaft, force.at_mm) + 1, force.y_N, force.z_N)
-    for moment in load.moments:
-        if moment.turns and back:
-            add(moment.shaft, node(moment.shaft, moment.at_mm) + NODE - 2, 1e3 * moment.y_Nm, 1e3 * moment.z_Nm)
+    if _return(model, _said(load)):
+        for shaft, place, across, first in turning_with_shafts(load):
+            add(shaft, node(shaft, place) + first, across)
     for body in unbalances_over_turns(model, load):
-        amount = KG * body.unbalance_kg_mm * (RPM * speeds[body.shaft]) ** 2
-        angle = math.radians(body.unbalance_deg)
-        add(body.shaft, node(body.shaft, body.at_mm) + 1, amount * math.cos(angle), amount * math.sin(angle))
+        add(body.shaft, node(body.shaft, body.at_mm) + ALONG_Y, unbalance(body, RPM * speeds[body.shaft]))
     carriers = _carriers(model)
     return tuple(
         Turning(shaft, both, tuple(_rate(model, shaft, carrier) for carrier in carriers))
         for shaft, both in found.items()
     )
+
+
+def turning_with_shafts(load: LoadCase) -> list[tuple[str, float, complex, int]]:
+    """Return forces and moments that are said to turn: shaft, place, y + i z at the start, direction of y."""
+    return [
+        *((one.shaft, one.at_mm, complex(one.y_N, one.z_N), ALONG_Y) for one in load.forces if one.turns),
+        *((one.shaft, one.at_mm, 1e3 * complex(one.y_Nm, one.z_Nm), ABOUT_Y) for one in load.moments if one.turns),
+    ]
+
+
+def unbalance(body: Mass, rate: float) -> complex:
+    """Return the force of an unbalanced body on its shaft at so many rad/s: y + i z at the start, N."""
+    return KG * body.unbalance_kg_mm * rate**2 * cmath.exp(1j * math.radians(body.unbalance_deg))
 
 
 def unbalances_over_turns(model: GearboxModel, load: LoadCase) -> list[Mass]:

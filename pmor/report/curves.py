@@ -83,6 +83,13 @@ def _by_name(
     return found
 
 
+def joined(tables: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the columns that hold the curves of several results as those of one, each by its name."""
+    keys = [key for key in (*NAMES[:2], LOAD, "phi_rad", "ste_um") if all(key in one for one in tables.values())]
+    found: dict[str, Any] = {key: np.concatenate([one[key] for one in tables.values()]) for key in keys}
+    return found | {"curve": [name for name, one in tables.items() for _ in one["phi_rad"]]}
+
+
 def plot_curves(axes: Axes, shown: Curves, label: str = "", **style: Any) -> None:
     """Draw all curves into axes with their names and a label; `style` goes to `matplotlib.axes.Axes.plot`."""
     for (load, part), (x, y) in shown.curves.items():

@@ -51,7 +51,7 @@ class Tabular:
 
     def _shown(self) -> Columns:
         """What a notebook shows of it."""
-        return self.columns()
+        return headed(self.columns())
 
     def _labelled(self) -> Mapping[str, Labelled]:
         """Return its arrays, as `results.h5` has them; empty of one that is a table alone."""
@@ -99,6 +99,11 @@ class Tabular:
 
     def _repr_html_(self) -> str:
         return html_table(repr(self), self._shown())
+
+
+def headed(columns: Columns) -> Columns:
+    """Return columns by the words of the table of quantities, where it has their keys."""
+    return {TABLE[key].head if key in TABLE else key: values for key, values in columns.items()}
 
 
 def unit_of(name: str) -> str:

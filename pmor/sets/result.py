@@ -19,6 +19,7 @@ from pmor.report.curves import Drawn
 from pmor.report.data_files import write_bearings_csv, write_columns_csv, write_table_csv
 from pmor.report.replay import figure_of
 from pmor.report.torque_figures import tolerance_figure
+from pmor.results.tabular import headed
 from pmor.sets.figures import (
     path_figure,
     pin_figure,
@@ -77,8 +78,12 @@ class SetResult(Drawn):
     @cached_property
     def data(self) -> Data:
         """All of it as plain data: the content of `set.json`."""
-        data = set_data(self.file, self.solution, self.samples, self.failures)
-        return data | {"verdict": verdict_of_set(self.file, self.solution, data).data}
+        return self._numbers | {"verdict": verdict_of_set(self.file, self.solution, self._numbers).data}
+
+    @cached_property
+    def _numbers(self) -> Data:
+        """`data` without a verdict, which takes sweeps of its own."""
+        return set_data(self.file, self.solution, self.samples, self.failures)
 
     @property
     def ste_um(self) -> FloatArray:
@@ -164,10 +169,15 @@ class SetResult(Drawn):
         """All of it by the names of columns, for `to_dataframe`: a value for each torque and angle."""
         return set_columns(self.solution, self._torques_Nm)
 
-    def _shown(self) -> Columns:
+    def figures(self) -> Columns:
+        """The main figures under each torque, by their keys."""
         mean, span = (np.array([known(of, ste) for ste in self.ste_um]) for of in (np.mean, np.ptp))
-        columns = {"torque, N m": self._torques_Nm, "STE mean, um": mean, "peak-to-peak, um": span}
-        return columns | ({"K_γ": self.k_gamma} if self.solution.plan.planets else {})
+        found = {"torque_Nm": self._torques_Nm, "ste_mean_um": mean, "ste_peak_to_peak_um": span}
+        converged = {"converged": self.solution.converged.all(axis=1)}
+        return found | ({"k_gamma": self.k_gamma} if self.solution.plan.planets else {}) | converged
+
+    def _shown(self) -> Columns:
+        return headed(self.figures())
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
         """Write `set.json`, `set.md`, `report.html`, the pictures, tables, `results.h5` and `set.vtkhdf`.

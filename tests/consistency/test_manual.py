@@ -22,7 +22,7 @@ import pmor
 from pmor.app.cli import build_parser, main
 
 MANUAL = Path(__file__).parents[2] / "cases" / "manual"
-PAGES = ("ten_minutes.md", "ten_minutes.ipynb", "recipes.md")
+PAGES = ("ten_minutes.md", "ten_minutes.ipynb", "recipes.md", "results.md")
 RUN = ("toml", "sh", "python", "output")
 
 pytestmark = pytest.mark.jit

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pmor.core.arrays import ComplexArray, FloatArray
-from pmor.dynamics.whine.discs import KG
 from pmor.dynamics.whine.moving import MovingMachine
-from pmor.machine.loaded import ABOUT_AXIS, TILT
+from pmor.machine.loaded import ABOUT_AXIS
 from pmor.machine.model import GearboxModel
+from pmor.machine.turning import ALONG_Y, turning_with_shafts, unbalance
 
 
 @dataclass(frozen=True)
@@ -39,24 +39,17 @@ def unbalances(model: GearboxModel, machine: MovingMachine) -> list[Swinging]:
         bodies = [one for one in model.sections.masses if one.shaft == shaft and one.unbalance_kg_mm > 0.0]
         if not bodies:
             continue
-        amounts = [
-            (body.at_mm, KG * body.unbalance_kg_mm * rate**2 * np.exp(1j * math.radians(body.unbalance_deg)), 1)
-            for body in bodies
-        ]
+        amounts = [(body.at_mm, unbalance(body, rate), ALONG_Y) for body in bodies]
         found.append(_across(f"unbalance of {shaft}", machine, shaft, amounts, False))
     return found
 
 
 def turning(machine: MovingMachine) -> list[Swinging]:
     """Return the forces and moments of the load that turn with their shafts, all of a shaft together."""
-    load, acting = machine.load, dict[str, list[tuple[float, complex, int]]]()
-    for force in load.forces:
-        if force.turns and machine.rates.get(force.shaft):
-            acting.setdefault(force.shaft, []).append((force.at_mm, complex(force.y_N, force.z_N), 1))
-    for moment in load.moments:
-        if moment.turns and machine.rates.get(moment.shaft):
-            both = 1e3 * complex(moment.y_Nm, moment.z_Nm)
-            acting.setdefault(moment.shaft, []).append((moment.at_mm, both, TILT[0]))
+    acting = dict[str, list[tuple[float, complex, int]]]()
+    for shaft, place, across, first in turning_with_shafts(machine.load):
+        if machine.rates.get(shaft):
+            acting.setdefault(shaft, []).append((place, across, first))
     return [_across(f"load on {shaft}", machine, shaft, amounts, True) for shaft, amounts in acting.items()]
 
 
