@@ -10,7 +10,7 @@ import numpy as np
 from pmor.campaigns.bands import bands_of
 from pmor.campaigns.columns import Columns
 from pmor.campaigns.keys import split, unit_of
-from pmor.campaigns.kind import PEAKS
+from pmor.campaigns.kind import PEAKS, Kind
 from pmor.campaigns.rows import STATUSES
 from pmor.core.arrays import FloatArray
 from pmor.report.explorer import Column, Designs
@@ -29,7 +29,8 @@ NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(\.\d+)?(e[-+]?\d+)?(?!\w)")
 ROUND_OFF = 1e-9
 # Parts of the names of sections that say nothing to a reader.
 UNTOLD = ("modification", "coast_modification", "blank", "shafts", "bearings", "places")
-UNITS = re.compile(r"_(mm|um|deg|GPa|Nm)$")
+# Ends of keys, such as N_per_mm or kg_m2.
+UNITS = re.compile(r"(_(k?N(mm?)?|[mu]?m|mm?[23]|GPa|MPa|mPas|m?rad|deg|rpm|Hz|kg|s2?|percent|per))+$")
 
 
 def case_file(number: int) -> str:
@@ -73,8 +74,8 @@ def blocks_of(result: Columns, said: Verdict) -> list[Block | Designs]:
 def label_of(name: str) -> str:
     """Return a key of the case in words, without its unit."""
     section, key = split(name)
-    told = " ".join(part for part in section.split(".") if part not in UNTOLD)
-    return f"{told} {UNITS.sub('', key).replace('_', ' ')}"
+    parts = [part for part in section.split(".") if part not in UNTOLD]
+    return " ".join(UNITS.sub("", part).replace("_", " ") for part in (*parts, key))
 
 
 def _explorer(result: Columns) -> list[Block | Designs]:
@@ -125,7 +126,7 @@ def _best(result: Columns) -> Table:
          *(float(result.judged(figure.key)[i]) for figure in figures), float(result.results[figures[0].key][i])]
         for i in order
     ]  # fmt: skip
-    inputs = [_headed(label_of(name), unit_of(name, result.campaign.kind.known)) for name in result.inputs]
+    inputs = [head_of(name, result.campaign.kind) for name in result.inputs]
     results = [_headed(figure.symbol, figure.shown_unit) for figure in figures]
     base = result.campaign.kind.key
     few = _headed(f"{figures[0].symbol}, on the angles of the {base}", figures[0].shown_unit)
@@ -147,6 +148,13 @@ def _bands(result: Columns) -> Table | None:
     columns = ("result", "base", "lowest", "highest", "decided by", "lowest with it", "highest with it")
     note = "Each key by itself, the others as in the first design: what several do together may be more."
     return Table("Bands, and the key that decides", columns, rows, note)
+
+
+def head_of(name: str, kind: Kind) -> str:
+    """Return a key, or a result, as the head of a column: in words, with its unit."""
+    if any(figure.key == name for figure in kind.figures):
+        return kind.figure(name).head
+    return _headed(label_of(name), unit_of(name, kind.known))
 
 
 def _headed(label: str, unit: str) -> str:

@@ -5,20 +5,26 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pmor.campaigns.campaign import Campaign
 from pmor.campaigns.columns import Columns, Effort
 from pmor.campaigns.output import campaign_text, write_campaign
+from pmor.campaigns.page import head_of
 from pmor.campaigns.rows import STATUSES, Answer
 from pmor.core.arrays import FloatArray, IntArray
-from pmor.results.tabular import Tabular
+from pmor.core.errors import CaseError
+from pmor.core.wording import did_you_mean
+from pmor.report.curves import Drawn
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class CampaignResult(Columns, Tabular):
+class CampaignResult(Columns, Drawn):
     """All designs of a campaign, as arrays and as files; parameters as in `pmor.campaigns.columns.Columns`."""
 
     def write(self, folder: Path | str, *, overwrite: bool = False) -> None:
@@ -39,6 +45,35 @@ class CampaignResult(Columns, Tabular):
         """All of it by the names of columns, for `to_dataframe`: a value for each design."""
         numbers = np.arange(1, len(self.codes) + 1)
         return {"design": numbers, "status": self.status, **self.inputs, **self.results, "reason": self.reasons}
+
+    def plot(self, ax: Axes | None = None, x: str = "", y: str = "", **style: Any) -> Axes:
+        """Draw the designs as points over two of their columns.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            To draw into; those of a new figure by default.
+        x, y : str
+            Names of columns, keys or results; by default the first two results of the page.
+        **style
+            Of `matplotlib.axes.Axes.plot`.
+
+        Raises
+        ------
+        CaseError
+            When there is no such column.
+        """
+        kind, every = self.campaign.kind, {**self.inputs, **self.results}
+        names = [given or default for given, default in zip((x, y), kind.first, strict=False)]
+        for name in names:
+            if name not in every:
+                raise CaseError(f"{self.campaign.name}: {name}: is no column: {did_you_mean(name, list(every))}")
+
+        def draw(axes: Axes) -> None:
+            axes.plot(*(every[name] for name in names), **{"ls": "", "marker": "o", "ms": 3.5, **style})
+            axes.set(xlabel=head_of(names[0], kind), ylabel=head_of(names[1], kind))
+
+        return self._plotted(ax, draw)
 
     def __repr__(self) -> str:
         return f"<CampaignResult of {self.campaign.name!r}: {len(self.codes)} designs>"

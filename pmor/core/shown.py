@@ -20,9 +20,27 @@ LINE = "border-top: 1px solid currentColor; text-align: right"
 
 
 def brief(kind: Kind) -> Kind:
-    """Let a dataclass show itself in one line: what differs from its defaults, of arrays and lists the size alone."""
+    """Let a dataclass show itself in one line: what differs from its defaults, of arrays and lists the size alone.
+
+    A notebook shows the same as a table, or the summary on the screen where it has one.
+    """
     kind.__repr__ = _brief_text  # type: ignore[method-assign, assignment]
+    return in_notebooks(kind)
+
+
+def in_notebooks(kind: Kind) -> Kind:
+    """Let a notebook show a dataclass by its summary on the screen, else by its fields; unless it has its own way."""
+    if not hasattr(kind, "_repr_html_"):
+        kind._repr_html_ = _html  # type: ignore[attr-defined]
     return kind
+
+
+def _html(thing: Any) -> str:
+    if type(thing).__str__ is not object.__str__:
+        return f"<pre>{escape(str(thing))}</pre>"
+    values = {item.name: getattr(thing, item.name) for item in fields(thing)}
+    shown = {name: value if isinstance(value, str) else _brief_value(value) for name, value in values.items()}
+    return html_table(type(thing).__name__, {"": list(shown), "value": list(shown.values())})
 
 
 def _brief_text(thing: Any) -> str:

@@ -5,21 +5,27 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pmor.core.arrays import FloatArray, IntArray
 from pmor.core.shown import Columns
+from pmor.design.figures import front_figure
 from pmor.design.output import FILES, design_data, design_text, write_design
 from pmor.design.readings import Readings
 from pmor.design.variants import Found
-from pmor.results.tabular import Tabular
+from pmor.report.curves import Drawn
+from pmor.report.replay import draw_into, styled
+from pmor.results.tabular import headed
 from pmor.work.results import writing_results
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DesignResult(Tabular):
+class DesignResult(Drawn):
     """Variants of the flank modifications of a pair, a gearbox or a set: V of n variables under T torques."""
 
     found: Found
@@ -101,7 +107,12 @@ class DesignResult(Tabular):
         return {**named, **variables, design.objective.column: self.objective, **results}
 
     def _shown(self) -> Columns:
-        return {key: np.asarray(values)[self.front] for key, values in self.columns().items()}
+        return headed({key: np.asarray(values)[self.front] for key, values in self.columns().items()})
+
+    def _draw(self, axes: Axes, style: Mapping[str, Any]) -> None:
+        """Draw all variants by the objective and the result weighed against it, with the front and the best."""
+        draw_into(styled(front_figure(self.found), style), [axes])
+        axes.legend()
 
     def __repr__(self) -> str:
         unit = self.found.design.objective.unit and " um"

@@ -18,6 +18,7 @@ from pmor.case.capability import refuse_beyond
 from pmor.core.arrays import FloatArray
 from pmor.core.errors import CaseError, ConvergenceError, ExternalProgramError
 from pmor.core.keeping import entry_of
+from pmor.core.shown import brief
 from pmor.dynamics.gear_model import levers
 from pmor.dynamics.kernels import bodies as kernels
 from pmor.dynamics.kernels.bodies import MM, GearBody, Meshing
@@ -37,6 +38,7 @@ ROTOR = "RotationalMass1D"
 Place = Sequence[float] | FloatArray
 
 
+@brief
 @dataclass(frozen=True)
 class ExudynMesh:
     """A mesh in a system of exudyn.

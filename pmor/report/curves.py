@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -115,10 +115,10 @@ def plot_beside(axes: Panel, pairs: Sequence[tuple[str, tuple[str, str], Any, An
 
 
 class Drawn(Tabular):
-    """A result with curves, which are drawn into axes of the caller too."""
+    """A result with curves or points, which are drawn into axes of the caller too."""
 
     def plot(self, ax: Axes | None = None, **style: Any) -> Axes:
-        """Draw the curves of the result: transmission error over the angle, or motion over the speed.
+        """Draw the result: transmission error over the angle, motion over the speed, designs by two of their figures.
 
         Parameters
         ----------
@@ -137,16 +137,23 @@ class Drawn(Tabular):
         ValueError
             Of a result without curves.
         """
+        return self._plotted(ax, lambda axes: self._draw(axes, style))
+
+    def _plotted(self, ax: Axes | None, draw: Callable[[Axes], None]) -> Axes:
+        """Draw into axes of the caller, or into those of a new figure."""
+        if ax is not None:
+            draw(ax)
+            return ax
+        with plot_style():
+            own: Axes = new_figure().subplots()
+            draw(own)
+        return own
+
+    def _draw(self, axes: Axes, style: Mapping[str, Any]) -> None:
         curves = curves_of(self._drawn())
         if curves is None:
             raise ValueError(f"{self!r}: has no curves")
-        if ax is not None:
-            plot_curves(ax, curves, **style)
-            return ax
-        with plot_style():
-            own = new_figure().subplots()
-            plot_curves(own, curves, **style)
-        return own
+        plot_curves(axes, curves, **style)
 
     def _drawn(self) -> Mapping[str, Any]:
         """Columns that hold the curves."""

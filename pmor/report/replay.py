@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -44,6 +45,13 @@ def draw_into(chart: Chart, axes: Sequence[Axes]) -> None:
         place.set_visible(panel.shown)
         if panel.shown:
             _draw(panel, place)
+
+
+def styled(chart: Chart, style: Mapping[str, Any]) -> Chart:
+    """Return a chart whose lines and points have further style by the names of matplotlib."""
+    panels = (replace(panel, marks=[replace(mark, style={**mark.style, **style}) for mark in panel.marks])
+              for panel in chart.panels)  # fmt: skip
+    return replace(chart, panels=list(panels))
 
 
 def _draw(panel: Panel, axes: Axes) -> None:

@@ -16,6 +16,7 @@ from math import gcd
 
 import numpy as np
 
+from pmor.core.shown import in_notebooks
 from pmor.results.sweep import SteSweep, orders_of
 
 # Orders that are listed: the largest ones, but for those below a share of the largest.
@@ -23,6 +24,7 @@ MOST_LISTED, LEAST_SHARE = 24, 1e-4
 GEARS = "pinion", "wheel"
 
 
+@in_notebooks
 @dataclass(frozen=True)
 class ShaftOrder:
     """One order of the transmission error.

@@ -309,6 +309,9 @@ def test_the_api_gives_what_the_command_finds(file, found):
     assert_allclose(result.columns()["tip_relief_um"], result.x[:, 0])
     assert {len(column) for column in result.columns().values()} == {len(result.x)}
     assert result._repr_html_().count("<tr>") == 1 + len(result.front)
+    drawn = {line.get_label(): line for line in result.plot(ms=2.0).lines}
+    assert_allclose(drawn["Pareto front"].get_xdata(), result.objective[result.front])
+    assert drawn["best"].get_markersize() == 2.0
     tilted = {"scatter": {"in_plane_um": 5.0, "draws": 8}, "objective": {"value": "expected"}}
     result = model.design(**sections | tilted)
     assert result.failures == ()

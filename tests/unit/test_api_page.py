@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pmor
 from tests.programs import api_page
+from tests.support.held import held
 
 SHOWN = (Path(__file__).parents[2] / api_page.PAGE).read_text(encoding="utf-8")
 
@@ -14,3 +15,10 @@ def test_the_page_is_that_of_the_docstrings():
 
 def test_every_public_name_has_its_place_on_the_page():
     assert [name for name in pmor.__all__ if f"\n## {name}\n" not in SHOWN] == ["__version__"]
+
+
+def test_a_notebook_shows_whatever_a_user_holds():
+    """Tuples with names aside, which show themselves."""
+    kinds = [kind for kind in held() if not issubclass(kind, tuple)]
+    assert {kind.__name__ for kind in kinds} > {"SetResult", "MeshView", "ShaftOrder", "StudyResult", "Study"}
+    assert [kind.__name__ for kind in kinds if not hasattr(kind, "_repr_html_")] == []

@@ -5,10 +5,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from pmor.campaigns.bands import bands_of
+from pmor.campaigns.columns import Effort
 from pmor.campaigns.loader import load
+from pmor.campaigns.page import label_of
 from pmor.campaigns.relations import case_of, text_of_design, why_infeasible, with_relations
+from pmor.campaigns.result import gathered
+from pmor.campaigns.rows import Answer
 from pmor.campaigns.settings import Relations
 from pmor.campaigns.table import designs_of, different_designs
 from pmor.case import changed_text, parse_case
@@ -67,6 +72,31 @@ def test_one_at_a_time_each_further_value_stands_alone_beside_the_first_ones_and
     assert (first.key, first.base, first.least, first.most, first.decides) == ("a", 1.0, 0.5, 2.0, "pinion.teeth")
     assert first.spans == {"pinion.teeth": (1.0, 2.0), "pair.module_mm": (0.5, 1.0)}
     assert (second.key, second.decides) == ("b", "pair.module_mm")
+
+
+def test_a_key_is_told_in_words_without_its_unit_whatever_that_is():
+    names = {
+        "bearings.A.axial_N_per_mm": "A axial", "supports.sun_tilt_Nmm_per_rad": "supports sun tilt",
+        "dynamics.pinion_inertia_kg_m2": "dynamics pinion inertia", "planets.tangential_um.2": "planets tangential 2",
+        "online.angles_per_pitch": "online angles per pitch", "pins.second_z_mm": "pins second z",
+        "pinion.modification.tip_relief_start_percent": "pinion tip relief start",
+    }  # fmt: skip
+    assert {name: label_of(name) for name in names} == names
+
+
+def test_designs_are_drawn_by_two_of_their_columns(tmp_path):
+    found, designs = campaign(tmp_path, 'method = "list"\npinion.teeth = [19, 20]\npair.module_mm = [3.0, 4.0]\n')
+    results = dict.fromkeys(found.results, 2.0)
+    rows = tuple({"design": n + 1, "inputs": one, "status": "ok", "reason": "", "results": results}
+                 for n, one in enumerate(designs))  # fmt: skip
+    effort = Effort(n_chunks=1, resumed=0, solving_s=1.0, wall_s=1.0, workers=1)
+    result = gathered(found, [Answer(rows, (1.0, 1.0))], effort)
+    axes = result.plot(Figure().subplots(), x="pinion.teeth", marker="s")
+    np.testing.assert_array_equal(axes.lines[0].get_xdata(), [19.0, 20.0])
+    assert (axes.get_xlabel(), axes.lines[0].get_marker()) == ("pinion teeth", "s")
+    assert "[µm]" in result.plot().get_ylabel() + result.plot().get_xlabel()
+    with pytest.raises(CaseError, match=r"pinion.teth: is no column: did you mean pinion.teeth"):
+        result.plot(x="pinion.teth")
 
 
 def test_a_csv_file_has_a_design_in_each_line_and_its_text_belongs_to_the_campaign(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import sys
 from dataclasses import replace
 from types import SimpleNamespace
@@ -237,6 +238,13 @@ def test_files_show_the_keys_that_are_written():
     assert all(f">{words}<" in shown._repr_html_() for words in ("load.torque_Nm", "3.0", "bearings[left].at_mm"))
     shown.text = "<?xml version='1.0'?>"
     assert "box" in shown._repr_html_(), "the name of what is no TOML"
+
+
+def test_settings_show_their_keys_and_what_has_a_summary_shows_that():
+    shown = RELIEF._repr_html_()
+    assert all(f">{words}<" in shown for words in ("tip_relief_um", "20.0", "tip_relief_start_roll_deg", "25.0"))
+    check = SimpleNamespace(name="balance", value=0.5, limit=1.0, ok=True, meaning="")
+    assert re.search("<pre>.*balance.*</pre>", pmor.Verification(None, (check,))._repr_html_(), re.DOTALL)
 
 
 def test_a_notebook_shows_a_table_of_each_torque(result):

@@ -11,6 +11,7 @@ from pmor.case.reader import Reader, Sections, parse_toml, read_text, sections_i
 from pmor.case.values import Refused, convert
 from pmor.core.errors import CaseError, printable
 from pmor.core.ranges import Range
+from pmor.core.shown import brief
 from pmor.lab.core.measures import merged
 
 Count = Annotated[int, Range(1, 10_000)]
@@ -192,6 +193,7 @@ class QuickSettings:
     meshes: tuple[ReferenceMesh, ...]
 
 
+@brief
 @dataclass(frozen=True, kw_only=True)
 class Study:
     """Everything that a study file says, checked.
